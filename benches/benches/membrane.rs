@@ -1,0 +1,2 @@
+//! Benches of the membrane group.
+fn main() {}

@@ -1,0 +1,2 @@
+//! Benches of the motion group.
+fn main() {}

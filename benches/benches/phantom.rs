@@ -1,0 +1,2 @@
+//! Benches of the phantom group.
+fn main() {}

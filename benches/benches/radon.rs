@@ -1,0 +1,2 @@
+//! Benches of the radon group.
+fn main() {}

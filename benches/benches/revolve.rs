@@ -1,0 +1,2 @@
+//! Benches of the revolve group.
+fn main() {}
