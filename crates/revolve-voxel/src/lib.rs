@@ -1,1 +1,3 @@
 //! Under construction.
+mod mask;
+pub use mask::Mask;
