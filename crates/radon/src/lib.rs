@@ -1,1 +1,9 @@
-//! Under construction.
+//! Parallel-beam tomography on a CPU: projectors with exact adjoints, filtered back-projection, analytic test objects.
+
+mod error;
+mod geometry;
+mod sample;
+
+pub use error::RadonError;
+pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry, StackOrder};
+pub use sample::Sample;

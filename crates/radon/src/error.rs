@@ -1,0 +1,172 @@
+//! The one error type of the crate: each variant carries the numbers that were given and those that are allowed.
+
+use thiserror::Error;
+
+/// What was measured or given when a plan, a geometry or an input was refused.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum RadonError {
+    /// A number is NaN or infinite.
+    #[error("{name} must be finite, got {given}")]
+    NotFinite {
+        /// Name of the parameter.
+        name: &'static str,
+        /// The value given.
+        given: f64,
+    },
+    /// A number that must be greater than zero is not.
+    #[error("{name} must be greater than zero, got {given}")]
+    NotPositive {
+        /// Name of the parameter.
+        name: &'static str,
+        /// The value given.
+        given: f64,
+    },
+    /// A count is below the least that makes sense.
+    #[error("{name} must be at least {least}, got {given}")]
+    TooFew {
+        /// Name of the count.
+        name: &'static str,
+        /// The value given.
+        given: usize,
+        /// The least value allowed.
+        least: usize,
+    },
+    /// A number lies outside its interval.
+    #[error("{name} must lie in [{least}, {most}], got {given}")]
+    OutOfRange {
+        /// Name of the parameter.
+        name: &'static str,
+        /// The value given.
+        given: f64,
+        /// The least value allowed.
+        least: f64,
+        /// The greatest value allowed.
+        most: f64,
+    },
+    /// An array does not have the length that the geometry asks for.
+    #[error("{name} must hold {expected} samples, got {given}")]
+    WrongLength {
+        /// Name of the array.
+        name: &'static str,
+        /// The length given.
+        given: usize,
+        /// The length that was expected.
+        expected: usize,
+    },
+    /// A stored sample is NaN or infinite.
+    #[error("{name} holds {given} at index {index}")]
+    BadSample {
+        /// Name of the array.
+        name: &'static str,
+        /// Index of the first bad sample.
+        index: usize,
+        /// Its value.
+        given: f64,
+    },
+    /// A stored sample is negative where only values >= 0 make sense.
+    #[error("{name} holds the negative value {given} at index {index}")]
+    NegativeSample {
+        /// Name of the array.
+        name: &'static str,
+        /// Index of the first negative sample.
+        index: usize,
+        /// Its value.
+        given: f64,
+    },
+    /// The array sizes multiply to more than the address space holds.
+    #[error("{name}: {a} x {b} samples do not fit the address space")]
+    TooLarge {
+        /// Name of the array.
+        name: &'static str,
+        /// First factor.
+        a: usize,
+        /// Second factor.
+        b: usize,
+    },
+    /// The views leave a wedge of directions unmeasured and the policy was [`ArcPolicy::Complete`](crate::ArcPolicy::Complete).
+    #[error(
+        "views leave a gap of {gap} rad between neighbouring directions, {ratio} times the mean of the others (at most {allowed} allowed)"
+    )]
+    ShortArc {
+        /// The largest gap between neighbouring directions modulo pi, in radians.
+        gap: f64,
+        /// That gap divided by the mean of the other gaps.
+        ratio: f64,
+        /// The largest ratio that counts as complete.
+        allowed: f64,
+    },
+    /// An index range is empty, reversed or leaves the array.
+    #[error("{name}: range {start}..{end} must be non-empty and lie within 0..{len}")]
+    BadRange {
+        /// Name of the range.
+        name: &'static str,
+        /// First index.
+        start: usize,
+        /// One past the last index.
+        end: usize,
+        /// Length of the axis.
+        len: usize,
+    },
+    /// The memory budget is below what the smallest slab needs.
+    #[error("the smallest slab needs {needed} bytes, the budget is {budget}")]
+    BudgetTooSmall {
+        /// Bytes that the smallest slab needs.
+        needed: usize,
+        /// Bytes allowed.
+        budget: usize,
+    },
+}
+
+/// `given` if it is finite.
+pub(crate) fn finite(name: &'static str, given: f64) -> Result<f64, RadonError> {
+    if given.is_finite() {
+        Ok(given)
+    } else {
+        Err(RadonError::NotFinite { name, given })
+    }
+}
+
+/// `given` if it is finite and greater than zero.
+pub(crate) fn positive(name: &'static str, given: f64) -> Result<f64, RadonError> {
+    if finite(name, given)? > 0.0 {
+        Ok(given)
+    } else {
+        Err(RadonError::NotPositive { name, given })
+    }
+}
+
+/// `given` if it is at least `least`.
+pub(crate) fn at_least(
+    name: &'static str,
+    given: usize,
+    least: usize,
+) -> Result<usize, RadonError> {
+    if given >= least {
+        Ok(given)
+    } else {
+        Err(RadonError::TooFew { name, given, least })
+    }
+}
+
+/// `Ok` if the array holds `expected` samples.
+#[allow(dead_code)] // until the first array comes in
+pub(crate) fn length(name: &'static str, given: usize, expected: usize) -> Result<(), RadonError> {
+    if given == expected {
+        Ok(())
+    } else {
+        Err(RadonError::WrongLength {
+            name,
+            given,
+            expected,
+        })
+    }
+}
+
+/// `a * b`, or the error that says that it does not fit.
+pub(crate) fn product(name: &'static str, a: usize, b: usize) -> Result<usize, RadonError> {
+    // Half the address space, as for any Rust allocation, and 16 bytes a sample with scratch.
+    a.checked_mul(b)
+        .filter(|&n| n <= isize::MAX as usize / 16)
+        .ok_or(RadonError::TooLarge { name, a, b })
+}

@@ -1,0 +1,359 @@
+//! Where rays, bins and pixels are. Centres, never corners; one definition for projectors, filters and FBP.
+
+use std::f64::consts::PI;
+
+use crate::error::{RadonError, at_least, finite, positive, product};
+
+/// Parallel-beam acquisition: a list of view angles and a row of detector bins.
+///
+/// View `v` at angle `theta` looks along `(-sin theta, cos theta)`; its bins lie along `(cos theta, sin theta)`. The
+/// centre of bin `k` of `n` is at
+///
+/// ```text
+/// s_k = (k - (n - 1)/2) * pitch + offset        (the same length unit as the image grid, cm by convention)
+/// ```
+///
+/// measured from the axis of rotation, which is the origin of the image plane. A sinogram is `[view][bin]`, bin fastest.
+///
+/// ```
+/// # use radon::ParallelGeometry;
+/// let geometry = ParallelGeometry::uniform(90, std::f64::consts::PI, 256, 0.0625)?;
+/// assert_eq!(geometry.bin_centre(0), -127.5 * 0.0625);
+/// assert_eq!(geometry.sinogram_len(), 90 * 256);
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParallelGeometry {
+    angles: Vec<f64>,
+    n_bins: usize,
+    pitch: f64,
+    offset: f64,
+}
+
+impl ParallelGeometry {
+    /// Views at `angles` (radians, in any order, repeated or not), `n_bins` bins `pitch` apart, centred on the axis.
+    ///
+    /// # Errors
+    /// No view, no bin, an angle or pitch that is NaN or infinite, `pitch <= 0`, sizes beyond the address space.
+    pub fn new(angles: impl Into<Vec<f64>>, n_bins: usize, pitch: f64) -> Result<Self, RadonError> {
+        let angles = angles.into();
+        at_least("n_views", angles.len(), 1)?;
+        at_least("n_bins", n_bins, 1)?;
+        positive("pitch", pitch)?;
+        product("sinogram", angles.len(), n_bins)?;
+        finite("n_bins * pitch", n_bins as f64 * pitch)?;
+        for &angle in &angles {
+            finite("angle", angle)?;
+        }
+        Ok(Self {
+            angles,
+            n_bins,
+            pitch,
+            offset: 0.0,
+        })
+    }
+
+    /// View `k` of `n_views` at `k * arc / n_views`: `arc` is pi for a half turn, 2 pi for a full one.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and an `arc` that is not finite and greater than zero.
+    pub fn uniform(
+        n_views: usize,
+        arc: f64,
+        n_bins: usize,
+        pitch: f64,
+    ) -> Result<Self, RadonError> {
+        positive("arc", arc)?;
+        product("sinogram", n_views, n_bins)?;
+        let angles: Vec<f64> = (0..n_views)
+            .map(|k| k as f64 * arc / n_views as f64)
+            .collect();
+        Self::new(angles, n_bins, pitch)
+    }
+
+    /// The same views with every bin centre moved by `offset` (a length, towards larger bins).
+    ///
+    /// # Errors
+    /// An `offset` that is NaN or infinite.
+    pub fn with_offset(mut self, offset: f64) -> Result<Self, RadonError> {
+        self.offset = finite("offset", offset)?;
+        Ok(self)
+    }
+
+    /// The same views with the axis of rotation projected onto the (fractional) bin index `bin`, inside the row or not.
+    ///
+    /// # Errors
+    /// A `bin` that is NaN or infinite.
+    pub fn with_rotation_bin(self, bin: f64) -> Result<Self, RadonError> {
+        finite("rotation bin", bin)?;
+        let offset = ((self.n_bins - 1) as f64 / 2.0 - bin) * self.pitch;
+        self.with_offset(offset)
+    }
+
+    /// Number of views.
+    pub fn n_views(&self) -> usize {
+        self.angles.len()
+    }
+
+    /// Angle of each view, radians.
+    pub fn angles(&self) -> &[f64] {
+        &self.angles
+    }
+
+    /// Number of bins in a view.
+    pub fn n_bins(&self) -> usize {
+        self.n_bins
+    }
+
+    /// Distance between neighbouring bin centres.
+    pub fn pitch(&self) -> f64 {
+        self.pitch
+    }
+
+    /// Shift of the middle of the row from the axis of rotation.
+    pub fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    /// Position of the centre of bin `bin_idx` along `(cos theta, sin theta)`.
+    pub fn bin_centre(&self, bin_idx: usize) -> f64 {
+        (bin_idx as f64 - (self.n_bins - 1) as f64 / 2.0) * self.pitch + self.offset
+    }
+
+    /// Fractional bin index of position `s`; the inverse of [`bin_centre`](Self::bin_centre).
+    pub fn bin_at(&self, s: f64) -> f64 {
+        (s - self.offset) / self.pitch + (self.n_bins - 1) as f64 / 2.0
+    }
+
+    /// Number of samples of one sinogram, `n_views * n_bins`.
+    pub fn sinogram_len(&self) -> usize {
+        self.angles.len() * self.n_bins
+    }
+
+    /// Weight of each view in the integral over directions, by the trapezoidal rule on the circle of directions modulo pi.
+    ///
+    /// A view and its opposite see the same lines, so angles are folded into `[0, pi)`, sorted, and each distinct direction
+    /// gets half the distance to its two neighbours; views that share a direction (to 1e-9 rad) share its weight. Uniform
+    /// half and full turns thus get `pi / n_views`; non-uniform, repeated and over-complete lists need no special case. What
+    /// becomes of an unmeasured wedge is the [`ArcPolicy`]'s. Cost: a sort.
+    ///
+    /// ```
+    /// # use radon::{ArcPolicy, ParallelGeometry};
+    /// let repeated = ParallelGeometry::new([0.0, 0.5, 0.5, 1.0, 2.0], 8, 1.0)?;
+    /// let weights = repeated.view_weights(ArcPolicy::Complete)?;
+    /// assert_eq!(weights[1], 0.25); // two views share (1.0 - 0.0)/2
+    /// # Ok::<(), radon::RadonError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`RadonError::ShortArc`] under [`ArcPolicy::Complete`].
+    pub fn view_weights(&self, policy: ArcPolicy) -> Result<Vec<f64>, RadonError> {
+        const SAME: f64 = 1e-9;
+        let folded: Vec<f64> = self.angles.iter().map(|a| a.rem_euclid(PI) % PI).collect();
+        let mut order: Vec<usize> = (0..folded.len()).collect();
+        order.sort_by(|&a, &b| folded[a].total_cmp(&folded[b]));
+
+        // Distinct directions: (direction, views there).
+        let mut groups: Vec<(f64, Vec<usize>)> = Vec::new();
+        for view in order {
+            match groups.last_mut() {
+                Some((direction, views)) if folded[view] - *direction <= SAME => views.push(view),
+                _ => groups.push((folded[view], vec![view])),
+            }
+        }
+        if groups.len() > 1 && groups[0].0 + PI - groups[groups.len() - 1].0 <= SAME {
+            // Just below pi is the direction just above zero.
+            if let Some((_, views)) = groups.pop() {
+                groups[0].1.extend(views);
+            }
+        }
+
+        let n = groups.len();
+        // gap[i]: from direction i to the next one round the circle; they sum to pi.
+        let mut gap: Vec<f64> = (0..n)
+            .map(|i| {
+                if i + 1 < n {
+                    groups[i + 1].0 - groups[i].0
+                } else {
+                    groups[0].0 + PI - groups[i].0
+                }
+            })
+            .collect();
+        let widest = (0..n).fold(0, |best, i| if gap[i] > gap[best] { i } else { best });
+        let measured = PI - gap[widest];
+        let mut scale = 1.0;
+        if n > 1 {
+            match policy {
+                ArcPolicy::Complete => {
+                    let ratio = gap[widest] / (measured / (n - 1) as f64);
+                    if ratio > ArcPolicy::COMPLETE_RATIO {
+                        let (gap, allowed) = (gap[widest], ArcPolicy::COMPLETE_RATIO);
+                        return Err(RadonError::ShortArc {
+                            gap,
+                            ratio,
+                            allowed,
+                        });
+                    }
+                }
+                ArcPolicy::Extend => {}
+                ArcPolicy::Truncate | ArcPolicy::Rescale => {
+                    // Each end view stands for its inner half gap on both sides.
+                    let ends = gap[(widest + 1) % n].min(gap[widest])
+                        + gap[(widest + n - 1) % n].min(gap[widest]);
+                    gap[widest] = (ends / 2.0).min(gap[widest]);
+                    if policy == ArcPolicy::Rescale {
+                        scale = PI / (measured + gap[widest]);
+                    }
+                }
+            }
+        }
+        let mut weights = vec![0.0; folded.len()];
+        for (i, (_, views)) in groups.iter().enumerate() {
+            let whole = scale * (gap[i] + gap[(i + n - 1) % n]) / 2.0;
+            for &view in views {
+                weights[view] = whole / views.len() as f64;
+            }
+        }
+        Ok(weights)
+    }
+}
+
+/// What to do when the views leave a wedge of directions unmeasured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ArcPolicy {
+    /// Refuse: the largest gap between neighbouring directions may be at most [`COMPLETE_RATIO`](Self::COMPLETE_RATIO)
+    /// times the mean of the others.
+    #[default]
+    Complete,
+    /// Let the views on either side of a gap stand for the whole of it: weights sum to pi.
+    Extend,
+    /// Leave the widest gap out: the unmeasured wedge counts as zero, weights sum to the measured arc.
+    Truncate,
+    /// As `Truncate`, then scale all weights so that they sum to pi: the mean of the image stays right.
+    Rescale,
+}
+
+impl ArcPolicy {
+    /// Largest gap, in units of the mean of the other gaps, that [`ArcPolicy::Complete`] accepts. A golden-angle series
+    /// stays below 2.7, a uniform one at 1.
+    pub const COMPLETE_RATIO: f64 = 4.0;
+}
+
+/// A rectangle of square pixels in the image plane.
+///
+/// The centre of pixel `(ix, iy)` is at `centre + spacing * (ix - (nx-1)/2, iy - (ny-1)/2)`; an image is `[y][x]`, x fastest; a
+/// stack of them `[slice][y][x]`.
+///
+/// ```
+/// # use radon::ImageGrid;
+/// let grid = ImageGrid::new(4, 3, 0.5)?.with_centre([1.0, 0.0])?;
+/// assert_eq!(grid.pixel_centre(0, 1), [0.25, 0.0]);
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImageGrid {
+    nx: usize,
+    ny: usize,
+    spacing: f64,
+    centre: [f64; 2],
+}
+
+impl ImageGrid {
+    /// `nx` by `ny` pixels, `spacing` apart, centred on the axis of rotation.
+    ///
+    /// # Errors
+    /// A size of zero, a `spacing` that is not finite and greater than zero, sizes beyond the address space.
+    pub fn new(nx: usize, ny: usize, spacing: f64) -> Result<Self, RadonError> {
+        at_least("nx", nx, 1)?;
+        at_least("ny", ny, 1)?;
+        product("image", nx, ny)?;
+        positive("spacing", spacing)?;
+        finite("extent", nx.max(ny) as f64 * spacing)?;
+        Ok(Self {
+            nx,
+            ny,
+            spacing,
+            centre: [0.0; 2],
+        })
+    }
+
+    /// `n` by `n` pixels, `spacing` apart, centred on the axis of rotation.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn square(n: usize, spacing: f64) -> Result<Self, RadonError> {
+        Self::new(n, n, spacing)
+    }
+
+    /// The same grid with its middle at `centre`.
+    ///
+    /// # Errors
+    /// A coordinate that is NaN or infinite.
+    pub fn with_centre(mut self, centre: [f64; 2]) -> Result<Self, RadonError> {
+        self.centre = [
+            finite("centre x", centre[0])?,
+            finite("centre y", centre[1])?,
+        ];
+        Ok(self)
+    }
+
+    /// Pixels in a row.
+    pub fn nx(&self) -> usize {
+        self.nx
+    }
+
+    /// Rows.
+    pub fn ny(&self) -> usize {
+        self.ny
+    }
+
+    /// Distance between neighbouring pixel centres.
+    pub fn spacing(&self) -> f64 {
+        self.spacing
+    }
+
+    /// Middle of the grid.
+    pub fn centre(&self) -> [f64; 2] {
+        self.centre
+    }
+
+    /// Number of pixels, `nx * ny`.
+    pub fn image_len(&self) -> usize {
+        self.nx * self.ny
+    }
+
+    /// Centre of pixel `(ix, iy)`.
+    pub fn pixel_centre(&self, ix: usize, iy: usize) -> [f64; 2] {
+        [
+            (ix as f64 - (self.nx - 1) as f64 / 2.0) * self.spacing + self.centre[0],
+            (iy as f64 - (self.ny - 1) as f64 / 2.0) * self.spacing + self.centre[1],
+        ]
+    }
+}
+
+/// Index order of the sinograms of many slices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum StackOrder {
+    /// `[view][slice][bin]`, bin fastest: one detector image a view, as a camera delivers it.
+    #[default]
+    ViewSliceBin,
+    /// `[slice][view][bin]`, bin fastest: one sinogram a slice.
+    SliceViewBin,
+}
+
+impl StackOrder {
+    /// Index of the first bin of `view_idx`, `slice_idx` in a stack of `n_views` views and `n_slices` slices.
+    pub fn row_start(
+        self,
+        view_idx: usize,
+        slice_idx: usize,
+        n_views: usize,
+        n_slices: usize,
+        n_bins: usize,
+    ) -> usize {
+        match self {
+            StackOrder::ViewSliceBin => (view_idx * n_slices + slice_idx) * n_bins,
+            StackOrder::SliceViewBin => (slice_idx * n_views + view_idx) * n_bins,
+        }
+    }
+}

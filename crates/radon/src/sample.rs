@@ -1,0 +1,74 @@
+//! The two types that pixels and detector bins are stored in.
+
+use std::fmt::{Debug, Display};
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+mod sealed {
+    // The FFT's own bound stays behind the seal, so that the dependency is not public.
+    pub trait Sealed: realfft::FftNum {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// A stored sample: `f32` or `f64`, and no other type (sealed).
+///
+/// Geometry, filters and weights are computed in `f64` and cast once; only what fills images and sinograms is a `Sample`.
+pub trait Sample:
+    sealed::Sealed
+    + Copy
+    + Send
+    + Sync
+    + Default
+    + Debug
+    + Display
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+    + Sum
+    + 'static
+{
+    /// Zero.
+    const ZERO: Self;
+    /// One.
+    const ONE: Self;
+    /// Distance from one to the next larger value.
+    const EPSILON: Self;
+    /// Nearest value to `x`.
+    fn of(x: f64) -> Self;
+    /// The value as `f64`, exactly.
+    fn f64(self) -> f64;
+    /// Whether the value is neither NaN nor infinite.
+    fn finite(self) -> bool;
+}
+
+macro_rules! sample {
+    ($t:ident) => {
+        impl Sample for $t {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const EPSILON: Self = $t::EPSILON;
+            #[inline(always)]
+            fn of(x: f64) -> Self {
+                x as $t
+            }
+            #[inline(always)]
+            fn f64(self) -> f64 {
+                self as f64
+            }
+            #[inline(always)]
+            fn finite(self) -> bool {
+                self.is_finite()
+            }
+        }
+    };
+}
+sample!(f32);
+sample!(f64);
