@@ -2,8 +2,10 @@
 
 mod error;
 mod geometry;
+mod measure;
 mod sample;
 
 pub use error::RadonError;
 pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry, StackOrder};
+pub use measure::{MaskedStats, disc_mask, rmse_within};
 pub use sample::Sample;
