@@ -1,2 +1,65 @@
-//! Automation of the workspace.
-fn main() {}
+//! Automation of the workspace. `cargo xtask` lists the tasks; each task is one file.
+
+mod dependencies;
+mod features;
+mod tidy;
+mod workspace;
+
+use std::process::ExitCode;
+
+/// One task: its name, what it does in a line, and the code.
+struct Task {
+    name: &'static str,
+    arguments: &'static str,
+    what: &'static str,
+    run: fn(&[String]) -> Result<(), String>,
+}
+
+const TASKS: &[Task] = &[
+    Task {
+        name: "tidy",
+        arguments: "[--bless]",
+        what: "floors, files, manifests and pages keep the rules; --bless renews the hashes in docs/conventions.md",
+        run: tidy::task,
+    },
+    Task {
+        name: "dependencies",
+        arguments: "",
+        what: "what each published crate brings along: number of packages, licences, versions that stand twice",
+        run: dependencies::task,
+    },
+    Task {
+        name: "features",
+        arguments: "",
+        what: "each published crate compiles with each feature alone, with none and with all",
+        run: features::task,
+    },
+];
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let Some(name) = arguments.first() else {
+        list_tasks();
+        return ExitCode::SUCCESS;
+    };
+    let Some(task) = TASKS.iter().find(|task| task.name == name) else {
+        eprintln!("no task `{name}`");
+        list_tasks();
+        return ExitCode::from(2);
+    };
+    match (task.run)(&arguments[1..]) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn list_tasks() {
+    println!("cargo xtask TASK");
+    for task in TASKS {
+        let call = format!("{} {}", task.name, task.arguments);
+        println!("  {call:<24} {}", task.what);
+    }
+}

@@ -1,0 +1,152 @@
+//! `cargo xtask dependencies`: what each published crate brings along, as `cargo tree` sees it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
+
+use crate::workspace::{PUBLISHED, package_name, root};
+
+/// Licences that a dependency may have.
+const LICENCES: &[&str] = &[
+    "MIT",
+    "Apache-2.0",
+    "Apache-2.0 WITH LLVM-exception",
+    "BSD-2-Clause",
+    "BSD-3-Clause",
+    "0BSD",
+    "BSL-1.0",
+    "CC0-1.0",
+    "ISC",
+    "Unicode-3.0",
+    "Unlicense",
+    "Zlib",
+];
+
+/// Packages that may stand in one tree in two versions: `syn` runs inside the compiler and is in nobody's binary;
+/// of `miniz_oxide` the two halves of the PNG encoder (`png`, `flate2`) ask for different versions.
+const TWICE: &[&str] = &["syn", "miniz_oxide"];
+
+/// A package of a tree: name, version, licence expression.
+type Package = (String, String, String);
+
+/// The task.
+pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
+    if !arguments.is_empty() {
+        return Err("usage: cargo xtask dependencies".into());
+    }
+    let mut complaints = BTreeSet::new();
+    println!("| crate | packages, default features | packages, all features |");
+    println!("| --- | ---: | ---: |");
+    for krate in PUBLISHED {
+        let default = parse(&tree(krate, &[])?);
+        let all = parse(&tree(krate, &["--all-features"])?);
+        println!(
+            "| {} | {} | {} |",
+            package_name(krate),
+            default.len(),
+            all.len()
+        );
+        complaints.extend(licences(&all));
+        complaints.extend(
+            duplicates(&all)
+                .into_iter()
+                .map(|text| format!("{krate}: {text}")),
+        );
+    }
+    if complaints.is_empty() {
+        return Ok(());
+    }
+    Err(complaints.into_iter().collect::<Vec<_>>().join("\n"))
+}
+
+/// Every package that `krate` needs at run time, itself included, one a line.
+fn tree(krate: &str, flags: &[&str]) -> Result<String, String> {
+    let output = Command::new(env!("CARGO"))
+        .args([
+            "tree", "--locked", "--edges", "normal", "--prefix", "none", "--format", "{p}|{l}",
+        ])
+        .args(["--package", package_name(krate)])
+        .args(flags)
+        .current_dir(root())
+        .output()
+        .map_err(|error| format!("cargo tree: {error}"))?;
+    if !output.status.success() {
+        return Err(String::from_utf8_lossy(&output.stderr).into_owned());
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// The packages of a tree printed as `name vVERSION (..)|LICENCE`, each once. A package seen before ends in ` (*)`.
+fn parse(tree: &str) -> BTreeSet<Package> {
+    tree.lines()
+        .filter_map(|line| {
+            let (package, licence) = line.split_once('|')?;
+            let mut words = package.split(' ');
+            let (name, version) = (words.next()?, words.next()?);
+            Some((
+                name.into(),
+                version.into(),
+                licence.trim_end_matches(" (*)").into(),
+            ))
+        })
+        .collect()
+}
+
+fn licences(packages: &BTreeSet<Package>) -> Vec<String> {
+    packages
+        .iter()
+        .filter(|(_, _, licence)| !is_allowed(licence))
+        .map(|(name, version, licence)| {
+            format!("{name} {version}: licence `{licence}` is not on the list")
+        })
+        .collect()
+}
+
+/// Whether every AND-term of a licence expression has an OR-alternative on the list.
+fn is_allowed(expression: &str) -> bool {
+    let flat = expression.replace(['(', ')'], "").replace('/', " OR ");
+    flat.split(" AND ").all(|term| {
+        term.split(" OR ")
+            .any(|licence| LICENCES.contains(&licence.trim()))
+    })
+}
+
+fn duplicates(packages: &BTreeSet<Package>) -> Vec<String> {
+    let mut versions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for (name, version, _) in packages {
+        versions.entry(name).or_default().push(version);
+    }
+    versions
+        .into_iter()
+        .filter(|(name, versions)| versions.len() > 1 && !TWICE.contains(name))
+        .map(|(name, versions)| format!("`{name}` in versions {}", versions.join(" and ")))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TREE: &str = "top v1.0.0 (/a/b)|MIT\nlow v1.0.0|MIT/Apache-2.0\n\nlow v2.0.0|MIT\nlow v1.0.0|MIT/Apache-2.0 (*)\n";
+
+    #[test]
+    fn a_tree_is_read() {
+        let packages = parse(TREE);
+        assert_eq!(packages.len(), 3);
+        assert_eq!(licences(&packages), [""; 0]);
+        assert_eq!(
+            duplicates(&packages),
+            ["`low` in versions v1.0.0 and v2.0.0"]
+        );
+        assert_eq!(duplicates(&parse(&TREE.replace("low", "syn"))), [""; 0]);
+        assert_eq!(licences(&parse("a v1.0.0|GPL-3.0\nb v1.0.0|\n")).len(), 2);
+    }
+
+    #[test]
+    fn licence_expressions_are_read() {
+        assert!(is_allowed("(MIT OR Apache-2.0) AND Unicode-3.0"));
+        assert!(is_allowed("GPL-3.0 OR MIT"));
+        assert!(is_allowed("Apache-2.0 WITH LLVM-exception"));
+        assert!(!is_allowed("MIT AND GPL-3.0"));
+        assert!(!is_allowed(""));
+    }
+}

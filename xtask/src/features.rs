@@ -1,0 +1,86 @@
+//! `cargo xtask features`: each published crate compiles with each of its features alone, with none and with all.
+
+use std::process::Command;
+
+use toml::{Table, Value};
+
+use crate::workspace::{PUBLISHED, package_name, root};
+
+/// The task.
+pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
+    if !arguments.is_empty() {
+        return Err("usage: cargo xtask features".into());
+    }
+    for krate in PUBLISHED {
+        let path = root().join("crates").join(krate).join("Cargo.toml");
+        let text = std::fs::read_to_string(&path)
+            .map_err(|error| format!("{}: {error}", path.display()))?;
+        let manifest = text
+            .parse::<Table>()
+            .map_err(|error| format!("{}: {error}", path.display()))?;
+        for features in sets(&manifest) {
+            println!(
+                "{} {}",
+                package_name(krate),
+                if features.is_empty() {
+                    "(none)"
+                } else {
+                    &features
+                }
+            );
+            let status = Command::new(env!("CARGO"))
+                .args([
+                    "check",
+                    "--quiet",
+                    "--lib",
+                    "--bins",
+                    "--package",
+                    package_name(krate),
+                ])
+                .args(["--no-default-features", "--features", &features])
+                .current_dir(root())
+                .status()
+                .map_err(|error| format!("cargo check: {error}"))?;
+            if !status.success() {
+                return Err(format!(
+                    "{} does not compile with features `{features}`",
+                    package_name(krate)
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The sets of features to try, as cargo wants them: none, each alone, all (where that is another set).
+fn sets(manifest: &Table) -> Vec<String> {
+    let features = manifest.get("features").and_then(Value::as_table);
+    let names: Vec<String> = features
+        .into_iter()
+        .flat_map(Table::keys)
+        .filter(|name| *name != "default")
+        .cloned()
+        .collect();
+    let mut sets = vec![String::new()];
+    sets.extend(names.iter().cloned());
+    if names.len() > 1 {
+        sets.push(names.join(","));
+    }
+    sets
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_set_is_tried() {
+        let sets = |text: &str| sets(&text.parse().expect("the snippet is TOML"));
+        assert_eq!(sets(""), [""]);
+        assert_eq!(sets("[features]\ndefault = [\"a\"]\na = []"), ["", "a"]);
+        assert_eq!(
+            sets("[features]\na = []\nb = [\"a\"]"),
+            ["", "a", "b", "a,b"]
+        );
+    }
+}

@@ -1,0 +1,140 @@
+//! `docs/conventions.md` and the code it speaks of change together: the page carries a hash of each such file.
+//!
+//! The hash is of the code alone (no comments, white space or tests), so that only a change that may change a convention
+//! asks for a second look at the page; after that look `cargo xtask tidy --bless` renews the hashes.
+
+use std::fs;
+use std::path::Path;
+
+use super::{Finding, find, rust_text};
+use crate::workspace::{self, TextFile};
+
+const PAGE: &str = "docs/conventions.md";
+/// Files that the page must carry as soon as they exist.
+const REQUIRED: &[&str] = &["crates/radon/src/geometry.rs"];
+/// How the line of a file begins on the page; its path and hash follow.
+const MARK: &str = "<!-- code: ";
+
+/// Findings on the page.
+pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
+    let Some(page) = find(files, PAGE) else {
+        return vec![Finding::new(PAGE, 0, "missing")];
+    };
+    let mut findings = Vec::new();
+    let mut carried = Vec::new();
+    for (at, line) in page.text.lines().enumerate() {
+        let Some((path, hash)) = parse(line) else {
+            continue;
+        };
+        carried.push(path);
+        match find(files, path) {
+            None => findings.push(Finding::new(
+                PAGE,
+                at + 1,
+                format!("{path} is no file of the workspace"),
+            )),
+            Some(file) if hash_of_code(&file.text) != hash => {
+                let message = format!(
+                    "{path} has changed: does the page still hold? Then `cargo xtask tidy --bless`"
+                );
+                findings.push(Finding::new(PAGE, at + 1, message));
+            }
+            Some(_) => {}
+        }
+    }
+    for path in REQUIRED {
+        if find(files, path).is_some() && !carried.contains(path) {
+            findings.push(Finding::new(
+                PAGE,
+                0,
+                format!("carries no line `{MARK}{path} HASH -->`"),
+            ));
+        }
+    }
+    findings
+}
+
+/// Writes the present hashes into the page.
+pub(crate) fn bless(root: &Path) -> Result<(), String> {
+    let files =
+        workspace::text_files(root).map_err(|error| format!("reading the workspace: {error}"))?;
+    let page = find(&files, PAGE).ok_or_else(|| format!("{PAGE} is missing"))?;
+    fs::write(root.join(PAGE), renewed(&page.text, &files))
+        .map_err(|error| format!("writing {PAGE}: {error}"))
+}
+
+fn renewed(page: &str, files: &[TextFile]) -> String {
+    let mut text = String::new();
+    for line in page.lines() {
+        match parse(line).and_then(|(path, _)| find(files, path)) {
+            Some(file) => {
+                text += &format!("{MARK}{} {} -->\n", file.path, hash_of_code(&file.text))
+            }
+            None => text += &format!("{line}\n"),
+        }
+    }
+    text
+}
+
+/// Path and hash of a line of the page that carries them.
+fn parse(line: &str) -> Option<(&str, &str)> {
+    line.strip_prefix(MARK)?
+        .strip_suffix(" -->")?
+        .split_once(' ')
+}
+
+/// FNV-1a, 64 bits, of the code without comments, white space and tests.
+fn hash_of_code(text: &str) -> String {
+    let lines = rust_text::lines(text);
+    let code = lines
+        .iter()
+        .filter(|line| !line.is_test)
+        .flat_map(|line| line.code.bytes());
+    let hash = code
+        .filter(|byte| !byte.is_ascii_whitespace())
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+        });
+    format!("{hash:016x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(path: &str, text: &str) -> TextFile {
+        TextFile {
+            path: path.into(),
+            text: text.into(),
+        }
+    }
+
+    #[test]
+    fn the_page_changes_with_the_code() {
+        let code = "//! Doc.\nfn centre(n: usize) -> f64 { (n - 1) as f64 / 2.0 }\n";
+        let page = format!("# Page\n{MARK}{} 0 -->\nend\n", REQUIRED[0]);
+        let mut files = vec![file(PAGE, &page), file(REQUIRED[0], code)];
+        assert_eq!(check(&files).len(), 1, "a wrong hash is found");
+        files[0].text = renewed(&page, &files);
+        assert!(files[0].text.starts_with("# Page\n") && files[0].text.ends_with("\nend\n"));
+        assert_eq!(check(&files), [], "a renewed one is right");
+        files[1].text = code
+            .replace("//! Doc.", "//! Other words.")
+            .replace(" { ", "\n{\n");
+        assert_eq!(check(&files), [], "comments and layout are no conventions");
+        files[1].text = code.replace("- 1", "- 0");
+        assert_eq!(check(&files).len(), 1, "a half bin is one");
+    }
+
+    #[test]
+    fn required_files_are_on_the_page() {
+        let code = file(REQUIRED[0], "fn f() {}\n");
+        assert_eq!(check(&[file(PAGE, "# Page\n"), code]).len(), 1);
+        assert_eq!(check(&[file(PAGE, "# Page\n")]), []);
+        assert_eq!(check(&[]).len(), 1);
+        assert_eq!(
+            check(&[file(PAGE, &format!("{MARK}gone.rs 0 -->\n"))]).len(),
+            1
+        );
+    }
+}

@@ -1,0 +1,228 @@
+//! Rules about manifests and the files beside them: all that a package needs to be published and found.
+
+use toml::{Table, Value};
+
+use super::{Finding, find};
+use crate::workspace::{PUBLISHED, TextFile, package_name};
+
+/// Findings in all manifests of the workspace.
+pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for file in files
+        .iter()
+        .filter(|file| file.path == "Cargo.toml" || file.path.ends_with("/Cargo.toml"))
+    {
+        match file.text.parse() {
+            Ok(manifest) => findings.extend(one_manifest(&file.path, &manifest)),
+            Err(error) => findings.push(Finding::new(&file.path, 0, format!("no TOML: {error}"))),
+        }
+    }
+    let licence = find(files, "LICENSE");
+    if licence.is_none() {
+        findings.push(Finding::new("LICENSE", 0, "missing"));
+    }
+    for krate in PUBLISHED {
+        for name in ["Cargo.toml", "README.md", "LICENSE"] {
+            let path = format!("crates/{krate}/{name}");
+            match find(files, &path) {
+                None => findings.push(Finding::new(
+                    &path,
+                    0,
+                    "missing: it belongs into the package",
+                )),
+                Some(copy)
+                    if name == "LICENSE"
+                        && licence.is_some_and(|licence| licence.text != copy.text) =>
+                {
+                    findings.push(Finding::new(
+                        &path,
+                        0,
+                        "differs from the LICENSE of the workspace",
+                    ));
+                }
+                Some(_) => {}
+            }
+        }
+    }
+    findings
+}
+
+fn one_manifest(path: &str, manifest: &Table) -> Vec<Finding> {
+    let mut findings = versions_beside_paths(path, manifest);
+    if manifest.contains_key("package") {
+        findings.extend(package_fields(path, manifest));
+    }
+    findings
+}
+
+/// A dependency by path needs a version, or the package cannot be published.
+fn versions_beside_paths(path: &str, manifest: &Table) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (section, value) in manifest {
+        let Some(table) = value.as_table() else {
+            continue;
+        };
+        if section.ends_with("dependencies") {
+            for (name, dependency) in table {
+                if dependency.get("path").is_some() && dependency.get("version").is_none() {
+                    findings.push(Finding::new(
+                        path,
+                        0,
+                        format!("`{name}` has a path and no version"),
+                    ));
+                }
+            }
+        } else {
+            findings.extend(versions_beside_paths(path, table));
+        }
+    }
+    findings
+}
+
+/// Fields every package carries, and those a published one needs besides.
+fn package_fields(path: &str, manifest: &Table) -> Vec<Finding> {
+    let mut needed = vec!["license", "description", "edition", "rust-version"];
+    let folder = path
+        .strip_prefix("crates/")
+        .and_then(|rest| rest.strip_suffix("/Cargo.toml"));
+    if folder.is_some() {
+        needed.extend(["keywords", "categories", "readme", "metadata.docs.rs"]);
+    }
+    let mut findings = Vec::new();
+    for field in needed {
+        let mut value = manifest.get("package");
+        for key in field.split('.') {
+            value = value.and_then(|table| table.get(key));
+        }
+        if value.is_none() {
+            findings.push(Finding::new(path, 0, format!("[package] has no `{field}`")));
+        }
+    }
+    let text = |table: &str, key: &str| {
+        manifest
+            .get(table)
+            .and_then(|table| table.get(key))
+            .and_then(Value::as_str)
+    };
+    let publishes = manifest
+        .get("package")
+        .and_then(|package| package.get("publish"))
+        != Some(&Value::Boolean(false));
+    if publishes != folder.is_some() {
+        findings.push(Finding::new(
+            path,
+            0,
+            "packages under crates/ are published, all others say `publish = false`",
+        ));
+    }
+    if let Some(folder) = folder {
+        let package = package_name(folder);
+        if text("package", "name") != Some(package) {
+            findings.push(Finding::new(
+                path,
+                0,
+                format!("the package must be named `{package}`"),
+            ));
+        }
+        if folder == "radon" && text("lib", "name") != Some("radon") {
+            findings.push(Finding::new(
+                path,
+                0,
+                "the library of radon-fbp must be named `radon`",
+            ));
+        }
+    }
+    findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn findings(path: &str, manifest: &str) -> Vec<String> {
+        let manifest = manifest.parse().expect("the snippet is TOML");
+        one_manifest(path, &manifest)
+            .into_iter()
+            .map(|finding| finding.message)
+            .collect()
+    }
+
+    const COMPLETE: &str = "[package]\nname = \"radon-fbp\"\nlicense.workspace = true\ndescription = \"x\"\nedition = \"2024\"\n\
+        rust-version = \"1.89\"\nkeywords = [\"a\"]\ncategories = [\"b\"]\nreadme = \"README.md\"\n\
+        [package.metadata.docs.rs]\nall-features = true\n[lib]\nname = \"radon\"\n";
+
+    #[test]
+    fn a_path_needs_a_version() {
+        assert_eq!(
+            findings(
+                "Cargo.toml",
+                "[workspace.dependencies]\na = { path = \"a\" }"
+            ),
+            ["`a` has a path and no version"]
+        );
+        assert_eq!(
+            findings(
+                "Cargo.toml",
+                "[target.x.dependencies]\na = { path = \"a\" }"
+            )
+            .len(),
+            1
+        );
+        assert!(
+            findings(
+                "Cargo.toml",
+                "[dependencies]\na = { path = \"a\", version = \"1\" }\nb = \"1\""
+            )
+            .is_empty()
+        );
+    }
+
+    #[test]
+    fn a_published_package_is_complete() {
+        assert!(findings("crates/radon/Cargo.toml", COMPLETE).is_empty());
+        for line in COMPLETE
+            .lines()
+            .filter(|line| line.contains('=') && !line.starts_with("all-features"))
+        {
+            let without = COMPLETE.replace(line, "");
+            assert!(
+                !findings("crates/radon/Cargo.toml", &without).is_empty(),
+                "nothing found without: {line}"
+            );
+        }
+        assert!(
+            !findings(
+                "crates/radon/Cargo.toml",
+                &COMPLETE.replace("radon-fbp", "radon")
+            )
+            .is_empty()
+        );
+    }
+
+    #[test]
+    fn packages_outside_crates_stay_unpublished() {
+        let manifest = "[package]\nname = \"x\"\nlicense = \"MIT\"\ndescription = \"x\"\nedition = \"2024\"\nrust-version = \"1.89\"\n";
+        assert_eq!(findings("xtask/Cargo.toml", manifest).len(), 1);
+        assert!(findings("xtask/Cargo.toml", &format!("{manifest}publish = false\n")).is_empty());
+    }
+
+    #[test]
+    fn each_crate_folder_has_readme_and_licence() {
+        let file = |path: &str, text: &str| TextFile {
+            path: path.into(),
+            text: text.into(),
+        };
+        let mut files = vec![file("LICENSE", "MIT")];
+        for krate in PUBLISHED {
+            let manifest = COMPLETE.replace("radon-fbp", package_name(krate));
+            files.push(file(&format!("crates/{krate}/Cargo.toml"), &manifest));
+            files.push(file(&format!("crates/{krate}/README.md"), "x"));
+            files.push(file(&format!("crates/{krate}/LICENSE"), "MIT"));
+        }
+        assert_eq!(check(&files), []);
+        files.last_mut().expect("just filled").text = "other".into();
+        assert_eq!(check(&files).len(), 1);
+        files.retain(|file| file.path != "crates/radon/README.md");
+        assert_eq!(check(&files).len(), 2);
+    }
+}

@@ -1,0 +1,81 @@
+//! The workspace on disk: where it is, the packages in it, the text files people wrote.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Folder of each published crate under `crates/`; a crate stands after all it depends on.
+pub(crate) const PUBLISHED: &[&str] = &[
+    "membrane-forces",
+    "membrane-newton",
+    "membrane-implicit",
+    "revolve-voxel",
+    "radon",
+    "heart-phantom",
+];
+
+/// The name under which the crate in `folder` is published.
+pub(crate) fn package_name(folder: &str) -> &str {
+    if folder == "radon" {
+        "radon-fbp"
+    } else {
+        folder
+    }
+}
+
+/// Folder that holds the workspace's `Cargo.toml`.
+pub(crate) fn root() -> PathBuf {
+    let xtask = Path::new(env!("CARGO_MANIFEST_DIR"));
+    xtask.parent().unwrap_or(xtask).to_path_buf()
+}
+
+/// A text file, by its path from the root (with `/` on every system).
+pub(crate) struct TextFile {
+    pub(crate) path: String,
+    pub(crate) text: String,
+}
+
+/// Folders that hold what people write; anything else (build output, results of a run) is no concern of ours.
+const FOLDERS: &[&str] = &[
+    ".cargo", ".ci", ".github", "benches", "crates", "docs", "tests", "xtask",
+];
+
+/// All text files of the workspace, in the order of their paths. Files that are no UTF-8 (pictures, data) are left out.
+pub(crate) fn text_files(root: &Path) -> std::io::Result<Vec<TextFile>> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(root)? {
+        let path = entry?.path();
+        // A linked checkout of git keeps a path of its machine in a file `.git`.
+        if path.is_file() && path.file_name().is_some_and(|name| name != ".git") {
+            found.push(path);
+        }
+    }
+    for folder in FOLDERS {
+        let folder = root.join(folder);
+        if folder.is_dir() {
+            walk(&folder, &mut found)?;
+        }
+    }
+    found.sort();
+    let mut files = Vec::new();
+    for path in found {
+        if let Ok(text) = String::from_utf8(fs::read(&path)?) {
+            let relative = path.strip_prefix(root).unwrap_or(&path);
+            let path = relative.to_string_lossy().replace('\\', "/");
+            files.push(TextFile { path, text });
+        }
+    }
+    Ok(files)
+}
+
+fn walk(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let is_build_output = path.file_name().is_some_and(|name| name == "target");
+        if path.is_dir() && !is_build_output {
+            walk(&path, found)?;
+        } else if path.is_file() {
+            found.push(path);
+        }
+    }
+    Ok(())
+}
