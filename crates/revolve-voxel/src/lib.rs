@@ -1,3 +1,36 @@
-//! Under construction.
-mod mask;
-pub use mask::Mask;
+//! Solids of revolution: exact chords, exact measures, coverage voxels, meshes.
+//!
+//! Under construction; see the items below.
+
+mod body;
+mod counters;
+mod coverage;
+mod crossing;
+mod detector;
+mod distance;
+mod error;
+mod grid;
+mod measures;
+mod meridian;
+mod plane_clip;
+mod pose;
+mod ray;
+mod sample;
+mod self_crossing;
+
+pub use body::Body;
+pub use counters::{RayCounters, VoxelCounters};
+pub use coverage::Sampling;
+pub use detector::{ParallelDetector, ParallelRays};
+pub use error::Error;
+pub use grid::VoxelGrid;
+pub use measures::Measures;
+pub use meridian::Meridian;
+pub use nalgebra;
+pub use pose::Pose;
+pub use ray::{Hit, Ray, Span};
+pub use sample::Sample;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;

@@ -1,0 +1,287 @@
+//! Parallel rays on a detector.
+
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::crossing::Direction;
+use crate::error::{finite, length, positive};
+use crate::{Body, Error, Hit, Ray, RayCounters, Sample};
+
+/// A flat detector of a parallel beam that turns about the lab's z axis.
+///
+/// At view angle theta (radians) bins run along (cos theta, sin theta, 0), rows along z, rays along
+/// (-sin theta, cos theta, 0). Centre of bin k of n: `(k - (n-1)/2) * pitch + offset`, rows alike.
+/// Images are indexed `[row][bin]`, bin fastest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ParallelDetector {
+    n_bins: usize,
+    n_rows: usize,
+    pitch: [f64; 2],
+    offset: [f64; 2],
+}
+
+impl ParallelDetector {
+    /// A detector centred on the axis of turning; `pitch` is [bin, row].
+    ///
+    /// # Errors
+    /// [`Error::NotPositive`], [`Error::NotFinite`].
+    pub fn new(n_bins: usize, n_rows: usize, pitch: [f64; 2]) -> Result<Self, Error> {
+        positive("number of bins", n_bins as f64)?;
+        positive("number of rows", n_rows as f64)?;
+        positive("bin pitch", pitch[0])?;
+        positive("row pitch", pitch[1])?;
+        Ok(Self {
+            n_bins,
+            n_rows,
+            pitch,
+            offset: [0.0; 2],
+        })
+    }
+
+    /// The same detector with its centre at `offset` = [along the bins, along z].
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn with_offset(mut self, offset: [f64; 2]) -> Result<Self, Error> {
+        finite("bin offset", offset[0])?;
+        finite("row offset", offset[1])?;
+        self.offset = offset;
+        Ok(self)
+    }
+
+    /// Bins in a row.
+    pub fn n_bins(&self) -> usize {
+        self.n_bins
+    }
+
+    /// Rows.
+    pub fn n_rows(&self) -> usize {
+        self.n_rows
+    }
+
+    /// The rays of one view.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn rays(&self, theta: f64) -> Result<ParallelRays, Error> {
+        finite("view angle", theta)?;
+        let (sin, cos) = theta.sin_cos();
+        let bins = Vector3::new(cos, sin, 0.0);
+        let at = |a: usize, n: usize| self.offset[a] - 0.5 * (n as f64 - 1.0) * self.pitch[a];
+        ParallelRays::new(
+            [self.n_bins, self.n_rows],
+            Point3::from(bins * at(0, self.n_bins) + Vector3::z() * at(1, self.n_rows)),
+            bins * self.pitch[0],
+            Vector3::z() * self.pitch[1],
+            Vector3::new(-sin, cos, 0.0),
+        )
+    }
+}
+
+/// A raster of parallel rays in any position: ray (bin, row) passes through `first + bin * bin_step + row * row_step`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ParallelRays {
+    n_bins: usize,
+    n_rows: usize,
+    first: Point3<f64>,
+    bin_step: Vector3<f64>,
+    row_step: Vector3<f64>,
+    direction: Vector3<f64>,
+}
+
+impl ParallelRays {
+    /// A raster of `[n_bins, n_rows]` rays; the direction is normalised.
+    ///
+    /// # Errors
+    /// [`Error::NotPositive`] for a count of zero or a zero direction, [`Error::NotFinite`].
+    pub fn new(
+        [n_bins, n_rows]: [usize; 2],
+        first: Point3<f64>,
+        bin_step: Vector3<f64>,
+        row_step: Vector3<f64>,
+        direction: Vector3<f64>,
+    ) -> Result<Self, Error> {
+        positive("number of bins", n_bins as f64)?;
+        positive("number of rows", n_rows as f64)?;
+        for v in bin_step.iter().chain(row_step.iter()) {
+            finite("step between rays", *v)?;
+        }
+        let direction = Ray::new(first, direction)?.direction();
+        Ok(Self {
+            n_bins,
+            n_rows,
+            first,
+            bin_step,
+            row_step,
+            direction,
+        })
+    }
+
+    /// Bins in a row.
+    pub fn n_bins(&self) -> usize {
+        self.n_bins
+    }
+
+    /// Rows.
+    pub fn n_rows(&self) -> usize {
+        self.n_rows
+    }
+
+    /// Unit direction of the rays.
+    pub fn direction(&self) -> Vector3<f64> {
+        self.direction
+    }
+
+    /// One ray.
+    pub fn ray(&self, bin: usize, row: usize) -> Ray {
+        let origin = self.first + self.bin_step * bin as f64 + self.row_step * row as f64;
+        // Validated when the raster was made.
+        Ray::new(origin, self.direction).expect("finite raster")
+    }
+}
+
+impl Body {
+    /// Line integrals of the activity along the rays, `[row][bin]`.
+    ///
+    /// Rows are shared among the threads of the current rayon pool; the result does not depend on their number.
+    ///
+    /// # Errors
+    /// [`Error::Length`] or [`Error::NotFinite`] for the activities.
+    pub fn project<T: Sample>(
+        &self,
+        rays: &ParallelRays,
+        activity: &[f64],
+    ) -> Result<(Vec<T>, RayCounters), Error> {
+        let mut out = vec![T::default(); rays.n_bins * rays.n_rows];
+        let counters = self.project_add(rays, activity, 1.0, &mut out)?;
+        Ok((out, counters))
+    }
+
+    /// Adds `weight` times the line integrals to an image: the building block of time averages.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a wrong image or number of activities, [`Error::NotFinite`].
+    pub fn project_add<T: Sample>(
+        &self,
+        rays: &ParallelRays,
+        activity: &[f64],
+        weight: f64,
+        out: &mut [T],
+    ) -> Result<RayCounters, Error> {
+        let weights = self.weights(activity)?;
+        finite("weight", weight)?;
+        length("image", rays.n_bins * rays.n_rows, out.len())?;
+        let pose = self.pose();
+        let (first, d) = (
+            pose.to_body(&rays.first),
+            pose.vector_to_body(&rays.direction),
+        );
+        let steps = [
+            pose.vector_to_body(&rays.bin_step),
+            pose.vector_to_body(&rays.row_step),
+        ];
+        let views: Vec<LayerView> = (0..self.layers().len())
+            .filter(|&k| weights[k] != 0.0)
+            .map(|k| {
+                let direction = Direction::new(&self.layers()[k], &d);
+                LayerView {
+                    layer: k,
+                    weight: weight * weights[k],
+                    first: direction.coordinates(&first),
+                    bin: direction.slopes(&steps[0]),
+                    row: direction.slopes(&steps[1]),
+                    direction,
+                }
+            })
+            .collect();
+        let counters = out
+            .par_chunks_mut(rays.n_bins)
+            .enumerate()
+            .map(|(row, image)| self.project_row(&views, row, image))
+            .reduce(RayCounters::default, |a, b| a + b);
+        Ok(counters)
+    }
+
+    fn project_row<T: Sample>(
+        &self,
+        views: &[LayerView],
+        row: usize,
+        image: &mut [T],
+    ) -> RayCounters {
+        let n_bins = image.len();
+        let mut counters = RayCounters::default();
+        let mut sums = vec![0.0f64; n_bins];
+        let mut reached = vec![false; n_bins];
+        for view in views {
+            let meridian = &self.layers()[view.layer];
+            let w0 = view.first[0] + view.row[0] * row as f64;
+            let q0 = view.first[1] + view.row[1] * row as f64;
+            let [a, b] = meridian.x_range();
+            let r = meridian.r_max();
+            let w_max = view.direction.s * 0.5 * (b - a) + view.direction.c.abs() * r;
+            let wide = interval(w0, view.bin[0], w_max, n_bins);
+            let high = interval(q0, view.bin[1], r, n_bins);
+            for bin in wide.0.max(high.0)..wide.1.min(high.1) {
+                let k = bin as f64;
+                let mut sum = 0.0;
+                view.direction.crossings(
+                    meridian,
+                    w0 + k * view.bin[0],
+                    q0 + k * view.bin[1],
+                    |x| sum += if x.enters { -x.t } else { x.t },
+                );
+                sums[bin] += view.weight * sum.max(0.0);
+                if !reached[bin] {
+                    reached[bin] = true;
+                    counters.cast += 1;
+                }
+                counters.hit += u64::from(sum > 0.0);
+            }
+        }
+        for (pixel, sum) in image.iter_mut().zip(&sums) {
+            if *sum != 0.0 {
+                *pixel += T::from_f64(*sum);
+            }
+        }
+        counters.skipped = n_bins as u64 - counters.cast;
+        counters
+    }
+
+    /// First hits of one layer by each ray, `[row][bin]`: what an orthographic shaded picture needs.
+    ///
+    /// The rays start at their raster points; place the raster outside the body.
+    ///
+    /// # Panics
+    /// If there is no such layer.
+    pub fn first_hits(&self, layer: usize, rays: &ParallelRays) -> Vec<Option<Hit>> {
+        (0..rays.n_bins * rays.n_rows)
+            .into_par_iter()
+            .map(|k| self.first_hit(layer, &rays.ray(k % rays.n_bins, k / rays.n_bins)))
+            .collect()
+    }
+}
+
+/// A layer seen along one direction: (w, q, t) of the first ray and their steps.
+struct LayerView {
+    layer: usize,
+    weight: f64,
+    direction: Direction,
+    first: [f64; 3],
+    bin: [f64; 3],
+    row: [f64; 3],
+}
+
+/// Indices k in 0..n with |start + k step| <= bound, widened by one on either side.
+fn interval(start: f64, step: f64, bound: f64, n: usize) -> (usize, usize) {
+    if step == 0.0 {
+        return if start.abs() <= bound { (0, n) } else { (0, 0) };
+    }
+    let (a, b) = ((-bound - start) / step, (bound - start) / step);
+    let low = (a.min(b).ceil() - 1.0).max(0.0);
+    let high = (a.max(b).floor() + 2.0).min(n as f64);
+    if low < high {
+        (low as usize, high as usize)
+    } else {
+        (0, 0)
+    }
+}

@@ -1,0 +1,118 @@
+//! The crate's error type: what was given, what is allowed.
+
+use thiserror::Error;
+
+/// Bad input, found before any work starts.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Fewer points than a meridian needs.
+    #[error("a meridian needs at least {needed} distinct points, got {given}")]
+    TooFewPoints {
+        /// Distinct points given.
+        given: usize,
+        /// Points needed.
+        needed: usize,
+    },
+    /// A NaN or infinite coordinate.
+    #[error("point {index} is not finite: ({x}, {r})")]
+    NotFinitePoint {
+        /// Index of the point.
+        index: usize,
+        /// Its axial coordinate.
+        x: f64,
+        /// Its radius.
+        r: f64,
+    },
+    /// A radius below zero.
+    #[error("point {index} has a negative radius {r}")]
+    NegativeRadius {
+        /// Index of the point.
+        index: usize,
+        /// Its radius.
+        r: f64,
+    },
+    /// Two segments of the meridian cross or overlap.
+    #[error("the meridian crosses itself: segments {first} and {second}")]
+    SelfCrossing {
+        /// Index of the first segment (an open base's disc counts as a segment).
+        first: usize,
+        /// Index of the second segment.
+        second: usize,
+    },
+    /// The meridian encloses no volume.
+    #[error("the meridian encloses no volume ({volume})")]
+    NoVolume {
+        /// The volume found.
+        volume: f64,
+    },
+    /// A number that must be finite is not.
+    #[error("{what} must be finite, got {given}")]
+    NotFinite {
+        /// Which number.
+        what: &'static str,
+        /// The value given.
+        given: f64,
+    },
+    /// A number that must be positive is not.
+    #[error("{what} must be positive, got {given}")]
+    NotPositive {
+        /// Which number.
+        what: &'static str,
+        /// The value given.
+        given: f64,
+    },
+    /// A list has the wrong length.
+    #[error("{what}: expected length {expected}, got {given}")]
+    Length {
+        /// Which list.
+        what: &'static str,
+        /// The length needed.
+        expected: usize,
+        /// The length given.
+        given: usize,
+    },
+    /// An inner layer reaches outside the layer around it.
+    #[error("layer {layer} reaches {depth} outside the layer around it at (x, r) = ({x}, {r})")]
+    NotNested {
+        /// Index of the inner layer.
+        layer: usize,
+        /// How far outside.
+        depth: f64,
+        /// Axial coordinate of the worst point.
+        x: f64,
+        /// Radius of the worst point.
+        r: f64,
+    },
+}
+
+/// `Ok` if the number is finite.
+pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64, Error> {
+    if given.is_finite() {
+        Ok(given)
+    } else {
+        Err(Error::NotFinite { what, given })
+    }
+}
+
+/// `Ok` if the number is finite and positive.
+pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, Error> {
+    if finite(what, given)? > 0.0 {
+        Ok(given)
+    } else {
+        Err(Error::NotPositive { what, given })
+    }
+}
+
+/// `Ok` if the length is the expected one.
+pub(crate) fn length(what: &'static str, expected: usize, given: usize) -> Result<(), Error> {
+    if given == expected {
+        Ok(())
+    } else {
+        Err(Error::Length {
+            what,
+            expected,
+            given,
+        })
+    }
+}

@@ -1,0 +1,89 @@
+//! Regular voxel grids.
+
+use nalgebra::Point3;
+
+use crate::Error;
+use crate::error::{finite, positive};
+
+/// A regular grid of voxels; volumes on it are indexed `[z][y][x]`, x fastest.
+///
+/// Coordinates of centres: `origin[a] + k * spacing[a]`, a = x, y, z.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VoxelGrid {
+    shape: [usize; 3],
+    spacing: [f64; 3],
+    origin: [f64; 3],
+}
+
+impl VoxelGrid {
+    /// A grid from its numbers of voxels `[nx, ny, nz]`, per-axis steps and the first voxel's centre.
+    ///
+    /// # Errors
+    /// [`Error::NotPositive`] for a count or spacing that is not positive, [`Error::NotFinite`].
+    pub fn new(shape: [usize; 3], spacing: [f64; 3], origin: [f64; 3]) -> Result<Self, Error> {
+        for a in 0..3 {
+            positive("number of voxels", shape[a] as f64)?;
+            positive("voxel spacing", spacing[a])?;
+            finite("grid origin", origin[a])?;
+        }
+        Ok(Self {
+            shape,
+            spacing,
+            origin,
+        })
+    }
+
+    /// A grid centred at `offset`: centre k of n at `(k - (n-1)/2) * spacing + offset`.
+    ///
+    /// # Errors
+    /// As [`VoxelGrid::new`].
+    pub fn centred(shape: [usize; 3], spacing: [f64; 3], offset: [f64; 3]) -> Result<Self, Error> {
+        let first = |a: usize| offset[a] - 0.5 * (shape[a] as f64 - 1.0) * spacing[a];
+        Self::new(shape, spacing, [first(0), first(1), first(2)])
+    }
+
+    /// A cube of n voxels a side, centred at the origin.
+    ///
+    /// # Errors
+    /// As [`VoxelGrid::new`].
+    pub fn cube(n: usize, spacing: f64) -> Result<Self, Error> {
+        Self::centred([n; 3], [spacing; 3], [0.0; 3])
+    }
+
+    /// Numbers of voxels `[nx, ny, nz]`.
+    pub fn shape(&self) -> [usize; 3] {
+        self.shape
+    }
+
+    /// Steps `[dx, dy, dz]`.
+    pub fn spacing(&self) -> [f64; 3] {
+        self.spacing
+    }
+
+    /// Centre of the first voxel.
+    pub fn origin(&self) -> [f64; 3] {
+        self.origin
+    }
+
+    /// Total number of voxels.
+    #[allow(clippy::len_without_is_empty)] // never empty
+    pub fn len(&self) -> usize {
+        self.shape.iter().product()
+    }
+
+    /// Voxels in one z slice.
+    pub fn slice_len(&self) -> usize {
+        self.shape[0] * self.shape[1]
+    }
+
+    /// Volume of one voxel.
+    pub fn voxel_volume(&self) -> f64 {
+        self.spacing.iter().product()
+    }
+
+    /// Centre of voxel (ix, iy, iz).
+    pub fn centre(&self, ix: usize, iy: usize, iz: usize) -> Point3<f64> {
+        let at = |a: usize, k: usize| self.origin[a] + k as f64 * self.spacing[a];
+        Point3::new(at(0, ix), at(1, iy), at(2, iz))
+    }
+}

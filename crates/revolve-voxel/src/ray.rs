@@ -1,0 +1,79 @@
+//! Rays, spans and hits.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::Error;
+use crate::error::finite;
+
+/// A straight line, origin and unit direction; the parameter `t` is a signed distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ray {
+    origin: Point3<f64>,
+    direction: Vector3<f64>,
+}
+
+impl Ray {
+    /// A ray through `origin` along `direction`, which is normalised.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] for a NaN or infinite component, [`Error::NotPositive`] for a zero direction.
+    pub fn new(origin: Point3<f64>, direction: Vector3<f64>) -> Result<Self, Error> {
+        for v in origin.iter() {
+            finite("ray origin", *v)?;
+        }
+        for v in direction.iter() {
+            finite("ray direction", *v)?;
+        }
+        // Scale first: the square of a tiny or huge component would under- or overflow.
+        let scale = direction.amax();
+        crate::error::positive("ray direction", scale)?;
+        Ok(Self {
+            origin,
+            direction: (direction / scale).normalize(),
+        })
+    }
+
+    /// The point at parameter zero.
+    pub fn origin(&self) -> Point3<f64> {
+        self.origin
+    }
+
+    /// The unit direction.
+    pub fn direction(&self) -> Vector3<f64> {
+        self.direction
+    }
+
+    /// The point at distance `t` along the ray.
+    pub fn at(&self, t: f64) -> Point3<f64> {
+        self.origin + self.direction * t
+    }
+}
+
+/// An interval of ray parameter inside a solid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// Where the ray enters.
+    pub enter: f64,
+    /// Where the ray leaves.
+    pub exit: f64,
+}
+
+impl Span {
+    /// Length of the span.
+    pub fn length(&self) -> f64 {
+        self.exit - self.enter
+    }
+}
+
+/// A point where a ray meets a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Ray parameter.
+    pub t: f64,
+    /// The point, in the ray's frame.
+    pub point: Point3<f64>,
+    /// Outward unit normal, in the ray's frame.
+    pub normal: Vector3<f64>,
+    /// Index of the layer that was hit (0 for a single meridian).
+    pub layer: usize,
+}
