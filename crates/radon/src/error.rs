@@ -150,7 +150,6 @@ pub(crate) fn at_least(
 }
 
 /// `Ok` if the array holds `expected` samples.
-#[allow(dead_code)] // until the first array comes in
 pub(crate) fn length(name: &'static str, given: usize, expected: usize) -> Result<(), RadonError> {
     if given == expected {
         Ok(())

@@ -1,11 +1,15 @@
 //! Parallel-beam tomography on a CPU: projectors with exact adjoints, filtered back-projection, analytic test objects.
 
 mod error;
+mod fbp;
+mod filter;
 mod geometry;
 mod measure;
 mod sample;
 
 pub use error::RadonError;
+pub use fbp::{EdgePolicy, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation, Skip};
+pub use filter::{Window, padded_len, ramp_response, ramp_sample};
 pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry, StackOrder};
 pub use measure::{MaskedStats, disc_mask, rmse_within};
 pub use sample::Sample;

@@ -4,11 +4,17 @@ use std::fmt::{Debug, Display};
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-mod sealed {
-    // The FFT's own bound stays behind the seal, so that the dependency is not public.
-    pub trait Sealed: realfft::FftNum {}
-    impl Sealed for f32 {}
-    impl Sealed for f64 {}
+pub(crate) mod sealed {
+    /// What kernels need beyond the public arithmetic. The FFT's own bound stays behind the seal, so that the dependency is not
+    /// public.
+    pub trait Sealed: realfft::FftNum {
+        /// `self * a + b` with one rounding.
+        fn fused(self, a: Self, b: Self) -> Self;
+        /// Integer part of a value in the range of `i32`.
+        fn truncated(self) -> i32;
+        /// The value held within `[lo, hi]`.
+        fn held(self, lo: Self, hi: Self) -> Self;
+    }
 }
 
 /// A stored sample: `f32` or `f64`, and no other type (sealed).
@@ -51,6 +57,20 @@ pub trait Sample:
 
 macro_rules! sample {
     ($t:ident) => {
+        impl sealed::Sealed for $t {
+            #[inline(always)]
+            fn fused(self, a: Self, b: Self) -> Self {
+                self.mul_add(a, b)
+            }
+            #[inline(always)]
+            fn truncated(self) -> i32 {
+                self as i32
+            }
+            #[inline(always)]
+            fn held(self, lo: Self, hi: Self) -> Self {
+                self.max(lo).min(hi)
+            }
+        }
         impl Sample for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;

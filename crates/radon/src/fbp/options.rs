@@ -1,0 +1,103 @@
+//! What an FBP plan can be told, and what a run reports.
+
+use std::ops::Range;
+
+use crate::filter::Window;
+use crate::geometry::ArcPolicy;
+
+/// Options of [`FbpPlan`](crate::FbpPlan); `Default` is the Ram-Lak filter at full cutoff with linear interpolation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FbpOptions {
+    /// Apodising window of the ramp filter.
+    pub window: Window,
+    /// Cutoff as a fraction of the Nyquist frequency `1/(2 pitch)`, in `(0, 1]`.
+    pub cutoff: f64,
+    /// How filtered rows are read between bin centres.
+    pub interpolation: Interpolation,
+    /// What is assumed beyond the ends of a row.
+    pub edge: EdgePolicy,
+    /// What becomes of directions that no view measured.
+    pub arc: ArcPolicy,
+    /// Pixels to reconstruct: `(x, y)` index ranges of the grid; `None` for all. The result is the same, bit for bit, as the
+    /// cut from the whole image.
+    pub region: Option<(Range<usize>, Range<usize>)>,
+    /// Whether rows and slices without signal are passed over. The result is the same, bit for bit.
+    pub skip: Skip,
+}
+
+impl Default for FbpOptions {
+    fn default() -> Self {
+        Self {
+            window: Window::RamLak,
+            cutoff: 1.0,
+            interpolation: Interpolation::Linear,
+            edge: EdgePolicy::Zero,
+            arc: ArcPolicy::Complete,
+            region: None,
+            skip: Skip::Empty,
+        }
+    }
+}
+
+impl FbpOptions {
+    /// The same with another window.
+    pub fn with_window(mut self, window: Window) -> Self {
+        self.window = window;
+        self
+    }
+}
+
+/// How filtered rows are read between bin centres.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Interpolation {
+    /// Straight line between two bins: robust, and a slight low pass.
+    #[default]
+    Linear,
+    /// Rows up-sampled 8 times in the Fourier domain, then linear: close to the ideal interpolation of a band-limited row.
+    BandLimited,
+}
+
+impl Interpolation {
+    /// Samples of a filtered row per detector bin.
+    pub(crate) fn upsampling(self) -> usize {
+        match self {
+            Interpolation::Linear => 1,
+            Interpolation::BandLimited => 8,
+        }
+    }
+}
+
+/// What is assumed beyond the ends of a row before it is filtered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum EdgePolicy {
+    /// Nothing there: right when the object lies within the field of view.
+    #[default]
+    Zero,
+    /// The end bins repeated: for truncated rows.
+    Repeat,
+}
+
+/// Whether work on empty data is passed over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Skip {
+    /// Filter and back-project only what holds signal.
+    #[default]
+    Empty,
+    /// Do all the work, for comparison.
+    Nothing,
+}
+
+/// What a run did and what it passed over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FbpReport {
+    /// Slices that were back-projected.
+    pub slices_reconstructed: usize,
+    /// Slices without signal, filled with zeros.
+    pub slices_skipped: usize,
+    /// Rows (one view of one slice) that were filtered.
+    pub rows_filtered: usize,
+    /// Rows without signal that were not.
+    pub rows_skipped: usize,
+}

@@ -1,0 +1,121 @@
+//! Filtering of detector rows: pad, real FFT, response, inverse FFT (up-sampled or not).
+
+use std::sync::Arc;
+
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::num_complex::Complex;
+
+use crate::error::RadonError;
+use crate::fbp::options::{EdgePolicy, FbpOptions};
+use crate::filter::{padded_len, ramp_response};
+use crate::sample::Sample;
+
+/// Filters one row at a time; each row's result depends on that row alone, so skipping others changes no bit.
+pub(crate) struct RowFilter<T: Sample> {
+    n_bins: usize,
+    upsampling: usize,
+    edge: EdgePolicy,
+    forward: Arc<dyn RealToComplex<T>>,
+    inverse: Arc<dyn ComplexToReal<T>>,
+    response: Vec<T>,
+}
+
+/// Work arrays of one thread.
+pub(crate) struct RowScratch<T: Sample> {
+    row: Vec<T>,
+    spectrum: Vec<Complex<T>>,
+    fine_spectrum: Vec<Complex<T>>,
+    fine: Vec<T>,
+    fft: Vec<Complex<T>>,
+}
+
+impl<T: Sample> RowFilter<T> {
+    pub(crate) fn new(n_bins: usize, options: &FbpOptions) -> Result<Self, RadonError> {
+        // Twice the row makes the convolution linear; a row that is extended at both ends needs room for that too.
+        let len = padded_len(match options.edge {
+            EdgePolicy::Zero => 2 * n_bins,
+            EdgePolicy::Repeat => 4 * n_bins,
+        });
+        let upsampling = options.interpolation.upsampling();
+        let mut planner = RealFftPlanner::<T>::new();
+        let mut response = ramp_response(&options.window, options.cutoff, len)?;
+        if upsampling > 1 {
+            // The Nyquist term stands for two in the longer spectrum.
+            response[len / 2] /= 2.0;
+        }
+        Ok(Self {
+            n_bins,
+            upsampling,
+            edge: options.edge,
+            forward: planner.plan_fft_forward(len),
+            inverse: planner.plan_fft_inverse(len * upsampling),
+            response: response.iter().map(|&r| T::of(r / len as f64)).collect(),
+        })
+    }
+
+    /// Samples of a filtered row.
+    pub(crate) fn out_len(&self) -> usize {
+        self.n_bins * self.upsampling
+    }
+
+    pub(crate) fn scratch(&self) -> RowScratch<T> {
+        RowScratch {
+            row: self.forward.make_input_vec(),
+            spectrum: self.forward.make_output_vec(),
+            fine_spectrum: if self.upsampling > 1 {
+                self.inverse.make_input_vec()
+            } else {
+                Vec::new()
+            },
+            fine: self.inverse.make_output_vec(),
+            fft: vec![
+                Complex::default();
+                self.forward
+                    .get_scratch_len()
+                    .max(self.inverse.get_scratch_len())
+            ],
+        }
+    }
+
+    /// The filtered row times the pitch, `out_len()` samples, held in the scratch.
+    pub(crate) fn filter<'a>(&self, input: &[T], scratch: &'a mut RowScratch<T>) -> &'a [T] {
+        let RowScratch {
+            row,
+            spectrum,
+            fine_spectrum,
+            fine,
+            fft,
+        } = scratch;
+        let n = self.n_bins;
+        row[..n].copy_from_slice(input);
+        match self.edge {
+            EdgePolicy::Zero => row[n..].fill(T::ZERO),
+            EdgePolicy::Repeat => {
+                let middle = n + (row.len() - n) / 2;
+                row[n..middle].fill(input[n - 1]);
+                row[middle..].fill(input[0]);
+            }
+        }
+        // The transforms fail only on wrong lengths, which the planner's own vectors rule out, or on a complex value at
+        // zero frequency or Nyquist, which are set real here.
+        let done = self.forward.process_with_scratch(row, spectrum, fft);
+        debug_assert!(done.is_ok());
+        for (value, &gain) in spectrum.iter_mut().zip(&self.response) {
+            value.re *= gain;
+            value.im *= gain;
+        }
+        spectrum[0].im = T::ZERO;
+        let source = if self.upsampling > 1 {
+            fine_spectrum[..spectrum.len()].copy_from_slice(spectrum);
+            fine_spectrum[spectrum.len()..].fill(Complex::default());
+            fine_spectrum
+        } else {
+            let last = spectrum.len() - 1;
+            spectrum[last].im = T::ZERO;
+            spectrum
+        };
+        let done = self.inverse.process_with_scratch(source, fine, fft);
+        debug_assert!(done.is_ok());
+        &fine[..self.out_len()]
+    }
+}

@@ -1,0 +1,71 @@
+//! Closed forms that share no code with the crate.
+#![allow(dead_code)] // each test file uses its part
+
+use std::f64::consts::PI;
+
+use radon::{ImageGrid, ParallelGeometry};
+
+/// An ellipse of value 1: half axes `a`, `b`, the first turned by `phi`.
+#[derive(Clone, Copy)]
+pub(crate) struct Ellipse {
+    pub(crate) centre: [f64; 2],
+    pub(crate) a: f64,
+    pub(crate) b: f64,
+    pub(crate) phi: f64,
+}
+
+impl Ellipse {
+    pub(crate) fn disc(centre: [f64; 2], radius: f64) -> Self {
+        Self {
+            centre,
+            a: radius,
+            b: radius,
+            phi: 0.0,
+        }
+    }
+
+    /// Length of the line at signed distance `s` with normal `(cos theta, sin theta)` inside the ellipse.
+    pub(crate) fn chord(&self, theta: f64, s: f64) -> f64 {
+        let g = theta - self.phi;
+        let half_width2 = (self.a * g.cos()).powi(2) + (self.b * g.sin()).powi(2);
+        let t = s - self.centre[0] * theta.cos() - self.centre[1] * theta.sin();
+        2.0 * self.a * self.b / half_width2 * (half_width2 - t * t).max(0.0).sqrt()
+    }
+
+    /// 1 at the boundary, less inside.
+    pub(crate) fn level(&self, [x, y]: [f64; 2]) -> f64 {
+        let (dx, dy) = (x - self.centre[0], y - self.centre[1]);
+        let (sin, cos) = self.phi.sin_cos();
+        ((dx * cos + dy * sin) / self.a).hypot((dy * cos - dx * sin) / self.b)
+    }
+
+    pub(crate) fn sinogram(&self, geometry: &ParallelGeometry) -> Vec<f64> {
+        let mut out = Vec::with_capacity(geometry.sinogram_len());
+        for &theta in geometry.angles() {
+            out.extend((0..geometry.n_bins()).map(|k| self.chord(theta, geometry.bin_centre(k))));
+        }
+        out
+    }
+}
+
+/// Mean of the image over pixels for which `inside` holds of their centre.
+pub(crate) fn mean_where(
+    image: &[f64],
+    grid: &ImageGrid,
+    inside: impl Fn([f64; 2]) -> bool,
+) -> f64 {
+    let (mut sum, mut n) = (0.0, 0);
+    for iy in 0..grid.ny() {
+        for ix in 0..grid.nx() {
+            if inside(grid.pixel_centre(ix, iy)) {
+                sum += image[iy * grid.nx() + ix];
+                n += 1;
+            }
+        }
+    }
+    sum / n as f64
+}
+
+pub(crate) fn half_turn(n_views: usize, n_bins: usize, pitch: f64) -> ParallelGeometry {
+    ParallelGeometry::uniform(n_views, PI, n_bins, pitch).unwrap()
+}

@@ -1,0 +1,146 @@
+//! FBP: what may not change the result, bit for bit.
+
+mod common;
+
+use common::{Ellipse, half_turn};
+use radon::{FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, Skip, StackOrder};
+
+/// `n_slices` different ellipses, every third slice empty, as `[slice][view][bin]`.
+fn stack(geometry: &ParallelGeometry, n_slices: usize) -> Vec<f32> {
+    (0..n_slices)
+        .flat_map(|z| {
+            let ellipse = Ellipse {
+                centre: [3.0 + 0.1 * z as f64, -2.0],
+                a: 9.0,
+                b: 4.0 + 0.05 * z as f64,
+                phi: 0.3,
+            };
+            let value = if z % 3 == 2 { 0.0 } else { 1.0 + z as f64 };
+            ellipse
+                .sinogram(geometry)
+                .into_iter()
+                .map(move |p| (value * p) as f32)
+        })
+        .collect()
+}
+
+fn bits(volume: &[f32]) -> Vec<u32> {
+    volume.iter().map(|v| v.to_bits()).collect()
+}
+
+#[test]
+fn a_slice_alone_among_others_and_in_either_order_has_the_same_bits() {
+    let geometry = half_turn(23, 41, 1.0);
+    let grid = ImageGrid::new(37, 29, 1.1).unwrap();
+    let plan = FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
+    for n_slices in [2, 5, 16, 17, 40, 70, 131] {
+        let by_slice = stack(&geometry, n_slices);
+        let mut by_view = vec![0.0; by_slice.len()];
+        for v in 0..23 {
+            for z in 0..n_slices {
+                let row = &by_slice[(z * 23 + v) * 41..][..41];
+                by_view[(v * n_slices + z) * 41..][..41].copy_from_slice(row);
+            }
+        }
+        let volume = plan
+            .reconstruct_stack(&by_slice, n_slices, StackOrder::SliceViewBin)
+            .unwrap();
+        let other = plan
+            .reconstruct_stack(&by_view, n_slices, StackOrder::ViewSliceBin)
+            .unwrap();
+        assert_eq!(bits(&volume), bits(&other), "{n_slices} slices");
+        for z in 0..n_slices {
+            let alone = plan
+                .reconstruct(&by_slice[z * 23 * 41..][..23 * 41])
+                .unwrap();
+            assert_eq!(
+                bits(&volume[z * grid.image_len()..][..grid.image_len()]),
+                bits(&alone),
+                "slice {z} of {n_slices}"
+            );
+        }
+    }
+}
+
+#[test]
+fn skipping_changes_no_bit_and_is_counted() {
+    let geometry = half_turn(23, 41, 1.0);
+    let grid = ImageGrid::square(32, 1.0).unwrap();
+    let mut projections = stack(&geometry, 20);
+    projections[3 * 41..4 * 41].fill(0.0); // one row of slice 0
+    let run = |skip| {
+        let plan = FbpPlan::<f32>::new(
+            &geometry,
+            &grid,
+            &FbpOptions {
+                skip,
+                ..Default::default()
+            },
+        )
+        .unwrap();
+        let mut volume = vec![f32::NAN; 20 * grid.image_len()];
+        let order = StackOrder::SliceViewBin;
+        let report = plan
+            .reconstruct_stack_into(&projections, 20, order, &mut volume, &mut plan.scratch())
+            .unwrap();
+        (bits(&volume), report)
+    };
+    let ((with, skipped), (without, all)) = (run(Skip::Empty), run(Skip::Nothing));
+    assert_eq!(with, without);
+    assert_eq!(
+        (skipped.slices_reconstructed, skipped.slices_skipped),
+        (14, 6)
+    );
+    assert_eq!(
+        (skipped.rows_filtered, skipped.rows_skipped),
+        (14 * 23 - 1, 6 * 23 + 1)
+    );
+    assert_eq!((all.slices_reconstructed, all.rows_filtered), (20, 20 * 23));
+}
+
+#[test]
+fn a_region_is_the_cut_from_the_whole() {
+    let geometry = half_turn(31, 50, 1.0);
+    let grid = ImageGrid::new(45, 38, 1.0).unwrap();
+    let projections = stack(&geometry, 3);
+    let whole = FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
+    let options = FbpOptions {
+        region: Some((5..41, 9..30)),
+        ..Default::default()
+    };
+    let part = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
+    let whole = whole
+        .reconstruct_stack(&projections, 3, StackOrder::SliceViewBin)
+        .unwrap();
+    let part = part
+        .reconstruct_stack(&projections, 3, StackOrder::SliceViewBin)
+        .unwrap();
+    let cut: Vec<f32> = (0..3)
+        .flat_map(|z| (9..30).flat_map(move |y| (5..41).map(move |x| (z, y, x))))
+        .map(|(z, y, x)| whole[(z * 38 + y) * 45 + x])
+        .collect();
+    assert_eq!(bits(&part), bits(&cut));
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let geometry = half_turn(23, 41, 1.0);
+    let grid = ImageGrid::square(40, 1.0).unwrap();
+    let projections = stack(&geometry, 37);
+    let plan = FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        bits(
+            &pool
+                .install(|| plan.reconstruct_stack(&projections, 37, StackOrder::SliceViewBin))
+                .unwrap(),
+        )
+    };
+    let one = run(1);
+    for threads in [2, 3, 8] {
+        assert_eq!(one, run(threads), "{threads} threads");
+    }
+}
