@@ -1,5 +1,7 @@
 //! Sets of voxels: intersection, union, erosion, and what lies far from a set.
 
+use crate::Sample;
+use crate::error::{Error, length};
 use rayon::prelude::*;
 
 /// A set of voxels of a grid, in index order `[z][y][x]` (x fastest).
@@ -11,10 +13,11 @@ use rayon::prelude::*;
 ///
 /// ```
 /// use revolve_voxel::Mask;
-/// let mut mask = Mask::new([5, 5, 5], vec![true; 125]).unwrap();
+/// let mut mask = Mask::new([5, 5, 5], vec![true; 125])?;
 /// mask.erode(2); // the border of the grid counts as outside
 /// assert_eq!(mask.count(), 1);
 /// assert_eq!(mask.farther_than(1.0).count(), 125 - 7);
+/// # Ok::<(), revolve_voxel::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mask {
@@ -23,13 +26,35 @@ pub struct Mask {
 }
 
 impl Mask {
-    /// A mask of `shape = [nz, ny, nx]` from its voxels in index order `[z][y][x]`; `None` if
-    /// their number is not `nz ny nx`.
-    pub fn new(shape: [usize; 3], set: Vec<bool>) -> Option<Self> {
-        let len = shape
+    /// A mask of `shape = [nz, ny, nx]` from its voxels in index order `[z][y][x]`.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if their number is not `nz ny nx`.
+    pub fn new(shape: [usize; 3], set: Vec<bool>) -> Result<Self, Error> {
+        // A product beyond the address space is the length of no vector.
+        let expected = shape
             .iter()
-            .try_fold(1usize, |len, &n| len.checked_mul(n))?;
-        (set.len() == len).then_some(Self { shape, set })
+            .try_fold(1usize, |len, &n| len.checked_mul(n))
+            .unwrap_or(usize::MAX);
+        length("mask", expected, set.len())?;
+        Ok(Self { shape, set })
+    }
+
+    /// The voxels whose value satisfies `predicate`; values in index order `[z][y][x]`.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if their number is not `nz ny nx`.
+    pub fn of_values<T: Sample>(
+        shape: [usize; 3],
+        values: &[T],
+        predicate: impl Fn(f64) -> bool + Sync,
+    ) -> Result<Self, Error> {
+        let set = values
+            .par_iter()
+            .with_min_len(1 << 14)
+            .map(|value| predicate(value.to_f64()))
+            .collect();
+        Self::new(shape, set)
     }
 
     /// Numbers of voxels `[nz, ny, nx]`.
@@ -68,6 +93,26 @@ impl Mask {
         for (a, &b) in self.set.iter_mut().zip(&other.set) {
             *a = with(*a, b);
         }
+    }
+
+    /// Keeps, in every slice, the pixels that are in `slice` (index order `[y][x]`).
+    ///
+    /// # Errors
+    /// [`Error::Length`] if it does not hold `ny nx` pixels.
+    pub fn intersect_slices(&mut self, slice: &[bool]) -> Result<(), Error> {
+        length(
+            "slice of a mask",
+            self.shape[1] * self.shape[2],
+            slice.len(),
+        )?;
+        if !slice.is_empty() {
+            for voxels in self.set.chunks_mut(slice.len()) {
+                for (voxel, &keep) in voxels.iter_mut().zip(slice) {
+                    *voxel &= keep;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Takes away, `steps` times, each voxel that has one of its six neighbours outside the set.
@@ -231,9 +276,28 @@ mod tests {
     }
 
     #[test]
+    fn values_and_slices() {
+        let values = [0.0f64, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        let mut mask = Mask::of_values([2, 2, 2], &values, |v| v > 2.5).unwrap();
+        assert_eq!(mask.count(), 5);
+        mask.intersect_slices(&[true, false, false, true]).unwrap();
+        let kept: Vec<usize> = (0..8).filter(|&i| mask.as_slice()[i]).collect();
+        assert_eq!(kept, [3, 4, 7]);
+        assert!(mask.intersect_slices(&[true]).is_err());
+    }
+
+    #[test]
     fn wrong_length_is_no_mask() {
-        assert!(Mask::new([2, 2, 2], vec![true; 7]).is_none());
-        assert!(Mask::new([usize::MAX, 2, 2], vec![]).is_none());
+        assert!(matches!(
+            Mask::new([2, 2, 2], vec![true; 7]),
+            Err(Error::Length {
+                expected: 8,
+                given: 7,
+                ..
+            })
+        ));
+        assert!(Mask::new([usize::MAX, 2, 2], vec![]).is_err());
+        assert!(Mask::of_values([1, 1, 3], &[0.0f32, 1.0], |v| v > 0.5).is_err());
         assert_eq!(
             Mask::new([0, 3, 0], vec![])
                 .unwrap()
