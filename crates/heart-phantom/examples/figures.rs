@@ -1,0 +1,126 @@
+//! Every figure from made-up data, to see how each looks: `cargo run --release --example figures --features figures -- DIR`.
+
+use std::f64::consts::{PI, TAU};
+use std::path::PathBuf;
+
+use heart_phantom::figures::*;
+
+/// A cylinder with a spherical cap, blown up by `g`; nodes at equal steps of arc length.
+fn balloon(radius: f64, g: f64, n: usize) -> Vec<[f64; 2]> {
+    let h = 8.5;
+    let length = 2.0 * h + PI * radius;
+    (0..n)
+        .map(|i| {
+            let s = length * i as f64 / (n - 1) as f64;
+            let [x, y] = if s < h {
+                [s, radius]
+            } else if s > length - h {
+                [length - s, -radius]
+            } else {
+                let a = (s - h) / radius;
+                [h + radius * a.sin(), radius * a.cos()]
+            };
+            let swell = g * (PI * i as f64 / (n - 1) as f64).sin().powf(0.8);
+            [x + 0.35 * x / h * swell, y * (1.0 + 0.4 * swell)]
+        })
+        .collect()
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let out = PathBuf::from(std::env::args().nth(1).ok_or("usage: figures DIR")?);
+    std::fs::create_dir_all(&out)?;
+    let start = std::time::Instant::now();
+    let save = |name: &str, picture: Picture| -> Result<(), FigureError> {
+        let drawn = start.elapsed();
+        picture.write_png(out.join(name))?;
+        println!("{name:28} {picture:?} at {drawn:.1?}, written at {:.1?}", start.elapsed());
+        Ok(())
+    };
+
+    let curves: Vec<_> = (0..7).map(|k| balloon(1.75, f64::from(k) * 0.3, 201)).collect();
+    let family: Vec<Shape<'_>> = curves
+        .iter()
+        .enumerate()
+        .map(|(k, nodes)| Shape {
+            nodes,
+            load: 5.0 * k as f64,
+            area: 34.56 + 6.2 * k as f64,
+            volume: 93.0 + 22.5 * k as f64,
+        })
+        .collect();
+    save("fig08-shapes.png", shapes(&family)?)?;
+
+    let printed: Vec<f64> = (0..=60).map(|k| 9.1 + 5.0 * (f64::from(k) * 1.7).sin().abs() + 12.0 / f64::from(k + 1)).collect();
+    let right = [18.0, 0.27, 6.6e-6, 3e-14];
+    let series = [
+        History { label: "Newton, Jacobian as printed in Eq. 14", norms: &printed },
+        History { label: "Newton, exact Jacobian", norms: &right },
+    ];
+    save("fig08-newton.png", histories("‖F(c)‖", Some(1e-10), &series)?)?;
+
+    let large: Vec<f64> = (0..12).map(|k| 240.0 * 0.25f64.powi(k)).collect();
+    let small: Vec<f64> = (0..120)
+        .map(|k| 240.0 * (-0.12 * f64::from(k)).exp() * (1.2 + (f64::from(k) * 0.35).sin()))
+        .collect();
+    let series = [
+        History { label: "Δt = 2 s, falls at every step", norms: &large },
+        History { label: "Δt = 0.25 s, swings like the wave it is", norms: &small },
+    ];
+    save("fig10-norm.png", histories("‖F_p + F_e‖", Some(1e-4), &series)?)?;
+
+    let frames: Vec<Vec<[f64; 2]>> = (0..4).map(|k| balloon(1.75, f64::from(k) * 0.4, 201)).collect();
+    let forces: Vec<[Vec<[f64; 2]>; 2]> = frames
+        .iter()
+        .enumerate()
+        .map(|(k, c)| {
+            let n = c.len();
+            let pressure: Vec<[f64; 2]> = (0..n)
+                .map(|i| {
+                    let (a, b) = (c[i.saturating_sub(1)], c[(i + 1).min(n - 1)]);
+                    let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+                    let r = dx.hypot(dy);
+                    [-17.0 * dy / r, 17.0 * dx / r]
+                })
+                .collect();
+            let part = k as f64 / 3.0;
+            let elastic = pressure.iter().map(|p| [-part * p[0], -part * p[1]]).collect();
+            [elastic, pressure]
+        })
+        .collect();
+    let shown: Vec<ForceFrame<'_>> = frames
+        .iter()
+        .zip(&forces)
+        .zip([0, 1, 3, 9])
+        .map(|((nodes, [elastic, pressure]), iteration)| ForceFrame { iteration, nodes, elastic, pressure })
+        .collect();
+    save("fig09-forces.png", force_frames(&shown)?)?;
+
+    let pairs: Vec<_> =
+        [0.0, 0.5, 1.0].iter().map(|&g| (balloon(1.75, g, 201), balloon(2.75, 0.55 * g, 201))).collect();
+    let titles = ["gain 0", "gain 0.3", "gain 0.6"];
+    let states: Vec<WallState<'_>> = pairs
+        .iter()
+        .zip(titles)
+        .map(|((inner, outer), title)| WallState { title, inner, outer })
+        .collect();
+    save("fig11-wall.png", wall_meshes(&states, 6, 60)?)?;
+
+    let arc: Vec<[f64; 2]> = (0..101)
+        .map(|k| PI * 1.49 + (TAU - 1.0) * f64::from(k) / 100.0)
+        .map(|a| [1.3 * a.cos(), 1.3 * a.sin()])
+        .collect();
+    let line = [arc[0], arc[100]];
+    let n_nodes = [26, 51, 101, 201, 401, 801];
+    let errors: Vec<f64> = n_nodes.iter().map(|&n| 9.0 / f64::from(n).powi(2)).collect();
+    let study = CircleStudy {
+        initial: &line,
+        solution: &arc,
+        centre: [0.0, 0.0],
+        radius: 1.3,
+        n_nodes: &n_nodes.map(|n| n as usize),
+        errors: &errors,
+        order: 2.0,
+    };
+    save("fig18-circle.png", circle(&study)?)?;
+    Ok(())
+}

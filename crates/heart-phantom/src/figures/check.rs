@@ -1,0 +1,68 @@
+//! Input checks shared by the figures; each names the input in its error.
+
+use super::FigureError;
+
+/// At least `needed` entries.
+pub(super) fn at_least(what: &'static str, given: usize, needed: usize) -> Result<(), FigureError> {
+    if given < needed {
+        return Err(FigureError::TooFew { what, given, needed });
+    }
+    Ok(())
+}
+
+/// Exactly `expected` entries.
+pub(super) fn same_len(
+    what: &'static str,
+    given: usize,
+    expected: usize,
+) -> Result<(), FigureError> {
+    if given != expected {
+        return Err(FigureError::Mismatch { what, given, expected });
+    }
+    Ok(())
+}
+
+/// Finite numbers only.
+pub(super) fn finite(what: &'static str, values: &[f64]) -> Result<(), FigureError> {
+    match values.iter().position(|v| !v.is_finite()) {
+        Some(index) => Err(FigureError::NotFinite { what, index }),
+        None => Ok(()),
+    }
+}
+
+/// Finite samples only.
+pub(super) fn finite_samples(what: &'static str, values: &[f32]) -> Result<(), FigureError> {
+    match values.iter().position(|v| !v.is_finite()) {
+        Some(index) => Err(FigureError::NotFinite { what, index }),
+        None => Ok(()),
+    }
+}
+
+/// At least `needed` points, all finite.
+pub(super) fn points(
+    what: &'static str,
+    points: &[[f64; 2]],
+    needed: usize,
+) -> Result<(), FigureError> {
+    at_least(what, points.len(), needed)?;
+    match points.iter().position(|p| !(p[0].is_finite() && p[1].is_finite())) {
+        Some(index) => Err(FigureError::NotFinite { what, index }),
+        None => Ok(()),
+    }
+}
+
+/// A finite number above zero.
+pub(super) fn positive(what: &'static str, given: f64) -> Result<(), FigureError> {
+    if given.is_finite() && given > 0.0 {
+        return Ok(());
+    }
+    Err(FigureError::NotPositive { what, given })
+}
+
+/// An interval of positive, finite length.
+pub(super) fn interval(what: &'static str, low: f64, high: f64) -> Result<(), FigureError> {
+    if low < high && (high - low).is_finite() {
+        return Ok(());
+    }
+    Err(FigureError::Interval { what, low, high })
+}

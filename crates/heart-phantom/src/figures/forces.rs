@@ -1,0 +1,109 @@
+//! Frames of the moving membrane with the forces on it (Fig. 9 of the paper).
+
+use super::canvas::{
+    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, on_plot, paint, text,
+};
+use super::marks::{arrow, marker, stroke};
+use super::style::{BLACK, FAINT, MAGENTA, RED, SMALL};
+use super::{FigureError, Picture, check};
+
+/// One frame: nodes and the forces on them.
+#[derive(Clone, Copy, Debug)]
+pub struct ForceFrame<'a> {
+    /// Iteration (time step) that the frame shows.
+    pub iteration: usize,
+    /// Nodes `[x, y]` along the whole meridian, cm.
+    pub nodes: &'a [[f64; 2]],
+    /// Elastic force on each node.
+    pub elastic: &'a [[f64; 2]],
+    /// Pressure force on each node.
+    pub pressure: &'a [[f64; 2]],
+}
+
+/// Draws the frames side by side, two in a row: nodes red, elastic forces magenta, pressure forces black.
+///
+/// About 45 nodes a frame carry arrows. All arrows have one scale, the longest is an eighth of the figure's
+/// longer side.
+///
+/// # Errors
+/// [`FigureError`] if there is no frame, a frame has fewer than 3 nodes, lengths differ or a number is not finite.
+pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
+    check::at_least("frames", frames.len(), 1)?;
+    for frame in frames {
+        check::points("frame nodes", frame.nodes, 3)?;
+        check::same_len("elastic", frame.elastic.len(), frame.nodes.len())?;
+        check::same_len("pressure", frame.pressure.len(), frame.nodes.len())?;
+        check::points("elastic", frame.elastic, 3)?;
+        check::points("pressure", frame.pressure, 3)?;
+    }
+    let around = bounds(frames.iter().flat_map(|f| f.nodes));
+    let side = (around[1] - around[0]).max(around[3] - around[2]);
+    check::positive("extent of the nodes", side)?;
+    let longest = frames
+        .iter()
+        .flat_map(|f| f.elastic.iter().chain(f.pressure))
+        .fold(0.0f64, |m, v| m.max(v[0].hypot(v[1])));
+    let reach = 0.125 * side;
+    let scale = if longest > 0.0 { reach / longest } else { 0.0 };
+    check::finite("forces", &[longest])?;
+    let tips = |f: &ForceFrame<'_>| -> Vec<[f64; 2]> {
+        let forces = f.nodes.iter().zip(f.elastic.iter().zip(f.pressure));
+        forces.flat_map(|(p, (e, q))| [e, q].map(|v| [p[0] + scale * v[0], p[1] + scale * v[1]])).collect()
+    };
+    let tips: Vec<[f64; 2]> = frames.iter().flat_map(tips).collect();
+    let around = bounds(frames.iter().flat_map(|f| f.nodes).chain(&tips));
+
+    let n_columns = frames.len().min(2);
+    let n_rows = frames.len().div_ceil(n_columns);
+    let width = 640;
+    let aspect = (around[3] - around[2]) / (around[1] - around[0]).max(1e-9 * side);
+    let height = (f64::from(width) * aspect.clamp(0.4, 1.2)) as i32;
+    let [x0, x1, y0, y1] = equal_scale(around, 0.03, (width, height));
+    let (x, y) = (Axis::linear(x0, x1, 7, "x (cm)"), Axis::linear(y0, y1, 7, "y (cm)"));
+    let (step_x, step_y) = (width + LABELS_LEFT + 30, height + LABELS_BELOW + 70);
+    let top = 64;
+
+    let size = (step_x * n_columns as i32 + 20, top + step_y * n_rows as i32 + 10);
+    paint(size.0 as u32, size.1 as u32, |area| {
+        let mut at = LABELS_LEFT + 10;
+        for (words, colour, advance) in
+            [("node", RED, 150), ("elastic force", MAGENTA, 260), ("pressure force", BLACK, 0)]
+        {
+            if colour == RED {
+                marker(area, 0, ((at + 22) * FINE, 28 * FINE), 5, colour)?;
+            } else {
+                let (from, to) = (f64::from(at * FINE), f64::from((at + 46) * FINE));
+                arrow(area, [from, f64::from(28 * FINE)], [to, f64::from(28 * FINE)], colour, 3)?;
+            }
+            text(area, words, SMALL, BLACK, (at + 58, 28), Pin::Left)?;
+            at += advance;
+        }
+        for (i, frame) in frames.iter().enumerate() {
+            let (column, row) = ((i % n_columns) as i32, (i / n_columns) as i32);
+            let plot = Rect {
+                left: LABELS_LEFT + 10 + column * step_x,
+                top: top + 50 + row * step_y,
+                width,
+                height,
+            };
+            let chart = axes(area, plot, &format!("iteration {}", frame.iteration), &x, &y)?;
+            stroke(&chart, frame.nodes, FAINT, 3)?;
+            let inside = chart.plotting_area().strip_coord_spec();
+            let pixel = |p: [f64; 2]| {
+                let (x, y) = on_plot(&chart, p);
+                [f64::from(x), f64::from(y)]
+            };
+            let every = frame.nodes.len().div_ceil(45);
+            for (forces, colour) in [(frame.pressure, BLACK), (frame.elastic, MAGENTA)] {
+                for (p, v) in frame.nodes.iter().zip(forces).step_by(every) {
+                    let tip = [p[0] + scale * v[0], p[1] + scale * v[1]];
+                    arrow(&inside, pixel(*p), pixel(tip), colour, 2)?;
+                }
+            }
+            for p in frame.nodes.iter().step_by(every) {
+                marker(&inside, 0, on_plot(&chart, *p), 4, RED)?;
+            }
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,219 @@
+//! Projection images (Fig. 14 of the paper) and slices of reconstructions (Fig. 15 to 17, a and b).
+
+use super::canvas::{Axis, LABELS_BELOW, LABELS_LEFT, Rect, axes, number, paint};
+use super::raster::{BAR_ROOM, bar_labels, check_window, fill, fill_bar, fit};
+use super::{FigureError, Picture, check};
+
+/// One projection image.
+#[derive(Clone, Copy, Debug)]
+pub struct Projection<'a> {
+    /// View angle θ, radians.
+    pub angle: f64,
+    /// Samples `[row][bin]`: row along z from low to high, bin along s = x cos θ + y sin θ.
+    pub values: &'a [f32],
+}
+
+/// A volume `[z][y][x]`, x fastest, its centre at the origin.
+#[derive(Clone, Copy, Debug)]
+pub struct Volume<'a> {
+    /// Samples, x fastest.
+    pub values: &'a [f32],
+    /// Numbers of voxels `[nz, ny, nx]`.
+    pub size: [usize; 3],
+    /// Distance between voxel centres, cm, the same along each axis.
+    pub spacing: f64,
+}
+
+impl Volume<'_> {
+    pub(super) fn check(&self) -> Result<(), FigureError> {
+        check::positive("spacing", self.spacing)?;
+        let [nz, ny, nx] = self.size;
+        self.size.iter().try_for_each(|&n| check::at_least("volume size", n, 2))?;
+        let expected = nz.saturating_mul(ny).saturating_mul(nx);
+        check::same_len("volume", self.values.len(), expected)?;
+        check::finite_samples("volume", self.values)
+    }
+}
+
+/// A plane of voxels, by the axis across it and the index along that axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Plane {
+    /// Slice of constant z: x to the right, y up.
+    Z(usize),
+    /// Slice of constant y: x to the right, z up.
+    Y(usize),
+    /// Slice of constant x: y to the right, z up.
+    X(usize),
+}
+
+impl Plane {
+    /// Name of the axis across, index, number of slices, then axes to the right and up with their lengths.
+    fn layout(self, [nz, ny, nx]: [usize; 3]) -> (&'static str, usize, usize, [(&'static str, usize); 2]) {
+        match self {
+            Self::Z(k) => ("z", k, nz, [("x (cm)", nx), ("y (cm)", ny)]),
+            Self::Y(k) => ("y", k, ny, [("x (cm)", nx), ("z (cm)", nz)]),
+            Self::X(k) => ("x", k, nx, [("y (cm)", ny), ("z (cm)", nz)]),
+        }
+    }
+
+    /// The sample at `column` to the right and `row` up.
+    fn sample(self, volume: &Volume<'_>, column: usize, row: usize) -> f32 {
+        let [_, ny, nx] = volume.size;
+        let (z, y, x) = match self {
+            Self::Z(k) => (k, row, column),
+            Self::Y(k) => (row, k, column),
+            Self::X(k) => (row, column, k),
+        };
+        volume.values[(z * ny + y) * nx + x]
+    }
+}
+
+/// What the panels of a figure share, and where they stand.
+struct Panels {
+    titles: Vec<String>,
+    labels: [&'static str; 2],
+    samples: (usize, usize),
+    pitch: f64,
+    target: usize,
+    per_row: usize,
+    window: [f64; 2],
+    bar_label: String,
+}
+
+impl Panels {
+    fn draw(&self, sample: impl Fn(usize, usize, usize) -> f32) -> Result<Picture, FigureError> {
+        let (width, height) = fit(self.samples.0, self.samples.1, self.target);
+        let half = |n: usize| 0.5 * n as f64 * self.pitch;
+        let n_ticks = (width.min(height) / 70).clamp(2, 9) as usize;
+        let (a, b) = (half(self.samples.0), half(self.samples.1));
+        let x = Axis::linear(-a, a, n_ticks, self.labels[0]);
+        let y = Axis::linear(-b, b, n_ticks, self.labels[1]);
+        let n_columns = self.titles.len().min(self.per_row);
+        let n_rows = self.titles.len().div_ceil(n_columns);
+        let step = (width + LABELS_LEFT + 24, height + LABELS_BELOW + 70);
+        let rects: Vec<Rect> = (0..self.titles.len())
+            .map(|i| ((i % n_columns) as i32, (i / n_columns) as i32))
+            .map(|(column, row)| Rect {
+                left: LABELS_LEFT + 8 + step.0 * column,
+                top: 60 + step.1 * row,
+                width,
+                height,
+            })
+            .collect();
+        // The bar stands beside the last panel of the first row.
+        let beside = rects[n_columns - 1];
+        let size = (step.0 * n_columns as i32 + BAR_ROOM, step.1 * n_rows as i32);
+        let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
+            for (rect, title) in rects.iter().zip(&self.titles) {
+                axes(area, *rect, title, &x, &y)?;
+            }
+            bar_labels(area, beside, self.window, &self.bar_label)
+        })?;
+        for (i, rect) in rects.iter().enumerate() {
+            fill(&mut picture, *rect, self.samples, self.window, |column, row| sample(i, column, row));
+        }
+        fill_bar(&mut picture, beside, self.window);
+        Ok(picture)
+    }
+}
+
+/// Draws projection images side by side, s to the right, z up, grey from 0 to the largest value of all.
+///
+/// `n_bins` is the length of a row, `pitch` the distance between bins and between rows (cm), centred on the
+/// camera's axis.
+///
+/// # Errors
+/// [`FigureError`] if there is no image, a length is not a multiple of `n_bins` or differs between images, a
+/// number is not finite, or the pitch is not positive.
+pub fn projections(
+    images: &[Projection<'_>],
+    n_bins: usize,
+    pitch: f64,
+) -> Result<Picture, FigureError> {
+    check::at_least("projections", images.len(), 1)?;
+    check::at_least("n_bins", n_bins, 2)?;
+    check::positive("pitch", pitch)?;
+    let n_rows = images[0].values.len() / n_bins;
+    check::at_least("projection rows", n_rows, 2)?;
+    for image in images {
+        check::same_len("projection", image.values.len(), n_bins * n_rows)?;
+        check::finite_samples("projection", image.values)?;
+        check::finite("angle", &[image.angle])?;
+    }
+    let most = images.iter().flat_map(|i| i.values).fold(0.0f32, |m, &v| m.max(v));
+    // An empty scene is drawn black, on a bar of one centimetre.
+    let high = if most > 0.0 { f64::from(most) } else { 1.0 };
+    let panels = Panels {
+        titles: images.iter().map(|i| format!("θ = {}°", number(i.angle.to_degrees(), 1.0))).collect(),
+        labels: ["s (cm)", "z (cm)"],
+        samples: (n_bins, n_rows),
+        pitch,
+        target: 420,
+        per_row: 3,
+        window: [0.0, high],
+        bar_label: "chord (cm)".into(),
+    };
+    panels.draw(|i, bin, row| images[i].values[row * n_bins + bin])
+}
+
+/// Draws one slice with its axes in cm and a colour bar; `window` holds the values drawn black and white.
+///
+/// # Errors
+/// [`FigureError`] if the volume's length and size disagree, a sample is not finite, the spacing is not positive,
+/// the plane is outside the volume, or the window is not an interval.
+pub fn slice(
+    volume: &Volume<'_>,
+    plane: Plane,
+    window: [f64; 2],
+    bar_label: &str,
+) -> Result<Picture, FigureError> {
+    draw_slices(volume, &[plane], window, bar_label, 640)
+}
+
+/// Draws several slices of one orientation, three in a row, with one window and one colour bar.
+///
+/// # Errors
+/// As [`slice()`], and [`FigureError::Mismatch`] if the planes' pictures differ in size.
+pub fn slices(
+    volume: &Volume<'_>,
+    planes: &[Plane],
+    window: [f64; 2],
+    bar_label: &str,
+) -> Result<Picture, FigureError> {
+    draw_slices(volume, planes, window, bar_label, 330)
+}
+
+fn draw_slices(
+    volume: &Volume<'_>,
+    planes: &[Plane],
+    window: [f64; 2],
+    bar_label: &str,
+    target: usize,
+) -> Result<Picture, FigureError> {
+    volume.check()?;
+    check_window(window)?;
+    check::at_least("planes", planes.len(), 1)?;
+    let [(right, n_columns), (up, n_rows)] = planes[0].layout(volume.size).3;
+    let mut titles = Vec::with_capacity(planes.len());
+    for plane in planes {
+        let (across, index, len, sides) = plane.layout(volume.size);
+        if index >= len {
+            return Err(FigureError::OutOfRange { what: across, given: index, len });
+        }
+        check::same_len("columns of a slice", sides[0].1, n_columns)?;
+        check::same_len("rows of a slice", sides[1].1, n_rows)?;
+        let at = (index as f64 - 0.5 * (len as f64 - 1.0)) * volume.spacing;
+        titles.push(format!("{across} = {} cm", number(at, 0.01)));
+    }
+    let panels = Panels {
+        titles,
+        labels: [right, up],
+        samples: (n_columns, n_rows),
+        pitch: volume.spacing,
+        target,
+        per_row: 3,
+        window,
+        bar_label: bar_label.into(),
+    };
+    panels.draw(|i, column, row| planes[i].sample(volume, column, row))
+}

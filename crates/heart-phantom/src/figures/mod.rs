@@ -1,0 +1,26 @@
+//! Pictures of the study: every figure of Rohmer et al. 2006 (hal-03929238) as a PNG, from plain data.
+
+mod canvas;
+mod check;
+mod circle;
+mod convergence;
+mod error;
+mod forces;
+mod images;
+mod marks;
+mod page;
+mod picture;
+mod raster;
+mod shapes;
+mod style;
+mod wall_mesh;
+
+pub use circle::{CircleStudy, circle};
+pub use convergence::{History, histories};
+pub use error::FigureError;
+pub use forces::{ForceFrame, force_frames};
+pub use images::{Plane, Projection, Volume, projections, slice, slices};
+pub use page::{Illustration, Page, Section, Table};
+pub use picture::Picture;
+pub use shapes::{Shape, shapes};
+pub use wall_mesh::{WallState, wall_meshes};

@@ -1,0 +1,88 @@
+//! A finished picture in memory, and its way to a PNG file.
+
+use std::path::Path;
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+
+use super::FigureError;
+use crate::files::write_atomically;
+
+/// An RGB picture, 8 bits a channel, rows from top to bottom.
+///
+/// Every figure is drawn into one of these; the same input gives the same bytes.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Picture {
+    width: u32,
+    height: u32,
+    rgb: Vec<u8>,
+}
+
+impl Picture {
+    pub(super) fn new(width: u32, height: u32, rgb: Vec<u8>) -> Self {
+        debug_assert_eq!(rgb.len(), 3 * width as usize * height as usize);
+        Self { width, height, rgb }
+    }
+
+    /// Columns, pixels.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Rows, pixels.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// Samples `[row][column][red, green, blue]`, the first row on top.
+    pub fn rgb(&self) -> &[u8] {
+        &self.rgb
+    }
+
+    /// The colour at column `x` from the left and row `y` from the top.
+    ///
+    /// # Panics
+    /// If `x` or `y` is outside the picture.
+    pub fn pixel(&self, x: u32, y: u32) -> [u8; 3] {
+        assert!(
+            x < self.width && y < self.height,
+            "pixel ({x}, {y}) of a {} by {} picture",
+            self.width,
+            self.height
+        );
+        let at = 3 * (y as usize * self.width as usize + x as usize);
+        [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
+    }
+
+    pub(super) fn set(&mut self, x: u32, y: u32, colour: [u8; 3]) {
+        let at = 3 * (y as usize * self.width as usize + x as usize);
+        self.rgb[at..at + 3].copy_from_slice(&colour);
+    }
+
+    /// The picture as the bytes of a PNG file.
+    ///
+    /// # Errors
+    /// [`FigureError::Drawing`] if the encoder refuses.
+    pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
+        let mut bytes = Vec::new();
+        PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
+            .write_image(&self.rgb, self.width, self.height, ExtendedColorType::Rgb8)
+            .map_err(|e| FigureError::Drawing(Box::new(e)))?;
+        Ok(bytes)
+    }
+
+    /// Writes the picture as a PNG file, whole or not at all.
+    ///
+    /// # Errors
+    /// [`FigureError::File`] if the folder does not exist or cannot be written.
+    pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), FigureError> {
+        let png = self.to_png()?;
+        write_atomically(path.as_ref(), |out| out.write_all(&png)).map_err(FigureError::File)
+    }
+}
+
+impl std::fmt::Debug for Picture {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Picture({} by {})", self.width, self.height)
+    }
+}

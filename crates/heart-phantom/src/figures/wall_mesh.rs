@@ -1,0 +1,80 @@
+//! The two membranes and a mesh between them (Fig. 11 of the paper).
+
+use super::canvas::{Axis, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, paint, text};
+use super::marks::{stroke, swatch};
+use super::style::{BLACK, GREY, INNER, OUTER, SMALL};
+use super::{FigureError, Picture, check};
+
+/// Both membranes at one pressure.
+#[derive(Clone, Copy, Debug)]
+pub struct WallState<'a> {
+    /// Title of the panel.
+    pub title: &'a str,
+    /// Nodes of the inner membrane `[x, y]` over the whole meridian, cm.
+    pub inner: &'a [[f64; 2]],
+    /// Nodes of the outer membrane at the same material coordinates, cm.
+    pub outer: &'a [[f64; 2]],
+}
+
+/// Draws one panel a state, all at one scale; the mesh is linear between nodes of equal material coordinate, with
+/// `n_layers` layers through the wall and about `n_cells` cells along it.
+///
+/// # Errors
+/// [`FigureError`] if there is no state, a membrane has fewer than 3 nodes, the two differ in length, a number
+/// is not finite, or a count is zero.
+pub fn wall_meshes(
+    states: &[WallState<'_>],
+    n_layers: usize,
+    n_cells: usize,
+) -> Result<Picture, FigureError> {
+    check::at_least("states", states.len(), 1)?;
+    check::at_least("n_layers", n_layers, 1)?;
+    check::at_least("n_cells", n_cells, 1)?;
+    for state in states {
+        check::points("inner", state.inner, 3)?;
+        check::points("outer", state.outer, 3)?;
+        check::same_len("outer", state.outer.len(), state.inner.len())?;
+    }
+    let around = bounds(states.iter().flat_map(|s| s.inner.iter().chain(s.outer)));
+    check::interval("wall x", around[0], around[1])?;
+    check::interval("wall y", around[2], around[3])?;
+    let width = 450;
+    let aspect = (around[3] - around[2]) / (around[1] - around[0]);
+    let height = (f64::from(width) * aspect.clamp(0.4, 1.4)) as i32;
+    let [x0, x1, y0, y1] = equal_scale(around, 0.04, (width, height));
+    let (x, y) = (Axis::linear(x0, x1, 9, "x (cm)"), Axis::linear(y0, y1, 9, "y (cm)"));
+    let step = width + LABELS_LEFT + 20;
+    let top = 64;
+
+    let size = (step * states.len() as i32 + 30, top + height + LABELS_BELOW + 70);
+    paint(size.0 as u32, size.1 as u32, |area| {
+        for (i, state) in states.iter().enumerate() {
+            let plot = Rect { left: LABELS_LEFT + 10 + step * i as i32, top, width, height };
+            let chart = axes(area, plot, state.title, &x, &y)?;
+            let between = |k: usize, t: f64| {
+                let (a, b) = (state.inner[k], state.outer[k]);
+                [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]
+            };
+            for layer in 1..n_layers {
+                let t = layer as f64 / n_layers as f64;
+                let line: Vec<[f64; 2]> = (0..state.inner.len()).map(|k| between(k, t)).collect();
+                stroke(&chart, &line, GREY, 1)?;
+            }
+            let every = state.inner.len().div_ceil(n_cells).max(1);
+            // From the apex outwards, so that the mesh is as symmetric as the nodes are.
+            let first = (state.inner.len() / 2) % every;
+            for k in (first..state.inner.len()).step_by(every) {
+                stroke(&chart, &[between(k, 0.0), between(k, 1.0)], GREY, 1)?;
+            }
+            stroke(&chart, state.outer, OUTER, 4)?;
+            stroke(&chart, state.inner, INNER, 4)?;
+        }
+        let y = size.1 - 32;
+        swatch(area, (LABELS_LEFT + 10, y), INNER, 4)?;
+        text(area, "inner membrane", SMALL, BLACK, (LABELS_LEFT + 66, y), Pin::Left)?;
+        swatch(area, (LABELS_LEFT + 310, y), OUTER, 4)?;
+        text(area, "outer membrane", SMALL, BLACK, (LABELS_LEFT + 366, y), Pin::Left)?;
+        swatch(area, (LABELS_LEFT + 610, y), GREY, 1)?;
+        text(area, "mesh of the wall", SMALL, BLACK, (LABELS_LEFT + 666, y), Pin::Left)
+    })
+}
