@@ -33,11 +33,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let save = |name: &str, picture: Picture| -> Result<(), FigureError> {
         let drawn = start.elapsed();
         picture.write_png(out.join(name))?;
-        println!("{name:28} {picture:?} at {drawn:.1?}, written at {:.1?}", start.elapsed());
+        println!(
+            "{name:28} {picture:?} at {drawn:.1?}, written at {:.1?}",
+            start.elapsed()
+        );
         Ok(())
     };
 
-    let curves: Vec<_> = (0..7).map(|k| balloon(1.75, f64::from(k) * 0.3, 201)).collect();
+    let curves: Vec<_> = (0..7)
+        .map(|k| balloon(1.75, f64::from(k) * 0.3, 201))
+        .collect();
     let family: Vec<Shape<'_>> = curves
         .iter()
         .enumerate()
@@ -50,25 +55,47 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .collect();
     save("fig08-shapes.png", shapes(&family)?)?;
 
-    let printed: Vec<f64> = (0..=60).map(|k| 9.1 + 5.0 * (f64::from(k) * 1.7).sin().abs() + 12.0 / f64::from(k + 1)).collect();
+    let printed: Vec<f64> = (0..=60)
+        .map(|k| 9.1 + 5.0 * (f64::from(k) * 1.7).sin().abs() + 12.0 / f64::from(k + 1))
+        .collect();
     let right = [18.0, 0.27, 6.6e-6, 3e-14];
     let series = [
-        History { label: "Newton, Jacobian as printed in Eq. 14", norms: &printed },
-        History { label: "Newton, exact Jacobian", norms: &right },
+        History {
+            label: "Newton, Jacobian as printed in Eq. 14",
+            norms: &printed,
+        },
+        History {
+            label: "Newton, exact Jacobian",
+            norms: &right,
+        },
     ];
-    save("fig08-newton.png", histories("‖F(c)‖", Some(1e-10), &series)?)?;
+    save(
+        "fig08-newton.png",
+        histories("‖F(c)‖", Some(1e-10), &series)?,
+    )?;
 
     let large: Vec<f64> = (0..12).map(|k| 240.0 * 0.25f64.powi(k)).collect();
     let small: Vec<f64> = (0..120)
         .map(|k| 240.0 * (-0.12 * f64::from(k)).exp() * (1.2 + (f64::from(k) * 0.35).sin()))
         .collect();
     let series = [
-        History { label: "Δt = 2 s, falls at every step", norms: &large },
-        History { label: "Δt = 0.25 s, swings like the wave it is", norms: &small },
+        History {
+            label: "Δt = 2 s, falls at every step",
+            norms: &large,
+        },
+        History {
+            label: "Δt = 0.25 s, swings like the wave it is",
+            norms: &small,
+        },
     ];
-    save("fig10-norm.png", histories("‖F_p + F_e‖", Some(1e-4), &series)?)?;
+    save(
+        "fig10-norm.png",
+        histories("‖F_p + F_e‖", Some(1e-4), &series)?,
+    )?;
 
-    let frames: Vec<Vec<[f64; 2]>> = (0..4).map(|k| balloon(1.75, f64::from(k) * 0.4, 201)).collect();
+    let frames: Vec<Vec<[f64; 2]>> = (0..4)
+        .map(|k| balloon(1.75, f64::from(k) * 0.4, 201))
+        .collect();
     let forces: Vec<[Vec<[f64; 2]>; 2]> = frames
         .iter()
         .enumerate()
@@ -83,7 +110,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 })
                 .collect();
             let part = k as f64 / 3.0;
-            let elastic = pressure.iter().map(|p| [-part * p[0], -part * p[1]]).collect();
+            let elastic = pressure
+                .iter()
+                .map(|p| [-part * p[0], -part * p[1]])
+                .collect();
             [elastic, pressure]
         })
         .collect();
@@ -91,17 +121,28 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .iter()
         .zip(&forces)
         .zip([0, 1, 3, 9])
-        .map(|((nodes, [elastic, pressure]), iteration)| ForceFrame { iteration, nodes, elastic, pressure })
+        .map(|((nodes, [elastic, pressure]), iteration)| ForceFrame {
+            iteration,
+            nodes,
+            elastic,
+            pressure,
+        })
         .collect();
     save("fig09-forces.png", force_frames(&shown)?)?;
 
-    let pairs: Vec<_> =
-        [0.0, 0.5, 1.0].iter().map(|&g| (balloon(1.75, g, 201), balloon(2.75, 0.55 * g, 201))).collect();
+    let pairs: Vec<_> = [0.0, 0.5, 1.0]
+        .iter()
+        .map(|&g| (balloon(1.75, g, 201), balloon(2.75, 0.55 * g, 201)))
+        .collect();
     let titles = ["gain 0", "gain 0.3", "gain 0.6"];
     let states: Vec<WallState<'_>> = pairs
         .iter()
         .zip(titles)
-        .map(|((inner, outer), title)| WallState { title, inner, outer })
+        .map(|((inner, outer), title)| WallState {
+            title,
+            inner,
+            outer,
+        })
         .collect();
     save("fig11-wall.png", wall_meshes(&states, 6, 60)?)?;
 
@@ -111,7 +152,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .collect();
     let line = [arc[0], arc[100]];
     let n_nodes = [26, 51, 101, 201, 401, 801];
-    let errors: Vec<f64> = n_nodes.iter().map(|&n| 9.0 / f64::from(n).powi(2)).collect();
+    let errors: Vec<f64> = n_nodes
+        .iter()
+        .map(|&n| 9.0 / f64::from(n).powi(2))
+        .collect();
     let study = CircleStudy {
         initial: &line,
         solution: &arc,
@@ -122,5 +166,89 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         order: 2.0,
     };
     save("fig18-circle.png", circle(&study)?)?;
+
+    // A slanted ball with a hole, off the centre: chords in closed form, samples of a volume.
+    let n = 256;
+    let pitch = 0.0625;
+    let at = |k: usize| (k as f64 - 127.5) * pitch;
+    let chord = |s: f64, z: f64, r: f64| 2.0 * (r * r - s * s - z * z).max(0.0).sqrt();
+    let views: Vec<(f64, Vec<f32>)> = [0.0, PI / 3.0, PI / 1.5]
+        .map(|theta: f64| {
+            let centre = 1.5 * theta.cos() + 0.5 * theta.sin();
+            let values = (0..n * n).map(|i| {
+                let (s, z) = (at(i % n) - centre, at(i / n) - 1.0);
+                (chord(s, z, 4.0) - chord(s, z, 2.8)) as f32
+            });
+            (theta, values.collect())
+        })
+        .to_vec();
+    let images: Vec<Projection<'_>> = views
+        .iter()
+        .map(|(angle, values)| Projection {
+            angle: *angle,
+            values,
+        })
+        .collect();
+    save("fig14-projections.png", projections(&images, n, pitch)?)?;
+
+    let values: Vec<f32> = (0..n * n * n)
+        .map(|i| {
+            let (x, y, z) = (at(i % n) - 1.5, at(i / n % n) - 0.5, at(i / n / n) - 1.0);
+            let r = (x * x + y * y + z * z * (1.0 - 0.04 * z)).sqrt();
+            let streak = 0.12 * (20.0 * y.atan2(x)).sin() * (-0.3 * r).exp();
+            let edge = |a: f64| 1.0 / (1.0 + ((r - a) / 0.03).exp());
+            (edge(4.0) - edge(2.8) + streak) as f32
+        })
+        .collect();
+    let volume = Volume {
+        values: &values,
+        size: [n, n, n],
+        spacing: pitch,
+    };
+    save(
+        "fig15a-slice.png",
+        slice(&volume, Plane::Z(140), [-0.25, 1.25], "activity")?,
+    )?;
+    let planes = [90, 110, 130, 150, 170, 190].map(Plane::Z);
+    save(
+        "fig15b-slices.png",
+        slices(&volume, &planes, [-0.25, 1.25], "activity")?,
+    )?;
+
+    let figures = [
+        "fig08-shapes.png",
+        "fig10-norm.png",
+        "fig14-projections.png",
+        "fig15a-slice.png",
+    ];
+    let page = Page {
+        title: "A beating heart: the study".into(),
+        introduction: vec!["Two balloons, solved & drawn; the <numbers> stand below.".into()],
+        sections: figures
+            .iter()
+            .enumerate()
+            .map(|(k, file)| Section {
+                title: format!("Part {}", k + 1),
+                text: vec!["What is shown, and how it was computed, in a sentence or two.".into()],
+                figures: vec![Illustration {
+                    file: (*file).into(),
+                    caption: format!("Figure {}. A caption that says what to see.", k + 1),
+                    size: [1366, 553],
+                }],
+                tables: vec![Table {
+                    caption: "Closed forms and discrete values.".into(),
+                    header: ["", "length (cm)", "area (cm²)", "volume (cm³)"]
+                        .map(String::from)
+                        .to_vec(),
+                    rows: vec![
+                        ["inner", "22.498", "34.561", "93.011"]
+                            .map(String::from)
+                            .to_vec(),
+                    ],
+                }],
+            })
+            .collect(),
+    };
+    page.write_html(out.join("index.html"))?;
     Ok(())
 }

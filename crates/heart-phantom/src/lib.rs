@@ -2,6 +2,8 @@
 
 mod cycle;
 mod error;
+#[cfg(feature = "figures")]
+pub mod figures;
 pub mod files;
 
 pub use cycle::Cycle;

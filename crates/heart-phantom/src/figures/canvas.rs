@@ -15,8 +15,10 @@ use super::{FigureError, Picture, style};
 pub(super) const FINE: i32 = 3;
 
 pub(super) type Area<'b> = DrawingArea<BitMapBackend<'b>, Shift>;
-pub(super) type Drawn<T = ()> =
-    Result<T, DrawingAreaErrorKind<<BitMapBackend<'static> as plotters::prelude::DrawingBackend>::ErrorType>>;
+pub(super) type Drawn<T = ()> = Result<
+    T,
+    DrawingAreaErrorKind<<BitMapBackend<'static> as plotters::prelude::DrawingBackend>::ErrorType>,
+>;
 pub(super) type Chart<'a, 'b> = ChartContext<'a, BitMapBackend<'b>, Cartesian2d<Axis, Axis>>;
 
 /// Runs `draw` on a white canvas and averages it down to `width` by `height` pixels.
@@ -35,7 +37,11 @@ pub(super) fn paint(
             .and_then(|()| area.present())
             .map_err(|e| FigureError::Drawing(Box::new(e)))?;
     }
-    Ok(Picture::new(width, height, average(&canvas, width as usize, height as usize)))
+    Ok(Picture::new(
+        width,
+        height,
+        average(&canvas, width as usize, height as usize),
+    ))
 }
 
 /// Means of blocks of FINE by FINE pixels, rounded to nearest.
@@ -88,7 +94,13 @@ pub(super) struct Axis {
 impl Axis {
     /// A linear axis over exactly `[low, high]`, with at most about `count` round ticks.
     pub(super) fn linear(low: f64, high: f64, count: usize, label: &str) -> Self {
-        Self { low, high, ticks: round_ticks(low, high, count), label: label.into(), decades: false }
+        Self {
+            low,
+            high,
+            ticks: round_ticks(low, high, count),
+            label: label.into(),
+            decades: false,
+        }
     }
 
     /// A logarithmic axis over whole decades that hold all positive `values`; give the chart log10 of values.
@@ -108,9 +120,14 @@ impl Axis {
             .filter(|t| t.rem_euclid(step) == 0)
             .map(|t| t as f64)
             .collect();
-        Self { low, high, ticks, label: label.into(), decades: true }
+        Self {
+            low,
+            high,
+            ticks,
+            label: label.into(),
+            decades: true,
+        }
     }
-
 }
 
 impl Ranged for Axis {
@@ -123,7 +140,11 @@ impl Ranged for Axis {
     }
 
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.clone() }
+        if hint.weight().allow_light_points() {
+            Vec::new()
+        } else {
+            self.ticks.clone()
+        }
     }
 
     fn range(&self) -> std::ops::Range<f64> {
@@ -140,7 +161,11 @@ impl ValueFormatter<f64> for Axis {
         if self.decades {
             return power_of_ten(value.round() as i64);
         }
-        let step = if self.ticks.len() > 1 { self.ticks[1] - self.ticks[0] } else { 1.0 };
+        let step = if self.ticks.len() > 1 {
+            self.ticks[1] - self.ticks[0]
+        } else {
+            1.0
+        };
         number(*value, step)
     }
 }
@@ -166,9 +191,17 @@ pub(super) fn round_ticks(low: f64, high: f64, count: usize) -> Vec<f64> {
 pub(super) fn number(value: f64, step: f64) -> String {
     let decimals = (-step.abs().log10() - 1e-9).ceil().clamp(0.0, 12.0) as usize;
     let magnitude = value.abs();
-    let text = if magnitude >= 1e6 { format!("{magnitude:.1e}") } else { format!("{magnitude:.decimals$}") };
+    let text = if magnitude >= 1e6 {
+        format!("{magnitude:.1e}")
+    } else {
+        format!("{magnitude:.decimals$}")
+    };
     let zero = text.chars().all(|c| c == '0' || c == '.');
-    if value < 0.0 && !zero { format!("−{text}") } else { text }
+    if value < 0.0 && !zero {
+        format!("−{text}")
+    } else {
+        text
+    }
 }
 
 /// `10ⁿ`, set in superscripts.
@@ -181,14 +214,30 @@ pub(super) fn power_of_ten(exponent: i64) -> String {
         '0' => '⁰',
         c => char::from_u32('⁴' as u32 + (c as u32 - '4' as u32)).unwrap_or(c),
     };
-    format!("10{}", exponent.to_string().chars().map(raised).collect::<String>())
+    format!(
+        "10{}",
+        exponent.to_string().chars().map(raised).collect::<String>()
+    )
 }
 
 /// Bounds of points as `[x low, x high, y low, y high]`.
 pub(super) fn bounds<'p>(points: impl Iterator<Item = &'p [f64; 2]>) -> [f64; 4] {
-    points.fold([f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY], |b, p| {
-        [b[0].min(p[0]), b[1].max(p[0]), b[2].min(p[1]), b[3].max(p[1])]
-    })
+    points.fold(
+        [
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+        ],
+        |b, p| {
+            [
+                b[0].min(p[0]),
+                b[1].max(p[0]),
+                b[2].min(p[1]),
+                b[3].max(p[1]),
+            ]
+        },
+    )
 }
 
 /// Widens `bounds` by `margin` of the longer side, then until its shape is that of the plot: the same cm per pixel both ways.
@@ -232,7 +281,11 @@ pub(super) fn text(
         Pin::Centre => HPos::Center,
         Pin::Right => HPos::Right,
     };
-    area.draw_text(words, &font(size, &colour).pos(Pos::new(h, VPos::Center)), (x * FINE, y * FINE + DROP * size * FINE / 100))
+    area.draw_text(
+        words,
+        &font(size, &colour).pos(Pos::new(h, VPos::Center)),
+        (x * FINE, y * FINE + DROP * size * FINE / 100),
+    )
 }
 
 /// The width of a line of text, pixels of the picture.
@@ -256,7 +309,10 @@ pub(super) fn axes<'a, 'b>(
     let left = plot.left - LABELS_LEFT;
     let panel = area.clone().shrink(
         (left * FINE, plot.top * FINE),
-        ((LABELS_LEFT + plot.width) * FINE, (plot.height + LABELS_BELOW) * FINE),
+        (
+            (LABELS_LEFT + plot.width) * FINE,
+            (plot.height + LABELS_BELOW) * FINE,
+        ),
     );
     let mut chart = ChartBuilder::on(&panel)
         .x_label_area_size(LABELS_BELOW * FINE)
@@ -274,7 +330,14 @@ pub(super) fn axes<'a, 'b>(
         .y_desc(y.label.clone())
         .draw()?;
     if !title.is_empty() {
-        text(area, title, TITLE, BLACK, (plot.left + plot.width / 2, plot.top - 28), Pin::Centre)?;
+        text(
+            area,
+            title,
+            TITLE,
+            BLACK,
+            (plot.left + plot.width / 2, plot.top - 28),
+            Pin::Centre,
+        )?;
     }
     Ok(chart)
 }

@@ -5,7 +5,11 @@ use super::FigureError;
 /// At least `needed` entries.
 pub(super) fn at_least(what: &'static str, given: usize, needed: usize) -> Result<(), FigureError> {
     if given < needed {
-        return Err(FigureError::TooFew { what, given, needed });
+        return Err(FigureError::TooFew {
+            what,
+            given,
+            needed,
+        });
     }
     Ok(())
 }
@@ -17,7 +21,11 @@ pub(super) fn same_len(
     expected: usize,
 ) -> Result<(), FigureError> {
     if given != expected {
-        return Err(FigureError::Mismatch { what, given, expected });
+        return Err(FigureError::Mismatch {
+            what,
+            given,
+            expected,
+        });
     }
     Ok(())
 }
@@ -45,7 +53,10 @@ pub(super) fn points(
     needed: usize,
 ) -> Result<(), FigureError> {
     at_least(what, points.len(), needed)?;
-    match points.iter().position(|p| !(p[0].is_finite() && p[1].is_finite())) {
+    match points
+        .iter()
+        .position(|p| !(p[0].is_finite() && p[1].is_finite()))
+    {
         Some(index) => Err(FigureError::NotFinite { what, index }),
         None => Ok(()),
     }

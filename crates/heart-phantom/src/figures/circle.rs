@@ -1,7 +1,8 @@
 //! The circle of the paper's appendix: the picture (Fig. 18) and the error against the number of nodes.
 
 use super::canvas::{
-    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, number, on_plot, paint, text,
+    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, number, on_plot,
+    paint, text,
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{BLACK, BLUE, GREY, SMALL, VERMILION};
@@ -39,21 +40,45 @@ pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, FigureError> {
     check::positive("radius", study.radius)?;
     check::at_least("errors", study.errors.len(), 2)?;
     check::same_len("n_nodes", study.n_nodes.len(), study.errors.len())?;
-    study.errors.iter().try_for_each(|&e| check::positive("error", e))?;
-    study.n_nodes.iter().try_for_each(|&n| check::positive("n_nodes", n as f64))?;
+    study
+        .errors
+        .iter()
+        .try_for_each(|&e| check::positive("error", e))?;
+    study
+        .n_nodes
+        .iter()
+        .try_for_each(|&n| check::positive("n_nodes", n as f64))?;
     check::positive("order", study.order)?;
 
     let size = 600;
-    let left = Rect { left: LABELS_LEFT + 10, top: 24, width: size, height: size };
-    let right = Rect { left: left.left + size + LABELS_LEFT + 60, top: 24, width: size - 40, height: size };
+    let left = Rect {
+        left: LABELS_LEFT + 10,
+        top: 24,
+        width: size,
+        height: size,
+    };
+    let right = Rect {
+        left: left.left + size + LABELS_LEFT + 60,
+        top: 24,
+        width: size - 40,
+        height: size,
+    };
     let exact: Vec<[f64; 2]> = (0..=360)
         .map(|k| f64::from(k).to_radians())
-        .map(|a| [study.centre[0] + study.radius * a.cos(), study.centre[1] + study.radius * a.sin()])
+        .map(|a| {
+            [
+                study.centre[0] + study.radius * a.cos(),
+                study.centre[1] + study.radius * a.sin(),
+            ]
+        })
         .collect();
     let around = bounds(exact.iter().chain(study.initial).chain(study.solution));
     let [x0, x1, y0, y1] = equal_scale(around, 0.05, (size, size));
     check::interval("circle x", x0, x1)?;
-    let (x, y) = (Axis::linear(x0, x1, 6, "x (cm)"), Axis::linear(y0, y1, 6, "y (cm)"));
+    let (x, y) = (
+        Axis::linear(x0, x1, 6, "x (cm)"),
+        Axis::linear(y0, y1, 6, "y (cm)"),
+    );
     let n_axis = Axis::decades(study.n_nodes.iter().map(|&n| n as f64), "number of nodes N");
     let error_axis = Axis::decades(study.errors.iter().copied(), "error (cm)");
 
@@ -65,13 +90,23 @@ pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, FigureError> {
         let inside = chart.plotting_area().strip_coord_spec();
         // About 60 dots, whatever N.
         let every = study.solution.len().div_ceil(60);
-        for p in study.solution.iter().step_by(every).chain(study.solution.last()) {
+        for p in study
+            .solution
+            .iter()
+            .step_by(every)
+            .chain(study.solution.last())
+        {
             marker(&inside, 0, on_plot(&chart, *p), 5, VERMILION)?;
         }
         let y0 = left.top + size + LABELS_BELOW + 20;
         let mut at = left.left;
-        for (k, (words, colour)) in
-            [("initial line", BLUE), ("solution", VERMILION), ("exact circle", GREY)].into_iter().enumerate()
+        for (k, (words, colour)) in [
+            ("initial line", BLUE),
+            ("solution", VERMILION),
+            ("exact circle", GREY),
+        ]
+        .into_iter()
+        .enumerate()
         {
             if k == 1 {
                 marker(area, 0, ((at + 22) * FINE, y0 * FINE), 5, colour)?;
@@ -83,8 +118,12 @@ pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, FigureError> {
         }
 
         let chart = axes(area, right, "", &n_axis, &error_axis)?;
-        let points: Vec<[f64; 2]> =
-            study.n_nodes.iter().zip(study.errors).map(|(&n, e)| [(n as f64).log10(), e.log10()]).collect();
+        let points: Vec<[f64; 2]> = study
+            .n_nodes
+            .iter()
+            .zip(study.errors)
+            .map(|(&n, e)| [(n as f64).log10(), e.log10()])
+            .collect();
         // The guide passes a third of a decade above the last error.
         let last = points[points.len() - 1];
         let guide = |x: f64| [x, last[1] + 0.35 - study.order * (x - last[0])];
@@ -96,7 +135,14 @@ pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, FigureError> {
             marker(&inside, 0, on_plot(&chart, *p), 8, VERMILION)?;
         }
         marker(area, 0, ((right.left + 22) * FINE, y0 * FINE), 8, VERMILION)?;
-        text(area, "largest distance", SMALL, BLACK, (right.left + 56, y0), Pin::Left)?;
+        text(
+            area,
+            "largest distance",
+            SMALL,
+            BLACK,
+            (right.left + 56, y0),
+            Pin::Left,
+        )?;
         let guide_at = right.left + 300;
         dashes(area, (guide_at, y0), GREY)?;
         let words = format!("order {}", number(study.order, 0.01));

@@ -1,6 +1,9 @@
 //! Residuals by iteration (Fig. 10, and Newton with either Jacobian).
 
-use super::canvas::{Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, on_plot, paint, power_of_ten, text, text_width};
+use super::canvas::{
+    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, on_plot, paint, power_of_ten, text,
+    text_width,
+};
 use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{BLACK, GREY, SERIES, SMALL};
 use super::{FigureError, Picture, check};
@@ -30,7 +33,10 @@ pub fn histories(
         check::at_least("norms", history.norms.len(), 1)?;
         check::finite("norms", history.norms)?;
         if let Some(&low) = history.norms.iter().find(|&&v| v < 0.0) {
-            return Err(FigureError::NotPositive { what: "norm", given: low });
+            return Err(FigureError::NotPositive {
+                what: "norm",
+                given: low,
+            });
         }
     }
     if let Some(given) = tolerance {
@@ -38,46 +44,79 @@ pub fn histories(
     }
     let row = 40;
     let legend = row * histories.len() as i32;
-    let plot = Rect { left: LABELS_LEFT + 30, top: legend + 34, width: 1040, height: 560 };
-    let last = histories.iter().map(|h| h.norms.len() - 1).max().unwrap_or(0).max(1);
-    let x = Axis::linear(-0.02 * last as f64, 1.02 * last as f64, last.min(10), "iteration");
+    let plot = Rect {
+        left: LABELS_LEFT + 30,
+        top: legend + 34,
+        width: 1040,
+        height: 560,
+    };
+    let last = histories
+        .iter()
+        .map(|h| h.norms.len() - 1)
+        .max()
+        .unwrap_or(0)
+        .max(1);
+    let x = Axis::linear(
+        -0.02 * last as f64,
+        1.02 * last as f64,
+        last.min(10),
+        "iteration",
+    );
     let norms = histories.iter().flat_map(|h| h.norms.iter().copied());
     let y = Axis::decades(norms.chain(tolerance), y_label);
     let height = |v: f64| if v > 0.0 { v.log10() } else { y.low };
 
-    paint((plot.left + plot.width + 40) as u32, (plot.top + plot.height + LABELS_BELOW + 10) as u32, |area| {
-        let chart = axes(area, plot, "", &x, &y)?;
-        if let Some(at) = tolerance {
-            let line = [[x.low, at.log10()], [x.high, at.log10()]];
-            dashed(&chart, &line, GREY, 2, 10.0)?;
-        }
-        let inside = chart.plotting_area().strip_coord_spec();
-        for (i, history) in histories.iter().enumerate() {
-            let colour = SERIES[i % SERIES.len()];
-            let points: Vec<[f64; 2]> =
-                history.norms.iter().enumerate().map(|(k, &v)| [k as f64, height(v)]).collect();
-            stroke(&chart, &points, colour, 3)?;
-            // Markers at least 24 pixels apart, so that long histories stay lines.
-            let every = (24 * last).div_ceil(plot.width as usize).max(1);
-            for p in points.iter().step_by(every).chain(points.last()) {
-                marker(&inside, i, on_plot(&chart, *p), 7, colour)?;
+    paint(
+        (plot.left + plot.width + 40) as u32,
+        (plot.top + plot.height + LABELS_BELOW + 10) as u32,
+        |area| {
+            let chart = axes(area, plot, "", &x, &y)?;
+            if let Some(at) = tolerance {
+                let line = [[x.low, at.log10()], [x.high, at.log10()]];
+                dashed(&chart, &line, GREY, 2, 10.0)?;
             }
-            let middle = 12 + row / 2 + row * i as i32;
-            swatch(area, (plot.left, middle), colour, 3)?;
-            marker(area, i, ((plot.left + 22) * FINE, middle * FINE), 7, colour)?;
-            text(area, history.label, SMALL, BLACK, (plot.left + 58, middle), Pin::Left)?;
-        }
-        if let Some(at) = tolerance {
-            let decade = at.log10().round();
-            let exact = (at.log10() - decade).abs() < 1e-12;
-            let words =
-                if exact { format!("stop at {}", power_of_ten(decade as i64)) } else { format!("stop at {at:e}") };
-            let right = plot.left + plot.width;
-            let left = right - text_width(area, &words, SMALL);
-            let middle = 12 + row / 2 + row * (histories.len() as i32 - 1);
-            dashes(area, (left - 56, middle), GREY)?;
-            text(area, &words, SMALL, BLACK, (right, middle), Pin::Right)?;
-        }
-        Ok(())
-    })
+            let inside = chart.plotting_area().strip_coord_spec();
+            for (i, history) in histories.iter().enumerate() {
+                let colour = SERIES[i % SERIES.len()];
+                let points: Vec<[f64; 2]> = history
+                    .norms
+                    .iter()
+                    .enumerate()
+                    .map(|(k, &v)| [k as f64, height(v)])
+                    .collect();
+                stroke(&chart, &points, colour, 3)?;
+                // Markers at least 24 pixels apart, so that long histories stay lines.
+                let every = (24 * last).div_ceil(plot.width as usize).max(1);
+                for p in points.iter().step_by(every).chain(points.last()) {
+                    marker(&inside, i, on_plot(&chart, *p), 7, colour)?;
+                }
+                let middle = 12 + row / 2 + row * i as i32;
+                swatch(area, (plot.left, middle), colour, 3)?;
+                marker(area, i, ((plot.left + 22) * FINE, middle * FINE), 7, colour)?;
+                text(
+                    area,
+                    history.label,
+                    SMALL,
+                    BLACK,
+                    (plot.left + 58, middle),
+                    Pin::Left,
+                )?;
+            }
+            if let Some(at) = tolerance {
+                let decade = at.log10().round();
+                let exact = (at.log10() - decade).abs() < 1e-12;
+                let words = if exact {
+                    format!("stop at {}", power_of_ten(decade as i64))
+                } else {
+                    format!("stop at {at:e}")
+                };
+                let right = plot.left + plot.width;
+                let left = right - text_width(area, &words, SMALL);
+                let middle = 12 + row / 2 + row * (histories.len() as i32 - 1);
+                dashes(area, (left - 56, middle), GREY)?;
+                text(area, &words, SMALL, BLACK, (right, middle), Pin::Right)?;
+            }
+            Ok(())
+        },
+    )
 }

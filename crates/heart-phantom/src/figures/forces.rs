@@ -1,7 +1,8 @@
 //! Frames of the moving membrane with the forces on it (Fig. 9 of the paper).
 
 use super::canvas::{
-    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, on_plot, paint, text,
+    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, on_plot, paint,
+    text,
 };
 use super::marks::{arrow, marker, stroke};
 use super::style::{BLACK, FAINT, MAGENTA, RED, SMALL};
@@ -48,7 +49,9 @@ pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
     check::finite("forces", &[longest])?;
     let tips = |f: &ForceFrame<'_>| -> Vec<[f64; 2]> {
         let forces = f.nodes.iter().zip(f.elastic.iter().zip(f.pressure));
-        forces.flat_map(|(p, (e, q))| [e, q].map(|v| [p[0] + scale * v[0], p[1] + scale * v[1]])).collect()
+        forces
+            .flat_map(|(p, (e, q))| [e, q].map(|v| [p[0] + scale * v[0], p[1] + scale * v[1]]))
+            .collect()
     };
     let tips: Vec<[f64; 2]> = frames.iter().flat_map(tips).collect();
     let around = bounds(frames.iter().flat_map(|f| f.nodes).chain(&tips));
@@ -59,21 +62,35 @@ pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
     let aspect = (around[3] - around[2]) / (around[1] - around[0]).max(1e-9 * side);
     let height = (f64::from(width) * aspect.clamp(0.4, 1.2)) as i32;
     let [x0, x1, y0, y1] = equal_scale(around, 0.03, (width, height));
-    let (x, y) = (Axis::linear(x0, x1, 7, "x (cm)"), Axis::linear(y0, y1, 7, "y (cm)"));
+    let (x, y) = (
+        Axis::linear(x0, x1, 7, "x (cm)"),
+        Axis::linear(y0, y1, 7, "y (cm)"),
+    );
     let (step_x, step_y) = (width + LABELS_LEFT + 30, height + LABELS_BELOW + 70);
     let top = 64;
 
-    let size = (step_x * n_columns as i32 + 20, top + step_y * n_rows as i32 + 10);
+    let size = (
+        step_x * n_columns as i32 + 20,
+        top + step_y * n_rows as i32 + 10,
+    );
     paint(size.0 as u32, size.1 as u32, |area| {
         let mut at = LABELS_LEFT + 10;
-        for (words, colour, advance) in
-            [("node", RED, 150), ("elastic force", MAGENTA, 260), ("pressure force", BLACK, 0)]
-        {
+        for (words, colour, advance) in [
+            ("node", RED, 150),
+            ("elastic force", MAGENTA, 260),
+            ("pressure force", BLACK, 0),
+        ] {
             if colour == RED {
                 marker(area, 0, ((at + 22) * FINE, 28 * FINE), 5, colour)?;
             } else {
                 let (from, to) = (f64::from(at * FINE), f64::from((at + 46) * FINE));
-                arrow(area, [from, f64::from(28 * FINE)], [to, f64::from(28 * FINE)], colour, 3)?;
+                arrow(
+                    area,
+                    [from, f64::from(28 * FINE)],
+                    [to, f64::from(28 * FINE)],
+                    colour,
+                    3,
+                )?;
             }
             text(area, words, SMALL, BLACK, (at + 58, 28), Pin::Left)?;
             at += advance;
@@ -86,7 +103,13 @@ pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
                 width,
                 height,
             };
-            let chart = axes(area, plot, &format!("iteration {}", frame.iteration), &x, &y)?;
+            let chart = axes(
+                area,
+                plot,
+                &format!("iteration {}", frame.iteration),
+                &x,
+                &y,
+            )?;
             stroke(&chart, frame.nodes, FAINT, 3)?;
             let inside = chart.plotting_area().strip_coord_spec();
             let pixel = |p: [f64; 2]| {

@@ -28,7 +28,9 @@ impl Volume<'_> {
     pub(super) fn check(&self) -> Result<(), FigureError> {
         check::positive("spacing", self.spacing)?;
         let [nz, ny, nx] = self.size;
-        self.size.iter().try_for_each(|&n| check::at_least("volume size", n, 2))?;
+        self.size
+            .iter()
+            .try_for_each(|&n| check::at_least("volume size", n, 2))?;
         let expected = nz.saturating_mul(ny).saturating_mul(nx);
         check::same_len("volume", self.values.len(), expected)?;
         check::finite_samples("volume", self.values)
@@ -48,7 +50,10 @@ pub enum Plane {
 
 impl Plane {
     /// Name of the axis across, index, number of slices, then axes to the right and up with their lengths.
-    fn layout(self, [nz, ny, nx]: [usize; 3]) -> (&'static str, usize, usize, [(&'static str, usize); 2]) {
+    fn layout(
+        self,
+        [nz, ny, nx]: [usize; 3],
+    ) -> (&'static str, usize, usize, [(&'static str, usize); 2]) {
         match self {
             Self::Z(k) => ("z", k, nz, [("x (cm)", nx), ("y (cm)", ny)]),
             Self::Y(k) => ("y", k, ny, [("x (cm)", nx), ("z (cm)", nz)]),
@@ -110,7 +115,13 @@ impl Panels {
             bar_labels(area, beside, self.window, &self.bar_label)
         })?;
         for (i, rect) in rects.iter().enumerate() {
-            fill(&mut picture, *rect, self.samples, self.window, |column, row| sample(i, column, row));
+            fill(
+                &mut picture,
+                *rect,
+                self.samples,
+                self.window,
+                |column, row| sample(i, column, row),
+            );
         }
         fill_bar(&mut picture, beside, self.window);
         Ok(picture)
@@ -140,11 +151,17 @@ pub fn projections(
         check::finite_samples("projection", image.values)?;
         check::finite("angle", &[image.angle])?;
     }
-    let most = images.iter().flat_map(|i| i.values).fold(0.0f32, |m, &v| m.max(v));
+    let most = images
+        .iter()
+        .flat_map(|i| i.values)
+        .fold(0.0f32, |m, &v| m.max(v));
     // An empty scene is drawn black, on a bar of one centimetre.
     let high = if most > 0.0 { f64::from(most) } else { 1.0 };
     let panels = Panels {
-        titles: images.iter().map(|i| format!("θ = {}°", number(i.angle.to_degrees(), 1.0))).collect(),
+        titles: images
+            .iter()
+            .map(|i| format!("θ = {}°", number(i.angle.to_degrees(), 1.0)))
+            .collect(),
         labels: ["s (cm)", "z (cm)"],
         samples: (n_bins, n_rows),
         pitch,
@@ -198,7 +215,11 @@ fn draw_slices(
     for plane in planes {
         let (across, index, len, sides) = plane.layout(volume.size);
         if index >= len {
-            return Err(FigureError::OutOfRange { what: across, given: index, len });
+            return Err(FigureError::OutOfRange {
+                what: across,
+                given: index,
+                len,
+            });
         }
         check::same_len("columns of a slice", sides[0].1, n_columns)?;
         check::same_len("rows of a slice", sides[1].1, n_rows)?;

@@ -7,12 +7,19 @@ use super::canvas::{Area, Chart, Drawn, FINE, on_plot};
 
 /// A line through `points` in the chart's units. Points closer than a picture pixel are left out: plotters joins
 /// corners at whole canvas pixels, and near ones make it ragged.
-pub(super) fn stroke(chart: &Chart<'_, '_>, points: &[[f64; 2]], colour: RGBColor, width: i32) -> Drawn {
+pub(super) fn stroke(
+    chart: &Chart<'_, '_>,
+    points: &[[f64; 2]],
+    colour: RGBColor,
+    width: i32,
+) -> Drawn {
     let area = chart.plotting_area().strip_coord_spec();
     let mut kept: Vec<(i32, i32)> = Vec::with_capacity(points.len());
     for (i, p) in points.iter().enumerate() {
         let at = on_plot(chart, *p);
-        let far = kept.last().is_none_or(|&(a, b)| (a - at.0).abs().max((b - at.1).abs()) > 2 * FINE);
+        let far = kept
+            .last()
+            .is_none_or(|&(a, b)| (a - at.0).abs().max((b - at.1).abs()) > 2 * FINE);
         if far {
             kept.push(at);
         } else if i + 1 == points.len() && kept.len() > 1 {
@@ -20,7 +27,10 @@ pub(super) fn stroke(chart: &Chart<'_, '_>, points: &[[f64; 2]], colour: RGBColo
             kept.push(at);
         }
     }
-    area.draw(&PathElement::new(kept, colour.stroke_width((width * FINE) as u32)))
+    area.draw(&PathElement::new(
+        kept,
+        colour.stroke_width((width * FINE) as u32),
+    ))
 }
 
 /// A dashed line through `points`; dash and gap in pixels of the picture.
@@ -42,14 +52,22 @@ pub(super) fn dashed(
     for pair in points.windows(2) {
         let (a, b) = (at(&pair[0]), at(&pair[1]));
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-        let point = |t: f64| [a[0] + (b[0] - a[0]) * t / length, a[1] + (b[1] - a[1]) * t / length];
+        let point = |t: f64| {
+            [
+                a[0] + (b[0] - a[0]) * t / length,
+                a[1] + (b[1] - a[1]) * t / length,
+            ]
+        };
         let mut k = ((along - 0.5 * period) / period).ceil().max(0.0);
         while k * period < along + length && length > 0.0 {
             let from = (k * period - along).max(0.0);
             let to = ((k + 0.5) * period - along).min(length);
             if to > from {
                 let ends = vec![pixel(point(from)), pixel(point(to))];
-                area.draw(&PathElement::new(ends, colour.stroke_width((width * FINE) as u32)))?;
+                area.draw(&PathElement::new(
+                    ends,
+                    colour.stroke_width((width * FINE) as u32),
+                ))?;
             }
             k += 1.0;
         }
@@ -59,21 +77,44 @@ pub(super) fn dashed(
 }
 
 /// Markers that tell series apart without colour.
-pub(super) fn marker(area: &Area<'_>, kind: usize, (x, y): (i32, i32), radius: i32, colour: RGBColor) -> Drawn {
+pub(super) fn marker(
+    area: &Area<'_>,
+    kind: usize,
+    (x, y): (i32, i32),
+    radius: i32,
+    colour: RGBColor,
+) -> Drawn {
     let r = radius * FINE;
     let shape = |corners: &[(i32, i32)]| {
-        Polygon::new(corners.iter().map(|&(a, b)| (x + a, y + b)).collect::<Vec<_>>(), colour.filled())
+        Polygon::new(
+            corners
+                .iter()
+                .map(|&(a, b)| (x + a, y + b))
+                .collect::<Vec<_>>(),
+            colour.filled(),
+        )
     };
     match kind % 4 {
         0 => area.draw(&Circle::new((x, y), r, colour.filled())),
         1 => area.draw(&shape(&[(-r, -r), (r, -r), (r, r), (-r, r)])),
         2 => area.draw(&shape(&[(0, -r - r / 3), (r + r / 4, r), (-r - r / 4, r)])),
-        _ => area.draw(&shape(&[(0, -r - r / 3), (r + r / 3, 0), (0, r + r / 3), (-r - r / 3, 0)])),
+        _ => area.draw(&shape(&[
+            (0, -r - r / 3),
+            (r + r / 3, 0),
+            (0, r + r / 3),
+            (-r - r / 3, 0),
+        ])),
     }
 }
 
 /// An arrow with a filled head, canvas pixels of `area`.
-pub(super) fn arrow(area: &Area<'_>, from: [f64; 2], to: [f64; 2], colour: RGBColor, width: i32) -> Drawn {
+pub(super) fn arrow(
+    area: &Area<'_>,
+    from: [f64; 2],
+    to: [f64; 2],
+    colour: RGBColor,
+    width: i32,
+) -> Drawn {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     let length = dx.hypot(dy);
     if length < 1.0 {
@@ -88,22 +129,38 @@ pub(super) fn arrow(area: &Area<'_>, from: [f64; 2], to: [f64; 2], colour: RGBCo
         (x.round() as i32, y.round() as i32)
     };
     let stem = vec![pixel(0.0, 0.0), pixel(length - 0.8 * head, 0.0)];
-    area.draw(&PathElement::new(stem, colour.stroke_width((width * FINE) as u32)))?;
-    let corners = vec![pixel(length, 0.0), pixel(length - head, half), pixel(length - head, -half)];
+    area.draw(&PathElement::new(
+        stem,
+        colour.stroke_width((width * FINE) as u32),
+    ))?;
+    let corners = vec![
+        pixel(length, 0.0),
+        pixel(length - head, half),
+        pixel(length - head, -half),
+    ];
     area.draw(&Polygon::new(corners, colour.filled()))
 }
 
 /// A short line in a legend from `(x, y)` to the right, pixels of the picture.
 pub(super) fn swatch(area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor, width: i32) -> Drawn {
     let ends = vec![(x * FINE, y * FINE), ((x + 44) * FINE, y * FINE)];
-    area.draw(&PathElement::new(ends, colour.stroke_width((width * FINE) as u32)))
+    area.draw(&PathElement::new(
+        ends,
+        colour.stroke_width((width * FINE) as u32),
+    ))
 }
 
 /// A swatch of a dashed line.
 pub(super) fn dashes(area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor) -> Drawn {
     for k in 0..3 {
-        let ends = vec![((x + 16 * k) * FINE, y * FINE), ((x + 16 * k + 10) * FINE, y * FINE)];
-        area.draw(&PathElement::new(ends, colour.stroke_width(2 * FINE as u32)))?;
+        let ends = vec![
+            ((x + 16 * k) * FINE, y * FINE),
+            ((x + 16 * k + 10) * FINE, y * FINE),
+        ];
+        area.draw(&PathElement::new(
+            ends,
+            colour.stroke_width(2 * FINE as u32),
+        ))?;
     }
     Ok(())
 }

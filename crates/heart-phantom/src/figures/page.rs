@@ -91,13 +91,23 @@ impl Page {
         if self.sections.len() > 1 {
             html.push_str("<nav><ol>\n");
             for (i, section) in self.sections.iter().enumerate() {
-                let _ = writeln!(html, "<li><a href=\"#part{}\">{}</a></li>", i + 1, escape(&section.title));
+                let _ = writeln!(
+                    html,
+                    "<li><a href=\"#part{}\">{}</a></li>",
+                    i + 1,
+                    escape(&section.title)
+                );
             }
             html.push_str("</ol></nav>\n");
         }
         html.push_str("<main>\n");
         for (i, section) in self.sections.iter().enumerate() {
-            let _ = writeln!(html, "<section id=\"part{}\">\n<h2>{}</h2>", i + 1, escape(&section.title));
+            let _ = writeln!(
+                html,
+                "<section id=\"part{}\">\n<h2>{}</h2>",
+                i + 1,
+                escape(&section.title)
+            );
             paragraphs(&mut html, &section.text);
             for figure in &section.figures {
                 figure.push(&mut html);
@@ -117,7 +127,8 @@ impl Page {
     /// As [`Page::to_html`], and [`FigureError::File`] if the file cannot be written.
     pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), FigureError> {
         let html = self.to_html()?;
-        write_atomically(path.as_ref(), |out| out.write_all(html.as_bytes())).map_err(FigureError::File)
+        write_atomically(path.as_ref(), |out| out.write_all(html.as_bytes()))
+            .map_err(FigureError::File)
     }
 }
 
@@ -150,7 +161,11 @@ impl Table {
             check::same_len("cells of a row", row.len(), self.header.len())?;
             html.push_str("<tr>");
             for (k, cell) in row.iter().enumerate() {
-                let (open, close) = if k == 0 { ("<th scope=\"row\">", "</th>") } else { ("<td>", "</td>") };
+                let (open, close) = if k == 0 {
+                    ("<th scope=\"row\">", "</th>")
+                } else {
+                    ("<td>", "</td>")
+                };
                 let _ = write!(html, "{open}{}{close}", escape(cell));
             }
             html.push_str("</tr>\n");

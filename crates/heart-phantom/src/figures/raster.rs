@@ -24,7 +24,11 @@ pub(super) fn check_window(window: [f64; 2]) -> Result<(), FigureError> {
 pub(super) fn fit(n_columns: usize, n_rows: usize, target: usize) -> (i32, i32) {
     let longest = n_columns.max(n_rows);
     let pixels = |n: usize| {
-        if longest <= target { n * (target / longest) } else { (n * target).div_ceil(longest) }
+        if longest <= target {
+            n * (target / longest)
+        } else {
+            (n * target).div_ceil(longest)
+        }
     };
     (pixels(n_columns) as i32, pixels(n_rows) as i32)
 }
@@ -71,23 +75,45 @@ pub(super) fn fill(
 
 /// Where the bar of the picture in `rect` stands.
 fn bar(rect: Rect) -> Rect {
-    Rect { left: rect.left + rect.width + BAR_GAP, width: BAR_WIDTH, ..rect }
+    Rect {
+        left: rect.left + rect.width + BAR_GAP,
+        width: BAR_WIDTH,
+        ..rect
+    }
 }
 
 /// Ticks, numbers and the label of the colour bar to the right of `rect`.
 pub(super) fn bar_labels(area: &Area<'_>, rect: Rect, window: [f64; 2], label: &str) -> Drawn {
     let bar = bar(rect);
     let ticks = round_ticks(window[0], window[1], 6);
-    let step = if ticks.len() > 1 { ticks[1] - ticks[0] } else { 1.0 };
+    let step = if ticks.len() > 1 {
+        ticks[1] - ticks[0]
+    } else {
+        1.0
+    };
     for &tick in &ticks {
         let along = (tick - window[0]) / (window[1] - window[0]);
         let y = bar.top + bar.height - (along * f64::from(bar.height)).round() as i32;
         let right = bar.left + bar.width;
         let ends = vec![(right * FINE, y * FINE), ((right + 8) * FINE, y * FINE)];
         area.draw(&PathElement::new(ends, GREY.stroke_width(FINE as u32)))?;
-        text(area, &number(tick, step), SMALL, BLACK, (right + 14, y), Pin::Left)?;
+        text(
+            area,
+            &number(tick, step),
+            SMALL,
+            BLACK,
+            (right + 14, y),
+            Pin::Left,
+        )?;
     }
-    text(area, label, SMALL, BLACK, (bar.left + bar.width, bar.top - 28), Pin::Centre)
+    text(
+        area,
+        label,
+        SMALL,
+        BLACK,
+        (bar.left + bar.width, bar.top - 28),
+        Pin::Centre,
+    )
 }
 
 /// The greys of the colour bar.

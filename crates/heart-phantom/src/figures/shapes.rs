@@ -28,7 +28,10 @@ pub fn shapes(shapes: &[Shape<'_>]) -> Result<Picture, FigureError> {
     check::at_least("shapes", shapes.len(), 1)?;
     for shape in shapes {
         check::points("shape nodes", shape.nodes, 3)?;
-        check::finite("shape load, area, volume", &[shape.load, shape.area, shape.volume])?;
+        check::finite(
+            "shape load, area, volume",
+            &[shape.load, shape.area, shape.volume],
+        )?;
     }
     let around = bounds(shapes.iter().flat_map(|s| s.nodes));
     check::interval("shape x", around[0], around[1])?;
@@ -37,33 +40,54 @@ pub fn shapes(shapes: &[Shape<'_>]) -> Result<Picture, FigureError> {
     let row = 40;
     let width = 820;
     let aspect = (around[3] - around[2]) / (around[1] - around[0]);
-    let height = ((f64::from(width) * aspect.clamp(0.3, 1.2)) as i32).max(row * (shapes.len() as i32 + 2));
-    let plot = Rect { left: LABELS_LEFT + 10, top: 24, width, height };
+    let height =
+        ((f64::from(width) * aspect.clamp(0.3, 1.2)) as i32).max(row * (shapes.len() as i32 + 2));
+    let plot = Rect {
+        left: LABELS_LEFT + 10,
+        top: 24,
+        width,
+        height,
+    };
     let [x0, x1, y0, y1] = equal_scale(around, 0.04, (width, height));
     let x = Axis::linear(x0, x1, 8, "x (cm)");
     let y = Axis::linear(y0, y1, 8, "y (cm)");
 
-    paint((plot.left + width + 440) as u32, (height + 24 + LABELS_BELOW + 10) as u32, |area| {
-        let chart = axes(area, plot, "", &x, &y)?;
-        let colour = |i: usize| ramp(i as f64 / (shapes.len().max(2) - 1) as f64);
-        for (i, shape) in shapes.iter().enumerate() {
-            let mut closed = shape.nodes.to_vec();
-            closed.push(shape.nodes[0]);
-            stroke(&chart, &closed, colour(i), 4)?;
-        }
-        let left = plot.left + width + 30;
-        let columns = [left + 150, left + 265, left + 385];
-        for (head, at) in ["f/λ (cm)", "A (cm²)", "V (cm³)"].iter().zip(columns) {
-            text(area, head, SMALL, GREY, (at, plot.top + row / 2), Pin::Right)?;
-        }
-        for (i, shape) in shapes.iter().enumerate() {
-            let y = plot.top + row / 2 + row * (i as i32 + 1);
-            swatch(area, (left, y), colour(i), 4)?;
-            let cells = [number(shape.load, 0.01), number(shape.area, 0.1), number(shape.volume, 0.1)];
-            for (cell, at) in cells.iter().zip(columns) {
-                text(area, cell, SMALL, BLACK, (at, y), Pin::Right)?;
+    paint(
+        (plot.left + width + 440) as u32,
+        (height + 24 + LABELS_BELOW + 10) as u32,
+        |area| {
+            let chart = axes(area, plot, "", &x, &y)?;
+            let colour = |i: usize| ramp(i as f64 / (shapes.len().max(2) - 1) as f64);
+            for (i, shape) in shapes.iter().enumerate() {
+                let mut closed = shape.nodes.to_vec();
+                closed.push(shape.nodes[0]);
+                stroke(&chart, &closed, colour(i), 4)?;
             }
-        }
-        Ok(())
-    })
+            let left = plot.left + width + 30;
+            let columns = [left + 150, left + 265, left + 385];
+            for (head, at) in ["f/λ (cm)", "A (cm²)", "V (cm³)"].iter().zip(columns) {
+                text(
+                    area,
+                    head,
+                    SMALL,
+                    GREY,
+                    (at, plot.top + row / 2),
+                    Pin::Right,
+                )?;
+            }
+            for (i, shape) in shapes.iter().enumerate() {
+                let y = plot.top + row / 2 + row * (i as i32 + 1);
+                swatch(area, (left, y), colour(i), 4)?;
+                let cells = [
+                    number(shape.load, 0.01),
+                    number(shape.area, 0.1),
+                    number(shape.volume, 0.1),
+                ];
+                for (cell, at) in cells.iter().zip(columns) {
+                    text(area, cell, SMALL, BLACK, (at, y), Pin::Right)?;
+                }
+            }
+            Ok(())
+        },
+    )
 }

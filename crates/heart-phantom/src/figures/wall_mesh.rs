@@ -1,6 +1,8 @@
 //! The two membranes and a mesh between them (Fig. 11 of the paper).
 
-use super::canvas::{Axis, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, paint, text};
+use super::canvas::{
+    Axis, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, paint, text,
+};
 use super::marks::{stroke, swatch};
 use super::style::{BLACK, GREY, INNER, OUTER, SMALL};
 use super::{FigureError, Picture, check};
@@ -42,14 +44,25 @@ pub fn wall_meshes(
     let aspect = (around[3] - around[2]) / (around[1] - around[0]);
     let height = (f64::from(width) * aspect.clamp(0.4, 1.4)) as i32;
     let [x0, x1, y0, y1] = equal_scale(around, 0.04, (width, height));
-    let (x, y) = (Axis::linear(x0, x1, 9, "x (cm)"), Axis::linear(y0, y1, 9, "y (cm)"));
+    let (x, y) = (
+        Axis::linear(x0, x1, 9, "x (cm)"),
+        Axis::linear(y0, y1, 9, "y (cm)"),
+    );
     let step = width + LABELS_LEFT + 20;
     let top = 64;
 
-    let size = (step * states.len() as i32 + 30, top + height + LABELS_BELOW + 70);
+    let size = (
+        step * states.len() as i32 + 30,
+        top + height + LABELS_BELOW + 70,
+    );
     paint(size.0 as u32, size.1 as u32, |area| {
         for (i, state) in states.iter().enumerate() {
-            let plot = Rect { left: LABELS_LEFT + 10 + step * i as i32, top, width, height };
+            let plot = Rect {
+                left: LABELS_LEFT + 10 + step * i as i32,
+                top,
+                width,
+                height,
+            };
             let chart = axes(area, plot, state.title, &x, &y)?;
             let between = |k: usize, t: f64| {
                 let (a, b) = (state.inner[k], state.outer[k]);
@@ -71,10 +84,31 @@ pub fn wall_meshes(
         }
         let y = size.1 - 32;
         swatch(area, (LABELS_LEFT + 10, y), INNER, 4)?;
-        text(area, "inner membrane", SMALL, BLACK, (LABELS_LEFT + 66, y), Pin::Left)?;
+        text(
+            area,
+            "inner membrane",
+            SMALL,
+            BLACK,
+            (LABELS_LEFT + 66, y),
+            Pin::Left,
+        )?;
         swatch(area, (LABELS_LEFT + 310, y), OUTER, 4)?;
-        text(area, "outer membrane", SMALL, BLACK, (LABELS_LEFT + 366, y), Pin::Left)?;
+        text(
+            area,
+            "outer membrane",
+            SMALL,
+            BLACK,
+            (LABELS_LEFT + 366, y),
+            Pin::Left,
+        )?;
         swatch(area, (LABELS_LEFT + 610, y), GREY, 1)?;
-        text(area, "mesh of the wall", SMALL, BLACK, (LABELS_LEFT + 666, y), Pin::Left)
+        text(
+            area,
+            "mesh of the wall",
+            SMALL,
+            BLACK,
+            (LABELS_LEFT + 666, y),
+            Pin::Left,
+        )
     })
 }
