@@ -116,6 +116,20 @@ pub enum RadonError {
         /// Bytes allowed.
         budget: usize,
     },
+    /// The corners do not bound an area: fewer than three, collinear, or edges that cross.
+    #[error("polygon of {corners} corners and signed area {area} is not simple")]
+    DegeneratePolygon {
+        /// Number of corners.
+        corners: usize,
+        /// Signed area of the closed line through them.
+        area: f64,
+    },
+    /// The three axes are not perpendicular unit vectors.
+    #[error("axes differ from perpendicular unit vectors by {deviation} (at most 1e-9 allowed)")]
+    NotOrthonormal {
+        /// Largest deviation of their scalar products from 0 and 1.
+        deviation: f64,
+    },
 }
 
 /// `given` if it is finite.

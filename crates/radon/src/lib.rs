@@ -5,11 +5,15 @@ mod fbp;
 mod filter;
 mod geometry;
 mod measure;
+mod phantom;
 mod sample;
+mod slices;
 
 pub use error::RadonError;
 pub use fbp::{EdgePolicy, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation, Skip};
 pub use filter::{Window, padded_len, ramp_response, ramp_sample};
 pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry, StackOrder};
 pub use measure::{MaskedStats, disc_mask, rmse_within};
+pub use phantom::{BinSampling, Phantom2, Phantom3, Shape2, Shape3};
 pub use sample::Sample;
+pub use slices::SliceAxis;

@@ -1,0 +1,86 @@
+//! Means of the unit Gaussian exp(-|q|²/2) over segments, parallelograms and parallelepipeds.
+
+use super::round::{Vec3, add, dot};
+use std::f64::consts::FRAC_PI_2;
+
+/// Positive nodes and weights of the 8-point Gauss-Legendre rule (Abramowitz & Stegun 1964, table 25.4).
+const GAUSS_LEGENDRE: [(f64, f64); 4] = [
+    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
+    (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
+];
+
+/// Mean of exp(-|c + Σ u_k e_k|²/2) over u_k in [-1, 1].
+///
+/// Closed form (error functions) when the edges are orthogonal; otherwise the last edges that are not get an 8-point
+/// Gauss-Legendre rule on panels no longer than one standard deviation, whose error is below 1e-15 of the peak.
+pub(super) fn mean(c: Vec3, edges: &[Vec3]) -> f64 {
+    let Some((&e, rest)) = edges.split_last() else {
+        return (-0.5 * dot(c, c)).exp();
+    };
+    let length_sq = dot(e, e);
+    let orthogonal = rest
+        .iter()
+        .all(|&r| dot(e, r).powi(2) <= 1e-30 * length_sq * dot(r, r));
+    if orthogonal {
+        let length = length_sq.sqrt();
+        let along = dot(c, e) / length;
+        let one = FRAC_PI_2.sqrt() * between(along - length, along + length) / (2.0 * length);
+        return one * mean(add(c, -along / length, e), rest);
+    }
+    let panels = (2.0 * length_sq.sqrt()).ceil().max(1.0);
+    let half = 1.0 / panels;
+    let mut sum = 0.0;
+    for panel in 0..panels as usize {
+        let centre = (2.0 * panel as f64 + 1.0) * half - 1.0;
+        for (node, weight) in GAUSS_LEGENDRE {
+            for side in [-1.0, 1.0] {
+                sum += weight * mean(add(c, centre + side * half * node, e), rest);
+            }
+        }
+    }
+    sum * half / 2.0
+}
+
+/// erf(b / √2) - erf(a / √2) for a <= b, without cancellation in the tails.
+fn between(a: f64, b: f64) -> f64 {
+    let r = std::f64::consts::FRAC_1_SQRT_2;
+    if a > 0.0 {
+        libm::erfc(a * r) - libm::erfc(b * r)
+    } else if b < 0.0 {
+        libm::erfc(-b * r) - libm::erfc(-a * r)
+    } else {
+        libm::erf(b * r) - libm::erf(a * r)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sheared_cell_agrees_with_a_fine_midpoint_sum_and_with_itself_transposed() {
+        let (c, e1, e2) = ([0.3, -0.4, 0.7], [0.9, 0.2, -0.1], [0.5, 0.8, 0.3]);
+        let n = 400;
+        let mut sum = 0.0;
+        for i in 0..n {
+            for j in 0..n {
+                let at = |k: i32| (2.0 * f64::from(k) + 1.0) / f64::from(n) - 1.0;
+                sum += mean(add(add(c, at(i), e1), at(j), e2), &[]);
+            }
+        }
+        // Midpoint rule, h = 1/200: error about h²/24 of the second derivatives, a few 1e-6.
+        assert!((mean(c, &[e1, e2]) - sum / f64::from(n * n)).abs() < 1e-5);
+        assert!((mean(c, &[e1, e2]) - mean(c, &[e2, e1])).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_whole_gaussian_has_its_known_integral() {
+        let e = [[9.0, 1.0, 0.0], [0.0, 9.5, 1.0], [0.5, 0.0, 9.2]];
+        let volume = 8.0 * dot(super::super::round::cross(e[0], e[1]), e[2]);
+        assert!(
+            (mean([0.0; 3], &e) * volume - (2.0 * std::f64::consts::PI).powf(1.5)).abs() < 1e-9
+        );
+    }
+}

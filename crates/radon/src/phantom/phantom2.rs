@@ -1,0 +1,114 @@
+//! Sums of plane shapes.
+
+use rayon::prelude::*;
+
+use super::{BinSampling, Shape2};
+use crate::error::{RadonError, finite};
+use crate::{ImageGrid, ParallelGeometry, Sample};
+
+/// A sum of plane shapes, each times a value: its images, line integrals and sinograms are exact.
+///
+/// ```
+/// use radon::{BinSampling, ImageGrid, ParallelGeometry, Phantom2, Shape2};
+/// let disc = Shape2::ellipse([0.5, -0.3], [2.0, 2.0], 0.0)?;
+/// let phantom = Phantom2::new([(1.5, disc)])?;
+/// let image: Vec<f64> = phantom.image(&ImageGrid::square(64, 0.1)?);
+/// let mass: f64 = image.iter().sum::<f64>() * 0.1 * 0.1;
+/// assert!((mass - phantom.integral()).abs() < 1e-10); // pixel means: no mass is lost
+/// let geometry = ParallelGeometry::uniform(8, std::f64::consts::PI, 64, 0.1)?;
+/// let sinogram: Vec<f64> = phantom.sinogram(&geometry, BinSampling::Mean);
+/// assert!((sinogram[..64].iter().sum::<f64>() * 0.1 - phantom.integral()).abs() < 1e-10);
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Phantom2 {
+    objects: Vec<(f64, Shape2)>,
+}
+
+impl Phantom2 {
+    /// The sum of `value * shape` over the list; where shapes overlap their values add.
+    ///
+    /// # Errors
+    /// [`RadonError::NotFinite`] for a value.
+    pub fn new(objects: impl IntoIterator<Item = (f64, Shape2)>) -> Result<Self, RadonError> {
+        let objects: Vec<_> = objects.into_iter().collect();
+        for &(value, _) in &objects {
+            finite("object value", value)?;
+        }
+        Ok(Self { objects })
+    }
+
+    /// The shapes with their values.
+    pub fn objects(&self) -> &[(f64, Shape2)] {
+        &self.objects
+    }
+
+    /// Value at a point.
+    pub fn value(&self, point: [f64; 2]) -> f64 {
+        self.sum(|shape| shape.value(point))
+    }
+
+    /// Integral over the plane.
+    pub fn integral(&self) -> f64 {
+        self.sum(Shape2::integral)
+    }
+
+    /// Integral along the line x cos θ + y sin θ = s.
+    pub fn line_integral(&self, theta: f64, s: f64) -> f64 {
+        self.sum(|shape| shape.line_integral(theta, s))
+    }
+
+    /// Mean of the line integrals over the bin of width `width` about `s`.
+    pub fn bin_mean(&self, theta: f64, s: f64, width: f64) -> f64 {
+        self.sum(|shape| shape.bin_mean(theta, s, width))
+    }
+
+    /// The image `[y][x]` of pixel means: exact for ellipses, rectangles and polygons; Gaussians to 1e-15 of their peak.
+    ///
+    /// Cost: pixels times shapes, with more work only where an outline cuts a pixel. Same bits for any number of threads.
+    pub fn image<T: Sample>(&self, grid: &ImageGrid) -> Vec<T> {
+        let mut image = vec![T::ZERO; grid.image_len()];
+        image
+            .par_chunks_mut(grid.nx())
+            .enumerate()
+            .for_each(|(iy, row)| {
+                for (ix, pixel) in row.iter_mut().enumerate() {
+                    let centre = grid.pixel_centre(ix, iy);
+                    let sides = [grid.spacing(); 2];
+                    *pixel = T::of(self.sum(|shape| shape.rectangle_mean(centre, sides)));
+                }
+            });
+        image
+    }
+
+    /// The sinogram `[view][bin]`, in closed form.
+    ///
+    /// Cost: bins times shapes. Same bits for any number of threads.
+    pub fn sinogram<T: Sample>(
+        &self,
+        geometry: &ParallelGeometry,
+        sampling: BinSampling,
+    ) -> Vec<T> {
+        let mut sinogram = vec![T::ZERO; geometry.sinogram_len()];
+        sinogram
+            .par_chunks_mut(geometry.n_bins())
+            .zip(geometry.angles())
+            .for_each(|(row, &theta)| {
+                for (bin_idx, bin) in row.iter_mut().enumerate() {
+                    let s = geometry.bin_centre(bin_idx);
+                    *bin = T::of(match sampling {
+                        BinSampling::Centre => self.line_integral(theta, s),
+                        BinSampling::Mean => self.bin_mean(theta, s, geometry.pitch()),
+                    });
+                }
+            });
+        sinogram
+    }
+
+    fn sum(&self, of: impl Fn(&Shape2) -> f64) -> f64 {
+        self.objects
+            .iter()
+            .map(|(value, shape)| value * of(shape))
+            .sum()
+    }
+}
