@@ -1,0 +1,127 @@
+//! Equilibria and measures known in closed form.
+
+use std::f64::consts::PI;
+
+use crate::error::{MembraneError, finite, positive};
+use crate::measures::Measures;
+
+/// Measures of the balloon at rest (Table 2, area corrected): length 2 h + pi R, area
+/// R (2 h + pi R / 2), surface 2 pi R h + 2 pi R^2, volume pi R^2 (h + 2 R / 3).
+///
+/// ```
+/// let rest = membrane_forces::balloon_at_rest(8.5, 1.75)?;
+/// assert!((rest.area - 34.560563750809).abs() < 1e-11);
+/// # Ok::<(), membrane_forces::MembraneError>(())
+/// ```
+///
+/// # Errors
+/// A size that is not finite or not positive.
+pub fn balloon_at_rest(h: f64, radius: f64) -> Result<Measures, MembraneError> {
+    positive("cylinder length", h)?;
+    let r = positive("radius", radius)?;
+    Ok(Measures {
+        length: 2.0 * h + PI * r,
+        area: r * (2.0 * h + 0.5 * PI * r),
+        surface: 2.0 * PI * r * (h + r),
+        volume: PI * r * r * (h + 2.0 * r / 3.0),
+    })
+}
+
+/// The disc under force per material length: an arc of a circle (appendix, constants corrected).
+///
+/// z(s) = iR (2 e^(-i mu s) - 1 - e^(-i mu)) / (1 - e^(-i mu)), traversed at the constant
+/// speed C = R mu / sin(mu / 2), where mu = f / (lambda C), that is
+/// R mu^2 = (f / lambda) sin(mu / 2) with its one root in (0, 2 pi).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CircleEquilibrium {
+    /// Radius of the disc, R, cm.
+    pub disc_radius: f64,
+    /// Angle through which the arc turns, mu, in (0, 2 pi).
+    pub angle: f64,
+}
+
+impl CircleEquilibrium {
+    /// The arc for a disc of radius `radius` under f / lambda = `ratio` (cm).
+    ///
+    /// ```
+    /// let circle = membrane_forces::CircleEquilibrium::new(1.0, 10.0)?;
+    /// assert!((circle.angle - 3.162193779122982).abs() < 1e-14);
+    /// # Ok::<(), membrane_forces::MembraneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// An argument that is not finite, a radius that is not positive, a negative ratio.
+    pub fn new(radius: f64, ratio: f64) -> Result<Self, MembraneError> {
+        positive("radius", radius)?;
+        if finite("load over stiffness", ratio)? < 0.0 {
+            return Err(MembraneError::NotPositive {
+                quantity: "load over stiffness",
+                value: ratio,
+            });
+        }
+        if ratio == 0.0 {
+            return Ok(Self {
+                disc_radius: radius,
+                angle: 0.0,
+            });
+        }
+        // With x = mu / 2: 4 R x = (f / lambda) sin(x) / x; the left rises, the right falls on (0, pi).
+        let (mut low, mut high) = (0.0, PI);
+        loop {
+            let x = 0.5 * (low + high);
+            if x <= low || x >= high {
+                break;
+            }
+            if 4.0 * radius * x > ratio * x.sin() / x {
+                high = x
+            } else {
+                low = x
+            }
+        }
+        Ok(Self {
+            disc_radius: radius,
+            angle: 2.0 * high,
+        })
+    }
+
+    /// Radius of the arc, R / sin(mu / 2), cm; infinite for the flat disc.
+    pub fn arc_radius(&self) -> f64 {
+        self.disc_radius / (0.5 * self.angle).sin()
+    }
+
+    /// Position [x, y] at material coordinate s.
+    pub fn at(&self, s: f64) -> [f64; 2] {
+        // Angle from the apex; sums turned into products so that nothing cancels as mu -> 0.
+        let (half, theta) = (0.5 * self.angle, self.angle * (0.5 - s));
+        if half == 0.0 {
+            return [0.0, self.disc_radius * (1.0 - 2.0 * s)];
+        }
+        let radius = self.disc_radius / half.sin();
+        [
+            2.0 * radius * (0.5 * (half + theta)).sin() * (0.5 * (half - theta)).sin(),
+            radius * theta.sin(),
+        ]
+    }
+
+    /// Length R mu / sin(mu / 2), area between arc and chord, surface and volume of the cap.
+    pub fn measures(&self) -> Measures {
+        let half = 0.5 * self.angle;
+        let r = self.disc_radius;
+        if half == 0.0 {
+            return Measures {
+                length: 2.0 * r,
+                area: 0.0,
+                surface: PI * r * r,
+                volume: 0.0,
+            };
+        }
+        let radius = r / half.sin();
+        let height = r * (0.5 * half).tan();
+        Measures {
+            length: self.angle * radius,
+            area: 0.5 * radius * radius * (self.angle - self.angle.sin()),
+            surface: 2.0 * PI * radius * height,
+            volume: PI * height * (3.0 * r * r + height * height) / 6.0,
+        }
+    }
+}

@@ -1,0 +1,357 @@
+//! The paper's second-order finite differences (3.1.2, with its scale corrected).
+
+use crate::band::BandMatrix;
+use crate::error::MembraneError;
+use crate::measures::Measure;
+use crate::membrane::{Membrane, PressureLaw};
+
+/// A membrane at N equally spaced material points s_n = n ds, ds = 1 / (N - 1).
+///
+/// States and forces are flat: x0, y0, x1, y1, ..., 2 N numbers. Forces are per unit s:
+///
+/// ```text
+/// F_e(n) = [ l(n+1/2) (u(n+1) - u(n)) + l(n-1/2) (u(n-1) - u(n))
+///          + l2(n+1)  (u(n+2) - u(n)) + l2(n-1)  (u(n-2) - u(n)) ] / ds^2,      u = c - c0
+/// F_p(n) = f (-d_y, d_x) / |d|      d = c(n+1) - c(n-1)      laws per material length, total force
+/// F_p(n) = p (-d_y, d_x) / (2 ds)                            law per current length
+/// ```
+///
+/// The two end nodes are held: their forces and their rows in every tangent are zero. A node
+/// next to an end has no second neighbour on that side; its spring goes to the mirror image
+/// u(-1) = 2 u(0) - u(1), which keeps the order two and the matrix symmetric.
+///
+/// The `intensity` that pressure functions take is f or p; [`FiniteDifferences::intensity`]
+/// makes it from the load of the membrane's law.
+#[derive(Debug, Clone)]
+pub struct FiniteDifferences {
+    law: PressureLaw,
+    ds: f64,
+    rest: Vec<f64>,
+    start: Vec<f64>,
+    /// lambda at s_(n + 1/2).
+    first: Vec<f64>,
+    /// lambda_2 at s_n, or empty.
+    second: Vec<f64>,
+}
+
+impl FiniteDifferences {
+    /// Samples `membrane` at `n_nodes` points. Cost O(N).
+    ///
+    /// # Errors
+    /// Fewer than three nodes, a stiffness that is not positive at a sample, or coinciding
+    /// neighbours in the rest shape.
+    pub fn new(membrane: &Membrane, n_nodes: usize) -> Result<Self, MembraneError> {
+        if n_nodes < 3 {
+            return Err(MembraneError::TooFew {
+                quantity: "nodes",
+                given: n_nodes,
+                least: 3,
+            });
+        }
+        let last = n_nodes - 1;
+        let ds = 1.0 / last as f64;
+        let mut rest = Vec::with_capacity(2 * n_nodes);
+        for n in 0..n_nodes {
+            rest.extend(membrane.rest().at(n as f64 / last as f64).position);
+        }
+        for index in 0..last {
+            if rest[2 * index..2 * index + 2] == rest[2 * index + 2..2 * index + 4] {
+                return Err(MembraneError::CoincidentPoints { index });
+            }
+        }
+        let first = (0..last)
+            .map(|n| membrane.stiffness().at((n as f64 + 0.5) / last as f64))
+            .collect::<Result<_, _>>()?;
+        let second = match membrane.second_neighbours() {
+            Some(stiffness) => (0..n_nodes)
+                .map(|n| stiffness.at(n as f64 / last as f64))
+                .collect::<Result<_, _>>()?,
+            None => Vec::new(),
+        };
+        let mut start = rest.clone();
+        let [from, to] = membrane.ends();
+        start[..2].copy_from_slice(&from);
+        start[2 * last..].copy_from_slice(&to);
+        Ok(Self {
+            law: membrane.law(),
+            ds,
+            rest,
+            start,
+            first,
+            second,
+        })
+    }
+
+    /// Number of nodes N, held ends included.
+    pub fn n_nodes(&self) -> usize {
+        self.rest.len() / 2
+    }
+
+    /// Spacing of the material coordinate.
+    pub fn ds(&self) -> f64 {
+        self.ds
+    }
+
+    /// Pressure law of the membrane.
+    pub fn law(&self) -> PressureLaw {
+        self.law
+    }
+
+    /// Rest shape at the nodes, flat.
+    pub fn rest(&self) -> &[f64] {
+        &self.rest
+    }
+
+    /// The rest shape with its end nodes where the membrane is held: where solvers start.
+    pub fn start(&self) -> &[f64] {
+        &self.start
+    }
+
+    /// Largest stiffness of any spring, second neighbours counted as 4 lambda_2.
+    pub fn stiffness_scale(&self) -> f64 {
+        let largest = |v: &[f64]| v.iter().copied().fold(0.0, f64::max);
+        largest(&self.first) + 4.0 * largest(&self.second)
+    }
+
+    /// Half bandwidth of every tangent: 3, or 4 with second neighbours.
+    pub fn bandwidth(&self) -> usize {
+        if self.second.is_empty() { 3 } else { 4 }
+    }
+
+    /// A zero matrix of the shape every tangent of this membrane fits.
+    pub fn band(&self) -> BandMatrix {
+        BandMatrix::zeros(self.rest.len(), self.bandwidth(), self.bandwidth())
+    }
+
+    /// `out` = elastic force F_e per unit s.
+    ///
+    /// # Panics
+    /// A length that is not 2 N.
+    pub fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
+        self.check(nodes, out);
+        let last = self.n_nodes() - 1;
+        let scale = 1.0 / (self.ds * self.ds);
+        out.fill(0.0);
+        for n in 1..last {
+            for k in 0..2 {
+                let u = |m: usize| nodes[2 * m + k] - self.rest[2 * m + k];
+                let here = u(n);
+                let mut sum =
+                    self.first[n] * (u(n + 1) - here) + self.first[n - 1] * (u(n - 1) - here);
+                if !self.second.is_empty() {
+                    sum += self.second[n + 1]
+                        * if n + 1 < last {
+                            u(n + 2) - here
+                        } else {
+                            2.0 * (u(last) - here)
+                        };
+                    sum += self.second[n - 1]
+                        * if n > 1 {
+                            u(n - 2) - here
+                        } else {
+                            2.0 * (u(0) - here)
+                        };
+                }
+                out[2 * n + k] = sum * scale;
+            }
+        }
+    }
+
+    /// `band` += `scale` dF_e/dc. Block tridiagonal with diagonal blocks; pentadiagonal with
+    /// second neighbours; independent of the state; symmetric among interior nodes.
+    ///
+    /// # Panics
+    /// `band` does not have the shape of [`FiniteDifferences::band`].
+    pub fn add_elastic_tangent(&self, scale: f64, band: &mut BandMatrix) {
+        let last = self.n_nodes() - 1;
+        let scale = scale / (self.ds * self.ds);
+        for n in 1..last {
+            for k in 0..2 {
+                let mut spring = |m: usize, stiffness: f64| {
+                    band.add(2 * n + k, 2 * m + k, scale * stiffness);
+                    band.add(2 * n + k, 2 * n + k, -scale * stiffness);
+                };
+                spring(n + 1, self.first[n]);
+                spring(n - 1, self.first[n - 1]);
+                if !self.second.is_empty() {
+                    if n + 1 < last {
+                        spring(n + 2, self.second[n + 1])
+                    } else {
+                        spring(last, 2.0 * self.second[last])
+                    }
+                    if n > 1 {
+                        spring(n - 2, self.second[n - 1])
+                    } else {
+                        spring(0, 2.0 * self.second[0])
+                    }
+                }
+            }
+        }
+    }
+
+    /// Force intensity f or p that `load` makes at `nodes`: `load` itself, or `load` / S(c)
+    /// under the total-force law.
+    ///
+    /// # Panics
+    /// `nodes` not 2 N long.
+    pub fn intensity(&self, nodes: &[f64], load: f64) -> f64 {
+        match self.law {
+            PressureLaw::TotalForce => load / Measure::Surface.of(nodes),
+            _ => load,
+        }
+    }
+
+    /// `out` = pressure force F_p per unit s at force intensity `intensity`; it is linear in
+    /// the intensity, so intensity 1 gives dF_p / d intensity.
+    ///
+    /// # Errors
+    /// The neighbours of a node coincide, so its normal is undefined.
+    ///
+    /// # Panics
+    /// A length that is not 2 N.
+    pub fn pressure_force_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        out: &mut [f64],
+    ) -> Result<(), MembraneError> {
+        self.check(nodes, out);
+        let last = self.n_nodes() - 1;
+        out.fill(0.0);
+        for n in 1..last {
+            let (d, scale) = self.normal(nodes, n)?;
+            out[2 * n] = -intensity * d[1] * scale;
+            out[2 * n + 1] = intensity * d[0] * scale;
+        }
+        Ok(())
+    }
+
+    /// `band` += `scale` dF_p/dc at fixed intensity: the exact derivative (Eq. 14 with its signs
+    /// corrected). Under the total-force law the full derivative has a rank-one part as well,
+    /// see [`FiniteDifferences::pressure_rank_one_into`].
+    ///
+    /// # Errors
+    /// The neighbours of a node coincide.
+    ///
+    /// # Panics
+    /// `nodes` not 2 N long or `band` of another shape than [`FiniteDifferences::band`].
+    pub fn add_pressure_tangent(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        scale: f64,
+        band: &mut BandMatrix,
+    ) -> Result<(), MembraneError> {
+        self.check(nodes, nodes);
+        let f = intensity * scale;
+        for n in 1..self.n_nodes() - 1 {
+            let (d, per_length) = self.normal(nodes, n)?;
+            // dn / dd with n = (-d_y, d_x) / |d|, or the plain rotation under the third law
+            let (by_x, by_y) = if self.law == PressureLaw::PerCurrentLength {
+                ([0.0, f * per_length], [-f * per_length, 0.0])
+            } else {
+                let cube = per_length * per_length * per_length;
+                (
+                    [
+                        f * d[0] * d[1] * cube,
+                        f * (per_length - d[0] * d[0] * cube),
+                    ],
+                    [
+                        -f * (per_length - d[1] * d[1] * cube),
+                        -f * d[0] * d[1] * cube,
+                    ],
+                )
+            };
+            for row in 0..2 {
+                band.add(2 * n + row, 2 * n + 2, by_x[row]);
+                band.add(2 * n + row, 2 * n + 3, by_y[row]);
+                band.add(2 * n + row, 2 * n - 2, -by_x[row]);
+                band.add(2 * n + row, 2 * n - 1, -by_y[row]);
+            }
+        }
+        Ok(())
+    }
+
+    /// `band` += `scale` times the pressure part of Eq. 14 **with the signs as printed** in Rohmer
+    /// et al. 2006: the entries dF^x/dc_y(n-1) and dF^y/dc_x(n-1) have the wrong sign on 1/n, so
+    /// this is not the derivative. It is here to show what Newton does with it.
+    ///
+    /// # Errors
+    /// The neighbours of a node coincide.
+    ///
+    /// # Panics
+    /// As [`FiniteDifferences::add_pressure_tangent`].
+    pub fn add_pressure_tangent_as_printed(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        scale: f64,
+        band: &mut BandMatrix,
+    ) -> Result<(), MembraneError> {
+        self.add_pressure_tangent(nodes, intensity, scale, band)?;
+        for n in 1..self.n_nodes() - 1 {
+            let (_, per_length) = self.normal(nodes, n)?;
+            // right: f (1/n - d^2/n^3); printed: f (d^2/n^3 + 1/n), and its negative for the other
+            let (d, cube) = (self.normal(nodes, n)?.0, per_length.powi(3));
+            let f = intensity * scale;
+            band.add(2 * n, 2 * n - 1, 2.0 * f * d[1] * d[1] * cube);
+            band.add(2 * n + 1, 2 * n - 2, -2.0 * f * d[0] * d[0] * cube);
+        }
+        Ok(())
+    }
+
+    /// The part of the pressure tangent that is not in the band: under the total-force law
+    /// dF_p/dc = band + `column` (x) `row`, with `column` = -(load / S^2) n and `row` = grad S.
+    /// Returns whether there is one; under the other laws both are set to zero.
+    ///
+    /// # Errors
+    /// The neighbours of a node coincide.
+    ///
+    /// # Panics
+    /// A length that is not 2 N.
+    pub fn pressure_rank_one_into(
+        &self,
+        nodes: &[f64],
+        load: f64,
+        column: &mut [f64],
+        row: &mut [f64],
+    ) -> Result<bool, MembraneError> {
+        if self.law != PressureLaw::TotalForce {
+            column.fill(0.0);
+            row.fill(0.0);
+            return Ok(false);
+        }
+        let surface = Measure::Surface.of(nodes);
+        self.pressure_force_into(nodes, -load / (surface * surface), column)?;
+        Measure::Surface.gradient_into(nodes, row);
+        Ok(true)
+    }
+
+    /// c(n+1) - c(n-1) and the factor that makes it the tangent the law multiplies.
+    #[inline]
+    fn normal(&self, nodes: &[f64], n: usize) -> Result<([f64; 2], f64), MembraneError> {
+        let d = [
+            nodes[2 * n + 2] - nodes[2 * n - 2],
+            nodes[2 * n + 3] - nodes[2 * n - 1],
+        ];
+        if self.law == PressureLaw::PerCurrentLength {
+            return Ok((d, 0.5 / self.ds));
+        }
+        let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
+        if length > 0.0 {
+            Ok((d, 1.0 / length))
+        } else {
+            Err(MembraneError::CoincidentPoints { index: n })
+        }
+    }
+
+    fn check(&self, nodes: &[f64], out: &[f64]) {
+        let n = self.rest.len();
+        assert!(
+            nodes.len() == n && out.len() == n,
+            "expected {n} numbers, got {} and {}",
+            nodes.len(),
+            out.len()
+        );
+    }
+}

@@ -1,0 +1,91 @@
+//! The one error type of the crate: what was given, what is allowed.
+
+/// Why a membrane could not be built or its forces not evaluated.
+///
+/// Every variant carries the numbers that were given and, where there is one, the limit they broke.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MembraneError {
+    /// A number that must be finite is NaN or infinite.
+    #[error("{quantity} must be finite, got {value}")]
+    NotFinite {
+        /// The argument's name.
+        quantity: &'static str,
+        /// What was given.
+        value: f64,
+    },
+    /// A number that must be positive is not.
+    #[error("{quantity} must be positive, got {value}")]
+    NotPositive {
+        /// The argument's name.
+        quantity: &'static str,
+        /// What was given.
+        value: f64,
+    },
+    /// The stiffness is zero, negative, NaN or infinite somewhere.
+    #[error("stiffness must be positive and finite, got {value} at s = {s}")]
+    BadStiffness {
+        /// Material coordinate of the offending value.
+        s: f64,
+        /// The stiffness there.
+        value: f64,
+    },
+    /// Fewer points, nodes or samples than the construction needs.
+    #[error("{quantity}: {given} given, at least {least} needed")]
+    TooFew {
+        /// What there is too little of.
+        quantity: &'static str,
+        /// How many were given.
+        given: usize,
+        /// How many are needed.
+        least: usize,
+    },
+    /// Breakpoints must rise strictly inside (0, 1).
+    #[error("breakpoint {index} is {value}: breakpoints must rise strictly inside (0, 1)")]
+    BadBreakpoint {
+        /// Position in the list.
+        index: usize,
+        /// The value there.
+        value: f64,
+    },
+    /// Two neighbouring points of the curve coincide, so it has no direction there.
+    #[error("the curve has no direction at point {index}: its neighbours coincide")]
+    CoincidentPoints {
+        /// Index of the point.
+        index: usize,
+    },
+    /// The rest shape crosses itself.
+    #[error("the rest shape crosses itself: segment {first} meets segment {second}")]
+    SelfCrossing {
+        /// Index of the earlier segment of the sampled curve.
+        first: usize,
+        /// Index of the later one.
+        second: usize,
+    },
+    /// Pressure per current length at or past the value at which the equilibrium runs to infinity.
+    #[error("no equilibrium: pressure over stiffness is {kappa}, must stay below {limit}")]
+    PastBlowUp {
+        /// Load over stiffness, p / lambda.
+        kappa: f64,
+        /// The bound, 2 pi.
+        limit: f64,
+    },
+}
+
+/// `value` if it is finite.
+pub(crate) fn finite(quantity: &'static str, value: f64) -> Result<f64, MembraneError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(MembraneError::NotFinite { quantity, value })
+    }
+}
+
+/// `value` if it is finite and positive.
+pub(crate) fn positive(quantity: &'static str, value: f64) -> Result<f64, MembraneError> {
+    if finite(quantity, value)? > 0.0 {
+        Ok(value)
+    } else {
+        Err(MembraneError::NotPositive { quantity, value })
+    }
+}

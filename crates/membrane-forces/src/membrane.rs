@@ -1,0 +1,112 @@
+//! The continuous model: rest shape, stiffness, pressure law, held ends.
+
+use crate::error::{MembraneError, finite};
+use crate::rest::RestShape;
+use crate::stiffness::Stiffness;
+
+/// How the load turns into a force per unit s; n is the unit exterior normal of the current curve.
+///
+/// All three stand in Rohmer et al. 2006; they are different models.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum PressureLaw {
+    /// Force f n per unit of **material** length s (Eq. 3). The load is f.
+    #[default]
+    PerMaterialLength,
+    /// Force (F / S(c)) n, S the lateral surface of revolution (Eq. 4). The load is F. Same
+    /// shapes as the first law, with f = F / S found together with the shape.
+    TotalForce,
+    /// Force p |c'| n = p (-c_y', c_x'), constant per unit of **current** length (3.2.2, and
+    /// physical pressure). The load is p.
+    PerCurrentLength,
+}
+
+/// An elastic membrane in the plane of its axis of revolution.
+///
+/// ```
+/// use membrane_forces::{Membrane, PressureLaw, RestShape, Stiffness};
+/// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?)
+///     .with_stiffness(Stiffness::function(|s| 1.0 + 0.5 * (6.0 * s).sin(), &[])?)
+///     .with_law(PressureLaw::TotalForce);
+/// assert_eq!(membrane.ends(), [[0.0, 1.75], [0.0, -1.75]]);
+/// # Ok::<(), membrane_forces::MembraneError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Membrane {
+    rest: RestShape,
+    stiffness: Stiffness,
+    second: Option<Stiffness>,
+    law: PressureLaw,
+    ends: [[f64; 2]; 2],
+}
+
+impl Membrane {
+    /// Stiffness 1, no second neighbours, force per material length, ends held where they rest.
+    pub fn new(rest: RestShape) -> Self {
+        let ends = [rest.at(0.0).position, rest.at(1.0).position];
+        Self {
+            rest,
+            stiffness: Stiffness::UNIT,
+            second: None,
+            law: PressureLaw::default(),
+            ends,
+        }
+    }
+
+    /// The same with stiffness lambda(s) of the springs between neighbours.
+    pub fn with_stiffness(mut self, stiffness: Stiffness) -> Self {
+        self.stiffness = stiffness;
+        self
+    }
+
+    /// The same with springs of stiffness lambda_2(s) between second neighbours (3.2.3).
+    ///
+    /// Both springs pull with (stiffness / ds^2) times the difference of displacements, so in
+    /// the limit of fine meshes the membrane has stiffness lambda + 4 lambda_2.
+    pub fn with_second_neighbours(mut self, stiffness: Stiffness) -> Self {
+        self.second = Some(stiffness);
+        self
+    }
+
+    /// The same under another pressure law.
+    pub fn with_law(mut self, law: PressureLaw) -> Self {
+        self.law = law;
+        self
+    }
+
+    /// The same with its ends s = 0 and s = 1 held at `ends` instead of where they rest.
+    ///
+    /// # Errors
+    /// A coordinate that is not finite.
+    pub fn with_ends(mut self, ends: [[f64; 2]; 2]) -> Result<Self, MembraneError> {
+        for value in ends.as_flattened() {
+            finite("held end", *value)?;
+        }
+        self.ends = ends;
+        Ok(self)
+    }
+
+    /// Rest shape c0(s).
+    pub fn rest(&self) -> &RestShape {
+        &self.rest
+    }
+
+    /// Stiffness lambda(s) between neighbours.
+    pub fn stiffness(&self) -> &Stiffness {
+        &self.stiffness
+    }
+
+    /// Stiffness lambda_2(s) between second neighbours, if there are such springs.
+    pub fn second_neighbours(&self) -> Option<&Stiffness> {
+        self.second.as_ref()
+    }
+
+    /// Pressure law.
+    pub fn law(&self) -> PressureLaw {
+        self.law
+    }
+
+    /// Positions [x, y] at which s = 0 and s = 1 are held.
+    pub fn ends(&self) -> [[f64; 2]; 2] {
+        self.ends
+    }
+}

@@ -1,0 +1,263 @@
+//! Rest shapes: the unloaded curve c0(s) that the springs pull back to.
+
+use std::f64::consts::PI;
+use std::fmt;
+use std::sync::Arc;
+
+use crate::error::{MembraneError, finite, positive};
+
+/// A point of a curve with its first two derivatives with respect to s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurvePoint {
+    /// Position [x, y], x along the axis of revolution (cm).
+    pub position: [f64; 2],
+    /// First derivative, per unit s.
+    pub first: [f64; 2],
+    /// Second derivative, per unit s squared.
+    pub second: [f64; 2],
+}
+
+/// The unloaded curve c0(s), s in [0, 1], smooth between its breakpoints.
+///
+/// The built-in shapes run with constant speed (s proportional to arc length) from (0, +R)
+/// over the apex to (0, -R); x is the axis of revolution.
+#[derive(Clone)]
+pub struct RestShape {
+    /// 0 = first, ..., 1 = last: piece k covers `[breaks[k], breaks[k + 1]]`.
+    breaks: Vec<f64>,
+    pieces: Vec<Piece>,
+}
+
+type CurveFunction = dyn Fn(f64) -> CurvePoint + Send + Sync;
+
+#[derive(Clone)]
+enum Piece {
+    Line {
+        from: [f64; 2],
+        to: [f64; 2],
+    },
+    Arc {
+        centre: [f64; 2],
+        radius: f64,
+        start: f64,
+        sweep: f64,
+    },
+    Function(Arc<CurveFunction>),
+}
+
+impl fmt::Debug for RestShape {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RestShape")
+            .field("breaks", &self.breaks)
+            .finish_non_exhaustive()
+    }
+}
+
+impl RestShape {
+    /// A cylinder of length `h` closed by a hemisphere of radius `radius` (cm), open at x = 0
+    /// (Rohmer et al. 2006, Table 1).
+    ///
+    /// ```
+    /// use membrane_forces::RestShape;
+    /// let rest = RestShape::balloon(8.5, 1.75)?;
+    /// assert_eq!(rest.at(0.0).position, [0.0, 1.75]);
+    /// assert!((rest.at(0.5).position[0] - 10.25).abs() < 1e-14);
+    /// # Ok::<(), membrane_forces::MembraneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// `h` or `radius` not finite or not positive.
+    pub fn balloon(h: f64, radius: f64) -> Result<Self, MembraneError> {
+        positive("cylinder length", h)?;
+        positive("radius", radius)?;
+        let length = 2.0 * h + PI * radius;
+        let line = h / length;
+        Ok(Self {
+            breaks: vec![0.0, line, 1.0 - line, 1.0],
+            pieces: vec![
+                Piece::Line {
+                    from: [0.0, radius],
+                    to: [h, radius],
+                },
+                Piece::Arc {
+                    centre: [h, 0.0],
+                    radius,
+                    start: PI / 2.0,
+                    sweep: -PI,
+                },
+                Piece::Line {
+                    from: [h, -radius],
+                    to: [0.0, -radius],
+                },
+            ],
+        })
+    }
+
+    /// The straight line from (0, +R) to (0, -R): a flat disc when revolved.
+    ///
+    /// # Errors
+    /// `radius` not finite or not positive.
+    pub fn disc(radius: f64) -> Result<Self, MembraneError> {
+        positive("radius", radius)?;
+        Ok(Self {
+            breaks: vec![0.0, 1.0],
+            pieces: vec![Piece::Line {
+                from: [0.0, radius],
+                to: [0.0, -radius],
+            }],
+        })
+    }
+
+    /// Straight segments through `points`, s proportional to arc length.
+    ///
+    /// # Errors
+    /// Fewer than two points, a coordinate that is not finite, neighbours that coincide, or
+    /// segments that cross.
+    pub fn polyline(points: &[[f64; 2]]) -> Result<Self, MembraneError> {
+        if points.len() < 2 {
+            return Err(MembraneError::TooFew {
+                quantity: "polyline points",
+                given: points.len(),
+                least: 2,
+            });
+        }
+        let mut lengths = vec![0.0];
+        for (index, pair) in points.windows(2).enumerate() {
+            for value in pair.as_flattened() {
+                finite("polyline coordinate", *value)?;
+            }
+            let step = (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
+            let so_far = lengths[index] + step;
+            finite("polyline length", so_far)?;
+            if so_far == lengths[index] {
+                return Err(MembraneError::CoincidentPoints { index });
+            }
+            lengths.push(so_far);
+        }
+        crate::crossing::check(points)?;
+        let total = lengths[points.len() - 1];
+        Ok(Self {
+            breaks: lengths.iter().map(|l| l / total).collect(),
+            pieces: points
+                .windows(2)
+                .map(|p| Piece::Line {
+                    from: p[0],
+                    to: p[1],
+                })
+                .collect(),
+        })
+    }
+
+    /// Any curve: `curve(s)` gives position, first and second derivative with respect to s;
+    /// `breakpoints` are the s inside (0, 1) at which the second derivative jumps.
+    ///
+    /// # Errors
+    /// Breakpoints that do not rise strictly inside (0, 1), values that are not finite, a
+    /// vanishing first derivative, or a curve that crosses itself (as sampled at 64 points a piece).
+    pub fn from_function(
+        curve: impl Fn(f64) -> CurvePoint + Send + Sync + 'static,
+        breakpoints: &[f64],
+    ) -> Result<Self, MembraneError> {
+        let mut breaks = vec![0.0];
+        for (index, &value) in breakpoints.iter().enumerate() {
+            if !(value > breaks[index] && value < 1.0) {
+                return Err(MembraneError::BadBreakpoint { index, value });
+            }
+            breaks.push(value);
+        }
+        breaks.push(1.0);
+        let curve: Arc<CurveFunction> = Arc::new(curve);
+        let pieces = vec![Piece::Function(curve); breaks.len() - 1];
+        let shape = Self { breaks, pieces };
+        shape.check_sampled()?;
+        Ok(shape)
+    }
+
+    /// Samples each piece and looks for values and geometry that no force can be computed from.
+    fn check_sampled(&self) -> Result<(), MembraneError> {
+        const SAMPLES: usize = 64;
+        let mut points = Vec::with_capacity(SAMPLES * self.pieces.len() + 1);
+        for piece in 0..self.pieces.len() {
+            for k in 0..SAMPLES {
+                let (a, b) = (self.breaks[piece], self.breaks[piece + 1]);
+                let here = self.at_in(piece, a + (b - a) * k as f64 / SAMPLES as f64);
+                let CurvePoint {
+                    position,
+                    first,
+                    second,
+                } = here;
+                for value in [position, first, second].as_flattened() {
+                    finite("rest curve", *value)?;
+                }
+                if first == [0.0, 0.0] || points.last() == Some(&position) {
+                    return Err(MembraneError::CoincidentPoints {
+                        index: points.len(),
+                    });
+                }
+                points.push(position);
+            }
+        }
+        let last = self.at(1.0).position;
+        finite("rest curve", last[0] + last[1])?;
+        points.push(last);
+        crate::crossing::check(&points)
+    }
+
+    /// 0, the positions at which the second derivative jumps, 1.
+    pub fn breakpoints(&self) -> &[f64] {
+        &self.breaks
+    }
+
+    /// The curve at `s`; at a breakpoint the derivatives are those of the piece on its right.
+    pub fn at(&self, s: f64) -> CurvePoint {
+        let inner = &self.breaks[1..self.pieces.len()];
+        self.at_in(inner.partition_point(|&b| b <= s), s)
+    }
+
+    /// The curve at `s` as piece `piece` continues it: one-sided derivatives at breakpoints.
+    ///
+    /// # Panics
+    /// If there is no such piece.
+    pub fn at_in(&self, piece: usize, s: f64) -> CurvePoint {
+        let (a, b) = (self.breaks[piece], self.breaks[piece + 1]);
+        // From the nearer end, so that mirror images come out equal to the last bit or nearly.
+        let t = if s - a <= b - s {
+            (s - a) / (b - a)
+        } else {
+            1.0 - (b - s) / (b - a)
+        };
+        let per_s = 1.0 / (b - a);
+        match &self.pieces[piece] {
+            Piece::Line { from, to } => CurvePoint {
+                position: if t <= 0.5 {
+                    [
+                        from[0] + t * (to[0] - from[0]),
+                        from[1] + t * (to[1] - from[1]),
+                    ]
+                } else {
+                    [
+                        to[0] - (1.0 - t) * (to[0] - from[0]),
+                        to[1] - (1.0 - t) * (to[1] - from[1]),
+                    ]
+                },
+                first: [(to[0] - from[0]) * per_s, (to[1] - from[1]) * per_s],
+                second: [0.0; 2],
+            },
+            Piece::Arc {
+                centre,
+                radius,
+                start,
+                sweep,
+            } => {
+                let (sin, cos) = (start + sweep * t).sin_cos();
+                let omega = sweep * per_s;
+                CurvePoint {
+                    position: [centre[0] + radius * cos, centre[1] + radius * sin],
+                    first: [-radius * omega * sin, radius * omega * cos],
+                    second: [-radius * omega * omega * cos, -radius * omega * omega * sin],
+                }
+            }
+            Piece::Function(curve) => curve(s),
+        }
+    }
+}

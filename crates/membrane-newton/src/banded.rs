@@ -1,0 +1,145 @@
+//! LU factorisation of a band matrix with partial pivoting, in place and reusable.
+
+use membrane_forces::BandMatrix;
+
+use crate::error::NewtonError;
+
+/// P A = L U of a band matrix; memory and time O(n lower (lower + upper)).
+///
+/// The factorisation owns its storage and takes a new matrix of the same shape without
+/// allocating.
+///
+/// ```
+/// use membrane_newton::{BandMatrix, BandedLu};
+/// let mut a = BandMatrix::zeros(3, 1, 1);
+/// for i in 0..3 {
+///     a.add(i, i, 2.0);
+/// }
+/// a.add(0, 1, 1.0);
+/// let mut lu = BandedLu::new(3, 1, 1);
+/// lu.factor(&a)?;
+/// let mut x = [5.0, 4.0, 6.0];
+/// lu.solve_in_place(&mut x);
+/// assert_eq!(x, [1.5, 2.0, 3.0]);
+/// # Ok::<(), membrane_newton::NewtonError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct BandedLu {
+    n: usize,
+    lower: usize,
+    /// Row i holds columns i ..= i + width - 1 of U (pivoting widens U to lower + upper).
+    width: usize,
+    u: Vec<f64>,
+    /// Column k of L below its diagonal: `lower` multipliers.
+    l: Vec<f64>,
+    pivots: Vec<u32>,
+}
+
+impl BandedLu {
+    /// Storage for matrices with `n` rows, `lower` diagonals below and `upper` above the main one.
+    pub fn new(n: usize, lower: usize, upper: usize) -> Self {
+        let width = lower + upper + 1;
+        Self {
+            n,
+            lower,
+            width,
+            u: vec![0.0; n * width],
+            l: vec![0.0; n * lower],
+            pivots: vec![0; n],
+        }
+    }
+
+    /// Storage of the right shape for `matrix`.
+    pub fn for_matrix(matrix: &BandMatrix) -> Self {
+        Self::new(matrix.len(), matrix.lower(), matrix.upper())
+    }
+
+    /// Factors `matrix`.
+    ///
+    /// # Errors
+    /// A pivot is zero or not finite: [`NewtonError::Singular`].
+    ///
+    /// # Panics
+    /// `matrix` has another shape.
+    pub fn factor(&mut self, matrix: &BandMatrix) -> Result<(), NewtonError> {
+        let shape = (
+            matrix.len(),
+            matrix.lower(),
+            matrix.lower() + matrix.upper() + 1,
+        );
+        assert_eq!(
+            shape,
+            (self.n, self.lower, self.width),
+            "matrix of another shape"
+        );
+        let (n, lower, width) = (self.n, self.lower, self.width);
+        // Each row starts at its first column: rows above `lower` are shifted left so that row i
+        // always begins at column max(i, lower) - lower, the first column still to be eliminated.
+        for i in 0..n {
+            let skip = lower.saturating_sub(i);
+            let row = &mut self.u[i * width..(i + 1) * width];
+            row[..width - skip].copy_from_slice(&matrix.row(i)[skip..]);
+            row[width - skip..].fill(0.0);
+        }
+        for k in 0..n {
+            let last = (k + lower).min(n - 1);
+            let mut pivot = k;
+            for i in k + 1..=last {
+                if self.u[i * width].abs() > self.u[pivot * width].abs() {
+                    pivot = i;
+                }
+            }
+            let value = self.u[pivot * width];
+            if value == 0.0 || !value.is_finite() {
+                return Err(NewtonError::Singular {
+                    row: k,
+                    pivot: value,
+                });
+            }
+            self.pivots[k] = pivot as u32;
+            let (above, below) = self.u.split_at_mut((k + 1) * width);
+            let upper = &mut above[k * width..];
+            if pivot != k {
+                upper.swap_with_slice(&mut below[(pivot - k - 1) * width..(pivot - k) * width]);
+            }
+            let inverse = 1.0 / upper[0];
+            for (i, row) in below.chunks_exact_mut(width).take(last - k).enumerate() {
+                let factor = row[0] * inverse;
+                self.l[k * lower + i] = factor;
+                // Subtract and shift left: the row now begins at column k + 1.
+                for j in 1..width {
+                    row[j - 1] = row[j] - factor * upper[j];
+                }
+                row[width - 1] = 0.0;
+            }
+        }
+        Ok(())
+    }
+
+    /// Overwrites `b` with A^-1 `b`. Cost O(n (2 lower + upper)).
+    ///
+    /// # Panics
+    /// `b` is not n long.
+    pub fn solve_in_place(&self, b: &mut [f64]) {
+        assert_eq!(b.len(), self.n, "right-hand side");
+        let (n, lower, width) = (self.n, self.lower, self.width);
+        for k in 0..n {
+            b.swap(k, self.pivots[k] as usize);
+            let (head, tail) = b.split_at_mut(k + 1);
+            let value = head[k];
+            for (b, l) in tail.iter_mut().zip(&self.l[k * lower..(k + 1) * lower]) {
+                *b -= l * value;
+            }
+        }
+        for k in (0..n).rev() {
+            let row = &self.u[k * width..(k + 1) * width];
+            let end = (k + width).min(n);
+            let sum: f64 = row[1..]
+                .iter()
+                .zip(&b[k + 1..end])
+                .map(|(u, x)| u * x)
+                .sum();
+            b[k] = (b[k] - sum) / row[0];
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! The one error type of the crate.
+
+use membrane_forces::MembraneError;
+
+use crate::newton::NewtonReport;
+
+/// Why a solve failed; carries the report of what was tried.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NewtonError {
+    /// The membrane or its state is not one that forces can be computed for.
+    #[error(transparent)]
+    Membrane(MembraneError),
+    /// A pivot vanished: the matrix is singular to working precision.
+    #[error("singular matrix: pivot {pivot} in row {row}")]
+    Singular {
+        /// Row of the vanishing pivot.
+        row: usize,
+        /// Its value.
+        pivot: f64,
+    },
+    /// A control or option has a value that nothing can be solved for.
+    #[error("{quantity} is {value}, must exceed {above} and be finite")]
+    OutOfRange {
+        /// What was given.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// The bound it must exceed.
+        above: f64,
+    },
+    /// Newton stopped before the residual or the step was small enough.
+    #[error("not converged after {} iterations: scaled residual {:e}, scaled step {:e}", report.iterations, report.residual, report.step)]
+    NotConverged {
+        /// What was tried.
+        report: NewtonReport,
+    },
+}
+
+impl NewtonError {
+    pub(crate) fn membrane(error: MembraneError) -> Self {
+        Self::Membrane(error)
+    }
+}

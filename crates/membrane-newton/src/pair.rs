@@ -1,0 +1,195 @@
+//! Two membranes with incompressible wall between them, solved together.
+
+use crate::control::Control;
+use crate::equilibrium::{Bordered, Equilibrium, Solver, Target, dot, nan_max};
+use crate::error::NewtonError;
+use crate::newton::{NewtonOptions, NewtonReport, ResidualSystem, newton};
+use membrane_forces::Measure;
+
+/// An inner and an outer membrane; the volume between them stays what it is at the start.
+#[derive(Debug, Clone)]
+pub struct Pair {
+    inner: Solver,
+    outer: Solver,
+}
+
+/// Both membranes in equilibrium at the same wall volume as at the start.
+#[derive(Debug, Clone)]
+pub struct PairEquilibrium {
+    /// The inner membrane.
+    pub inner: Equilibrium,
+    /// The outer membrane.
+    pub outer: Equilibrium,
+    /// Volume between them, cm^3.
+    pub wall_volume: f64,
+    /// Relative departure of the wall volume from that of the start.
+    pub wall_volume_error: f64,
+    /// What the solve did; the reports of `inner` and `outer` are empty.
+    pub report: NewtonReport,
+}
+
+impl Pair {
+    /// Joins two discretised membranes.
+    ///
+    /// # Errors
+    /// The outer one does not enclose more volume than the inner one.
+    pub fn new(inner: Solver, outer: Solver) -> Result<Self, NewtonError> {
+        let pair = Self { inner, outer };
+        let wall = pair.wall_volume();
+        if wall > 0.0 {
+            Ok(pair)
+        } else {
+            Err(NewtonError::OutOfRange {
+                quantity: "wall volume",
+                value: wall,
+                above: 0.0,
+            })
+        }
+    }
+
+    /// The inner membrane.
+    pub fn inner(&self) -> &Solver {
+        &self.inner
+    }
+
+    /// The outer membrane.
+    pub fn outer(&self) -> &Solver {
+        &self.outer
+    }
+
+    /// Volume between the membranes at the start, cm^3.
+    pub fn wall_volume(&self) -> f64 {
+        self.outer.start_measures().volume - self.inner.start_measures().volume
+    }
+
+    /// Both shapes at a volume gain of the inner membrane, from the start.
+    ///
+    /// # Errors
+    /// As [`Solver::solve`].
+    pub fn solve_gain(
+        &self,
+        gain: f64,
+        options: &NewtonOptions,
+    ) -> Result<PairEquilibrium, NewtonError> {
+        self.solve(Control::VolumeGain(gain), options)
+    }
+
+    /// Both shapes under a control of the inner membrane, from the start.
+    ///
+    /// # Errors
+    /// As [`Solver::solve`].
+    pub fn solve(
+        &self,
+        inner: Control,
+        options: &NewtonOptions,
+    ) -> Result<PairEquilibrium, NewtonError> {
+        let mut state = self.inner.first_state();
+        state.extend(self.outer.first_state());
+        self.solve_state(state, inner, options)
+    }
+
+    /// The same from a nearby solution of the same pair (warm start).
+    ///
+    /// # Errors
+    /// As [`Solver::solve`].
+    ///
+    /// # Panics
+    /// `near` has another number of nodes.
+    pub fn solve_from(
+        &self,
+        near: &PairEquilibrium,
+        inner: Control,
+        options: &NewtonOptions,
+    ) -> Result<PairEquilibrium, NewtonError> {
+        let mut state = near.inner.state();
+        state.extend(near.outer.state());
+        self.solve_state(state, inner, options)
+    }
+
+    fn solve_state(
+        &self,
+        mut state: Vec<f64>,
+        control: Control,
+        options: &NewtonOptions,
+    ) -> Result<PairEquilibrium, NewtonError> {
+        let target = self.inner.target(control)?;
+        let mut system = PairSystem {
+            inner: Bordered::new(&self.inner, target),
+            outer: Bordered::new(&self.outer, Target::Measure(Measure::Volume, 0.0)),
+            wall_volume: self.wall_volume(),
+            volume_row: vec![0.0; self.inner.state_len() - 1],
+        };
+        let report = newton(&mut system, &mut state, options)?;
+        let (inner, outer) = state.split_at(self.inner.state_len());
+        let inner = self.inner.equilibrium(inner, NewtonReport::default());
+        let outer = self.outer.equilibrium(outer, NewtonReport::default());
+        let wall_volume = outer.measures.volume - inner.measures.volume;
+        let wall_volume_error = (wall_volume - self.wall_volume()) / self.wall_volume();
+        Ok(PairEquilibrium {
+            inner,
+            outer,
+            wall_volume,
+            wall_volume_error,
+            report,
+        })
+    }
+}
+
+/// Unknowns (c, f) of the inner and of the outer membrane. The inner border equation is its
+/// control; the outer one, V_outer - V_inner = wall volume, couples the two in one direction.
+struct PairSystem<'a> {
+    inner: Bordered<'a>,
+    outer: Bordered<'a>,
+    wall_volume: f64,
+    /// dV_inner / dc_inner
+    volume_row: Vec<f64>,
+}
+
+impl PairSystem<'_> {
+    fn split(&self) -> usize {
+        self.inner.len()
+    }
+}
+
+impl ResidualSystem for PairSystem<'_> {
+    fn len(&self) -> usize {
+        self.inner.len() + self.outer.len()
+    }
+
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+        let split = self.split();
+        let volume = self.inner.volume(&x[..split - 1]);
+        self.outer.target = Target::Measure(Measure::Volume, volume + self.wall_volume);
+        self.inner.residual_into(&x[..split], &mut out[..split])?;
+        self.outer.residual_into(&x[split..], &mut out[split..])
+    }
+
+    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+        let split = self.split();
+        self.inner.factor(&x[..split])?;
+        self.inner
+            .volume_gradient_into(&x[..split - 1], &mut self.volume_row);
+        self.outer.factor(&x[split..])
+    }
+
+    fn solve_in_place(&mut self, rhs: &mut [f64]) {
+        let (inner, outer) = rhs.split_at_mut(self.inner.len());
+        self.inner.solve_in_place(inner);
+        let last = outer.len() - 1;
+        outer[last] += dot(&self.volume_row, &inner[..self.volume_row.len()]);
+        self.outer.solve_in_place(outer);
+    }
+
+    fn residual_norm(&self, residual: &[f64]) -> f64 {
+        let (inner, outer) = residual.split_at(self.split());
+        nan_max(
+            self.inner.residual_norm(inner),
+            self.outer.residual_norm(outer),
+        )
+    }
+
+    fn step_norm(&self, step: &[f64]) -> f64 {
+        let (inner, outer) = step.split_at(self.split());
+        nan_max(self.inner.step_norm(inner), self.outer.step_norm(outer))
+    }
+}
