@@ -1,5 +1,6 @@
 //! Automation of the workspace. `cargo xtask` lists the tasks; each task is one file.
 
+mod consume;
 mod dependencies;
 mod features;
 mod tidy;
@@ -33,6 +34,12 @@ const TASKS: &[Task] = &[
         arguments: "",
         what: "each published crate compiles with each feature alone, with none and with all",
         run: features::task,
+    },
+    Task {
+        name: "consume",
+        arguments: "",
+        what: "packs the published crates and runs a project outside the workspace on the packages",
+        run: consume::task,
     },
 ];
 

@@ -1,0 +1,159 @@
+//! `cargo xtask consume`: packs the published crates and builds a project outside the workspace on the packages.
+//!
+//! What a user downloads is the package, not the checkout: a file that is missing there, a path that leads out of the
+//! crate or a dependency without a version shows only here. The packages are unpacked into one folder, as members of a workspace
+//! made for them; that workspace patches the registry with itself, since the crates need each other's present version. The
+//! outside project is the examples of the packed readmes, as tests.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use toml::{Table, Value};
+
+use crate::workspace::{PUBLISHED, package_name, root};
+
+/// The task.
+pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
+    if !arguments.is_empty() {
+        return Err("usage: cargo xtask consume".into());
+    }
+    let version = workspace_version()?;
+    let folder = root().join("target/consume");
+    let outside = folder.join("outside");
+    let packages = folder.join("packages");
+    if packages.exists() {
+        fs::remove_dir_all(&packages)
+            .map_err(|error| format!("emptying {}: {error}", packages.display()))?;
+    }
+    for path in [&packages, &outside.join("src")] {
+        fs::create_dir_all(path).map_err(|error| format!("making {}: {error}", path.display()))?;
+    }
+
+    let mut pack = Command::new(env!("CARGO"));
+    pack.args([
+        "package",
+        "--quiet",
+        "--no-verify",
+        "--allow-dirty",
+        "--target-dir",
+    ])
+    .arg(&folder)
+    .current_dir(root());
+    for krate in PUBLISHED {
+        pack.args(["--package", package_name(krate)]);
+    }
+    run(&mut pack)?;
+
+    let mut unpacked = Vec::new();
+    for krate in PUBLISHED {
+        let name = format!("{}-{}", package_name(krate), version);
+        let archive = folder.join("package").join(format!("{name}.crate"));
+        run(Command::new("tar")
+            .arg("-xzf")
+            .arg(&archive)
+            .arg("-C")
+            .arg(&packages))?;
+        complete(&packages.join(&name))?;
+        unpacked.push((package_name(krate), name));
+    }
+
+    write(&folder.join("Cargo.toml"), &workspace_manifest(&unpacked))?;
+    write(
+        &outside.join("Cargo.toml"),
+        &outside_manifest(&unpacked, &version),
+    )?;
+    write(&outside.join("src/lib.rs"), &outside_library(&unpacked))?;
+    fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock"))
+        .map_err(|error| format!("Cargo.lock: {error}"))?;
+
+    let cargo = |arguments: &[&str]| {
+        run(Command::new(env!("CARGO"))
+            .args(arguments)
+            .current_dir(&folder))
+    };
+    cargo(&["build", "--quiet", "--workspace", "--all-features"])?;
+    cargo(&["test", "--package", "outside", "--doc"])
+}
+
+/// The version that all published crates share.
+fn workspace_version() -> Result<String, String> {
+    let text = fs::read_to_string(root().join("Cargo.toml"))
+        .map_err(|error| format!("Cargo.toml: {error}"))?;
+    let manifest = text
+        .parse::<Table>()
+        .map_err(|error| format!("Cargo.toml: {error}"))?;
+    let package = manifest
+        .get("workspace")
+        .and_then(|workspace| workspace.get("package"));
+    let version = package
+        .and_then(|package| package.get("version"))
+        .and_then(Value::as_str);
+    version
+        .map(str::to_owned)
+        .ok_or_else(|| "Cargo.toml has no workspace.package.version".into())
+}
+
+/// A package holds its manifest, its licence and a readme with an example.
+fn complete(package: &Path) -> Result<(), String> {
+    for file in ["Cargo.toml", "README.md", "LICENSE"] {
+        if !package.join(file).is_file() {
+            return Err(format!("{} has no {file}", package.display()));
+        }
+    }
+    let readme = package.join("README.md");
+    let text =
+        fs::read_to_string(&readme).map_err(|error| format!("{}: {error}", readme.display()))?;
+    if !text.contains("```rust") {
+        return Err(format!("{} shows no example", readme.display()));
+    }
+    Ok(())
+}
+
+fn workspace_manifest(unpacked: &[(&str, String)]) -> String {
+    let mut text = String::from(
+        "[workspace]\nresolver = \"3\"\nmembers = [\"outside\", \"packages/*\"]\n\n[patch.crates-io]\n",
+    );
+    for (package, folder) in unpacked {
+        text += &format!("{package} = {{ path = \"packages/{folder}\" }}\n");
+    }
+    // As the workspace's own tests: numerics without optimisation takes minutes.
+    text + "\n[profile.dev]\nopt-level = 2\n"
+}
+
+fn outside_manifest(unpacked: &[(&str, String)], version: &str) -> String {
+    let mut text = String::from(
+        "[package]\nname = \"outside\"\nversion = \"0.0.0\"\nedition = \"2024\"\npublish = false\n\n[dependencies]\n",
+    );
+    for (package, _) in unpacked {
+        text += &format!("{package} = \"{version}\"\n");
+    }
+    text
+}
+
+/// A library whose documentation tests are the readmes of the packages.
+fn outside_library(unpacked: &[(&str, String)]) -> String {
+    let mut text = String::from("//! Uses the packed crates as their readmes say.\n");
+    for (package, folder) in unpacked {
+        let name = package.replace('-', "_");
+        text += &format!(
+            "#[doc = include_str!(\"../../packages/{folder}/README.md\")]\npub mod {name} {{}}\n"
+        );
+    }
+    text
+}
+
+fn write(path: &Path, text: &str) -> Result<(), String> {
+    fs::write(path, text).map_err(|error| format!("writing {}: {error}", path.display()))
+}
+
+fn run(command: &mut Command) -> Result<(), String> {
+    let status = command
+        .status()
+        .map_err(|error| format!("{command:?}: {error}"))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(format!("{command:?} failed"))
+    }
+}
