@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::crossing::{Crossing, Direction};
+use crate::chord::{Direction, Hint};
 use crate::error::{finite, length};
 use crate::meridian::Meridian;
 use crate::{Error, Hit, Measures, Pose, Ray, Span};
@@ -72,21 +72,17 @@ impl Body {
             .collect())
     }
 
-    fn layer_crossings(&self, layer: usize, ray: &Ray, found: impl FnMut(Crossing)) -> f64 {
-        let meridian = &self.layers[layer];
-        let direction = Direction::new(meridian, &self.pose.vector_to_body(&ray.direction()));
-        let [w, q, t] = direction.coordinates(&self.pose.to_body(&ray.origin()));
-        direction.crossings(meridian, w, q, found);
-        t
-    }
-
-    /// Length of the ray inside one layer.
+    /// Length of the line inside one layer.
+    ///
+    /// Cost: the logarithm of the number of segments.
     ///
     /// # Panics
     /// If there is no such layer.
     pub fn chord(&self, layer: usize, ray: &Ray) -> f64 {
         let mut sum = 0.0;
-        self.layer_crossings(layer, ray, |x| sum += if x.enters { -x.t } else { x.t });
+        self.intervals(layer, ray, |sign, [low, high]| {
+            sum += sign * (high.t - low.t)
+        });
         sum.max(0.0)
     }
 
@@ -106,29 +102,13 @@ impl Body {
     /// # Panics
     /// If there is no such layer.
     pub fn spans(&self, layer: usize, ray: &Ray) -> Vec<Span> {
-        let mut crossings = Vec::new();
-        let shift = self.layer_crossings(layer, ray, |x| crossings.push(x));
-        // Where two solids touch, the entry comes first and the spans join.
-        crossings.sort_by(|a, b| a.t.total_cmp(&b.t).then(b.enters.cmp(&a.enters)));
-        let mut spans = Vec::new();
-        let (mut depth, mut enter) = (0i32, 0.0);
-        for x in crossings {
-            if x.enters {
-                depth += 1;
-                if depth == 1 {
-                    enter = x.t;
-                }
-            } else {
-                depth -= 1;
-                if depth == 0 && x.t > enter {
-                    spans.push(Span {
-                        enter: enter - shift,
-                        exit: x.t - shift,
-                    });
-                }
-            }
-        }
-        spans
+        self.surface_spans(layer, ray)
+            .iter()
+            .map(|[a, b]| Span {
+                enter: a.t,
+                exit: b.t,
+            })
+            .collect()
     }
 
     /// The first point with `t >= 0` where the ray enters one layer, with the outward normal there.
@@ -136,32 +116,82 @@ impl Body {
     /// # Panics
     /// If there is no such layer.
     pub fn first_hit(&self, layer: usize, ray: &Ray) -> Option<Hit> {
-        let mut first: Option<Crossing> = None;
-        let meridian = &self.layers[layer];
-        let direction = Direction::new(meridian, &self.pose.vector_to_body(&ray.direction()));
-        let [w, q, shift] = direction.coordinates(&self.pose.to_body(&ray.origin()));
-        direction.crossings(meridian, w, q, |x| {
-            if x.enters && x.t >= shift && first.is_none_or(|f| x.t < f.t) {
-                first = Some(x);
-            }
-        });
-        first.map(|x| {
-            let t = x.t - shift;
-            let point = ray.at(t);
-            let body = self.pose.to_body(&point);
-            let s = &meridian.segments()[x.segment];
-            let r = body.y.hypot(body.z);
-            let normal = if r > 0.0 {
-                Vector3::new(-s.tr, s.tx * body.y / r, s.tx * body.z / r)
-            } else {
-                Vector3::new(-s.tr.signum(), 0.0, 0.0)
-            };
-            Hit {
-                t,
-                point,
-                normal: self.pose.isometry().rotation * normal,
-                layer,
-            }
+        let spans = self.surface_spans(layer, ray);
+        let [enter, _] = spans.iter().find(|[enter, _]| enter.t >= 0.0)?;
+        let point = ray.at(enter.t);
+        let body = self.pose.to_body(&point);
+        let r = body.y.hypot(body.z);
+        let normal = match enter.normal {
+            Some([nx, nr]) if r > 0.0 => Vector3::new(nx, nr * body.y / r, nr * body.z / r),
+            Some([nx, _]) => Vector3::new(nx.signum(), 0.0, 0.0),
+            // A disc, met from outside: it faces the ray.
+            None => Vector3::new(
+                -self.pose.vector_to_body(&ray.direction()).x.signum(),
+                0.0,
+                0.0,
+            ),
+        };
+        Some(Hit {
+            t: enter.t,
+            point,
+            normal: self.pose.isometry().rotation * normal,
+            layer,
         })
     }
+
+    /// Calls `each` with the sign and ends of every chain's interval; returns the parameter's shift.
+    fn intervals(&self, layer: usize, ray: &Ray, mut each: impl FnMut(f64, [SurfacePoint; 2])) {
+        let meridian = &self.layers[layer];
+        let direction = Direction::new(meridian.mid(), &self.pose.vector_to_body(&ray.direction()));
+        let [w, q, shift] = direction.coordinates(&self.pose.to_body(&ray.origin()));
+        for chain in meridian.chains() {
+            if let Some(ends) = direction.interval(chain, w, q, &mut Hint::default()) {
+                each(
+                    chain.sign,
+                    ends.map(|e| SurfacePoint {
+                        t: e.t - shift,
+                        normal: e.cone.map(|k| {
+                            let v = &chain.vertices[k];
+                            [-v.tr * chain.sign, v.tx * chain.sign]
+                        }),
+                    }),
+                );
+            }
+        }
+    }
+
+    /// The spans with their ends' normals: a sweep over the chains' ends, in which shared planes cancel.
+    fn surface_spans(&self, layer: usize, ray: &Ray) -> Vec<[SurfacePoint; 2]> {
+        let mut ends: Vec<(SurfacePoint, f64)> = Vec::new();
+        self.intervals(layer, ray, |sign, [low, high]| {
+            ends.push((low, sign));
+            ends.push((high, -sign));
+        });
+        ends.sort_by(|a, b| a.0.t.total_cmp(&b.0.t));
+        let mut spans = Vec::new();
+        let (mut depth, mut enter) = (0.0, None);
+        let mut k = 0;
+        while k < ends.len() {
+            // Ends at one parameter act together; of two surfaces there, a cone has the better normal.
+            let (mut point, before) = (ends[k].0, depth);
+            while k < ends.len() && ends[k].0.t == point.t {
+                depth += ends[k].1;
+                point.normal = point.normal.or(ends[k].0.normal);
+                k += 1;
+            }
+            if before < 0.5 && depth > 0.5 {
+                enter = Some(point);
+            } else if before > 0.5 && depth < 0.5 {
+                spans.extend(enter.take().map(|e| [e, point]));
+            }
+        }
+        spans
+    }
+}
+
+/// A point of a line on the surface, with the normal (x, r) unless on a plane.
+#[derive(Debug, Clone, Copy)]
+struct SurfacePoint {
+    t: f64,
+    normal: Option<[f64; 2]>,
 }

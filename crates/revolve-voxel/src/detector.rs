@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::crossing::Direction;
+use crate::chord::{Direction, Hint};
 use crate::error::{finite, length, positive};
 use crate::{Body, Error, Hit, Ray, RayCounters, Sample};
 
@@ -183,7 +183,7 @@ impl Body {
         let views: Vec<LayerView> = (0..self.layers().len())
             .filter(|&k| weights[k] != 0.0)
             .map(|k| {
-                let direction = Direction::new(&self.layers()[k], &d);
+                let direction = Direction::new(self.layers()[k].mid(), &d);
                 LayerView {
                     layer: k,
                     weight: weight * weights[k],
@@ -211,7 +211,8 @@ impl Body {
         let n_bins = image.len();
         let mut counters = RayCounters::default();
         let mut sums = vec![0.0f64; n_bins];
-        let mut reached = vec![false; n_bins];
+        let mut chords = vec![0.0f64; n_bins];
+        let mut reached = (n_bins, 0);
         for view in views {
             let meridian = &self.layers()[view.layer];
             let w0 = view.first[0] + view.row[0] * row as f64;
@@ -221,23 +222,38 @@ impl Body {
             let w_max = view.direction.s * 0.5 * (b - a) + view.direction.c.abs() * r;
             let wide = interval(w0, view.bin[0], w_max, n_bins);
             let high = interval(q0, view.bin[1], r, n_bins);
-            for bin in wide.0.max(high.0)..wide.1.min(high.1) {
-                let k = bin as f64;
-                let mut sum = 0.0;
-                view.direction.crossings(
-                    meridian,
-                    w0 + k * view.bin[0],
-                    q0 + k * view.bin[1],
-                    |x| sum += if x.enters { -x.t } else { x.t },
-                );
-                sums[bin] += view.weight * sum.max(0.0);
-                if !reached[bin] {
-                    reached[bin] = true;
-                    counters.cast += 1;
+            let bins = wide.0.max(high.0)..wide.1.min(high.1);
+            if bins.is_empty() {
+                continue;
+            }
+            reached = (reached.0.min(bins.start), reached.1.max(bins.end));
+            chords[bins.clone()].fill(0.0);
+            for chain in meridian.chains() {
+                let mut hint = Hint::default();
+                for bin in bins.clone() {
+                    let k = bin as f64;
+                    let met = hint.met;
+                    let ends = view.direction.interval(
+                        chain,
+                        w0 + k * view.bin[0],
+                        q0 + k * view.bin[1],
+                        &mut hint,
+                    );
+                    if let Some([low, high]) = ends {
+                        chords[bin] += chain.sign * (high.t - low.t);
+                    } else if met {
+                        // A convex solid's shadow meets a row of rays in one run.
+                        break;
+                    }
                 }
-                counters.hit += u64::from(sum > 0.0);
+            }
+            for bin in bins {
+                let chord = chords[bin].max(0.0);
+                sums[bin] += view.weight * chord;
+                counters.hit += u64::from(chord > 0.0);
             }
         }
+        counters.cast = reached.1.saturating_sub(reached.0) as u64;
         for (pixel, sum) in image.iter_mut().zip(&sums) {
             if *sum != 0.0 {
                 *pixel += T::from_f64(*sum);

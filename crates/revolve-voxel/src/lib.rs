@@ -3,9 +3,10 @@
 //! Under construction; see the items below.
 
 mod body;
+mod chains;
+mod chord;
 mod counters;
 mod coverage;
-mod crossing;
 mod detector;
 mod distance;
 mod error;

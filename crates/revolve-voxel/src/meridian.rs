@@ -1,6 +1,7 @@
 //! The profile that is turned about the axis.
 
 use crate::Error;
+use crate::chains::{Chain, chains};
 use crate::measures::Measures;
 
 /// A straight piece of the closed profile: a cone, cylinder or disc of the surface.
@@ -55,6 +56,7 @@ impl Segment {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Meridian {
     segments: Vec<Segment>,
+    chains: Vec<Chain>,
     x_min: f64,
     x_max: f64,
     r_max: f64,
@@ -160,10 +162,13 @@ impl Meridian {
         }
         let fold =
             |f: fn(f64, f64) -> f64, init: f64, i: usize| path.iter().map(|p| p[i]).fold(init, f);
+        let x_min = fold(f64::min, f64::INFINITY, 0);
+        let x_max = fold(f64::max, f64::NEG_INFINITY, 0);
         Ok(Self {
-            x_min: fold(f64::min, f64::INFINITY, 0),
-            x_max: fold(f64::max, f64::NEG_INFINITY, 0),
+            chains: chains(&segments, 0.5 * (x_min + x_max)),
             r_max: fold(f64::max, 0.0, 1),
+            x_min,
+            x_max,
             segments,
         })
     }
@@ -186,6 +191,15 @@ impl Meridian {
     /// Exact volume, surface, centroid and inertia of the solid.
     pub fn measures(&self) -> Measures {
         Measures::of(&self.segments)
+    }
+
+    /// Middle of the x range: the origin of the chains' coordinates.
+    pub(crate) fn mid(&self) -> f64 {
+        0.5 * (self.x_min + self.x_max)
+    }
+
+    pub(crate) fn chains(&self) -> &[Chain] {
+        &self.chains
     }
 
     pub(crate) fn segments(&self) -> &[Segment] {

@@ -1,0 +1,89 @@
+//! The profile cut into stretches under which the solid is convex.
+//!
+//! Where the radius is a concave function of x, the solid under it (down to the axis, between its two end planes) is
+//! convex, so a line meets it in one interval whose ends a bisection finds. The body is the sum of these solids, with a
+//! minus where the profile runs backward: `chord = sum of sign * length`. No parity of crossings enters, so no line,
+//! however degenerate, can be off by more than rounding.
+
+use crate::meridian::Segment;
+
+/// A vertex of a chain and the cone to its right (x grows along a chain, so `tx > 0`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Vertex {
+    /// Axial coordinate from the body's middle.
+    pub(crate) x: f64,
+    pub(crate) r: f64,
+    pub(crate) r2: f64,
+    pub(crate) tx: f64,
+    pub(crate) tr: f64,
+}
+
+/// A stretch with a concave radius.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Chain {
+    /// x ascending; at least two; the last one's tangent is not used.
+    pub(crate) vertices: Vec<Vertex>,
+    /// +1 where the profile runs forward, -1 where it runs backward (the solid is then outside).
+    pub(crate) sign: f64,
+    pub(crate) r_max: f64,
+}
+
+/// Slopes may grow by this much (the sine of the angle) and still count as concave: a cylinder's or cone's own nodes
+/// are collinear only to rounding. The surface is then displaced by at most this times its length.
+const COLLINEAR: f64 = 1e-13;
+
+/// The chains of a profile, in its order.
+pub(crate) fn chains(segments: &[Segment], mid: f64) -> Vec<Chain> {
+    let mut chains: Vec<Chain> = Vec::new();
+    let mut run: Vec<&Segment> = Vec::new();
+    let mut flush = |run: &mut Vec<&Segment>| {
+        if !run.is_empty() {
+            chains.push(Chain::new(run, mid));
+            run.clear();
+        }
+    };
+    for s in segments {
+        if let Some(last) = run.last() {
+            let joined = last.x1 == s.x0 && last.r1 == s.r0;
+            let same_way = last.tx * s.tx > 0.0;
+            // Forward: turning right; backward: read from its other end, turning right means turning left here.
+            let turn = (last.tx * s.tr - last.tr * s.tx) * s.tx.signum();
+            if !(joined && same_way && turn <= COLLINEAR) {
+                flush(&mut run);
+            }
+        }
+        // A disc has no solid under it: the end planes of its neighbours are its two faces.
+        if s.tx != 0.0 {
+            run.push(s);
+        }
+    }
+    flush(&mut run);
+    chains
+}
+
+impl Chain {
+    fn new(run: &[&Segment], mid: f64) -> Self {
+        let forward = run[0].tx > 0.0;
+        let vertex = |x: f64, r: f64, tx: f64, tr: f64| Vertex {
+            x: x - mid,
+            r,
+            r2: r * r,
+            tx,
+            tr,
+        };
+        let mut vertices = Vec::with_capacity(run.len() + 1);
+        if forward {
+            vertices.extend(run.iter().map(|s| vertex(s.x0, s.r0, s.tx, s.tr)));
+            let end = run[run.len() - 1];
+            vertices.push(vertex(end.x1, end.r1, end.tx, end.tr));
+        } else {
+            vertices.extend(run.iter().rev().map(|s| vertex(s.x1, s.r1, -s.tx, -s.tr)));
+            vertices.push(vertex(run[0].x0, run[0].r0, -run[0].tx, -run[0].tr));
+        }
+        Self {
+            r_max: vertices.iter().fold(0.0, |m, v| v.r.max(m)),
+            vertices,
+            sign: if forward { 1.0 } else { -1.0 },
+        }
+    }
+}
