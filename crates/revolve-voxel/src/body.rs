@@ -139,25 +139,24 @@ impl Body {
         })
     }
 
-    /// Calls `each` with the sign and ends of every chain's interval; returns the parameter's shift.
+    /// Calls `each` with the sign and ends of every chain's interval.
     fn intervals(&self, layer: usize, ray: &Ray, mut each: impl FnMut(f64, [SurfacePoint; 2])) {
         let meridian = &self.layers[layer];
         let direction = Direction::new(meridian.mid(), &self.pose.vector_to_body(&ray.direction()));
         let [w, q, shift] = direction.coordinates(&self.pose.to_body(&ray.origin()));
-        for chain in meridian.chains() {
-            if let Some(ends) = direction.interval(chain, w, q, &mut Hint::default()) {
-                each(
-                    chain.sign,
-                    ends.map(|e| SurfacePoint {
-                        t: e.t - shift,
-                        normal: e.cone.map(|k| {
-                            let v = &chain.vertices[k];
-                            [-v.tr * chain.sign, v.tx * chain.sign]
-                        }),
+        let mut hints = vec![Hint::default(); meridian.chains().len()];
+        direction.intervals(meridian, w, q, &mut hints, &mut |sign, chain, ends| {
+            each(
+                sign,
+                ends.map(|e| SurfacePoint {
+                    t: e.t - shift,
+                    normal: e.cone.map(|k| {
+                        let v = &chain.vertices[k];
+                        [-v.tr * sign, v.tx * sign]
                     }),
-                );
-            }
-        }
+                }),
+            );
+        });
     }
 
     /// The spans with their ends' normals: a sweep over the chains' ends, in which shared planes cancel.

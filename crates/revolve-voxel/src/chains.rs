@@ -25,7 +25,65 @@ pub(crate) struct Chain {
     pub(crate) vertices: Vec<Vertex>,
     /// +1 where the profile runs forward, -1 where it runs backward (the solid is then outside).
     pub(crate) sign: f64,
-    pub(crate) r_max: f64,
+}
+
+/// A binary tree over a profile's chains, in the profile's order: whole stretches are met inside, or not at all.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Node {
+    /// Range of the axial coordinate and of the radius.
+    pub(crate) x: [f64; 2],
+    pub(crate) r2: [f64; 2],
+    /// Axial coordinates at which the profile enters and leaves the stretch.
+    pub(crate) path: [f64; 2],
+    pub(crate) kind: Kind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Kind {
+    /// Index of the chain.
+    Leaf(usize),
+    /// The left child follows its parent; this is the right one's index.
+    Fork(usize),
+}
+
+/// The tree's nodes, root first; every profile has a chain.
+pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
+    fn build(chains: &[Chain], first: usize, nodes: &mut Vec<Node>) -> usize {
+        let at = nodes.len();
+        let fold = |f: fn(f64, f64) -> f64, get: fn(&Vertex) -> f64| {
+            let all = chains.iter().flat_map(|c| &c.vertices).map(get);
+            all.reduce(f).unwrap_or(0.0)
+        };
+        let ends = |c: &Chain| {
+            let (a, b) = (c.vertices[0].x, c.vertices[c.vertices.len() - 1].x);
+            if c.sign > 0.0 { [a, b] } else { [b, a] }
+        };
+        nodes.push(Node {
+            x: [fold(f64::min, |v| v.x), fold(f64::max, |v| v.x)],
+            r2: [fold(f64::min, |v| v.r2), fold(f64::max, |v| v.r2)],
+            path: [ends(&chains[0])[0], ends(&chains[chains.len() - 1])[1]],
+            kind: Kind::Leaf(first),
+        });
+        if chains.len() > 1 {
+            // Halves by number of vertices, so that a long chain lies near the root.
+            let total: usize = chains.iter().map(|c| c.vertices.len()).sum();
+            let mut sum = 0;
+            let split = chains.iter().take_while(|c| {
+                sum += c.vertices.len();
+                2 * sum <= total
+            });
+            let split = split.count().clamp(1, chains.len() - 1);
+            build(&chains[..split], first, nodes);
+            let right = build(&chains[split..], first + split, nodes);
+            nodes[at].kind = Kind::Fork(right);
+        }
+        at
+    }
+    let mut nodes = Vec::with_capacity(2 * chains.len());
+    if !chains.is_empty() {
+        build(chains, 0, &mut nodes);
+    }
+    nodes
 }
 
 /// Slopes may grow by this much (the sine of the angle) and still count as concave: a cylinder's or cone's own nodes
@@ -81,7 +139,6 @@ impl Chain {
             vertices.push(vertex(run[0].x0, run[0].r0, -run[0].tx, -run[0].tr));
         }
         Self {
-            r_max: vertices.iter().fold(0.0, |m, v| v.r.max(m)),
             vertices,
             sign: if forward { 1.0 } else { -1.0 },
         }

@@ -2,7 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::chains::{Chain, Vertex};
+use crate::chains::{Chain, Kind, Vertex};
+use crate::meridian::Meridian;
 
 /// One direction of lines in a body frame.
 ///
@@ -49,7 +50,7 @@ pub(crate) struct Hint {
     high: Guess,
     valley: usize,
     /// The last line met the solid.
-    pub(crate) met: bool,
+    met: bool,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -131,10 +132,15 @@ impl Direction {
     /// Parameter at which the line meets the vertex's plane (infinite or NaN if parallel to it).
     #[inline(always)]
     fn plane(&self, line: &Line, v: &Vertex) -> f64 {
+        self.plane_at(line, v.x)
+    }
+
+    #[inline(always)]
+    fn plane_at(&self, line: &Line, x: f64) -> f64 {
         if self.steep {
-            (line.w + self.s * v.x) * self.inv_sc + line.shift
+            (line.w + self.s * x) * self.inv_sc + line.shift
         } else {
-            v.x * self.inv_c + line.shift
+            x * self.inv_c + line.shift
         }
     }
 
@@ -145,24 +151,78 @@ impl Direction {
         v.tx * self.s * u < v.tr * self.c.abs() * rho
     }
 
-    /// Parameters of entry to and exit from the chain's solid, sorted.
-    pub(crate) fn interval(
+    /// Calls `each` with sign, chain and ends (sorted) of every interval that the line (w, q) has in a chain's solid;
+    /// where a whole stretch of the profile is met inside, one interval between its end planes stands for all of them.
+    ///
+    /// `hints`, one per chain, carry what the last line found.
+    #[inline]
+    pub(crate) fn intervals(
         &self,
-        chain: &Chain,
+        profile: &Meridian,
         w: f64,
         q: f64,
-        hint: &mut Hint,
-    ) -> Option<[End; 2]> {
+        hints: &mut [Hint],
+        each: &mut impl FnMut(f64, &Chain, [End; 2]),
+    ) {
+        let line = self.line(w, q);
+        self.stretch(profile, 0, &line, hints, each);
+    }
+
+    fn stretch(
+        &self,
+        profile: &Meridian,
+        node_idx: usize,
+        line: &Line,
+        hints: &mut [Hint],
+        each: &mut impl FnMut(f64, &Chain, [End; 2]),
+    ) {
+        let node = &profile.tree()[node_idx];
+        let at = |x: f64| line.w + self.s * x;
+        let (u0, u1) = (at(node.x[0]), at(node.x[1]));
+        let (v0, v1) = (u0 * u0, u1 * u1);
+        // Nearest the axis: at an end plane, or between them if the line passes the axis there.
+        let least = if u0 * u1 > 0.0 { v0.min(v1) } else { 0.0 };
+        if least >= line.c2 * node.r2[1] - line.c2q2 {
+            if u0 * u1 > 0.0 || line.q2 >= node.r2[1] {
+                return;
+            }
+        } else if v0.max(v1) < line.c2 * node.r2[0] - line.c2q2 {
+            let [a, b] = node.path.map(|x| End {
+                t: self.plane_at(line, x),
+                cone: None,
+            });
+            let chain = &profile.chains()[0];
+            let forward = (node.path[1] - node.path[0]) * self.along > 0.0;
+            let sign = if node.path[1] > node.path[0] {
+                1.0
+            } else {
+                -1.0
+            };
+            each(sign, chain, if forward { [a, b] } else { [b, a] });
+            return;
+        }
+        match node.kind {
+            Kind::Leaf(k) => {
+                let chain = &profile.chains()[k];
+                if let Some(ends) = self.interval(chain, line, &mut hints[k]) {
+                    each(chain.sign, chain, ends);
+                }
+            }
+            Kind::Fork(right) => {
+                self.stretch(profile, node_idx + 1, line, hints, each);
+                self.stretch(profile, right, line, hints, each);
+            }
+        }
+    }
+
+    /// Parameters of entry to and exit from the chain's solid, sorted.
+    fn interval(&self, chain: &Chain, line: &Line, hint: &mut Hint) -> Option<[End; 2]> {
         let met = hint.met;
         hint.met = false;
-        if q.abs() >= chain.r_max {
-            return None;
-        }
-        let line = self.line(w, q);
         let vs = &chain.vertices[..];
         let end = vs.len() - 1;
-        let first = self.inside(&line, &vs[0]);
-        let last = self.inside(&line, &vs[end]);
+        let first = self.inside(line, &vs[0]);
+        let last = self.inside(line, &vs[end]);
         // A vertex plane that the line meets inside: the search for either end starts there.
         let seed = if first {
             0
@@ -170,12 +230,12 @@ impl Direction {
             end
         } else {
             let middle = ((hint.low.last + hint.high.last) / 2).min(end);
-            if met && self.inside(&line, &vs[middle]) {
+            if met && self.inside(line, &vs[middle]) {
                 middle
             } else {
                 // The segment in which the line comes nearest the surface, or deepest under it.
                 let right = boundary(
-                    |k| !self.falls(&line, &vs[k]),
+                    |k| !self.falls(line, &vs[k]),
                     -1,
                     end as isize,
                     hint.valley as isize,
@@ -185,12 +245,12 @@ impl Direction {
                     // Rising from the first vertex on, where the line is outside.
                     return None;
                 }
-                if self.inside(&line, &vs[right]) {
+                if self.inside(line, &vs[right]) {
                     right
-                } else if self.inside(&line, &vs[right - 1]) {
+                } else if self.inside(line, &vs[right - 1]) {
                     right - 1
                 } else {
-                    let pair = self.pair(&line, vs, right - 1);
+                    let pair = self.pair(line, vs, right - 1);
                     if pair.is_some() {
                         hint.low.found(right - 1, !met);
                         hint.high.found(right, !met);
@@ -204,34 +264,34 @@ impl Direction {
         let low = if first {
             hint.low.found(0, !met);
             End {
-                t: self.plane(&line, &vs[0]),
+                t: self.plane(line, &vs[0]),
                 cone: None,
             }
         } else {
             let k = boundary(
-                |k| self.inside(&line, &vs[k]),
+                |k| self.inside(line, &vs[k]),
                 0,
                 seed as isize,
                 hint.low.next() as isize,
             );
             hint.low.found(k, !met);
-            self.end(&line, vs, k - 1, self.c > 0.0)
+            self.end(line, vs, k - 1, self.c > 0.0)
         };
         let high = if last {
             hint.high.found(end, !met);
             End {
-                t: self.plane(&line, &vs[end]),
+                t: self.plane(line, &vs[end]),
                 cone: None,
             }
         } else {
             let k = boundary(
-                |k| !self.inside(&line, &vs[k]),
+                |k| !self.inside(line, &vs[k]),
                 seed as isize,
                 end as isize,
                 hint.high.next() as isize,
             );
             hint.high.found(k, !met);
-            self.end(&line, vs, k - 1, self.c < 0.0)
+            self.end(line, vs, k - 1, self.c < 0.0)
         };
         Some(if self.along > 0.0 {
             [low, high]

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::chord::{Direction, Hint};
 use crate::error::{finite, length, positive};
+use crate::shadow::Shadow;
 use crate::{Body, Error, Hit, Ray, RayCounters, Sample};
 
 /// A flat detector of a parallel beam that turns about the lab's z axis.
@@ -185,6 +186,7 @@ impl Body {
             .map(|k| {
                 let direction = Direction::new(self.layers()[k].mid(), &d);
                 LayerView {
+                    shadow: Shadow::new(&self.layers()[k], &direction),
                     layer: k,
                     weight: weight * weights[k],
                     first: direction.coordinates(&first),
@@ -211,49 +213,38 @@ impl Body {
         let n_bins = image.len();
         let mut counters = RayCounters::default();
         let mut sums = vec![0.0f64; n_bins];
-        let mut chords = vec![0.0f64; n_bins];
-        let mut reached = (n_bins, 0);
+        let mut cast = vec![false; n_bins];
         for view in views {
             let meridian = &self.layers()[view.layer];
             let w0 = view.first[0] + view.row[0] * row as f64;
             let q0 = view.first[1] + view.row[1] * row as f64;
-            let [a, b] = meridian.x_range();
-            let r = meridian.r_max();
-            let w_max = view.direction.s * 0.5 * (b - a) + view.direction.c.abs() * r;
-            let wide = interval(w0, view.bin[0], w_max, n_bins);
-            let high = interval(q0, view.bin[1], r, n_bins);
-            let bins = wide.0.max(high.0)..wide.1.min(high.1);
-            if bins.is_empty() {
-                continue;
-            }
-            reached = (reached.0.min(bins.start), reached.1.max(bins.end));
-            chords[bins.clone()].fill(0.0);
-            for chain in meridian.chains() {
-                let mut hint = Hint::default();
-                for bin in bins.clone() {
-                    let k = bin as f64;
-                    let met = hint.met;
-                    let ends = view.direction.interval(
-                        chain,
-                        w0 + k * view.bin[0],
-                        q0 + k * view.bin[1],
-                        &mut hint,
-                    );
-                    if let Some([low, high]) = ends {
-                        chords[bin] += chain.sign * (high.t - low.t);
-                    } else if met {
-                        // A convex solid's shadow meets a row of rays in one run.
-                        break;
-                    }
+            let mut hints = vec![Hint::default(); meridian.chains().len()];
+            for bin in view
+                .shadow
+                .bins([w0, q0], [view.bin[0], view.bin[1]], n_bins)
+            {
+                let (w, q) = (w0 + bin as f64 * view.bin[0], q0 + bin as f64 * view.bin[1]);
+                if !view.shadow.holds(w, q) {
+                    continue;
+                }
+                let mut chord = 0.0;
+                view.direction.intervals(
+                    meridian,
+                    w,
+                    q,
+                    &mut hints,
+                    &mut |sign, _, [low, high]| {
+                        chord += sign * (high.t - low.t);
+                    },
+                );
+                cast[bin] = true;
+                if chord > 0.0 {
+                    sums[bin] += view.weight * chord;
+                    counters.hit += 1;
                 }
             }
-            for bin in bins {
-                let chord = chords[bin].max(0.0);
-                sums[bin] += view.weight * chord;
-                counters.hit += u64::from(chord > 0.0);
-            }
         }
-        counters.cast = reached.1.saturating_sub(reached.0) as u64;
+        counters.cast = cast.iter().filter(|&&c| c).count() as u64;
         for (pixel, sum) in image.iter_mut().zip(&sums) {
             if *sum != 0.0 {
                 *pixel += T::from_f64(*sum);
@@ -282,22 +273,8 @@ struct LayerView {
     layer: usize,
     weight: f64,
     direction: Direction,
+    shadow: Shadow,
     first: [f64; 3],
     bin: [f64; 3],
     row: [f64; 3],
-}
-
-/// Indices k in 0..n with |start + k step| <= bound, widened by one on either side.
-fn interval(start: f64, step: f64, bound: f64, n: usize) -> (usize, usize) {
-    if step == 0.0 {
-        return if start.abs() <= bound { (0, n) } else { (0, 0) };
-    }
-    let (a, b) = ((-bound - start) / step, (bound - start) / step);
-    let low = (a.min(b).ceil() - 1.0).max(0.0);
-    let high = (a.max(b).floor() + 2.0).min(n as f64);
-    if low < high {
-        (low as usize, high as usize)
-    } else {
-        (0, 0)
-    }
 }

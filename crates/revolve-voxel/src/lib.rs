@@ -19,6 +19,7 @@ mod pose;
 mod ray;
 mod sample;
 mod self_crossing;
+mod shadow;
 
 pub use body::Body;
 pub use counters::{RayCounters, VoxelCounters};

@@ -1,7 +1,7 @@
 //! The profile that is turned about the axis.
 
 use crate::Error;
-use crate::chains::{Chain, chains};
+use crate::chains::{Chain, Node, chains, tree};
 use crate::measures::Measures;
 
 /// A straight piece of the closed profile: a cone, cylinder or disc of the surface.
@@ -42,6 +42,9 @@ impl Segment {
     }
 }
 
+/// Enough boxes for a shadow within a few per cent of the body's.
+const N_BLOCKS: usize = 64;
+
 /// A validated profile (x along the axis, r >= 0 from it), closed by discs where it ends off the axis.
 ///
 /// Turned about the axis it bounds a solid. Several radii at one x, bulges behind the base, and points on the axis
@@ -57,6 +60,9 @@ impl Segment {
 pub struct Meridian {
     segments: Vec<Segment>,
     chains: Vec<Chain>,
+    tree: Vec<Node>,
+    /// Up to [`N_BLOCKS`] boxes [x_min, x_max, r_max] that hold the profile, for shadows.
+    blocks: Vec<[f64; 3]>,
     x_min: f64,
     x_max: f64,
     r_max: f64,
@@ -164,8 +170,26 @@ impl Meridian {
             |f: fn(f64, f64) -> f64, init: f64, i: usize| path.iter().map(|p| p[i]).fold(init, f);
         let x_min = fold(f64::min, f64::INFINITY, 0);
         let x_max = fold(f64::max, f64::NEG_INFINITY, 0);
+        let mid = 0.5 * (x_min + x_max);
+        let chains = chains(&segments, mid);
+        let blocks = segments
+            .chunks(segments.len().div_ceil(N_BLOCKS).max(1))
+            .map(|chunk| {
+                chunk
+                    .iter()
+                    .fold([f64::INFINITY, f64::NEG_INFINITY, 0.0], |b, s| {
+                        [
+                            b[0].min(s.x0.min(s.x1) - mid),
+                            b[1].max(s.x0.max(s.x1) - mid),
+                            f64::max(b[2], s.r0.max(s.r1)),
+                        ]
+                    })
+            })
+            .collect();
         Ok(Self {
-            chains: chains(&segments, 0.5 * (x_min + x_max)),
+            tree: tree(&chains),
+            blocks,
+            chains,
             r_max: fold(f64::max, 0.0, 1),
             x_min,
             x_max,
@@ -196,6 +220,14 @@ impl Meridian {
     /// Middle of the x range: the origin of the chains' coordinates.
     pub(crate) fn mid(&self) -> f64 {
         0.5 * (self.x_min + self.x_max)
+    }
+
+    pub(crate) fn blocks(&self) -> &[[f64; 3]] {
+        &self.blocks
+    }
+
+    pub(crate) fn tree(&self) -> &[Node] {
+        &self.tree
     }
 
     pub(crate) fn chains(&self) -> &[Chain] {
