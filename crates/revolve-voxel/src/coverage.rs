@@ -5,8 +5,9 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use crate::distance::Distance;
 use crate::error::{finite, length, positive};
-use crate::meridian::Meridian;
+use crate::field::{Answer, Field};
 use crate::plane_clip::fraction_below;
 use crate::{Body, Error, Sample, VoxelCounters, VoxelGrid};
 
@@ -79,6 +80,13 @@ impl Body {
                 positive("tolerance", tolerance)?;
             }
         }
+        let spacing = Vector3::from(grid.spacing());
+        let fields: Vec<Option<Field>> = (0..self.layers().len())
+            .map(|k| {
+                (weights[k] != 0.0)
+                    .then(|| Field::new(&self.layers()[k], 0.5 * spacing.norm(), spacing.min()))
+            })
+            .collect();
         let counters = out
             .par_chunks_mut(grid.slice_len() * BLOCK)
             .enumerate()
@@ -86,10 +94,10 @@ impl Body {
                 let start = slices.start + slab * BLOCK;
                 let end = (start + BLOCK).min(slices.end);
                 let mut counters = VoxelCounters::default();
-                for (k, meridian) in self.layers().iter().enumerate() {
-                    if weights[k] != 0.0 {
+                for (k, field) in fields.iter().enumerate() {
+                    if let Some(field) = field {
                         let painter = Painter {
-                            meridian,
+                            field,
                             origin: self.pose().to_body(&grid.centre(0, 0, 0)),
                             steps: [Vector3::x(), Vector3::y(), Vector3::z()]
                                 .map(|e| self.pose().vector_to_body(&e)),
@@ -109,7 +117,7 @@ impl Body {
 }
 
 struct Painter<'a> {
-    meridian: &'a Meridian,
+    field: &'a Field<'a>,
     /// First voxel's centre in the body frame.
     origin: nalgebra::Point3<f64>,
     /// The lab's axes in the body frame.
@@ -145,14 +153,20 @@ impl Painter<'_> {
             centre +=
                 self.steps[a] * (0.5 * (block[a].start + block[a].end - 1) as f64 * spacing[a]);
         }
-        let d = self.distance(&centre, counters);
         let radius = Vector3::from(half).norm();
-        if d.value >= radius {
+        counters.evaluations += 1;
+        let answer = self.field.ask(centre.x, centre.y.hypot(centre.z), radius);
+        let (inside, near) = match answer {
+            Answer::Far(inside) => (Some(inside), None),
+            Answer::Near(d) => ((d.value.abs() >= radius).then_some(d.value < 0.0), Some(d)),
+            Answer::Between => (None, None),
+        };
+        if inside == Some(false) {
             return;
         }
         let [x, y, z] = block;
         let voxels = x.len() * y.len() * z.len();
-        if d.value <= -radius {
+        if inside == Some(true) {
             let value = T::from_f64(self.weight);
             for iz in z {
                 for iy in y.clone() {
@@ -168,6 +182,7 @@ impl Painter<'_> {
         }
         if voxels == 1 {
             counters.cut += 1;
+            let d = near.unwrap_or_else(|| self.distance(&centre, counters));
             let fraction = match self.sampling {
                 Sampling::Centre => f64::from(u8::from(d.value < 0.0)),
                 Sampling::Supersampled(n) => self.supersample(&centre, n, counters),
@@ -197,13 +212,9 @@ impl Painter<'_> {
         }
     }
 
-    fn distance(
-        &self,
-        p: &nalgebra::Point3<f64>,
-        counters: &mut VoxelCounters,
-    ) -> crate::distance::Distance {
+    fn distance(&self, p: &nalgebra::Point3<f64>, counters: &mut VoxelCounters) -> Distance {
         counters.evaluations += 1;
-        self.meridian.distance_at(p.x, p.y.hypot(p.z))
+        self.field.distance(p.x, p.y.hypot(p.z))
     }
 
     fn supersample(
@@ -227,12 +238,7 @@ impl Painter<'_> {
     }
 
     /// Covered fraction of a box by the plane that best agrees with the surface at its centre.
-    fn plane(
-        &self,
-        p: &nalgebra::Point3<f64>,
-        half: [f64; 3],
-        d: &crate::distance::Distance,
-    ) -> f64 {
+    fn plane(&self, p: &nalgebra::Point3<f64>, half: [f64; 3], d: &Distance) -> f64 {
         let r = p.y.hypot(p.z);
         let [gx, gr] = d.gradient;
         let g = if r > 0.0 {
@@ -274,7 +280,7 @@ impl Painter<'_> {
         }
         let fine = parts.iter().sum::<f64>() / 8.0;
         // Depth 12 is a box 4096 times smaller than a voxel: its volume is far below any tolerance.
-        if (fine - coarse).abs() <= tolerance || depth >= 12 {
+        if (fine - coarse).abs() <= 3.0 * tolerance || depth >= 12 {
             return (fine + (fine - coarse) / 3.0).clamp(0.0, 1.0);
         }
         for k in 0..8 {

@@ -10,6 +10,7 @@ mod coverage;
 mod detector;
 mod distance;
 mod error;
+mod field;
 mod grid;
 mod mask;
 mod measures;

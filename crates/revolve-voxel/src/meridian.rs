@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::chains::{Chain, Node, chains, tree};
+use crate::distance::BoxTree;
 use crate::measures::Measures;
 
 /// A straight piece of the closed profile: a cone, cylinder or disc of the surface.
@@ -61,6 +62,7 @@ pub struct Meridian {
     segments: Vec<Segment>,
     chains: Vec<Chain>,
     tree: Vec<Node>,
+    boxes: BoxTree,
     /// Up to [`N_BLOCKS`] boxes [x_min, x_max, r_max] that hold the profile, for shadows.
     blocks: Vec<[f64; 3]>,
     x_min: f64,
@@ -188,6 +190,7 @@ impl Meridian {
             .collect();
         Ok(Self {
             tree: tree(&chains),
+            boxes: BoxTree::new(&segments),
             blocks,
             chains,
             r_max: fold(f64::max, 0.0, 1),
@@ -220,6 +223,10 @@ impl Meridian {
     /// Middle of the x range: the origin of the chains' coordinates.
     pub(crate) fn mid(&self) -> f64 {
         0.5 * (self.x_min + self.x_max)
+    }
+
+    pub(crate) fn boxes(&self) -> &BoxTree {
+        &self.boxes
     }
 
     pub(crate) fn blocks(&self) -> &[[f64; 3]] {
