@@ -27,21 +27,42 @@ pub(super) fn paint(
     height: u32,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
 ) -> Result<Picture, FigureError> {
+    let fine = FINE as usize;
+    let canvas = vec![255u8; 3 * width as usize * fine * height as usize * fine];
+    paint_on(canvas, width, height, draw)
+}
+
+/// Draws over a finished picture; what is not drawn on keeps its bytes.
+pub(super) fn paint_over(
+    picture: Picture,
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> Result<Picture, FigureError> {
+    let (width, height) = (picture.width(), picture.height());
+    let fine = FINE as usize;
+    let mut canvas = Vec::with_capacity(picture.rgb().len() * fine * fine);
+    for row in picture.rgb().chunks_exact(3 * width as usize) {
+        let wide: Vec<u8> = row.chunks_exact(3).flat_map(|pixel| pixel.repeat(fine)).collect();
+        (0..fine).for_each(|_| canvas.extend_from_slice(&wide));
+    }
+    paint_on(canvas, width, height, draw)
+}
+
+fn paint_on(
+    mut canvas: Vec<u8>,
+    width: u32,
+    height: u32,
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> Result<Picture, FigureError> {
     style::register();
-    let fine = FINE as u32;
-    let size = (width * fine, height * fine);
-    let mut canvas = vec![255u8; 3 * size.0 as usize * size.1 as usize];
     {
+        let size = (width * FINE as u32, height * FINE as u32);
         let area = BitMapBackend::with_buffer(&mut canvas, size).into_drawing_area();
         draw(&area)
             .and_then(|()| area.present())
             .map_err(|e| FigureError::Drawing(Box::new(e)))?;
     }
-    Ok(Picture::new(
-        width,
-        height,
-        average(&canvas, width as usize, height as usize),
-    ))
+    let rgb = average(&canvas, width as usize, height as usize);
+    Ok(Picture::new(width, height, rgb))
 }
 
 /// Means of blocks of FINE by FINE pixels, rounded to nearest.

@@ -89,7 +89,7 @@ impl Panels {
     fn draw(&self, sample: impl Fn(usize, usize, usize) -> f32) -> Result<Picture, FigureError> {
         let (width, height) = fit(self.samples.0, self.samples.1, self.target);
         let half = |n: usize| 0.5 * n as f64 * self.pitch;
-        let n_ticks = (width.min(height) / 70).clamp(2, 9) as usize;
+        let n_ticks = (width.min(height) / 45).clamp(2, 9) as usize;
         let (a, b) = (half(self.samples.0), half(self.samples.1));
         let x = Axis::linear(-a, a, n_ticks, self.labels[0]);
         let y = Axis::linear(-b, b, n_ticks, self.labels[1]);
@@ -165,7 +165,7 @@ pub fn projections(
         labels: ["s (cm)", "z (cm)"],
         samples: (n_bins, n_rows),
         pitch,
-        target: 420,
+        target: 384,
         per_row: 3,
         window: [0.0, high],
         bar_label: "chord (cm)".into(),
@@ -197,7 +197,7 @@ pub fn slices(
     window: [f64; 2],
     bar_label: &str,
 ) -> Result<Picture, FigureError> {
-    draw_slices(volume, planes, window, bar_label, 330)
+    draw_slices(volume, planes, window, bar_label, 384)
 }
 
 fn draw_slices(

@@ -20,15 +20,12 @@ pub(super) fn check_window(window: [f64; 2]) -> Result<(), FigureError> {
     check::interval("window", window[0], window[1])
 }
 
-/// Pixels that a grid of samples takes: a whole number a sample while they fit into `target`, fewer beyond.
+/// Pixels that a grid of samples takes: a whole number a sample from two on, else `target` along the longer side.
 pub(super) fn fit(n_columns: usize, n_rows: usize, target: usize) -> (i32, i32) {
     let longest = n_columns.max(n_rows);
+    let whole = target / longest;
     let pixels = |n: usize| {
-        if longest <= target {
-            n * (target / longest)
-        } else {
-            (n * target).div_ceil(longest)
-        }
+        if whole >= 2 { n * whole } else { (n * target).div_ceil(longest) }
     };
     (pixels(n_columns) as i32, pixels(n_rows) as i32)
 }

@@ -21,6 +21,11 @@ pub(super) const FAINT: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);
 pub(super) const INNER: RGBColor = VERMILION;
 pub(super) const OUTER: RGBColor = BLUE;
 
+/// Surfaces and cut faces in shaded views.
+pub(super) const SURFACE: RGBColor = RGBColor(0x6f, 0xa8, 0xd6);
+pub(super) const CAVITY: RGBColor = RGBColor(0xe0, 0x7b, 0x4f);
+pub(super) const CUT: RGBColor = RGBColor(0xf6, 0xd3, 0xb8);
+
 /// Colours of series, in order.
 pub(super) const SERIES: [RGBColor; 6] = [VERMILION, BLUE, GREEN, ORANGE, PINK, SKY];
 

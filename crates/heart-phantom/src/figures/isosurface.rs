@@ -1,0 +1,97 @@
+//! Shaded iso-surface of a volume, cut open if asked (Fig. 15 to 17, c, of the paper).
+
+use nalgebra::{Point3, Vector3};
+
+use super::canvas::{FINE, Pin, Rect, paint, paint_over, text};
+use super::marks::arrow;
+use super::render::{Camera, View, WHITE, light, mix};
+use super::style::{BLACK, SMALL, SURFACE, CUT};
+use super::surface::Surface;
+use super::{FigureError, Picture, Volume, check};
+
+/// What of a volume is drawn, and from where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IsoView {
+    /// The level whose surface is drawn; half the wall's activity shows the wall's boundary.
+    pub level: f32,
+    /// From where it is seen.
+    pub view: View,
+    /// Cuts away the points p with p·n > d, given as (n, d), cm; the faces of the cut are shaded by the values there.
+    pub cut: Option<([f64; 3], f64)>,
+}
+
+/// Draws the surface where the volume reaches a level, seen along parallel rays.
+///
+/// The volume is trilinear between samples, normals are gradients of it. The picture spans the inscribed circle of
+/// the volume's x-y face.
+///
+/// # Errors
+/// [`FigureError`] if the volume's length and size disagree, a sample, the level, the view or the cut is not
+/// finite, the spacing is not positive, or the cut's normal is zero.
+pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, FigureError> {
+    volume.check()?;
+    check::finite("level", &[f64::from(view.level)])?;
+    let cut = match view.cut {
+        None => None,
+        Some((n, d)) => {
+            check::finite("cut", &[n[0], n[1], n[2], d])?;
+            let length = Vector3::from(n).norm();
+            check::positive("length of the cut's normal", length)?;
+            Some((Vector3::from(n) / length, d / length))
+        }
+    };
+    let side = 640;
+    let rect = Rect { left: 0, top: 0, width: side, height: side };
+    let longest = volume.size.iter().fold(0, |m, &n| m.max(n));
+    let camera = Camera::new(view.view, Point3::origin(), longest as f64 * volume.spacing, rect)?;
+    let surface = Surface::new(volume, view.level);
+    let away = -camera.toward;
+    // Beyond any corner of the volume from its centre, voxels.
+    let reach = 2.0 * longest as f64;
+    let level = f64::from(view.level);
+    let (outside, inside) = (light(SURFACE), light(CUT));
+
+    let mut picture = paint(side as u32, side as u32, |_| Ok(()))?;
+    camera.render(&mut picture, WHITE, |point| {
+        let origin = surface.index(&point);
+        let (mut from, mut to) = (-reach, reach);
+        if let Some((n, d)) = cut {
+            // Along the ray p·n - d = height + t slope, in voxels.
+            let height = (point.coords.dot(&n) - d) / volume.spacing;
+            let slope = away.dot(&n);
+            if slope < 0.0 {
+                from = from.max(-height / slope);
+            } else if slope > 0.0 {
+                to = to.min(-height / slope);
+            } else if height > 0.0 {
+                return None;
+            }
+        }
+        let found = surface.first(&origin, &away, from, to)?;
+        let p = origin + found.t * away;
+        if found.inside_at_start {
+            // A face of the cut: flat, the brighter the more activity, full at twice the level.
+            let normal = cut.map_or(camera.toward, |(n, _)| n);
+            let amount = (surface.value(&p) / (2.0 * level)).clamp(0.0, 1.3);
+            let flat = camera.shade(&normal, inside);
+            return Some(flat.map(|c| c * amount));
+        }
+        let normal = surface.normal(&p).unwrap_or(camera.toward);
+        // Seen from within, through a cut, the surface turns its back.
+        let facing = normal.dot(&camera.toward);
+        let colour = if facing < 0.0 { mix(outside, inside, 0.5) } else { outside };
+        Some(camera.shade(&(normal * facing.signum()), colour))
+    });
+    let corner = [70.0, f64::from(side) - 70.0];
+    paint_over(picture, |area| {
+        for (name, axis) in [("x", Vector3::x()), ("y", Vector3::y()), ("z", Vector3::z())] {
+            let fine = f64::from(FINE);
+            let d = [axis.dot(&camera.right), -axis.dot(&camera.up)];
+            let tip = |length: f64| [corner[0] + length * d[0], corner[1] + length * d[1]];
+            arrow(area, corner.map(|v| v * fine), tip(46.0).map(|v| v * fine), BLACK, 2)?;
+            let at = tip(60.0);
+            text(area, name, SMALL, BLACK, (at[0].round() as i32, at[1].round() as i32), Pin::Centre)?;
+        }
+        Ok(())
+    })
+}

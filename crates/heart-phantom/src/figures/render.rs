@@ -1,0 +1,157 @@
+//! Shaded views: an orthographic camera, two lights, and anti-aliasing where neighbouring pixels differ.
+
+use nalgebra::{Point3, Vector3};
+use plotters::style::RGBColor;
+use rayon::prelude::*;
+
+use super::canvas::Rect;
+use super::{FigureError, Picture, check};
+
+/// From where a scene is looked at; z is up in the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Angle of the viewer about z from the x axis towards y, radians.
+    pub azimuth: f64,
+    /// Angle of the viewer above the x-y plane, radians.
+    pub elevation: f64,
+}
+
+impl Default for View {
+    /// x towards the viewer and to the left, y to the right, from a little above.
+    fn default() -> Self {
+        Self { azimuth: 30f64.to_radians(), elevation: 20f64.to_radians() }
+    }
+}
+
+/// An orthographic camera over a rectangle of a picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Camera {
+    pub(super) right: Vector3<f64>,
+    pub(super) up: Vector3<f64>,
+    pub(super) toward: Vector3<f64>,
+    centre: Point3<f64>,
+    per_pixel: f64,
+    rect: Rect,
+}
+
+impl Camera {
+    /// A camera that sees `centre` in the middle of `rect` and `width` cm across it.
+    pub(super) fn new(view: View, centre: Point3<f64>, width: f64, rect: Rect) -> Result<Self, FigureError> {
+        check::finite("view", &[view.azimuth, view.elevation])?;
+        let (sa, ca) = view.azimuth.sin_cos();
+        let (se, ce) = view.elevation.sin_cos();
+        let toward = Vector3::new(ce * ca, ce * sa, se);
+        let right = Vector3::new(-sa, ca, 0.0);
+        let per_pixel = width / f64::from(rect.width);
+        Ok(Self { right, up: toward.cross(&right), toward, centre, per_pixel, rect })
+    }
+
+    /// The point of the plane through the centre seen at `(x, y)`, pixels of the picture.
+    pub(super) fn point(&self, x: f64, y: f64) -> Point3<f64> {
+        let across = x - f64::from(self.rect.left) - 0.5 * f64::from(self.rect.width);
+        let down = y - f64::from(self.rect.top) - 0.5 * f64::from(self.rect.height);
+        self.centre + self.per_pixel * (across * self.right - down * self.up)
+    }
+
+    /// Where `p` is seen, pixels of the picture.
+    pub(super) fn pixel(&self, p: &Point3<f64>) -> [f64; 2] {
+        let d = (p - self.centre) / self.per_pixel;
+        [
+            f64::from(self.rect.left) + 0.5 * f64::from(self.rect.width) + d.dot(&self.right),
+            f64::from(self.rect.top) + 0.5 * f64::from(self.rect.height) - d.dot(&self.up),
+        ]
+    }
+
+    /// How far `p` stands in front of the plane through the centre, cm.
+    pub(super) fn nearness(&self, p: &Point3<f64>) -> f64 {
+        (p - self.centre).dot(&self.toward)
+    }
+
+    /// Colour of a matt surface with a slight gloss: ambient light, a key light from the upper left, a fill from the
+    /// right; `normal` is of unit length and faces the viewer.
+    pub(super) fn shade(&self, normal: &Vector3<f64>, colour: Colour) -> Colour {
+        let light = |x: f64, y: f64, z: f64| (x * self.right + y * self.up + z * self.toward).normalize();
+        let key = light(-0.55, 0.75, 0.75);
+        let fill = light(0.85, -0.15, 0.6);
+        let diffuse = 0.26 + 0.68 * normal.dot(&key).max(0.0) + 0.2 * normal.dot(&fill).max(0.0);
+        let half = (key + self.toward).normalize();
+        let gloss = 0.1 * normal.dot(&half).max(0.0).powi(30);
+        colour.map(|c| c * diffuse + gloss)
+    }
+
+    /// Fills the camera's rectangle with what `seen` finds at each point of the plane through the centre.
+    ///
+    /// One sample a pixel, nine where a neighbour differs; each pixel depends on the scene only, so the number of
+    /// threads does not show.
+    pub(super) fn render(
+        &self,
+        picture: &mut Picture,
+        background: Colour,
+        seen: impl Fn(Point3<f64>) -> Option<Colour> + Sync,
+    ) {
+        let (width, height) = (self.rect.width as usize, self.rect.height as usize);
+        let (left, top) = (f64::from(self.rect.left), f64::from(self.rect.top));
+        let sample = |x: f64, y: f64| seen(self.point(left + x, top + y)).unwrap_or(background);
+        let first: Vec<Colour> = (0..width * height)
+            .into_par_iter()
+            .with_min_len(width)
+            .map(|i| sample((i % width) as f64 + 0.5, (i / width) as f64 + 0.5))
+            .collect();
+        let differs = |i: usize, k: usize| {
+            (0..3).any(|c| (first[i][c].max(0.0).sqrt() - first[k][c].max(0.0).sqrt()).abs() > 0.04)
+        };
+        let refined: Vec<Colour> = (0..width * height)
+            .into_par_iter()
+            .with_min_len(width)
+            .map(|i| {
+                let (x, y) = (i % width, i / width);
+                let edge = (x > 0 && differs(i, i - 1))
+                    || (x + 1 < width && differs(i, i + 1))
+                    || (y > 0 && differs(i, i - width))
+                    || (y + 1 < height && differs(i, i + width));
+                if !edge {
+                    return first[i];
+                }
+                let mut sum = [0.0; 3];
+                for k in 0..9 {
+                    let (dx, dy) = (f64::from(k % 3), f64::from(k / 3));
+                    let at = |n: usize, d: f64| n as f64 + (d + 0.5) / 3.0;
+                    let colour = sample(at(x, dx), at(y, dy));
+                    // Mean of what the eye is shown, so that edges look even on light and dark.
+                    (0..3).for_each(|c| sum[c] += encode(colour[c]) / 9.0);
+                }
+                sum.map(decode)
+            })
+            .collect();
+        for (i, colour) in refined.into_iter().enumerate() {
+            let (x, y) = (self.rect.left as usize + i % width, self.rect.top as usize + i / width);
+            picture.set(x as u32, y as u32, colour.map(|c| (255.0 * encode(c)).round() as u8));
+        }
+    }
+}
+
+/// Red, green and blue, proportional to light.
+pub(super) type Colour = [f64; 3];
+
+pub(super) const WHITE: Colour = [1.0; 3];
+
+/// The light of a palette colour.
+pub(super) fn light(colour: RGBColor) -> Colour {
+    [colour.0, colour.1, colour.2].map(|v| decode(f64::from(v) / 255.0))
+}
+
+/// Mixes two lights, `t` = 0 for the first.
+pub(super) fn mix(a: Colour, b: Colour, t: f64) -> Colour {
+    std::array::from_fn(|c| a[c] * (1.0 - t) + b[c] * t)
+}
+
+/// Light to sRGB (IEC 61966-2-1), clipped to [0, 1].
+fn encode(light: f64) -> f64 {
+    let light = light.clamp(0.0, 1.0);
+    if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// sRGB to light.
+fn decode(value: f64) -> f64 {
+    if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}
