@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
 use heart_phantom::figures::*;
+use revolve_voxel::Pose;
 
 /// A cylinder with a spherical cap, blown up by `g`; nodes at equal steps of arc length.
 fn balloon(radius: f64, g: f64, n: usize) -> Vec<[f64; 2]> {
@@ -146,6 +147,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .collect();
     save("fig11-wall.png", wall_meshes(&states, 6, 60)?)?;
 
+    save("fig12-bodies.png", bodies(&[states[0], states[2]])?)?;
+    let upright = Pose::axis_along_z(5.625)?;
+    let turned = upright.turned_x(PI / 4.0)?.turned_y(PI / 4.0)?;
+    let both = [("axis along z", upright), ("turned 45° about x, then y", turned)];
+    save("fig13-pose.png", poses(&states[0], &both, View::default())?)?;
+
     let arc: Vec<[f64; 2]> = (0..101)
         .map(|k| PI * 1.49 + (TAU - 1.0) * f64::from(k) / 100.0)
         .map(|a| [1.3 * a.cos(), 1.3 * a.sin()])
@@ -214,6 +221,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "fig15b-slices.png",
         slices(&volume, &planes, [-0.25, 1.25], "activity")?,
     )?;
+
+    let direction = View { azimuth: 0.5, elevation: 0.35 };
+    let whole = IsoView { level: 0.5, view: direction, cut: None };
+    save("fig15c-surface.png", isosurface(&volume, &whole)?)?;
+    let open = IsoView { cut: Some(([1.0, 0.0, 0.0], 1.5)), ..whole };
+    save("fig15c-open.png", isosurface(&volume, &open)?)?;
 
     let figures = [
         "fig08-shapes.png",

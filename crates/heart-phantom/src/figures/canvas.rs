@@ -41,7 +41,10 @@ pub(super) fn paint_over(
     let fine = FINE as usize;
     let mut canvas = Vec::with_capacity(picture.rgb().len() * fine * fine);
     for row in picture.rgb().chunks_exact(3 * width as usize) {
-        let wide: Vec<u8> = row.chunks_exact(3).flat_map(|pixel| pixel.repeat(fine)).collect();
+        let wide: Vec<u8> = row
+            .chunks_exact(3)
+            .flat_map(|pixel| pixel.repeat(fine))
+            .collect();
         (0..fine).for_each(|_| canvas.extend_from_slice(&wide));
     }
     paint_on(canvas, width, height, draw)

@@ -62,6 +62,9 @@ pub enum FigureError {
         /// Its upper end.
         high: f64,
     },
+    /// A membrane is not the meridian of a solid.
+    #[error("no solid of revolution")]
+    Body(#[source] revolve_voxel::Error),
     /// The plotting library refused; the buffer is in memory, so this is not about files.
     #[error("drawing failed")]
     Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),

@@ -5,9 +5,12 @@ use nalgebra::{Point3, Vector3};
 use super::canvas::{FINE, Pin, Rect, paint, paint_over, text};
 use super::marks::arrow;
 use super::render::{Camera, View, WHITE, light, mix};
-use super::style::{BLACK, SMALL, SURFACE, CUT};
+use super::style::{BLACK, CUT, SMALL, SURFACE};
 use super::surface::Surface;
 use super::{FigureError, Picture, Volume, check};
+
+/// Share of the volume's longest side that the picture spans.
+const FRAME: f64 = 0.85;
 
 /// What of a volume is drawn, and from where.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +25,8 @@ pub struct IsoView {
 
 /// Draws the surface where the volume reaches a level, seen along parallel rays.
 ///
-/// The volume is trilinear between samples, normals are gradients of it. The picture spans the inscribed circle of
-/// the volume's x-y face.
+/// The volume is trilinear between samples, normals are gradients of it. The picture spans 0.85 of the
+/// volume's longest side.
 ///
 /// # Errors
 /// [`FigureError`] if the volume's length and size disagree, a sample, the level, the view or the cut is not
@@ -41,9 +44,19 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, Figure
         }
     };
     let side = 640;
-    let rect = Rect { left: 0, top: 0, width: side, height: side };
+    let rect = Rect {
+        left: 0,
+        top: 0,
+        width: side,
+        height: side,
+    };
     let longest = volume.size.iter().fold(0, |m, &n| m.max(n));
-    let camera = Camera::new(view.view, Point3::origin(), longest as f64 * volume.spacing, rect)?;
+    let camera = Camera::new(
+        view.view,
+        Point3::origin(),
+        longest as f64 * volume.spacing,
+        rect,
+    )?;
     let surface = Surface::new(volume, view.level);
     let away = -camera.toward;
     // Beyond any corner of the volume from its centre, voxels.
@@ -73,24 +86,45 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, Figure
             // A face of the cut: flat, the brighter the more activity, full at twice the level.
             let normal = cut.map_or(camera.toward, |(n, _)| n);
             let amount = (surface.value(&p) / (2.0 * level)).clamp(0.0, 1.3);
-            let flat = camera.shade(&normal, inside);
-            return Some(flat.map(|c| c * amount));
+            let tone = 0.75 + 0.25 * normal.dot(&camera.toward).abs();
+            return Some(inside.map(|c| c * tone * amount));
         }
         let normal = surface.normal(&p).unwrap_or(camera.toward);
         // Seen from within, through a cut, the surface turns its back.
         let facing = normal.dot(&camera.toward);
-        let colour = if facing < 0.0 { mix(outside, inside, 0.5) } else { outside };
+        let colour = if facing < 0.0 {
+            mix(outside, inside, 0.5)
+        } else {
+            outside
+        };
         Some(camera.shade(&(normal * facing.signum()), colour))
     });
     let corner = [70.0, f64::from(side) - 70.0];
     paint_over(picture, |area| {
-        for (name, axis) in [("x", Vector3::x()), ("y", Vector3::y()), ("z", Vector3::z())] {
+        for (name, axis) in [
+            ("x", Vector3::x()),
+            ("y", Vector3::y()),
+            ("z", Vector3::z()),
+        ] {
             let fine = f64::from(FINE);
             let d = [axis.dot(&camera.right), -axis.dot(&camera.up)];
             let tip = |length: f64| [corner[0] + length * d[0], corner[1] + length * d[1]];
-            arrow(area, corner.map(|v| v * fine), tip(46.0).map(|v| v * fine), BLACK, 2)?;
+            arrow(
+                area,
+                corner.map(|v| v * fine),
+                tip(46.0).map(|v| v * fine),
+                BLACK,
+                2,
+            )?;
             let at = tip(60.0);
-            text(area, name, SMALL, BLACK, (at[0].round() as i32, at[1].round() as i32), Pin::Centre)?;
+            text(
+                area,
+                name,
+                SMALL,
+                BLACK,
+                (at[0].round() as i32, at[1].round() as i32),
+                Pin::Centre,
+            )?;
         }
         Ok(())
     })

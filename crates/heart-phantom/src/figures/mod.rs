@@ -1,5 +1,6 @@
 //! Pictures of the study: every figure of Rohmer et al. 2006 (hal-03929238) as a PNG, from plain data.
 
+mod bodies;
 mod canvas;
 mod check;
 mod circle;
@@ -11,13 +12,16 @@ mod isosurface;
 mod marks;
 mod page;
 mod picture;
+mod profile;
 mod raster;
 mod render;
 mod shapes;
 mod style;
 mod surface;
+mod wall;
 mod wall_mesh;
 
+pub use bodies::{bodies, poses};
 pub use circle::{CircleStudy, circle};
 pub use convergence::{History, histories};
 pub use error::FigureError;

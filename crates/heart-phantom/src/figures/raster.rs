@@ -25,7 +25,11 @@ pub(super) fn fit(n_columns: usize, n_rows: usize, target: usize) -> (i32, i32) 
     let longest = n_columns.max(n_rows);
     let whole = target / longest;
     let pixels = |n: usize| {
-        if whole >= 2 { n * whole } else { (n * target).div_ceil(longest) }
+        if whole >= 2 {
+            n * whole
+        } else {
+            (n * target).div_ceil(longest)
+        }
     };
     (pixels(n_columns) as i32, pixels(n_rows) as i32)
 }

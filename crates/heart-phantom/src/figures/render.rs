@@ -19,7 +19,10 @@ pub struct View {
 impl Default for View {
     /// x towards the viewer and to the left, y to the right, from a little above.
     fn default() -> Self {
-        Self { azimuth: 30f64.to_radians(), elevation: 20f64.to_radians() }
+        Self {
+            azimuth: 30f64.to_radians(),
+            elevation: 20f64.to_radians(),
+        }
     }
 }
 
@@ -36,14 +39,26 @@ pub(super) struct Camera {
 
 impl Camera {
     /// A camera that sees `centre` in the middle of `rect` and `width` cm across it.
-    pub(super) fn new(view: View, centre: Point3<f64>, width: f64, rect: Rect) -> Result<Self, FigureError> {
+    pub(super) fn new(
+        view: View,
+        centre: Point3<f64>,
+        width: f64,
+        rect: Rect,
+    ) -> Result<Self, FigureError> {
         check::finite("view", &[view.azimuth, view.elevation])?;
         let (sa, ca) = view.azimuth.sin_cos();
         let (se, ce) = view.elevation.sin_cos();
         let toward = Vector3::new(ce * ca, ce * sa, se);
         let right = Vector3::new(-sa, ca, 0.0);
         let per_pixel = width / f64::from(rect.width);
-        Ok(Self { right, up: toward.cross(&right), toward, centre, per_pixel, rect })
+        Ok(Self {
+            right,
+            up: toward.cross(&right),
+            toward,
+            centre,
+            per_pixel,
+            rect,
+        })
     }
 
     /// The point of the plane through the centre seen at `(x, y)`, pixels of the picture.
@@ -70,7 +85,8 @@ impl Camera {
     /// Colour of a matt surface with a slight gloss: ambient light, a key light from the upper left, a fill from the
     /// right; `normal` is of unit length and faces the viewer.
     pub(super) fn shade(&self, normal: &Vector3<f64>, colour: Colour) -> Colour {
-        let light = |x: f64, y: f64, z: f64| (x * self.right + y * self.up + z * self.toward).normalize();
+        let light =
+            |x: f64, y: f64, z: f64| (x * self.right + y * self.up + z * self.toward).normalize();
         let key = light(-0.55, 0.75, 0.75);
         let fill = light(0.85, -0.15, 0.6);
         let diffuse = 0.26 + 0.68 * normal.dot(&key).max(0.0) + 0.2 * normal.dot(&fill).max(0.0);
@@ -124,8 +140,15 @@ impl Camera {
             })
             .collect();
         for (i, colour) in refined.into_iter().enumerate() {
-            let (x, y) = (self.rect.left as usize + i % width, self.rect.top as usize + i / width);
-            picture.set(x as u32, y as u32, colour.map(|c| (255.0 * encode(c)).round() as u8));
+            let (x, y) = (
+                self.rect.left as usize + i % width,
+                self.rect.top as usize + i / width,
+            );
+            picture.set(
+                x as u32,
+                y as u32,
+                colour.map(|c| (255.0 * encode(c)).round() as u8),
+            );
         }
     }
 }
@@ -148,10 +171,18 @@ pub(super) fn mix(a: Colour, b: Colour, t: f64) -> Colour {
 /// Light to sRGB (IEC 61966-2-1), clipped to [0, 1].
 fn encode(light: f64) -> f64 {
     let light = light.clamp(0.0, 1.0);
-    if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
+    if light <= 0.003_130_8 {
+        12.92 * light
+    } else {
+        1.055 * light.powf(1.0 / 2.4) - 0.055
+    }
 }
 
 /// sRGB to light.
 fn decode(value: f64) -> f64 {
-    if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+    if value <= 0.040_45 {
+        value / 12.92
+    } else {
+        ((value + 0.055) / 1.055).powf(2.4)
+    }
 }

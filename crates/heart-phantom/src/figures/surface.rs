@@ -48,12 +48,20 @@ impl<'a> Surface<'a> {
                 (first[2]..=last[2]).any(|z| {
                     (first[1]..=last[1]).any(|y| {
                         let row = (z * ny + y) * nx;
-                        volume.values[row + first[0]..=row + last[0]].iter().any(|&v| v >= level)
+                        volume.values[row + first[0]..=row + last[0]]
+                            .iter()
+                            .any(|&v| v >= level)
                     })
                 })
             })
             .collect();
-        Self { volume, level, size, n_blocks, reaches }
+        Self {
+            volume,
+            level,
+            size,
+            n_blocks,
+            reaches,
+        }
     }
 
     /// Index coordinates (voxels, x y z) of a point in cm.
@@ -74,7 +82,8 @@ impl<'a> Surface<'a> {
         let [nx, ny, _] = self.size;
         let at = (cell[2] * ny + cell[1]) * nx + cell[0];
         let values = self.volume.values;
-        let along = |i: usize| f64::from(values[i]) * (1.0 - w[0]) + f64::from(values[i + 1]) * w[0];
+        let along =
+            |i: usize| f64::from(values[i]) * (1.0 - w[0]) + f64::from(values[i + 1]) * w[0];
         let plane = |i: usize| along(i) * (1.0 - w[1]) + along(i + nx) * w[1];
         plane(at) * (1.0 - w[2]) + plane(at + nx * ny) * w[2]
     }
@@ -82,7 +91,12 @@ impl<'a> Surface<'a> {
     /// The outward unit normal: against the gradient, central differences a voxel wide of the interpolated volume.
     pub(super) fn normal(&self, p: &Point3<f64>) -> Option<Vector3<f64>> {
         let slope = |d: Vector3<f64>| self.value(&(p - d)) - self.value(&(p + d));
-        Vector3::new(slope(Vector3::x()), slope(Vector3::y()), slope(Vector3::z())).try_normalize(1e-12)
+        Vector3::new(
+            slope(Vector3::x()),
+            slope(Vector3::y()),
+            slope(Vector3::z()),
+        )
+        .try_normalize(1e-12)
     }
 
     /// Where the ray from `origin` along the unit vector `along`, both in voxels, first reaches the level at or after
@@ -120,7 +134,10 @@ impl<'a> Surface<'a> {
             }
             if self.value(&p) >= level {
                 let Some(mut low) = below else {
-                    return Some(Found { t, inside_at_start: true });
+                    return Some(Found {
+                        t,
+                        inside_at_start: true,
+                    });
                 };
                 let mut high = t;
                 // Twenty halvings of half a voxel: far below what a pixel shows.
@@ -132,7 +149,10 @@ impl<'a> Surface<'a> {
                         low = middle;
                     }
                 }
-                return Some(Found { t: high, inside_at_start: false });
+                return Some(Found {
+                    t: high,
+                    inside_at_start: false,
+                });
             }
             below = Some(t);
             t += STEP;

@@ -18,6 +18,14 @@ pub struct WallState<'a> {
     pub outer: &'a [[f64; 2]],
 }
 
+impl WallState<'_> {
+    pub(super) fn check(&self) -> Result<(), FigureError> {
+        check::points("inner", self.inner, 3)?;
+        check::points("outer", self.outer, 3)?;
+        check::same_len("outer", self.outer.len(), self.inner.len())
+    }
+}
+
 /// Draws one panel a state, all at one scale; the mesh is linear between nodes of equal material coordinate, with
 /// `n_layers` layers through the wall and about `n_cells` cells along it.
 ///
@@ -32,11 +40,7 @@ pub fn wall_meshes(
     check::at_least("states", states.len(), 1)?;
     check::at_least("n_layers", n_layers, 1)?;
     check::at_least("n_cells", n_cells, 1)?;
-    for state in states {
-        check::points("inner", state.inner, 3)?;
-        check::points("outer", state.outer, 3)?;
-        check::same_len("outer", state.outer.len(), state.inner.len())?;
-    }
+    states.iter().try_for_each(WallState::check)?;
     let around = bounds(states.iter().flat_map(|s| s.inner.iter().chain(s.outer)));
     check::interval("wall x", around[0], around[1])?;
     check::interval("wall y", around[2], around[3])?;

@@ -1,0 +1,223 @@
+//! Shaded views of the exact body: at rest and dilated (Fig. 12), before and after the pose (Fig. 13 of the paper).
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Point3, Vector3};
+use plotters::prelude::RGBColor;
+use revolve_voxel::Pose;
+
+use super::canvas::{Area, Drawn, FINE, Pin, Rect, paint, paint_over, text};
+use super::marks::{arrow, segment};
+use super::render::{Camera, Colour, View, WHITE, light, mix};
+use super::style::{BLACK, BLUE, CAVITY, CUT, GREEN, GREY, SMALL, SURFACE, TEXT, TITLE, VERMILION};
+use super::wall::{Part, Wall};
+use super::{FigureError, Picture, WallState, check};
+
+/// Meridians and parallels of the mesh drawn on the outer wall.
+const MESH: [f64; 2] = [48.0, 40.0];
+/// Thickness of its lines, cm.
+const LINE: f64 = 0.035;
+
+/// Draws each state twice at one scale: on top the wall cut open, below the mesh on its outer side.
+///
+/// The mesh has equal steps of material coordinate along the body and of angle around it, so it shows the stretch.
+///
+/// # Errors
+/// [`FigureError`] if there is no state, a membrane has fewer than 3 nodes or is no meridian of a solid
+/// ([`FigureError::Body`]), or a number is not finite.
+pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
+    check::at_least("states", states.len(), 1)?;
+    let walls: Vec<Wall> = states
+        .iter()
+        .map(|state| {
+            state.check()?;
+            Wall::new(state, Pose::identity())
+        })
+        .collect::<Result<_, _>>()?;
+    let long = walls.iter().fold(0.0f64, |m, w| m.max(w.extent()[0]));
+    let thick = walls.iter().fold(0.0f64, |m, w| m.max(w.extent()[1]));
+    // The body's x runs to the right and away from the viewer, so that the base with the cavity shows.
+    let view = View { azimuth: -118f64.to_radians(), elevation: 24f64.to_radians() };
+    let span = 1.04 * (long * 0.89 + thick * 0.47);
+    let width = 620;
+    let high = 1.06 * (thick + 0.2 * long);
+    let height = (f64::from(width) * (high / span).clamp(0.3, 1.2)) as i32;
+    let gap = 24;
+    let (left, top) = (gap, 64);
+    let panel = |column: usize, row: i32| Rect {
+        left: left + column as i32 * (width + gap),
+        top: top + row * (height + gap),
+        width,
+        height,
+    };
+    let size = (left + states.len() as i32 * (width + gap), top + 2 * (height + gap));
+    let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
+        for (i, state) in states.iter().enumerate() {
+            let rect = panel(i, 0);
+            text(area, state.title, TITLE, BLACK, (rect.left + width / 2, 32), Pin::Centre)?;
+        }
+        Ok(())
+    })?;
+    let wedge = [-Vector3::y(), Vector3::z()];
+    let mut bars = Vec::new();
+    for (i, wall) in walls.iter().enumerate() {
+        // One base plane in all panels: the rest state and the others begin at the same place.
+        let centre = Point3::new(0.5 * long + walls[0].centre().x - 0.5 * walls[0].extent()[0], 0.0, 0.0);
+        let open = Camera::new(view, centre, span, panel(i, 0))?;
+        open.render(&mut picture, WHITE, |p| {
+            let met = wall.met(p, -open.toward, Some(wedge))?;
+            Some(open.shade(&met.normal, colour_of(met.part)))
+        });
+        let mesh = Camera::new(view, centre, span, panel(i, 1))?;
+        mesh.render(&mut picture, WHITE, |p| {
+            let met = wall.met(p, -mesh.toward, None)?;
+            let paper = mix(light(SURFACE), WHITE, 0.72);
+            let colour = match met.part {
+                Part::Outer(on) => {
+                    let r = met.point.y.hypot(met.point.z);
+                    let angle = met.point.z.atan2(met.point.y);
+                    mix(paper, light(BLUE), mesh_line(on.material, on.stretch, angle, r))
+                }
+                part => colour_of(part),
+            };
+            Some(mesh.shade(&met.normal, colour))
+        });
+        let rect = panel(i, 1);
+        bars.push((rect.left + 20, rect.top + rect.height - 14));
+    }
+    let two_cm = (2.0 * f64::from(width) / span).round() as i32;
+    paint_over(picture, |area| {
+        for (x, y) in bars {
+            let ends = [x, x + two_cm].map(|x| [f64::from(x * FINE), f64::from(y * FINE)]);
+            segment(area, ends[0], ends[1], BLACK, 3)?;
+            text(area, "2 cm", SMALL, BLACK, (x + two_cm + 14, y), Pin::Left)?;
+        }
+        Ok(())
+    })
+}
+
+fn colour_of(part: Part) -> Colour {
+    match part {
+        Part::Outer(_) => light(SURFACE),
+        Part::Inner => light(CAVITY),
+        Part::Base | Part::Cut => light(CUT),
+    }
+}
+
+/// How much of the mesh's ink is at a point of the outer wall, 0 to 1.
+fn mesh_line(material: f64, stretch: f64, angle: f64, r: f64) -> f64 {
+    let off = |t: f64| (t - t.round()).abs();
+    let parallel = off(material * MESH[1]) / MESH[1] * stretch;
+    // Towards the apex every second meridian ends where they would run together.
+    let mut n = MESH[0];
+    while n > 6.0 && r * TAU / n < 5.0 * LINE {
+        n *= 0.5;
+    }
+    let meridian = off(angle / TAU * n) / n * TAU * r;
+    let ink = |distance: f64| (1.5 - 2.0 * distance / LINE).clamp(0.0, 1.0);
+    ink(parallel).max(ink(meridian))
+}
+
+/// Draws the body in each pose with the lab's axes, its own axis, and the camera's circle about z.
+///
+/// Lines behind the body are drawn pale.
+///
+/// # Errors
+/// [`FigureError`] if there is no pose, a membrane has fewer than 3 nodes or is no meridian of a solid, or a number
+/// is not finite.
+pub fn poses(state: &WallState<'_>, poses: &[(&str, Pose)], view: View) -> Result<Picture, FigureError> {
+    check::at_least("poses", poses.len(), 1)?;
+    state.check()?;
+    let side = 640;
+    let top = 60;
+    let walls: Vec<Wall> =
+        poses.iter().map(|(_, pose)| Wall::new(state, *pose)).collect::<Result<_, _>>()?;
+    // The circle and the axes reach beyond the body in any pose.
+    let reach = walls.iter().fold(0.0f64, |m, w| m.max(w.centre().coords.norm() + w.radius()));
+    let size = (side * poses.len() as i32, top + side);
+    let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
+        for (i, (title, _)) in poses.iter().enumerate() {
+            text(area, title, TITLE, BLACK, (side * i as i32 + side / 2, 34), Pin::Centre)?;
+        }
+        Ok(())
+    })?;
+    let mut cameras = Vec::with_capacity(poses.len());
+    for (i, wall) in walls.iter().enumerate() {
+        let rect = Rect { left: side * i as i32, top, width: side, height: side };
+        let camera = Camera::new(view, Point3::origin(), 2.9 * reach, rect)?;
+        camera.render(&mut picture, WHITE, |p| {
+            let met = wall.met(p, -camera.toward, None)?;
+            Some(camera.shade(&met.normal, colour_of(met.part)))
+        });
+        cameras.push(camera);
+    }
+    paint_over(picture, |area| {
+        for ((camera, wall), (_, pose)) in cameras.iter().zip(&walls).zip(poses) {
+            let scene = Scene { area, camera, wall };
+            let circle: Vec<Point3<f64>> = (0..=180)
+                .map(|k| TAU * f64::from(k) / 180.0)
+                .map(|a| Point3::new(1.2 * reach * a.cos(), 1.2 * reach * a.sin(), 0.0))
+                .collect();
+            scene.line(&circle, GREEN, 3)?;
+            // The camera turns from x towards y.
+            for k in [22, 67, 112, 157] {
+                arrow(area, scene.at(&circle[k]), scene.at(&circle[k + 3]), GREEN, 3)?;
+            }
+            for (name, axis) in [("x", Vector3::x()), ("y", Vector3::y()), ("z", Vector3::z())] {
+                scene.axis(Point3::origin(), axis, 1.32 * reach, GREY)?;
+                scene.label(name, axis * 1.42 * reach, BLACK)?;
+            }
+            scene.axis(wall.centre(), pose.axis(), 1.25 * wall.radius(), VERMILION)?;
+            let words = scene.at(&circle[14]);
+            let at = |v: f64| (v / f64::from(FINE)).round() as i32;
+            text(area, "camera", TEXT, GREEN, (at(words[0]), at(words[1]) + 26), Pin::Centre)?;
+        }
+        Ok(())
+    })
+}
+
+/// Lines over a rendered body, pale where the body hides them.
+struct Scene<'s, 'b> {
+    area: &'s Area<'b>,
+    camera: &'s Camera,
+    wall: &'s Wall,
+}
+
+impl Scene<'_, '_> {
+    /// Canvas pixel of a point.
+    fn at(&self, p: &Point3<f64>) -> [f64; 2] {
+        self.camera.pixel(p).map(|v| v * f64::from(FINE))
+    }
+
+    fn hidden(&self, p: &Point3<f64>) -> bool {
+        self.wall
+            .met(*p, -self.camera.toward, None)
+            .is_some_and(|met| self.camera.nearness(&met.point) > self.camera.nearness(p) + 1e-6)
+    }
+
+    fn line(&self, points: &[Point3<f64>], colour: RGBColor, width: i32) -> Drawn {
+        for pair in points.windows(2) {
+            let middle = nalgebra::center(&pair[0], &pair[1]);
+            if self.hidden(&middle) {
+                // Through the body only a trace, to tell where the line goes on.
+                let trace = nalgebra::center(&pair[0], &middle);
+                segment(self.area, self.at(&pair[0]), self.at(&trace), colour, 1)?;
+            } else {
+                segment(self.area, self.at(&pair[0]), self.at(&pair[1]), colour, width)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn axis(&self, from: Point3<f64>, along: Vector3<f64>, length: f64, colour: RGBColor) -> Drawn {
+        let points: Vec<Point3<f64>> =
+            (0..=80).map(|k| from + along * (length * f64::from(k) / 80.0)).collect();
+        self.line(&points[..=76], colour, 3)?;
+        arrow(self.area, self.at(&points[74]), self.at(&points[80]), colour, 3)
+    }
+
+    fn label(&self, words: &str, at: Vector3<f64>, colour: RGBColor) -> Drawn {
+        let [x, y] = self.camera.pixel(&Point3::from(at));
+        text(self.area, words, TITLE, colour, (x.round() as i32, y.round() as i32), Pin::Centre)
+    }
+}

@@ -1,0 +1,162 @@
+//! The heart wall as a solid to look at: rays cast at the exact body, cut open by a wedge if asked.
+
+use nalgebra::{Point3, Vector3};
+use revolve_voxel::{Body, Meridian, Pose, Ray, Span};
+
+use super::profile::{OnProfile, Profile};
+use super::{FigureError, WallState};
+
+/// The solid between two membranes, standing in the lab.
+#[derive(Debug)]
+pub(super) struct Wall {
+    body: Body,
+    profiles: [Profile; 2],
+    centre: Point3<f64>,
+    radius: f64,
+}
+
+/// Which part of the wall a ray meets.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Part {
+    /// The outer membrane.
+    Outer(OnProfile),
+    /// The inner membrane, from the cavity.
+    Inner,
+    /// The flat ring at the base.
+    Base,
+    /// A face of the cut.
+    Cut,
+}
+
+/// Where a ray meets the wall first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Met {
+    pub(super) part: Part,
+    pub(super) point: Point3<f64>,
+    /// Unit normal out of the wall.
+    pub(super) normal: Vector3<f64>,
+}
+
+impl Wall {
+    pub(super) fn new(state: &WallState<'_>, pose: Pose) -> Result<Self, FigureError> {
+        let layer = |nodes| Meridian::from_full_curve(nodes).map_err(FigureError::Body);
+        let layers = vec![layer(state.inner)?, layer(state.outer)?];
+        let [low, high] = layers[1].x_range();
+        let centre = pose.to_lab(&Point3::new(0.5 * (low + high), 0.0, 0.0));
+        let radius = (0.5 * (high - low)).hypot(layers[1].r_max());
+        let profiles = [Profile::new(state.inner), Profile::new(state.outer)];
+        let body = Body::new(layers, pose).map_err(FigureError::Body)?;
+        Ok(Self { body, profiles, centre, radius })
+    }
+
+    /// Middle of the outer membrane's extent along the axis.
+    pub(super) fn centre(&self) -> Point3<f64> {
+        self.centre
+    }
+
+    /// Radius of a sphere about the centre that holds the wall.
+    pub(super) fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Length along the axis and largest diameter of the outer membrane.
+    pub(super) fn extent(&self) -> [f64; 2] {
+        let [low, high] = self.body.layers()[1].x_range();
+        [high - low, 2.0 * self.body.layers()[1].r_max()]
+    }
+
+    /// What the ray through `point` along the unit vector `away` meets first, from however far before.
+    ///
+    /// `wedge` holds two body-frame vectors across the axis; points on the positive side of both are cut away.
+    pub(super) fn met(
+        &self,
+        point: Point3<f64>,
+        away: Vector3<f64>,
+        wedge: Option<[Vector3<f64>; 2]>,
+    ) -> Option<Met> {
+        let offset = point - self.centre;
+        let nearest = offset - offset.dot(&away) * away;
+        if nearest.norm_squared() > self.radius * self.radius {
+            return None;
+        }
+        let ray = Ray::new(point, away).ok()?;
+        let outer = self.body.spans(1, &ray);
+        if outer.is_empty() {
+            return None;
+        }
+        let inner = self.body.spans(0, &ray);
+        let pose = self.body.pose();
+        let (origin, along) = (pose.to_body(&point), pose.vector_to_body(&away));
+        let gap = wedge.and_then(|w| wedge_span(w, &origin, &along));
+        // Both membranes end in one plane at the base; a hair keeps rounding from leaving a film across the cavity.
+        let hair = 1e-7 * self.radius;
+        for span in &outer {
+            let mut t = span.enter;
+            let mut kind = 0;
+            // Each pass leaves one of the holes, so there are at most a few.
+            loop {
+                if t >= span.exit - hair {
+                    break;
+                }
+                if let Some(hole) = inner.iter().find(|h| h.enter - hair <= t && t < h.exit) {
+                    (t, kind) = (hole.exit, 1);
+                    continue;
+                }
+                if let Some(hole) = gap.filter(|h| h.enter <= t && t < h.exit) {
+                    (t, kind) = (hole.exit, 2);
+                    continue;
+                }
+                let at = origin + t * along;
+                let (part, normal) = match kind {
+                    0 => self.skin(&at),
+                    1 => (Part::Inner, -self.smooth(0, &at)?.1),
+                    _ => (Part::Cut, cut_normal(wedge?, &at)),
+                };
+                return Some(Met {
+                    part,
+                    point: point + t * away,
+                    normal: pose.isometry().rotation * normal,
+                });
+            }
+        }
+        None
+    }
+
+    /// The outside of the outer layer: its membrane, or the base.
+    fn skin(&self, at: &Point3<f64>) -> (Part, Vector3<f64>) {
+        match self.smooth(1, at) {
+            Some((on, normal)) if on.distance < 1e-6 * self.radius => (Part::Outer(on), normal),
+            _ => (Part::Base, -Vector3::x()),
+        }
+    }
+
+    fn smooth(&self, layer: usize, at: &Point3<f64>) -> Option<(OnProfile, Vector3<f64>)> {
+        let r = at.y.hypot(at.z);
+        let on = self.profiles[layer].at(at.x, r)?;
+        let [n, m] = on.normal;
+        let around = if r > 0.0 { [at.y / r, at.z / r] } else { [0.0, 0.0] };
+        Some((on, Vector3::new(n, m * around[0], m * around[1])))
+    }
+}
+
+/// Where a line runs on the positive side of both vectors.
+fn wedge_span(wedge: [Vector3<f64>; 2], origin: &Point3<f64>, along: &Vector3<f64>) -> Option<Span> {
+    let mut span = Span { enter: f64::NEG_INFINITY, exit: f64::INFINITY };
+    for side in wedge {
+        let (height, slope) = (origin.coords.dot(&side), along.dot(&side));
+        if slope > 0.0 {
+            span.enter = span.enter.max(-height / slope);
+        } else if slope < 0.0 {
+            span.exit = span.exit.min(-height / slope);
+        } else if height <= 0.0 {
+            return None;
+        }
+    }
+    (span.enter < span.exit).then_some(span)
+}
+
+/// The face of the wedge that a point lies on, seen from the part cut away.
+fn cut_normal(wedge: [Vector3<f64>; 2], at: &Point3<f64>) -> Vector3<f64> {
+    let [a, b] = wedge;
+    if at.coords.dot(&a).abs() <= at.coords.dot(&b).abs() { a } else { b }
+}
