@@ -150,7 +150,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     save("fig12-bodies.png", bodies(&[states[0], states[2]])?)?;
     let upright = Pose::axis_along_z(5.625)?;
     let turned = upright.turned_x(PI / 4.0)?.turned_y(PI / 4.0)?;
-    let both = [("axis along z", upright), ("turned 45° about x, then y", turned)];
+    let both = [
+        ("axis along z", upright),
+        ("turned 45° about x, then y", turned),
+    ];
     save("fig13-pose.png", poses(&states[0], &both, View::default())?)?;
 
     let arc: Vec<[f64; 2]> = (0..101)
@@ -222,10 +225,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         slices(&volume, &planes, [-0.25, 1.25], "activity")?,
     )?;
 
-    let direction = View { azimuth: 0.5, elevation: 0.35 };
-    let whole = IsoView { level: 0.5, view: direction, cut: None };
+    let direction = View {
+        azimuth: 0.5,
+        elevation: 0.35,
+    };
+    let whole = IsoView {
+        level: 0.5,
+        view: direction,
+        cut: None,
+    };
     save("fig15c-surface.png", isosurface(&volume, &whole)?)?;
-    let open = IsoView { cut: Some(([1.0, 0.0, 0.0], 1.5)), ..whole };
+    let open = IsoView {
+        cut: Some(([1.0, 0.0, 0.0], 1.5)),
+        ..whole
+    };
     save("fig15c-open.png", isosurface(&volume, &open)?)?;
 
     let figures = [

@@ -8,9 +8,10 @@ use revolve_voxel::Pose;
 
 use super::canvas::{Area, Drawn, FINE, Pin, Rect, paint, paint_over, text};
 use super::marks::{arrow, segment};
-use super::render::{Camera, Colour, View, WHITE, light, mix};
+use super::profile::OnProfile;
+use super::render::{Camera, Colour, Seen, View, WHITE, light, mix};
 use super::style::{BLACK, BLUE, CAVITY, CUT, GREEN, GREY, SMALL, SURFACE, TEXT, TITLE, VERMILION};
-use super::wall::{Part, Wall};
+use super::wall::{Met, Part, Wall};
 use super::{FigureError, Picture, WallState, check};
 
 /// Meridians and parallels of the mesh drawn on the outer wall.
@@ -37,7 +38,10 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
     let long = walls.iter().fold(0.0f64, |m, w| m.max(w.extent()[0]));
     let thick = walls.iter().fold(0.0f64, |m, w| m.max(w.extent()[1]));
     // The body's x runs to the right and away from the viewer, so that the base with the cavity shows.
-    let view = View { azimuth: -118f64.to_radians(), elevation: 24f64.to_radians() };
+    let view = View {
+        azimuth: -118f64.to_radians(),
+        elevation: 24f64.to_radians(),
+    };
     let span = 1.04 * (long * 0.89 + thick * 0.47);
     let width = 620;
     let high = 1.06 * (thick + 0.2 * long);
@@ -50,11 +54,21 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
         width,
         height,
     };
-    let size = (left + states.len() as i32 * (width + gap), top + 2 * (height + gap));
+    let size = (
+        left + states.len() as i32 * (width + gap),
+        top + 2 * (height + gap),
+    );
     let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
         for (i, state) in states.iter().enumerate() {
             let rect = panel(i, 0);
-            text(area, state.title, TITLE, BLACK, (rect.left + width / 2, 32), Pin::Centre)?;
+            text(
+                area,
+                state.title,
+                TITLE,
+                BLACK,
+                (rect.left + width / 2, 32),
+                Pin::Centre,
+            )?;
         }
         Ok(())
     })?;
@@ -62,25 +76,29 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
     let mut bars = Vec::new();
     for (i, wall) in walls.iter().enumerate() {
         // One base plane in all panels: the rest state and the others begin at the same place.
-        let centre = Point3::new(0.5 * long + walls[0].centre().x - 0.5 * walls[0].extent()[0], 0.0, 0.0);
+        let centre = Point3::new(
+            0.5 * long + walls[0].centre().x - 0.5 * walls[0].extent()[0],
+            0.0,
+            0.0,
+        );
         let open = Camera::new(view, centre, span, panel(i, 0))?;
         open.render(&mut picture, WHITE, |p| {
             let met = wall.met(p, -open.toward, Some(wedge))?;
-            Some(open.shade(&met.normal, colour_of(met.part)))
+            Some(seen(&open, &met, colour_of(met.part)))
         });
         let mesh = Camera::new(view, centre, span, panel(i, 1))?;
+        let paper = mix(light(SURFACE), WHITE, 0.72);
         mesh.render(&mut picture, WHITE, |p| {
             let met = wall.met(p, -mesh.toward, None)?;
-            let paper = mix(light(SURFACE), WHITE, 0.72);
             let colour = match met.part {
                 Part::Outer(on) => {
-                    let r = met.point.y.hypot(met.point.z);
-                    let angle = met.point.z.atan2(met.point.y);
-                    mix(paper, light(BLUE), mesh_line(on.material, on.stretch, angle, r))
+                    // A pixel's width on the slanted surface, over which a line's edge fades.
+                    let soft = mesh.per_pixel() / met.normal.dot(&mesh.toward).max(0.2);
+                    mix(paper, light(BLUE), mesh_line(&on, &met.point, soft))
                 }
                 part => colour_of(part),
             };
-            Some(mesh.shade(&met.normal, colour))
+            Some(seen(&mesh, &met, colour))
         });
         let rect = panel(i, 1);
         bars.push((rect.left + 20, rect.top + rect.height - 14));
@@ -96,25 +114,41 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
     })
 }
 
+fn seen(camera: &Camera, met: &Met, colour: Colour) -> Seen {
+    let part = match met.part {
+        Part::Outer(_) => 0,
+        Part::Inner => 1,
+        Part::Base => 2,
+        Part::Cut(face) => 3 + face,
+    };
+    Seen {
+        colour: camera.shade(&met.normal, colour),
+        part,
+        nearness: camera.nearness(&met.point),
+    }
+}
+
 fn colour_of(part: Part) -> Colour {
     match part {
         Part::Outer(_) => light(SURFACE),
         Part::Inner => light(CAVITY),
-        Part::Base | Part::Cut => light(CUT),
+        Part::Base | Part::Cut(_) => light(CUT),
     }
 }
 
-/// How much of the mesh's ink is at a point of the outer wall, 0 to 1.
-fn mesh_line(material: f64, stretch: f64, angle: f64, r: f64) -> f64 {
+/// How much of the mesh's ink is at a point of the outer wall of a body in its own frame, 0 to 1; lines fade over
+/// `soft` cm.
+fn mesh_line(on: &OnProfile, point: &Point3<f64>, soft: f64) -> f64 {
     let off = |t: f64| (t - t.round()).abs();
-    let parallel = off(material * MESH[1]) / MESH[1] * stretch;
+    let parallel = off(on.material * MESH[1]) / MESH[1] * on.stretch;
+    let r = point.y.hypot(point.z);
     // Towards the apex every second meridian ends where they would run together.
     let mut n = MESH[0];
-    while n > 6.0 && r * TAU / n < 5.0 * LINE {
+    while n > 6.0 && r * TAU / n < 6.0 * LINE {
         n *= 0.5;
     }
-    let meridian = off(angle / TAU * n) / n * TAU * r;
-    let ink = |distance: f64| (1.5 - 2.0 * distance / LINE).clamp(0.0, 1.0);
+    let meridian = off(point.z.atan2(point.y) / TAU * n) / n * TAU * r;
+    let ink = |distance: f64| ((0.5 * LINE - distance) / soft + 0.5).clamp(0.0, 1.0);
     ink(parallel).max(ink(meridian))
 }
 
@@ -125,29 +159,49 @@ fn mesh_line(material: f64, stretch: f64, angle: f64, r: f64) -> f64 {
 /// # Errors
 /// [`FigureError`] if there is no pose, a membrane has fewer than 3 nodes or is no meridian of a solid, or a number
 /// is not finite.
-pub fn poses(state: &WallState<'_>, poses: &[(&str, Pose)], view: View) -> Result<Picture, FigureError> {
+pub fn poses(
+    state: &WallState<'_>,
+    poses: &[(&str, Pose)],
+    view: View,
+) -> Result<Picture, FigureError> {
     check::at_least("poses", poses.len(), 1)?;
     state.check()?;
     let side = 640;
     let top = 60;
-    let walls: Vec<Wall> =
-        poses.iter().map(|(_, pose)| Wall::new(state, *pose)).collect::<Result<_, _>>()?;
+    let walls: Vec<Wall> = poses
+        .iter()
+        .map(|(_, pose)| Wall::new(state, *pose))
+        .collect::<Result<_, _>>()?;
     // The circle and the axes reach beyond the body in any pose.
-    let reach = walls.iter().fold(0.0f64, |m, w| m.max(w.centre().coords.norm() + w.radius()));
+    let reach = walls
+        .iter()
+        .fold(0.0f64, |m, w| m.max(w.centre().coords.norm() + w.radius()));
     let size = (side * poses.len() as i32, top + side);
     let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
         for (i, (title, _)) in poses.iter().enumerate() {
-            text(area, title, TITLE, BLACK, (side * i as i32 + side / 2, 34), Pin::Centre)?;
+            text(
+                area,
+                title,
+                TITLE,
+                BLACK,
+                (side * i as i32 + side / 2, 34),
+                Pin::Centre,
+            )?;
         }
         Ok(())
     })?;
     let mut cameras = Vec::with_capacity(poses.len());
     for (i, wall) in walls.iter().enumerate() {
-        let rect = Rect { left: side * i as i32, top, width: side, height: side };
+        let rect = Rect {
+            left: side * i as i32,
+            top,
+            width: side,
+            height: side,
+        };
         let camera = Camera::new(view, Point3::origin(), 2.9 * reach, rect)?;
         camera.render(&mut picture, WHITE, |p| {
             let met = wall.met(p, -camera.toward, None)?;
-            Some(camera.shade(&met.normal, colour_of(met.part)))
+            Some(seen(&camera, &met, colour_of(met.part)))
         });
         cameras.push(camera);
     }
@@ -160,17 +214,31 @@ pub fn poses(state: &WallState<'_>, poses: &[(&str, Pose)], view: View) -> Resul
                 .collect();
             scene.line(&circle, GREEN, 3)?;
             // The camera turns from x towards y.
-            for k in [22, 67, 112, 157] {
-                arrow(area, scene.at(&circle[k]), scene.at(&circle[k + 3]), GREEN, 3)?;
+            for k in [8, 52, 98, 142] {
+                if !scene.hidden(&circle[k]) {
+                    let (a, b) = (scene.at(&circle[k - 1]), scene.at(&circle[k]));
+                    let ahead = [b[0] - a[0], b[1] - a[1]];
+                    let scale = 20.0 * f64::from(FINE) / ahead[0].hypot(ahead[1]).max(1.0);
+                    let tail = [b[0] - scale * ahead[0], b[1] - scale * ahead[1]];
+                    arrow(area, tail, b, GREEN, 4)?;
+                }
             }
-            for (name, axis) in [("x", Vector3::x()), ("y", Vector3::y()), ("z", Vector3::z())] {
+            for (name, axis) in [
+                ("x", Vector3::x()),
+                ("y", Vector3::y()),
+                ("z", Vector3::z()),
+            ] {
                 scene.axis(Point3::origin(), axis, 1.32 * reach, GREY)?;
                 scene.label(name, axis * 1.42 * reach, BLACK)?;
             }
-            scene.axis(wall.centre(), pose.axis(), 1.25 * wall.radius(), VERMILION)?;
-            let words = scene.at(&circle[14]);
-            let at = |v: f64| (v / f64::from(FINE)).round() as i32;
-            text(area, "camera", TEXT, GREEN, (at(words[0]), at(words[1]) + 26), Pin::Centre)?;
+            scene.axis(wall.centre(), pose.axis(), 1.18 * wall.radius(), VERMILION)?;
+            // Above the circle's leftmost point, clear of the body.
+            let left = circle
+                .iter()
+                .map(|p| camera.pixel(p))
+                .fold([f64::INFINITY; 2], |m, p| if p[0] < m[0] { p } else { m });
+            let at = [left[0] - 14.0, left[1] - 52.0].map(|v| v.round() as i32);
+            text(area, "camera", TEXT, GREEN, (at[0], at[1]), Pin::Left)?;
         }
         Ok(())
     })
@@ -203,21 +271,41 @@ impl Scene<'_, '_> {
                 let trace = nalgebra::center(&pair[0], &middle);
                 segment(self.area, self.at(&pair[0]), self.at(&trace), colour, 1)?;
             } else {
-                segment(self.area, self.at(&pair[0]), self.at(&pair[1]), colour, width)?;
+                segment(
+                    self.area,
+                    self.at(&pair[0]),
+                    self.at(&pair[1]),
+                    colour,
+                    width,
+                )?;
             }
         }
         Ok(())
     }
 
     fn axis(&self, from: Point3<f64>, along: Vector3<f64>, length: f64, colour: RGBColor) -> Drawn {
-        let points: Vec<Point3<f64>> =
-            (0..=80).map(|k| from + along * (length * f64::from(k) / 80.0)).collect();
+        let points: Vec<Point3<f64>> = (0..=80)
+            .map(|k| from + along * (length * f64::from(k) / 80.0))
+            .collect();
         self.line(&points[..=76], colour, 3)?;
-        arrow(self.area, self.at(&points[74]), self.at(&points[80]), colour, 3)
+        arrow(
+            self.area,
+            self.at(&points[74]),
+            self.at(&points[80]),
+            colour,
+            3,
+        )
     }
 
     fn label(&self, words: &str, at: Vector3<f64>, colour: RGBColor) -> Drawn {
         let [x, y] = self.camera.pixel(&Point3::from(at));
-        text(self.area, words, TITLE, colour, (x.round() as i32, y.round() as i32), Pin::Centre)
+        text(
+            self.area,
+            words,
+            TITLE,
+            colour,
+            (x.round() as i32, y.round() as i32),
+            Pin::Centre,
+        )
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::canvas::{FINE, Pin, Rect, paint, paint_over, text};
 use super::marks::arrow;
-use super::render::{Camera, View, WHITE, light, mix};
+use super::render::{Camera, Seen, View, WHITE, light, mix};
 use super::style::{BLACK, CUT, SMALL, SURFACE};
 use super::surface::Surface;
 use super::{FigureError, Picture, Volume, check};
@@ -29,11 +29,11 @@ pub struct IsoView {
 /// volume's longest side.
 ///
 /// # Errors
-/// [`FigureError`] if the volume's length and size disagree, a sample, the level, the view or the cut is not
-/// finite, the spacing is not positive, or the cut's normal is zero.
+/// [`FigureError`] if the volume's length and size disagree, a sample, the view or the cut is not finite,
+/// the spacing or the level is not positive, or the cut's normal is zero.
 pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, FigureError> {
     volume.check()?;
-    check::finite("level", &[f64::from(view.level)])?;
+    check::positive("level", f64::from(view.level))?;
     let cut = match view.cut {
         None => None,
         Some((n, d)) => {
@@ -54,7 +54,7 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, Figure
     let camera = Camera::new(
         view.view,
         Point3::origin(),
-        longest as f64 * volume.spacing,
+        FRAME * longest as f64 * volume.spacing,
         rect,
     )?;
     let surface = Surface::new(volume, view.level);
@@ -87,7 +87,12 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, Figure
             let normal = cut.map_or(camera.toward, |(n, _)| n);
             let amount = (surface.value(&p) / (2.0 * level)).clamp(0.0, 1.3);
             let tone = 0.75 + 0.25 * normal.dot(&camera.toward).abs();
-            return Some(inside.map(|c| c * tone * amount));
+            let colour = inside.map(|c| c * tone * amount);
+            return Some(Seen {
+                colour,
+                part: 1,
+                nearness: -found.t * volume.spacing,
+            });
         }
         let normal = surface.normal(&p).unwrap_or(camera.toward);
         // Seen from within, through a cut, the surface turns its back.
@@ -97,7 +102,12 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, Figure
         } else {
             outside
         };
-        Some(camera.shade(&(normal * facing.signum()), colour))
+        let colour = camera.shade(&(normal * facing.signum()), colour);
+        Some(Seen {
+            colour,
+            part: 0,
+            nearness: -found.t * volume.spacing,
+        })
     });
     let corner = [70.0, f64::from(side) - 70.0];
     paint_over(picture, |area| {

@@ -166,7 +166,18 @@ pub(super) fn dashes(area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor) -> D
 }
 
 /// A straight line, canvas pixels of `area`.
-pub(super) fn segment(area: &Area<'_>, from: [f64; 2], to: [f64; 2], colour: RGBColor, width: i32) -> Drawn {
-    let ends = [from, to].map(|p| (p[0].round() as i32, p[1].round() as i32)).to_vec();
-    area.draw(&PathElement::new(ends, colour.stroke_width((width * FINE) as u32)))
+pub(super) fn segment(
+    area: &Area<'_>,
+    from: [f64; 2],
+    to: [f64; 2],
+    colour: RGBColor,
+    width: i32,
+) -> Drawn {
+    let ends = [from, to]
+        .map(|p| (p[0].round() as i32, p[1].round() as i32))
+        .to_vec();
+    area.draw(&PathElement::new(
+        ends,
+        colour.stroke_width((width * FINE) as u32),
+    ))
 }

@@ -48,17 +48,32 @@ impl Profile {
         let normals = (0..n)
             .map(|i| {
                 let (a, b) = (nodes[i.saturating_sub(1)], nodes[(i + 1).min(n - 1)]);
-                let (dx, dr) = if i + 1 == n { (0.0, -1.0) } else { (b[0] - a[0], b[1] - a[1]) };
+                let (dx, dr) = if i + 1 == n {
+                    (0.0, -1.0)
+                } else {
+                    (b[0] - a[0], b[1] - a[1])
+                };
                 let length = dx.hypot(dr).max(f64::MIN_POSITIVE);
                 [-dr / length, dx / length]
             })
             .collect();
         let x_range = nodes
             .iter()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], p| [a.min(p[0]), b.max(p[0])]);
-        let mut profile = Self { nodes, normals, material, buckets: vec![Vec::new(); BUCKETS], x_range };
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], p| {
+                [a.min(p[0]), b.max(p[0])]
+            });
+        let mut profile = Self {
+            nodes,
+            normals,
+            material,
+            buckets: vec![Vec::new(); BUCKETS],
+            x_range,
+        };
         for k in 0..n.saturating_sub(1) {
-            let (a, b) = (profile.bucket(profile.nodes[k][0]), profile.bucket(profile.nodes[k + 1][0]));
+            let (a, b) = (
+                profile.bucket(profile.nodes[k][0]),
+                profile.bucket(profile.nodes[k + 1][0]),
+            );
             // A neighbour more, for points that rounding puts beside their segment.
             for i in a.min(b).saturating_sub(1)..=(a.max(b) + 1).min(BUCKETS - 1) {
                 profile.buckets[i].push(k);
@@ -80,7 +95,11 @@ impl Profile {
             let (a, b) = (self.nodes[k], self.nodes[k + 1]);
             let (dx, dr) = (b[0] - a[0], b[1] - a[1]);
             let square = dx * dx + dr * dr;
-            let t = if square > 0.0 { ((x - a[0]) * dx + (r - a[1]) * dr) / square } else { 0.0 };
+            let t = if square > 0.0 {
+                ((x - a[0]) * dx + (r - a[1]) * dr) / square
+            } else {
+                0.0
+            };
             let t = t.clamp(0.0, 1.0);
             let distance = (x - a[0] - t * dx).hypot(r - a[1] - t * dr);
             if best.is_none_or(|(d, _, _)| distance < d) {
@@ -89,7 +108,8 @@ impl Profile {
         }
         let (distance, k, t) = best?;
         let mix = |a: f64, b: f64| a + t * (b - a);
-        let normal: [f64; 2] = std::array::from_fn(|c| mix(self.normals[k][c], self.normals[k + 1][c]));
+        let normal: [f64; 2] =
+            std::array::from_fn(|c| mix(self.normals[k][c], self.normals[k + 1][c]));
         let length = normal[0].hypot(normal[1]).max(f64::MIN_POSITIVE);
         let (a, b) = (self.nodes[k], self.nodes[k + 1]);
         let step = self.material[k + 1] - self.material[k];

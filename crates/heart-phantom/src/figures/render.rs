@@ -89,7 +89,9 @@ impl Camera {
             |x: f64, y: f64, z: f64| (x * self.right + y * self.up + z * self.toward).normalize();
         let key = light(-0.55, 0.75, 0.75);
         let fill = light(0.85, -0.15, 0.6);
-        let diffuse = 0.26 + 0.68 * normal.dot(&key).max(0.0) + 0.2 * normal.dot(&fill).max(0.0);
+        // Light wraps a little round the edge of the lit side, so that no line shows where it ends.
+        let lit = |from: &Vector3<f64>| ((normal.dot(from) + 0.35) / 1.35).max(0.0).powi(2);
+        let diffuse = 0.3 + 0.62 * lit(&key) + 0.22 * lit(&fill);
         let half = (key + self.toward).normalize();
         let gloss = 0.1 * normal.dot(&half).max(0.0).powi(30);
         colour.map(|c| c * diffuse + gloss)
@@ -97,26 +99,30 @@ impl Camera {
 
     /// Fills the camera's rectangle with what `seen` finds at each point of the plane through the centre.
     ///
-    /// One sample a pixel, nine where a neighbour differs; each pixel depends on the scene only, so the number of
-    /// threads does not show.
+    /// One sample a pixel, nine where a neighbour shows another part or lies much deeper; each pixel depends on the
+    /// scene only, so the number of threads does not show.
     pub(super) fn render(
         &self,
         picture: &mut Picture,
         background: Colour,
-        seen: impl Fn(Point3<f64>) -> Option<Colour> + Sync,
+        seen: impl Fn(Point3<f64>) -> Option<Seen> + Sync,
     ) {
         let (width, height) = (self.rect.width as usize, self.rect.height as usize);
         let (left, top) = (f64::from(self.rect.left), f64::from(self.rect.top));
-        let sample = |x: f64, y: f64| seen(self.point(left + x, top + y)).unwrap_or(background);
-        let first: Vec<Colour> = (0..width * height)
+        let sample = |x: f64, y: f64| seen(self.point(left + x, top + y));
+        let first: Vec<Option<Seen>> = (0..width * height)
             .into_par_iter()
             .with_min_len(width)
             .map(|i| sample((i % width) as f64 + 0.5, (i / width) as f64 + 0.5))
             .collect();
-        let differs = |i: usize, k: usize| {
-            (0..3).any(|c| (first[i][c].max(0.0).sqrt() - first[k][c].max(0.0).sqrt()).abs() > 0.04)
+        let jump = 4.0 * self.per_pixel;
+        let differs = |i: usize, k: usize| match (&first[i], &first[k]) {
+            (None, None) => false,
+            (Some(a), Some(b)) => a.part != b.part || (a.nearness - b.nearness).abs() > jump,
+            _ => true,
         };
-        let refined: Vec<Colour> = (0..width * height)
+        let colour_of = |seen: Option<Seen>| seen.map_or(background, |s| s.colour).map(encode);
+        let shown: Vec<Colour> = (0..width * height)
             .into_par_iter()
             .with_min_len(width)
             .map(|i| {
@@ -126,20 +132,19 @@ impl Camera {
                     || (y > 0 && differs(i, i - width))
                     || (y + 1 < height && differs(i, i + width));
                 if !edge {
-                    return first[i];
+                    return colour_of(first[i]);
                 }
+                // Means of what the eye is shown, not of light, so that edges look even on light and dark.
                 let mut sum = [0.0; 3];
                 for k in 0..9 {
-                    let (dx, dy) = (f64::from(k % 3), f64::from(k / 3));
-                    let at = |n: usize, d: f64| n as f64 + (d + 0.5) / 3.0;
-                    let colour = sample(at(x, dx), at(y, dy));
-                    // Mean of what the eye is shown, so that edges look even on light and dark.
-                    (0..3).for_each(|c| sum[c] += encode(colour[c]) / 9.0);
+                    let at = |n: usize, d: i32| n as f64 + (f64::from(d) + 0.5) / 3.0;
+                    let colour = colour_of(sample(at(x, k % 3), at(y, k / 3)));
+                    (0..3).for_each(|c| sum[c] += colour[c] / 9.0);
                 }
-                sum.map(decode)
+                sum
             })
             .collect();
-        for (i, colour) in refined.into_iter().enumerate() {
+        for (i, colour) in shown.into_iter().enumerate() {
             let (x, y) = (
                 self.rect.left as usize + i % width,
                 self.rect.top as usize + i / width,
@@ -147,10 +152,25 @@ impl Camera {
             picture.set(
                 x as u32,
                 y as u32,
-                colour.map(|c| (255.0 * encode(c)).round() as u8),
+                colour.map(|c| (255.0 * c).round() as u8),
             );
         }
     }
+
+    /// Centimetres across a pixel.
+    pub(super) fn per_pixel(&self) -> f64 {
+        self.per_pixel
+    }
+}
+
+/// What a ray meets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    pub(super) colour: Colour,
+    /// Edges between different parts are anti-aliased.
+    pub(super) part: u8,
+    /// How far in front of the camera's plane, cm.
+    pub(super) nearness: f64,
 }
 
 /// Red, green and blue, proportional to light.

@@ -140,8 +140,8 @@ impl<'a> Surface<'a> {
                     });
                 };
                 let mut high = t;
-                // Twenty halvings of half a voxel: far below what a pixel shows.
-                for _ in 0..20 {
+                // Ten halvings of half a voxel: far below what a pixel shows.
+                for _ in 0..10 {
                     let middle = 0.5 * (low + high);
                     if self.value(&(origin + middle * along)) >= level {
                         high = middle;

@@ -24,8 +24,8 @@ pub(super) enum Part {
     Inner,
     /// The flat ring at the base.
     Base,
-    /// A face of the cut.
-    Cut,
+    /// A face of the cut, that of the first or second vector.
+    Cut(u8),
 }
 
 /// Where a ray meets the wall first.
@@ -46,7 +46,12 @@ impl Wall {
         let radius = (0.5 * (high - low)).hypot(layers[1].r_max());
         let profiles = [Profile::new(state.inner), Profile::new(state.outer)];
         let body = Body::new(layers, pose).map_err(FigureError::Body)?;
-        Ok(Self { body, profiles, centre, radius })
+        Ok(Self {
+            body,
+            profiles,
+            centre,
+            radius,
+        })
     }
 
     /// Middle of the outer membrane's extent along the axis.
@@ -110,7 +115,7 @@ impl Wall {
                 let (part, normal) = match kind {
                     0 => self.skin(&at),
                     1 => (Part::Inner, -self.smooth(0, &at)?.1),
-                    _ => (Part::Cut, cut_normal(wedge?, &at)),
+                    _ => cut_face(wedge?, &at),
                 };
                 return Some(Met {
                     part,
@@ -134,14 +139,25 @@ impl Wall {
         let r = at.y.hypot(at.z);
         let on = self.profiles[layer].at(at.x, r)?;
         let [n, m] = on.normal;
-        let around = if r > 0.0 { [at.y / r, at.z / r] } else { [0.0, 0.0] };
+        let around = if r > 0.0 {
+            [at.y / r, at.z / r]
+        } else {
+            [0.0, 0.0]
+        };
         Some((on, Vector3::new(n, m * around[0], m * around[1])))
     }
 }
 
 /// Where a line runs on the positive side of both vectors.
-fn wedge_span(wedge: [Vector3<f64>; 2], origin: &Point3<f64>, along: &Vector3<f64>) -> Option<Span> {
-    let mut span = Span { enter: f64::NEG_INFINITY, exit: f64::INFINITY };
+fn wedge_span(
+    wedge: [Vector3<f64>; 2],
+    origin: &Point3<f64>,
+    along: &Vector3<f64>,
+) -> Option<Span> {
+    let mut span = Span {
+        enter: f64::NEG_INFINITY,
+        exit: f64::INFINITY,
+    };
     for side in wedge {
         let (height, slope) = (origin.coords.dot(&side), along.dot(&side));
         if slope > 0.0 {
@@ -155,8 +171,11 @@ fn wedge_span(wedge: [Vector3<f64>; 2], origin: &Point3<f64>, along: &Vector3<f6
     (span.enter < span.exit).then_some(span)
 }
 
-/// The face of the wedge that a point lies on, seen from the part cut away.
-fn cut_normal(wedge: [Vector3<f64>; 2], at: &Point3<f64>) -> Vector3<f64> {
-    let [a, b] = wedge;
-    if at.coords.dot(&a).abs() <= at.coords.dot(&b).abs() { a } else { b }
+/// The face of the wedge that a point lies on, its normal towards the part cut away.
+fn cut_face([a, b]: [Vector3<f64>; 2], at: &Point3<f64>) -> (Part, Vector3<f64>) {
+    if at.coords.dot(&a).abs() <= at.coords.dot(&b).abs() {
+        (Part::Cut(0), a)
+    } else {
+        (Part::Cut(1), b)
+    }
 }
