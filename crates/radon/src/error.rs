@@ -150,6 +150,25 @@ pub(crate) fn positive(name: &'static str, given: f64) -> Result<f64, RadonError
     }
 }
 
+/// `Ok` if `given` is finite and lies in [`least`, `most`].
+pub(crate) fn within(
+    name: &'static str,
+    given: f64,
+    least: f64,
+    most: f64,
+) -> Result<(), RadonError> {
+    if (least..=most).contains(&finite(name, given)?) {
+        Ok(())
+    } else {
+        Err(RadonError::OutOfRange {
+            name,
+            given,
+            least,
+            most,
+        })
+    }
+}
+
 /// `given` if it is at least `least`.
 pub(crate) fn at_least(
     name: &'static str,

@@ -6,6 +6,7 @@ mod filter;
 mod geometry;
 mod measure;
 mod phantom;
+mod projector;
 mod sample;
 mod slices;
 
@@ -15,5 +16,6 @@ pub use filter::{Window, padded_len, ramp_response, ramp_sample};
 pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry, StackOrder};
 pub use measure::{MaskedStats, disc_mask, rmse_within};
 pub use phantom::{BinSampling, Phantom2, Phantom3, Shape2, Shape3};
+pub use projector::{Kernel, Projector, ProjectorReport, ProjectorScratch};
 pub use sample::Sample;
 pub use slices::SliceAxis;

@@ -1,0 +1,284 @@
+//! The one traversal: for each ray, the pixels it meets and their weights.
+//!
+//! A view marches along the image axis that its rays are closer to. At every step `m` along it (a row or a column of
+//! pixels) a ray crosses at the fractional pixel index
+//!
+//! ```text
+//! f = base + bin * per_bin + m * per_step,        |per_step| <= 1
+//! ```
+//!
+//! and each kernel spreads the step's path length over the pixels about `f`: pixel `i` gets the share of a blurred point
+//! at `f` that falls between `i - 1/2` and `i + 1/2`. The blur is a box of one pixel (Joseph), of the pixels that the
+//! ray crosses within the step (Siddon: exact lengths), or that box and the bin's width one after the other (strip:
+//! exact areas). Forward, adjoint and matrix all consume these same taps.
+
+use std::ops::Range;
+
+use super::Kernel;
+use crate::error::{RadonError, within};
+use crate::{ImageGrid, ParallelGeometry, Sample};
+
+/// One pixel's weight in a ray sum.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tap<T> {
+    /// Where the pixel is, in the layout of the [`Window`] that was traversed.
+    pub(super) pixel: u32,
+    /// Its weight: a length.
+    pub(super) weight: T,
+}
+
+/// The part of the image to traverse, and where it lies in memory.
+#[derive(Clone, Debug)]
+pub(super) struct Window {
+    /// Columns and rows.
+    pub(super) x: Range<usize>,
+    pub(super) y: Range<usize>,
+    /// Distance in memory between rows; columns are neighbours.
+    pub(super) row_stride: usize,
+    /// Position in memory of column `x.start`, row `y.start`.
+    pub(super) origin: usize,
+    /// Which steps belong to the window.
+    pub(super) owns: Owner,
+}
+
+/// How the steps of a ray are divided among windows, when its taps may straddle two of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Owner {
+    /// The window of the step's first pixel owns all its taps: for reading. The windows must tile the image.
+    FirstPixel,
+    /// Each tap belongs to the window of its pixel: for writing.
+    EachPixel,
+}
+
+/// How a step's length is spread over the pixels about its crossing.
+#[derive(Clone, Copy, Debug)]
+enum Spread {
+    /// Two pixels, weights linear in f over a box at most one pixel wide: one over its width.
+    Box(f64),
+    /// Any number of pixels: a box of the first width blurred by one of the second.
+    TwoBoxes(f64, f64),
+}
+
+/// The rays of one view.
+#[derive(Clone, Debug)]
+pub(super) struct View {
+    /// Steps are rows and rays are interpolated along x; or the other way round.
+    steps_are_rows: bool,
+    base: f64,
+    per_bin: f64,
+    per_step: f64,
+    n_bins: usize,
+    /// Pixels along the interpolated axis.
+    n_across: usize,
+    /// Path length of a step.
+    length: f64,
+    spread: Spread,
+    /// The first pixel of a step is floor(f + lead).
+    lead: f64,
+    /// Pixels a step may touch, on the grid or beyond it.
+    n_taps: i64,
+}
+
+impl View {
+    pub(super) fn new(
+        geometry: &ParallelGeometry,
+        grid: &ImageGrid,
+        kernel: Kernel,
+        theta: f64,
+    ) -> Result<Self, RadonError> {
+        let (sin, cos) = theta.sin_cos();
+        let steps_are_rows = sin.abs() <= cos.abs();
+        let (n_across, n_steps) = if steps_are_rows {
+            (grid.nx(), grid.ny())
+        } else {
+            (grid.ny(), grid.nx())
+        };
+        // Along the ray of bin s: a * across + b * along = s.
+        let (a, b) = if steps_are_rows {
+            (cos, sin)
+        } else {
+            (sin, cos)
+        };
+        let first = grid.pixel_centre(0, 0);
+        let (across, along) = if steps_are_rows {
+            (first[0], first[1])
+        } else {
+            (first[1], first[0])
+        };
+        let spacing = grid.spacing();
+        let per_bin = geometry.pitch() / (a * spacing);
+        let per_step = -b / a;
+        let base = ((geometry.bin_centre(0) - along * b) / a - across) / spacing;
+        // Beyond these a ray's pixel index has no digits left behind its point.
+        within("pitch in pixels", per_bin.abs(), 1e-9, 1e9)?;
+        let farthest = base.abs() + per_bin.abs() * geometry.n_bins() as f64 + n_steps as f64;
+        within("distance of a ray in pixels", farthest, 0.0, 1e12)?;
+
+        let crossed = per_step.abs();
+        let spread = match kernel {
+            Kernel::Joseph => Spread::Box(1.0),
+            // Along the steps the box has no width; this much splits a ray on an edge evenly between its pixels.
+            Kernel::Siddon => Spread::Box(1.0 / crossed.max(1e-9)),
+            Kernel::Strip => Spread::TwoBoxes(crossed, per_bin.abs()),
+        };
+        let reach = match spread {
+            Spread::Box(per_width) => 0.5 / per_width,
+            Spread::TwoBoxes(v, w) => 0.5 * (v + w),
+        };
+        let n_taps = match spread {
+            Spread::Box(_) => 2,
+            Spread::TwoBoxes(v, w) => (v + w) as i64 + 2,
+        };
+        Ok(Self {
+            steps_are_rows,
+            base,
+            per_bin,
+            per_step,
+            n_bins: geometry.n_bins(),
+            n_across,
+            length: spacing / a.abs(),
+            spread,
+            lead: 0.5 - reach,
+            n_taps,
+        })
+    }
+
+    /// Calls `visit(bin, taps)` for every ray that meets the window, in ascending order of bins; taps are in the order of
+    /// the steps, then of the pixels. Each call's taps are the same numbers whatever the window.
+    pub(super) fn traverse<T: Sample>(
+        &self,
+        window: &Window,
+        taps: &mut Vec<Tap<T>>,
+        mut visit: impl FnMut(usize, &[Tap<T>]),
+    ) {
+        let (across, along) = if self.steps_are_rows {
+            (&window.x, &window.y)
+        } else {
+            (&window.y, &window.x)
+        };
+        let (stride_across, stride_along) = if self.steps_are_rows {
+            (1, window.row_stride)
+        } else {
+            (window.row_stride as i64, 1)
+        };
+        let spill = self.n_taps as f64 - 1.0;
+        // Steps whose first pixel lies in [low, high) are visited, and their taps in `clip` kept.
+        let (low, high, clip) = match window.owns {
+            Owner::EachPixel => (
+                across.start as f64 - spill,
+                across.end as f64,
+                across.clone(),
+            ),
+            Owner::FirstPixel if across.start == 0 => (-spill, across.end as f64, 0..self.n_across),
+            Owner::FirstPixel => (across.start as f64, across.end as f64, 0..self.n_across),
+        };
+        let clip = clip.start as i64..clip.end as i64;
+
+        for bin in self.bins_meeting(low, high, along) {
+            let offset = self.base + bin as f64 * self.per_bin;
+            let at = |m: usize| offset + m as f64 * self.per_step;
+            let steps = self.steps_between(low, high, along, |m| at(m) + self.lead);
+            if steps.is_empty() {
+                continue;
+            }
+            taps.clear();
+            for m in steps {
+                let f = at(m);
+                let in_memory = (window.origin + (m - along.start) * stride_along) as i64;
+                // f + lead >= low >= -spill, so that the cast truncates downwards.
+                let first = (f + self.lead + spill) as i64 - (self.n_taps - 1);
+                let mut emit = |i: i64, weight: f64| {
+                    let pixel = in_memory + (i - across.start as i64) * stride_across;
+                    taps.push(Tap {
+                        pixel: pixel as u32,
+                        weight: T::of(weight),
+                    });
+                };
+                match self.spread {
+                    Spread::Box(per_width) => {
+                        let near = ((first as f64 + 0.5 - f) * per_width + 0.5).clamp(0.0, 1.0);
+                        if clip.contains(&first) {
+                            emit(first, self.length * near);
+                        }
+                        if clip.contains(&(first + 1)) {
+                            emit(first + 1, self.length * (1.0 - near));
+                        }
+                    }
+                    Spread::TwoBoxes(v, w) => {
+                        let pixels = first.max(clip.start)..(first + self.n_taps).min(clip.end);
+                        let mut below = two_boxes_below(pixels.start as f64 - 0.5 - f, v, w);
+                        for i in pixels {
+                            let upto = two_boxes_below(i as f64 + 0.5 - f, v, w);
+                            emit(i, self.length * (upto - below));
+                            below = upto;
+                        }
+                    }
+                }
+            }
+            visit(bin, taps);
+        }
+    }
+
+    /// A range of bins that holds all with a step's first pixel in [low, high).
+    fn bins_meeting(&self, low: f64, high: f64, along: &Range<usize>) -> Range<usize> {
+        let ends = [along.start as f64, along.end as f64]
+            .map(|m| self.base + self.lead + m * self.per_step);
+        let (least, most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        let a = (low - most) / self.per_bin;
+        let b = (high - least) / self.per_bin;
+        // One more on either side for rounding; `steps_between` decides.
+        let clamp = |bin: f64| bin.clamp(0.0, self.n_bins as f64) as usize;
+        clamp(a.min(b).floor() - 1.0)..clamp(a.max(b).ceil() + 2.0)
+    }
+
+    /// The steps within `along` at which the monotone `at` lies in [low, high).
+    fn steps_between(
+        &self,
+        low: f64,
+        high: f64,
+        along: &Range<usize>,
+        at: impl Fn(usize) -> f64,
+    ) -> Range<usize> {
+        let rising = self.per_step >= 0.0;
+        // First step at which `at` has passed `level` in its direction: estimated, then settled by `at` itself.
+        let first_past = |level: f64| {
+            let past = |m: usize| {
+                if rising {
+                    at(m) >= level
+                } else {
+                    at(m) < level
+                }
+            };
+            let estimate = along.start as f64 + ((level - at(along.start)) / self.per_step).ceil();
+            let mut m = estimate.clamp(along.start as f64, along.end as f64) as usize;
+            m = m.max(along.start);
+            while m > along.start && past(m - 1) {
+                m -= 1;
+            }
+            while m < along.end && !past(m) {
+                m += 1;
+            }
+            m
+        };
+        if rising {
+            first_past(low)..first_past(high)
+        } else {
+            first_past(high)..first_past(low)
+        }
+    }
+}
+
+/// Integral up to `t` of two centred boxes of unit area and widths `v`, `w` convolved with each other (a trapezoid).
+fn two_boxes_below(t: f64, v: f64, w: f64) -> f64 {
+    let (narrow, wide) = if v < w { (v, w) } else { (w, v) };
+    let (flat, foot) = (0.5 * (wide - narrow), 0.5 * (wide + narrow));
+    let distance = t.abs();
+    let beyond = if distance >= foot {
+        0.0
+    } else if distance > flat {
+        (foot - distance).powi(2) / (2.0 * narrow * wide)
+    } else {
+        0.5 - distance / wide
+    };
+    if t < 0.0 { beyond } else { 1.0 - beyond }
+}
