@@ -113,6 +113,23 @@ impl FiniteDifferences {
         largest(&self.first) + 4.0 * largest(&self.second)
     }
 
+    /// ds times the sum of 1 / (lambda + 4 lambda_2): the integral of the compliance, as the springs
+    /// see it; under the law per current length the equilibrium runs to infinity as p times this
+    /// reaches 2 pi.
+    pub fn compliance(&self) -> f64 {
+        let second = |n: usize| {
+            self.second
+                .get(n)
+                .zip(self.second.get(n + 1))
+                .map_or(0.0, |(a, b)| 2.0 * (a + b))
+        };
+        self.first
+            .iter()
+            .enumerate()
+            .map(|(n, first)| self.ds / (first + second(n)))
+            .sum()
+    }
+
     /// Half bandwidth of every tangent: 3, or 4 with second neighbours.
     pub fn bandwidth(&self) -> usize {
         if self.second.is_empty() { 3 } else { 4 }

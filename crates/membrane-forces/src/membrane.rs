@@ -100,6 +100,18 @@ impl Membrane {
         self.second.as_ref()
     }
 
+    /// lambda(s) + 4 lambda_2(s): the stiffness in the limit of fine meshes.
+    ///
+    /// # Errors
+    /// A stiffness that is not finite or not positive.
+    pub fn effective_stiffness(&self, s: f64) -> Result<f64, MembraneError> {
+        let second = self
+            .second
+            .as_ref()
+            .map_or(Ok(0.0), |second| second.at(s))?;
+        Ok(self.stiffness.at(s)? + 4.0 * second)
+    }
+
     /// Pressure law.
     pub fn law(&self) -> PressureLaw {
         self.law

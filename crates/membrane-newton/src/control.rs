@@ -1,5 +1,10 @@
 //! What a static solve prescribes, and the one equation it adds to the equilibrium.
 
+use membrane_forces::{Measure, Measures, MembraneError, PressureLaw};
+
+use crate::discrete::Discrete;
+use crate::error::NewtonError;
+
 /// The quantity that is given; the force intensity that belongs to it is found with the shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Control {
@@ -15,4 +20,82 @@ pub enum Control {
     VolumeGain(f64),
     /// Signed area of the 2-D curve, cm^2.
     Area(f64),
+}
+
+/// The border equation g(c, f) = 0.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Target {
+    Intensity(f64),
+    TotalForce(f64),
+    Measure(Measure, f64),
+}
+
+impl Target {
+    /// The equation that `control` adds, after checking that it can be met.
+    pub(crate) fn new(
+        control: Control,
+        discrete: &Discrete,
+        start: &Measures,
+    ) -> Result<Self, NewtonError> {
+        let any = f64::NEG_INFINITY;
+        Ok(match control {
+            Control::Load(value) if discrete.law() == PressureLaw::TotalForce => {
+                Self::TotalForce(check("load", value, any)?)
+            }
+            Control::Load(value) => Self::intensity(check("load", value, any)?, discrete)?,
+            Control::Intensity(value) => {
+                Self::intensity(check("intensity", value, any)?, discrete)?
+            }
+            Control::TotalForce(value) => Self::TotalForce(check("total force", value, any)?),
+            Control::Volume(value) => Self::Measure(Measure::Volume, check("volume", value, 0.0)?),
+            Control::VolumeGain(value) => {
+                let rest = check("volume of the start", start.volume, 0.0)?;
+                Self::Measure(
+                    Measure::Volume,
+                    rest * (1.0 + check("volume gain", value, -1.0)?),
+                )
+            }
+            Control::Area(value) => Self::Measure(Measure::Area, check("area", value, any)?),
+        })
+    }
+
+    fn intensity(value: f64, discrete: &Discrete) -> Result<Self, NewtonError> {
+        let limit = 2.0 * std::f64::consts::PI;
+        let kappa = value * discrete.compliance();
+        if discrete.law() == PressureLaw::PerCurrentLength && kappa.abs() >= limit {
+            return Err(NewtonError::Membrane(MembraneError::PastBlowUp {
+                kappa,
+                limit,
+            }));
+        }
+        Ok(Self::Intensity(value))
+    }
+
+    /// The number that is prescribed.
+    pub(crate) fn value(&self) -> f64 {
+        match *self {
+            Self::Intensity(value) | Self::TotalForce(value) | Self::Measure(_, value) => value,
+        }
+    }
+
+    /// The same equation for another number.
+    pub(crate) fn with_value(self, value: f64) -> Self {
+        match self {
+            Self::Intensity(_) => Self::Intensity(value),
+            Self::TotalForce(_) => Self::TotalForce(value),
+            Self::Measure(measure, _) => Self::Measure(measure, value),
+        }
+    }
+}
+
+fn check(quantity: &'static str, value: f64, above: f64) -> Result<f64, NewtonError> {
+    if value.is_finite() && value > above {
+        Ok(value)
+    } else {
+        Err(NewtonError::OutOfRange {
+            quantity,
+            value,
+            above,
+        })
+    }
 }

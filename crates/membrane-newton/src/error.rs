@@ -2,7 +2,7 @@
 
 use membrane_forces::MembraneError;
 
-use crate::newton::NewtonReport;
+use crate::options::NewtonReport;
 
 /// Why a solve failed; carries the report of what was tried.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

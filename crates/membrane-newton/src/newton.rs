@@ -1,6 +1,7 @@
 //! Newton's iteration with a line search on any system of equations.
 
 use crate::error::NewtonError;
+use crate::options::{LineSearch, NewtonOptions, NewtonReport};
 
 /// n equations in n unknowns whose tangent can be factored.
 ///
@@ -36,84 +37,44 @@ pub trait ResidualSystem {
     fn step_norm(&self, step: &[f64]) -> f64;
 }
 
-/// When to stop and how to search.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NewtonOptions {
-    /// Converged when the scaled residual is at most this.
-    pub residual_tolerance: f64,
-    /// Converged after a full step whose scaled size is at most this (the error left is of the
-    /// order of its square).
-    pub step_tolerance: f64,
-    /// Give up after this many iterations.
-    pub max_iterations: usize,
-    /// Whether steps are shortened, and how often a step may be halved.
-    pub line_search: LineSearch,
+/// Vectors that [`newton_with`] works in; reusing them makes it free of allocation.
+#[derive(Debug, Clone, Default)]
+pub struct NewtonScratch {
+    residual: Vec<f64>,
+    trial: Vec<f64>,
+    step: Vec<f64>,
+    correction: Vec<f64>,
+    report: NewtonReport,
 }
 
-/// How the length of a Newton step is chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LineSearch {
-    /// Always the full step.
-    FullStep,
-    /// Halve the step until the next correction, estimated with the tangent at hand, is smaller
-    /// than this one: the natural monotonicity test (Deuflhard, Newton Methods for Nonlinear
-    /// Problems, 2004, section 3.3), which does not depend on how the equations are scaled.
-    Natural {
-        /// Most halvings in one iteration.
-        max_halvings: usize,
-    },
-}
-
-impl Default for NewtonOptions {
-    fn default() -> Self {
-        Self {
-            residual_tolerance: 1e-13,
-            step_tolerance: 1e-9,
-            max_iterations: 50,
-            line_search: LineSearch::Natural { max_halvings: 12 },
-        }
+impl NewtonScratch {
+    /// What the last solve with this scratch did.
+    pub fn report(&self) -> &NewtonReport {
+        &self.report
     }
-}
-
-impl NewtonOptions {
-    /// The same with other tolerances on the scaled residual and the scaled step.
-    pub fn with_tolerances(mut self, residual: f64, step: f64) -> Self {
-        self.residual_tolerance = residual;
-        self.step_tolerance = step;
-        self
-    }
-
-    /// The same with another limit on the iterations.
-    pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
-        self.max_iterations = max_iterations;
-        self
-    }
-
-    /// The same with another line search.
-    pub fn with_line_search(mut self, line_search: LineSearch) -> Self {
-        self.line_search = line_search;
-        self
-    }
-}
-
-/// What a solve did.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct NewtonReport {
-    /// Newton steps taken.
-    pub iterations: usize,
-    /// Factorisations of the tangent.
-    pub factorisations: usize,
-    /// Evaluations of the residual.
-    pub residual_calls: usize,
-    /// Scaled residual at the result.
-    pub residual: f64,
-    /// Scaled size of the last step, infinite if none was taken.
-    pub step: f64,
-    /// Scaled residual before the first step and after each.
-    pub history: Vec<f64>,
 }
 
 /// Solves r(x) = 0 from the given x, which is overwritten.
+///
+/// ```
+/// use membrane_newton::{NewtonError, NewtonOptions, ResidualSystem, newton};
+/// struct SquareRoot(f64, f64);
+/// impl ResidualSystem for SquareRoot {
+///     fn len(&self) -> usize { 1 }
+///     fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+///         out[0] = x[0] * x[0] - self.0;
+///         Ok(())
+///     }
+///     fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> { self.1 = 2.0 * x[0]; Ok(()) }
+///     fn solve_in_place(&mut self, rhs: &mut [f64]) { rhs[0] /= self.1 }
+///     fn residual_norm(&self, r: &[f64]) -> f64 { r[0].abs() / self.0 }
+///     fn step_norm(&self, step: &[f64]) -> f64 { step[0].abs() }
+/// }
+/// let mut x = [1.0];
+/// let report = newton(&mut SquareRoot(2.0, 0.0), &mut x, &NewtonOptions::default())?;
+/// assert!((x[0] - 2.0f64.sqrt()).abs() < 1e-14 && report.iterations <= 4);
+/// # Ok::<(), NewtonError>(())
+/// ```
 ///
 /// # Errors
 /// [`NewtonError::NotConverged`] with the report; errors of the system.
@@ -125,66 +86,127 @@ pub fn newton(
     x: &mut [f64],
     options: &NewtonOptions,
 ) -> Result<NewtonReport, NewtonError> {
+    let mut scratch = NewtonScratch::default();
+    newton_with(system, x, options, &mut scratch)?;
+    Ok(scratch.report)
+}
+
+/// A step this small that no longer shrinks is down to rounding: were it not, the next would be
+/// of the order of its square.
+const ROUNDING: f64 = 1e-9;
+
+/// [`newton`] in the caller's scratch: no allocation once the scratch has been used with a system
+/// of this size (but for the report inside an error).
+///
+/// With [`LineSearch::Natural`] every full step is followed by a second one with the same
+/// factorisation, which costs no more than a solve and makes the convergence cubic.
+///
+/// # Errors
+/// As [`newton`]; x is then the last accepted one.
+///
+/// # Panics
+/// `x` has not the length of the system.
+pub fn newton_with(
+    system: &mut impl ResidualSystem,
+    x: &mut [f64],
+    options: &NewtonOptions,
+    scratch: &mut NewtonScratch,
+) -> Result<(), NewtonError> {
     let n = system.len();
     assert_eq!(x.len(), n, "unknowns");
-    let (mut residual, mut trial) = (vec![0.0; n], vec![0.0; n]);
-    let (mut step, mut correction) = (vec![0.0; n], vec![0.0; n]);
-    let mut report = NewtonReport {
-        step: f64::INFINITY,
-        ..Default::default()
-    };
+    let NewtonScratch {
+        residual,
+        trial,
+        step,
+        correction,
+        report,
+    } = scratch;
+    for vector in [&mut *residual, trial, step, correction] {
+        vector.resize(n, 0.0);
+    }
+    report.restart(options.max_iterations);
 
-    system.residual_into(x, &mut residual)?;
-    report.residual_calls = 1;
-    report.residual = system.residual_norm(&residual);
-    report.history.push(report.residual);
+    system.residual_into(x, residual)?;
+    report.evaluated(system.residual_norm(residual));
     while report.residual > options.residual_tolerance {
         if report.iterations == options.max_iterations {
-            return Err(NewtonError::NotConverged { report });
+            return Err(NewtonError::NotConverged {
+                report: report.clone(),
+            });
         }
         system.factor(x)?;
         report.factorisations += 1;
-        step.copy_from_slice(&residual);
-        system.solve_in_place(&mut step);
-        let full = system.step_norm(&step);
+        step.copy_from_slice(residual);
+        system.solve_in_place(step);
+        let full = system.step_norm(step);
+        if full <= options.step_tolerance {
+            report.step = full;
+            break;
+        }
+        if !full.is_finite() {
+            return Err(NewtonError::NotConverged {
+                report: report.clone(),
+            });
+        }
 
-        let mut length = 1.0;
-        let mut halvings_left = match options.line_search {
-            LineSearch::FullStep => 0,
-            LineSearch::Natural { max_halvings } => max_halvings,
+        let LineSearch::Natural { max_halvings } = options.line_search else {
+            subtract(x, 1.0, step, trial);
+            x.copy_from_slice(trial);
+            system.residual_into(x, residual)?;
+            report.stepped(full, system.residual_norm(residual));
+            continue;
         };
-        loop {
-            for i in 0..n {
-                trial[i] = x[i] - length * step[i];
-            }
-            let defined = system.residual_into(&trial, &mut residual);
+        let mut length = 1.0;
+        let mut next = f64::INFINITY;
+        for halvings in 0.. {
+            subtract(x, length, step, trial);
+            let defined = system.residual_into(trial, residual);
             report.residual_calls += 1;
-            if defined.is_ok() && (halvings_left == 0 || length * full <= options.step_tolerance) {
-                break;
-            }
             if defined.is_ok() {
-                correction.copy_from_slice(&residual);
-                system.solve_in_place(&mut correction);
-                if system.step_norm(&correction) <= (1.0 - 0.25 * length) * full {
+                correction.copy_from_slice(residual);
+                system.solve_in_place(correction);
+                next = system.step_norm(correction);
+                if next <= (1.0 - 0.25 * length) * full || (length == 1.0 && full <= ROUNDING) {
                     break;
                 }
-            } else if halvings_left == 0 {
-                defined?;
             }
-            halvings_left -= 1;
+            if halvings == max_halvings {
+                return Err(defined.err().unwrap_or_else(|| NewtonError::NotConverged {
+                    report: report.clone(),
+                }));
+            }
             length *= 0.5;
         }
-        x.copy_from_slice(&trial);
-        report.iterations += 1;
-        report.residual = system.residual_norm(&residual);
-        report.step = full * length;
-        report.history.push(report.residual);
-        if !(report.residual.is_finite() && full.is_finite()) {
-            return Err(NewtonError::NotConverged { report });
+        if full <= ROUNDING && next > 0.25 * full {
+            report.step = full;
+            break;
         }
-        if length == 1.0 && full <= options.step_tolerance {
+        let mut left = f64::INFINITY;
+        if length == 1.0 && next <= 0.25 * full {
+            subtract(trial, 1.0, correction, x);
+            system.residual_into(x, residual)?;
+            report.residual_calls += 1;
+            // a frozen tangent contracts twice as slowly as the step that was taken with it
+            left = 2.0 * next * (next / full);
+        } else {
+            x.copy_from_slice(trial);
+        }
+        report.stepped(length * full, system.residual_norm(residual));
+        if left <= options.step_tolerance {
             break;
         }
     }
-    Ok(report)
+    if report.residual.is_nan() {
+        return Err(NewtonError::NotConverged {
+            report: report.clone(),
+        });
+    }
+    Ok(())
+}
+
+/// `out` = x - length step
+fn subtract(x: &[f64], length: f64, step: &[f64], out: &mut [f64]) {
+    for ((out, x), step) in out.iter_mut().zip(x).zip(step) {
+        *out = x - length * step;
+    }
 }

@@ -1,9 +1,14 @@
 //! Two membranes with incompressible wall between them, solved together.
 
-use crate::control::Control;
-use crate::equilibrium::{Bordered, Equilibrium, Solver, Target, dot, nan_max};
+use crate::border::dot;
+use crate::bordered::{Bordered, nan_max};
+use crate::continuation;
+use crate::control::{Control, Target};
+use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
-use crate::newton::{NewtonOptions, NewtonReport, ResidualSystem, newton};
+use crate::newton::ResidualSystem;
+use crate::options::{NewtonOptions, NewtonReport};
+use crate::solver::Solver;
 use membrane_forces::Measure;
 
 /// An inner and an outer membrane; the volume between them stays what it is at the start.
@@ -83,8 +88,8 @@ impl Pair {
         inner: Control,
         options: &NewtonOptions,
     ) -> Result<PairEquilibrium, NewtonError> {
-        let mut state = self.inner.first_state();
-        state.extend(self.outer.first_state());
+        let mut state = self.inner.start_state();
+        state.extend(self.outer.start_state());
         self.solve_state(state, inner, options)
     }
 
@@ -101,8 +106,8 @@ impl Pair {
         inner: Control,
         options: &NewtonOptions,
     ) -> Result<PairEquilibrium, NewtonError> {
-        let mut state = near.inner.state();
-        state.extend(near.outer.state());
+        let mut state = near.inner.state.clone();
+        state.extend(&near.outer.state);
         self.solve_state(state, inner, options)
     }
 
@@ -113,16 +118,30 @@ impl Pair {
         options: &NewtonOptions,
     ) -> Result<PairEquilibrium, NewtonError> {
         let target = self.inner.target(control)?;
+        let split = self.inner.start_state().len();
         let mut system = PairSystem {
-            inner: Bordered::new(&self.inner, target),
-            outer: Bordered::new(&self.outer, Target::Measure(Measure::Volume, 0.0)),
+            inner: self.inner.system(target),
+            outer: self.outer.system(Target::Measure(Measure::Volume, 0.0)),
             wall_volume: self.wall_volume(),
-            volume_row: vec![0.0; self.inner.state_len() - 1],
+            volume_row: vec![0.0; split - 1],
         };
-        let report = newton(&mut system, &mut state, options)?;
-        let (inner, outer) = state.split_at(self.inner.state_len());
-        let inner = self.inner.equilibrium(inner, NewtonReport::default());
-        let outer = self.outer.equilibrium(outer, NewtonReport::default());
+        let from = system.inner.target_value(&state[..split]);
+        let set =
+            |system: &mut PairSystem<'_>, value| system.inner.target = target.with_value(value);
+        let report = continuation::solve(
+            &mut system,
+            &mut state,
+            (from, target.value()),
+            set,
+            options,
+        )?;
+        let (inner, outer) = state.split_at(split);
+        let inner = self
+            .inner
+            .equilibrium(inner.to_vec(), NewtonReport::default());
+        let outer = self
+            .outer
+            .equilibrium(outer.to_vec(), NewtonReport::default());
         let wall_volume = outer.measures.volume - inner.measures.volume;
         let wall_volume_error = (wall_volume - self.wall_volume()) / self.wall_volume();
         Ok(PairEquilibrium {

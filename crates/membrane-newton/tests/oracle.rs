@@ -1,7 +1,9 @@
 //! Solved equilibria against reference values and closed forms.
 
-use membrane_forces::{CircleEquilibrium, Membrane, RestShape};
-use membrane_newton::{Control, Discretisation, NewtonOptions, Pair, Solver};
+use membrane_forces::{CircleEquilibrium, FiniteDifferences, Membrane, PressureLaw, RestShape};
+use membrane_newton::{
+    Control, Discretisation, NewtonOptions, Pair, PaperJacobian, Solver, paper_newton,
+};
 
 fn balloon(radius: f64, nodes: usize) -> Solver {
     let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
@@ -54,7 +56,7 @@ fn disc_becomes_the_circle_with_order_two() {
             .unwrap();
         let last = (nodes - 1) as f64;
         solved
-            .points
+            .points()
             .iter()
             .enumerate()
             .map(|(n, p)| {
@@ -65,4 +67,158 @@ fn disc_becomes_the_circle_with_order_two() {
     };
     let order = (error(51) / error(101)).log2();
     assert!((order - 2.0).abs() < 0.05, "order {order}");
+}
+
+#[test]
+fn spectral_reaches_the_reference_values() {
+    // All digits of the reference; the volumes carry 11 and 9 decimals.
+    let solver = |radius| {
+        let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+        Solver::new(
+            &membrane,
+            Discretisation::Spectral {
+                degree: 16,
+                per_piece: 1,
+            },
+        )
+        .unwrap()
+    };
+    let options = NewtonOptions::default();
+    let dilated = solver(1.75)
+        .solve(Control::VolumeGain(0.6), &options)
+        .unwrap();
+    assert!(
+        (dilated.intensity - 17.48357527761).abs() < 2e-11,
+        "{}",
+        dilated.intensity
+    );
+    assert!((dilated.measures.volume / 148.80677202503 - 1.0).abs() < 1e-12);
+
+    // f, V, A, S, L, x of the apex
+    let table = [
+        (
+            1.75,
+            17.5,
+            148.86748016,
+            44.9887665436,
+            148.112065307,
+            24.3812350137,
+            10.9140638471,
+        ),
+        (
+            1.75,
+            60.0,
+            365.382465735,
+            75.4836836376,
+            256.407785876,
+            29.8986418211,
+            12.7675907854,
+        ),
+        (
+            2.75,
+            17.5,
+            344.925256641,
+            71.9643554269,
+            240.67789381,
+            27.9296451031,
+            12.0890136483,
+        ),
+    ];
+    for (radius, f, volume, area, surface, length, apex) in table {
+        let solved = solver(radius).solve(Control::Load(f), &options).unwrap();
+        let m = solved.measures;
+        for (found, expected, name) in [
+            (m.volume, volume, "volume"),
+            (m.area, area, "area"),
+            (m.surface, surface, "surface"),
+            (m.length, length, "length"),
+            (solved.at(0.5).position[0], apex, "apex"),
+        ] {
+            // half a unit of the last digit that the table prints
+            assert!(
+                (found / expected - 1.0).abs() < 5e-12,
+                "{name}: {found} for {expected}"
+            );
+        }
+    }
+    let solved = solver(1.75).solve(Control::Load(17.5), &options).unwrap();
+    for (s, [x, y]) in [
+        (0.1, [2.38118651, 2.09316833]),
+        (0.25, [5.98395506, 2.28149237]),
+        (0.4, [9.57869939, 2.00582667]),
+    ] {
+        let at = solved.at(s).position;
+        assert!(
+            (at[0] - x).abs() < 1e-8 && (at[1] - y).abs() < 1e-8,
+            "{at:?}"
+        );
+    }
+}
+
+#[test]
+fn pair_spectral_reaches_the_reference_values() {
+    let solver = |radius| {
+        let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+        Solver::new(
+            &membrane,
+            Discretisation::Spectral {
+                degree: 16,
+                per_piece: 1,
+            },
+        )
+        .unwrap()
+    };
+    let pair = Pair::new(solver(1.75), solver(2.75)).unwrap();
+    let solved = pair.solve_gain(0.6, &NewtonOptions::default()).unwrap();
+    assert!(
+        solved.wall_volume_error.abs() < 1e-13,
+        "{:e}",
+        solved.wall_volume_error
+    );
+    assert!((solved.inner.intensity - 17.48357527761).abs() < 2e-11);
+    assert!((solved.outer.intensity - 10.30942447850).abs() < 2e-11);
+    assert!((solved.outer.measures.volume / 301.30491541802 - 1.0).abs() < 1e-12);
+    assert!((solved.wall_volume / 152.49814339300 - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn per_current_length_reaches_the_reference_values() {
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+        .with_law(PressureLaw::PerCurrentLength);
+    let solver = Solver::new(
+        &membrane,
+        Discretisation::Spectral {
+            degree: 16,
+            per_piece: 1,
+        },
+    )
+    .unwrap();
+    for (kappa, volume, area, length) in [
+        (1.0, 180.00034338, 50.244070193, 25.4308996664),
+        (4.0, 2759.41056007, 264.37919694, 55.439401175),
+    ] {
+        let m = solver
+            .solve(Control::Load(kappa), &NewtonOptions::default())
+            .unwrap()
+            .measures;
+        assert!((m.volume / volume - 1.0).abs() < 5e-11, "{}", m.volume);
+        assert!((m.area / area - 1.0).abs() < 5e-11, "{}", m.area);
+        assert!((m.length / length - 1.0).abs() < 5e-11, "{}", m.length);
+    }
+}
+
+#[test]
+fn the_printed_jacobian_stalls_and_the_right_one_converges_quadratically() {
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    let differences = FiniteDifferences::new(&membrane, 201).unwrap();
+    let run = |jacobian| paper_newton(&differences, 17.5, jacobian, 60, 1e-4).unwrap();
+    let exact = run(PaperJacobian::Exact);
+    assert_eq!(exact.len(), 3);
+    assert!(
+        (exact[1] - 0.2725).abs() < 1e-3 && (exact[2] - 6.57e-6).abs() < 1e-7,
+        "{exact:?}"
+    );
+    let printed = run(PaperJacobian::AsPrinted);
+    assert_eq!(printed.len(), 61);
+    assert!(printed.iter().all(|&r| r > 6.0), "{printed:?}");
 }

@@ -1,0 +1,497 @@
+//! Spectral elements: one polynomial per smooth piece, exponentially accurate.
+
+use crate::chebyshev::Reference;
+use crate::curve::CurvePiece;
+use crate::error::MembraneError;
+use crate::membrane::{Membrane, PressureLaw};
+
+/// A membrane as polynomials of one degree p on elements that follow the breakpoints of its rest
+/// shape and stiffness.
+///
+/// The state is the curve at the Chebyshev points of every element, elements sharing their end
+/// points, flat: x0, y0, x1, y1, ... Where a node lies inside an element the force is
+///
+/// ```text
+/// (lambda u')' + f n,    u = c - c0,    n = (-c_y', c_x') / |c'|    (p (-c_y', c_x') under law 3)
+/// ```
+///
+/// with the element's derivative; where two elements meet it is the jump of the tension,
+/// (lambda u')_right - (lambda u')_left. Both vanish at equilibrium, also where c0' or lambda
+/// jumps. Second neighbours enter by their limit, lambda + 4 lambda_2.
+///
+/// If rest shape, stiffness and ends are mirror images about the x axis, only s in [0, 1/2] is
+/// discretised; the apex is then free along the axis and held on it.
+#[derive(Debug, Clone)]
+pub struct SpectralElements {
+    law: PressureLaw,
+    half: bool,
+    pub(crate) reference: Reference,
+    pub(crate) elements: Vec<Element>,
+    start: Vec<f64>,
+    stiffness_scale: f64,
+    compliance: f64,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Element {
+    from: f64,
+    to: f64,
+    /// Rest positions at the nodes, as this element continues them.
+    rest: Vec<[f64; 2]>,
+    /// Row i of d/ds lambda d/ds; first row lambda d/ds, last row -lambda d/ds at the end points.
+    elastic: Vec<f64>,
+}
+
+impl SpectralElements {
+    /// Discretises `membrane` by polynomials of degree `degree`, `per_piece` elements on each
+    /// smooth piece. Cost O(elements degree^3).
+    ///
+    /// # Errors
+    /// Degree below 2, no element per piece, a stiffness that is not positive at a node.
+    pub fn new(
+        membrane: &Membrane,
+        degree: usize,
+        per_piece: usize,
+    ) -> Result<Self, MembraneError> {
+        if degree < 2 {
+            return Err(MembraneError::TooFew {
+                quantity: "degree",
+                given: degree,
+                least: 2,
+            });
+        }
+        if per_piece == 0 {
+            return Err(MembraneError::TooFew {
+                quantity: "elements per piece",
+                given: 0,
+                least: 1,
+            });
+        }
+        let reference = Reference::new(degree);
+        let full = Self::on(
+            membrane,
+            &reference,
+            &breakpoints(membrane, false),
+            per_piece,
+        )?;
+        if !is_symmetric(&full, membrane) {
+            return Ok(full);
+        }
+        let mut half = Self::on(
+            membrane,
+            &reference,
+            &breakpoints(membrane, true),
+            per_piece,
+        )?;
+        half.half = true;
+        half.compliance *= 2.0;
+        let apex = half.start.len() - 1;
+        half.start[apex] = 0.0;
+        Ok(half)
+    }
+
+    fn on(
+        membrane: &Membrane,
+        reference: &Reference,
+        breaks: &[f64],
+        per_piece: usize,
+    ) -> Result<Self, MembraneError> {
+        let n = reference.nodes.len();
+        let mut this = Self {
+            law: membrane.law(),
+            half: false,
+            reference: reference.clone(),
+            elements: Vec::new(),
+            start: Vec::new(),
+            stiffness_scale: 0.0,
+            compliance: 0.0,
+        };
+        let rest_breaks = membrane.rest().breakpoints();
+        for piece in breaks.windows(2) {
+            let inside = 0.5 * (piece[0] + piece[1]);
+            let rest_piece = rest_breaks.partition_point(|&b| b <= inside) - 1;
+            for k in 0..per_piece {
+                let at = |k: usize| piece[0] + (piece[1] - piece[0]) * k as f64 / per_piece as f64;
+                let (from, to) = (
+                    at(k),
+                    if k + 1 == per_piece {
+                        piece[1]
+                    } else {
+                        at(k + 1)
+                    },
+                );
+                let s = |t: f64| from + (to - from) * t;
+                let mut stiffness = Vec::with_capacity(n);
+                for &t in &reference.nodes {
+                    // just inside, so that a jump at the element's end is seen from its side
+                    stiffness.push(membrane.effective_stiffness(s(t.clamp(1e-12, 1.0 - 1e-12)))?);
+                }
+                for (q, &(_, weight)) in reference.gauss.iter().enumerate() {
+                    let row = &reference.to_gauss[q * n..(q + 1) * n];
+                    let here: f64 = row.iter().zip(&stiffness).map(|(a, b)| a * b).sum();
+                    this.compliance += weight * (to - from) / here;
+                }
+                this.stiffness_scale = stiffness
+                    .iter()
+                    .copied()
+                    .fold(this.stiffness_scale, f64::max);
+                let rest: Vec<[f64; 2]> = reference
+                    .nodes
+                    .iter()
+                    .map(|&t| membrane.rest().at_in(rest_piece, s(t)).position)
+                    .collect();
+                let skip = if this.elements.is_empty() { 0 } else { 1 };
+                this.start.extend(rest[skip..].as_flattened());
+                let elastic = elastic_matrix(reference, &stiffness, to - from);
+                this.elements.push(Element {
+                    from,
+                    to,
+                    rest,
+                    elastic,
+                });
+            }
+        }
+        let [from, to] = membrane.ends();
+        let last = this.start.len() - 2;
+        this.start[..2].copy_from_slice(&from);
+        if breaks[breaks.len() - 1] == 1.0 {
+            this.start[last..].copy_from_slice(&to);
+        }
+        Ok(this)
+    }
+
+    /// Pressure law of the membrane.
+    pub fn law(&self) -> PressureLaw {
+        self.law
+    }
+
+    /// Degree p of the polynomials.
+    pub fn degree(&self) -> usize {
+        self.reference.nodes.len() - 1
+    }
+
+    /// Number of elements.
+    pub fn n_elements(&self) -> usize {
+        self.elements.len()
+    }
+
+    /// Whether only s in [0, 1/2] is discretised, the rest being its mirror image.
+    pub fn is_half(&self) -> bool {
+        self.half
+    }
+
+    /// The rest shape with its ends where the membrane is held: where solvers start.
+    pub fn start(&self) -> &[f64] {
+        &self.start
+    }
+
+    /// Largest stiffness, lambda + 4 lambda_2.
+    pub fn stiffness_scale(&self) -> f64 {
+        self.stiffness_scale
+    }
+
+    /// Integral of 1 / lambda over s in [0, 1]; under the law per current length the equilibrium
+    /// runs to infinity as p times this reaches 2 pi.
+    pub fn compliance(&self) -> f64 {
+        self.compliance
+    }
+
+    /// Whether the x and the y of the first and of the last node are held.
+    pub fn held(&self) -> [[bool; 2]; 2] {
+        [[true, true], [!self.half, true]]
+    }
+
+    /// `out` = elastic force (see the type's description); zero where the curve is held.
+    ///
+    /// # Panics
+    /// A length that is not that of [`SpectralElements::start`].
+    pub fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
+        self.check(nodes, out);
+        out.fill(0.0);
+        let n = self.degree() + 1;
+        for (e, element) in self.elements.iter().enumerate() {
+            let base = 2 * e * (n - 1);
+            let local = nodes[base..base + 2 * n].as_chunks::<2>().0;
+            for i in 0..n {
+                let row = &element.elastic[i * n..(i + 1) * n];
+                let mut sum = [0.0; 2];
+                for j in 0..n {
+                    sum[0] += row[j] * (local[j][0] - element.rest[j][0]);
+                    sum[1] += row[j] * (local[j][1] - element.rest[j][1]);
+                }
+                out[base + 2 * i] += sum[0];
+                out[base + 2 * i + 1] += sum[1];
+            }
+        }
+        self.clear_held(out);
+    }
+
+    /// `out` = pressure force at force intensity `intensity`, linear in it; zero where elements
+    /// meet and where the curve is held.
+    ///
+    /// # Errors
+    /// The curve has no direction at a node.
+    ///
+    /// # Panics
+    /// A length that is not that of [`SpectralElements::start`].
+    pub fn pressure_force_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        out: &mut [f64],
+    ) -> Result<(), MembraneError> {
+        self.check(nodes, out);
+        out.fill(0.0);
+        let p = self.degree();
+        for e in 0..self.elements.len() {
+            for i in 1..p {
+                let (d, scale) = self.direction(nodes, e, i)?;
+                out[2 * (e * p + i)] = -intensity * d[1] * scale;
+                out[2 * (e * p + i) + 1] = intensity * d[0] * scale;
+            }
+        }
+        Ok(())
+    }
+
+    /// Tangent of element `element`: derivative of the forces it contributes by its own nodes,
+    /// 2 (p + 1) rows and columns, row by row, **interior nodes first, then its first, then its
+    /// last node**, x before y. Rows of end nodes are shares of the tension jump: add those of
+    /// neighbours; where the curve is held put a unit row instead.
+    ///
+    /// # Errors
+    /// The curve has no direction at a node.
+    ///
+    /// # Panics
+    /// `nodes` or `out` of the wrong length, or no such element.
+    pub fn element_tangent_into(
+        &self,
+        element: usize,
+        nodes: &[f64],
+        intensity: f64,
+        out: &mut [f64],
+    ) -> Result<(), MembraneError> {
+        let p = self.degree();
+        let (n, size) = (p + 1, 2 * (p + 1));
+        assert_eq!(out.len(), size * size, "element tangent");
+        let this = &self.elements[element];
+        let per_s = 1.0 / (this.to - this.from);
+        for i in 0..n {
+            let derivative = &self.reference.derivative[i * n..(i + 1) * n];
+            let elastic = &this.elastic[i * n..(i + 1) * n];
+            // dn / dc' times the intensity, see the finite differences
+            let mut by = [[0.0; 2]; 2];
+            if i > 0 && i < p {
+                let (d, scale) = self.direction(nodes, element, i)?;
+                let f = intensity * per_s;
+                by = if self.law == PressureLaw::PerCurrentLength {
+                    [[0.0, -f], [f, 0.0]]
+                } else {
+                    let cube = scale * scale * scale;
+                    [
+                        [f * d[0] * d[1] * cube, -f * (scale - d[1] * d[1] * cube)],
+                        [f * (scale - d[0] * d[0] * cube), -f * d[0] * d[1] * cube],
+                    ]
+                };
+            }
+            let first = 2 * local_index(i, p) * size;
+            let (x_row, y_row) = out[first..first + 2 * size].split_at_mut(size);
+            for j in 0..n {
+                let column = 2 * local_index(j, p);
+                x_row[column] = elastic[j] + by[0][0] * derivative[j];
+                x_row[column + 1] = by[0][1] * derivative[j];
+                y_row[column] = by[1][0] * derivative[j];
+                y_row[column + 1] = elastic[j] + by[1][1] * derivative[j];
+            }
+        }
+        Ok(())
+    }
+
+    /// Material coordinate of every node of the whole curve, s from 0 to 1.
+    pub fn positions(&self) -> Vec<f64> {
+        let mut s = vec![0.0];
+        for element in &self.elements {
+            s.extend(
+                self.reference.nodes[1..]
+                    .iter()
+                    .map(|t| element.from + (element.to - element.from) * t),
+            );
+        }
+        if self.half {
+            let mirrored: Vec<f64> = s[..s.len() - 1].iter().rev().map(|s| 1.0 - s).collect();
+            s.extend(mirrored);
+        }
+        s
+    }
+
+    /// The whole curve at those positions, s from 0 to 1.
+    ///
+    /// # Panics
+    /// `nodes` not of the length of [`SpectralElements::start`].
+    pub fn points(&self, nodes: &[f64]) -> Vec<[f64; 2]> {
+        self.check(nodes, nodes);
+        let mut points = nodes.as_chunks::<2>().0.to_vec();
+        if self.half {
+            let mirrored: Vec<[f64; 2]> = points[..points.len() - 1]
+                .iter()
+                .rev()
+                .map(|&[x, y]| [x, -y])
+                .collect();
+            points.extend(mirrored);
+        }
+        points
+    }
+
+    /// The whole curve as one polynomial per element, s from 0 to 1.
+    ///
+    /// # Panics
+    /// `nodes` not of the length of [`SpectralElements::start`].
+    pub fn pieces(&self, nodes: &[f64]) -> Vec<CurvePiece> {
+        self.check(nodes, nodes);
+        let p = self.degree();
+        let mut pieces: Vec<CurvePiece> = self
+            .elements
+            .iter()
+            .enumerate()
+            .map(|(e, element)| {
+                let local = nodes[2 * e * p..2 * (e + 1) * p + 2].as_chunks::<2>().0;
+                let along = |k: usize| local.iter().map(|c| c[k]).collect::<Vec<_>>();
+                CurvePiece {
+                    from: element.from,
+                    to: element.to,
+                    x: self.reference.coefficients(&along(0)),
+                    y: self.reference.coefficients(&along(1)),
+                }
+            })
+            .collect();
+        if self.half {
+            let mirrored: Vec<_> = pieces.iter().rev().map(CurvePiece::mirrored).collect();
+            pieces.extend(mirrored);
+        }
+        pieces
+    }
+
+    pub(crate) fn element_length(&self, element: usize) -> f64 {
+        self.elements[element].to - self.elements[element].from
+    }
+
+    /// c' by s at node `i` of element `e`, and the factor that makes it what the law multiplies.
+    #[inline]
+    fn direction(
+        &self,
+        nodes: &[f64],
+        e: usize,
+        i: usize,
+    ) -> Result<([f64; 2], f64), MembraneError> {
+        let p = self.degree();
+        let row = &self.reference.derivative[i * (p + 1)..(i + 1) * (p + 1)];
+        let local = nodes[2 * e * p..2 * (e + 1) * p + 2].as_chunks::<2>().0;
+        let mut d = [0.0; 2];
+        for (a, c) in row.iter().zip(local) {
+            d[0] += a * c[0];
+            d[1] += a * c[1];
+        }
+        let per_s = 1.0 / self.element_length(e);
+        d = [d[0] * per_s, d[1] * per_s];
+        if self.law == PressureLaw::PerCurrentLength {
+            return Ok((d, 1.0));
+        }
+        let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
+        if length > 0.0 {
+            Ok((d, 1.0 / length))
+        } else {
+            Err(MembraneError::CoincidentPoints { index: e * p + i })
+        }
+    }
+
+    fn clear_held(&self, out: &mut [f64]) {
+        let last = out.len() - 2;
+        let [first, end] = self.held();
+        for k in 0..2 {
+            if first[k] {
+                out[k] = 0.0;
+            }
+            if end[k] {
+                out[last + k] = 0.0;
+            }
+        }
+    }
+
+    fn check(&self, nodes: &[f64], out: &[f64]) {
+        let n = self.start.len();
+        assert!(
+            nodes.len() == n && out.len() == n,
+            "expected {n} numbers, got {} and {}",
+            nodes.len(),
+            out.len()
+        );
+    }
+}
+
+/// Place of node `i` in an element's tangent: interior nodes first, then the two ends.
+fn local_index(i: usize, p: usize) -> usize {
+    match i {
+        0 => p - 1,
+        i if i == p => p,
+        i => i - 1,
+    }
+}
+
+fn elastic_matrix(reference: &Reference, stiffness: &[f64], length: f64) -> Vec<f64> {
+    let n = stiffness.len();
+    let d = &reference.derivative;
+    let mut elastic = vec![0.0; n * n];
+    for j in 0..n {
+        for i in 1..n - 1 {
+            let sum: f64 = (0..n)
+                .map(|k| d[i * n + k] * stiffness[k] * d[k * n + j])
+                .sum();
+            elastic[i * n + j] = sum / (length * length);
+        }
+        elastic[j] = stiffness[0] * d[j] / length;
+        elastic[(n - 1) * n + j] = -stiffness[n - 1] * d[(n - 1) * n + j] / length;
+    }
+    elastic
+}
+
+/// Where rest shape or stiffness is not smooth, on [0, 1] or, cut at the apex, on [0, 1/2].
+fn breakpoints(membrane: &Membrane, half: bool) -> Vec<f64> {
+    let mut all = membrane.rest().breakpoints().to_vec();
+    all.extend(membrane.stiffness().breakpoints());
+    if let Some(second) = membrane.second_neighbours() {
+        all.extend(second.breakpoints());
+    }
+    if half {
+        all.retain(|&b| b < 0.5);
+        all.push(0.5);
+    }
+    all.sort_by(f64::total_cmp);
+    // breakpoints of different origin that mean the same place
+    all.dedup_by(|b, a| *b - *a < 1e-12);
+    if half {
+        *all.last_mut().unwrap_or(&mut 0.5) = 0.5;
+    }
+    all
+}
+
+/// Whether `full` equals its own mirror image to rounding, node by node.
+fn is_symmetric(full: &SpectralElements, membrane: &Membrane) -> bool {
+    let size = full.start.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let close = |a: f64, b: f64, scale: f64| (a - b).abs() <= 1e-13 * scale;
+    let points = full.start.as_chunks::<2>().0;
+    let s = full.positions();
+    let count = points.len();
+    (0..count).all(|k| {
+        let ([x, y], [mx, my]) = (points[k], points[count - 1 - k]);
+        let stiffness = (
+            membrane.effective_stiffness(s[k]),
+            membrane.effective_stiffness(1.0 - s[k]),
+        );
+        let (Ok(a), Ok(b)) = stiffness else {
+            return false;
+        };
+        close(s[k], 1.0 - s[count - 1 - k], 1.0)
+            && close(x, mx, size)
+            && close(y, -my, size)
+            && close(a, b, full.stiffness_scale)
+    })
+}

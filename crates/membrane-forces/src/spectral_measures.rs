@@ -1,0 +1,201 @@
+//! Length, area, surface and volume of a spectral curve, by quadrature as accurate as the curve.
+
+use std::f64::consts::PI;
+
+use crate::chebyshev::gauss_legendre;
+use crate::measures::{Measure, Measures};
+use crate::spectral::SpectralElements;
+
+/// Values and derivatives at one quadrature point, as rows over the element's nodes.
+struct Sample<'a> {
+    weight: f64,
+    value: &'a [f64],
+    derivative: &'a [f64],
+}
+
+impl SpectralElements {
+    /// All four measures of the whole curve, as [`Measure`] defines them for polylines but for the
+    /// polynomials themselves. Area and volume are exact for them, length and surface have the
+    /// error of a Gauss rule with 3 p / 2 + 2 points an element.
+    ///
+    /// # Panics
+    /// `nodes` not of the length of [`SpectralElements::start`].
+    pub fn measures(&self, nodes: &[f64]) -> Measures {
+        Measures {
+            length: self.measure(Measure::Length, nodes),
+            area: self.measure(Measure::Area, nodes),
+            surface: self.measure(Measure::Surface, nodes),
+            volume: self.measure(Measure::Volume, nodes),
+        }
+    }
+
+    /// One measure of the whole curve. Cost O(elements p^2).
+    ///
+    /// # Panics
+    /// `nodes` not of the length of [`SpectralElements::start`].
+    pub fn measure(&self, measure: Measure, nodes: &[f64]) -> f64 {
+        self.integrate(measure, nodes, None)
+    }
+
+    /// `out` = gradient of [`SpectralElements::measure`] with respect to the state; returns the
+    /// measure.
+    ///
+    /// # Panics
+    /// A length that is not that of [`SpectralElements::start`].
+    pub fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) -> f64 {
+        assert_eq!(nodes.len(), out.len(), "measure gradient");
+        out.fill(0.0);
+        self.integrate(measure, nodes, Some(out))
+    }
+
+    fn integrate(&self, measure: Measure, nodes: &[f64], mut gradient: Option<&mut [f64]>) -> f64 {
+        assert_eq!(nodes.len(), self.start().len(), "nodes");
+        let p = self.degree();
+        let n = p + 1;
+        let copies = if self.is_half() { 2.0 } else { 1.0 };
+        let mut total = 0.0;
+        for e in 0..self.n_elements() {
+            let window = 2 * e * p..2 * (e + 1) * p + 2;
+            let local = nodes[window.clone()].as_chunks::<2>().0;
+            let mut out = gradient
+                .as_deref_mut()
+                .map(|g| g[window].as_chunks_mut::<2>().0);
+            let reference = &self.reference;
+            let mut add = |sample: Sample<'_>| {
+                let (mut c, mut d) = ([0.0; 2], [0.0; 2]);
+                for j in 0..n {
+                    for k in 0..2 {
+                        c[k] += sample.value[j] * local[j][k];
+                        d[k] += sample.derivative[j] * local[j][k];
+                    }
+                }
+                let (value, by_c, by_d) = integrand(measure, c, d);
+                let weight = copies * sample.weight;
+                total += weight * value;
+                if let Some(out) = &mut out {
+                    for j in 0..n {
+                        for k in 0..2 {
+                            out[j][k] += weight
+                                * (by_c[k] * sample.value[j] + by_d[k] * sample.derivative[j]);
+                        }
+                    }
+                }
+            };
+            let crossing = match measure {
+                Measure::Surface | Measure::Volume if !self.is_half() => self.axis_crossing(local),
+                _ => None,
+            };
+            match crossing {
+                None => {
+                    for (q, &(_, weight)) in reference.gauss.iter().enumerate() {
+                        let value = &reference.to_gauss[q * n..(q + 1) * n];
+                        let derivative = &reference.derivative_to_gauss[q * n..(q + 1) * n];
+                        add(Sample {
+                            weight,
+                            value,
+                            derivative,
+                        });
+                    }
+                }
+                // |y| has a kink where the curve crosses the axis: integrate either side by itself
+                Some(root) => {
+                    let mut value = vec![0.0; n];
+                    for (from, to) in [(0.0, root), (root, 1.0)] {
+                        for (t, weight) in gauss_legendre(reference.gauss.len()) {
+                            reference.value_row(from + (to - from) * t, &mut value);
+                            let derivative = reference.times_derivative(&value);
+                            add(Sample {
+                                weight: weight * (to - from),
+                                value: &value,
+                                derivative: &derivative,
+                            });
+                        }
+                    }
+                }
+            }
+        }
+        if measure == Measure::Area {
+            total += self.close_area(nodes, gradient);
+        }
+        total
+    }
+
+    /// The chord that closes the area; under the mirror, its half from the axis to the first node.
+    fn close_area(&self, nodes: &[f64], gradient: Option<&mut [f64]>) -> f64 {
+        let (last, copies) = (nodes.len() - 2, if self.is_half() { 2.0 } else { 1.0 });
+        let [x0, y0] = [nodes[0], nodes[1]];
+        let [x1, y1] = if self.is_half() {
+            [x0, 0.0]
+        } else {
+            [nodes[last], nodes[last + 1]]
+        };
+        if let Some(out) = gradient {
+            // the ends are held, so only completeness asks for these
+            if self.is_half() {
+                out[0] -= y0;
+                out[1] -= x0;
+            } else {
+                out[0] += 0.5 * y1;
+                out[1] -= 0.5 * x1;
+                out[last] -= 0.5 * y0;
+                out[last + 1] += 0.5 * x0;
+            }
+        }
+        copies * 0.5 * (x0 * y1 - x1 * y0)
+    }
+
+    /// Where y changes sign inside an element, as a fraction of it.
+    fn axis_crossing(&self, local: &[[f64; 2]]) -> Option<f64> {
+        let n = local.len();
+        let k = (1..n).find(|&k| local[k - 1][1] * local[k][1] < 0.0)?;
+        let mut row = vec![0.0; n];
+        let mut y = |t: f64| {
+            self.reference.value_row(t, &mut row);
+            row.iter().zip(local).map(|(a, c)| a * c[1]).sum::<f64>()
+        };
+        let (mut low, mut high) = (self.reference.nodes[k - 1], self.reference.nodes[k]);
+        let sign = local[k - 1][1].signum();
+        loop {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                return Some(middle);
+            }
+            if y(middle) * sign > 0.0 {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+    }
+}
+
+/// What is integrated over the element's own coordinate, with its derivatives by c and c'.
+#[inline]
+fn integrand(measure: Measure, c: [f64; 2], d: [f64; 2]) -> (f64, [f64; 2], [f64; 2]) {
+    let speed = || d[0].hypot(d[1]);
+    match measure {
+        Measure::Length => {
+            let speed = speed();
+            (speed, [0.0; 2], [d[0] / speed, d[1] / speed])
+        }
+        // twice the area is the integral of y x' - x y'
+        Measure::Area => (
+            0.5 * (c[1] * d[0] - c[0] * d[1]),
+            [-0.5 * d[1], 0.5 * d[0]],
+            [0.5 * c[1], -0.5 * c[0]],
+        ),
+        Measure::Surface => {
+            let (speed, y) = (speed(), PI * 0.5 * c[1].abs());
+            let unit = [d[0] / speed, d[1] / speed];
+            (
+                2.0 * y * speed,
+                [0.0, PI * c[1].signum() * speed],
+                [2.0 * y * unit[0], 2.0 * y * unit[1]],
+            )
+        }
+        Measure::Volume => {
+            let y = 0.5 * PI * c[1] * c[1].abs();
+            (y * d[0], [0.0, PI * c[1].abs() * d[0]], [y, 0.0])
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! Equilibrium and control as one system: the shape and its force intensity.
+
+use membrane_forces::Measure;
+
+use crate::border::Border;
+use crate::control::Target;
+use crate::discrete::{Discrete, Factors};
+use crate::error::NewtonError;
+use crate::newton::ResidualSystem;
+
+/// F(c, f) = 0 and g(c, f) = 0 for the unknowns (c, f), f last.
+pub(crate) struct Bordered<'a> {
+    discrete: &'a Discrete,
+    pub(crate) target: Target,
+    factors: Factors,
+    border: Border,
+    elastic: Vec<f64>,
+    /// Length that makes numbers free of units: that of the start.
+    length_scale: f64,
+}
+
+impl<'a> Bordered<'a> {
+    pub(crate) fn new(discrete: &'a Discrete, length_scale: f64, target: Target) -> Self {
+        let n = discrete.start().len();
+        Self {
+            discrete,
+            target,
+            factors: Factors::new(discrete),
+            border: Border::new(n),
+            elastic: vec![0.0; n],
+            length_scale,
+        }
+    }
+
+    pub(crate) fn volume(&self, nodes: &[f64]) -> f64 {
+        self.discrete.measure(Measure::Volume, nodes)
+    }
+
+    pub(crate) fn volume_gradient_into(&self, nodes: &[f64], out: &mut [f64]) {
+        self.discrete
+            .measure_gradient_into(Measure::Volume, nodes, out);
+    }
+
+    /// What the control prescribes, as it is in state `x`.
+    pub(crate) fn target_value(&self, x: &[f64]) -> f64 {
+        let (f, nodes) = (x[x.len() - 1], &x[..x.len() - 1]);
+        match self.target {
+            Target::Intensity(_) => f,
+            Target::TotalForce(_) => f * self.discrete.measure(Measure::Surface, nodes),
+            Target::Measure(measure, _) => self.discrete.measure(measure, nodes),
+        }
+    }
+
+    fn force_scale(&self) -> f64 {
+        self.discrete.stiffness_scale() * self.length_scale
+    }
+
+    /// The border equation over its own scale, so that all equations count alike.
+    fn target_scale(&self) -> f64 {
+        let l = self.length_scale;
+        match self.target {
+            Target::Intensity(_) => self.force_scale(),
+            Target::TotalForce(_) => self.force_scale() * l * l,
+            Target::Measure(Measure::Length, _) => l,
+            Target::Measure(Measure::Area | Measure::Surface, _) => l * l,
+            Target::Measure(Measure::Volume, _) => l * l * l,
+        }
+    }
+}
+
+impl ResidualSystem for Bordered<'_> {
+    fn len(&self) -> usize {
+        self.elastic.len() + 1
+    }
+
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+        let n = self.elastic.len();
+        let (nodes, f) = (&x[..n], x[n]);
+        self.discrete.elastic_force_into(nodes, &mut self.elastic);
+        self.discrete
+            .pressure_force_into(nodes, f, &mut out[..n])
+            .map_err(NewtonError::membrane)?;
+        for (out, elastic) in out[..n].iter_mut().zip(&self.elastic) {
+            *out += elastic;
+        }
+        out[n] = self.target_value(x) - self.target.value();
+        Ok(())
+    }
+
+    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+        let n = self.elastic.len();
+        let (nodes, f) = (&x[..n], x[n]);
+        let Self {
+            discrete,
+            factors,
+            border,
+            ..
+        } = self;
+        factors.factor(discrete, nodes, f)?;
+        discrete
+            .pressure_force_into(nodes, 1.0, &mut border.column)
+            .map_err(NewtonError::membrane)?;
+        let corner = match self.target {
+            Target::Intensity(_) => {
+                border.row.fill(0.0);
+                1.0
+            }
+            Target::TotalForce(_) => {
+                discrete.measure_gradient_into(Measure::Surface, nodes, &mut border.row);
+                border.row.iter_mut().for_each(|g| *g *= f);
+                discrete.measure(Measure::Surface, nodes)
+            }
+            Target::Measure(measure, _) => {
+                discrete.measure_gradient_into(measure, nodes, &mut border.row);
+                0.0
+            }
+        };
+        border.eliminate(corner, |column| factors.solve_in_place(column))
+    }
+
+    fn solve_in_place(&mut self, rhs: &mut [f64]) {
+        let (head, tail) = rhs.split_at_mut(self.elastic.len());
+        self.factors.solve_in_place(head);
+        tail[0] = self.border.correct(head, tail[0]);
+    }
+
+    fn residual_norm(&self, residual: &[f64]) -> f64 {
+        let n = self.elastic.len();
+        let forces = residual[..n]
+            .as_chunks::<2>()
+            .0
+            .iter()
+            .map(|r| r[0].hypot(r[1]))
+            .fold(0.0, nan_max);
+        nan_max(
+            forces / self.force_scale(),
+            residual[n].abs() / self.target_scale(),
+        )
+    }
+
+    fn step_norm(&self, step: &[f64]) -> f64 {
+        let n = self.elastic.len();
+        nan_max(
+            max_abs(&step[..n]) / self.length_scale,
+            step[n].abs() / self.force_scale(),
+        )
+    }
+}
+
+fn max_abs(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |m, v| nan_max(m, v.abs()))
+}
+
+/// The larger of the two, NaN if either is.
+pub(crate) fn nan_max(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else {
+        a.max(b)
+    }
+}

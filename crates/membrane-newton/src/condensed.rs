@@ -1,0 +1,175 @@
+//! Static condensation: the tangent of spectral elements, factored element by element.
+
+use membrane_forces::{BandMatrix, SpectralElements};
+
+use crate::banded::BandedLu;
+use crate::error::NewtonError;
+
+/// Factorisation of the assembled tangent of [`SpectralElements`].
+///
+/// The interior nodes of an element see only their own element: they are eliminated first by a
+/// dense LU that stops before the element's two end nodes and leaves their 4 by 4 Schur
+/// complement in its last corner. What remains couples neighbouring end nodes only and is a band
+/// matrix. Cost O(elements p^3) to factor, O(elements p^2) to solve, no allocation after set-up.
+#[derive(Debug, Clone)]
+pub(crate) struct CondensedLu {
+    /// Unknowns of an element: interior first, then its two ends.
+    size: usize,
+    interior: usize,
+    local: Vec<Vec<f64>>,
+    pivots: Vec<Vec<u32>>,
+    ends: BandMatrix,
+    lu: BandedLu,
+    held: [[bool; 2]; 2],
+    end_values: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl CondensedLu {
+    pub(crate) fn new(elements: &SpectralElements) -> Self {
+        let (count, p) = (elements.n_elements(), elements.degree());
+        let (size, interior) = (2 * (p + 1), 2 * (p - 1));
+        let ends = BandMatrix::zeros(2 * (count + 1), 3, 3);
+        Self {
+            size,
+            interior,
+            local: vec![vec![0.0; size * size]; count],
+            pivots: vec![vec![0; interior]; count],
+            lu: BandedLu::for_matrix(&ends),
+            ends,
+            held: elements.held(),
+            end_values: vec![0.0; 2 * (count + 1)],
+            scratch: vec![0.0; size],
+        }
+    }
+
+    /// Computes and factors the tangent at `nodes`.
+    pub(crate) fn factor(
+        &mut self,
+        elements: &SpectralElements,
+        nodes: &[f64],
+        intensity: f64,
+    ) -> Result<(), NewtonError> {
+        self.ends.clear();
+        let (size, interior) = (self.size, self.interior);
+        for e in 0..elements.n_elements() {
+            let local = &mut self.local[e];
+            elements
+                .element_tangent_into(e, nodes, intensity, local)
+                .map_err(NewtonError::membrane)?;
+            eliminate(local, size, interior, &mut self.pivots[e])?;
+            for i in 0..4 {
+                let row = 2 * e + i;
+                if self.is_held(row) {
+                    continue;
+                }
+                for j in 0..4 {
+                    self.ends.add(
+                        row,
+                        2 * e + j,
+                        self.local[e][(interior + i) * size + interior + j],
+                    );
+                }
+            }
+        }
+        for row in 0..self.ends.len() {
+            if self.is_held(row) {
+                self.ends.add(row, row, 1.0);
+            }
+        }
+        self.lu.factor(&self.ends)
+    }
+
+    fn is_held(&self, row: usize) -> bool {
+        let last = self.ends.len() - 2;
+        (row < 2 && self.held[0][row]) || (row >= last && self.held[1][row - last])
+    }
+
+    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) {
+        let (size, interior) = (self.size, self.interior);
+        let stride = size - 2;
+        let count = self.local.len();
+        for e in 0..=count {
+            self.end_values[2 * e..2 * e + 2].copy_from_slice(&rhs[e * stride..e * stride + 2]);
+        }
+        for e in 0..count {
+            let local = &self.local[e];
+            let inside = &mut rhs[e * stride + 2..e * stride + 2 + interior];
+            for k in 0..interior {
+                inside.swap(k, self.pivots[e][k] as usize);
+                // row k of L is complete: its multipliers stand left of the diagonal
+                let row = &local[k * size..k * size + k];
+                let sum: f64 = row.iter().zip(inside.iter()).map(|(l, b)| l * b).sum();
+                inside[k] -= sum;
+            }
+            for i in 0..4 {
+                let row = 2 * e + i;
+                if !self.is_held(row) {
+                    let l = &local[(interior + i) * size..][..interior];
+                    let sum: f64 = l.iter().zip(inside.iter()).map(|(l, b)| l * b).sum();
+                    self.end_values[row] -= sum;
+                }
+            }
+        }
+        self.lu.solve_in_place(&mut self.end_values);
+        for e in 0..count {
+            let local = &self.local[e];
+            let full = &mut self.scratch;
+            full[interior..].copy_from_slice(&self.end_values[2 * e..2 * e + 4]);
+            let inside = &mut rhs[e * stride + 2..e * stride + 2 + interior];
+            for k in (0..interior).rev() {
+                let row = &local[k * size..(k + 1) * size];
+                let sum: f64 = row[k + 1..]
+                    .iter()
+                    .zip(&full[k + 1..])
+                    .map(|(u, x)| u * x)
+                    .sum();
+                full[k] = (inside[k] - sum) / row[k];
+            }
+            inside.copy_from_slice(&full[..interior]);
+        }
+        for e in 0..=count {
+            rhs[e * stride..e * stride + 2].copy_from_slice(&self.end_values[2 * e..2 * e + 2]);
+        }
+    }
+}
+
+/// Eliminates the first `interior` columns of the `size` by `size` matrix, pivoting among its
+/// first `interior` rows; L, U and the Schur complement overwrite it.
+fn eliminate(
+    a: &mut [f64],
+    size: usize,
+    interior: usize,
+    pivots: &mut [u32],
+) -> Result<(), NewtonError> {
+    for k in 0..interior {
+        let mut pivot = k;
+        for i in k + 1..interior {
+            if a[i * size + k].abs() > a[pivot * size + k].abs() {
+                pivot = i;
+            }
+        }
+        let value = a[pivot * size + k];
+        if value == 0.0 || !value.is_finite() {
+            return Err(NewtonError::Singular {
+                row: k,
+                pivot: value,
+            });
+        }
+        pivots[k] = pivot as u32;
+        let (above, below) = a.split_at_mut((k + 1) * size);
+        let upper = &mut above[k * size..];
+        if pivot != k {
+            upper.swap_with_slice(&mut below[(pivot - k - 1) * size..(pivot - k) * size]);
+        }
+        let inverse = 1.0 / upper[k];
+        for row in below.chunks_exact_mut(size) {
+            let factor = row[k] * inverse;
+            row[k] = factor;
+            for (x, u) in row[k + 1..].iter_mut().zip(&upper[k + 1..]) {
+                *x -= factor * u;
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,164 @@
+//! The two discretisations behind one face, and the factorisation that goes with each.
+
+use membrane_forces::{
+    BandMatrix, CurvePiece, FiniteDifferences, Measure, Measures, MembraneError, PressureLaw,
+    SpectralElements,
+};
+
+use crate::banded::BandedLu;
+use crate::condensed::CondensedLu;
+use crate::error::NewtonError;
+
+#[derive(Debug, Clone)]
+pub(crate) enum Discrete {
+    Differences(FiniteDifferences),
+    Spectral(SpectralElements),
+}
+
+impl Discrete {
+    pub(crate) fn start(&self) -> &[f64] {
+        match self {
+            Self::Differences(d) => d.start(),
+            Self::Spectral(s) => s.start(),
+        }
+    }
+
+    pub(crate) fn law(&self) -> PressureLaw {
+        match self {
+            Self::Differences(d) => d.law(),
+            Self::Spectral(s) => s.law(),
+        }
+    }
+
+    pub(crate) fn stiffness_scale(&self) -> f64 {
+        match self {
+            Self::Differences(d) => d.stiffness_scale(),
+            Self::Spectral(s) => s.stiffness_scale(),
+        }
+    }
+
+    pub(crate) fn compliance(&self) -> f64 {
+        match self {
+            Self::Differences(d) => d.compliance(),
+            Self::Spectral(s) => s.compliance(),
+        }
+    }
+
+    pub(crate) fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
+        match self {
+            Self::Differences(d) => d.elastic_force_into(nodes, out),
+            Self::Spectral(s) => s.elastic_force_into(nodes, out),
+        }
+    }
+
+    pub(crate) fn pressure_force_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        out: &mut [f64],
+    ) -> Result<(), MembraneError> {
+        match self {
+            Self::Differences(d) => d.pressure_force_into(nodes, intensity, out),
+            Self::Spectral(s) => s.pressure_force_into(nodes, intensity, out),
+        }
+    }
+
+    pub(crate) fn measure(&self, measure: Measure, nodes: &[f64]) -> f64 {
+        match self {
+            Self::Differences(_) => measure.of(nodes),
+            Self::Spectral(s) => s.measure(measure, nodes),
+        }
+    }
+
+    pub(crate) fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {
+        match self {
+            Self::Differences(_) => measure.gradient_into(nodes, out),
+            Self::Spectral(s) => {
+                s.measure_gradient_into(measure, nodes, out);
+            }
+        }
+    }
+
+    pub(crate) fn measures(&self, nodes: &[f64]) -> Measures {
+        match self {
+            Self::Differences(_) => Measures::of(nodes),
+            Self::Spectral(s) => s.measures(nodes),
+        }
+    }
+
+    pub(crate) fn positions(&self) -> Vec<f64> {
+        match self {
+            Self::Differences(d) => {
+                let last = d.n_nodes() - 1;
+                (0..=last).map(|n| n as f64 / last as f64).collect()
+            }
+            Self::Spectral(s) => s.positions(),
+        }
+    }
+
+    pub(crate) fn points(&self, nodes: &[f64]) -> Vec<[f64; 2]> {
+        match self {
+            Self::Differences(_) => nodes.as_chunks::<2>().0.to_vec(),
+            Self::Spectral(s) => s.points(nodes),
+        }
+    }
+
+    pub(crate) fn pieces(&self, nodes: &[f64]) -> Vec<CurvePiece> {
+        match self {
+            Self::Differences(_) => Vec::new(),
+            Self::Spectral(s) => s.pieces(nodes),
+        }
+    }
+}
+
+#[derive(Debug, Clone)]
+pub(crate) enum Factors {
+    Banded { tangent: BandMatrix, lu: BandedLu },
+    Condensed(CondensedLu),
+}
+
+impl Factors {
+    pub(crate) fn new(discrete: &Discrete) -> Self {
+        match discrete {
+            Discrete::Differences(d) => {
+                let tangent = d.band();
+                Self::Banded {
+                    lu: BandedLu::for_matrix(&tangent),
+                    tangent,
+                }
+            }
+            Discrete::Spectral(s) => Self::Condensed(CondensedLu::new(s)),
+        }
+    }
+
+    /// Factors the tangent of the forces at fixed intensity.
+    pub(crate) fn factor(
+        &mut self,
+        discrete: &Discrete,
+        nodes: &[f64],
+        intensity: f64,
+    ) -> Result<(), NewtonError> {
+        match (self, discrete) {
+            (Self::Banded { tangent, lu }, Discrete::Differences(d)) => {
+                tangent.clear();
+                d.add_elastic_tangent(1.0, tangent);
+                d.add_pressure_tangent(nodes, intensity, 1.0, tangent)
+                    .map_err(NewtonError::membrane)?;
+                let n = tangent.len();
+                for held in [0, 1, n - 2, n - 1] {
+                    tangent.add(held, held, 1.0);
+                }
+                lu.factor(tangent)
+            }
+            (Self::Condensed(lu), Discrete::Spectral(s)) => lu.factor(s, nodes, intensity),
+            _ => unreachable!("made for this discretisation"),
+        }
+    }
+
+    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) {
+        match self {
+            Self::Banded { lu, .. } => lu.solve_in_place(rhs),
+            Self::Condensed(lu) => lu.solve_in_place(rhs),
+        }
+    }
+}

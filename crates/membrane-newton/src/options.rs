@@ -1,0 +1,126 @@
+//! When Newton stops, how it searches, and what it did.
+
+/// When to stop and how to search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewtonOptions {
+    /// Converged when the scaled residual is at most this.
+    pub residual_tolerance: f64,
+    /// Converged when the scaled error left in the unknowns, estimated from the last two
+    /// corrections, is at most this, or when the step itself is.
+    pub step_tolerance: f64,
+    /// Give up after this many iterations.
+    pub max_iterations: usize,
+    /// How the length of a step is chosen.
+    pub line_search: LineSearch,
+    /// When Newton fails from where it starts, the solver raises the control in steps instead
+    /// (continuation), at most this many; 0 turns that off.
+    pub max_load_steps: usize,
+}
+
+/// How the length of a Newton step is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LineSearch {
+    /// Always the full step, and nothing but it: the textbook iteration.
+    FullStep,
+    /// Halve the step until the next correction, estimated with the tangent at hand, is smaller
+    /// than this one: the natural monotonicity test (Deuflhard, Newton Methods for Nonlinear
+    /// Problems, 2004, section 3.3), which does not depend on how the equations are scaled.
+    Natural {
+        /// Most halvings in one iteration.
+        max_halvings: usize,
+    },
+}
+
+impl Default for NewtonOptions {
+    fn default() -> Self {
+        Self {
+            residual_tolerance: 1e-15,
+            step_tolerance: 1e-14,
+            max_iterations: 30,
+            line_search: LineSearch::Natural { max_halvings: 10 },
+            max_load_steps: 100,
+        }
+    }
+}
+
+impl NewtonOptions {
+    /// The same with other tolerances on the scaled residual and the scaled step.
+    pub fn with_tolerances(mut self, residual: f64, step: f64) -> Self {
+        self.residual_tolerance = residual;
+        self.step_tolerance = step;
+        self
+    }
+
+    /// The same with another limit on the iterations.
+    pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
+        self.max_iterations = max_iterations;
+        self
+    }
+
+    /// The same with another line search.
+    pub fn with_line_search(mut self, line_search: LineSearch) -> Self {
+        self.line_search = line_search;
+        self
+    }
+
+    /// The same with another limit on the steps of the continuation.
+    pub fn with_max_load_steps(mut self, max_load_steps: usize) -> Self {
+        self.max_load_steps = max_load_steps;
+        self
+    }
+}
+
+/// What a solve did.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct NewtonReport {
+    /// Newton iterations: changes of the unknowns with a new factorisation.
+    pub iterations: usize,
+    /// Factorisations of the tangent.
+    pub factorisations: usize,
+    /// Evaluations of the residual.
+    pub residual_calls: usize,
+    /// Continuation steps tried, 0 if Newton needed none.
+    pub load_steps: usize,
+    /// Scaled residual at the result.
+    pub residual: f64,
+    /// Scaled size of the last step, infinite if none was computed.
+    pub step: f64,
+    /// Scaled residual before the first iteration and after each.
+    pub history: Vec<f64>,
+}
+
+impl NewtonReport {
+    /// Empties the report, keeping its memory.
+    pub(crate) fn restart(&mut self, max_iterations: usize) {
+        let mut history = std::mem::take(&mut self.history);
+        history.clear();
+        history.reserve(max_iterations + 1);
+        *self = Self {
+            step: f64::INFINITY,
+            history,
+            ..Self::default()
+        };
+    }
+
+    pub(crate) fn evaluated(&mut self, residual: f64) {
+        self.residual_calls += 1;
+        self.residual = residual;
+        self.history.push(residual);
+    }
+
+    pub(crate) fn stepped(&mut self, step: f64, residual: f64) {
+        self.iterations += 1;
+        self.step = step;
+        self.residual = residual;
+        self.history.push(residual);
+    }
+
+    /// Adds what an earlier solve did, so that the report covers both.
+    pub(crate) fn add_earlier(&mut self, earlier: &Self) {
+        self.iterations += earlier.iterations;
+        self.factorisations += earlier.factorisations;
+        self.residual_calls += earlier.residual_calls;
+        self.load_steps += earlier.load_steps;
+        self.history.splice(0..0, earlier.history.iter().copied());
+    }
+}
