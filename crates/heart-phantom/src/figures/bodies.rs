@@ -237,7 +237,7 @@ pub fn poses(
                 .iter()
                 .map(|p| camera.pixel(p))
                 .fold([f64::INFINITY; 2], |m, p| if p[0] < m[0] { p } else { m });
-            let at = [left[0] - 14.0, left[1] - 52.0].map(|v| v.round() as i32);
+            let at = [left[0] - 14.0, left[1] - 86.0].map(|v| v.round() as i32);
             text(area, "camera", TEXT, GREEN, (at[0], at[1]), Pin::Left)?;
         }
         Ok(())

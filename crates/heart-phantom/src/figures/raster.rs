@@ -131,3 +131,82 @@ pub(super) fn fill_bar(picture: &mut Picture, rect: Rect, window: [f64; 2]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figures::canvas::paint;
+
+    #[test]
+    fn the_window_maps_low_to_black_and_high_to_white_and_rises() {
+        let window = [-0.25, 1.25];
+        assert_eq!(grey(-0.25, window), 0);
+        assert_eq!(grey(-9.0, window), 0);
+        assert_eq!(grey(1.25, window), 255);
+        assert_eq!(grey(9.0, window), 255);
+        assert_eq!(grey(0.5, window), 128);
+        let greys: Vec<u8> = (0..=1000)
+            .map(|k| grey(-0.3 + 1.6 * f64::from(k) / 1000.0, window))
+            .collect();
+        assert!(greys.windows(2).all(|w| w[0] <= w[1]));
+        // Every grey is used.
+        assert!((0..=255).all(|g| greys.contains(&g)));
+    }
+
+    #[test]
+    fn footprints_cover_each_sample_evenly() {
+        for (n_pixels, n_samples) in [(512, 256), (384, 256), (384, 1000), (7, 7)] {
+            let prints = footprints(n_pixels, n_samples);
+            let mut seen = vec![0.0; n_samples];
+            for print in &prints {
+                assert!((print.iter().map(|p| p.1).sum::<f64>() - 1.0).abs() < 1e-9);
+                print.iter().for_each(|&(k, share)| seen[k] += share);
+            }
+            let even = n_pixels as f64 / n_samples as f64;
+            assert!(seen.iter().all(|s| (s - even).abs() < 1e-6));
+        }
+    }
+
+    #[test]
+    fn columns_go_right_and_rows_go_up() {
+        let rect = Rect {
+            left: 5,
+            top: 7,
+            width: 40,
+            height: 30,
+        };
+        let mut picture = paint(60, 50, |_| Ok(())).unwrap();
+        fill(&mut picture, rect, (4, 3), [0.0, 1.0], |column, row| {
+            f32::from(u8::from(column == 3 && row == 2))
+        });
+        // Ten pixels a sample: the last column and the last row are to the right and on top.
+        assert_eq!(picture.pixel(5 + 35, 7 + 5), [255; 3]);
+        assert_eq!(picture.pixel(5 + 35, 7 + 15), [0; 3]);
+        assert_eq!(picture.pixel(5 + 25, 7 + 5), [0; 3]);
+        assert_eq!(picture.pixel(5, 7 + 29), [0; 3]);
+        // Nothing beyond the rectangle.
+        assert_eq!(picture.pixel(4, 20), [255; 3]);
+        assert_eq!(picture.pixel(45, 20), [255; 3]);
+    }
+
+    #[test]
+    fn the_bar_shows_the_window_from_bottom_to_top() {
+        let rect = Rect {
+            left: 0,
+            top: 10,
+            width: 20,
+            height: 200,
+        };
+        let mut picture = paint(200, 230, |_| Ok(())).unwrap();
+        let window = [-1.0, 3.0];
+        fill_bar(&mut picture, rect, window);
+        let x = (20 + BAR_GAP + BAR_WIDTH / 2) as u32;
+        for y in 12..208 {
+            // The middle of pixel y is at this share of the bar's height.
+            let along = (210.0 - f64::from(y) - 0.5) / 200.0;
+            let value = -1.0 + 4.0 * along;
+            assert_eq!(picture.pixel(x, y)[0], grey(value, window));
+        }
+        assert!(picture.pixel(x, 12)[0] > 250 && picture.pixel(x, 207)[0] < 5);
+    }
+}

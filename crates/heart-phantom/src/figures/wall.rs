@@ -179,3 +179,108 @@ fn cut_face([a, b]: [Vector3<f64>; 2], at: &Point3<f64>) -> (Part, Vector3<f64>)
         (Part::Cut(1), b)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    /// Half an ellipse from the base at x = 0 to the apex at x = a, of radius b at the base.
+    fn half_ellipse(a: f64, b: f64) -> Vec<[f64; 2]> {
+        (0..=400)
+            .map(|i| FRAC_PI_2 * (1.0 - f64::from(i) / 200.0))
+            .map(|t| [a * t.cos(), b * t.sin()])
+            .collect()
+    }
+
+    fn wall() -> Wall {
+        let (inner, outer) = (half_ellipse(8.0, 2.0), half_ellipse(10.0, 3.0));
+        let state = WallState {
+            title: "",
+            inner: &inner,
+            outer: &outer,
+        };
+        Wall::new(&state, Pose::identity()).unwrap()
+    }
+
+    #[test]
+    fn the_outside_is_met_with_the_normal_of_the_ellipse() {
+        let wall = wall();
+        for k in 1..20 {
+            let x = 0.5 * f64::from(k);
+            let met = wall
+                .met(Point3::new(x, 0.0, 50.0), -Vector3::z(), None)
+                .unwrap();
+            let z = 3.0 * (1.0 - x * x / 100.0f64).sqrt();
+            // 400 chords of a half ellipse: sagitta h^2 / 8 times the curvature, below 2e-4.
+            assert!((met.point - Point3::new(x, 0.0, z)).norm() < 2e-4);
+            let normal = Vector3::new(x / 100.0, 0.0, z / 9.0).normalize();
+            // Normals are interpolated between nodes 0.08 apart and right to second order.
+            assert!(
+                (met.normal - normal).norm() < 2e-3,
+                "{} {normal}",
+                met.normal
+            );
+            let Part::Outer(on) = met.part else {
+                panic!("{:?}", met.part)
+            };
+            let angle = (x / 10.0).asin();
+            assert!((on.material - angle / FRAC_PI_2).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn the_cavity_is_open_at_the_base_and_the_ring_is_not() {
+        let wall = wall();
+        let met = wall
+            .met(Point3::new(-50.0, 0.0, 0.01), Vector3::x(), None)
+            .unwrap();
+        assert!(matches!(met.part, Part::Inner));
+        assert!((met.point.x - 8.0).abs() < 1e-3 && (met.normal + Vector3::x()).norm() < 0.1);
+        let met = wall
+            .met(Point3::new(-50.0, 2.5, 0.0), Vector3::x(), None)
+            .unwrap();
+        assert!(matches!(met.part, Part::Base) && met.point.x.abs() < 1e-12);
+        assert_eq!(met.normal, -Vector3::x());
+    }
+
+    #[test]
+    fn a_wedge_opens_the_wall() {
+        let wall = wall();
+        let wedge = [-Vector3::y(), Vector3::z()];
+        // Down through the quarter cut away, into the wall's face at z = 0.
+        let met = wall
+            .met(Point3::new(1.0, -2.5, 50.0), -Vector3::z(), Some(wedge))
+            .unwrap();
+        assert!(matches!(met.part, Part::Cut(1)) && met.point.z.abs() < 1e-12);
+        assert_eq!(met.normal, Vector3::z());
+        // Nearer the axis it falls through the cavity to the far side of the inner membrane.
+        let met = wall
+            .met(Point3::new(1.0, -0.5, 50.0), -Vector3::z(), Some(wedge))
+            .unwrap();
+        assert!(matches!(met.part, Part::Inner) && met.point.z < -1.8 && met.normal.z > 0.9);
+        // The other quarters stay.
+        let met = wall
+            .met(Point3::new(1.0, 0.5, 50.0), -Vector3::z(), Some(wedge))
+            .unwrap();
+        assert!(matches!(met.part, Part::Outer(_)));
+    }
+
+    #[test]
+    fn the_pose_carries_points_and_normals() {
+        let (inner, outer) = (half_ellipse(8.0, 2.0), half_ellipse(10.0, 3.0));
+        let state = WallState {
+            title: "",
+            inner: &inner,
+            outer: &outer,
+        };
+        let pose = Pose::axis_along_z(5.0).unwrap();
+        let wall = Wall::new(&state, pose).unwrap();
+        let met = wall
+            .met(Point3::new(0.0, 0.0, 50.0), -Vector3::z(), None)
+            .unwrap();
+        assert!((met.point - Point3::new(0.0, 0.0, 5.0)).norm() < 1e-9);
+        assert!((met.normal - Vector3::z()).norm() < 1e-2);
+        assert!((wall.centre() - Point3::origin()).norm() < 1e-9);
+    }
+}

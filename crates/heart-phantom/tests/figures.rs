@@ -1,0 +1,602 @@
+//! The figures as a caller sees them: bad input, files, orientation, scale, the same bytes each time.
+#![cfg(feature = "figures")]
+
+use std::f64::consts::PI;
+
+use heart_phantom::figures::*;
+use heart_phantom::{PhantomError, figures};
+use revolve_voxel::Pose;
+
+/// Half an ellipse [x, y] from (0, b) over the apex (a, 0) to (0, -b).
+fn half_ellipse(a: f64, b: f64) -> Vec<[f64; 2]> {
+    (0..=100)
+        .map(|i| 0.5 * PI * (1.0 - f64::from(i) / 50.0))
+        .map(|t| [a * t.cos(), b * t.sin()])
+        .collect()
+}
+
+/// A soft ball of radius `r` voxels in a cube of `n`.
+fn ball(n: usize, r: f64) -> Vec<f32> {
+    let middle = 0.5 * (n as f64 - 1.0);
+    (0..n * n * n)
+        .map(|i| {
+            let d: f64 = [i % n, i / n % n, i / n / n]
+                .iter()
+                .map(|&k| (k as f64 - middle).powi(2))
+                .sum();
+            (0.5 + r - d.sqrt()).clamp(0.0, 1.0) as f32
+        })
+        .collect()
+}
+
+const FRONT: View = View {
+    azimuth: 0.0,
+    elevation: 0.0,
+};
+
+fn iso(level: f32) -> IsoView {
+    IsoView {
+        level,
+        view: FRONT,
+        cut: None,
+    }
+}
+
+#[test]
+fn bad_input_is_refused_with_its_numbers() {
+    use FigureError::*;
+    let good = half_ellipse(8.0, 2.0);
+    let mut nan = good.clone();
+    nan[7][1] = f64::NAN;
+    let shape = |nodes| Shape {
+        nodes,
+        load: 1.0,
+        area: 2.0,
+        volume: 3.0,
+    };
+    assert!(matches!(
+        shapes(&[]),
+        Err(TooFew {
+            given: 0,
+            needed: 1,
+            ..
+        })
+    ));
+    assert!(matches!(
+        shapes(&[shape(&good[..2])]),
+        Err(TooFew {
+            given: 2,
+            needed: 3,
+            ..
+        })
+    ));
+    assert!(matches!(
+        shapes(&[shape(&nan)]),
+        Err(NotFinite { index: 7, .. })
+    ));
+    assert!(matches!(
+        shapes(&[shape(&[[1.0, 1.0]; 5])]),
+        Err(Interval { .. })
+    ));
+    assert!(matches!(
+        shapes(&[shape(&[[-1e308, 0.0], [1e308, 1.0], [0.0, 0.0]])]),
+        Err(Interval { .. })
+    ));
+    let infinite = Shape {
+        load: f64::INFINITY,
+        ..shape(&good)
+    };
+    assert!(matches!(
+        shapes(&[infinite]),
+        Err(NotFinite { index: 0, .. })
+    ));
+
+    let history = |norms| History { label: "", norms };
+    assert!(matches!(histories("", None, &[]), Err(TooFew { .. })));
+    assert!(matches!(
+        histories("", None, &[history(&[])]),
+        Err(TooFew { .. })
+    ));
+    assert!(matches!(
+        histories("", None, &[history(&[1.0, f64::NAN])]),
+        Err(NotFinite { index: 1, .. })
+    ));
+    assert!(matches!(
+        histories("", None, &[history(&[1.0, -2.0])]),
+        Err(NotPositive { given: -2.0, .. })
+    ));
+    assert!(matches!(
+        histories("", Some(0.0), &[history(&[1.0])]),
+        Err(NotPositive { .. })
+    ));
+    // Zeros and a single value are drawn.
+    assert!(histories("", None, &[history(&[0.0])]).is_ok());
+
+    let frame = |elastic| ForceFrame {
+        iteration: 0,
+        nodes: &good,
+        elastic,
+        pressure: &good,
+    };
+    assert!(matches!(force_frames(&[]), Err(TooFew { .. })));
+    assert!(matches!(
+        force_frames(&[frame(&good[1..])]),
+        Err(Mismatch {
+            given: 100,
+            expected: 101,
+            ..
+        })
+    ));
+    assert!(matches!(
+        force_frames(&[frame(&nan)]),
+        Err(NotFinite { index: 7, .. })
+    ));
+    let still = vec![[0.0; 2]; good.len()];
+    let rest = ForceFrame {
+        iteration: 0,
+        nodes: &good,
+        elastic: &still,
+        pressure: &still,
+    };
+    assert!(force_frames(&[rest]).is_ok());
+
+    let state = |outer| WallState {
+        title: "",
+        inner: &good,
+        outer,
+    };
+    assert!(matches!(wall_meshes(&[], 5, 50), Err(TooFew { .. })));
+    assert!(matches!(
+        wall_meshes(&[state(&good[1..])], 5, 50),
+        Err(Mismatch { .. })
+    ));
+    assert!(matches!(
+        wall_meshes(&[state(&good)], 0, 50),
+        Err(TooFew { .. })
+    ));
+    assert!(matches!(bodies(&[]), Err(TooFew { .. })));
+    assert!(matches!(bodies(&[state(&nan)]), Err(NotFinite { .. })));
+    let flat = vec![[1.0, 1.0]; good.len()];
+    assert!(matches!(bodies(&[state(&flat)]), Err(Body(_))));
+    assert!(matches!(
+        poses(&state(&good), &[], FRONT),
+        Err(TooFew { .. })
+    ));
+    let nowhere = View {
+        azimuth: f64::NAN,
+        elevation: 0.0,
+    };
+    assert!(matches!(
+        poses(&state(&good), &[("", Pose::identity())], nowhere),
+        Err(NotFinite { .. })
+    ));
+
+    let image = |values| Projection { angle: 0.0, values };
+    assert!(matches!(projections(&[], 4, 1.0), Err(TooFew { .. })));
+    assert!(matches!(
+        projections(&[image(&[0.0; 15])], 4, 1.0),
+        Err(Mismatch { .. })
+    ));
+    assert!(matches!(
+        projections(&[image(&[0.0; 16])], 0, 1.0),
+        Err(TooFew { .. })
+    ));
+    assert!(matches!(
+        projections(&[image(&[0.0; 16])], 4, 0.0),
+        Err(NotPositive { .. })
+    ));
+    assert!(matches!(
+        projections(&[image(&[f32::NAN; 16])], 4, 1.0),
+        Err(NotFinite { .. })
+    ));
+    assert!(projections(&[image(&[0.0; 16])], 4, 1.0).is_ok());
+
+    let values = ball(8, 3.0);
+    let volume = Volume {
+        values: &values,
+        size: [8; 3],
+        spacing: 1.0,
+    };
+    let z = Plane::Z(3);
+    let window = [0.0, 1.0];
+    assert!(matches!(
+        slice(&volume, Plane::Z(8), window, ""),
+        Err(OutOfRange {
+            given: 8,
+            len: 8,
+            ..
+        })
+    ));
+    assert!(matches!(
+        slice(&volume, z, [1.0, 1.0], ""),
+        Err(Interval { .. })
+    ));
+    assert!(matches!(
+        slice(&volume, z, [0.0, f64::NAN], ""),
+        Err(Interval { .. })
+    ));
+    assert!(matches!(
+        slices(&volume, &[], window, ""),
+        Err(TooFew { .. })
+    ));
+    let short = Volume {
+        size: [8, 8, 9],
+        ..volume
+    };
+    assert!(matches!(
+        slice(&short, z, window, ""),
+        Err(Mismatch {
+            given: 512,
+            expected: 576,
+            ..
+        })
+    ));
+    let huge = Volume {
+        size: [usize::MAX; 3],
+        ..volume
+    };
+    assert!(matches!(isosurface(&huge, &iso(0.5)), Err(Mismatch { .. })));
+    let unscaled = Volume {
+        spacing: -1.0,
+        ..volume
+    };
+    assert!(matches!(
+        isosurface(&unscaled, &iso(0.5)),
+        Err(NotPositive { .. })
+    ));
+    let mut broken = values.clone();
+    broken[100] = f32::INFINITY;
+    let broken = Volume {
+        values: &broken,
+        ..volume
+    };
+    assert!(matches!(
+        isosurface(&broken, &iso(0.5)),
+        Err(NotFinite { index: 100, .. })
+    ));
+    assert!(matches!(
+        isosurface(&volume, &iso(0.0)),
+        Err(NotPositive { .. })
+    ));
+    let cut = IsoView {
+        cut: Some(([0.0; 3], 1.0)),
+        ..iso(0.5)
+    };
+    assert!(matches!(isosurface(&volume, &cut), Err(NotPositive { .. })));
+
+    let study = CircleStudy {
+        initial: &good,
+        solution: &good,
+        centre: [0.0; 2],
+        radius: 1.0,
+        n_nodes: &[10, 20],
+        errors: &[1e-2, 2.5e-3],
+        order: 2.0,
+    };
+    assert!(circle(&study).is_ok());
+    assert!(matches!(
+        circle(&CircleStudy {
+            n_nodes: &[10],
+            ..study
+        }),
+        Err(Mismatch { .. })
+    ));
+    assert!(matches!(
+        circle(&CircleStudy {
+            errors: &[1.0, 0.0],
+            ..study
+        }),
+        Err(NotPositive { .. })
+    ));
+    assert!(matches!(
+        circle(&CircleStudy {
+            radius: f64::NAN,
+            ..study
+        }),
+        Err(NotPositive { .. })
+    ));
+}
+
+#[test]
+fn files_are_written_whole_and_read_back_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = histories(
+        "norm",
+        None,
+        &[History {
+            label: "a",
+            norms: &[1.0, 0.1],
+        }],
+    )
+    .unwrap();
+    let path = folder.path().join("a.png");
+    picture.write_png(&path).unwrap();
+    let read = image::ImageReader::open(&path)
+        .unwrap()
+        .decode()
+        .unwrap()
+        .to_rgb8();
+    assert_eq!(
+        (read.width(), read.height()),
+        (picture.width(), picture.height())
+    );
+    assert!(read.as_raw().as_slice() == picture.rgb());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+
+    let nowhere = folder.path().join("no/folder/a.png");
+    assert!(matches!(
+        picture.write_png(&nowhere),
+        Err(FigureError::File(PhantomError::File { .. }))
+    ));
+    let page = Page::default();
+    assert!(matches!(
+        page.write_html(&nowhere),
+        Err(FigureError::File(PhantomError::File { .. }))
+    ));
+}
+
+#[test]
+fn geometry_has_one_scale_both_ways() {
+    // A diamond 8 cm long and 6 cm high: its colour's extent in pixels has the same proportions.
+    let nodes = [[0.0, 3.0], [8.0, 0.0], [0.0, -3.0], [4.0, 0.0]];
+    let picture = shapes(&[Shape {
+        nodes: &nodes,
+        load: 0.0,
+        area: 1.0,
+        volume: 1.0,
+    }])
+    .unwrap();
+    // The plot is left of the table; the first colour of the family is a dark violet.
+    let (mut x, mut y) = ((u32::MAX, 0), (u32::MAX, 0));
+    for j in 0..picture.height() {
+        for i in 110..900 {
+            let [r, g, b] = picture.pixel(i, j);
+            if g < 40 && b > 60 && r > 50 && r < 100 {
+                x = (x.0.min(i), x.1.max(i));
+                y = (y.0.min(j), y.1.max(j));
+            }
+        }
+    }
+    let (width, height) = (f64::from(x.1 - x.0), f64::from(y.1 - y.0));
+    // Corners are mitred by up to a few strokes of 4 pixels.
+    assert!(
+        (width / height - 8.0 / 6.0).abs() < 0.04,
+        "{width} {height}"
+    );
+    assert!(width > 500.0);
+}
+
+#[test]
+fn a_slice_has_x_to_the_right_and_y_up() {
+    let (nz, ny, nx) = (4, 6, 8);
+    let mut values = vec![0.0f32; nz * ny * nx];
+    // One voxel: x = 6 of 8, y = 4 of 6, z = 1 of 4.
+    values[(ny + 4) * nx + 6] = 1.0;
+    let volume = Volume {
+        values: &values,
+        size: [nz, ny, nx],
+        spacing: 1.0,
+    };
+    let lit = |plane: Plane| {
+        let picture = slice(&volume, plane, [0.0, 1.0], "").unwrap();
+        // The panel is the black rectangle; the bar stands to its right, beyond a gap of white.
+        let row_of = |j: u32| {
+            (0..picture.width() - 175)
+                .filter(|&i| picture.pixel(i, j) == [0; 3])
+                .collect::<Vec<_>>()
+        };
+        let rows: Vec<(u32, Vec<u32>)> = (0..picture.height())
+            .map(|j| (j, row_of(j)))
+            .filter(|(_, r)| r.len() > 200)
+            .collect();
+        let (top, bottom) = (rows[0].0, rows[rows.len() - 1].0);
+        let (left, right) = (rows[0].1[0], *rows[0].1.last().unwrap());
+        let mut at = Vec::new();
+        for j in top..=bottom {
+            for i in left..=right {
+                if picture.pixel(i, j) == [255; 3] {
+                    at.push((f64::from(i - left) + 0.5, f64::from(j - top) + 0.5));
+                }
+            }
+        }
+        let n = at.len() as f64;
+        let (width, height) = (f64::from(right - left + 1), f64::from(bottom - top + 1));
+        (
+            at.iter().map(|p| p.0).sum::<f64>() / n / width,
+            at.iter().map(|p| p.1).sum::<f64>() / n / height,
+        )
+    };
+    // Middles of voxels, as shares of the panel from the left and from the top; one pixel is below 1/300.
+    let close = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).abs() < 4e-3 && (a.1 - b.1).abs() < 4e-3;
+    let found = lit(Plane::Z(1));
+    assert!(close(found, (6.5 / 8.0, 1.0 - 4.5 / 6.0)), "{found:?}");
+    let found = lit(Plane::Y(4));
+    assert!(close(found, (6.5 / 8.0, 1.0 - 1.5 / 4.0)), "{found:?}");
+    let found = lit(Plane::X(6));
+    assert!(close(found, (4.5 / 6.0, 1.0 - 1.5 / 4.0)), "{found:?}");
+}
+
+/// Pixels that are not white within the circle of half the picture's width.
+fn inked(picture: &Picture) -> usize {
+    let middle = 0.5 * f64::from(picture.width());
+    (0..picture.height())
+        .flat_map(|y| (0..picture.width()).map(move |x| (x, y)))
+        .filter(|&(x, y)| {
+            (f64::from(x) + 0.5 - middle).hypot(f64::from(y) + 0.5 - middle) < 0.7 * middle
+        })
+        .filter(|&(x, y)| picture.pixel(x, y) != [255; 3])
+        .count()
+}
+
+#[test]
+fn a_ball_has_a_round_silhouette_of_its_radius() {
+    let n = 64;
+    let (radius, spacing) = (18.0, 0.25);
+    let values = ball(n, radius);
+    let volume = Volume {
+        values: &values,
+        size: [n; 3],
+        spacing,
+    };
+    for view in [
+        FRONT,
+        View {
+            azimuth: 1.0,
+            elevation: 0.6,
+        },
+    ] {
+        let picture = isosurface(&volume, &IsoView { view, ..iso(0.5) }).unwrap();
+        // The picture spans 0.85 of the volume.
+        let pixels = radius / (0.85 * n as f64) * f64::from(picture.width());
+        let measured = (inked(&picture) as f64 / PI).sqrt();
+        // Half a pixel: a pixel that is covered in part counts; the surface is right to a hundredth of a voxel.
+        assert!((measured - pixels).abs() < 1.0, "{measured} {pixels}");
+        // Round: the four ends.
+        let middle = f64::from(picture.width()) / 2.0;
+        for (dx, dy) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+            let at = |r: f64| picture.pixel((middle + dx * r) as u32, (middle + dy * r) as u32);
+            assert!(at(pixels - 3.0) != [255; 3] && at(pixels + 3.0) == [255; 3]);
+        }
+        // Lit from the upper left.
+        let light = |x: f64, y: f64| {
+            picture.pixel((middle + x * pixels) as u32, (middle + y * pixels) as u32)[1]
+        };
+        assert!(light(-0.4, -0.5) > light(0.4, 0.6));
+    }
+}
+
+#[test]
+fn a_cut_shows_half_the_ball_flat() {
+    let n = 48;
+    let values = ball(n, 14.0);
+    let volume = Volume {
+        values: &values,
+        size: [n; 3],
+        spacing: 0.1,
+    };
+    let whole = isosurface(&volume, &iso(0.5)).unwrap();
+    // From +x, with everything in front of x = 0 cut away: the same disc, flat.
+    let flat = isosurface(
+        &volume,
+        &IsoView {
+            cut: Some(([2.0, 0.0, 0.0], 0.0)),
+            ..iso(0.5)
+        },
+    )
+    .unwrap();
+    let ratio = inked(&flat) as f64 / inked(&whole) as f64;
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    let middle = flat.width() / 2;
+    assert_eq!(
+        flat.pixel(middle, middle),
+        flat.pixel(middle + 60, middle - 60)
+    );
+    // With y > 0, the right half, cut away, half is left.
+    let half = isosurface(
+        &volume,
+        &IsoView {
+            cut: Some(([0.0, 1.0, 0.0], 0.0)),
+            ..iso(0.5)
+        },
+    )
+    .unwrap();
+    let ratio = inked(&half) as f64 / inked(&whole) as f64;
+    assert!((ratio - 0.5).abs() < 0.01, "{ratio}");
+    assert!(
+        half.pixel(middle - 60, middle) != [255; 3] && half.pixel(middle + 60, middle) == [255; 3]
+    );
+}
+
+#[test]
+fn the_bytes_are_the_same_each_time_and_for_any_number_of_threads() {
+    let n = 32;
+    let values = ball(n, 10.0);
+    let volume = Volume {
+        values: &values,
+        size: [n; 3],
+        spacing: 0.5,
+    };
+    let (inner, outer) = (half_ellipse(8.0, 2.0), half_ellipse(9.0, 3.0));
+    let state = WallState {
+        title: "rest",
+        inner: &inner,
+        outer: &outer,
+    };
+    let draw = || {
+        [
+            isosurface(&volume, &iso(0.5)).unwrap(),
+            bodies(&[state]).unwrap(),
+            slice(&volume, Plane::Z(9), [0.0, 1.0], "activity").unwrap(),
+            figures::poses(&state, &[("rest", Pose::identity())], View::default()).unwrap(),
+        ]
+        .map(|p| p.to_png().unwrap())
+    };
+    let with = |n: usize| {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(n)
+            .build()
+            .unwrap()
+            .install(draw)
+    };
+    let one = with(1);
+    assert!(one == with(1));
+    assert!(one == with(3));
+}
+
+#[test]
+fn the_page_is_one_plain_file_with_everything_in_order() {
+    let figure = |k: usize| Illustration {
+        file: format!("fig {k}.png"),
+        caption: format!("Figure {k}: f < 3 & \"quoted\""),
+        size: [640, 480],
+    };
+    let mut page = Page {
+        title: "<Study>".into(),
+        introduction: vec!["It's <b>plain</b>.".into()],
+        sections: vec![
+            Section {
+                title: "One".into(),
+                text: vec!["text".into()],
+                figures: vec![figure(1), figure(2)],
+                tables: vec![Table {
+                    caption: "Numbers".into(),
+                    header: vec!["name".into(), "value".into()],
+                    rows: vec![vec!["a".into(), "1.5".into()]],
+                }],
+            },
+            Section {
+                title: "Two".into(),
+                figures: vec![figure(3)],
+                ..Section::default()
+            },
+        ],
+    };
+    let html = page.to_html().unwrap();
+    assert!(html.starts_with("<!DOCTYPE html>") && html.ends_with("</html>\n"));
+    assert!(html.contains("<h1>&lt;Study&gt;</h1>") && html.contains("It&#39;s &lt;b&gt;plain"));
+    let places: Vec<usize> = [
+        "fig%201.png\"><img",
+        "fig%202.png\"><img",
+        "Numbers",
+        "fig%203.png\"><img",
+    ]
+    .iter()
+    .map(|s| html.find(s).unwrap_or_else(|| panic!("{s}")))
+    .collect();
+    assert!(places.is_sorted());
+    assert!(html.contains("f &lt; 3 &amp; &quot;quoted&quot;") && html.contains("<td>1.5</td>"));
+    for foreign in ["<script", "http:", "https:", "<link", "@import", "url("] {
+        assert!(!html.contains(foreign), "{foreign}");
+    }
+    page.sections[0].tables[0]
+        .rows
+        .push(vec!["only one".into()]);
+    assert!(matches!(
+        page.to_html(),
+        Err(FigureError::Mismatch {
+            given: 1,
+            expected: 2,
+            ..
+        })
+    ));
+}
