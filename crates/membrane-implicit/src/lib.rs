@@ -1,1 +1,62 @@
-//! Under construction.
+//! Implicit time integration of moving elastic membranes with an energy report.
+//!
+//! ```text
+//! m c'' = F_e(c) + f n(c) - mu c'            both ends held, N nodes, forces per unit s
+//! f = f(t)    or    f S(c) = F(t)    or    V(c) = V(t)
+//! ```
+//!
+//! c(s, t) (cm) is the curve in the plane of its axis, F_e the pull of its springs, n the exterior
+//! normal as the membrane's [`PressureLaw`] has it, f the force intensity, S the lateral surface
+//! (cm^2), V the enclosed volume (cm^3), m the mass and mu the damping per unit s.
+//!
+//! ```
+//! use membrane_implicit::{Drive, Membrane, Motion, MovingMembrane, RestShape, Scheme};
+//! use membrane_implicit::{Stop, TimeStep, Tolerance};
+//! let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+//! let body = MovingMembrane::new(&membrane, 101)?.with_damping(1.0)?;
+//! let mut motion = Motion::new(body, Drive::intensity(|_| 17.5), Scheme::TrBdf2)?;
+//! let settled = Stop::Equilibrium { force: 1e-6, speed: 1e-6 };
+//! motion.run(TimeStep::Fixed(10.0), &[settled, Stop::Steps(100)])?;
+//! assert!((motion.state().volume() - 148.81284352).abs() < 1e-5);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Conventions
+//! Centimetres and seconds. Nodes run from s = 0 at (0, +R) over the apex to s = 1 at (0, -R); x
+//! is the axis. Norms over s are (integral of |.|^2 ds)^(1/2), so they do not grow with N.
+//!
+//! # What it is not
+//! No fluid: the water carries pressure at once and has no inertia. The second law of the pair is
+//! one-way: the outer membrane follows the inner one's volume and does not push back.
+//!
+//! # References
+//! Rohmer, Sitek and Gullberg 2006 (hal-03929238), section 3.2. Bank et al. 1985
+//! (10.1109/T-ED.1985.22232) and Hosea and Shampine 1996 (10.1016/0168-9274(95)00115-8), TR-BDF2.
+//! Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.12 and VII.
+
+mod body;
+mod dense;
+mod drive;
+mod energy;
+mod error;
+mod evolving;
+mod motion;
+mod scheme;
+mod stage;
+mod stepper;
+
+pub use body::MovingMembrane;
+pub use drive::{Drive, DriveKind};
+pub use energy::Energy;
+pub use error::ImplicitError;
+pub use evolving::{Evolution, EvolvingOptions, Frame, evolve};
+pub use membrane_newton::{
+    self, Measure, Measures, Membrane, MembraneError, PressureLaw, RestShape, Stiffness,
+};
+pub use motion::{Motion, State, Stop, TimeStep, Tolerance};
+pub use scheme::{Jacobian, Scheme};
+pub use stepper::Work;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;

@@ -1,0 +1,119 @@
+//! The moving membrane: nodes, mass, damping, and the forces on it.
+
+use membrane_newton::membrane_forces::FiniteDifferences;
+use membrane_newton::{Measure, Membrane};
+
+use crate::error::{ImplicitError, within};
+
+/// A membrane with mass and damping, discretised by the paper's finite differences.
+///
+/// ```text
+/// m c'' = F_e(c) + f n(c) - mu c'         per unit of s, both ends held
+/// ```
+///
+/// ```
+/// use membrane_implicit::{Membrane, MovingMembrane, RestShape};
+/// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+/// let body = MovingMembrane::new(&membrane, 201)?.with_damping(0.5)?;
+/// assert!((body.largest_explicit_step() - 0.005).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct MovingMembrane {
+    pub(crate) differences: FiniteDifferences,
+    pub(crate) mass: f64,
+    pub(crate) damping: f64,
+    largest_frequency: f64,
+}
+
+impl MovingMembrane {
+    /// Discretises `membrane` with `n_nodes` nodes; mass 1 and damping 0.
+    ///
+    /// # Errors
+    /// Fewer than three nodes, a stiffness that is not positive, coinciding nodes.
+    pub fn new(membrane: &Membrane, n_nodes: usize) -> Result<Self, ImplicitError> {
+        let differences = FiniteDifferences::new(membrane, n_nodes)
+            .map_err(|error| ImplicitError::Membrane { time: 0.0, error })?;
+        let largest_frequency = largest_eigenvalue(&differences).sqrt();
+        Ok(Self {
+            differences,
+            mass: 1.0,
+            damping: 0.0,
+            largest_frequency,
+        })
+    }
+
+    /// The same with mass `mass` per unit s.
+    ///
+    /// # Errors
+    /// Not positive, or not finite.
+    pub fn with_mass(mut self, mass: f64) -> Result<Self, ImplicitError> {
+        self.mass = within("mass", mass, f64::MIN_POSITIVE, f64::MAX)?;
+        Ok(self)
+    }
+
+    /// The same with damping `mu` per unit s (Eq. 8).
+    ///
+    /// # Errors
+    /// Negative, or not finite.
+    pub fn with_damping(mut self, mu: f64) -> Result<Self, ImplicitError> {
+        self.damping = within("damping", mu, 0.0, f64::MAX)?;
+        Ok(self)
+    }
+
+    /// Number of nodes, held ends included.
+    pub fn n_nodes(&self) -> usize {
+        self.differences.n_nodes()
+    }
+
+    /// Mass per unit s.
+    pub fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// Damping mu per unit s.
+    pub fn damping(&self) -> f64 {
+        self.damping
+    }
+
+    /// The discretised forces.
+    pub fn differences(&self) -> &FiniteDifferences {
+        &self.differences
+    }
+
+    /// The largest time step at which an explicit scheme can follow the elastic waves at all,
+    /// 2 sqrt(m) / omega (leapfrog's bound; omega^2 the largest eigenvalue of -dF_e/dc).
+    ///
+    /// With constant stiffness and no second neighbours it is ds sqrt(m / lambda) to within
+    /// a part in N^2.
+    pub fn largest_explicit_step(&self) -> f64 {
+        2.0 * self.mass.sqrt() / self.largest_frequency
+    }
+
+    /// The largest time step at which forward Euler amplifies no mode of the unloaded membrane;
+    /// 0 without damping.
+    ///
+    /// Forward Euler multiplies a mode of m c'' + mu c' + k c = 0 by 1 + dt z each step, with
+    /// m z^2 + mu z + k = 0. An oscillating mode needs dt <= mu / k, so the stiffest one decides;
+    /// an overdamped one decays no faster than mu / m and is safe up to dt = 2 m / mu.
+    pub fn forward_euler_step(&self) -> f64 {
+        let k = self.largest_frequency * self.largest_frequency;
+        (self.damping / k).min(2.0 * self.mass / self.damping)
+    }
+
+    /// The size of the membrane, cm: what tolerances on positions are relative to.
+    pub(crate) fn length_scale(&self) -> f64 {
+        Measure::Length.of(self.differences.start())
+    }
+}
+
+/// Upper bound of the spectrum of -dF_e/dc by Gershgorin's circles; for springs in a row it is
+/// sharp to O(1/N^2), since the highest mode alternates from node to node.
+fn largest_eigenvalue(differences: &FiniteDifferences) -> f64 {
+    let mut band = differences.band();
+    differences.add_elastic_tangent(-1.0, &mut band);
+    let n = band.len();
+    (2..n - 2)
+        .map(|i| band.row(i).iter().map(|v| v.abs()).sum())
+        .fold(0.0, f64::max)
+}

@@ -1,0 +1,119 @@
+//! The one error type of the crate: what was given, what is allowed, where it failed.
+
+use membrane_newton::{MembraneError, NewtonError};
+
+/// Why a motion could not be set up or carried on.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImplicitError {
+    /// The membrane could not be discretised, or its nodes ran together.
+    #[error("at t = {time}: {error}")]
+    Membrane {
+        /// Time at which it happened.
+        time: f64,
+        /// What the forces reported.
+        error: MembraneError,
+    },
+    /// A linear system of a step could not be factored.
+    #[error("at t = {time}, dt = {dt}: {error}")]
+    Linear {
+        /// Time at the start of the step.
+        time: f64,
+        /// Time step.
+        dt: f64,
+        /// What the factorisation reported.
+        error: NewtonError,
+    },
+    /// A number lies outside the range allowed for it.
+    #[error("{quantity} is {value}, must lie in [{least}, {most}] and be finite")]
+    OutOfRange {
+        /// The argument's name.
+        quantity: &'static str,
+        /// What was given.
+        value: f64,
+        /// Smallest value allowed.
+        least: f64,
+        /// Largest value allowed.
+        most: f64,
+    },
+    /// A list has another length than the membrane has nodes.
+    #[error("{quantity}: {given} nodes given, {expected} expected")]
+    WrongLength {
+        /// The argument's name.
+        quantity: &'static str,
+        /// Nodes given.
+        given: usize,
+        /// Nodes of the membrane.
+        expected: usize,
+    },
+    /// The drive gave a value that is not finite, or a volume that is not positive.
+    #[error("the drive gives {value} at t = {time}")]
+    BadDrive {
+        /// Time asked for.
+        time: f64,
+        /// Value given.
+        value: f64,
+    },
+    /// The prescribed volume is not the one the membrane has to begin with.
+    #[error("at t = {time} the drive prescribes {prescribed} cm^3, the membrane encloses {actual}")]
+    VolumeMismatch {
+        /// Time at the beginning.
+        time: f64,
+        /// Volume prescribed.
+        prescribed: f64,
+        /// Volume of the initial shape.
+        actual: f64,
+    },
+    /// The forward Euler scheme has no unknown pressure: it cannot hold a volume.
+    #[error("an explicit scheme cannot prescribe the volume")]
+    ExplicitVolume,
+    /// The equations of a step were not solved.
+    #[error(
+        "step from t = {time} with dt = {dt}: last change {change:e} cm after {iterations} iterations"
+    )]
+    StepNotSolved {
+        /// Time at the start of the step.
+        time: f64,
+        /// Time step.
+        dt: f64,
+        /// Iterations made.
+        iterations: usize,
+        /// Last change of position, cm.
+        change: f64,
+    },
+    /// The state is no longer finite: the scheme is unstable at this step.
+    #[error("the motion left the finite numbers in the step from t = {time} with dt = {dt}")]
+    Unstable {
+        /// Time at the start of the step.
+        time: f64,
+        /// Time step.
+        dt: f64,
+    },
+    /// The adaptive step fell below what the clock can resolve.
+    #[error("step size fell to {dt:e} at t = {time}")]
+    StepTooSmall {
+        /// Time reached.
+        time: f64,
+        /// Last step tried.
+        dt: f64,
+    },
+}
+
+/// `value` if it is finite and within [`least`, `most`].
+pub(crate) fn within(
+    quantity: &'static str,
+    value: f64,
+    least: f64,
+    most: f64,
+) -> Result<f64, ImplicitError> {
+    if value.is_finite() && value >= least && value <= most {
+        Ok(value)
+    } else {
+        Err(ImplicitError::OutOfRange {
+            quantity,
+            value,
+            least,
+            most,
+        })
+    }
+}

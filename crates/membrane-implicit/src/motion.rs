@@ -1,0 +1,588 @@
+//! A membrane, or a pair with incompressible wall, carried through time.
+
+use membrane_newton::Measure;
+
+use crate::body::MovingMembrane;
+use crate::dense;
+use crate::drive::{Drive, DriveKind};
+use crate::energy::Energy;
+use crate::error::{ImplicitError, within};
+use crate::scheme::{Jacobian, Scheme};
+use crate::stepper::{Instant, Stepper, Work};
+
+/// A motion in progress: an initial-value problem with the state it has reached.
+///
+/// Everything is allocated here; a step allocates nothing and costs O(N).
+///
+/// ```
+/// use membrane_implicit::{Drive, Membrane, Motion, MovingMembrane, RestShape, Scheme, Stop, TimeStep};
+/// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+/// let body = MovingMembrane::new(&membrane, 101)?.with_damping(1.0)?;
+/// let mut motion = Motion::new(body, Drive::intensity(|_| 17.5), Scheme::TrBdf2)?;
+/// motion.run(TimeStep::Fixed(0.002), &[Stop::Time(0.5)])?;
+/// assert!((motion.state().points[50][0] - 10.839353).abs() < 1e-3);
+/// assert!(motion.energy().imbalance().abs() < 1e-9 * motion.energy().pressure_work);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Motion {
+    drive: Drive,
+    inner: Stepper,
+    outer: Option<Outer>,
+    next_dt: Option<f64>,
+    initial: f64,
+}
+
+/// The outer membrane of a pair: its volume follows that of the inner one.
+#[derive(Debug, Clone)]
+struct Outer {
+    stepper: Stepper,
+    wall_volume: f64,
+}
+
+/// One membrane at the present time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State<'a> {
+    /// Time.
+    pub time: f64,
+    /// Nodes [x, y] from s = 0 to s = 1, cm.
+    pub points: &'a [[f64; 2]],
+    /// Velocity of each node.
+    pub velocities: &'a [[f64; 2]],
+    /// Force intensity f or p.
+    pub intensity: f64,
+}
+
+impl State<'_> {
+    /// Enclosed volume of revolution, cm^3.
+    pub fn volume(&self) -> f64 {
+        Measure::Volume.of(self.points.as_flattened())
+    }
+}
+
+/// How long the steps are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TimeStep {
+    /// Always this long, but for a last step cut to end at a [`Stop::Time`].
+    Fixed(f64),
+    /// As long as the local error allows.
+    Adaptive(Tolerance),
+}
+
+/// What the estimated error of one step may be, in the root mean square over the nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// Of a position, cm.
+    pub position: f64,
+    /// Of a velocity, cm/s.
+    pub velocity: f64,
+    /// Longest step allowed.
+    pub longest: f64,
+}
+
+impl Tolerance {
+    /// The same number for positions and velocities, steps of any length.
+    pub fn uniform(tolerance: f64) -> Self {
+        Self {
+            position: tolerance,
+            velocity: tolerance,
+            longest: f64::INFINITY,
+        }
+    }
+}
+
+/// When a run ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Stop {
+    /// At this time, exactly.
+    Time(f64),
+    /// When the (inner) volume passes this value, cm^3; the last step ends there to 1e-10.
+    Volume(f64),
+    /// When the norms over s of the total force F_p + F_e and of the velocity are at most this,
+    /// for both membranes of a pair.
+    Equilibrium {
+        /// Bound on (integral of |F_p + F_e|^2 ds)^(1/2).
+        force: f64,
+        /// Bound on (integral of |v|^2 ds)^(1/2).
+        speed: f64,
+    },
+    /// After this many steps.
+    Steps(usize),
+}
+
+impl Motion {
+    /// A membrane at rest in its start shape at t = 0.
+    ///
+    /// # Errors
+    /// The drive has no finite value at t = 0, or prescribes a volume that the membrane does not
+    /// have, or a volume to [`Scheme::ForwardEuler`].
+    pub fn new(body: MovingMembrane, drive: Drive, scheme: Scheme) -> Result<Self, ImplicitError> {
+        if scheme == Scheme::ForwardEuler && drive.kind == DriveKind::Volume {
+            return Err(ImplicitError::ExplicitVolume);
+        }
+        let inner = Stepper::new(body, scheme, drive.kind);
+        let mut motion = Self {
+            drive,
+            inner,
+            outer: None,
+            next_dt: None,
+            initial: 0.0,
+        };
+        motion.begin()?;
+        Ok(motion)
+    }
+
+    /// Two membranes at rest, `drive` inflating the inner one; the outer one encloses the inner
+    /// volume and the wall's, which stays what it is at rest (incompressible water). The load that
+    /// this takes on the outer membrane is an unknown of each step.
+    ///
+    /// # Errors
+    /// As [`Motion::new`]; an explicit scheme; an outer membrane that does not enclose more than
+    /// the inner one.
+    pub fn pair(
+        inner: MovingMembrane,
+        outer: MovingMembrane,
+        drive: Drive,
+        scheme: Scheme,
+    ) -> Result<Self, ImplicitError> {
+        if scheme == Scheme::ForwardEuler {
+            return Err(ImplicitError::ExplicitVolume);
+        }
+        let volume = |body: &MovingMembrane| Measure::Volume.of(body.differences.start());
+        let wall_volume = volume(&outer) - volume(&inner);
+        within("wall volume", wall_volume, f64::MIN_POSITIVE, f64::MAX)?;
+        let mut motion = Self::new(inner, drive, scheme)?;
+        let stepper = Stepper::new(outer, scheme, DriveKind::Volume);
+        motion.outer = Some(Outer {
+            stepper,
+            wall_volume,
+        });
+        motion.begin()?;
+        Ok(motion)
+    }
+
+    /// The same with another derivative of the pressure force; [`Jacobian::Exact`] otherwise.
+    ///
+    /// # Errors
+    /// A refresh every 0 steps.
+    pub fn with_jacobian(mut self, jacobian: Jacobian) -> Result<Self, ImplicitError> {
+        if let Jacobian::Differences { refresh_every } = jacobian {
+            within("refresh_every", refresh_every as f64, 1.0, f64::MAX)?;
+        }
+        self.inner.set_jacobian(jacobian);
+        if let Some(outer) = &mut self.outer {
+            outer.stepper.set_jacobian(jacobian);
+        }
+        Ok(self)
+    }
+
+    /// The same single membrane at another time, in another shape, moving. The end nodes stay
+    /// where they are held.
+    ///
+    /// # Errors
+    /// Lists of another length than the membrane's nodes, numbers that are not finite, and as
+    /// [`Motion::new`].
+    pub fn with_state(
+        mut self,
+        time: f64,
+        points: &[[f64; 2]],
+        velocities: &[[f64; 2]],
+    ) -> Result<Self, ImplicitError> {
+        within("time", time, f64::MIN, f64::MAX)?;
+        let expected = self.inner.body.n_nodes();
+        for (quantity, list) in [("points", points), ("velocities", velocities)] {
+            if list.len() != expected {
+                return Err(ImplicitError::WrongLength {
+                    quantity,
+                    given: list.len(),
+                    expected,
+                });
+            }
+            for value in list.as_flattened() {
+                within(quantity, *value, f64::MIN, f64::MAX)?;
+            }
+        }
+        self.inner
+            .set(time, points.as_flattened(), velocities.as_flattened());
+        self.begin()?;
+        Ok(self)
+    }
+
+    /// Intensities and accelerations at the start.
+    fn begin(&mut self) -> Result<(), ImplicitError> {
+        let time = self.inner.now().time;
+        let value = self.drive.at(time)?;
+        let value = if self.drive.kind == DriveKind::Volume {
+            let actual = Measure::Volume.of(&self.inner.now().nodes);
+            if (value - actual).abs() > 1e-9 * actual.abs() {
+                return Err(ImplicitError::VolumeMismatch {
+                    time,
+                    prescribed: value,
+                    actual,
+                });
+            }
+            // V'' looking forward only; the step is a fraction of the membrane's shortest period.
+            let e = 0.1 * self.inner.body.largest_explicit_step();
+            let v = |k: f64| self.drive.at(time + k * e);
+            (2.0 * value - 5.0 * v(1.0)? + 4.0 * v(2.0)? - v(3.0)?) / (e * e)
+        } else {
+            value
+        };
+        self.inner.begin(value)?;
+        if let Some(outer) = &mut self.outer {
+            outer.stepper.begin(self.inner.volume_acceleration())?;
+        }
+        let energy = self.energy();
+        self.initial = energy.kinetic + energy.elastic;
+        Ok(())
+    }
+
+    /// Time reached.
+    pub fn time(&self) -> f64 {
+        self.inner.now().time
+    }
+
+    /// The membrane, or the inner one of a pair.
+    pub fn state(&self) -> State<'_> {
+        view(self.inner.now())
+    }
+
+    /// The outer membrane of a pair.
+    pub fn outer(&self) -> Option<State<'_>> {
+        self.outer.as_ref().map(|outer| view(outer.stepper.now()))
+    }
+
+    /// The (inner) body.
+    pub fn body(&self) -> &MovingMembrane {
+        &self.inner.body
+    }
+
+    /// Volume between the membranes of a pair, over what it should be, minus one.
+    pub fn wall_volume_error(&self) -> Option<f64> {
+        let outer = self.outer.as_ref()?;
+        let wall = view(outer.stepper.now()).volume() - self.state().volume();
+        Some(wall / outer.wall_volume - 1.0)
+    }
+
+    /// Counters since the motion was made; those of both membranes added for a pair.
+    pub fn work(&self) -> Work {
+        let mut work = self.inner.work;
+        if let Some(outer) = &self.outer {
+            work.iterations += outer.stepper.work.iterations;
+            work.factorisations += outer.stepper.work.factorisations;
+            work.force_calls += outer.stepper.work.force_calls;
+        }
+        work
+    }
+
+    /// Where the energy is and where it went since the motion began; both membranes added for a
+    /// pair. Cost O(N).
+    pub fn energy(&self) -> Energy {
+        let mut energy = self.inner.energy();
+        if let Some(outer) = &self.outer {
+            energy = energy.plus(&outer.stepper.energy());
+        }
+        energy.initial = self.initial;
+        energy
+    }
+
+    /// Norms over s of F_p + F_e and of the velocity; the larger of the two membranes.
+    ///
+    /// # Errors
+    /// The neighbours of a node coincide.
+    pub fn norms(&mut self) -> Result<(f64, f64), ImplicitError> {
+        let (mut force, mut speed) = self.inner.norms()?;
+        if let Some(outer) = &mut self.outer {
+            let (f, s) = outer.stepper.norms()?;
+            (force, speed) = (force.max(f), speed.max(s));
+        }
+        Ok((force, speed))
+    }
+
+    /// One step of length `dt`.
+    ///
+    /// # Errors
+    /// A step that is not positive, the drive's value, equations that cannot be solved, numbers
+    /// that overflow. The state is then still that before the step.
+    pub fn step(&mut self, dt: f64) -> Result<(), ImplicitError> {
+        within("time step", dt, f64::MIN_POSITIVE, f64::MAX)?;
+        self.attempt(dt)?;
+        self.accept();
+        Ok(())
+    }
+
+    /// One step as long as `tolerance` allows, at most `most`; returns its length.
+    ///
+    /// # Errors
+    /// As [`Motion::step`]; [`ImplicitError::StepTooSmall`].
+    pub fn step_adaptive(
+        &mut self,
+        tolerance: &Tolerance,
+        most: f64,
+    ) -> Result<f64, ImplicitError> {
+        let dt = self.attempt_adaptive(tolerance, most)?;
+        self.accept();
+        Ok(dt)
+    }
+
+    /// Steps until the first of `stops`; returns its index.
+    ///
+    /// # Errors
+    /// As [`Motion::step`]; no stop given.
+    pub fn run(&mut self, steps: TimeStep, stops: &[Stop]) -> Result<usize, ImplicitError> {
+        self.run_with(steps, stops, |_| ())
+    }
+
+    /// As [`Motion::run`], and calls `observe` after every step, where [`Motion::at_into`] gives
+    /// the shape at any time within the step.
+    ///
+    /// # Errors
+    /// As [`Motion::run`].
+    pub fn run_with(
+        &mut self,
+        steps: TimeStep,
+        stops: &[Stop],
+        mut observe: impl FnMut(&Self),
+    ) -> Result<usize, ImplicitError> {
+        within("number of stops", stops.len() as f64, 1.0, f64::MAX)?;
+        match steps {
+            TimeStep::Fixed(dt) => within("time step", dt, f64::MIN_POSITIVE, f64::MAX)?,
+            TimeStep::Adaptive(t) => {
+                within(
+                    "position tolerance",
+                    t.position,
+                    f64::MIN_POSITIVE,
+                    f64::MAX,
+                )?;
+                within(
+                    "velocity tolerance",
+                    t.velocity,
+                    f64::MIN_POSITIVE,
+                    f64::MAX,
+                )?
+            }
+        };
+        let first = self.work().steps;
+        let mut end = f64::INFINITY;
+        for stop in stops {
+            if let Stop::Time(time) = *stop {
+                end = end.min(within("end time", time, self.time(), f64::MAX)?);
+            }
+        }
+        loop {
+            if let Some(index) = self.stopped(stops, first)? {
+                return Ok(index);
+            }
+            let left = end - self.time();
+            let dt = match steps {
+                // the last step is cut, but not by the rounding of the clock
+                TimeStep::Fixed(dt) if dt * (1.0 - 1e-9) < left => dt,
+                TimeStep::Fixed(_) => left,
+                TimeStep::Adaptive(_) => 0.0,
+            };
+            let before = self.state().volume();
+            let dt = match steps {
+                TimeStep::Fixed(_) => {
+                    self.attempt(dt)?;
+                    dt
+                }
+                TimeStep::Adaptive(tolerance) => self.attempt_adaptive(&tolerance, left)?,
+            };
+            for stop in stops {
+                if let Stop::Volume(volume) = *stop {
+                    let after = self.inner.stage_volume(self.inner.stage_times().len());
+                    if (before - volume) * (after - volume) < 0.0 {
+                        self.land_on_volume(volume, (before, after), dt)?;
+                    }
+                }
+            }
+            self.accept();
+            if (end - self.time()).abs() <= 1e-9 * dt {
+                self.inner.set_time(end);
+            }
+            observe(self);
+        }
+    }
+
+    /// Shape and velocity of the (inner) membrane at a time within the last step: cubic Hermite
+    /// interpolation, error O(dt^4) beside that of the scheme. Cost O(N).
+    ///
+    /// # Errors
+    /// A time outside the last step.
+    ///
+    /// # Panics
+    /// Slices that are not N long.
+    pub fn at_into(
+        &self,
+        time: f64,
+        points: &mut [[f64; 2]],
+        velocities: &mut [[f64; 2]],
+    ) -> Result<(), ImplicitError> {
+        dense::at_into(&self.inner, time, points, velocities)
+    }
+
+    /// As [`Motion::at_into`], of the outer membrane; does nothing without one.
+    ///
+    /// # Errors
+    /// A time outside the last step.
+    ///
+    /// # Panics
+    /// Slices that are not N long.
+    pub fn outer_at_into(
+        &self,
+        time: f64,
+        points: &mut [[f64; 2]],
+        velocities: &mut [[f64; 2]],
+    ) -> Result<(), ImplicitError> {
+        match &self.outer {
+            Some(outer) => dense::at_into(&outer.stepper, time, points, velocities),
+            None => Ok(()),
+        }
+    }
+
+    fn stopped(&mut self, stops: &[Stop], first: usize) -> Result<Option<usize>, ImplicitError> {
+        for (index, stop) in stops.iter().enumerate() {
+            let reached = match *stop {
+                Stop::Time(time) => self.time() >= time,
+                Stop::Volume(volume) => (self.state().volume() / volume - 1.0).abs() <= 1e-10,
+                Stop::Steps(steps) => self.work().steps - first >= steps,
+                Stop::Equilibrium { force, speed } => {
+                    let (f, s) = self.norms()?;
+                    f <= force && s <= speed
+                }
+            };
+            if reached {
+                return Ok(Some(index));
+            }
+        }
+        Ok(None)
+    }
+
+    fn attempt(&mut self, dt: f64) -> Result<(), ImplicitError> {
+        let time = self.time();
+        let n = self.inner.stage_times().len();
+        let mut targets = [0.0; 2];
+        for i in 0..n {
+            targets[i] = self.drive.at(time + dt * self.inner.stage_times()[i])?;
+        }
+        self.inner.attempt(dt, &targets[..n])?;
+        if let Some(outer) = &mut self.outer {
+            for i in 0..n {
+                targets[i] = self.inner.stage_volume(i + 1) + outer.wall_volume;
+            }
+            outer.stepper.attempt(dt, &targets[..n])?;
+        }
+        Ok(())
+    }
+
+    fn accept(&mut self) {
+        self.inner.accept();
+        if let Some(outer) = &mut self.outer {
+            outer.stepper.accept();
+        }
+    }
+
+    /// Attempts steps until one passes the error test; leaves it to be accepted.
+    fn attempt_adaptive(&mut self, tolerance: &Tolerance, most: f64) -> Result<f64, ImplicitError> {
+        within("longest step", most, f64::MIN_POSITIVE, f64::INFINITY).or_else(|error| {
+            if most == f64::INFINITY {
+                Ok(most)
+            } else {
+                Err(error)
+            }
+        })?;
+        let bounds = (tolerance.position, tolerance.velocity);
+        let exponent = self.inner.error_exponent();
+        let mut dt = self
+            .next_dt
+            .unwrap_or_else(|| self.inner.first_step(tolerance.position));
+        let mut grow = 4.0;
+        loop {
+            let wanted = dt.min(tolerance.longest);
+            // two equal steps rather than a whole one and a sliver
+            let cut = if wanted >= most {
+                most
+            } else if wanted > 0.5 * most {
+                0.5 * most
+            } else {
+                wanted
+            };
+            let time = self.time();
+            if cut <= 4.0 * f64::EPSILON * time.abs() || cut < f64::MIN_POSITIVE {
+                return Err(ImplicitError::StepTooSmall { time, dt: cut });
+            }
+            let error = match self.attempt(cut) {
+                Ok(()) => {
+                    let inner = self.inner.error(bounds);
+                    let outer = self
+                        .outer
+                        .as_mut()
+                        .and_then(|outer| outer.stepper.error(bounds));
+                    // without an estimate yet, the first step is taken as it is
+                    inner.map_or(1.0, |e| e.max(outer.unwrap_or(0.0)))
+                }
+                Err(
+                    ImplicitError::StepNotSolved { .. }
+                    | ImplicitError::Unstable { .. }
+                    | ImplicitError::Membrane { .. }
+                    | ImplicitError::Linear { .. },
+                ) => f64::INFINITY,
+                Err(error) => return Err(error),
+            };
+            let factor = (0.9 * error.powf(-exponent)).clamp(0.2, grow);
+            if error <= 1.0 {
+                // A step that hardly changes keeps its factorisation.
+                let factor = if (1.0..1.2).contains(&factor) {
+                    1.0
+                } else {
+                    factor
+                };
+                self.next_dt = Some(if cut < wanted {
+                    wanted.max(cut * factor)
+                } else {
+                    cut * factor
+                });
+                return Ok(cut);
+            }
+            self.inner.work.rejected += 1;
+            grow = 1.0;
+            dt = cut * factor.min(0.9);
+        }
+    }
+
+    /// Repeats the attempted step with the length at which the volume is `volume`.
+    fn land_on_volume(
+        &mut self,
+        volume: f64,
+        ends: (f64, f64),
+        dt: f64,
+    ) -> Result<(), ImplicitError> {
+        // Illinois' regula falsi on the step's length; each trial is a step of the scheme.
+        let (mut a, mut fa, mut b, mut fb) = (0.0, ends.0 - volume, dt, ends.1 - volume);
+        for _ in 0..60 {
+            let middle = (a * fb - b * fa) / (fb - fa);
+            self.attempt(middle)?;
+            let f = self.inner.stage_volume(self.inner.stage_times().len()) - volume;
+            if f.abs() <= 0.5e-10 * volume.abs() || middle <= a.min(b) || middle >= a.max(b) {
+                break;
+            }
+            if f * fb < 0.0 {
+                (a, fa) = (b, fb);
+            } else {
+                fa *= 0.5;
+            }
+            (b, fb) = (middle, f);
+        }
+        Ok(())
+    }
+}
+
+fn view(instant: &Instant) -> State<'_> {
+    State {
+        time: instant.time,
+        points: instant.nodes.as_chunks::<2>().0,
+        velocities: instant.velocity.as_chunks::<2>().0,
+        intensity: instant.intensity,
+    }
+}

@@ -1,0 +1,612 @@
+//! One step of a scheme for one membrane: stages, energy, error estimate. Nothing is allocated here.
+
+use membrane_newton::Measure;
+
+use crate::body::MovingMembrane;
+use crate::drive::DriveKind;
+use crate::energy::{Energy, Ledger};
+use crate::error::ImplicitError;
+use crate::scheme::{Jacobian, Scheme, Tableau};
+use crate::stage::{Equation, Stage, dot, hold_ends};
+
+/// Position, velocity and acceleration at one instant, flat.
+#[derive(Debug, Clone)]
+pub(crate) struct Instant {
+    pub(crate) time: f64,
+    pub(crate) nodes: Vec<f64>,
+    pub(crate) velocity: Vec<f64>,
+    pub(crate) acceleration: Vec<f64>,
+    pub(crate) intensity: f64,
+    /// Power of the pressure force, and |v|^2, both integrated over s.
+    pressure_power: f64,
+    speed_squared: f64,
+}
+
+/// Counters of the work done so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Work {
+    /// Steps accepted.
+    pub steps: usize,
+    /// Steps rejected by the error test or because their equations were not solved.
+    pub rejected: usize,
+    /// Newton iterations, one linear solve each.
+    pub iterations: usize,
+    /// Band factorisations.
+    pub factorisations: usize,
+    /// Evaluations of the pressure force.
+    pub force_calls: usize,
+}
+
+const MAX_ITERATIONS: usize = 40;
+/// Positions are solved for to this fraction of the membrane's length: a few hundred roundings, so
+/// that a prescribed volume holds to 1e-12.
+const SOLVE_TOLERANCE: f64 = 1e-13;
+/// Below this fraction, an iteration that no longer gains has reached its rounding.
+const STALL: f64 = 1e-8;
+
+#[derive(Debug, Clone)]
+pub(crate) struct Stepper {
+    pub(crate) body: MovingMembrane,
+    pub(crate) scheme: Scheme,
+    tableau: Tableau,
+    jacobian: Jacobian,
+    kind: DriveKind,
+    length: f64,
+    stage: Stage,
+    /// Stage 0 is the present.
+    instants: Vec<Instant>,
+    pub(crate) old: Instant,
+    /// c* and v* of the stage being solved.
+    start: (Vec<f64>, Vec<f64>),
+    pressure: Vec<f64>,
+    error: (Vec<f64>, Vec<f64>),
+    /// Difference quotient of the derivative over the previous step, for the trapezoidal rule.
+    has_history: bool,
+    ledger: Ledger,
+    pub(crate) work: Work,
+}
+
+impl Stepper {
+    pub(crate) fn new(body: MovingMembrane, scheme: Scheme, kind: DriveKind) -> Self {
+        let nodes = body.differences.start().to_vec();
+        let n = nodes.len();
+        let zero = || vec![0.0; n];
+        let instant = Instant {
+            time: 0.0,
+            nodes,
+            velocity: zero(),
+            acceleration: zero(),
+            intensity: 0.0,
+            pressure_power: 0.0,
+            speed_squared: 0.0,
+        };
+        let tableau = scheme.tableau();
+        Self {
+            length: body.length_scale(),
+            stage: Stage::new(&body),
+            scheme,
+            tableau,
+            jacobian: Jacobian::Exact,
+            kind,
+            instants: vec![instant.clone(); tableau.stages],
+            old: instant,
+            start: (zero(), zero()),
+            pressure: zero(),
+            error: (zero(), zero()),
+            has_history: false,
+            ledger: Ledger::default(),
+            work: Work::default(),
+            body,
+        }
+    }
+
+    pub(crate) fn set_jacobian(&mut self, jacobian: Jacobian) {
+        self.jacobian = jacobian;
+        self.stage.forget();
+    }
+
+    pub(crate) fn set_time(&mut self, time: f64) {
+        self.instants[0].time = time;
+    }
+
+    pub(crate) fn now(&self) -> &Instant {
+        &self.instants[0]
+    }
+
+    /// Sets position and velocity; the intensity and acceleration follow in [`Stepper::begin`].
+    pub(crate) fn set(&mut self, time: f64, nodes: &[f64], velocity: &[f64]) {
+        let now = &mut self.instants[0];
+        now.time = time;
+        now.nodes.copy_from_slice(nodes);
+        now.velocity.copy_from_slice(velocity);
+        hold_ends(&mut now.velocity);
+        self.ledger = Ledger::default();
+        self.has_history = false;
+    }
+
+    /// Intensity and acceleration at the present state. `value` is what the drive prescribes now:
+    /// intensity, total force, or the second time derivative of the volume.
+    pub(crate) fn begin(&mut self, value: f64) -> Result<(), ImplicitError> {
+        let Self {
+            body,
+            stage,
+            instants,
+            pressure,
+            start: (force, row),
+            ..
+        } = self;
+        let now = &mut instants[0];
+        let d = &body.differences;
+        let membrane = |error| ImplicitError::Membrane {
+            time: now.time,
+            error,
+        };
+        d.elastic_force_into(&now.nodes, force);
+        d.pressure_force_into(&now.nodes, 1.0, pressure)
+            .map_err(membrane)?;
+        stage.force_calls += 1;
+        now.intensity = match self.kind {
+            DriveKind::Intensity => value,
+            DriveKind::TotalForce => value / Measure::Surface.of(&now.nodes),
+            DriveKind::Volume => {
+                // m V'' = grad V . (F_e + f n - mu v) + m v . H v
+                Measure::Volume.gradient_into(&now.nodes, row);
+                hold_ends(row);
+                let bend = curvature_of_volume(&now.nodes, &now.velocity, &mut self.error.0, row);
+                let rate = dot(row, &now.velocity);
+                let free = dot(row, force) - body.damping * rate + body.mass * bend;
+                (body.mass * value - free) / dot(row, pressure)
+            }
+        };
+        if !now.intensity.is_finite() {
+            return Err(ImplicitError::BadDrive {
+                time: now.time,
+                value,
+            });
+        }
+        for i in 0..force.len() {
+            now.acceleration[i] = (force[i] + now.intensity * pressure[i]
+                - body.damping * now.velocity[i])
+                / body.mass;
+            pressure[i] *= now.intensity;
+        }
+        hold_ends(&mut now.acceleration);
+        now.measure(pressure, d.ds());
+        Ok(())
+    }
+
+    /// Second time derivative of the enclosed volume at the present state.
+    pub(crate) fn volume_acceleration(&mut self) -> f64 {
+        let Self {
+            instants,
+            start: (_, row),
+            error,
+            ..
+        } = self;
+        let now = &instants[0];
+        Measure::Volume.gradient_into(&now.nodes, row);
+        dot(row, &now.acceleration)
+            + curvature_of_volume(&now.nodes, &now.velocity, &mut error.0, row)
+    }
+
+    /// Times, in units of the step, at which [`Stepper::attempt`] wants the drive's value.
+    pub(crate) fn stage_times(&self) -> &[f64] {
+        &self.tableau.c[1..self.tableau.stages]
+    }
+
+    /// Volume at the end of stage `index` (from 1) of the step just attempted.
+    pub(crate) fn stage_volume(&self, index: usize) -> f64 {
+        Measure::Volume.of(&self.instants[index].nodes)
+    }
+
+    /// Makes the stages of a step without accepting it. `targets` are the drive's values at
+    /// [`Stepper::stage_times`].
+    pub(crate) fn attempt(&mut self, dt: f64, targets: &[f64]) -> Result<(), ImplicitError> {
+        match self.scheme {
+            Scheme::ForwardEuler => self.explicit_step(dt, targets[0])?,
+            Scheme::SemiImplicitEuler => self.linearised_step(dt, targets[0])?,
+            _ => {
+                for i in 1..self.tableau.stages {
+                    self.solve_stage(i, dt, targets[i - 1])?;
+                }
+            }
+        }
+        let end = &self.instants[self.tableau.stages - 1];
+        let sum: f64 = end.nodes.iter().chain(&end.velocity).sum();
+        if sum.is_finite() {
+            Ok(())
+        } else {
+            let time = self.now().time;
+            self.stage.forget();
+            Err(ImplicitError::Unstable { time, dt })
+        }
+    }
+
+    fn explicit_step(&mut self, dt: f64, target: f64) -> Result<(), ImplicitError> {
+        let (now, rest) = self.instants.split_at_mut(1);
+        let (now, new) = (&now[0], &mut rest[0]);
+        new.time = now.time + dt;
+        for i in 0..now.nodes.len() {
+            new.nodes[i] = now.nodes[i] + dt * now.velocity[i];
+            new.velocity[i] = now.velocity[i] + dt * now.acceleration[i];
+        }
+        self.instants.swap(0, 1);
+        let evaluated = self.begin(target);
+        self.instants.swap(0, 1);
+        evaluated
+    }
+
+    fn linearised_step(&mut self, dt: f64, target: f64) -> Result<(), ImplicitError> {
+        let refresh = match self.jacobian {
+            Jacobian::Differences { refresh_every } => {
+                self.work.steps.is_multiple_of(refresh_every)
+            }
+            _ => true,
+        };
+        let Self {
+            body,
+            stage,
+            instants,
+            pressure,
+            kind,
+            length,
+            ..
+        } = self;
+        let (now, rest) = instants.split_at_mut(1);
+        let (now, new) = (&mut now[0], &mut rest[0]);
+        let eq = Equation {
+            body,
+            kind: *kind,
+            target,
+            time: now.time,
+            dt,
+            h: dt,
+            length: *length,
+        };
+        new.time = now.time + dt;
+        new.nodes.copy_from_slice(&now.nodes);
+        new.velocity.fill(0.0);
+        new.intensity = match kind {
+            DriveKind::Intensity => target,
+            DriveKind::TotalForce => target / Measure::Surface.of(&now.nodes),
+            DriveKind::Volume => now.intensity,
+        };
+        if refresh || !stage.is_factored_for(dt) {
+            stage.linearise(&eq, self.jacobian, &now.nodes, new.intensity)?;
+        }
+        stage.iterate(
+            &eq,
+            (&now.nodes, &now.velocity),
+            &mut new.velocity,
+            &mut new.nodes,
+            &mut new.intensity,
+        )?;
+        self.work.iterations += 1;
+        // The force that acted: at the start's normals, plus what linearising added.
+        body.differences
+            .pressure_force_into(&now.nodes, new.intensity, pressure)
+            .map_err(|error| ImplicitError::Membrane {
+                time: now.time,
+                error,
+            })?;
+        stage.force_calls += 1;
+        stage.add_linearised(&eq, &new.velocity, pressure);
+        for i in 0..new.velocity.len() {
+            new.acceleration[i] = (new.velocity[i] - now.velocity[i]) / dt;
+        }
+        new.measure(pressure, body.differences.ds());
+        if *kind == DriveKind::TotalForce {
+            new.intensity = target / Measure::Surface.of(&new.nodes);
+        }
+        Ok(())
+    }
+
+    fn solve_stage(&mut self, index: usize, dt: f64, target: f64) -> Result<(), ImplicitError> {
+        let Self {
+            body,
+            stage,
+            instants,
+            pressure,
+            kind,
+            length,
+            tableau,
+            start,
+            jacobian,
+            work,
+            ..
+        } = self;
+        let (before, rest) = instants.split_at_mut(index);
+        let (now, new) = (&before[0], &mut rest[0]);
+        let (positions, velocities) = start;
+        positions.copy_from_slice(&now.nodes);
+        velocities.copy_from_slice(&now.velocity);
+        for (j, earlier) in before.iter().enumerate() {
+            let a = dt * tableau.a[index][j];
+            if a != 0.0 {
+                for i in 0..positions.len() {
+                    positions[i] += a * earlier.velocity[i];
+                    velocities[i] += a * earlier.acceleration[i];
+                }
+            }
+        }
+        let h = dt * tableau.a[index][index];
+        let eq = Equation {
+            body,
+            kind: *kind,
+            target,
+            time: now.time,
+            dt,
+            h,
+            length: *length,
+        };
+        new.time = now.time + dt * tableau.c[index];
+
+        // Predict by Taylor's series where that stays close; a stiff step starts from where it is.
+        let ahead = dt * tableau.c[index];
+        let reach = now
+            .acceleration
+            .iter()
+            .fold(0.0, |m: f64, a| m.max(a.abs()));
+        let close = ahead * ahead * reach <= 0.01 * *length;
+        for i in 0..positions.len() {
+            new.velocity[i] = if close {
+                now.velocity[i] + ahead * now.acceleration[i]
+            } else {
+                (now.nodes[i] - positions[i]) / h
+            };
+            new.nodes[i] = positions[i] + h * new.velocity[i];
+        }
+        new.intensity = match kind {
+            DriveKind::Intensity => target,
+            DriveKind::TotalForce => target / Measure::Surface.of(&new.nodes),
+            DriveKind::Volume => before[index - 1].intensity,
+        };
+
+        let refresh = match jacobian {
+            Jacobian::Differences { refresh_every } => {
+                index == 1 && work.steps.is_multiple_of(*refresh_every)
+            }
+            _ => false,
+        };
+        let mut fresh = false;
+        if refresh || !stage.is_factored_for(h) {
+            stage.linearise(&eq, *jacobian, &new.nodes, new.intensity)?;
+            fresh = true;
+        }
+        let tolerance = SOLVE_TOLERANCE * *length;
+        let mut last = f64::INFINITY;
+        for iteration in 1..=MAX_ITERATIONS {
+            let change = stage.iterate(
+                &eq,
+                (positions, velocities),
+                &mut new.velocity,
+                &mut new.nodes,
+                &mut new.intensity,
+            );
+            work.iterations += 1;
+            let change = match change {
+                Ok(change) if change.is_finite() => change,
+                _ if fresh => {
+                    stage.forget();
+                    return Err(change
+                        .err()
+                        .unwrap_or(ImplicitError::Unstable { time: now.time, dt }));
+                }
+                _ => f64::INFINITY,
+            };
+            let ratio = change / last;
+            let settled = change <= tolerance
+                || (iteration > 1 && ratio < 1.0 && change * ratio / (1.0 - ratio) <= tolerance)
+                || (iteration > 2 && ratio > 0.3 && change <= STALL * *length);
+            if settled {
+                break;
+            }
+            if iteration == MAX_ITERATIONS {
+                stage.forget();
+                return Err(ImplicitError::StepNotSolved {
+                    time: now.time,
+                    dt,
+                    iterations: iteration,
+                    change,
+                });
+            }
+            fresh = false;
+            if ratio > 0.05 && iteration > 1 {
+                if !change.is_finite() {
+                    for i in 0..positions.len() {
+                        new.velocity[i] = (now.nodes[i] - positions[i]) / h;
+                        new.nodes[i] = now.nodes[i];
+                    }
+                    new.intensity = now.intensity;
+                }
+                stage.linearise(&eq, *jacobian, &new.nodes, new.intensity)?;
+                fresh = true;
+            }
+            last = change;
+        }
+        body.differences
+            .pressure_force_into(&new.nodes, new.intensity, pressure)
+            .map_err(|error| ImplicitError::Membrane {
+                time: now.time,
+                error,
+            })?;
+        stage.force_calls += 1;
+        for i in 0..velocities.len() {
+            new.acceleration[i] = (new.velocity[i] - velocities[i]) / h;
+        }
+        new.measure(pressure, body.differences.ds());
+        Ok(())
+    }
+
+    /// Scaled local error of the attempted step (1 is just acceptable); `None` where the scheme
+    /// needs a previous step that there has not been yet.
+    pub(crate) fn error(&mut self, tolerance: (f64, f64)) -> Option<f64> {
+        let last = self.tableau.stages - 1;
+        let dt = self.instants[last].time - self.instants[0].time;
+        let (position, velocity) = (&mut self.error.0, &mut self.error.1);
+        position.fill(0.0);
+        velocity.fill(0.0);
+        let mut add = |instant: &Instant, weight: f64| {
+            for i in 0..position.len() {
+                position[i] += weight * instant.velocity[i];
+                velocity[i] += weight * instant.acceleration[i];
+            }
+        };
+        match self.tableau.e {
+            Some(e) => {
+                for (instant, e) in self.instants.iter().zip(e) {
+                    add(instant, dt * e);
+                }
+            }
+            None if self.has_history => {
+                // dt^3 / 12 of the third derivative: second divided difference of the first one
+                let before = self.instants[0].time - self.old.time;
+                let weight = dt.powi(3) / (6.0 * (dt + before));
+                add(&self.instants[last], weight / dt);
+                add(&self.instants[0], -weight / dt - weight / before);
+                add(&self.old, weight / before);
+            }
+            None => return None,
+        }
+        if self.scheme != Scheme::ForwardEuler {
+            self.stage.filter(&self.body, position, velocity);
+        }
+        let rms = |v: &[f64]| (v.iter().map(|e| e * e).sum::<f64>() / (v.len() / 2) as f64).sqrt();
+        Some((rms(position) / tolerance.0).max(rms(velocity) / tolerance.1))
+    }
+
+    pub(crate) fn error_exponent(&self) -> f64 {
+        1.0 / f64::from(self.tableau.order + 1)
+    }
+
+    /// Makes the attempted step the present.
+    pub(crate) fn accept(&mut self) {
+        let last = self.tableau.stages - 1;
+        let dt = self.instants[last].time - self.instants[0].time;
+        self.settle_energy(dt);
+        self.instants.swap(0, last);
+        std::mem::swap(&mut self.old, &mut self.instants[last]);
+        self.has_history = true;
+        self.work.steps += 1;
+        self.work.factorisations = self.stage.factorisations;
+        self.work.force_calls = self.stage.force_calls;
+    }
+
+    /// Work, damping and numerical loss of the attempted step; see [`crate::Energy`].
+    fn settle_energy(&mut self, dt: f64) {
+        let Tableau { stages, a, b, .. } = self.tableau;
+        let ds = self.body.differences.ds();
+        for i in 0..stages {
+            self.ledger.work += dt * b[i] * self.instants[i].pressure_power;
+            self.ledger.damping += dt * b[i] * self.body.damping * self.instants[i].speed_squared;
+        }
+        let mut loss = 0.0;
+        for j in 0..stages {
+            if (0..stages).all(|i| b[i] * a[i][j] + b[j] * a[j][i] - b[i] * b[j] == 0.0) {
+                continue;
+            }
+            self.stage
+                .elastic
+                .mul_into(&self.instants[j].velocity, &mut self.pressure);
+            for i in 0..stages {
+                let m = b[i] * a[i][j] + b[j] * a[j][i] - b[i] * b[j];
+                if m != 0.0 {
+                    let (k, other) = (&self.instants[i], &self.instants[j]);
+                    loss += m
+                        * (self.body.mass * dot(&k.acceleration, &other.acceleration)
+                            - dot(&k.velocity, &self.pressure));
+                }
+            }
+        }
+        self.ledger.numerical += 0.5 * dt * dt * ds * loss;
+    }
+
+    /// Energy now and what the ledger holds; `initial` is left to the caller.
+    pub(crate) fn energy(&self) -> Energy {
+        let now = self.now();
+        let d = &self.body.differences;
+        let start = d.start();
+        let (mut here, mut there) = (vec![0.0; start.len()], vec![0.0; start.len()]);
+        d.elastic_force_into(&now.nodes, &mut here);
+        d.elastic_force_into(start, &mut there);
+        // The force is linear in the position: the mean of both ends integrates it.
+        let work: f64 = (0..start.len())
+            .map(|i| 0.5 * (here[i] + there[i]) * (now.nodes[i] - start[i]))
+            .sum();
+        Energy {
+            kinetic: 0.5 * self.body.mass * d.ds() * dot(&now.velocity, &now.velocity),
+            elastic: -d.ds() * work,
+            initial: 0.0,
+            pressure_work: self.ledger.work,
+            damping_loss: self.ledger.damping,
+            numerical_loss: self.ledger.numerical,
+        }
+    }
+
+    /// A first step over which the acceleration moves a node by about the tolerance.
+    pub(crate) fn first_step(&self, tolerance: f64) -> f64 {
+        let now = self.now();
+        let n = (now.nodes.len() / 2) as f64;
+        let rms = |v: &[f64]| (dot(v, v) / n).sqrt();
+        let by_acceleration = (tolerance / rms(&now.acceleration)).sqrt();
+        let by_velocity = 0.1 * self.length / rms(&now.velocity);
+        let step = by_acceleration.min(by_velocity);
+        if step.is_finite() && step > 0.0 {
+            step
+        } else {
+            self.body.largest_explicit_step()
+        }
+    }
+
+    /// Norms over s, (integral of |.|^2 ds)^(1/2), of F_p + F_e and of the velocity, at the present.
+    pub(crate) fn norms(&mut self) -> Result<(f64, f64), ImplicitError> {
+        let now = &self.instants[0];
+        let d = &self.body.differences;
+        d.elastic_force_into(&now.nodes, &mut self.start.0);
+        d.pressure_force_into(&now.nodes, now.intensity, &mut self.pressure)
+            .map_err(|error| ImplicitError::Membrane {
+                time: now.time,
+                error,
+            })?;
+        let sum: f64 = self
+            .start
+            .0
+            .iter()
+            .zip(&self.pressure)
+            .map(|(e, p)| (e + p) * (e + p))
+            .sum();
+        Ok((
+            (d.ds() * sum).sqrt(),
+            (d.ds() * dot(&now.velocity, &now.velocity)).sqrt(),
+        ))
+    }
+}
+
+impl Instant {
+    fn measure(&mut self, pressure: &[f64], ds: f64) {
+        self.pressure_power = ds * dot(pressure, &self.velocity);
+        self.speed_squared = ds * dot(&self.velocity, &self.velocity);
+    }
+}
+
+/// v . H v of the volume, by a difference of its gradient along v; `row` holds the gradient at
+/// `nodes` and keeps it.
+fn curvature_of_volume(nodes: &[f64], velocity: &[f64], moved: &mut [f64], row: &mut [f64]) -> f64 {
+    let speed = velocity.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    if speed == 0.0 {
+        return 0.0;
+    }
+    let size = nodes.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let step = 1e-5 * size / speed;
+    let mut slope = |sign: f64| {
+        for i in 0..nodes.len() {
+            moved[i] = nodes[i] + sign * step * velocity[i];
+        }
+        Measure::Volume.gradient_into(moved, row);
+        dot(row, velocity)
+    };
+    let bend = (slope(1.0) - slope(-1.0)) / (2.0 * step);
+    Measure::Volume.gradient_into(nodes, row);
+    hold_ends(row);
+    bend
+}

@@ -1,0 +1,21 @@
+//! The reference problem: R = 1.75, h = 8.5, N = 101, f = 17.5, lambda = mu = m = 1, at rest.
+#![allow(dead_code, unreachable_pub)] // each test file uses its part
+
+use membrane_implicit::{Drive, Membrane, Motion, MovingMembrane, RestShape, Scheme};
+
+pub fn reference_body() -> MovingMembrane {
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    MovingMembrane::new(&membrane, 101)
+        .unwrap()
+        .with_damping(1.0)
+        .unwrap()
+}
+
+pub fn inflate(scheme: Scheme) -> Motion {
+    Motion::new(reference_body(), Drive::intensity(|_| 17.5), scheme).unwrap()
+}
+
+pub fn apex(motion: &Motion) -> f64 {
+    let points = motion.state().points;
+    points[points.len() / 2][0]
+}

@@ -1,0 +1,318 @@
+//! The paper's scheme: against the block system of Eq. 28 solved densely, and the behaviour that
+//! its Fig. 10 shows.
+
+use membrane_implicit::membrane_newton::{Control, Discretisation, NewtonOptions, Solver};
+use membrane_implicit::{
+    EvolvingOptions, Jacobian, Membrane, PressureLaw, RestShape, Stiffness, evolve,
+};
+use nalgebra::{DMatrix, DVector};
+
+const TOTAL_FORCE: f64 = 2588.9;
+
+fn balloon() -> Membrane {
+    Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+}
+
+/// The paper's forces, written from its text for interior nodes, first and second neighbours.
+struct Twin {
+    rest: Vec<f64>,
+    lambda: f64,
+    lambda_2: f64,
+    total_force: f64,
+}
+
+impl Twin {
+    fn n(&self) -> usize {
+        self.rest.len() / 2
+    }
+
+    fn elastic(&self, c: &[f64]) -> DVector<f64> {
+        let n = self.n();
+        let ds = 1.0 / (n - 1) as f64;
+        let mut f = DVector::zeros(2 * n);
+        for k in 0..2 {
+            // beyond a held end the displacement is mirrored in it
+            let u = |m: i64| -> f64 {
+                let at = |m: usize| c[2 * m + k] - self.rest[2 * m + k];
+                let last = n as i64 - 1;
+                if m < 0 {
+                    2.0 * at(0) - at((-m) as usize)
+                } else if m > last {
+                    2.0 * at(n - 1) - at((2 * last - m) as usize)
+                } else {
+                    at(m as usize)
+                }
+            };
+            for m in 1..n as i64 - 1 {
+                f[2 * m as usize + k] = (self.lambda * (u(m + 1) - 2.0 * u(m) + u(m - 1))
+                    + self.lambda_2 * (u(m + 2) - 2.0 * u(m) + u(m - 2)))
+                    / (ds * ds);
+            }
+        }
+        f
+    }
+
+    fn intensity(&self, c: &[f64]) -> f64 {
+        // lateral surface: frustums, over the whole curve by |y| and halved
+        let n = self.n();
+        let sum: f64 = (1..n)
+            .map(|m| {
+                let (a, b) = (c[2 * m - 1], c[2 * m + 1]);
+                let length = (c[2 * m] - c[2 * m - 2]).hypot(b - a);
+                assert!(a * b >= -1e-4, "the twin needs a node at the apex");
+                std::f64::consts::PI * (a + b).abs() * length
+            })
+            .sum();
+        self.total_force / (0.5 * sum)
+    }
+
+    fn pressure(&self, c: &[f64], f: f64) -> DVector<f64> {
+        let n = self.n();
+        let mut out = DVector::zeros(2 * n);
+        for m in 1..n - 1 {
+            let (dx, dy) = (c[2 * m + 2] - c[2 * m - 2], c[2 * m + 3] - c[2 * m - 1]);
+            let r = dx.hypot(dy);
+            out[2 * m] = -f * dy / r;
+            out[2 * m + 1] = f * dx / r;
+        }
+        out
+    }
+
+    fn derivative(&self, c: &[f64], force: impl Fn(&[f64]) -> DVector<f64>) -> DMatrix<f64> {
+        let mut out = DMatrix::zeros(c.len(), c.len());
+        let step = 1e-6;
+        for j in 0..c.len() {
+            let (mut a, mut b) = (c.to_vec(), c.to_vec());
+            a[j] += step;
+            b[j] -= step;
+            out.set_column(j, &((force(&a) - force(&b)) / (2.0 * step)));
+        }
+        out
+    }
+
+    /// Eq. 28 with its signs and factors dt corrected, for U = (c, c_t): 4 N unknowns.
+    fn step(&self, dt: f64, mu: f64, full: bool, c: &mut [f64], v: &mut [f64]) {
+        let n = c.len();
+        let f = self.intensity(c);
+        let k = self.derivative(c, |c| self.elastic(c));
+        let dp = self.derivative(c, |c| {
+            self.pressure(c, if full { self.intensity(c) } else { f })
+        });
+        let mut matrix = DMatrix::identity(2 * n, 2 * n);
+        let mut rhs = DVector::zeros(2 * n);
+        let constant = self.elastic(c) - &k * DVector::from_column_slice(c);
+        let load = self.pressure(c, f);
+        for i in 0..n {
+            matrix[(i, n + i)] = -dt;
+            rhs[i] = c[i];
+            rhs[n + i] = v[i];
+            if i < 2 || i >= n - 2 {
+                continue;
+            }
+            rhs[n + i] += dt * (constant[i] + load[i]);
+            matrix[(n + i, n + i)] += dt * mu;
+            for j in 0..n {
+                matrix[(n + i, j)] -= dt * k[(i, j)];
+                matrix[(n + i, n + j)] -= dt * dt * dp[(i, j)];
+            }
+        }
+        let u = matrix.lu().solve(&rhs).unwrap();
+        c.copy_from_slice(&u.as_slice()[..n]);
+        v.copy_from_slice(&u.as_slice()[n..]);
+    }
+}
+
+#[test]
+fn steps_equal_the_block_system_of_eq_28() {
+    let n_nodes = 21;
+    for (jacobian, full) in [(Jacobian::Band, false), (Jacobian::Exact, true)] {
+        for lambda_2 in [0.0, 0.3] {
+            for dt in [0.05, 2.0] {
+                let mut membrane = balloon();
+                if lambda_2 > 0.0 {
+                    membrane =
+                        membrane.with_second_neighbours(Stiffness::constant(lambda_2).unwrap());
+                }
+                let options = EvolvingOptions {
+                    max_steps: 4,
+                    damping: 0.7,
+                    dt,
+                    jacobian,
+                    ..Default::default()
+                };
+                let ours = evolve(&membrane, n_nodes, TOTAL_FORCE, &options).unwrap();
+                let mut c: Vec<f64> = ours.frames[0].points.as_flattened().to_vec();
+                let mut v = vec![0.0; c.len()];
+                let twin = Twin {
+                    rest: c.clone(),
+                    lambda: 1.0,
+                    lambda_2,
+                    total_force: TOTAL_FORCE,
+                };
+                for frame in &ours.frames[1..] {
+                    twin.step(dt, 0.7, full, &mut c, &mut v);
+                    let worst = frame
+                        .points
+                        .as_flattened()
+                        .iter()
+                        .zip(&c)
+                        .map(|(a, b)| (a - b).abs())
+                        .fold(0.0, f64::max);
+                    // The twin's derivatives are differences with step 1e-6: rounding 1e-16 / 1e-6
+                    // of forces of order 1e3, seen through dt^2 over a stiffness of 1/ds^2 = 400.
+                    assert!(
+                        worst < 1e-6,
+                        "{jacobian:?} lambda_2 {lambda_2} dt {dt}: {worst:e}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Errata of section 4.2, Fig. 10: from dt = 2 on, 8 to 10 steps.
+#[test]
+fn band_alone_falls_at_every_step_for_large_steps() {
+    for dt in [2.0, 4.0, 10.0, 100.0, 1e4] {
+        for mu in [0.0, 0.25, 0.5, 1.0] {
+            let options = EvolvingOptions::default().with_dt(dt).with_damping(mu);
+            let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
+            assert!(
+                run.converged && run.is_monotone(),
+                "dt {dt} mu {mu}: {:?}",
+                run.norms
+            );
+            assert!(
+                (8..=10).contains(&run.steps),
+                "dt {dt} mu {mu}: {:?}",
+                run.norms
+            );
+            // a linear tail: every ratio from the third on close to the last
+            let ratios: Vec<f64> = run.norms.windows(2).map(|p| p[1] / p[0]).collect();
+            let rate = ratios[ratios.len() - 1];
+            println!("dt {dt} mu {mu}: {} steps, rate {rate:.4}", run.steps);
+            assert!((0.15..0.27).contains(&rate), "dt {dt} mu {mu}: {ratios:?}");
+            assert!(
+                ratios[3..].iter().all(|r| (r / rate - 1.0).abs() < 0.15),
+                "{ratios:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn small_steps_show_the_wave() {
+    for dt in [0.05, 0.1, 0.25, 0.5] {
+        for mu in [0.0, 0.25, 0.5, 1.0] {
+            let options = EvolvingOptions::default().with_dt(dt).with_damping(mu);
+            let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
+            println!("dt {dt} mu {mu}: {} steps", run.steps);
+            assert!(
+                run.converged && !run.is_monotone(),
+                "dt {dt} mu {mu}: {:?}",
+                run.norms
+            );
+        }
+    }
+}
+
+#[test]
+fn rank_one_part_makes_large_steps_quadratic() {
+    let options = EvolvingOptions {
+        tolerance: 1e-9,
+        ..Default::default()
+    }
+    .with_dt(1e5)
+    .with_jacobian(Jacobian::Exact);
+    let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
+    println!("{:?}", run.norms);
+    assert!(run.converged && run.steps <= 5, "{:?}", run.norms);
+    // e(k+1) <= C e(k)^2 with one C until rounding (about 1e-11: 1e-16 over ds^2)
+    for pair in run.norms.windows(2).skip(1) {
+        assert!(
+            pair[1] < (0.05 * pair[0] * pair[0]).max(1e-9),
+            "{:?}",
+            run.norms
+        );
+    }
+}
+
+#[test]
+fn differences_refreshed_every_ten_steps_settle_in_the_same_place() {
+    let exact = evolve(&balloon(), 201, TOTAL_FORCE, &EvolvingOptions::default()).unwrap();
+    for refresh_every in [1, 3, 10] {
+        let options =
+            EvolvingOptions::default().with_jacobian(Jacobian::Differences { refresh_every });
+        let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
+        println!("every {refresh_every}: {:?}", run.norms);
+        assert!(run.converged);
+        assert_eq!(run.work.factorisations, run.steps.div_ceil(refresh_every));
+        // both within the tolerance of the same equilibrium
+        assert!(run.distance_to(&exact.points) < 1e-4);
+    }
+}
+
+#[test]
+fn settles_where_newton_does() {
+    let membrane = balloon().with_law(PressureLaw::TotalForce);
+    let solver = Solver::new(&membrane, Discretisation::FiniteDifferences { nodes: 201 }).unwrap();
+    let direct = solver
+        .solve(Control::TotalForce(TOTAL_FORCE), &NewtonOptions::default())
+        .unwrap();
+    for dt in [0.5, 2.0] {
+        let run = evolve(
+            &membrane,
+            201,
+            TOTAL_FORCE,
+            &EvolvingOptions::default().with_dt(dt),
+        )
+        .unwrap();
+        // A residual of norm 1e-4 over the lowest eigenvalue of the springs, pi^2, is 1e-5 cm in
+        // the mean; the pressure takes some of the stiffness off.
+        let distance = run.distance_to(&direct.points);
+        println!("dt {dt}: {distance:e} cm from Newton's solution");
+        assert!(distance < 1e-4, "dt {dt}: {distance:e}");
+    }
+}
+
+#[test]
+fn frames_carry_forces_that_balance_at_the_end() {
+    let run = evolve(&balloon(), 101, TOTAL_FORCE, &EvolvingOptions::default()).unwrap();
+    assert_eq!(run.frames.len(), run.steps + 1);
+    for (frame, norm) in run.frames.iter().zip(&run.norms) {
+        let sum: f64 = frame
+            .elastic
+            .as_flattened()
+            .iter()
+            .zip(frame.pressure.as_flattened())
+            .map(|(e, p)| (e + p) * (e + p))
+            .sum();
+        let own = (sum / 100.0).sqrt();
+        assert!(
+            (own - norm).abs() <= 1e-12 * run.norms[0],
+            "{own} and {norm}"
+        );
+    }
+    // at rest nothing pulls and the pressure is F / S everywhere
+    let first = &run.frames[0];
+    assert!(first.elastic.as_flattened().iter().all(|e| *e == 0.0));
+    let [x, y] = first.pressure[50];
+    let surface = std::f64::consts::TAU * 1.75 * (8.5 + 1.75);
+    // the polyline's surface is short of the body's by (ds/R)^2
+    assert!(
+        y.abs() < 1e-9 && (x * surface / TOTAL_FORCE - 1.0).abs() < 2e-3,
+        "{x} {y}"
+    );
+    assert_eq!(first.pressure[0], [0.0; 2]);
+}
+
+#[test]
+fn a_run_that_is_cut_short_says_so() {
+    let options = EvolvingOptions {
+        max_steps: 3,
+        ..Default::default()
+    };
+    let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
+    assert!(!run.converged);
+    assert_eq!((run.steps, run.norms.len()), (3, 4));
+}
