@@ -26,12 +26,12 @@
 //! is the axis. Norms over s are (integral of |.|^2 ds)^(1/2), so they do not grow with N.
 //!
 //! # What it is not
-//! No fluid: the water carries pressure at once and has no inertia. The second law of the pair is
+//! No fluid: the water carries pressure at once and has no inertia. The coupling of a pair is
 //! one-way: the outer membrane follows the inner one's volume and does not push back.
 //!
 //! # References
-//! Rohmer, Sitek and Gullberg 2006 (hal-03929238), section 3.2. Bank et al. 1985
-//! (10.1109/T-ED.1985.22232) and Hosea and Shampine 1996 (10.1016/0168-9274(95)00115-8), TR-BDF2.
+//! Rohmer, Sitek and Gullberg 2006 (hal-03929238), section 3.2. TR-BDF2: Bank et al., IEEE Trans.
+//! CAD 4 (1985) 436-451; Hosea and Shampine, Appl. Numer. Math. 20 (1996) 21-37.
 //! Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.12 and VII.
 
 mod body;

@@ -269,7 +269,7 @@ fn settles_where_newton_does() {
         .unwrap();
         // A residual of norm 1e-4 over the lowest eigenvalue of the springs, pi^2, is 1e-5 cm in
         // the mean; the pressure takes some of the stiffness off.
-        let distance = run.distance_to(&direct.points);
+        let distance = run.distance_to(&direct.points());
         println!("dt {dt}: {distance:e} cm from Newton's solution");
         assert!(distance < 1e-4, "dt {dt}: {distance:e}");
     }
