@@ -108,6 +108,12 @@ pub enum RadonError {
         /// Length of the axis.
         len: usize,
     },
+    /// The machine does not run the instruction set asked for.
+    #[error("this machine does not run {given:?}")]
+    InstructionSetMissing {
+        /// The set given.
+        given: crate::InstructionSet,
+    },
     /// The memory budget is below what the smallest slab needs.
     #[error("the smallest slab needs {needed} bytes, the budget is {budget}")]
     BudgetTooSmall {

@@ -8,6 +8,7 @@ mod measure;
 mod phantom;
 mod projector;
 mod sample;
+mod simd;
 mod slices;
 
 pub use error::RadonError;
@@ -18,4 +19,5 @@ pub use measure::{MaskedStats, disc_mask, rmse_within};
 pub use phantom::{BinSampling, Phantom2, Phantom3, Shape2, Shape3};
 pub use projector::{Kernel, Projector, ProjectorReport, ProjectorScratch};
 pub use sample::Sample;
+pub use simd::InstructionSet;
 pub use slices::SliceAxis;

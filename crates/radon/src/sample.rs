@@ -7,11 +7,13 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 pub(crate) mod sealed {
     /// What kernels need beyond the public arithmetic. The FFT's own bound stays behind the seal, so that the dependency is not
     /// public.
-    pub trait Sealed: realfft::FftNum {
+    pub trait Sealed: realfft::FftNum + crate::simd::Vectors {
         /// `self * a + b` with one rounding.
         fn fused(self, a: Self, b: Self) -> Self;
         /// Integer part of a value in the range of `i32`.
         fn truncated(self) -> i32;
+        /// The integer as a sample.
+        fn whole(i: i32) -> Self;
         /// The value held within `[lo, hi]`.
         fn held(self, lo: Self, hi: Self) -> Self;
     }
@@ -65,6 +67,10 @@ macro_rules! sample {
             #[inline(always)]
             fn truncated(self) -> i32 {
                 self as i32
+            }
+            #[inline(always)]
+            fn whole(i: i32) -> Self {
+                i as $t
             }
             #[inline(always)]
             fn held(self, lo: Self, hi: Self) -> Self {

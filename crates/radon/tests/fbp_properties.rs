@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Ellipse, half_turn};
-use radon::{FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, Skip, StackOrder};
+use radon::{FbpOptions, FbpPlan, ImageGrid, InstructionSet, ParallelGeometry, Skip, StackOrder};
 
 /// `n_slices` different ellipses, every third slice empty, as `[slice][view][bin]`.
 fn stack(geometry: &ParallelGeometry, n_slices: usize) -> Vec<f32> {
@@ -142,5 +142,44 @@ fn the_number_of_threads_changes_no_bit() {
     let one = run(1);
     for threads in [2, 3, 8] {
         assert_eq!(one, run(threads), "{threads} threads");
+    }
+}
+
+#[test]
+fn every_instruction_set_computes_the_same_image_to_rounding() {
+    let geometry = half_turn(23, 41, 1.0);
+    let grid = ImageGrid::square(40, 0.9).unwrap();
+    let projections = stack(&geometry, 37);
+    let run = |set, projections: &[f32], n_slices| {
+        let options = FbpOptions {
+            instructions: Some(set),
+            ..Default::default()
+        };
+        let plan = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
+        plan.reconstruct_stack(projections, n_slices, StackOrder::SliceViewBin)
+            .unwrap()
+    };
+    let sets: Vec<_> = [
+        InstructionSet::Avx2,
+        InstructionSet::Avx512,
+        InstructionSet::Neon,
+    ]
+    .into_iter()
+    .filter(|set| set.is_available())
+    .collect();
+    for n_slices in [1, 2, 9, 37] {
+        let part = &projections[..n_slices * geometry.sinogram_len()];
+        let plain = run(InstructionSet::Baseline, part, n_slices);
+        let largest = plain.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
+        for &set in &sets {
+            let other = run(set, part, n_slices);
+            for (a, b) in plain.iter().zip(&other) {
+                // 46 additions of terms no larger than the sum of their moduli: well under 46 half-units in the last place.
+                assert!(
+                    (a - b).abs() <= 46.0 * f32::EPSILON * largest,
+                    "{set:?}: {a} {b}"
+                );
+            }
+        }
     }
 }

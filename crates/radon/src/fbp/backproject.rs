@@ -4,54 +4,34 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::fbp::aligned;
 use crate::geometry::{ImageGrid, ParallelGeometry};
 use crate::sample::Sample;
+use crate::simd::{InstructionSet, RUN, Tile, ViewStep, add_views};
 
-/// Slices that share the work of one index and weight, at most.
-pub(crate) const LANES: usize = 128;
 /// Zero samples in front of a filtered row.
 pub(crate) const MARGIN: usize = 2;
-/// Zero samples behind it.
+/// Zero samples behind it: a run of pixels may read two vectors beyond its first sample.
 const TAIL: usize = 36;
-/// Pixels of a tile: one run along x, a few rows. Tiles start at multiples of these in the grid, whatever the region.
-const RUN: usize = 16;
-const ROWS: usize = 8;
-/// Views whose part of a tile is added up in registers.
-const GROUP: usize = 5;
 
-/// Lanes of a block of `n` slices.
-pub(crate) fn lanes_for(n: usize) -> usize {
-    [1, 16, 32, 64]
-        .into_iter()
-        .find(|&l| n <= l)
-        .unwrap_or(LANES)
+/// Runs and rows of a tile: its sums and the samples that a group of views needs for it stay in the first-level cache.
+fn tile_shape(lanes: usize) -> (usize, usize) {
+    match lanes {
+        1 => (4, 16),
+        _ => (1, 8),
+    }
 }
 
 /// Where each pixel falls in each filtered row.
-pub(crate) struct Steps {
-    views: Vec<ViewStep>,
+pub(crate) struct Steps<T> {
+    views: Vec<ViewStep<T>>,
     x: Range<usize>,
     y: Range<usize>,
     /// Samples of a filtered row without margins.
     n: usize,
 }
 
-/// `u = origin + ix * dx + iy * dy`, in samples of the filtered row.
-struct ViewStep {
-    origin: f64,
-    dx: f64,
-    dy: f64,
-}
-
-/// One run of pixels in one view.
-#[derive(Clone, Copy)]
-struct Place<T> {
-    base: i32,
-    first: T,
-    most: T,
-}
-
-impl Steps {
+impl<T: Sample> Steps<T> {
     pub(crate) fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
@@ -67,11 +47,8 @@ impl Steps {
             .map(|theta| {
                 let (sin, cos) = theta.sin_cos();
                 let scale = up * grid.spacing() / geometry.pitch();
-                ViewStep {
-                    origin: up * geometry.bin_at(x0 * cos + y0 * sin),
-                    dx: scale * cos,
-                    dy: scale * sin,
-                }
+                let first = up * geometry.bin_at(x0 * cos + y0 * sin) + MARGIN as f64;
+                ViewStep::new(first, scale * cos, scale * sin)
             })
             .collect();
         Self { views, x, y, n }
@@ -84,29 +61,25 @@ impl Steps {
     pub(crate) fn row_len(&self) -> usize {
         MARGIN + self.n + TAIL
     }
-
-    fn place<T: Sample>(&self, view: &ViewStep, ix: usize, iy: usize) -> Place<T> {
-        let u = view.origin + ix as f64 * view.dx + iy as f64 * view.dy;
-        let least = u.min(u + (RUN - 1) as f64 * view.dx);
-        let most = self.n as f64 + 1.0;
-        let base = least.floor().clamp(-(MARGIN as f64), most);
-        Place {
-            base: base as i32,
-            first: T::of(u - base),
-            most: T::of(most - base),
-        }
-    }
 }
 
 /// Back-projects `[view][sample][lane]` into one image a lane.
-pub(crate) fn run<T: Sample>(steps: &Steps, filtered: &[T], lanes: usize, images: &mut [&mut [T]]) {
-    let (width, rows) = (steps.x.len(), steps.y.clone());
-    // Bands of whole tiles: (first row, the band's part of each image).
+pub(crate) fn run<T: Sample>(
+    steps: &Steps<T>,
+    instructions: InstructionSet,
+    filtered: &[T],
+    lanes: usize,
+    images: &mut [&mut [T]],
+) {
+    let (runs, rows) = tile_shape(lanes);
+    let width = steps.x.len();
+    // Bands of whole tiles: (first row, the band's part of each image). Tiles start at multiples of their size in the grid,
+    // whatever the region.
     let mut bands: Vec<(usize, Vec<&mut [T]>)> = Vec::new();
     let mut rest: Vec<&mut [T]> = images.iter_mut().map(|image| &mut **image).collect();
-    let mut iy = rows.start;
-    while iy < rows.end {
-        let end = ((iy / ROWS + 1) * ROWS).min(rows.end);
+    let mut iy = steps.y.start;
+    while iy < steps.y.end {
+        let end = ((iy / rows + 1) * rows).min(steps.y.end);
         let mut band = Vec::with_capacity(rest.len());
         rest = rest
             .into_iter()
@@ -119,71 +92,38 @@ pub(crate) fn run<T: Sample>(steps: &Steps, filtered: &[T], lanes: usize, images
         bands.push((iy, band));
         iy = end;
     }
-    bands.into_par_iter().for_each_init(
-        || vec![T::ZERO; RUN * ROWS * lanes],
-        |tile, (iy, mut band)| match lanes {
-            1 => band_of::<T, 1>(steps, filtered, iy, tile, &mut band),
-            16 => band_of::<T, 16>(steps, filtered, iy, tile, &mut band),
-            32 => band_of::<T, 32>(steps, filtered, iy, tile, &mut band),
-            64 => band_of::<T, 64>(steps, filtered, iy, tile, &mut band),
-            _ => band_of::<T, LANES>(steps, filtered, iy, tile, &mut band),
-        },
-    );
-}
-
-fn band_of<T: Sample, const B: usize>(
-    steps: &Steps,
-    filtered: &[T],
-    iy: usize,
-    tile: &mut [T],
-    band: &mut [&mut [T]],
-) {
-    let width = steps.x.len();
-    let n_rows = band[0].len() / width;
-    let row_len = steps.row_len();
-    let mut ix = steps.x.start / RUN * RUN;
-    while ix < steps.x.end {
-        let pixels = steps.x.start.max(ix) - ix..steps.x.end.min(ix + RUN) - ix;
-        tile.fill(T::ZERO);
-        for (group, views) in steps.views.chunks(GROUP).enumerate() {
-            for r in 0..n_rows {
-                let mut offset = [[0usize; RUN]; GROUP];
-                let mut weight = [[T::ZERO; RUN]; GROUP];
-                for (k, view) in views.iter().enumerate() {
-                    let place = steps.place::<T>(view, ix, iy + r);
-                    let start = ((group * GROUP + k) * row_len) as isize
-                        + (place.base + MARGIN as i32) as isize;
-                    for l in 0..RUN {
-                        let t = (place.first + T::of(l as f64 * view.dx)).held(T::ZERO, place.most);
-                        let j = t.truncated();
-                        offset[k][l] = (start + j as isize) as usize * B;
-                        weight[k][l] = t - T::of(j as f64);
-                    }
-                }
-                for l in pixels.clone() {
-                    let sums = &mut tile[(r * RUN + l) * B..][..B];
-                    let mut acc = [T::ZERO; B];
-                    acc.copy_from_slice(sums);
-                    for k in 0..views.len() {
-                        let w = weight[k][l];
-                        let w0 = T::ONE - w;
-                        let pair = &filtered[offset[k][l]..][..2 * B];
-                        let (p0, p1) = pair.split_at(B);
-                        for s in 0..B {
-                            acc[s] = acc[s] + w0 * p0[s] + w * p1[s];
+    bands
+        .into_par_iter()
+        .for_each_init(Vec::new, |sums, (iy, mut band)| {
+            let sums = aligned(sums, runs * RUN * rows * lanes);
+            let n_rows = band[0].len() / width;
+            let mut ix = steps.x.start / RUN * RUN;
+            while ix < steps.x.end {
+                let runs = runs.min((steps.x.end - ix).div_ceil(RUN));
+                let sums = &mut sums[..n_rows * runs * RUN * lanes];
+                sums.fill(T::ZERO);
+                let tile = Tile {
+                    views: &steps.views,
+                    filtered,
+                    row_len: steps.row_len(),
+                    n: steps.n,
+                    ix,
+                    iy,
+                    runs,
+                };
+                add_views(instructions, lanes, &tile, sums);
+                let end = (ix + runs * RUN).min(steps.x.end);
+                let start = ix.max(steps.x.start);
+                for (lane, image) in band.iter_mut().enumerate() {
+                    for (r, row) in image.chunks_exact_mut(width).enumerate() {
+                        let from = &sums[(r * runs * RUN + start - ix) * lanes + lane..];
+                        let to = &mut row[start - steps.x.start..end - steps.x.start];
+                        for (pixel, &sum) in to.iter_mut().zip(from.iter().step_by(lanes)) {
+                            *pixel = sum;
                         }
                     }
-                    sums.copy_from_slice(&acc);
                 }
+                ix = end;
             }
-        }
-        for (s, image) in band.iter_mut().enumerate() {
-            for r in 0..n_rows {
-                for l in pixels.clone() {
-                    image[r * width + ix + l - steps.x.start] = tile[(r * RUN + l) * B + s];
-                }
-            }
-        }
-        ix += RUN;
-    }
+        });
 }

@@ -7,12 +7,13 @@ use rayon::prelude::*;
 use crate::error::{RadonError, length, product};
 use crate::geometry::{ImageGrid, ParallelGeometry, StackOrder};
 use crate::sample::Sample;
+use crate::simd::InstructionSet;
 
 mod backproject;
 mod options;
 mod rows;
 
-use backproject::{LANES, Steps};
+use backproject::Steps;
 pub use options::{EdgePolicy, FbpOptions, FbpReport, Interpolation, Skip};
 use rows::RowFilter;
 
@@ -44,7 +45,8 @@ pub struct FbpPlan<T: Sample> {
     filter: RowFilter<T>,
     /// Per view: quadrature weight over pitch.
     scales: Vec<T>,
-    steps: Steps,
+    steps: Steps<T>,
+    instructions: InstructionSet,
     options: FbpOptions,
 }
 
@@ -82,6 +84,12 @@ impl<T: Sample> FbpPlan<T> {
     ) -> Result<Self, RadonError> {
         let filter = RowFilter::new(geometry.n_bins(), options)?;
         let weights = geometry.view_weights(options.arc)?;
+        let instructions = options.instructions.unwrap_or_else(InstructionSet::detect);
+        if !instructions.is_available() {
+            return Err(RadonError::InstructionSetMissing {
+                given: instructions,
+            });
+        }
         let (x, y) = options
             .region
             .clone()
@@ -111,6 +119,7 @@ impl<T: Sample> FbpPlan<T> {
                 options.interpolation.upsampling(),
             ),
             filter,
+            instructions,
             options: options.clone(),
         })
     }
@@ -249,13 +258,12 @@ impl<T: Sample> FbpPlan<T> {
             }
         }
         report.slices_reconstructed = images.len();
-        for block in images.chunks_mut(LANES) {
-            let lanes = backproject::lanes_for(block.len());
+        for block in images.chunks_mut(self.instructions.lanes_for::<T>(usize::MAX)) {
+            let lanes = self.instructions.lanes_for::<T>(block.len());
             let row_len = self.steps.row_len() * lanes;
-            scratch.filtered.resize(self.n_views * row_len, T::ZERO);
+            let filtered = aligned(&mut scratch.filtered, self.n_views * row_len);
             let slices: Vec<usize> = block.iter().map(|(slice, _)| *slice).collect();
-            let filtered_rows: usize = scratch
-                .filtered
+            let filtered_rows: usize = filtered
                 .par_chunks_exact_mut(row_len)
                 .enumerate()
                 .map_init(
@@ -267,7 +275,7 @@ impl<T: Sample> FbpPlan<T> {
             report.rows_skipped += block.len() * self.n_views - filtered_rows;
             let mut images: Vec<&mut [T]> =
                 block.iter_mut().map(|(_, image)| &mut **image).collect();
-            backproject::run(&self.steps, &scratch.filtered, lanes, &mut images);
+            backproject::run(&self.steps, self.instructions, filtered, lanes, &mut images);
         }
         Ok(report)
     }
@@ -301,6 +309,17 @@ impl<T: Sample> FbpPlan<T> {
         }
         filtered
     }
+}
+
+/// The first `len` samples from the first cache line on: a register then never reads two lines.
+pub(crate) fn aligned<T: Sample>(samples: &mut Vec<T>, len: usize) -> &mut [T] {
+    const LINE: usize = 64;
+    let spare = LINE / size_of::<T>();
+    if samples.len() < len + spare {
+        samples.resize(len + spare, T::ZERO);
+    }
+    let start = samples.as_ptr().align_offset(LINE).min(spare);
+    &mut samples[start..start + len]
 }
 
 /// The caller's projections and their shape.

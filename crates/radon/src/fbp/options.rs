@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::filter::Window;
 use crate::geometry::ArcPolicy;
+use crate::simd::InstructionSet;
 
 /// Options of [`FbpPlan`](crate::FbpPlan); `Default` is the Ram-Lak filter at full cutoff with linear interpolation.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +24,8 @@ pub struct FbpOptions {
     pub region: Option<(Range<usize>, Range<usize>)>,
     /// Whether rows and slices without signal are passed over. The result is the same, bit for bit.
     pub skip: Skip,
+    /// Instruction set of the kernels; `None` for the widest that the machine runs.
+    pub instructions: Option<InstructionSet>,
 }
 
 impl Default for FbpOptions {
@@ -35,6 +38,7 @@ impl Default for FbpOptions {
             arc: ArcPolicy::Complete,
             region: None,
             skip: Skip::Empty,
+            instructions: None,
         }
     }
 }

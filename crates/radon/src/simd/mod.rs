@@ -1,0 +1,71 @@
+//! Kernels compiled once per instruction set, chosen at run time; the only folder with `unsafe`.
+
+#![allow(unsafe_code)]
+
+mod tile;
+mod vector;
+
+pub(crate) use tile::{RUN, Tile, ViewStep, add_views};
+pub(crate) use vector::Vectors;
+
+/// Instruction set that the kernels of a plan use.
+///
+/// All sets run the same loop; those with a fused multiply-add round once where the others round twice, so results differ
+/// between sets in the last bits, and only there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum InstructionSet {
+    /// What the compiler's target guarantees (SSE2 on x86-64).
+    Baseline,
+    /// x86-64 with AVX2 and FMA.
+    Avx2,
+    /// x86-64 with AVX-512 F, VL, DQ and BW.
+    Avx512,
+    /// AArch64 with NEON.
+    Neon,
+}
+
+impl InstructionSet {
+    /// The widest set that this machine runs.
+    pub fn detect() -> Self {
+        [Self::Avx512, Self::Avx2, Self::Neon]
+            .into_iter()
+            .find(|set| set.is_available())
+            .unwrap_or(Self::Baseline)
+    }
+
+    /// Lanes of a block of `n` slices of `T`: one, or 1, 2, 4 or 8 registers.
+    pub(crate) fn lanes_for<T>(self, n: usize) -> usize {
+        let bytes = match self {
+            Self::Avx512 => 64,
+            Self::Avx2 => 32,
+            Self::Baseline | Self::Neon => 16,
+        };
+        let width = bytes / size_of::<T>();
+        [1, width, 2 * width, 4 * width]
+            .into_iter()
+            .find(|&lanes| n <= lanes)
+            .unwrap_or(8 * width)
+    }
+
+    /// Whether this machine runs the set.
+    pub fn is_available(self) -> bool {
+        match self {
+            Self::Baseline => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => {
+                is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512bw")
+                    && is_x86_feature_detected!("fma")
+            }
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => std::arch::is_aarch64_feature_detected!("neon"),
+            #[allow(unreachable_patterns)] // the sets of other machines
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! Back-projection of one tile of pixels for a block of slices: the loop that takes the time.
+
+use crate::sample::Sample;
+use crate::simd::InstructionSet;
+use crate::simd::vector::Vector;
+
+/// Pixels along x that share one base sample in a row.
+pub(crate) const RUN: usize = 16;
+/// Views whose part of a tile is added up in registers.
+const GROUP: usize = 8;
+
+/// Where pixel `(ix, iy)` falls in the filtered row of one view: sample `first + ix * dx + iy * dy`, margin included.
+pub(crate) struct ViewStep<T> {
+    first: f64,
+    dx: f64,
+    dy: f64,
+    /// `l * dx` for the pixels of a run.
+    lane_dx: [T; RUN],
+}
+
+impl<T: Sample> ViewStep<T> {
+    pub(crate) fn new(first: f64, dx: f64, dy: f64) -> Self {
+        Self {
+            first,
+            dx,
+            dy,
+            lane_dx: std::array::from_fn(|l| T::of(l as f64 * dx)),
+        }
+    }
+
+    /// Base sample of the run that starts at `(ix, iy)`, position of its first pixel from there, and the largest position that
+    /// still reads a sample of the row. Positions beyond either end are moved to where two zeros are read.
+    #[inline(always)]
+    fn place(&self, ix: f64, iy: f64, n: f64) -> (usize, T, T) {
+        let u = self.first + iy * self.dy + ix * self.dx;
+        let least = u.min(u + (RUN - 1) as f64 * self.dx);
+        let most = n + 3.0;
+        let base = least.max(0.0).min(most) as u32;
+        (
+            base as usize,
+            T::of(u - f64::from(base)),
+            T::of(most - f64::from(base)),
+        )
+    }
+}
+
+/// One tile: `runs` runs of pixels a row from `(ix, iy)` on, and what they are summed from.
+pub(crate) struct Tile<'a, T> {
+    pub(crate) views: &'a [ViewStep<T>],
+    /// `[view][sample][lane]`, with margins.
+    pub(crate) filtered: &'a [T],
+    pub(crate) row_len: usize,
+    /// Samples of a row without margins.
+    pub(crate) n: usize,
+    pub(crate) ix: usize,
+    pub(crate) iy: usize,
+    pub(crate) runs: usize,
+}
+
+/// Adds all views to the sums of a tile, `[row][pixel][lane]`.
+pub(crate) fn add_views<T: Sample>(
+    set: InstructionSet,
+    lanes: usize,
+    tile: &Tile<'_, T>,
+    sums: &mut [T],
+) {
+    assert_eq!(tile.filtered.len(), tile.views.len() * tile.row_len * lanes);
+    match set {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a plan holds a set only after `is_available`.
+        InstructionSet::Avx512 => unsafe { add_avx512(lanes, tile, sums) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        InstructionSet::Avx2 => unsafe { add_avx2(lanes, tile, sums) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: as above.
+        InstructionSet::Neon => unsafe { add_lanes::<T, T::Neon>(lanes, tile, sums) },
+        // SAFETY: needs nothing that the target lacks.
+        _ => unsafe { add_lanes::<T, T::Baseline>(lanes, tile, sums) },
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+fn add_avx512<T: Sample>(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]) {
+    // SAFETY: this function is compiled for the set.
+    unsafe { add_lanes::<T, T::Avx512>(lanes, tile, sums) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn add_avx2<T: Sample>(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]) {
+    // SAFETY: this function is compiled for the set.
+    unsafe { add_lanes::<T, T::Avx2>(lanes, tile, sums) }
+}
+
+/// # Safety
+/// The machine has the instruction set of `V`.
+#[inline(always)]
+unsafe fn add_lanes<T: Sample, V: Vector<T>>(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        match lanes / V::WIDTH {
+            _ if lanes == 1 => add_one::<T, V>(tile, sums),
+            1 => add_block::<T, V, 1>(tile, sums),
+            2 => add_block::<T, V, 2>(tile, sums),
+            4 => add_block::<T, V, 4>(tile, sums),
+            8 => add_block::<T, V, 8>(tile, sums),
+            _ => unreachable!("{lanes} lanes"),
+        }
+    }
+}
+
+/// Index and weight of the pixels of one run.
+#[inline(always)]
+fn locate<T: Sample>(view: &ViewStep<T>, first: T, most: T) -> ([u32; RUN], [T; RUN]) {
+    let mut index = [0; RUN];
+    let mut weight = [T::ZERO; RUN];
+    for l in 0..RUN {
+        let t = (first + view.lane_dx[l]).held(T::ZERO, most);
+        let j = t.truncated();
+        index[l] = j as u32;
+        weight[l] = t - T::whole(j);
+    }
+    (index, weight)
+}
+
+/// Many slices: `N` vectors of them.
+///
+/// # Safety
+/// The machine has the instruction set of `V`.
+#[inline(always)]
+unsafe fn add_block<T: Sample, V: Vector<T>, const N: usize>(tile: &Tile<'_, T>, sums: &mut [T]) {
+    let lanes = N * V::WIDTH;
+    for (group, views) in tile.views.chunks(GROUP).enumerate() {
+        for (run, sums) in sums.chunks_exact_mut(RUN * lanes).enumerate() {
+            let (r, c) = (run / tile.runs, run % tile.runs);
+            let mut places = [(0, [0; RUN], [T::ZERO; RUN]); GROUP];
+            for (k, view) in views.iter().enumerate() {
+                let (base, first, most) = view.place(
+                    (tile.ix + c * RUN) as f64,
+                    (tile.iy + r) as f64,
+                    tile.n as f64,
+                );
+                let (index, weight) = locate(view, first, most);
+                places[k] = ((group * GROUP + k) * tile.row_len + base, index, weight);
+            }
+            let places = &places[..views.len()];
+            for (l, sums) in sums.chunks_exact_mut(lanes).enumerate() {
+                // SAFETY: a chunk holds N vectors; the machine has the set.
+                let mut acc: [V; N] =
+                    std::array::from_fn(|i| unsafe { V::load(sums[i * V::WIDTH..].as_ptr()) });
+                for (start, index, weight) in places {
+                    let w = weight[l];
+                    let pair = &tile.filtered[(start + index[l] as usize) * lanes..][..2 * lanes];
+                    // SAFETY: `pair` holds 2 N vectors; the machine has the set.
+                    unsafe {
+                        let (w0, w1) = (V::splat(T::ONE - w), V::splat(w));
+                        for i in 0..N {
+                            let p0 = V::load(pair.as_ptr().add(i * V::WIDTH));
+                            let p1 = V::load(pair.as_ptr().add((N + i) * V::WIDTH));
+                            acc[i] = w1.multiply_add(p1, w0.multiply_add(p0, acc[i]));
+                        }
+                    }
+                }
+                for i in 0..N {
+                    // SAFETY: as at the load.
+                    unsafe { acc[i].store(sums[i * V::WIDTH..].as_mut_ptr()) };
+                }
+            }
+        }
+    }
+}
+
+/// One slice.
+#[inline(always)]
+fn add_one<T: Sample, V: Vector<T>>(tile: &Tile<'_, T>, sums: &mut [T]) {
+    for (view_idx, view) in tile.views.iter().enumerate() {
+        for (run, sums) in sums.chunks_exact_mut(RUN).enumerate() {
+            let (r, c) = (run / tile.runs, run % tile.runs);
+            let (base, first, most) = view.place(
+                (tile.ix + c * RUN) as f64,
+                (tile.iy + r) as f64,
+                tile.n as f64,
+            );
+            let (index, weight) = locate(view, first, most);
+            let row = &tile.filtered[view_idx * tile.row_len + base..];
+            for l in 0..RUN {
+                let (j, w) = (index[l] as usize, weight[l]);
+                let sum = V::multiply_add_one(T::ONE - w, row[j], sums[l]);
+                sums[l] = V::multiply_add_one(w, row[j + 1], sum);
+            }
+        }
+    }
+}
