@@ -11,7 +11,11 @@ use crate::workspace::{self, TextFile};
 
 const PAGE: &str = "docs/conventions.md";
 /// Files that the page must carry as soon as they exist.
-const REQUIRED: &[&str] = &["crates/radon/src/geometry.rs"];
+const REQUIRED: &[&str] = &[
+    "crates/radon/src/geometry.rs",
+    "crates/revolve-voxel/src/pose.rs",
+    "crates/revolve-voxel/src/detector.rs",
+];
 /// How the line of a file begins on the page; its path and hash follow.
 const MARK: &str = "<!-- code: ";
 
