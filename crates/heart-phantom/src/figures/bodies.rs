@@ -73,6 +73,7 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
         Ok(())
     })?;
     let wedge = [-Vector3::y(), Vector3::z()];
+    let paints = Paints::new();
     let mut bars = Vec::new();
     for (i, wall) in walls.iter().enumerate() {
         // One base plane in all panels: the rest state and the others begin at the same place.
@@ -84,19 +85,18 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
         let open = Camera::new(view, centre, span, panel(i, 0))?;
         open.render(&mut picture, WHITE, |p| {
             let met = wall.met(p, -open.toward, Some(wedge))?;
-            Some(seen(&open, &met, colour_of(met.part)))
+            Some(seen(&open, &met, paints.of(met.part)))
         });
         let mesh = Camera::new(view, centre, span, panel(i, 1))?;
-        let paper = mix(light(SURFACE), WHITE, 0.72);
         mesh.render(&mut picture, WHITE, |p| {
             let met = wall.met(p, -mesh.toward, None)?;
             let colour = match met.part {
                 Part::Outer(on) => {
                     // A pixel's width on the slanted surface, over which a line's edge fades.
                     let soft = mesh.per_pixel() / met.normal.dot(&mesh.toward).max(0.2);
-                    mix(paper, light(BLUE), mesh_line(&on, &met.point, soft))
+                    mix(paints.paper, paints.mesh, mesh_line(&on, &met.point, soft))
                 }
-                part => colour_of(part),
+                part => paints.of(part),
             };
             Some(seen(&mesh, &met, colour))
         });
@@ -128,11 +128,32 @@ fn seen(camera: &Camera, met: &Met, colour: Colour) -> Seen {
     }
 }
 
-fn colour_of(part: Part) -> Colour {
-    match part {
-        Part::Outer(_) => light(SURFACE),
-        Part::Inner => light(CAVITY),
-        Part::Base | Part::Cut(_) => light(CUT),
+/// The colours of the wall's parts, as light.
+struct Paints {
+    outer: Colour,
+    inner: Colour,
+    flat: Colour,
+    mesh: Colour,
+    paper: Colour,
+}
+
+impl Paints {
+    fn new() -> Self {
+        Self {
+            outer: light(SURFACE),
+            inner: light(CAVITY),
+            flat: light(CUT),
+            mesh: light(BLUE),
+            paper: mix(light(SURFACE), WHITE, 0.72),
+        }
+    }
+
+    fn of(&self, part: Part) -> Colour {
+        match part {
+            Part::Outer(_) => self.outer,
+            Part::Inner => self.inner,
+            Part::Base | Part::Cut(_) => self.flat,
+        }
     }
 }
 
@@ -190,6 +211,7 @@ pub fn poses(
         }
         Ok(())
     })?;
+    let paints = Paints::new();
     let mut cameras = Vec::with_capacity(poses.len());
     for (i, wall) in walls.iter().enumerate() {
         let rect = Rect {
@@ -201,7 +223,7 @@ pub fn poses(
         let camera = Camera::new(view, Point3::origin(), 2.9 * reach, rect)?;
         camera.render(&mut picture, WHITE, |p| {
             let met = wall.met(p, -camera.toward, None)?;
-            Some(seen(&camera, &met, colour_of(met.part)))
+            Some(seen(&camera, &met, paints.of(met.part)))
         });
         cameras.push(camera);
     }

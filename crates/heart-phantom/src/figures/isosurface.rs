@@ -63,6 +63,7 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, Figure
     let reach = 2.0 * longest as f64;
     let level = f64::from(view.level);
     let (outside, inside) = (light(SURFACE), light(CUT));
+    let behind = mix(outside, inside, 0.5);
 
     let mut picture = paint(side as u32, side as u32, |_| Ok(()))?;
     camera.render(&mut picture, WHITE, |point| {
@@ -97,11 +98,7 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, Figure
         let normal = surface.normal(&p).unwrap_or(camera.toward);
         // Seen from within, through a cut, the surface turns its back.
         let facing = normal.dot(&camera.toward);
-        let colour = if facing < 0.0 {
-            mix(outside, inside, 0.5)
-        } else {
-            outside
-        };
+        let colour = if facing < 0.0 { behind } else { outside };
         let colour = camera.shade(&(normal * facing.signum()), colour);
         Some(Seen {
             colour,

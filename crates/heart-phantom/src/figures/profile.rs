@@ -101,12 +101,13 @@ impl Profile {
                 0.0
             };
             let t = t.clamp(0.0, 1.0);
-            let distance = (x - a[0] - t * dx).hypot(r - a[1] - t * dr);
-            if best.is_none_or(|(d, _, _)| distance < d) {
-                best = Some((distance, k, t));
+            let (ex, er) = (x - a[0] - t * dx, r - a[1] - t * dr);
+            let squared = ex * ex + er * er;
+            if best.is_none_or(|(d, _, _)| squared < d) {
+                best = Some((squared, k, t));
             }
         }
-        let (distance, k, t) = best?;
+        let (squared, k, t) = best?;
         let mix = |a: f64, b: f64| a + t * (b - a);
         let normal: [f64; 2] =
             std::array::from_fn(|c| mix(self.normals[k][c], self.normals[k + 1][c]));
@@ -114,7 +115,7 @@ impl Profile {
         let (a, b) = (self.nodes[k], self.nodes[k + 1]);
         let step = self.material[k + 1] - self.material[k];
         Some(OnProfile {
-            distance,
+            distance: squared.sqrt(),
             normal: normal.map(|v| v / length),
             material: mix(self.material[k], self.material[k + 1]),
             stretch: (b[0] - a[0]).hypot(b[1] - a[1]) / step.max(f64::MIN_POSITIVE),

@@ -35,6 +35,8 @@ pub(super) struct Camera {
     centre: Point3<f64>,
     per_pixel: f64,
     rect: Rect,
+    /// Directions to the key light and the fill, and halfway between key and viewer.
+    lights: [Vector3<f64>; 3],
 }
 
 impl Camera {
@@ -50,14 +52,17 @@ impl Camera {
         let (se, ce) = view.elevation.sin_cos();
         let toward = Vector3::new(ce * ca, ce * sa, se);
         let right = Vector3::new(-sa, ca, 0.0);
-        let per_pixel = width / f64::from(rect.width);
+        let up = toward.cross(&right);
+        let light = |x: f64, y: f64, z: f64| (x * right + y * up + z * toward).normalize();
+        let key = light(-0.55, 0.75, 0.75);
         Ok(Self {
             right,
-            up: toward.cross(&right),
+            up,
             toward,
             centre,
-            per_pixel,
+            per_pixel: width / f64::from(rect.width),
             rect,
+            lights: [key, light(0.85, -0.15, 0.6), (key + toward).normalize()],
         })
     }
 
@@ -85,15 +90,11 @@ impl Camera {
     /// Colour of a matt surface with a slight gloss: ambient light, a key light from the upper left, a fill from the
     /// right; `normal` is of unit length and faces the viewer.
     pub(super) fn shade(&self, normal: &Vector3<f64>, colour: Colour) -> Colour {
-        let light =
-            |x: f64, y: f64, z: f64| (x * self.right + y * self.up + z * self.toward).normalize();
-        let key = light(-0.55, 0.75, 0.75);
-        let fill = light(0.85, -0.15, 0.6);
+        let [key, fill, half] = &self.lights;
         // Light wraps a little round the edge of the lit side, so that no line shows where it ends.
         let lit = |from: &Vector3<f64>| ((normal.dot(from) + 0.35) / 1.35).max(0.0).powi(2);
-        let diffuse = 0.32 + 0.74 * lit(&key) + 0.26 * lit(&fill);
-        let half = (key + self.toward).normalize();
-        let gloss = 0.1 * normal.dot(&half).max(0.0).powi(30);
+        let diffuse = 0.32 + 0.74 * lit(key) + 0.26 * lit(fill);
+        let gloss = 0.1 * normal.dot(half).max(0.0).powi(30);
         colour.map(|c| c * diffuse + gloss)
     }
 

@@ -8,7 +8,7 @@ use super::Volume;
 /// Voxels along a block; blocks that stay below the level are passed in one stride.
 const BLOCK: usize = 8;
 /// Step along a ray inside the other blocks, voxels.
-const STEP: f64 = 0.5;
+const STEP: f64 = 1.0;
 
 /// A volume with the largest sample of each block.
 #[derive(Debug)]
@@ -21,6 +21,8 @@ pub(super) struct Surface<'a> {
     n_blocks: [usize; 3],
     /// Whether a block reaches the level anywhere, `[z][y][x]`.
     reaches: Vec<bool>,
+    /// Index coordinates that hold all blocks that do: lowest and highest of x, y, z.
+    around: [[f64; 2]; 3],
 }
 
 /// A point of the surface.
@@ -39,7 +41,7 @@ impl<'a> Surface<'a> {
         // Cells lie between samples, so a block of BLOCK cells has BLOCK + 1 samples a side.
         let n_blocks = size.map(|n| (n - 1).div_ceil(BLOCK));
         let [bx, by, _] = n_blocks;
-        let reaches = (0..n_blocks.iter().product::<usize>())
+        let reaches: Vec<bool> = (0..n_blocks.iter().product::<usize>())
             .into_par_iter()
             .with_min_len(bx)
             .map(|i| {
@@ -55,12 +57,24 @@ impl<'a> Surface<'a> {
                 })
             })
             .collect();
+        let mut around = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        for i in (0..reaches.len()).filter(|&i| reaches[i]) {
+            let block = [i % bx, i / bx % by, i / bx / by];
+            for a in 0..3 {
+                let last = ((block[a] + 1) * BLOCK).min(size[a] - 1);
+                around[a] = [
+                    around[a][0].min((block[a] * BLOCK) as f64),
+                    around[a][1].max(last as f64),
+                ];
+            }
+        }
         Self {
             volume,
             level,
             size,
             n_blocks,
             reaches,
+            around,
         }
     }
 
@@ -110,26 +124,37 @@ impl<'a> Surface<'a> {
     ) -> Option<Found> {
         let (mut t, mut end) = (from, to);
         for a in 0..3 {
-            let last = (self.size[a] - 1) as f64;
+            let [low, high] = self.around[a];
+            if low > high {
+                return None;
+            }
             if along[a] == 0.0 {
-                if origin[a] < 0.0 || origin[a] > last {
+                if !(low <= origin[a] && origin[a] <= high) {
                     return None;
                 }
                 continue;
             }
-            let (one, two) = (-origin[a] / along[a], (last - origin[a]) / along[a]);
+            let (one, two) = ((low - origin[a]) / along[a], (high - origin[a]) / along[a]);
             t = t.max(one.min(two));
             end = end.min(one.max(two));
         }
+        if t > end {
+            return None;
+        }
         let level = f64::from(self.level);
+        // A block that does not reach the level ends below it, so a ray is inside where it begins only at a face of the
+        // volume or of the cut.
         let mut below: Option<f64> = None;
-        while t < end {
+        loop {
             let p = origin + t * along;
             let skip = self.to_block_end(&p, along);
             if let Some(far) = skip {
                 // A hair more, so that rounding cannot keep the ray on the face it leaves.
                 t += far + 1e-9 * (1.0 + t.abs());
-                below = Some(t.min(end));
+                if t >= end {
+                    return None;
+                }
+                below = Some(t);
                 continue;
             }
             if self.value(&p) >= level {
@@ -140,7 +165,7 @@ impl<'a> Surface<'a> {
                     });
                 };
                 let mut high = t;
-                // Ten halvings of half a voxel: far below what a pixel shows.
+                // Ten halvings of a voxel: far below what a pixel shows.
                 for _ in 0..10 {
                     let middle = 0.5 * (low + high);
                     if self.value(&(origin + middle * along)) >= level {
@@ -154,10 +179,12 @@ impl<'a> Surface<'a> {
                     inside_at_start: false,
                 });
             }
+            if t >= end {
+                return None;
+            }
             below = Some(t);
-            t += STEP;
+            t = (t + STEP).min(end);
         }
-        None
     }
 
     /// If the block that holds `p` stays below the level, how far the ray runs inside it.
@@ -257,7 +284,7 @@ mod tests {
             let origin = Point3::new(10.0 + 0.1 * f64::from(k), 20.0, 15.0);
             let hit = |s: &Surface<'_>| s.first(&origin, &along, -100.0, 100.0).map(|f| f.t);
             match (hit(&skipping), hit(&every)) {
-                // Both bracket the same crossing in steps of half a voxel and halve ten times.
+                // Both bracket the same crossing in steps of a voxel and halve ten times.
                 (Some(a), Some(b)) => assert!((a - b).abs() < 2e-3, "{a} {b}"),
                 (a, b) => assert_eq!(a.is_some(), b.is_some()),
             }
