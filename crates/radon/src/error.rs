@@ -136,6 +136,12 @@ pub enum RadonError {
         /// Largest deviation of their scalar products from 0 and 1.
         deviation: f64,
     },
+    /// An iterative solver used up its iterations before a rule that was set was met.
+    #[error("no stopping rule was met in {} iterations", report.iterations)]
+    NotConverged {
+        /// What was tried.
+        report: Box<crate::IterativeReport>,
+    },
 }
 
 /// `given` if it is finite.

@@ -437,3 +437,32 @@ fn bad_input_is_refused_with_its_numbers() {
         Err(RadonError::TooLarge { .. })
     ));
 }
+
+#[cfg(feature = "sprs")]
+#[test]
+fn the_matrix_is_the_projector() {
+    for (geometry, grid) in cases() {
+        for kernel in KERNELS {
+            let projector = Projector::new(&geometry, &grid, kernel).unwrap();
+            let matrix = projector.matrix::<f64>();
+            let shape = (geometry.sinogram_len(), grid.image_len());
+            assert_eq!(matrix.shape(), shape);
+            let (x, y): (Vec<f64>, Vec<f64>) = (noise(shape.1, 2), noise(shape.0, 3));
+            let (ax, aty) = (
+                projector.forward(&x).unwrap(),
+                projector.adjoint(&y).unwrap(),
+            );
+            let mut by_rows = vec![0.0; shape.0];
+            let mut by_columns = vec![0.0; shape.1];
+            for (&weight, (row, column)) in matrix.iter() {
+                assert!(weight > 0.0);
+                by_rows[row] += weight * x[column];
+                by_columns[column] += weight * y[row];
+            }
+            // Sums of at most some hundred terms in another order.
+            for (a, b) in ax.iter().zip(&by_rows).chain(aty.iter().zip(&by_columns)) {
+                assert!((a - b).abs() < 1e-12, "{kernel:?}: {a} {b}");
+            }
+        }
+    }
+}

@@ -8,10 +8,14 @@ use crate::error::{RadonError, product};
 use crate::{ImageGrid, ParallelGeometry, Sample, StackOrder};
 
 mod layout;
+#[cfg(feature = "sprs")]
+mod matrix;
+mod operator;
 mod rays;
 mod taps;
 
 use layout::{Stack, separate};
+pub use operator::StackOperator;
 use rays::{Owner, View, Window};
 
 /// How a ray's length is divided among the pixels it meets.

@@ -1,0 +1,236 @@
+//! Expectation maximisation for Poisson data: MLEM and its ordered subsets.
+
+use super::vectors::{check_not_negative, norm, relative, sum2, update};
+use super::{Iteration, IterativeReport, LinearOperator, StoppedBy, Stopping, check_input};
+use crate::Sample;
+use crate::error::{RadonError, length};
+use crate::iterative::check_samples;
+
+/// Options of [`mlem`] and [`osem`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct EmOptions<T> {
+    /// When to stop; an iteration of OSEM is a pass through all subsets.
+    pub stopping: Stopping,
+    /// Expected counts that do not come from the image (scatter, randoms), one a datum; empty for none.
+    pub background: Vec<T>,
+}
+
+impl<T> Default for EmOptions<T> {
+    /// Fifty iterations without a background.
+    fn default() -> Self {
+        Self {
+            stopping: Stopping::default(),
+            background: Vec::new(),
+        }
+    }
+}
+
+impl<T> EmOptions<T> {
+    /// The same with other stopping rules.
+    pub fn with_stopping(mut self, stopping: Stopping) -> Self {
+        self.stopping = stopping;
+        self
+    }
+
+    /// The same with a background.
+    pub fn with_background(mut self, background: Vec<T>) -> Self {
+        self.background = background;
+        self
+    }
+}
+
+/// A part of the data and the operator that makes it from the image.
+#[derive(Debug, Clone)]
+pub struct Subset<O> {
+    /// Rows of A.
+    pub operator: O,
+    /// Which data they are, in the order of the operator's.
+    pub data: Vec<usize>,
+}
+
+/// MLEM, from the image given: x ← x / (Aᵀ 1) · Aᵀ (b / (A x + s)).
+///
+/// Each step raises the Poisson likelihood, keeps x >= 0, and without background makes the counts of A x those of b (Shepp &
+/// Vardi 1982, doi:10.1109/TMI.1982.4307558). A needs entries >= 0. Pixels that are zero stay zero: start from a positive
+/// image. Pixels that no datum sees keep their value; data with counts where A x + s = 0 cannot be explained and are left
+/// out. Cost of a step: one forward, one adjoint.
+///
+/// ```
+/// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, mlem};
+/// let geometry = ParallelGeometry::uniform(30, std::f64::consts::PI, 16, 1.0)?;
+/// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
+/// let truth: Vec<f64> = (0..121).map(|i| f64::from(i % 3)).collect();
+/// let counts = projector.forward(&truth)?;
+/// let mut image = vec![1.0; 121];
+/// let report = mlem(&projector, &counts, &mut image, &EmOptions::default())?;
+/// assert!(report.history[49].residual < 0.05 * report.history[0].residual);
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+///
+/// # Errors
+/// A wrong length, NaN or infinity, negative data, image or background, a negative column sum, what the operator refuses,
+/// [`RadonError::NotConverged`]. In each case after the checks `image` holds the last iterate.
+pub fn mlem<T: Sample, O: LinearOperator<T>>(
+    operator: &O,
+    data: &[T],
+    image: &mut [T],
+    options: &EmOptions<T>,
+) -> Result<IterativeReport, RadonError> {
+    check_input(operator, data, image)?;
+    let all = Part {
+        operator,
+        indices: None,
+    };
+    run(&[all], data, image, options)
+}
+
+/// OSEM: the step of [`mlem`] with one subset of the data after the other (Hudson & Larkin 1994, doi:10.1109/42.363108).
+///
+/// With n subsets a pass moves about as far as n steps of MLEM and costs as much as one. It does not converge in general, but
+/// cycles about the solution. Residual and likelihood in the history are the sums of what each subset saw before its step.
+///
+/// # Errors
+/// As [`mlem`]; [`RadonError::TooFew`] without a subset, [`RadonError::BadRange`] for an index beyond the data.
+pub fn osem<T: Sample, O: LinearOperator<T>>(
+    subsets: &[Subset<O>],
+    data: &[T],
+    image: &mut [T],
+    options: &EmOptions<T>,
+) -> Result<IterativeReport, RadonError> {
+    crate::error::at_least("subsets", subsets.len(), 1)?;
+    check_samples("data", data)?;
+    check_samples("image", image)?;
+    for subset in subsets {
+        length("subset", subset.data.len(), subset.operator.data_len())?;
+        length("image", image.len(), subset.operator.image_len())?;
+        if let Some(&index) = subset.data.iter().find(|&&i| i >= data.len()) {
+            return Err(RadonError::BadRange {
+                name: "subset",
+                start: index,
+                end: index + 1,
+                len: data.len(),
+            });
+        }
+    }
+    let parts: Vec<_> = subsets
+        .iter()
+        .map(|subset| Part {
+            operator: &subset.operator,
+            indices: Some(&subset.data),
+        })
+        .collect();
+    run(&parts, data, image, options)
+}
+
+/// A subset, or all data in their order.
+struct Part<'a, O> {
+    operator: &'a O,
+    indices: Option<&'a [usize]>,
+}
+
+impl<O> Part<'_, O> {
+    fn select<T: Sample>(&self, from: &[T]) -> Vec<T> {
+        match self.indices {
+            None => from.to_vec(),
+            Some(indices) => indices.iter().map(|&i| from[i]).collect(),
+        }
+    }
+}
+
+/// What a part needs over and over.
+struct Prepared<T> {
+    counts: Vec<T>,
+    background: Vec<T>,
+    /// Aᵀ 1.
+    sensitivity: Vec<T>,
+}
+
+fn run<T: Sample, O: LinearOperator<T>>(
+    parts: &[Part<'_, O>],
+    data: &[T],
+    image: &mut [T],
+    options: &EmOptions<T>,
+) -> Result<IterativeReport, RadonError> {
+    let EmOptions {
+        stopping,
+        background,
+    } = options;
+    stopping.check()?;
+    check_not_negative("data", data)?;
+    check_not_negative("image", image)?;
+    if !background.is_empty() {
+        length("background", background.len(), data.len())?;
+        check_samples("background", background)?;
+        check_not_negative("background", background)?;
+    }
+    let mut prepared = Vec::new();
+    for part in parts {
+        let mut sensitivity = vec![T::ZERO; image.len()];
+        let counts = part.select(data);
+        let ones = vec![T::ONE; counts.len()];
+        part.operator.adjoint_into(&ones, &mut sensitivity)?;
+        check_not_negative("column sums", &sensitivity)?;
+        prepared.push(Prepared {
+            background: if background.is_empty() {
+                vec![T::ZERO; counts.len()]
+            } else {
+                part.select(background)
+            },
+            counts,
+            sensitivity,
+        });
+    }
+
+    let data_norm = norm(data);
+    let mut factor = vec![T::ZERO; image.len()];
+    let mut start = vec![T::ZERO; image.len()];
+    let mut report = IterativeReport::new();
+    while report.iterations < stopping.max_iterations {
+        start.copy_from_slice(image);
+        let (mut misfit_sq, mut log_likelihood) = (0.0, 0.0);
+        for (part, prepared) in parts.iter().zip(&prepared) {
+            let counts = &prepared.counts;
+            let mut expected = vec![T::ZERO; counts.len()];
+            part.operator.forward_into(image, &mut expected)?;
+            update(&mut expected, &prepared.background, |ax, s| ax + s);
+            misfit_sq += sum2(&expected, counts, |e, b| (e - b) * (e - b));
+            log_likelihood += sum2(&expected, counts, |e, b| {
+                if b > 0.0 && e > 0.0 {
+                    b * e.ln() - e
+                } else {
+                    -e
+                }
+            });
+            update(&mut expected, counts, |e, b| {
+                if e > T::ZERO { b / e } else { T::ZERO }
+            });
+            part.operator.adjoint_into(&expected, &mut factor)?;
+            update(&mut factor, &prepared.sensitivity, |f, s| {
+                if s > T::ZERO { f / s } else { T::ONE }
+            });
+            update(image, &factor, |x, f| x * f);
+        }
+        let change = relative(
+            sum2(image, &start, |a, b| (a - b) * (a - b)).sqrt(),
+            norm(image),
+        );
+        let residual = relative(misfit_sq.sqrt(), data_norm);
+        report.iterations += 1;
+        let entry = Iteration {
+            residual,
+            gradient: None,
+            log_likelihood: Some(log_likelihood),
+            change: Some(change),
+        };
+        report.history.push(entry);
+        if stopping.residual.is_some_and(|rule| residual <= rule) {
+            report.stopped_by = Some(StoppedBy::Residual);
+            break;
+        }
+        if stopping.change.is_some_and(|rule| change <= rule) {
+            report.stopped_by = Some(StoppedBy::Change);
+            break;
+        }
+    }
+    report.finish(stopping.any_rule())
+}

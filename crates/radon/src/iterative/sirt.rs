@@ -1,0 +1,136 @@
+//! Simultaneous iterative reconstruction.
+
+use super::vectors::{check_not_negative, norm, relative, sum2, update};
+use super::{Iteration, IterativeReport, LinearOperator, StoppedBy, Stopping, check_input};
+use crate::Sample;
+use crate::error::{RadonError, within};
+
+/// Options of [`sirt`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SirtOptions {
+    /// When to stop.
+    pub stopping: Stopping,
+    /// Factor λ of each step, between 0 and 2.
+    pub relaxation: f64,
+    /// Smallest value a pixel may take, if any.
+    pub lower: Option<f64>,
+    /// Largest value a pixel may take, if any.
+    pub upper: Option<f64>,
+}
+
+impl Default for SirtOptions {
+    /// Fifty full steps without bounds.
+    fn default() -> Self {
+        Self {
+            stopping: Stopping::default(),
+            relaxation: 1.0,
+            lower: None,
+            upper: None,
+        }
+    }
+}
+
+impl SirtOptions {
+    /// The same with other stopping rules.
+    pub fn with_stopping(mut self, stopping: Stopping) -> Self {
+        self.stopping = stopping;
+        self
+    }
+}
+
+/// SIRT, from the image given: x ← x + λ C Aᵀ R (b - A x), then the bounds.
+///
+/// R and C hold one over the row and column sums of A, which must not be negative. Converges for 0 < λ < 2 to a minimum of
+/// Σ R (b - A x)² over the bounds (Gregor & Benson 2008, doi:10.1109/TMI.2008.923696). Rows and columns without weight are
+/// left out. Cost of a step: one forward, one adjoint.
+///
+/// # Errors
+/// A wrong length, NaN or infinity, an option out of its range, a negative row or column sum, what the operator refuses,
+/// [`RadonError::NotConverged`]. In each case after the checks `image` holds the last iterate.
+pub fn sirt<T: Sample, O: LinearOperator<T> + ?Sized>(
+    operator: &O,
+    data: &[T],
+    image: &mut [T],
+    options: &SirtOptions,
+) -> Result<IterativeReport, RadonError> {
+    let SirtOptions {
+        stopping,
+        relaxation,
+        lower,
+        upper,
+    } = *options;
+    check_input(operator, data, image)?;
+    stopping.check()?;
+    within("relaxation", relaxation, f64::MIN_POSITIVE, 2.0)?;
+    let least = lower.map_or(Ok(f64::MIN), |l| {
+        within("lower bound", l, f64::MIN, f64::MAX).map(|()| l)
+    })?;
+    if let Some(upper) = upper {
+        within("upper bound", upper, least, f64::MAX)?;
+    }
+
+    let mut rows = vec![T::ZERO; data.len()];
+    operator.forward_into(&vec![T::ONE; image.len()], &mut rows)?;
+    check_not_negative("row sums", &rows)?;
+    let mut columns = vec![T::ZERO; image.len()];
+    operator.adjoint_into(&vec![T::ONE; data.len()], &mut columns)?;
+    check_not_negative("column sums", &columns)?;
+
+    let inverse = |x: T| if x > T::ZERO { T::ONE / x } else { T::ZERO };
+    let bounds = (lower.map(T::of), upper.map(T::of));
+    let data_norm = norm(data);
+    let mut residual = vec![T::ZERO; data.len()];
+    let mut step = vec![T::ZERO; image.len()];
+    let mut report = IterativeReport::new();
+    loop {
+        let last = report.iterations == stopping.max_iterations;
+        if last && stopping.residual.is_none() {
+            break;
+        }
+        operator.forward_into(image, &mut residual)?;
+        update(&mut residual, data, |ax, b| b - ax);
+        let size = relative(norm(&residual), data_norm);
+        let mut entry = Iteration {
+            residual: size,
+            gradient: None,
+            log_likelihood: None,
+            change: None,
+        };
+        if stopping.residual.is_some_and(|rule| size <= rule) {
+            report.history.push(entry);
+            report.stopped_by = Some(StoppedBy::Residual);
+            break;
+        }
+        if last {
+            break;
+        }
+        update(&mut residual, &rows, |r, sum| r * inverse(sum));
+        operator.adjoint_into(&residual, &mut step)?;
+        let factor = T::of(relaxation);
+        update(&mut step, &columns, |s, sum| factor * s * inverse(sum));
+        // From here on `step` holds the new image, then what really changed after the bounds.
+        update(&mut step, image, |s, x| {
+            let mut new = x + s;
+            if let Some(lower) = bounds.0.filter(|&l| new < l) {
+                new = lower;
+            }
+            if let Some(upper) = bounds.1.filter(|&u| new > u) {
+                new = upper;
+            }
+            new
+        });
+        let change = relative(
+            sum2(&step, image, |a, b| (a - b) * (a - b)).sqrt(),
+            norm(&step),
+        );
+        image.copy_from_slice(&step);
+        entry.change = Some(change);
+        report.history.push(entry);
+        report.iterations += 1;
+        if stopping.change.is_some_and(|rule| change <= rule) {
+            report.stopped_by = Some(StoppedBy::Change);
+            break;
+        }
+    }
+    report.finish(stopping.any_rule())
+}

@@ -1,0 +1,67 @@
+//! Long sums and element-wise steps: parallel, in f64, with the same bits for any number of threads.
+
+use rayon::prelude::*;
+
+use crate::Sample;
+use crate::error::RadonError;
+
+/// Sums are taken over pieces of this length, then over the pieces in order.
+const PIECE: usize = 1 << 14;
+
+/// Sum of `of(a, b)` over two arrays.
+pub(super) fn sum2<T: Sample>(a: &[T], b: &[T], of: impl Fn(f64, f64) -> f64 + Sync) -> f64 {
+    let pieces: Vec<f64> = a
+        .par_chunks(PIECE)
+        .zip(b.par_chunks(PIECE))
+        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| of(a.f64(), b.f64())).sum())
+        .collect();
+    pieces.iter().sum()
+}
+
+pub(super) fn norm<T: Sample>(a: &[T]) -> f64 {
+    sum2(a, a, |x, _| x * x).sqrt()
+}
+
+/// `of(a, b)` in place of each element of `a`.
+pub(super) fn update<T: Sample>(a: &mut [T], b: &[T], of: impl Fn(T, T) -> T + Sync) {
+    a.par_chunks_mut(PIECE)
+        .zip(b.par_chunks(PIECE))
+        .for_each(|(a, b)| {
+            for (a, &b) in a.iter_mut().zip(b) {
+                *a = of(*a, b);
+            }
+        });
+}
+
+/// `part / whole`, and the part itself when the whole is zero.
+pub(super) fn relative(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { part }
+}
+
+pub(super) fn check_samples<T: Sample>(
+    name: &'static str,
+    samples: &[T],
+) -> Result<(), RadonError> {
+    match samples.iter().position(|x| !x.finite()) {
+        Some(index) => Err(RadonError::BadSample {
+            name,
+            index,
+            given: samples[index].f64(),
+        }),
+        None => Ok(()),
+    }
+}
+
+pub(super) fn check_not_negative<T: Sample>(
+    name: &'static str,
+    samples: &[T],
+) -> Result<(), RadonError> {
+    match samples.iter().position(|&x| x < T::ZERO) {
+        Some(index) => Err(RadonError::NegativeSample {
+            name,
+            index,
+            given: samples[index].f64(),
+        }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,135 @@
+//! Projectors as operators for the iterative solvers.
+
+use std::sync::{Mutex, PoisonError};
+
+use super::{Projector, ProjectorScratch};
+use crate::error::{RadonError, at_least, product};
+use crate::{LinearOperator, ParallelGeometry, Sample, StackOrder, Subset};
+
+/// The projector of one slice: images `[y][x]`, data `[view][bin]`.
+impl<T: Sample> LinearOperator<T> for Projector {
+    fn image_len(&self) -> usize {
+        self.grid.image_len()
+    }
+
+    fn data_len(&self) -> usize {
+        self.geometry.sinogram_len()
+    }
+
+    fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {
+        let order = StackOrder::SliceViewBin;
+        self.forward_stack_into(image, 1, order, data, &mut self.scratch())?;
+        Ok(())
+    }
+
+    fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError> {
+        let order = StackOrder::SliceViewBin;
+        self.adjoint_stack_into(data, 1, order, image, &mut self.scratch())?;
+        Ok(())
+    }
+}
+
+/// The projector of a stack of slices: volumes `[slice][y][x]`, data in a given order.
+///
+/// It keeps its work arrays between calls; two calls at the same time wait for each other.
+#[derive(Debug)]
+pub struct StackOperator<T> {
+    projector: Projector,
+    n_slices: usize,
+    order: StackOrder,
+    scratch: Mutex<ProjectorScratch<T>>,
+}
+
+impl Projector {
+    /// This projector for `n_slices` slices, as an operator for the iterative solvers.
+    ///
+    /// # Errors
+    /// [`RadonError::TooLarge`] when the volume or the projections do not fit the address space.
+    pub fn stack_operator<T: Sample>(
+        &self,
+        n_slices: usize,
+        order: StackOrder,
+    ) -> Result<StackOperator<T>, RadonError> {
+        product("volume", n_slices, self.grid.image_len())?;
+        product("projections", n_slices, self.geometry.sinogram_len())?;
+        Ok(StackOperator {
+            projector: self.clone(),
+            n_slices,
+            order,
+            scratch: Mutex::new(self.scratch()),
+        })
+    }
+}
+
+impl<T: Sample> StackOperator<T> {
+    /// `n_subsets` parts of the views for OSEM: part k holds views k, k + `n_subsets`, k + 2 `n_subsets` ...
+    ///
+    /// # Errors
+    /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views.
+    pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self>>, RadonError> {
+        let geometry = &self.projector.geometry;
+        let (n_views, n_bins) = (geometry.n_views(), geometry.n_bins());
+        at_least("n_subsets", n_subsets, 1)?;
+        if n_subsets > n_views {
+            return Err(RadonError::OutOfRange {
+                name: "n_subsets",
+                given: n_subsets as f64,
+                least: 1.0,
+                most: n_views as f64,
+            });
+        }
+        let subset = |first: usize| {
+            let views: Vec<usize> = (first..n_views).step_by(n_subsets).collect();
+            let angles: Vec<f64> = views.iter().map(|&v| geometry.angles()[v]).collect();
+            let part = ParallelGeometry::new(angles, n_bins, geometry.pitch())?
+                .with_offset(geometry.offset())?;
+            let row = |view: usize, slice: usize| {
+                let start = self
+                    .order
+                    .row_start(view, slice, n_views, self.n_slices, n_bins);
+                start..start + n_bins
+            };
+            let slices = 0..self.n_slices;
+            let data = match self.order {
+                StackOrder::ViewSliceBin => views
+                    .iter()
+                    .flat_map(|&v| slices.clone().flat_map(move |s| row(v, s)))
+                    .collect(),
+                StackOrder::SliceViewBin => slices
+                    .flat_map(|s| views.iter().flat_map(move |&v| row(v, s)))
+                    .collect(),
+            };
+            let projector = Projector::new(&part, &self.projector.grid, self.projector.kernel)?;
+            let operator = projector.stack_operator(self.n_slices, self.order)?;
+            Ok(Subset { operator, data })
+        };
+        (0..n_subsets).map(subset).collect()
+    }
+}
+
+impl<T: Sample> LinearOperator<T> for StackOperator<T> {
+    fn image_len(&self) -> usize {
+        self.n_slices * self.projector.grid.image_len()
+    }
+
+    fn data_len(&self) -> usize {
+        self.n_slices * self.projector.geometry.sinogram_len()
+    }
+
+    fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {
+        // Work arrays have no state that a panic could spoil.
+        let mut scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
+        let (n_slices, order) = (self.n_slices, self.order);
+        self.projector
+            .forward_stack_into(image, n_slices, order, data, &mut scratch)?;
+        Ok(())
+    }
+
+    fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError> {
+        let mut scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
+        let (n_slices, order) = (self.n_slices, self.order);
+        self.projector
+            .adjoint_stack_into(data, n_slices, order, image, &mut scratch)?;
+        Ok(())
+    }
+}
