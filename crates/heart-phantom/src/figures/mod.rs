@@ -1,4 +1,31 @@
 //! Pictures of the study: every figure of Rohmer et al. 2006 (hal-03929238) as a PNG, from plain data.
+//!
+//! Each function checks its input, draws into memory and returns a [`Picture`]; nothing is computed here but the
+//! drawing, and nothing is needed but this crate: the font (DejaVu Sans, its licence beside it) is part of it.
+//!
+//! | figure of the paper | function |
+//! | --- | --- |
+//! | 8, shapes by pressure | [`shapes()`] |
+//! | 9, forces on the moving membrane | [`force_frames`] |
+//! | 10, norm by iteration; Newton's residuals | [`histories`] |
+//! | 11, the wall's mesh | [`wall_meshes`] |
+//! | 12, the body at rest and dilated | [`bodies()`] |
+//! | 13, the pose | [`poses`] |
+//! | 14, projections | [`projections`] |
+//! | 15 to 17, reconstructions | [`slice()`], [`slices`], [`isosurface()`] |
+//! | 18, the circle | [`circle()`] |
+//!
+//! [`Page`] writes the `index.html` that shows them. Lengths are in cm, angles in radians; the inner membrane is
+//! vermilion and the outer one blue throughout (Okabe and Ito's palette). The same input gives the same bytes for any
+//! number of threads; the functions are independent of one another and may run side by side.
+//!
+//! ```
+//! use heart_phantom::figures::{History, histories};
+//! let newton = [18.0, 0.27, 6.6e-6, 3e-14];
+//! let picture = histories("‖F‖", Some(1e-10), &[History { label: "Newton", norms: &newton }])?;
+//! assert_eq!(picture.pixel(0, 0), [255, 255, 255]);
+//! # Ok::<(), heart_phantom::figures::FigureError>(())
+//! ```
 
 mod bodies;
 mod canvas;

@@ -254,6 +254,12 @@ mod tests {
             .unwrap();
         assert!(matches!(met.part, Part::Cut(1)) && met.point.z.abs() < 1e-12);
         assert_eq!(met.normal, Vector3::z());
+        // From the front, into the wall's face at y = 0.
+        let met = wall
+            .met(Point3::new(1.0, -50.0, 2.5), Vector3::y(), Some(wedge))
+            .unwrap();
+        assert!(matches!(met.part, Part::Cut(0)) && met.point.y.abs() < 1e-12);
+        assert_eq!(met.normal, -Vector3::y());
         // Nearer the axis it falls through the cavity to the far side of the inner membrane.
         let met = wall
             .met(Point3::new(1.0, -0.5, 50.0), -Vector3::z(), Some(wedge))
