@@ -30,6 +30,14 @@ pub enum PhantomError {
         /// Largest value allowed.
         max: usize,
     },
+    /// A count must be even.
+    #[error("{what} is {given}, must be even")]
+    Odd {
+        /// Which quantity.
+        what: &'static str,
+        /// The value given.
+        given: usize,
+    },
     /// An array has the wrong length.
     #[error("{what}: {given} values given, {expected} expected")]
     Length {
@@ -40,6 +48,31 @@ pub enum PhantomError {
         /// The length that fits.
         expected: usize,
     },
+    /// The system would not give the threads asked for.
+    #[error("cannot start {given} threads")]
+    Threads {
+        /// The number asked for; 0 for one a core.
+        given: usize,
+    },
+    /// A balloon's dimensions or stiffness make no membrane.
+    #[error(transparent)]
+    Balloon(#[from] membrane_newton::MembraneError),
+    /// A membrane could not be solved for.
+    #[error(transparent)]
+    Membrane(#[from] membrane_newton::NewtonError),
+    /// A membrane could not be moved.
+    #[error(transparent)]
+    Motion(#[from] membrane_implicit::ImplicitError),
+    /// A solid, its rays or its voxels could not be made.
+    #[error(transparent)]
+    Solid(#[from] revolve_voxel::Error),
+    /// A reconstruction could not be made.
+    #[error(transparent)]
+    Radon(#[from] radon::RadonError),
+    /// A figure could not be drawn.
+    #[cfg(feature = "figures")]
+    #[error(transparent)]
+    Figure(Box<crate::figures::FigureError>),
     /// A file or folder could not be written.
     #[error("cannot write {}: {source}", path.display())]
     File {
@@ -48,6 +81,16 @@ pub enum PhantomError {
         /// What the operating system said.
         source: std::io::Error,
     },
+}
+
+#[cfg(feature = "figures")]
+impl From<crate::figures::FigureError> for PhantomError {
+    fn from(error: crate::figures::FigureError) -> Self {
+        match error {
+            crate::figures::FigureError::File(error) => error,
+            error => Self::Figure(Box::new(error)),
+        }
+    }
 }
 
 /// `given` if it is finite and within `min..=max`.

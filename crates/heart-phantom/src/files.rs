@@ -40,6 +40,24 @@ pub fn write_atomically(
         })
 }
 
+/// Makes the folder `path` with its parents if need be and makes sure that files can be written to
+/// it, so that a long computation does not end with nowhere to put its result.
+///
+/// # Errors
+/// [`PhantomError::File`] with the path and the cause.
+pub fn create_writable_folder(path: &Path) -> Result<(), PhantomError> {
+    fs::create_dir_all(path).map_err(|source| PhantomError::File {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    let probe = path.join(format!(".{}.probe", std::process::id()));
+    write_atomically(&probe, |_| Ok(()))?;
+    fs::remove_file(&probe).map_err(|source| PhantomError::File {
+        path: probe,
+        source,
+    })
+}
+
 /// Writes `values` as a NumPy `.npy` file of little-endian `f32` in C order.
 ///
 /// `shape` lists the axes from slowest to fastest; the product of its entries is `values.len()`.

@@ -1,0 +1,208 @@
+//! The heart: two balloons with the wall between them, and its shape at any volume gain.
+
+use crate::error::PhantomError;
+use membrane_newton::{
+    Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, RestShape, Solver, Stiffness,
+};
+use rayon::prelude::*;
+use revolve_voxel::{Body, Meridian, Pose};
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_4;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Dimensions of a balloon at rest: a cylinder closed by a hemisphere (Rohmer et al. 2006, Table 1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Balloon {
+    /// Length of the cylinder in cm.
+    pub length: f64,
+    /// Radius of cylinder and hemisphere in cm.
+    pub radius: f64,
+    /// Stiffness of the membrane.
+    pub stiffness: f64,
+}
+
+impl Balloon {
+    /// The inner balloon of Table 1, the endocardium: 8.5 cm, radius 1.75 cm, stiffness 1.
+    pub const INNER: Self = Self {
+        length: 8.5,
+        radius: 1.75,
+        stiffness: 1.0,
+    };
+    /// The outer balloon of Table 1, the epicardium: 8.5 cm, radius 2.75 cm, stiffness 1.
+    pub const OUTER: Self = Self {
+        length: 8.5,
+        radius: 2.75,
+        stiffness: 1.0,
+    };
+}
+
+/// Two concentric balloons standing in the lab. Shapes are solved when first asked for and kept.
+///
+/// ```
+/// use heart_phantom::Heart;
+/// let heart = Heart::study(201)?;
+/// let shapes = heart.shapes(&[0.0, 0.6, 0.0])?;
+/// assert_eq!(heart.shapes_solved(), 2); // equal gains share a shape
+/// let [inner, outer] = shapes[1].volumes();
+/// assert!((inner / shapes[0].volumes()[0] - 1.6).abs() < 1e-12);
+/// assert!(shapes[1].wall_volume_error().abs() < 1e-10); // water does not compress
+/// # let _ = outer;
+/// # Ok::<(), heart_phantom::PhantomError>(())
+/// ```
+#[derive(Debug)]
+pub struct Heart {
+    pair: Pair,
+    pose: Pose,
+    solved: Mutex<BTreeMap<u64, Arc<HeartShape>>>,
+}
+
+/// The heart at one volume gain of its cavity.
+#[derive(Debug)]
+pub struct HeartShape {
+    gain: f64,
+    solution: PairEquilibrium,
+    curves: [Vec<[f64; 2]>; 2],
+    body: Body,
+}
+
+impl Heart {
+    /// Two balloons under the pressure law of Eq. 3, discretised with `nodes` nodes each, standing
+    /// in `pose` (body frame: x from the base to the apex).
+    ///
+    /// # Errors
+    /// [`PhantomError::Membrane`] for balloons that are none or do not lie within each other.
+    pub fn new(
+        inner: Balloon,
+        outer: Balloon,
+        nodes: usize,
+        pose: Pose,
+    ) -> Result<Self, PhantomError> {
+        let solver = |balloon: Balloon| -> Result<Solver, PhantomError> {
+            let rest = RestShape::balloon(balloon.length, balloon.radius)?;
+            let stiffness = Stiffness::constant(balloon.stiffness)?;
+            let membrane = Membrane::new(rest).with_stiffness(stiffness);
+            Ok(Solver::new(
+                &membrane,
+                Discretisation::FiniteDifferences { nodes },
+            )?)
+        };
+        Ok(Self {
+            pair: Pair::new(solver(inner)?, solver(outer)?)?,
+            pose,
+            solved: Mutex::default(),
+        })
+    }
+
+    /// The study's heart: the balloons of Table 1, the axis turned by 45 degrees about x and then
+    /// about y so that it points along `(1/2, -sqrt(2)/2, 1/2)`, the axis point `(h + R_outer) / 2`
+    /// at the origin.
+    ///
+    /// # Errors
+    /// [`PhantomError::Membrane`] for too few nodes.
+    pub fn study(nodes: usize) -> Result<Self, PhantomError> {
+        let middle = (Balloon::OUTER.length + Balloon::OUTER.radius) / 2.0;
+        let pose = Pose::axis_along_z(middle)?
+            .turned_x(FRAC_PI_4)?
+            .turned_y(FRAC_PI_4)?;
+        Self::new(Balloon::INNER, Balloon::OUTER, nodes, pose)
+    }
+
+    /// The shapes at the given volume gains, in their order. Equal gains are solved once, also
+    /// from one call to the next; each is solved from rest, so that a shape does not depend on
+    /// what was asked for before. In parallel, with the same bits for any number of threads.
+    ///
+    /// # Errors
+    /// [`PhantomError::Membrane`] if a gain cannot be reached.
+    pub fn shapes(&self, gains: &[f64]) -> Result<Vec<Arc<HeartShape>>, PhantomError> {
+        let mut missing: Vec<f64> = {
+            let solved = self.lock();
+            let is_missing = |gain: &&f64| !solved.contains_key(&gain.to_bits());
+            gains.iter().filter(is_missing).copied().collect()
+        };
+        missing.sort_by(f64::total_cmp);
+        missing.dedup_by_key(|gain| gain.to_bits());
+        let new: Vec<Arc<HeartShape>> = missing
+            .par_iter()
+            .map(|&gain| self.solve(gain).map(Arc::new))
+            .collect::<Result<_, _>>()?;
+        let mut solved = self.lock();
+        for shape in new {
+            solved.entry(shape.gain.to_bits()).or_insert(shape);
+        }
+        Ok(gains
+            .iter()
+            .map(|gain| solved[&gain.to_bits()].clone())
+            .collect())
+    }
+
+    /// How many shapes have been solved so far.
+    pub fn shapes_solved(&self) -> usize {
+        self.lock().len()
+    }
+
+    /// The two membranes, ready to be solved.
+    pub fn pair(&self) -> &Pair {
+        &self.pair
+    }
+
+    /// Where the heart stands.
+    pub fn pose(&self) -> &Pose {
+        &self.pose
+    }
+
+    fn solve(&self, gain: f64) -> Result<HeartShape, PhantomError> {
+        let solution = self.pair.solve_gain(gain, &NewtonOptions::default())?;
+        let curves = [solution.inner.points(), solution.outer.points()];
+        let layers = curves
+            .iter()
+            .map(|curve| Meridian::from_full_curve(curve))
+            .collect::<Result<_, _>>()?;
+        Ok(HeartShape {
+            gain,
+            solution,
+            curves,
+            body: Body::new(layers, self.pose)?,
+        })
+    }
+
+    /// A map that is only ever added to is whole even after a panic elsewhere.
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<u64, Arc<HeartShape>>> {
+        self.solved.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl HeartShape {
+    /// Volume gain of the cavity, `(V - V_rest) / V_rest`.
+    pub fn gain(&self) -> f64 {
+        self.gain
+    }
+
+    /// The two membranes in equilibrium.
+    pub fn solution(&self) -> &PairEquilibrium {
+        &self.solution
+    }
+
+    /// Nodes `[x, y]` of the inner and the outer membrane in the body frame, from one side of the
+    /// base over the apex to the other, in cm.
+    pub fn curves(&self) -> [&[[f64; 2]]; 2] {
+        [&self.curves[0], &self.curves[1]]
+    }
+
+    /// Volumes within the inner and the outer membrane in cm^3.
+    pub fn volumes(&self) -> [f64; 2] {
+        [
+            self.solution.inner.measures.volume,
+            self.solution.outer.measures.volume,
+        ]
+    }
+
+    /// Relative change of the wall's volume since rest.
+    pub fn wall_volume_error(&self) -> f64 {
+        self.solution.wall_volume_error
+    }
+
+    /// The solid in the lab: region 0 is the cavity, region 1 the wall.
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+}

@@ -1,0 +1,95 @@
+//! The evolving method (section 3.2): the inner balloon inflated in time by the total force that
+//! holds it in the direct method's shape.
+
+use super::report::Evolving;
+use super::run::Run;
+use crate::Balloon;
+use crate::error::PhantomError;
+use membrane_implicit::{Evolution, EvolvingOptions, Frame, Jacobian, evolve};
+use membrane_newton::{
+    Control, Discretisation, Membrane, NewtonOptions, RestShape, Solver, Stiffness,
+};
+
+/// Nodes of the evolving membrane: the paper's kind of mesh, and what its figures can show.
+const NODES: usize = 201;
+/// A time step at which the norm of the forces falls at every step, one at which it does not, and
+/// one for the run with the rank-one term, which large steps turn into Newton's method.
+const STEPS: [f64; 3] = [2.0, 0.5, 1000.0];
+/// Stop when the norm of pressure and elastic forces is at most this.
+const TOLERANCE: f64 = 1e-4;
+/// Stiffness of the springs to the second neighbours in the run that has them.
+const SECOND_NEIGHBOURS: f64 = 0.1;
+/// Panels of Fig. 9.
+const N_FRAMES: usize = 4;
+
+/// What the evolving method gives.
+pub(super) struct EvolvingStudy {
+    pub(super) figures: Evolving,
+    /// Some frames of the run that falls at every step (Fig. 9).
+    pub(super) frames: Vec<Frame>,
+    /// Norms by iteration (Fig. 10).
+    pub(super) histories: Vec<(&'static str, Vec<f64>)>,
+}
+
+/// Both methods on the same mesh at the study's gain; with second neighbours besides, which the
+/// direct method does not have.
+pub(super) fn evolving(run: &Run<'_>) -> Result<EvolvingStudy, PhantomError> {
+    let balloon = Balloon::INNER;
+    let membrane = Membrane::new(RestShape::balloon(balloon.length, balloon.radius)?)
+        .with_stiffness(Stiffness::constant(balloon.stiffness)?);
+    let solver = Solver::new(
+        &membrane,
+        Discretisation::FiniteDifferences { nodes: NODES },
+    )?;
+    let direct = solver.solve(
+        Control::VolumeGain(run.options.gain),
+        &NewtonOptions::default(),
+    )?;
+    let force = direct.intensity * direct.measures.surface;
+
+    let options = EvolvingOptions {
+        tolerance: TOLERANCE,
+        ..EvolvingOptions::default()
+    }
+    .with_jacobian(Jacobian::Band);
+    let inflate = |membrane: &Membrane, options: &EvolvingOptions| -> Result<_, PhantomError> {
+        Ok(evolve(membrane, NODES, force, options)?)
+    };
+    let [large, small, huge] = STEPS;
+    let falling = inflate(&membrane, &options.clone().with_dt(large))?;
+    let oscillating = inflate(&membrane, &options.clone().with_dt(small))?;
+    let rank_one = options.clone().with_dt(huge).with_jacobian(Jacobian::Exact);
+    let exact = inflate(&membrane, &rank_one)?;
+    let stiffer = membrane
+        .clone()
+        .with_second_neighbours(Stiffness::constant(SECOND_NEIGHBOURS)?);
+    let second = inflate(&stiffer, &options.with_dt(large))?;
+
+    Ok(EvolvingStudy {
+        figures: Evolving {
+            dt: large,
+            steps: falling.steps,
+            residual: falling.residual(),
+            monotone: falling.is_monotone(),
+            distance_to_direct: falling.distance_to(&direct.points()),
+            small_step_monotone: oscillating.is_monotone(),
+            second_neighbours_distance: second.distance_to(&direct.points()),
+        },
+        frames: some_frames(&falling),
+        histories: vec![
+            ("time step 2", falling.norms),
+            ("time step 2, second neighbours too", second.norms),
+            ("time step 1000, rank-one term too", exact.norms),
+            ("time step 0.5", oscillating.norms),
+        ],
+    })
+}
+
+/// The first frames, where the shape changes most, and the last.
+fn some_frames(evolution: &Evolution) -> Vec<Frame> {
+    let n = evolution.frames.len();
+    (0..n.min(N_FRAMES))
+        .map(|k| if k + 1 < N_FRAMES { k } else { n - 1 })
+        .map(|k| evolution.frames[k].clone())
+        .collect()
+}

@@ -1,0 +1,75 @@
+//! The figures as they come, and the page that shows them in order.
+
+use crate::error::PhantomError;
+use crate::figures::{Illustration, Page, Picture, Section, Table};
+use std::path::Path;
+
+/// Pictures written so far and the page about them.
+pub(super) struct Gallery<'a> {
+    out: &'a Path,
+    sections: Vec<Section>,
+}
+
+impl<'a> Gallery<'a> {
+    pub(super) fn new(out: &'a Path) -> Self {
+        Self {
+            out,
+            sections: Vec::new(),
+        }
+    }
+
+    /// Starts a part of the page; what follows belongs to it.
+    pub(super) fn section(&mut self, title: &str, text: Vec<String>) {
+        self.sections.push(Section {
+            title: title.into(),
+            text,
+            figures: Vec::new(),
+            tables: Vec::new(),
+        });
+    }
+
+    /// Writes a picture and shows it in the current part.
+    pub(super) fn picture(
+        &mut self,
+        file: &str,
+        picture: &Picture,
+        caption: String,
+    ) -> Result<(), PhantomError> {
+        picture.write_png(self.out.join(file))?;
+        let illustration = Illustration {
+            file: file.into(),
+            caption,
+            size: [picture.width(), picture.height()],
+        };
+        self.current().figures.push(illustration);
+        Ok(())
+    }
+
+    /// Shows a table in the current part.
+    pub(super) fn table(&mut self, caption: &str, header: &[&str], rows: Vec<Vec<String>>) {
+        let table = Table {
+            caption: caption.into(),
+            header: header.iter().map(|&h| h.into()).collect(),
+            rows,
+        };
+        self.current().tables.push(table);
+    }
+
+    /// Writes the page.
+    pub(super) fn finish(self, title: &str, introduction: Vec<String>) -> Result<(), PhantomError> {
+        let page = Page {
+            title: title.into(),
+            introduction,
+            sections: self.sections,
+        };
+        Ok(page.write_html(self.out.join("index.html"))?)
+    }
+
+    fn current(&mut self) -> &mut Section {
+        if self.sections.is_empty() {
+            self.section("", Vec::new());
+        }
+        let last = self.sections.len() - 1;
+        &mut self.sections[last]
+    }
+}

@@ -1,0 +1,171 @@
+//! Sections 2 to 4 and the appendix: rest shapes, the direct method, the circle.
+
+use super::report::{self, Circle, Direct};
+use super::run::Run;
+use crate::Balloon;
+use crate::error::PhantomError;
+use membrane_newton::membrane_forces::{CircleEquilibrium, FiniteDifferences, balloon_at_rest};
+use membrane_newton::{
+    Control, Discretisation, Measures, Membrane, NewtonOptions, Pair, PaperJacobian, RestShape,
+    Solver, Stiffness, paper_newton,
+};
+
+/// Pressures over stiffness of Fig. 8, in cm.
+const PRESSURES: [f64; 6] = [0.0, 5.0, 10.0, 17.5, 30.0, 60.0];
+/// Nodes, pressure and number of steps for the Jacobian as printed.
+const PRINTED: (usize, f64, usize) = (201, 17.5, 60);
+/// Where the runs of the two Jacobians stop.
+const NEWTON_TOLERANCE: f64 = 1e-8;
+/// Spectral elements for the mesh-independent values: one on the cylinder, one on half the cap.
+const LIMIT: Discretisation = Discretisation::Spectral {
+    degree: 20,
+    per_piece: 1,
+};
+/// Numbers of nodes for the circle, each with half the spacing of the one before.
+const CIRCLE_NODES: [usize; 8] = [11, 21, 41, 81, 161, 321, 641, 1281];
+/// Radius of the disc and pressure over stiffness of the circle.
+const CIRCLE: (f64, f64) = (1.0, 10.0);
+
+/// What the direct method gives.
+pub(super) struct DirectStudy {
+    pub(super) figures: Direct,
+    /// The inner balloon at several pressures (Fig. 8).
+    pub(super) family: Vec<Pressurised>,
+    /// Newton's residuals with the Jacobian as printed and with the right one.
+    pub(super) histories: [Vec<f64>; 2],
+}
+
+/// The inner balloon at one pressure.
+pub(super) struct Pressurised {
+    pub(super) load: f64,
+    pub(super) points: Vec<[f64; 2]>,
+    pub(super) measures: Measures,
+}
+
+/// What the circle of the appendix gives.
+pub(super) struct CircleStudy {
+    pub(super) figures: Circle,
+    pub(super) exact: CircleEquilibrium,
+    /// The line at rest and the equilibrium on the second coarsest mesh.
+    pub(super) initial: Vec<[f64; 2]>,
+    pub(super) solution: Vec<[f64; 2]>,
+}
+
+/// Rest shapes of Table 1: the polygon's measures against the closed forms.
+pub(super) fn rest(run: &Run<'_>) -> Result<report::Rest, PhantomError> {
+    let pair = run.heart.pair();
+    let measure = |solver: &Solver, balloon: Balloon| -> Result<_, PhantomError> {
+        let discrete = solver.start_measures();
+        let exact = balloon_at_rest(balloon.length, balloon.radius)?;
+        Ok(report::RestShape {
+            length: discrete.length,
+            area: discrete.area,
+            volume: discrete.volume,
+            length_exact: exact.length,
+            area_exact: exact.area,
+            volume_exact: exact.volume,
+        })
+    };
+    Ok(report::Rest {
+        inner: measure(pair.inner(), Balloon::INNER)?,
+        outer: measure(pair.outer(), Balloon::OUTER)?,
+    })
+}
+
+/// The direct method (section 3.1) on the pair and on the inner balloon alone.
+pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
+    let options = NewtonOptions::default();
+    let [dilated] = &run.heart.shapes(&[run.options.gain])?[..] else {
+        unreachable!("one gain, one shape")
+    };
+    let solution = dilated.solution();
+    let limit = limit(run.options.gain)?;
+    let inner = run.heart.pair().inner();
+    let family = PRESSURES
+        .iter()
+        .map(|&load| {
+            let shape = inner.solve(Control::Intensity(load), &options)?;
+            Ok(Pressurised {
+                load,
+                points: shape.points(),
+                measures: shape.measures,
+            })
+        })
+        .collect::<Result<_, PhantomError>>()?;
+
+    let (nodes, pressure, steps) = PRINTED;
+    let coarse = FiniteDifferences::new(&balloon(Balloon::INNER)?, nodes)?;
+    let histories = [PaperJacobian::AsPrinted, PaperJacobian::Exact]
+        .into_iter()
+        .map(|jacobian| paper_newton(&coarse, pressure, jacobian, steps, NEWTON_TOLERANCE))
+        .collect::<Result<Vec<_>, _>>()?;
+    let [printed, right] = &histories[..] else {
+        unreachable!("two Jacobians, two histories")
+    };
+    Ok(DirectStudy {
+        figures: Direct {
+            f_inner: solution.inner.intensity,
+            f_outer: solution.outer.intensity,
+            newton_iterations: solution.report.iterations,
+            residual: solution.report.residual,
+            v_inner: solution.inner.measures.volume,
+            v_outer: solution.outer.measures.volume,
+            wall_volume_error: solution.wall_volume_error,
+            limit,
+            printed_jacobian_residual_after_60: printed[printed.len() - 1],
+            newton_history: right.clone(),
+        },
+        family,
+        histories: [printed.clone(), right.clone()],
+    })
+}
+
+/// The pair at a gain in the limit of fine meshes.
+fn limit(gain: f64) -> Result<report::Limit, PhantomError> {
+    let solver = |b| -> Result<Solver, PhantomError> { Ok(Solver::new(&balloon(b)?, LIMIT)?) };
+    let pair = Pair::new(solver(Balloon::INNER)?, solver(Balloon::OUTER)?)?;
+    let solution = pair.solve_gain(gain, &NewtonOptions::default())?;
+    Ok(report::Limit {
+        f_inner: solution.inner.intensity,
+        f_outer: solution.outer.intensity,
+        wall_volume_error: solution.wall_volume_error,
+    })
+}
+
+fn balloon(balloon: Balloon) -> Result<Membrane, PhantomError> {
+    let rest = RestShape::balloon(balloon.length, balloon.radius)?;
+    Ok(Membrane::new(rest).with_stiffness(Stiffness::constant(balloon.stiffness)?))
+}
+
+/// The circle of the appendix: discrete equilibria of an inflated disc against the closed form.
+pub(super) fn circle() -> Result<CircleStudy, PhantomError> {
+    let (radius, load) = CIRCLE;
+    let exact = CircleEquilibrium::new(radius, load)?;
+    let membrane = Membrane::new(RestShape::disc(radius)?);
+    let mut errors = Vec::new();
+    let mut shown = (Vec::new(), Vec::new());
+    for nodes in CIRCLE_NODES {
+        let solver = Solver::new(&membrane, Discretisation::FiniteDifferences { nodes })?;
+        let solution = solver.solve(Control::Intensity(load), &NewtonOptions::default())?;
+        let points = solution.points();
+        let distances = points.iter().enumerate().map(|(n, [x, y])| {
+            let at = exact.at(n as f64 / (nodes - 1) as f64);
+            (x - at[0]).hypot(y - at[1])
+        });
+        errors.push(distances.fold(0.0, f64::max));
+        if nodes == CIRCLE_NODES[1] {
+            shown = (solver.start().points(), points);
+        }
+    }
+    let last = errors.len() - 1;
+    Ok(CircleStudy {
+        figures: Circle {
+            nodes: CIRCLE_NODES.to_vec(),
+            order: (errors[last - 1] / errors[last]).log2(),
+            errors,
+        },
+        exact,
+        initial: shown.0,
+        solution: shown.1,
+    })
+}

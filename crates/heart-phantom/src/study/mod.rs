@@ -1,0 +1,237 @@
+//! The study of Rohmer, Sitek and Gullberg (2006), end to end: shapes, both methods, three
+//! acquisitions, their reconstructions, every figure and every number.
+
+mod evolving;
+mod gallery;
+mod membranes;
+mod pictures;
+mod report;
+mod run;
+mod tomography;
+
+pub use report::{
+    Acquisition, Circle, Direct, Evolving, Hann, Limit, Report, Rest, RestShape, Settings, Time,
+};
+
+use crate::error::{PhantomError, check, check_count};
+use crate::files;
+use crate::truth::Regions;
+use gallery::Gallery;
+use run::Run;
+use std::path::Path;
+
+/// Heading of the page.
+const TITLE: &str = "A beating heart from two balloons";
+/// What the page is about.
+const INTRODUCTION: &str = "The study of Rohmer, Sitek and Gullberg (2006), Simulation of the \
+    Beating Heart Based on Physically Modeling a Deformable Balloon (hal-03929238), computed again: \
+    shapes solved, sinograms from exact chords, filtered back-projection slice by slice.";
+/// Width of the camera's field of view in cm.
+const FIELD_OF_VIEW: f64 = 16.0;
+
+/// What to compute.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StudyOptions {
+    /// Voxels along an edge of the volume, bins and rows of the camera; the field of view is 16 cm
+    /// whatever their number. Default 256.
+    pub size: usize,
+    /// Views over 180 degrees. Default 90.
+    pub views: usize,
+    /// Volume gain of the cavity at the height of the cycle. Default 0.6.
+    pub gain: f64,
+    /// Heart rate. Default 65.
+    pub beats_per_minute: f64,
+    /// Nodes of a membrane. Default 801.
+    pub nodes: usize,
+    /// Threads; all cores if `None`. Does not change the results.
+    pub threads: Option<usize>,
+    /// Whether to draw the figures.
+    pub figures: bool,
+}
+
+impl Default for StudyOptions {
+    fn default() -> Self {
+        Self {
+            size: 256,
+            views: 90,
+            gain: 0.6,
+            beats_per_minute: 65.0,
+            nodes: 801,
+            threads: None,
+            figures: true,
+        }
+    }
+}
+
+impl StudyOptions {
+    /// The limits are those of memory (a volume of 1024^3 samples is 4 GiB) and of sense.
+    fn validate(&self) -> Result<(), PhantomError> {
+        check_count("size", self.size, 8, 1024)?;
+        check_count("views", self.views, 1, 100_000)?;
+        check("gain", self.gain, 0.0, 2.0)?;
+        check("bpm", self.beats_per_minute, 1.0, 1000.0)?;
+        check_count("nodes", self.nodes, 11, 100_001)?;
+        if let Some(threads) = self.threads {
+            check_count("threads", threads, 1, 4096)?;
+        }
+        Ok(())
+    }
+}
+
+/// How far the study is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// What is being done.
+    pub stage: &'static str,
+    /// Share of the work behind us, 0 to 1.
+    pub fraction: f64,
+}
+
+/// Runs the study and writes everything it produces into the folder `out`.
+///
+/// # Errors
+/// An option out of range or a folder that cannot be written to is reported before any work
+/// starts; see [`PhantomError`].
+pub fn run(
+    options: &StudyOptions,
+    out: &Path,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Report, PhantomError> {
+    options.validate()?;
+    files::create_writable_folder(out)?;
+    let threads = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads.unwrap_or(0))
+        .build()
+        .map_err(|_| PhantomError::Threads {
+            given: options.threads.unwrap_or(0),
+        })?;
+    threads.install(|| run_in_pool(options, out, progress))
+}
+
+fn run_in_pool(
+    options: &StudyOptions,
+    out: &Path,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Report, PhantomError> {
+    let mut run = Run::new(options, out, progress)?;
+    let total = run.clock();
+    let mut gallery = options.figures.then(|| Gallery::new(out));
+    let mut report = Report {
+        settings: Settings {
+            size: options.size,
+            views: options.views,
+            gain: options.gain,
+            beats_per_minute: options.beats_per_minute,
+            nodes: options.nodes,
+            voxel_cm: run.camera.pitch(),
+        },
+        ..Report::default()
+    };
+    let circle = solve(&mut run, &mut report, gallery.as_mut())?;
+
+    run.stage("voxels");
+    let clock = run.clock();
+    let regions = Regions::new(&run.heart, &run.camera, &run.cycle)?;
+    run.time.truth_and_files += clock.seconds();
+    for (k, (name, acquisition)) in tomography::ACQUISITIONS.into_iter().enumerate() {
+        let result = tomography::reconstruct(&mut run, (name, acquisition), &regions)?;
+        let clock = run.clock();
+        if let Some(gallery) = &mut gallery {
+            run.stage("drawing");
+            if k == 0 {
+                pictures::pose(gallery, &run)?;
+                pictures::projection_images(gallery, &run, &result.sinograms.samples)?;
+            }
+            pictures::reconstruction(gallery, &run, (15 + k, name), &result)?;
+        }
+        run.time.truth_and_files += clock.seconds();
+        let (ram_lak, hann) = match k {
+            0 => (&mut report.static_, &mut report.hann.static_),
+            1 => (&mut report.short, &mut report.hann.short),
+            _ => (&mut report.long, &mut report.hann.long),
+        };
+        (*ram_lak, *hann) = (result.ram_lak, result.hann);
+    }
+
+    if let Some(mut gallery) = gallery {
+        pictures::measures(&mut gallery, &report);
+        pictures::circle(&mut gallery, &circle)?;
+        gallery.finish(TITLE, vec![INTRODUCTION.into()])?;
+    }
+    run.time.total = total.seconds();
+    report.time = run.time;
+    report.peak_memory_bytes = run::peak_memory();
+    files::write_atomically(&out.join("report.json"), |file| {
+        serde_json::to_writer_pretty(&mut *file, &report)?;
+        file.write_all(b"\n")
+    })?;
+    Ok(report)
+}
+
+/// Rest shapes, both methods, the pair and the circle, with their pictures.
+fn solve(
+    run: &mut Run<'_>,
+    report: &mut Report,
+    mut gallery: Option<&mut Gallery<'_>>,
+) -> Result<membranes::CircleStudy, PhantomError> {
+    let clock = run.clock();
+    run.stage("rest shapes");
+    report.rest = membranes::rest(run)?;
+    run.stage("direct method");
+    let direct = membranes::direct(run)?;
+    run.stage("evolving method");
+    let evolving = evolving::evolving(run)?;
+    run.stage("circle");
+    let circle = membranes::circle()?;
+    let peak = run.options.gain;
+    let states = run.heart.shapes(&[0.0, 0.5 * peak, peak])?;
+    run.time.solve += clock.seconds();
+
+    let clock = run.clock();
+    if let Some(gallery) = &mut gallery {
+        run.stage("drawing");
+        pictures::direct(gallery, &report.rest, &direct)?;
+        pictures::evolving(gallery, &evolving)?;
+        pictures::pair(gallery, &states)?;
+    }
+    run.time.truth_and_files += clock.seconds();
+    report.direct = direct.figures;
+    report.evolving = evolving.figures;
+    report.circle = circle.figures.clone();
+    Ok(circle)
+}
+
+/// The numbers one looks at first, in a few lines.
+pub fn summary(report: &Report) -> String {
+    let mut text = format!(
+        "f_inner {:.8}  f_outer {:.8}  wall volume error {:.1e}\n",
+        report.direct.f_inner, report.direct.f_outer, report.direct.wall_volume_error
+    );
+    let cell = |v: Option<f64>| v.map_or("      -".into(), |v| format!("{v:.5}"));
+    text += "            rmse     wall mean  wall std  background  cavity\n";
+    for (name, a) in [
+        ("static", &report.static_),
+        ("short", &report.short),
+        ("long", &report.long),
+    ] {
+        text += &format!(
+            "{name:<10} {}    {}   {}   {}   {}\n",
+            cell(a.rmse_truth),
+            cell(a.wall_mean),
+            cell(a.wall_std),
+            cell(a.background_rms),
+            cell(a.cavity_mean)
+        );
+    }
+    let t = &report.time;
+    text += &format!(
+        "solve {:.2} s  project {:.2} s  reconstruct {:.2} s  truth and files {:.2} s  total {:.2} s  memory {} MiB",
+        t.solve,
+        t.project,
+        t.reconstruct,
+        t.truth_and_files,
+        t.total,
+        report.peak_memory_bytes >> 20
+    );
+    text
+}

@@ -1,0 +1,393 @@
+//! Which figure shows what.
+
+use super::evolving::EvolvingStudy;
+use super::gallery::Gallery;
+use super::membranes::{CircleStudy, DirectStudy};
+use super::report::{self, Report};
+use super::run::Run;
+use super::tomography::Reconstructed;
+use crate::error::PhantomError;
+use crate::figures::{
+    self, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume, WallState, bodies,
+    force_frames, histories, isosurface, poses, projections, shapes, slice, slices, wall_meshes,
+};
+use crate::{Balloon, HeartShape};
+use revolve_voxel::Pose;
+use std::sync::Arc;
+
+/// Grey values of the reconstructions: the same for all three, so that streaks can be compared.
+const WINDOW: [f64; 2] = [-0.2, 1.2];
+/// From where solids are looked at.
+const VIEW: View = View {
+    azimuth: 0.4,
+    elevation: 0.35,
+};
+/// Layers and cells of the mesh between the membranes.
+const WALL_MESH: (usize, usize) = (5, 60);
+
+/// Rest shapes and the direct method: Table 1, Fig. 8, Newton's residuals.
+pub(super) fn direct(
+    gallery: &mut Gallery<'_>,
+    rest: &report::Rest,
+    study: &DirectStudy,
+) -> Result<(), PhantomError> {
+    gallery.section(
+        "Rest shapes",
+        vec![
+            "Two balloons, each a cylinder of 8.5 cm closed by a hemisphere (Table 1). The measures \
+             of the polygon through the nodes (section 3.3) against the closed forms."
+                .into(),
+        ],
+    );
+    let row = |name: &str, discrete: f64, exact: f64| {
+        vec![
+            name.into(),
+            format!("{discrete:.8}"),
+            format!("{exact:.8}"),
+            format!("{:.1e}", (discrete - exact) / exact),
+        ]
+    };
+    let rows = [("inner", &rest.inner), ("outer", &rest.outer)]
+        .iter()
+        .flat_map(|(name, r)| {
+            [
+                row(&format!("{name}: length (cm)"), r.length, r.length_exact),
+                row(&format!("{name}: area (cm²)"), r.area, r.area_exact),
+                row(&format!("{name}: volume (cm³)"), r.volume, r.volume_exact),
+            ]
+        })
+        .collect();
+    gallery.table(
+        "Rest shapes",
+        &["measure", "polygon", "closed form", "relative difference"],
+        rows,
+    );
+
+    let figures = &study.figures;
+    gallery.section(
+        "Direct method",
+        vec![format!(
+            "Newton's method on the discrete equilibrium (section 3.1.2, Eq. 14 with its signs put \
+             right). At the study's volume gain the pair needs {} steps from rest: pressures \
+             {:.11} inside and {:.11} outside (mesh-independent: {:.11} and {:.11}), wall volume \
+             kept to {:.1e}.",
+            figures.newton_iterations,
+            figures.f_inner,
+            figures.f_outer,
+            figures.limit.f_inner,
+            figures.limit.f_outer,
+            figures.wall_volume_error,
+        )],
+    );
+    let family: Vec<Shape<'_>> = study
+        .family
+        .iter()
+        .map(|shape| Shape {
+            nodes: &shape.points,
+            load: shape.load,
+            area: shape.measures.area,
+            volume: shape.measures.volume,
+        })
+        .collect();
+    gallery.picture(
+        "fig08-shapes.png",
+        &shapes(&family)?,
+        "Fig. 8: the inner balloon under a family of pressures, by the direct method.".into(),
+    )?;
+    let [printed, right] = &study.histories;
+    gallery.picture(
+        "newton-jacobian.png",
+        &histories(
+            "norm of the forces",
+            None,
+            &[
+                History {
+                    label: "Jacobian as printed in Eq. 14",
+                    norms: printed,
+                },
+                History {
+                    label: "Jacobian with the right signs",
+                    norms: right,
+                },
+            ],
+        )?,
+        format!(
+            "The paper's oscillation explained: with the two signs of Eq. 14 as printed Newton \
+             still leaves a force of {:.2} after 60 steps (201 nodes, f/lambda = 17.5 cm); with the \
+             right ones it converges quadratically.",
+            figures.printed_jacobian_residual_after_60
+        ),
+    )
+}
+
+/// The evolving method: Fig. 9 and 10.
+pub(super) fn evolving(
+    gallery: &mut Gallery<'_>,
+    study: &EvolvingStudy,
+) -> Result<(), PhantomError> {
+    let figures = &study.figures;
+    gallery.section(
+        "Evolving method",
+        vec![format!(
+            "Implicit Euler in time (section 3.2), elastic forces implicit, the pressure of Eq. 4 \
+             linearised, damped. With a step of {} it comes to rest in {} steps; its last shape \
+             lies within {:.1e} cm of the direct one.",
+            figures.dt, figures.steps, figures.distance_to_direct
+        )],
+    );
+    let frames: Vec<ForceFrame<'_>> = study
+        .frames
+        .iter()
+        .map(|frame| ForceFrame {
+            iteration: frame.step,
+            nodes: &frame.points,
+            elastic: &frame.elastic,
+            pressure: &frame.pressure,
+        })
+        .collect();
+    gallery.picture(
+        "fig09-forces.png",
+        &force_frames(&frames)?,
+        "Fig. 9: nodes (red), elastic forces (magenta) and pressure forces (black) on the way to \
+         equilibrium, where they balance."
+            .into(),
+    )?;
+    let series: Vec<History<'_>> = study
+        .histories
+        .iter()
+        .map(|(label, norms)| History { label, norms })
+        .collect();
+    gallery.picture(
+        "fig10-norm.png",
+        &histories("norm of pressure and elastic forces", Some(1e-4), &series)?,
+        "Fig. 10: the norm of the forces by iteration. It falls at every step for large steps \
+         only; with small ones the membrane oscillates as the wave that it is."
+            .into(),
+    )
+}
+
+/// The pair of membranes: Fig. 11 and 12.
+pub(super) fn pair(
+    gallery: &mut Gallery<'_>,
+    states: &[Arc<HeartShape>],
+) -> Result<(), PhantomError> {
+    gallery.section(
+        "Two membranes",
+        vec![
+            "The outer pressure is solved for together with both shapes, so that the wall keeps its \
+             volume: no trial and error."
+                .into(),
+        ],
+    );
+    let titles: Vec<String> = states
+        .iter()
+        .map(|s| {
+            format!(
+                "gain {:.2}: f = {:.2} and {:.2}",
+                s.gain(),
+                s.solution().inner.intensity,
+                s.solution().outer.intensity
+            )
+        })
+        .collect();
+    let walls: Vec<WallState<'_>> = states
+        .iter()
+        .zip(&titles)
+        .map(|(state, title)| {
+            let [inner, outer] = state.curves();
+            WallState {
+                title,
+                inner,
+                outer,
+            }
+        })
+        .collect();
+    gallery.picture(
+        "fig11-wall.png",
+        &wall_meshes(&walls, WALL_MESH.0, WALL_MESH.1)?,
+        "Fig. 11: both membranes and the mesh between them at three pressures.".into(),
+    )?;
+    gallery.picture(
+        "fig12-bodies.png",
+        &bodies(&[walls[0], walls[walls.len() - 1]])?,
+        "Fig. 12: the heart at rest and dilated. Rays cast at the exact body, normals from the \
+         meridian; above cut open, below the mesh of the outer membrane."
+            .into(),
+    )
+}
+
+/// How the heart stands before the camera: Fig. 13.
+pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), PhantomError> {
+    gallery.section(
+        "Tomography",
+        vec![format!(
+            "The camera turns about z by 180 degrees in {} views while the heart beats {} times a \
+             minute. Sinograms from exact chords of the revolved membranes, reconstructed slice by \
+             slice to {}³ voxels of {:.4} cm.",
+            run.camera.n_views(),
+            run.options.beats_per_minute,
+            run.camera.size(),
+            run.camera.pitch()
+        )],
+    );
+    let [rest] = &run.heart.shapes(&[0.0])?[..] else {
+        unreachable!("one gain, one shape")
+    };
+    let [inner, outer] = rest.curves();
+    let state = WallState {
+        title: "",
+        inner,
+        outer,
+    };
+    let middle = (Balloon::OUTER.length + Balloon::OUTER.radius) / 2.0;
+    let upright = Pose::axis_along_z(middle)?;
+    gallery.picture(
+        "fig13-pose.png",
+        &poses(
+            &state,
+            &[
+                ("axis along z", upright),
+                ("turned 45° about x, then 45° about y", *run.heart.pose()),
+            ],
+            VIEW,
+        )?,
+        "Fig. 13: the heart before and after it is turned; the camera runs on the circle about z."
+            .into(),
+    )
+}
+
+/// Projection images of the heart at rest: Fig. 14.
+pub(super) fn projection_images(
+    gallery: &mut Gallery<'_>,
+    run: &Run<'_>,
+    samples: &[f32],
+) -> Result<(), PhantomError> {
+    let n = run.camera.size();
+    let angles = run.camera.geometry().angles();
+    let images: Vec<Projection<'_>> = [0, angles.len() / 3, 2 * angles.len() / 3]
+        .iter()
+        .map(|&view_idx| Projection {
+            angle: angles[view_idx],
+            values: &samples[view_idx * n * n..(view_idx + 1) * n * n],
+        })
+        .collect();
+    gallery.picture(
+        "fig14-projections.png",
+        &projections(&images, n, run.camera.pitch())?,
+        "Fig. 14: projections of the wall at rest from three angles; exact chord lengths, no voxels."
+            .into(),
+    )
+}
+
+/// One reconstruction: Fig. 15, 16 or 17.
+pub(super) fn reconstruction(
+    gallery: &mut Gallery<'_>,
+    run: &Run<'_>,
+    (number, name): (usize, &str),
+    result: &Reconstructed,
+) -> Result<(), PhantomError> {
+    let n = run.camera.size();
+    let volume = Volume {
+        values: &result.volume,
+        size: [n; 3],
+        spacing: run.camera.pitch(),
+    };
+    let of = |what: &str| format!("fig{number}-{name}-{what}.png");
+    gallery.picture(
+        &of("slice"),
+        &slice(&volume, Plane::Z(n / 2), WINDOW, "activity")?,
+        format!("Fig. {number}a: the middle slice of the {name} acquisition, Ram-Lak."),
+    )?;
+    let planes: Vec<Plane> = (1..=6).map(|k| Plane::Z(n * (k + 1) / 9)).collect();
+    gallery.picture(
+        &of("slices"),
+        &slices(&volume, &planes, WINDOW, "activity")?,
+        format!("Fig. {number}b: slices of the same."),
+    )?;
+    let view = IsoView {
+        level: 0.5,
+        view: VIEW,
+        // Through the middle, facing the viewer: the wall's inside, and what streaks do to it.
+        cut: Some(([VIEW.azimuth.cos(), VIEW.azimuth.sin(), 0.0], 0.0)),
+    };
+    gallery.picture(
+        &of("volume"),
+        &isosurface(&volume, &view)?,
+        format!("Fig. {number}c: the surface of half the wall's activity, cut open."),
+    )
+}
+
+/// The table of measures.
+pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
+    gallery.section(
+        "What motion does",
+        vec![
+            "The wall's activity is 1, everything else 0. Wall and background are the same voxels \
+             for the three acquisitions."
+                .into(),
+        ],
+    );
+    let cell = |v: Option<f64>| v.map_or("–".into(), |v| format!("{v:.5}"));
+    let row = |name: &str, a: &report::Acquisition| {
+        vec![
+            name.into(),
+            cell(a.rmse_truth),
+            cell(a.wall_mean),
+            cell(a.wall_std),
+            cell(a.background_rms),
+            cell(a.cavity_mean),
+            a.total_activity.map_or("–".into(), |v| format!("{v:.3}")),
+        ]
+    };
+    gallery.table(
+        "Reconstructions against the truth",
+        &[
+            "acquisition",
+            "RMSE",
+            "wall mean",
+            "wall std",
+            "background RMS",
+            "cavity mean",
+            "total (cm³)",
+        ],
+        vec![
+            row("static, Ram-Lak", &report.static_),
+            row("short, Ram-Lak", &report.short),
+            row("long, Ram-Lak", &report.long),
+            row("static, Hann", &report.hann.static_),
+            row("short, Hann", &report.hann.short),
+            row("long, Hann", &report.hann.long),
+        ],
+    );
+}
+
+/// The circle of the appendix: Fig. 18.
+pub(super) fn circle(gallery: &mut Gallery<'_>, study: &CircleStudy) -> Result<(), PhantomError> {
+    gallery.section(
+        "Appendix: the circle",
+        vec![
+            "A membrane that is a straight line at rest blows up to an arc of a circle; with the \
+             constant C put right the discrete solution converges to it."
+                .into(),
+        ],
+    );
+    let radius = study.exact.arc_radius();
+    let apex = study.exact.at(0.5);
+    gallery.picture(
+        "fig18-circle.png",
+        &figures::circle(&figures::CircleStudy {
+            initial: &study.initial,
+            solution: &study.solution,
+            centre: [apex[0] - radius, 0.0],
+            radius,
+            n_nodes: &study.figures.nodes,
+            errors: &study.figures.errors,
+            order: 2.0,
+        })?,
+        format!(
+            "Fig. 18: the line, the inflated shape and the exact circle; error against the number \
+             of nodes, observed order {:.3}.",
+            study.figures.order
+        ),
+    )
+}

@@ -1,0 +1,210 @@
+//! The numbers of the study, as they stand in `report.json`.
+//!
+//! Lengths in cm, areas in cm^2, volumes in cm^3, times in seconds, activities per cm^3 relative
+//! to the wall's. A measure whose set of voxels is empty (tiny volumes) is left out.
+
+use serde::Serialize;
+
+/// The whole report.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Report {
+    /// What was computed.
+    pub settings: Settings,
+    /// Rest shapes (Table 1, section 3.3).
+    pub rest: Rest,
+    /// Direct method (section 3.1).
+    pub direct: Direct,
+    /// Evolving method (section 3.2), the run whose norm falls at every step.
+    pub evolving: Evolving,
+    /// The circle of the appendix.
+    pub circle: Circle,
+    /// Acquisition of the heart at rest, reconstructed with the ramp alone.
+    #[serde(rename = "static")]
+    pub static_: Acquisition,
+    /// One instant a view.
+    pub short: Acquisition,
+    /// One cycle a view.
+    pub long: Acquisition,
+    /// The same three with the Hann window.
+    pub hann: Hann,
+    /// Where the time went.
+    pub time: Time,
+    /// Largest resident memory of the process so far; 0 where the system does not tell.
+    pub peak_memory_bytes: u64,
+}
+
+/// The options of the run.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Settings {
+    /// Voxels along an edge, bins and rows of the camera.
+    pub size: usize,
+    /// Number of views over 180 degrees.
+    pub views: usize,
+    /// Volume gain of the cavity at the height of the cycle.
+    pub gain: f64,
+    /// Heart rate.
+    pub beats_per_minute: f64,
+    /// Nodes of a membrane.
+    pub nodes: usize,
+    /// Edge of a voxel, pitch of a bin.
+    pub voxel_cm: f64,
+}
+
+/// Rest shapes of both balloons.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Rest {
+    /// Endocardium.
+    pub inner: RestShape,
+    /// Epicardium.
+    pub outer: RestShape,
+}
+
+/// Measures of one rest shape: of the polygon through the nodes, and in closed form.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct RestShape {
+    /// Length of the polygon (Eq. 30).
+    pub length: f64,
+    /// Its area (Eq. 31, signed).
+    pub area: f64,
+    /// Volume of its revolution (Eq. 34).
+    pub volume: f64,
+    /// `2 h + pi R`.
+    pub length_exact: f64,
+    /// `R (2 h + pi R / 2)`.
+    pub area_exact: f64,
+    /// `pi R^2 (h + 2 R / 3)`.
+    pub volume_exact: f64,
+}
+
+/// Direct method: the pair of membranes at the study's volume gain.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Direct {
+    /// Pressure of the inner membrane (law 1, lambda = 1).
+    pub f_inner: f64,
+    /// Pressure of the outer membrane that keeps the wall's volume.
+    pub f_outer: f64,
+    /// Newton steps from rest.
+    pub newton_iterations: usize,
+    /// Norm of the forces at the solution.
+    pub residual: f64,
+    /// Volume within the inner membrane.
+    #[serde(rename = "V_inner")]
+    pub v_inner: f64,
+    /// Volume within the outer membrane.
+    #[serde(rename = "V_outer")]
+    pub v_outer: f64,
+    /// Relative change of the wall's volume.
+    pub wall_volume_error: f64,
+    /// Pressures in the limit of fine meshes, from spectral elements.
+    pub limit: Limit,
+    /// Norm of the forces after 60 Newton steps with the Jacobian as printed.
+    pub printed_jacobian_residual_after_60: f64,
+    /// The same with the right Jacobian, step by step.
+    pub newton_history: Vec<f64>,
+}
+
+/// Mesh-independent values of the pair.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Limit {
+    /// Pressure of the inner membrane.
+    pub f_inner: f64,
+    /// Pressure of the outer membrane.
+    pub f_outer: f64,
+    /// Relative change of the wall's volume.
+    pub wall_volume_error: f64,
+}
+
+/// Evolving method.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Evolving {
+    /// Length of a step.
+    pub dt: f64,
+    /// Steps taken until the norm of the forces was at most 1e-4.
+    pub steps: usize,
+    /// That norm at the end.
+    pub residual: f64,
+    /// Whether it fell at every step.
+    pub monotone: bool,
+    /// Largest distance of a node from where the direct method puts it.
+    pub distance_to_direct: f64,
+    /// Whether the norm falls at every step with a time step of a half.
+    pub small_step_monotone: bool,
+    /// The distance with springs to the second neighbours, which the direct method does not have.
+    pub second_neighbours_distance: f64,
+}
+
+/// The circle of the appendix.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Circle {
+    /// Numbers of nodes.
+    pub nodes: Vec<usize>,
+    /// Largest distance of a node from the exact circle, for each number of nodes.
+    pub errors: Vec<f64>,
+    /// Observed order of convergence, from the two finest meshes.
+    pub order: f64,
+}
+
+/// One acquisition, reconstructed.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Acquisition {
+    /// Distinct phases that the views see, one shape each (short).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distinct_shapes: Option<usize>,
+    /// Phases over which a view is averaged (long).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quadrature_points: Option<usize>,
+    /// Relative difference of the sinogram from the one with half the phases (long).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quadrature_error: Option<f64>,
+    /// Shapes that had to be solved for it; mirrored phases and earlier acquisitions share theirs.
+    pub shapes_solved: usize,
+    /// Rays for which the surface was searched.
+    pub rays_cast: u64,
+    /// Rays that miss the body's bounds and were never looked at.
+    pub rays_skipped: u64,
+    /// Root mean square difference from the voxel-averaged body within the inscribed circle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rmse_truth: Option<f64>,
+    /// Mean over the wall's voxels (in the wall at all phases, eroded by two voxels).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_mean: Option<f64>,
+    /// Standard deviation over the same voxels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_std: Option<f64>,
+    /// Root mean square over the background (more than three voxels from the body at all phases).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background_rms: Option<f64>,
+    /// Mean over the cavity (in the cavity at all phases, eroded by two voxels).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cavity_mean: Option<f64>,
+    /// Sum over the inscribed cylinder times the volume of a voxel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub total_activity: Option<f64>,
+}
+
+/// The three acquisitions with the Hann window.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Hann {
+    /// At rest.
+    #[serde(rename = "static")]
+    pub static_: Acquisition,
+    /// One instant a view.
+    pub short: Acquisition,
+    /// One cycle a view.
+    pub long: Acquisition,
+}
+
+/// Seconds spent.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct Time {
+    /// Membranes: rest shapes, both methods, all phases, the circle.
+    pub solve: f64,
+    /// Sinograms.
+    pub project: f64,
+    /// Filtered back-projection.
+    pub reconstruct: f64,
+    /// Voxel truth, measures, pictures and files.
+    pub truth_and_files: f64,
+    /// From start to end.
+    pub total: f64,
+}

@@ -1,0 +1,87 @@
+//! What the stages of the study share: the scene, the clock, the folder.
+
+use super::{Progress, StudyOptions, report};
+use crate::error::PhantomError;
+use crate::{Camera, Cycle, Heart, files};
+use std::path::Path;
+use std::time::Instant;
+
+/// Stages that [`Run::stage`] is called for in a whole run, for the progress bar.
+const STAGES: f64 = 34.0;
+
+/// A study under way.
+pub(super) struct Run<'a> {
+    pub(super) options: &'a StudyOptions,
+    pub(super) out: &'a Path,
+    pub(super) heart: Heart,
+    pub(super) camera: Camera,
+    pub(super) cycle: Cycle,
+    pub(super) time: report::Time,
+    progress: &'a (dyn Fn(Progress) + Sync),
+    stages: f64,
+}
+
+impl<'a> Run<'a> {
+    pub(super) fn new(
+        options: &'a StudyOptions,
+        out: &'a Path,
+        progress: &'a (dyn Fn(Progress) + Sync),
+    ) -> Result<Self, PhantomError> {
+        Ok(Self {
+            options,
+            out,
+            heart: Heart::study(options.nodes)?,
+            camera: Camera::new(options.views, options.size, super::FIELD_OF_VIEW)?,
+            cycle: Cycle::new(options.beats_per_minute, options.gain)?,
+            time: report::Time::default(),
+            progress,
+            stages: 0.0,
+        })
+    }
+
+    /// Announces what is done next.
+    pub(super) fn stage(&mut self, stage: &'static str) {
+        (self.progress)(Progress {
+            stage,
+            fraction: (self.stages / STAGES).min(1.0),
+        });
+        self.stages += 1.0;
+    }
+
+    /// Starts a clock.
+    pub(super) fn clock(&self) -> Clock {
+        Clock(Instant::now())
+    }
+
+    /// Writes an array as `NAME-WHAT.npy`.
+    pub(super) fn write(
+        &self,
+        name: &str,
+        what: &str,
+        shape: &[usize],
+        values: &[f32],
+    ) -> Result<(), PhantomError> {
+        files::write_npy(&self.out.join(format!("{name}-{what}.npy")), shape, values)
+    }
+}
+
+/// Seconds since it was started.
+pub(super) struct Clock(Instant);
+
+impl Clock {
+    pub(super) fn seconds(&self) -> f64 {
+        self.0.elapsed().as_secs_f64()
+    }
+}
+
+/// Largest resident memory of this process so far in bytes, from the kernel's account of it; 0
+/// where there is none.
+pub(super) fn peak_memory() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))
+        .and_then(|rest| rest.split_whitespace().next())
+        .and_then(|kib| kib.parse::<u64>().ok())
+        .map_or(0, |kib| kib * 1024)
+}

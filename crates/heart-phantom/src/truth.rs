@@ -1,0 +1,155 @@
+//! What the voxels really hold, and where measures are taken.
+
+use crate::acquire::merge;
+use crate::error::PhantomError;
+use crate::{Acquisition, Camera, Cycle, Heart};
+use radon::{MaskedStats, disc_mask, rmse_within};
+use revolve_voxel::{Mask, Sampling};
+
+/// Phases over which "at all phases" and "at any phase" are taken.
+const MASK_PHASES: usize = 24;
+
+/// The activity of every voxel, averaged over the voxel and over the time of the acquisition;
+/// index order `[z][y][x]`.
+///
+/// Covered fractions of a voxel are right to `tolerance`. A scan of instants has no single truth:
+/// its volume is the one at the phase of its first view.
+///
+/// # Errors
+/// As [`acquire`](crate::acquire()); [`PhantomError::Solid`] for a bad tolerance.
+pub fn truth(
+    heart: &Heart,
+    camera: &Camera,
+    cycle: &Cycle,
+    acquisition: Acquisition,
+    activity: [f64; 2],
+    tolerance: f64,
+) -> Result<Vec<f32>, PhantomError> {
+    let mut phases = acquisition.phases(cycle, camera.n_views())?;
+    if let Acquisition::Instants { .. } = acquisition {
+        phases.truncate(1);
+    }
+    let gains: Vec<f64> = phases.iter().map(|&phase| cycle.gain(phase)).collect();
+    let grid = camera.grid();
+    let slices = 0..grid.shape()[2];
+    let mut volume = vec![0.0f32; grid.len()];
+    for exposure in merge(&heart.shapes(&gains)?) {
+        exposure.shape.body().voxelize_add(
+            grid,
+            slices.clone(),
+            Sampling::Coverage { tolerance },
+            &activity,
+            exposure.weights.iter().sum(),
+            &mut volume,
+        )?;
+    }
+    Ok(volume)
+}
+
+/// The sets of voxels over which a reconstruction is judged. They do not depend on the
+/// acquisition, so that its figures can be compared with another's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Regions {
+    /// Pixels of a slice within `n / 2 - 1` pixels of the axis, `[y][x]`.
+    pub disc: Vec<bool>,
+    /// In the wall at all phases, eroded by two voxels.
+    pub wall: Mask,
+    /// In the cavity at all phases, eroded by two voxels.
+    pub cavity: Mask,
+    /// Within the disc and more than three voxels from what the outer membrane holds at any phase.
+    pub background: Mask,
+}
+
+impl Regions {
+    /// The sets for a heart that runs through `cycle`, from 24 equally spaced phases; a voxel is
+    /// where its centre is.
+    ///
+    /// # Errors
+    /// What solving the shapes can return.
+    pub fn new(heart: &Heart, camera: &Camera, cycle: &Cycle) -> Result<Self, PhantomError> {
+        let phases = (0..MASK_PHASES).map(|j| j as f64 / MASK_PHASES as f64);
+        let gains: Vec<f64> = phases.map(|phase| cycle.gain(phase)).collect();
+        let grid = camera.grid();
+        let [nx, ny, nz] = grid.shape();
+        let shape = [nz, ny, nx];
+        let mut sets: Option<[Mask; 3]> = None;
+        for exposure in merge(&heart.shapes(&gains)?) {
+            let body = exposure.shape.body();
+            // 2 in the cavity, 1 in the wall, 0 outside.
+            let (label, _) = body.voxelize::<f32>(grid, Sampling::Centre, &[2.0, 1.0])?;
+            let wall = Mask::of_values(shape, &label, |v| v == 1.0)?;
+            let cavity = Mask::of_values(shape, &label, |v| v == 2.0)?;
+            let inside = Mask::of_values(shape, &label, |v| v > 0.0)?;
+            match &mut sets {
+                None => sets = Some([wall, cavity, inside]),
+                Some([walls, cavities, ever]) => {
+                    walls.intersect(&wall);
+                    cavities.intersect(&cavity);
+                    ever.unite(&inside);
+                }
+            }
+        }
+        let [mut wall, mut cavity, ever] =
+            sets.unwrap_or_else(|| unreachable!("there are {MASK_PHASES} phases"));
+        wall.erode(2);
+        cavity.erode(2);
+        let disc = disc_mask(
+            camera.image(),
+            (camera.size() as f64 / 2.0 - 1.0) * camera.pitch(),
+        );
+        let mut background = ever.farther_than(3.0);
+        background.intersect_slices(&disc)?;
+        Ok(Self {
+            disc,
+            wall,
+            cavity,
+            background,
+        })
+    }
+}
+
+/// How a reconstruction compares with the truth and with what an ideal one would show. A measure
+/// whose set is empty is `None`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measures {
+    /// Root mean square difference from the truth within the disc, all slices.
+    pub rmse_truth: Option<f64>,
+    /// Mean over the wall's voxels.
+    pub wall_mean: Option<f64>,
+    /// Standard deviation over the wall's voxels.
+    pub wall_std: Option<f64>,
+    /// Root mean square over the background.
+    pub background_rms: Option<f64>,
+    /// Mean over the cavity's voxels.
+    pub cavity_mean: Option<f64>,
+    /// Sum over the disc, all slices, times the volume of a voxel.
+    pub total_activity: Option<f64>,
+}
+
+impl Measures {
+    /// Measures of `volume`, and against `truth` if there is one; both `[z][y][x]`.
+    ///
+    /// # Errors
+    /// [`PhantomError::Radon`] if a volume does not have the camera's number of voxels.
+    pub fn of(
+        volume: &[f32],
+        truth: Option<&[f32]>,
+        regions: &Regions,
+        camera: &Camera,
+    ) -> Result<Self, PhantomError> {
+        let within = |mask: &Mask| MaskedStats::of(volume, mask.as_slice());
+        let wall = within(&regions.wall)?;
+        Ok(Self {
+            rmse_truth: match truth {
+                Some(truth) => rmse_within(volume, truth, &regions.disc)?,
+                None => None,
+            },
+            wall_mean: wall.map(|stats| stats.mean),
+            wall_std: wall.map(|stats| stats.std),
+            background_rms: within(&regions.background)?.map(|stats| stats.rms),
+            cavity_mean: within(&regions.cavity)?.map(|stats| stats.mean),
+            total_activity: MaskedStats::of(volume, &regions.disc)?
+                .map(|stats| stats.sum * camera.grid().voxel_volume()),
+        })
+    }
+}
