@@ -26,6 +26,16 @@ impl Default for View {
     }
 }
 
+impl View {
+    /// The unit vector from the scene to the viewer; what is left of it across a body's axis is the normal of a cut
+    /// along that axis which faces the viewer.
+    pub fn toward(&self) -> [f64; 3] {
+        let (sa, ca) = self.azimuth.sin_cos();
+        let (se, ce) = self.elevation.sin_cos();
+        [ce * ca, ce * sa, se]
+    }
+}
+
 /// An orthographic camera over a rectangle of a picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Camera {
@@ -49,8 +59,7 @@ impl Camera {
     ) -> Result<Self, FigureError> {
         check::finite("view", &[view.azimuth, view.elevation])?;
         let (sa, ca) = view.azimuth.sin_cos();
-        let (se, ce) = view.elevation.sin_cos();
-        let toward = Vector3::new(ce * ca, ce * sa, se);
+        let toward = Vector3::from(view.toward());
         let right = Vector3::new(-sa, ca, 0.0);
         let up = toward.cross(&right);
         let light = |x: f64, y: f64, z: f64| (x * right + y * up + z * toward).normalize();

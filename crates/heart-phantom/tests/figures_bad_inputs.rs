@@ -1,0 +1,297 @@
+//! Figures refuse bad input with the numbers that show why, and accept what is merely unusual.
+#![cfg(feature = "figures")]
+
+use std::f64::consts::PI;
+
+use heart_phantom::figures::*;
+use revolve_voxel::Pose;
+
+/// Half an ellipse [x, y] from (0, b) over the apex (a, 0) to (0, -b).
+fn half_ellipse(a: f64, b: f64) -> Vec<[f64; 2]> {
+    (0..=100)
+        .map(|i| 0.5 * PI * (1.0 - f64::from(i) / 50.0))
+        .map(|t| [a * t.cos(), b * t.sin()])
+        .collect()
+}
+
+/// A soft ball of radius `r` voxels in a cube of `n`.
+fn ball(n: usize, r: f64) -> Vec<f32> {
+    let middle = 0.5 * (n as f64 - 1.0);
+    (0..n * n * n)
+        .map(|i| {
+            let d: f64 = [i % n, i / n % n, i / n / n]
+                .iter()
+                .map(|&k| (k as f64 - middle).powi(2))
+                .sum();
+            (0.5 + r - d.sqrt()).clamp(0.0, 1.0) as f32
+        })
+        .collect()
+}
+
+const FRONT: View = View {
+    azimuth: 0.0,
+    elevation: 0.0,
+};
+
+fn iso(level: f32) -> IsoView {
+    IsoView {
+        level,
+        view: FRONT,
+        cut: None,
+    }
+}
+
+#[test]
+fn bad_input_is_refused_with_its_numbers() {
+    use FigureError::*;
+    let good = half_ellipse(8.0, 2.0);
+    let mut nan = good.clone();
+    nan[7][1] = f64::NAN;
+    let shape = |nodes| Shape {
+        nodes,
+        load: 1.0,
+        area: 2.0,
+        volume: 3.0,
+    };
+    assert!(matches!(
+        shapes(&[]),
+        Err(TooFew {
+            given: 0,
+            needed: 1,
+            ..
+        })
+    ));
+    assert!(matches!(
+        shapes(&[shape(&good[..2])]),
+        Err(TooFew {
+            given: 2,
+            needed: 3,
+            ..
+        })
+    ));
+    assert!(matches!(
+        shapes(&[shape(&nan)]),
+        Err(NotFinite { index: 7, .. })
+    ));
+    assert!(matches!(
+        shapes(&[shape(&[[1.0, 1.0]; 5])]),
+        Err(Interval { .. })
+    ));
+    assert!(matches!(
+        shapes(&[shape(&[[-1e308, 0.0], [1e308, 1.0], [0.0, 0.0]])]),
+        Err(Interval { .. })
+    ));
+    let infinite = Shape {
+        load: f64::INFINITY,
+        ..shape(&good)
+    };
+    assert!(matches!(
+        shapes(&[infinite]),
+        Err(NotFinite { index: 0, .. })
+    ));
+
+    let history = |norms| History { label: "", norms };
+    assert!(matches!(histories("", None, &[]), Err(TooFew { .. })));
+    assert!(matches!(
+        histories("", None, &[history(&[])]),
+        Err(TooFew { .. })
+    ));
+    assert!(matches!(
+        histories("", None, &[history(&[1.0, f64::NAN])]),
+        Err(NotFinite { index: 1, .. })
+    ));
+    assert!(matches!(
+        histories("", None, &[history(&[1.0, -2.0])]),
+        Err(NotPositive { given: -2.0, .. })
+    ));
+    assert!(matches!(
+        histories("", Some(0.0), &[history(&[1.0])]),
+        Err(NotPositive { .. })
+    ));
+    // Zeros and a single value are drawn.
+    assert!(histories("", None, &[history(&[0.0])]).is_ok());
+
+    let frame = |elastic| ForceFrame {
+        iteration: 0,
+        nodes: &good,
+        elastic,
+        pressure: &good,
+    };
+    assert!(matches!(force_frames(&[]), Err(TooFew { .. })));
+    assert!(matches!(
+        force_frames(&[frame(&good[1..])]),
+        Err(Mismatch {
+            given: 100,
+            expected: 101,
+            ..
+        })
+    ));
+    assert!(matches!(
+        force_frames(&[frame(&nan)]),
+        Err(NotFinite { index: 7, .. })
+    ));
+    let still = vec![[0.0; 2]; good.len()];
+    let rest = ForceFrame {
+        iteration: 0,
+        nodes: &good,
+        elastic: &still,
+        pressure: &still,
+    };
+    assert!(force_frames(&[rest]).is_ok());
+
+    let state = |outer| WallState {
+        title: "",
+        inner: &good,
+        outer,
+    };
+    assert!(matches!(wall_meshes(&[], 5, 50), Err(TooFew { .. })));
+    assert!(matches!(
+        wall_meshes(&[state(&good[1..])], 5, 50),
+        Err(Mismatch { .. })
+    ));
+    assert!(matches!(
+        wall_meshes(&[state(&good)], 0, 50),
+        Err(TooFew { .. })
+    ));
+    assert!(matches!(bodies(&[]), Err(TooFew { .. })));
+    assert!(matches!(bodies(&[state(&nan)]), Err(NotFinite { .. })));
+    let flat = vec![[1.0, 1.0]; good.len()];
+    assert!(matches!(bodies(&[state(&flat)]), Err(Body(_))));
+    assert!(matches!(
+        poses(&state(&good), &[], FRONT),
+        Err(TooFew { .. })
+    ));
+    let nowhere = View {
+        azimuth: f64::NAN,
+        elevation: 0.0,
+    };
+    assert!(matches!(
+        poses(&state(&good), &[("", Pose::identity())], nowhere),
+        Err(NotFinite { .. })
+    ));
+
+    let image = |values| Projection { angle: 0.0, values };
+    assert!(matches!(projections(&[], 4, 1.0), Err(TooFew { .. })));
+    assert!(matches!(
+        projections(&[image(&[0.0; 15])], 4, 1.0),
+        Err(Mismatch { .. })
+    ));
+    assert!(matches!(
+        projections(&[image(&[0.0; 16])], 0, 1.0),
+        Err(TooFew { .. })
+    ));
+    assert!(matches!(
+        projections(&[image(&[0.0; 16])], 4, 0.0),
+        Err(NotPositive { .. })
+    ));
+    assert!(matches!(
+        projections(&[image(&[f32::NAN; 16])], 4, 1.0),
+        Err(NotFinite { .. })
+    ));
+    assert!(projections(&[image(&[0.0; 16])], 4, 1.0).is_ok());
+
+    let values = ball(8, 3.0);
+    let volume = Volume {
+        values: &values,
+        size: [8; 3],
+        spacing: 1.0,
+    };
+    let z = Plane::Z(3);
+    let window = [0.0, 1.0];
+    assert!(matches!(
+        slice(&volume, Plane::Z(8), window, ""),
+        Err(OutOfRange {
+            given: 8,
+            len: 8,
+            ..
+        })
+    ));
+    assert!(matches!(
+        slice(&volume, z, [1.0, 1.0], ""),
+        Err(Interval { .. })
+    ));
+    assert!(matches!(
+        slice(&volume, z, [0.0, f64::NAN], ""),
+        Err(Interval { .. })
+    ));
+    assert!(matches!(
+        slices(&volume, &[], window, ""),
+        Err(TooFew { .. })
+    ));
+    let short = Volume {
+        size: [8, 8, 9],
+        ..volume
+    };
+    assert!(matches!(
+        slice(&short, z, window, ""),
+        Err(Mismatch {
+            given: 512,
+            expected: 576,
+            ..
+        })
+    ));
+    let huge = Volume {
+        size: [usize::MAX; 3],
+        ..volume
+    };
+    assert!(matches!(isosurface(&huge, &iso(0.5)), Err(Mismatch { .. })));
+    let unscaled = Volume {
+        spacing: -1.0,
+        ..volume
+    };
+    assert!(matches!(
+        isosurface(&unscaled, &iso(0.5)),
+        Err(NotPositive { .. })
+    ));
+    let mut broken = values.clone();
+    broken[100] = f32::INFINITY;
+    let broken = Volume {
+        values: &broken,
+        ..volume
+    };
+    assert!(matches!(
+        isosurface(&broken, &iso(0.5)),
+        Err(NotFinite { index: 100, .. })
+    ));
+    assert!(matches!(
+        isosurface(&volume, &iso(0.0)),
+        Err(NotPositive { .. })
+    ));
+    let cut = IsoView {
+        cut: Some(([0.0; 3], 1.0)),
+        ..iso(0.5)
+    };
+    assert!(matches!(isosurface(&volume, &cut), Err(NotPositive { .. })));
+
+    let study = CircleStudy {
+        initial: &good,
+        solution: &good,
+        centre: [0.0; 2],
+        radius: 1.0,
+        n_nodes: &[10, 20],
+        errors: &[1e-2, 2.5e-3],
+        order: 2.0,
+    };
+    assert!(circle(&study).is_ok());
+    assert!(matches!(
+        circle(&CircleStudy {
+            n_nodes: &[10],
+            ..study
+        }),
+        Err(Mismatch { .. })
+    ));
+    assert!(matches!(
+        circle(&CircleStudy {
+            errors: &[1.0, 0.0],
+            ..study
+        }),
+        Err(NotPositive { .. })
+    ));
+    assert!(matches!(
+        circle(&CircleStudy {
+            radius: f64::NAN,
+            ..study
+        }),
+        Err(NotPositive { .. })
+    ));
+}
