@@ -1,0 +1,190 @@
+//! Acquisitions and truth against conservation, symmetry and each other.
+
+use heart_phantom::{
+    Acquisition, Camera, Cycle, Heart, Measures, PhantomError, Regions, Sinograms, acquire, truth,
+};
+
+const WALL: [f64; 2] = [0.0, 1.0];
+const SIZE: usize = 48;
+const VIEWS: usize = 12;
+
+fn take(heart: &Heart, acquisition: Acquisition, gain: f64) -> Sinograms {
+    let camera = Camera::new(VIEWS, SIZE, 16.0).unwrap();
+    let cycle = Cycle::new(65.0, gain).unwrap();
+    acquire(heart, &camera, &cycle, acquisition, WALL, &|_| ()).unwrap()
+}
+
+fn wall_volume(heart: &Heart) -> f64 {
+    heart.pair().wall_volume()
+}
+
+#[test]
+fn every_view_of_every_acquisition_holds_the_wall_volume() {
+    let heart = Heart::study(101).unwrap();
+    let exact = wall_volume(&heart);
+    for acquisition in [
+        Acquisition::Static { phase: 0.3 },
+        Acquisition::Instants { interval: 1.0 },
+        Acquisition::WholeCycle { points: 8 },
+    ] {
+        let sinograms = take(&heart, acquisition, 0.6);
+        let pixel = (16.0 / SIZE as f64).powi(2);
+        for view in sinograms.samples.chunks(SIZE * SIZE) {
+            let sum: f64 = view.iter().map(|&v| f64::from(v)).sum();
+            // The midpoint rule on 48 x 48 chords that end like square roots at the silhouette:
+            // O(h^1.5), measured at most 4e-3.
+            assert!((sum * pixel / exact - 1.0).abs() < 1e-2, "{}", sum * pixel);
+        }
+    }
+}
+
+#[test]
+fn phases_are_solved_once_and_mirrored_phases_share_a_shape() {
+    let heart = Heart::study(101).unwrap();
+    let camera = Camera::new(90, 16, 16.0).unwrap();
+    let cycle = Cycle::new(65.0, 0.6).unwrap();
+    let short = Acquisition::Instants { interval: 1.0 };
+    let sinograms = acquire(&heart, &camera, &cycle, short, WALL, &|_| ()).unwrap();
+    // 90 views, 13/12 of a cycle apart: 12 phases, which are 7 gains.
+    assert_eq!(sinograms.distinct_phases, 12);
+    assert_eq!((sinograms.distinct_shapes, heart.shapes_solved()), (7, 7));
+    let rays = sinograms.rays;
+    assert_eq!(rays.cast + rays.skipped, 90 * 16 * 16);
+    // The body's shadow is about a third of the field of view.
+    assert!(rays.skipped > rays.cast);
+    acquire(&heart, &camera, &cycle, short, WALL, &|_| ()).unwrap();
+    assert_eq!(heart.shapes_solved(), 7);
+}
+
+#[test]
+fn a_heart_that_does_not_beat_looks_the_same_in_all_acquisitions() {
+    let heart = Heart::study(101).unwrap();
+    let still = take(&heart, Acquisition::Static { phase: 0.0 }, 0.0);
+    let short = take(&heart, Acquisition::Instants { interval: 1.0 }, 0.0);
+    let long = take(&heart, Acquisition::WholeCycle { points: 4 }, 0.0);
+    assert_eq!(still.samples, short.samples);
+    for (a, b) in still.samples.iter().zip(&long.samples) {
+        // Two halves of weight 1/2, each rounded to f32.
+        assert!((a - b).abs() <= 2.0 * f32::EPSILON * a.abs());
+    }
+    assert!(long.quadrature_error.unwrap() < 1e-6);
+    assert_eq!(heart.shapes_solved(), 1);
+}
+
+#[test]
+fn the_average_over_a_cycle_is_the_mean_of_static_scans() {
+    let heart = Heart::study(101).unwrap();
+    let long = take(&heart, Acquisition::WholeCycle { points: 6 }, 0.6);
+    let mut mean = vec![0.0f64; long.samples.len()];
+    for j in 0..6 {
+        let phase = f64::from(j) / 6.0;
+        let still = take(&heart, Acquisition::Static { phase }, 0.6);
+        for (sum, v) in mean.iter_mut().zip(&still.samples) {
+            *sum += f64::from(*v) / 6.0;
+        }
+    }
+    for (a, b) in long.samples.iter().zip(&mean) {
+        // Six additions in f32.
+        assert!((f64::from(*a) - b).abs() < 6.0 * f64::from(f32::EPSILON) * 10.0);
+    }
+}
+
+#[test]
+fn the_quadrature_error_falls_and_bounds_the_next() {
+    let heart = Heart::study(101).unwrap();
+    let errors: Vec<f64> = [4, 8, 16, 32]
+        .into_iter()
+        .map(|points| {
+            take(&heart, Acquisition::WholeCycle { points }, 0.6)
+                .quadrature_error
+                .unwrap()
+        })
+        .collect();
+    // Chords end like square roots where the silhouette passes in time, so the rule converges
+    // like n^-1.5: a factor 2.8 a doubling; 2 leaves room for the sampling of the silhouette.
+    for pair in errors.windows(2) {
+        assert!(pair[1] < pair[0] / 2.0, "{errors:?}");
+    }
+}
+
+#[test]
+fn same_bits_for_any_number_of_threads() {
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let heart = Heart::study(101).unwrap();
+            let camera = Camera::new(VIEWS, SIZE, 16.0).unwrap();
+            let cycle = Cycle::new(65.0, 0.6).unwrap();
+            let long = Acquisition::WholeCycle { points: 8 };
+            let sinograms = acquire(&heart, &camera, &cycle, long, WALL, &|_| ()).unwrap();
+            let volume = truth(&heart, &camera, &cycle, long, WALL, 1e-3).unwrap();
+            (sinograms.samples, sinograms.quadrature_error, volume)
+        })
+    };
+    assert!(run(1) == run(2) && run(1) == run(3));
+}
+
+#[test]
+fn truth_holds_the_wall_volume_and_measures_itself_as_perfect() {
+    let heart = Heart::study(201).unwrap();
+    let camera = Camera::new(VIEWS, 96, 16.0).unwrap();
+    let cycle = Cycle::new(65.0, 0.6).unwrap();
+    let regions = Regions::new(&heart, &camera, &cycle).unwrap();
+    assert!(regions.wall.count() > 0 && regions.cavity.count() > 0);
+    for acquisition in [
+        Acquisition::Static { phase: 0.0 },
+        Acquisition::WholeCycle { points: 4 },
+    ] {
+        let volume = truth(&heart, &camera, &cycle, acquisition, WALL, 1e-4).unwrap();
+        let measures = Measures::of(&volume, Some(&volume), &regions, &camera).unwrap();
+        assert_eq!(measures.rmse_truth, Some(0.0));
+        assert_eq!(measures.background_rms, Some(0.0));
+        assert_eq!(measures.cavity_mean, Some(0.0));
+        // Voxels in the wall at all phases: one, but for the rounding of the weights in f32.
+        assert!((measures.wall_mean.unwrap() - 1.0).abs() < 1e-6);
+        assert!(measures.wall_std.unwrap() < 1e-6);
+        // Fractions right to 1e-4 each, with errors of either sign.
+        let total = measures.total_activity.unwrap();
+        assert!((total / wall_volume(&heart) - 1.0).abs() < 1e-5, "{total}");
+    }
+}
+
+#[test]
+fn bad_input_is_refused_with_its_numbers() {
+    let heart = Heart::study(101).unwrap();
+    let camera = Camera::new(2, 8, 16.0).unwrap();
+    let cycle = Cycle::new(65.0, 0.6).unwrap();
+    let try_it = |acquisition| acquire(&heart, &camera, &cycle, acquisition, WALL, &|_| ());
+    assert!(matches!(
+        try_it(Acquisition::WholeCycle { points: 7 }),
+        Err(PhantomError::Odd { given: 7, .. })
+    ));
+    assert!(matches!(
+        try_it(Acquisition::WholeCycle { points: 0 }),
+        Err(PhantomError::Count { given: 0, .. })
+    ));
+    for bad in [f64::NAN, f64::INFINITY, -1.0] {
+        assert!(try_it(Acquisition::Instants { interval: bad }).is_err());
+    }
+    assert!(try_it(Acquisition::Static { phase: f64::NAN }).is_err());
+    let still = Acquisition::Static { phase: 0.0 };
+    assert!(acquire(&heart, &camera, &cycle, still, [f64::NAN, 1.0], &|_| ()).is_err());
+    assert!(truth(&heart, &camera, &cycle, still, WALL, 0.0).is_err());
+    assert!(matches!(
+        camera.rays(2),
+        Err(PhantomError::Count {
+            given: 2,
+            max: 1,
+            ..
+        })
+    ));
+    assert!(Camera::new(0, 8, 16.0).is_err());
+    assert!(Camera::new(2, 0, 16.0).is_err());
+    assert!(Camera::new(2, 8, f64::NAN).is_err());
+    assert!(Heart::study(2).is_err());
+    assert!(heart.shapes(&[f64::NAN]).is_err());
+    assert!(heart.shapes(&[-1.0]).is_err());
+}

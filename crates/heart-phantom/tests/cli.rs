@@ -1,0 +1,166 @@
+//! The command line: the whole study, small, and what it says to bad input.
+#![cfg(feature = "cli")]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn heart_phantom(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn paper(out: &Path, arguments: &[&str]) -> Output {
+    let out = out.to_str().unwrap();
+    heart_phantom(&[&["paper", "--out", out], arguments].concat())
+}
+
+const SMALL: [&str; 6] = ["--size", "48", "--views", "24", "--nodes", "101"];
+
+fn number(report: &serde_json::Value, path: &str) -> f64 {
+    let value = path.split('.').fold(report, |value, key| &value[key]);
+    value.as_f64().unwrap_or_else(|| panic!("{path}: {value}"))
+}
+
+#[test]
+fn the_study_writes_its_report_figures_and_arrays() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = paper(folder.path(), &SMALL);
+    assert!(output.status.success(), "{output:?}");
+    let text = std::fs::read_to_string(folder.path().join("report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let get = |path: &str| number(&report, path);
+
+    for balloon in ["inner", "outer"] {
+        for measure in ["length", "area", "volume"] {
+            let discrete = get(&format!("rest.{balloon}.{measure}"));
+            let exact = get(&format!("rest.{balloon}.{measure}_exact"));
+            // Second order in 1/100 of the curve; the constant is below 10 for each measure.
+            assert!((discrete / exact - 1.0).abs() < 1e-3, "{balloon} {measure}");
+        }
+    }
+    // The converged references; the mesh-independent values hold to all their digits.
+    assert!((get("direct.limit.f_inner") - 17.48357527761).abs() < 1e-9);
+    assert!((get("direct.limit.f_outer") - 10.30942447850).abs() < 1e-9);
+    assert!((get("direct.f_inner") / 17.48357527761 - 1.0).abs() < 1e-3);
+    assert!((get("direct.f_outer") / 10.30942447850 - 1.0).abs() < 1e-3);
+    assert!(get("direct.wall_volume_error").abs() < 1e-12);
+    assert!(get("direct.newton_iterations") <= 8.0);
+    assert!(get("direct.residual") < 1e-8);
+    assert!((get("direct.V_inner") / get("rest.inner.volume") - 1.6).abs() < 1e-10);
+    assert!(get("direct.V_outer") > get("direct.V_inner"));
+    assert!(get("direct.printed_jacobian_residual_after_60") > 1.0);
+    assert!(get("evolving.steps") <= 10.0);
+    assert!(get("evolving.residual") <= 1e-4);
+    assert_eq!(report["evolving"]["monotone"], true);
+    assert_eq!(report["evolving"]["small_step_monotone"], false);
+    assert!(get("evolving.distance_to_direct") < 1e-4);
+    assert!((get("circle.order") - 2.0).abs() < 0.01);
+    assert_eq!(get("short.distinct_shapes"), 12.0);
+    assert_eq!(get("long.quadrature_points"), 32.0);
+    assert!(get("long.quadrature_error") < 0.01);
+    let wall = get("rest.outer.volume") - get("rest.inner.volume");
+    for prefix in ["", "hann."] {
+        for name in ["static", "short", "long"] {
+            let of = |key: &str| get(&format!("{prefix}{name}.{key}"));
+            assert!((of("total_activity") / wall - 1.0).abs() < 0.02);
+            assert!(of("background_rms") > 0.0);
+        }
+        assert!(report["short"].get("rmse_truth").is_none());
+        let background = |name: &str| get(&format!("{prefix}{name}.background_rms"));
+        assert!(background("long") < background("short"));
+    }
+    for key in ["solve", "project", "reconstruct", "total"] {
+        assert!(get(&format!("time.{key}")) > 0.0);
+    }
+    if cfg!(target_os = "linux") {
+        assert!(get("peak_memory_bytes") > 1e6);
+    }
+
+    let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
+    for figure in 8..=18 {
+        let name = format!("fig{figure:02}-");
+        let shown = page.matches(&format!("src=\"{name}")).count();
+        assert_eq!(
+            shown,
+            if (15..=17).contains(&figure) { 3 } else { 1 },
+            "{name}"
+        );
+    }
+    for name in ["static", "short", "long"] {
+        let npy = |what: &str| {
+            let path = folder.path().join(format!("{name}-{what}.npy"));
+            npyz::NpyFile::new(std::fs::File::open(path).unwrap()).unwrap()
+        };
+        assert_eq!(npy("sinogram").shape(), &[24, 48, 48]);
+        assert_eq!(npy("ram-lak").shape(), &[48, 48, 48]);
+        assert_eq!(npy("hann").shape(), &[48, 48, 48]);
+    }
+}
+
+#[test]
+fn results_do_not_depend_on_threads_or_figures() {
+    let runs: Vec<tempfile::TempDir> =
+        [&["--threads", "1", "--no-figures"][..], &["--threads", "2"]]
+            .into_iter()
+            .map(|extra| {
+                let folder = tempfile::tempdir().unwrap();
+                let small = ["--size", "32", "--views", "6", "--nodes", "51"];
+                let output = paper(folder.path(), &[&small, extra].concat());
+                assert!(output.status.success(), "{output:?}");
+                folder
+            })
+            .collect();
+    for name in ["static", "short", "long"] {
+        for what in ["sinogram", "ram-lak", "hann"] {
+            let bytes = |run: &tempfile::TempDir| {
+                std::fs::read(run.path().join(format!("{name}-{what}.npy"))).unwrap()
+            };
+            assert!(bytes(&runs[0]) == bytes(&runs[1]), "{name} {what}");
+        }
+    }
+    assert!(!runs[0].path().join("index.html").exists());
+}
+
+#[test]
+fn bad_input_is_refused_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    for (arguments, says) in [
+        (["--size", "0"], "size"),
+        (["--size", "1000000"], "size"),
+        (["--size", "many"], "--size"),
+        (["--views", "0"], "views"),
+        (["--gain", "-0.5"], "gain"),
+        (["--gain", "NaN"], "gain"),
+        (["--gain", "1e9"], "gain"),
+        (["--bpm", "0"], "bpm"),
+        (["--bpm", "inf"], "bpm"),
+        (["--nodes", "2"], "nodes"),
+        (["--threads", "0"], "threads"),
+        (["--colour", "red"], "--colour"),
+    ] {
+        let output = paper(&out, &arguments);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+        assert!(error.contains(says), "{arguments:?}: {error}");
+        assert!(!error.contains("panicked"), "{error}");
+        assert!(!out.exists(), "{arguments:?} wrote something");
+    }
+    assert_eq!(heart_phantom(&["paper"]).status.code(), Some(2));
+    assert_eq!(heart_phantom(&[]).status.code(), Some(2));
+    assert!(heart_phantom(&["--help"]).status.success());
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "in the way").unwrap();
+    let output = paper(&file.join("out"), &SMALL);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(error.contains(file.to_str().unwrap()), "{error}");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "in the way");
+}
