@@ -13,10 +13,11 @@ use crate::figures::{
 };
 use crate::{Balloon, HeartShape};
 use revolve_voxel::Pose;
+use revolve_voxel::nalgebra::Vector3;
 use std::sync::Arc;
 
 /// Grey values of the reconstructions: the same for all three, so that streaks can be compared.
-const WINDOW: [f64; 2] = [-0.2, 1.2];
+const WINDOW: [f64; 2] = [-0.25, 1.25];
 /// From where solids are looked at.
 const VIEW: View = View {
     azimuth: 0.4,
@@ -304,11 +305,14 @@ pub(super) fn reconstruction(
         &slices(&volume, &planes, WINDOW, "activity")?,
         format!("Fig. {number}b: slices of the same."),
     )?;
+    // Cut through the body's axis, facing the viewer: the wall's inside, and what motion does to it.
+    let axis = run.heart.pose().axis();
+    let toward = Vector3::from(VIEW.toward());
+    let normal = toward - axis * toward.dot(&axis);
     let view = IsoView {
         level: 0.5,
         view: VIEW,
-        // Through the middle, facing the viewer: the wall's inside, and what streaks do to it.
-        cut: Some(([VIEW.azimuth.cos(), VIEW.azimuth.sin(), 0.0], 0.0)),
+        cut: Some((normal.into(), 0.0)),
     };
     gallery.picture(
         &of("volume"),
