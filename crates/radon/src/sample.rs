@@ -10,12 +10,9 @@ pub(crate) mod sealed {
     pub trait Sealed: realfft::FftNum + crate::simd::Vectors {
         /// `self * a + b` with one rounding.
         fn fused(self, a: Self, b: Self) -> Self;
-        /// Integer part of a value in the range of `i32`.
-        fn truncated(self) -> i32;
+
         /// The integer as a sample.
         fn whole(i: i32) -> Self;
-        /// The value held within `[lo, hi]`.
-        fn held(self, lo: Self, hi: Self) -> Self;
     }
 }
 
@@ -65,16 +62,8 @@ macro_rules! sample {
                 self.mul_add(a, b)
             }
             #[inline(always)]
-            fn truncated(self) -> i32 {
-                self as i32
-            }
-            #[inline(always)]
             fn whole(i: i32) -> Self {
                 i as $t
-            }
-            #[inline(always)]
-            fn held(self, lo: Self, hi: Self) -> Self {
-                self.max(lo).min(hi)
             }
         }
         impl Sample for $t {

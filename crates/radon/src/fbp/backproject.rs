@@ -7,12 +7,12 @@ use rayon::prelude::*;
 use crate::fbp::aligned;
 use crate::geometry::{ImageGrid, ParallelGeometry};
 use crate::sample::Sample;
-use crate::simd::{InstructionSet, RUN, Tile, ViewStep, add_views};
+use crate::simd::{InstructionSet, RUN, Tile, ViewStep, WINDOW, add_views};
 
 /// Zero samples in front of a filtered row.
 pub(crate) const MARGIN: usize = 2;
-/// Zero samples behind it: a run of pixels may read two vectors beyond its first sample.
-const TAIL: usize = 36;
+/// Zero samples behind it: room for what a run of pixels beyond the end reads.
+const TAIL: usize = WINDOW + 4;
 
 /// Runs and rows of a tile: its sums and the samples that a group of views needs for it stay in the first-level cache.
 fn tile_shape(lanes: usize) -> (usize, usize) {

@@ -5,8 +5,8 @@
 mod tile;
 mod vector;
 
-pub(crate) use tile::{RUN, Tile, ViewStep, add_views};
-pub(crate) use vector::Vectors;
+pub(crate) use tile::{Tile, ViewStep, add_views};
+pub(crate) use vector::{RUN, Vectors, WINDOW};
 
 /// Instruction set that the kernels of a plan use.
 ///

@@ -2,10 +2,8 @@
 
 use crate::sample::Sample;
 use crate::simd::InstructionSet;
-use crate::simd::vector::Vector;
+use crate::simd::vector::{RUN, Vector};
 
-/// Pixels along x that share one base sample in a row.
-pub(crate) const RUN: usize = 16;
 /// Views whose part of a tile is added up in registers.
 const GROUP: usize = 8;
 
@@ -14,6 +12,8 @@ pub(crate) struct ViewStep<T> {
     first: f64,
     dx: f64,
     dy: f64,
+    /// Way from the first pixel of a run to the one with the least position.
+    least_dx: f64,
     /// `l * dx` for the pixels of a run.
     lane_dx: [T; RUN],
 }
@@ -24,6 +24,7 @@ impl<T: Sample> ViewStep<T> {
             first,
             dx,
             dy,
+            least_dx: (dx * (RUN - 1) as f64).min(0.0),
             lane_dx: std::array::from_fn(|l| T::of(l as f64 * dx)),
         }
     }
@@ -33,14 +34,14 @@ impl<T: Sample> ViewStep<T> {
     #[inline(always)]
     fn place(&self, ix: f64, iy: f64, n: f64) -> (usize, T, T) {
         let u = self.first + iy * self.dy + ix * self.dx;
-        let least = u.min(u + (RUN - 1) as f64 * self.dx);
+        let least = u + self.least_dx;
         let most = n + 3.0;
-        let base = least.max(0.0).min(most) as u32;
-        (
-            base as usize,
-            T::of(u - f64::from(base)),
-            T::of(most - f64::from(base)),
-        )
+        let least = if least > 0.0 { least } else { 0.0 };
+        let least = if least < most { least } else { most };
+        // SAFETY: a plan keeps rows far below 2^31 samples, and NaN has become 0.
+        let base: i32 = unsafe { least.to_int_unchecked() };
+        let from = f64::from(base);
+        (base as usize, T::of(u - from), T::of(most - from))
     }
 }
 
@@ -111,20 +112,6 @@ unsafe fn add_lanes<T: Sample, V: Vector<T>>(lanes: usize, tile: &Tile<'_, T>, s
     }
 }
 
-/// Index and weight of the pixels of one run.
-#[inline(always)]
-fn locate<T: Sample>(view: &ViewStep<T>, first: T, most: T) -> ([u32; RUN], [T; RUN]) {
-    let mut index = [0; RUN];
-    let mut weight = [T::ZERO; RUN];
-    for l in 0..RUN {
-        let t = (first + view.lane_dx[l]).held(T::ZERO, most);
-        let j = t.truncated();
-        index[l] = j as u32;
-        weight[l] = t - T::whole(j);
-    }
-    (index, weight)
-}
-
 /// Many slices: `N` vectors of them.
 ///
 /// # Safety
@@ -135,14 +122,15 @@ unsafe fn add_block<T: Sample, V: Vector<T>, const N: usize>(tile: &Tile<'_, T>,
     for (group, views) in tile.views.chunks(GROUP).enumerate() {
         for (run, sums) in sums.chunks_exact_mut(RUN * lanes).enumerate() {
             let (r, c) = (run / tile.runs, run % tile.runs);
-            let mut places = [(0, [0; RUN], [T::ZERO; RUN]); GROUP];
+            let mut places = [(0, [0i32; RUN], [T::ZERO; RUN]); GROUP];
             for (k, view) in views.iter().enumerate() {
                 let (base, first, most) = view.place(
                     (tile.ix + c * RUN) as f64,
                     (tile.iy + r) as f64,
                     tile.n as f64,
                 );
-                let (index, weight) = locate(view, first, most);
+                // SAFETY: the caller's promise.
+                let (index, weight) = unsafe { V::locate(first, &view.lane_dx, most) };
                 places[k] = ((group * GROUP + k) * tile.row_len + base, index, weight);
             }
             let places = &places[..views.len()];
@@ -173,22 +161,26 @@ unsafe fn add_block<T: Sample, V: Vector<T>, const N: usize>(tile: &Tile<'_, T>,
 }
 
 /// One slice.
+///
+/// # Safety
+/// The machine has the instruction set of `V`.
 #[inline(always)]
-fn add_one<T: Sample, V: Vector<T>>(tile: &Tile<'_, T>, sums: &mut [T]) {
-    for (view_idx, view) in tile.views.iter().enumerate() {
-        for (run, sums) in sums.chunks_exact_mut(RUN).enumerate() {
-            let (r, c) = (run / tile.runs, run % tile.runs);
-            let (base, first, most) = view.place(
-                (tile.ix + c * RUN) as f64,
-                (tile.iy + r) as f64,
-                tile.n as f64,
-            );
-            let (index, weight) = locate(view, first, most);
-            let row = &tile.filtered[view_idx * tile.row_len + base..];
-            for l in 0..RUN {
-                let (j, w) = (index[l] as usize, weight[l]);
-                let sum = V::multiply_add_one(T::ONE - w, row[j], sums[l]);
-                sums[l] = V::multiply_add_one(w, row[j + 1], sum);
+unsafe fn add_one<T: Sample, V: Vector<T>>(tile: &Tile<'_, T>, sums: &mut [T]) {
+    let (sums, _) = sums.as_chunks_mut::<RUN>();
+    for (view, samples) in tile
+        .views
+        .iter()
+        .zip(tile.filtered.chunks_exact(tile.row_len))
+    {
+        for (r, sums) in sums.chunks_exact_mut(tile.runs).enumerate() {
+            for (c, sums) in sums.iter_mut().enumerate() {
+                let (base, first, most) = view.place(
+                    (tile.ix + c * RUN) as f64,
+                    (tile.iy + r) as f64,
+                    tile.n as f64,
+                );
+                // SAFETY: the caller's promise; behind the largest base there are WINDOW samples of margin.
+                unsafe { V::add_run(sums, &samples[base..], first, &view.lane_dx, most) };
             }
         }
     }

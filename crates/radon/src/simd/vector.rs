@@ -18,7 +18,46 @@ pub trait Vector<T>: Copy {
     unsafe fn multiply_add(self, a: Self, b: Self) -> Self;
     /// The same for single samples.
     fn multiply_add_one(x: T, a: T, b: T) -> T;
+
+    /// Index and weight of each pixel of a run: integer part and remainder of `first + lane_dx`, held within `[0, most]`.
+    #[inline(always)]
+    unsafe fn locate(first: T, lane_dx: &[T; RUN], most: T) -> ([i32; RUN], [T; RUN])
+    where
+        T: Sample,
+    {
+        let mut index = [0; RUN];
+        let mut weight = [T::ZERO; RUN];
+        for l in 0..RUN {
+            let t = first + lane_dx[l];
+            let t = if t > T::ZERO { t } else { T::ZERO };
+            let t = if t < most { t } else { most };
+            // SAFETY: `most` is at most the length of a row, which the plan keeps within `i32`.
+            index[l] = unsafe { t.truncated() };
+            weight[l] = t - T::whole(index[l]);
+        }
+        (index, weight)
+    }
+
+    /// Adds one view to the pixels of a run; `row` starts at the run's base sample and holds `WINDOW` samples at least.
+    #[inline(always)]
+    unsafe fn add_run(sums: &mut [T; RUN], row: &[T], first: T, lane_dx: &[T; RUN], most: T)
+    where
+        T: Sample,
+    {
+        // SAFETY: the caller's promise.
+        let (index, weight) = unsafe { Self::locate(first, lane_dx, most) };
+        for l in 0..RUN {
+            let (j, w) = (index[l] as usize, weight[l]);
+            let sum = Self::multiply_add_one(T::ONE - w, row[j], sums[l]);
+            sums[l] = Self::multiply_add_one(w, row[j + 1], sum);
+        }
+    }
 }
+
+/// Pixels along x that share one base sample in a row.
+pub(crate) const RUN: usize = 16;
+/// Samples that can be read from a base sample on without leaving a row's margins.
+pub(crate) const WINDOW: usize = 32;
 
 /// A 16-byte register without intrinsics; `FUSED` where the target always has a fused multiply-add.
 #[derive(Debug, Clone, Copy)]
@@ -54,6 +93,8 @@ impl<T: Sample, const W: usize, const FUSED: bool> Vector<T> for Plain<T, W, FUS
 
 /// The vectors of a sample type, one per instruction set.
 pub trait Vectors: Sized {
+    /// Integer part of a value in the range of `i32`, which the caller promises.
+    unsafe fn truncated(self) -> i32;
     type Baseline: Vector<Self>;
     #[cfg(target_arch = "aarch64")]
     type Neon: Vector<Self>;
@@ -64,6 +105,11 @@ pub trait Vectors: Sized {
 }
 
 impl Vectors for f32 {
+    #[inline(always)]
+    unsafe fn truncated(self) -> i32 {
+        // SAFETY: the caller's promise.
+        unsafe { self.to_int_unchecked() }
+    }
     type Baseline = Plain<f32, 4, false>;
     #[cfg(target_arch = "aarch64")]
     type Neon = Plain<f32, 4, true>;
@@ -74,6 +120,11 @@ impl Vectors for f32 {
 }
 
 impl Vectors for f64 {
+    #[inline(always)]
+    unsafe fn truncated(self) -> i32 {
+        // SAFETY: the caller's promise.
+        unsafe { self.to_int_unchecked() }
+    }
     type Baseline = Plain<f64, 2, false>;
     #[cfg(target_arch = "aarch64")]
     type Neon = Plain<f64, 2, true>;
@@ -87,10 +138,10 @@ impl Vectors for f64 {
 mod x86 {
     use std::arch::x86_64::*;
 
-    use super::Vector;
+    use super::{RUN, Vector, WINDOW};
 
     macro_rules! vector {
-        ($name:ident, $register:ident, $t:ident, $width:literal, $splat:ident, $load:ident, $store:ident, $fma:ident) => {
+        ($name:ident, $register:ident, $t:ident, $width:literal, $splat:ident, $load:ident, $store:ident, $fma:ident, { $($more:item)* }) => {
             #[derive(Debug, Clone, Copy)]
             pub struct $name($register);
 
@@ -117,6 +168,7 @@ mod x86 {
                 fn multiply_add_one(x: $t, a: $t, b: $t) -> $t {
                     x.mul_add(a, b)
                 }
+                $($more)*
             }
         };
     }
@@ -128,7 +180,36 @@ mod x86 {
         _mm256_set1_ps,
         _mm256_loadu_ps,
         _mm256_storeu_ps,
-        _mm256_fmadd_ps
+        _mm256_fmadd_ps,
+        {
+            #[inline(always)]
+            unsafe fn locate(
+                first: f32,
+                lane_dx: &[f32; RUN],
+                most: f32,
+            ) -> ([i32; RUN], [f32; RUN]) {
+                let (mut index, mut weight) = ([0; RUN], [0.0; RUN]);
+                for half in [0, 8] {
+                    unsafe {
+                        let t = _mm256_add_ps(
+                            _mm256_set1_ps(first),
+                            _mm256_loadu_ps(lane_dx[half..].as_ptr()),
+                        );
+                        let t = _mm256_min_ps(
+                            _mm256_max_ps(t, _mm256_setzero_ps()),
+                            _mm256_set1_ps(most),
+                        );
+                        let j = _mm256_cvttps_epi32(t);
+                        _mm256_storeu_si256(index[half..].as_mut_ptr().cast(), j);
+                        _mm256_storeu_ps(
+                            weight[half..].as_mut_ptr(),
+                            _mm256_sub_ps(t, _mm256_cvtepi32_ps(j)),
+                        );
+                    }
+                }
+                (index, weight)
+            }
+        }
     );
     vector!(
         F64x4,
@@ -138,7 +219,8 @@ mod x86 {
         _mm256_set1_pd,
         _mm256_loadu_pd,
         _mm256_storeu_pd,
-        _mm256_fmadd_pd
+        _mm256_fmadd_pd,
+        {}
     );
     vector!(
         F32x16,
@@ -148,7 +230,59 @@ mod x86 {
         _mm512_set1_ps,
         _mm512_loadu_ps,
         _mm512_storeu_ps,
-        _mm512_fmadd_ps
+        _mm512_fmadd_ps,
+        {
+            #[inline(always)]
+            unsafe fn locate(
+                first: f32,
+                lane_dx: &[f32; RUN],
+                most: f32,
+            ) -> ([i32; RUN], [f32; RUN]) {
+                let (mut index, mut weight) = ([0; RUN], [0.0; RUN]);
+                unsafe {
+                    let (j, w) = locate_16(first, lane_dx, most);
+                    _mm512_storeu_si512(index.as_mut_ptr().cast(), j);
+                    _mm512_storeu_ps(weight.as_mut_ptr(), w);
+                }
+                (index, weight)
+            }
+
+            #[inline(always)]
+            unsafe fn add_run(
+                sums: &mut [f32; RUN],
+                row: &[f32],
+                first: f32,
+                lane_dx: &[f32; RUN],
+                most: f32,
+            ) {
+                // The taps of the whole run lie in two registers unless pixels are almost twice as wide as samples.
+                if lane_dx[RUN - 1].abs() < (WINDOW - 3) as f32 {
+                    let row = &row[..WINDOW];
+                    unsafe {
+                        let (j, w) = locate_16(first, lane_dx, most);
+                        let (a, b) = (
+                            _mm512_loadu_ps(row.as_ptr()),
+                            _mm512_loadu_ps(row[16..].as_ptr()),
+                        );
+                        let p0 = _mm512_permutex2var_ps(a, j, b);
+                        let p1 =
+                            _mm512_permutex2var_ps(a, _mm512_add_epi32(j, _mm512_set1_epi32(1)), b);
+                        let sum = _mm512_fmadd_ps(
+                            _mm512_sub_ps(_mm512_set1_ps(1.0), w),
+                            p0,
+                            _mm512_loadu_ps(sums.as_ptr()),
+                        );
+                        _mm512_storeu_ps(sums.as_mut_ptr(), _mm512_fmadd_ps(w, p1, sum));
+                    }
+                } else {
+                    let (index, weight) = unsafe { Self::locate(first, lane_dx, most) };
+                    for l in 0..RUN {
+                        let (j, w) = (index[l] as usize, weight[l]);
+                        sums[l] = w.mul_add(row[j + 1], (1.0 - w).mul_add(row[j], sums[l]));
+                    }
+                }
+            }
+        }
     );
     vector!(
         F64x8,
@@ -158,6 +292,17 @@ mod x86 {
         _mm512_set1_pd,
         _mm512_loadu_pd,
         _mm512_storeu_pd,
-        _mm512_fmadd_pd
+        _mm512_fmadd_pd,
+        {}
     );
+
+    #[inline(always)]
+    unsafe fn locate_16(first: f32, lane_dx: &[f32; RUN], most: f32) -> (__m512i, __m512) {
+        unsafe {
+            let t = _mm512_add_ps(_mm512_set1_ps(first), _mm512_loadu_ps(lane_dx.as_ptr()));
+            let t = _mm512_min_ps(_mm512_max_ps(t, _mm512_setzero_ps()), _mm512_set1_ps(most));
+            let j = _mm512_cvttps_epi32(t);
+            (j, _mm512_sub_ps(t, _mm512_cvtepi32_ps(j)))
+        }
+    }
 }
