@@ -117,9 +117,17 @@ pub fn ramp_response(window: &Window, cutoff: f64, len: usize) -> Result<Vec<f64
     } else {
         let fine = 16 * len;
         let mut spectrum = ramp_spectrum(fine);
+        let edge = cutoff * (fine / 2) as f64;
+        let stepped = cutoff < 1.0 && !matches!(window, Window::Butterworth { .. });
         for (k, value) in spectrum.iter_mut().enumerate() {
-            let nu = k.min(fine - k) as f64 / (fine / 2) as f64 / cutoff;
-            *value *= window.gain(nu) / fine as f64;
+            let k = k.min(fine - k) as f64;
+            // The frequency whose cell a step falls into counts by the part of the cell before the step.
+            let (nu, part) = if stepped {
+                ((k / edge).min(1.0), (edge - k + 0.5).clamp(0.0, 1.0))
+            } else {
+                (k / edge, 1.0)
+            };
+            *value *= window.gain(nu) * part / fine as f64;
         }
         FftPlanner::new()
             .plan_fft_inverse(fine)

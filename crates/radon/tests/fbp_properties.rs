@@ -3,7 +3,10 @@
 mod common;
 
 use common::{Ellipse, half_turn};
-use radon::{FbpOptions, FbpPlan, ImageGrid, InstructionSet, ParallelGeometry, Skip, StackOrder};
+use radon::{
+    FbpOptions, FbpPlan, FbpReport, ImageGrid, InstructionSet, ParallelGeometry, RadonError, Skip,
+    StackOrder,
+};
 
 /// `n_slices` different ellipses, every third slice empty, as `[slice][view][bin]`.
 fn stack(geometry: &ParallelGeometry, n_slices: usize) -> Vec<f32> {
@@ -182,4 +185,169 @@ fn every_instruction_set_computes_the_same_image_to_rounding() {
             }
         }
     }
+}
+
+#[test]
+fn a_memory_budget_changes_no_bit_and_is_kept() {
+    let geometry = half_turn(50, 41, 1.0);
+    let grid = ImageGrid::square(40, 1.0).unwrap();
+    let projections = stack(&geometry, 70);
+    let plan = |memory| {
+        FbpPlan::<f32>::new(
+            &geometry,
+            &grid,
+            &FbpOptions {
+                memory,
+                ..Default::default()
+            },
+        )
+        .unwrap()
+    };
+    let order = StackOrder::SliceViewBin;
+    let whole = bits(
+        &plan(64 << 20)
+            .reconstruct_stack(&projections, 70, order)
+            .unwrap(),
+    );
+    let largest = plan(64 << 20).work_bytes(70).unwrap();
+    // Fewer views at once, narrower blocks, one slice at a time, one view of it at a time.
+    let smallest = match plan(0).work_bytes(70) {
+        Err(RadonError::BudgetTooSmall { needed, budget: 0 }) => needed,
+        other => panic!("{other:?}"),
+    };
+    for memory in [
+        largest - 1,
+        largest / 2,
+        largest / 8,
+        smallest + 10_000,
+        smallest,
+    ] {
+        let plan = plan(memory);
+        assert!(plan.work_bytes(70).unwrap() <= memory);
+        assert_eq!(
+            whole,
+            bits(&plan.reconstruct_stack(&projections, 70, order).unwrap()),
+            "{memory} bytes"
+        );
+    }
+    assert!(
+        plan(smallest - 1)
+            .reconstruct_stack(&projections, 70, order)
+            .is_err()
+    );
+}
+
+#[test]
+fn slabs_streamed_within_a_budget_have_the_same_bits() {
+    let geometry = half_turn(23, 41, 1.0);
+    let grid = ImageGrid::square(40, 1.0).unwrap();
+    let (n_sinogram, n_image) = (geometry.sinogram_len(), grid.image_len());
+    let projections = stack(&geometry, 70);
+    let memory = 2 * 9 * 4 * (n_sinogram + n_image) + 1; // nine slices a slab
+    let plan = FbpPlan::<f32>::new(
+        &geometry,
+        &grid,
+        &FbpOptions {
+            memory: memory.max(1 << 19),
+            ..Default::default()
+        },
+    )
+    .unwrap();
+    let mut streamed = Vec::new();
+    let mut ranges = Vec::new();
+    let report = plan
+        .stream(
+            70,
+            |slices, slab| {
+                assert_eq!(slab.len(), slices.len() * n_sinogram);
+                slab.copy_from_slice(
+                    &projections[slices.start * n_sinogram..slices.end * n_sinogram],
+                );
+                ranges.push(slices);
+                Ok::<(), RadonError>(())
+            },
+            |slices, images| {
+                assert_eq!(slices.start * n_image, streamed.len());
+                streamed.extend_from_slice(images);
+                Ok(())
+            },
+        )
+        .unwrap();
+    assert!(
+        ranges.len() > 1 && ranges.first().unwrap().start == 0 && ranges.last().unwrap().end == 70
+    );
+    let mut whole = vec![0.0; 70 * n_image];
+    let order = StackOrder::SliceViewBin;
+    let at_once = plan
+        .reconstruct_stack_into(&projections, 70, order, &mut whole, &mut plan.scratch())
+        .unwrap();
+    assert_eq!(bits(&whole), bits(&streamed));
+    assert_eq!(report, at_once);
+    assert_eq!(
+        report,
+        FbpReport {
+            slices_reconstructed: 47,
+            slices_skipped: 23,
+            rows_filtered: 47 * 23,
+            rows_skipped: 23 * 23
+        }
+    );
+}
+
+#[test]
+fn a_dirty_and_oversized_scratch_changes_no_bit() {
+    let (large, small) = (half_turn(23, 41, 1.0), half_turn(7, 12, 1.0));
+    let grid = ImageGrid::square(20, 1.0).unwrap();
+    let plan = |geometry| FbpPlan::<f32>::new(geometry, &grid, &FbpOptions::default()).unwrap();
+    let mut scratch = plan(&large).scratch();
+    let order = StackOrder::SliceViewBin;
+    plan(&large)
+        .reconstruct_stack_into(
+            &stack(&large, 20),
+            20,
+            order,
+            &mut vec![0.0; 20 * 400],
+            &mut scratch,
+        )
+        .unwrap();
+    let (mut used, projections) = (vec![f32::NAN; 5 * 400], stack(&small, 5));
+    plan(&small)
+        .reconstruct_stack_into(&projections, 5, order, &mut used, &mut scratch)
+        .unwrap();
+    assert_eq!(
+        bits(&used),
+        bits(
+            &plan(&small)
+                .reconstruct_stack(&projections, 5, order)
+                .unwrap()
+        )
+    );
+}
+
+#[test]
+fn one_plan_serves_many_threads() {
+    let geometry = half_turn(23, 41, 1.0);
+    let plan = FbpPlan::<f32>::new(
+        &geometry,
+        &ImageGrid::square(32, 1.0).unwrap(),
+        &FbpOptions::default(),
+    )
+    .unwrap();
+    let projections = stack(&geometry, 4);
+    let slice = &|z: usize| {
+        bits(
+            &plan
+                .reconstruct(&projections[z * 23 * 41..][..23 * 41])
+                .unwrap(),
+        )
+    };
+    let one_by_one: Vec<_> = (0..4).map(slice).collect();
+    let at_once: Vec<_> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..4).map(|z| scope.spawn(move || slice(z))).collect();
+        threads
+            .into_iter()
+            .map(|thread| thread.join().unwrap())
+            .collect()
+    });
+    assert_eq!(one_by_one, at_once);
 }

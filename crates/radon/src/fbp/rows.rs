@@ -1,5 +1,6 @@
 //! Filtering of detector rows: pad, real FFT, response, inverse FFT (up-sampled or not).
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
@@ -18,6 +19,8 @@ pub(crate) struct RowFilter<T: Sample> {
     forward: Arc<dyn RealToComplex<T>>,
     inverse: Arc<dyn ComplexToReal<T>>,
     response: Vec<T>,
+    /// Gains of the bins beyond an end under [`EdgePolicy::Fade`].
+    fade: Vec<T>,
 }
 
 /// Work arrays of one thread.
@@ -34,7 +37,7 @@ impl<T: Sample> RowFilter<T> {
         // Twice the row makes the convolution linear; a row that is extended at both ends needs room for that too.
         let len = padded_len(match options.edge {
             EdgePolicy::Zero => 2 * n_bins,
-            EdgePolicy::Repeat => 4 * n_bins,
+            EdgePolicy::Repeat | EdgePolicy::Fade => 4 * n_bins,
         });
         let upsampling = options.interpolation.upsampling();
         let mut planner = RealFftPlanner::<T>::new();
@@ -43,8 +46,16 @@ impl<T: Sample> RowFilter<T> {
             // The Nyquist term stands for two in the longer spectrum.
             response[len / 2] /= 2.0;
         }
+        // As long as a row, which leaves the filter room at the far side of the circle.
+        let fade = match options.edge {
+            EdgePolicy::Fade => (1..=n_bins)
+                .map(|k| T::of(0.5 + 0.5 * (PI * k as f64 / (n_bins + 1) as f64).cos()))
+                .collect(),
+            _ => Vec::new(),
+        };
         Ok(Self {
             n_bins,
+            fade,
             upsampling,
             edge: options.edge,
             forward: planner.plan_fft_forward(len),
@@ -56,6 +67,21 @@ impl<T: Sample> RowFilter<T> {
     /// Samples of a filtered row.
     pub(crate) fn out_len(&self) -> usize {
         self.n_bins * self.upsampling
+    }
+
+    /// Bytes of one thread's work arrays.
+    pub(crate) fn scratch_bytes(&self) -> usize {
+        let spectrum = self.forward.complex_len()
+            + if self.upsampling > 1 {
+                self.inverse.complex_len()
+            } else {
+                0
+            };
+        let fft = self
+            .forward
+            .get_scratch_len()
+            .max(self.inverse.get_scratch_len());
+        (self.forward.len() + self.inverse.len() + 2 * (spectrum + fft)) * size_of::<T>()
     }
 
     pub(crate) fn scratch(&self) -> RowScratch<T> {
@@ -94,6 +120,17 @@ impl<T: Sample> RowFilter<T> {
                 let middle = n + (row.len() - n) / 2;
                 row[n..middle].fill(input[n - 1]);
                 row[middle..].fill(input[0]);
+            }
+            EdgePolicy::Fade => {
+                // The right end fades behind the row, the left end in front of it, which is the far end of the circle.
+                let (behind, front) = row[n..].split_at_mut(self.fade.len());
+                for (value, &gain) in behind.iter_mut().zip(&self.fade) {
+                    *value = input[n - 1] * gain;
+                }
+                front.fill(T::ZERO);
+                for (value, &gain) in front.iter_mut().rev().zip(&self.fade) {
+                    *value = input[0] * gain;
+                }
             }
         }
         // The transforms fail only on wrong lengths, which the planner's own vectors rule out, or on a complex value at
