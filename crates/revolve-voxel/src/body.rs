@@ -1,6 +1,6 @@
 //! Nested solids with an activity per region, and single rays through them.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use crate::chord::{Direction, Hint};
 use crate::error::{finite, length};
@@ -55,6 +55,74 @@ impl Body {
         } else {
             own - self.layers[region - 1].measures()
         }
+    }
+
+    /// Smallest box in the lab, along its axes, that holds one layer: its lowest and highest corner.
+    ///
+    /// # Panics
+    /// If there is no such layer.
+    pub fn bounding_box(&self, layer: usize) -> [Point3<f64>; 2] {
+        let axis = self.pose.axis();
+        let origin = self.pose.to_lab(&Point3::origin());
+        let mut corners = [Point3::origin(); 2];
+        for e in 0..3 {
+            // A parallel of radius r reaches r sin(angle between axis and e) to either side of its centre.
+            let across = (0..3)
+                .filter(|&k| k != e)
+                .map(|k| axis[k] * axis[k])
+                .sum::<f64>()
+                .sqrt();
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            for s in self.layers[layer].segments() {
+                for [x, r] in [s.start(), s.end()] {
+                    low = low.min(x * axis[e] - r * across);
+                    high = high.max(x * axis[e] + r * across);
+                }
+            }
+            corners[0][e] = origin[e] + low;
+            corners[1][e] = origin[e] + high;
+        }
+        corners
+    }
+
+    /// Signed distance of a lab point from one layer's surface: negative inside.
+    ///
+    /// # Panics
+    /// If there is no such layer.
+    pub fn signed_distance(&self, layer: usize, p: &Point3<f64>) -> f64 {
+        self.layers[layer].signed_distance(&self.pose.to_body(p))
+    }
+
+    /// Is each layer inside the next, to within `tolerance`?
+    ///
+    /// Nothing else requires it: where an inner layer reaches outside, the activity there is as the formula above says.
+    ///
+    /// # Errors
+    /// [`Error::NotNested`] with the worst place.
+    pub fn check_nested(&self, tolerance: f64) -> Result<(), Error> {
+        for (layer, pair) in self.layers.windows(2).enumerate() {
+            let (inner, outer) = (&pair[0], &pair[1]);
+            // A vertex of the inner one outside, or a corner of the outer one inside: one or the other if they cross.
+            let outside = inner.segments().iter().map(|s| {
+                let [x, r] = s.start();
+                (outer.distance_at(x, r).value, x, r)
+            });
+            let poking = outer.segments().iter().map(|s| {
+                let [x, r] = s.start();
+                (-inner.distance_at(x, r).value, x, r)
+            });
+            let (depth, x, r) =
+                outside
+                    .chain(poking)
+                    .fold(
+                        (f64::NEG_INFINITY, 0.0, 0.0),
+                        |a, b| if b.0 > a.0 { b } else { a },
+                    );
+            if depth > tolerance {
+                return Err(Error::NotNested { layer, depth, x, r });
+            }
+        }
+        Ok(())
     }
 
     /// Weight of each layer's indicator: differences of activities.

@@ -148,6 +148,8 @@ impl Direction {
     fn falls(&self, line: &Line, v: &Vertex) -> bool {
         let u = line.w + self.s * v.x;
         let rho = (u * u + line.c2q2).sqrt();
+        // On the axis itself the distance from it rises to the right.
+        let (u, rho) = if rho > 0.0 { (u, rho) } else { (1.0, 1.0) };
         v.tx * self.s * u < v.tr * self.c.abs() * rho
     }
 

@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::distance::Distance;
 use crate::error::{finite, length, positive};
 use crate::field::{Answer, Field};
 use crate::plane_clip::fraction_below;
@@ -119,7 +118,7 @@ impl Body {
 struct Painter<'a> {
     field: &'a Field<'a>,
     /// First voxel's centre in the body frame.
-    origin: nalgebra::Point3<f64>,
+    origin: Point3<f64>,
     /// The lab's axes in the body frame.
     steps: [Vector3<f64>; 3],
     grid: &'a VoxelGrid,
@@ -155,11 +154,10 @@ impl Painter<'_> {
         }
         let radius = Vector3::from(half).norm();
         counters.evaluations += 1;
-        let answer = self.field.ask(centre.x, centre.y.hypot(centre.z), radius);
-        let (inside, near) = match answer {
-            Answer::Far(inside) => (Some(inside), None),
-            Answer::Near(d) => ((d.value.abs() >= radius).then_some(d.value < 0.0), Some(d)),
-            Answer::Between => (None, None),
+        let inside = match self.field.ask(centre.x, centre.y.hypot(centre.z), radius) {
+            Answer::Far(inside) => Some(inside),
+            Answer::Near(d, _) if d.value.abs() >= radius => Some(d.value < 0.0),
+            _ => None,
         };
         if inside == Some(false) {
             return;
@@ -182,13 +180,17 @@ impl Painter<'_> {
         }
         if voxels == 1 {
             counters.cut += 1;
-            let d = near.unwrap_or_else(|| self.distance(&centre, counters));
             let fraction = match self.sampling {
-                Sampling::Centre => f64::from(u8::from(d.value < 0.0)),
+                Sampling::Centre => f64::from(u8::from(self.inside(&centre, counters))),
                 Sampling::Supersampled(n) => self.supersample(&centre, n, counters),
                 Sampling::Coverage { tolerance } => {
-                    let first = self.plane(&centre, half, &d);
-                    self.refine(&centre, half, first, tolerance, 0, counters)
+                    let fraction = self.look(&centre, radius, counters);
+                    let goal = Goal {
+                        smooth: tolerance,
+                        crease: tolerance,
+                        depth: DEEPEST,
+                    };
+                    self.refine(&centre, half, &fraction, goal, counters)
                 }
             };
             let at = ((z.start - self.first_slice) * self.grid.shape()[1] + y.start)
@@ -212,17 +214,51 @@ impl Painter<'_> {
         }
     }
 
-    fn distance(&self, p: &nalgebra::Point3<f64>, counters: &mut VoxelCounters) -> Distance {
+    fn inside(&self, p: &Point3<f64>, counters: &mut VoxelCounters) -> bool {
         counters.evaluations += 1;
-        self.field.distance(p.x, p.y.hypot(p.z))
+        let r = p.y.hypot(p.z);
+        match self.field.ask(p.x, r, 0.0) {
+            Answer::Far(inside) => inside,
+            Answer::Near(d, _) => d.value < 0.0,
+            Answer::Between => self.field.profile().distance_at(p.x, r).value < 0.0,
+        }
     }
 
-    fn supersample(
-        &self,
-        centre: &nalgebra::Point3<f64>,
-        n: usize,
-        counters: &mut VoxelCounters,
-    ) -> f64 {
+    /// The surface as seen from the centre of a box of that radius.
+    fn look(&self, p: &Point3<f64>, radius: f64, counters: &mut VoxelCounters) -> Sight {
+        counters.evaluations += 1;
+        let r = p.y.hypot(p.z);
+        let (d, tangents) = match self.field.ask(p.x, r, radius) {
+            Answer::Far(inside) => return Sight::Clear(inside),
+            Answer::Near(d, tangents) => (d, tangents),
+            Answer::Between => {
+                let profile = self.field.profile();
+                (
+                    profile.distance_at(p.x, r),
+                    profile.tangents_within(p.x, r, radius),
+                )
+            }
+        };
+        if d.value.abs() >= radius {
+            return Sight::Clear(d.value < 0.0);
+        }
+        let [gx, gr] = d.gradient;
+        let normal = if r > 0.0 {
+            Vector3::new(gx, gr * p.y / r, gr * p.z / r)
+        } else {
+            Vector3::new(gx.signum(), 0.0, 0.0)
+        };
+        // Along the profile, and round the axis: the parallel turns by the box's diameter over its radius.
+        let round = (2.0 * radius / r).min(2.0) * gr.abs();
+        Sight::Surface {
+            distance: d.value,
+            gradient: d.gradient,
+            normal: [0, 1, 2].map(|a| normal.dot(&self.steps[a])),
+            bend: tangents.spread() + round,
+        }
+    }
+
+    fn supersample(&self, centre: &Point3<f64>, n: usize, counters: &mut VoxelCounters) -> f64 {
         let h = self.grid.spacing();
         let at = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
         let mut inside = 0usize;
@@ -232,69 +268,158 @@ impl Painter<'_> {
                 + self.steps[0] * (at(i) * h[0])
                 + self.steps[1] * (at(j) * h[1])
                 + self.steps[2] * (at(l) * h[2]);
-            inside += usize::from(self.distance(&p, counters).value < 0.0);
+            inside += usize::from(self.inside(&p, counters));
         }
         inside as f64 / (n * n * n) as f64
     }
 
-    /// Covered fraction of a box by the plane that best agrees with the surface at its centre.
-    fn plane(&self, p: &nalgebra::Point3<f64>, half: [f64; 3], d: &Distance) -> f64 {
-        let r = p.y.hypot(p.z);
-        let [gx, gr] = d.gradient;
-        let g = if r > 0.0 {
-            Vector3::new(gx, gr * p.y / r, gr * p.z / r)
-        } else {
-            Vector3::new(gx.signum(), 0.0, 0.0)
-        };
-        let normal = [0, 1, 2].map(|a| g.dot(&self.steps[a]));
-        fraction_below(normal, d.value, half)
-    }
-
-    /// Splits a box in eight until the fractions found before and after agree.
+    /// Covered fraction of a box: split in eight until one plane in each part is good enough.
+    ///
+    /// Where the surface is smooth, each plane is moved by the surface's mean height over it.
     fn refine(
         &self,
-        p: &nalgebra::Point3<f64>,
+        p: &Point3<f64>,
         half: [f64; 3],
-        coarse: f64,
-        tolerance: f64,
-        depth: usize,
+        whole: &Sight,
+        goal: Goal,
         counters: &mut VoxelCounters,
     ) -> f64 {
+        let &Sight::Surface {
+            distance,
+            gradient,
+            bend,
+            ..
+        } = whole
+        else {
+            return whole.fraction([1.0; 3], 0.0);
+        };
         let quarter = half.map(|h| 0.5 * h);
         let radius = Vector3::from(quarter).norm();
-        let mut parts = [0.0; 8];
-        let mut cut = [None; 8];
-        for k in 0..8 {
-            let sign = |b: usize| if k >> b & 1 == 1 { 1.0 } else { -1.0 };
-            let child = p
-                + self.steps[0] * (sign(0) * quarter[0])
-                + self.steps[1] * (sign(1) * quarter[1])
-                + self.steps[2] * (sign(2) * quarter[2]);
-            let d = self.distance(&child, counters);
-            if d.value.abs() < radius {
-                parts[k] = self.plane(&child, quarter, &d);
-                cut[k] = Some(child);
-            } else {
-                parts[k] = if d.value < 0.0 { 1.0 } else { 0.0 };
-            }
+        let centres: [Point3<f64>; 8] = std::array::from_fn(|k| {
+            let by = |a: usize| {
+                if k >> a & 1 == 1 {
+                    quarter[a]
+                } else {
+                    -quarter[a]
+                }
+            };
+            p + self.steps[0] * by(0) + self.steps[1] * by(1) + self.steps[2] * by(2)
+        });
+        let parts = centres.map(|c| self.look(&c, radius, counters));
+        let n_cut = parts.iter().filter(|s| s.bend().is_some()).count();
+        let n_bent = parts
+            .iter()
+            .filter(|s| s.bend().is_some_and(|b| b > CREASE))
+            .count();
+        let smooth = bend <= CREASE;
+        let lift = if smooth {
+            self.lift(p, half, distance, gradient, counters)
+        } else {
+            0.0
+        };
+        let fine = parts
+            .iter()
+            .map(|s| s.fraction(quarter, 0.25 * lift))
+            .sum::<f64>()
+            / 8.0;
+        let done = if smooth {
+            let coarse = whole.fraction(half, lift);
+            (fine - coarse).abs() <= 2.0 * goal.smooth
+        } else {
+            bend * CREASE_ERROR <= goal.crease
+        };
+        if done || goal.depth == 0 {
+            return fine;
         }
-        let fine = parts.iter().sum::<f64>() / 8.0;
-        // Depth 12 is a box 4096 times smaller than a voxel: its volume is far below any tolerance.
-        if (fine - coarse).abs() <= 3.0 * tolerance || depth >= 12 {
-            return (fine + (fine - coarse) / 3.0).clamp(0.0, 1.0);
-        }
-        for k in 0..8 {
-            if let Some(child) = cut[k] {
-                parts[k] = self.refine(
-                    &child,
-                    quarter,
-                    parts[k],
-                    2.0 * tolerance,
-                    depth + 1,
-                    counters,
-                );
-            }
-        }
-        parts.iter().sum::<f64>() / 8.0
+        // A part's error counts an eighth: the goals grow as the parts that can have one become fewer.
+        let goal = Goal {
+            smooth: goal.smooth * 8.0 / n_cut.max(1) as f64,
+            crease: goal.crease * 8.0 / n_bent.max(1) as f64,
+            depth: goal.depth - 1,
+        };
+        (0..8)
+            .map(|k| self.refine(&centres[k], quarter, &parts[k], goal, counters))
+            .sum::<f64>()
+            / 8.0
     }
+
+    /// Mean height of a smooth surface over its tangent plane within a box: half the curvature times the mean square
+    /// distance from the centre, h^2 / 3, along the profile and round the axis.
+    fn lift(
+        &self,
+        p: &Point3<f64>,
+        half: [f64; 3],
+        distance: f64,
+        [gx, gr]: [f64; 2],
+        counters: &mut VoxelCounters,
+    ) -> f64 {
+        let r = p.y.hypot(p.z);
+        let h2 = half.iter().map(|h| h * h).sum::<f64>() / 3.0;
+        let h = h2.sqrt();
+        // Along the profile, by the second difference of the distance.
+        let beside = |step: f64| match self.field.ask(p.x + step * gr, (r - step * gx).abs(), h) {
+            Answer::Near(d, _) => Some(d.value),
+            _ => None,
+        };
+        counters.evaluations += 2;
+        let along = match (beside(h), beside(-h)) {
+            (Some(a), Some(b)) => a + b - 2.0 * distance,
+            _ => 0.0,
+        };
+        // Round the axis, the curvature at the surface is that of a parallel, tilted.
+        let round = gr * h2 / (r - distance * gr).max(h);
+        (along + round) / 6.0
+    }
+}
+
+/// What is seen of the surface from a box's centre.
+#[derive(Debug, Clone, Copy)]
+enum Sight {
+    /// None of it in the box: all inside, or all outside.
+    Clear(bool),
+    /// The nearest point's distance and normal (along the lab's axes), and a bound of the angle between normals in the box.
+    Surface {
+        distance: f64,
+        gradient: [f64; 2],
+        normal: [f64; 3],
+        bend: f64,
+    },
+}
+
+impl Sight {
+    fn bend(&self) -> Option<f64> {
+        match self {
+            Sight::Clear(_) => None,
+            Sight::Surface { bend, .. } => Some(*bend),
+        }
+    }
+
+    /// Covered fraction of the box by one plane, lifted inward by the surface's mean height over it.
+    fn fraction(&self, half: [f64; 3], lift: f64) -> f64 {
+        match *self {
+            Sight::Clear(inside) => f64::from(u8::from(inside)),
+            Sight::Surface {
+                distance, normal, ..
+            } => fraction_below(normal, distance + lift, half),
+        }
+    }
+}
+
+/// Normals within a box that differ by more than this (radians) are those of a crease, of two faces of a thin wall, or of a
+/// radius of curvature no larger than a few boxes: the change between two estimates then says little.
+const CREASE: f64 = 0.2;
+
+/// Error of planes in place of a crease, per radian: eight planes are off by an eighth of a part's side on average, in a
+/// quarter to a half of the parts.
+const CREASE_ERROR: f64 = 0.05;
+
+/// A box 2^12 times smaller than a voxel is below any tolerance.
+const DEEPEST: u32 = 12;
+
+/// What the error of a box may be.
+#[derive(Clone, Copy)]
+struct Goal {
+    smooth: f64,
+    crease: f64,
+    depth: u32,
 }

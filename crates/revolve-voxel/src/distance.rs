@@ -14,6 +14,34 @@ pub(crate) struct Distance {
     pub(crate) gradient: [f64; 2],
 }
 
+/// Ranges of the unit tangents of some segments: how much a stretch of the profile bends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Tangents {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Tangents {
+    pub(crate) const NONE: Self = Self {
+        low: [f64::INFINITY; 2],
+        high: [f64::NEG_INFINITY; 2],
+    };
+
+    #[inline(always)]
+    fn join(&mut self, low: [f64; 2], high: [f64; 2]) {
+        for k in 0..2 {
+            self.low[k] = self.low[k].min(low[k]);
+            self.high[k] = self.high[k].max(high[k]);
+        }
+    }
+
+    /// Bound of the angle between any two, by the diagonal of their range (0 for none).
+    pub(crate) fn spread(&self) -> f64 {
+        let d = [0, 1].map(|k| (self.high[k] - self.low[k]).max(0.0));
+        d[0].hypot(d[1])
+    }
+}
+
 /// Segments to a leaf.
 const LEAF: usize = 4;
 
@@ -21,6 +49,7 @@ const LEAF: usize = 4;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct BoxTree {
     boxes: Vec<[f64; 4]>,
+    tangents: Vec<Tangents>,
     first_leaf: usize,
 }
 
@@ -43,20 +72,43 @@ impl BoxTree {
         };
         let first_leaf = segments.len().div_ceil(LEAF).next_power_of_two();
         let mut boxes = vec![EMPTY; 2 * first_leaf];
+        let mut tangents = vec![Tangents::NONE; 2 * first_leaf];
         for (k, s) in segments.iter().enumerate() {
-            let own = [
-                s.x0.min(s.x1),
-                s.x0.max(s.x1),
-                s.r0.min(s.r1),
-                s.r0.max(s.r1),
-            ];
+            let own = s.bounds();
             let leaf = &mut boxes[first_leaf + k / LEAF];
             *leaf = join(*leaf, own);
+            tangents[first_leaf + k / LEAF].join([s.tx, s.tr], [s.tx, s.tr]);
         }
         for k in (1..first_leaf).rev() {
             boxes[k] = join(boxes[2 * k], boxes[2 * k + 1]);
+            for child in [2 * k, 2 * k + 1] {
+                let Tangents { low, high } = tangents[child];
+                tangents[k].join(low, high);
+            }
         }
-        Self { boxes, first_leaf }
+        Self {
+            boxes,
+            tangents,
+            first_leaf,
+        }
+    }
+
+    /// Calls `visit` with the segments (of n) in leaves whose boxes meet the given one.
+    pub(crate) fn overlapping(&self, with: [f64; 4], n: usize, mut visit: impl FnMut(usize)) {
+        let mut stack = vec![1];
+        while let Some(k) = stack.pop() {
+            let b = &self.boxes[k];
+            if b[0] > with[1] || b[1] < with[0] || b[2] > with[3] || b[3] < with[2] {
+                continue;
+            }
+            if k < self.first_leaf {
+                stack.push(2 * k + 1);
+                stack.push(2 * k);
+            } else {
+                let first = (k - self.first_leaf) * LEAF;
+                (first..(first + LEAF).min(n)).for_each(&mut visit);
+            }
+        }
     }
 
     /// Squared distance to a box; infinite to an empty one.
@@ -124,8 +176,9 @@ impl Nearest {
         d2: f64::INFINITY,
     };
 
+    /// Takes the segment if it is nearer; its squared distance.
     #[inline(always)]
-    fn try_segment(&mut self, k: usize, s: &Segment, x: f64, r: f64) {
+    fn try_segment(&mut self, k: usize, s: &Segment, x: f64, r: f64) -> f64 {
         let (px, pr) = (x - s.x0, r - s.r0);
         let along = (px * s.tx + pr * s.tr).max(0.0).min(s.length);
         let (dx, dr) = (px - along * s.tx, pr - along * s.tr);
@@ -137,6 +190,7 @@ impl Nearest {
                 d2,
             };
         }
+        d2
     }
 
     fn distance(&self, segments: &[Segment], x: f64, r: f64) -> Distance {
@@ -212,15 +266,61 @@ impl Meridian {
         nearest.distance(segments, x, r)
     }
 
-    /// As `distance_at`, if the nearest segment is known to be in the list.
+    /// As `distance_at`, if the nearest segment and all within `radius` are known to be in the list; with the tangents
+    /// of the latter.
     #[inline(always)]
-    pub(crate) fn distance_among(&self, list: &[u32], x: f64, r: f64) -> Distance {
+    pub(crate) fn distance_among(
+        &self,
+        list: &[u32],
+        x: f64,
+        r: f64,
+        radius: f64,
+    ) -> (Distance, Tangents) {
         let segments = self.segments();
         let mut nearest = Nearest::NONE;
+        let mut tangents = Tangents::NONE;
+        let within = radius * radius;
         for &k in list {
-            nearest.try_segment(k as usize, &segments[k as usize], x, r);
+            let s = &segments[k as usize];
+            if nearest.try_segment(k as usize, s, x, r) < within {
+                tangents.join([s.tx, s.tr], [s.tx, s.tr]);
+            }
         }
-        nearest.distance(segments, x, r)
+        (nearest.distance(segments, x, r), tangents)
+    }
+
+    /// Tangents of the segments within `radius` of a point.
+    pub(crate) fn tangents_within(&self, x: f64, r: f64, radius: f64) -> Tangents {
+        let (tree, segments) = (self.boxes(), self.segments());
+        let within = radius * radius;
+        let mut tangents = Tangents::NONE;
+        let mut stack = [1usize; usize::BITS as usize];
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let k = stack[depth];
+            if tree.gap(k, x, r) >= within {
+                continue;
+            }
+            let b = &tree.boxes[k];
+            let far = (x - b[0]).max(b[1] - x).hypot((r - b[2]).max(b[3] - r));
+            if far <= radius {
+                tangents.join(tree.tangents[k].low, tree.tangents[k].high);
+            } else if k >= tree.first_leaf {
+                let first = (k - tree.first_leaf) * LEAF;
+                for s in segments.iter().skip(first).take(LEAF) {
+                    let mut one = Nearest::NONE;
+                    if one.try_segment(0, s, x, r) < within {
+                        tangents.join([s.tx, s.tr], [s.tx, s.tr]);
+                    }
+                }
+            } else {
+                stack[depth] = 2 * k;
+                stack[depth + 1] = 2 * k + 1;
+                depth += 2;
+            }
+        }
+        tangents
     }
 
     /// Appends the segments no farther than `reach` from a point.

@@ -40,6 +40,24 @@ pub enum Error {
         /// Index of the second segment.
         second: usize,
     },
+    /// Two pieces of a smooth meridian do not meet.
+    #[error("piece {piece} starts {gap} from the end of the one before, more than {tolerance}")]
+    Gap {
+        /// Index of the second piece.
+        piece: usize,
+        /// Distance between the two ends.
+        gap: f64,
+        /// Distance allowed.
+        tolerance: f64,
+    },
+    /// A tolerance asks for more pieces than can be held.
+    #[error("tolerance {tolerance} needs more than {most} pieces")]
+    TooFine {
+        /// The tolerance given.
+        tolerance: f64,
+        /// Most pieces allowed.
+        most: usize,
+    },
     /// The meridian encloses no volume.
     #[error("the meridian encloses no volume ({volume})")]
     NoVolume {

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::distance::Distance;
+use crate::distance::{Distance, Tangents};
 use crate::meridian::Meridian;
 
 /// Lists longer than this are searched by the tree instead.
@@ -32,8 +32,8 @@ struct Cell {
 pub(crate) enum Answer {
     /// Its absolute value is at least the one asked for; inside or not.
     Far(bool),
-    /// The distance.
-    Near(Distance),
+    /// The distance, and the tangents of all segments nearer than the one asked for.
+    Near(Distance, Tangents),
     /// Neither: the cell is not near enough to the surface for a list, nor far enough to tell.
     Between,
 }
@@ -59,7 +59,8 @@ impl<'a> Field<'a> {
                         let distance = profile.distance_at(x, r).value;
                         let first = lists.len() as u32;
                         if distance.abs() <= near + 2.0 * half_diagonal {
-                            let reach = distance.abs() + 2.0 * half_diagonal;
+                            let reach =
+                                (distance.abs() + 2.0 * half_diagonal).max(near + half_diagonal);
                             profile.segments_within(reach * (1.0 + 1e-12), x, r, &mut lists);
                         }
                         Cell {
@@ -91,7 +92,12 @@ impl<'a> Field<'a> {
         field
     }
 
-    /// The distance of a point, unless it is at least `far` in absolute value.
+    pub(crate) fn profile(&self) -> &Meridian {
+        self.profile
+    }
+
+    /// The distance of a point, unless it is at least `far` (no more than the field's `near`, for tangents) in absolute
+    /// value.
     #[inline]
     pub(crate) fn ask(&self, x: f64, r: f64, far: f64) -> Answer {
         let (u, v) = ((x - self.x0) / self.size, r / self.size);
@@ -116,16 +122,14 @@ impl<'a> Field<'a> {
         let list = &self.lists[cell.first as usize..(cell.first + cell.len) as usize];
         match list.len() {
             0 => Answer::Between,
-            1..=LIST => Answer::Near(self.profile.distance_among(list, x, r)),
-            n => Answer::Near(self.profile.distance_from(Some(list[n / 2] as usize), x, r)),
-        }
-    }
-
-    /// The distance of any point.
-    pub(crate) fn distance(&self, x: f64, r: f64) -> Distance {
-        match self.ask(x, r, f64::INFINITY) {
-            Answer::Near(d) => d,
-            _ => self.profile.distance_at(x, r),
+            1..=LIST => {
+                let (distance, tangents) = self.profile.distance_among(list, x, r, far);
+                Answer::Near(distance, tangents)
+            }
+            n => Answer::Near(
+                self.profile.distance_from(Some(list[n / 2] as usize), x, r),
+                self.profile.tangents_within(x, r, far),
+            ),
         }
     }
 }

@@ -15,9 +15,12 @@ mod grid;
 mod mask;
 mod measures;
 mod meridian;
+mod mesh;
+mod pieces;
 mod plane_clip;
 mod pose;
 mod ray;
+mod regions;
 mod sample;
 mod self_crossing;
 mod shadow;
@@ -31,9 +34,12 @@ pub use grid::VoxelGrid;
 pub use mask::Mask;
 pub use measures::Measures;
 pub use meridian::Meridian;
+pub use mesh::Mesh;
 pub use nalgebra;
+pub use pieces::Piece;
 pub use pose::Pose;
 pub use ray::{Hit, Ray, Span};
+pub use regions::RegionVolumes;
 pub use sample::Sample;
 
 #[doc = include_str!("../README.md")]

@@ -25,6 +25,24 @@ pub(crate) struct Segment {
 }
 
 impl Segment {
+    pub(crate) fn start(&self) -> [f64; 2] {
+        [self.x0, self.r0]
+    }
+
+    pub(crate) fn end(&self) -> [f64; 2] {
+        [self.x1, self.r1]
+    }
+
+    /// [x_min, x_max, r_min, r_max].
+    pub(crate) fn bounds(&self) -> [f64; 4] {
+        [
+            self.x0.min(self.x1),
+            self.x0.max(self.x1),
+            self.r0.min(self.r1),
+            self.r0.max(self.r1),
+        ]
+    }
+
     fn new(a: [f64; 2], b: [f64; 2]) -> Self {
         let (dx, dr) = (b[0] - a[0], b[1] - a[1]);
         let length = dx.hypot(dr);
@@ -140,7 +158,6 @@ impl Meridian {
         if volume.is_nan() || volume.abs() <= 1e-14 * scale.powi(3) {
             return Err(Error::NoVolume { volume });
         }
-        crate::self_crossing::check(&path)?;
         let mut segments: Vec<Segment> = Vec::with_capacity(path.len());
         for pair in path.windows(2) {
             // On the axis there is no surface.
@@ -168,6 +185,8 @@ impl Meridian {
                 s.start_normal = [-s.tr, 0.0];
             }
         }
+        let boxes = BoxTree::new(&segments);
+        crate::self_crossing::check(&segments, &boxes)?;
         let fold =
             |f: fn(f64, f64) -> f64, init: f64, i: usize| path.iter().map(|p| p[i]).fold(init, f);
         let x_min = fold(f64::min, f64::INFINITY, 0);
@@ -190,7 +209,7 @@ impl Meridian {
             .collect();
         Ok(Self {
             tree: tree(&chains),
-            boxes: BoxTree::new(&segments),
+            boxes,
             blocks,
             chains,
             r_max: fold(f64::max, 0.0, 1),

@@ -1,41 +1,33 @@
-//! Does a path in the half-plane cross itself?
+//! Does a profile cross itself?
 
 use crate::Error;
+use crate::distance::BoxTree;
+use crate::meridian::Segment;
 
-/// Sweep along x over segments sorted by their left ends; neighbours may share their common point.
-pub(crate) fn check(path: &[[f64; 2]]) -> Result<(), Error> {
-    let n = path.len() - 1;
-    let closed = path[0] == path[n];
-    let left = |k: usize| path[k][0].min(path[k + 1][0]);
-    let right = |k: usize| path[k][0].max(path[k + 1][0]);
-    let mut order: Vec<usize> = (0..n)
-        .filter(|&k| path[k][1] > 0.0 || path[k + 1][1] > 0.0)
-        .collect();
-    order.sort_by(|&a, &b| left(a).total_cmp(&left(b)));
-    let mut active: Vec<usize> = Vec::new();
-    for &k in &order {
-        active.retain(|&j| right(j) >= left(k));
-        for &j in &active {
-            let (a, b) = (j.min(k), j.max(k));
-            let adjacent = b == a + 1 || (closed && a == 0 && b == n - 1);
-            let crosses = if adjacent {
-                let (p, m, q) = if b == a + 1 {
-                    (path[a], path[b], path[b + 1])
-                } else {
-                    (path[b], path[a], path[a + 1])
-                };
-                folds_back(p, m, q)
+/// Each segment against those whose boxes meet its own; neighbours may share their common point.
+pub(crate) fn check(segments: &[Segment], boxes: &BoxTree) -> Result<(), Error> {
+    let n = segments.len();
+    for (k, s) in segments.iter().enumerate() {
+        let mut crossed = None;
+        boxes.overlapping(s.bounds(), n, |j| {
+            if j <= k || crossed.is_some() {
+                return;
+            }
+            let o = &segments[j];
+            let crosses = if j == k + 1 && s.end() == o.start() {
+                folds_back(s.start(), s.end(), o.end())
+            } else if k == 0 && j == n - 1 && o.end() == s.start() {
+                folds_back(o.start(), o.end(), s.end())
             } else {
-                meet(path[a], path[a + 1], path[b], path[b + 1])
+                meet(s.start(), s.end(), o.start(), o.end())
             };
             if crosses {
-                return Err(Error::SelfCrossing {
-                    first: a,
-                    second: b,
-                });
+                crossed = Some(j);
             }
+        });
+        if let Some(second) = crossed {
+            return Err(Error::SelfCrossing { first: k, second });
         }
-        active.push(k);
     }
     Ok(())
 }
@@ -51,19 +43,15 @@ fn folds_back(p: [f64; 2], m: [f64; 2], q: [f64; 2]) -> bool {
     area(p, m, q) == 0.0 && along > 0.0
 }
 
-/// Two segments have a point in common off the axis (solids may touch on the axis).
+/// Two segments have a point in common, other than a common end on the axis, where solids may touch.
 fn meet(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
-    let overlap = |i: usize| a[i].min(b[i]) <= c[i].max(d[i]) && c[i].min(d[i]) <= a[i].max(b[i]);
-    if !(overlap(0) && overlap(1)) {
+    let apart = |i: usize| a[i].max(b[i]) < c[i].min(d[i]) || c[i].max(d[i]) < a[i].min(b[i]);
+    if apart(0) || apart(1) {
         return false;
     }
     let (c1, d1) = (area(a, b, c), area(a, b, d));
     let (a1, b1) = (area(c, d, a), area(c, d, b));
     let opposite = |u: f64, v: f64| (u <= 0.0 && v >= 0.0) || (u >= 0.0 && v <= 0.0);
-    if !(opposite(c1, d1) && opposite(a1, b1)) {
-        return false;
-    }
-    // A common end point on the axis is allowed.
     let touch_on_axis = [a, b].iter().any(|p| p[1] == 0.0 && (*p == c || *p == d));
-    !touch_on_axis
+    opposite(c1, d1) && opposite(a1, b1) && !touch_on_axis
 }

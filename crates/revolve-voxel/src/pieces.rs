@@ -1,0 +1,165 @@
+//! Smooth profiles: pieces of polynomials, drawn as a polyline to a stated tolerance.
+
+use crate::error::{finite, positive};
+use crate::{Error, Meridian};
+
+/// A smooth stretch of profile, x and r as polynomials of a parameter: what a spectral membrane solver gives.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Piece {
+    /// Sums of `c[k] T_k(u)`, Chebyshev polynomials, u from -1 to 1.
+    Chebyshev {
+        /// Coefficients of x.
+        x: Vec<f64>,
+        /// Coefficients of r.
+        r: Vec<f64>,
+    },
+    /// Sums of `c[k] u^k`, u from 0 to 1.
+    Power {
+        /// Coefficients of x.
+        x: Vec<f64>,
+        /// Coefficients of r.
+        r: Vec<f64>,
+    },
+}
+
+impl Piece {
+    /// The point (x, r) at a fraction of the piece: 0 its start, 1 its end.
+    pub fn at(&self, fraction: f64) -> [f64; 2] {
+        match self {
+            // Clenshaw's recurrence.
+            Piece::Chebyshev { x, r } => [x, r].map(|c| {
+                let u = 2.0 * fraction - 1.0;
+                let (mut b1, mut b2) = (0.0, 0.0);
+                for &ck in c.iter().skip(1).rev() {
+                    (b1, b2) = (ck + 2.0 * u * b1 - b2, b1);
+                }
+                c.first().copied().unwrap_or(0.0) + u * b1 - b2
+            }),
+            Piece::Power { x, r } => {
+                [x, r].map(|c| c.iter().rev().fold(0.0, |sum, ck| ck + fraction * sum))
+            }
+        }
+    }
+
+    fn coefficients(&self) -> [&[f64]; 2] {
+        match self {
+            Piece::Chebyshev { x, r } | Piece::Power { x, r } => [x, r],
+        }
+    }
+}
+
+impl Meridian {
+    /// A profile from smooth pieces, base to apex, each starting where the last one ends.
+    ///
+    /// The curve is replaced by a polyline with vertices on it, nowhere farther from it than `tolerance` (the number of
+    /// segments grows as its -1/2 power; chords and distances cost the logarithm of that). Gaps between pieces, and
+    /// radii below zero, are closed if no larger than `tolerance`. Chords, measures, voxels and meshes are then those
+    /// of this one polyline, so they agree with each other to rounding.
+    ///
+    /// ```
+    /// use revolve_voxel::{Meridian, Piece};
+    /// // x = 1 + u, r = 1 - u^2: a spindle, volume 16 pi / 15.
+    /// let piece = Piece::Chebyshev { x: vec![1.0, 1.0], r: vec![0.5, 0.0, -0.5] };
+    /// let spindle = Meridian::smooth(&[piece], 1e-8)?;
+    /// assert!((spindle.measures().volume - 16.0 * std::f64::consts::PI / 15.0).abs() < 1e-7);
+    /// # Ok::<(), revolve_voxel::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] for a coefficient, [`Error::NotPositive`] for the tolerance, [`Error::Gap`] between pieces,
+    /// [`Error::TooFine`] if more than ten million segments would be needed, and those of [`Meridian::new`].
+    pub fn smooth(pieces: &[Piece], tolerance: f64) -> Result<Self, Error> {
+        positive("tolerance", tolerance)?;
+        let mut points: Vec<[f64; 2]> = Vec::new();
+        for (index, piece) in pieces.iter().enumerate() {
+            for c in piece.coefficients().into_iter().flatten() {
+                finite("coefficient", *c)?;
+            }
+            let start = piece.at(0.0);
+            match points.last() {
+                None => points.push(start),
+                Some(end) => {
+                    let gap = (start[0] - end[0]).hypot(start[1] - end[1]);
+                    if gap > tolerance {
+                        return Err(Error::Gap {
+                            piece: index,
+                            gap,
+                            tolerance,
+                        });
+                    }
+                }
+            }
+            // As many stretches as the degree: none can then hide a wiggle between the points looked at.
+            let degree = piece.coefficients().iter().fold(1, |m, c| c.len().max(m));
+            for k in 0..degree {
+                let at = |k: usize| k as f64 / degree as f64;
+                let from = if k == 0 { start } else { piece.at(at(k)) };
+                flatten(
+                    piece,
+                    [at(k), at(k + 1)],
+                    [from, piece.at(at(k + 1))],
+                    tolerance,
+                    &mut points,
+                )?;
+            }
+        }
+        for p in &mut points {
+            if p[1].abs() <= tolerance {
+                p[1] = p[1].max(0.0);
+            }
+        }
+        // An end within the tolerance of the axis is on it.
+        let n = points.len();
+        for k in [0, n.saturating_sub(1)] {
+            if let Some(p) = points.get_mut(k)
+                && p[1] <= tolerance
+                && p[1] >= 0.0
+            {
+                p[1] = 0.0;
+            }
+        }
+        Meridian::new(&points)
+    }
+}
+
+/// More would not fit a machine's memory in any useful way.
+const MOST_SEGMENTS: usize = 10_000_000;
+
+/// Appends points after the first so that the curve stays within `tolerance` of the chords.
+fn flatten(
+    piece: &Piece,
+    u: [f64; 2],
+    ends: [[f64; 2]; 2],
+    tolerance: f64,
+    points: &mut Vec<[f64; 2]>,
+) -> Result<(), Error> {
+    let (dx, dr) = (ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]);
+    let length = dx.hypot(dr);
+    let off = |p: [f64; 2]| {
+        let (px, pr) = (p[0] - ends[0][0], p[1] - ends[0][1]);
+        if length > 0.0 {
+            (px * dr - pr * dx).abs() / length
+        } else {
+            px.hypot(pr)
+        }
+    };
+    let at = |f: f64| piece.at(u[0] + f * (u[1] - u[0]));
+    let middle = at(0.5);
+    // 0.9: the largest deviation need not be at one of the three points.
+    let flat = [at(0.25), middle, at(0.75)]
+        .into_iter()
+        .all(|p| off(p) <= 0.9 * tolerance);
+    if flat || u[1] - u[0] < 1e-12 {
+        if points.len() >= MOST_SEGMENTS {
+            return Err(Error::TooFine {
+                tolerance,
+                most: MOST_SEGMENTS,
+            });
+        }
+        points.push(ends[1]);
+        return Ok(());
+    }
+    let m = 0.5 * (u[0] + u[1]);
+    flatten(piece, [u[0], m], [ends[0], middle], tolerance, points)?;
+    flatten(piece, [m, u[1]], [middle, ends[1]], tolerance, points)
+}
