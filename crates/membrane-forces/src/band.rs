@@ -91,11 +91,35 @@ impl BandMatrix {
             (self.n, self.n),
             "band matrix times vector"
         );
-        for (i, out) in out.iter_mut().enumerate() {
+        // The tangents' bands, with and without second neighbours, get loops of fixed length.
+        match (self.lower, self.upper) {
+            (3, 3) => self.mul_inner::<3, 7>(x, out),
+            (4, 4) => self.mul_inner::<4, 9>(x, out),
+            _ => self.mul_rows(0..self.n, x, out),
+        }
+    }
+
+    /// As [`Self::mul_rows`] over all rows, for `lower` = L and W diagonals in all.
+    fn mul_inner<const L: usize, const W: usize>(&self, x: &[f64], out: &mut [f64]) {
+        let last = (self.n + L).saturating_sub(W - 1).max(L).min(self.n);
+        self.mul_rows(0..L.min(self.n), x, out);
+        let (rows, _) = self.data.as_chunks::<W>();
+        for (i, x) in (L..last).zip(x.windows(W)) {
+            let mut sum = 0.0;
+            for j in 0..W {
+                sum += rows[i][j] * x[j];
+            }
+            out[i] = sum;
+        }
+        self.mul_rows(last..self.n, x, out);
+    }
+
+    fn mul_rows(&self, rows: std::ops::Range<usize>, x: &[f64], out: &mut [f64]) {
+        for i in rows {
             let first = i.saturating_sub(self.lower);
             let last = (i + self.upper).min(self.n - 1);
             let row = &self.row(i)[first + self.lower - i..];
-            *out = row.iter().zip(&x[first..=last]).map(|(a, x)| a * x).sum();
+            out[i] = row.iter().zip(&x[first..=last]).map(|(a, x)| a * x).sum();
         }
     }
 }
