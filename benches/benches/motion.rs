@@ -1,2 +1,233 @@
-//! Benches of the motion group.
-fn main() {}
+//! The moving membrane: a step's cost against N, and time against error beside diffsol.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use diffsol::{FaerSparseLU, FaerSparseMat, OdeBuilder, OdeSolverMethod};
+use membrane_implicit::{
+    Drive, EvolvingOptions, Jacobian, Membrane, Motion, MovingMembrane, RestShape, Scheme, Stop,
+    TimeStep, Tolerance, evolve,
+};
+
+const END: f64 = 5.0;
+const N: usize = 101;
+const LOAD: f64 = 17.5;
+
+fn body(n_nodes: usize) -> MovingMembrane {
+    let rest = RestShape::balloon(8.5, 1.75).expect("a balloon");
+    MovingMembrane::new(&Membrane::new(rest), n_nodes)
+        .and_then(|body| body.with_damping(1.0))
+        .expect("a body")
+}
+
+fn motion(n_nodes: usize, scheme: Scheme) -> Motion {
+    Motion::new(body(n_nodes), Drive::intensity(|_| LOAD), scheme).expect("a motion")
+}
+
+fn ours(scheme: Scheme, steps: TimeStep) -> (Vec<[f64; 2]>, usize) {
+    let mut motion = motion(N, scheme);
+    motion.run(steps, &[Stop::Time(END)]).expect("a run");
+    (motion.state().points.to_vec(), motion.work().steps)
+}
+
+/// The same equations of motion written for a general solver: per interior node x, y, vx, vy.
+#[derive(Clone)]
+struct Ode {
+    rest: Vec<[f64; 2]>,
+}
+
+impl Ode {
+    fn new() -> Self {
+        let body = body(N);
+        Self { rest: body.differences().start().as_chunks::<2>().0.to_vec() }
+    }
+
+    fn node(&self, x: &[f64], n: usize) -> [f64; 2] {
+        if n == 0 || n == N - 1 {
+            self.rest[n]
+        } else {
+            [x[4 * n - 4], x[4 * n - 3]]
+        }
+    }
+
+    fn rhs(&self, x: &[f64], y: &mut [f64]) {
+        let scale = ((N - 1) * (N - 1)) as f64;
+        let (mut a, mut b) = (self.node(x, 0), self.node(x, 1));
+        for n in 1..N - 1 {
+            let c = self.node(x, n + 1);
+            let (d0, d1) = (c[0] - a[0], c[1] - a[1]);
+            let f = LOAD / (d0 * d0 + d1 * d1).sqrt();
+            let pull = |k: usize| {
+                let u = |p: [f64; 2], m: usize| p[k] - self.rest[m][k];
+                (u(c, n + 1) - 2.0 * u(b, n) + u(a, n - 1)) * scale
+            };
+            let i = 4 * n - 4;
+            y[i] = x[i + 2];
+            y[i + 1] = x[i + 3];
+            y[i + 2] = pull(0) - f * d1 - x[i + 2];
+            y[i + 3] = pull(1) + f * d0 - x[i + 3];
+            (a, b) = (b, c);
+        }
+    }
+
+    fn jacobian(&self, x: &[f64], v: &[f64], y: &mut [f64]) {
+        let scale = ((N - 1) * (N - 1)) as f64;
+        let change = |n: usize| {
+            if n == 0 || n == N - 1 { [0.0; 2] } else { [v[4 * n - 4], v[4 * n - 3]] }
+        };
+        for n in 1..N - 1 {
+            let (a, c) = (self.node(x, n - 1), self.node(x, n + 1));
+            let (d0, d1) = (c[0] - a[0], c[1] - a[1]);
+            let r = (d0 * d0 + d1 * d1).sqrt();
+            let (da, db, dc) = (change(n - 1), change(n), change(n + 1));
+            let (e0, e1) = (dc[0] - da[0], dc[1] - da[1]);
+            let along = (d0 * e0 + d1 * e1) / (r * r);
+            let f = LOAD / r;
+            let i = 4 * n - 4;
+            y[i] = v[i + 2];
+            y[i + 1] = v[i + 3];
+            y[i + 2] = (dc[0] - 2.0 * db[0] + da[0]) * scale - f * (e1 - d1 * along) - v[i + 2];
+            y[i + 3] = (dc[1] - 2.0 * db[1] + da[1]) * scale + f * (e0 - d0 * along) - v[i + 3];
+        }
+    }
+
+    fn points(&self, x: &[f64]) -> Vec<[f64; 2]> {
+        (0..N).map(|n| self.node(x, n)).collect()
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Rival {
+    Bdf,
+    TrBdf2,
+    Esdirk34,
+    Tsit45,
+}
+
+/// Time of the integration alone (the problem, with its sparsity and colouring, is built before).
+fn rival(method: Rival, tolerance: f64) -> (Vec<[f64; 2]>, usize, f64) {
+    type Matrix = FaerSparseMat<f64>;
+    type Lu = FaerSparseLU<f64>;
+    let ode = Ode::new();
+    let (f, j, start) = (ode.clone(), ode.clone(), ode.clone());
+    let problem = OdeBuilder::<Matrix>::new()
+        .rtol(tolerance)
+        .atol([tolerance])
+        .h0(1e-4)
+        .p([1.0])
+        .rhs_implicit(
+            move |x: &[f64], _p: &[f64], _t: f64, y: &mut [f64]| f.rhs(x, y),
+            move |x: &[f64], _p: &[f64], _t: f64, v: &[f64], y: &mut [f64]| j.jacobian(x, v, y),
+        )
+        .init(
+            move |_p: &[f64], _t: f64, y: &mut [f64]| {
+                for n in 1..N - 1 {
+                    y[4 * n - 4..4 * n].copy_from_slice(&[start.rest[n][0], start.rest[n][1], 0.0, 0.0]);
+                }
+            },
+            4 * (N - 2),
+        )
+        .build()
+        .expect("a problem");
+    macro_rules! integrate {
+        ($solver:expr) => {{
+            let clock = Instant::now();
+            let mut solver = $solver.expect("a solver");
+            solver.set_stop_time(END).expect("an end");
+            let mut steps = 0;
+            while solver.state().t < END {
+                solver.step().expect("a step");
+                steps += 1;
+            }
+            let seconds = clock.elapsed().as_secs_f64();
+            let x: Vec<f64> = (0..4 * (N - 2)).map(|i| solver.state().y[i]).collect();
+            (ode.points(&x), steps, seconds)
+        }};
+    }
+    match method {
+        Rival::Bdf => integrate!(problem.bdf::<Lu>()),
+        Rival::TrBdf2 => integrate!(problem.tr_bdf2::<Lu>()),
+        Rival::Esdirk34 => integrate!(problem.esdirk34::<Lu>()),
+        Rival::Tsit45 => integrate!(problem.tsit45()),
+    }
+}
+
+fn distance(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max)
+}
+
+fn work_precision(_: &mut Criterion) {
+    // Independent of our steps: an explicit scheme of order 5 at the tightest tolerance.
+    let truth = rival(Rival::Tsit45, 1e-13).0;
+    println!("work_precision: t = {END}, N = {N}; scheme, setting, steps, error / cm, ms");
+    let best = |run: &mut dyn FnMut() -> (Vec<[f64; 2]>, usize, f64)| {
+        let (points, steps, mut seconds) = run();
+        for _ in 0..2 {
+            seconds = seconds.min(run().2);
+        }
+        (distance(&points, &truth), steps, seconds)
+    };
+    let row = |name: &str, setting: f64, (error, steps, seconds): (f64, usize, f64)| {
+        println!("work_precision: {name:<24} {setting:8.0e} {steps:8} {error:10.2e} {:10.3}", seconds * 1e3);
+    };
+    for method in [Rival::Bdf, Rival::TrBdf2, Rival::Esdirk34, Rival::Tsit45] {
+        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
+            row(&format!("diffsol {method:?}"), tolerance, best(&mut || rival(method, tolerance)));
+        }
+    }
+    for scheme in [Scheme::TrBdf2, Scheme::Trapezoidal] {
+        for steps in [125, 250, 500, 1000, 2000, 4000, 8000, 16000] {
+            let dt = END / f64::from(steps);
+            row(&format!("ours {scheme:?} fixed"), dt, best(&mut || {
+                let clock = Instant::now();
+                let (points, steps) = ours(scheme, TimeStep::Fixed(dt));
+                (points, steps, clock.elapsed().as_secs_f64())
+            }));
+        }
+        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7] {
+            row(&format!("ours {scheme:?} adaptive"), tolerance, best(&mut || {
+                let clock = Instant::now();
+                let (points, steps) = ours(scheme, TimeStep::Adaptive(Tolerance::uniform(tolerance)));
+                (points, steps, clock.elapsed().as_secs_f64())
+            }));
+        }
+    }
+}
+
+fn step_cost(c: &mut Criterion) {
+    let mut group = c.benchmark_group("motion/paper_step");
+    for n_nodes in [101, 201, 401, 801, 1601, 6401] {
+        let mut motion = motion(n_nodes, Scheme::SemiImplicitEuler);
+        group.bench_with_input(BenchmarkId::from_parameter(n_nodes), &n_nodes, |b, _| {
+            b.iter(|| motion.step(black_box(2.0)).expect("a step"));
+        });
+    }
+    group.finish();
+}
+
+fn paper_run(c: &mut Criterion) {
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).expect("a balloon"));
+    let mut group = c.benchmark_group("motion/evolve_201");
+    for (name, jacobian) in [
+        ("band", Jacobian::Band),
+        ("exact", Jacobian::Exact),
+        ("differences_every_10", Jacobian::Differences { refresh_every: 10 }),
+    ] {
+        let options = EvolvingOptions { frame_every: 0, jacobian, ..Default::default() };
+        let run = evolve(&membrane, 201, 2588.9, &options).expect("a run");
+        assert!(run.converged);
+        println!("motion/evolve_201/{name}: {} steps, residual {:.1e}", run.steps, run.residual());
+        group.bench_function(name, |b| {
+            b.iter(|| evolve(black_box(&membrane), 201, 2588.9, &options).expect("a run"));
+        });
+    }
+    group.finish();
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(20).warm_up_time(std::time::Duration::from_millis(300)).measurement_time(std::time::Duration::from_secs(1));
+    targets = step_cost, paper_run, work_precision
+}
+criterion_main!(benches);

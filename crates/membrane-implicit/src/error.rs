@@ -64,7 +64,7 @@ pub enum ImplicitError {
         /// Volume of the initial shape.
         actual: f64,
     },
-    /// The forward Euler scheme has no unknown pressure: it cannot hold a volume.
+    /// An explicit scheme has no unknown pressure: it cannot hold a volume.
     #[error("an explicit scheme cannot prescribe the volume")]
     ExplicitVolume,
     /// The equations of a step were not solved.

@@ -7,7 +7,7 @@ use crate::dense;
 use crate::drive::{Drive, DriveKind};
 use crate::energy::Energy;
 use crate::error::{ImplicitError, within};
-use crate::scheme::{Jacobian, Scheme};
+use crate::scheme::{Jacobian, MAX_STAGES, Scheme};
 use crate::stepper::{Instant, Stepper, Work};
 
 /// A motion in progress: an initial-value problem with the state it has reached.
@@ -116,9 +116,9 @@ impl Motion {
     ///
     /// # Errors
     /// The drive has no finite value at t = 0, or prescribes a volume that the membrane does not
-    /// have, or a volume to [`Scheme::ForwardEuler`].
+    /// have, or a volume to an explicit scheme.
     pub fn new(body: MovingMembrane, drive: Drive, scheme: Scheme) -> Result<Self, ImplicitError> {
-        if scheme == Scheme::ForwardEuler && drive.kind == DriveKind::Volume {
+        if scheme.is_explicit() && drive.kind == DriveKind::Volume {
             return Err(ImplicitError::ExplicitVolume);
         }
         let inner = Stepper::new(body, scheme, drive.kind);
@@ -146,7 +146,7 @@ impl Motion {
         drive: Drive,
         scheme: Scheme,
     ) -> Result<Self, ImplicitError> {
-        if scheme == Scheme::ForwardEuler {
+        if scheme.is_explicit() {
             return Err(ImplicitError::ExplicitVolume);
         }
         let volume = |body: &MovingMembrane| Measure::Volume.of(body.differences.start());
@@ -462,7 +462,7 @@ impl Motion {
     fn attempt(&mut self, dt: f64) -> Result<(), ImplicitError> {
         let time = self.time();
         let n = self.inner.stage_times().len();
-        let mut targets = [0.0; 2];
+        let mut targets = [0.0; MAX_STAGES - 1];
         for i in 0..n {
             targets[i] = self.drive.at(time + dt * self.inner.stage_times()[i])?;
         }

@@ -126,6 +126,7 @@ impl Stage {
                 .map_err(membrane)?;
             self.force_calls += 1;
             self.lu.solve_in_place(&mut self.column);
+            hold_ends(&mut self.column);
             let (measure, factor, corner) = if eq.kind == DriveKind::TotalForce {
                 (Measure::Surface, h * intensity, Measure::Surface.of(nodes))
             } else {
@@ -204,11 +205,15 @@ impl Stage {
         let (positions, velocities) = start;
         self.forces(eq, nodes, *intensity)?;
         let (m, m_h) = (body.mass, body.mass + h * body.damping);
-        for i in 0..w.len() {
-            self.rhs[i] = m * velocities[i] - m_h * w[i] + h * (self.force[i] + self.normal[i]);
+        let forces = self.force.iter().zip(&self.normal);
+        let momentum = velocities.iter().zip(w.iter());
+        for (rhs, ((e, p), (v, w))) in self.rhs.iter_mut().zip(forces.zip(momentum)) {
+            *rhs = m * v - m_h * w + h * (e + p);
         }
         hold_ends(&mut self.rhs);
+        // Pivoting mixes the held rows with their neighbours; no rounding may move an end.
         self.lu.solve_in_place(&mut self.rhs);
+        hold_ends(&mut self.rhs);
         let defect = match eq.kind {
             DriveKind::Intensity => *intensity - eq.target,
             DriveKind::TotalForce => *intensity * Measure::Surface.of(nodes) - eq.target,
@@ -226,10 +231,11 @@ impl Stage {
         } else {
             defect.abs() * scale
         };
-        for i in 0..w.len() {
-            let dw = self.rhs[i] - df * self.column[i];
-            w[i] += dw;
-            nodes[i] = positions[i] + h * w[i];
+        let solved = self.rhs.iter().zip(&self.column).zip(positions);
+        for ((w, node), ((y, z), start)) in w.iter_mut().zip(nodes.iter_mut()).zip(solved) {
+            let dw = y - df * z;
+            *w += dw;
+            *node = start + h * *w;
             // max() would drop a NaN
             let moved = (h * dw).abs();
             change = if moved <= change { change } else { moved };
@@ -256,14 +262,25 @@ impl Stage {
         Ok(())
     }
 
-    /// `pressure` += h f (dn/dc) w, with the matrix at hand: what linearising added to the force.
+    /// `pressure` += h f (dn/dc) w + `growth` n, both as the matrix and its border at hand have
+    /// them: what linearising added to the force of the start.
     ///
     /// Taken from the matrix, not from the momentum balance, so that the energy report sees an
     /// error of the linear solver.
-    pub(crate) fn add_linearised(&mut self, eq: &Equation<'_>, w: &[f64], pressure: &mut [f64]) {
+    pub(crate) fn add_linearised(
+        &mut self,
+        eq: &Equation<'_>,
+        w: &[f64],
+        growth: f64,
+        pressure: &mut [f64],
+    ) {
         let Equation { body, h, .. } = *eq;
         let m_h = body.mass + h * body.damping;
-        self.matrix.mul_into(w, &mut self.rhs);
+        for i in 0..w.len() {
+            // matrix times column is -h n
+            self.probe[i] = w[i] + growth * self.column[i];
+        }
+        self.matrix.mul_into(&self.probe, &mut self.rhs);
         self.elastic.mul_into(w, &mut self.force);
         for i in 0..w.len() {
             pressure[i] += (m_h * w[i] - self.rhs[i]) / h - h * self.force[i];

@@ -3,9 +3,12 @@
 
 use membrane_implicit::{Drive, Membrane, Motion, MovingMembrane, RestShape, Scheme};
 
+pub fn balloon() -> Membrane {
+    Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+}
+
 pub fn reference_body() -> MovingMembrane {
-    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
-    MovingMembrane::new(&membrane, 101)
+    MovingMembrane::new(&balloon(), 101)
         .unwrap()
         .with_damping(1.0)
         .unwrap()

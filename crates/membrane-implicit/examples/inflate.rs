@@ -1,0 +1,35 @@
+//! The inner balloon of Rohmer et al. 2006 inflated at once: apex and volume until it settles.
+//!
+//! `cargo run --release -p membrane-implicit --example inflate -- [steps]`
+
+use membrane_implicit::{
+    Drive, Membrane, Motion, MovingMembrane, RestShape, Scheme, Stop, TimeStep,
+};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let steps: u32 = std::env::args().nth(1).map_or(Ok(500), |n| n.parse())?;
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+    for scheme in [Scheme::RungeKutta4, Scheme::Trapezoidal, Scheme::TrBdf2] {
+        let body = MovingMembrane::new(&membrane, 101)?.with_damping(1.0)?;
+        let mut motion = Motion::new(body, Drive::intensity(|_| 17.5), scheme)?;
+        for second in 1..=5 {
+            motion.run(
+                TimeStep::Fixed(5.0 / f64::from(steps)),
+                &[Stop::Time(f64::from(second))],
+            )?;
+            let state = motion.state();
+            println!(
+                "{scheme:?} t = {second} s: apex {:.6} cm, {:.6} cm^3",
+                state.points[50][0],
+                state.volume()
+            );
+        }
+        let energy = motion.energy();
+        println!(
+            "  {energy:?}\n  {:?}, imbalance {:.1e}",
+            motion.work(),
+            energy.imbalance()
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,137 @@
+//! Steps far past the explicit limit, stiffnesses and dampings of any size.
+//!
+//! `MEMBRANE_STEPS` sets the number of steps of the long runs (default 2 000; the full count is
+//! 1 000 000).
+
+mod common;
+
+use common::balloon;
+use membrane_implicit::{
+    Drive, ImplicitError, Motion, MovingMembrane, Scheme, Stiffness, Stop, TimeStep,
+};
+
+fn long_run() -> usize {
+    std::env::var("MEMBRANE_STEPS")
+        .ok()
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(2_000)
+}
+
+const IMPLICIT: [Scheme; 4] = [
+    Scheme::SemiImplicitEuler,
+    Scheme::BackwardEuler,
+    Scheme::Trapezoidal,
+    Scheme::TrBdf2,
+];
+
+#[test]
+fn any_step_stiffness_and_damping_stays_finite() {
+    for scheme in IMPLICIT {
+        for lambda in [1.0, 1e6, 1e12] {
+            for mu in [0.0, 1.0, 1e6] {
+                for multiple in [1.0, 1e3, 1e6] {
+                    let membrane = balloon().with_stiffness(Stiffness::constant(lambda).unwrap());
+                    let body = MovingMembrane::new(&membrane, 21)
+                        .unwrap()
+                        .with_damping(mu)
+                        .unwrap();
+                    let dt = multiple * body.largest_explicit_step();
+                    let load = 17.5 * lambda;
+                    let mut motion =
+                        Motion::new(body, Drive::intensity(move |_| load), scheme).unwrap();
+                    for step in 0..long_run() {
+                        if let Err(error) = motion.step(dt) {
+                            panic!(
+                                "{scheme:?} lambda {lambda:e} mu {mu:e} dt {dt:e} step {step}: {error}"
+                            );
+                        }
+                    }
+                    let far = motion
+                        .state()
+                        .points
+                        .as_flattened()
+                        .iter()
+                        .fold(0.0, |m: f64, x| m.max(x.abs()));
+                    // the equilibrium reaches 10.9 cm; a wave without damping overshoots it
+                    assert!(
+                        far < 100.0,
+                        "{scheme:?} lambda {lambda:e} mu {mu:e} dt {dt:e}: {far}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn trapezoidal_rule_keeps_the_energy_of_the_linear_membrane() {
+    for lambda in [1.0, 1e12] {
+        for multiple in [0.1, 10.0, 1e6] {
+            let membrane = balloon()
+                .with_stiffness(Stiffness::constant(lambda).unwrap())
+                .with_second_neighbours(Stiffness::constant(0.1 * lambda).unwrap());
+            let body = MovingMembrane::new(&membrane, 41).unwrap();
+            let dt = multiple * body.largest_explicit_step();
+            let mut motion =
+                Motion::new(body, Drive::intensity(|_| 0.0), Scheme::Trapezoidal).unwrap();
+            let points: Vec<[f64; 2]> = motion
+                .state()
+                .points
+                .iter()
+                .enumerate()
+                .map(|(n, p)| {
+                    let s = n as f64 / 40.0;
+                    [
+                        p[0] + (3.0 * s).sin() * s * (1.0 - s),
+                        p[1] + 0.3 * (std::f64::consts::PI * s).sin(),
+                    ]
+                })
+                .collect();
+            let velocities: Vec<[f64; 2]> = (0..41)
+                .map(|n| [lambda.sqrt() * (n as f64).sin(), 0.0])
+                .collect();
+            motion = motion.with_state(0.0, &points, &velocities).unwrap();
+            let before = motion.energy().kinetic + motion.energy().elastic;
+            let mut worst = 0.0f64;
+            motion
+                .run_with(TimeStep::Fixed(dt), &[Stop::Steps(long_run())], |m| {
+                    if m.work().steps.is_multiple_of(97) {
+                        let energy = m.energy();
+                        worst = worst.max(((energy.kinetic + energy.elastic) / before - 1.0).abs());
+                    }
+                })
+                .unwrap();
+            println!("lambda {lambda:e}, {multiple:e} times the explicit step: {worst:e}");
+            assert!(worst < 1e-9, "lambda {lambda:e}, {multiple:e}: {worst:e}");
+        }
+    }
+}
+
+#[test]
+fn forward_euler_is_stable_up_to_its_step_and_not_beyond() {
+    let run = |multiple: f64| {
+        // mu / k = 50 / 40 000: past it the stiffest mode grows by mu^2 / 2k = 3 % of the excess
+        // a step, below it every mode decays
+        let body = MovingMembrane::new(&balloon(), 101)
+            .unwrap()
+            .with_damping(50.0)
+            .unwrap();
+        let dt = multiple * body.forward_euler_step();
+        let mut motion =
+            Motion::new(body, Drive::intensity(|_| 17.5), Scheme::ForwardEuler).unwrap();
+        let result = motion.run(TimeStep::Fixed(dt), &[Stop::Steps(20_000)]);
+        let velocities = motion.state().velocities.as_flattened();
+        result.map(|_| velocities.iter().fold(0.0, |m: f64, v| m.max(v.abs())))
+    };
+    assert!(run(0.98).unwrap() < 1.0);
+    match run(1.1) {
+        Ok(speed) => assert!(speed > 1e6, "{speed}"),
+        Err(error) => assert!(
+            matches!(
+                error,
+                ImplicitError::Unstable { .. } | ImplicitError::Membrane { .. }
+            ),
+            "{error}"
+        ),
+    }
+}
