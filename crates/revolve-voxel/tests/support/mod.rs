@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 /// Chord of the solid under a path from axis to axis, by the definition: the signed sum over the path's pieces of the
 /// length of line inside each frustum, which is cut at the roots of its quadratic and asked at the middles.
-pub fn naive_chord(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>) -> f64 {
+pub(crate) fn naive_chord(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>) -> f64 {
     let mut closed = path.to_vec();
     closed.insert(0, [path[0][0], 0.0]);
     closed.push([path[path.len() - 1][0], 0.0]);
@@ -75,7 +75,7 @@ fn twin_rounding(p: [f64; 2], q: [f64; 2], o: Point3<f64>, d: Vector3<f64>) -> f
 }
 
 /// What the twin's chord changes by when the line moves a little: the conditioning, times the rounding.
-pub fn chord_tolerance(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>) -> f64 {
+pub(crate) fn chord_tolerance(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>) -> f64 {
     let step = 1e-12;
     let here = naive_chord(path, o, d);
     let mut worst = 0.0f64;
@@ -94,7 +94,7 @@ pub fn chord_tolerance(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>) -> f6
 }
 
 /// Directions, a good part of them degenerate.
-pub fn direction() -> impl Strategy<Value = Vector3<f64>> {
+pub(crate) fn direction() -> impl Strategy<Value = Vector3<f64>> {
     prop_oneof![
         6 => (-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64).prop_filter_map("not zero", |(a, b, c)| {
             let v = Vector3::new(a, b, c);
@@ -113,7 +113,7 @@ pub fn direction() -> impl Strategy<Value = Vector3<f64>> {
 }
 
 /// A path round the origin, seen from it at falling angles: overhangs, creases, several radii at one x.
-pub fn star() -> impl Strategy<Value = Vec<[f64; 2]>> {
+pub(crate) fn star() -> impl Strategy<Value = Vec<[f64; 2]>> {
     (
         prop::collection::vec((0.4..1.6f64, 0.1..1.0f64), 3..24),
         0..3,
@@ -144,7 +144,7 @@ pub fn star() -> impl Strategy<Value = Vec<[f64; 2]>> {
 }
 
 /// A profile with one radius at each x, open at both ends.
-pub fn graph() -> impl Strategy<Value = Vec<[f64; 2]>> {
+pub(crate) fn graph() -> impl Strategy<Value = Vec<[f64; 2]>> {
     prop::collection::vec((0.05..1.0f64, 0.0..1.2f64), 2..20).prop_map(|raw| {
         let mut x = -1.0;
         let step = 2.0 / raw.iter().map(|p| p.0).sum::<f64>();
@@ -167,13 +167,13 @@ pub fn graph() -> impl Strategy<Value = Vec<[f64; 2]>> {
     })
 }
 
-pub fn profile() -> impl Strategy<Value = (Vec<[f64; 2]>, Meridian)> {
+pub(crate) fn profile() -> impl Strategy<Value = (Vec<[f64; 2]>, Meridian)> {
     prop_oneof![star(), graph()].prop_filter_map("a simple profile", |p| {
         Meridian::new(&p).ok().map(|m| (p, m))
     })
 }
 
-pub fn pose() -> impl Strategy<Value = Pose> {
+pub(crate) fn pose() -> impl Strategy<Value = Pose> {
     (
         prop::array::uniform3(-1.0..1.0f64),
         prop::array::uniform3(-3.0..3.0f64),
@@ -188,7 +188,7 @@ pub fn pose() -> impl Strategy<Value = Pose> {
 }
 
 /// The study's pose.
-pub fn study_pose() -> Pose {
+pub(crate) fn study_pose() -> Pose {
     let quarter = std::f64::consts::FRAC_PI_4;
     Pose::axis_along_z(5.625)
         .unwrap()
@@ -199,7 +199,7 @@ pub fn study_pose() -> Pose {
 }
 
 /// A balloon that bulges, also behind its base.
-pub fn balloon(radius: f64, n: usize) -> Meridian {
+pub(crate) fn balloon(radius: f64, n: usize) -> Meridian {
     let h = 9.5 + radius;
     let points: Vec<[f64; 2]> = (0..=n)
         .map(|k| {
@@ -214,10 +214,10 @@ pub fn balloon(radius: f64, n: usize) -> Meridian {
     Meridian::new(&points).unwrap()
 }
 
-pub fn heart(n: usize) -> Body {
+pub(crate) fn heart(n: usize) -> Body {
     Body::new(vec![balloon(1.75, n), balloon(2.75, n)], study_pose()).unwrap()
 }
 
-pub fn solid(points: &[[f64; 2]]) -> Body {
+pub(crate) fn solid(points: &[[f64; 2]]) -> Body {
     Body::new(vec![Meridian::new(points).unwrap()], Pose::identity()).unwrap()
 }

@@ -1,0 +1,45 @@
+//! Work is proportional to the surface, not to the volume.
+
+mod support;
+
+use revolve_voxel::{ParallelDetector, Sampling, VoxelGrid};
+use support::*;
+
+#[test]
+fn voxels_looked_at_grow_with_the_surface() {
+    let body = heart(200);
+    let count = |n: usize| {
+        let grid = VoxelGrid::cube(n, 16.0 / n as f64).unwrap();
+        let sampling = Sampling::Coverage { tolerance: 1e-2 };
+        let mut slab = vec![0.0f32; grid.slice_len() * n];
+        body.voxelize_add(&grid, 0..n, sampling, &[0.0, 1.0], 1.0, &mut slab)
+            .unwrap()
+    };
+    let (a, b) = (count(64), count(128));
+    // Twice the resolution: four times the surface, eight times the volume.
+    let ratio = |x: u64, y: u64| y as f64 / x as f64;
+    assert!((3.5..4.5).contains(&ratio(a.cut, b.cut)), "{a:?} {b:?}");
+    assert!(ratio(a.evaluations, b.evaluations) < 4.5, "{a:?} {b:?}");
+    assert!(
+        (7.0..9.0).contains(&ratio(a.filled, b.filled)),
+        "{a:?} {b:?}"
+    );
+    // A plane cuts about 3/2 voxels for each voxel face of its area; a voxel counts as cut if its circumscribed ball is:
+    // at most sqrt(3).
+    let area: f64 = body.layers().iter().map(|m| m.measures().surface).sum();
+    assert!((b.cut as f64) < 1.9 * area / (16.0f64 / 128.0).powi(2));
+}
+
+#[test]
+fn rays_outside_the_silhouette_are_skipped() {
+    let body = heart(200);
+    let rays = ParallelDetector::new(256, 256, [0.0625; 2])
+        .unwrap()
+        .rays(0.7)
+        .unwrap();
+    let (_, c) = body.project::<f32>(&rays, &[1.0, 1.0]).unwrap();
+    let (_, outer) = body.project::<f32>(&rays, &[0.5, 0.5]).unwrap();
+    assert_eq!(c.cast + c.skipped, 256 * 256);
+    assert!(outer.cast as f64 <= 1.1 * outer.hit as f64, "{outer:?}");
+    assert!(outer.skipped > 3 * outer.cast);
+}
