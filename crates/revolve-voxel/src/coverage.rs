@@ -154,7 +154,7 @@ impl Painter<'_> {
         }
         let radius = Vector3::from(half).norm();
         counters.evaluations += 1;
-        let inside = match self.field.ask(centre.x, centre.y.hypot(centre.z), radius) {
+        let inside = match self.field.ask(centre.x, radius_of(&centre), radius) {
             Answer::Far(inside) => Some(inside),
             Answer::Near(d, _) if d.value.abs() >= radius => Some(d.value < 0.0),
             _ => None,
@@ -216,7 +216,7 @@ impl Painter<'_> {
 
     fn inside(&self, p: &Point3<f64>, counters: &mut VoxelCounters) -> bool {
         counters.evaluations += 1;
-        let r = p.y.hypot(p.z);
+        let r = radius_of(p);
         match self.field.ask(p.x, r, 0.0) {
             Answer::Far(inside) => inside,
             Answer::Near(d, _) => d.value < 0.0,
@@ -227,7 +227,7 @@ impl Painter<'_> {
     /// The surface as seen from the centre of a box of that radius.
     fn look(&self, p: &Point3<f64>, radius: f64, counters: &mut VoxelCounters) -> Sight {
         counters.evaluations += 1;
-        let r = p.y.hypot(p.z);
+        let r = radius_of(p);
         let (d, tangents) = match self.field.ask(p.x, r, radius) {
             Answer::Far(inside) => return Sight::Clear(inside),
             Answer::Near(d, tangents) => (d, tangents),
@@ -355,7 +355,7 @@ impl Painter<'_> {
         [gx, gr]: [f64; 2],
         counters: &mut VoxelCounters,
     ) -> f64 {
-        let r = p.y.hypot(p.z);
+        let r = radius_of(p);
         let h2 = half.iter().map(|h| h * h).sum::<f64>() / 3.0;
         let h = h2.sqrt();
         // Along the profile, by the second difference of the distance.
@@ -372,6 +372,13 @@ impl Painter<'_> {
         let round = gr * h2 / (r - distance * gr).max(h);
         (along + round) / 6.0
     }
+}
+
+/// Distance from the axis. Not `hypot`: no voxel is so small or large that its square would under- or overflow, and this is
+/// the innermost loop.
+#[inline(always)]
+fn radius_of(p: &Point3<f64>) -> f64 {
+    (p.y * p.y + p.z * p.z).sqrt()
 }
 
 /// What is seen of the surface from a box's centre.

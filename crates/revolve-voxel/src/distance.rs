@@ -38,7 +38,7 @@ impl Tangents {
     /// Bound of the angle between any two, by the diagonal of their range (0 for none).
     pub(crate) fn spread(&self) -> f64 {
         let d = [0, 1].map(|k| (self.high[k] - self.low[k]).max(0.0));
-        d[0].hypot(d[1])
+        (d[0] * d[0] + d[1] * d[1]).sqrt()
     }
 }
 

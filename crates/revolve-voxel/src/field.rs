@@ -115,7 +115,8 @@ impl<'a> Field<'a> {
         }
         let (i, j) = (u as usize, v as usize);
         let cell = &self.cells[j * self.shape[0] + i];
-        let off = (u - i as f64 - 0.5).hypot(v - j as f64 - 0.5) * self.size;
+        let (du, dv) = (u - i as f64 - 0.5, v - j as f64 - 0.5);
+        let off = (du * du + dv * dv).sqrt() * self.size;
         if cell.distance.abs() - off >= far {
             return Answer::Far(cell.distance < 0.0);
         }
