@@ -3,6 +3,7 @@
 mod consume;
 mod dependencies;
 mod features;
+mod stress;
 mod tidy;
 mod workspace;
 
@@ -40,6 +41,12 @@ const TASKS: &[Task] = &[
         arguments: "",
         what: "packs the published crates and runs a project outside the workspace on the packages",
         run: consume::task,
+    },
+    Task {
+        name: "stress",
+        arguments: "--minutes N",
+        what: "random and pathological scenes through everything, from new seeds",
+        run: stress::task,
     },
 ];
 

@@ -1,0 +1,81 @@
+//! Random and pathological scenes through everything: each ends in a finite answer that holds, or in a typed error.
+//!
+//! `cargo test -p tests --test stress` runs a few hundred scenes; `cargo xtask stress --minutes N` as many as fit into N
+//! minutes, from seeds nobody has tried. A scene that panics is named by its kind and seed; `STRESS_SEED=S` starts there.
+
+mod bodies;
+mod membranes;
+mod random;
+mod tomography;
+
+use random::Random;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
+
+/// How a scene ended, when it ended well.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// An answer that passed its checks.
+    Answered,
+    /// A typed error.
+    Refused,
+}
+
+/// Scenes of each kind in an ordinary run.
+const SCENES: u64 = 150;
+
+fn variable<T: std::str::FromStr>(name: &str) -> Option<T> {
+    std::env::var(name).ok()?.parse().ok()
+}
+
+/// Runs scenes from the seed on, for the time or the number asked for, and fails with the seeds of those that panicked.
+fn run(kind: &str, scene: fn(&mut Random) -> Outcome) {
+    let first: u64 = variable("STRESS_SEED").unwrap_or(1);
+    // The three kinds run side by side, each for the whole time.
+    let time = variable::<f64>("STRESS_MINUTES")
+        .map(|m| Duration::from_secs_f64(60.0 * m.clamp(0.0, 1e5)));
+    let start = Instant::now();
+    let (mut answered, mut refused, mut failed) = (0_u64, 0_u64, Vec::new());
+    for seed in first.. {
+        match time {
+            Some(time) if start.elapsed() >= time => break,
+            None if seed >= first + SCENES => break,
+            _ => {}
+        }
+        match catch_unwind(AssertUnwindSafe(|| scene(&mut Random::new(seed)))) {
+            Ok(Outcome::Answered) => answered += 1,
+            Ok(Outcome::Refused) => refused += 1,
+            Err(_) => failed.push(seed),
+        }
+    }
+    println!(
+        "{kind}: {answered} answered, {refused} refused, {} failed",
+        failed.len()
+    );
+    assert!(failed.is_empty(), "{kind}: seeds {failed:?}");
+    assert!(
+        answered > 0 || time.is_some(),
+        "{kind}: nothing was answered, so nothing was checked"
+    );
+}
+
+#[test]
+fn membranes_answer_or_refuse() {
+    run("membranes", membranes::scene);
+}
+
+#[test]
+fn bodies_answer_or_refuse() {
+    run("bodies", bodies::scene);
+}
+
+#[test]
+fn tomography_answers_or_refuses() {
+    run("tomography", tomography::scene);
+}
+
+/// The same work with one thread and with two.
+pub fn with_threads<T: Send>(threads: usize, work: impl Fn() -> T + Send + Sync) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.expect("a pool of two threads").install(work)
+}
