@@ -4,7 +4,9 @@ use crate::sample::Sample;
 
 /// A register of samples.
 ///
-/// Every method must be inlined into a function compiled for the instruction set: callers promise that the machine has it.
+/// # Safety
+/// Every method must be inlined into a function compiled for the instruction set: callers promise that the machine has it,
+/// and that what a method asks of its pointers holds.
 pub trait Vector<T>: Copy {
     /// Samples in the register.
     const WIDTH: usize;
@@ -145,23 +147,26 @@ mod x86 {
             #[derive(Debug, Clone, Copy)]
             pub struct $name($register);
 
-            // SAFETY (all): the caller runs on a machine with the set, and promises what the trait asks of pointers.
             impl Vector<$t> for $name {
                 const WIDTH: usize = $width;
                 #[inline(always)]
                 unsafe fn splat(x: $t) -> Self {
+                    // SAFETY: the machine has the set and the pointers are valid, as the caller promised.
                     Self(unsafe { $splat(x) })
                 }
                 #[inline(always)]
                 unsafe fn load(at: *const $t) -> Self {
+                    // SAFETY: the machine has the set and the pointers are valid, as the caller promised.
                     Self(unsafe { $load(at) })
                 }
                 #[inline(always)]
                 unsafe fn store(self, at: *mut $t) {
+                    // SAFETY: the machine has the set and the pointers are valid, as the caller promised.
                     unsafe { $store(at, self.0) }
                 }
                 #[inline(always)]
                 unsafe fn multiply_add(self, a: Self, b: Self) -> Self {
+                    // SAFETY: the machine has the set and the pointers are valid, as the caller promised.
                     Self(unsafe { $fma(self.0, a.0, b.0) })
                 }
                 #[inline(always)]
@@ -190,6 +195,7 @@ mod x86 {
             ) -> ([i32; RUN], [f32; RUN]) {
                 let (mut index, mut weight) = ([0; RUN], [0.0; RUN]);
                 for half in [0, 8] {
+                    // SAFETY: the machine has the set, as the caller promised; all arrays are RUN long.
                     unsafe {
                         let t = _mm256_add_ps(
                             _mm256_set1_ps(first),
@@ -239,6 +245,7 @@ mod x86 {
                 most: f32,
             ) -> ([i32; RUN], [f32; RUN]) {
                 let (mut index, mut weight) = ([0; RUN], [0.0; RUN]);
+                // SAFETY: the machine has the set, as the caller promised; all arrays are RUN long.
                 unsafe {
                     let (j, w) = locate_16(first, lane_dx, most);
                     _mm512_storeu_si512(index.as_mut_ptr().cast(), j);
@@ -258,6 +265,7 @@ mod x86 {
                 // The taps of the whole run lie in two registers unless pixels are almost twice as wide as samples.
                 if lane_dx[RUN - 1].abs() < (WINDOW - 3) as f32 {
                     let row = &row[..WINDOW];
+                    // SAFETY: the machine has the set, as the caller promised; `row`, `sums` and `lane_dx` are as long as what is read.
                     unsafe {
                         let (j, w) = locate_16(first, lane_dx, most);
                         let (a, b) = (
@@ -275,6 +283,7 @@ mod x86 {
                         _mm512_storeu_ps(sums.as_mut_ptr(), _mm512_fmadd_ps(w, p1, sum));
                     }
                 } else {
+                    // SAFETY: the caller's promise.
                     let (index, weight) = unsafe { Self::locate(first, lane_dx, most) };
                     for l in 0..RUN {
                         let (j, w) = (index[l] as usize, weight[l]);
@@ -298,6 +307,7 @@ mod x86 {
 
     #[inline(always)]
     unsafe fn locate_16(first: f32, lane_dx: &[f32; RUN], most: f32) -> (__m512i, __m512) {
+        // SAFETY: the machine has the set, as the caller promised; `lane_dx` is RUN long.
         unsafe {
             let t = _mm512_add_ps(_mm512_set1_ps(first), _mm512_loadu_ps(lane_dx.as_ptr()));
             let t = _mm512_min_ps(_mm512_max_ps(t, _mm512_setzero_ps()), _mm512_set1_ps(most));
