@@ -65,6 +65,7 @@ fn not_too_long(path: &str, lines: &[Line]) -> Vec<Finding> {
 
 fn unsafe_in_its_place(path: &str, lines: &[Line]) -> Vec<Finding> {
     let mut findings = Vec::new();
+    let file_says_what_callers_promise = lines.iter().any(|line| line.comment.contains("# Safety"));
     for (at, line) in lines
         .iter()
         .enumerate()
@@ -79,13 +80,14 @@ fn unsafe_in_its_place(path: &str, lines: &[Line]) -> Vec<Finding> {
             continue;
         }
         let comments = comments_for(lines, at);
-        // A function pointer type `unsafe fn(..)` does nothing unsafe; what is called through it does.
-        let is_type = line.code.contains("unsafe fn(");
-        if !is_type && !comments.contains("SAFETY:") && !comments.contains("# Safety") {
+        let has_reason = comments.contains("SAFETY:") || comments.contains("# Safety");
+        // A declared function does nothing unsafe yet; what its callers promise may stand once, at its trait or module.
+        let is_declared = line.code.contains("unsafe fn") && file_says_what_callers_promise;
+        if !has_reason && !is_declared {
             findings.push(Finding::new(
                 path,
                 at + 1,
-                "`unsafe` without a `SAFETY:` comment (or `# Safety` docs)",
+                "`unsafe` without a `SAFETY:` comment (a function: without `# Safety` docs)",
             ));
         }
     }
@@ -253,7 +255,17 @@ mod tests {
             simd,
             "/// # Safety\n/// AVX2.\n#[target_feature(enable = \"avx2\")]\npub(crate) unsafe fn f() {}",
         );
-        keeps(unsafe_in_its_place, simd, "kernel: unsafe fn(&[f32]),");
+        breaks(unsafe_in_its_place, simd, "unsafe fn f() {}", 1);
+        keeps(
+            unsafe_in_its_place,
+            simd,
+            "/// # Safety
+/// AVX2.
+trait V {
+    unsafe fn f();
+    unsafe fn g();
+}",
+        );
         keeps(
             unsafe_in_its_place,
             "crates/radon/src/fbp.rs",
