@@ -5,6 +5,7 @@
 mod conventions;
 mod floors;
 mod manifests;
+mod pages;
 mod rust_text;
 mod source_rules;
 mod text_rules;
@@ -72,6 +73,7 @@ fn check(root: &Path) -> Result<Vec<Finding>, String> {
     findings.extend(floors::check(&files));
     findings.extend(manifests::check(&files));
     findings.extend(conventions::check(&files));
+    findings.extend(pages::check(&files, |path| root.join(path).exists()));
     Ok(findings)
 }
 

@@ -1,0 +1,136 @@
+//! Pages do not lie about the tree: what they link to exists, and the tests that the errata name do too.
+
+use std::collections::BTreeSet;
+
+use super::Finding;
+use crate::workspace::TextFile;
+
+/// The page whose names in backquotes with three or more words are tests.
+const ERRATA: &str = "docs/errata.md";
+
+/// Findings on all pages. `exists` tells whether a path from the root is a file or folder, pictures included.
+pub(crate) fn check(files: &[TextFile], exists: impl Fn(&str) -> bool) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for page in files.iter().filter(|file| file.path.ends_with(".md")) {
+        for (at, line) in page.text.lines().enumerate() {
+            for target in links(line) {
+                let path = resolve(&page.path, target);
+                if !exists(&path) {
+                    findings.push(Finding::new(
+                        &page.path,
+                        at + 1,
+                        format!("links to {path}, which does not exist"),
+                    ));
+                }
+            }
+        }
+    }
+    if let Some(page) = super::find(files, ERRATA) {
+        let tests: BTreeSet<&str> = files
+            .iter()
+            .filter(|file| file.path.ends_with(".rs"))
+            .flat_map(|file| functions(&file.text))
+            .collect();
+        for (at, line) in page.text.lines().enumerate() {
+            for name in line
+                .split('`')
+                .skip(1)
+                .step_by(2)
+                .filter(|name| is_test_name(name))
+            {
+                if !tests.contains(name) {
+                    findings.push(Finding::new(
+                        ERRATA,
+                        at + 1,
+                        format!("no test is named `{name}`"),
+                    ));
+                }
+            }
+        }
+    }
+    findings
+}
+
+/// Targets of the Markdown links of a line that lead into the tree.
+fn links(line: &str) -> impl Iterator<Item = &str> {
+    line.split("](")
+        .skip(1)
+        .filter_map(|rest| rest.split_once(')'))
+        .map(|(target, _)| target.split('#').next().unwrap_or(""))
+        .filter(|target| !target.is_empty() && !target.contains("://") && !target.contains(' '))
+}
+
+/// The path from the root that `target`, on the page at `page`, means.
+fn resolve(page: &str, target: &str) -> String {
+    let mut parts: Vec<&str> = page.split('/').collect();
+    parts.pop();
+    for part in target.split('/') {
+        match part {
+            "." | "" => {}
+            ".." => {
+                parts.pop();
+            }
+            part => parts.push(part),
+        }
+    }
+    parts.join("/")
+}
+
+/// Names of the functions in Rust text.
+fn functions(text: &str) -> impl Iterator<Item = &str> {
+    text.split("fn ")
+        .skip(1)
+        .filter_map(|rest| rest.split(['(', '<']).next())
+}
+
+fn is_test_name(name: &str) -> bool {
+    name.matches('_').count() >= 2
+        && name
+            .chars()
+            .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn findings(page: &str, text: &str) -> Vec<usize> {
+        let file = |path: &str, text: &str| TextFile {
+            path: path.into(),
+            text: text.into(),
+        };
+        let files = [
+            file(page, text),
+            file("tests/tests/errata.rs", "#[test]\nfn eq_5_is_right() {}\n"),
+        ];
+        check(&files, |path| path == "docs/img/a.svg")
+            .iter()
+            .map(|finding| finding.line)
+            .collect()
+    }
+
+    #[test]
+    fn links_lead_somewhere() {
+        assert_eq!(
+            findings("docs/a.md", "\n![A](img/a.svg) and [b](b.md)\n"),
+            [2]
+        );
+        assert_eq!(
+            findings(
+                "docs/a.md",
+                "[a](../docs/img/a.svg#x) [b](https://a.b/c) [c](#here)\n"
+            ),
+            [0; 0]
+        );
+        assert_eq!(findings("README.md", "![A](img/a.svg)\n"), [1]);
+    }
+
+    #[test]
+    fn the_errata_name_tests_that_exist() {
+        assert_eq!(
+            findings(ERRATA, "`eq_5_is_right` and `c_x`\n`eq_6_is_right`\n"),
+            [2]
+        );
+        assert_eq!(findings("docs/a.md", "`eq_6_is_right`\n"), [0; 0]);
+    }
+}
