@@ -81,6 +81,23 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
+    fn check(&self) -> Result<(), ImplicitError> {
+        within(
+            "position tolerance",
+            self.position,
+            f64::MIN_POSITIVE,
+            f64::MAX,
+        )?;
+        within(
+            "velocity tolerance",
+            self.velocity,
+            f64::MIN_POSITIVE,
+            f64::MAX,
+        )?;
+        longest(self.longest)?;
+        Ok(())
+    }
+
     /// The same number for positions and velocities, steps of any length.
     pub fn uniform(tolerance: f64) -> Self {
         Self {
@@ -347,27 +364,26 @@ impl Motion {
     ) -> Result<usize, ImplicitError> {
         within("number of stops", stops.len() as f64, 1.0, f64::MAX)?;
         match steps {
-            TimeStep::Fixed(dt) => within("time step", dt, f64::MIN_POSITIVE, f64::MAX)?,
-            TimeStep::Adaptive(t) => {
-                within(
-                    "position tolerance",
-                    t.position,
-                    f64::MIN_POSITIVE,
-                    f64::MAX,
-                )?;
-                within(
-                    "velocity tolerance",
-                    t.velocity,
-                    f64::MIN_POSITIVE,
-                    f64::MAX,
-                )?
+            TimeStep::Fixed(dt) => {
+                within("time step", dt, f64::MIN_POSITIVE, f64::MAX)?;
             }
-        };
+            TimeStep::Adaptive(tolerance) => tolerance.check()?,
+        }
         let first = self.work().steps;
         let mut end = f64::INFINITY;
+        let mut volumes = false;
         for stop in stops {
-            if let Stop::Time(time) = *stop {
-                end = end.min(within("end time", time, self.time(), f64::MAX)?);
+            match *stop {
+                Stop::Time(time) => end = end.min(within("end time", time, self.time(), f64::MAX)?),
+                Stop::Volume(volume) => {
+                    volumes = true;
+                    within("volume", volume, f64::MIN_POSITIVE, f64::MAX)?;
+                }
+                Stop::Equilibrium { force, speed } => {
+                    within("force at equilibrium", force, 0.0, f64::MAX)?;
+                    within("speed at equilibrium", speed, 0.0, f64::MAX)?;
+                }
+                Stop::Steps(_) => (),
             }
         }
         loop {
@@ -381,7 +397,7 @@ impl Motion {
                 TimeStep::Fixed(_) => left,
                 TimeStep::Adaptive(_) => 0.0,
             };
-            let before = self.state().volume();
+            let before = if volumes { self.state().volume() } else { 0.0 };
             let dt = match steps {
                 TimeStep::Fixed(_) => {
                     self.attempt(dt)?;
@@ -485,13 +501,8 @@ impl Motion {
 
     /// Attempts steps until one passes the error test; leaves it to be accepted.
     fn attempt_adaptive(&mut self, tolerance: &Tolerance, most: f64) -> Result<f64, ImplicitError> {
-        within("longest step", most, f64::MIN_POSITIVE, f64::INFINITY).or_else(|error| {
-            if most == f64::INFINITY {
-                Ok(most)
-            } else {
-                Err(error)
-            }
-        })?;
+        tolerance.check()?;
+        longest(most)?;
         let bounds = (tolerance.position, tolerance.velocity);
         let exponent = self.inner.error_exponent();
         let mut dt = self
@@ -575,6 +586,15 @@ impl Motion {
             (b, fb) = (middle, f);
         }
         Ok(())
+    }
+}
+
+/// A bound on the step, which may be infinite.
+fn longest(step: f64) -> Result<f64, ImplicitError> {
+    if step == f64::INFINITY {
+        Ok(step)
+    } else {
+        within("longest step", step, f64::MIN_POSITIVE, f64::MAX)
     }
 }
 
