@@ -1,5 +1,7 @@
 //! One step of a scheme for one membrane: stages, energy, error estimate. Nothing is allocated here.
 
+mod stages;
+
 use membrane_newton::Measure;
 
 use crate::body::MovingMembrane;
@@ -7,7 +9,7 @@ use crate::drive::DriveKind;
 use crate::energy::{Energy, Ledger};
 use crate::error::ImplicitError;
 use crate::scheme::{Jacobian, Scheme, Tableau};
-use crate::stage::{Equation, Stage, dot, hold_ends};
+use crate::stage::{Stage, dot, hold_ends};
 
 /// Position, velocity and acceleration at one instant, flat.
 #[derive(Debug, Clone)]
@@ -36,14 +38,6 @@ pub struct Work {
     /// Evaluations of the pressure force.
     pub force_calls: usize,
 }
-
-const MAX_ITERATIONS: usize = 40;
-/// The next iteration must promise to move positions by less than this fraction of the membrane's
-/// length. It lies below the rounding of a position because forces see it through 1 / ds^2: only
-/// then does the energy report close.
-const SOLVE_TOLERANCE: f64 = 1e-17;
-/// Below this fraction, an iteration that no longer gains has reached its rounding.
-const STALL: f64 = 1e-8;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Stepper {
@@ -228,217 +222,6 @@ impl Stepper {
             self.stage.forget();
             Err(ImplicitError::Unstable { time, dt })
         }
-    }
-
-    fn explicit_stage(&mut self, index: usize, dt: f64, target: f64) -> Result<(), ImplicitError> {
-        let (before, rest) = self.instants.split_at_mut(index);
-        let (now, new) = (&before[0], &mut rest[0]);
-        new.time = now.time + dt * self.tableau.c[index];
-        new.nodes.copy_from_slice(&now.nodes);
-        new.velocity.copy_from_slice(&now.velocity);
-        add_slopes(
-            before,
-            &self.tableau.a[index],
-            dt,
-            &mut new.nodes,
-            &mut new.velocity,
-        );
-        self.evaluate(index, target)
-    }
-
-    fn linearised_step(&mut self, dt: f64, target: f64) -> Result<(), ImplicitError> {
-        let refresh = match self.jacobian {
-            Jacobian::Differences { refresh_every } => {
-                self.work.steps.is_multiple_of(refresh_every)
-            }
-            _ => true,
-        };
-        let Self {
-            body,
-            stage,
-            instants,
-            pressure,
-            kind,
-            length,
-            ..
-        } = self;
-        let (now, rest) = instants.split_at_mut(1);
-        let (now, new) = (&mut now[0], &mut rest[0]);
-        let eq = Equation {
-            body,
-            kind: *kind,
-            target,
-            time: now.time,
-            dt,
-            h: dt,
-            length: *length,
-        };
-        new.time = now.time + dt;
-        new.nodes.copy_from_slice(&now.nodes);
-        new.velocity.fill(0.0);
-        new.intensity = match kind {
-            DriveKind::Intensity => target,
-            DriveKind::TotalForce => target / Measure::Surface.of(&now.nodes),
-            DriveKind::Volume => now.intensity,
-        };
-        let intensity = new.intensity;
-        if refresh || !stage.is_factored_for(dt) {
-            stage.linearise(&eq, self.jacobian, &now.nodes, intensity)?;
-        }
-        stage.iterate(
-            &eq,
-            (&now.nodes, &now.velocity),
-            &mut new.velocity,
-            &mut new.nodes,
-            &mut new.intensity,
-        )?;
-        self.work.iterations += 1;
-        // The force that acted: at the start's normals, plus what linearising added.
-        body.differences
-            .pressure_force_into(&now.nodes, intensity, pressure)
-            .map_err(|error| ImplicitError::Membrane {
-                time: now.time,
-                error,
-            })?;
-        stage.force_calls += 1;
-        stage.add_linearised(&eq, &new.velocity, new.intensity - intensity, pressure);
-        for i in 0..new.velocity.len() {
-            new.acceleration[i] = (new.velocity[i] - now.velocity[i]) / dt;
-        }
-        new.measure(pressure, body.differences.ds());
-        if *kind == DriveKind::TotalForce {
-            new.intensity = target / Measure::Surface.of(&new.nodes);
-        }
-        Ok(())
-    }
-
-    fn solve_stage(&mut self, index: usize, dt: f64, target: f64) -> Result<(), ImplicitError> {
-        let Self {
-            body,
-            stage,
-            instants,
-            pressure,
-            kind,
-            length,
-            tableau,
-            start,
-            jacobian,
-            work,
-            ..
-        } = self;
-        let (before, rest) = instants.split_at_mut(index);
-        let (now, new) = (&before[0], &mut rest[0]);
-        let (positions, velocities) = start;
-        positions.copy_from_slice(&now.nodes);
-        velocities.copy_from_slice(&now.velocity);
-        add_slopes(before, &tableau.a[index], dt, positions, velocities);
-        let h = dt * tableau.a[index][index];
-        let eq = Equation {
-            body,
-            kind: *kind,
-            target,
-            time: now.time,
-            dt,
-            h,
-            length: *length,
-        };
-        new.time = now.time + dt * tableau.c[index];
-
-        // Predict by Taylor's series where that stays close; a stiff step starts from where it is.
-        let ahead = dt * tableau.c[index];
-        let reach = now
-            .acceleration
-            .iter()
-            .fold(0.0, |m: f64, a| m.max(a.abs()));
-        let close = ahead * ahead * reach <= 0.01 * *length;
-        for i in 0..positions.len() {
-            new.velocity[i] = if close {
-                now.velocity[i] + ahead * now.acceleration[i]
-            } else {
-                (now.nodes[i] - positions[i]) / h
-            };
-            new.nodes[i] = positions[i] + h * new.velocity[i];
-        }
-        new.intensity = match kind {
-            DriveKind::Intensity => target,
-            DriveKind::TotalForce => target / Measure::Surface.of(&new.nodes),
-            DriveKind::Volume => before[index - 1].intensity,
-        };
-
-        let refresh = match jacobian {
-            Jacobian::Differences { refresh_every } => {
-                index == 1 && work.steps.is_multiple_of(*refresh_every)
-            }
-            _ => false,
-        };
-        let mut fresh = false;
-        if refresh || !stage.is_factored_for(h) {
-            stage.linearise(&eq, *jacobian, &new.nodes, new.intensity)?;
-            fresh = true;
-        }
-        let tolerance = SOLVE_TOLERANCE * *length;
-        let mut last = f64::INFINITY;
-        for iteration in 1..=MAX_ITERATIONS {
-            let change = stage.iterate(
-                &eq,
-                (positions, velocities),
-                &mut new.velocity,
-                &mut new.nodes,
-                &mut new.intensity,
-            );
-            work.iterations += 1;
-            let change = match change {
-                Ok(change) if change.is_finite() => change,
-                _ if fresh => {
-                    stage.forget();
-                    return Err(change
-                        .err()
-                        .unwrap_or(ImplicitError::Unstable { time: now.time, dt }));
-                }
-                _ => f64::INFINITY,
-            };
-            let ratio = change / last;
-            let settled = change <= tolerance
-                || (iteration > 1 && ratio < 1.0 && change * ratio / (1.0 - ratio) <= tolerance)
-                || (iteration > 2 && ratio > 0.3 && change <= STALL * *length);
-            if settled {
-                break;
-            }
-            if iteration == MAX_ITERATIONS {
-                stage.forget();
-                return Err(ImplicitError::StepNotSolved {
-                    time: now.time,
-                    dt,
-                    iterations: iteration,
-                    change,
-                });
-            }
-            fresh = false;
-            if ratio > 0.05 && iteration > 1 {
-                if !change.is_finite() {
-                    for i in 0..positions.len() {
-                        new.velocity[i] = (now.nodes[i] - positions[i]) / h;
-                        new.nodes[i] = now.nodes[i];
-                    }
-                    new.intensity = now.intensity;
-                }
-                stage.linearise(&eq, *jacobian, &new.nodes, new.intensity)?;
-                fresh = true;
-            }
-            last = change;
-        }
-        body.differences
-            .pressure_force_into(&new.nodes, new.intensity, pressure)
-            .map_err(|error| ImplicitError::Membrane {
-                time: now.time,
-                error,
-            })?;
-        stage.force_calls += 1;
-        for i in 0..velocities.len() {
-            new.acceleration[i] = (new.velocity[i] - velocities[i]) / h;
-        }
-        new.measure(pressure, body.differences.ds());
-        Ok(())
     }
 
     /// Scaled local error of the attempted step (1 is just acceptable); `None` where the scheme

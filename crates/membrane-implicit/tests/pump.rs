@@ -10,6 +10,8 @@ use membrane_implicit::{
     Stiffness, Stop, TimeStep, Tolerance,
 };
 
+type Points = Vec<[f64; 2]>;
+
 /// 65 beats per minute.
 const PERIOD: f64 = 60.0 / 65.0;
 
@@ -49,7 +51,7 @@ fn ten_beats_of_a_pair_are_periodic_and_keep_the_wall() {
     ] {
         let mut motion = beating(law, scheme);
         let rest = motion.state().volume();
-        let mut beats: Vec<(Vec<[f64; 2]>, Vec<[f64; 2]>, f64)> = Vec::new();
+        let mut beats: Vec<(Points, Points, f64)> = Vec::new();
         let (mut wall, mut inner) = (0.0f64, 0.0f64);
         for beat in 0..10 {
             // A quarter past the start of each beat, where the shape moves fastest.
