@@ -5,6 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::error::{RadonError, product};
+use crate::simd::{InstructionSet, gather, scatter};
 use crate::{ImageGrid, ParallelGeometry, Sample, StackOrder};
 
 mod layout;
@@ -12,7 +13,6 @@ mod layout;
 mod matrix;
 mod operator;
 mod rays;
-mod taps;
 
 use layout::{Stack, separate};
 pub use operator::StackOperator;
@@ -64,6 +64,7 @@ pub struct Projector {
     geometry: ParallelGeometry,
     grid: ImageGrid,
     kernel: Kernel,
+    instructions: InstructionSet,
     views: Vec<View>,
 }
 
@@ -112,6 +113,7 @@ impl Projector {
             geometry: geometry.clone(),
             grid: *grid,
             kernel,
+            instructions: InstructionSet::detect(),
             views,
         })
     }
@@ -124,6 +126,20 @@ impl Projector {
     /// The image grid.
     pub fn grid(&self) -> &ImageGrid {
         &self.grid
+    }
+
+    /// The same projector with another instruction set than the widest that the machine has, to compare them.
+    ///
+    /// # Errors
+    /// [`RadonError::InstructionSetMissing`].
+    pub fn with_instructions(mut self, instructions: InstructionSet) -> Result<Self, RadonError> {
+        if !instructions.is_available() {
+            return Err(RadonError::InstructionSetMissing {
+                given: instructions,
+            });
+        }
+        self.instructions = instructions;
+        Ok(self)
     }
 
     /// The kernel.
@@ -215,7 +231,7 @@ impl Projector {
         let (nx, ny, n_bins) = (self.grid.nx(), self.grid.ny(), self.geometry.n_bins());
         let ProjectorScratch { pixels, rays } = scratch;
         for block in slices.blocks::<T>(self) {
-            let lanes = lanes_for::<T>(block.len());
+            let lanes = self.instructions.lanes_for::<T>(block.len());
             pixels.resize(ny * stride * lanes, T::ZERO);
             rays.resize(self.views.len() * n_bins * lanes, T::ZERO);
             pixels
@@ -236,8 +252,8 @@ impl Projector {
                         for (view, sums) in views.iter().zip(rays.chunks_exact_mut(n_bins * lanes))
                         {
                             view.traverse(&window, &mut taps, |bin, taps| {
-                                taps::gather(
-                                    lanes,
+                                gather(
+                                    self.instructions,
                                     pixels,
                                     taps,
                                     &mut sums[bin * lanes..][..lanes],
@@ -275,7 +291,7 @@ impl Projector {
         let n_bins = self.geometry.n_bins();
         let ProjectorScratch { rays, .. } = scratch;
         for block in slices.blocks::<T>(self) {
-            let lanes = lanes_for::<T>(block.len());
+            let lanes = self.instructions.lanes_for::<T>(block.len());
             rays.resize(self.views.len() * n_bins * lanes, T::ZERO);
             rays.par_chunks_exact_mut(n_bins * lanes)
                 .enumerate()
@@ -296,8 +312,8 @@ impl Projector {
                         for (view, rays) in self.views.iter().zip(rays.chunks_exact(n_bins * lanes))
                         {
                             view.traverse(&window, &mut taps, |bin, taps| {
-                                taps::scatter(
-                                    lanes,
+                                scatter(
+                                    self.instructions,
                                     &mut tile,
                                     taps,
                                     &rays[bin * lanes..][..lanes],
@@ -359,15 +375,6 @@ fn row_stride(grid: &ImageGrid) -> usize {
     grid.nx() | 1
 }
 
-/// Slices that are worked on at the same time.
-fn lanes_for<T>(n: usize) -> usize {
-    let _ = size_of::<T>();
-    [1, 16, 32, 64]
-        .into_iter()
-        .find(|&lanes| n <= lanes)
-        .unwrap_or(128)
-}
-
 /// The slices of a run that hold signal.
 struct Slices {
     active: Vec<usize>,
@@ -398,8 +405,10 @@ impl Slices {
     /// Blocks of as many slices as the kernels take at once, fewer when the copy of a block would pass [`BLOCK_BYTES`].
     fn blocks<T>(&self, projector: &Projector) -> std::slice::Chunks<'_, usize> {
         let most = BLOCK_BYTES / (projector.grid.image_len() * size_of::<T>());
-        let mut lanes = lanes_for::<T>(self.active.len());
-        while lanes > 16 && lanes > most {
+        // `lanes_for` knows 1, 2, 4 and 8 registers.
+        let mut lanes = projector.instructions.lanes_for::<T>(self.active.len());
+        let register = projector.instructions.lanes_for::<T>(2);
+        while lanes > register && lanes > most {
             lanes /= 2;
         }
         self.active.chunks(lanes)

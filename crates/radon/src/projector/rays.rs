@@ -16,16 +16,8 @@ use std::ops::Range;
 
 use super::Kernel;
 use crate::error::{RadonError, within};
+use crate::simd::Tap;
 use crate::{ImageGrid, ParallelGeometry, Sample};
-
-/// One pixel's weight in a ray sum.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Tap<T> {
-    /// Where the pixel is, in the layout of the [`Window`] that was traversed.
-    pub(super) pixel: u32,
-    /// Its weight: a length.
-    pub(super) weight: T,
-}
 
 /// The part of the image to traverse, and where it lies in memory.
 #[derive(Clone, Debug)]

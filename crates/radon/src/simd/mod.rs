@@ -2,9 +2,11 @@
 
 #![allow(unsafe_code)]
 
+mod taps;
 mod tile;
 mod vector;
 
+pub(crate) use taps::{Tap, gather, scatter};
 pub(crate) use tile::{Tile, ViewStep, add_views};
 pub(crate) use vector::{RUN, Vectors, WINDOW};
 
