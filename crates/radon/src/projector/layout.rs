@@ -44,9 +44,9 @@ impl Stack {
             for row in 0..self.n_rows {
                 let start = self.row_start(row, slice);
                 let samples = &data[start..][..self.row_len];
-                // x * 0 is NaN for NaN and infinity alone; the sum stays a plain loop.
-                let poison: T = samples.iter().map(|&x| x * T::ZERO).sum();
-                if poison != T::ZERO && bad.is_none() {
+                // Without a way out early these are plain vector loops.
+                let all_finite = samples.iter().fold(true, |all, x| all & x.finite());
+                if !all_finite && bad.is_none() {
                     bad = samples
                         .iter()
                         .position(|x| !x.finite())
@@ -76,19 +76,33 @@ impl Stack {
         lanes: usize,
         out: &mut [T],
     ) {
-        let from: Vec<&[T]> = slices
-            .iter()
-            .map(|&slice| &data[self.row_start(row, slice)..][..self.row_len])
-            .collect();
-        for (start, out) in (0..).step_by(SQUARE).zip(out.chunks_mut(SQUARE * lanes)) {
-            if slices.len() < lanes {
-                out.fill(T::ZERO);
+        if slices.len() < lanes {
+            out.fill(T::ZERO);
+        }
+        for (group, slices) in slices.chunks(SQUARE).enumerate() {
+            // Rows beyond the slices repeat the first and are not copied out.
+            let mut from = [&data[self.row_start(row, slices[0])..][..self.row_len]; SQUARE];
+            for (from, &slice) in from.iter_mut().zip(slices) {
+                *from = &data[self.row_start(row, slice)..][..self.row_len];
             }
-            for (group, from) in from.chunks(SQUARE).enumerate() {
-                for (sample, out) in out.chunks_exact_mut(lanes).enumerate() {
-                    let out = &mut out[group * SQUARE..][..from.len()];
-                    for (x, row) in out.iter_mut().zip(from) {
-                        *x = row[start + sample];
+            for (square, out) in out.chunks_mut(SQUARE * lanes).enumerate() {
+                let start = square * SQUARE;
+                let n = out.len() / lanes;
+                let mut samples = [[T::ZERO; SQUARE]; SQUARE];
+                for (to, from) in samples.iter_mut().zip(from) {
+                    to[..n].copy_from_slice(&from[start..start + n]);
+                }
+                for (i, out) in out.chunks_exact_mut(lanes).enumerate() {
+                    let out = &mut out[group * SQUARE..];
+                    match out.first_chunk_mut::<SQUARE>() {
+                        Some(out) if slices.len() == SQUARE => {
+                            *out = std::array::from_fn(|lane| samples[lane][i]);
+                        }
+                        _ => {
+                            for (lane, x) in out.iter_mut().take(slices.len()).enumerate() {
+                                *x = samples[lane][i];
+                            }
+                        }
                     }
                 }
             }
@@ -118,12 +132,32 @@ pub(super) fn separate<T: Sample>(
     first: usize,
     rows: &mut [&mut [T]],
 ) {
-    for (start, block) in (first..).step_by(SQUARE).zip(block.chunks(SQUARE * lanes)) {
-        for (lane, &slice) in slices.iter().enumerate() {
-            let to = &mut rows[slice][start..];
-            for (x, samples) in to.iter_mut().zip(block.chunks_exact(lanes)) {
-                *x = samples[lane];
+    for (group, slices) in slices.chunks(SQUARE).enumerate() {
+        for (start, block) in (first..).step_by(SQUARE).zip(block.chunks(SQUARE * lanes)) {
+            let n = block.len() / lanes;
+            let mut samples = [[T::ZERO; SQUARE]; SQUARE];
+            for (i, from) in block.chunks_exact(lanes).enumerate() {
+                let from = &from[group * SQUARE..];
+                for (to, &x) in samples.iter_mut().zip(from) {
+                    to[i] = x;
+                }
+            }
+            for (samples, &slice) in samples.iter().zip(slices) {
+                rows[slice][start..start + n].copy_from_slice(&samples[..n]);
             }
         }
     }
+}
+
+/// A part of `memory`, of `len` samples, that starts on a cache line, as vectors of slices should; `memory` grows if need be.
+pub(super) fn aligned<T: Sample>(memory: &mut Vec<T>, len: usize) -> &mut [T] {
+    const LINE: usize = 64;
+    if memory.len() < len + LINE / size_of::<T>() {
+        memory.resize(len + LINE / size_of::<T>(), T::ZERO);
+    }
+    let start = memory
+        .as_ptr()
+        .align_offset(LINE)
+        .min(LINE / size_of::<T>());
+    &mut memory[start..start + len]
 }

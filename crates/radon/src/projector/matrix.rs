@@ -2,7 +2,7 @@
 
 use sprs::CsMat;
 
-use super::rays::{Owner, Window};
+use super::rays::{Owner, RayTaps, Window};
 use super::{Projector, row_stride};
 use crate::Sample;
 
@@ -34,9 +34,10 @@ impl Projector {
         let n_bins = self.geometry.n_bins();
         let mut row_starts = vec![0; self.geometry.sinogram_len() + 1];
         let (mut columns, mut weights) = (Vec::new(), Vec::new());
-        let mut taps = Vec::new();
+        let mut rays = RayTaps::new();
         for (view_idx, view) in self.views.iter().enumerate() {
-            view.traverse::<T>(&everything, &mut taps, |bin, taps| {
+            view.traverse(&everything, &mut rays);
+            for (bin, taps) in rays.iter() {
                 let mut row: Vec<(usize, T)> = taps
                     .iter()
                     .filter(|tap| tap.weight != T::ZERO)
@@ -51,7 +52,7 @@ impl Projector {
                     columns.push(column);
                     weights.push(weight);
                 }
-            });
+            }
         }
         for i in 1..row_starts.len() {
             row_starts[i] += row_starts[i - 1];

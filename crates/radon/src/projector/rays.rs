@@ -33,6 +33,30 @@ pub(super) struct Window {
     pub(super) owns: Owner,
 }
 
+/// The taps of the rays that meet a window.
+#[derive(Debug)]
+pub(super) struct RayTaps<T> {
+    taps: Vec<Tap<T>>,
+    /// Each ray's bin and the end of its taps.
+    ends: Vec<(usize, usize)>,
+}
+
+impl<T> RayTaps<T> {
+    pub(super) fn new() -> Self {
+        Self {
+            taps: Vec::new(),
+            ends: Vec::new(),
+        }
+    }
+
+    /// Each ray's bin and taps.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, &[Tap<T>])> {
+        let starts = std::iter::once(0).chain(self.ends.iter().map(|&(_, end)| end));
+        let rays = self.ends.iter().zip(starts);
+        rays.map(|(&(bin, end), start)| (bin, &self.taps[start..end]))
+    }
+}
+
 /// How the steps of a ray are divided among windows, when its taps may straddle two of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Owner {
@@ -59,6 +83,8 @@ pub(super) struct View {
     base: f64,
     per_bin: f64,
     per_step: f64,
+    /// One over `per_step`, maybe infinite.
+    steps_per_pixel: f64,
     n_bins: usize,
     /// Pixels along the interpolated axis.
     n_across: usize,
@@ -126,6 +152,7 @@ impl View {
             base,
             per_bin,
             per_step,
+            steps_per_pixel: 1.0 / per_step,
             n_bins: geometry.n_bins(),
             n_across,
             length: spacing / a.abs(),
@@ -135,14 +162,9 @@ impl View {
         })
     }
 
-    /// Calls `visit(bin, taps)` for every ray that meets the window, in ascending order of bins; taps are in the order of
-    /// the steps, then of the pixels. Each call's taps are the same numbers whatever the window.
-    pub(super) fn traverse<T: Sample>(
-        &self,
-        window: &Window,
-        taps: &mut Vec<Tap<T>>,
-        mut visit: impl FnMut(usize, &[Tap<T>]),
-    ) {
+    /// The rays that meet the window, in ascending order of bins, into `rays`; taps are in the order of the steps, then of
+    /// the pixels. The weights are the same numbers whatever the window.
+    pub(super) fn traverse<T: Sample>(&self, window: &Window, rays: &mut RayTaps<T>) {
         let (across, along) = if self.steps_are_rows {
             (&window.x, &window.y)
         } else {
@@ -166,49 +188,84 @@ impl View {
         };
         let clip = clip.start as i64..clip.end as i64;
 
+        rays.taps.clear();
+        rays.ends.clear();
         for bin in self.bins_meeting(low, high, along) {
             let offset = self.base + bin as f64 * self.per_bin;
             let at = |m: usize| offset + m as f64 * self.per_step;
+            // The floor, which a bare x86-64 has no instruction for.
+            let first_pixel = |f: f64| {
+                let truncated = (f + self.lead) as i64;
+                truncated - i64::from(f + self.lead < truncated as f64)
+            };
             let steps = self.steps_between(low, high, along, |m| at(m) + self.lead);
             if steps.is_empty() {
                 continue;
             }
-            taps.clear();
-            for m in steps {
-                let f = at(m);
-                let in_memory = (window.origin + (m - along.start) * stride_along) as i64;
-                // f + lead >= low >= -spill, so that the cast truncates downwards.
-                let first = (f + self.lead + spill) as i64 - (self.n_taps - 1);
-                let mut emit = |i: i64, weight: f64| {
-                    let pixel = in_memory + (i - across.start as i64) * stride_across;
-                    taps.push(Tap {
-                        pixel: pixel as u32,
-                        weight: T::of(weight),
-                    });
-                };
-                match self.spread {
-                    Spread::Box(per_width) => {
-                        let near = ((first as f64 + 0.5 - f) * per_width + 0.5).clamp(0.0, 1.0);
-                        if clip.contains(&first) {
-                            emit(first, self.length * near);
+            // Position in memory of pixel 0 of step m.
+            let zero = window.origin as i64 - across.start as i64 * stride_across;
+            let row = |m: usize| zero + ((m - along.start) * stride_along) as i64;
+            let tap = |pixel: i64, weight: f64| Tap {
+                pixel: pixel as u32,
+                weight: T::of(weight),
+            };
+            match self.spread {
+                Spread::Box(per_width) => {
+                    let near = |f: f64, first: i64| {
+                        ((first as f64 + 0.5 - f) * per_width + 0.5).clamp(0.0, 1.0)
+                    };
+                    // f is monotone: the first and the last step tell whether any tap is clipped.
+                    let inside = |m: usize| {
+                        let first = first_pixel(at(m));
+                        clip.contains(&first) && clip.contains(&(first + 1))
+                    };
+                    if inside(steps.start) && inside(steps.end - 1) {
+                        let start = rays.taps.len();
+                        rays.taps.resize(start + 2 * steps.len(), tap(0, 0.0));
+                        for (pair, m) in rays.taps[start..].chunks_exact_mut(2).zip(steps) {
+                            let f = at(m);
+                            let first = first_pixel(f);
+                            let near = near(f, first);
+                            let pixel = row(m) + first * stride_across;
+                            pair[0] = tap(pixel, self.length * near);
+                            pair[1] = tap(pixel + stride_across, self.length * (1.0 - near));
                         }
-                        if clip.contains(&(first + 1)) {
-                            emit(first + 1, self.length * (1.0 - near));
+                    } else {
+                        for m in steps {
+                            let f = at(m);
+                            let first = first_pixel(f);
+                            let near = near(f, first);
+                            for (i, share) in [(first, near), (first + 1, 1.0 - near)] {
+                                if clip.contains(&i) {
+                                    let pixel = row(m) + i * stride_across;
+                                    rays.taps.push(tap(pixel, self.length * share));
+                                }
+                            }
                         }
                     }
-                    Spread::TwoBoxes(v, w) => {
+                }
+                Spread::TwoBoxes(v, w) => {
+                    for m in steps {
+                        let f = at(m);
+                        let first = first_pixel(f);
                         let pixels = first.max(clip.start)..(first + self.n_taps).min(clip.end);
                         let mut below = two_boxes_below(pixels.start as f64 - 0.5 - f, v, w);
                         for i in pixels {
                             let upto = two_boxes_below(i as f64 + 0.5 - f, v, w);
-                            emit(i, self.length * (upto - below));
+                            let pixel = row(m) + i * stride_across;
+                            rays.taps.push(tap(pixel, self.length * (upto - below)));
                             below = upto;
                         }
                     }
                 }
             }
-            visit(bin, taps);
+            rays.ends.push((bin, rays.taps.len()));
         }
+    }
+
+    /// Pixels beyond its first that a step may touch.
+    pub(super) fn spill(&self) -> usize {
+        self.n_taps as usize - 1
     }
 
     /// A range of bins that holds all with a step's first pixel in [low, high).
@@ -241,9 +298,9 @@ impl View {
                     at(m) < level
                 }
             };
-            let estimate = along.start as f64 + ((level - at(along.start)) / self.per_step).ceil();
-            let mut m = estimate.clamp(along.start as f64, along.end as f64) as usize;
-            m = m.max(along.start);
+            // Saturating, and 0 for NaN.
+            let estimate = ((level - at(along.start)) * self.steps_per_pixel) as usize;
+            let mut m = along.start + estimate.min(along.len());
             while m > along.start && past(m - 1) {
                 m -= 1;
             }
