@@ -90,7 +90,10 @@ impl Stack {
                 let n = out.len() / lanes;
                 let mut samples = [[T::ZERO; SQUARE]; SQUARE];
                 for (to, from) in samples.iter_mut().zip(from) {
-                    to[..n].copy_from_slice(&from[start..start + n]);
+                    match from[start..].first_chunk() {
+                        Some(whole) => *to = *whole,
+                        None => to[..n].copy_from_slice(&from[start..]),
+                    }
                 }
                 for (i, out) in out.chunks_exact_mut(lanes).enumerate() {
                     let out = &mut out[group * SQUARE..];
@@ -143,7 +146,11 @@ pub(super) fn separate<T: Sample>(
                 }
             }
             for (samples, &slice) in samples.iter().zip(slices) {
-                rows[slice][start..start + n].copy_from_slice(&samples[..n]);
+                let row = &mut rows[slice][start..start + n];
+                match row.first_chunk_mut() {
+                    Some(whole) => *whole = *samples,
+                    None => row.copy_from_slice(&samples[..n]),
+                }
             }
         }
     }

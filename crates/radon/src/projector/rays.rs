@@ -193,10 +193,10 @@ impl View {
         for bin in self.bins_meeting(low, high, along) {
             let offset = self.base + bin as f64 * self.per_bin;
             let at = |m: usize| offset + m as f64 * self.per_step;
-            // The floor, which a bare x86-64 has no instruction for.
-            let first_pixel = |f: f64| {
-                let truncated = (f + self.lead) as i64;
-                truncated - i64::from(f + self.lead < truncated as f64)
+            // First pixel of a step at f, as an index and as a number: the floor of f + lead, in casts.
+            let floor = |t: f64| {
+                let truncated = t as i64;
+                truncated - i64::from(t < truncated as f64)
             };
             let steps = self.steps_between(low, high, along, |m| at(m) + self.lead);
             if steps.is_empty() {
@@ -211,30 +211,33 @@ impl View {
             };
             match self.spread {
                 Spread::Box(per_width) => {
-                    let near = |f: f64, first: i64| {
-                        ((first as f64 + 0.5 - f) * per_width + 0.5).clamp(0.0, 1.0)
-                    };
+                    // Share of the first pixel, from how far f + lead lies behind its index.
+                    let whole = (self.lead + 0.5) * per_width + 0.5;
+                    let near = |behind: f64| (whole - behind * per_width).clamp(0.0, 1.0);
                     // f is monotone: the first and the last step tell whether any tap is clipped.
                     let inside = |m: usize| {
-                        let first = first_pixel(at(m));
+                        let first = floor(at(m) + self.lead);
                         clip.contains(&first) && clip.contains(&(first + 1))
                     };
                     if inside(steps.start) && inside(steps.end - 1) {
                         let start = rays.taps.len();
                         rays.taps.resize(start + 2 * steps.len(), tap(0, 0.0));
-                        for (pair, m) in rays.taps[start..].chunks_exact_mut(2).zip(steps) {
-                            let f = at(m);
-                            let first = first_pixel(f);
-                            let near = near(f, first);
-                            let pixel = row(m) + first * stride_across;
+                        let (mut m, mut row) = (steps.start as f64, row(steps.start));
+                        for pair in rays.taps[start..].chunks_exact_mut(2) {
+                            let t = offset + m * self.per_step + self.lead;
+                            let first = t as u32;
+                            let near = near(t - f64::from(first));
+                            let pixel = row + i64::from(first) * stride_across;
                             pair[0] = tap(pixel, self.length * near);
                             pair[1] = tap(pixel + stride_across, self.length * (1.0 - near));
+                            m += 1.0;
+                            row += stride_along as i64;
                         }
                     } else {
                         for m in steps {
-                            let f = at(m);
-                            let first = first_pixel(f);
-                            let near = near(f, first);
+                            let t = at(m) + self.lead;
+                            let first = floor(t);
+                            let near = near(t - first as f64);
                             for (i, share) in [(first, near), (first + 1, 1.0 - near)] {
                                 if clip.contains(&i) {
                                     let pixel = row(m) + i * stride_across;
@@ -247,7 +250,7 @@ impl View {
                 Spread::TwoBoxes(v, w) => {
                     for m in steps {
                         let f = at(m);
-                        let first = first_pixel(f);
+                        let first = floor(f + self.lead);
                         let pixels = first.max(clip.start)..(first + self.n_taps).min(clip.end);
                         let mut below = two_boxes_below(pixels.start as f64 - 0.5 - f, v, w);
                         for i in pixels {
