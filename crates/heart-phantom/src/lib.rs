@@ -1,4 +1,39 @@
 //! A beating heart phantom with exact ground truth.
+//!
+//! Two concentric elastic balloons, endocardium and epicardium, are inflated by water. Their shapes `c(s)` follow from
+//!
+//! ```text
+//! lambda (c - c0)'' + f n = 0        wall volume = V_outer - V_inner = const
+//! ```
+//!
+//! (Rohmer, Sitek and Gullberg 2006, hal-03929238, Eq. 3 and 7): the cavity's volume is given by the cardiac cycle, both
+//! pressures `f` are solved for. The shapes are revolved into a body, a camera turns round it while it beats, and its line
+//! integrals are exact.
+//!
+//! ```
+//! use heart_phantom::{Acquisition, Camera, Cycle, Heart, acquire};
+//! let heart = Heart::study(201)?;
+//! let camera = Camera::new(6, 32, 16.0)?;
+//! let cycle = Cycle::new(65.0, 0.6)?;
+//! let short = Acquisition::Instants { interval: 1.0 };
+//! let sinograms = acquire(&heart, &camera, &cycle, short, [0.0, 1.0], &|_| ())?;
+//! assert_eq!(sinograms.samples.len(), 6 * 32 * 32); // [view][row][bin]
+//! assert_eq!(sinograms.distinct_phases, 6);
+//! # Ok::<(), heart_phantom::PhantomError>(())
+//! ```
+//!
+//! # Conventions
+//! Centimetres, seconds, radians; 1 cm^3 is 1 mL. Body frame: x along the axis of revolution from the base to the apex.
+//! Lab frame: the camera turns about z; view `theta` has its bins along `(cos theta, sin theta, 0)` and its rays along
+//! `(-sin theta, cos theta, 0)`. Item `k` of `n` bins, rows or voxels is centred at `(k - (n - 1) / 2) * pitch`. Sinograms are
+//! `[view][row][bin]`, volumes `[z][y][x]`, the last index fastest.
+//!
+//! # What it is not
+//! No anatomy beyond the two balloons, no twist, no blood flow. No numerical kernels: those are in the crates below,
+//! [`membrane_newton`], [`membrane_implicit`], [`revolve_voxel`] and [`radon`].
+//!
+//! # Features
+//! `figures`: pictures (`figures`) and the whole study (`study`). `cli`: the binary `heart-phantom`. None by default.
 
 mod acquire;
 mod camera;
@@ -18,3 +53,7 @@ pub use cycle::Cycle;
 pub use error::PhantomError;
 pub use heart::{Balloon, Heart, HeartShape};
 pub use truth::{Measures, Regions, truth};
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
