@@ -100,7 +100,7 @@ fn every_voxel_of_the_heart_keeps_the_tolerance() {
                 .unwrap();
             for (k, &got) in v.iter().enumerate() {
                 let c = grid.centre(k % 4, k / 4 % 4, k / 16);
-                if got < 1e-9 || got > 1.0 - 1e-9 {
+                if !(1e-9..=1.0 - 1e-9).contains(&got) {
                     continue;
                 }
                 let m = 40;

@@ -1,0 +1,68 @@
+//! Prints time, work and error of every sampling of the voxels of a dilated two-membrane body, tab-separated.
+//!
+//! `cargo run --release -p revolve-voxel --example time_against_error [voxels a side, 96 by default]`. Errors are against coverage
+//! to 1e-7; times are of one run with all threads.
+
+use revolve_voxel::{Body, Meridian, Pose, Sampling, VoxelGrid};
+use std::f64::consts::{FRAC_PI_4, PI};
+use std::time::Instant;
+
+fn balloon(radius: f64) -> Result<Meridian, revolve_voxel::Error> {
+    let n = 200;
+    let h = 9.5 + radius;
+    let points: Vec<[f64; 2]> = (0..=n)
+        .map(|k| {
+            let u = k as f64 / n as f64;
+            let r = radius * (0.5 * PI * u).cos() + 1.6 * (PI * u).sin();
+            [
+                h * (1.0 - (0.5 * PI * u).cos()) - 0.5 * (PI * u).sin(),
+                if k == n { 0.0 } else { r },
+            ]
+        })
+        .collect();
+    Meridian::new(&points)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let n: usize = std::env::args().nth(1).map_or(Ok(96), |a| a.parse())?;
+    let pose = Pose::axis_along_z(5.625)?
+        .turned_x(FRAC_PI_4)?
+        .turned_y(FRAC_PI_4)?;
+    let body = Body::new(vec![balloon(1.75)?, balloon(2.75)?], pose)?;
+    let grid = VoxelGrid::cube(n, 16.0 / n as f64)?;
+    let volume = body.region_measures(1).volume;
+    let wall = [0.0, 1.0];
+    let (exact, counters) =
+        body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-7 }, &wall)?;
+    let coverage = |log| Sampling::Coverage {
+        tolerance: 10f64.powi(log),
+    };
+    println!(
+        "sampling\ttime (s)\tevaluations\tlargest error\trms error of cut voxels\tvolume error (relative)"
+    );
+    for (name, sampling) in [
+        ("centre", Sampling::Centre),
+        ("supersampled 2", Sampling::Supersampled(2)),
+        ("supersampled 4", Sampling::Supersampled(4)),
+        ("supersampled 8", Sampling::Supersampled(8)),
+        ("coverage 1e-2", coverage(-2)),
+        ("coverage 1e-3", coverage(-3)),
+        ("coverage 1e-4", coverage(-4)),
+        ("coverage 1e-5", coverage(-5)),
+        ("coverage 1e-6", coverage(-6)),
+    ] {
+        let start = Instant::now();
+        let (v, c) = body.voxelize::<f64>(&grid, sampling, &wall)?;
+        let time = start.elapsed().as_secs_f64();
+        let errors = v.iter().zip(&exact).map(|(a, b)| (a - b).abs());
+        let worst = errors.clone().fold(0.0, f64::max);
+        let rms = (errors.map(|e| e * e).sum::<f64>() / counters.cut as f64).sqrt();
+        let sum = v.iter().sum::<f64>() * grid.voxel_volume();
+        println!(
+            "{name}\t{time:.3}\t{}\t{worst:.1e}\t{rms:.1e}\t{:.1e}",
+            c.evaluations,
+            sum / volume - 1.0
+        );
+    }
+    Ok(())
+}
