@@ -184,7 +184,7 @@ impl Painter<'_> {
                 Sampling::Centre => f64::from(u8::from(self.inside(&centre, counters))),
                 Sampling::Supersampled(n) => self.supersample(&centre, n, counters),
                 Sampling::Coverage { tolerance } => {
-                    let fraction = self.look(&centre, radius, counters);
+                    let fraction = self.look(&centre, half, radius, counters);
                     let goal = Goal {
                         smooth: tolerance,
                         crease: tolerance,
@@ -224,8 +224,14 @@ impl Painter<'_> {
         }
     }
 
-    /// The surface as seen from the centre of a box of that radius.
-    fn look(&self, p: &Point3<f64>, radius: f64, counters: &mut VoxelCounters) -> Sight {
+    /// The surface as seen from the centre of a box of those half-widths, `radius` half its diagonal.
+    fn look(
+        &self,
+        p: &Point3<f64>,
+        half: [f64; 3],
+        radius: f64,
+        counters: &mut VoxelCounters,
+    ) -> Sight {
         counters.evaluations += 1;
         let r = radius_of(p);
         let (d, tangents) = match self.field.ask(p.x, r, radius) {
@@ -250,11 +256,18 @@ impl Painter<'_> {
         };
         // Along the profile, and round the axis: the parallel turns by the box's diameter over its radius.
         let round = (2.0 * radius / r).min(2.0) * gr.abs();
+        let bend = tangents.spread() + round;
+        let normal = [0, 1, 2].map(|a| normal.dot(&self.steps[a]));
+        // Normals that differ by no more than the bend keep the surface this near its tangent plane: past the box's corner.
+        let corner = (0..3).map(|a| half[a] * normal[a].abs()).sum::<f64>();
+        if d.value.abs() >= corner + bend * radius {
+            return Sight::Clear(d.value < 0.0);
+        }
         Sight::Surface {
             distance: d.value,
             gradient: d.gradient,
-            normal: [0, 1, 2].map(|a| normal.dot(&self.steps[a])),
-            bend: tangents.spread() + round,
+            normal,
+            bend,
         }
     }
 
@@ -305,7 +318,7 @@ impl Painter<'_> {
             };
             p + self.steps[0] * by(0) + self.steps[1] * by(1) + self.steps[2] * by(2)
         });
-        let parts = centres.map(|c| self.look(&c, radius, counters));
+        let parts = centres.map(|c| self.look(&c, quarter, radius, counters));
         let n_cut = parts.iter().filter(|s| s.bend().is_some()).count();
         let n_bent = parts
             .iter()
