@@ -1,5 +1,7 @@
 //! The paper's second-order finite differences (3.1.2, with its scale corrected).
 
+use std::f64::consts::PI;
+
 use crate::band::BandMatrix;
 use crate::error::MembraneError;
 use crate::measures::Measure;
@@ -113,21 +115,41 @@ impl FiniteDifferences {
         largest(&self.first) + 4.0 * largest(&self.second)
     }
 
-    /// ds times the sum of 1 / (lambda + 4 lambda_2): the integral of the compliance, as the springs
-    /// see it; under the law per current length the equilibrium runs to infinity as p times this
-    /// reaches 2 pi.
-    pub fn compliance(&self) -> f64 {
+    /// Intensity at which the law per current length has no equilibrium any more and the curve
+    /// runs to infinity; infinite under the other laws. From spring to spring the tangent turns by
+    /// 2 atan(p ds / (2 lambda)), and the bound is reached when that adds up to 2 pi (2 pi over
+    /// the integral of 1 / lambda as ds -> 0). Second neighbours count as 4 lambda_2. Cost O(N).
+    pub fn blow_up(&self) -> f64 {
+        if self.law != PressureLaw::PerCurrentLength {
+            return f64::INFINITY;
+        }
         let second = |n: usize| {
             self.second
                 .get(n)
                 .zip(self.second.get(n + 1))
                 .map_or(0.0, |(a, b)| 2.0 * (a + b))
         };
-        self.first
+        let half: Vec<f64> = self
+            .first
             .iter()
             .enumerate()
-            .map(|(n, first)| self.ds / (first + second(n)))
-            .sum()
+            .map(|(n, first)| 0.5 * self.ds / (first + second(n)))
+            .collect();
+        // Newton from below on a function that is concave: every step stays on the same side
+        let mut pressure = PI / half.iter().sum::<f64>();
+        for _ in 0..50 {
+            let turned: f64 = half.iter().map(|h| (pressure * h).atan()).sum();
+            let slope: f64 = half
+                .iter()
+                .map(|h| h / (1.0 + (pressure * h).powi(2)))
+                .sum();
+            let step = (PI - turned) / slope;
+            pressure += step;
+            if step.abs() <= 1e-15 * pressure {
+                break;
+            }
+        }
+        pressure
     }
 
     /// Half bandwidth of every tangent: 3, or 4 with second neighbours.

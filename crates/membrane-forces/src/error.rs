@@ -63,11 +63,11 @@ pub enum MembraneError {
         second: usize,
     },
     /// Pressure per current length at or past the value at which the equilibrium runs to infinity.
-    #[error("no equilibrium: pressure over stiffness is {kappa}, must stay below {limit}")]
+    #[error("no equilibrium: the pressure is {pressure}, must stay below {limit} in size")]
     PastBlowUp {
-        /// Load over stiffness, p / lambda.
-        kappa: f64,
-        /// The bound, 2 pi.
+        /// Force per unit of current length that was asked for.
+        pressure: f64,
+        /// The bound: 2 pi over the integral of 1 / lambda.
         limit: f64,
     },
 }

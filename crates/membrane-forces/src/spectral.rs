@@ -1,5 +1,7 @@
 //! Spectral elements: one polynomial per smooth piece, exponentially accurate.
 
+use std::f64::consts::PI;
+
 use crate::chebyshev::Reference;
 use crate::curve::CurvePiece;
 use crate::error::MembraneError;
@@ -29,6 +31,7 @@ pub struct SpectralElements {
     pub(crate) elements: Vec<Element>,
     start: Vec<f64>,
     stiffness_scale: f64,
+    /// Integral of 1 / lambda over s in [0, 1].
     compliance: f64,
 }
 
@@ -190,10 +193,13 @@ impl SpectralElements {
         self.stiffness_scale
     }
 
-    /// Integral of 1 / lambda over s in [0, 1]; under the law per current length the equilibrium
-    /// runs to infinity as p times this reaches 2 pi.
-    pub fn compliance(&self) -> f64 {
-        self.compliance
+    /// Intensity at which the law per current length has no equilibrium any more and the curve
+    /// runs to infinity, 2 pi over the integral of 1 / lambda; infinite under the other laws.
+    pub fn blow_up(&self) -> f64 {
+        match self.law {
+            PressureLaw::PerCurrentLength => 2.0 * PI / self.compliance,
+            _ => f64::INFINITY,
+        }
     }
 
     /// Whether the x and the y of the first and of the last node are held.

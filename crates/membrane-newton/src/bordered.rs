@@ -1,6 +1,6 @@
 //! Equilibrium and control as one system: the shape and its force intensity.
 
-use membrane_forces::Measure;
+use membrane_forces::{Measure, MembraneError};
 
 use crate::border::Border;
 use crate::control::Target;
@@ -15,8 +15,11 @@ pub(crate) struct Bordered<'a> {
     factors: Factors,
     border: Border,
     elastic: Vec<f64>,
+    blow_up: f64,
     /// Length that makes numbers free of units: that of the start.
     length_scale: f64,
+    /// Sizes of the shape and of the intensity that steps are compared with.
+    size: (f64, f64),
 }
 
 impl<'a> Bordered<'a> {
@@ -28,7 +31,9 @@ impl<'a> Bordered<'a> {
             factors: Factors::new(discrete),
             border: Border::new(n),
             elastic: vec![0.0; n],
+            blow_up: discrete.blow_up(),
             length_scale,
+            size: (length_scale, discrete.stiffness_scale() * length_scale),
         }
     }
 
@@ -76,6 +81,13 @@ impl ResidualSystem for Bordered<'_> {
     fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
         let n = self.elastic.len();
         let (nodes, f) = (&x[..n], x[n]);
+        if f.abs() >= self.blow_up {
+            // past it there are solutions again, but on a branch no inflation leads to
+            return Err(NewtonError::Membrane(MembraneError::PastBlowUp {
+                pressure: f,
+                limit: self.blow_up,
+            }));
+        }
         self.discrete.elastic_force_into(nodes, &mut self.elastic);
         self.discrete
             .pressure_force_into(nodes, f, &mut out[..n])
@@ -90,6 +102,10 @@ impl ResidualSystem for Bordered<'_> {
     fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
         let n = self.elastic.len();
         let (nodes, f) = (&x[..n], x[n]);
+        self.size = (
+            self.length_scale.max(max_abs(nodes)),
+            self.force_scale().max(f.abs()),
+        );
         let Self {
             discrete,
             factors,
@@ -141,8 +157,8 @@ impl ResidualSystem for Bordered<'_> {
     fn step_norm(&self, step: &[f64]) -> f64 {
         let n = self.elastic.len();
         nan_max(
-            max_abs(&step[..n]) / self.length_scale,
-            step[n].abs() / self.force_scale(),
+            max_abs(&step[..n]) / self.size.0,
+            step[n].abs() / self.size.1,
         )
     }
 }

@@ -49,14 +49,16 @@ pub(crate) fn solve<S: ResidualSystem>(
         } else {
             state.copy_from_slice(&solved);
             width *= 0.5;
-            if width < 1e-6 {
+            if width < (1e-4 * here).max(1e-9) {
                 break;
             }
         }
     }
-    if here < 1.0 && outcome.is_ok() {
-        outcome = Err(NewtonError::NotConverged {
-            report: NewtonReport::default(),
+    if here > 0.0 && here < 1.0 {
+        return Err(NewtonError::LimitPoint {
+            reached: from + here * (to - from),
+            wanted: to,
+            report: total,
         });
     }
     finish(outcome, total)

@@ -60,11 +60,10 @@ impl Target {
     }
 
     fn intensity(value: f64, discrete: &Discrete) -> Result<Self, NewtonError> {
-        let limit = 2.0 * std::f64::consts::PI;
-        let kappa = value * discrete.compliance();
-        if discrete.law() == PressureLaw::PerCurrentLength && kappa.abs() >= limit {
+        let limit = discrete.blow_up();
+        if value.abs() >= limit {
             return Err(NewtonError::Membrane(MembraneError::PastBlowUp {
-                kappa,
+                pressure: value,
                 limit,
             }));
         }

@@ -37,10 +37,10 @@ impl Discrete {
         }
     }
 
-    pub(crate) fn compliance(&self) -> f64 {
+    pub(crate) fn blow_up(&self) -> f64 {
         match self {
-            Self::Differences(d) => d.compliance(),
-            Self::Spectral(s) => s.compliance(),
+            Self::Differences(d) => d.blow_up(),
+            Self::Spectral(s) => s.blow_up(),
         }
     }
 
@@ -101,6 +101,48 @@ impl Discrete {
             Self::Differences(_) => nodes.as_chunks::<2>().0.to_vec(),
             Self::Spectral(s) => s.points(nodes),
         }
+    }
+
+    pub(crate) fn is_half(&self) -> bool {
+        match self {
+            Self::Differences(_) => false,
+            Self::Spectral(s) => s.is_half(),
+        }
+    }
+
+    /// State that follows the curve of `pieces`.
+    pub(crate) fn sample(&self, pieces: &[CurvePiece]) -> Vec<f64> {
+        let positions = self.positions();
+        let count = self.start().len() / 2;
+        let mut piece = 0;
+        let mut nodes = Vec::with_capacity(2 * count);
+        for &s in &positions[..count] {
+            while s > pieces[piece].to && piece + 1 < pieces.len() {
+                piece += 1;
+            }
+            nodes.extend(pieces[piece].at(s).position);
+        }
+        // held coordinates keep the value they are held at
+        let start = self.start();
+        let last = nodes.len() - 2;
+        nodes[..2].copy_from_slice(&start[..2]);
+        if self.is_half() {
+            nodes[last + 1] = start[last + 1];
+        } else {
+            nodes[last..].copy_from_slice(&start[last..]);
+        }
+        nodes
+    }
+
+    /// Size of the last two polynomial coefficients times the degree (collocation errs by about
+    /// the tail of the derivative), the largest of any element.
+    pub(crate) fn tail(&self, nodes: &[f64]) -> f64 {
+        let last_two =
+            |c: &[f64]| c.len() as f64 * c.iter().rev().take(2).map(|c| c.abs()).sum::<f64>();
+        self.pieces(nodes)
+            .iter()
+            .map(|piece| last_two(&piece.x).max(last_two(&piece.y)))
+            .fold(0.0, f64::max)
     }
 
     pub(crate) fn pieces(&self, nodes: &[f64]) -> Vec<CurvePiece> {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use membrane_forces::{CurvePiece, CurvePoint, Measures};
 
 use crate::options::NewtonReport;
-use crate::solver::Inner;
+use crate::plan::Plan;
 
 /// A solved membrane.
 #[derive(Debug, Clone)]
@@ -18,7 +18,7 @@ pub struct Equilibrium {
     pub measures: Measures,
     /// What the solve did.
     pub report: NewtonReport,
-    pub(crate) inner: Arc<Inner>,
+    pub(crate) plan: Arc<Plan>,
     /// Unknown nodes, then the force intensity.
     pub(crate) state: Vec<f64>,
 }
@@ -30,18 +30,18 @@ impl Equilibrium {
 
     /// Nodes [x, y] of the discretisation from s = 0 to s = 1, cm.
     pub fn points(&self) -> Vec<[f64; 2]> {
-        self.inner.discrete.points(self.nodes())
+        self.plan.discrete.points(self.nodes())
     }
 
     /// Material coordinates of [`Equilibrium::points`].
     pub fn positions(&self) -> Vec<f64> {
-        self.inner.discrete.positions()
+        self.plan.discrete.positions()
     }
 
     /// The whole curve as polynomials, s from 0 to 1; empty under finite differences, whose curve
     /// is its points.
     pub fn pieces(&self) -> Vec<CurvePiece> {
-        self.inner.discrete.pieces(self.nodes())
+        self.plan.discrete.pieces(self.nodes())
     }
 
     /// The curve at material coordinate `s`, clamped to [0, 1]: the polynomials themselves, or
@@ -53,7 +53,7 @@ impl Equilibrium {
         if let Some(piece) = pieces.iter().find(|piece| s <= piece.to).or(pieces.last()) {
             return piece.at(s);
         }
-        let rest = self.inner.membrane.rest();
+        let rest = self.plan.membrane.rest();
         let points = self.nodes().as_chunks::<2>().0;
         let last = points.len() - 1;
         let n = ((s * last as f64) as usize).min(last - 1);

@@ -29,6 +29,28 @@ pub enum NewtonError {
         /// The bound it must exceed.
         above: f64,
     },
+    /// The control was raised from the start but not to the value wanted: past `reached` (within
+    /// about 1e-4 of it) this branch of equilibria does not go on, or the load steps ran out.
+    #[error("no equilibrium found past control value {reached}, {wanted} wanted, {} load steps", report.load_steps)]
+    LimitPoint {
+        /// Largest value of the control that was solved for.
+        reached: f64,
+        /// Value that was asked for.
+        wanted: f64,
+        /// What was tried.
+        report: NewtonReport,
+    },
+    /// The finest polynomials still leave a tail above the tolerance.
+    #[error(
+        "not resolved: the last coefficients are {tail:e} of the length, tolerance {tolerance:e}"
+    )]
+    Unresolved {
+        /// Degree times the last two coefficients, over the length of the curve; the largest of any
+        /// element.
+        tail: f64,
+        /// What was asked for.
+        tolerance: f64,
+    },
     /// Newton stopped before the residual or the step was small enough.
     #[error("not converged after {} iterations: scaled residual {:e}, scaled step {:e}", report.iterations, report.residual, report.step)]
     NotConverged {

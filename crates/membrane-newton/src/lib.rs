@@ -12,6 +12,7 @@ mod error;
 mod newton;
 mod options;
 mod pair;
+mod plan;
 mod solver;
 mod study;
 

@@ -171,9 +171,9 @@ pub fn newton_with(
                 }
             }
             if halvings == max_halvings {
-                return Err(defined.err().unwrap_or_else(|| NewtonError::NotConverged {
+                return Err(NewtonError::NotConverged {
                     report: report.clone(),
-                }));
+                });
             }
             length *= 0.5;
         }

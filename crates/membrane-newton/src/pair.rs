@@ -1,5 +1,7 @@
 //! Two membranes with incompressible wall between them, solved together.
 
+use std::sync::Arc;
+
 use crate::border::dot;
 use crate::bordered::{Bordered, nan_max};
 use crate::continuation;
@@ -8,6 +10,7 @@ use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
 use crate::newton::ResidualSystem;
 use crate::options::{NewtonOptions, NewtonReport};
+use crate::plan::{Plan, climb, refine};
 use crate::solver::Solver;
 use membrane_forces::Measure;
 
@@ -88,62 +91,61 @@ impl Pair {
         inner: Control,
         options: &NewtonOptions,
     ) -> Result<PairEquilibrium, NewtonError> {
-        let mut state = self.inner.start_state();
-        state.extend(self.outer.start_state());
-        self.solve_state(state, inner, options)
+        let rung = Rung {
+            inner: self.inner.plan.clone(),
+            outer: self.outer.plan.clone(),
+        };
+        let state = rung.join(
+            self.inner.plan.start_state(),
+            &self.outer.plan.start_state(),
+        );
+        self.solve_on(rung, state, inner, options)
     }
 
-    /// The same from a nearby solution of the same pair (warm start).
+    /// The same from a nearby solution (warm start).
     ///
     /// # Errors
     /// As [`Solver::solve`].
-    ///
-    /// # Panics
-    /// `near` has another number of nodes.
     pub fn solve_from(
         &self,
         near: &PairEquilibrium,
         inner: Control,
         options: &NewtonOptions,
     ) -> Result<PairEquilibrium, NewtonError> {
-        let mut state = near.inner.state.clone();
-        state.extend(&near.outer.state);
-        self.solve_state(state, inner, options)
+        let (inner_plan, inner_state) = self.inner.plan.state_near(&near.inner);
+        let (outer_plan, outer_state) = self.outer.plan.state_near(&near.outer);
+        let rung = Rung {
+            inner: inner_plan,
+            outer: outer_plan,
+        };
+        let state = rung.join(inner_state, &outer_state);
+        self.solve_on(rung, state, inner, options)
     }
 
-    fn solve_state(
+    fn solve_on(
         &self,
-        mut state: Vec<f64>,
+        rung: Rung,
+        state: Vec<f64>,
         control: Control,
         options: &NewtonOptions,
     ) -> Result<PairEquilibrium, NewtonError> {
-        let target = self.inner.target(control)?;
-        let split = self.inner.start_state().len();
-        let mut system = PairSystem {
-            inner: self.inner.system(target),
-            outer: self.outer.system(Target::Measure(Measure::Volume, 0.0)),
-            wall_volume: self.wall_volume(),
-            volume_row: vec![0.0; split - 1],
-        };
-        let from = system.inner.target_value(&state[..split]);
-        let set =
-            |system: &mut PairSystem<'_>, value| system.inner.target = target.with_value(value);
-        let report = continuation::solve(
-            &mut system,
-            &mut state,
-            (from, target.value()),
-            set,
-            options,
+        let wall = self.wall_volume();
+        let (rung, state, report) = climb(
+            rung,
+            state,
+            |rung, state| rung.solve(state, control, wall, options),
+            Rung::resolution,
+            Rung::refine,
         )?;
-        let (inner, outer) = state.split_at(split);
-        let inner = self
+        let (inner, outer) = state.split_at(rung.split());
+        let inner = rung
             .inner
             .equilibrium(inner.to_vec(), NewtonReport::default());
-        let outer = self
+        let outer = rung
             .outer
             .equilibrium(outer.to_vec(), NewtonReport::default());
         let wall_volume = outer.measures.volume - inner.measures.volume;
-        let wall_volume_error = (wall_volume - self.wall_volume()) / self.wall_volume();
+        let wall_volume_error = (wall_volume - wall) / wall;
         Ok(PairEquilibrium {
             inner,
             outer,
@@ -151,6 +153,73 @@ impl Pair {
             wall_volume_error,
             report,
         })
+    }
+}
+
+/// Both membranes at one resolution each.
+struct Rung {
+    inner: Arc<Plan>,
+    outer: Arc<Plan>,
+}
+
+impl Rung {
+    fn split(&self) -> usize {
+        self.inner.discrete.start().len() + 1
+    }
+
+    fn join(&self, mut inner: Vec<f64>, outer: &[f64]) -> Vec<f64> {
+        inner.extend(outer);
+        inner
+    }
+
+    fn solve(
+        &self,
+        state: &mut [f64],
+        control: Control,
+        wall_volume: f64,
+        options: &NewtonOptions,
+    ) -> Result<NewtonReport, NewtonError> {
+        let target = self.inner.target(control)?;
+        let mut system = PairSystem {
+            inner: self.inner.system(target),
+            outer: self.outer.system(Target::Measure(Measure::Volume, 0.0)),
+            wall_volume,
+            volume_row: vec![0.0; self.split() - 1],
+        };
+        let from = system.inner.target_value(&state[..self.split()]);
+        let set =
+            |system: &mut PairSystem<'_>, value| system.inner.target = target.with_value(value);
+        continuation::solve(&mut system, state, (from, target.value()), set, options)
+    }
+
+    fn resolution(&self, state: &[f64]) -> Result<(), NewtonError> {
+        let (inner, outer) = state.split_at(self.split());
+        self.inner.resolution(inner)?;
+        self.outer.resolution(outer)
+    }
+
+    /// Both membranes one rung up, as far as each can go.
+    fn refine(&self, state: Option<&[f64]>) -> Option<Result<(Self, Vec<f64>), NewtonError>> {
+        let parts = state.map(|state| state.split_at(self.split()));
+        let inner = refine(&self.inner, parts.map(|p| p.0));
+        let outer = refine(&self.outer, parts.map(|p| p.1));
+        if inner.is_none() && outer.is_none() {
+            return None;
+        }
+        let keep = |plan: &Arc<Plan>, state: Option<&[f64]>| {
+            Ok((
+                plan.clone(),
+                state.map_or_else(|| plan.start_state(), <[f64]>::to_vec),
+            ))
+        };
+        let inner = inner.unwrap_or_else(|| keep(&self.inner, parts.map(|p| p.0)));
+        let outer = outer.unwrap_or_else(|| keep(&self.outer, parts.map(|p| p.1)));
+        Some(inner.and_then(|(inner, a)| {
+            let (outer, b) = outer?;
+            let rung = Self { inner, outer };
+            let state = rung.join(a, &b);
+            Ok((rung, state))
+        }))
     }
 }
 

@@ -2,15 +2,13 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{FiniteDifferences, Measures, Membrane, PressureLaw, SpectralElements};
+use membrane_forces::{Measures, Membrane};
 
-use crate::bordered::Bordered;
-use crate::continuation;
-use crate::control::{Control, Target};
-use crate::discrete::Discrete;
+use crate::control::Control;
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
 use crate::options::{NewtonOptions, NewtonReport};
+use crate::plan::{Plan, climb, refine};
 
 /// How the curve is discretised.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +26,12 @@ pub enum Discretisation {
         /// Elements on each smooth piece.
         per_piece: usize,
     },
+    /// Spectral elements whose degree is raised, and which are then split, until the degree times
+    /// the last two coefficients of the solved curve is at most this fraction of its length.
+    SpectralAdaptive {
+        /// Relative tolerance, for instance 1e-12.
+        tolerance: f64,
+    },
 }
 
 /// A discretised membrane: immutable, cheap to clone, shared by threads.
@@ -42,14 +46,7 @@ pub enum Discretisation {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Solver {
-    pub(crate) inner: Arc<Inner>,
-}
-
-#[derive(Debug)]
-pub(crate) struct Inner {
-    pub(crate) membrane: Membrane,
-    pub(crate) discrete: Discrete,
-    pub(crate) start: Measures,
+    pub(crate) plan: Arc<Plan>,
 }
 
 impl Solver {
@@ -58,33 +55,36 @@ impl Solver {
     /// # Errors
     /// Too few nodes or too low a degree, a stiffness that is not positive, coinciding nodes.
     pub fn new(membrane: &Membrane, discretisation: Discretisation) -> Result<Self, NewtonError> {
-        let discrete = match discretisation {
-            Discretisation::FiniteDifferences { nodes } => {
-                FiniteDifferences::new(membrane, nodes).map(Discrete::Differences)
-            }
+        let plan = match discretisation {
+            Discretisation::FiniteDifferences { nodes } => Plan::differences(membrane, nodes),
             Discretisation::Spectral { degree, per_piece } => {
-                SpectralElements::new(membrane, degree, per_piece).map(Discrete::Spectral)
+                Plan::spectral(membrane, degree, per_piece)
             }
-        }
-        .map_err(NewtonError::membrane)?;
-        let start = discrete.measures(discrete.start());
+            Discretisation::SpectralAdaptive { tolerance } => {
+                if !(tolerance.is_finite() && tolerance > 0.0) {
+                    return Err(NewtonError::OutOfRange {
+                        quantity: "tolerance",
+                        value: tolerance,
+                        above: 0.0,
+                    });
+                }
+                Plan::adaptive(membrane, tolerance, 0)
+            }
+        };
         Ok(Self {
-            inner: Arc::new(Inner {
-                membrane: membrane.clone(),
-                discrete,
-                start,
-            }),
+            plan: Arc::new(plan.map_err(NewtonError::membrane)?),
         })
     }
 
     /// Measures of the start: the rest shape with its ends held.
     pub fn start_measures(&self) -> Measures {
-        self.inner.start
+        self.plan.start
     }
 
     /// The start as an equilibrium without load (it is one if the ends are held where they rest).
     pub fn start(&self) -> Equilibrium {
-        self.equilibrium(self.start_state(), NewtonReport::default())
+        self.plan
+            .equilibrium(self.plan.start_state(), NewtonReport::default())
     }
 
     /// Solves from the start.
@@ -96,75 +96,37 @@ impl Solver {
         control: Control,
         options: &NewtonOptions,
     ) -> Result<Equilibrium, NewtonError> {
-        self.solve_state(self.start_state(), control, options)
+        solve_on(&self.plan, self.plan.start_state(), control, options)
     }
 
-    /// Solves from a nearby equilibrium of the same solver (warm start).
+    /// Solves from a nearby equilibrium (warm start), of this solver or of any other whose ends
+    /// are held at the same places.
     ///
     /// # Errors
     /// As [`Solver::solve`].
-    ///
-    /// # Panics
-    /// `near` has another number of nodes.
     pub fn solve_from(
         &self,
         near: &Equilibrium,
         control: Control,
         options: &NewtonOptions,
     ) -> Result<Equilibrium, NewtonError> {
-        self.solve_state(near.state.clone(), control, options)
+        let (plan, state) = self.plan.state_near(near);
+        solve_on(&plan, state, control, options)
     }
+}
 
-    fn solve_state(
-        &self,
-        mut state: Vec<f64>,
-        control: Control,
-        options: &NewtonOptions,
-    ) -> Result<Equilibrium, NewtonError> {
-        let target = self.target(control)?;
-        let mut system = self.system(target);
-        let from = system.target_value(&state);
-        let set = |system: &mut Bordered<'_>, value| system.target = target.with_value(value);
-        let report = continuation::solve(
-            &mut system,
-            &mut state,
-            (from, target.value()),
-            set,
-            options,
-        )?;
-        Ok(self.equilibrium(state, report))
-    }
-
-    pub(crate) fn target(&self, control: Control) -> Result<Target, NewtonError> {
-        Target::new(control, &self.inner.discrete, &self.inner.start)
-    }
-
-    pub(crate) fn system(&self, target: Target) -> Bordered<'_> {
-        Bordered::new(&self.inner.discrete, self.inner.start.length, target)
-    }
-
-    /// Nodes, then the force intensity.
-    pub(crate) fn start_state(&self) -> Vec<f64> {
-        let mut state = self.inner.discrete.start().to_vec();
-        state.push(0.0);
-        state
-    }
-
-    pub(crate) fn equilibrium(&self, state: Vec<f64>, report: NewtonReport) -> Equilibrium {
-        let discrete = &self.inner.discrete;
-        let (nodes, intensity) = (&state[..state.len() - 1], state[state.len() - 1]);
-        let measures = discrete.measures(nodes);
-        let load = match discrete.law() {
-            PressureLaw::TotalForce => intensity * measures.surface,
-            _ => intensity,
-        };
-        Equilibrium {
-            intensity,
-            load,
-            measures,
-            report,
-            inner: self.inner.clone(),
-            state,
-        }
-    }
+fn solve_on(
+    plan: &Arc<Plan>,
+    state: Vec<f64>,
+    control: Control,
+    options: &NewtonOptions,
+) -> Result<Equilibrium, NewtonError> {
+    let (plan, state, report) = climb(
+        plan.clone(),
+        state,
+        |plan, state| plan.solve(state, control, options),
+        |plan, state| plan.resolution(state),
+        refine,
+    )?;
+    Ok(plan.equilibrium(state, report))
 }

@@ -1,0 +1,266 @@
+//! One resolution of a membrane, and the finer one to go to when it does not suffice.
+
+use std::sync::{Arc, OnceLock};
+
+use membrane_forces::{
+    FiniteDifferences, Measures, Membrane, MembraneError, PressureLaw, SpectralElements,
+};
+
+use crate::bordered::Bordered;
+use crate::continuation;
+use crate::control::{Control, Target};
+use crate::discrete::Discrete;
+use crate::equilibrium::Equilibrium;
+use crate::error::NewtonError;
+use crate::options::{NewtonOptions, NewtonReport};
+
+#[derive(Debug)]
+pub(crate) struct Plan {
+    pub(crate) membrane: Membrane,
+    pub(crate) discrete: Discrete,
+    pub(crate) start: Measures,
+    /// What to do when the polynomials leave a tail.
+    adaptive: Option<Adaptive>,
+}
+
+#[derive(Debug)]
+struct Adaptive {
+    tolerance: f64,
+    level: usize,
+    finer: OnceLock<Result<Arc<Plan>, MembraneError>>,
+}
+
+/// Degree and elements on each smooth piece: first the degree rises, then the elements split.
+const LADDER: [(usize, usize); 9] = [
+    (8, 1),
+    (12, 1),
+    (16, 1),
+    (24, 1),
+    (24, 2),
+    (24, 4),
+    (24, 8),
+    (24, 16),
+    (24, 32),
+];
+
+impl Plan {
+    pub(crate) fn differences(membrane: &Membrane, nodes: usize) -> Result<Self, MembraneError> {
+        Ok(Self::new(
+            membrane,
+            Discrete::Differences(FiniteDifferences::new(membrane, nodes)?),
+            None,
+        ))
+    }
+
+    pub(crate) fn spectral(
+        membrane: &Membrane,
+        degree: usize,
+        per_piece: usize,
+    ) -> Result<Self, MembraneError> {
+        Ok(Self::new(
+            membrane,
+            Discrete::Spectral(SpectralElements::new(membrane, degree, per_piece)?),
+            None,
+        ))
+    }
+
+    pub(crate) fn adaptive(
+        membrane: &Membrane,
+        tolerance: f64,
+        level: usize,
+    ) -> Result<Self, MembraneError> {
+        let (degree, per_piece) = LADDER[level];
+        let discrete = Discrete::Spectral(SpectralElements::new(membrane, degree, per_piece)?);
+        Ok(Self::new(
+            membrane,
+            discrete,
+            Some(Adaptive {
+                tolerance,
+                level,
+                finer: OnceLock::new(),
+            }),
+        ))
+    }
+
+    fn new(membrane: &Membrane, discrete: Discrete, adaptive: Option<Adaptive>) -> Self {
+        let start = discrete.measures(discrete.start());
+        Self {
+            membrane: membrane.clone(),
+            discrete,
+            start,
+            adaptive,
+        }
+    }
+
+    /// The next rung of the ladder, made the first time it is asked for; none at its top or
+    /// without a tolerance.
+    pub(crate) fn finer(&self) -> Option<Result<Arc<Self>, NewtonError>> {
+        let adaptive = self.adaptive.as_ref()?;
+        let level = adaptive.level + 1;
+        if level == LADDER.len() {
+            return None;
+        }
+        let made = || Self::adaptive(&self.membrane, adaptive.tolerance, level).map(Arc::new);
+        Some(
+            adaptive
+                .finer
+                .get_or_init(made)
+                .clone()
+                .map_err(NewtonError::membrane),
+        )
+    }
+
+    /// Whether the polynomials of `state` have converged: their degree times their last two
+    /// coefficients, over the length of the curve, against the tolerance.
+    pub(crate) fn resolution(&self, state: &[f64]) -> Result<(), NewtonError> {
+        let Some(Adaptive { tolerance, .. }) = self.adaptive else {
+            return Ok(());
+        };
+        let nodes = &state[..state.len() - 1];
+        let scale = self
+            .discrete
+            .measure(membrane_forces::Measure::Length, nodes);
+        let tail = self.discrete.tail(nodes) / scale;
+        if tail <= tolerance {
+            Ok(())
+        } else {
+            Err(NewtonError::Unresolved { tail, tolerance })
+        }
+    }
+
+    pub(crate) fn target(&self, control: Control) -> Result<Target, NewtonError> {
+        Target::new(control, &self.discrete, &self.start)
+    }
+
+    pub(crate) fn system(&self, target: Target) -> Bordered<'_> {
+        Bordered::new(&self.discrete, self.start.length, target)
+    }
+
+    /// Nodes, then the force intensity.
+    pub(crate) fn start_state(&self) -> Vec<f64> {
+        let mut state = self.discrete.start().to_vec();
+        state.push(0.0);
+        state
+    }
+
+    /// The state that follows `curve`, which need not be of this plan.
+    pub(crate) fn state_near(self: &Arc<Self>, curve: &Equilibrium) -> (Arc<Self>, Vec<f64>) {
+        let mut rung = self.clone();
+        loop {
+            if Arc::ptr_eq(&rung, &curve.plan) {
+                return (rung, curve.state.clone());
+            }
+            let next = rung
+                .adaptive
+                .as_ref()
+                .and_then(|a| a.finer.get())
+                .and_then(|f| f.clone().ok());
+            match next {
+                Some(finer) => rung = finer,
+                None => break,
+            }
+        }
+        let mut state = self.start_state();
+        let count = (state.len() - 1) / 2;
+        let positions = self.discrete.positions();
+        for n in 1..count - 1 {
+            state[2 * n..2 * n + 2].copy_from_slice(&curve.at(positions[n]).position);
+        }
+        // the last node of a half curve is free along the axis
+        let last = 2 * (count - 1);
+        if self.discrete.is_half() {
+            state[last] = curve.at(positions[count - 1]).position[0];
+        }
+        state[2 * count] = curve.intensity;
+        (self.clone(), state)
+    }
+
+    /// Solves on this rung alone.
+    pub(crate) fn solve(
+        &self,
+        state: &mut [f64],
+        control: Control,
+        options: &NewtonOptions,
+    ) -> Result<NewtonReport, NewtonError> {
+        let target = self.target(control)?;
+        let mut system = self.system(target);
+        let from = system.target_value(state);
+        let set = |system: &mut Bordered<'_>, value| system.target = target.with_value(value);
+        continuation::solve(&mut system, state, (from, target.value()), set, options)
+    }
+
+    pub(crate) fn equilibrium(
+        self: &Arc<Self>,
+        state: Vec<f64>,
+        report: NewtonReport,
+    ) -> Equilibrium {
+        let (nodes, intensity) = (&state[..state.len() - 1], state[state.len() - 1]);
+        let measures = self.discrete.measures(nodes);
+        let load = match self.discrete.law() {
+            PressureLaw::TotalForce => intensity * measures.surface,
+            _ => intensity,
+        };
+        Equilibrium {
+            intensity,
+            load,
+            measures,
+            report,
+            plan: self.clone(),
+            state,
+        }
+    }
+}
+
+/// The next rung with `state` carried over to it, or with its own start.
+pub(crate) fn refine(
+    plan: &Arc<Plan>,
+    state: Option<&[f64]>,
+) -> Option<Result<(Arc<Plan>, Vec<f64>), NewtonError>> {
+    Some(plan.finer()?.map(|finer| {
+        let state = match state {
+            Some(state) => {
+                let (nodes, intensity) = (&state[..state.len() - 1], state[state.len() - 1]);
+                let mut state = finer.discrete.sample(&plan.discrete.pieces(nodes));
+                state.push(intensity);
+                state
+            }
+            None => finer.start_state(),
+        };
+        (finer, state)
+    }))
+}
+
+/// Solves on `rung`, then on finer ones until the polynomials have converged; each starts from the
+/// one before, or from its own start if that failed. `solve` works on one rung, `refine` climbs.
+pub(crate) fn climb<R>(
+    mut rung: R,
+    mut state: Vec<f64>,
+    solve: impl Fn(&R, &mut [f64]) -> Result<NewtonReport, NewtonError>,
+    resolution: impl Fn(&R, &[f64]) -> Result<(), NewtonError>,
+    refine: impl Fn(&R, Option<&[f64]>) -> Option<Result<(R, Vec<f64>), NewtonError>>,
+) -> Result<(R, Vec<f64>, NewtonReport), NewtonError> {
+    let mut total = NewtonReport::default();
+    loop {
+        let outcome = solve(&rung, &mut state).and_then(|mut report| {
+            report.add_earlier(&total);
+            total = report;
+            resolution(&rung, &state)
+        });
+        let solved = match outcome {
+            Ok(()) => return Ok((rung, state, total)),
+            Err(NewtonError::Unresolved { .. }) => Some(&state[..]),
+            Err(NewtonError::NotConverged { .. } | NewtonError::Singular { .. }) => None,
+            // where the curve is resolved it is the branch that ends, not the polynomials
+            Err(NewtonError::LimitPoint { .. }) if resolution(&rung, &state).is_err() => None,
+            Err(error) => return Err(error),
+        };
+        match refine(&rung, solved) {
+            Some(finer) => (rung, state) = finer?,
+            None => {
+                return Err(outcome
+                    .err()
+                    .unwrap_or(NewtonError::NotConverged { report: total }));
+            }
+        }
+    }
+}
