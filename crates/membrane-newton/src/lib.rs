@@ -13,6 +13,7 @@ mod newton;
 mod options;
 mod pair;
 mod plan;
+mod sensitivity;
 mod solver;
 mod study;
 
@@ -28,5 +29,6 @@ pub use membrane_forces::{
 pub use newton::{NewtonScratch, ResidualSystem, newton, newton_with};
 pub use options::{LineSearch, NewtonOptions, NewtonReport};
 pub use pair::{Pair, PairEquilibrium};
+pub use sensitivity::Sensitivity;
 pub use solver::{Discretisation, Solver};
 pub use study::{PaperJacobian, paper_newton};

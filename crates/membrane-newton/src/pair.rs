@@ -10,7 +10,7 @@ use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
 use crate::newton::ResidualSystem;
 use crate::options::{NewtonOptions, NewtonReport};
-use crate::plan::{Plan, climb, refine};
+use crate::plan::{Plan, Refined, climb, refine};
 use crate::solver::Solver;
 use membrane_forces::Measure;
 
@@ -199,7 +199,7 @@ impl Rung {
     }
 
     /// Both membranes one rung up, as far as each can go.
-    fn refine(&self, state: Option<&[f64]>) -> Option<Result<(Self, Vec<f64>), NewtonError>> {
+    fn refine(&self, state: Option<&[f64]>) -> Refined<Self> {
         let parts = state.map(|state| state.split_at(self.split()));
         let inner = refine(&self.inner, parts.map(|p| p.0));
         let outer = refine(&self.outer, parts.map(|p| p.1));

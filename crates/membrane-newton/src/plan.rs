@@ -30,6 +30,9 @@ struct Adaptive {
     finer: OnceLock<Result<Arc<Plan>, MembraneError>>,
 }
 
+/// A finer rung with a state for it, if there is one.
+pub(crate) type Refined<R> = Option<Result<(R, Vec<f64>), NewtonError>>;
+
 /// Degree and elements on each smooth piece: first the degree rises, then the elements split.
 const LADDER: [(usize, usize); 9] = [
     (8, 1),
@@ -212,10 +215,7 @@ impl Plan {
 }
 
 /// The next rung with `state` carried over to it, or with its own start.
-pub(crate) fn refine(
-    plan: &Arc<Plan>,
-    state: Option<&[f64]>,
-) -> Option<Result<(Arc<Plan>, Vec<f64>), NewtonError>> {
+pub(crate) fn refine(plan: &Arc<Plan>, state: Option<&[f64]>) -> Refined<Arc<Plan>> {
     Some(plan.finer()?.map(|finer| {
         let state = match state {
             Some(state) => {
@@ -237,7 +237,7 @@ pub(crate) fn climb<R>(
     mut state: Vec<f64>,
     solve: impl Fn(&R, &mut [f64]) -> Result<NewtonReport, NewtonError>,
     resolution: impl Fn(&R, &[f64]) -> Result<(), NewtonError>,
-    refine: impl Fn(&R, Option<&[f64]>) -> Option<Result<(R, Vec<f64>), NewtonError>>,
+    refine: impl Fn(&R, Option<&[f64]>) -> Refined<R>,
 ) -> Result<(R, Vec<f64>, NewtonReport), NewtonError> {
     let mut total = NewtonReport::default();
     loop {

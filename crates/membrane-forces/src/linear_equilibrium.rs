@@ -1,0 +1,166 @@
+//! The equilibrium under pressure per current length: a linear equation, solved exactly.
+
+use std::f64::consts::PI;
+
+use nalgebra::Complex;
+
+use crate::chebyshev::gauss_legendre;
+use crate::error::{MembraneError, finite, positive};
+use crate::measures::Measures;
+use crate::rest::CurvePoint;
+
+/// Exact equilibrium of a balloon or a disc of constant stiffness under the law per current length.
+///
+/// With z = x + i y and kappa = p / lambda the equilibrium is z'' + i kappa z' = z0'', and variation
+/// of constants gives
+///
+/// ```text
+/// z'(s) = e^(-i kappa s) z'(0) + integral over t < s of e^(-i kappa (s - t)) z0''(t) dt
+/// ```
+///
+/// with z'(0) from the held end z(1). Only the cap bends: there z0'' = -i R omega^2 e^(-i omega (t - a)),
+/// omega the rate at which it turns. The integrals over the cap are taken by a Gauss rule that
+/// is exact to rounding. The curve runs to infinity as kappa -> 2 pi.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearEquilibrium {
+    kappa: f64,
+    radius: f64,
+    /// Where the cap begins, s = a; it ends at 1 - a. 1/2 for the disc, which has none.
+    cap: f64,
+    /// rho omega^2 of the cap, 0 for the disc.
+    source: f64,
+    /// Turning rate of the cap per unit s.
+    omega: f64,
+    slope: Complex<f64>,
+}
+
+impl LinearEquilibrium {
+    /// The balloon of [`RestShape::balloon`](crate::RestShape::balloon) under p / lambda = `kappa`.
+    ///
+    /// ```
+    /// let balloon = membrane_forces::LinearEquilibrium::balloon(8.5, 1.75, 1.0)?;
+    /// assert!((balloon.measures().volume - 180.00034338).abs() < 1e-8);
+    /// # Ok::<(), membrane_forces::MembraneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A size that is not finite or not positive, a `kappa` at or past 2 pi in size.
+    pub fn balloon(h: f64, radius: f64, kappa: f64) -> Result<Self, MembraneError> {
+        positive("cylinder length", h)?;
+        positive("radius", radius)?;
+        let length = 2.0 * h + PI * radius;
+        let omega = length / radius;
+        Self::new(kappa, radius, h / length, radius * omega * omega, omega)
+    }
+
+    /// The disc of [`RestShape::disc`](crate::RestShape::disc) under p / lambda = `kappa`: an arc
+    /// of a circle.
+    ///
+    /// # Errors
+    /// A radius that is not finite or not positive, a `kappa` at or past 2 pi in size.
+    pub fn disc(radius: f64, kappa: f64) -> Result<Self, MembraneError> {
+        positive("radius", radius)?;
+        Self::new(kappa, radius, 0.5, 0.0, 0.0)
+    }
+
+    fn new(
+        kappa: f64,
+        radius: f64,
+        cap: f64,
+        source: f64,
+        omega: f64,
+    ) -> Result<Self, MembraneError> {
+        let limit = 2.0 * PI;
+        if finite("pressure over stiffness", kappa)?.abs() >= limit {
+            return Err(MembraneError::PastBlowUp {
+                pressure: kappa,
+                limit,
+            });
+        }
+        let mut this = Self {
+            kappa,
+            radius,
+            cap,
+            source,
+            omega,
+            slope: Complex::new(0.0, 0.0),
+        };
+        // z is linear in z'(0): what it misses at s = 1 without it, over what a unit adds
+        let missed = Complex::new(0.0, -radius) - this.state(1.0).0;
+        this.slope = missed / turn(-kappa, 1.0);
+        Ok(this)
+    }
+
+    /// z(s) and z'(s) from z'(0) as it stands.
+    fn state(&self, s: f64) -> (Complex<f64>, Complex<f64>) {
+        let mut z = Complex::new(0.0, self.radius) + self.slope * turn(-self.kappa, s);
+        let mut v = self.slope * phase(-self.kappa * s);
+        let (a, end) = (self.cap, s.min(1.0 - self.cap));
+        if end > a {
+            for (fraction, weight) in gauss_legendre(48) {
+                let t = a + (end - a) * fraction;
+                let bend = self.bend(t) * (weight * (end - a));
+                z += bend * turn(-self.kappa, s - t);
+                v += bend * phase(-self.kappa * (s - t));
+            }
+        }
+        (z, v)
+    }
+
+    /// z0''(t) on the cap.
+    fn bend(&self, t: f64) -> Complex<f64> {
+        Complex::new(0.0, -self.source) * phase(-self.omega * (t - self.cap))
+    }
+
+    /// The curve at material coordinate `s`, clamped to [0, 1].
+    pub fn at(&self, s: f64) -> CurvePoint {
+        let s = s.clamp(0.0, 1.0);
+        let (z, v) = self.state(s);
+        let mut second = Complex::new(0.0, -self.kappa) * v;
+        if s > self.cap && s < 1.0 - self.cap {
+            second += self.bend(s);
+        }
+        CurvePoint {
+            position: [z.re, z.im],
+            first: [v.re, v.im],
+            second: [second.re, second.im],
+        }
+    }
+
+    /// Length, area, surface and volume by a Gauss rule on the exact curve, to rounding.
+    pub fn measures(&self) -> Measures {
+        let mut sums = Measures {
+            length: 0.0,
+            area: 0.0,
+            surface: 0.0,
+            volume: 0.0,
+        };
+        for (from, to) in [(0.0, self.cap), (self.cap, 0.5)] {
+            for (fraction, weight) in gauss_legendre(48) {
+                let (z, v) = self.state(from + (to - from) * fraction);
+                let (weight, speed) = (weight * (to - from), v.norm());
+                sums.length += 2.0 * weight * speed;
+                sums.area += weight * (z.im * v.re - z.re * v.im);
+                sums.surface += 2.0 * PI * weight * z.im * speed;
+                sums.volume += PI * weight * z.im * z.im * v.re;
+            }
+        }
+        sums
+    }
+}
+
+/// e^(i angle)
+fn phase(angle: f64) -> Complex<f64> {
+    Complex::new(angle.cos(), angle.sin())
+}
+
+/// Integral of e^(i rate t) over [0, s], exact also as the rate vanishes.
+fn turn(rate: f64, s: f64) -> Complex<f64> {
+    let half = 0.5 * rate * s;
+    let sinc = if half.abs() < 1e-8 {
+        1.0
+    } else {
+        half.sin() / half
+    };
+    phase(half) * (s * sinc)
+}

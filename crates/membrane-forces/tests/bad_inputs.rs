@@ -1,0 +1,110 @@
+//! Each constructor says what was wrong, with the number.
+
+use membrane_forces::{
+    CircleEquilibrium, CurvePoint, FiniteDifferences, LinearEquilibrium, Membrane, MembraneError,
+    RestShape, SpectralElements, Stiffness,
+};
+
+#[test]
+fn sizes_must_be_positive_and_finite() {
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(RestShape::balloon(bad, 1.0).is_err());
+        assert!(RestShape::balloon(1.0, bad).is_err());
+        assert!(RestShape::disc(bad).is_err());
+        assert!(Stiffness::constant(bad).is_err());
+        assert!(Stiffness::samples(&[1.0, bad]).is_err());
+        assert!(CircleEquilibrium::new(bad, 1.0).is_err());
+        assert!(LinearEquilibrium::disc(bad, 1.0).is_err());
+    }
+    assert_eq!(
+        RestShape::disc(-2.0).unwrap_err(),
+        MembraneError::NotPositive {
+            quantity: "radius",
+            value: -2.0
+        }
+    );
+}
+
+#[test]
+fn rest_shapes_must_not_cross_or_stand_still() {
+    let crossing = [[0.0, 1.0], [2.0, -1.0], [2.0, 1.0], [0.0, -1.0]];
+    assert_eq!(
+        RestShape::polyline(&crossing).unwrap_err(),
+        MembraneError::SelfCrossing {
+            first: 0,
+            second: 2
+        }
+    );
+    let twice = [[0.0, 1.0], [1.0, 1.0], [1.0, 1.0], [0.0, -1.0]];
+    assert_eq!(
+        RestShape::polyline(&twice).unwrap_err(),
+        MembraneError::CoincidentPoints { index: 1 }
+    );
+    let nan = |_: f64| CurvePoint {
+        position: [f64::NAN; 2],
+        first: [1.0; 2],
+        second: [0.0; 2],
+    };
+    assert!(matches!(
+        RestShape::from_function(nan, &[]),
+        Err(MembraneError::NotFinite { .. })
+    ));
+    let still = |_: f64| CurvePoint {
+        position: [1.0; 2],
+        first: [1.0; 2],
+        second: [0.0; 2],
+    };
+    assert!(matches!(
+        RestShape::from_function(still, &[]),
+        Err(MembraneError::CoincidentPoints { index: 1 })
+    ));
+    let line = |s: f64| CurvePoint {
+        position: [0.0, 1.0 - 2.0 * s],
+        first: [0.0, -2.0],
+        second: [0.0; 2],
+    };
+    assert!(RestShape::from_function(line, &[]).is_ok());
+    assert!(matches!(
+        RestShape::from_function(line, &[0.5, 0.5]),
+        Err(MembraneError::BadBreakpoint {
+            index: 1,
+            value: 0.5
+        })
+    ));
+}
+
+#[test]
+fn stiffness_is_checked_where_it_is_used() {
+    let negative = Stiffness::function(|s| 0.5 - s, &[]).unwrap();
+    let membrane = Membrane::new(RestShape::disc(1.0).unwrap()).with_stiffness(negative);
+    assert!(matches!(
+        FiniteDifferences::new(&membrane, 11),
+        Err(MembraneError::BadStiffness { .. })
+    ));
+    assert!(matches!(
+        SpectralElements::new(&membrane, 8, 1),
+        Err(MembraneError::BadStiffness { .. })
+    ));
+}
+
+#[test]
+fn too_few_nodes_and_too_much_pressure() {
+    let membrane = Membrane::new(RestShape::disc(1.0).unwrap());
+    assert!(matches!(
+        FiniteDifferences::new(&membrane, 2),
+        Err(MembraneError::TooFew {
+            given: 2,
+            least: 3,
+            ..
+        })
+    ));
+    assert!(matches!(
+        SpectralElements::new(&membrane, 1, 1),
+        Err(MembraneError::TooFew { given: 1, .. })
+    ));
+    assert!(matches!(
+        LinearEquilibrium::disc(1.0, std::f64::consts::TAU),
+        Err(MembraneError::PastBlowUp { .. })
+    ));
+    assert!(membrane.with_ends([[0.0, 1.0], [f64::NAN, 0.0]]).is_err());
+}

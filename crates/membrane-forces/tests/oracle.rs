@@ -1,0 +1,246 @@
+//! Tangents and gradients against differences, measures and equilibria against closed forms.
+
+use membrane_forces::{
+    CircleEquilibrium, FiniteDifferences, LinearEquilibrium, Measure, Measures, Membrane,
+    PressureLaw, RestShape, SpectralElements, Stiffness, balloon_at_rest,
+};
+
+const LAWS: [PressureLaw; 3] = [
+    PressureLaw::PerMaterialLength,
+    PressureLaw::TotalForce,
+    PressureLaw::PerCurrentLength,
+];
+
+fn membrane(law: PressureLaw) -> Membrane {
+    Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+        .with_stiffness(Stiffness::function(|s| 1.0 + 0.5 * (5.0 * s).sin(), &[]).unwrap())
+        .with_second_neighbours(Stiffness::constant(0.1).unwrap())
+        .with_law(law)
+}
+
+/// A smooth displacement that vanishes at the ends and is not symmetric.
+fn bump(n: usize, scale: f64) -> Vec<f64> {
+    (0..n)
+        .flat_map(|k| {
+            let s = k as f64 / (n - 1) as f64;
+            let envelope = scale * s * (1.0 - s);
+            [
+                envelope * (3.0 + (7.0 * s).sin()),
+                envelope * (1.0 + (11.0 * s).cos()),
+            ]
+        })
+        .collect()
+}
+
+/// Remainders |F(x + e d) - F(x) - e F'(x) d| fall by 4 when e is halved if F' is the derivative.
+fn taylor_slope(
+    force: impl Fn(&[f64]) -> Vec<f64>,
+    derivative: &[f64],
+    x: &[f64],
+    d: &[f64],
+) -> f64 {
+    let at = force(x);
+    let remainder = |e: f64| {
+        let moved: Vec<f64> = x.iter().zip(d).map(|(x, d)| x + e * d).collect();
+        let there = force(&moved);
+        let squares = (0..at.len()).map(|i| (there[i] - at[i] - e * derivative[i]).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    (remainder(2e-3) / remainder(1e-3)).log2()
+}
+
+#[test]
+fn tangents_of_differences_are_the_derivatives() {
+    for law in LAWS {
+        let n = 41;
+        let differences = FiniteDifferences::new(&membrane(law), n).unwrap();
+        let x: Vec<f64> = differences
+            .start()
+            .iter()
+            .zip(bump(n, 1.0))
+            .map(|(x, b)| x + b)
+            .collect();
+        let d: Vec<f64> = bump(n, 1.0).iter().rev().copied().collect();
+        let load = if law == PressureLaw::TotalForce {
+            900.0
+        } else {
+            5.0
+        };
+        let force = |x: &[f64]| {
+            let (mut pressure, mut elastic) = (vec![0.0; 2 * n], vec![0.0; 2 * n]);
+            let intensity = differences.intensity(x, load);
+            differences
+                .pressure_force_into(x, intensity, &mut pressure)
+                .unwrap();
+            differences.elastic_force_into(x, &mut elastic);
+            // the elastic part is linear: keep its rounding out of the remainder
+            (0..2 * n)
+                .map(|i| pressure[i] + 1e-3 * elastic[i])
+                .collect::<Vec<_>>()
+        };
+        let mut band = differences.band();
+        differences.add_elastic_tangent(1e-3, &mut band);
+        let intensity = differences.intensity(&x, load);
+        differences
+            .add_pressure_tangent(&x, intensity, 1.0, &mut band)
+            .unwrap();
+        let mut derivative = vec![0.0; 2 * n];
+        band.mul_into(&d, &mut derivative);
+        let (mut column, mut row) = (vec![0.0; 2 * n], vec![0.0; 2 * n]);
+        let extra = differences
+            .pressure_rank_one_into(&x, load, &mut column, &mut row)
+            .unwrap();
+        assert_eq!(extra, law == PressureLaw::TotalForce);
+        let along: f64 = row.iter().zip(&d).map(|(r, d)| r * d).sum();
+        derivative
+            .iter_mut()
+            .zip(&column)
+            .for_each(|(out, c)| *out += c * along);
+
+        if law == PressureLaw::PerCurrentLength {
+            // linear: the remainder is rounding, so compare the derivative itself
+            let moved: Vec<f64> = x.iter().zip(&d).map(|(x, d)| x + d).collect();
+            let (there, here) = (force(&moved), force(&x));
+            for i in 0..2 * n {
+                assert!((there[i] - here[i] - derivative[i]).abs() < 1e-10);
+            }
+        } else {
+            let slope = taylor_slope(force, &derivative, &x, &d);
+            assert!((slope - 2.0).abs() < 0.05, "{law:?}: {slope}");
+        }
+    }
+}
+
+#[test]
+fn the_printed_jacobian_is_not_the_derivative() {
+    let n = 41;
+    let differences = FiniteDifferences::new(&membrane(LAWS[0]), n).unwrap();
+    let x: Vec<f64> = differences
+        .start()
+        .iter()
+        .zip(bump(n, 1.0))
+        .map(|(x, b)| x + b)
+        .collect();
+    let d = bump(n, 1.0);
+    let mut band = differences.band();
+    differences
+        .add_pressure_tangent_as_printed(&x, 5.0, 1.0, &mut band)
+        .unwrap();
+    let mut derivative = vec![0.0; 2 * n];
+    band.mul_into(&d, &mut derivative);
+    let force = |x: &[f64]| {
+        let mut out = vec![0.0; 2 * n];
+        differences.pressure_force_into(x, 5.0, &mut out).unwrap();
+        out
+    };
+    // first order only
+    assert!((taylor_slope(force, &derivative, &x, &d) - 1.0).abs() < 0.05);
+}
+
+#[test]
+fn gradients_of_measures_are_the_derivatives() {
+    let n = 40; // no node at the apex: a segment crosses the axis
+    let differences = FiniteDifferences::new(&membrane(LAWS[0]), n).unwrap();
+    let spectral = SpectralElements::new(&membrane(LAWS[0]), 8, 1).unwrap();
+    assert!(!spectral.is_half());
+    for measure in [
+        Measure::Length,
+        Measure::Area,
+        Measure::Surface,
+        Measure::Volume,
+    ] {
+        let x: Vec<f64> = differences
+            .start()
+            .iter()
+            .zip(bump(n, 1.0))
+            .map(|(x, b)| x + b)
+            .collect();
+        let d: Vec<f64> = (0..2 * n).map(|k| (k as f64).sin()).collect();
+        let mut gradient = vec![0.0; 2 * n];
+        measure.gradient_into(&x, &mut gradient);
+        let slope: f64 = gradient.iter().zip(&d).map(|(g, d)| g * d).sum();
+        let along = taylor_slope(|x| vec![measure.of(x)], &[slope], &x, &d);
+        assert!((along - 2.0).abs() < 0.05, "polyline {measure:?}: {along}");
+
+        let x = spectral.start();
+        let d: Vec<f64> = (0..x.len()).map(|k| 0.3 * (k as f64).sin()).collect();
+        let mut gradient = vec![0.0; x.len()];
+        let value = spectral.measure_gradient_into(measure, x, &mut gradient);
+        assert!((value - spectral.measure(measure, x)).abs() < 1e-12 * value);
+        let slope: f64 = gradient.iter().zip(&d).map(|(g, d)| g * d).sum();
+        let along = taylor_slope(|x| vec![spectral.measure(measure, x)], &[slope], x, &d);
+        assert!((along - 2.0).abs() < 0.1, "spectral {measure:?}: {along}");
+    }
+}
+
+#[test]
+fn measures_of_the_rest_balloon_in_closed_form() {
+    let exact = balloon_at_rest(8.5, 1.75).unwrap();
+    let balloon = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    let spectral = SpectralElements::new(&balloon, 16, 1).unwrap();
+    assert!(spectral.is_half());
+    let found = spectral.measures(spectral.start());
+    let error = |n: usize| {
+        let m = Measures::of(FiniteDifferences::new(&balloon, n).unwrap().start());
+        [
+            m.length - exact.length,
+            m.area - exact.area,
+            m.surface - exact.surface,
+            m.volume - exact.volume,
+        ]
+    };
+    // polylines: order two, with some scatter because no node sits where the cap begins
+    for (a, b) in error(101).iter().zip(error(801)) {
+        assert!(((a / b).log2() / 3.0 - 2.0).abs() < 0.1, "{a} {b}");
+    }
+    for (found, exact) in [
+        (found.length, exact.length),
+        (found.area, exact.area),
+        (found.surface, exact.surface),
+        (found.volume, exact.volume),
+    ] {
+        assert!((found / exact - 1.0).abs() < 1e-14, "{found} {exact}");
+    }
+}
+
+#[test]
+fn linear_equilibria_reach_the_reference_and_solve_their_equation() {
+    for (kappa, volume, area, length) in [
+        (1.0, 180.00034338, 50.244070193, 25.4308996664),
+        (4.0, 2759.41056007, 264.37919694, 55.439401175),
+    ] {
+        let exact = LinearEquilibrium::balloon(8.5, 1.75, kappa).unwrap();
+        let m = exact.measures();
+        // the reference prints 11 to 12 digits
+        assert!((m.volume / volume - 1.0).abs() < 5e-11, "{}", m.volume);
+        assert!((m.area / area - 1.0).abs() < 5e-11, "{}", m.area);
+        assert!((m.length / length - 1.0).abs() < 5e-11, "{}", m.length);
+        assert!(exact.at(0.5).position[1].abs() < 1e-12);
+        let rest = RestShape::balloon(8.5, 1.75).unwrap();
+        for s in [0.1, 0.45, 0.55, 0.9] {
+            let (c, c0) = (exact.at(s), rest.at(s));
+            for (force, rest) in [
+                (c.second[0] - kappa * c.first[1], c0.second[0]),
+                (c.second[1] + kappa * c.first[0], c0.second[1]),
+            ] {
+                assert!((force - rest).abs() < 1e-10 * (1.0 + rest.abs()));
+            }
+        }
+    }
+}
+
+#[test]
+fn disc_under_either_law_is_an_arc() {
+    let circle = CircleEquilibrium::new(1.5, 4.0).unwrap();
+    // the same arc under pressure per current length: kappa is the angle it turns through
+    let linear = LinearEquilibrium::disc(1.5, circle.angle).unwrap();
+    for s in [0.0, 0.2, 0.5, 0.9, 1.0] {
+        let (a, b) = (circle.at(s), linear.at(s).position);
+        assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-14);
+    }
+    let (a, b) = (circle.measures(), linear.measures());
+    assert!(
+        (a.volume / b.volume - 1.0).abs() < 1e-13 && (a.surface / b.surface - 1.0).abs() < 1e-13
+    );
+    assert!((a.area / b.area - 1.0).abs() < 1e-13 && (a.length / b.length - 1.0).abs() < 1e-13);
+}

@@ -1,0 +1,51 @@
+//! How the equilibrium changes with its control.
+
+use crate::control::Control;
+use crate::equilibrium::Equilibrium;
+use crate::error::NewtonError;
+use crate::newton::ResidualSystem;
+
+/// Derivative of an equilibrium by the value of a control (per unit of that value).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensitivity {
+    /// d[x, y] at the nodes of [`Equilibrium::points`].
+    pub points: Vec<[f64; 2]>,
+    /// d intensity.
+    pub intensity: f64,
+}
+
+impl Equilibrium {
+    /// Derivative of shape and intensity by the value of `control`: one factorisation of the
+    /// bordered system at the solution and one solve, no Newton.
+    ///
+    /// ```
+    /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, RestShape, Solver};
+    /// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+    /// let solver = Solver::new(&membrane, Discretisation::Spectral { degree: 12, per_piece: 1 })?;
+    /// let options = NewtonOptions::default();
+    /// let here = solver.solve(Control::VolumeGain(0.6), &options)?;
+    /// let there = solver.solve_from(&here, Control::VolumeGain(0.6001), &options)?;
+    /// let slope = here.sensitivity(Control::VolumeGain(0.6))?.intensity;
+    /// assert!(((there.intensity - here.intensity) / 1e-4 / slope - 1.0).abs() < 1e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A control nothing can be solved for; a singular tangent (the control is at a limit point).
+    pub fn sensitivity(&self, control: Control) -> Result<Sensitivity, NewtonError> {
+        let target = self.plan.target(control)?;
+        let mut system = self.plan.system(target);
+        system.factor(&self.state)?;
+        let mut change = vec![0.0; self.state.len()];
+        let last = change.len() - 1;
+        change[last] = match control {
+            Control::VolumeGain(_) => self.plan.start.volume,
+            _ => 1.0,
+        };
+        system.solve_in_place(&mut change);
+        Ok(Sensitivity {
+            points: self.plan.discrete.points(&change[..last]),
+            intensity: change[last],
+        })
+    }
+}
