@@ -40,7 +40,9 @@ struct Ode {
 impl Ode {
     fn new() -> Self {
         let body = body(N);
-        Self { rest: body.differences().start().as_chunks::<2>().0.to_vec() }
+        Self {
+            rest: body.differences().start().as_chunks::<2>().0.to_vec(),
+        }
     }
 
     fn node(&self, x: &[f64], n: usize) -> [f64; 2] {
@@ -74,7 +76,11 @@ impl Ode {
     fn jacobian(&self, x: &[f64], v: &[f64], y: &mut [f64]) {
         let scale = ((N - 1) * (N - 1)) as f64;
         let change = |n: usize| {
-            if n == 0 || n == N - 1 { [0.0; 2] } else { [v[4 * n - 4], v[4 * n - 3]] }
+            if n == 0 || n == N - 1 {
+                [0.0; 2]
+            } else {
+                [v[4 * n - 4], v[4 * n - 3]]
+            }
         };
         for n in 1..N - 1 {
             let (a, c) = (self.node(x, n - 1), self.node(x, n + 1));
@@ -123,7 +129,12 @@ fn rival(method: Rival, tolerance: f64) -> (Vec<[f64; 2]>, usize, f64) {
         .init(
             move |_p: &[f64], _t: f64, y: &mut [f64]| {
                 for n in 1..N - 1 {
-                    y[4 * n - 4..4 * n].copy_from_slice(&[start.rest[n][0], start.rest[n][1], 0.0, 0.0]);
+                    y[4 * n - 4..4 * n].copy_from_slice(&[
+                        start.rest[n][0],
+                        start.rest[n][1],
+                        0.0,
+                        0.0,
+                    ]);
                 }
             },
             4 * (N - 2),
@@ -154,7 +165,10 @@ fn rival(method: Rival, tolerance: f64) -> (Vec<[f64; 2]>, usize, f64) {
 }
 
 fn distance(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max)
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]))
+        .fold(0.0, f64::max)
 }
 
 fn work_precision(_: &mut Criterion) {
@@ -169,28 +183,44 @@ fn work_precision(_: &mut Criterion) {
         (distance(&points, &truth), steps, seconds)
     };
     let row = |name: &str, setting: f64, (error, steps, seconds): (f64, usize, f64)| {
-        println!("work_precision: {name:<24} {setting:8.0e} {steps:8} {error:10.2e} {:10.3}", seconds * 1e3);
+        println!(
+            "work_precision: {name:<24} {setting:8.0e} {steps:8} {error:10.2e} {:10.3}",
+            seconds * 1e3
+        );
     };
     for method in [Rival::Bdf, Rival::TrBdf2, Rival::Esdirk34, Rival::Tsit45] {
         for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
-            row(&format!("diffsol {method:?}"), tolerance, best(&mut || rival(method, tolerance)));
+            row(
+                &format!("diffsol {method:?}"),
+                tolerance,
+                best(&mut || rival(method, tolerance)),
+            );
         }
     }
     for scheme in [Scheme::TrBdf2, Scheme::Trapezoidal] {
         for steps in [125, 250, 500, 1000, 2000, 4000, 8000, 16000] {
             let dt = END / f64::from(steps);
-            row(&format!("ours {scheme:?} fixed"), dt, best(&mut || {
-                let clock = Instant::now();
-                let (points, steps) = ours(scheme, TimeStep::Fixed(dt));
-                (points, steps, clock.elapsed().as_secs_f64())
-            }));
+            row(
+                &format!("ours {scheme:?} fixed"),
+                dt,
+                best(&mut || {
+                    let clock = Instant::now();
+                    let (points, steps) = ours(scheme, TimeStep::Fixed(dt));
+                    (points, steps, clock.elapsed().as_secs_f64())
+                }),
+            );
         }
         for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7] {
-            row(&format!("ours {scheme:?} adaptive"), tolerance, best(&mut || {
-                let clock = Instant::now();
-                let (points, steps) = ours(scheme, TimeStep::Adaptive(Tolerance::uniform(tolerance)));
-                (points, steps, clock.elapsed().as_secs_f64())
-            }));
+            row(
+                &format!("ours {scheme:?} adaptive"),
+                tolerance,
+                best(&mut || {
+                    let clock = Instant::now();
+                    let (points, steps) =
+                        ours(scheme, TimeStep::Adaptive(Tolerance::uniform(tolerance)));
+                    (points, steps, clock.elapsed().as_secs_f64())
+                }),
+            );
         }
     }
 }
@@ -212,12 +242,23 @@ fn paper_run(c: &mut Criterion) {
     for (name, jacobian) in [
         ("band", Jacobian::Band),
         ("exact", Jacobian::Exact),
-        ("differences_every_10", Jacobian::Differences { refresh_every: 10 }),
+        (
+            "differences_every_10",
+            Jacobian::Differences { refresh_every: 10 },
+        ),
     ] {
-        let options = EvolvingOptions { frame_every: 0, jacobian, ..Default::default() };
+        let options = EvolvingOptions {
+            frame_every: 0,
+            jacobian,
+            ..Default::default()
+        };
         let run = evolve(&membrane, 201, 2588.9, &options).expect("a run");
         assert!(run.converged);
-        println!("motion/evolve_201/{name}: {} steps, residual {:.1e}", run.steps, run.residual());
+        println!(
+            "motion/evolve_201/{name}: {} steps, residual {:.1e}",
+            run.steps,
+            run.residual()
+        );
         group.bench_function(name, |b| {
             b.iter(|| evolve(black_box(&membrane), 201, 2588.9, &options).expect("a run"));
         });
