@@ -1,4 +1,42 @@
-//! Elastic membranes of revolution under pressure: rest shapes, forces and exact tangents.
+//! Elastic membranes of revolution under pressure: rest shapes, forces, exact tangents, measures.
+//!
+//! A membrane is a plane curve c(s) = (x, y), s in [0, 1] material, that is revolved about the x axis.
+//! Springs pull it back to its rest shape c0, pressure pushes it out along the exterior normal n:
+//!
+//! ```text
+//! (lambda (c - c0)')' + f n = 0,    n = (-c_y', c_x') / |c'|,    c(0), c(1) held
+//! ```
+//!
+//! | symbol | meaning | unit |
+//! | --- | --- | --- |
+//! | s | material coordinate | 1 |
+//! | c, c0 | current and rest curve | cm |
+//! | lambda | stiffness | force per unit s and cm |
+//! | f | force intensity, per unit of material length | force per unit s |
+//! | F | total force, f = F / S(c) | f cm^2 |
+//! | p | force per unit of current length, f = p abs(c') | f / cm |
+//!
+//! ```
+//! use membrane_forces::{CircleEquilibrium, FiniteDifferences, Membrane, RestShape};
+//! let disc = Membrane::new(RestShape::disc(1.0)?);
+//! let differences = FiniteDifferences::new(&disc, 401)?;
+//! let circle = CircleEquilibrium::new(1.0, 10.0)?; // the exact equilibrium
+//! let nodes: Vec<f64> = (0..401).flat_map(|n| circle.at(n as f64 / 400.0)).collect();
+//! let (mut elastic, mut pressure) = (vec![0.0; 802], vec![0.0; 802]);
+//! differences.elastic_force_into(&nodes, &mut elastic);
+//! differences.pressure_force_into(&nodes, 10.0, &mut pressure)?;
+//! let residual = elastic.iter().zip(&pressure).map(|(e, p)| (e + p).abs()).fold(0.0, f64::max);
+//! assert!(residual < 1e-3); // second order in ds = 1/400, next to a force of 10
+//! # Ok::<(), membrane_forces::MembraneError>(())
+//! ```
+//!
+//! Conventions: centimetres; curves run from (0, +R) over the apex to (0, -R); states are flat, x0, y0,
+//! x1, y1, ...; forces are per unit s, F_e + F_p vanishes at equilibrium. What it is not: there is
+//! no solver here (`membrane-newton`) and no time (`membrane-implicit`); no bending, no
+//! circumferential tension, no gravity. There are no features to choose.
+//!
+//! Reference: Rohmer, Sitek, Gullberg, Simulation of the Beating Heart Based on Physically
+//! Modeling a Deformable Balloon, 2006, hal-03929238, with its misprints corrected.
 
 mod band;
 mod chebyshev;
@@ -26,3 +64,7 @@ pub use membrane::{Membrane, PressureLaw};
 pub use rest::{CurvePoint, RestShape};
 pub use spectral::SpectralElements;
 pub use stiffness::Stiffness;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;

@@ -1,4 +1,35 @@
-//! Newton solver for inflated membranes: banded and bordered systems in linear time, volume control.
+//! Newton solver for inflated membranes: any control, either discretisation, in linear time.
+//!
+//! The unknowns are the curve c and its force intensity f; one equation g for the quantity that is
+//! given borders the equilibrium, and Newton solves
+//!
+//! ```text
+//! [ dF/dc  dF/df ] [dc]     [F]      F(c, f) = (lambda (c - c0)')' + f n
+//! [ dg/dc  dg/df ] [df] = - [g]      g = f - f0,  f S(c) - F0,  V(c) - V0  or  A(c) - A0
+//! ```
+//!
+//! by block elimination around a banded (finite differences) or condensed (spectral elements)
+//! factorisation. Lengths are cm, volumes cm^3; norms are free of units.
+//!
+//! ```
+//! use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, RestShape, Solver};
+//! let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+//! let solver = Solver::new(&membrane, Discretisation::SpectralAdaptive { tolerance: 1e-12 })?;
+//! let solved = solver.solve(Control::VolumeGain(0.6), &NewtonOptions::default())?;
+//! assert!((solved.intensity - 17.48357527761).abs() < 1e-10);
+//! assert!((solved.measures.volume / 148.80677202503 - 1.0).abs() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Convergence: a full step is tested by the correction that would follow it with the same
+//! factorisation (natural monotonicity, Deuflhard 2004); if Newton fails from the start the control
+//! is raised in steps; where the branch of equilibria turns back the error says how far it went.
+//! What it is not: a general nonlinear solver library, though [`newton`] takes any
+//! [`ResidualSystem`]; there is no time here. There are no features to choose.
+//!
+//! References: Rohmer, Sitek, Gullberg 2006 (hal-03929238); Deuflhard, Newton Methods for Nonlinear
+//! Problems, 2004, doi:10.1007/978-3-642-23899-4; Trefethen, Spectral Methods in MATLAB, 2000,
+//! doi:10.1137/1.9780898719598.
 
 mod banded;
 mod border;
@@ -32,3 +63,7 @@ pub use pair::{Pair, PairEquilibrium};
 pub use sensitivity::Sensitivity;
 pub use solver::{Discretisation, Solver};
 pub use study::{PaperJacobian, paper_newton};
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;

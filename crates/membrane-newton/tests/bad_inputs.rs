@@ -1,0 +1,104 @@
+//! Controls that cannot be met and limits that are reached give typed errors with numbers.
+
+use membrane_newton::{
+    Control, Discretisation, Membrane, MembraneError, NewtonError, NewtonOptions, Pair,
+    PressureLaw, RestShape, Solver,
+};
+
+fn solver(law: PressureLaw, radius: f64) -> Solver {
+    let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap()).with_law(law);
+    Solver::new(
+        &membrane,
+        Discretisation::Spectral {
+            degree: 10,
+            per_piece: 1,
+        },
+    )
+    .unwrap()
+}
+
+#[test]
+fn impossible_controls() {
+    let solver = solver(PressureLaw::PerMaterialLength, 1.75);
+    let options = NewtonOptions::default();
+    for bad in [
+        Control::Load(f64::NAN),
+        Control::TotalForce(f64::INFINITY),
+        Control::Volume(0.0),
+        Control::Volume(-3.0),
+        Control::VolumeGain(-1.0),
+        Control::Area(f64::NAN),
+    ] {
+        let error = solver.solve(bad, &options).unwrap_err();
+        assert!(
+            matches!(error, NewtonError::OutOfRange { .. }),
+            "{bad:?}: {error}"
+        );
+    }
+    let disc = Membrane::new(RestShape::disc(1.0).unwrap());
+    let disc = Solver::new(&disc, Discretisation::FiniteDifferences { nodes: 51 }).unwrap();
+    assert!(matches!(
+        disc.solve(Control::VolumeGain(0.6), &options),
+        Err(NewtonError::OutOfRange {
+            quantity: "volume of the start",
+            ..
+        })
+    ));
+}
+
+#[test]
+fn pressure_at_or_past_the_blow_up() {
+    let solver = solver(PressureLaw::PerCurrentLength, 1.75);
+    let options = NewtonOptions::default();
+    for past in [std::f64::consts::TAU, 7.0, -100.0] {
+        assert!(matches!(
+            solver.solve(Control::Load(past), &options),
+            Err(NewtonError::Membrane(MembraneError::PastBlowUp { .. }))
+        ));
+    }
+    assert!(solver.solve(Control::Load(6.2), &options).is_ok());
+}
+
+#[test]
+fn a_failed_solve_reports_what_it_tried() {
+    let solver = solver(PressureLaw::PerMaterialLength, 1.75);
+    let options = NewtonOptions::default()
+        .with_max_iterations(1)
+        .with_max_load_steps(0);
+    let Err(NewtonError::NotConverged { report }) =
+        solver.solve(Control::VolumeGain(5.0), &options)
+    else {
+        panic!("one iteration cannot be enough");
+    };
+    assert_eq!((report.iterations, report.history.len()), (1, 2));
+}
+
+#[test]
+fn bad_discretisations_and_pairs() {
+    let membrane = Membrane::new(RestShape::disc(1.0).unwrap());
+    for bad in [
+        Discretisation::FiniteDifferences { nodes: 2 },
+        Discretisation::Spectral {
+            degree: 1,
+            per_piece: 1,
+        },
+        Discretisation::Spectral {
+            degree: 8,
+            per_piece: 0,
+        },
+        Discretisation::SpectralAdaptive { tolerance: 0.0 },
+        Discretisation::SpectralAdaptive {
+            tolerance: f64::NAN,
+        },
+    ] {
+        assert!(Solver::new(&membrane, bad).is_err(), "{bad:?}");
+    }
+    let law = PressureLaw::PerMaterialLength;
+    assert!(matches!(
+        Pair::new(solver(law, 2.75), solver(law, 1.75)),
+        Err(NewtonError::OutOfRange {
+            quantity: "wall volume",
+            ..
+        })
+    ));
+}
