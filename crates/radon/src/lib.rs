@@ -1,4 +1,49 @@
 //! Parallel-beam tomography on a CPU: projectors with exact adjoints, filtered back-projection, analytic test objects.
+//!
+//! # What it computes
+//!
+//! ```text
+//! Radon transform   p(theta, s) = integral f(s cos theta - t sin theta, s sin theta + t cos theta) dt      (value x length)
+//! projector         (A x)[view, bin] = sum over pixels of weight * x[pixel];  its adjoint uses the same weights
+//! FBP               f(x, y) = sum over views of w_view * (h * p_view)(x cos theta + y sin theta)            (value)
+//! ramp              h = band-limited |f| times a window, from its spatial samples; w = weights of the angle list
+//! ```
+//!
+//! # Example
+//!
+//! ```
+//! use radon::{BinSampling, FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, Phantom2};
+//! let geometry = ParallelGeometry::uniform(90, std::f64::consts::PI, 96, 0.1)?;
+//! let grid = ImageGrid::square(96, 0.1)?;
+//! let phantom = Phantom2::shepp_logan(4.8)?;
+//! let sinogram: Vec<f32> = phantom.sinogram(&geometry, BinSampling::Mean);
+//! let image = FbpPlan::new(&geometry, &grid, &FbpOptions::default())?.reconstruct(&sinogram)?;
+//! let [x, y] = grid.pixel_centre(48, 60);
+//! assert!((f64::from(image[60 * 96 + 48]) - phantom.value([x, y])).abs() < 0.05);
+//! # Ok::<(), radon::RadonError>(())
+//! ```
+//!
+//! # Conventions
+//!
+//! Lengths in one unit throughout (cm elsewhere in this workspace), angles in radians. View theta looks along
+//! (-sin theta, cos theta); its bins lie along (cos theta, sin theta), bin k of n centred at (k - (n-1)/2) pitch + offset from the
+//! axis of rotation, which is the origin. Pixels are counted from their centres alike. Sinograms are `[view][bin]`, images `[y][x]`,
+//! volumes `[slice][y][x]`, stacks of projections as [`StackOrder`] says.
+//!
+//! Results have the same bits for any number of threads; between instruction sets ([`InstructionSet`]) they differ by rounding.
+//!
+//! # What it is not
+//!
+//! Neither fan nor cone beam, no attenuation or scatter, no files; objects beyond the analytic ones are the caller's.
+//!
+//! # Features
+//!
+//! `sprs`: the projector as a sparse matrix.
+//!
+//! # References
+//!
+//! Kak & Slaney, Principles of Computerized Tomographic Imaging (1988), ch. 3. Joseph 1982, doi:10.1109/TMI.1982.4307572. Siddon
+//! 1985, doi:10.1118/1.595715.
 
 mod error;
 mod fbp;
@@ -28,3 +73,7 @@ pub use simd::InstructionSet;
 pub use slices::SliceAxis;
 #[cfg(feature = "sprs")]
 pub use sprs;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;

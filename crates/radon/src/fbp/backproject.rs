@@ -18,7 +18,7 @@ const TAIL: usize = WINDOW + 4;
 fn tile_shape(lanes: usize) -> (usize, usize) {
     match lanes {
         1 => (4, 16),
-        _ => (1, 8),
+        _ => (2, 16),
     }
 }
 

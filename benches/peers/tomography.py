@@ -1,0 +1,282 @@
+"""Times and errors of FBP on closed-form sinograms: this crate, FINUFFT, ASTRA, scikit-image. See README.md."""
+import argparse
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import tempfile
+import time
+
+
+def arguments():
+    p = argparse.ArgumentParser(description=__doc__)
+    p.add_argument("--ours", required=True, help="path of the built example fbp_raw")
+    p.add_argument("--case", choices=["shell", "shepp-logan", "both"], default="both")
+    p.add_argument("--sampling", choices=["centre", "mean"], default="centre")
+    p.add_argument("--filter", choices=["ram-lak", "hann"], default="ram-lak")
+    p.add_argument("--threads", type=int, default=2)
+    p.add_argument("--repeats", type=int, default=5)
+    p.add_argument("--tools", default="ours,ours-band-limited,finufft,astra,scikit-image")
+    p.add_argument("--json", help="append the rows to this file, one JSON object a line")
+    return p.parse_args()
+
+
+ARGS = arguments()
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[name] = str(ARGS.threads)
+
+import numpy as np  # noqa: E402  (after the thread counts)
+
+
+# ---- objects: lists of (value, centre, half axes, rotation matrix); rays and averages in closed form or by sub-samples
+
+def turn(about, degrees):
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return {"x": np.array([[1, 0, 0], [0, c, -s], [0, s, c]]),
+            "y": np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]),
+            "z": np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])}[about]
+
+
+def shell():
+    """The wall of a tilted prolate balloon, in pixels of a 256^3 grid."""
+    tilt, centre = turn("y", 45) @ turn("x", 45), (3.3, -2.1, 1.7)
+    return [(1.0, centre, (28, 28, 90), tilt), (-1.0, centre, (18, 18, 80), tilt)]
+
+
+def shepp_logan(n):
+    """The modified Shepp-Logan phantom (Toft 1996) as cylinders along z."""
+    rows = [(1, .69, .92, 0, 0, 0), (-.8, .6624, .874, 0, -.0184, 0), (-.2, .11, .31, .22, 0, -18), (-.2, .16, .41, -.22, 0, 18),
+            (.1, .21, .25, 0, .35, 0), (.1, .046, .046, 0, .1, 0), (.1, .046, .046, 0, -.1, 0), (.1, .046, .023, -.08, -.605, 0),
+            (.1, .023, .023, 0, -.606, 0), (.1, .023, .046, .06, -.605, 0)]
+    h = n / 2
+    return [(v, (x * h, y * h, 0), (a * h, b * h, np.inf), turn("z", phi)) for v, a, b, x, y, phi in rows]
+
+
+def level(ellipsoid, x, y, z):
+    _, centre, axes, rotation = ellipsoid
+    to_ball = rotation.T / np.array(axes, float)[:, None]
+    d = (x - centre[0], y - centre[1], z - centre[2])
+    return sum((row[0] * d[0] + row[1] * d[1] + row[2] * d[2]) ** 2 for row in to_ball)
+
+
+def chord(ellipsoid, theta, s, z):
+    """Length inside, times the value: |p + t d|^2 = 1 is a quadratic in t in the frame where the ellipsoid is a ball."""
+    value, centre, axes, rotation = ellipsoid
+    to_ball = rotation.T / np.array(axes, float)[:, None]
+    p = (s * np.cos(theta) - centre[0], s * np.sin(theta) - centre[1], z - centre[2])
+    d = (-np.sin(theta), np.cos(theta))
+    a = b = 0.0
+    c = -1.0
+    for row in to_ball:
+        pr = row[0] * p[0] + row[1] * p[1] + row[2] * p[2]
+        dr = row[0] * d[0] + row[1] * d[1]
+        a, b, c = a + dr * dr, b + pr * dr, c + pr * pr
+    return value * 2 * np.sqrt(np.maximum(b * b - a * c, 0)) / a
+
+
+def middle(n):
+    return np.arange(n) - (n - 1) / 2
+
+
+def offsets(k):
+    return (np.arange(k) + .5) / k - .5
+
+
+def sinogram(objects, n, n_views, z, sampling):
+    """[view][slice][bin]"""
+    out = np.zeros((n_views, len(z), n), np.float32)
+    ds, dz = (offsets(8), offsets(4) if len(z) > 1 else [0]) if sampling == "mean" else ([0], [0])
+    for k in range(n_views):
+        rows = sum(chord(e, np.pi * k / n_views, middle(n)[None, :] + a, z[:, None] + b) for e in objects for a in ds for b in dz)
+        out[k] = rows / (len(ds) * len(dz))
+    return out
+
+
+def averages(objects, n, z):
+    """[slice][y][x]: sub-samples, only in voxels whose neighbourhood an outline can cut."""
+    out = np.zeros((len(z), n, n), np.float32)
+    sz, sy, sx = (a.ravel() for a in np.meshgrid(offsets(4) if len(z) > 1 else [0.0], offsets(8), offsets(8), indexing="ij"))
+    x, y = middle(n)[None, :], middle(n)[:, None]
+    for e in objects:
+        near = .9 / min(e[2])
+        for i, zi in enumerate(z):
+            q = np.sqrt(level(e, x, y, zi))
+            inside = (q <= 1).astype(np.float32)
+            iy, ix = np.nonzero(np.abs(q - 1) < near)
+            if len(iy):
+                q = level(e, x[0, ix][:, None] + sx, y[iy, 0][:, None] + sy, zi + sz)
+                inside[iy, ix] = (q <= 1).mean(1)
+            out[i] += e[0] * inside
+    return out
+
+
+def errors(image, truth):
+    """Overall, near an edge (within 3 pixels), far from one inside, far from one outside; gain fitted far from edges."""
+    n = truth.shape[-1]
+    from scipy.ndimage import maximum_filter, minimum_filter
+    near = maximum_filter(truth, (1, 7, 7)) - minimum_filter(truth, (1, 7, 7)) > 1e-4
+    circle = np.broadcast_to(np.hypot(middle(n)[None, :], middle(n)[:, None]) <= n / 2 - 1, truth.shape)
+    inside = circle & ~near & (truth > 0)
+    gain = float(image[inside].mean(dtype=float) / truth[inside].mean(dtype=float))
+    d = image / gain - truth
+    rms = lambda mask: float(np.sqrt(np.mean(np.square(d[mask], dtype=float)))) if mask.any() else None
+    return {"gain": gain, "rmse": rms(circle), "edge": rms(circle & near), "far_inside": rms(inside),
+            "far_outside": rms(circle & ~near & (truth == 0))}
+
+
+# ---- tools: each returns (seconds, images [slice][y][x], scaled)
+
+def timed(run):
+    run()
+    seconds = []
+    for _ in range(ARGS.repeats):
+        start = time.perf_counter()
+        run()
+        seconds.append(time.perf_counter() - start)
+    return statistics.median(seconds)
+
+
+def ours(sino, interpolation="linear"):
+    n_views, n_slices, n = sino.shape
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = pathlib.Path(folder, "in.f32"), pathlib.Path(folder, "out.f32")
+        sino.astype("<f4").tofile(source)
+        command = [ARGS.ours, source, target, n_views, n_slices, n, ARGS.filter, interpolation, "view-slice-bin", ARGS.repeats,
+                   ARGS.threads]
+        out = subprocess.run([str(a) for a in command], check=True, capture_output=True, text=True).stdout
+        return statistics.median(map(float, out.split())), np.fromfile(target, "<f4").reshape(n_slices, n, n), False
+
+
+def response(n):
+    """The band-limited ramp of length n from its spatial samples, at the n//2 + 1 frequencies of a real FFT."""
+    k = np.minimum(np.arange(n), n - np.arange(n))
+    odd = k % 2 == 1
+    h = np.zeros(n)
+    h[0], h[odd] = .25, -1 / (np.pi * k[odd]) ** 2
+    frequency = np.arange(n // 2 + 1) / n
+    return np.fft.rfft(h).real * (.5 + .5 * np.cos(2 * np.pi * frequency) if ARGS.filter == "hann" else 1)
+
+
+def finufft(sino):
+    """Each view's spectrum times the ramp lies on a line through the origin of the image's spectrum; a type-1 transform sums
+    them. Two slices travel as one complex image."""
+    import finufft as nufft
+    import scipy.fft as fft
+    n_views, n_slices, n = sino.shape
+    m, theta = 2 * n, np.arange(n_views) * np.pi / n_views
+    omega = 2 * np.pi * np.arange(-n, n) / m
+    fx, fy = omega[None, :] * np.cos(theta)[:, None], omega[None, :] * np.sin(theta)[:, None]
+    half = response(m)
+    ramp = np.concatenate([half[:0:-1], half[:-1]])
+    # Bins and pixels are counted from (n-1)/2, the transforms from 0 and n/2.
+    phase = np.exp(1j * (omega[None, :] * (n - 1) / 2 + .5 * (fx + fy)))
+    weight = (ramp * phase * np.pi / n_views / m).astype(np.complex64)
+    rows = np.ascontiguousarray(sino.transpose(1, 0, 2))
+    if n_slices % 2:
+        rows = np.concatenate([rows, np.zeros_like(rows[:1])])
+    pairs = len(rows) // 2
+    plan = nufft.Plan(1, (n, n), n_trans=pairs, eps=1e-3, isign=1, dtype="complex64", nthreads=ARGS.threads)
+    plan.setpts(fy.astype(np.float32).ravel(), fx.astype(np.float32).ravel())
+    images = np.empty((2 * pairs, n, n), np.float32)
+
+    def run():
+        spectrum = fft.fftshift(fft.fft(rows[0::2] + 1j * rows[1::2], m, axis=2, workers=ARGS.threads), axes=2) * weight
+        spectrum = spectrum.reshape(pairs, -1)
+        result = plan.execute(spectrum if pairs > 1 else spectrum[0]).reshape(pairs, n, n)
+        images[0::2], images[1::2] = result.real, result.imag
+    return timed(run), images[:n_slices], False
+
+
+def some(sino, at_most=16):
+    """Slices that a slow tool is timed on."""
+    n = sino.shape[1]
+    return list(range(n)) if n <= at_most else list(np.linspace(.3 * n, .7 * n, at_most).astype(int))
+
+
+def slice_by_slice(sino, reconstruct):
+    """All slices once for the error, a few of them for the time."""
+    from concurrent.futures import ThreadPoolExecutor
+    chosen = some(sino)
+    with ThreadPoolExecutor(ARGS.threads) as pool:
+        images = np.stack(list(pool.map(lambda i: reconstruct(sino[:, i]), range(sino.shape[1]))))
+        seconds = timed(lambda: list(pool.map(lambda i: reconstruct(sino[:, i]), chosen)))
+    return seconds * sino.shape[1] / len(chosen), images, len(chosen) < sino.shape[1]
+
+
+def astra(sino):
+    import astra as toolbox
+    n_views, _, n = sino.shape
+    # ASTRA turns the other way and counts rows downwards.
+    geometry = toolbox.create_proj_geom("parallel", 1.0, n, np.arange(n_views) * np.pi / n_views)
+    volume = toolbox.create_vol_geom(n, n)
+    projector = toolbox.create_projector("linear", geometry, volume)
+
+    def reconstruct(rows):
+        source = toolbox.data2d.create("-sino", geometry, np.ascontiguousarray(rows))
+        target = toolbox.data2d.create("-vol", volume)
+        config = toolbox.astra_dict("FBP")
+        config.update(ProjectorId=projector, ProjectionDataId=source, ReconstructionDataId=target,
+                      option={"FilterType": "ram-lak" if ARGS.filter == "ram-lak" else "hann"})
+        algorithm = toolbox.algorithm.create(config)
+        toolbox.algorithm.run(algorithm)
+        image = toolbox.data2d.get(target)
+        toolbox.algorithm.delete(algorithm)
+        toolbox.data2d.delete([source, target])
+        return image[::-1]
+    return slice_by_slice(sino, reconstruct)
+
+
+def scikit_image(sino):
+    """Turns about pixel n//2; see own_axis."""
+    from skimage.transform import iradon
+    n_views, _, n = sino.shape
+    theta = np.degrees(np.arange(n_views) * np.pi / n_views)
+
+    def reconstruct(rows):
+        return iradon(rows.T, theta, filter_name="ramp" if ARGS.filter == "ram-lak" else "hann", circle=True, preserve_range=True)[::-1]
+    return slice_by_slice(sino, reconstruct)
+
+
+TOOLS = {"ours": ours, "ours-band-limited": lambda s: ours(s, "band-limited"), "finufft": finufft, "astra": astra,
+         "scikit-image": scikit_image}
+
+
+def main():
+    cases = {"shell": (shell(), 256, 90, middle(256)), "shepp-logan": (shepp_logan(512), 512, 720, np.zeros(1))}
+    print("| case | tool | s | rmse | edge | far inside | far outside | gain |\n|---|---|---|---|---|---|---|---|")
+    for case, (objects, n, n_views, z) in cases.items():
+        if ARGS.case not in (case, "both"):
+            continue
+        sino, truth = sinogram(objects, n, n_views, z, ARGS.sampling), averages(objects, n, z)
+        for tool in ARGS.tools.split(","):
+            # scikit-image's axis is bin and pixel n//2, half a step off ours: exact data for its own grid. There the object
+            # appears half a pixel further right and, its rows counting downwards, half a pixel lower than on ours.
+            if tool == "scikit-image":
+                moved = [(v, (c[0] + .5, c[1] - .5, c[2]), a, r) for v, c, a, r in objects]
+                data, against = own_axis(objects, n, n_views, z), averages(moved, n, z)
+            else:
+                data, against = sino, truth
+            seconds, images, scaled = TOOLS[tool](data)
+            row = {"case": case, "tool": tool, "filter": ARGS.filter, "sampling": ARGS.sampling, "threads": ARGS.threads,
+                   "seconds": seconds, "scaled": scaled, **errors(np.asarray(images, np.float32), against)}
+            show = lambda v: "-" if v is None else f"{v:.5f}"
+            print(f"| {case} | {tool} | {seconds:.4f}{'*' if scaled else ''} | {show(row['rmse'])} | {show(row['edge'])} | "
+                  f"{show(row['far_inside'])} | {show(row['far_outside'])} | {show(row['gain'])} |", flush=True)
+            if ARGS.json:
+                with open(ARGS.json, "a") as f:
+                    f.write(json.dumps(row) + "\n")
+
+
+def own_axis(objects, n, n_views, z):
+    """The sinogram with bins and objects counted from n//2 instead of (n-1)/2."""
+    out = np.zeros((n_views, len(z), n), np.float32)
+    ds, dz = (offsets(8), offsets(4) if len(z) > 1 else [0]) if ARGS.sampling == "mean" else ([0], [0])
+    s = np.arange(n) - n // 2
+    for k in range(n_views):
+        rows = sum(chord(e, np.pi * k / n_views, s[None, :] + a, z[:, None] + b) for e in objects for a in ds for b in dz)
+        out[k] = rows / (len(ds) * len(dz))
+    return out
+
+
+main()
