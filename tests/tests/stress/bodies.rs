@@ -5,7 +5,7 @@ use crate::{Outcome, with_threads};
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, Ray, Sampling, VoxelGrid};
 
-pub fn scene(random: &mut Random) -> Outcome {
+pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-6.0, 6.0);
     let Some((body, size)) = body(random, unit) else {
         return Outcome::Refused;

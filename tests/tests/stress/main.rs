@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 /// How a scene ended, when it ended well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// An answer that passed its checks.
     Answered,
     /// A typed error.
@@ -75,7 +75,7 @@ fn tomography_answers_or_refuses() {
 }
 
 /// The same work with one thread and with two.
-pub fn with_threads<T: Send>(threads: usize, work: impl Fn() -> T + Send + Sync) -> T {
+pub(crate) fn with_threads<T: Send>(threads: usize, work: impl Fn() -> T + Send + Sync) -> T {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("a pool of two threads").install(work)
 }

@@ -5,7 +5,7 @@ use crate::random::Random;
 use membrane_forces::{Membrane, PressureLaw, RestShape, Stiffness};
 use membrane_newton::{Control, Discretisation, Equilibrium, NewtonOptions, Pair, Solver};
 
-pub fn scene(random: &mut Random) -> Outcome {
+pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-6.0, 6.0);
     let (radius, h) = (
         unit * random.decades(-0.7, 0.7),

@@ -1,14 +1,14 @@
 //! Numbers for scenes: seeded, and fond of trouble.
 
 /// SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2660193.2660195).
-pub struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15))
     }
 
-    pub fn bits(&mut self) -> u64 {
+    pub(crate) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -17,31 +17,31 @@ impl Random {
     }
 
     /// Uniform in [low, high).
-    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// Uniform on a logarithmic scale between powers of ten.
-    pub fn decades(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn decades(&mut self, low: f64, high: f64) -> f64 {
         10f64.powf(self.uniform(low, high))
     }
 
     /// Uniform in low..=high.
-    pub fn integer(&mut self, low: usize, high: usize) -> usize {
+    pub(crate) fn integer(&mut self, low: usize, high: usize) -> usize {
         low + (self.bits() % (high - low + 1) as u64) as usize
     }
 
     /// True once in `n`.
-    pub fn one_in(&mut self, n: usize) -> bool {
+    pub(crate) fn one_in(&mut self, n: usize) -> bool {
         self.integer(1, n) == 1
     }
 
-    pub fn pick<T: Clone>(&mut self, from: &[T]) -> T {
+    pub(crate) fn pick<T: Clone>(&mut self, from: &[T]) -> T {
         from[self.integer(0, from.len() - 1)].clone()
     }
 
     /// The value, or once in thirty something no physicist would enter.
-    pub fn spoiled(&mut self, value: f64) -> f64 {
+    pub(crate) fn spoiled(&mut self, value: f64) -> f64 {
         if !self.one_in(30) {
             return value;
         }

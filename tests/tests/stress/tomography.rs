@@ -8,7 +8,7 @@ use radon::{
 };
 use std::f64::consts::PI;
 
-pub fn scene(random: &mut Random) -> Outcome {
+pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-6.0, 6.0);
     let Some((geometry, grid)) = acquisition(random, unit) else {
         return Outcome::Refused;
