@@ -1,8 +1,8 @@
 //! The moving membrane: a step's cost against N, and time against error beside diffsol.
 
 use std::hint::black_box;
-use std::time::Instant;
 
+use cpu_time::ThreadTime;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use diffsol::{FaerSparseLU, FaerSparseMat, OdeBuilder, OdeSolverMethod};
 use membrane_implicit::{
@@ -111,7 +111,7 @@ enum Rival {
     Tsit45,
 }
 
-/// Time of the integration alone (the problem, with its sparsity and colouring, is built before).
+/// Processor time of the integration alone (the problem, with its sparsity and colouring, is built before).
 fn rival(method: Rival, tolerance: f64) -> (Vec<[f64; 2]>, usize, f64) {
     type Matrix = FaerSparseMat<f64>;
     type Lu = FaerSparseLU<f64>;
@@ -143,7 +143,7 @@ fn rival(method: Rival, tolerance: f64) -> (Vec<[f64; 2]>, usize, f64) {
         .expect("a problem");
     macro_rules! integrate {
         ($solver:expr) => {{
-            let clock = Instant::now();
+            let clock = ThreadTime::now();
             let mut solver = $solver.expect("a solver");
             solver.set_stop_time(END).expect("an end");
             let mut steps = 0;
@@ -171,57 +171,109 @@ fn distance(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// Seconds against error, errors falling.
+type Curve = Vec<(f64, f64)>;
+
+/// Time that a curve takes to an error, between its rows in logarithms; infinite past its end.
+fn time_at(curve: &Curve, error: f64) -> f64 {
+    // a row counts only if no cheaper one is better
+    let mut rows: Curve = Vec::new();
+    for &(e, t) in curve {
+        if !curve.iter().any(|&(other, time)| other < e && time < t) {
+            rows.push((e, t));
+        }
+    }
+    rows.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let Some(k) = rows.iter().position(|&(e, _)| e <= error) else {
+        return f64::INFINITY;
+    };
+    if k == 0 {
+        return rows[0].1;
+    }
+    let ((e0, t0), (e1, t1)) = (rows[k - 1], rows[k]);
+    let x = (error / e0).ln() / (e1 / e0).ln();
+    (t0.ln() + x * (t1 / t0).ln()).exp()
+}
+
 fn work_precision(_: &mut Criterion) {
     // Independent of our steps: an explicit scheme of order 5 at the tightest tolerance.
     let truth = rival(Rival::Tsit45, 1e-13).0;
-    println!("work_precision: t = {END}, N = {N}; scheme, setting, steps, error / cm, ms");
-    let best = |run: &mut dyn FnMut() -> (Vec<[f64; 2]>, usize, f64)| {
+    println!("work_precision: t = {END}, N = {N}; scheme, setting, steps, error / cm, CPU ms");
+    let row = |name: &str, setting: f64, run: &mut dyn FnMut() -> (Vec<[f64; 2]>, usize, f64)| {
         let (points, steps, mut seconds) = run();
-        for _ in 0..2 {
+        for _ in 0..4 {
             seconds = seconds.min(run().2);
         }
-        (distance(&points, &truth), steps, seconds)
+        let error = distance(&points, &truth);
+        let ms = seconds * 1e3;
+        println!("work_precision: {name:<24} {setting:8.0e} {steps:8} {error:10.2e} {ms:10.3}");
+        (error, seconds)
     };
-    let row = |name: &str, setting: f64, (error, steps, seconds): (f64, usize, f64)| {
-        println!(
-            "work_precision: {name:<24} {setting:8.0e} {steps:8} {error:10.2e} {:10.3}",
-            seconds * 1e3
-        );
-    };
+    let mut rivals: Vec<(Rival, Curve)> = Vec::new();
     for method in [Rival::Bdf, Rival::TrBdf2, Rival::Esdirk34, Rival::Tsit45] {
-        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
-            row(
-                &format!("diffsol {method:?}"),
-                tolerance,
-                best(&mut || rival(method, tolerance)),
-            );
-        }
+        let tolerances = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
+        let curve = tolerances
+            .map(|t| row(&format!("diffsol {method:?}"), t, &mut || rival(method, t)))
+            .to_vec();
+        rivals.push((method, curve));
     }
-    for scheme in [Scheme::TrBdf2, Scheme::Trapezoidal] {
-        for steps in [125, 250, 500, 1000, 2000, 4000, 8000, 16000] {
-            let dt = END / f64::from(steps);
-            row(
-                &format!("ours {scheme:?} fixed"),
-                dt,
-                best(&mut || {
-                    let clock = Instant::now();
-                    let (points, steps) = ours(scheme, TimeStep::Fixed(dt));
-                    (points, steps, clock.elapsed().as_secs_f64())
-                }),
+    let mut own: Vec<(Scheme, Curve)> = Vec::new();
+    for (scheme, steps) in [
+        (Scheme::RungeKutta4, [370, 450, 600, 900, 1400, 2800]),
+        (Scheme::Splitting6, [325, 350, 400, 500, 600, 800]),
+        (Scheme::TrBdf2, [125, 250, 500, 1000, 4000, 16000]),
+        (Scheme::Trapezoidal, [125, 250, 500, 1000, 4000, 16000]),
+    ] {
+        let mut curve = Curve::new();
+        let mut timed = |name: &str, setting: f64, how: TimeStep| {
+            let row = row(&format!("ours {scheme:?} {name}"), setting, &mut || {
+                let clock = ThreadTime::now();
+                let (points, steps) = ours(scheme, how);
+                (points, steps, clock.elapsed().as_secs_f64())
+            });
+            curve.push(row);
+        };
+        for n in steps {
+            timed(
+                "fixed",
+                END / f64::from(n),
+                TimeStep::Fixed(END / f64::from(n)),
             );
         }
-        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7] {
-            row(
-                &format!("ours {scheme:?} adaptive"),
+        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
+            if scheme == Scheme::Splitting6 {
+                break; // fixed steps only
+            }
+            timed(
+                "adaptive",
                 tolerance,
-                best(&mut || {
-                    let clock = Instant::now();
-                    let (points, steps) =
-                        ours(scheme, TimeStep::Adaptive(Tolerance::uniform(tolerance)));
-                    (points, steps, clock.elapsed().as_secs_f64())
-                }),
+                TimeStep::Adaptive(Tolerance::uniform(tolerance)),
             );
         }
+        own.push((scheme, curve));
+    }
+    for error in [1e-2, 3e-3, 1e-3, 1e-4, 1e-5, 1e-6, 3e-7] {
+        let least = |times: &mut dyn Iterator<Item = f64>| times.fold(f64::INFINITY, f64::min);
+        let best = least(&mut own.iter().map(|(_, curve)| time_at(curve, error)));
+        print!(
+            "work_precision: at error {error:.0e} ours {:9.3} ms",
+            best * 1e3
+        );
+        for (method, curve) in &rivals {
+            print!(", diffsol {method:?} {:.1} x", time_at(curve, error) / best);
+        }
+        let of = |wanted: Scheme| {
+            own.iter()
+                .find(|(scheme, _)| *scheme == wanted)
+                .map(|c| &c.1)
+        };
+        if let (Some(ours), Some((_, theirs))) = (of(Scheme::TrBdf2), rivals.get(1)) {
+            print!(
+                "; TR-BDF2 alone {:.1} x",
+                time_at(theirs, error) / time_at(ours, error)
+            );
+        }
+        println!();
     }
 }
 

@@ -67,6 +67,12 @@ pub enum ImplicitError {
     /// An explicit scheme has no unknown pressure: it cannot hold a volume.
     #[error("an explicit scheme cannot prescribe the volume")]
     ExplicitVolume,
+    /// The scheme has no error estimate to choose a step by.
+    #[error("this scheme has no error estimate: it takes fixed steps only")]
+    NoErrorEstimate,
+    /// The state of a pair is that of two membranes; one cannot be set alone.
+    #[error("the state of a pair cannot be set from one membrane's")]
+    StateOfPair,
     /// The equations of a step were not solved.
     #[error(
         "step from t = {time} with dt = {dt}: last change {change:e} cm after {iterations} iterations"

@@ -11,7 +11,7 @@ use crate::energy::Energy;
 pub use adaptive::Tolerance;
 
 use crate::error::{ImplicitError, within};
-use crate::scheme::{Jacobian, MAX_STAGES, Scheme};
+use crate::scheme::{Jacobian, Scheme};
 use crate::stepper::{Instant, Stepper, Work};
 
 /// A motion in progress: an initial-value problem with the state it has reached.
@@ -43,6 +43,9 @@ struct Outer {
     stepper: Stepper,
     wall_volume: f64,
 }
+
+/// Most values of the drive that a step asks for: those of the eleven drifts.
+const MAX_TARGETS: usize = 11;
 
 /// One membrane at the present time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -163,14 +166,17 @@ impl Motion {
     /// where they are held.
     ///
     /// # Errors
-    /// Lists of another length than the membrane's nodes, numbers that are not finite, and as
-    /// [`Motion::new`].
+    /// A pair; lists of another length than the membrane's nodes, numbers that are not finite, and
+    /// as [`Motion::new`].
     pub fn with_state(
         mut self,
         time: f64,
         points: &[[f64; 2]],
         velocities: &[[f64; 2]],
     ) -> Result<Self, ImplicitError> {
+        if self.outer.is_some() {
+            return Err(ImplicitError::StateOfPair);
+        }
         within("time", time, f64::MIN, f64::MAX)?;
         let expected = self.inner.body.n_nodes();
         for (quantity, list) in [("points", points), ("velocities", velocities)] {
@@ -372,7 +378,7 @@ impl Motion {
             };
             for stop in stops {
                 if let Stop::Volume(volume) = *stop {
-                    let after = self.inner.stage_volume(self.inner.stage_times().len());
+                    let after = self.inner.end_volume();
                     if (before - volume) * (after - volume) < 0.0 {
                         self.land_on_volume(volume, (before, after), dt)?;
                     }
@@ -443,7 +449,7 @@ impl Motion {
     fn attempt(&mut self, dt: f64) -> Result<(), ImplicitError> {
         let time = self.time();
         let n = self.inner.stage_times().len();
-        let mut targets = [0.0; MAX_STAGES - 1];
+        let mut targets = [0.0; MAX_TARGETS];
         for i in 0..n {
             targets[i] = self.drive.at(time + dt * self.inner.stage_times()[i])?;
         }

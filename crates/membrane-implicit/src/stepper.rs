@@ -8,7 +8,7 @@ use crate::body::MovingMembrane;
 use crate::drive::DriveKind;
 use crate::energy::{Energy, Ledger};
 use crate::error::ImplicitError;
-use crate::scheme::{Jacobian, Scheme, Tableau};
+use crate::scheme::{Jacobian, Scheme, Tableau, splitting};
 use crate::stage::{Stage, dot, hold_ends};
 
 /// Position, velocity and acceleration at one instant, flat.
@@ -58,6 +58,9 @@ pub(crate) struct Stepper {
     /// Difference quotient of the derivative over the previous step, for the trapezoidal rule.
     has_history: bool,
     ledger: Ledger,
+    /// Account of the attempted step, for the scheme that has no tableau.
+    pending: Ledger,
+    stage_times: Vec<f64>,
     pub(crate) work: Work,
 }
 
@@ -76,6 +79,18 @@ impl Stepper {
             speed_squared: 0.0,
         };
         let tableau = scheme.tableau();
+        let stage_times = if scheme == Scheme::Splitting6 {
+            let mut at = 0.0;
+            splitting()
+                .1
+                .map(|drift| {
+                    at += drift;
+                    at
+                })
+                .to_vec()
+        } else {
+            tableau.c[1..tableau.stages].to_vec()
+        };
         Self {
             length: body.length_scale(),
             stage: Stage::new(&body),
@@ -90,6 +105,8 @@ impl Stepper {
             error: (zero(), zero()),
             has_history: false,
             ledger: Ledger::default(),
+            pending: Ledger::default(),
+            stage_times,
             work: Work::default(),
             body,
         }
@@ -190,7 +207,7 @@ impl Stepper {
 
     /// Times, in units of the step, at which [`Stepper::attempt`] wants the drive's value.
     pub(crate) fn stage_times(&self) -> &[f64] {
-        &self.tableau.c[1..self.tableau.stages]
+        &self.stage_times
     }
 
     /// Volume at the end of stage `index` (from 1) of the step just attempted.
@@ -198,11 +215,17 @@ impl Stepper {
         Measure::Volume.of(&self.instants[index].nodes)
     }
 
+    /// Volume at the end of the step just attempted.
+    pub(crate) fn end_volume(&self) -> f64 {
+        self.stage_volume(self.tableau.stages - 1)
+    }
+
     /// Makes the stages of a step without accepting it. `targets` are the drive's values at
     /// [`Stepper::stage_times`].
     pub(crate) fn attempt(&mut self, dt: f64, targets: &[f64]) -> Result<(), ImplicitError> {
         match self.scheme {
             Scheme::SemiImplicitEuler => self.linearised_step(dt, targets[0])?,
+            Scheme::Splitting6 => self.split_step(dt, targets)?,
             scheme => {
                 for (i, &target) in (1..self.tableau.stages).zip(targets) {
                     if scheme.is_explicit() {
@@ -288,6 +311,10 @@ impl Stepper {
     fn settle_energy(&mut self, dt: f64) {
         let Tableau { stages, a, b, .. } = self.tableau;
         let ds = self.body.differences.ds();
+        let pending = std::mem::take(&mut self.pending);
+        self.ledger.work += pending.work;
+        self.ledger.damping += pending.damping;
+        self.ledger.numerical += pending.numerical;
         for i in 0..stages {
             self.ledger.work += dt * b[i] * self.instants[i].pressure_power;
             self.ledger.damping += dt * b[i] * self.body.damping * self.instants[i].speed_squared;

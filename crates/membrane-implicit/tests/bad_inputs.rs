@@ -73,6 +73,8 @@ fn steps_and_runs() {
         );
         assert_eq!(motion.time(), 0.0);
     }
+    let adaptive = inflate(Scheme::Splitting6).step_adaptive(&Tolerance::uniform(1e-3), 1.0);
+    assert_eq!(adaptive.err(), Some(ImplicitError::NoErrorEstimate));
     let mut motion = inflate(Scheme::TrBdf2);
     assert!(is_range(motion.run(TimeStep::Fixed(0.1), &[])));
     let nan = Stop::Equilibrium {
@@ -150,6 +152,13 @@ fn pairs_and_states() {
     assert!(is_range(
         inflate(Scheme::TrBdf2).with_state(0.0, &points, &zero)
     ));
+    let outer =
+        membrane_implicit::Membrane::new(membrane_implicit::RestShape::balloon(8.5, 2.75).unwrap());
+    let outer = MovingMembrane::new(&outer, 101).unwrap();
+    let drive = Drive::intensity(|_| 1.0);
+    let pair = Motion::pair(reference_body(), outer, drive, Scheme::TrBdf2).unwrap();
+    let state = pair.with_state(0.0, &zero, &zero);
+    assert_eq!(state.err(), Some(ImplicitError::StateOfPair));
     // all nodes in one place: no normal
     let state = inflate(Scheme::TrBdf2).with_state(0.0, &zero, &zero);
     assert!(matches!(state, Err(ImplicitError::Membrane { .. })));

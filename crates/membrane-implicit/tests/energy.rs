@@ -91,6 +91,24 @@ fn terms_add_up_for_other_jacobians_and_adaptive_steps() {
 }
 
 #[test]
+fn terms_add_up_for_the_splitting() {
+    for (mu, mass) in [(0.0, 1.0), (0.7, 1.5), (50.0, 1.0)] {
+        let body = reference_body()
+            .with_damping(mu)
+            .unwrap()
+            .with_mass(mass)
+            .unwrap();
+        let drive = Drive::total_force(|t| 2000.0 + 300.0 * t.sin());
+        let mut motion = Motion::new(body, drive, Scheme::Splitting6).unwrap();
+        motion
+            .run(TimeStep::Fixed(0.01), &[Stop::Time(2.0)])
+            .unwrap();
+        assert_balanced(&motion, &format!("splitting, mu {mu}"));
+        assert!(motion.energy().numerical_loss.abs() < 1e-4 * motion.energy().pressure_work);
+    }
+}
+
+#[test]
 fn forward_euler_feeds_energy_in_and_backward_euler_takes_it_out() {
     let mut explicit = inflate(Scheme::ForwardEuler);
     let dt = 0.9 * explicit.body().forward_euler_step();

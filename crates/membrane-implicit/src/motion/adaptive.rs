@@ -2,6 +2,7 @@
 
 use super::Motion;
 use crate::error::{ImplicitError, within};
+use crate::scheme::Scheme;
 
 /// What the estimated error of one step may be, in the root mean square over the nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +51,9 @@ impl Motion {
         most: f64,
     ) -> Result<f64, ImplicitError> {
         tolerance.check()?;
+        if self.inner.scheme == Scheme::Splitting6 {
+            return Err(ImplicitError::NoErrorEstimate);
+        }
         longest(most)?;
         let bounds = (tolerance.position, tolerance.velocity);
         let exponent = self.inner.error_exponent();
@@ -122,7 +126,7 @@ impl Motion {
         for _ in 0..60 {
             let middle = (a * fb - b * fa) / (fb - fa);
             self.attempt(middle)?;
-            let f = self.inner.stage_volume(self.inner.stage_times().len()) - volume;
+            let f = self.inner.end_volume() - volume;
             if f.abs() <= 0.5e-10 * volume.abs() || middle <= a.min(b) || middle >= a.max(b) {
                 break;
             }

@@ -5,8 +5,8 @@ use membrane_newton::Measure;
 use super::{Stepper, add_slopes};
 use crate::drive::DriveKind;
 use crate::error::ImplicitError;
-use crate::scheme::Jacobian;
-use crate::stage::Equation;
+use crate::scheme::{Jacobian, splitting};
+use crate::stage::{Equation, dot};
 
 const MAX_ITERATIONS: usize = 40;
 /// The next iteration must promise to move positions by less than this fraction of the membrane's
@@ -36,6 +36,83 @@ impl Stepper {
             &mut new.velocity,
         );
         self.evaluate(index, target)
+    }
+
+    /// Kicks v += b dt F / m, with the force at c, between drifts that solve c' = v, m v' = -mu v.
+    ///
+    /// A kick changes the kinetic energy by b dt F.(v- + v+)/2; a drift changes the elastic energy
+    /// by the mean of the elastic forces at its ends, and takes m/2 (|v-|^2 - |v+|^2) for damping.
+    pub(super) fn split_step(&mut self, dt: f64, targets: &[f64]) -> Result<(), ImplicitError> {
+        let (kicks, drifts) = splitting();
+        let Self {
+            body,
+            stage,
+            instants,
+            pressure,
+            kind,
+            start: (force, _),
+            pending,
+            ..
+        } = self;
+        let (now, rest) = instants.split_at_mut(1);
+        let (now, new) = (&now[0], &mut rest[0]);
+        let d = &body.differences;
+        let (m, mu, ds) = (body.mass, body.damping, d.ds());
+        *pending = Default::default();
+        new.time = now.time + dt;
+        new.nodes.copy_from_slice(&now.nodes);
+        new.velocity.copy_from_slice(&now.velocity);
+        new.intensity = now.intensity;
+        let mut reach = 0.0;
+        for k in 0..kicks.len() {
+            if k > 0 {
+                let tau = drifts[k - 1] * dt;
+                let decay = (-mu * tau / m).exp();
+                let drift = if mu > 0.0 {
+                    -m / mu * (-mu * tau / m).exp_m1()
+                } else {
+                    tau
+                };
+                let speed = dot(&new.velocity, &new.velocity);
+                pending.damping += 0.5 * m * ds * speed * (1.0 - decay * decay);
+                pending.numerical += 0.5 * ds * drift * dot(force, &new.velocity);
+                for (node, v) in new.nodes.iter_mut().zip(new.velocity.iter_mut()) {
+                    *node += drift * *v;
+                    *v *= decay;
+                }
+                reach = drift / decay;
+                new.intensity = match kind {
+                    DriveKind::TotalForce => targets[k - 1] / Measure::Surface.of(&new.nodes),
+                    _ => targets[k - 1],
+                };
+            }
+            d.elastic_force_into(&new.nodes, force);
+            d.pressure_force_into(&new.nodes, new.intensity, pressure)
+                .map_err(|error| ImplicitError::Membrane {
+                    time: now.time,
+                    error,
+                })?;
+            stage.force_calls += 1;
+            let (push, pull) = (dot(pressure, &new.velocity), dot(force, &new.velocity));
+            pending.numerical += 0.5 * ds * reach * pull;
+            let kick = kicks[k] * dt;
+            let forces = force.iter().zip(pressure.iter());
+            for (v, (e, p)) in new.velocity.iter_mut().zip(forces) {
+                *v += kick / m * (e + p);
+            }
+            let (push, pull) = (
+                push + dot(pressure, &new.velocity),
+                pull + dot(force, &new.velocity),
+            );
+            pending.work += 0.5 * kick * ds * push;
+            pending.numerical -= 0.5 * kick * ds * pull;
+        }
+        let forces = force.iter().zip(pressure.iter()).zip(&new.velocity);
+        for (a, ((e, p), v)) in new.acceleration.iter_mut().zip(forces) {
+            *a = (e + p - mu * v) / m;
+        }
+        new.measure(pressure, ds);
+        Ok(())
     }
 
     pub(super) fn linearised_step(&mut self, dt: f64, target: f64) -> Result<(), ImplicitError> {
