@@ -170,30 +170,38 @@ impl FiniteDifferences {
         self.check(nodes, out);
         let last = self.n_nodes() - 1;
         let scale = 1.0 / (self.ds * self.ds);
-        out.fill(0.0);
-        for n in 1..last {
-            for k in 0..2 {
-                let u = |m: usize| nodes[2 * m + k] - self.rest[2 * m + k];
+        let (c, c0) = (nodes.as_chunks::<2>().0, self.rest.as_chunks::<2>().0);
+        let out = out.as_chunks_mut::<2>().0;
+        let u = |m: usize| [c[m][0] - c0[m][0], c[m][1] - c0[m][1]];
+        // The pull of each spring is computed once, and serves the nodes at both of its ends.
+        let (mut here, mut before) = (u(0), [0.0; 2]);
+        let next = c[1..].iter().zip(&c0[1..]);
+        for ((out, stiffness), (c, c0)) in out.iter_mut().zip(&self.first).zip(next) {
+            let there = [c[0] - c0[0], c[1] - c0[1]];
+            let k = scale * stiffness;
+            let pull = [k * (there[0] - here[0]), k * (there[1] - here[1])];
+            *out = [pull[0] - before[0], pull[1] - before[1]];
+            (here, before) = (there, pull);
+        }
+        if !self.second.is_empty() {
+            for n in 1..last {
                 let here = u(n);
-                let mut sum =
-                    self.first[n] * (u(n + 1) - here) + self.first[n - 1] * (u(n - 1) - here);
-                if !self.second.is_empty() {
-                    sum += self.second[n + 1]
-                        * if n + 1 < last {
-                            u(n + 2) - here
-                        } else {
-                            2.0 * (u(last) - here)
-                        };
-                    sum += self.second[n - 1]
-                        * if n > 1 {
-                            u(n - 2) - here
-                        } else {
-                            2.0 * (u(0) - here)
-                        };
+                let right = if n + 1 < last {
+                    (u(n + 2), 1.0)
+                } else {
+                    (u(last), 2.0)
+                };
+                let left = if n > 1 { (u(n - 2), 1.0) } else { (u(0), 2.0) };
+                let (r, l) = (
+                    scale * self.second[n + 1] * right.1,
+                    scale * self.second[n - 1] * left.1,
+                );
+                for k in 0..2 {
+                    out[n][k] += r * (right.0[k] - here[k]) + l * (left.0[k] - here[k]);
                 }
-                out[2 * n + k] = sum * scale;
             }
         }
+        (out[0], out[last]) = ([0.0; 2], [0.0; 2]);
     }
 
     /// `band` += `scale` dF_e/dc. Block tridiagonal with diagonal blocks; pentadiagonal with
@@ -256,12 +264,32 @@ impl FiniteDifferences {
     ) -> Result<(), MembraneError> {
         self.check(nodes, out);
         let last = self.n_nodes() - 1;
-        out.fill(0.0);
-        for n in 1..last {
-            let (d, scale) = self.normal(nodes, n)?;
-            out[2 * n] = -intensity * d[1] * scale;
-            out[2 * n + 1] = intensity * d[0] * scale;
+        let nodes = nodes.as_chunks::<2>().0;
+        let out = out.as_chunks_mut::<2>().0;
+        let neighbours = nodes.iter().zip(&nodes[2..]);
+        let steps = neighbours.map(|(a, b)| [b[0] - a[0], b[1] - a[1]]);
+        if self.law == PressureLaw::PerCurrentLength {
+            let factor = intensity * (0.5 / self.ds);
+            for (out, d) in out[1..last].iter_mut().zip(steps) {
+                *out = [-factor * d[1], factor * d[0]];
+            }
+        } else {
+            // Looked at after the loop, which then has no way out of its middle; a NaN counts.
+            let mut all_differ = true;
+            for (out, d) in out[1..last].iter_mut().zip(steps) {
+                let square = d[0] * d[0] + d[1] * d[1];
+                all_differ &= square > 0.0;
+                let factor = intensity / square.sqrt();
+                *out = [-factor * d[1], factor * d[0]];
+            }
+            if !all_differ {
+                let flat = nodes.as_flattened();
+                for n in 1..last {
+                    self.normal(flat, n)?;
+                }
+            }
         }
+        (out[0], out[last]) = ([0.0; 2], [0.0; 2]);
         Ok(())
     }
 
