@@ -9,7 +9,7 @@ use membrane_implicit::{
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let steps: u32 = std::env::args().nth(1).map_or(Ok(500), |n| n.parse())?;
     let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
-    for scheme in [Scheme::RungeKutta4, Scheme::Trapezoidal, Scheme::TrBdf2] {
+    for scheme in [Scheme::Splitting6, Scheme::Trapezoidal, Scheme::TrBdf2] {
         let body = MovingMembrane::new(&membrane, 101)?.with_damping(1.0)?;
         let mut motion = Motion::new(body, Drive::intensity(|_| 17.5), scheme)?;
         for second in 1..=5 {
