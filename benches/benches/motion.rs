@@ -220,6 +220,7 @@ fn work_precision(_: &mut Criterion) {
     let mut own: Vec<(Scheme, Curve)> = Vec::new();
     for (scheme, steps) in [
         (Scheme::RungeKutta4, [370, 450, 600, 900, 1400, 2800]),
+        (Scheme::Splitting2, [510, 550, 700, 1000, 2000, 4000]),
         (Scheme::Splitting6, [325, 350, 400, 500, 600, 800]),
         (Scheme::TrBdf2, [125, 250, 500, 1000, 4000, 16000]),
         (Scheme::Trapezoidal, [125, 250, 500, 1000, 4000, 16000]),
@@ -241,7 +242,7 @@ fn work_precision(_: &mut Criterion) {
             );
         }
         for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
-            if scheme == Scheme::Splitting6 {
+            if matches!(scheme, Scheme::Splitting2 | Scheme::Splitting6) {
                 break; // fixed steps only
             }
             timed(

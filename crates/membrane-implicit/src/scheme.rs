@@ -12,6 +12,12 @@ pub enum Scheme {
     /// [`MovingMembrane::largest_explicit_step`](crate::MovingMembrane::largest_explicit_step)
     /// without damping, and up to dt = 2.78 m / mu.
     RungeKutta4,
+    /// Explicit, order 2, by splitting into kicks of the force and drifts that carry the damping
+    /// exactly (Stormer, Verlet): two forces a step, the least time for a coarse error. Stable up
+    /// to
+    /// [`MovingMembrane::largest_explicit_step`](crate::MovingMembrane::largest_explicit_step),
+    /// fixed steps only.
+    Splitting2,
     /// Explicit, order 6, by splitting into kicks of the force and drifts that carry the damping
     /// exactly (SRKN_11^b of Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313-330): twelve
     /// forces a step, the least time for a given small error where the waves are to be resolved.
@@ -77,7 +83,7 @@ impl Scheme {
     pub(crate) fn is_explicit(self) -> bool {
         matches!(
             self,
-            Self::ForwardEuler | Self::RungeKutta4 | Self::Splitting6
+            Self::ForwardEuler | Self::RungeKutta4 | Self::Splitting2 | Self::Splitting6
         )
     }
 
@@ -122,11 +128,10 @@ impl Scheme {
                     order: 4,
                 }
             }
-            // not a tableau's scheme: its step keeps its own account
-            Self::Splitting6 => Tableau {
+            // not tableaus' schemes: their steps keep their own account
+            Self::Splitting2 | Self::Splitting6 => Tableau {
                 e: None,
-                estimate: 7,
-                order: 6,
+                order: if self == Self::Splitting2 { 2 } else { 6 },
                 ..euler
             },
             Self::SemiImplicitEuler | Self::BackwardEuler => Tableau {
@@ -155,35 +160,47 @@ impl Scheme {
     }
 }
 
-/// Kicks b and drifts a of SRKN_11^b, first halves; both read the same backwards.
-const KICKS: [f64; 5] = [
+/// Kicks b, and drifts a between them, in units of the step: of Stormer and Verlet, and of
+/// SRKN_11^b. Both lists read the same backwards.
+const VERLET: (&[f64], &[f64]) = (&[0.5, 0.5], &[1.0]);
+const SRKN_11: (&[f64], &[f64]) = (
+    &[
+        B[0], B[1], B[2], B[3], B[4], B5, B5, B[4], B[3], B[2], B[1], B[0],
+    ],
+    &[
+        A[0], A[1], A[2], A[3], A[4], A5, A[4], A[3], A[2], A[1], A[0],
+    ],
+);
+const B: [f64; 5] = [
     0.0414649985182624,
     0.198128671918067,
     -0.0400061921041533,
     0.0752539843015807,
     -0.0115113874206879,
 ];
-const DRIFTS: [f64; 5] = [
+const A: [f64; 5] = [
     0.123229775946271,
     0.290553797799558,
     -0.127049212625417,
     -0.246331761062075,
     0.357208872795928,
 ];
+const B5: f64 = 0.5 - (B[0] + B[1] + B[2] + B[3] + B[4]);
+const A5: f64 = 1.0 - 2.0 * (A[0] + A[1] + A[2] + A[3] + A[4]);
 
-/// All twelve kicks and the eleven drifts between them, in units of the step.
-pub(crate) fn splitting() -> ([f64; 12], [f64; 11]) {
-    let (mut kicks, mut drifts) = ([0.0; 12], [0.0; 11]);
-    for k in 0..5 {
-        (kicks[k], kicks[11 - k]) = (KICKS[k], KICKS[k]);
-        (drifts[k], drifts[10 - k]) = (DRIFTS[k], DRIFTS[k]);
+impl Scheme {
+    /// Kicks and drifts of a splitting; none for the other schemes.
+    pub(crate) fn splitting(self) -> (&'static [f64], &'static [f64]) {
+        match self {
+            Self::Splitting2 => VERLET,
+            Self::Splitting6 => SRKN_11,
+            _ => (&[], &[]),
+        }
     }
-    (kicks[5], kicks[6]) = (
-        0.5 - KICKS.iter().sum::<f64>(),
-        0.5 - KICKS.iter().sum::<f64>(),
-    );
-    drifts[5] = 1.0 - 2.0 * DRIFTS.iter().sum::<f64>();
-    (kicks, drifts)
+
+    pub(crate) fn is_splitting(self) -> bool {
+        matches!(self, Self::Splitting2 | Self::Splitting6)
+    }
 }
 
 #[cfg(test)]
@@ -193,7 +210,7 @@ mod tests {
     /// One step for c'' = -c as a matrix: |trace| <= 2 is stability.
     #[test]
     fn splitting_is_stable_as_far_as_it_says() {
-        let (kicks, drifts) = splitting();
+        let (kicks, drifts) = SRKN_11;
         let trace = |z: f64| {
             let mut columns = [[1.0, 0.0], [0.0, 1.0]];
             for [c, v] in &mut columns {

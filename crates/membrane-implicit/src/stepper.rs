@@ -8,7 +8,7 @@ use crate::body::MovingMembrane;
 use crate::drive::DriveKind;
 use crate::energy::{Energy, Ledger};
 use crate::error::ImplicitError;
-use crate::scheme::{Jacobian, Scheme, Tableau, splitting};
+use crate::scheme::{Jacobian, Scheme, Tableau};
 use crate::stage::{Stage, dot, hold_ends};
 
 /// Position, velocity and acceleration at one instant, flat.
@@ -79,15 +79,11 @@ impl Stepper {
             speed_squared: 0.0,
         };
         let tableau = scheme.tableau();
-        let stage_times = if scheme == Scheme::Splitting6 {
-            let mut at = 0.0;
-            splitting()
-                .1
-                .map(|drift| {
-                    at += drift;
-                    at
-                })
-                .to_vec()
+        let stage_times = if scheme.is_splitting() {
+            let drifts = scheme.splitting().1;
+            (1..=drifts.len())
+                .map(|k| drifts[..k].iter().sum())
+                .collect()
         } else {
             tableau.c[1..tableau.stages].to_vec()
         };
@@ -225,7 +221,7 @@ impl Stepper {
     pub(crate) fn attempt(&mut self, dt: f64, targets: &[f64]) -> Result<(), ImplicitError> {
         match self.scheme {
             Scheme::SemiImplicitEuler => self.linearised_step(dt, targets[0])?,
-            Scheme::Splitting6 => self.split_step(dt, targets)?,
+            scheme if scheme.is_splitting() => self.split_step(dt, targets)?,
             scheme => {
                 for (i, &target) in (1..self.tableau.stages).zip(targets) {
                     if scheme.is_explicit() {

@@ -88,6 +88,7 @@ fn every_scheme_converges_with_its_order() {
         (Scheme::SemiImplicitEuler, [16_000, 32_000]),
         (Scheme::BackwardEuler, [16_000, 32_000]),
         (Scheme::RungeKutta4, [100, 200]),
+        (Scheme::Splitting2, [400, 800]),
         (Scheme::Splitting6, [40, 80]),
         (Scheme::Trapezoidal, [500, 1_000]),
         (Scheme::TrBdf2, [500, 1_000]),

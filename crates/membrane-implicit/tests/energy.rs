@@ -99,11 +99,16 @@ fn terms_add_up_for_the_splitting() {
             .with_mass(mass)
             .unwrap();
         let drive = Drive::total_force(|t| 2000.0 + 300.0 * t.sin());
+        let mut coarse = Motion::new(body.clone(), drive.clone(), Scheme::Splitting2).unwrap();
+        coarse
+            .run(TimeStep::Fixed(0.009), &[Stop::Time(2.0)])
+            .unwrap();
+        assert_balanced(&coarse, &format!("splitting of order 2, mu {mu}"));
         let mut motion = Motion::new(body, drive, Scheme::Splitting6).unwrap();
         motion
             .run(TimeStep::Fixed(0.01), &[Stop::Time(2.0)])
             .unwrap();
-        assert_balanced(&motion, &format!("splitting, mu {mu}"));
+        assert_balanced(&motion, &format!("splitting of order 6, mu {mu}"));
         assert!(motion.energy().numerical_loss.abs() < 1e-4 * motion.energy().pressure_work);
     }
 }

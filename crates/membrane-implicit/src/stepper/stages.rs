@@ -5,7 +5,7 @@ use membrane_newton::Measure;
 use super::{Stepper, add_slopes};
 use crate::drive::DriveKind;
 use crate::error::ImplicitError;
-use crate::scheme::{Jacobian, splitting};
+use crate::scheme::Jacobian;
 use crate::stage::{Equation, dot};
 
 const MAX_ITERATIONS: usize = 40;
@@ -43,7 +43,7 @@ impl Stepper {
     /// A kick changes the kinetic energy by b dt F.(v- + v+)/2; a drift changes the elastic energy
     /// by the mean of the elastic forces at its ends, and takes m/2 (|v-|^2 - |v+|^2) for damping.
     pub(super) fn split_step(&mut self, dt: f64, targets: &[f64]) -> Result<(), ImplicitError> {
-        let (kicks, drifts) = splitting();
+        let (kicks, drifts) = self.scheme.splitting();
         let Self {
             body,
             stage,
