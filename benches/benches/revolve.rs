@@ -49,11 +49,22 @@ fn naive_chord(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>) -> f64 {
             let qa = d.y * d.y + d.z * d.z - g1 * g1;
             let qb = o.y * d.y + o.z * d.z - g0 * g1;
             let disc = qb * qb - qa * (o.y * o.y + o.z * o.z - g0 * g0);
-            if disc <= 0.0 || qa <= 0.0 {
-                return 0.0;
+            // Cut at the roots, ask at the middles: steep cones and their mirror images need no cases.
+            let mut cuts = [t0, t1, t1, t1];
+            if disc > 0.0 {
+                cuts[1] = ((-qb - disc.sqrt()) / qa).max(t0).min(t1);
+                cuts[2] = ((-qb + disc.sqrt()) / qa).max(t0).min(t1);
             }
-            let (e, l) = ((-qb - disc.sqrt()) / qa, (-qb + disc.sqrt()) / qa);
-            (l.min(t1) - e.max(t0)).max(0.0) * (x1 - x0).signum()
+            cuts.sort_by(f64::total_cmp);
+            let length: f64 = cuts
+                .windows(2)
+                .filter(|ab| {
+                    let at = o + d * (0.5 * (ab[0] + ab[1]));
+                    at.y * at.y + at.z * at.z < (r0 + m * (at.x - x0)).powi(2)
+                })
+                .map(|ab| ab[1] - ab[0])
+                .sum();
+            length * (x1 - x0).signum()
         })
         .sum()
 }
