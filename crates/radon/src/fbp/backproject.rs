@@ -17,7 +17,7 @@ const TAIL: usize = WINDOW + 4;
 /// Runs and rows of a tile: its sums and the samples that a group of views needs for it stay in the first-level cache.
 fn tile_shape(lanes: usize) -> (usize, usize) {
     match lanes {
-        1 => (4, 16),
+        1 => (8, 16),
         _ => (2, 16),
     }
 }
