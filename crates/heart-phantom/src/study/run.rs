@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::Instant;
 
 /// Stages that [`Run::stage`] is called for in a whole run, for the progress bar.
-const STAGES: f64 = 34.0;
+const STAGES: f64 = 30.0;
 
 /// A study under way.
 pub(super) struct Run<'a> {
