@@ -1,2 +1,198 @@
-//! Benches of the membrane group.
-fn main() {}
+//! Static membranes: this workspace's two discretisations beside a general sparse LU on the same
+//! finite-difference system; the error is printed beside each time. The other rival, SciPy's
+//! `solve_bvp`, runs from peers/solve_bvp.py on the same problem.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use faer::prelude::Solve;
+use faer::sparse::{SparseColMat, Triplet};
+use membrane_forces::{FiniteDifferences, Measure, Membrane, RestShape};
+use membrane_newton::{Control, Discretisation, NewtonOptions, Pair, Solver};
+
+/// f for a gain of 0.6 and the volume it belongs to (h = 8.5, R = 1.75, lambda = 1).
+const GAIN: f64 = 0.6;
+const VOLUME_AT_17_5: f64 = 148.86748016;
+
+fn balloon(radius: f64) -> Membrane {
+    Membrane::new(RestShape::balloon(8.5, radius).expect("positive sizes"))
+}
+
+fn solver(radius: f64, discretisation: Discretisation) -> Solver {
+    Solver::new(&balloon(radius), discretisation).expect("valid discretisation")
+}
+
+/// Newton at f = 17.5 with the same forces and a general sparse LU; returns the volume.
+fn faer_newton(differences: &FiniteDifferences) -> f64 {
+    let mut x = differences.start().to_vec();
+    let n = x.len();
+    let (mut elastic, mut residual) = (vec![0.0; n], vec![0.0; n]);
+    for _ in 0..10 {
+        differences.elastic_force_into(&x, &mut elastic);
+        differences
+            .pressure_force_into(&x, 17.5, &mut residual)
+            .expect("regular curve");
+        let mut band = differences.band();
+        differences.add_elastic_tangent(1.0, &mut band);
+        differences
+            .add_pressure_tangent(&x, 17.5, 1.0, &mut band)
+            .expect("regular curve");
+        for held in [0, 1, n - 2, n - 1] {
+            band.add(held, held, 1.0);
+        }
+        let mut entries = Vec::with_capacity(5 * n);
+        for i in 0..n {
+            for j in i.saturating_sub(3)..(i + 4).min(n) {
+                let value = band.get(i, j);
+                if value != 0.0 {
+                    entries.push(Triplet::new(i, j, value));
+                }
+            }
+        }
+        let matrix =
+            SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &entries).expect("in range");
+        let lu = matrix.sp_lu().expect("regular tangent");
+        let rhs = faer::Mat::from_fn(n, 1, |i, _| elastic[i] + residual[i]);
+        let step = lu.solve(&rhs);
+        let mut size = 0.0f64;
+        for i in 0..n {
+            x[i] -= step[(i, 0)];
+            size = size.max(step[(i, 0)].abs());
+        }
+        if size < 1e-7 {
+            break;
+        }
+    }
+    Measure::Volume.of(&x)
+}
+
+/// Median of the times of `run` in microseconds and its last volume.
+fn timed(mut run: impl FnMut() -> f64) -> (f64, f64) {
+    let mut volume = run();
+    let mut times: Vec<f64> = (0..15)
+        .map(|_| {
+            let start = Instant::now();
+            volume = black_box(run());
+            start.elapsed().as_secs_f64() * 1e6
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    (times[times.len() / 2], volume)
+}
+
+/// One row per resolution: method, resolution, microseconds from rest, relative volume error.
+fn work_precision() {
+    let options = NewtonOptions::default();
+    let row = |method: &str, resolution: usize, (time, volume): (f64, f64)| {
+        println!(
+            "work-precision,{method},{resolution},{time:.2},{:.3e}",
+            (volume / VOLUME_AT_17_5 - 1.0).abs()
+        );
+    };
+    println!("work-precision,method,resolution,microseconds,relative volume error");
+    for nodes in [51, 101, 201, 401, 801, 1601, 3201, 6401] {
+        let ours = solver(1.75, Discretisation::FiniteDifferences { nodes });
+        row(
+            "differences",
+            nodes,
+            timed(|| {
+                ours.solve(Control::Load(17.5), &options)
+                    .expect("converges")
+                    .measures
+                    .volume
+            }),
+        );
+        let differences = FiniteDifferences::new(&balloon(1.75), nodes).expect("enough nodes");
+        let theirs = timed(|| faer_newton(&differences));
+        let same = ours
+            .solve(Control::Load(17.5), &options)
+            .expect("converges")
+            .measures
+            .volume;
+        assert!(
+            (theirs.1 / same - 1.0).abs() < 1e-9,
+            "the same system has the same solution"
+        );
+        row("faer-sparse-lu", nodes, theirs);
+    }
+    for degree in (4..=24).step_by(2) {
+        let ours = solver(
+            1.75,
+            Discretisation::Spectral {
+                degree,
+                per_piece: 1,
+            },
+        );
+        row(
+            "spectral",
+            degree,
+            timed(|| {
+                ours.solve(Control::Load(17.5), &options)
+                    .expect("converges")
+                    .measures
+                    .volume
+            }),
+        );
+    }
+}
+
+fn membrane(c: &mut Criterion) {
+    work_precision();
+    let options = NewtonOptions::default();
+
+    let mut group = c.benchmark_group("membrane/gain-0.6");
+    let spectral = solver(
+        1.75,
+        Discretisation::Spectral {
+            degree: 14,
+            per_piece: 1,
+        },
+    );
+    let solved = spectral
+        .solve(Control::VolumeGain(GAIN), &options)
+        .expect("converges");
+    assert!((solved.intensity - 17.48357527761).abs() < 2e-11);
+    group.bench_function("spectral", |b| {
+        b.iter(|| black_box(&spectral).solve(Control::VolumeGain(GAIN), &options))
+    });
+    let differences = solver(1.75, Discretisation::FiniteDifferences { nodes: 201 });
+    group.bench_function("differences-201", |b| {
+        b.iter(|| black_box(&differences).solve(Control::VolumeGain(GAIN), &options))
+    });
+    let pair = Pair::new(
+        spectral.clone(),
+        solver(
+            2.75,
+            Discretisation::Spectral {
+                degree: 14,
+                per_piece: 1,
+            },
+        ),
+    )
+    .expect("the outer one is larger");
+    let solved = pair.solve_gain(GAIN, &options).expect("converges");
+    assert!(solved.wall_volume_error.abs() < 1e-13);
+    group.bench_function("pair-spectral", |b| {
+        b.iter(|| black_box(&pair).solve_gain(GAIN, &options))
+    });
+    group.finish();
+
+    let mut group = c.benchmark_group("membrane/differences-linear-in-nodes");
+    group.sample_size(10);
+    for nodes in [1001, 10_001, 100_001] {
+        let solver = solver(1.75, Discretisation::FiniteDifferences { nodes });
+        group.throughput(criterion::Throughput::Elements(nodes as u64));
+        group.bench_function(nodes.to_string(), |b| {
+            b.iter(|| {
+                black_box(&solver)
+                    .solve(Control::VolumeGain(GAIN), &options)
+                    .expect("converges")
+            })
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, membrane);
+criterion_main!(benches);
