@@ -173,7 +173,8 @@ fn time_against_error(c: &mut Criterion) {
                 });
                 let rmse = case.rmse(&plan.reconstruct(&case.sinogram).unwrap());
                 println!("{n_views} views, {window:?}, {interpolation:?}: rmse {rmse:.5}");
-                assert!(rmse < 0.12);
+                // With far fewer views than the n pi / 2 that 256 bins ask for, streaks rule the error.
+                assert!(rmse < if n_views < 90 { 0.15 } else { 0.06 });
                 let (mut volume, mut scratch) = (vec![0.0; 16 * 256 * 256], plan.scratch());
                 group.bench_function(format!("{n_views}/{window:?}/{interpolation:?}"), |b| {
                     let order = StackOrder::SliceViewBin;
@@ -203,7 +204,9 @@ fn sizes(c: &mut Criterion) {
         let plan = case.plan(FbpOptions::default());
         let projections = case.stack(16);
         let (mut volume, mut scratch) = (vec![0.0; 16 * n * n], plan.scratch());
-        assert!(case.rmse(&plan.reconstruct(&case.sinogram).unwrap()) < 0.05);
+        let rmse = case.rmse(&plan.reconstruct(&case.sinogram).unwrap());
+        println!("{n} x {n}, 90 views: rmse {rmse:.5}");
+        assert!(rmse < 0.1); // 90 views of 1024 bins: streaks
         group.throughput(Throughput::Elements((16 * n * n * 90) as u64));
         group.bench_function(BenchmarkId::from_parameter(n), |b| {
             let order = StackOrder::SliceViewBin;

@@ -56,6 +56,12 @@ impl<'a> Bordered<'a> {
         }
     }
 
+    /// Whether state `x` has the prescribed value, to far more than any tolerance asks for.
+    pub(crate) fn meets_target(&self, x: &[f64]) -> bool {
+        let wanted = self.target.value();
+        (self.target_value(x) - wanted).abs() <= 1e-6 * wanted.abs().max(self.target_scale())
+    }
+
     fn force_scale(&self) -> f64 {
         self.discrete.stiffness_scale() * self.length_scale
     }

@@ -189,7 +189,15 @@ impl Rung {
         let from = system.inner.target_value(&state[..self.split()]);
         let set =
             |system: &mut PairSystem<'_>, value| system.inner.target = target.with_value(value);
-        continuation::solve(&mut system, state, (from, target.value()), set, options)
+        let report = continuation::solve(&mut system, state, (from, target.value()), set, options)?;
+        let (inner, outer) = state.split_at(self.split());
+        let volume = system.inner.volume(&inner[..inner.len() - 1]);
+        system.outer.target = Target::Measure(Measure::Volume, volume + wall_volume);
+        if system.inner.meets_target(inner) && system.outer.meets_target(outer) {
+            Ok(report)
+        } else {
+            Err(NewtonError::NotConverged { report })
+        }
     }
 
     fn resolution(&self, state: &[f64]) -> Result<(), NewtonError> {

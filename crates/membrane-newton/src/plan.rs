@@ -189,7 +189,14 @@ impl Plan {
         let mut system = self.system(target);
         let from = system.target_value(state);
         let set = |system: &mut Bordered<'_>, value| system.target = target.with_value(value);
-        continuation::solve(&mut system, state, (from, target.value()), set, options)
+        let report = continuation::solve(&mut system, state, (from, target.value()), set, options)?;
+        // A correction can be small beside a shape that has grown out of all proportion, although
+        // the control is missed by far.
+        if system.meets_target(state) {
+            Ok(report)
+        } else {
+            Err(NewtonError::NotConverged { report })
+        }
     }
 
     pub(crate) fn equilibrium(

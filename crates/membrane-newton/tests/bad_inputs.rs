@@ -102,3 +102,16 @@ fn bad_discretisations_and_pairs() {
         })
     ));
 }
+
+/// Where sums of squares of the shape leave the range of f64 an answer would be another volume's.
+#[test]
+fn a_volume_out_of_reach_is_no_answer() {
+    let options = NewtonOptions::default();
+    for gain in [1e100, 1e200, 1e300] {
+        let control = Control::VolumeGain(gain);
+        let inner = solver(PressureLaw::PerMaterialLength, 1.75);
+        assert!(inner.solve(control, &options).is_err(), "{gain:e}");
+        let pair = Pair::new(inner, solver(PressureLaw::PerMaterialLength, 2.75)).unwrap();
+        assert!(pair.solve(control, &options).is_err(), "{gain:e}");
+    }
+}
