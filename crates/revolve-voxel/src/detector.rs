@@ -50,6 +50,16 @@ impl ParallelDetector {
         Ok(self)
     }
 
+    /// Steps [bin, row].
+    pub fn pitch(&self) -> [f64; 2] {
+        self.pitch
+    }
+
+    /// Where the centre sits, [along the bins, along z].
+    pub fn offset(&self) -> [f64; 2] {
+        self.offset
+    }
+
     /// Bins in a row.
     pub fn n_bins(&self) -> usize {
         self.n_bins
