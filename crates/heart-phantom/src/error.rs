@@ -73,6 +73,22 @@ pub enum PhantomError {
     #[cfg(feature = "figures")]
     #[error(transparent)]
     Figure(Box<crate::figures::FigureError>),
+    /// A file format has no place for what it was to hold.
+    #[error("{format} cannot hold {what}")]
+    Unsupported {
+        /// The format.
+        format: &'static str,
+        /// What it cannot hold.
+        what: &'static str,
+    },
+    /// A path does not end as its format wants, or its name cannot stand in a header.
+    #[error("{}: the name must end in .{expected}", path.display())]
+    Extension {
+        /// The path given.
+        path: PathBuf,
+        /// The extension that fits.
+        expected: &'static str,
+    },
     /// A file or folder could not be written.
     #[error("cannot write {}: {source}", path.display())]
     File {

@@ -1,9 +1,10 @@
-//! Files: written whole or not at all.
+//! Files written whole or not at all.
 
 use crate::error::PhantomError;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Writes a file atomically: `fill` writes to a temporary file in the same folder, which then
 /// takes the name `path`. On any failure (no such folder, no permission, disk full) the temporary
@@ -13,31 +14,9 @@ use std::path::Path;
 /// [`PhantomError::File`] with the path and the cause.
 pub fn write_atomically(
     path: &Path,
-    fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), PhantomError> {
-    let failed = |source| PhantomError::File {
-        path: path.to_path_buf(),
-        source,
-    };
-    let name = path
-        .file_name()
-        .ok_or_else(|| failed(std::io::ErrorKind::InvalidInput.into()))?;
-    // The process id keeps two runs that write the same file from sharing a temporary one.
-    let mut temporary = name.to_os_string();
-    temporary.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(temporary);
-    let written = File::create(&temporary).and_then(|file| {
-        let mut out = BufWriter::with_capacity(1 << 20, file);
-        fill(&mut out)?;
-        out.flush()
-    });
-    written
-        .and_then(|()| fs::rename(&temporary, path))
-        .map_err(|error| {
-            // Best effort: the write's own error is the one worth reporting.
-            let _ = fs::remove_file(&temporary);
-            failed(error)
-        })
+    Pending::write(path, |out| fill(out))?.commit()
 }
 
 /// Makes the folder `path` with its parents if need be and makes sure that files can be written to
@@ -46,63 +25,95 @@ pub fn write_atomically(
 /// # Errors
 /// [`PhantomError::File`] with the path and the cause.
 pub fn create_writable_folder(path: &Path) -> Result<(), PhantomError> {
-    fs::create_dir_all(path).map_err(|source| PhantomError::File {
-        path: path.to_path_buf(),
-        source,
-    })?;
+    fs::create_dir_all(path).map_err(|source| failed(path, source))?;
     let probe = path.join(format!(".{}.probe", std::process::id()));
     write_atomically(&probe, |_| Ok(()))?;
-    fs::remove_file(&probe).map_err(|source| PhantomError::File {
-        path: probe,
-        source,
-    })
+    fs::remove_file(&probe).map_err(|source| failed(&probe, source))
 }
 
-/// Writes `values` as a NumPy `.npy` file of little-endian `f32` in C order.
-///
-/// `shape` lists the axes from slowest to fastest; the product of its entries is `values.len()`.
-///
-/// # Errors
-/// [`PhantomError::Length`] if `shape` and `values` disagree; [`PhantomError::File`] if the file
-/// cannot be written.
-pub fn write_npy(path: &Path, shape: &[usize], values: &[f32]) -> Result<(), PhantomError> {
-    let expected = shape.iter().product();
-    if values.len() != expected {
-        return Err(PhantomError::Length {
-            what: "npy values",
-            given: values.len(),
-            expected,
-        });
+/// Writes a header and the data it points to. Both are complete on the disk before either takes
+/// its name; the data take theirs first, and no older header is there while the data change.
+pub(super) fn write_with_header(
+    header: &Path,
+    header_text: &[u8],
+    data: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), PhantomError> {
+    let new_data = Pending::write(data, |out| fill(out))?;
+    let new_header = Pending::write(header, |out| out.write_all(header_text))?;
+    for path in [header, data] {
+        // Nothing can be renamed onto a folder: find out while the older files are untouched.
+        if path.is_dir() {
+            return Err(failed(path, io::ErrorKind::IsADirectory.into()));
+        }
     }
-    let shape: Vec<u64> = shape.iter().map(|&n| n as u64).collect();
-    write_atomically(path, |out| {
-        use npyz::WriterBuilder;
-        let mut npy = npyz::WriteOptions::new()
-            .default_dtype()
-            .shape(&shape)
-            .writer(out)
-            .begin_nd()?;
-        npy.extend(values.iter().copied())?;
-        npy.finish()
-    })
+    match fs::remove_file(header) {
+        Err(source) if source.kind() != io::ErrorKind::NotFound => {
+            return Err(failed(header, source));
+        }
+        _ => {}
+    }
+    new_data.commit()?;
+    new_header.commit()
+}
+
+/// A complete file that does not have its name yet; dropped without [`Pending::commit`], it goes.
+pub(super) struct Pending {
+    temporary: PathBuf,
+    path: PathBuf,
+}
+
+impl Pending {
+    pub(super) fn write(
+        path: &Path,
+        fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    ) -> Result<Self, PhantomError> {
+        // The process id keeps two runs that write the same file from sharing a temporary one,
+        // the counter two threads.
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let mut temporary = path
+            .file_name()
+            .ok_or_else(|| failed(path, io::ErrorKind::InvalidInput.into()))?
+            .to_os_string();
+        temporary.push(format!(".{}-{count}.tmp", std::process::id()));
+        let pending = Self {
+            temporary: path.with_file_name(temporary),
+            path: path.to_path_buf(),
+        };
+        File::create(&pending.temporary)
+            .and_then(|file| {
+                let mut out = BufWriter::with_capacity(1 << 20, file);
+                fill(&mut out)?;
+                out.flush()
+            })
+            .map_err(|source| failed(path, source))?;
+        Ok(pending)
+    }
+
+    pub(super) fn commit(self) -> Result<(), PhantomError> {
+        fs::rename(&self.temporary, &self.path).map_err(|source| failed(&self.path, source))
+    }
+}
+
+impl Drop for Pending {
+    fn drop(&mut self) {
+        // After a commit there is nothing left to remove; after a failure its own error is the one
+        // worth reporting.
+        let _ = fs::remove_file(&self.temporary);
+    }
+}
+
+fn failed(path: &Path, source: io::Error) -> PhantomError {
+    PhantomError::File {
+        path: path.to_path_buf(),
+        source,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn npy_comes_back_as_written() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.npy");
-        let values: Vec<f32> = (0..24).map(|k| k as f32 * 0.5).collect();
-        write_npy(&path, &[2, 3, 4], &values).unwrap();
-        let npy = npyz::NpyFile::new(std::fs::File::open(&path).unwrap()).unwrap();
-        assert_eq!(npy.shape(), &[2, 3, 4]);
-        assert_eq!(npy.into_vec::<f32>().unwrap(), values);
-        // Nothing else is left in the folder.
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-    }
 
     #[test]
     fn failure_leaves_the_old_file_and_no_litter() {
@@ -111,7 +122,7 @@ mod tests {
         fs::write(&path, "old").unwrap();
         let result = write_atomically(&path, |out| {
             out.write_all(b"half of it")?;
-            Err(std::io::ErrorKind::StorageFull.into())
+            Err(io::ErrorKind::StorageFull.into())
         });
         assert!(matches!(result, Err(PhantomError::File { .. })));
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
@@ -119,20 +130,33 @@ mod tests {
     }
 
     #[test]
-    fn wrong_length_and_missing_folder_are_errors() {
+    fn a_pair_is_replaced_together_or_stays() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("no/such/folder.npy");
-        assert!(matches!(
-            write_npy(&path, &[2, 2], &[0.0; 3]),
-            Err(PhantomError::Length {
-                given: 3,
-                expected: 4,
-                ..
-            })
-        ));
-        assert!(matches!(
-            write_npy(&path, &[2, 2], &[0.0; 4]),
-            Err(PhantomError::File { .. })
-        ));
+        let [header, data] = ["a.h", "a.d"].map(|name| folder.path().join(name));
+        write_with_header(&header, b"old", &data, |out| out.write_all(b"old")).unwrap();
+        let full = write_with_header(&header, b"new", &data, |out| {
+            out.write_all(b"half of it")?;
+            Err(io::ErrorKind::StorageFull.into())
+        });
+        assert!(full.is_err());
+        for path in [&header, &data] {
+            assert_eq!(fs::read_to_string(path).unwrap(), "old");
+        }
+        write_with_header(&header, b"new", &data, |out| out.write_all(b"new")).unwrap();
+        for path in [&header, &data] {
+            assert_eq!(fs::read_to_string(path).unwrap(), "new");
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn a_folder_in_the_way_of_the_data_leaves_the_header() {
+        let folder = tempfile::tempdir().unwrap();
+        let [header, data] = ["a.h", "a.d"].map(|name| folder.path().join(name));
+        fs::write(&header, "old").unwrap();
+        fs::create_dir(&data).unwrap();
+        assert!(write_with_header(&header, b"new", &data, |_| Ok(())).is_err());
+        assert_eq!(fs::read_to_string(&header).unwrap(), "old");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
     }
 }

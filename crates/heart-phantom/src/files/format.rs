@@ -1,0 +1,172 @@
+//! The formats, and which writer serves each.
+
+use crate::error::PhantomError;
+use crate::files::{Projections, Volume, interfile, metaimage, nifti, npy, nrrd, raw_json};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// A file format; the [module's page](crate::files) says how each one places its samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Format {
+    /// NumPy array, samples only.
+    Npy,
+    /// NumPy archive of several arrays, not compressed.
+    Npz,
+    /// NIfTI-1 in one file.
+    Nifti,
+    /// NIfTI-1, compressed.
+    NiftiGz,
+    /// MetaImage with its data beside it.
+    MetaImage,
+    /// MetaImage in one file.
+    MetaImageSingle,
+    /// NRRD with its data inside, raw.
+    Nrrd,
+    /// Interfile as STIR writes and reads it.
+    InterfileStir,
+    /// Interfile 3.3 as SIMIND writes it.
+    InterfileSimind,
+    /// Raw samples with a JSON header beside them.
+    RawJson,
+}
+
+impl Format {
+    /// Every format.
+    pub const ALL: [Self; 10] = [
+        Self::Npy,
+        Self::Npz,
+        Self::Nifti,
+        Self::NiftiGz,
+        Self::MetaImage,
+        Self::MetaImageSingle,
+        Self::Nrrd,
+        Self::InterfileStir,
+        Self::InterfileSimind,
+        Self::RawJson,
+    ];
+
+    /// The name of the format.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Npy => "npy",
+            Self::Npz => "npz",
+            Self::Nifti | Self::NiftiGz => "NIfTI",
+            Self::MetaImage | Self::MetaImageSingle => "MetaImage",
+            Self::Nrrd => "NRRD",
+            Self::InterfileStir => "Interfile (STIR)",
+            Self::InterfileSimind => "Interfile (SIMIND)",
+            Self::RawJson => "raw with JSON",
+        }
+    }
+
+    /// What the path given to [`write_volume`] ends in.
+    pub fn volume_extension(self) -> &'static str {
+        match self {
+            Self::Npy => "npy",
+            Self::Npz => "npz",
+            Self::Nifti => "nii",
+            Self::NiftiGz => "nii.gz",
+            Self::MetaImage => "mhd",
+            Self::MetaImageSingle => "mha",
+            Self::Nrrd => "nrrd",
+            Self::InterfileStir => "hv",
+            Self::InterfileSimind => "h00",
+            Self::RawJson => "json",
+        }
+    }
+
+    /// What the path given to [`write_projections`] ends in; `None` if the format has no place for
+    /// the angles.
+    pub fn projections_extension(self) -> Option<&'static str> {
+        match self {
+            Self::Nifti | Self::NiftiGz | Self::MetaImage | Self::MetaImageSingle => None,
+            Self::InterfileStir => Some("hs"),
+            format => Some(format.volume_extension()),
+        }
+    }
+}
+
+/// Writes a volume. `path` ends in the format's [`Format::volume_extension`]; data kept beside a
+/// header have the same name and another extension.
+///
+/// # Errors
+/// [`PhantomError::Extension`]; [`PhantomError::Count`] if a side is too long for the format;
+/// [`PhantomError::OutOfRange`] if the format cannot hold the grid's place;
+/// [`PhantomError::File`] if the files cannot be written. Whatever the error, no file that was there
+/// before is half written, and no header points to data that are not there.
+pub fn write_volume(path: &Path, volume: &Volume, format: Format) -> Result<(), PhantomError> {
+    check_extension(path, format.volume_extension())?;
+    match format {
+        Format::Npy => npy::write_samples(path, &npy::volume_shape(volume), volume.samples()),
+        Format::Npz => npy::write_volume_npz(path, volume),
+        Format::Nifti => nifti::write(path, volume),
+        Format::NiftiGz => nifti::write_gz(path, volume),
+        Format::MetaImage => metaimage::write_mhd(path, volume),
+        Format::MetaImageSingle => metaimage::write_mha(path, volume),
+        Format::Nrrd => nrrd::write_volume(path, volume),
+        Format::InterfileStir => interfile::write_volume_stir(path, volume),
+        Format::InterfileSimind => interfile::write_volume_simind(path, volume),
+        Format::RawJson => raw_json::write_volume(path, volume),
+    }
+}
+
+/// Writes projections. `path` ends in the format's [`Format::projections_extension`].
+///
+/// # Errors
+/// [`PhantomError::Unsupported`] if the format has no place for angles; else as [`write_volume`].
+/// Interfile holds even steps between the views and a detector centred on the axis only:
+/// [`PhantomError::OutOfRange`] says what was found.
+pub fn write_projections(
+    path: &Path,
+    projections: &Projections,
+    format: Format,
+) -> Result<(), PhantomError> {
+    let unsupported = PhantomError::Unsupported {
+        format: format.name(),
+        what: "the angles of projections",
+    };
+    let Some(extension) = format.projections_extension() else {
+        return Err(unsupported);
+    };
+    check_extension(path, extension)?;
+    match format {
+        Format::Npy => npy::write_samples(path, &projections.shape(), projections.samples()),
+        Format::Npz => npy::write_projections_npz(path, projections),
+        Format::Nrrd => nrrd::write_projections(path, projections),
+        Format::InterfileStir => interfile::write_projections_stir(path, projections),
+        Format::InterfileSimind => interfile::write_projections_simind(path, projections),
+        Format::RawJson => raw_json::write_projections(path, projections),
+        Format::Nifti | Format::NiftiGz | Format::MetaImage | Format::MetaImageSingle => {
+            Err(unsupported)
+        }
+    }
+}
+
+/// The path must end in `.extension` after a name that a line of a header can hold.
+pub(super) fn check_extension(path: &Path, extension: &'static str) -> Result<(), PhantomError> {
+    let fits = path
+        .file_name()
+        .and_then(|name| name.to_str())
+        .and_then(|name| name.strip_suffix(extension)?.strip_suffix('.'))
+        .is_some_and(|stem| !stem.is_empty() && !stem.contains(char::is_control));
+    if fits {
+        Ok(())
+    } else {
+        Err(PhantomError::Extension {
+            path: path.to_path_buf(),
+            expected: extension,
+        })
+    }
+}
+
+/// The path of the data beside a header and its bare name, for the header to name it.
+pub(super) fn data_beside(header: &Path, extension: &str) -> (std::path::PathBuf, String) {
+    let data = header.with_extension(extension);
+    // `check_extension` has seen that the name is Unicode.
+    let name = data
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned());
+    (data, name.unwrap_or_default())
+}

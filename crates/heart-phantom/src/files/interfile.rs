@@ -1,0 +1,274 @@
+//! Interfile: a text header of `key := value` lines beside the samples, as STIR and as SIMIND write it.
+//!
+//! What is relied upon, each read in the place named:
+//!
+//! - STIR images: keys, and `first pixel offset (mm)` as the centre of the first voxel: `src/IO/interfile.cxx`,
+//!   `write_basic_interfile_image_header` and `create_image_and_header_from` (<https://github.com/UCL/STIR>, 9a59610).
+//! - STIR's axes for a patient head in, supine are left, posterior, inferior: z is turned round on the way to LPS,
+//!   `DiscretisedDensity::swap_axes_based_on_orientation`. So the slices go from head to feet, and z = -z of the lab.
+//! - STIR projections: keys, `extent of rotation` as views times step, CCW as growing angles: `InterfilePDFSHeaderSPECT.cxx`,
+//!   `write_basic_interfile_PDFS_header`. At angle phi the bins lie along (cos phi, sin phi), the detector's face on
+//!   radius * (-sin phi, cos phi): `fill_ang` of `SPECTUB_Tools.cxx`. That is the lab's own rule with phi = theta.
+//!   STIR takes the detector as centred on the axis; its SPECT projector takes the image as centred, too (STIR issue 1235).
+//! - SIMIND: the keys of the `.h00` files that it writes (versions 6 and 7): `short float`, rows from the top down (`Image
+//!   Orientation` 1 0 0 0 0 -1), and the first slice of a map towards the head
+//!   (<http://www.radfys.lu.se/simind/Change.html>: "first ... image is located towards +X", X being its long axis).
+//!   Its start angle is half a turn from STIR's, as converters from one to the other have it
+//!   (`simind_to_stir.py` of <https://github.com/samdporter/simind-python-connector>).
+
+use crate::error::{PhantomError, check};
+use crate::files::atomic::write_with_header;
+use crate::files::format::data_beside;
+use crate::files::{Projections, Samples, Volume};
+use std::path::Path;
+
+pub(super) fn write_volume_stir(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    let (data, name) = data_beside(path, "v");
+    let [nx, ny, nz] = volume.grid().shape();
+    let [dx, dy, dz] = volume.spacing_mm();
+    let [x, y, z] = volume.origin_mm();
+    let first_z = -(z + (nz as f64 - 1.0) * dz);
+    let number = number_format(volume.samples(), "float");
+    let header = format!(
+        "!INTERFILE :=\n\
+         !imaging modality := nucmed\n\
+         !version of keys := STIR6.0\n\
+         name of data file := {name}\n\
+         !GENERAL DATA :=\n\
+         patient orientation := head_in\n\
+         patient rotation := supine\n\
+         !GENERAL IMAGE DATA :=\n\
+         !type of data := Tomographic\n\
+         imagedata byte order := LITTLEENDIAN\n\
+         !SPECT STUDY (General) :=\n\
+         process status := Reconstructed\n\
+         {number}\
+         number of dimensions := 3\n\
+         matrix axis label [1] := x\n\
+         !matrix size [1] := {nx}\n\
+         scaling factor (mm/pixel) [1] := {dx}\n\
+         matrix axis label [2] := y\n\
+         !matrix size [2] := {ny}\n\
+         scaling factor (mm/pixel) [2] := {dy}\n\
+         matrix axis label [3] := z\n\
+         !matrix size [3] := {nz}\n\
+         scaling factor (mm/pixel) [3] := {dz}\n\
+         first pixel offset (mm) [1] := {x}\n\
+         first pixel offset (mm) [2] := {y}\n\
+         first pixel offset (mm) [3] := {first_z}\n\
+         number of time frames := 1\n\
+         !END OF INTERFILE :=\n"
+    );
+    write_with_header(path, header.as_bytes(), &data, |out| {
+        volume.samples().write_reversed(nx * ny, nz, out)
+    })
+}
+
+/// Interfile 3.3 has no key for a place: readers centre the array, so the grid has to be centred.
+pub(super) fn write_volume_simind(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    let (data, name) = data_beside(path, "a00");
+    let shape = volume.grid().shape();
+    let [nx, ny, nz] = shape;
+    let [dx, dy, dz] = volume.spacing_mm();
+    for a in 0..3 {
+        let spacing = volume.grid().spacing()[a];
+        let centre = volume.grid().origin()[a] + 0.5 * (shape[a] as f64 - 1.0) * spacing;
+        check_centred("centre of the grid in voxels", centre / spacing, shape[a])?;
+    }
+    let number = number_format(volume.samples(), "short float");
+    let thickness = dz / dx;
+    let header = format!(
+        "!INTERFILE :=\n\
+         !imaging modality := nucmed\n\
+         !originating system := heart-phantom\n\
+         !version of keys := 3.3\n\
+         !GENERAL DATA :=\n\
+         !data offset in bytes := 0\n\
+         !name of data file := {name}\n\
+         !GENERAL IMAGE DATA :=\n\
+         !type of data := tomographic\n\
+         patient orientation := head_in\n\
+         patient rotation := supine\n\
+         imagedata byte order := LITTLEENDIAN\n\
+         !total number of images := {nz}\n\
+         !number of energy windows := 1\n\
+         !SPECT STUDY (General) :=\n\
+         number of detector heads := 1\n\
+         !number of images/energy window := {nz}\n\
+         !process status := reconstructed\n\
+         !matrix size [1] := {nx}\n\
+         !matrix size [2] := {ny}\n\
+         ;# !matrix size [3] := {nz}\n\
+         {number}\
+         scaling factor (mm/pixel) [1] := {dx}\n\
+         scaling factor (mm/pixel) [2] := {dy}\n\
+         ;# scaling factor (mm/pixel) [3] := {dz}\n\
+         !SPECT STUDY (reconstructed data) :=\n\
+         !number of slices := {nz}\n\
+         slice orientation := transverse\n\
+         slice thickness (pixels) := {thickness}\n\
+         centre-centre slice separation (pixels) := {thickness}\n\
+         !END OF INTERFILE :=\n"
+    );
+    write_with_header(path, header.as_bytes(), &data, |out| {
+        volume.samples().write_reversed(nx * ny, nz, out)
+    })
+}
+
+pub(super) fn write_projections_stir(
+    path: &Path,
+    projections: &Projections,
+) -> Result<(), PhantomError> {
+    let (data, name) = data_beside(path, "s");
+    let turn = Turn::new(projections)?;
+    let number = number_format(projections.samples(), "float");
+    let rest = acquired(projections, &turn, turn.start, "");
+    let header = format!(
+        "!INTERFILE :=\n\
+         !imaging modality := nucmed\n\
+         name of data file := {name}\n\
+         originating system := heart-phantom\n\
+         !version of keys := 3.3\n\
+         !GENERAL DATA :=\n\
+         !GENERAL IMAGE DATA :=\n\
+         !type of data := Tomographic\n\
+         patient orientation := head_in\n\
+         patient rotation := supine\n\
+         imagedata byte order := LITTLEENDIAN\n\
+         !SPECT STUDY (General) :=\n\
+         {number}\
+         {rest}"
+    );
+    write_stack(path, &header, &data, projections)
+}
+
+pub(super) fn write_projections_simind(
+    path: &Path,
+    projections: &Projections,
+) -> Result<(), PhantomError> {
+    let (data, name) = data_beside(path, "a00");
+    let turn = Turn::new(projections)?;
+    let [views, ..] = projections.shape();
+    let number = number_format(projections.samples(), "short float");
+    let start = (turn.start + 180.0).rem_euclid(360.0);
+    let images = format!(
+        "number of detector heads := 1\n\
+         !number of images/energy window := {views}\n"
+    );
+    let rest = acquired(projections, &turn, start, &images);
+    let header = format!(
+        "!INTERFILE :=\n\
+         !imaging modality := nucmed\n\
+         !originating system := heart-phantom\n\
+         !version of keys := 3.3\n\
+         !GENERAL DATA :=\n\
+         !data offset in bytes := 0\n\
+         !name of data file := {name}\n\
+         !GENERAL IMAGE DATA :=\n\
+         !type of data := tomographic\n\
+         patient orientation := head_in\n\
+         patient rotation := supine\n\
+         imagedata byte order := LITTLEENDIAN\n\
+         !total number of images := {views}\n\
+         !number of energy windows := 1\n\
+         ;# Image Orientation := 1.000 0.000 0.000 0.000 0.000 -1.000\n\
+         !SPECT STUDY (General) :=\n\
+         {number}\
+         {rest}"
+    );
+    write_stack(path, &header, &data, projections)
+}
+
+/// The keys that both flavours share, from the number of views to the end.
+fn acquired(projections: &Projections, turn: &Turn, start: f64, more: &str) -> String {
+    let [views, rows, bins] = projections.shape();
+    let [pitch_bin, pitch_row] = projections.detector().pitch().map(|cm| 10.0 * cm);
+    let radius = 10.0 * projections.radius();
+    let Turn {
+        extent, direction, ..
+    } = turn;
+    format!(
+        "{more}\
+         !number of projections := {views}\n\
+         !extent of rotation := {extent}\n\
+         !process status := acquired\n\
+         !matrix size [1] := {bins}\n\
+         scaling factor (mm/pixel) [1] := {pitch_bin}\n\
+         !matrix size [2] := {rows}\n\
+         scaling factor (mm/pixel) [2] := {pitch_row}\n\
+         !SPECT STUDY (acquired data) :=\n\
+         !direction of rotation := {direction}\n\
+         start angle := {start}\n\
+         orbit := circular\n\
+         Radius := {radius}\n\
+         !END OF INTERFILE :=\n"
+    )
+}
+
+/// Rows from head to feet, as the slices.
+fn write_stack(
+    path: &Path,
+    header: &str,
+    data: &Path,
+    projections: &Projections,
+) -> Result<(), PhantomError> {
+    let [_, rows, bins] = projections.shape();
+    write_with_header(path, header.as_bytes(), data, |out| {
+        projections.samples().write_reversed(bins, rows, out)
+    })
+}
+
+/// How the camera turns, in degrees.
+struct Turn {
+    start: f64,
+    extent: f64,
+    direction: &'static str,
+}
+
+impl Turn {
+    /// # Errors
+    /// [`PhantomError::OutOfRange`] if the views are not evenly spaced or the detector is not
+    /// centred: there are no keys for that.
+    fn new(projections: &Projections) -> Result<Self, PhantomError> {
+        let angles = projections.angles();
+        let [_, rows, bins] = projections.shape();
+        let detector = projections.detector();
+        for (a, n) in [bins, rows].into_iter().enumerate() {
+            let offset = detector.offset()[a] / detector.pitch()[a];
+            check_centred("detector offset in bins", offset, n)?;
+        }
+        let gaps = (angles.len() - 1).max(1) as f64;
+        let step = (angles[angles.len() - 1] - angles[0]) / gaps;
+        if angles.len() > 1 {
+            // The smallest step that a header in degrees is not noise for.
+            check("step between views", step.abs(), 1e-9, f64::MAX)?;
+        }
+        for pair in angles.windows(2) {
+            // Angles made by adding up steps are off by far less than this; a real unevenness is not.
+            let slack = 1e-6 * step.abs();
+            let (low, high) = (step - slack, step + slack);
+            check("step between views", pair[1] - pair[0], low, high)?;
+        }
+        Ok(Self {
+            start: angles[0].to_degrees().rem_euclid(360.0),
+            extent: step.abs().to_degrees() * angles.len() as f64,
+            direction: if step < 0.0 { "CW" } else { "CCW" },
+        })
+    }
+}
+
+/// `given` of `n` steps has to be zero up to rounding.
+fn check_centred(what: &'static str, given: f64, n: usize) -> Result<f64, PhantomError> {
+    // The rounding of a centre found from n steps, far below anything that a picture shows.
+    let slack = 1e-9 * n as f64;
+    check(what, given, -slack, slack)
+}
+
+fn number_format(samples: Samples, float: &str) -> String {
+    let format = match samples {
+        Samples::F32(_) => float,
+        Samples::U8(_) | Samples::U16(_) => "unsigned integer",
+    };
+    let bytes = samples.bytes_each();
+    format!("!number format := {format}\n!number of bytes per pixel := {bytes}\n")
+}

@@ -1,0 +1,35 @@
+//! Surfaces: STL and PLY in millimetres, axes as the lab's.
+
+use crate::error::PhantomError;
+use crate::files::format::check_extension;
+use crate::files::write_atomically;
+use revolve_voxel::Mesh;
+use std::path::Path;
+
+/// Writes a surface as binary STL in millimetres; STL itself names no unit.
+///
+/// # Errors
+/// [`PhantomError::Extension`] unless the path ends in `.stl`; [`PhantomError::File`].
+pub fn write_stl(path: &Path, mesh: &Mesh) -> Result<(), PhantomError> {
+    check_extension(path, "stl")?;
+    let mesh = in_millimetres(mesh);
+    write_atomically(path, |out| mesh.write_stl(out))
+}
+
+/// Writes a surface with its normals as binary PLY in millimetres; PLY itself names no unit.
+///
+/// # Errors
+/// [`PhantomError::Extension`] unless the path ends in `.ply`; [`PhantomError::File`].
+pub fn write_ply(path: &Path, mesh: &Mesh) -> Result<(), PhantomError> {
+    check_extension(path, "ply")?;
+    let mesh = in_millimetres(mesh);
+    write_atomically(path, |out| mesh.write_ply(out))
+}
+
+fn in_millimetres(mesh: &Mesh) -> Mesh {
+    let mut mesh = mesh.clone();
+    for vertex in &mut mesh.vertices {
+        *vertex *= 10.0;
+    }
+    mesh
+}

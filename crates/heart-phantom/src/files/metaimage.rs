@@ -1,0 +1,52 @@
+//! MetaImage: a text header, then the samples, in one file or two.
+//!
+//! Keys as in <https://itk.org/Wiki/ITK/MetaIO/Documentation>. The world of ITK is LPS, as the lab, so that the matrix is the
+//! identity; MetaImage's word for it, `RAI`, names where the axes come from.
+
+use crate::error::PhantomError;
+use crate::files::atomic::write_with_header;
+use crate::files::format::data_beside;
+use crate::files::{Samples, Volume, write_atomically};
+use std::path::Path;
+
+pub(super) fn write_mhd(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    let (data, name) = data_beside(path, "raw");
+    let header = header(volume, &name);
+    write_with_header(path, header.as_bytes(), &data, |out| {
+        volume.samples().write(out)
+    })
+}
+
+pub(super) fn write_mha(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    let header = header(volume, "LOCAL");
+    write_atomically(path, |out| {
+        out.write_all(header.as_bytes())?;
+        volume.samples().write(out)
+    })
+}
+
+fn header(volume: &Volume, data: &str) -> String {
+    let [nx, ny, nz] = volume.grid().shape();
+    let [dx, dy, dz] = volume.spacing_mm();
+    let [x, y, z] = volume.origin_mm();
+    let kind = match volume.samples() {
+        Samples::F32(_) => "MET_FLOAT",
+        Samples::U8(_) => "MET_UCHAR",
+        Samples::U16(_) => "MET_USHORT",
+    };
+    format!(
+        "ObjectType = Image\n\
+         NDims = 3\n\
+         BinaryData = True\n\
+         BinaryDataByteOrderMSB = False\n\
+         CompressedData = False\n\
+         TransformMatrix = 1 0 0 0 1 0 0 0 1\n\
+         Offset = {x} {y} {z}\n\
+         CenterOfRotation = 0 0 0\n\
+         AnatomicalOrientation = RAI\n\
+         ElementSpacing = {dx} {dy} {dz}\n\
+         DimSize = {nx} {ny} {nz}\n\
+         ElementType = {kind}\n\
+         ElementDataFile = {data}\n"
+    )
+}

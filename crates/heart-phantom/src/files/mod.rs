@@ -1,0 +1,67 @@
+//! Files for other programs: every volume and every set of projections where it belongs, whole or not at all.
+//!
+//! Inside the crate lengths are centimetres in the lab frame. The writers turn them into what the format wants, millimetres
+//! as a rule. Where a format names the axes of a patient, the lab is taken as
+//!
+//! ```text
+//! +x = left     +y = posterior     +z = superior          (LPS, the world frame of DICOM and ITK)
+//! ```
+//!
+//! so that the direction matrix is the identity wherever the world is LPS, and the apex of the study's heart, which points
+//! along (1/2, -sqrt(2)/2, 1/2), points to the left and to the front as a heart does. Programs whose world is another one
+//! read the same place: one point of the heart has one position in every viewer.
+//!
+//! | [`Format`] | files | world | volume | projections |
+//! | --- | --- | --- | --- | --- |
+//! | `Npy` | `.npy` | none: the bare array | yes | yes |
+//! | `Npz` | `.npz` | lab, cm; arrays `samples`, `spacing_cm`, ... | yes | yes, with angles |
+//! | `Nifti`, `NiftiGz` | `.nii`, `.nii.gz` | RAS, mm: (-x, -y, z) in both sform and qform | yes | no |
+//! | `MetaImage`, `MetaImageSingle` | `.mhd` + `.raw`, `.mha` | LPS, mm: (x, y, z) | yes | no |
+//! | `Nrrd` | `.nrrd` | LPS, mm: (x, y, z) | yes | yes, with angles |
+//! | `InterfileStir` | `.hv` + `.v`, `.hs` + `.s` | STIR, mm: (x, y, -z), head first | yes | even steps, centred |
+//! | `InterfileSimind` | `.h00` + `.a00` | centred, mm, head first | centred | even steps, centred |
+//! | `RawJson` | `.json` + `.bin` | lab, cm | yes | yes, with angles |
+//!
+//! Samples are little-endian. What a format cannot hold is refused ([`PhantomError`]) before anything is written, never
+//! dropped; `Npy` alone holds samples and nothing else.
+//!
+//! A file appears under its name when it is complete. Of two files that belong together the header comes last, so that a
+//! header always points to the whole data that it describes.
+//!
+//! [`PhantomError`]: crate::PhantomError
+//!
+//! ```
+//! use heart_phantom::files::{Format, Volume, write_volume};
+//! use revolve_voxel::VoxelGrid;
+//! let grid = VoxelGrid::centred([4, 3, 2], [0.1, 0.2, 0.3], [1.0, 0.0, 0.0])?;
+//! let labels = [0_u8; 24]; // [z][y][x]
+//! let folder = std::env::temp_dir();
+//! write_volume(&folder.join("labels.nii"), &Volume::new(grid, labels.as_slice())?, Format::Nifti)?;
+//! # std::fs::remove_file(folder.join("labels.nii")).unwrap();
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod atomic;
+mod format;
+mod interfile;
+mod mesh;
+mod metaimage;
+mod nifti;
+mod npy;
+mod nrrd;
+#[cfg(feature = "figures")]
+mod picture;
+mod projections;
+mod raw_json;
+mod samples;
+mod volume;
+
+pub use atomic::{create_writable_folder, write_atomically};
+pub use format::{Format, write_projections, write_volume};
+pub use mesh::{write_ply, write_stl};
+pub use npy::write_npy;
+#[cfg(feature = "figures")]
+pub use picture::{Section, write_gif, write_png};
+pub use projections::Projections;
+pub use samples::Samples;
+pub use volume::Volume;

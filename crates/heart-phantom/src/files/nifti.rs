@@ -1,0 +1,84 @@
+//! NIfTI-1 in one file.
+//!
+//! The header is 348 bytes of fixed places, <https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h>. Written here rather
+//! than by a crate: the one there is for Rust brings arrays of its own and leaves qform and sform to the caller.
+//!
+//! NIfTI's world is right, anterior, superior; the lab is left, posterior, superior. So world = (-x, -y, z): half a turn about
+//! z, quaternion (0, 0, 0, 1), no reflection (qfac = 1). Both forms say so, with code 1 (scanner anatomical).
+
+use crate::error::{PhantomError, check_count};
+use crate::files::{Samples, Volume, write_atomically};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use std::io::{self, Write};
+use std::path::Path;
+
+pub(super) fn write(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    let header = header(volume)?;
+    write_atomically(path, |out| put(out, &header, volume))
+}
+
+pub(super) fn write_gz(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    let header = header(volume)?;
+    write_atomically(path, |out| {
+        let mut out = GzEncoder::new(out, Compression::fast());
+        put(&mut out, &header, volume)?;
+        out.finish()?;
+        Ok(())
+    })
+}
+
+fn put(out: &mut dyn Write, header: &[u8; 352], volume: &Volume) -> io::Result<()> {
+    out.write_all(header)?;
+    volume.samples().write(out)
+}
+
+/// The header and the four bytes that say that no extension follows.
+fn header(volume: &Volume) -> Result<[u8; 352], PhantomError> {
+    let mut header = [0; 352];
+    let mut put = |at: usize, bytes: &[u8]| header[at..at + bytes.len()].copy_from_slice(bytes);
+    put(0, &348_i32.to_le_bytes()); // sizeof_hdr
+    put(38, b"r"); // regular
+    let mut dim = [3_i16, 1, 1, 1, 1, 1, 1, 1];
+    for (to, n) in dim[1..].iter_mut().zip(volume.grid().shape()) {
+        *to = check_count("voxels along a side", n, 1, i16::MAX as usize)? as i16;
+    }
+    for (k, n) in dim.iter().enumerate() {
+        put(40 + 2 * k, &n.to_le_bytes());
+    }
+    let datatype: i16 = match volume.samples() {
+        Samples::U8(_) => 2,
+        Samples::F32(_) => 16,
+        Samples::U16(_) => 512,
+    };
+    put(70, &datatype.to_le_bytes());
+    put(
+        72,
+        &(8 * volume.samples().bytes_each() as i16).to_le_bytes(),
+    ); // bitpix
+    let spacing = volume.spacing_mm();
+    put(76, &1_f32.to_le_bytes()); // qfac
+    for (a, mm) in spacing.iter().enumerate() {
+        put(80 + 4 * a, &(*mm as f32).to_le_bytes()); // pixdim
+    }
+    put(108, &352_f32.to_le_bytes()); // vox_offset
+    put(112, &1_f32.to_le_bytes()); // scl_slope
+    put(123, &[2]); // xyzt_units: mm
+    put(
+        148,
+        b"heart-phantom; lab x, y, z = left, posterior, superior",
+    ); // descrip
+    put(252, &1_i16.to_le_bytes()); // qform_code
+    put(254, &1_i16.to_le_bytes()); // sform_code
+    put(264, &1_f32.to_le_bytes()); // quatern_d; b and c are 0
+    let origin = volume.origin_mm();
+    for (a, sign) in [-1.0, -1.0, 1.0].into_iter().enumerate() {
+        let offset = ((sign * origin[a]) as f32).to_le_bytes();
+        put(268 + 4 * a, &offset); // qoffset
+        let row = 280 + 16 * a; // srow_x, srow_y, srow_z
+        put(row + 4 * a, &((sign * spacing[a]) as f32).to_le_bytes());
+        put(row + 12, &offset);
+    }
+    put(344, b"n+1\0"); // magic
+    Ok(header)
+}

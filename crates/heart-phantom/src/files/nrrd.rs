@@ -1,0 +1,72 @@
+//! NRRD with its data inside, raw. Fields as in <https://teem.sourceforge.net/nrrd/format.html>.
+
+use crate::error::PhantomError;
+use crate::files::{Projections, Samples, Volume, write_atomically};
+use std::fmt::Write as _;
+use std::path::Path;
+
+pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    let [nx, ny, nz] = volume.grid().shape();
+    let [dx, dy, dz] = volume.spacing_mm();
+    let [x, y, z] = volume.origin_mm();
+    let fields = format!(
+        "space: left-posterior-superior\n\
+         sizes: {nx} {ny} {nz}\n\
+         space directions: ({dx},0,0) (0,{dy},0) (0,0,{dz})\n\
+         kinds: domain domain domain\n\
+         space units: \"mm\" \"mm\" \"mm\"\n\
+         space origin: ({x},{y},{z})\n"
+    );
+    write(path, &fields, volume.samples())
+}
+
+/// Axes bin, row, view. The third counts the views, as they need not be evenly spaced: the angles are a key of their own.
+/// It is of kind `domain`, not `list`: ITK would make the views the components of its pixels.
+pub(super) fn write_projections(
+    path: &Path,
+    projections: &Projections,
+) -> Result<(), PhantomError> {
+    let [views, rows, bins] = projections.shape();
+    let [pitch_bin, pitch_row] = projections.detector().pitch().map(|cm| 10.0 * cm);
+    let [bin, row] = projections.first().map(|cm| 10.0 * cm);
+    let mut fields = format!(
+        "sizes: {bins} {rows} {views}\n\
+         spacings: {pitch_bin} {pitch_row} 1\n\
+         kinds: domain domain domain\n\
+         labels: \"bin\" \"row\" \"view\"\n\
+         units: \"mm\" \"mm\" \"\"\n\
+         first_bin_mm:={bin}\n\
+         first_row_mm:={row}\n\
+         radius_mm:={}\n\
+         angles_rad:=",
+        10.0 * projections.radius()
+    );
+    for (k, angle) in projections.angles().iter().enumerate() {
+        let gap = if k == 0 { "" } else { " " };
+        // Writing into a String does not fail.
+        let _ = write!(fields, "{gap}{angle}");
+    }
+    fields.push('\n');
+    write(path, &fields, projections.samples())
+}
+
+fn write(path: &Path, fields: &str, samples: Samples) -> Result<(), PhantomError> {
+    let kind = match samples {
+        Samples::F32(_) => "float",
+        Samples::U8(_) => "uint8",
+        Samples::U16(_) => "uint16",
+    };
+    write_atomically(path, |out| {
+        write!(
+            out,
+            "NRRD0004\n\
+             # heart-phantom\n\
+             type: {kind}\n\
+             dimension: 3\n\
+             endian: little\n\
+             encoding: raw\n\
+             {fields}\n"
+        )?;
+        samples.write(out)
+    })
+}

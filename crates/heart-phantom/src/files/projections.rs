@@ -1,0 +1,92 @@
+//! Projections to be written.
+
+use crate::error::{PhantomError, check};
+use crate::files::Samples;
+use revolve_voxel::ParallelDetector;
+
+/// The images of a turning camera, index order `[view][row][bin]`, with where they were taken from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Projections<'a> {
+    detector: ParallelDetector,
+    angles: &'a [f64],
+    radius: f64,
+    samples: Samples<'a>,
+}
+
+impl<'a> Projections<'a> {
+    /// Images from the detector that took them, the angle of each view in radians, and the distance
+    /// in cm of the detector's face from the axis of turning.
+    ///
+    /// A parallel beam has the same line integrals at any distance; Interfile asks for it, as the
+    /// blur of a real collimator grows with it.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there are no views; [`PhantomError::Length`] if there is not one
+    /// sample for each view, row and bin; [`PhantomError::OutOfRange`] if an angle or a sample is
+    /// not finite, the radius is not positive, or a length in millimetres does not fit into 32 bits.
+    pub fn new(
+        detector: ParallelDetector,
+        angles: &'a [f64],
+        radius: f64,
+        samples: impl Into<Samples<'a>>,
+    ) -> Result<Self, PhantomError> {
+        let samples = samples.into();
+        crate::error::check_count("views", angles.len(), 1, usize::MAX)?;
+        let shape = [angles.len(), detector.n_rows(), detector.n_bins()];
+        samples.check("samples of projections", &shape)?;
+        for &angle in angles {
+            // Beyond this an f64 angle is no longer known to 1e-9 radians.
+            check("view angle", angle, -1e6, 1e6)?;
+        }
+        let (least, most) = (f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX) / 10.0);
+        check("camera radius", radius, least, most)?;
+        for a in 0..2 {
+            check("detector pitch", detector.pitch()[a], least, most)?;
+            check("detector offset", detector.offset()[a], -most, most)?;
+        }
+        Ok(Self {
+            detector,
+            angles,
+            radius,
+            samples,
+        })
+    }
+
+    /// The detector.
+    pub fn detector(&self) -> &ParallelDetector {
+        &self.detector
+    }
+
+    /// The angle of each view in radians.
+    pub fn angles(&self) -> &'a [f64] {
+        self.angles
+    }
+
+    /// Distance of the detector's face from the axis of turning in cm.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// The samples, `[view][row][bin]`.
+    pub fn samples(&self) -> Samples<'a> {
+        self.samples
+    }
+
+    /// `[views, rows, bins]`.
+    pub(super) fn shape(&self) -> [usize; 3] {
+        [
+            self.angles.len(),
+            self.detector.n_rows(),
+            self.detector.n_bins(),
+        ]
+    }
+
+    /// Centre of the first bin and of the first row in cm.
+    pub(super) fn first(&self) -> [f64; 2] {
+        let [_, rows, bins] = self.shape();
+        let first = |n: usize, a: usize| {
+            self.detector.offset()[a] - 0.5 * (n as f64 - 1.0) * self.detector.pitch()[a]
+        };
+        [first(bins, 0), first(rows, 1)]
+    }
+}

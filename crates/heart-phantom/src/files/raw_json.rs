@@ -1,0 +1,50 @@
+//! Raw little-endian samples with a JSON header beside them: centimetres and radians, as inside.
+
+use crate::error::PhantomError;
+use crate::files::atomic::write_with_header;
+use crate::files::format::data_beside;
+use crate::files::{Projections, Samples, Volume};
+use serde_json::{Value, json};
+use std::path::Path;
+
+pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    let [nx, ny, nz] = volume.grid().shape();
+    let header = json!({
+        "order": ["z", "y", "x"],
+        "shape": [nz, ny, nx],
+        "spacing_cm": volume.grid().spacing(),
+        "origin_cm": volume.grid().origin(),
+        "axes": {"x": "left", "y": "posterior", "z": "superior"},
+    });
+    write(path, header, volume.samples())
+}
+
+pub(super) fn write_projections(
+    path: &Path,
+    projections: &Projections,
+) -> Result<(), PhantomError> {
+    let header = json!({
+        "order": ["view", "row", "bin"],
+        "shape": projections.shape(),
+        "pitch_cm": projections.detector().pitch(),
+        "first_cm": projections.first(),
+        "angles_rad": projections.angles(),
+        "radius_cm": projections.radius(),
+    });
+    write(path, header, projections.samples())
+}
+
+fn write(path: &Path, mut header: Value, samples: Samples) -> Result<(), PhantomError> {
+    let (data, name) = data_beside(path, "bin");
+    header["data"] = name.into();
+    header["type"] = match samples {
+        Samples::F32(_) => "float32",
+        Samples::U8(_) => "uint8",
+        Samples::U16(_) => "uint16",
+    }
+    .into();
+    header["byte_order"] = "little".into();
+    write_with_header(path, format!("{header:#}\n").as_bytes(), &data, |out| {
+        samples.write(out)
+    })
+}

@@ -1,0 +1,126 @@
+//! The numbers of a volume or a stack, and their bytes.
+
+use crate::error::PhantomError;
+use std::io::{self, Write};
+use std::ops::Range;
+
+/// Samples to be written, borrowed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Samples<'a> {
+    /// Activity, attenuation, line integrals.
+    F32(&'a [f32]),
+    /// Labels up to 255.
+    U8(&'a [u8]),
+    /// Labels or counts up to 65535.
+    U16(&'a [u16]),
+}
+
+impl Samples<'_> {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::F32(values) => values.len(),
+            Self::U8(values) => values.len(),
+            Self::U16(values) => values.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    pub(super) fn bytes_each(&self) -> usize {
+        match self {
+            Self::F32(_) => 4,
+            Self::U8(_) => 1,
+            Self::U16(_) => 2,
+        }
+    }
+
+    /// Length against the shape, and no NaN or infinity.
+    pub(super) fn check(&self, what: &'static str, shape: &[usize]) -> Result<(), PhantomError> {
+        // A product that overflows is no slice's length.
+        let expected = shape.iter().fold(1, |n: usize, &k| n.saturating_mul(k));
+        if self.len() != expected {
+            return Err(PhantomError::Length {
+                what,
+                given: self.len(),
+                expected,
+            });
+        }
+        if let Self::F32(values) = self
+            && let Some(&given) = values.iter().find(|v| !v.is_finite())
+        {
+            return Err(PhantomError::OutOfRange {
+                what,
+                given: f64::from(given),
+                min: f64::from(f32::MIN),
+                max: f64::from(f32::MAX),
+            });
+        }
+        Ok(())
+    }
+
+    /// Writes all samples, little-endian.
+    pub(super) fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        self.write_range(0..self.len(), out)
+    }
+
+    /// Writes runs of `run` samples from the last to the first in each block of `runs` of them.
+    pub(super) fn write_reversed(
+        &self,
+        run: usize,
+        runs: usize,
+        out: &mut dyn Write,
+    ) -> io::Result<()> {
+        for block in (0..self.len()).step_by(run * runs) {
+            for k in (0..runs).rev() {
+                let first = block + k * run;
+                self.write_range(first..first + run, out)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn write_range(&self, range: Range<usize>, out: &mut dyn Write) -> io::Result<()> {
+        match self {
+            Self::F32(values) => write_bytes(&values[range], |v| v.to_le_bytes(), out),
+            Self::U8(values) => out.write_all(&values[range]),
+            Self::U16(values) => write_bytes(&values[range], |v| v.to_le_bytes(), out),
+        }
+    }
+}
+
+fn write_bytes<T: Copy, const N: usize>(
+    values: &[T],
+    bytes: impl Fn(T) -> [u8; N],
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    // In pieces: the whole again as bytes would double the memory.
+    let mut buffer = Vec::new();
+    for piece in values.chunks(1 << 14) {
+        buffer.clear();
+        buffer.extend(piece.iter().flat_map(|&v| bytes(v)));
+        out.write_all(&buffer)?;
+    }
+    Ok(())
+}
+
+impl<'a> From<&'a [f32]> for Samples<'a> {
+    fn from(values: &'a [f32]) -> Self {
+        Self::F32(values)
+    }
+}
+
+impl<'a> From<&'a [u8]> for Samples<'a> {
+    fn from(values: &'a [u8]) -> Self {
+        Self::U8(values)
+    }
+}
+
+impl<'a> From<&'a [u16]> for Samples<'a> {
+    fn from(values: &'a [u16]) -> Self {
+        Self::U16(values)
+    }
+}

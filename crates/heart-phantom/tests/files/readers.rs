@@ -1,0 +1,62 @@
+//! The same files through readers that others wrote, if Python has them.
+
+use super::*;
+
+#[test]
+fn independent_readers_agree() {
+    let modules = "import nibabel, SimpleITK, numpy, nrrd";
+    let there = Command::new("python3").args(["-c", modules]).output();
+    if !there.is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: python3 cannot `{modules}`; see tests/readers/requirements.txt");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut files = Vec::new();
+    for format in Format::ALL {
+        let grid = grid(format);
+        let floats = sampled(&grid);
+        let bytes = labels(&grid);
+        let words: Vec<u16> = bytes.iter().map(|&v| 257 * u16::from(v)).collect();
+        for (kind, volume) in [
+            ("float32", Volume::new(grid, floats.as_slice()).unwrap()),
+            ("uint8", Volume::new(grid, bytes.as_slice()).unwrap()),
+            ("uint16", Volume::new(grid, words.as_slice()).unwrap()),
+        ] {
+            let name = format!("{format:?}-{kind}.{}", format.volume_extension());
+            write_volume(&folder.path().join(&name), &volume, format).unwrap();
+            files.push(serde_json::json!({
+                "name": name, "format": format, "type": kind, "origin": grid.origin(),
+            }));
+        }
+    }
+    let angles: Vec<f64> = (0..6).map(|k| 0.5 + 0.25 * f64::from(k)).collect();
+    let (detector, samples) = stack(&angles, [0.0; 2]);
+    let projections = Projections::new(detector, &angles, RADIUS, samples.as_slice()).unwrap();
+    let mut stacks = Vec::new();
+    for format in Format::ALL {
+        let Some(extension) = format.projections_extension() else {
+            continue;
+        };
+        let name = format!("{format:?}-stack.{extension}");
+        write_projections(&folder.path().join(&name), &projections, format).unwrap();
+        stacks.push(serde_json::json!({"name": name, "format": format}));
+    }
+    let scene = serde_json::json!({
+        "shape": SHAPE, "spacing": SPACING, "field": [1.0, 8.0, 64.0], "files": files,
+        "angles": angles, "bins": BINS, "rows": ROWS, "pitch": PITCH, "radius": RADIUS,
+        "seen": [0.125, 0.015625], "stacks": stacks,
+    });
+    fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers/check.py");
+    let run = Command::new("python3")
+        .arg(script)
+        .arg(folder.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&run.stdout).into_owned();
+    let complaints = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert!(run.status.success(), "{said}{complaints}");
+    let expected = format!("{} files agree", files.len() + stacks.len());
+    assert!(said.contains(&expected), "{said}");
+    eprintln!("{said}");
+}
