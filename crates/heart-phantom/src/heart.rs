@@ -34,6 +34,15 @@ impl Balloon {
         radius: 2.75,
         stiffness: 1.0,
     };
+
+    /// The membrane of this balloon: its rest shape with its stiffness, under the pressure of Eq. 3.
+    ///
+    /// # Errors
+    /// [`PhantomError::Balloon`] for a dimension or stiffness that is not finite and positive.
+    pub fn membrane(&self) -> Result<Membrane, PhantomError> {
+        let rest = RestShape::balloon(self.length, self.radius)?;
+        Ok(Membrane::new(rest).with_stiffness(Stiffness::constant(self.stiffness)?))
+    }
 }
 
 /// Two concentric balloons standing in the lab. Shapes are solved when first asked for and kept.
@@ -78,9 +87,7 @@ impl Heart {
         pose: Pose,
     ) -> Result<Self, PhantomError> {
         let solver = |balloon: Balloon| -> Result<Solver, PhantomError> {
-            let rest = RestShape::balloon(balloon.length, balloon.radius)?;
-            let stiffness = Stiffness::constant(balloon.stiffness)?;
-            let membrane = Membrane::new(rest).with_stiffness(stiffness);
+            let membrane = balloon.membrane()?;
             Ok(Solver::new(
                 &membrane,
                 Discretisation::FiniteDifferences { nodes },

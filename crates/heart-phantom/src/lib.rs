@@ -32,6 +32,9 @@
 //! No anatomy beyond the two balloons, no twist, no blood flow. No numerical kernels: those are in the crates below,
 //! [`membrane_newton`], [`membrane_implicit`], [`revolve_voxel`] and [`radon`].
 //!
+//! # Files
+//! [`files`] writes volumes and projections whole or not at all: npy, npz, NIfTI, MetaImage, NRRD, Interfile, raw with JSON.
+//!
 //! # Features
 //! `figures`: pictures (`figures`) and the whole study (`study`). `cli`: the binary `heart-phantom`. None by default.
 

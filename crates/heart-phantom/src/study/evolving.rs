@@ -6,9 +6,7 @@ use super::run::Run;
 use crate::Balloon;
 use crate::error::PhantomError;
 use membrane_implicit::{Evolution, EvolvingOptions, Frame, Jacobian, evolve};
-use membrane_newton::{
-    Control, Discretisation, Membrane, NewtonOptions, RestShape, Solver, Stiffness,
-};
+use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, Solver, Stiffness};
 
 /// Nodes of the evolving membrane: the paper's kind of mesh, and what its figures can show.
 const NODES: usize = 201;
@@ -34,9 +32,7 @@ pub(super) struct EvolvingStudy {
 /// Both methods on the same mesh at the study's gain; with second neighbours besides, which the
 /// direct method does not have.
 pub(super) fn evolving(run: &Run<'_>) -> Result<EvolvingStudy, PhantomError> {
-    let balloon = Balloon::INNER;
-    let membrane = Membrane::new(RestShape::balloon(balloon.length, balloon.radius)?)
-        .with_stiffness(Stiffness::constant(balloon.stiffness)?);
+    let membrane = Balloon::INNER.membrane()?;
     let solver = Solver::new(
         &membrane,
         Discretisation::FiniteDifferences { nodes: NODES },

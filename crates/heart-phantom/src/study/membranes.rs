@@ -7,7 +7,7 @@ use crate::error::PhantomError;
 use membrane_newton::membrane_forces::{CircleEquilibrium, FiniteDifferences, balloon_at_rest};
 use membrane_newton::{
     Control, Discretisation, Measures, Membrane, NewtonOptions, Pair, PaperJacobian, RestShape,
-    Solver, Stiffness, paper_newton,
+    Solver, paper_newton,
 };
 
 /// Pressures over stiffness of Fig. 8, in cm.
@@ -94,7 +94,7 @@ pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
         .collect::<Result<_, PhantomError>>()?;
 
     let (nodes, pressure, steps) = PRINTED;
-    let coarse = FiniteDifferences::new(&balloon(Balloon::INNER)?, nodes)?;
+    let coarse = FiniteDifferences::new(&Balloon::INNER.membrane()?, nodes)?;
     let histories = [PaperJacobian::AsPrinted, PaperJacobian::Exact]
         .into_iter()
         .map(|jacobian| paper_newton(&coarse, pressure, jacobian, steps, NEWTON_TOLERANCE))
@@ -122,7 +122,9 @@ pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
 
 /// The pair at a gain in the limit of fine meshes.
 fn limit(gain: f64) -> Result<report::Limit, PhantomError> {
-    let solver = |b| -> Result<Solver, PhantomError> { Ok(Solver::new(&balloon(b)?, LIMIT)?) };
+    let solver = |balloon: Balloon| -> Result<Solver, PhantomError> {
+        Ok(Solver::new(&balloon.membrane()?, LIMIT)?)
+    };
     let pair = Pair::new(solver(Balloon::INNER)?, solver(Balloon::OUTER)?)?;
     let solution = pair.solve_gain(gain, &NewtonOptions::default())?;
     Ok(report::Limit {
@@ -130,11 +132,6 @@ fn limit(gain: f64) -> Result<report::Limit, PhantomError> {
         f_outer: solution.outer.intensity,
         wall_volume_error: solution.wall_volume_error,
     })
-}
-
-fn balloon(balloon: Balloon) -> Result<Membrane, PhantomError> {
-    let rest = RestShape::balloon(balloon.length, balloon.radius)?;
-    Ok(Membrane::new(rest).with_stiffness(Stiffness::constant(balloon.stiffness)?))
 }
 
 /// The circle of the appendix: discrete equilibria of an inflated disc against the closed form.
