@@ -3,9 +3,9 @@
 //! `solve_bvp`, runs from peers/solve_bvp.py on the same problem.
 
 use std::hint::black_box;
-use std::time::Instant;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use benches::{Effort, Row, rows_asked, timed};
+use criterion::{Criterion, criterion_group};
 use faer::prelude::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use membrane_forces::{FiniteDifferences, Measure, Membrane, RestShape};
@@ -67,56 +67,46 @@ fn faer_newton(differences: &FiniteDifferences) -> f64 {
     Measure::Volume.of(&x)
 }
 
-/// Median of the times of `run` in microseconds and its last volume.
-fn timed(mut run: impl FnMut() -> f64) -> (f64, f64) {
-    let mut volume = run();
-    let mut times: Vec<f64> = (0..15)
-        .map(|_| {
-            let start = Instant::now();
-            volume = black_box(run());
-            start.elapsed().as_secs_f64() * 1e6
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    (times[times.len() / 2], volume)
-}
-
-/// One row per resolution: method, resolution, microseconds from rest, relative volume error.
-fn work_precision() {
+/// Time and volume error from rest, each resolution a row.
+fn rows(effort: Effort) {
     let options = NewtonOptions::default();
-    let row = |method: &str, resolution: usize, (time, volume): (f64, f64)| {
-        println!(
-            "work-precision,{method},{resolution},{time:.2},{:.3e}",
-            (volume / VOLUME_AT_17_5 - 1.0).abs()
-        );
+    let (nodes, degrees): (&[usize], &[usize]) = match effort {
+        Effort::Quick => (&[51, 201, 801], &[4, 8, 12]),
+        Effort::Full => (
+            &[51, 101, 201, 401, 801, 1601, 3201, 6401],
+            &[4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24],
+        ),
     };
-    println!("work-precision,method,resolution,microseconds,relative volume error");
-    for nodes in [51, 101, 201, 401, 801, 1601, 3201, 6401] {
+    let row = |method: &str, size: usize, (seconds, volume): (f64, f64)| {
+        Row {
+            study: "static solve",
+            method,
+            case: "balloon at f = 17.5, from rest",
+            size,
+            threads: 1,
+            seconds,
+            error: (volume / VOLUME_AT_17_5 - 1.0).abs(),
+            error_kind: "relative volume error",
+        }
+        .print();
+    };
+    let volume = |solver: &Solver| {
+        let solved = solver.solve(Control::Load(17.5), &options);
+        solved.expect("converges").measures.volume
+    };
+    for &nodes in nodes {
         let ours = solver(1.75, Discretisation::FiniteDifferences { nodes });
-        row(
-            "differences",
-            nodes,
-            timed(|| {
-                ours.solve(Control::Load(17.5), &options)
-                    .expect("converges")
-                    .measures
-                    .volume
-            }),
-        );
+        let own = timed(15, || volume(&ours));
+        row("finite differences", nodes, own);
         let differences = FiniteDifferences::new(&balloon(1.75), nodes).expect("enough nodes");
-        let theirs = timed(|| faer_newton(&differences));
-        let same = ours
-            .solve(Control::Load(17.5), &options)
-            .expect("converges")
-            .measures
-            .volume;
+        let theirs = timed(15, || faer_newton(&differences));
         assert!(
-            (theirs.1 / same - 1.0).abs() < 1e-9,
+            (theirs.1 / own.1 - 1.0).abs() < 1e-9,
             "the same system has the same solution"
         );
-        row("faer-sparse-lu", nodes, theirs);
+        row("finite differences, faer sparse LU", nodes, theirs);
     }
-    for degree in (4..=24).step_by(2) {
+    for &degree in degrees {
         let ours = solver(
             1.75,
             Discretisation::Spectral {
@@ -124,21 +114,12 @@ fn work_precision() {
                 per_piece: 1,
             },
         );
-        row(
-            "spectral",
-            degree,
-            timed(|| {
-                ours.solve(Control::Load(17.5), &options)
-                    .expect("converges")
-                    .measures
-                    .volume
-            }),
-        );
+        row("spectral elements", degree, timed(15, || volume(&ours)));
     }
 }
 
 fn membrane(c: &mut Criterion) {
-    work_precision();
+    rows(Effort::Full);
     let options = NewtonOptions::default();
 
     let mut group = c.benchmark_group("membrane/gain-0.6");
@@ -194,5 +175,14 @@ fn membrane(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, membrane);
-criterion_main!(benches);
+criterion_group!(groups, membrane);
+
+fn main() {
+    match rows_asked() {
+        Some(effort) => rows(effort),
+        None => {
+            groups();
+            Criterion::default().configure_from_args().final_summary();
+        }
+    }
+}

@@ -2,8 +2,9 @@
 
 use std::hint::black_box;
 
+use benches::{Effort, Row, rows_asked};
 use cpu_time::ThreadTime;
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, criterion_group};
 use diffsol::{FaerSparseLU, FaerSparseMat, OdeBuilder, OdeSolverMethod};
 use membrane_implicit::{
     Drive, EvolvingOptions, Jacobian, Membrane, Motion, MovingMembrane, RestShape, Scheme, Stop,
@@ -195,26 +196,39 @@ fn time_at(curve: &Curve, error: f64) -> f64 {
     (t0.ln() + x * (t1 / t0).ln()).exp()
 }
 
-fn work_precision(_: &mut Criterion) {
+/// Time against the error at t = 5, each setting a row; then the ratios at equal error.
+fn rows(effort: Effort) {
     // Independent of our steps: an explicit scheme of order 5 at the tightest tolerance.
     let truth = rival(Rival::Tsit45, 1e-13).0;
-    println!("work_precision: t = {END}, N = {N}; scheme, setting, steps, error / cm, CPU ms");
-    let row = |name: &str, setting: f64, run: &mut dyn FnMut() -> (Vec<[f64; 2]>, usize, f64)| {
+    let row = |method: &str, run: &mut dyn FnMut() -> (Vec<[f64; 2]>, usize, f64)| {
         let (points, steps, mut seconds) = run();
         for _ in 0..4 {
             seconds = seconds.min(run().2);
         }
         let error = distance(&points, &truth);
-        let ms = seconds * 1e3;
-        println!("work_precision: {name:<24} {setting:8.0e} {steps:8} {error:10.2e} {ms:10.3}");
+        Row {
+            study: "motion",
+            method,
+            case: "balloon at f = 17.5 to t = 5, 101 nodes",
+            size: steps,
+            threads: 1,
+            seconds,
+            error,
+            error_kind: "largest distance / cm",
+        }
+        .print();
         (error, seconds)
+    };
+    let tolerances: &[f64] = match effort {
+        Effort::Quick => &[1e-2, 1e-4, 1e-6],
+        Effort::Full => &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8],
     };
     let mut rivals: Vec<(Rival, Curve)> = Vec::new();
     for method in [Rival::Bdf, Rival::TrBdf2, Rival::Esdirk34, Rival::Tsit45] {
-        let tolerances = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
         let curve = tolerances
-            .map(|t| row(&format!("diffsol {method:?}"), t, &mut || rival(method, t)))
-            .to_vec();
+            .iter()
+            .map(|&t| row(&format!("diffsol {method:?}"), &mut || rival(method, t)))
+            .collect();
         rivals.push((method, curve));
     }
     let mut own: Vec<(Scheme, Curve)> = Vec::new();
@@ -226,28 +240,23 @@ fn work_precision(_: &mut Criterion) {
         (Scheme::Trapezoidal, [125, 250, 500, 1000, 4000, 16000]),
     ] {
         let mut curve = Curve::new();
-        let mut timed = |name: &str, setting: f64, how: TimeStep| {
-            let row = row(&format!("ours {scheme:?} {name}"), setting, &mut || {
+        let mut timed = |name: &str, how: TimeStep| {
+            curve.push(row(&format!("{scheme:?}, {name} step"), &mut || {
                 let clock = ThreadTime::now();
                 let (points, steps) = ours(scheme, how);
                 (points, steps, clock.elapsed().as_secs_f64())
-            });
-            curve.push(row);
+            }));
         };
-        for n in steps {
-            timed(
-                "fixed",
-                END / f64::from(n),
-                TimeStep::Fixed(END / f64::from(n)),
-            );
+        let every = if effort == Effort::Quick { 2 } else { 1 };
+        for n in steps.into_iter().step_by(every) {
+            timed("fixed", TimeStep::Fixed(END / f64::from(n)));
         }
-        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
+        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6].into_iter().step_by(every) {
             if matches!(scheme, Scheme::Splitting2 | Scheme::Splitting6) {
                 break; // fixed steps only
             }
             timed(
                 "adaptive",
-                tolerance,
                 TimeStep::Adaptive(Tolerance::uniform(tolerance)),
             );
         }
@@ -256,10 +265,7 @@ fn work_precision(_: &mut Criterion) {
     for error in [1e-2, 3e-3, 1e-3, 1e-4, 1e-5, 1e-6, 3e-7] {
         let least = |times: &mut dyn Iterator<Item = f64>| times.fold(f64::INFINITY, f64::min);
         let best = least(&mut own.iter().map(|(_, curve)| time_at(curve, error)));
-        print!(
-            "work_precision: at error {error:.0e} ours {:9.3} ms",
-            best * 1e3
-        );
+        print!("at error {error:.0e} ours {:9.3} ms", best * 1e3);
         for (method, curve) in &rivals {
             print!(", diffsol {method:?} {:.1} x", time_at(curve, error) / best);
         }
@@ -320,8 +326,18 @@ fn paper_run(c: &mut Criterion) {
 }
 
 criterion_group! {
-    name = benches;
+    name = groups;
     config = Criterion::default().sample_size(20).warm_up_time(std::time::Duration::from_millis(300)).measurement_time(std::time::Duration::from_secs(1));
-    targets = step_cost, paper_run, work_precision
+    targets = step_cost, paper_run
 }
-criterion_main!(benches);
+
+fn main() {
+    match rows_asked() {
+        Some(effort) => rows(effort),
+        None => {
+            rows(Effort::Full);
+            groups();
+            Criterion::default().configure_from_args().final_summary();
+        }
+    }
+}

@@ -1,1 +1,112 @@
-//! Shared by the benches.
+//! Shared by the benches: rows of time beside error, which `cargo xtask report` collects.
+//!
+//! A bench called with `--rows` (and perhaps `--quick`) prints its rows and leaves criterion alone:
+//!
+//! ```text
+//! cargo bench -p benches --bench membrane -- --rows --quick
+//! row {"case":"balloon","error":2.1e-4,"error_kind":"relative volume",...}
+//! ```
+//!
+//! Its `main` then reads
+//!
+//! ```text
+//! fn main() {
+//!     match benches::rows_asked() {
+//!         Some(effort) => rows(effort),
+//!         None => criterion_groups(),
+//!     }
+//! }
+//! ```
+
+use std::hint::black_box;
+use std::time::Instant;
+
+/// How much a study may cost: everything, or what is done in some twenty seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// A few small cases, few repeats.
+    Quick,
+    /// All cases.
+    Full,
+}
+
+/// What the command line asks for: no rows, or rows with an effort.
+pub fn rows_asked() -> Option<Effort> {
+    let given = |flag: &str| std::env::args().any(|argument| argument == flag);
+    given("--rows").then(|| match given("--quick") {
+        true => Effort::Quick,
+        false => Effort::Full,
+    })
+}
+
+/// One point of a work-precision study: the time a method took and the error it left.
+#[derive(Debug, Clone, Copy)]
+pub struct Row<'a> {
+    /// What is compared: static solve, motion, chords, voxels, projectors, FBP, whole study.
+    pub study: &'a str,
+    /// Who computed it, with the options that tell it from others.
+    pub method: &'a str,
+    /// The problem; rows of one study and case answer the same question.
+    pub case: &'a str,
+    /// Number of unknowns, nodes, bins or the like that makes this row differ from its neighbours.
+    pub size: usize,
+    /// Threads it ran on.
+    pub threads: usize,
+    /// Seconds (median of the repeats).
+    pub seconds: f64,
+    /// Distance from the truth.
+    pub error: f64,
+    /// How that distance is measured, with its unit if it has one.
+    pub error_kind: &'a str,
+}
+
+impl Row<'_> {
+    /// Prints the row: `row ` and one JSON object.
+    ///
+    /// # Panics
+    /// A time or an error that is not finite: such a row means a broken bench.
+    pub fn print(&self) {
+        assert!(
+            self.seconds.is_finite() && self.error.is_finite(),
+            "{self:?}"
+        );
+        let json = serde_json::json!({
+            "study": self.study,
+            "method": self.method,
+            "case": self.case,
+            "size": self.size,
+            "threads": self.threads,
+            "seconds": self.seconds,
+            "error": self.error,
+            "error_kind": self.error_kind,
+        });
+        println!("row {json}");
+    }
+}
+
+/// Median of the wall times of `repeats` runs in seconds, after one that does not count; and the
+/// last answer.
+pub fn timed<T>(repeats: usize, mut run: impl FnMut() -> T) -> (f64, T) {
+    let mut answer = run();
+    let mut times: Vec<f64> = (0..repeats.max(1))
+        .map(|_| {
+            let start = Instant::now();
+            answer = black_box(run());
+            start.elapsed().as_secs_f64()
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    (times[times.len() / 2], answer)
+}
+
+/// Runs `work` on a pool of this many threads.
+///
+/// # Panics
+/// The system gives no threads.
+pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("threads")
+        .install(work)
+}
