@@ -11,7 +11,7 @@ use std::process::Command;
 
 use toml::{Table, Value};
 
-use crate::workspace::{PUBLISHED, package_name, root};
+use crate::workspace::{PUBLISHED, package_name, root, run};
 
 /// The task.
 pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
@@ -145,15 +145,4 @@ fn outside_library(unpacked: &[(&str, String)]) -> String {
 
 fn write(path: &Path, text: &str) -> Result<(), String> {
     fs::write(path, text).map_err(|error| format!("writing {}: {error}", path.display()))
-}
-
-fn run(command: &mut Command) -> Result<(), String> {
-    let status = command
-        .status()
-        .map_err(|error| format!("{command:?}: {error}"))?;
-    if status.success() {
-        Ok(())
-    } else {
-        Err(format!("{command:?} failed"))
-    }
 }

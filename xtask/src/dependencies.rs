@@ -1,6 +1,7 @@
-//! `cargo xtask dependencies`: what each published crate brings along, as `cargo tree` sees it.
+//! `cargo xtask dependencies`: what each published crate brings along, as `cargo tree` sees it. The table in README.md says so too.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::process::Command;
 
 use crate::workspace::{PUBLISHED, package_name, root};
@@ -34,17 +35,23 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
         return Err("usage: cargo xtask dependencies".into());
     }
     let mut complaints = BTreeSet::new();
+    let readme = fs::read_to_string(root().join("README.md"))
+        .map_err(|error| format!("README.md: {error}"))?;
     println!("| crate | packages, default features | packages, all features |");
     println!("| --- | ---: | ---: |");
     for krate in PUBLISHED {
         let default = parse(&tree(krate, &[])?);
         let all = parse(&tree(krate, &["--all-features"])?);
-        println!(
+        let row = format!(
             "| {} | {} | {} |",
             package_name(krate),
             default.len(),
             all.len()
         );
+        println!("{row}");
+        if !readme.contains(&row) {
+            complaints.insert(format!("README.md does not have the row {row}"));
+        }
         complaints.extend(licences(&all));
         complaints.extend(
             duplicates(&all)
@@ -64,6 +71,8 @@ fn tree(krate: &str, flags: &[&str]) -> Result<String, String> {
         .args([
             "tree", "--locked", "--edges", "normal", "--prefix", "none", "--format", "{p}|{l}",
         ])
+        // The same counts on every machine.
+        .args(["--target", "x86_64-unknown-linux-gnu"])
         .args(["--package", package_name(krate)])
         .args(flags)
         .current_dir(root())

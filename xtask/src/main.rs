@@ -3,6 +3,7 @@
 mod consume;
 mod dependencies;
 mod features;
+mod semver;
 mod stress;
 mod tidy;
 mod workspace;
@@ -41,6 +42,12 @@ const TASKS: &[Task] = &[
         arguments: "",
         what: "packs the published crates and runs a project outside the workspace on the packages",
         run: consume::task,
+    },
+    Task {
+        name: "semver",
+        arguments: "",
+        what: "what changed in the public interfaces since the last tag, by cargo-semver-checks",
+        run: semver::task,
     },
     Task {
         name: "stress",
