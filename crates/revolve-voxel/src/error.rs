@@ -90,6 +90,16 @@ pub enum Error {
         /// The length given.
         given: usize,
     },
+    /// Two curves that bound no wall: lines between their points of equal parameter cross, or a radius is negative.
+    #[error("no wall at s = {s}: radius {r}, area for each unit of s and t {jacobian}")]
+    Folded {
+        /// Where.
+        s: f64,
+        /// Radius of the worse end of the line.
+        r: f64,
+        /// Signed area for each unit of s and of the way from the inner to the outer curve.
+        jacobian: f64,
+    },
     /// An inner layer reaches outside the layer around it.
     #[error("layer {layer} reaches {depth} outside the layer around it at (x, r) = ({x}, {r})")]
     NotNested {

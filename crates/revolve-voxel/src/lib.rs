@@ -52,6 +52,7 @@ mod chains;
 mod chord;
 mod counters;
 mod coverage;
+mod curve;
 mod detector;
 mod distance;
 mod error;
@@ -69,10 +70,12 @@ mod regions;
 mod sample;
 mod self_crossing;
 mod shadow;
+mod shell;
 
 pub use body::Body;
 pub use counters::{RayCounters, VoxelCounters};
 pub use coverage::Sampling;
+pub use curve::{Curve, CurvePoint};
 pub use detector::{ParallelDetector, ParallelRays};
 pub use error::Error;
 pub use grid::VoxelGrid;
@@ -86,6 +89,7 @@ pub use pose::Pose;
 pub use ray::{Hit, Ray, Span};
 pub use regions::RegionVolumes;
 pub use sample::Sample;
+pub use shell::Shell;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

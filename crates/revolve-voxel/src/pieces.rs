@@ -41,7 +41,7 @@ impl Piece {
         }
     }
 
-    fn coefficients(&self) -> [&[f64]; 2] {
+    pub(crate) fn coefficients(&self) -> [&[f64]; 2] {
         match self {
             Piece::Chebyshev { x, r } | Piece::Power { x, r } => [x, r],
         }
@@ -95,7 +95,7 @@ impl Meridian {
                 let at = |k: usize| k as f64 / degree as f64;
                 let from = if k == 0 { start } else { piece.at(at(k)) };
                 flatten(
-                    piece,
+                    &|f| piece.at(f),
                     [at(k), at(k + 1)],
                     [from, piece.at(at(k + 1))],
                     tolerance,
@@ -126,8 +126,8 @@ impl Meridian {
 const MOST_SEGMENTS: usize = 10_000_000;
 
 /// Appends points after the first so that the curve stays within `tolerance` of the chords.
-fn flatten(
-    piece: &Piece,
+pub(crate) fn flatten(
+    curve: &impl Fn(f64) -> [f64; 2],
     u: [f64; 2],
     ends: [[f64; 2]; 2],
     tolerance: f64,
@@ -143,7 +143,7 @@ fn flatten(
             px.hypot(pr)
         }
     };
-    let at = |f: f64| piece.at(u[0] + f * (u[1] - u[0]));
+    let at = |f: f64| curve(u[0] + f * (u[1] - u[0]));
     let middle = at(0.5);
     // 0.9: the largest deviation need not be at one of the three points.
     let flat = [at(0.25), middle, at(0.75)]
@@ -160,6 +160,6 @@ fn flatten(
         return Ok(());
     }
     let m = 0.5 * (u[0] + u[1]);
-    flatten(piece, [u[0], m], [ends[0], middle], tolerance, points)?;
-    flatten(piece, [m, u[1]], [middle, ends[1]], tolerance, points)
+    flatten(curve, [u[0], m], [ends[0], middle], tolerance, points)?;
+    flatten(curve, [m, u[1]], [middle, ends[1]], tolerance, points)
 }

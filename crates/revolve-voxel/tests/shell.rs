@@ -1,0 +1,290 @@
+//! The wall between two curves: its layers, its coordinates and their inverse, against closed forms and finite differences.
+
+use proptest::prelude::*;
+use revolve_voxel::{Curve, Error, Piece, Shell};
+use std::f64::consts::PI;
+
+/// A cylinder closed by a half-ball, its parameter the share of the length: as polynomials of high degree for the cap.
+fn balloon(length: f64, radius: f64, stretch: f64) -> Curve {
+    let cap = 0.5 * PI * radius;
+    let knee = length / (length + cap);
+    // Chebyshev coefficients of the cap by interpolation at 24 points: right to rounding.
+    let n = 24;
+    let node = |j: usize| PI * (j as f64 + 0.5) / n as f64;
+    let series = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        (0..n)
+            .map(|k| {
+                let sum: f64 = (0..n)
+                    .map(|j| f(node(j).cos()) * (k as f64 * node(j)).cos())
+                    .sum();
+                sum * if k == 0 { 1.0 } else { 2.0 } / n as f64
+            })
+            .collect()
+    };
+    let angle = |u: f64| 0.25 * PI * (1.0 + u);
+    Curve::new(
+        vec![0.0, knee, 1.0],
+        vec![
+            Piece::Power {
+                x: vec![0.0, length * stretch],
+                r: vec![radius],
+            },
+            Piece::Chebyshev {
+                x: series(&|u| length * stretch + radius * stretch * angle(u).sin()),
+                r: series(&|u| radius * angle(u).cos()),
+            },
+        ],
+    )
+    .unwrap()
+}
+
+fn study() -> Shell {
+    Shell::new(balloon(8.5, 1.75, 1.0), balloon(8.5, 2.75, 1.0), [0.0, 1.0]).unwrap()
+}
+
+/// Volume of a balloon.
+fn within(length: f64, radius: f64) -> f64 {
+    PI * radius * radius * length + 2.0 / 3.0 * PI * radius.powi(3)
+}
+
+#[test]
+fn the_volume_is_that_of_the_outer_less_that_of_the_inner_balloon() {
+    let exact = within(8.5, 2.75) - within(8.5, 1.75);
+    assert!((study().volume() / exact - 1.0).abs() < 1e-13);
+}
+
+#[test]
+fn the_end_layers_are_the_curves() {
+    let (shell, inner, outer) = (study(), balloon(8.5, 1.75, 1.0), balloon(8.5, 2.75, 1.0));
+    for k in 0..=97 {
+        let s = k as f64 / 97.0;
+        assert_eq!(shell.point(0.0, s), inner.at(s).position);
+        assert_eq!(shell.point(1.0, s), outer.at(s).position);
+    }
+}
+
+#[test]
+fn layers_of_concentric_balls_are_balls() {
+    // The radius R(u) of a layer: R^3 = (1 - u) a^3 + u b^3.
+    let angle = |s: f64| 0.5 * PI * s;
+    let points = |radius: f64, knots: &[f64]| -> Vec<[f64; 2]> {
+        knots
+            .iter()
+            .map(|&s| [radius * angle(s).sin(), radius * angle(s).cos()])
+            .collect()
+    };
+    let knots: Vec<f64> = (0..=4000).map(|k| k as f64 / 4000.0).collect();
+    let curve = |radius| Curve::polyline(&knots, &points(radius, &knots)).unwrap();
+    let shell = Shell::new(curve(1.0), curve(2.0), [0.0, 1.0]).unwrap();
+    for (u, s) in [(0.1, 0.3), (0.5, 0.0), (0.9, 0.77), (0.25, 1.0)] {
+        let [x, r] = shell.point(u, s);
+        let radius = (1.0 - u + 8.0 * u).cbrt();
+        // A polyline of 4000 chords lies within (pi / 8000)^2 / 2 of the circle.
+        assert!(
+            (x.hypot(r) - radius).abs() < 2e-7,
+            "{u} {s}: {}",
+            x.hypot(r)
+        );
+    }
+}
+
+/// Volume inside a layer (about the axis, down to it) by Simpson's rule with the slope of finite differences.
+fn volume_under(shell: &Shell, layer: f64, knots: &[f64]) -> f64 {
+    let n = 400;
+    let mut sum = 0.0;
+    for pair in knots.windows(2) {
+        let h = (pair[1] - pair[0]) / n as f64;
+        for k in 0..n {
+            let at = |f: f64| shell.point(layer, pair[0] + (k as f64 + f) * h);
+            let [p0, p1, p2] = [at(0.0), at(0.5), at(1.0)];
+            let slope = [
+                -3.0 * p0[0] + 4.0 * p1[0] - p2[0],
+                p2[0] - p0[0],
+                p0[0] - 4.0 * p1[0] + 3.0 * p2[0],
+            ];
+            let f = [p0, p1, p2].map(|p| PI * p[1] * p[1]);
+            sum += (f[0] * slope[0] + 4.0 * f[1] * slope[1] + f[2] * slope[2]) / 6.0;
+        }
+    }
+    sum
+}
+
+#[test]
+fn every_layer_holds_its_share_whatever_the_shapes() {
+    let (inner, outer) = (balloon(8.5, 1.75, 1.03), balloon(8.5, 2.75, 1.0));
+    let knots = [0.0, inner.knots()[1], outer.knots()[1], 1.0];
+    let mut knots = knots.to_vec();
+    knots.sort_by(f64::total_cmp);
+    let shell = Shell::new(inner, outer, [0.0, 1.0]).unwrap();
+    let cavity = volume_under(&shell, 0.0, &knots);
+    for u in [0.0, 0.2, 0.5, 0.83, 1.0] {
+        let volume = volume_under(&shell, u, &knots);
+        // Simpson with 400 steps a piece: fourth order, some 1e-9.
+        assert!((volume - cavity - u * shell.volume()).abs() < 1e-7 * shell.volume());
+    }
+}
+
+#[test]
+fn strips_add_up_to_shares() {
+    let shell = study();
+    let n = 20_000;
+    let mut sum = 0.0;
+    for k in 0..n {
+        let s = (k as f64 + 0.5) / n as f64;
+        sum += shell.strip_volume(s) / n as f64;
+        if k % 997 == 0 {
+            let share = shell.share((k + 1) as f64 / n as f64);
+            // The midpoint rule with jumps at two knots.
+            assert!((share - sum / shell.volume()).abs() < 1e-4);
+            assert!((shell.at_share(share) - (k + 1) as f64 / n as f64).abs() < 1e-13);
+        }
+    }
+    // Rounding of sums of a polynomial's coefficients.
+    assert!(shell.share(0.0) < 1e-15 && shell.share(1.0) > 1.0 - 1e-15);
+    assert_eq!((shell.at_share(0.0), shell.at_share(1.0)), (0.0, 1.0));
+}
+
+#[test]
+fn a_region_holds_the_product_of_its_shares() {
+    let shell = study();
+    for (layers, s) in [
+        ([0.0, 1.0], [0.0, 1.0]),
+        ([0.2, 0.7], [0.1, 0.6]),
+        ([0.0, 0.5], [0.9, 1.0]),
+    ] {
+        let region = shell.region(layers, s, 1e-7).unwrap();
+        let share = (layers[1] - layers[0]) * (shell.share(s[1]) - shell.share(s[0]));
+        let exact = share * shell.volume();
+        // The polyline may lie off by its tolerance over some 200 cm^2.
+        assert!(
+            (region.measures().volume - exact).abs() < 3e-5,
+            "{layers:?} {s:?}"
+        );
+    }
+}
+
+#[test]
+fn tangents_are_the_differences_of_points() {
+    let shell = Shell::new(
+        balloon(8.5, 1.75, 0.96),
+        balloon(8.5, 2.75, 1.0),
+        [0.0, 1.0],
+    )
+    .unwrap();
+    let h = 1e-5;
+    for (u, s) in [
+        (0.3, 0.2),
+        (0.01, 0.5),
+        (0.5, 0.9),
+        (0.99, 0.97),
+        (0.6, 0.7),
+        (0.4, 0.9999),
+    ] {
+        let [by_layer, by_s] = shell.tangents(u, s);
+        let difference = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|k| (b[k] - a[k]) / (2.0 * h));
+        let other = [
+            difference(shell.point(u - h, s), shell.point(u + h, s)),
+            difference(shell.point(u, s - h), shell.point(u, s + h)),
+        ];
+        for k in 0..2 {
+            // Second order in h, and rounding over h.
+            assert!((by_layer[k] - other[0][k]).abs() < 1e-7, "{u} {s}");
+            assert!(
+                (by_s[k] - other[1][k]).abs() < 1e-6,
+                "{u} {s}: {by_s:?} {other:?}"
+            );
+        }
+        // The volume element does not depend on the layer.
+        let element =
+            2.0 * PI * shell.point(u, s)[1] * (by_s[0] * by_layer[1] - by_s[1] * by_layer[0]);
+        assert!((element / shell.strip_volume(s) - 1.0).abs() < 1e-10);
+    }
+}
+
+#[test]
+fn points_off_the_wall_are_nowhere() {
+    let shell = study();
+    for p in [
+        [4.0, 1.7499999],
+        [4.0, 2.7500001],
+        [-1e-9, 2.0],
+        [0.0, 0.0],
+        [11.3, 0.0],
+        [10.2, 0.1],
+        [4.0, f64::NAN],
+        [f64::INFINITY, 2.0],
+        [1e300, 1e300],
+    ] {
+        assert_eq!(shell.locate(p), None, "{p:?}");
+    }
+}
+
+#[test]
+fn nonsense_is_refused() {
+    let curve = || balloon(8.5, 1.75, 1.0);
+    assert!(matches!(
+        Shell::new(balloon(8.5, 2.75, 1.0), curve(), [0.0, 1.0]),
+        Err(Error::Folded { .. })
+    ));
+    assert!(matches!(
+        Shell::new(curve(), curve(), [0.0, 1.0]),
+        Err(Error::NotPositive { .. })
+    ));
+    for range in [
+        [0.0, f64::NAN],
+        [1.0, 0.0],
+        [0.0, 0.0],
+        [f64::NEG_INFINITY, 1.0],
+    ] {
+        assert!(Shell::new(curve(), balloon(8.5, 2.75, 1.0), range).is_err());
+    }
+    assert!(Curve::new(vec![0.0], vec![]).is_err());
+    assert!(
+        Curve::new(
+            vec![0.0, 0.0],
+            vec![Piece::Power {
+                x: vec![],
+                r: vec![]
+            }]
+        )
+        .is_err()
+    );
+    assert!(
+        Curve::new(
+            vec![0.0, 1.0],
+            vec![Piece::Power {
+                x: vec![f64::NAN],
+                r: vec![]
+            }]
+        )
+        .is_err()
+    );
+    assert!(Curve::polyline(&[0.0, 1.0], &[[0.0, 1.0]]).is_err());
+    let shell = study();
+    for (layers, s, tolerance) in [
+        ([0.5, 0.5], [0.0, 1.0], 1e-3),
+        ([0.0, 1.0], [0.3, 0.3], 1e-3),
+        ([0.0, 1.0], [0.0, 1.0], 0.0),
+        ([0.0, f64::NAN], [0.0, 1.0], 1e-3),
+    ] {
+        assert!(shell.region(layers, s, tolerance).is_err());
+    }
+}
+
+proptest! {
+    #[test]
+    fn locate_undoes_point(u in 0.0..=1.0f64, s in 0.0..=1.0f64, stretch in 0.95..1.03f64) {
+        let shell = Shell::new(balloon(8.5, 1.75, stretch), balloon(8.5, 2.75, 1.0), [0.0, 1.0]).unwrap();
+        let found = shell.locate(shell.point(u, s));
+        prop_assert!(found.is_some());
+        let [layer, at] = found.unwrap();
+        // Rounding of a point, 1e-15 of 11 cm, over the thinnest wall, 0.65 cm.
+        prop_assert!((layer - u).abs() < 1e-12 && (at - s).abs() < 1e-12, "{u} {s}: {layer} {at}");
+    }
+
+    #[test]
+    fn shares_are_undone(share in 0.0..=1.0f64) {
+        let shell = study();
+        prop_assert!((shell.share(shell.at_share(share)) - share).abs() < 1e-13);
+    }
+}
