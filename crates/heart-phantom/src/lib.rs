@@ -46,6 +46,7 @@ mod error;
 pub mod figures;
 pub mod files;
 mod heart;
+mod material;
 #[cfg(feature = "figures")]
 pub mod study;
 mod truth;
@@ -55,6 +56,7 @@ pub use camera::Camera;
 pub use cycle::Cycle;
 pub use error::PhantomError;
 pub use heart::{Balloon, Heart, HeartShape};
+pub use material::{MaterialPoint, Stretch, Wall};
 pub use truth::{Measures, Regions, truth};
 
 #[doc = include_str!("../README.md")]

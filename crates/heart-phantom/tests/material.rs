@@ -1,0 +1,293 @@
+//! The wall's material: conservation, inverse, stretches against finite differences.
+
+use heart_phantom::{Heart, MaterialPoint, PhantomError, Wall};
+use membrane_newton::{
+    Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, RestShape, Solver,
+};
+use proptest::prelude::*;
+use revolve_voxel::{Pose, VoxelGrid};
+use std::f64::consts::PI;
+use std::sync::LazyLock;
+
+const GAINS: [f64; 3] = [0.0, 0.3, 0.6];
+
+fn pose() -> Pose {
+    Pose::axis_along_z(5.0)
+        .unwrap()
+        .turned_x(0.7)
+        .unwrap()
+        .turned_y(0.4)
+        .unwrap()
+}
+
+/// The study's balloons at three phases, as polynomials.
+static SMOOTH: LazyLock<Vec<PairEquilibrium>> = LazyLock::new(|| {
+    let solver = |radius| {
+        let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+        Solver::new(
+            &membrane,
+            Discretisation::Spectral {
+                degree: 18,
+                per_piece: 2,
+            },
+        )
+        .unwrap()
+    };
+    let pair = Pair::new(solver(1.75), solver(2.75)).unwrap();
+    GAINS
+        .map(|gain| pair.solve_gain(gain, &NewtonOptions::default()).unwrap())
+        .to_vec()
+});
+
+static TIED: LazyLock<Vec<Wall>> = LazyLock::new(|| {
+    let wall = |pair| Wall::of(pair, pose()).unwrap();
+    SMOOTH.iter().map(wall).collect()
+});
+
+static SLIDING: LazyLock<Vec<Wall>> = LazyLock::new(|| {
+    let slide = |wall: &Wall| wall.clone().sliding_from(&TIED[0]);
+    TIED.iter().map(slide).collect()
+});
+
+fn at(layer: f64, s: f64, azimuth: f64) -> MaterialPoint {
+    MaterialPoint { layer, s, azimuth }
+}
+
+#[test]
+fn the_end_layers_are_the_membranes() {
+    let walls = &TIED;
+    for (wall, pair) in walls.iter().zip(SMOOTH.iter()) {
+        for (layer, membrane) in [(0.0, &pair.inner), (1.0, &pair.outer)] {
+            for k in 0..=50 {
+                let s = k as f64 / 100.0;
+                let [x, r] = membrane.at(s).position;
+                let body = wall
+                    .pose()
+                    .to_body(&wall.position(&at(layer, s, 0.8)).unwrap());
+                // Rounding of the pose and of two ways to add up one polynomial.
+                assert!(
+                    (body.x - x).abs() < 1e-13 && (body.y.hypot(body.z) - r.abs()).abs() < 1e-13
+                );
+            }
+        }
+    }
+    // Sliding walls touch the same surfaces, at other s.
+    for (wall, pair) in SLIDING.iter().zip(SMOOTH.iter()) {
+        let p = wall
+            .pose()
+            .to_body(&wall.position(&at(1.0, 0.3, -2.0)).unwrap());
+        let nearest = (0..5000)
+            .map(|k| pair.outer.at(k as f64 / 10_000.0).position)
+            .map(|[x, r]| (x - p.x).hypot(r - p.y.hypot(p.z)))
+            .fold(f64::INFINITY, f64::min);
+        // Half a step of 17 cm / 5000 away along the curve.
+        assert!(nearest < 2e-3, "{nearest}");
+    }
+}
+
+#[test]
+fn every_layer_keeps_its_volume_through_the_beat() {
+    for walls in [&TIED, &SLIDING] {
+        for layers in [[0.0, 1.0], [0.0, 0.25], [0.25, 0.6], [0.6, 1.0]] {
+            let exact = (layers[1] - layers[0]) * walls[0].volume();
+            for wall in walls.iter() {
+                let volume = wall
+                    .region(layers, [0.0, 0.5], 1e-8)
+                    .unwrap()
+                    .measures()
+                    .volume;
+                // The polyline lies within 1e-8 of some 250 cm^2 of layers, always on one side.
+                assert!(
+                    (volume - exact).abs() < 5e-6,
+                    "{layers:?}: {volume} {exact}"
+                );
+                // The wall's own volume, which the layers share, is kept to rounding.
+                assert!((wall.volume() / walls[0].volume() - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_sliding_region_keeps_its_volume_and_a_tied_one_does_not() {
+    let volumes = |walls: &[Wall]| -> Vec<f64> {
+        let region = |wall: &Wall| wall.region([0.3, 0.8], [0.05, 0.2], 1e-8).unwrap();
+        walls
+            .iter()
+            .map(|wall| region(wall).measures().volume)
+            .collect()
+    };
+    let (tied, sliding) = (volumes(&TIED), volumes(&SLIDING));
+    for k in 0..GAINS.len() {
+        assert!((sliding[k] - sliding[0]).abs() < 2e-6, "{sliding:?}");
+    }
+    // The membranes stretch unevenly: the tied strip gains some per cent.
+    assert!((tied[2] / tied[0] - 1.0).abs() > 0.005, "{tied:?}");
+}
+
+/// The deformation gradient between two phases by central differences in the lab, from one material point.
+fn gradient(from: &Wall, to: &Wall, point: &MaterialPoint) -> nalgebra::Matrix3<f64> {
+    let (p, h) = (from.position(point).unwrap(), 1e-5);
+    let columns = [0, 1, 2].map(|k| {
+        let mut step = nalgebra::Vector3::zeros();
+        step[k] = h;
+        let [a, b] = [p - step, p + step].map(|p| to.position(&from.locate(&p).unwrap()).unwrap());
+        (b - a) / (2.0 * h)
+    });
+    nalgebra::Matrix3::from_columns(&columns)
+}
+
+#[test]
+fn stretches_are_those_of_the_deformation_gradient() {
+    for walls in [&TIED, &SLIDING] {
+        let (from, to) = (&walls[0], &walls[2]);
+        for (layer, s) in [(0.3, 0.1), (0.5, 0.23), (0.2, 0.4), (0.8, 0.47)] {
+            let point = at(layer, s, 0.6);
+            let stretch = from.stretch(to, &point).unwrap();
+            let f = gradient(from, to, &point);
+            // Material directions: along the layer and round the axis, by differences of positions.
+            let [along, round] = [at(layer, s + 1e-6, 0.6), at(layer, s, 0.6 + 1e-6)]
+                .map(|q| (from.position(&q).unwrap() - from.position(&point).unwrap()).normalize());
+            // Differences of positions 1e-6 apart: 1e-6 from their curvature, 1e-9 from rounding.
+            assert!(((f * along).norm() - stretch.meridional).abs() < 2e-5);
+            assert!(((f * round).norm() - stretch.hoop).abs() < 2e-5);
+            assert!(
+                (f.determinant() - stretch.volume()).abs() < 1e-6,
+                "{stretch:?}"
+            );
+            // Area of the layer and its normal: the distance of layers is the volume over the area.
+            let area = (f * along).cross(&(f * round)).norm();
+            assert!((f.determinant() / area - stretch.radial).abs() < 2e-5);
+        }
+    }
+}
+
+#[test]
+fn water_does_not_compress_and_the_defect_of_a_tied_wall_is_that_of_its_strips() {
+    let (tied, sliding) = (&TIED, &SLIDING);
+    let mut worst = 0.0_f64;
+    for k in 0..=40 {
+        let s = 0.5 * k as f64 / 40.0;
+        let mut ratios = Vec::new();
+        for layer in [0.0, 0.4, 1.0] {
+            let point = at(layer, s, 0.0);
+            let free = sliding[0].stretch(&sliding[2], &point).unwrap();
+            // Rounding near the apex, where two small numbers are divided.
+            assert!((free.volume() - 1.0).abs() < 1e-8, "{s} {layer}: {free:?}");
+            ratios.push(tied[0].stretch(&tied[2], &point).unwrap().volume());
+        }
+        assert!((ratios[0] - ratios[1]).abs() < 1e-8 && (ratios[0] - ratios[2]).abs() < 1e-8);
+        worst = worst.max((ratios[0] - 1.0).abs());
+    }
+    println!("largest change of a tied element's volume at gain 0.6: {worst:.4}");
+    assert!(worst > 0.01 && worst < 0.5, "{worst}");
+}
+
+#[test]
+fn stretches_of_nothing_are_one_and_turn_round() {
+    let walls = &TIED;
+    for s in [0.0, 0.2, 0.5] {
+        let point = at(0.5, s, 1.0);
+        let none = walls[1].stretch(&walls[1], &point).unwrap();
+        assert_eq!((none.meridional, none.hoop, none.radial), (1.0, 1.0, 1.0));
+        let there = walls[0].stretch(&walls[2], &point).unwrap();
+        let back = walls[2].stretch(&walls[0], &point).unwrap();
+        assert!((there.hoop * back.hoop - 1.0).abs() < 1e-14);
+        assert!((there.radial * back.radial - 1.0).abs() < 1e-14);
+    }
+    // The base is held: no hoop stretch on the membranes there.
+    let held = walls[0].stretch(&walls[2], &at(0.0, 0.0, 0.0)).unwrap();
+    assert!((held.hoop - 1.0).abs() < 1e-14);
+}
+
+#[test]
+fn displacements_are_those_of_the_points_and_none_outside() {
+    let walls = &TIED;
+    let grid = VoxelGrid::cube(24, 0.6).unwrap();
+    let all = walls[0].displacements(&walls[2], &grid, 0..24);
+    let some = walls[0].displacements(&walls[2], &grid, 7..9);
+    assert_eq!(all[7 * 576..9 * 576], some[..]);
+    let mut inside = 0;
+    for (k, displacement) in all.iter().enumerate() {
+        let p = grid.centre(k % 24, k / 24 % 24, k / 576);
+        let Some(d) = displacement else { continue };
+        inside += 1;
+        let point = walls[0].locate(&p).unwrap();
+        let there = walls[2].position(&point).unwrap() - p;
+        assert!((0..3).all(|a| (there[a] - f64::from(d[a])).abs() < 1e-6));
+        assert!(there.norm() < 1.5);
+    }
+    // As many voxels as the wall's volume holds; its surface cuts some 800 of 600.
+    let exact = walls[0].volume() / grid.voxel_volume();
+    assert!(
+        (inside as f64 - exact).abs() < 0.1 * exact,
+        "{inside} {exact}"
+    );
+}
+
+#[test]
+fn finite_differences_give_the_polyline_that_is_projected() {
+    let heart = Heart::study(101).unwrap();
+    let shapes = heart.shapes(&[0.0, 0.5]).unwrap();
+    let walls: Vec<Wall> = shapes
+        .iter()
+        .map(|shape| Wall::new(shape).unwrap())
+        .collect();
+    for (wall, shape) in walls.iter().zip(&shapes) {
+        let [inner, outer] = shape.volumes();
+        assert!((wall.volume() / (outer - inner) - 1.0).abs() < 1e-12);
+        let exact = shape.body().region_measures(1).volume;
+        let region = wall.region([0.0, 1.0], [0.0, 0.5], 1e-6).unwrap();
+        assert!((region.measures().volume / exact - 1.0).abs() < 1e-12);
+    }
+    let stretch = walls[0].stretch(&walls[1], &at(0.4, 0.21, 0.0)).unwrap();
+    assert!(stretch.hoop > 1.0 && stretch.radial < 1.0);
+}
+
+#[test]
+fn nonsense_is_refused() {
+    let wall = &TIED[0];
+    for bad in [
+        at(-0.1, 0.2, 0.0),
+        at(1.1, 0.2, 0.0),
+        at(f64::NAN, 0.2, 0.0),
+        at(0.5, -1e-9, 0.0),
+        at(0.5, 0.51, 0.0),
+        at(0.5, f64::NAN, 0.0),
+        at(0.5, 0.2, f64::INFINITY),
+        at(0.5, 0.2, f64::NAN),
+    ] {
+        assert!(matches!(
+            wall.position(&bad),
+            Err(PhantomError::OutOfRange { .. })
+        ));
+        assert!(wall.stretch(wall, &bad).is_err());
+    }
+    assert!(wall.region([0.2, 0.2], [0.0, 0.5], 1e-3).is_err());
+    assert!(wall.region([0.2, 1.2], [0.0, 0.5], 1e-3).is_err());
+    assert!(wall.region([0.2, 0.8], [0.3, 0.2], 1e-3).is_err());
+    assert!(wall.region([0.2, 0.8], [0.2, 0.3], f64::NAN).is_err());
+    let far = nalgebra::Point3::new(f64::NAN, 0.0, 0.0);
+    assert_eq!(wall.locate(&far), None);
+    assert_eq!(wall.locate(&nalgebra::Point3::new(30.0, 0.0, 0.0)), None);
+}
+
+proptest! {
+    #[test]
+    fn locate_undoes_position(phase in 0..3usize, layer in 0.0..=1.0f64, s in 0.0..=0.5f64, azimuth in -PI..PI) {
+        let point = at(layer, s, azimuth);
+        let wall = &TIED[phase];
+        let found = wall.locate(&wall.position(&point).unwrap()).unwrap();
+        prop_assert!((found.layer - layer).abs() < 1e-10 && (found.s - s).abs() < 1e-10, "{found:?}");
+        let slack = 1e-10 / (0.5 - s).max(1e-10);
+        prop_assert!((found.azimuth - azimuth).abs() < slack, "{found:?}");
+
+        let wall = &SLIDING[phase];
+        let p = wall.position(&point).unwrap();
+        let found = wall.locate(&p).unwrap();
+        prop_assert!((found.layer - layer).abs() < 1e-10);
+        // Half the digits towards the apex.
+        let slack = 1e-10_f64.max(1e-14 / (0.5 - s).max(1e-8));
+        prop_assert!((found.s - s).abs() < slack, "{found:?}");
+    }
+}
