@@ -2,9 +2,7 @@
 //!
 //! Two concentric elastic balloons, endocardium and epicardium, are inflated by water. Their shapes `c(s)` follow from
 //!
-//! ```text
-//! lambda (c - c0)'' + f n = 0        wall volume = V_outer - V_inner = const
-//! ```
+#![doc = include_str!("../img/equations.html")]
 //!
 //! (Rohmer, Sitek and Gullberg 2006, hal-03929238, Eq. 3 and 7): the cavity's volume is given by the cardiac cycle, both
 //! pressures `f` are solved for. The shapes are revolved into a body, a camera turns round it while it beats, and its line

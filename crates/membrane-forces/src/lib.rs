@@ -3,9 +3,7 @@
 //! A membrane is a plane curve c(s) = (x, y), s in [0, 1] material, that is revolved about the x axis.
 //! Springs pull it back to its rest shape c0, pressure pushes it out along the exterior normal n:
 //!
-//! ```text
-//! (lambda (c - c0)')' + f n = 0,    n = (-c_y', c_x') / |c'|,    c(0), c(1) held
-//! ```
+#![doc = include_str!("../img/equations.html")]
 //!
 //! | symbol | meaning | unit |
 //! | --- | --- | --- |
@@ -29,6 +27,8 @@
 //! assert!(residual < 1e-3); // second order in ds = 1/400, next to a force of 10
 //! # Ok::<(), membrane_forces::MembraneError>(())
 //! ```
+//!
+#![doc = include_str!("../img/body.svg")]
 //!
 //! Conventions: centimetres; curves run from (0, +R) over the apex to (0, -R); states are flat, x0, y0,
 //! x1, y1, ...; forces are per unit s, F_e + F_p vanishes at equilibrium. What it is not: there is

@@ -1,9 +1,8 @@
 //! Implicit time integration of moving elastic membranes with an energy report.
 //!
-//! ```text
-//! m c'' = F_e(c) + f n(c) - mu c'            both ends held, N nodes, forces per unit s
-//! f = f(t)    or    f S(c) = F(t)    or    V(c) = V(t)
-//! ```
+//! Both ends are held; N nodes; forces are per unit s; a dot is d/dt. The energy terms ([`Energy`]) add up to rounding.
+//!
+#![doc = include_str!("../img/equations.html")]
 //!
 //! c(s, t) (cm) is the curve in the plane of its axis, F_e the pull of its springs, n the exterior
 //! normal as the membrane's [`PressureLaw`] has it, f the force intensity, S the lateral surface

@@ -3,10 +3,7 @@
 //! The unknowns are the curve c and its force intensity f; one equation g for the quantity that is
 //! given borders the equilibrium, and Newton solves
 //!
-//! ```text
-//! [ dF/dc  dF/df ] [dc]     [F]      F(c, f) = (lambda (c - c0)')' + f n
-//! [ dg/dc  dg/df ] [df] = - [g]      g = f - f0,  f S(c) - F0,  V(c) - V0  or  A(c) - A0
-//! ```
+#![doc = include_str!("../img/equations.html")]
 //!
 //! by block elimination around a banded (finite differences) or condensed (spectral elements)
 //! factorisation. Lengths are cm, volumes cm^3; norms are free of units.

@@ -2,12 +2,12 @@
 //!
 //! # What it computes
 //!
-//! ```text
-//! Radon transform   p(theta, s) = integral f(s cos theta - t sin theta, s sin theta + t cos theta) dt      (value x length)
-//! projector         (A x)[view, bin] = sum over pixels of weight * x[pixel];  its adjoint uses the same weights
-//! FBP               f(x, y) = sum over views of w_view * (h * p_view)(x cos theta + y sin theta)            (value)
-//! ramp              h = band-limited |f| times a window, from its spatial samples; w = weights of the angle list
-//! ```
+//! The Radon transform p of an image f (value x length), and filtered back-projection:
+//!
+#![doc = include_str!("../img/equations.html")]
+//!
+//! h is the band-limited ramp times a window, from its spatial samples (unit pitch here); w are the weights of the angle list.
+//! A projector is `(A x)[view, bin] = sum over pixels of weight * x[pixel]`; its adjoint uses the same weights.
 //!
 //! # Example
 //!
@@ -29,6 +29,9 @@
 //! (-sin theta, cos theta); its bins lie along (cos theta, sin theta), bin k of n centred at (k - (n-1)/2) pitch + offset from the
 //! axis of rotation, which is the origin. Pixels are counted from their centres alike. Sinograms are `[view][bin]`, images `[y][x]`,
 //! volumes `[slice][y][x]`, stacks of projections as [`StackOrder`] says.
+//!
+#![doc = include_str!("../img/camera.svg")]
+#![doc = include_str!("../img/centres.svg")]
 //!
 //! Results have the same bits for any number of threads; between instruction sets ([`InstructionSet`]) they differ by rounding.
 //!

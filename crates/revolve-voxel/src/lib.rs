@@ -2,10 +2,13 @@
 //!
 //! # Equations
 //! A profile r(x) >= 0 (cm, x along the axis from base to apex) turned about the axis bounds a solid. Of a line with unit
-//! direction d, c = d . axis, s^2 = 1 - c^2, the distance from the axis obeys `R(t)^2 = (c w + s t)^2 + q^2` and the axial
-//! coordinate `x(t) = -s w + c t`: on a cone `r = r0 + m (x - x0)` each crossing is the root of a quadratic in t. The chord
+//! direction d the distance R from the axis and the axial coordinate x are
+//!
+#![doc = include_str!("../img/equations.html")]
+//!
+//! in coordinates (w, q) of its own: on a cone `r = r0 + m (x - x0)` each crossing is the root of a quadratic in t. The chord
 //! (cm) is the signed sum, over stretches of the profile with concave r, of the line's length in the convex solid under each.
-//! Volume `pi * integral of r^2 dx` (cm^3), surface `2 pi * integral of r dl` (cm^2). A voxel's coverage is the fraction of
+//! V is the volume (cm^3), S the surface (cm^2). A voxel's coverage is the fraction of
 //! its volume inside the solid.
 //!
 //! # Example
@@ -30,6 +33,8 @@
 //! Centimetres and radians. Body frame: x along the axis; lab frame: [`Pose`]. Bin, row and voxel k of n have their centres at
 //! `(k - (n-1)/2) * pitch + offset`. Images are indexed `[row][bin]`, volumes `[z][y][x]`, the last fastest. Results are the
 //! same, bit for bit, for any number of threads. Batch calls return counters of what they did and skipped.
+//!
+#![doc = include_str!("../img/pose.svg")]
 //!
 //! # Accuracy
 //! Chords, distances and measures of a polyline are right to rounding (1e-12 where the chord is well-conditioned; a grazing
