@@ -22,18 +22,24 @@ use crate::membrane::{Membrane, PressureLaw};
 /// next to an end has no second neighbour on that side; its spring goes to the mirror image
 /// u(-1) = 2 u(0) - u(1), which keeps the order two and the matrix symmetric.
 ///
+/// [`FiniteDifferences::half`] keeps only the nodes up to the axis if the problem is its own mirror
+/// image: a neighbour beyond it is then the image (x, -y) of the node N - 1 - n. The forces are
+/// those of the whole curve. An odd N has a node on the axis, free along it and held on it; with an
+/// even N the axis lies between the last node and its image.
+///
 /// The `intensity` that pressure functions take is f or p; [`FiniteDifferences::intensity`]
 /// makes it from the load of the membrane's law.
 #[derive(Debug, Clone)]
 pub struct FiniteDifferences {
     law: PressureLaw,
     ds: f64,
-    rest: Vec<f64>,
-    start: Vec<f64>,
-    /// lambda at s_(n + 1/2).
-    first: Vec<f64>,
-    /// lambda_2 at s_n, or empty.
-    second: Vec<f64>,
+    /// At the nodes of the state, as `start`.
+    pub(crate) rest: Vec<f64>,
+    pub(crate) start: Vec<f64>,
+    /// lambda at s_(n + 1/2), of the whole curve.
+    pub(crate) first: Vec<f64>,
+    /// lambda_2 at s_n, of the whole curve, or empty.
+    pub(crate) second: Vec<f64>,
 }
 
 impl FiniteDifferences {
@@ -84,9 +90,9 @@ impl FiniteDifferences {
         })
     }
 
-    /// Number of nodes N, held ends included.
+    /// Number of nodes N of the whole curve, held ends included.
     pub fn n_nodes(&self) -> usize {
-        self.rest.len() / 2
+        self.first.len() + 1
     }
 
     /// Spacing of the material coordinate.
@@ -165,14 +171,16 @@ impl FiniteDifferences {
     /// `out` = elastic force F_e per unit s.
     ///
     /// # Panics
-    /// A length that is not 2 N.
+    /// A length that is not that of [`FiniteDifferences::start`].
     pub fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
         self.check(nodes, out);
-        let last = self.n_nodes() - 1;
         let scale = 1.0 / (self.ds * self.ds);
         let (c, c0) = (nodes.as_chunks::<2>().0, self.rest.as_chunks::<2>().0);
         let out = out.as_chunks_mut::<2>().0;
-        let u = |m: usize| [c[m][0] - c0[m][0], c[m][1] - c0[m][1]];
+        let u = |m: usize| {
+            let (at, sign) = self.place(m);
+            [c[at][0] - c0[at][0], sign * (c[at][1] - c0[at][1])]
+        };
         // The pull of each spring is computed once, and serves the nodes at both of its ends.
         let (mut here, mut before) = (u(0), [0.0; 2]);
         let next = c[1..].iter().zip(&c0[1..]);
@@ -183,8 +191,17 @@ impl FiniteDifferences {
             *out = [pull[0] - before[0], pull[1] - before[1]];
             (here, before) = (there, pull);
         }
+        let count = out.len();
+        if self.is_half() {
+            let there = u(count);
+            let k = scale * self.first[count - 1];
+            for i in 0..2 {
+                out[count - 1][i] = k * (there[i] - here[i]) - before[i];
+            }
+        }
         if !self.second.is_empty() {
-            for n in 1..last {
+            let last = self.n_nodes() - 1;
+            for n in self.moving() {
                 let here = u(n);
                 let right = if n + 1 < last {
                     (u(n + 2), 1.0)
@@ -201,7 +218,7 @@ impl FiniteDifferences {
                 }
             }
         }
-        (out[0], out[last]) = ([0.0; 2], [0.0; 2]);
+        self.clear_held(out);
     }
 
     /// `band` += `scale` dF_e/dc. Block tridiagonal with diagonal blocks; pentadiagonal with
@@ -212,10 +229,15 @@ impl FiniteDifferences {
     pub fn add_elastic_tangent(&self, scale: f64, band: &mut BandMatrix) {
         let last = self.n_nodes() - 1;
         let scale = scale / (self.ds * self.ds);
-        for n in 1..last {
+        for n in self.moving() {
             for k in 0..2 {
+                if self.is_held(n, k) {
+                    continue;
+                }
                 let mut spring = |m: usize, stiffness: f64| {
-                    band.add(2 * n + k, 2 * m + k, scale * stiffness);
+                    let (at, sign) = self.place(m);
+                    let sign = if k == 0 { 1.0 } else { sign };
+                    band.add(2 * n + k, 2 * at + k, sign * scale * stiffness);
                     band.add(2 * n + k, 2 * n + k, -scale * stiffness);
                 };
                 spring(n + 1, self.first[n]);
@@ -240,10 +262,10 @@ impl FiniteDifferences {
     /// under the total-force law.
     ///
     /// # Panics
-    /// `nodes` not 2 N long.
+    /// `nodes` not of the length of [`FiniteDifferences::start`].
     pub fn intensity(&self, nodes: &[f64], load: f64) -> f64 {
         match self.law {
-            PressureLaw::TotalForce => load / Measure::Surface.of(nodes),
+            PressureLaw::TotalForce => load / self.measure(Measure::Surface, nodes),
             _ => load,
         }
     }
@@ -255,7 +277,7 @@ impl FiniteDifferences {
     /// The neighbours of a node coincide, so its normal is undefined.
     ///
     /// # Panics
-    /// A length that is not 2 N.
+    /// A length that is not that of [`FiniteDifferences::start`].
     pub fn pressure_force_into(
         &self,
         nodes: &[f64],
@@ -263,33 +285,38 @@ impl FiniteDifferences {
         out: &mut [f64],
     ) -> Result<(), MembraneError> {
         self.check(nodes, out);
-        let last = self.n_nodes() - 1;
+        let flat = nodes;
         let nodes = nodes.as_chunks::<2>().0;
         let out = out.as_chunks_mut::<2>().0;
         let neighbours = nodes.iter().zip(&nodes[2..]);
         let steps = neighbours.map(|(a, b)| [b[0] - a[0], b[1] - a[1]]);
+        let inside = &mut out[1..nodes.len() - 1];
         if self.law == PressureLaw::PerCurrentLength {
             let factor = intensity * (0.5 / self.ds);
-            for (out, d) in out[1..last].iter_mut().zip(steps) {
+            for (out, d) in inside.iter_mut().zip(steps) {
                 *out = [-factor * d[1], factor * d[0]];
             }
         } else {
             // Looked at after the loop, which then has no way out of its middle; a NaN counts.
             let mut all_differ = true;
-            for (out, d) in out[1..last].iter_mut().zip(steps) {
+            for (out, d) in inside.iter_mut().zip(steps) {
                 let square = d[0] * d[0] + d[1] * d[1];
                 all_differ &= square > 0.0;
                 let factor = intensity / square.sqrt();
                 *out = [-factor * d[1], factor * d[0]];
             }
             if !all_differ {
-                let flat = nodes.as_flattened();
-                for n in 1..last {
+                for n in 1..nodes.len() - 1 {
                     self.normal(flat, n)?;
                 }
             }
         }
-        (out[0], out[last]) = ([0.0; 2], [0.0; 2]);
+        if self.is_half() {
+            let last = nodes.len() - 1;
+            let (d, scale) = self.normal(flat, last)?;
+            out[last] = [-intensity * scale * d[1], intensity * scale * d[0]];
+        }
+        self.clear_held(out);
         Ok(())
     }
 
@@ -301,7 +328,7 @@ impl FiniteDifferences {
     /// The neighbours of a node coincide.
     ///
     /// # Panics
-    /// `nodes` not 2 N long or `band` of another shape than [`FiniteDifferences::band`].
+    /// `nodes` not of the length of [`FiniteDifferences::start`] or `band` of another shape than [`FiniteDifferences::band`].
     pub fn add_pressure_tangent(
         &self,
         nodes: &[f64],
@@ -311,8 +338,9 @@ impl FiniteDifferences {
     ) -> Result<(), MembraneError> {
         self.check(nodes, nodes);
         let f = intensity * scale;
-        for n in 1..self.n_nodes() - 1 {
+        for n in self.moving() {
             let (d, per_length) = self.normal(nodes, n)?;
+            let (next, sign) = self.place(n + 1);
             // dn / dd with n = (-d_y, d_x) / |d|, or the plain rotation under the third law
             let (by_x, by_y) = if self.law == PressureLaw::PerCurrentLength {
                 ([0.0, f * per_length], [-f * per_length, 0.0])
@@ -330,8 +358,11 @@ impl FiniteDifferences {
                 )
             };
             for row in 0..2 {
-                band.add(2 * n + row, 2 * n + 2, by_x[row]);
-                band.add(2 * n + row, 2 * n + 3, by_y[row]);
+                if self.is_held(n, row) {
+                    continue;
+                }
+                band.add(2 * n + row, 2 * next, by_x[row]);
+                band.add(2 * n + row, 2 * next + 1, sign * by_y[row]);
                 band.add(2 * n + row, 2 * n - 2, -by_x[row]);
                 band.add(2 * n + row, 2 * n - 1, -by_y[row]);
             }
@@ -356,13 +387,14 @@ impl FiniteDifferences {
         band: &mut BandMatrix,
     ) -> Result<(), MembraneError> {
         self.add_pressure_tangent(nodes, intensity, scale, band)?;
-        for n in 1..self.n_nodes() - 1 {
-            let (_, per_length) = self.normal(nodes, n)?;
+        for n in self.moving() {
             // right: f (1/n - d^2/n^3); printed: f (d^2/n^3 + 1/n), and its negative for the other
-            let (d, cube) = (self.normal(nodes, n)?.0, per_length.powi(3));
-            let f = intensity * scale;
-            band.add(2 * n, 2 * n - 1, 2.0 * f * d[1] * d[1] * cube);
-            band.add(2 * n + 1, 2 * n - 2, -2.0 * f * d[0] * d[0] * cube);
+            let (d, per_length) = self.normal(nodes, n)?;
+            let f = intensity * scale * per_length.powi(3);
+            band.add(2 * n, 2 * n - 1, 2.0 * f * d[1] * d[1]);
+            if !self.is_held(n, 1) {
+                band.add(2 * n + 1, 2 * n - 2, -2.0 * f * d[0] * d[0]);
+            }
         }
         Ok(())
     }
@@ -375,7 +407,7 @@ impl FiniteDifferences {
     /// The neighbours of a node coincide.
     ///
     /// # Panics
-    /// A length that is not 2 N.
+    /// A length that is not that of [`FiniteDifferences::start`].
     pub fn pressure_rank_one_into(
         &self,
         nodes: &[f64],
@@ -388,19 +420,17 @@ impl FiniteDifferences {
             row.fill(0.0);
             return Ok(false);
         }
-        let surface = Measure::Surface.of(nodes);
+        let surface = self.measure(Measure::Surface, nodes);
         self.pressure_force_into(nodes, -load / (surface * surface), column)?;
-        Measure::Surface.gradient_into(nodes, row);
+        self.measure_gradient_into(Measure::Surface, nodes, row);
         Ok(true)
     }
 
     /// c(n+1) - c(n-1) and the factor that makes it the tangent the law multiplies.
     #[inline]
     fn normal(&self, nodes: &[f64], n: usize) -> Result<([f64; 2], f64), MembraneError> {
-        let d = [
-            nodes[2 * n + 2] - nodes[2 * n - 2],
-            nodes[2 * n + 3] - nodes[2 * n - 1],
-        ];
+        let next = self.point(nodes, n + 1);
+        let d = [next[0] - nodes[2 * n - 2], next[1] - nodes[2 * n - 1]];
         if self.law == PressureLaw::PerCurrentLength {
             return Ok((d, 0.5 / self.ds));
         }
@@ -412,7 +442,7 @@ impl FiniteDifferences {
         }
     }
 
-    fn check(&self, nodes: &[f64], out: &[f64]) {
+    pub(crate) fn check(&self, nodes: &[f64], out: &[f64]) {
         let n = self.rest.len();
         assert!(
             nodes.len() == n && out.len() == n,

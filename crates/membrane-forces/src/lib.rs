@@ -45,6 +45,7 @@ mod crossing;
 mod curve;
 mod differences;
 mod error;
+mod half;
 mod linear_equilibrium;
 mod measures;
 mod membrane;

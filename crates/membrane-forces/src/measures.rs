@@ -100,6 +100,52 @@ impl Measure {
         }
     }
 
+    /// [`Measure::of`] for the curve that consists of `nodes` and of their mirror image about the
+    /// x axis; a last node that is not on the axis is joined to its image.
+    pub(crate) fn of_half(self, nodes: &[f64]) -> f64 {
+        let points = points(nodes);
+        let (first, last) = (points[0], points[points.len() - 1]);
+        let inside: f64 = points
+            .windows(2)
+            .map(|p| self.segment(p[0], p[1]).value)
+            .sum();
+        let across = match last[1] {
+            0.0 => 0.0,
+            _ => self.segment(last, foot(last)).value,
+        };
+        let close = match self {
+            Self::Area => self.segment(foot(first), first).value,
+            _ => 0.0,
+        };
+        2.0 * (inside + across + close)
+    }
+
+    /// `out` = gradient of [`Measure::of_half`].
+    pub(crate) fn half_gradient_into(self, nodes: &[f64], out: &mut [f64]) {
+        let points = points(nodes);
+        let (out, _) = out.as_chunks_mut::<2>();
+        out.fill([0.0; 2]);
+        let mut add = |n: usize, by: [f64; 2]| {
+            out[n][0] += 2.0 * by[0];
+            out[n][1] += 2.0 * by[1];
+        };
+        for n in 1..points.len() {
+            let piece = self.segment(points[n - 1], points[n]);
+            add(n - 1, piece.from);
+            add(n, piece.to);
+        }
+        // A foot moves along the axis with its node.
+        let last = points.len() - 1;
+        if points[last][1] != 0.0 {
+            let across = self.segment(points[last], foot(points[last]));
+            add(last, [across.from[0] + across.to[0], across.from[1]]);
+        }
+        if self == Self::Area {
+            let close = self.segment(foot(points[0]), points[0]);
+            add(0, [close.from[0] + close.to[0], close.to[1]]);
+        }
+    }
+
     /// What the segment from `a` to `b` adds, and how that changes with `a` and `b`.
     #[inline]
     fn segment(self, a: [f64; 2], b: [f64; 2]) -> Segment {
@@ -148,6 +194,11 @@ struct Segment {
     value: f64,
     from: [f64; 2],
     to: [f64; 2],
+}
+
+/// The point on the axis beside `point`.
+fn foot(point: [f64; 2]) -> [f64; 2] {
+    [point[0], 0.0]
 }
 
 fn points(nodes: &[f64]) -> &[[f64; 2]] {

@@ -181,3 +181,84 @@ pub(crate) fn nan_max(a: f64, b: f64) -> f64 {
         a.max(b)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use membrane_forces::{Membrane, RestShape, Stiffness};
+    use nalgebra::{DMatrix, DVector};
+
+    use crate::plan::Plan;
+
+    /// The matrix of the whole system by central differences of its own residual, then a dense LU:
+    /// nothing of tangents, elimination or border is shared.
+    #[test]
+    fn solves_equal_a_dense_lu_of_differences() {
+        let membrane = |skew: f64| {
+            Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+                .with_stiffness(Stiffness::function(move |s| 1.0 + skew * s, &[]).unwrap())
+                .with_second_neighbours(Stiffness::constant(0.1).unwrap())
+        };
+        for skew in [0.5, 0.0] {
+            for plan in [
+                Plan::differences(&membrane(skew), 20).unwrap(),
+                Plan::differences(&membrane(skew), 21).unwrap(),
+                Plan::spectral(&membrane(skew), 6, 1).unwrap(),
+            ] {
+                for target in [
+                    Target::Intensity(5.0),
+                    Target::TotalForce(300.0),
+                    Target::Measure(Measure::Volume, 120.0),
+                    Target::Measure(Measure::Area, 40.0),
+                ] {
+                    let mut system = plan.system(target);
+                    let n = system.len();
+                    let mut x = plan.start_state();
+                    let moved = |(i, x): (usize, &mut f64)| *x += 0.1 * (i as f64 * 0.4).sin();
+                    x.iter_mut().enumerate().for_each(moved);
+                    plan.discrete.hold(&mut x[..n - 1]);
+                    x[n - 1] = 6.0;
+                    let mut residual = |x: &[f64]| {
+                        let mut out = vec![0.0; n];
+                        system.residual_into(x, &mut out).unwrap();
+                        DVector::from_vec(out)
+                    };
+                    let mut matrix = DMatrix::zeros(n, n);
+                    for j in 0..n {
+                        let step = 1e-5;
+                        let mut moved = |sign: f64| {
+                            let mut x = x.clone();
+                            x[j] += sign * step;
+                            residual(&x)
+                        };
+                        let column = (moved(1.0) - moved(-1.0)) / (2.0 * step);
+                        matrix.set_column(j, &column);
+                    }
+                    // a held coordinate does not move: its force is zero and so is its column's part
+                    let [first, end] = plan.discrete.held();
+                    let held = [
+                        (0, first[0]),
+                        (1, first[1]),
+                        (n - 3, end[0]),
+                        (n - 2, end[1]),
+                    ];
+                    let mut b = DVector::from_fn(n, |i, _| (i as f64 * 0.9).cos());
+                    for (row, held) in held {
+                        if held {
+                            matrix.row_mut(row).fill(0.0);
+                            matrix[(row, row)] = 1.0;
+                            b[row] = 0.0;
+                        }
+                    }
+                    let dense = matrix.lu().solve(&b).unwrap();
+                    let mut solved = b.as_slice().to_vec();
+                    system.factor(&x).unwrap();
+                    system.solve_in_place(&mut solved);
+                    let off = (&dense - DVector::from_vec(solved)).amax() / dense.amax();
+                    // differences at 1e-5 are good to 1e-9 or so, the condition number takes the rest
+                    assert!(off < 1e-6, "skew {skew}, {n} unknowns, {target:?}: {off:e}");
+                }
+            }
+        }
+    }
+}

@@ -173,3 +173,98 @@ fn eliminate(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use membrane_forces::{Membrane, PressureLaw, RestShape, Stiffness};
+    use nalgebra::{DMatrix, DVector};
+
+    /// The tangent as one dense matrix: element tangents added where their nodes are, unit rows
+    /// where the curve is held.
+    fn assembled(elements: &SpectralElements, nodes: &[f64], intensity: f64) -> DMatrix<f64> {
+        let (p, n) = (elements.degree(), nodes.len());
+        let size = 2 * (p + 1);
+        let mut local = vec![0.0; size * size];
+        let mut matrix = DMatrix::zeros(n, n);
+        for e in 0..elements.n_elements() {
+            elements
+                .element_tangent_into(e, nodes, intensity, &mut local)
+                .unwrap();
+            // interior nodes come first, then the two ends
+            let node = |i: usize| match i / 2 {
+                k if k < p - 1 => e * p + k + 1,
+                k if k == p - 1 => e * p,
+                _ => e * p + p,
+            };
+            for i in 0..size {
+                for j in 0..size {
+                    let at = (2 * node(i) + i % 2, 2 * node(j) + j % 2);
+                    matrix[at] += local[i * size + j];
+                }
+            }
+        }
+        let [first, end] = elements.held();
+        for (row, held) in [
+            (0, first[0]),
+            (1, first[1]),
+            (n - 2, end[0]),
+            (n - 1, end[1]),
+        ] {
+            if held {
+                matrix.row_mut(row).fill(0.0);
+                matrix[(row, row)] = 1.0;
+            }
+        }
+        matrix
+    }
+
+    #[test]
+    fn solves_equal_a_dense_lu() {
+        for law in [
+            PressureLaw::PerMaterialLength,
+            PressureLaw::PerCurrentLength,
+        ] {
+            // whole curve and half curve
+            for skew in [0.5, 0.0] {
+                let stiffness = Stiffness::function(move |s| 1.0 + skew * s, &[]).unwrap();
+                let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+                    .with_stiffness(stiffness)
+                    .with_law(law);
+                for (degree, per_piece) in [(2, 1), (3, 2), (7, 1), (14, 3)] {
+                    let elements = SpectralElements::new(&membrane, degree, per_piece).unwrap();
+                    assert_eq!(elements.is_half(), skew == 0.0);
+                    let moved = |(i, x): (usize, &f64)| x + 0.2 * (i as f64 * 0.3).sin();
+                    let nodes: Vec<f64> = elements.start().iter().enumerate().map(moved).collect();
+                    let matrix = assembled(&elements, &nodes, 4.0);
+                    let mut lu = CondensedLu::new(&elements);
+                    lu.factor(&elements, &nodes, 4.0).unwrap();
+                    let b = DVector::from_fn(nodes.len(), |i, _| (i as f64 * 0.9).cos());
+                    let mut x = b.as_slice().to_vec();
+                    lu.solve_in_place(&mut x);
+                    let x = DVector::from_vec(x);
+                    // backward stable: the residual is rounding of the matrix times x
+                    let size = matrix.abs().row_sum_tr().max() * x.amax();
+                    let residual = (&matrix * &x - &b).amax();
+                    let case = format!("{law:?}, degree {degree}, {per_piece} a piece");
+                    assert!(residual < 1e-13 * size, "{case}: {residual:e} of {size:e}");
+                    // and the answer is the dense one, to that times the condition number
+                    let dense = matrix.clone().lu().solve(&b).unwrap();
+                    let condition = matrix
+                        .clone()
+                        .try_inverse()
+                        .unwrap()
+                        .abs()
+                        .row_sum_tr()
+                        .max()
+                        * matrix.abs().row_sum_tr().max();
+                    let off = (&dense - &x).amax() / dense.amax();
+                    assert!(
+                        off < 1e-15 * condition,
+                        "{case}: {off:e}, condition {condition:e}"
+                    );
+                }
+            }
+        }
+    }
+}

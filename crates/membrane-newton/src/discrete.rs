@@ -65,14 +65,14 @@ impl Discrete {
 
     pub(crate) fn measure(&self, measure: Measure, nodes: &[f64]) -> f64 {
         match self {
-            Self::Differences(_) => measure.of(nodes),
+            Self::Differences(d) => d.measure(measure, nodes),
             Self::Spectral(s) => s.measure(measure, nodes),
         }
     }
 
     pub(crate) fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {
         match self {
-            Self::Differences(_) => measure.gradient_into(nodes, out),
+            Self::Differences(d) => d.measure_gradient_into(measure, nodes, out),
             Self::Spectral(s) => {
                 s.measure_gradient_into(measure, nodes, out);
             }
@@ -81,7 +81,7 @@ impl Discrete {
 
     pub(crate) fn measures(&self, nodes: &[f64]) -> Measures {
         match self {
-            Self::Differences(_) => Measures::of(nodes),
+            Self::Differences(d) => d.measures(nodes),
             Self::Spectral(s) => s.measures(nodes),
         }
     }
@@ -98,15 +98,30 @@ impl Discrete {
 
     pub(crate) fn points(&self, nodes: &[f64]) -> Vec<[f64; 2]> {
         match self {
-            Self::Differences(_) => nodes.as_chunks::<2>().0.to_vec(),
+            Self::Differences(d) => d.points(nodes),
             Self::Spectral(s) => s.points(nodes),
         }
     }
 
-    pub(crate) fn is_half(&self) -> bool {
+    /// Whether the x and the y of the first and of the last node of the state are held.
+    pub(crate) fn held(&self) -> [[bool; 2]; 2] {
         match self {
-            Self::Differences(_) => false,
-            Self::Spectral(s) => s.is_half(),
+            Self::Differences(d) => d.held(),
+            Self::Spectral(s) => s.held(),
+        }
+    }
+
+    /// Puts held coordinates where they are held.
+    pub(crate) fn hold(&self, nodes: &mut [f64]) {
+        let (start, last) = (self.start(), nodes.len() - 2);
+        let [first, end] = self.held();
+        for k in 0..2 {
+            if first[k] {
+                nodes[k] = start[k];
+            }
+            if end[k] {
+                nodes[last + k] = start[last + k];
+            }
         }
     }
 
@@ -122,15 +137,7 @@ impl Discrete {
             }
             nodes.extend(pieces[piece].at(s).position);
         }
-        // held coordinates keep the value they are held at
-        let start = self.start();
-        let last = nodes.len() - 2;
-        nodes[..2].copy_from_slice(&start[..2]);
-        if self.is_half() {
-            nodes[last + 1] = start[last + 1];
-        } else {
-            nodes[last..].copy_from_slice(&start[last..]);
-        }
+        self.hold(&mut nodes);
         nodes
     }
 
@@ -186,9 +193,14 @@ impl Factors {
                 d.add_elastic_tangent(1.0, tangent);
                 d.add_pressure_tangent(nodes, intensity, 1.0, tangent)
                     .map_err(NewtonError::membrane)?;
-                let n = tangent.len();
-                for held in [0, 1, n - 2, n - 1] {
-                    tangent.add(held, held, 1.0);
+                let [first, end] = d.held();
+                let last = tangent.len() - 2;
+                for (node, held) in [(0, first), (last, end)] {
+                    for k in 0..2 {
+                        if held[k] {
+                            tangent.add(node + k, node + k, 1.0);
+                        }
+                    }
                 }
                 lu.factor(tangent)
             }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use membrane_forces::{CurvePiece, CurvePoint, Measures};
 
+use crate::discrete::Discrete;
 use crate::options::NewtonReport;
 use crate::plan::Plan;
 
@@ -53,15 +54,18 @@ impl Equilibrium {
         if let Some(piece) = pieces.iter().find(|piece| s <= piece.to).or(pieces.last()) {
             return piece.at(s);
         }
+        let Discrete::Differences(differences) = &self.plan.discrete else {
+            unreachable!("spectral curves have pieces");
+        };
         let rest = self.plan.membrane.rest();
-        let points = self.nodes().as_chunks::<2>().0;
-        let last = points.len() - 1;
+        let last = differences.n_nodes() - 1;
         let n = ((s * last as f64) as usize).min(last - 1);
         let (ds, t) = (1.0 / last as f64, s * last as f64 - n as f64);
-        let here = rest.at(s);
-        let mut out = here;
+        let mut out = rest.at(s);
         for k in 0..2 {
-            let u = |m: usize| points[m][k] - rest.at(m as f64 * ds).position[k];
+            let u = |m: usize| {
+                differences.point(self.nodes(), m)[k] - rest.at(m as f64 * ds).position[k]
+            };
             // slope per cell at node m: central, one-sided of second order at the ends
             let slope = |m: usize| match m {
                 0 => -1.5 * u(0) + 2.0 * u(1) - 0.5 * u(2),

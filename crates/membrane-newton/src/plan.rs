@@ -50,7 +50,7 @@ impl Plan {
     pub(crate) fn differences(membrane: &Membrane, nodes: usize) -> Result<Self, MembraneError> {
         Ok(Self::new(
             membrane,
-            Discrete::Differences(FiniteDifferences::new(membrane, nodes)?),
+            Discrete::Differences(FiniteDifferences::half(membrane, nodes)?),
             None,
         ))
     }
@@ -163,18 +163,14 @@ impl Plan {
                 None => break,
             }
         }
-        let mut state = self.start_state();
-        let count = (state.len() - 1) / 2;
         let positions = self.discrete.positions();
-        for n in 1..count - 1 {
-            state[2 * n..2 * n + 2].copy_from_slice(&curve.at(positions[n]).position);
+        let count = self.discrete.start().len() / 2;
+        let mut state = Vec::with_capacity(2 * count + 1);
+        for &s in &positions[..count] {
+            state.extend(curve.at(s).position);
         }
-        // the last node of a half curve is free along the axis
-        let last = 2 * (count - 1);
-        if self.discrete.is_half() {
-            state[last] = curve.at(positions[count - 1]).position[0];
-        }
-        state[2 * count] = curve.intensity;
+        self.discrete.hold(&mut state);
+        state.push(curve.intensity);
         (self.clone(), state)
     }
 

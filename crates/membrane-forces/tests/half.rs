@@ -1,0 +1,138 @@
+//! The half curve against the whole one: forces, tangents, measures and gradients on mirror images.
+
+use std::f64::consts::TAU;
+
+use membrane_forces::{
+    BandMatrix, FiniteDifferences, Measure, Membrane, PressureLaw, RestShape, Stiffness,
+};
+
+const LAWS: [PressureLaw; 3] = [
+    PressureLaw::PerMaterialLength,
+    PressureLaw::TotalForce,
+    PressureLaw::PerCurrentLength,
+];
+const MEASURES: [Measure; 4] = [
+    Measure::Length,
+    Measure::Area,
+    Measure::Surface,
+    Measure::Volume,
+];
+
+fn membrane(law: PressureLaw, second: bool) -> Membrane {
+    let stiffness = |a: f64| Stiffness::function(move |s| 1.0 + a * (TAU * s).cos(), &[]).unwrap();
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+        .with_stiffness(stiffness(0.5))
+        .with_law(law);
+    if second {
+        membrane.with_second_neighbours(stiffness(-0.3))
+    } else {
+        membrane
+    }
+}
+
+/// Adds a displacement that is its own mirror image to `start`, the first nodes of `n`.
+fn displaced(start: &[f64], n: usize, amplitude: f64) -> Vec<f64> {
+    let mut nodes = start.to_vec();
+    for (k, node) in nodes.chunks_exact_mut(2).enumerate().skip(1).take(n - 2) {
+        let s = (k as f64 / (n - 1) as f64 - 0.5) * TAU;
+        node[0] += amplitude * (1.0 + s.cos()) * (1.0 + 0.4 * (3.0 * s).cos());
+        node[1] -= amplitude * (s.sin() + 0.3 * (2.0 * s).sin());
+    }
+    nodes
+}
+
+/// Largest difference of the first numbers of `whole` from `half`, over the size of `whole`.
+fn distance(half: &[f64], whole: &[f64]) -> f64 {
+    let size = whole.iter().fold(1.0f64, |m, v| m.max(v.abs()));
+    let pairs = half.iter().zip(whole);
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / size
+}
+
+fn times(band: &BandMatrix, x: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; x.len()];
+    band.mul_into(x, &mut out);
+    out
+}
+
+#[test]
+fn the_half_curve_has_the_forces_and_measures_of_the_whole() {
+    for n in [3, 4, 5, 6, 7, 8, 41, 42] {
+        for law in LAWS {
+            for second in [false, true] {
+                let membrane = membrane(law, second);
+                let whole = FiniteDifferences::new(&membrane, n).unwrap();
+                let half = FiniteDifferences::half(&membrane, n).unwrap();
+                assert!(half.is_half() && half.start().len() == 2 * n.div_ceil(2));
+                let (x, d) = (
+                    displaced(whole.start(), n, 0.4),
+                    displaced(&vec![0.0; 2 * n], n, 1.0),
+                );
+                let (mut x_half, mut d_half) = (
+                    displaced(half.start(), n, 0.4),
+                    displaced(&vec![0.0; half.start().len()], n, 1.0),
+                );
+                if n % 2 == 1 {
+                    // the sine at the apex is not exactly zero
+                    *x_half.last_mut().unwrap() = 0.0;
+                    *d_half.last_mut().unwrap() = 0.0;
+                }
+                let case = format!("N {n}, {law:?}, second neighbours {second}");
+                // rounding of x seen through 1 / ds^2, over forces of about that size
+                let check = |name: &str, a: &[f64], b: &[f64]| {
+                    let off = distance(a, b);
+                    assert!(off < 1e-12, "{case}, {name}: {off:e}");
+                };
+                let (mut a, mut b) = (vec![f64::NAN; d_half.len()], vec![f64::NAN; d.len()]);
+                half.elastic_force_into(&x_half, &mut a);
+                whole.elastic_force_into(&x, &mut b);
+                check("elastic force", &a, &b);
+                half.pressure_force_into(&x_half, 3.0, &mut a).unwrap();
+                whole.pressure_force_into(&x, 3.0, &mut b).unwrap();
+                check("pressure force", &a, &b);
+
+                let (mut band, mut full) = (half.band(), whole.band());
+                half.add_elastic_tangent(2.0, &mut band);
+                whole.add_elastic_tangent(2.0, &mut full);
+                half.add_pressure_tangent(&x_half, 3.0, 0.5, &mut band)
+                    .unwrap();
+                whole.add_pressure_tangent(&x, 3.0, 0.5, &mut full).unwrap();
+                check("tangent", &times(&band, &d_half), &times(&full, &d));
+
+                for measure in MEASURES {
+                    let name = format!("{measure:?}");
+                    check(
+                        &name,
+                        &[half.measure(measure, &x_half)],
+                        &[whole.measure(measure, &x)],
+                    );
+                    half.measure_gradient_into(measure, &x_half, &mut a);
+                    whole.measure_gradient_into(measure, &x, &mut b);
+                    // both free: a change of the half is a change of its image too
+                    let dot =
+                        |g: &[f64], d: &[f64]| g.iter().zip(d).map(|(g, d)| g * d).sum::<f64>();
+                    check(&name, &[dot(&a, &d_half)], &[dot(&b, &d)]);
+                }
+                let points = half.points(&x_half);
+                check("points", points.as_flattened(), &x);
+                assert_eq!(half.blow_up(), whole.blow_up());
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_not_its_own_mirror_image_stays_whole() {
+    let rest = || RestShape::balloon(8.5, 1.75).unwrap();
+    let skew = Stiffness::function(|s| 1.0 + 1e-9 * s, &[]).unwrap();
+    let ends = [[0.0, 1.75], [1e-9, -1.75]];
+    for membrane in [
+        Membrane::new(rest()).with_stiffness(skew.clone()),
+        Membrane::new(rest()).with_second_neighbours(skew),
+        Membrane::new(rest()).with_ends(ends).unwrap(),
+        Membrane::new(RestShape::polyline(&[[0.0, 1.0], [1.0, 0.1], [0.0, -1.0]]).unwrap()),
+    ] {
+        let half = FiniteDifferences::half(&membrane, 41).unwrap();
+        assert!(!half.is_half() && half.start().len() == 82);
+        assert_eq!(half.held(), [[true; 2]; 2]);
+    }
+}

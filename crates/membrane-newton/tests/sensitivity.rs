@@ -1,0 +1,57 @@
+//! Sensitivities against central differences of whole solves.
+
+use membrane_newton::{
+    Control, Discretisation, Membrane, NewtonOptions, RestShape, Solver, Stiffness,
+};
+
+#[test]
+fn sensitivities_are_the_derivatives_of_solves() {
+    let options = NewtonOptions::default();
+    for skew in [0.0, 0.3] {
+        let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+            .with_stiffness(Stiffness::function(move |s| 1.0 + skew * s, &[]).unwrap());
+        for discretisation in [
+            Discretisation::FiniteDifferences { nodes: 101 },
+            Discretisation::FiniteDifferences { nodes: 100 },
+            Discretisation::Spectral {
+                degree: 12,
+                per_piece: 1,
+            },
+        ] {
+            let solver = Solver::new(&membrane, discretisation).unwrap();
+            type Make = fn(f64) -> Control;
+            let controls: [(Make, f64); 6] = [
+                (Control::Load, 15.0),
+                (Control::Intensity, 15.0),
+                (Control::TotalForce, 2000.0),
+                (Control::Volume, 140.0),
+                (Control::VolumeGain, 0.5),
+                (Control::Area, 50.0),
+            ];
+            for (control, value) in controls {
+                let here = solver.solve(control(value), &options).unwrap();
+                let slope = here.sensitivity(control(value)).unwrap();
+                let step = 1e-4 * value;
+                let at = |value| solver.solve_from(&here, control(value), &options).unwrap();
+                let (a, b) = (at(value - step), at(value + step));
+                let difference = |a: f64, b: f64| (b - a) / (2.0 * step);
+                // steps of 1e-4 leave 1e-8 of the third derivative, solves 1e-14 / 1e-4
+                let intensity = difference(a.intensity, b.intensity);
+                assert!((slope.intensity / intensity - 1.0).abs() < 1e-6);
+                let size = slope
+                    .points
+                    .as_flattened()
+                    .iter()
+                    .fold(0.0f64, |m, v| m.max(v.abs()));
+                assert_eq!(slope.points.len(), here.points().len());
+                for (k, by) in slope.points.iter().enumerate() {
+                    for i in 0..2 {
+                        let expected = difference(a.points()[k][i], b.points()[k][i]);
+                        let off = (by[i] - expected).abs() / size;
+                        assert!(off < 1e-6, "{discretisation:?}, node {k}: {off:e}");
+                    }
+                }
+            }
+        }
+    }
+}
