@@ -179,6 +179,20 @@ impl Body {
         weight: f64,
         out: &mut [T],
     ) -> Result<RayCounters, Error> {
+        self.project_measured(rays, activity, weight, out, |_| |low, high, _| high - low)
+    }
+
+    /// Adds `weight` times the activity's integral along the rays, where a stretch of a line counts what `measure` says.
+    ///
+    /// `measure(ray)` gives a function of the ends of a stretch and of the parameter of the ray's origin, all on one scale.
+    pub(crate) fn project_measured<T: Sample, M: Fn(f64, f64, f64) -> f64>(
+        &self,
+        rays: &ParallelRays,
+        activity: &[f64],
+        weight: f64,
+        out: &mut [T],
+        measure: impl Fn([usize; 2]) -> M + Sync,
+    ) -> Result<RayCounters, Error> {
         let weights = self.weights(activity)?;
         finite("weight", weight)?;
         length("image", rays.n_bins * rays.n_rows, out.len())?;
@@ -209,16 +223,17 @@ impl Body {
         let counters = out
             .par_chunks_mut(rays.n_bins)
             .enumerate()
-            .map(|(row, image)| self.project_row(&views, row, image))
+            .map(|(row, image)| self.project_row(&views, row, image, &measure))
             .reduce(RayCounters::default, |a, b| a + b);
         Ok(counters)
     }
 
-    fn project_row<T: Sample>(
+    fn project_row<T: Sample, M: Fn(f64, f64, f64) -> f64>(
         &self,
         views: &[LayerView],
         row: usize,
         image: &mut [T],
+        measure: &impl Fn([usize; 2]) -> M,
     ) -> RayCounters {
         let n_bins = image.len();
         let mut counters = RayCounters::default();
@@ -226,8 +241,7 @@ impl Body {
         let mut cast = vec![false; n_bins];
         for view in views {
             let meridian = &self.layers()[view.layer];
-            let w0 = view.first[0] + view.row[0] * row as f64;
-            let q0 = view.first[1] + view.row[1] * row as f64;
+            let [w0, q0, t0] = [0, 1, 2].map(|k| view.first[k] + view.row[k] * row as f64);
             let mut hints = vec![Hint::default(); meridian.chains().len()];
             for bin in view
                 .shadow
@@ -237,6 +251,8 @@ impl Body {
                 if !view.shadow.holds(w, q) {
                     continue;
                 }
+                let origin = t0 + bin as f64 * view.bin[2];
+                let measure = measure([bin, row]);
                 let mut chord = 0.0;
                 view.direction.intervals(
                     meridian,
@@ -244,7 +260,7 @@ impl Body {
                     q,
                     &mut hints,
                     &mut |sign, _, [low, high]| {
-                        chord += sign * (high.t - low.t);
+                        chord += sign * measure(low.t, high.t, origin);
                     },
                 );
                 cast[bin] = true;

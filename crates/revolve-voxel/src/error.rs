@@ -80,6 +80,22 @@ pub enum Error {
         /// The value given.
         given: f64,
     },
+    /// A number that must not be negative is.
+    #[error("{what} must not be negative, got {given}")]
+    Negative {
+        /// Which number.
+        what: &'static str,
+        /// The value given.
+        given: f64,
+    },
+    /// A wedge of more than a turn.
+    #[error("a wedge opens {given} radians, at most {most}")]
+    TooWide {
+        /// The opening given.
+        given: f64,
+        /// A full turn.
+        most: f64,
+    },
     /// A list has the wrong length.
     #[error("{what}: expected length {expected}, got {given}")]
     Length {

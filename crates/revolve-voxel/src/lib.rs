@@ -43,7 +43,7 @@
 //! voxel; tests compare it with closed forms and exact chords.
 //!
 //! # What it is not
-//! No scattering, attenuation or noise; no solids but those of revolution; no files but meshes.
+//! No scattering or noise; no attenuation but by one uniform medium; no solids but those of revolution; no files but meshes.
 //!
 //! # Features
 //! None.
@@ -52,6 +52,7 @@
 //! Plane through a box: Scardovelli and Zaleski, J. Comput. Phys. 164 (2000) 228, <https://doi.org/10.1006/jcph.2000.6567>.
 //! The bodies of the heart phantom: Rohmer, Sitek and Gullberg 2006 (hal-03929238).
 
+mod attenuation;
 mod body;
 mod chains;
 mod chord;
@@ -73,10 +74,13 @@ mod pose;
 mod ray;
 mod regions;
 mod sample;
+mod sector;
 mod self_crossing;
 mod shadow;
 mod shell;
+mod wedge;
 
+pub use attenuation::{Attenuator, EllipticCylinder, Medium};
 pub use body::Body;
 pub use counters::{RayCounters, VoxelCounters};
 pub use coverage::Sampling;
@@ -94,6 +98,7 @@ pub use pose::Pose;
 pub use ray::{Hit, Ray, Span};
 pub use regions::RegionVolumes;
 pub use sample::Sample;
+pub use sector::Sector;
 pub use shell::Shell;
 
 #[doc = include_str!("../README.md")]

@@ -1,0 +1,324 @@
+//! A solid of revolution cut by a wedge of azimuth: a piece of a wall, such as a defect.
+
+use std::ops::Range;
+
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::attenuation::check_slices;
+use crate::error::{finite, positive};
+use crate::plane_clip::fraction_below;
+use crate::wedge::{Place, Sides, Wedge};
+use crate::{
+    Attenuator, Body, Error, Meridian, ParallelRays, Pose, Ray, RayCounters, Sample, Sampling,
+    VoxelCounters, VoxelGrid,
+};
+
+/// The part of a solid of revolution between two half-planes that start at its axis, standing in the lab.
+///
+/// Azimuth is the angle from body y to body z. Of two sectors side by side, the plane between them belongs to the one it
+/// begins.
+///
+/// ```
+/// use revolve_voxel::{Meridian, Pose, Sector};
+/// // A quarter of a tube.
+/// let ring = Meridian::ring(&[[0.0, 1.0], [0.0, 2.0], [3.0, 2.0], [3.0, 1.0]])?;
+/// let quarter = Sector::new(ring, [0.0, std::f64::consts::FRAC_PI_2], Pose::axis_along_z(1.5)?)?;
+/// assert!((quarter.volume() - 0.25 * std::f64::consts::PI * 3.0 * 3.0).abs() < 1e-12);
+/// # Ok::<(), revolve_voxel::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sector {
+    /// The whole ring, as its only layer.
+    ring: Body,
+    wedge: Wedge,
+    opening: f64,
+}
+
+impl Sector {
+    /// The part of `ring` from the first azimuth to the last, in radians.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`], [`Error::NotPositive`] unless the last azimuth is larger, [`Error::TooWide`] for more than a
+    /// turn.
+    pub fn new(ring: Meridian, azimuths: [f64; 2], pose: Pose) -> Result<Self, Error> {
+        Ok(Self {
+            wedge: Wedge::new(azimuths)?,
+            ring: Body::new(vec![ring], pose)?,
+            opening: azimuths[1] - azimuths[0],
+        })
+    }
+
+    /// Volume in cm^3.
+    pub fn volume(&self) -> f64 {
+        self.ring.region_measures(0).volume * self.opening / std::f64::consts::TAU
+    }
+
+    /// Does the sector hold a lab point?
+    pub fn contains(&self, p: &Point3<f64>) -> bool {
+        self.ring.signed_distance(0, p) < 0.0 && self.wedge.contains(&self.ring.pose().to_body(p))
+    }
+
+    /// Length of a line inside the sector.
+    pub fn chord(&self, ray: &Ray) -> f64 {
+        let spans = self.ring.spans(0, ray);
+        let clip = self.clip(ray);
+        spans
+            .iter()
+            .map(|span| clip(span.enter, span.exit, &|low, high| high - low))
+            .sum()
+    }
+
+    /// Adds `activity` times the integral along the rays to an image `[row][bin]`, weakened by an attenuator if there is one
+    /// (the detector is ahead of the rays).
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a wrong image, [`Error::NotFinite`] for the activity; as
+    /// [`Body::project_attenuated_add`].
+    pub fn project_add<T: Sample>(
+        &self,
+        rays: &ParallelRays,
+        activity: f64,
+        attenuator: Option<&Attenuator>,
+        out: &mut [T],
+    ) -> Result<RayCounters, Error> {
+        if let Some(attenuator) = attenuator {
+            attenuator.check_direction(&rays.direction())?;
+        }
+        self.ring
+            .project_measured(rays, &[activity], 1.0, out, |[bin, row]| {
+                let ray = rays.ray(bin, row);
+                let clip = self.clip(&ray);
+                let way = attenuator.map(|attenuator| attenuator.along(&ray));
+                move |low: f64, high: f64, origin: f64| {
+                    let measure = |low: f64, high: f64| match &way {
+                        None => high - low,
+                        Some(way) => way.integral(low, high),
+                    };
+                    clip(low - origin, high - origin, &measure)
+                }
+            })
+    }
+
+    /// Adds `activity` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, those slices only).
+    ///
+    /// A voxel that a side of the wedge cuts is always done by coverage, to the tolerance of the sampling or to 1e-2.
+    ///
+    /// # Errors
+    /// As [`Body::voxelize_add`].
+    pub fn voxelize_add<T: Sample>(
+        &self,
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+        sampling: Sampling,
+        activity: f64,
+        out: &mut [T],
+    ) -> Result<VoxelCounters, Error> {
+        finite("activity", activity)?;
+        check_slices(grid, &slices, out.len())?;
+        let tolerance = match sampling {
+            Sampling::Coverage { tolerance } => positive("tolerance", tolerance)?,
+            _ => 1e-2,
+        };
+        // The ring alone, on the part of the grid that holds it: the same part whatever slices are asked for.
+        let [low, high] = self.ring.bounding_box(0);
+        let (origin, h) = (grid.origin(), grid.spacing());
+        let part: [Range<usize>; 3] = [0, 1, 2].map(|a| {
+            let n = grid.shape()[a] as f64;
+            let index = |x: f64| ((x - origin[a]) / h[a]).clamp(-1.0, n);
+            let first = (index(low[a]) - 1.0).max(0.0) as usize;
+            first..((index(high[a]) + 2.0).min(n) as usize).max(first)
+        });
+        let z = part[2].start.max(slices.start)..part[2].end.min(slices.end);
+        let [nx, ny] = [part[0].len(), part[1].len()];
+        if nx * ny == 0 || z.is_empty() {
+            return Ok(VoxelCounters::default());
+        }
+        let corner = grid.centre(part[0].start, part[1].start, part[2].start);
+        let small = VoxelGrid::new(part.clone().map(|p| p.len()), h, corner.coords.into())?;
+        let own = z.start - part[2].start..z.end - part[2].start;
+        let mut ring = vec![0.0; nx * ny * z.len()];
+        let mut counters =
+            self.ring
+                .voxelize_add(&small, own.clone(), sampling, &[1.0], 1.0, &mut ring)?;
+        counters.cut += match &self.wedge {
+            Wedge::Whole => 0,
+            Wedge::Within(sides) => {
+                self.cut(&small, own.start, (sides, false), tolerance, &mut ring)
+            }
+            Wedge::Without(sides) => {
+                self.cut(&small, own.start, (sides, true), tolerance, &mut ring)
+            }
+        };
+        for (slice, own) in z.zip(ring.chunks(nx * ny)) {
+            for (y, row) in own.chunks(nx).enumerate() {
+                let start = (slice - slices.start) * grid.slice_len()
+                    + (part[1].start + y) * grid.shape()[0]
+                    + part[0].start;
+                for (v, share) in out[start..start + nx].iter_mut().zip(row) {
+                    if *share != 0.0 {
+                        *v += T::from_f64(activity * share);
+                    }
+                }
+            }
+        }
+        Ok(counters)
+    }
+
+    /// From the ring's coverage, from `first_slice` on, to the sector's; returns the number of voxels that a side cuts.
+    fn cut(
+        &self,
+        grid: &VoxelGrid,
+        first_slice: usize,
+        (sides, inverted): (&Sides, bool),
+        tolerance: f64,
+        ring: &mut [f64],
+    ) -> u64 {
+        let pose = self.ring.pose();
+        let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e));
+        let half = grid.spacing().map(|h| 0.5 * h);
+        let cutter = Cutter {
+            ring: &self.ring.layers()[0],
+            sides,
+            steps,
+        };
+        let [nx, ny, _] = grid.shape();
+        ring.par_iter_mut()
+            .enumerate()
+            .map(|(k, share)| {
+                if *share == 0.0 {
+                    return 0;
+                }
+                let (x, y, z) = (k % nx, k / nx % ny, first_slice + k / (nx * ny));
+                let centre = pose.to_body(&grid.centre(x, y, z));
+                let (held, cut) = match sides.place(&centre, half, &steps) {
+                    Place::Inside => (*share, 0),
+                    Place::Outside => (0.0, 0),
+                    _ => (cutter.share(&centre, half, tolerance, DEEPEST), 1),
+                };
+                *share = if inverted {
+                    (*share - held).max(0.0)
+                } else {
+                    held
+                };
+                cut
+            })
+            .sum()
+    }
+
+    fn clip(&self, ray: &Ray) -> impl Fn(f64, f64, &dyn Fn(f64, f64) -> f64) -> f64 + use<> {
+        let pose = self.ring.pose();
+        self.wedge.clip(
+            &pose.to_body(&ray.origin()),
+            &pose.vector_to_body(&ray.direction()),
+        )
+    }
+}
+
+/// A box 2^8 times smaller than a voxel is below any tolerance that a voxel's edge can ask for.
+const DEEPEST: u32 = 8;
+
+/// Tangents that differ by more than this within a box are those of an edge, which no plane stands for.
+const CREASE: f64 = 0.2;
+
+/// The share of a box that both a ring and a wedge of at most half a turn hold.
+struct Cutter<'a> {
+    ring: &'a Meridian,
+    sides: &'a Sides,
+    steps: [Vector3<f64>; 3],
+}
+
+/// The ring's surface in a box.
+enum Surface {
+    Inside,
+    Outside,
+    /// Covered fraction by the tangent plane of the nearest point, and whether that can stand for the surface.
+    Plane(f64, bool),
+}
+
+impl Cutter<'_> {
+    /// Split in eight until one plane in each part is good enough.
+    fn share(&self, centre: &Point3<f64>, half: [f64; 3], goal: f64, depth: u32) -> f64 {
+        let surface = self.surface(centre, half);
+        let place = self.sides.place(centre, half, &self.steps);
+        let ring = match surface {
+            Surface::Outside => return 0.0,
+            Surface::Inside => 1.0,
+            Surface::Plane(share, _) => share,
+        };
+        let wedge = match place {
+            Place::Outside => return 0.0,
+            Place::Inside => 1.0,
+            Place::Cut(distance, k) => {
+                fraction_below(self.sides.normal(k, &self.steps), -distance, half)
+            }
+            Place::CutTwice => 0.5,
+        };
+        // One plane is exact but for the bend of the ring.
+        let single = match (&surface, place) {
+            (Surface::Inside, Place::CutTwice) => false,
+            (Surface::Inside, _) => return wedge,
+            (Surface::Plane(_, smooth), Place::Inside) => *smooth,
+            _ => false,
+        };
+        // Two planes in one box: the product of their shares is off by no more than a quarter.
+        if depth == 0 || (!single && 0.25 <= goal) {
+            return ring * wedge;
+        }
+        let quarter = half.map(|h| 0.5 * h);
+        let parts: [Point3<f64>; 8] = std::array::from_fn(|k| {
+            let by = |a: usize| {
+                if k >> a & 1 == 1 {
+                    quarter[a]
+                } else {
+                    -quarter[a]
+                }
+            };
+            centre + self.steps[0] * by(0) + self.steps[1] * by(1) + self.steps[2] * by(2)
+        });
+        if single {
+            let fine = parts
+                .iter()
+                .map(|p| match self.surface(p, quarter) {
+                    Surface::Inside => 1.0,
+                    Surface::Outside => 0.0,
+                    Surface::Plane(share, _) => share,
+                })
+                .sum::<f64>()
+                / 8.0;
+            // The planes' error falls by four from one size to half of it.
+            if (fine - ring).abs() <= goal {
+                return fine;
+            }
+        }
+        // Of the eight parts a surface meets four, an edge two: their errors may be as much larger.
+        let goal = goal * if single { 2.0 } else { 4.0 };
+        parts
+            .iter()
+            .map(|p| self.share(p, quarter, goal, depth - 1))
+            .sum::<f64>()
+            / 8.0
+    }
+
+    fn surface(&self, centre: &Point3<f64>, half: [f64; 3]) -> Surface {
+        let radius = Vector3::from(half).norm();
+        let r = centre.y.hypot(centre.z);
+        let distance = self.ring.distance_at(centre.x, r);
+        if distance.value.abs() >= radius {
+            return if distance.value < 0.0 {
+                Surface::Inside
+            } else {
+                Surface::Outside
+            };
+        }
+        let [gx, gr] = distance.gradient;
+        let normal = if r > 0.0 {
+            Vector3::new(gx, gr * centre.y / r, gr * centre.z / r)
+        } else {
+            Vector3::new(gx, 0.0, 0.0)
+        };
+        let normal = [0, 1, 2].map(|a| normal.dot(&self.steps[a]));
+        let bend = self.ring.tangents_within(centre.x, r, radius).spread() + radius / r * gr.abs();
+        Surface::Plane(fraction_below(normal, distance.value, half), bend <= CREASE)
+    }
+}

@@ -1,0 +1,163 @@
+//! The part of space between two half-planes that start at the axis of a body.
+
+use nalgebra::{Point3, Vector3};
+use std::f64::consts::{PI, TAU};
+
+use crate::Error;
+use crate::error::{finite, positive};
+
+/// A wedge of azimuth in the body frame: from y to z, between two angles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Wedge {
+    /// All round.
+    Whole,
+    /// At most half a turn: convex.
+    Within(Sides),
+    /// More than half a turn: what the rest leaves.
+    Without(Sides),
+}
+
+/// Normals (y, z) of the two planes, both pointing into a wedge of at most half a turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Sides {
+    normals: [[f64; 2]; 2],
+}
+
+/// Where a box is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Place {
+    Inside,
+    Outside,
+    /// Cut by one plane only: distance of its centre from it (positive inside), and which.
+    Cut(f64, usize),
+    /// Near the axis, where both planes cut it.
+    CutTwice,
+}
+
+impl Wedge {
+    /// From one azimuth to a larger one, in radians.
+    pub(crate) fn new([from, to]: [f64; 2]) -> Result<Self, Error> {
+        finite("first azimuth", from)?;
+        finite("last azimuth", to)?;
+        let opening = positive("opening of the wedge", to - from)?;
+        // A full turn given as a sum of angles may be off by rounding.
+        if opening > TAU * (1.0 + 1e-12) {
+            return Err(Error::TooWide {
+                given: opening,
+                most: TAU,
+            });
+        }
+        if opening >= TAU * (1.0 - 1e-12) {
+            return Ok(Self::Whole);
+        }
+        let left = |a: f64| [-a.sin(), a.cos()];
+        let right = |a: f64| [a.sin(), -a.cos()];
+        Ok(if opening <= PI {
+            Self::Within(Sides {
+                normals: [left(from), right(to)],
+            })
+        } else {
+            Self::Without(Sides {
+                normals: [left(to), right(from)],
+            })
+        })
+    }
+
+    /// Does it hold a body point? The first plane belongs to a wedge, the last does not.
+    pub(crate) fn contains(&self, p: &Point3<f64>) -> bool {
+        match self {
+            Self::Whole => true,
+            Self::Within(sides) => sides.contains(p),
+            Self::Without(sides) => !sides.contains(p),
+        }
+    }
+
+    /// Reads the measure of the part of a stretch [low, high] of a line (in the body frame) that the wedge holds.
+    pub(crate) fn clip(
+        &self,
+        origin: &Point3<f64>,
+        direction: &Vector3<f64>,
+    ) -> impl Fn(f64, f64, &dyn Fn(f64, f64) -> f64) -> f64 + use<> {
+        let (sides, inverted) = match self {
+            Self::Whole => (None, false),
+            Self::Within(sides) => (Some(sides), false),
+            Self::Without(sides) => (Some(sides), true),
+        };
+        let held = sides.map(|sides| sides.interval(origin, direction));
+        move |low, high, measure| {
+            let Some(held) = held else {
+                return measure(low, high);
+            };
+            let part = held.map_or(0.0, |[a, b]| {
+                let (a, b) = (low.max(a), high.min(b));
+                if b > a { measure(a, b) } else { 0.0 }
+            });
+            if inverted {
+                measure(low, high) - part
+            } else {
+                part
+            }
+        }
+    }
+}
+
+impl Sides {
+    fn depth(&self, p: &Point3<f64>) -> [f64; 2] {
+        self.normals.map(|[y, z]| y * p.y + z * p.z)
+    }
+
+    fn contains(&self, p: &Point3<f64>) -> bool {
+        let [first, last] = self.depth(p);
+        first >= 0.0 && last > 0.0
+    }
+
+    /// The parameters between which a line is in the wedge.
+    fn interval(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<[f64; 2]> {
+        let mut ends = [f64::NEG_INFINITY, f64::INFINITY];
+        let depth = self.depth(origin);
+        for k in 0..2 {
+            let [y, z] = self.normals[k];
+            let rate = y * direction.y + z * direction.z;
+            if rate > 0.0 {
+                ends[0] = ends[0].max(-depth[k] / rate);
+            } else if rate < 0.0 {
+                ends[1] = ends[1].min(-depth[k] / rate);
+            } else if depth[k] < 0.0 || (depth[k] == 0.0 && k == 1) {
+                // Within the plane itself: the first one belongs to the wedge, so that wedges side by side do not overlap.
+                return None;
+            }
+        }
+        (ends[0] < ends[1]).then_some(ends)
+    }
+
+    /// Where a box with that centre and half-widths along `steps` lies.
+    pub(crate) fn place(
+        &self,
+        centre: &Point3<f64>,
+        half: [f64; 3],
+        steps: &[Vector3<f64>; 3],
+    ) -> Place {
+        let depth = self.depth(centre);
+        let mut cut = None;
+        for k in 0..2 {
+            let along = self.normal(k, steps);
+            let reach: f64 = (0..3).map(|a| half[a] * along[a].abs()).sum();
+            if depth[k] <= -reach {
+                return Place::Outside;
+            }
+            if depth[k] < reach {
+                cut = match cut {
+                    None => Some(Place::Cut(depth[k], k)),
+                    Some(_) => Some(Place::CutTwice),
+                };
+            }
+        }
+        cut.unwrap_or(Place::Inside)
+    }
+
+    /// A plane's normal along `steps`.
+    pub(crate) fn normal(&self, k: usize, steps: &[Vector3<f64>; 3]) -> [f64; 3] {
+        let [y, z] = self.normals[k];
+        [0, 1, 2].map(|a| y * steps[a].y + z * steps[a].z)
+    }
+}
