@@ -41,25 +41,29 @@
 //!
 //! # Features
 //!
-//! `sprs`: the projector as a sparse matrix.
+//! `sprs`: the projector as a sparse matrix. `noise`: Poisson counts.
 //!
 //! # References
 //!
 //! Kak & Slaney, Principles of Computerized Tomographic Imaging (1988), ch. 3. Joseph 1982, doi:10.1109/TMI.1982.4307572. Siddon
 //! 1985, doi:10.1118/1.595715.
 
+mod blur;
 mod error;
 mod fbp;
 mod filter;
 mod geometry;
 mod iterative;
 mod measure;
+#[cfg(feature = "noise")]
+mod noise;
 mod phantom;
 mod projector;
 mod sample;
 mod simd;
 mod slices;
 
+pub use blur::Blur;
 pub use error::RadonError;
 pub use fbp::{EdgePolicy, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation, Skip};
 pub use filter::{Window, padded_len, ramp_response, ramp_sample};
@@ -69,6 +73,8 @@ pub use iterative::{
     Stopping, Subset, cgls, mlem, osem, sirt,
 };
 pub use measure::{MaskedStats, disc_mask, rmse_within};
+#[cfg(feature = "noise")]
+pub use noise::{CountScale, poisson_counts, poisson_counts_into};
 pub use phantom::{BinSampling, Phantom2, Phantom3, Shape2, Shape3};
 pub use projector::{Kernel, Projector, ProjectorReport, ProjectorScratch, StackOperator};
 pub use sample::Sample;
