@@ -41,6 +41,7 @@ mod error;
 mod evolving;
 mod motion;
 mod scheme;
+mod springs;
 mod stage;
 mod stepper;
 

@@ -103,7 +103,7 @@ impl Motion {
     /// The drive has no finite value at t = 0, or prescribes a volume that the membrane does not
     /// have, or a volume to an explicit scheme.
     pub fn new(body: MovingMembrane, drive: Drive, scheme: Scheme) -> Result<Self, ImplicitError> {
-        if scheme.is_explicit() && drive.kind == DriveKind::Volume {
+        if scheme.has_explicit_pressure() && drive.kind == DriveKind::Volume {
             return Err(ImplicitError::ExplicitVolume);
         }
         let inner = Stepper::new(body, scheme, drive.kind);
@@ -131,7 +131,7 @@ impl Motion {
         drive: Drive,
         scheme: Scheme,
     ) -> Result<Self, ImplicitError> {
-        if scheme.is_explicit() {
+        if scheme.has_explicit_pressure() {
             return Err(ImplicitError::ExplicitVolume);
         }
         let volume = |body: &MovingMembrane| Measure::Volume.of(body.differences.start());

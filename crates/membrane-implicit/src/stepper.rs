@@ -9,6 +9,7 @@ use crate::drive::DriveKind;
 use crate::energy::{Energy, Ledger};
 use crate::error::ImplicitError;
 use crate::scheme::{Jacobian, Scheme, Tableau};
+use crate::springs::Springs;
 use crate::stage::{Stage, dot, hold_ends};
 
 /// Position, velocity and acceleration at one instant, flat.
@@ -18,6 +19,8 @@ pub(crate) struct Instant {
     pub(crate) nodes: Vec<f64>,
     pub(crate) velocity: Vec<f64>,
     pub(crate) acceleration: Vec<f64>,
+    /// Pressure force.
+    pressure: Vec<f64>,
     pub(crate) intensity: f64,
     /// Power of the pressure force, and |v|^2, both integrated over s.
     pressure_power: f64,
@@ -48,12 +51,13 @@ pub(crate) struct Stepper {
     kind: DriveKind,
     length: f64,
     stage: Stage,
+    springs: Springs,
     /// Stage 0 is the present.
     instants: Vec<Instant>,
     pub(crate) old: Instant,
     /// c* and v* of the stage being solved.
     start: (Vec<f64>, Vec<f64>),
-    pressure: Vec<f64>,
+    scratch: Vec<f64>,
     error: (Vec<f64>, Vec<f64>),
     /// Difference quotient of the derivative over the previous step, for the trapezoidal rule.
     has_history: bool,
@@ -74,6 +78,7 @@ impl Stepper {
             nodes,
             velocity: zero(),
             acceleration: zero(),
+            pressure: zero(),
             intensity: 0.0,
             pressure_power: 0.0,
             speed_squared: 0.0,
@@ -90,6 +95,7 @@ impl Stepper {
         Self {
             length: body.length_scale(),
             stage: Stage::new(&body),
+            springs: Springs::new(body.n_nodes()),
             scheme,
             tableau,
             jacobian: Jacobian::Exact,
@@ -97,7 +103,7 @@ impl Stepper {
             instants: vec![instant.clone(); tableau.stages],
             old: instant,
             start: (zero(), zero()),
-            pressure: zero(),
+            scratch: zero(),
             error: (zero(), zero()),
             has_history: false,
             ledger: Ledger::default(),
@@ -143,7 +149,6 @@ impl Stepper {
             body,
             stage,
             instants,
-            pressure,
             kind,
             start: (force, row),
             error: (moved, _),
@@ -160,11 +165,11 @@ impl Stepper {
             DriveKind::TotalForce => value / Measure::Surface.of(&at.nodes),
             DriveKind::Volume => {
                 // m V'' = grad V . (F_e + f n - mu v) + m v . H v
-                d.pressure_force_into(&at.nodes, 1.0, pressure)
+                d.pressure_force_into(&at.nodes, 1.0, &mut at.pressure)
                     .map_err(membrane)?;
                 Measure::Volume.gradient_into(&at.nodes, row);
                 hold_ends(row);
-                let per_intensity = dot(row, pressure);
+                let per_intensity = dot(row, &at.pressure);
                 let rate = dot(row, &at.velocity);
                 let pull = dot(row, force);
                 let bend = curvature_of_volume(&at.nodes, &at.velocity, moved, row);
@@ -175,15 +180,15 @@ impl Stepper {
             return Err(ImplicitError::BadDrive { time, value });
         }
         at.intensity = intensity;
-        d.pressure_force_into(&at.nodes, intensity, pressure)
+        d.pressure_force_into(&at.nodes, intensity, &mut at.pressure)
             .map_err(membrane)?;
         let (inverse_mass, mu) = (1.0 / body.mass, body.damping);
-        let forces = force.iter().zip(pressure.iter()).zip(&at.velocity);
+        let forces = force.iter().zip(&at.pressure).zip(&at.velocity);
         for (a, ((e, p), v)) in at.acceleration.iter_mut().zip(forces) {
             *a = (e + p - mu * v) * inverse_mass;
         }
         hold_ends(&mut at.acceleration);
-        at.measure(pressure, d.ds());
+        at.measure(d.ds());
         Ok(())
     }
 
@@ -221,10 +226,11 @@ impl Stepper {
     pub(crate) fn attempt(&mut self, dt: f64, targets: &[f64]) -> Result<(), ImplicitError> {
         match self.scheme {
             Scheme::SemiImplicitEuler => self.linearised_step(dt, targets[0])?,
+            Scheme::ImplicitSplitting2 => self.kick_and_relax(dt, targets[0])?,
             scheme if scheme.is_splitting() => self.split_step(dt, targets)?,
             scheme => {
                 for (i, &target) in (1..self.tableau.stages).zip(targets) {
-                    if scheme.is_explicit() {
+                    if scheme.has_explicit_pressure() {
                         self.explicit_stage(i, dt, target)?;
                     } else {
                         self.solve_stage(i, dt, target)?;
@@ -272,7 +278,18 @@ impl Stepper {
             }
             None => return None,
         }
-        if !self.scheme.is_explicit() {
+        if self.scheme == Scheme::ImplicitSplitting2 {
+            let h = 0.5 * dt;
+            self.stage.elastic.mul_into(position, &mut self.scratch);
+            for (out, v) in self.scratch.iter_mut().zip(velocity.iter()) {
+                *out = self.body.mass * v + h * *out;
+            }
+            self.springs.solve_in_place(&mut self.scratch);
+            velocity.copy_from_slice(&self.scratch);
+            for (p, v) in position.iter_mut().zip(velocity.iter()) {
+                *p += h * v;
+            }
+        } else if !self.scheme.has_explicit_pressure() {
             self.stage.filter(&self.body, position, velocity);
         }
         let rms = |v: &[f64]| (v.iter().map(|e| e * e).sum::<f64>() / (v.len() / 2) as f64).sqrt();
@@ -322,14 +339,14 @@ impl Stepper {
             }
             self.stage
                 .elastic
-                .mul_into(&self.instants[j].velocity, &mut self.pressure);
+                .mul_into(&self.instants[j].velocity, &mut self.scratch);
             for i in 0..stages {
                 let m = b[i] * a[i][j] + b[j] * a[j][i] - b[i] * b[j];
                 if m != 0.0 {
                     let (k, other) = (&self.instants[i], &self.instants[j]);
                     loss += m
                         * (self.body.mass * dot(&k.acceleration, &other.acceleration)
-                            - dot(&k.velocity, &self.pressure));
+                            - dot(&k.velocity, &self.scratch));
                 }
             }
         }
@@ -378,7 +395,7 @@ impl Stepper {
         let now = &self.instants[0];
         let d = &self.body.differences;
         d.elastic_force_into(&now.nodes, &mut self.start.0);
-        d.pressure_force_into(&now.nodes, now.intensity, &mut self.pressure)
+        d.pressure_force_into(&now.nodes, now.intensity, &mut self.scratch)
             .map_err(|error| ImplicitError::Membrane {
                 time: now.time,
                 error,
@@ -387,7 +404,7 @@ impl Stepper {
             .start
             .0
             .iter()
-            .zip(&self.pressure)
+            .zip(&self.scratch)
             .map(|(e, p)| (e + p) * (e + p))
             .sum();
         Ok((
@@ -398,8 +415,8 @@ impl Stepper {
 }
 
 impl Instant {
-    fn measure(&mut self, pressure: &[f64], ds: f64) {
-        self.pressure_power = ds * dot(pressure, &self.velocity);
+    fn measure(&mut self, ds: f64) {
+        self.pressure_power = ds * dot(&self.pressure, &self.velocity);
         self.speed_squared = ds * dot(&self.velocity, &self.velocity);
     }
 }

@@ -90,6 +90,7 @@ fn every_scheme_converges_with_its_order() {
         (Scheme::RungeKutta4, [100, 200]),
         (Scheme::Splitting2, [400, 800]),
         (Scheme::Splitting6, [40, 80]),
+        (Scheme::ImplicitSplitting2, [500, 1_000]),
         (Scheme::Trapezoidal, [500, 1_000]),
         (Scheme::TrBdf2, [500, 1_000]),
     ] {
@@ -106,7 +107,13 @@ fn every_scheme_converges_with_its_order() {
 #[test]
 fn adaptive_steps_keep_the_error_near_the_tolerance() {
     let (time, x, v) = REFERENCE[1];
-    for scheme in [Scheme::TrBdf2, Scheme::Trapezoidal, Scheme::RungeKutta4] {
+    for scheme in [
+        Scheme::TrBdf2,
+        Scheme::Trapezoidal,
+        Scheme::RungeKutta4,
+        Scheme::Splitting2,
+        Scheme::ImplicitSplitting2,
+    ] {
         let mut last = f64::INFINITY;
         for tolerance in [1e-4, 1e-6, 1e-8] {
             let mut motion = inflate(scheme);

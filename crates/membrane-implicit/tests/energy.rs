@@ -91,7 +91,7 @@ fn terms_add_up_for_other_jacobians_and_adaptive_steps() {
 }
 
 #[test]
-fn terms_add_up_for_the_splitting() {
+fn terms_add_up_for_the_splittings() {
     for (mu, mass) in [(0.0, 1.0), (0.7, 1.5), (50.0, 1.0)] {
         let body = reference_body()
             .with_damping(mu)
@@ -104,6 +104,15 @@ fn terms_add_up_for_the_splitting() {
             .run(TimeStep::Fixed(0.009), &[Stop::Time(2.0)])
             .unwrap();
         assert_balanced(&coarse, &format!("splitting of order 2, mu {mu}"));
+        // far past the explicit limit, where the springs are carried exactly all the same
+        for dt in [0.009, 0.1] {
+            let scheme = Scheme::ImplicitSplitting2;
+            let mut implicit = Motion::new(body.clone(), drive.clone(), scheme).unwrap();
+            implicit
+                .run(TimeStep::Fixed(dt), &[Stop::Time(2.0)])
+                .unwrap();
+            assert_balanced(&implicit, &format!("implicit splitting, dt {dt}, mu {mu}"));
+        }
         let mut motion = Motion::new(body, drive, Scheme::Splitting6).unwrap();
         motion
             .run(TimeStep::Fixed(0.01), &[Stop::Time(2.0)])

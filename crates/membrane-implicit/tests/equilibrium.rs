@@ -222,3 +222,27 @@ fn adaptive_steps_grow_without_bound_as_it_settles() {
     println!("{:?} at t = {}", motion.work(), motion.time());
     assert!(motion.work().steps < 3_000);
 }
+
+/// The kick and the midpoint rule cancel where the forces do: Newton's shape stays as it is.
+#[test]
+fn the_implicit_splitting_keeps_an_equilibrium() {
+    let grid = Discretisation::FiniteDifferences { nodes: 101 };
+    let solved = Solver::new(&balloon(), grid)
+        .unwrap()
+        .solve(Control::Load(17.5), &NewtonOptions::default())
+        .unwrap();
+    let body = MovingMembrane::new(&balloon(), 101).unwrap();
+    let drive = Drive::intensity(|_| 17.5);
+    let mut motion = Motion::new(body, drive, Scheme::ImplicitSplitting2)
+        .unwrap()
+        .with_state(0.0, &solved.points(), &[[0.0; 2]; 101])
+        .unwrap();
+    // ten times the explicit limit
+    motion
+        .run(TimeStep::Fixed(0.1), &[Stop::Steps(1000)])
+        .unwrap();
+    let off = distance(motion.state().points, &solved.points());
+    // nothing damps what the rounding of forces, 1e-11, sets moving
+    println!("{off:e}");
+    assert!(off < 1e-9, "{off:e}");
+}

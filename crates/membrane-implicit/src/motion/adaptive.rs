@@ -2,6 +2,7 @@
 
 use super::Motion;
 use crate::error::{ImplicitError, within};
+use crate::scheme::Scheme;
 
 /// What the estimated error of one step may be, in the root mean square over the nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +51,7 @@ impl Motion {
         most: f64,
     ) -> Result<f64, ImplicitError> {
         tolerance.check()?;
-        if self.inner.scheme.is_splitting() {
+        if self.inner.scheme == Scheme::Splitting6 {
             return Err(ImplicitError::NoErrorEstimate);
         }
         longest(most)?;

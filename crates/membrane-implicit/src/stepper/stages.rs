@@ -48,7 +48,6 @@ impl Stepper {
             body,
             stage,
             instants,
-            pressure,
             kind,
             start: (force, _),
             pending,
@@ -87,31 +86,105 @@ impl Stepper {
                 };
             }
             d.elastic_force_into(&new.nodes, force);
-            d.pressure_force_into(&new.nodes, new.intensity, pressure)
-                .map_err(|error| ImplicitError::Membrane {
-                    time: now.time,
-                    error,
-                })?;
-            stage.force_calls += 1;
-            let (push, pull) = (dot(pressure, &new.velocity), dot(force, &new.velocity));
+            if k == 0 {
+                new.pressure.copy_from_slice(&now.pressure);
+            } else {
+                d.pressure_force_into(&new.nodes, new.intensity, &mut new.pressure)
+                    .map_err(|error| ImplicitError::Membrane {
+                        time: now.time,
+                        error,
+                    })?;
+                stage.force_calls += 1;
+            }
+            let (push, pull) = (dot(&new.pressure, &new.velocity), dot(force, &new.velocity));
             pending.numerical += 0.5 * ds * reach * pull;
             let kick = kicks[k] * dt;
-            let forces = force.iter().zip(pressure.iter());
+            let forces = force.iter().zip(&new.pressure);
             for (v, (e, p)) in new.velocity.iter_mut().zip(forces) {
                 *v += kick / m * (e + p);
             }
             let (push, pull) = (
-                push + dot(pressure, &new.velocity),
+                push + dot(&new.pressure, &new.velocity),
                 pull + dot(force, &new.velocity),
             );
             pending.work += 0.5 * kick * ds * push;
             pending.numerical -= 0.5 * kick * ds * pull;
         }
-        let forces = force.iter().zip(pressure.iter()).zip(&new.velocity);
+        let forces = force.iter().zip(&new.pressure).zip(&new.velocity);
         for (a, ((e, p), v)) in new.acceleration.iter_mut().zip(forces) {
             *a = (e + p - mu * v) / m;
         }
-        new.measure(pressure, ds);
+        new.measure(ds);
+        Ok(())
+    }
+
+    /// A half kick of the pressure, the implicit midpoint rule for springs and damping, a half kick
+    /// of the pressure where that ends. With w the velocity at the midpoint and h = dt / 2,
+    ///
+    /// ```text
+    /// [(m + h mu) - h^2 K] w = m v1 + h F_e(c) = (m + h mu) v + h m a      v1 = v + h p / m
+    /// c2 = c + dt w      v2 = 2 w - v1      v3 = v2 + h p2 / m
+    /// ```
+    ///
+    /// The midpoint rule changes kinetic and elastic energy by -dt mu |w|^2 and no more.
+    pub(super) fn kick_and_relax(&mut self, dt: f64, target: f64) -> Result<(), ImplicitError> {
+        let Self {
+            body,
+            stage,
+            springs,
+            instants,
+            kind,
+            start: (force, middle),
+            pending,
+            ..
+        } = self;
+        let (now, rest) = instants.split_at_mut(1);
+        let (now, new) = (&now[0], &mut rest[0]);
+        let d = &body.differences;
+        let (m, mu, ds, h) = (body.mass, body.damping, d.ds(), 0.5 * dt);
+        let diagonal = m + h * mu;
+        if springs.factor(&stage.elastic, diagonal, h) {
+            stage.factorisations += 1;
+        }
+        for ((w, v), a) in middle.iter_mut().zip(&now.velocity).zip(&now.acceleration) {
+            *w = diagonal * v + h * m * a;
+        }
+        springs.solve_in_place(middle);
+        let kick = h / m;
+        *pending = Default::default();
+        pending.damping = dt * mu * ds * dot(middle, middle);
+        pending.work = h
+            * ds
+            * (dot(&now.pressure, &now.velocity) + 0.5 * kick * dot(&now.pressure, &now.pressure));
+        let before = now.velocity.iter().zip(&now.pressure);
+        for ((v, w), (v0, p)) in new.velocity.iter_mut().zip(middle.iter()).zip(before) {
+            *v = 2.0 * w - (v0 + kick * p);
+        }
+        for ((c, w), c0) in new.nodes.iter_mut().zip(middle.iter()).zip(&now.nodes) {
+            *c = c0 + dt * w;
+        }
+        new.time = now.time + dt;
+        new.intensity = match kind {
+            DriveKind::TotalForce => target / Measure::Surface.of(&new.nodes),
+            _ => target,
+        };
+        d.elastic_force_into(&new.nodes, force);
+        d.pressure_force_into(&new.nodes, new.intensity, &mut new.pressure)
+            .map_err(|error| ImplicitError::Membrane {
+                time: now.time,
+                error,
+            })?;
+        stage.force_calls += 1;
+        let inverse_mass = 1.0 / m;
+        let forces = force.iter().zip(&new.pressure);
+        let moved = new.velocity.iter_mut().zip(new.acceleration.iter_mut());
+        for ((v, a), (e, p)) in moved.zip(forces) {
+            *v += kick * p;
+            *a = (e + p - mu * *v) * inverse_mass;
+        }
+        new.measure(ds);
+        let after = dot(&new.pressure, &new.pressure);
+        pending.work += h * (new.pressure_power - 0.5 * kick * ds * after);
         Ok(())
     }
 
@@ -126,7 +199,6 @@ impl Stepper {
             body,
             stage,
             instants,
-            pressure,
             kind,
             length,
             ..
@@ -164,15 +236,20 @@ impl Stepper {
         self.work.iterations += 1;
         // The force that acted: at the start's normals, plus what linearising added.
         body.differences
-            .pressure_force_into(&now.nodes, intensity, pressure)
+            .pressure_force_into(&now.nodes, intensity, &mut new.pressure)
             .map_err(|error| ImplicitError::Membrane {
                 time: now.time,
                 error,
             })?;
         stage.force_calls += 1;
-        stage.add_linearised(&eq, &new.velocity, new.intensity - intensity, pressure);
+        stage.add_linearised(
+            &eq,
+            &new.velocity,
+            new.intensity - intensity,
+            &mut new.pressure,
+        );
         slope(&new.velocity, &now.velocity, dt, &mut new.acceleration);
-        new.measure(pressure, body.differences.ds());
+        new.measure(body.differences.ds());
         if *kind == DriveKind::TotalForce {
             new.intensity = target / Measure::Surface.of(&new.nodes);
         }
@@ -189,7 +266,6 @@ impl Stepper {
             body,
             stage,
             instants,
-            pressure,
             kind,
             length,
             tableau,
@@ -305,14 +381,14 @@ impl Stepper {
             last = change;
         }
         body.differences
-            .pressure_force_into(&new.nodes, new.intensity, pressure)
+            .pressure_force_into(&new.nodes, new.intensity, &mut new.pressure)
             .map_err(|error| ImplicitError::Membrane {
                 time: now.time,
                 error,
             })?;
         stage.force_calls += 1;
         slope(&new.velocity, velocities, h, &mut new.acceleration);
-        new.measure(pressure, body.differences.ds());
+        new.measure(body.differences.ds());
         Ok(())
     }
 }
