@@ -54,7 +54,7 @@ pub use camera::Camera;
 pub use cycle::Cycle;
 pub use error::PhantomError;
 pub use heart::{Balloon, Heart, HeartShape};
-pub use material::{MaterialPoint, Stretch, Wall};
+pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
 pub use truth::{Measures, Regions, truth};
 
 #[doc = include_str!("../README.md")]

@@ -1,6 +1,6 @@
 //! The wall's material: conservation, inverse, stretches against finite differences.
 
-use heart_phantom::{Heart, MaterialPoint, PhantomError, Wall};
+use heart_phantom::{Heart, MaterialPoint, PhantomError, Wall, WallRegion};
 use membrane_newton::{
     Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, RestShape, Solver,
 };
@@ -242,6 +242,70 @@ fn finite_differences_give_the_polyline_that_is_projected() {
     }
     let stretch = walls[0].stretch(&walls[1], &at(0.4, 0.21, 0.0)).unwrap();
     assert!(stretch.hoop > 1.0 && stretch.radial < 1.0);
+}
+
+/// A layer of voxels' worth of the wall, all of it, and three pieces of it.
+#[test]
+fn pieces_of_the_wall_move_with_it() {
+    let region = WallRegion {
+        layers: [0.2, 0.9],
+        s: [0.1, 0.35],
+        azimuths: [0.5, 2.0],
+    };
+    let share = |wall: &Wall| {
+        let solid = wall.sector(&region, 1e-7).unwrap();
+        let grid = VoxelGrid::cube(40, 0.35).unwrap();
+        let mut sum = 0.0;
+        for p in grid.map_centres(0..40, |p| *p) {
+            let inside = wall.locate(&p).is_some_and(|m| {
+                (0.2..0.9).contains(&m.layer)
+                    && (0.1..0.35).contains(&m.s)
+                    && (0.5..2.0).contains(&m.azimuth)
+            });
+            // Away from its surface, a point is in the solid if its material is in the region.
+            if inside != solid.contains(&p) {
+                sum += 1.0;
+            }
+        }
+        (sum, solid.volume())
+    };
+    for wall in TIED.iter().chain(SLIDING.iter()) {
+        let (wrong, _) = share(wall);
+        assert_eq!(wrong, 0.0);
+    }
+    let [still, moved] = [0, 2].map(|k| share(&SLIDING[k]).1);
+    assert!((still - moved).abs() < 1e-5);
+    // All of it, in six pieces.
+    let mut sum = 0.0;
+    for layers in [[0.0, 0.3], [0.3, 1.0]] {
+        for azimuths in [[-1.0, 0.2], [0.2, 3.0], [3.0, 2.0 * PI - 1.0]] {
+            let piece = WallRegion {
+                layers,
+                s: [0.0, 0.5],
+                azimuths,
+            };
+            sum += TIED[1].sector(&piece, 1e-7).unwrap().volume();
+        }
+    }
+    assert!((sum / TIED[1].volume() - 1.0).abs() < 1e-7, "{sum}");
+    let bad = WallRegion {
+        azimuths: [1.0, 1.0],
+        ..region
+    };
+    assert!(TIED[0].sector(&bad, 1e-3).is_err());
+}
+
+#[test]
+fn the_wall_thins_as_the_cavity_grows() {
+    let rest = TIED[0].thicknesses();
+    // Two balloons a centimetre apart.
+    assert!(
+        (rest.minimum - 1.0).abs() < 1e-10 && (rest.mean - 1.0).abs() < 1e-10,
+        "{rest:?}"
+    );
+    let [some, more] = [1, 2].map(|k| TIED[k].thicknesses());
+    assert!(rest.mean > some.mean && some.mean > more.mean && more.minimum < more.mean);
+    assert!((TIED[2].thickness(more.thinnest_at) - more.minimum).abs() < 1e-12);
 }
 
 #[test]

@@ -72,12 +72,14 @@ mod pieces;
 mod plane_clip;
 mod pose;
 mod ray;
+mod region_means;
 mod regions;
 mod sample;
 mod sector;
 mod self_crossing;
 mod shadow;
 mod shell;
+mod thickness;
 mod wedge;
 
 pub use attenuation::{Attenuator, EllipticCylinder, Medium};
@@ -100,6 +102,7 @@ pub use regions::RegionVolumes;
 pub use sample::Sample;
 pub use sector::Sector;
 pub use shell::Shell;
+pub use thickness::Thickness;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

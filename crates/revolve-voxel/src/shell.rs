@@ -310,6 +310,16 @@ impl Shell {
         Ok(points)
     }
 
+    /// The inner and the outer curve.
+    pub(crate) fn curves(&self) -> (&Curve, &Curve) {
+        (&self.inner, &self.outer)
+    }
+
+    /// Parameters close enough that the curves are nearly straight between them; all knots are among them.
+    pub(crate) fn places(&self) -> Vec<f64> {
+        self.lines.iter().map(|line| line.0).collect()
+    }
+
     fn clamped(&self, s: f64) -> f64 {
         s.clamp(self.range[0], self.range[1])
     }
@@ -433,7 +443,7 @@ fn norm(a: [f64; 2]) -> f64 {
 }
 
 /// Where a function (with its slope) rises through zero: Newton's method, kept in its bracket by bisection.
-fn rising_root(f: impl Fn(f64) -> (f64, f64), mut low: f64, mut high: f64) -> f64 {
+pub(crate) fn rising_root(f: impl Fn(f64) -> (f64, f64), mut low: f64, mut high: f64) -> f64 {
     let mut x = 0.5 * (low + high);
     let mut last = f64::INFINITY;
     for _ in 0..128 {

@@ -151,6 +151,13 @@ fn a_wall_is_outer_less_inner_in_every_measure() {
     for (a, b) in r.coverage[1].iter().zip(&wall) {
         assert!((a - b).abs() < 1e-14);
     }
+    // One pass, any quantity: linear in the regions' values.
+    let (both, _) = body
+        .voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[2.0, 1.0])
+        .unwrap();
+    let means = r.mean_of(&[2.0, 1.0]).unwrap();
+    assert!(means.iter().zip(&both).all(|(a, b)| (a - b).abs() < 1e-14));
+    assert!(r.mean_of(&[1.0]).is_err() && r.mean_of(&[1.0, f64::NAN]).is_err());
     let labelled = r.labels.iter().filter(|&&l| l == 2).count() as f64 * grid.voxel_volume();
     assert!((labelled / body.region_measures(1).volume - 1.0).abs() < 0.03);
     assert!(body.check_nested(1e-9).is_ok() || body.check_nested(1.0).is_ok());

@@ -271,6 +271,61 @@ fn nonsense_is_refused() {
     }
 }
 
+#[test]
+fn thickness_is_the_distance_between_the_surfaces() {
+    // Cylinder and half-ball about one axis: 1 cm everywhere, also where points of equal s are farther apart.
+    let even = study().thicknesses();
+    assert!(
+        (even.minimum - 1.0).abs() < 1e-12 && (even.mean - 1.0).abs() < 1e-12,
+        "{even:?}"
+    );
+    assert!((study().thickness(0.0) - 1.0).abs() < 1e-14);
+    // A cone within a cylinder: r = 2 - s, x = 4 s, around it r = 3, up to x = 4.
+    let line = |a: [f64; 2], b: [f64; 2]| Curve::polyline(&[0.0, 1.0], &[a, b]).unwrap();
+    let cone = Shell::new(
+        line([0.0, 2.0], [4.0, 1.0]),
+        line([0.0, 3.0], [4.0, 3.0]),
+        [0.0, 1.0],
+    )
+    .unwrap();
+    for k in 0..=10 {
+        let s = f64::from(k) / 10.0;
+        assert!((cone.thickness(s) - 1.0 - s).abs() < 1e-14);
+    }
+    let all = cone.thicknesses();
+    // Mean of (1 + s) weighed by (2 - s): (2 + 1/2 - 1/3) / (3/2).
+    assert!((all.mean - 13.0 / 9.0).abs() < 1e-12, "{all:?}");
+    assert!((all.minimum - 1.0).abs() < 1e-14 && all.thinnest_at < 1e-7);
+    // The brute twin on a bent wall.
+    let shell = Shell::new(
+        balloon(8.5, 1.75, 1.03),
+        balloon(8.5, 2.75, 1.0),
+        [0.0, 1.0],
+    )
+    .unwrap();
+    let (inner, outer) = (balloon(8.5, 1.75, 1.03), balloon(8.5, 2.75, 1.0));
+    let brute = |s: f64| {
+        let from = inner.at(s).position;
+        let places = (0..=20_000).map(|k| outer.at(f64::from(k) / 20_000.0).position);
+        places
+            .map(|p| (p[0] - from[0]).hypot(p[1] - from[1]))
+            .fold(f64::INFINITY, f64::min)
+    };
+    for k in 0..=20 {
+        let s = f64::from(k) / 20.0;
+        // Half a step of 6e-4 beside the nearest point: its square over the distance.
+        assert!((shell.thickness(s) - brute(s)).abs() < 1e-6, "{s}");
+    }
+    let all = shell.thicknesses();
+    let least = (0..=1000)
+        .map(|k| brute(f64::from(k) / 1000.0))
+        .fold(f64::INFINITY, f64::min);
+    assert!(
+        (all.minimum - least).abs() < 1e-5 && all.mean > all.minimum,
+        "{all:?} {least}"
+    );
+}
+
 proptest! {
     #[test]
     fn locate_undoes_point(u in 0.0..=1.0f64, s in 0.0..=1.0f64, stretch in 0.95..1.03f64) {

@@ -14,7 +14,7 @@ use crate::error::{PhantomError, check};
 use crate::heart::HeartShape;
 use membrane_newton::{Equilibrium, PairEquilibrium};
 use nalgebra::Point3;
-use revolve_voxel::{Curve, Meridian, Piece, Pose, Shell, VoxelGrid};
+use revolve_voxel::{Curve, Meridian, Piece, Pose, Sector, Shell, Thickness, VoxelGrid};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -54,6 +54,17 @@ pub struct Wall {
     pose: Pose,
     /// The wall at rest, if this one slides.
     rest: Option<Arc<Shell>>,
+}
+
+/// A piece of the wall that moves with it: all material points within three ranges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WallRegion {
+    /// Layers, within 0 (inner membrane) to 1 (outer membrane).
+    pub layers: [f64; 2],
+    /// Coordinate along the membranes, within 0 (base) to 1/2 (apex).
+    pub s: [f64; 2],
+    /// Azimuths in radians, the second larger by at most a turn.
+    pub azimuths: [f64; 2],
 }
 
 /// How a material element's sides change from one phase to another: lengths there over lengths here.
@@ -194,6 +205,43 @@ impl Wall {
             ends[k] = self.coordinate(checked(&MaterialPoint { layer, s, azimuth })?.s);
         }
         Ok(self.shell.region(layers, ends, tolerance)?)
+    }
+
+    /// A piece of the wall at this phase as a solid in the lab, its layers drawn to `tolerance` in cm: exact line integrals
+    /// and coverage of, say, a defect.
+    ///
+    /// Add to what the wall gives the difference of the activities, that of the piece less that of the wall. Where
+    /// pieces overlap, their differences add up.
+    ///
+    /// ```
+    /// use heart_phantom::{Heart, Wall, WallRegion};
+    /// let shapes = Heart::study(201)?.shapes(&[0.0, 0.6])?;
+    /// let rest = Wall::new(&shapes[0])?;
+    /// let infarct = WallRegion { layers: [0.0, 0.6], s: [0.3, 0.45], azimuths: [0.0, 1.0] };
+    /// let volumes = [
+    ///     Wall::sliding(&shapes[0], &rest)?.sector(&infarct, 1e-5)?.volume(),
+    ///     Wall::sliding(&shapes[1], &rest)?.sector(&infarct, 1e-5)?.volume(),
+    /// ];
+    /// assert!((volumes[1] / volumes[0] - 1.0).abs() < 1e-4); // its activity is kept
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Wall::region`]; [`PhantomError::Solid`] for azimuths that open no wedge.
+    pub fn sector(&self, region: &WallRegion, tolerance: f64) -> Result<Sector, PhantomError> {
+        let ring = self.region(region.layers, region.s, tolerance)?;
+        Ok(Sector::new(ring, region.azimuths, self.pose)?)
+    }
+
+    /// Thickness of the wall in cm where the inner membrane is at its own coordinate `s`, clamped to 0 to 1/2: the distance
+    /// to the outer membrane.
+    pub fn thickness(&self, s: f64) -> f64 {
+        self.shell.thickness(s)
+    }
+
+    /// Least and mean thickness, the mean over the inner membrane's surface.
+    pub fn thicknesses(&self) -> Thickness {
+        self.shell.thicknesses()
     }
 
     /// Where the wall stands.
