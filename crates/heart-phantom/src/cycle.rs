@@ -1,31 +1,36 @@
 //! The cardiac cycle: which phase at which time, which volume gain at which phase.
 
-use crate::error::PhantomError;
-use std::f64::consts::TAU;
+use crate::error::{PhantomError, check};
+use crate::volume_curve::{Height, MAX_GAIN, VolumeCurve};
 
 /// Phases are kept on a grid of `2^-40` of a cycle, so that instants which are whole cycles apart
 /// give the same bits although `t * bpm / 60` was rounded differently. At 65 beats per minute the
 /// grid is 0.8 ps wide; no shape changes by a rounding error over that.
 const PHASE_GRID: f64 = (1u64 << 40) as f64;
 
-/// A periodic cardiac cycle with the sinusoidal volume curve of the study.
+/// A periodic cardiac cycle: a heart rate and a volume curve.
 ///
 /// The cavity's volume gain (Rohmer et al. 2006, Eq. 35: `(V - V_rest) / V_rest`) at phase `p` is
-/// `peak_gain (1 - cos 2 pi p) / 2`: rest at phase 0, largest at phase 1/2.
+/// `g_low + (g_high - g_low) h(p)`, `h` the [`VolumeCurve`]. [`Cycle::new`] is the study's: the
+/// sinusoid from rest at phase 0 to `peak_gain` at phase 1/2.
 ///
 /// ```
-/// use heart_phantom::Cycle;
+/// use heart_phantom::{Cycle, VolumeCurve};
 /// let cycle = Cycle::new(65.0, 0.6)?;
 /// assert_eq!(cycle.gain(0.0), 0.0);
 /// assert!((cycle.gain(0.5) - 0.6).abs() < 1e-15);
 /// // One view a second sees twelve phases only: 65 beats a minute are 13/12 beats a second.
 /// assert_eq!(cycle.phase(0.0), cycle.phase(12.0));
+/// // A ventricle instead: full at phase 0, at its emptiest when the aortic valve closes.
+/// let cycle = Cycle::with_curve(65.0, &VolumeCurve::Physiological, [0.0, 0.6])?;
+/// assert_eq!((cycle.gain(0.0), cycle.gain(0.46)), (0.6, 0.0));
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Cycle {
     beats_per_second: f64,
-    peak_gain: f64,
+    gains: [f64; 2],
+    height: Height,
 }
 
 impl Cycle {
@@ -35,16 +40,33 @@ impl Cycle {
     /// [`PhantomError::OutOfRange`] unless `0 < beats_per_minute <= 1000` and
     /// `0 <= peak_gain <= 20`, both finite.
     pub fn new(beats_per_minute: f64, peak_gain: f64) -> Result<Self, PhantomError> {
-        crate::error::check(
+        check("peak_gain", peak_gain, 0.0, MAX_GAIN)?;
+        Self::with_curve(beats_per_minute, &VolumeCurve::Sinusoid, [0.0, peak_gain])
+    }
+
+    /// A cycle of any form, with the volume gains at end-systole and at end-diastole (see
+    /// [`VolumeRange::gains`](crate::VolumeRange::gains)).
+    ///
+    /// # Errors
+    /// [`PhantomError::OutOfRange`] unless `0 < beats_per_minute <= 1000` and
+    /// `0 <= g_low <= g_high <= 20`; and for a curve that has no sense, see [`VolumeCurve`].
+    pub fn with_curve(
+        beats_per_minute: f64,
+        curve: &VolumeCurve,
+        gains: [f64; 2],
+    ) -> Result<Self, PhantomError> {
+        check(
             "beats_per_minute",
             beats_per_minute,
             f64::MIN_POSITIVE,
             1000.0,
         )?;
-        crate::error::check("peak_gain", peak_gain, 0.0, 20.0)?;
+        check("largest gain", gains[1], 0.0, MAX_GAIN)?;
+        check("smallest gain", gains[0], 0.0, gains[1])?;
         Ok(Self {
             beats_per_second: beats_per_minute / 60.0,
-            peak_gain,
+            gains,
+            height: Height::new(curve, beats_per_minute)?,
         })
     }
 
@@ -55,10 +77,8 @@ impl Cycle {
 
     /// Volume gain of the cavity at a phase (any real number; whole cycles are dropped).
     pub fn gain(&self, phase: f64) -> f64 {
-        let phase = wrap(phase);
-        // Folded, so that mirrored phases have the same gain to the last bit and share a shape.
-        let phase = phase.min(1.0 - phase);
-        self.peak_gain * (1.0 - (TAU * phase).cos()) / 2.0
+        let [low, high] = self.gains;
+        low + (high - low) * self.height.at(wrap(phase))
     }
 
     /// Length of one cycle in seconds.
@@ -68,7 +88,12 @@ impl Cycle {
 
     /// The largest gain of the cycle.
     pub fn peak_gain(&self) -> f64 {
-        self.peak_gain
+        self.gains[1]
+    }
+
+    /// The gains at end-systole and at end-diastole.
+    pub fn gains(&self) -> [f64; 2] {
+        self.gains
     }
 }
 

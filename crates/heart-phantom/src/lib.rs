@@ -48,6 +48,7 @@ mod material;
 #[cfg(feature = "figures")]
 pub mod study;
 mod truth;
+mod volume_curve;
 
 pub use acquire::{Acquisition, Sinograms, acquire};
 pub use camera::Camera;
@@ -56,6 +57,7 @@ pub use error::PhantomError;
 pub use heart::{Balloon, Heart, HeartShape};
 pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
 pub use truth::{Measures, Regions, truth};
+pub use volume_curve::{VolumeCurve, VolumeRange};
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

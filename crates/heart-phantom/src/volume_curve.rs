@@ -1,0 +1,359 @@
+//! How the cavity's volume runs through a beat, and how large it gets.
+
+use crate::error::{PhantomError, check, check_count};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Heart rates for which [`VolumeCurve::Physiological`] leaves time to fill.
+const PHYSIOLOGICAL_BPM: [f64; 2] = [35.0, 140.0];
+/// Aortic closure to the opening of the mitral valve, seconds.
+const ISOVOLUMIC_RELAXATION: f64 = 0.080;
+/// Longest early filling and atrial contraction in seconds, and their largest shares of the filling time.
+const EARLY_FILLING: [f64; 2] = [0.200, 0.5];
+const ATRIAL_FILLING: [f64; 2] = [0.110, 0.3];
+/// Shares of the stroke volume that have come in after early filling and after diastasis.
+const FILLED: [f64; 2] = [0.75, 0.80];
+/// Limits of [`VolumeCurve::Sampled`]: fewer make no beat, more no sense.
+const SAMPLES: [usize; 2] = [3, 100_000];
+
+/// The form of the volume over a beat; its size is [`VolumeRange`]'s.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum VolumeCurve {
+    /// `(1 - cos 2 pi p) / 2`: smallest at phase 0, largest at phase 1/2. The study's.
+    Sinusoid,
+    /// The left ventricle at rest; phase 0 is the onset of the QRS complex, end-diastole.
+    ///
+    /// Pre-ejection `131 - 0.4 r` ms and ejection `413 - 1.7 r` ms at `r` beats a minute (the regressions for men of
+    /// Weissler, Harris and Schoenfeld 1968, <https://doi.org/10.1161/01.CIR.37.2.149>; reviewed by Lewis et al. 1977,
+    /// <https://doi.org/10.1161/01.CIR.56.2.146>), isovolumic relaxation 80 ms; then 75 % of the stroke volume in early
+    /// filling (at most 200 ms), 5 % in diastasis, 20 % in the atrial contraction (at most 110 ms), the shares of
+    /// physiology's textbooks. Between these points the volume follows the monotone cubic of
+    /// [`Sampled`](Self::Sampled), so that it stands still while all valves are closed.
+    Physiological,
+    /// Volumes at equally spaced phases from 0 on, in any unit: the least becomes the end-systolic volume, the largest the
+    /// end-diastolic one. Between them runs the periodic monotone cubic of Fritsch and Butland (1984,
+    /// <https://doi.org/10.1137/0905021>), which never overshoots: no phase is fuller or emptier than the samples.
+    Sampled(Vec<f64>),
+}
+
+/// How large the volume gets; `V_rest` is the volume within the inner balloon at rest.
+///
+/// ```
+/// use heart_phantom::VolumeRange;
+/// // The paper's gain of 0.6 is an ejection fraction of 0.375.
+/// assert_eq!(VolumeRange::Gain(0.6).ejection_fraction(93.0)?, 0.6 / 1.6);
+/// let gains = VolumeRange::EjectionFraction(0.375).gains(93.0)?;
+/// assert!(gains[0] == 0.0 && (gains[1] - 0.6).abs() < 1e-15);
+/// let volumes = VolumeRange::Volumes { edv: 150.0, esv: 100.0 };
+/// assert!((volumes.ejection_fraction(93.0)? - 1.0 / 3.0).abs() < 1e-15);
+/// # Ok::<(), heart_phantom::PhantomError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum VolumeRange {
+    /// The paper's gain `(EDV - ESV) / ESV` with `ESV = V_rest` (Eq. 35).
+    Gain(f64),
+    /// `(EDV - ESV) / EDV` with `ESV = V_rest`.
+    EjectionFraction(f64),
+    /// End-diastolic and end-systolic volume in mL; both at least `V_rest`, since an empty balloon has no shape to solve for.
+    Volumes {
+        /// Largest volume.
+        edv: f64,
+        /// Smallest volume.
+        esv: f64,
+    },
+}
+
+impl VolumeRange {
+    /// Gains over the rest volume at end-systole and at end-diastole.
+    ///
+    /// # Errors
+    /// [`PhantomError::OutOfRange`] unless `0 <= gain <= 20`, `0 <= fraction <= 20/21`, `V_rest <= ESV <= EDV <= 21 V_rest`.
+    pub fn gains(&self, rest_volume: f64) -> Result<[f64; 2], PhantomError> {
+        match *self {
+            Self::Gain(gain) => Ok([0.0, check("gain", gain, 0.0, MAX_GAIN)?]),
+            Self::EjectionFraction(fraction) => {
+                check(
+                    "ejection_fraction",
+                    fraction,
+                    0.0,
+                    MAX_GAIN / (1.0 + MAX_GAIN),
+                )?;
+                Ok([0.0, fraction / (1.0 - fraction)])
+            }
+            Self::Volumes { edv, esv } => {
+                check("edv", edv, rest_volume, rest_volume * (1.0 + MAX_GAIN))?;
+                check("esv", esv, rest_volume, edv)?;
+                Ok([esv, edv].map(|volume| (volume - rest_volume) / rest_volume))
+            }
+        }
+    }
+
+    /// `(EDV - ESV) / EDV`.
+    ///
+    /// # Errors
+    /// As [`VolumeRange::gains`].
+    pub fn ejection_fraction(&self, rest_volume: f64) -> Result<f64, PhantomError> {
+        let [low, high] = self.gains(rest_volume)?;
+        Ok((high - low) / (1.0 + high))
+    }
+}
+
+/// Largest volume gain that a cycle may ask for.
+pub(crate) const MAX_GAIN: f64 = 20.0;
+
+/// A curve made ready for one heart rate: phase to a height of 0 (ESV) to 1 (EDV).
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Height {
+    Sinusoid,
+    Monotone(Vec<Knot>),
+}
+
+/// A point of a periodic monotone cubic with its slope.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Knot {
+    phase: f64,
+    height: f64,
+    slope: f64,
+}
+
+impl Height {
+    pub(crate) fn new(curve: &VolumeCurve, beats_per_minute: f64) -> Result<Self, PhantomError> {
+        match curve {
+            VolumeCurve::Sinusoid => Ok(Self::Sinusoid),
+            VolumeCurve::Physiological => {
+                let [low, high] = PHYSIOLOGICAL_BPM;
+                check(
+                    "beats_per_minute of a physiological curve",
+                    beats_per_minute,
+                    low,
+                    high,
+                )?;
+                Ok(Self::Monotone(with_slopes(&physiological(
+                    beats_per_minute,
+                ))))
+            }
+            VolumeCurve::Sampled(volumes) => {
+                check_count("sampled volumes", volumes.len(), SAMPLES[0], SAMPLES[1])?;
+                for &volume in volumes {
+                    check("sampled volume", volume, -1e12, 1e12)?;
+                }
+                let low = volumes.iter().copied().fold(f64::INFINITY, f64::min);
+                let high = volumes.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                check(
+                    "range of the sampled volumes",
+                    high - low,
+                    f64::MIN_POSITIVE,
+                    1e13,
+                )?;
+                let n = volumes.len() as f64;
+                let points: Vec<[f64; 2]> = (volumes.iter().enumerate())
+                    .map(|(j, volume)| [j as f64 / n, (volume - low) / (high - low)])
+                    .collect();
+                Ok(Self::Monotone(with_slopes(&points)))
+            }
+        }
+    }
+
+    /// The height at a phase in [0, 1).
+    pub(crate) fn at(&self, phase: f64) -> f64 {
+        match self {
+            Self::Sinusoid => {
+                // Folded, so that mirrored phases have the same height to the last bit and share a shape.
+                let phase = phase.min(1.0 - phase);
+                (1.0 - (TAU * phase).cos()) / 2.0
+            }
+            Self::Monotone(knots) => {
+                let next = knots.partition_point(|knot| knot.phase <= phase);
+                // The first knot is at phase 0.
+                let a = &knots[next - 1];
+                let (b, end) = knots.get(next).map_or((&knots[0], 1.0), |b| (b, b.phase));
+                if a.height == b.height {
+                    return a.height; // exactly, so that a standstill is one shape
+                }
+                let width = end - a.phase;
+                let u = (phase - a.phase) / width;
+                let rise = b.height - a.height;
+                let (s, t) = (a.slope * width, b.slope * width);
+                let height =
+                    a.height + u * (s + u * (3.0 * rise - 2.0 * s - t + u * (s + t - 2.0 * rise)));
+                height.clamp(a.height.min(b.height), a.height.max(b.height))
+            }
+        }
+    }
+}
+
+/// Corners of the physiological curve.
+fn physiological(beats_per_minute: f64) -> Vec<[f64; 2]> {
+    let beat = 60.0 / beats_per_minute;
+    let opening = (131.0 - 0.4 * beats_per_minute) / 1000.0;
+    let closure = opening + (413.0 - 1.7 * beats_per_minute) / 1000.0;
+    let filling = closure + ISOVOLUMIC_RELAXATION;
+    let left = beat - filling;
+    let lasting = |[longest, share]: [f64; 2]| f64::min(longest, share * left);
+    [
+        [0.0, 1.0],
+        [opening, 1.0],
+        [closure, 0.0],
+        [filling, 0.0],
+        [filling + lasting(EARLY_FILLING), FILLED[0]],
+        [beat - lasting(ATRIAL_FILLING), FILLED[1]],
+    ]
+    .map(|[time, height]| [time / beat, height])
+    .to_vec()
+}
+
+/// The slopes of Fritsch and Butland: a weighted harmonic mean of the neighbouring differences, 0 at an extremum.
+fn with_slopes(points: &[[f64; 2]]) -> Vec<Knot> {
+    let n = points.len();
+    let step = |j: usize| {
+        let ([a, from], [b, to]) = (points[j % n], points[(j + 1) % n]);
+        let width = (b - a).rem_euclid(1.0);
+        (width, (to - from) / width)
+    };
+    (0..n)
+        .map(|j| {
+            let ((h0, d0), (h1, d1)) = (step(j + n - 1), step(j));
+            let slope = if d0 * d1 > 0.0 {
+                let (w0, w1) = (2.0 * h1 + h0, h1 + 2.0 * h0);
+                (w0 + w1) / (w0 / d0 + w1 / d1)
+            } else {
+                0.0
+            };
+            let [phase, height] = points[j];
+            Knot {
+                phase,
+                height,
+                slope,
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gain_and_ejection_fraction_are_two_names_of_one_range() {
+        for gain in [0.0, 0.1, 0.6, 1.5, 20.0] {
+            let fraction = VolumeRange::Gain(gain).ejection_fraction(93.0).unwrap();
+            assert!((fraction - gain / (1.0 + gain)).abs() < 1e-15);
+            let [low, high] = VolumeRange::EjectionFraction(fraction).gains(93.0).unwrap();
+            // Conditioning: d gain / d fraction = (1 + gain)^2.
+            assert!(low == 0.0 && (high - gain).abs() <= 4e-16 * (1.0 + gain).powi(2));
+            let volumes = VolumeRange::Volumes {
+                edv: 93.0 * (1.0 + gain),
+                esv: 93.0,
+            };
+            assert!((volumes.gains(93.0).unwrap()[1] - gain).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn ranges_without_sense_are_refused() {
+        let bad = [
+            VolumeRange::Gain(-0.1),
+            VolumeRange::Gain(f64::NAN),
+            VolumeRange::EjectionFraction(1.0),
+            VolumeRange::EjectionFraction(-0.1),
+            VolumeRange::Volumes {
+                edv: 150.0,
+                esv: 92.0,
+            },
+            VolumeRange::Volumes {
+                edv: 100.0,
+                esv: 101.0,
+            },
+            VolumeRange::Volumes {
+                edv: f64::INFINITY,
+                esv: 93.0,
+            },
+        ];
+        for range in bad {
+            assert!(range.gains(93.0).is_err(), "{range:?}");
+        }
+    }
+
+    #[test]
+    fn the_physiological_curve_keeps_its_times() {
+        for bpm in [35.0, 65.0, 110.0, 140.0] {
+            let height = Height::new(&VolumeCurve::Physiological, bpm).unwrap();
+            let at = |seconds: f64| height.at((seconds * bpm / 60.0).rem_euclid(1.0));
+            let (pep, lvet) = (0.131 - 0.0004 * bpm, 0.413 - 0.0017 * bpm);
+            // All valves closed: no change at all.
+            assert_eq!([at(0.0), at(0.5 * pep), at(0.999 * pep)], [1.0; 3]);
+            let closed = pep + lvet;
+            assert_eq!(
+                [at(closed + 1e-9), at(closed + 0.04), at(closed + 0.0799)],
+                [0.0; 3]
+            );
+            // Falling, then rising.
+            let samples: Vec<f64> = (0..2000)
+                .map(|j| height.at(f64::from(j) / 2000.0))
+                .collect();
+            let least = samples.iter().position(|&h| h == 0.0).unwrap();
+            assert!(samples[..least].is_sorted_by(|a, b| a >= b));
+            assert!(samples[least..].is_sorted());
+            assert!((0.0..=1.0).contains(&samples[1999]) && samples[1999] > 0.99);
+        }
+        assert!(Height::new(&VolumeCurve::Physiological, 141.0).is_err());
+    }
+
+    #[test]
+    fn samples_are_met_and_never_overshot() {
+        let volumes = vec![120.0, 119.0, 60.0, 50.0, 50.0, 95.0, 100.0];
+        let height = Height::new(&VolumeCurve::Sampled(volumes.clone()), 60.0).unwrap();
+        for (j, volume) in volumes.iter().enumerate() {
+            let h = height.at(j as f64 / 7.0);
+            assert!((h - (volume - 50.0) / 70.0).abs() < 1e-12);
+        }
+        for j in 0..7 {
+            let ends = [
+                height.at(j as f64 / 7.0),
+                height.at((j + 1) as f64 % 7.0 / 7.0),
+            ];
+            for k in 0..50 {
+                let h = height.at((j as f64 + k as f64 / 50.0) / 7.0);
+                assert!(h >= ends[0].min(ends[1]) && h <= ends[0].max(ends[1]));
+            }
+        }
+    }
+
+    #[test]
+    fn many_samples_of_the_sinusoid_give_it_back() {
+        let error = |n: usize| {
+            let volumes = (0..n)
+                .map(|j| Height::Sinusoid.at(j as f64 / n as f64))
+                .collect();
+            let height = Height::new(&VolumeCurve::Sampled(volumes), 60.0).unwrap();
+            (0..1000)
+                .map(|j| f64::from(j) / 1000.0)
+                .map(|p| (height.at(p) - Height::Sinusoid.at(p)).abs())
+                .fold(0.0, f64::max)
+        };
+        // Third order but for the extrema, where a monotone cubic is of second: a factor 4 at least.
+        assert!(
+            error(64) < error(32) / 3.5 && error(64) < 1e-3,
+            "{} {}",
+            error(32),
+            error(64)
+        );
+    }
+
+    #[test]
+    fn samples_without_sense_are_refused() {
+        for bad in [
+            vec![],
+            vec![1.0, 2.0],
+            vec![1.0; 8],
+            vec![1.0, f64::NAN, 2.0],
+            vec![1.0, f64::INFINITY, 2.0],
+        ] {
+            assert!(Height::new(&VolumeCurve::Sampled(bad), 60.0).is_err());
+        }
+    }
+}
