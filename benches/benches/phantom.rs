@@ -38,7 +38,7 @@ impl Scene {
         let (heart, camera, cycle) = (&self.heart, &self.camera, &self.cycle);
         let volume = truth(heart, camera, cycle, STILL, WALL, 1e-3).expect("reachable gains");
         projector
-            .forward_stack(&volume, camera.size(), StackOrder::ViewSliceBin)
+            .forward_stack(&volume, camera.n_rows(), StackOrder::ViewSliceBin)
             .expect("lengths fit")
     }
 }

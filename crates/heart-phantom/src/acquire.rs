@@ -1,20 +1,27 @@
-//! What the camera sees: sinograms of the heart at rest, of instants, of whole cycles.
+//! What the camera sees: sinograms of the heart at rest, of instants, exposures, whole cycles, gates.
 
-use crate::error::{PhantomError, check, check_count};
+use crate::activity::Activity;
+use crate::error::PhantomError;
+use crate::timing::{Node, Nodes};
 use crate::{Camera, Cycle, Heart, HeartShape};
 use rayon::prelude::*;
-use revolve_voxel::{ParallelRays, RayCounters};
+use revolve_voxel::RayCounters;
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// When each view is taken.
+///
+/// Averages over time are trapezoidal sums on an even number of equal steps, at least 2, no longer than the cycle over
+/// `points`. Over a whole cycle that is the Gauss rule of periodic functions. The half of the points gives an error estimate
+/// for nothing, [`Sinograms::quadrature_error`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Acquisition {
     /// All views at one phase of the cycle: nothing moves.
     Static {
-        /// The phase; 0 is rest.
+        /// The phase; 0 is rest in the study's cycle.
         phase: f64,
     },
     /// View `k` is an instant at `t = k * interval` seconds.
@@ -22,43 +29,46 @@ pub enum Acquisition {
         /// Seconds from a view to the next.
         interval: f64,
     },
-    /// Each view is the mean over one whole cycle, by the trapezoidal rule on `points` equally
-    /// spaced phases, which for a periodic function is the Gauss rule. Even, so that the half of
-    /// them gives an error estimate for nothing.
+    /// View `k` is the mean from `t = k * interval` to `k * interval + window` seconds.
+    Exposure {
+        /// Seconds from a view to the next.
+        interval: f64,
+        /// Seconds that a view is exposed, at most `interval`.
+        window: f64,
+        /// Steps a cycle, even.
+        points: usize,
+    },
+    /// Each view is the mean over whole cycles.
     WholeCycle {
-        /// Number of phases.
+        /// Steps a cycle, even.
+        points: usize,
+    },
+    /// Each view is the mean over one gate: the phases from `gate / gates` to `(gate + 1) / gates` of every beat.
+    Gate {
+        /// Which gate, from 0.
+        gate: usize,
+        /// Number of equal gates.
+        gates: usize,
+        /// Steps a cycle, even.
         points: usize,
     },
 }
 
 impl Acquisition {
-    /// The phases that the views see: one for all (static), one each (instants), or those over
-    /// which every view is averaged (whole cycle).
+    /// Solves the shapes that all views need, so that nothing is left to solve when they are taken.
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`] for a phase or interval that is not finite;
-    /// [`PhantomError::Count`] or [`PhantomError::Odd`] for a number of quadrature points that is
-    /// not even or not within 2 to 65536.
-    pub fn phases(&self, cycle: &Cycle, n_views: usize) -> Result<Vec<f64>, PhantomError> {
-        match *self {
-            Acquisition::Static { phase } => Ok(vec![check("phase", phase, -1e9, 1e9)?]),
-            Acquisition::Instants { interval } => {
-                check("interval", interval, 0.0, 1e9)?;
-                Ok((0..n_views)
-                    .map(|k| cycle.phase(k as f64 * interval))
-                    .collect())
-            }
-            Acquisition::WholeCycle { points } => {
-                check_count("quadrature points", points, 2, 65536)?;
-                if !points.is_multiple_of(2) {
-                    return Err(PhantomError::Odd {
-                        what: "quadrature points",
-                        given: points,
-                    });
-                }
-                Ok((0..points).map(|j| j as f64 / points as f64).collect())
-            }
-        }
+    /// As [`acquire`](acquire()).
+    pub fn solve(&self, heart: &Heart, camera: &Camera, cycle: &Cycle) -> Result<(), PhantomError> {
+        self.validate(cycle, camera)?;
+        let views = if self.same_for_all_views(camera) {
+            1
+        } else {
+            camera.n_views()
+        };
+        let nodes = (0..views).flat_map(|view_idx| self.nodes(cycle, camera, view_idx).nodes);
+        let gains: Vec<f64> = nodes.map(|node| node.gain).collect();
+        heart.shapes(&gains).map(drop)
     }
 }
 
@@ -71,9 +81,8 @@ pub struct Sinograms {
     pub distinct_phases: usize,
     /// Distinct shapes that those phases need: mirrored phases share one.
     pub distinct_shapes: usize,
-    /// For whole cycles: `|s_n - s_(n/2)| / |s_n|` (Euclidean norms over all samples), the
-    /// difference between `n` phases and half of them. It bounds the error of `n` from above
-    /// where the rule converges at all.
+    /// For averages: `|s_n - s_(n/2)| / |s_n|` (Euclidean norms over all samples), the difference between `n` steps and
+    /// half of them. It bounds the error of `n` from above where the rule converges at all.
     pub quadrature_error: Option<f64>,
     /// Rays cast and skipped.
     pub rays: RayCounters,
@@ -86,68 +95,131 @@ pub struct Sinograms {
 /// number of views done.
 ///
 /// # Errors
-/// [`PhantomError::Count`] unless the number of quadrature points is even and at most 65536; what
-/// solving the shapes can return.
+/// [`PhantomError::Count`] or [`PhantomError::Odd`] unless the number of steps is even and at most 65536;
+/// [`PhantomError::OutOfRange`] for a time, phase or activity without sense; what solving the shapes can return.
 pub fn acquire(
     heart: &Heart,
     camera: &Camera,
     cycle: &Cycle,
     acquisition: Acquisition,
-    activity: [f64; 2],
+    activity: impl Into<Activity>,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Sinograms, PhantomError> {
-    let n_views = camera.n_views();
-    let phases = acquisition.phases(cycle, n_views)?;
-    let gains: Vec<f64> = phases.iter().map(|&phase| cycle.gain(phase)).collect();
-    let shapes = heart.shapes(&gains)?;
-
-    let mut samples = vec![0.0f32; n_views * camera.size() * camera.size()];
-    let done = AtomicUsize::new(0);
-    let shared = matches!(acquisition, Acquisition::WholeCycle { .. }).then(|| merge(&shapes));
-    let views: Vec<View> = samples
-        .par_chunks_mut(camera.size() * camera.size())
-        .enumerate()
-        .map(|(view_idx, image)| {
-            let rays = camera.rays(view_idx)?;
-            let view = match &shared {
-                Some(exposures) => average(exposures, &rays, &activity, image)?,
-                None => View {
-                    rays: shapes[view_idx % shapes.len()]
-                        .body()
-                        .project_add(&rays, &activity, 1.0, image)?,
-                    ..View::default()
-                },
-            };
-            progress(1 + done.fetch_add(1, Ordering::Relaxed));
-            Ok(view)
-        })
-        .collect::<Result<_, PhantomError>>()?;
-
-    // Summed in the order of the views, whatever thread took them.
-    let total = views.iter().fold(View::default(), |sum, view| View {
-        rays: sum.rays + view.rays,
-        square: sum.square + view.square,
-        difference: sum.difference + view.difference,
-    });
-    Ok(Sinograms {
-        samples,
-        distinct_phases: count_distinct(&phases),
-        distinct_shapes: count_distinct(&gains),
-        quadrature_error: shared.map(|_| {
-            if total.square > 0.0 {
-                (total.difference / total.square).sqrt()
-            } else {
-                0.0
-            }
-        }),
-        rays: total.rays,
-    })
+    let scan = Scan {
+        heart,
+        camera,
+        cycle,
+        acquisition,
+        activity: activity.into(),
+    };
+    scan.rows(0..camera.n_views(), 0..camera.n_rows(), progress)
 }
 
-/// A shape with its weight in the even and in the odd half of the quadrature.
-pub(crate) struct Exposure {
-    pub(crate) shape: Arc<HeartShape>,
-    pub(crate) weights: [f64; 2],
+/// An acquisition of which any part can be taken, each with the bits that it has in the whole.
+pub(crate) struct Scan<'a> {
+    pub(crate) heart: &'a Heart,
+    pub(crate) camera: &'a Camera,
+    pub(crate) cycle: &'a Cycle,
+    pub(crate) acquisition: Acquisition,
+    pub(crate) activity: Activity,
+}
+
+impl Scan<'_> {
+    /// Some rows of some views, `[view][row][bin]`.
+    pub(crate) fn rows(
+        &self,
+        views: Range<usize>,
+        rows: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Sinograms, PhantomError> {
+        self.acquisition.validate(self.cycle, self.camera)?;
+        self.activity.validate()?;
+        let plans = self.plans(views.clone());
+        let gains: Vec<f64> = (plans.iter().flat_map(|plan| &plan.nodes))
+            .map(|node| node.gain)
+            .collect();
+        // All of them at once, in parallel; below they are only looked up.
+        self.heart.shapes(&gains)?;
+
+        let len = rows.len() * self.camera.n_bins();
+        let mut samples = vec![0.0f32; views.len() * len];
+        let done = AtomicUsize::new(0);
+        let taken: Vec<View> = samples
+            .par_chunks_mut(len.max(1))
+            .zip(views.into_par_iter())
+            .enumerate()
+            .map(|(k, (image, view_idx))| {
+                let nodes = &plans[k % plans.len()].nodes;
+                let view = self.view(view_idx, nodes, rows.clone(), image)?;
+                progress(1 + done.fetch_add(1, Ordering::Relaxed));
+                Ok(view)
+            })
+            .collect::<Result<_, PhantomError>>()?;
+
+        // Summed in the order of the views, whatever thread took them.
+        let total = taken.iter().fold(View::default(), |sum, view| View {
+            rays: sum.rays + view.rays,
+            square: sum.square + view.square,
+            difference: sum.difference + view.difference,
+        });
+        let averaged = plans.iter().any(|plan| plan.phases.len() > 1);
+        Ok(Sinograms {
+            samples,
+            distinct_phases: count_distinct(plans.iter().flat_map(|plan| &plan.phases)),
+            distinct_shapes: count_distinct(&gains),
+            quadrature_error: averaged.then(|| {
+                if total.square > 0.0 {
+                    (total.difference / total.square).sqrt()
+                } else {
+                    0.0
+                }
+            }),
+            rays: total.rays,
+        })
+    }
+
+    /// The quadrature of each view, or one for all of them.
+    fn plans(&self, views: Range<usize>) -> Vec<Nodes> {
+        let nodes = |view_idx| self.acquisition.nodes(self.cycle, self.camera, view_idx);
+        if self.acquisition.same_for_all_views(self.camera) {
+            vec![nodes(views.start)]
+        } else {
+            views.map(nodes).collect()
+        }
+    }
+
+    fn view(
+        &self,
+        view_idx: usize,
+        nodes: &[Node],
+        rows: Range<usize>,
+        image: &mut [f32],
+    ) -> Result<View, PhantomError> {
+        let mut view = View::default();
+        let averaged = nodes.iter().any(|node| node.weights[1] > 0.0);
+        let mut odd = vec![0.0f32; if averaged { image.len() } else { 0 }];
+        for node in nodes {
+            let shape = &self.heart.shapes(&[node.gain])?[0];
+            let theta = self.camera.angle(view_idx, node.share);
+            let rays = self.camera.detector().rays(theta)?;
+            let activity = self.activity.of(shape);
+            for (half, &weight) in node.weights.iter().enumerate() {
+                if weight > 0.0 {
+                    let target = if half == 0 { &mut *image } else { &mut odd[..] };
+                    let body = shape.body();
+                    view.rays = view.rays
+                        + body.project_rows_add(&rays, rows.clone(), &activity, weight, target)?;
+                }
+            }
+        }
+        // The rule is the sum of its halves, the one with half the steps twice the even half.
+        for (even, odd) in image.iter_mut().zip(&odd) {
+            view.difference += f64::from(odd - *even).powi(2);
+            *even += odd;
+            view.square += f64::from(*even).powi(2);
+        }
+        Ok(view)
+    }
 }
 
 /// What one view adds to the totals.
@@ -156,63 +228,33 @@ struct View {
     rays: RayCounters,
     /// Sum of the squared samples.
     square: f64,
-    /// Sum of the squared differences from the rule with half the points.
+    /// Sum of the squared differences from the rule with half the steps.
     difference: f64,
 }
 
-/// Equal shapes merged, in the order of their first phase.
-pub(crate) fn merge(shapes: &[Arc<HeartShape>]) -> Vec<Exposure> {
-    let weight = 1.0 / shapes.len() as f64;
-    let mut exposures: Vec<Exposure> = Vec::new();
-    for (j, shape) in shapes.iter().enumerate() {
-        let known = exposures
-            .iter_mut()
-            .find(|exposure| Arc::ptr_eq(&exposure.shape, shape));
-        match known {
-            Some(exposure) => exposure.weights[j % 2] += weight,
-            None => {
-                let mut weights = [0.0; 2];
-                weights[j % 2] = weight;
-                exposures.push(Exposure {
-                    shape: shape.clone(),
-                    weights,
-                });
-            }
+/// Each of the shapes with its share of the first view's time, equal ones merged.
+pub(crate) fn exposures(
+    heart: &Heart,
+    camera: &Camera,
+    cycle: &Cycle,
+    acquisition: Acquisition,
+) -> Result<Vec<(Arc<HeartShape>, f64)>, PhantomError> {
+    acquisition.validate(cycle, camera)?;
+    let mut merged: Vec<(f64, f64)> = Vec::new();
+    for node in acquisition.nodes(cycle, camera, 0).nodes {
+        let weight = node.weights[0] + node.weights[1];
+        match merged.iter_mut().find(|(gain, _)| *gain == node.gain) {
+            Some((_, sum)) => *sum += weight,
+            None => merged.push((node.gain, weight)),
         }
     }
-    exposures
+    let gains: Vec<f64> = merged.iter().map(|(gain, _)| *gain).collect();
+    let weights = merged.iter().map(|(_, weight)| *weight);
+    Ok(heart.shapes(&gains)?.into_iter().zip(weights).collect())
 }
 
-/// Writes the mean over the exposures to `image`.
-fn average(
-    exposures: &[Exposure],
-    rays: &ParallelRays,
-    activity: &[f64],
-    image: &mut [f32],
-) -> Result<View, PhantomError> {
-    let mut view = View::default();
-    let mut odd = vec![0.0f32; image.len()];
-    for exposure in exposures {
-        for (half, &weight) in exposure.weights.iter().enumerate() {
-            if weight > 0.0 {
-                let target = if half == 0 { &mut *image } else { &mut odd[..] };
-                let body = exposure.shape.body();
-                view.rays = view.rays + body.project_add(rays, activity, weight, target)?;
-            }
-        }
-    }
-    // The rule is the sum of its halves, the one with half the points twice the even half.
-    for (even, odd) in image.iter_mut().zip(&odd) {
-        view.difference += f64::from(odd - *even).powi(2);
-        *even += odd;
-        view.square += f64::from(*even).powi(2);
-    }
-    Ok(view)
-}
-
-fn count_distinct(values: &[f64]) -> usize {
-    values
-        .iter()
+fn count_distinct<'a>(values: impl IntoIterator<Item = &'a f64>) -> usize {
+    (values.into_iter())
         .map(|v| v.to_bits())
         .collect::<BTreeSet<_>>()
         .len()

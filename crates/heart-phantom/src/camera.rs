@@ -1,42 +1,122 @@
-//! The camera: where the views look from and how finely they are sampled.
+//! The camera: where the views look from, when, how finely they are sampled, and the voxels made from them.
 
-use crate::error::PhantomError;
+use crate::error::{PhantomError, check, check_count};
 use revolve_voxel::{ParallelDetector, ParallelRays, VoxelGrid};
 use std::f64::consts::PI;
 
-/// A parallel-hole camera that turns by 180 degrees about the lab's z axis, and the voxels that
-/// are reconstructed from it.
+/// How the camera goes from view to view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Rotation {
+    /// It stands still while it takes a view.
+    StepAndShoot,
+    /// It turns all the time: a view's exposure is spread over the angles up to the next view's.
+    Continuous {
+        /// Seconds from the start of a view to the start of the next.
+        interval: f64,
+    },
+}
+
+/// Views, detector and voxels, for [`Camera::with_geometry`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct CameraGeometry {
+    /// Number of views.
+    pub views: usize,
+    /// Angle covered in radians, counter-clockwise seen from +z; negative turns the other way.
+    pub arc: f64,
+    /// Angle of the first view in radians.
+    pub start: f64,
+    /// Bins of a row.
+    pub bins: usize,
+    /// Rows, which are also the slices of the volume.
+    pub rows: usize,
+    /// Pitch of the bins and of the rows in cm.
+    pub pitch: [f64; 2],
+    /// How the camera goes from view to view.
+    pub rotation: Rotation,
+    /// Voxels along x and along y.
+    pub pixels: usize,
+    /// Their edge in x and y in cm; along z it is the pitch of the rows.
+    pub pixel: f64,
+}
+
+/// A parallel-hole camera that turns about the lab's z axis, and the voxels that are reconstructed
+/// from it.
 ///
-/// View `k` of `n` looks from `theta_k = k pi / n`: bins lie along `(cos theta, sin theta, 0)`, rays
-/// run along `(-sin theta, cos theta, 0)`, rows lie along z. Bins, rows and voxels have the same
-/// pitch and are centred: number `k` of `m` at `(k - (m - 1) / 2) * pitch`.
+/// View `k` of `n` looks from `theta_k = start + k arc / n`: bins lie along `(cos theta, sin theta, 0)`,
+/// rays run along `(-sin theta, cos theta, 0)`, rows lie along z. Bins, rows and voxels are centred:
+/// number `k` of `m` at `(k - (m - 1) / 2) * pitch`. Slice `j` of the volume is at the height of row `j`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     geometry: radon::ParallelGeometry,
+    step: f64,
+    rotation: Rotation,
     detector: ParallelDetector,
     grid: VoxelGrid,
     image: radon::ImageGrid,
 }
 
 impl Camera {
-    /// `n_views` views of `size` bins and `size` rows that fill a field of view `field` cm wide.
+    /// `n_views` views over 180 degrees of `size` bins and `size` rows that fill a field of view `field` cm
+    /// wide, and as many voxels.
     ///
     /// # Errors
     /// [`PhantomError::Radon`] or [`PhantomError::Solid`] if a count is zero or `field` is not
     /// finite and positive.
     pub fn new(n_views: usize, size: usize, field: f64) -> Result<Self, PhantomError> {
         let pitch = field / size as f64;
-        Ok(Self {
-            geometry: radon::ParallelGeometry::uniform(n_views, PI, size, pitch)?,
-            detector: ParallelDetector::new(size, size, [pitch; 2])?,
-            grid: VoxelGrid::cube(size, pitch)?,
-            image: radon::ImageGrid::square(size, pitch)?,
+        Self::with_geometry(&CameraGeometry {
+            views: n_views,
+            arc: PI,
+            start: 0.0,
+            bins: size,
+            rows: size,
+            pitch: [pitch; 2],
+            rotation: Rotation::StepAndShoot,
+            pixels: size,
+            pixel: pitch,
         })
     }
 
-    /// Angles and bins, as the reconstruction needs them.
+    /// Any camera.
+    ///
+    /// # Errors
+    /// [`PhantomError::Radon`] or [`PhantomError::Solid`] if a count is zero or a pitch is not finite and positive;
+    /// [`PhantomError::OutOfRange`] for angles beyond 1000 radians, an arc of nothing or an interval that is not positive.
+    pub fn with_geometry(from: &CameraGeometry) -> Result<Self, PhantomError> {
+        check("arc", from.arc.abs(), f64::MIN_POSITIVE, 1e3)?;
+        check("start", from.start, -1e3, 1e3)?;
+        if let Rotation::Continuous { interval } = from.rotation {
+            check("interval", interval, f64::MIN_POSITIVE, 1e9)?;
+        }
+        let n = from.views as f64;
+        let angles: Vec<f64> = (0..from.views)
+            .map(|k| from.start + k as f64 * from.arc / n)
+            .collect();
+        let [bin, row] = from.pitch;
+        Ok(Self {
+            geometry: radon::ParallelGeometry::new(angles, from.bins, bin)?,
+            step: from.arc / n,
+            rotation: from.rotation,
+            detector: ParallelDetector::new(from.bins, from.rows, from.pitch)?,
+            grid: VoxelGrid::centred(
+                [from.pixels, from.pixels, from.rows],
+                [from.pixel, from.pixel, row],
+                [0.0; 3],
+            )?,
+            image: radon::ImageGrid::square(from.pixels, from.pixel)?,
+        })
+    }
+
+    /// Angles and bins, as the reconstruction needs them. A camera that turns all the time is taken to have stood at the
+    /// middle of each view's arc.
     pub fn geometry(&self) -> &radon::ParallelGeometry {
         &self.geometry
+    }
+
+    /// The detector.
+    pub fn detector(&self) -> &ParallelDetector {
+        &self.detector
     }
 
     /// The voxels, index order `[z][y][x]`.
@@ -49,19 +129,50 @@ impl Camera {
         &self.image
     }
 
+    /// How the camera goes from view to view.
+    pub fn rotation(&self) -> Rotation {
+        self.rotation
+    }
+
     /// Number of views.
     pub fn n_views(&self) -> usize {
         self.geometry.n_views()
     }
 
-    /// Bins of a view and voxels along an edge.
-    pub fn size(&self) -> usize {
+    /// Bins of a row.
+    pub fn n_bins(&self) -> usize {
         self.geometry.n_bins()
     }
 
-    /// Pitch of bins, rows and voxels in cm.
+    /// Rows of a view, slices of the volume.
+    pub fn n_rows(&self) -> usize {
+        self.detector.n_rows()
+    }
+
+    /// Samples of one view.
+    pub fn view_len(&self) -> usize {
+        self.n_bins() * self.n_rows()
+    }
+
+    /// Pitch of the bins in cm.
     pub fn pitch(&self) -> f64 {
         self.geometry.pitch()
+    }
+
+    /// Radius of the disc that every view sees, less one bin: `(n / 2 - 1) * pitch`.
+    pub fn field_radius(&self) -> f64 {
+        (self.n_bins() as f64 / 2.0 - 1.0) * self.pitch()
+    }
+
+    /// Angle in radians at which a view is taken after a share of its interval, if the camera turns; it passes the view's own
+    /// angle at the middle, 1/2.
+    pub(crate) fn angle(&self, view_idx: usize, share: f64) -> f64 {
+        match self.rotation {
+            Rotation::StepAndShoot => self.geometry.angles()[view_idx],
+            Rotation::Continuous { .. } => {
+                self.geometry.angles()[view_idx] + (share - 0.5) * self.step
+            }
+        }
     }
 
     /// The rays of one view, image order `[row][bin]`.
@@ -69,13 +180,7 @@ impl Camera {
     /// # Errors
     /// [`PhantomError::Count`] if there is no such view.
     pub fn rays(&self, view_idx: usize) -> Result<ParallelRays, PhantomError> {
-        let angles = self.geometry.angles();
-        let theta = *angles.get(view_idx).ok_or(PhantomError::Count {
-            what: "view_idx",
-            given: view_idx,
-            min: 0,
-            max: angles.len() - 1,
-        })?;
-        Ok(self.detector.rays(theta)?)
+        check_count("view_idx", view_idx, 0, self.n_views() - 1)?;
+        Ok(self.detector.rays(self.geometry.angles()[view_idx])?)
     }
 }

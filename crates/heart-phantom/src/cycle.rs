@@ -75,6 +75,11 @@ impl Cycle {
         wrap(t * self.beats_per_second)
     }
 
+    /// A phase reduced to `[0, 1)`, on the grid that times give.
+    pub(crate) fn wrapped(&self, phase: f64) -> f64 {
+        wrap(phase)
+    }
+
     /// Volume gain of the cavity at a phase (any real number; whole cycles are dropped).
     pub fn gain(&self, phase: f64) -> f64 {
         let [low, high] = self.gains;

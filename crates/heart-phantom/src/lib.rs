@@ -37,6 +37,7 @@
 //! `figures`: pictures (`figures`) and the whole study (`study`). `cli`: the binary `heart-phantom`. None by default.
 
 mod acquire;
+mod activity;
 mod camera;
 mod cycle;
 mod error;
@@ -47,11 +48,13 @@ mod heart;
 mod material;
 #[cfg(feature = "figures")]
 pub mod study;
+mod timing;
 mod truth;
 mod volume_curve;
 
 pub use acquire::{Acquisition, Sinograms, acquire};
-pub use camera::Camera;
+pub use activity::{Activity, Uptake};
+pub use camera::{Camera, CameraGeometry, Rotation};
 pub use cycle::Cycle;
 pub use error::PhantomError;
 pub use heart::{Balloon, Heart, HeartShape};

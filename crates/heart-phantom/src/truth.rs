@@ -1,10 +1,12 @@
 //! What the voxels really hold, and where measures are taken.
 
-use crate::acquire::merge;
+use crate::acquire::exposures;
+use crate::activity::Activity;
 use crate::error::PhantomError;
 use crate::{Acquisition, Camera, Cycle, Heart};
 use radon::{MaskedStats, disc_mask, rmse_within};
-use revolve_voxel::{Mask, Sampling};
+use revolve_voxel::{Mask, Sampling, VoxelCounters};
+use std::ops::Range;
 
 /// Phases over which "at all phases" and "at any phase" are taken.
 const MASK_PHASES: usize = 24;
@@ -12,8 +14,8 @@ const MASK_PHASES: usize = 24;
 /// The activity of every voxel, averaged over the voxel and over the time of the acquisition;
 /// index order `[z][y][x]`.
 ///
-/// Covered fractions of a voxel are right to `tolerance`. A scan of instants has no single truth:
-/// its volume is the one at the phase of its first view.
+/// Covered fractions of a voxel are right to `tolerance`. Instants and exposures of part of a beat have no
+/// single truth: their volume is the one of their first view.
 ///
 /// # Errors
 /// As [`acquire`](crate::acquire()); [`PhantomError::Solid`] for a bad tolerance.
@@ -22,35 +24,55 @@ pub fn truth(
     camera: &Camera,
     cycle: &Cycle,
     acquisition: Acquisition,
-    activity: [f64; 2],
+    activity: impl Into<Activity>,
     tolerance: f64,
 ) -> Result<Vec<f32>, PhantomError> {
-    let mut phases = acquisition.phases(cycle, camera.n_views())?;
-    if let Acquisition::Instants { .. } = acquisition {
-        phases.truncate(1);
-    }
-    let gains: Vec<f64> = phases.iter().map(|&phase| cycle.gain(phase)).collect();
+    let (activity, slices) = (activity.into(), 0..camera.n_rows());
+    Ok(truth_of_slices(
+        heart,
+        camera,
+        cycle,
+        acquisition,
+        activity,
+        tolerance,
+        slices,
+    )?
+    .0)
+}
+
+/// The same for some slices only, bit for bit the cut from the whole.
+pub(crate) fn truth_of_slices(
+    heart: &Heart,
+    camera: &Camera,
+    cycle: &Cycle,
+    acquisition: Acquisition,
+    activity: Activity,
+    tolerance: f64,
+    slices: Range<usize>,
+) -> Result<(Vec<f32>, VoxelCounters), PhantomError> {
+    activity.validate()?;
     let grid = camera.grid();
-    let slices = 0..grid.shape()[2];
-    let mut volume = vec![0.0f32; grid.len()];
-    for exposure in merge(&heart.shapes(&gains)?) {
-        exposure.shape.body().voxelize_add(
+    let mut volume = vec![0.0f32; grid.slice_len() * slices.len()];
+    let mut counters = VoxelCounters::default();
+    for (shape, weight) in exposures(heart, camera, cycle, acquisition)? {
+        let done = shape.body().voxelize_add(
             grid,
             slices.clone(),
             Sampling::Coverage { tolerance },
-            &activity,
-            exposure.weights.iter().sum(),
+            &activity.of(&shape),
+            weight,
             &mut volume,
         )?;
+        counters = counters + done;
     }
-    Ok(volume)
+    Ok((volume, counters))
 }
 
 /// The sets of voxels over which a reconstruction is judged. They do not depend on the
 /// acquisition, so that its figures can be compared with another's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regions {
-    /// Pixels of a slice within `n / 2 - 1` pixels of the axis, `[y][x]`.
+    /// Pixels of a slice within [`Camera::field_radius`] of the axis, `[y][x]`.
     pub disc: Vec<bool>,
     /// In the wall at all phases, eroded by two voxels.
     pub wall: Mask,
@@ -68,13 +90,15 @@ impl Regions {
     /// What solving the shapes can return.
     pub fn new(heart: &Heart, camera: &Camera, cycle: &Cycle) -> Result<Self, PhantomError> {
         let phases = (0..MASK_PHASES).map(|j| j as f64 / MASK_PHASES as f64);
-        let gains: Vec<f64> = phases.map(|phase| cycle.gain(phase)).collect();
+        let mut gains: Vec<f64> = phases.map(|phase| cycle.gain(phase)).collect();
+        gains.sort_by(f64::total_cmp);
+        gains.dedup();
         let grid = camera.grid();
         let [nx, ny, nz] = grid.shape();
         let shape = [nz, ny, nx];
         let mut sets: Option<[Mask; 3]> = None;
-        for exposure in merge(&heart.shapes(&gains)?) {
-            let body = exposure.shape.body();
+        for heart in heart.shapes(&gains)? {
+            let body = heart.body();
             // 2 in the cavity, 1 in the wall, 0 outside.
             let (label, _) = body.voxelize::<f32>(grid, Sampling::Centre, &[2.0, 1.0])?;
             let wall = Mask::of_values(shape, &label, |v| v == 1.0)?;
@@ -93,10 +117,7 @@ impl Regions {
             sets.unwrap_or_else(|| unreachable!("there are {MASK_PHASES} phases"));
         wall.erode(2);
         cavity.erode(2);
-        let disc = disc_mask(
-            camera.image(),
-            (camera.size() as f64 / 2.0 - 1.0) * camera.pitch(),
-        );
+        let disc = disc_mask(camera.image(), camera.field_radius());
         let mut background = ever.farther_than(3.0);
         background.intersect_slices(&disc)?;
         Ok(Self {

@@ -1,8 +1,10 @@
 //! Acquisitions and truth against conservation, symmetry and each other.
 
 use heart_phantom::{
-    Acquisition, Camera, Cycle, Heart, Measures, PhantomError, Regions, Sinograms, acquire, truth,
+    Acquisition, Activity, Camera, CameraGeometry, Cycle, Heart, Measures, PhantomError, Regions,
+    Rotation, Sinograms, Uptake, acquire, truth,
 };
+use std::f64::consts::PI;
 
 const WALL: [f64; 2] = [0.0, 1.0];
 const SIZE: usize = 48;
@@ -187,4 +189,151 @@ fn bad_input_is_refused_with_its_numbers() {
     assert!(Heart::study(2).is_err());
     assert!(heart.shapes(&[f64::NAN]).is_err());
     assert!(heart.shapes(&[-1.0]).is_err());
+}
+
+#[test]
+fn the_gates_together_are_the_whole_cycle() {
+    let heart = Heart::study(101).unwrap();
+    let points = 16;
+    let whole = take(&heart, Acquisition::WholeCycle { points }, 0.6);
+    assert_eq!(heart.shapes_solved(), 9);
+    let gates = 4;
+    let mut mean = vec![0.0f64; whole.samples.len()];
+    for gate in 0..gates {
+        let one = take(
+            &heart,
+            Acquisition::Gate {
+                gate,
+                gates,
+                points,
+            },
+            0.6,
+        );
+        // Four steps: five phases.
+        assert_eq!(one.distinct_phases, 5);
+        for (sum, v) in mean.iter_mut().zip(&one.samples) {
+            *sum += f64::from(*v) / gates as f64;
+        }
+    }
+    assert_eq!(heart.shapes_solved(), 9); // neighbouring gates share their ends, all share the cycle's
+    for (a, b) in whole.samples.iter().zip(&mean) {
+        assert!((f64::from(*a) - b).abs() < 20.0 * f64::from(f32::EPSILON) * 10.0);
+    }
+}
+
+#[test]
+fn an_exposure_is_made_of_its_beats() {
+    let heart = Heart::study(101).unwrap();
+    let period = 60.0 / 65.0;
+    let exposure = |interval: f64, window: f64| {
+        let points = 8;
+        take(
+            &heart,
+            Acquisition::Exposure {
+                interval,
+                window,
+                points,
+            },
+            0.6,
+        )
+        .samples
+    };
+    let whole = take(&heart, Acquisition::WholeCycle { points: 8 }, 0.6).samples;
+    assert!(exposure(period, period) == whole);
+    assert!(exposure(3.0 * period, 3.0 * period) == whole);
+    // Views begin at the same phase when the interval is a whole number of beats.
+    let half = exposure(3.0 * period, 0.5 * period);
+    let both = exposure(3.0 * period, 2.5 * period);
+    for ((a, b), sum) in whole.iter().zip(&half).zip(&both) {
+        assert!((2.0 * a + 0.5 * b - 2.5 * sum).abs() < 1e-4); // sums of f32 up to 10
+    }
+    let still = take(&heart, Acquisition::Instants { interval: 0.3 }, 0.6).samples;
+    assert!(exposure(0.3, 0.0) == still);
+}
+
+#[test]
+fn a_turning_camera_averages_over_the_angles_that_it_passes() {
+    let heart = Heart::study(101).unwrap();
+    let cycle = Cycle::new(65.0, 0.6).unwrap();
+    let geometry = |views: usize, start: f64, rotation| CameraGeometry {
+        views,
+        arc: PI,
+        start,
+        bins: 24,
+        rows: 20,
+        pitch: [0.6, 0.7],
+        rotation,
+        pixels: 24,
+        pixel: 0.6,
+    };
+    let still = Acquisition::Static { phase: 0.25 };
+    let take = |geometry: CameraGeometry, acquisition| {
+        let camera = Camera::with_geometry(&geometry).unwrap();
+        acquire(&heart, &camera, &cycle, acquisition, WALL, &|_| ()).unwrap()
+    };
+    let turning = Rotation::Continuous { interval: 2.0 };
+    let blurred = take(geometry(6, 0.3, turning), still);
+    // The slow twin: eight views for each, from half a step before it.
+    let step = PI / 6.0;
+    let fine = take(
+        geometry(48, 0.3 - step / 2.0, Rotation::StepAndShoot),
+        still,
+    );
+    let n = 24 * 20;
+    for view in 0..5 {
+        for k in 0..n {
+            let mean: f32 = (0..=8)
+                .map(|j| {
+                    fine.samples[(8 * view + j) * n + k] * if j % 8 == 0 { 0.5 } else { 1.0 } / 8.0
+                })
+                .sum();
+            assert!((blurred.samples[view * n + k] - mean).abs() < 1e-5);
+        }
+    }
+    // Whole beats while it turns: 2 s hold two or three beats, each of 8 steps.
+    let beats = take(
+        geometry(6, 0.3, turning),
+        Acquisition::WholeCycle { points: 8 },
+    );
+    assert_eq!(beats.distinct_phases, 8);
+    let wall = wall_volume(&heart);
+    for view in beats.samples.chunks(n) {
+        let sum: f64 = view.iter().map(|&v| f64::from(v)).sum();
+        assert!((sum * 0.42 / wall - 1.0).abs() < 0.03);
+    }
+    let short = Rotation::Continuous { interval: 0.9 };
+    let camera = Camera::with_geometry(&geometry(6, 0.0, short)).unwrap();
+    let refused = acquire(
+        &heart,
+        &camera,
+        &cycle,
+        Acquisition::WholeCycle { points: 8 },
+        WALL,
+        &|_| (),
+    );
+    assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
+}
+
+#[test]
+fn a_total_stays_and_a_concentration_grows_with_the_cavity() {
+    let heart = Heart::study(101).unwrap();
+    let camera = Camera::new(2, SIZE, 16.0).unwrap();
+    let cycle = Cycle::new(65.0, 0.6).unwrap();
+    let pixel = camera.pitch().powi(2);
+    let total = |cavity, phase| {
+        let activity = Activity {
+            cavity,
+            wall: Uptake::Concentration(0.0),
+        };
+        let still = Acquisition::Static { phase };
+        let taken = acquire(&heart, &camera, &cycle, still, activity, &|_| ()).unwrap();
+        let view = &taken.samples[..SIZE * SIZE];
+        view.iter().map(|&v| f64::from(v)).sum::<f64>() * pixel
+    };
+    // The midpoint rule over 48 x 48 chords, as above.
+    for phase in [0.0, 0.3, 0.5] {
+        assert!((total(Uptake::Total(7.0), phase) / 7.0 - 1.0).abs() < 1e-2);
+    }
+    let grown = total(Uptake::Concentration(2.0), 0.5) / total(Uptake::Concentration(2.0), 0.0);
+    assert!((grown - 1.6).abs() < 0.02, "{grown}");
 }

@@ -50,6 +50,28 @@ fn any_number_of_threads_gives_the_same_bits() {
 }
 
 #[test]
+fn some_rows_are_the_cut_from_all() {
+    let body = heart(100);
+    let rays = ParallelDetector::new(33, 20, [0.5, 0.7])
+        .unwrap()
+        .rays(0.4)
+        .unwrap();
+    let (whole, counters) = body.project::<f32>(&rays, &[0.2, 1.0]).unwrap();
+    let mut sum = revolve_voxel::RayCounters::default();
+    for rows in [0..1, 1..7, 7..20, 20..20] {
+        let mut cut = vec![0.0f32; 33 * rows.len()];
+        sum = sum
+            + body
+                .project_rows_add(&rays, rows.clone(), &[0.2, 1.0], 1.0, &mut cut)
+                .unwrap();
+        assert_eq!(cut, whole[33 * rows.start..33 * rows.end]);
+    }
+    assert_eq!(sum, counters);
+    let beyond = body.project_rows_add(&rays, 19..21, &[0.2, 1.0], 1.0, &mut [0.0f32; 66]);
+    assert!(beyond.is_err());
+}
+
+#[test]
 fn adding_with_weights_is_the_weighted_sum() {
     let (a, b) = (heart(40), heart(60));
     let rays = ParallelDetector::new(40, 40, [0.4, 0.4])

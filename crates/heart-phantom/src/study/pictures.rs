@@ -227,7 +227,7 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Phant
              slice to {}³ voxels of {:.4} cm.",
             run.camera.n_views(),
             run.options.beats_per_minute,
-            run.camera.size(),
+            run.camera.n_bins(),
             run.camera.pitch()
         )],
     );
@@ -263,7 +263,7 @@ pub(super) fn projection_images(
     run: &Run<'_>,
     samples: &[f32],
 ) -> Result<(), PhantomError> {
-    let n = run.camera.size();
+    let n = run.camera.n_bins();
     let angles = run.camera.geometry().angles();
     let images: Vec<Projection<'_>> = [0, angles.len() / 3, 2 * angles.len() / 3]
         .iter()
@@ -287,7 +287,7 @@ pub(super) fn reconstruction(
     (number, name): (usize, &str),
     result: &Reconstructed,
 ) -> Result<(), PhantomError> {
-    let n = run.camera.size();
+    let n = run.camera.n_bins();
     let volume = Volume {
         values: &result.volume,
         size: [n; 3],

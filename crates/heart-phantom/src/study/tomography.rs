@@ -52,13 +52,11 @@ pub(super) fn reconstruct(
     (name, acquisition): (&'static str, Acquisition),
     regions: &Regions,
 ) -> Result<Reconstructed, PhantomError> {
-    let (n, views) = (run.camera.size(), run.camera.n_views());
+    let (n, views) = (run.camera.n_bins(), run.camera.n_views());
     run.stage("solving shapes");
     let solved = run.heart.shapes_solved();
     let clock = run.clock();
-    let phases = acquisition.phases(&run.cycle, views)?;
-    let gains: Vec<f64> = phases.iter().map(|&p| run.cycle.gain(p)).collect();
-    run.heart.shapes(&gains)?;
+    acquisition.solve(&run.heart, &run.camera, &run.cycle)?;
     run.time.solve += clock.seconds();
 
     run.stage("projecting");

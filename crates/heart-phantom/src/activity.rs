@@ -1,0 +1,75 @@
+//! What the regions hold: a concentration, or an amount that thins out as the region grows.
+
+use crate::HeartShape;
+use crate::error::{PhantomError, check};
+use serde::{Deserialize, Serialize};
+
+/// Activities beyond this are no activities; it keeps sums within `f32`.
+pub(crate) const MAX_ACTIVITY: f64 = 1e12;
+
+/// The activity of a region.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Uptake {
+    /// Activity per cm^3, the same at every phase: the region takes up more as it grows.
+    Concentration(f64),
+    /// Activity of the whole region, conserved: the concentration falls as the volume grows.
+    Total(f64),
+}
+
+impl Uptake {
+    /// Activity per cm^3 of a region of this volume; 0 in a region without volume.
+    pub fn concentration(&self, volume: f64) -> f64 {
+        match *self {
+            Self::Concentration(concentration) => concentration,
+            Self::Total(total) if volume > 0.0 => total / volume,
+            Self::Total(_) => 0.0,
+        }
+    }
+
+    fn amount(&self) -> f64 {
+        let (Self::Concentration(amount) | Self::Total(amount)) = *self;
+        amount
+    }
+}
+
+/// Activity of the cavity and of the wall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Activity {
+    /// Of the cavity.
+    pub cavity: Uptake,
+    /// Of the wall.
+    pub wall: Uptake,
+}
+
+impl Activity {
+    /// Concentrations of cavity and wall in a shape.
+    pub fn of(&self, shape: &HeartShape) -> [f64; 2] {
+        let [inner, outer] = shape.volumes();
+        [
+            self.cavity.concentration(inner),
+            self.wall.concentration(outer - inner),
+        ]
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), PhantomError> {
+        for (what, uptake) in [
+            ("activity of the cavity", self.cavity),
+            ("activity of the wall", self.wall),
+        ] {
+            check(what, uptake.amount(), 0.0, MAX_ACTIVITY)?;
+        }
+        Ok(())
+    }
+}
+
+impl From<[f64; 2]> for Activity {
+    /// Concentrations of cavity and wall.
+    fn from([cavity, wall]: [f64; 2]) -> Self {
+        Self {
+            cavity: Uptake::Concentration(cavity),
+            wall: Uptake::Concentration(wall),
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! When a view is taken, and the quadrature over that time.
+
+use crate::acquire::Acquisition;
+use crate::camera::Rotation;
+use crate::error::{PhantomError, check, check_count};
+use crate::{Camera, Cycle};
+use std::collections::BTreeMap;
+
+/// Most quadrature points a cycle, and intervals in one view.
+pub(crate) const MAX_POINTS: usize = 65536;
+/// Intervals over the arc of a view of a turning camera while the heart stands still, at least.
+const ARC_INTERVALS: f64 = 8.0;
+/// A rest of a beat shorter than this share of a cycle is rounding.
+const NO_TIME: f64 = 1e-9;
+
+/// One point of the quadrature over a view, equal ones merged.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Node {
+    /// Volume gain of the cavity.
+    pub(crate) gain: f64,
+    /// Share of the view's interval that has passed.
+    pub(crate) share: f64,
+    /// Weight in the even and in the odd half of the rule.
+    pub(crate) weights: [f64; 2],
+}
+
+/// A stretch of time within a view: phase and share run evenly from the first to the second.
+struct Stretch {
+    phases: [f64; 2],
+    shares: [f64; 2],
+    weight: f64,
+}
+
+/// The points over which a view is averaged, and how many phases of the cycle they see.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Nodes {
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) phases: Vec<f64>,
+}
+
+impl Acquisition {
+    /// Whether all views see the same phases with the same weights.
+    pub(crate) fn same_for_all_views(&self, camera: &Camera) -> bool {
+        match self {
+            Acquisition::Static { .. } => true,
+            Acquisition::WholeCycle { .. } | Acquisition::Gate { .. } => {
+                camera.rotation() == Rotation::StepAndShoot
+            }
+            Acquisition::Instants { .. } | Acquisition::Exposure { .. } => false,
+        }
+    }
+
+    /// Checks what does not depend on the view.
+    pub(crate) fn validate(&self, cycle: &Cycle, camera: &Camera) -> Result<(), PhantomError> {
+        let check_points = |points: usize| {
+            check_count("quadrature points", points, 2, MAX_POINTS)?;
+            if points.is_multiple_of(2) {
+                Ok(())
+            } else {
+                Err(PhantomError::Odd {
+                    what: "quadrature points",
+                    given: points,
+                })
+            }
+        };
+        match *self {
+            Acquisition::Static { phase } => {
+                check("phase", phase, -1e9, 1e9)?;
+            }
+            Acquisition::Instants { interval } => {
+                check("interval", interval, 0.0, 1e9)?;
+            }
+            Acquisition::Exposure {
+                interval,
+                window,
+                points,
+            } => {
+                check("interval", interval, 0.0, 1e9)?;
+                check("window", window, 0.0, interval)?;
+                check_points(points)?;
+            }
+            Acquisition::WholeCycle { points } => check_points(points)?,
+            Acquisition::Gate {
+                gate,
+                gates,
+                points,
+            } => {
+                check_count("gates", gates, 1, MAX_POINTS)?;
+                check_count("gate", gate, 0, gates - 1)?;
+                check_points(points)?;
+            }
+        }
+        if let (
+            Acquisition::WholeCycle { .. } | Acquisition::Gate { .. },
+            Rotation::Continuous { interval },
+        ) = (self, camera.rotation())
+        {
+            // Else there are views in which no beat begins.
+            check(
+                "interval of a turning camera",
+                interval,
+                cycle.period(),
+                1e9,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// The quadrature over one view.
+    pub(crate) fn nodes(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> Nodes {
+        let points = match *self {
+            Acquisition::Static { .. } | Acquisition::Instants { .. } => 0,
+            Acquisition::Exposure { points, .. }
+            | Acquisition::WholeCycle { points }
+            | Acquisition::Gate { points, .. } => points,
+        };
+        let mut result = Nodes::default();
+        let mut known = BTreeMap::new();
+        for stretch in self.stretches(cycle, camera, view_idx) {
+            let ([p0, p1], [u0, u1]) = (stretch.phases, stretch.shares);
+            let intervals = intervals(p1 - p0, u1 - u0, points);
+            for j in 0..=intervals {
+                let along = if intervals == 0 {
+                    0.0
+                } else {
+                    j as f64 / intervals as f64
+                };
+                let phase = cycle.wrapped(p0 + (p1 - p0) * along);
+                let (gain, share) = (cycle.gain(phase), u0 + (u1 - u0) * along);
+                let mut weight = stretch.weight / intervals.max(1) as f64;
+                if intervals > 0 && (j == 0 || j == intervals) {
+                    weight /= 2.0;
+                }
+                let nodes = &mut result.nodes;
+                let at = *known
+                    .entry((gain.to_bits(), share.to_bits()))
+                    .or_insert_with(|| {
+                        nodes.push(Node {
+                            gain,
+                            share,
+                            weights: [0.0; 2],
+                        });
+                        nodes.len() - 1
+                    });
+                result.nodes[at].weights[j % 2] += weight;
+                result.phases.push(phase);
+            }
+        }
+        result
+    }
+
+    fn stretches(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> Vec<Stretch> {
+        let turning = match camera.rotation() {
+            Rotation::StepAndShoot => None,
+            Rotation::Continuous { interval } => Some(interval),
+        };
+        let whole_view = if turning.is_some() {
+            [0.0, 1.0]
+        } else {
+            [0.5; 2]
+        };
+        let one = |phases, shares| {
+            vec![Stretch {
+                phases,
+                shares,
+                weight: 1.0,
+            }]
+        };
+        let start = |interval: f64| cycle.phase(view_idx as f64 * interval);
+        match *self {
+            Acquisition::Static { phase } => one([phase; 2], whole_view),
+            Acquisition::Instants { interval } => one([start(interval); 2], [0.5; 2]),
+            Acquisition::Exposure {
+                interval, window, ..
+            } => {
+                let (first, beats) = (start(interval), window / cycle.period());
+                match turning {
+                    Some(turn) => one([first, first + beats], [0.0, window / turn]),
+                    None => exposure(first, beats),
+                }
+            }
+            Acquisition::WholeCycle { .. } => beats([0.0, 1.0], cycle, turning, view_idx),
+            Acquisition::Gate { gate, gates, .. } => {
+                let ends = [gate, gate + 1].map(|g| g as f64 / gates as f64);
+                beats(ends, cycle, turning, view_idx)
+            }
+        }
+    }
+}
+
+/// An even number, at least 2 where anything moves.
+fn intervals(beats: f64, share: f64, points: usize) -> usize {
+    let moving = 2.0 * (beats * points as f64 / 2.0 - NO_TIME).ceil().max(1.0);
+    match (beats > 0.0, share > 0.0) {
+        (false, false) => 0,
+        (false, true) => ARC_INTERVALS as usize,
+        // Not more than 2^16 steps a beat: `validate` has seen the points.
+        (true, _) => moving.min(1e9) as usize,
+    }
+}
+
+/// A camera that stands still: whole beats share their phases, a rest of a beat has its own.
+fn exposure(first: f64, beats: f64) -> Vec<Stretch> {
+    let (whole, rest) = (beats.floor(), beats - beats.floor());
+    let stretch = |phases, weight| Stretch {
+        phases,
+        shares: [0.5; 2],
+        weight,
+    };
+    match (whole >= 1.0, rest > NO_TIME) {
+        (true, true) => vec![
+            stretch([0.0, 1.0], whole / beats),
+            stretch([first, first + rest], rest / beats),
+        ],
+        (true, false) => vec![stretch([0.0, 1.0], 1.0)],
+        (false, true) => vec![stretch([first, first + rest], 1.0)],
+        (false, false) => vec![stretch([first; 2], 1.0)],
+    }
+}
+
+/// The same phases of every beat that begins in the view.
+fn beats(phases: [f64; 2], cycle: &Cycle, turning: Option<f64>, view_idx: usize) -> Vec<Stretch> {
+    let Some(interval) = turning else {
+        return vec![Stretch {
+            phases,
+            shares: [0.5; 2],
+            weight: 1.0,
+        }];
+    };
+    let per_view = interval / cycle.period();
+    let first_beat = |view: usize| (view as f64 * per_view - NO_TIME).ceil();
+    let (from, to) = (first_beat(view_idx), first_beat(view_idx + 1));
+    let n = to - from;
+    (0..n as usize)
+        .map(|k| Stretch {
+            phases,
+            shares: phases.map(|p| (from + k as f64 + p) / per_view - view_idx as f64),
+            weight: 1.0 / n,
+        })
+        .collect()
+}
