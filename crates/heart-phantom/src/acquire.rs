@@ -188,6 +188,27 @@ impl Scan<'_> {
         }
     }
 
+    /// Each of the shapes with its share of the first view's time, equal ones merged.
+    pub(crate) fn exposures(&self) -> Result<Vec<(Arc<HeartShape>, f64)>, PhantomError> {
+        self.acquisition.validate(self.cycle, self.camera)?;
+        let mut merged: Vec<(f64, f64)> = Vec::new();
+        for node in self.acquisition.nodes(self.cycle, self.camera, 0).nodes {
+            let weight = node.weights[0] + node.weights[1];
+            match merged.iter_mut().find(|(gain, _)| *gain == node.gain) {
+                Some((_, sum)) => *sum += weight,
+                None => merged.push((node.gain, weight)),
+            }
+        }
+        let gains: Vec<f64> = merged.iter().map(|(gain, _)| *gain).collect();
+        let weights = merged.iter().map(|(_, weight)| *weight);
+        Ok(self
+            .heart
+            .shapes(&gains)?
+            .into_iter()
+            .zip(weights)
+            .collect())
+    }
+
     fn view(
         &self,
         view_idx: usize,
@@ -230,27 +251,6 @@ struct View {
     square: f64,
     /// Sum of the squared differences from the rule with half the steps.
     difference: f64,
-}
-
-/// Each of the shapes with its share of the first view's time, equal ones merged.
-pub(crate) fn exposures(
-    heart: &Heart,
-    camera: &Camera,
-    cycle: &Cycle,
-    acquisition: Acquisition,
-) -> Result<Vec<(Arc<HeartShape>, f64)>, PhantomError> {
-    acquisition.validate(cycle, camera)?;
-    let mut merged: Vec<(f64, f64)> = Vec::new();
-    for node in acquisition.nodes(cycle, camera, 0).nodes {
-        let weight = node.weights[0] + node.weights[1];
-        match merged.iter_mut().find(|(gain, _)| *gain == node.gain) {
-            Some((_, sum)) => *sum += weight,
-            None => merged.push((node.gain, weight)),
-        }
-    }
-    let gains: Vec<f64> = merged.iter().map(|(gain, _)| *gain).collect();
-    let weights = merged.iter().map(|(_, weight)| *weight);
-    Ok(heart.shapes(&gains)?.into_iter().zip(weights).collect())
 }
 
 fn count_distinct<'a>(values: impl IntoIterator<Item = &'a f64>) -> usize {

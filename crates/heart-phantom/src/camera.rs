@@ -35,9 +35,11 @@ pub struct CameraGeometry {
     /// How the camera goes from view to view.
     pub rotation: Rotation,
     /// Voxels along x and along y.
-    pub pixels: usize,
+    pub pixels: [usize; 2],
     /// Their edge in x and y in cm; along z it is the pitch of the rows.
     pub pixel: f64,
+    /// Where in the slice their middle is, cm.
+    pub centre: [f64; 2],
 }
 
 /// A parallel-hole camera that turns about the lab's z axis, and the voxels that are reconstructed
@@ -73,8 +75,9 @@ impl Camera {
             rows: size,
             pitch: [pitch; 2],
             rotation: Rotation::StepAndShoot,
-            pixels: size,
+            pixels: [size; 2],
             pixel: pitch,
+            centre: [0.0; 2],
         })
     }
 
@@ -93,18 +96,18 @@ impl Camera {
         let angles: Vec<f64> = (0..from.views)
             .map(|k| from.start + k as f64 * from.arc / n)
             .collect();
-        let [bin, row] = from.pitch;
+        let ([bin, row], [nx, ny], [x, y]) = (from.pitch, from.pixels, from.centre);
         Ok(Self {
             geometry: radon::ParallelGeometry::new(angles, from.bins, bin)?,
             step: from.arc / n,
             rotation: from.rotation,
             detector: ParallelDetector::new(from.bins, from.rows, from.pitch)?,
             grid: VoxelGrid::centred(
-                [from.pixels, from.pixels, from.rows],
+                [nx, ny, from.rows],
                 [from.pixel, from.pixel, row],
-                [0.0; 3],
+                [x, y, 0.0],
             )?,
-            image: radon::ImageGrid::square(from.pixels, from.pixel)?,
+            image: radon::ImageGrid::new(nx, ny, from.pixel)?.with_centre(from.centre)?,
         })
     }
 

@@ -91,6 +91,11 @@ impl Cycle {
         1.0 / self.beats_per_second
     }
 
+    /// The first phase at which the volume is smallest, and at which it is largest.
+    pub fn extreme_phases(&self) -> [f64; 2] {
+        self.height.extreme_phases()
+    }
+
     /// The largest gain of the cycle.
     pub fn peak_gain(&self) -> f64 {
         self.gains[1]

@@ -89,6 +89,35 @@ pub enum PhantomError {
         /// The extension that fits.
         expected: &'static str,
     },
+    /// A scene makes no sense.
+    #[error(transparent)]
+    Scene(Box<crate::scene::SceneError>),
+    /// There is nothing that a scene does not make.
+    #[error("the scene makes no {what}")]
+    Absent {
+        /// What was asked for.
+        what: &'static str,
+    },
+    /// More steps did not bring the quadrature over time below its tolerance.
+    #[error(
+        "the quadrature over time is right to {reached} with {steps} steps a cycle, asked for {tolerance}"
+    )]
+    Quadrature {
+        /// Estimated relative error.
+        reached: f64,
+        /// The error allowed.
+        tolerance: f64,
+        /// Steps a cycle.
+        steps: usize,
+    },
+    /// A file could not be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
     /// A file or folder could not be written.
     #[error("cannot write {}: {source}", path.display())]
     File {

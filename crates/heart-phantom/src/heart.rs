@@ -2,10 +2,11 @@
 
 use crate::error::PhantomError;
 use membrane_newton::{
-    Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, RestShape, Solver, Stiffness,
+    Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, PairEquilibrium, RestShape, Solver,
+    Stiffness,
 };
 use rayon::prelude::*;
-use revolve_voxel::{Body, Meridian, Pose};
+use revolve_voxel::{Body, Meridian, Piece, Pose};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_4;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -61,6 +62,8 @@ impl Balloon {
 #[derive(Debug)]
 pub struct Heart {
     pair: Pair,
+    /// How far the body may be from membranes that are no polygons.
+    tolerance: f64,
     pose: Pose,
     solved: Mutex<BTreeMap<u64, Arc<HeartShape>>>,
 }
@@ -86,15 +89,30 @@ impl Heart {
         nodes: usize,
         pose: Pose,
     ) -> Result<Self, PhantomError> {
-        let solver = |balloon: Balloon| -> Result<Solver, PhantomError> {
-            let membrane = balloon.membrane()?;
-            Ok(Solver::new(
-                &membrane,
-                Discretisation::FiniteDifferences { nodes },
-            )?)
-        };
+        let differences = Discretisation::FiniteDifferences { nodes };
+        Self::of_membranes(
+            [&inner.membrane()?, &outer.membrane()?],
+            differences,
+            0.0,
+            pose,
+        )
+    }
+
+    /// Any two membranes, the inner and the outer one. Finite differences give bodies bounded by the polygons through
+    /// their nodes; spectral elements give polynomials, which the bodies follow to `tolerance` cm.
+    ///
+    /// # Errors
+    /// [`PhantomError::Membrane`] for membranes that do not lie within each other or a discretisation of nothing.
+    pub fn of_membranes(
+        [inner, outer]: [&Membrane; 2],
+        discretisation: Discretisation,
+        tolerance: f64,
+        pose: Pose,
+    ) -> Result<Self, PhantomError> {
+        let solver = |membrane| Solver::new(membrane, discretisation);
         Ok(Self {
             pair: Pair::new(solver(inner)?, solver(outer)?)?,
+            tolerance,
             pose,
             solved: Mutex::default(),
         })
@@ -160,15 +178,35 @@ impl Heart {
     fn solve(&self, gain: f64) -> Result<HeartShape, PhantomError> {
         let solution = self.pair.solve_gain(gain, &NewtonOptions::default())?;
         let curves = [solution.inner.points(), solution.outer.points()];
-        let layers = curves
-            .iter()
-            .map(|curve| Meridian::from_full_curve(curve))
+        let layers = [(&solution.inner, &curves[0]), (&solution.outer, &curves[1])]
+            .into_iter()
+            .map(|(membrane, curve)| self.meridian(membrane, curve))
             .collect::<Result<_, _>>()?;
         Ok(HeartShape {
             gain,
             solution,
             curves,
             body: Body::new(layers, self.pose)?,
+        })
+    }
+
+    /// The upper half of a membrane, base to apex.
+    fn meridian(
+        &self,
+        membrane: &Equilibrium,
+        curve: &[[f64; 2]],
+    ) -> Result<Meridian, PhantomError> {
+        let pieces: Vec<Piece> = (membrane.pieces().into_iter())
+            .filter(|piece| piece.to <= 0.5)
+            .map(|piece| Piece::Chebyshev {
+                x: piece.x,
+                r: piece.y,
+            })
+            .collect();
+        Ok(if pieces.is_empty() {
+            Meridian::from_full_curve(curve)?
+        } else {
+            Meridian::smooth(&pieces, self.tolerance)?
         })
     }
 

@@ -46,11 +46,15 @@ pub mod figures;
 pub mod files;
 mod heart;
 mod material;
+mod phantom;
+mod run;
+pub mod scene;
 #[cfg(feature = "figures")]
 pub mod study;
 mod timing;
 mod truth;
 mod volume_curve;
+mod work;
 
 pub use acquire::{Acquisition, Sinograms, acquire};
 pub use activity::{Activity, Uptake};
@@ -59,8 +63,13 @@ pub use cycle::Cycle;
 pub use error::PhantomError;
 pub use heart::{Balloon, Heart, HeartShape};
 pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
+pub use material::{MaterialPoint, Stretch, Wall};
+pub use phantom::{Artefacts, Numbers, Phantom, Thickness};
+pub use run::{GateReport, Progress, RunReport, run};
+pub use scene::Scene;
 pub use truth::{Measures, Regions, truth};
 pub use volume_curve::{VolumeCurve, VolumeRange};
+pub use work::WorkReport;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

@@ -1,6 +1,6 @@
 //! What the voxels really hold, and where measures are taken.
 
-use crate::acquire::exposures;
+use crate::acquire::Scan;
 use crate::activity::Activity;
 use crate::error::PhantomError;
 use crate::{Acquisition, Camera, Cycle, Heart};
@@ -27,39 +27,32 @@ pub fn truth(
     activity: impl Into<Activity>,
     tolerance: f64,
 ) -> Result<Vec<f32>, PhantomError> {
-    let (activity, slices) = (activity.into(), 0..camera.n_rows());
-    Ok(truth_of_slices(
+    let scan = Scan {
         heart,
         camera,
         cycle,
         acquisition,
-        activity,
-        tolerance,
-        slices,
-    )?
-    .0)
+        activity: activity.into(),
+    };
+    Ok(truth_of_slices(&scan, tolerance, 0..camera.n_rows())?.0)
 }
 
 /// The same for some slices only, bit for bit the cut from the whole.
 pub(crate) fn truth_of_slices(
-    heart: &Heart,
-    camera: &Camera,
-    cycle: &Cycle,
-    acquisition: Acquisition,
-    activity: Activity,
+    scan: &Scan<'_>,
     tolerance: f64,
     slices: Range<usize>,
 ) -> Result<(Vec<f32>, VoxelCounters), PhantomError> {
-    activity.validate()?;
-    let grid = camera.grid();
+    scan.activity.validate()?;
+    let grid = scan.camera.grid();
     let mut volume = vec![0.0f32; grid.slice_len() * slices.len()];
     let mut counters = VoxelCounters::default();
-    for (shape, weight) in exposures(heart, camera, cycle, acquisition)? {
+    for (shape, weight) in scan.exposures()? {
         let done = shape.body().voxelize_add(
             grid,
             slices.clone(),
             Sampling::Coverage { tolerance },
-            &activity.of(&shape),
+            &scan.activity.of(&shape),
             weight,
             &mut volume,
         )?;

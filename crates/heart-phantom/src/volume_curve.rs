@@ -105,6 +105,11 @@ impl VolumeRange {
 /// Largest volume gain that a cycle may ask for.
 pub(crate) const MAX_GAIN: f64 = 20.0;
 
+/// Whether a curve makes sense at a heart rate.
+pub(crate) fn check_curve(curve: &VolumeCurve, beats_per_minute: f64) -> Result<(), PhantomError> {
+    Height::new(curve, beats_per_minute).map(drop)
+}
+
 /// A curve made ready for one heart rate: phase to a height of 0 (ESV) to 1 (EDV).
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Height {
@@ -154,6 +159,18 @@ impl Height {
                     .map(|(j, volume)| [j as f64 / n, (volume - low) / (high - low)])
                     .collect();
                 Ok(Self::Monotone(with_slopes(&points)))
+            }
+        }
+    }
+
+    /// The first phase of height 0 and of height 1.
+    pub(crate) fn extreme_phases(&self) -> [f64; 2] {
+        match self {
+            Self::Sinusoid => [0.0, 0.5],
+            Self::Monotone(knots) => {
+                // A monotone cubic has its extrema at knots.
+                let first = |height: f64| knots.iter().find(|knot| knot.height == height);
+                [0.0, 1.0].map(|height| first(height).map_or(0.0, |knot| knot.phase))
             }
         }
     }

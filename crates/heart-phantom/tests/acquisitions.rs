@@ -263,8 +263,9 @@ fn a_turning_camera_averages_over_the_angles_that_it_passes() {
         rows: 20,
         pitch: [0.6, 0.7],
         rotation,
-        pixels: 24,
+        pixels: [24; 2],
         pixel: 0.6,
+        centre: [0.0; 2],
     };
     let still = Acquisition::Static { phase: 0.25 };
     let take = |geometry: CameraGeometry, acquisition| {

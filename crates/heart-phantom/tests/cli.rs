@@ -160,7 +160,7 @@ fn a_folder_that_cannot_be_made_is_named() {
     std::fs::write(&file, "in the way").unwrap();
     let output = paper(&file.join("out"), &SMALL);
     let error = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.status.code(), Some(1));
     assert!(error.contains(file.to_str().unwrap()), "{error}");
     assert_eq!(std::fs::read_to_string(&file).unwrap(), "in the way");
 }

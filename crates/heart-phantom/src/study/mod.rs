@@ -9,6 +9,7 @@ mod report;
 mod run;
 mod tomography;
 
+pub use crate::run::Progress;
 pub use report::{
     Acquisition, Circle, Direct, Evolving, Hann, Limit, Report, Rest, RestShape, Settings, Time,
 };
@@ -76,15 +77,6 @@ impl StudyOptions {
         }
         Ok(())
     }
-}
-
-/// How far the study is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// What is being done.
-    pub stage: &'static str,
-    /// Share of the work behind us, 0 to 1.
-    pub fraction: f64,
 }
 
 /// Runs the study and writes everything it produces into the folder `out`.

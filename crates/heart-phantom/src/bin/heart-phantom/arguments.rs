@@ -1,0 +1,109 @@
+//! What can be typed.
+
+use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
+use heart_phantom::study::StudyOptions;
+use std::path::PathBuf;
+
+/// Shown after the help.
+const AFTER: &str = "\
+Exit codes: 0 done, 1 failed at work (a disk that is full, a shape that cannot be solved), 2 a command or a scene that makes no
+sense. Errors of a scene name file, line, column and field, and say what would be right.";
+
+/// A beating heart phantom with exact ground truth.
+#[derive(Debug, Parser)]
+#[command(version, about, arg_required_else_help = true, after_help = AFTER)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    /// Threads to use; all cores if not given. The results do not depend on it.
+    #[arg(long, global = true, value_name = "N")]
+    pub(crate) threads: Option<usize>,
+    /// No progress bar, no summary.
+    #[arg(long, global = true)]
+    pub(crate) quiet: bool,
+    /// Reports and errors as JSON.
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run the study of Rohmer, Sitek and Gullberg (2006) and write its figures and numbers.
+    Paper(Paper),
+    /// Write a scene with a comment on every field, to a file or to the standard output.
+    Init {
+        /// The file; it must not exist yet.
+        file: Option<PathBuf>,
+    },
+    /// Check a scene and say what it makes, computing nothing.
+    Check {
+        /// The scene.
+        scene: PathBuf,
+    },
+    /// Compute what the scene's [output] asks for and write it to a folder.
+    Run {
+        /// The scene.
+        scene: PathBuf,
+        /// Folder to write to; made if it does not exist.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
+    /// The heart at one phase: volumes and wall thickness; with --out also activity and labels.
+    Truth {
+        /// The scene.
+        scene: PathBuf,
+        /// Phase of the cycle, 0 to 1.
+        #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+        phase: f64,
+        /// Folder for the exact activity, the labels and the surfaces at that phase.
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// One view, computed alone, as .npy or .png.
+    View {
+        /// The scene.
+        scene: PathBuf,
+        /// Which view, from 0.
+        #[arg(long, default_value_t = 0)]
+        view: usize,
+        /// Which gate, from 0.
+        #[arg(long, default_value_t = 0)]
+        gate: usize,
+        /// The file; its ending says the format.
+        #[arg(long, value_name = "FILE")]
+        out: PathBuf,
+    },
+    /// Completions for a shell, to the standard output.
+    Completions {
+        /// Which shell.
+        shell: Shell,
+    },
+    /// The manual page (roff), to the standard output.
+    Man,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Paper {
+    /// Folder to write to; made if it does not exist.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Voxels along an edge of the volume, bins and rows of the camera.
+    #[arg(long, default_value_t = StudyOptions::default().size)]
+    pub(crate) size: usize,
+    /// Views over 180 degrees.
+    #[arg(long, default_value_t = StudyOptions::default().views)]
+    pub(crate) views: usize,
+    /// Volume gain of the cavity at the height of the cycle (0.6 is an ejection fraction of 0.375).
+    #[arg(long, default_value_t = StudyOptions::default().gain, allow_negative_numbers = true)]
+    pub(crate) gain: f64,
+    /// Heart rate in beats per minute.
+    #[arg(long, default_value_t = StudyOptions::default().beats_per_minute, allow_negative_numbers = true)]
+    pub(crate) bpm: f64,
+    /// Nodes of a membrane.
+    #[arg(long, default_value_t = StudyOptions::default().nodes)]
+    pub(crate) nodes: usize,
+    /// Leave the figures out (numbers, sinograms and volumes are written all the same).
+    #[arg(long)]
+    pub(crate) no_figures: bool,
+}

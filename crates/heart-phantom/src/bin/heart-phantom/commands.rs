@@ -1,0 +1,266 @@
+//! What each command does.
+
+use crate::arguments::{Arguments, Command, Paper};
+use clap::CommandFactory;
+use heart_phantom::files::{self, Section, Volume};
+use heart_phantom::scene::Scene;
+use heart_phantom::study::{self, StudyOptions};
+use heart_phantom::{Phantom, PhantomError, Progress};
+use indicatif::{ProgressBar, ProgressStyle};
+use revolve_voxel::VoxelGrid;
+use serde_json::json;
+use std::io::{self, Write};
+use std::path::Path;
+
+type Done = Result<(), PhantomError>;
+
+pub(crate) fn run(arguments: &Arguments) -> Done {
+    match &arguments.command {
+        Command::Paper(options) => paper(arguments, options),
+        Command::Init { file } => init(file.as_deref()),
+        Command::Check { scene } => check(arguments, scene),
+        Command::Run { scene, out } => in_pool(arguments, || run_scene(arguments, scene, out)),
+        Command::Truth { scene, phase, out } => in_pool(arguments, || {
+            truth(arguments, scene, *phase, out.as_deref())
+        }),
+        Command::View {
+            scene,
+            view,
+            gate,
+            out,
+        } => in_pool(arguments, || one_view(scene, [*gate, *view], out)),
+        Command::Completions { shell } => {
+            let mut command = Arguments::command();
+            clap_complete::generate(*shell, &mut command, "heart-phantom", &mut io::stdout());
+            Ok(())
+        }
+        Command::Man => {
+            let page = clap_mangen::Man::new(Arguments::command());
+            to_stdout(|out| page.render(out))
+        }
+    }
+}
+
+fn in_pool(arguments: &Arguments, work: impl FnOnce() -> Done + Send) -> Done {
+    let given = arguments.threads.unwrap_or(0);
+    if arguments.threads.is_some() && !(1..=4096).contains(&given) {
+        return Err(PhantomError::Count {
+            what: "threads",
+            given,
+            min: 1,
+            max: 4096,
+        });
+    }
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(given)
+        .build()
+        .map_err(|_| PhantomError::Threads { given })?
+        .install(work)
+}
+
+fn paper(arguments: &Arguments, paper: &Paper) -> Done {
+    let options = StudyOptions {
+        size: paper.size,
+        views: paper.views,
+        gain: paper.gain,
+        beats_per_minute: paper.bpm,
+        nodes: paper.nodes,
+        threads: arguments.threads,
+        figures: !paper.no_figures,
+    };
+    let bar = bar(arguments);
+    let report = study::run(&options, &paper.out, &|progress| show(&bar, progress));
+    bar.finish_and_clear();
+    let report = report?;
+    if arguments.json {
+        return print_json(&json!(report));
+    }
+    if !arguments.quiet {
+        println!("{}", study::summary(&report));
+        let shown = if options.figures {
+            "index.html"
+        } else {
+            "report.json"
+        };
+        println!("written to {}", paper.out.join(shown).display());
+    }
+    Ok(())
+}
+
+fn init(file: Option<&Path>) -> Done {
+    let text = Scene::default().to_toml();
+    match file {
+        None => to_stdout(|out| out.write_all(text.as_bytes())),
+        Some(path) if path.exists() => Err(PhantomError::File {
+            path: path.to_path_buf(),
+            source: io::ErrorKind::AlreadyExists.into(),
+        }),
+        Some(path) => files::write_atomically(path, |out| out.write_all(text.as_bytes())),
+    }
+}
+
+fn check(arguments: &Arguments, path: &Path) -> Done {
+    let phantom = Phantom::load(path)?;
+    let camera = phantom.camera();
+    let samples = phantom.n_gates() * camera.n_views() * camera.view_len();
+    if arguments.json {
+        let found = json!({
+            "scene": phantom.scene(), "gates": phantom.n_gates(), "samples": samples,
+            "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(),
+        });
+        return print_json(&found);
+    }
+    if !arguments.quiet {
+        let ([nx, ny, nz], [x, y, z]) = (camera.grid().shape(), camera.grid().spacing());
+        println!("{} is a scene", path.display());
+        println!(
+            "  {} set(s) of {} views, {} rows x {} bins",
+            phantom.n_gates(),
+            camera.n_views(),
+            camera.n_rows(),
+            camera.n_bins()
+        );
+        println!("  {nx} x {ny} x {nz} voxels of {x} x {y} x {z} cm");
+        let [low, high] = phantom.cycle().gains();
+        println!(
+            "  volume gain {low} to {high}, ejection fraction {:.4}",
+            (high - low) / (1.0 + high)
+        );
+    }
+    Ok(())
+}
+
+fn run_scene(arguments: &Arguments, scene: &Path, out: &Path) -> Done {
+    let phantom = Phantom::load(scene)?;
+    let bar = bar(arguments);
+    let report = heart_phantom::run(&phantom, out, &|progress| show(&bar, progress));
+    bar.finish_and_clear();
+    let report = report?;
+    if arguments.json {
+        return print_json(&json!(report));
+    }
+    if !arguments.quiet {
+        let numbers = &report.numbers;
+        println!(
+            "EDV {:.2} mL  ESV {:.2} mL  EF {:.4}  wall {:.2} mL",
+            numbers.edv, numbers.esv, numbers.ejection_fraction, numbers.wall_volume
+        );
+        println!(
+            "{} shapes solved, {} rays cast, {} skipped",
+            report.work.shapes_solved, report.work.rays_cast, report.work.rays_skipped
+        );
+        println!("{} files written to {}", report.files.len(), out.display());
+    }
+    Ok(())
+}
+
+fn truth(arguments: &Arguments, scene: &Path, phase: f64, out: Option<&Path>) -> Done {
+    if !(0.0..=1.0).contains(&phase) {
+        return Err(PhantomError::OutOfRange {
+            what: "phase",
+            given: phase,
+            min: 0.0,
+            max: 1.0,
+        });
+    }
+    let phantom = Phantom::load(scene)?;
+    let shape = phantom.shape(phase)?;
+    let [cavity, outer] = shape.volumes();
+    let thickness = phantom.thickness(phase)?;
+    if let Some(out) = out {
+        files::create_writable_folder(out)?;
+        let format = phantom.scene().output.volumes;
+        let name = |what: &str| out.join(format!("{what}.{}", format.volume_extension()));
+        let grid = *phantom.camera().grid();
+        let activity = phantom.activity(phase)?;
+        files::write_volume(
+            &name("activity"),
+            &Volume::new(grid, activity.as_slice())?,
+            format,
+        )?;
+        let labels = phantom.labels(phase)?;
+        files::write_volume(
+            &name("labels"),
+            &Volume::new(grid, labels.as_slice())?,
+            format,
+        )?;
+        let [inner, outer] = phantom.meshes(phase)?;
+        files::write_stl(&out.join("inner.stl"), &inner)?;
+        files::write_stl(&out.join("outer.stl"), &outer)?;
+    }
+    if arguments.json {
+        return print_json(&json!({
+            "phase": phase, "gain": shape.gain(), "cavity_ml": cavity, "wall_ml": outer - cavity, "thickness_cm": thickness,
+            "numbers": phantom.numbers()?, "work": phantom.work(),
+        }));
+    }
+    if !arguments.quiet {
+        println!(
+            "phase {phase}: cavity {cavity:.4} mL, wall {:.4} mL",
+            outer - cavity
+        );
+        println!(
+            "wall {:.3} mm at the side, {:.3} mm at the apex",
+            10.0 * thickness.side,
+            10.0 * thickness.apex
+        );
+    }
+    Ok(())
+}
+
+fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
+    let phantom = Phantom::load(scene)?;
+    let camera = phantom.camera();
+    let view = phantom.view(gate, view_idx)?;
+    if out.extension().is_some_and(|extension| extension == "png") {
+        let [bin, row] = camera.detector().pitch();
+        let grid = VoxelGrid::centred(
+            [camera.n_bins(), 1, camera.n_rows()],
+            [bin, bin, row],
+            [0.0; 3],
+        )?;
+        let most = view.iter().copied().fold(0.0f32, f32::max);
+        let grey = [0.0, if most > 0.0 { f64::from(most) } else { 1.0 }];
+        return files::write_png(
+            out,
+            &Volume::new(grid, view.as_slice())?,
+            Section::Coronal(0),
+            grey,
+        );
+    }
+    if out.extension().is_none_or(|extension| extension != "npy") {
+        return Err(PhantomError::Extension {
+            path: out.to_path_buf(),
+            expected: "npy or .png",
+        });
+    }
+    files::write_npy(out, &[camera.n_rows(), camera.n_bins()], &view)
+}
+
+fn print_json(value: &serde_json::Value) -> Done {
+    to_stdout(|out| writeln!(out, "{value:#}"))
+}
+
+fn to_stdout(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Done {
+    write(&mut io::stdout().lock()).map_err(|source| PhantomError::File {
+        path: "the standard output".into(),
+        source,
+    })
+}
+
+fn bar(arguments: &Arguments) -> ProgressBar {
+    if arguments.quiet || arguments.json {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(1000);
+    let template = "{bar:40.cyan/blue} {percent:>3}% {elapsed_precise}, left {eta_precise} {msg}";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn show(bar: &ProgressBar, progress: Progress) {
+    bar.set_message(progress.stage);
+    bar.set_position((progress.fraction * 1000.0) as u64);
+}

@@ -1,0 +1,630 @@
+//! A scene come to life: everything on demand, and nothing twice.
+
+use crate::acquire::Scan;
+use crate::camera::{CameraGeometry, Rotation};
+use crate::error::{PhantomError, check_count};
+use crate::scene::{
+    AccuracySettings, ArcSettings, DiscretisationSettings, Law, Mode, RotationSettings, Scene,
+    WindowSettings,
+};
+use crate::truth::truth_of_slices;
+use crate::work::{Work, WorkReport};
+use crate::{
+    Acquisition, Activity, Balloon, Camera, Cycle, Heart, HeartShape, Measures, Regions, Sinograms,
+};
+use membrane_newton::membrane_forces::{PressureLaw, balloon_at_rest};
+use membrane_newton::{Discretisation, Membrane};
+use radon::{ArcPolicy, FbpOptions, FbpPlan, Skip, StackOrder, Window};
+use revolve_voxel::nalgebra::{Point3, Vector3};
+use revolve_voxel::{Mesh, Pose, Sampling};
+use serde::Serialize;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+/// Fewest and most steps a cycle that a tolerance is met with.
+const STEPS: [usize; 2] = [8, 4096];
+/// Bins and rows of the coarse views on which that is tried.
+const PROBE: usize = 48;
+
+/// A phantom: what a [`Scene`] describes, computed when it is asked for.
+///
+/// [`Phantom::new`] computes nothing. Every part (a view, a slice, a phase) does its own work only and has the bits that it has in
+/// the whole; shapes are solved once and kept; [`Phantom::work`] tells what has been done. Results have the same bits for any
+/// number of threads.
+///
+/// ```
+/// use heart_phantom::{Phantom, scene::{Mode, Scene}};
+/// let scene = Scene::default().with_size(32).with_mode(Mode::Static { phase: 0.5 });
+/// let phantom = Phantom::new(scene)?;
+/// assert_eq!(phantom.work().shapes_solved, 0);
+/// let numbers = phantom.numbers()?; // two shapes, and nothing else
+/// assert!((numbers.ejection_fraction - 0.375).abs() < 1e-10);
+/// let slice = phantom.slice(0, 16)?; // one row of each view
+/// assert_eq!(slice.len(), 32 * 32);
+/// let work = phantom.work();
+/// assert_eq!((work.shapes_solved, work.rays_cast + work.rays_skipped), (2, 90 * 32));
+/// # Ok::<(), heart_phantom::PhantomError>(())
+/// ```
+#[derive(Debug)]
+pub struct Phantom {
+    scene: Scene,
+    heart: Heart,
+    camera: Camera,
+    cycle: Cycle,
+    activity: Activity,
+    skip: Skip,
+    steps: OnceLock<usize>,
+    regions: OnceLock<Regions>,
+    work: Work,
+}
+
+/// The numbers of a heart, as a clinic would measure them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Numbers {
+    /// End-diastolic volume of the cavity in mL.
+    pub edv: f64,
+    /// End-systolic volume in mL.
+    pub esv: f64,
+    /// `EDV - ESV` in mL.
+    pub stroke_volume: f64,
+    /// `(EDV - ESV) / EDV`.
+    pub ejection_fraction: f64,
+    /// The paper's `(EDV - V_rest) / V_rest`.
+    pub gain: f64,
+    /// Stroke volume times heart rate, L a minute.
+    pub cardiac_output: f64,
+    /// Volume of the wall in mL, the same at all phases.
+    pub wall_volume: f64,
+    /// Thickness of the wall at end-diastole.
+    pub diastolic_thickness: Thickness,
+    /// Thickness of the wall at end-systole.
+    pub systolic_thickness: Thickness,
+}
+
+/// Thickness of the wall in cm: shortest distance from the inner membrane to the outer one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Thickness {
+    /// From the material middle of the inner cylinder.
+    pub side: f64,
+    /// From the inner apex.
+    pub apex: f64,
+}
+
+impl Phantom {
+    /// Checks the scene and makes ready; no shape is solved, no ray cast.
+    ///
+    /// # Errors
+    /// [`PhantomError::Scene`]; [`PhantomError::Membrane`] if the discretised balloons make no pair.
+    pub fn new(scene: Scene) -> Result<Self, PhantomError> {
+        scene.check()?;
+        let heart = heart_of(&scene)?;
+        let inner = scene.heart.inner;
+        let rest = balloon_at_rest(inner.length, inner.radius)?.volume;
+        let gains = scene.cycle.volume.gains(rest)?;
+        Ok(Self {
+            heart,
+            camera: Camera::with_geometry(&geometry_of(&scene))?,
+            cycle: Cycle::with_curve(scene.cycle.beats_per_minute, &scene.cycle.curve, gains)?,
+            activity: Activity {
+                cavity: scene.activity.cavity,
+                wall: scene.activity.wall,
+            },
+            skip: Skip::default(),
+            steps: OnceLock::new(),
+            regions: OnceLock::new(),
+            work: Work::default(),
+            scene,
+        })
+    }
+
+    /// The phantom of a scene file.
+    ///
+    /// # Errors
+    /// As [`Scene::load`] and [`Phantom::new`].
+    pub fn load(path: &Path) -> Result<Self, PhantomError> {
+        Self::new(Scene::load(path)?)
+    }
+
+    /// The same with work on empty slices done or not; it changes no bit of any result.
+    pub fn with_skip(mut self, skip: Skip) -> Self {
+        self.skip = skip;
+        self
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The heart, whose shapes are solved when asked for.
+    pub fn heart(&self) -> &Heart {
+        &self.heart
+    }
+
+    /// The camera and the voxels.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The beat.
+    pub fn cycle(&self) -> &Cycle {
+        &self.cycle
+    }
+
+    /// Number of sets of views: the gates, or 1.
+    pub fn n_gates(&self) -> usize {
+        match self.scene.acquisition.mode {
+            Mode::Gated { gates } => gates,
+            _ => 1,
+        }
+    }
+
+    /// What has been done so far.
+    pub fn work(&self) -> WorkReport {
+        self.work.report(self.heart.shapes_solved())
+    }
+
+    /// The time that the views of a gate see, with the steps that meet the scene's tolerance.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Quadrature`] if no number of steps suffices.
+    pub fn acquisition(&self, gate: usize) -> Result<Acquisition, PhantomError> {
+        check_count("gate", gate, 0, self.n_gates() - 1)?;
+        Ok(self.acquisition_with(gate, self.steps()?))
+    }
+
+    /// One view of a gate, `[row][bin]`.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate or view; what solving the shapes can return.
+    pub fn view(&self, gate: usize, view_idx: usize) -> Result<Vec<f32>, PhantomError> {
+        check_count("view_idx", view_idx, 0, self.camera.n_views() - 1)?;
+        let rows = 0..self.camera.n_rows();
+        Ok(self
+            .take(gate, view_idx..view_idx + 1, rows, &|_| ())?
+            .samples)
+    }
+
+    /// All views of a gate, `[view][row][bin]`. `progress` is told the number of views done.
+    ///
+    /// # Errors
+    /// As [`Phantom::view`].
+    pub fn sinograms(
+        &self,
+        gate: usize,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Sinograms, PhantomError> {
+        self.take(
+            gate,
+            0..self.camera.n_views(),
+            0..self.camera.n_rows(),
+            progress,
+        )
+    }
+
+    /// One slice of the reconstruction of a gate, `[y][x]`, from one row of each view.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate or slice; [`PhantomError::Radon`] if the arc is too short.
+    pub fn slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
+        check_count("slice", z, 0, self.camera.n_rows() - 1)?;
+        let sinogram = self.take(gate, 0..self.camera.n_views(), z..z + 1, &|_| ())?;
+        self.reconstruct_slices(&sinogram.samples, 1)
+    }
+
+    /// The reconstruction of a gate, `[z][y][x]`.
+    ///
+    /// # Errors
+    /// As [`Phantom::slice`].
+    pub fn volume(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
+        self.reconstruct(&self.sinograms(gate, &|_| ())?.samples)
+    }
+
+    /// The reconstruction of any views `[view][row][bin]` of this camera, `[z][y][x]`: those of
+    /// [`Phantom::sinograms`], or those with noise or blur added.
+    ///
+    /// # Errors
+    /// [`PhantomError::Radon`] for a wrong length, a sample that is not finite, or an arc that is too short.
+    pub fn reconstruct(&self, views: &[f32]) -> Result<Vec<f32>, PhantomError> {
+        self.reconstruct_slices(views, self.camera.n_rows())
+    }
+
+    /// The exact volume of a gate, `[z][y][x]`: the mean over each voxel and over the time of the views (of the first, where
+    /// they differ).
+    ///
+    /// # Errors
+    /// As [`Phantom::view`].
+    pub fn truth(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
+        self.truth_slices(self.acquisition(gate)?, 0..self.camera.n_rows())
+    }
+
+    /// One slice of the exact volume of a gate, `[y][x]`.
+    ///
+    /// # Errors
+    /// As [`Phantom::slice`].
+    pub fn truth_slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
+        check_count("slice", z, 0, self.camera.n_rows() - 1)?;
+        self.truth_slices(self.acquisition(gate)?, z..z + 1)
+    }
+
+    /// The heart at a phase.
+    ///
+    /// # Errors
+    /// What solving the shape can return.
+    pub fn shape(&self, phase: f64) -> Result<Arc<HeartShape>, PhantomError> {
+        self.shape_at_gain(self.cycle.gain(phase))
+    }
+
+    /// Activity per mL of cavity and wall at a phase.
+    ///
+    /// # Errors
+    /// As [`Phantom::shape`].
+    pub fn concentrations(&self, phase: f64) -> Result<[f64; 2], PhantomError> {
+        Ok(self.activity.of(&*self.shape(phase)?))
+    }
+
+    /// A phase of end-systole and one of end-diastole.
+    pub fn extreme_phases(&self) -> [f64; 2] {
+        self.cycle.extreme_phases()
+    }
+
+    /// The activity of every voxel at a phase, `[z][y][x]`, averaged over the voxel.
+    ///
+    /// # Errors
+    /// As [`Phantom::shape`].
+    pub fn activity(&self, phase: f64) -> Result<Vec<f32>, PhantomError> {
+        self.truth_slices(Acquisition::Static { phase }, 0..self.camera.n_rows())
+    }
+
+    /// What every voxel holds most of at a phase, `[z][y][x]`: 0 background, 1 cavity, 2 wall.
+    ///
+    /// # Errors
+    /// As [`Phantom::shape`].
+    pub fn labels(&self, phase: f64) -> Result<Vec<u8>, PhantomError> {
+        let sampling = Sampling::Coverage {
+            tolerance: self.scene.truth.tolerance,
+        };
+        let slices = 0..self.camera.n_rows();
+        let regions =
+            (self.shape(phase)?.body()).regions::<f32>(self.camera.grid(), slices, sampling)?;
+        self.work.voxels(regions.counters);
+        Ok(regions.labels)
+    }
+
+    /// The inner and the outer surface at a phase, in the lab, cm; nowhere farther from the body than a tenth of a voxel.
+    ///
+    /// # Errors
+    /// As [`Phantom::shape`].
+    pub fn meshes(&self, phase: f64) -> Result<[Mesh; 2], PhantomError> {
+        let shape = self.shape(phase)?;
+        let tolerance = 0.1 * self.camera.grid().spacing()[0];
+        Ok([
+            shape.body().mesh(0, tolerance)?,
+            shape.body().mesh(1, tolerance)?,
+        ])
+    }
+
+    /// Volumes, ejection fraction, wall.
+    ///
+    /// # Errors
+    /// What solving the two shapes can return.
+    pub fn numbers(&self) -> Result<Numbers, PhantomError> {
+        let [systole, diastole] = self.cycle.gains();
+        self.heart.shapes(&[systole, diastole])?;
+        let (small, large) = (self.shape_at_gain(systole)?, self.shape_at_gain(diastole)?);
+        let (esv, edv) = (small.volumes()[0], large.volumes()[0]);
+        Ok(Numbers {
+            edv,
+            esv,
+            stroke_volume: edv - esv,
+            ejection_fraction: (edv - esv) / edv,
+            gain: diastole,
+            cardiac_output: (edv - esv) * self.scene.cycle.beats_per_minute / 1000.0,
+            wall_volume: self.heart.pair().wall_volume(),
+            diastolic_thickness: self.thickness_of(&large),
+            systolic_thickness: self.thickness_of(&small),
+        })
+    }
+
+    /// Thickness of the wall at a phase.
+    ///
+    /// # Errors
+    /// As [`Phantom::shape`].
+    pub fn thickness(&self, phase: f64) -> Result<Thickness, PhantomError> {
+        Ok(self.thickness_of(&*self.shape(phase)?))
+    }
+
+    /// The voxels over which reconstructions are judged; from 24 phases, made once.
+    ///
+    /// # Errors
+    /// What solving the shapes can return.
+    pub fn regions(&self) -> Result<&Regions, PhantomError> {
+        if self.regions.get().is_none() {
+            let made = Regions::new(&self.heart, &self.camera, &self.cycle)?;
+            // Another thread may have been first, with the same.
+            let _ = self.regions.set(made);
+        }
+        Ok(self.regions.get_or_init(|| unreachable!("just set")))
+    }
+
+    /// How a volume of a gate compares with the truth: streaks outside the heart, unevenness of the wall, blur.
+    ///
+    /// # Errors
+    /// As [`Phantom::regions`]; [`PhantomError::Radon`] or [`PhantomError::Solid`] for a volume of the wrong length.
+    pub fn artefacts(&self, volume: &[f32], truth: &[f32]) -> Result<Artefacts, PhantomError> {
+        let measures = Measures::of(volume, Some(truth), self.regions()?, &self.camera)?;
+        let shape = self.shape_at_gain(self.cycle.gains()[0])?;
+        let solution = shape.solution();
+        let pose = self.heart.pose();
+        let length = self.scene.heart.outer.length + self.scene.heart.outer.radius;
+        let voxel = self.camera.grid().spacing()[0];
+        // From the middle of the wall outwards, past the largest heart.
+        let width = |direction: Vector3<f64>, inner: [f64; 2], outer: [f64; 2]| {
+            let place = |[x, r]: [f64; 2]| Point3::new(x, r * direction.y, r * direction.z);
+            let from = place([0.5 * (inner[0] + outer[0]), 0.5 * (inner[1] + outer[1])]);
+            let to = from + direction * (0.5 * length);
+            let n = 2 + (4.0 * 0.5 * length / voxel) as usize;
+            let ends = [pose.to_lab(&from), pose.to_lab(&to)];
+            let line = self.camera.grid().profile(volume, ends, n)?;
+            Ok::<_, PhantomError>(line.edge_width(0.9, 0.1).map(|cm| 10.0 * cm))
+        };
+        let at = |s: f64| (solution.inner.at(s).position, solution.outer.at(s).position);
+        let (tip, outer_tip) = at(0.5);
+        let (side, outer_side) = at(0.5 * self.side());
+        let mut widths = Vec::new();
+        for k in 0..AZIMUTHS {
+            let (sin, cos) = (std::f64::consts::TAU * k as f64 / AZIMUTHS as f64).sin_cos();
+            widths.extend(width(Vector3::new(0.0, cos, sin), side, outer_side)?);
+        }
+        widths.sort_by(f64::total_cmp);
+        Ok(Artefacts {
+            streaks_outside: measures.background_rms,
+            wall_unevenness: (measures.wall_std.zip(measures.wall_mean))
+                .map(|(std, mean)| std / mean),
+            wall_mean: measures.wall_mean,
+            apex_blur_mm: width(Vector3::x(), [tip[0], 0.0], [outer_tip[0], 0.0])?,
+            wall_blur_mm: widths.get(widths.len() / 2).copied(),
+            rmse: measures.rmse_truth,
+        })
+    }
+
+    fn take(
+        &self,
+        gate: usize,
+        views: Range<usize>,
+        rows: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Sinograms, PhantomError> {
+        let scan = self.scan(&self.camera, self.acquisition(gate)?);
+        let taken = scan.rows(views, rows, progress)?;
+        self.work.rays(taken.rays);
+        Ok(taken)
+    }
+
+    fn scan<'a>(&'a self, camera: &'a Camera, acquisition: Acquisition) -> Scan<'a> {
+        Scan {
+            heart: &self.heart,
+            camera,
+            cycle: &self.cycle,
+            acquisition,
+            activity: self.activity,
+        }
+    }
+
+    fn acquisition_with(&self, gate: usize, points: usize) -> Acquisition {
+        let interval = self.scene.camera.seconds_per_view;
+        match self.scene.acquisition.mode {
+            Mode::Static { phase } => Acquisition::Static { phase },
+            Mode::Instants => Acquisition::Instants { interval },
+            Mode::Exposure { seconds } => Acquisition::Exposure {
+                interval,
+                window: seconds,
+                points,
+            },
+            Mode::WholeCycle => Acquisition::WholeCycle { points },
+            Mode::Gated { gates } => Acquisition::Gate {
+                gate,
+                gates,
+                points,
+            },
+        }
+    }
+
+    /// Steps a cycle: as given, or doubled until coarse views of the first and the middle angle change by no more than the
+    /// tolerance. What the difference between two numbers of steps bounds is the error of the larger one.
+    fn steps(&self) -> Result<usize, PhantomError> {
+        let tolerance = match self.scene.acquisition.accuracy {
+            AccuracySettings::Steps(steps) => return Ok(steps),
+            AccuracySettings::Tolerance(tolerance) => tolerance,
+        };
+        if matches!(
+            self.scene.acquisition.mode,
+            Mode::Static { .. } | Mode::Instants
+        ) {
+            return Ok(STEPS[0]);
+        }
+        if let Some(&steps) = self.steps.get() {
+            return Ok(steps);
+        }
+        let mut coarse = geometry_of(&self.scene);
+        let [bins, rows] = [coarse.bins.min(PROBE), coarse.rows.min(PROBE)];
+        coarse.pitch[0] *= coarse.bins as f64 / bins as f64;
+        coarse.pitch[1] *= coarse.rows as f64 / rows as f64;
+        (coarse.bins, coarse.rows) = (bins, rows);
+        let camera = Camera::with_geometry(&coarse)?;
+        let mut steps = STEPS[0];
+        loop {
+            let mut reached = 0.0f64;
+            for gate in 0..self.n_gates() {
+                let scan = self.scan(&camera, self.acquisition_with(gate, steps));
+                for view_idx in [0, camera.n_views() / 2] {
+                    let taken = scan.rows(view_idx..view_idx + 1, 0..rows, &|_| ())?;
+                    self.work.rays(taken.rays);
+                    reached = reached.max(taken.quadrature_error.unwrap_or(0.0));
+                }
+            }
+            if reached <= tolerance {
+                return Ok(*self.steps.get_or_init(|| steps));
+            }
+            if steps >= STEPS[1] {
+                return Err(PhantomError::Quadrature {
+                    reached,
+                    tolerance,
+                    steps,
+                });
+            }
+            steps *= 2;
+        }
+    }
+
+    fn reconstruct_slices(&self, views: &[f32], n_slices: usize) -> Result<Vec<f32>, PhantomError> {
+        let settings = &self.scene.reconstruction;
+        let options = FbpOptions {
+            window: match settings.window {
+                WindowSettings::RamLak => Window::RamLak,
+                WindowSettings::SheppLogan => Window::SheppLogan,
+                WindowSettings::Cosine => Window::Cosine,
+                WindowSettings::Hamming => Window::Hamming,
+                WindowSettings::Hann => Window::Hann,
+                WindowSettings::Butterworth { order } => Window::Butterworth { order },
+            },
+            cutoff: settings.cutoff,
+            arc: match settings.arc {
+                ArcSettings::Complete => ArcPolicy::Complete,
+                ArcSettings::Extend => ArcPolicy::Extend,
+                ArcSettings::Truncate => ArcPolicy::Truncate,
+                ArcSettings::Rescale => ArcPolicy::Rescale,
+            },
+            skip: self.skip,
+            ..FbpOptions::default()
+        };
+        let plan = FbpPlan::new(self.camera.geometry(), self.camera.image(), &options)?;
+        let mut volume = vec![0.0f32; n_slices * plan.image_len()];
+        let order = StackOrder::ViewSliceBin;
+        let report =
+            plan.reconstruct_stack_into(views, n_slices, order, &mut volume, &mut plan.scratch())?;
+        self.work.reconstruction(report);
+        Ok(volume)
+    }
+
+    fn truth_slices(
+        &self,
+        acquisition: Acquisition,
+        slices: Range<usize>,
+    ) -> Result<Vec<f32>, PhantomError> {
+        let tolerance = self.scene.truth.tolerance;
+        let scan = self.scan(&self.camera, acquisition);
+        let (volume, counters) = truth_of_slices(&scan, tolerance, slices)?;
+        self.work.voxels(counters);
+        Ok(volume)
+    }
+
+    fn shape_at_gain(&self, gain: f64) -> Result<Arc<HeartShape>, PhantomError> {
+        Ok(self.heart.shapes(&[gain])?.remove(0))
+    }
+
+    /// Share of the upper half of the inner membrane up to the middle of its cylinder.
+    fn side(&self) -> f64 {
+        let inner = self.scene.heart.inner;
+        inner.length / (2.0 * inner.length + std::f64::consts::PI * inner.radius)
+    }
+
+    fn thickness_of(&self, shape: &HeartShape) -> Thickness {
+        let distance = |s: f64| {
+            let [x, r] = shape.solution().inner.at(s).position;
+            let place = self.heart.pose().to_lab(&Point3::new(x, r.max(0.0), 0.0));
+            -shape.body().signed_distance(1, &place)
+        };
+        Thickness {
+            side: distance(0.5 * self.side()),
+            apex: distance(0.5),
+        }
+    }
+}
+
+/// Lines on which the blur of the wall is measured; the median counts.
+const AZIMUTHS: usize = 16;
+
+/// What motion, few views or noise did to a reconstruction. A measure that cannot be taken is `None`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Artefacts {
+    /// Root mean square more than three voxels outside the heart at all phases, where nothing should be.
+    pub streaks_outside: Option<f64>,
+    /// Standard deviation over mean of the voxels that are in the wall at all phases.
+    pub wall_unevenness: Option<f64>,
+    /// Mean of those voxels.
+    pub wall_mean: Option<f64>,
+    /// Width of the outer edge at the apex, from 90 to 10 % along the axis, mm.
+    pub apex_blur_mm: Option<f64>,
+    /// The same at the middle of the wall's side, median of 16 azimuths, mm.
+    pub wall_blur_mm: Option<f64>,
+    /// Root mean square difference from the truth within the field of view.
+    pub rmse: Option<f64>,
+}
+
+fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
+    let (settings, pose) = (&scene.heart, &scene.pose);
+    let law = match settings.law {
+        Law::PerMaterialLength => PressureLaw::PerMaterialLength,
+        Law::TotalForce => PressureLaw::TotalForce,
+        Law::PerCurrentLength => PressureLaw::PerCurrentLength,
+    };
+    let membrane = |balloon: crate::scene::BalloonSettings| -> Result<Membrane, PhantomError> {
+        let balloon = Balloon {
+            length: balloon.length,
+            radius: balloon.radius,
+            stiffness: balloon.stiffness,
+        };
+        Ok(balloon.membrane()?.with_law(law))
+    };
+    let (discretisation, tolerance) = match settings.discretisation {
+        DiscretisationSettings::Differences { nodes } => {
+            (Discretisation::FiniteDifferences { nodes }, 0.0)
+        }
+        DiscretisationSettings::Spectral {
+            degree,
+            per_piece,
+            tolerance,
+        } => (Discretisation::Spectral { degree, per_piece }, tolerance),
+    };
+    let middle = (settings.outer.length + settings.outer.radius) / 2.0;
+    let place = Pose::axis_along_z(pose.centre.unwrap_or(middle))?
+        .turned_x(pose.turn_x.to_radians())?
+        .turned_y(pose.turn_y.to_radians())?
+        .turned_z(pose.turn_z.to_radians())?
+        .shifted(Vector3::from(pose.shift))?;
+    let membranes = [membrane(settings.inner)?, membrane(settings.outer)?];
+    Heart::of_membranes(
+        [&membranes[0], &membranes[1]],
+        discretisation,
+        tolerance,
+        place,
+    )
+}
+
+fn geometry_of(scene: &Scene) -> CameraGeometry {
+    let (camera, volume) = (&scene.camera, &scene.reconstruction);
+    let pixels = volume.pixels.unwrap_or(camera.bins);
+    let pixel = volume.pixel.unwrap_or(camera.pitch[0]);
+    let part = volume
+        .region
+        .map_or([[0, pixels]; 2], |region| [region.x, region.y]);
+    CameraGeometry {
+        views: camera.views,
+        arc: camera.arc.to_radians(),
+        start: camera.start.to_radians(),
+        bins: camera.bins,
+        rows: camera.rows,
+        pitch: camera.pitch,
+        rotation: match camera.rotation {
+            RotationSettings::StepAndShoot => Rotation::StepAndShoot,
+            RotationSettings::Continuous => Rotation::Continuous {
+                interval: camera.seconds_per_view,
+            },
+        },
+        pixels: part.map(|[from, to]| to - from),
+        pixel,
+        centre: part.map(|[from, to]| 0.5 * ((from + to) as f64 - pixels as f64) * pixel),
+    }
+}

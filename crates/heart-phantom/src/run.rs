@@ -1,0 +1,269 @@
+//! A scene from start to end: everything that it asks for, written to a folder.
+
+use crate::error::PhantomError;
+use crate::files::{self, Projections, Volume};
+use crate::phantom::{Artefacts, Numbers, Phantom};
+use crate::scene::{Product, Scene};
+use crate::work::WorkReport;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// How far a computation is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// What is being done.
+    pub stage: &'static str,
+    /// Share of the work behind us, 0 to 1.
+    pub fraction: f64,
+}
+
+/// What a run found and did; `report.json` holds it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunReport {
+    /// The scene, defaults filled in.
+    pub scene: Scene,
+    /// Volumes, ejection fraction, wall.
+    pub numbers: Numbers,
+    /// One entry for each gate, or one.
+    pub gates: Vec<GateReport>,
+    /// Work done.
+    pub work: WorkReport,
+    /// Files written, relative to the folder.
+    pub files: Vec<PathBuf>,
+}
+
+/// One set of views.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct GateReport {
+    /// Estimated relative error of the quadrature over time, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quadrature_error: Option<f64>,
+    /// The reconstruction against the truth, where both were made.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub artefacts: Option<Artefacts>,
+}
+
+/// A phantom that writes into a folder.
+struct Writer<'a> {
+    phantom: &'a Phantom,
+    out: &'a Path,
+    files: Vec<PathBuf>,
+    /// The middle slices of the reconstructions, for the moving picture.
+    middle: Vec<Vec<f32>>,
+}
+
+/// Computes and writes what the scene's `[output]` asks for, and `report.json`. Every file is written whole or not at all.
+///
+/// # Errors
+/// [`PhantomError::File`] if the folder cannot be written to, before any work; whatever the parts of a [`Phantom`] return.
+pub fn run(
+    phantom: &Phantom,
+    out: &Path,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<RunReport, PhantomError> {
+    files::create_writable_folder(out)?;
+    let mut writer = Writer {
+        phantom,
+        out,
+        files: Vec::new(),
+        middle: Vec::new(),
+    };
+    let n_gates = phantom.n_gates();
+    let mut gates = Vec::with_capacity(n_gates);
+    for gate in 0..n_gates {
+        gates.push(writer.gate(gate, &|stage, share| {
+            progress(Progress {
+                stage,
+                fraction: (gate as f64 + share) / (n_gates as f64 + 0.5),
+            });
+        })?);
+    }
+    progress(Progress {
+        stage: "phases",
+        fraction: n_gates as f64 / (n_gates as f64 + 0.5),
+    });
+    writer.phases()?;
+    writer.moving_picture()?;
+    let mut report = RunReport {
+        scene: phantom.scene().clone(),
+        numbers: phantom.numbers()?,
+        gates,
+        work: phantom.work(),
+        files: writer.files,
+    };
+    report.files.push("report.json".into());
+    files::write_atomically(&out.join("report.json"), |file| {
+        serde_json::to_writer_pretty(&mut *file, &report)?;
+        file.write_all(b"\n")
+    })?;
+    Ok(report)
+}
+
+impl Writer<'_> {
+    fn wants(&self, product: Product) -> bool {
+        self.phantom.scene().output.write.contains(&product)
+    }
+
+    /// Views, reconstruction and truth of one gate.
+    fn gate(
+        &mut self,
+        gate: usize,
+        progress: &(dyn Fn(&'static str, f64) + Sync),
+    ) -> Result<GateReport, PhantomError> {
+        let phantom = self.phantom;
+        let pictures = self.wants(Product::Pictures);
+        let reconstruct = self.wants(Product::Reconstruction) || pictures;
+        let mut report = GateReport {
+            quadrature_error: None,
+            artefacts: None,
+        };
+        let mut volume = None;
+        if self.wants(Product::Projections) || reconstruct {
+            let n_views = phantom.camera().n_views() as f64;
+            let views =
+                phantom.sinograms(gate, &|done| progress("views", 0.5 * done as f64 / n_views))?;
+            report.quadrature_error = views.quadrature_error;
+            if self.wants(Product::Projections) {
+                self.write_projections(&self.name("projections", gate), &views.samples)?;
+            }
+            if reconstruct {
+                progress("reconstruction", 0.5);
+                let made = phantom.reconstruct(&views.samples)?;
+                if self.wants(Product::Reconstruction) {
+                    self.write_volume(&self.name("reconstruction", gate), made.as_slice())?;
+                }
+                if pictures {
+                    self.picture(gate, &made)?;
+                }
+                volume = Some(made);
+            }
+        }
+        if self.wants(Product::Truth) {
+            progress("truth", 0.65);
+            let truth = phantom.truth(gate)?;
+            self.write_volume(&self.name("truth", gate), truth.as_slice())?;
+            if let Some(volume) = &volume {
+                progress("measures", 0.95);
+                report.artefacts = Some(phantom.artefacts(volume, &truth)?);
+            }
+        }
+        Ok(report)
+    }
+
+    /// Labels and surfaces at end-diastole and end-systole.
+    fn phases(&mut self) -> Result<(), PhantomError> {
+        let [systole, diastole] = self.phantom.extreme_phases();
+        for (name, phase) in [("end-diastole", diastole), ("end-systole", systole)] {
+            if self.wants(Product::Labels) {
+                let labels = self.phantom.labels(phase)?;
+                self.write_volume(&format!("labels-{name}"), labels.as_slice())?;
+            }
+            if self.wants(Product::Meshes) {
+                let meshes = self.phantom.meshes(phase)?;
+                for (surface, mesh) in ["inner", "outer"].iter().zip(&meshes) {
+                    let file = PathBuf::from(format!("{surface}-{name}.stl"));
+                    files::write_stl(&self.out.join(&file), mesh)?;
+                    self.files.push(file);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// `what`, or `what-gate-03`.
+    fn name(&self, what: &str, gate: usize) -> String {
+        match self.phantom.n_gates() {
+            1 => what.to_owned(),
+            _ => format!("{what}-gate-{gate:02}"),
+        }
+    }
+
+    fn write_projections(&mut self, name: &str, samples: &[f32]) -> Result<(), PhantomError> {
+        let (camera, settings) = (self.phantom.camera(), self.phantom.scene());
+        let format = settings.output.projections;
+        let angles = camera.geometry().angles();
+        let projections =
+            Projections::new(*camera.detector(), angles, settings.camera.radius, samples)?;
+        let Some(extension) = format.projections_extension() else {
+            unreachable!("the scene was checked")
+        };
+        let file = PathBuf::from(format!("{name}.{extension}"));
+        files::write_projections(&self.out.join(&file), &projections, format)?;
+        self.files.push(file);
+        Ok(())
+    }
+
+    fn write_volume<'a>(
+        &mut self,
+        name: &str,
+        samples: impl Into<files::Samples<'a>>,
+    ) -> Result<(), PhantomError> {
+        let format = self.phantom.scene().output.volumes;
+        let volume = Volume::new(*self.phantom.camera().grid(), samples)?;
+        let file = PathBuf::from(format!("{name}.{}", format.volume_extension()));
+        files::write_volume(&self.out.join(&file), &volume, format)?;
+        self.files.push(file);
+        Ok(())
+    }
+
+    #[cfg(feature = "figures")]
+    fn picture(&mut self, gate: usize, volume: &[f32]) -> Result<(), PhantomError> {
+        let camera = self.phantom.camera();
+        let middle = camera.n_rows() / 2;
+        let file = PathBuf::from(format!("{}.png", self.name("slice", gate)));
+        let section = files::Section::Axial(middle);
+        files::write_png(
+            &self.out.join(&file),
+            &Volume::new(*camera.grid(), volume)?,
+            section,
+            self.grey()?,
+        )?;
+        self.files.push(file);
+        let len = camera.grid().slice_len();
+        self.middle
+            .push(volume[middle * len..(middle + 1) * len].to_vec());
+        Ok(())
+    }
+
+    #[cfg(not(feature = "figures"))]
+    fn picture(&mut self, _gate: usize, _volume: &[f32]) -> Result<(), PhantomError> {
+        Err(PhantomError::Unsupported {
+            format: "this build, without the feature `figures`,",
+            what: "pictures",
+        })
+    }
+
+    /// The beat in the middle slice, once round in its own time.
+    fn moving_picture(&mut self) -> Result<(), PhantomError> {
+        #[cfg(feature = "figures")]
+        if self.middle.len() > 1 {
+            let [nx, ny, _] = self.phantom.camera().grid().shape();
+            let spacing = self.phantom.camera().grid().spacing();
+            let grid = revolve_voxel::VoxelGrid::centred([nx, ny, 1], spacing, [0.0; 3])?;
+            let frames = (self.middle.iter())
+                .map(|slice| Volume::new(grid, slice.as_slice()))
+                .collect::<Result<Vec<_>, _>>()?;
+            let seconds = self.phantom.cycle().period() / frames.len() as f64;
+            let path = self.out.join("beat.gif");
+            // GIF counts in hundredths of a second.
+            files::write_gif(
+                &path,
+                &frames,
+                files::Section::Axial(0),
+                self.grey()?,
+                seconds.clamp(0.02, 600.0),
+            )?;
+            self.files.push("beat.gif".into());
+        }
+        Ok(())
+    }
+
+    /// Black at nothing, white at a little more than the most active region at end-systole.
+    #[cfg(feature = "figures")]
+    fn grey(&self) -> Result<[f64; 2], PhantomError> {
+        let [systole, _] = self.phantom.extreme_phases();
+        let [cavity, wall] = self.phantom.concentrations(systole)?;
+        let most = cavity.max(wall);
+        Ok([0.0, if most > 0.0 { 1.25 * most } else { 1.0 }])
+    }
+}

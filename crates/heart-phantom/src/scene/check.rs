@@ -1,0 +1,312 @@
+//! What a scene may hold: every field in its range, and the fields with each other.
+
+use super::*;
+use crate::activity::MAX_ACTIVITY;
+use crate::files::Format;
+use crate::volume_curve::{MAX_GAIN, check_curve};
+use crate::{Uptake, VolumeCurve, VolumeRange};
+use membrane_newton::membrane_forces::balloon_at_rest;
+use std::fmt::Display;
+
+type Checked = Result<(), SceneError>;
+
+/// Samples of one set of views or of one volume: 8 GiB of `f32`.
+const MOST_SAMPLES: f64 = 2_147_483_648.0;
+/// Lengths in cm.
+const LENGTH: [f64; 2] = [1e-6, 1e6];
+
+fn fault(field: &str, given: impl Display, wanted: impl Into<String>) -> SceneError {
+    SceneError {
+        file: None,
+        place: None,
+        field: field.to_owned(),
+        given: given.to_string(),
+        wanted: wanted.into(),
+    }
+}
+
+/// A NaN is in no range.
+fn within(field: &str, given: f64, [min, max]: [f64; 2]) -> Checked {
+    if given >= min && given <= max {
+        Ok(())
+    } else {
+        Err(fault(
+            field,
+            given,
+            format!("must be between {min} and {max}"),
+        ))
+    }
+}
+
+fn count(field: &str, given: usize, [min, max]: [usize; 2]) -> Checked {
+    if (min..=max).contains(&given) {
+        Ok(())
+    } else {
+        Err(fault(
+            field,
+            given,
+            format!("must be between {min} and {max}"),
+        ))
+    }
+}
+
+pub(super) fn scene(scene: &Scene) -> Checked {
+    heart(&scene.heart)?;
+    cycle(&scene.cycle, &scene.heart.inner)?;
+    pose(&scene.pose)?;
+    for (field, uptake) in [
+        ("activity.cavity", scene.activity.cavity),
+        ("activity.wall", scene.activity.wall),
+    ] {
+        let (Uptake::Concentration(amount) | Uptake::Total(amount)) = uptake;
+        within(field, amount, [0.0, MAX_ACTIVITY])?;
+    }
+    camera(&scene.camera)?;
+    acquisition(scene)?;
+    reconstruction(scene)?;
+    within("truth.tolerance", scene.truth.tolerance, [1e-7, 0.5])?;
+    output(&scene.output)
+}
+
+fn heart(heart: &HeartSettings) -> Checked {
+    for (field, balloon) in [("heart.inner", heart.inner), ("heart.outer", heart.outer)] {
+        within(&format!("{field}.length"), balloon.length, LENGTH)?;
+        within(&format!("{field}.radius"), balloon.radius, LENGTH)?;
+        within(
+            &format!("{field}.stiffness"),
+            balloon.stiffness,
+            [1e-6, 1e6],
+        )?;
+    }
+    let (inner, outer) = (heart.inner, heart.outer);
+    if outer.radius <= inner.radius {
+        let wanted = format!("must be more than heart.inner.radius = {}", inner.radius);
+        return Err(fault("heart.outer.radius", outer.radius, wanted));
+    }
+    if outer.length + outer.radius <= inner.length + inner.radius {
+        let least = inner.length + inner.radius - outer.radius;
+        let wanted = format!("must be more than {least}, or the inner apex is outside");
+        return Err(fault("heart.outer.length", outer.length, wanted));
+    }
+    match heart.discretisation {
+        DiscretisationSettings::Differences { nodes } => count(
+            "heart.discretisation.differences.nodes",
+            nodes,
+            [11, 100_001],
+        ),
+        DiscretisationSettings::Spectral {
+            degree,
+            per_piece,
+            tolerance,
+        } => {
+            count("heart.discretisation.spectral.degree", degree, [4, 64])?;
+            count(
+                "heart.discretisation.spectral.per_piece",
+                per_piece,
+                [1, 64],
+            )?;
+            let size = outer.length + outer.radius;
+            let finest = [1e-9 * size, 1e-2 * size];
+            within("heart.discretisation.spectral.tolerance", tolerance, finest)
+        }
+    }
+}
+
+fn cycle(cycle: &CycleSettings, inner: &BalloonSettings) -> Checked {
+    within(
+        "cycle.beats_per_minute",
+        cycle.beats_per_minute,
+        [1.0, 1000.0],
+    )?;
+    if let Err(error) = check_curve(&cycle.curve, cycle.beats_per_minute) {
+        let given = match &cycle.curve {
+            VolumeCurve::Sampled(volumes) => format!("{} samples", volumes.len()),
+            _ => "physiological".to_owned(),
+        };
+        return Err(fault("cycle.curve", given, error.to_string()));
+    }
+    match cycle.volume {
+        VolumeRange::Gain(gain) => within("cycle.volume.gain", gain, [0.0, MAX_GAIN]),
+        VolumeRange::EjectionFraction(fraction) => {
+            let most = MAX_GAIN / (1.0 + MAX_GAIN);
+            within("cycle.volume.ejection_fraction", fraction, [0.0, most])
+        }
+        VolumeRange::Volumes { edv, esv } => {
+            let rest =
+                balloon_at_rest(inner.length, inner.radius).map_or(f64::NAN, |rest| rest.volume);
+            let above = |field: &str, given: f64, least: f64, why: &str| {
+                if given >= least {
+                    Ok(())
+                } else {
+                    Err(fault(
+                        field,
+                        given,
+                        format!("must be at least {least}, {why}"),
+                    ))
+                }
+            };
+            above(
+                "cycle.volume.volumes.esv",
+                esv,
+                rest,
+                "the rest volume of heart.inner in mL",
+            )?;
+            above(
+                "cycle.volume.volumes.edv",
+                edv,
+                esv,
+                "the end-systolic volume",
+            )?;
+            within(
+                "cycle.volume.volumes.edv",
+                edv,
+                [rest, rest * (1.0 + MAX_GAIN)],
+            )
+        }
+    }
+}
+
+fn pose(pose: &PoseSettings) -> Checked {
+    if let Some(centre) = pose.centre {
+        within("pose.centre", centre, [-LENGTH[1], LENGTH[1]])?;
+    }
+    for (field, angle) in [
+        ("pose.turn_x", pose.turn_x),
+        ("pose.turn_y", pose.turn_y),
+        ("pose.turn_z", pose.turn_z),
+    ] {
+        within(field, angle, [-360.0, 360.0])?;
+    }
+    for shift in pose.shift {
+        within("pose.shift", shift, [-LENGTH[1], LENGTH[1]])?;
+    }
+    Ok(())
+}
+
+fn camera(camera: &CameraSettings) -> Checked {
+    count("camera.views", camera.views, [1, 10_000])?;
+    within("camera.arc", camera.arc.abs(), [1e-3, 3600.0])?;
+    within("camera.start", camera.start, [-360.0, 360.0])?;
+    count("camera.bins", camera.bins, [2, 8192])?;
+    count("camera.rows", camera.rows, [1, 8192])?;
+    for pitch in camera.pitch {
+        within("camera.pitch", pitch, LENGTH)?;
+    }
+    within(
+        "camera.seconds_per_view",
+        camera.seconds_per_view,
+        [1e-6, 1e6],
+    )?;
+    within("camera.radius", camera.radius, LENGTH)?;
+    let samples = camera.views as f64 * camera.bins as f64 * camera.rows as f64;
+    if samples > MOST_SAMPLES {
+        let wanted = format!("views x bins x rows = {samples:e} must be at most {MOST_SAMPLES:e}");
+        return Err(fault("camera.views", camera.views, wanted));
+    }
+    Ok(())
+}
+
+fn acquisition(scene: &Scene) -> Checked {
+    let interval = scene.camera.seconds_per_view;
+    match scene.acquisition.mode {
+        Mode::Static { phase } => within("acquisition.mode.static.phase", phase, [0.0, 1.0])?,
+        Mode::Exposure { seconds } => within(
+            "acquisition.mode.exposure.seconds",
+            seconds,
+            [0.0, interval],
+        )?,
+        Mode::Gated { gates } => count("acquisition.mode.gated.gates", gates, [1, 1000])?,
+        Mode::Instants | Mode::WholeCycle => {}
+    }
+    let whole_beats = matches!(
+        scene.acquisition.mode,
+        Mode::WholeCycle | Mode::Gated { .. }
+    );
+    let period = 60.0 / scene.cycle.beats_per_minute;
+    if whole_beats && scene.camera.rotation == RotationSettings::Continuous && interval < period {
+        let wanted = format!(
+            "must be at least one beat, {period} s, when a turning camera sees whole beats"
+        );
+        return Err(fault("camera.seconds_per_view", interval, wanted));
+    }
+    match scene.acquisition.accuracy {
+        AccuracySettings::Steps(steps) => {
+            count("acquisition.accuracy.steps", steps, [2, 4096])?;
+            if !steps.is_multiple_of(2) {
+                return Err(fault("acquisition.accuracy.steps", steps, "must be even"));
+            }
+            Ok(())
+        }
+        AccuracySettings::Tolerance(tolerance) => {
+            within("acquisition.accuracy.tolerance", tolerance, [1e-6, 1.0])
+        }
+    }
+}
+
+fn reconstruction(scene: &Scene) -> Checked {
+    let settings = &scene.reconstruction;
+    if let WindowSettings::Butterworth { order } = settings.window {
+        count(
+            "reconstruction.window.butterworth.order",
+            order as usize,
+            [1, 1000],
+        )?;
+    }
+    within("reconstruction.cutoff", settings.cutoff, [1e-3, 1.0])?;
+    if let Some(pixels) = settings.pixels {
+        count("reconstruction.pixels", pixels, [1, 8192])?;
+    }
+    if let Some(pixel) = settings.pixel {
+        within("reconstruction.pixel", pixel, LENGTH)?;
+    }
+    let pixels = settings.pixels.unwrap_or(scene.camera.bins);
+    let voxels = (pixels * pixels) as f64 * scene.camera.rows as f64;
+    if voxels > MOST_SAMPLES {
+        let wanted =
+            format!("pixels^2 x camera.rows = {voxels:e} must be at most {MOST_SAMPLES:e}");
+        return Err(fault("reconstruction.pixels", pixels, wanted));
+    }
+    if let Some(region) = settings.region {
+        for (field, [from, to]) in [
+            ("reconstruction.region.x", region.x),
+            ("reconstruction.region.y", region.y),
+        ] {
+            if from >= to || to > pixels {
+                let wanted = format!("must be [from, to] with from < to <= {pixels}");
+                return Err(fault(field, format!("[{from}, {to}]"), wanted));
+            }
+        }
+    }
+    let full = scene.camera.arc.abs() * (1.0 + 1.0 / scene.camera.views as f64) >= 180.0;
+    if settings.arc == ArcSettings::Complete && !full {
+        let wanted =
+            "needs camera.arc of 180 degrees or more; else choose extend, truncate or rescale";
+        return Err(fault("reconstruction.arc", "complete", wanted));
+    }
+    Ok(())
+}
+
+fn output(output: &OutputSettings) -> Checked {
+    if output.projections.projections_extension().is_none() {
+        let names: Vec<&str> = (Format::ALL.iter())
+            .filter(|format| format.projections_extension().is_some())
+            .map(|format| format.name())
+            .collect();
+        let wanted = format!("has no place for angles; these have: {}", names.join(", "));
+        return Err(fault(
+            "output.projections",
+            output.projections.name(),
+            wanted,
+        ));
+    }
+    for (k, product) in output.write.iter().enumerate() {
+        if output.write[..k].contains(product) {
+            return Err(fault(
+                "output.write",
+                format!("{product:?} twice"),
+                "name each product once",
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,196 @@
+//! A scene: what beats, what looks at it, what is made of it. Types, and their TOML file.
+
+mod check;
+mod place;
+mod sections;
+mod template;
+
+pub use sections::{
+    AccuracySettings, AcquisitionSettings, ActivitySettings, ArcSettings, BalloonSettings,
+    CameraSettings, CycleSettings, DiscretisationSettings, HeartSettings, Law, Mode,
+    OutputSettings, PixelRange, PoseSettings, Product, ReconstructionSettings, RotationSettings,
+    TruthSettings, WindowSettings,
+};
+
+use crate::error::PhantomError;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Everything that determines a study. [`Default`] is that of Rohmer et al. 2006, with one cycle a view.
+///
+/// A scene is data and computes nothing; [`Phantom`](crate::Phantom) does, when asked. Lengths in cm, times in seconds, angles
+/// in degrees, volumes in mL.
+///
+/// ```
+/// use heart_phantom::scene::{CameraSettings, Mode, Scene};
+/// let camera = CameraSettings { views: 60, ..CameraSettings::default() };
+/// let scene = Scene::default().with_camera(camera).with_mode(Mode::Gated { gates: 8 });
+/// // The same from a file; what is left out is the default.
+/// let text = "[camera]\nviews = 60\n[acquisition]\nmode = { gated = { gates = 8 } }\n";
+/// assert_eq!(Scene::from_toml(text)?, scene);
+/// assert_eq!(Scene::from_toml(&scene.to_toml())?, scene);
+/// let error = Scene::from_toml("[camera]\nviews = -3\n").unwrap_err();
+/// assert!(error.to_string().starts_with("line 2, column 9: camera.views"));
+/// # Ok::<(), heart_phantom::PhantomError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scene {
+    /// The two balloons.
+    pub heart: HeartSettings,
+    /// Heart rate and volume curve.
+    pub cycle: CycleSettings,
+    /// Where the heart stands.
+    pub pose: PoseSettings,
+    /// What cavity and wall hold.
+    pub activity: ActivitySettings,
+    /// Views and detector.
+    pub camera: CameraSettings,
+    /// When the views are taken.
+    pub acquisition: AcquisitionSettings,
+    /// Filtered back-projection.
+    pub reconstruction: ReconstructionSettings,
+    /// The exact volumes.
+    pub truth: TruthSettings,
+    /// What `heart-phantom run` writes.
+    pub output: OutputSettings,
+}
+
+impl Scene {
+    /// Reads a scene and checks it; what is left out is the default.
+    ///
+    /// # Errors
+    /// [`PhantomError::Scene`] with line, column and field, what was given and what would be right.
+    pub fn from_toml(text: &str) -> Result<Self, PhantomError> {
+        Self::parse(text).map_err(|error| PhantomError::Scene(Box::new(error)))
+    }
+
+    /// Reads a scene from a file.
+    ///
+    /// # Errors
+    /// [`PhantomError::Read`] if the file cannot be read; [`PhantomError::Scene`] that names the file besides.
+    pub fn load(path: &Path) -> Result<Self, PhantomError> {
+        let text = std::fs::read_to_string(path).map_err(|source| PhantomError::Read {
+            path: path.to_path_buf(),
+            source,
+        })?;
+        Self::parse(&text).map_err(|mut error| {
+            error.file = Some(path.to_path_buf());
+            PhantomError::Scene(Box::new(error))
+        })
+    }
+
+    /// The scene as a file with a comment on each field; [`Scene::from_toml`] gives the same scene back.
+    pub fn to_toml(&self) -> String {
+        template::write(self)
+    }
+
+    /// Checks a scene that was put together in Rust.
+    ///
+    /// # Errors
+    /// [`PhantomError::Scene`] with the field, what was given and what would be right.
+    pub fn check(&self) -> Result<(), PhantomError> {
+        check::scene(self).map_err(|fault| PhantomError::Scene(Box::new(fault)))
+    }
+
+    /// The same with other balloons.
+    pub fn with_heart(mut self, heart: HeartSettings) -> Self {
+        self.heart = heart;
+        self
+    }
+
+    /// The same with another cycle.
+    pub fn with_cycle(mut self, cycle: CycleSettings) -> Self {
+        self.cycle = cycle;
+        self
+    }
+
+    /// The same with another pose.
+    pub fn with_pose(mut self, pose: PoseSettings) -> Self {
+        self.pose = pose;
+        self
+    }
+
+    /// The same with another activity.
+    pub fn with_activity(mut self, activity: ActivitySettings) -> Self {
+        self.activity = activity;
+        self
+    }
+
+    /// The same with another camera.
+    pub fn with_camera(mut self, camera: CameraSettings) -> Self {
+        self.camera = camera;
+        self
+    }
+
+    /// The same with views taken at other times.
+    pub fn with_mode(mut self, mode: Mode) -> Self {
+        self.acquisition.mode = mode;
+        self
+    }
+
+    /// The same with another reconstruction.
+    pub fn with_reconstruction(mut self, reconstruction: ReconstructionSettings) -> Self {
+        self.reconstruction = reconstruction;
+        self
+    }
+
+    /// The same with `n` bins, rows and pixels a side in the same field of view.
+    pub fn with_size(mut self, n: usize) -> Self {
+        let field = self.camera.bins as f64 * self.camera.pitch[0];
+        self.camera.bins = n;
+        self.camera.rows = n;
+        self.camera.pitch = [field / n as f64; 2];
+        self.reconstruction.pixels = None;
+        self.reconstruction.pixel = None;
+        self
+    }
+
+    fn parse(text: &str) -> Result<Self, SceneError> {
+        let scene: Self = toml::from_str(text).map_err(|error| place::syntax(text, &error))?;
+        check::scene(&scene).map_err(|mut fault| {
+            fault.place = place::of_field(text, &fault.field);
+            fault
+        })?;
+        Ok(scene)
+    }
+}
+
+/// What is wrong with a scene, and where.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneError {
+    /// The file, if it came from one.
+    pub file: Option<PathBuf>,
+    /// Line and column, from 1; `None` for a scene without a text, or a field that its text leaves out.
+    pub place: Option<[usize; 2]>,
+    /// The field, such as `camera.views`; empty where the text is no TOML.
+    // tidy: allow string: the path of a field in the file
+    pub field: String,
+    /// What stands there; empty where nothing does.
+    // tidy: allow string: the user's own text
+    pub given: String,
+    /// What would be right.
+    // tidy: allow string: ranges, lists and the parser's words
+    pub wanted: String,
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.file, self.place) {
+            (Some(file), Some([line, column])) => {
+                write!(f, "{}:{line}:{column}: ", file.display())?
+            }
+            (Some(file), None) => write!(f, "{}: ", file.display())?,
+            (None, Some([line, column])) => write!(f, "line {line}, column {column}: ")?,
+            (None, None) => {}
+        }
+        match (self.field.as_str(), self.given.as_str()) {
+            ("", _) => write!(f, "{}", self.wanted),
+            (field, "") => write!(f, "{field}: {}", self.wanted),
+            (field, given) => write!(f, "{field} is {given}; {}", self.wanted),
+        }
+    }
+}
+
+impl std::error::Error for SceneError {}

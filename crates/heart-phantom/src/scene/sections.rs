@@ -1,0 +1,390 @@
+//! The sections of a scene: plain data, defaults of the paper's study.
+
+use crate::files::Format;
+use crate::{Uptake, VolumeCurve, VolumeRange};
+use serde::{Deserialize, Serialize};
+
+/// `[heart]`: the two balloons and how their shapes are found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HeartSettings {
+    /// Endocardium.
+    pub inner: BalloonSettings,
+    /// Epicardium; it holds the inner balloon.
+    pub outer: BalloonSettings,
+    /// How the pressure acts.
+    pub law: Law,
+    /// How the membranes are discretised.
+    pub discretisation: DiscretisationSettings,
+}
+
+impl Default for HeartSettings {
+    fn default() -> Self {
+        let balloon = |b: crate::Balloon| BalloonSettings {
+            length: b.length,
+            radius: b.radius,
+            stiffness: b.stiffness,
+        };
+        Self {
+            inner: balloon(crate::Balloon::INNER),
+            outer: balloon(crate::Balloon::OUTER),
+            law: Law::PerMaterialLength,
+            discretisation: DiscretisationSettings::Differences { nodes: 801 },
+        }
+    }
+}
+
+/// A balloon at rest: a cylinder closed by a hemisphere.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BalloonSettings {
+    /// Length of the cylinder in cm.
+    pub length: f64,
+    /// Radius in cm.
+    pub radius: f64,
+    /// Stiffness of the membrane; only its distribution matters for shapes at a given volume.
+    pub stiffness: f64,
+}
+
+/// How the pressure acts on a membrane (`membrane_forces::PressureLaw`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Law {
+    /// Per unit of material length: Eq. 3, the paper's.
+    PerMaterialLength,
+    /// A total force over the surface: Eq. 4, the same shapes.
+    TotalForce,
+    /// Per unit of current length: a physical pressure.
+    PerCurrentLength,
+}
+
+/// Discretisation of the membranes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum DiscretisationSettings {
+    /// The paper's second-order finite differences; the body is the polygon through the nodes.
+    Differences {
+        /// Nodes of a membrane.
+        nodes: usize,
+    },
+    /// Spectral elements; the body follows their polynomials to `tolerance`.
+    Spectral {
+        /// Polynomial degree of an element.
+        degree: usize,
+        /// Elements on each smooth piece of the balloon.
+        per_piece: usize,
+        /// Largest distance in cm of the body's surface from the membrane.
+        tolerance: f64,
+    },
+}
+
+/// `[cycle]`: the beat.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CycleSettings {
+    /// Heart rate.
+    pub beats_per_minute: f64,
+    /// Form of the cavity's volume over a beat.
+    pub curve: VolumeCurve,
+    /// Its size. Volumes are taken against the closed form of the inner balloon's rest volume.
+    pub volume: VolumeRange,
+}
+
+impl Default for CycleSettings {
+    fn default() -> Self {
+        Self {
+            beats_per_minute: 65.0,
+            curve: VolumeCurve::Sinusoid,
+            volume: VolumeRange::Gain(0.6),
+        }
+    }
+}
+
+/// `[pose]`: the axis along z, turned about the lab's x, then y, then z, then shifted.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PoseSettings {
+    /// Distance from the base of the axis point that the heart turns about, cm; `None` for the middle of the outer balloon.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub centre: Option<f64>,
+    /// Degrees about x.
+    pub turn_x: f64,
+    /// Degrees about y.
+    pub turn_y: f64,
+    /// Degrees about z.
+    pub turn_z: f64,
+    /// Where that axis point ends up, `[x, y, z]` in cm.
+    pub shift: [f64; 3],
+}
+
+impl Default for PoseSettings {
+    fn default() -> Self {
+        Self {
+            centre: None,
+            turn_x: 45.0,
+            turn_y: 45.0,
+            turn_z: 0.0,
+            shift: [0.0; 3],
+        }
+    }
+}
+
+/// `[activity]`: what the regions hold.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ActivitySettings {
+    /// Of the cavity.
+    pub cavity: Uptake,
+    /// Of the wall.
+    pub wall: Uptake,
+}
+
+impl Default for ActivitySettings {
+    fn default() -> Self {
+        Self {
+            cavity: Uptake::Concentration(0.0),
+            wall: Uptake::Concentration(1.0),
+        }
+    }
+}
+
+/// `[camera]`: views and detector.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CameraSettings {
+    /// Number of views.
+    pub views: usize,
+    /// Degrees that they cover, counter-clockwise seen from +z if positive.
+    pub arc: f64,
+    /// Angle of the first view in degrees.
+    pub start: f64,
+    /// Bins of a row.
+    pub bins: usize,
+    /// Rows, one for each slice.
+    pub rows: usize,
+    /// Pitch of bins and of rows in cm.
+    pub pitch: [f64; 2],
+    /// How it goes from view to view.
+    pub rotation: RotationSettings,
+    /// Seconds from the start of a view to the start of the next; a camera that stops takes no time to move.
+    pub seconds_per_view: f64,
+    /// Distance of the detector from the axis in cm: some file formats ask for it, nothing else does.
+    pub radius: f64,
+}
+
+impl Default for CameraSettings {
+    fn default() -> Self {
+        Self {
+            views: 90,
+            arc: 180.0,
+            start: 0.0,
+            bins: 256,
+            rows: 256,
+            pitch: [0.0625; 2],
+            rotation: RotationSettings::StepAndShoot,
+            seconds_per_view: 1.0,
+            radius: 20.0,
+        }
+    }
+}
+
+/// How the camera goes from view to view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RotationSettings {
+    /// It stands still during a view.
+    StepAndShoot,
+    /// It turns all the time.
+    Continuous,
+}
+
+/// `[acquisition]`: when the views are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AcquisitionSettings {
+    /// Over which time.
+    pub mode: Mode,
+    /// How finely that time is sampled.
+    pub accuracy: AccuracySettings,
+}
+
+impl Default for AcquisitionSettings {
+    fn default() -> Self {
+        Self {
+            mode: Mode::WholeCycle,
+            accuracy: AccuracySettings::Steps(32),
+        }
+    }
+}
+
+/// The time that a view sees.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Mode {
+    /// One phase, the same in all views.
+    Static {
+        /// The phase, 0 to 1.
+        phase: f64,
+    },
+    /// The instant at which the view starts.
+    Instants,
+    /// The first seconds of the view.
+    Exposure {
+        /// How many.
+        seconds: f64,
+    },
+    /// Whole beats.
+    WholeCycle,
+    /// One set of views for each of some equal parts of the beat.
+    Gated {
+        /// How many parts.
+        gates: usize,
+    },
+}
+
+/// Quadrature over the time of a view.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AccuracySettings {
+    /// Steps a cycle, even.
+    Steps(usize),
+    /// As many steps as keep the relative error of the sinograms (Euclidean norm) below this.
+    Tolerance(f64),
+}
+
+/// `[reconstruction]`: filtered back-projection, slice by slice.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReconstructionSettings {
+    /// Window of the ramp filter.
+    pub window: WindowSettings,
+    /// Cutoff as a share of the Nyquist frequency of the bins.
+    pub cutoff: f64,
+    /// Pixels along an edge of a slice; `None` for as many as bins.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pixels: Option<usize>,
+    /// Their edge in cm; `None` for the pitch of the bins.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pixel: Option<f64>,
+    /// The part of each slice to reconstruct; the volumes hold nothing else. `None` for all of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<PixelRange>,
+    /// What to do when the arc leaves directions unmeasured.
+    pub arc: ArcSettings,
+}
+
+impl Default for ReconstructionSettings {
+    fn default() -> Self {
+        Self {
+            window: WindowSettings::RamLak,
+            cutoff: 1.0,
+            pixels: None,
+            pixel: None,
+            region: None,
+            arc: ArcSettings::Complete,
+        }
+    }
+}
+
+/// Pixels `[from, to)` along x and along y.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PixelRange {
+    /// First column and the one after the last.
+    pub x: [usize; 2],
+    /// First row and the one after the last.
+    pub y: [usize; 2],
+}
+
+/// Window of the ramp filter (`radon::Window`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum WindowSettings {
+    /// None.
+    RamLak,
+    /// A sinc.
+    SheppLogan,
+    /// Half a period of the cosine.
+    Cosine,
+    /// A raised cosine that ends at 0.08.
+    Hamming,
+    /// A raised cosine that ends at 0.
+    Hann,
+    /// Maximally flat.
+    Butterworth {
+        /// Order.
+        order: u32,
+    },
+}
+
+/// What to do when the arc leaves directions unmeasured (`radon::ArcPolicy`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ArcSettings {
+    /// Refuse to reconstruct.
+    Complete,
+    /// Let the views on either side stand for the gap.
+    Extend,
+    /// Count the gap as zero.
+    Truncate,
+    /// Count it as zero and scale the image up.
+    Rescale,
+}
+
+/// `[truth]`: the exact volumes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TruthSettings {
+    /// Largest error of a voxel's covered fraction.
+    pub tolerance: f64,
+}
+
+impl Default for TruthSettings {
+    fn default() -> Self {
+        Self { tolerance: 1e-3 }
+    }
+}
+
+/// `[output]`: what `heart-phantom run` writes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OutputSettings {
+    /// Which results.
+    pub write: Vec<Product>,
+    /// Format of volumes.
+    pub volumes: Format,
+    /// Format of projections.
+    pub projections: Format,
+}
+
+impl Default for OutputSettings {
+    fn default() -> Self {
+        Self {
+            write: vec![
+                Product::Projections,
+                Product::Reconstruction,
+                Product::Truth,
+            ],
+            volumes: Format::Npy,
+            projections: Format::Npy,
+        }
+    }
+}
+
+/// A result that can be written; `report.json` with the numbers is always there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Product {
+    /// The views.
+    Projections,
+    /// The reconstructed volume.
+    Reconstruction,
+    /// The exact volume.
+    Truth,
+    /// Region labels at end-diastole and end-systole.
+    Labels,
+    /// Surfaces (STL) at end-diastole and end-systole.
+    Meshes,
+    /// Pictures of the middle slice; of gates also a moving one.
+    Pictures,
+}

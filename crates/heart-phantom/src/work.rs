@@ -1,0 +1,70 @@
+//! What has been done, and what could be left out.
+
+use radon::FbpReport;
+use revolve_voxel::{RayCounters, VoxelCounters};
+use serde::Serialize;
+use std::sync::{Mutex, PoisonError};
+
+/// Work done for a phantom so far. The same for any number of threads.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct WorkReport {
+    /// Equilibria of the pair of membranes.
+    pub shapes_solved: usize,
+    /// Rays whose crossings with the surfaces were searched.
+    pub rays_cast: u64,
+    /// Rays that pass the body by and were never looked at.
+    pub rays_skipped: u64,
+    /// Voxels whose coverage was computed because a surface may cut them, once a layer.
+    pub voxels_cut: u64,
+    /// Voxels filled whole.
+    pub voxels_filled: u64,
+    /// Slices back-projected.
+    pub slices_reconstructed: usize,
+    /// Slices without signal.
+    pub slices_skipped: usize,
+    /// Rows filtered.
+    pub rows_filtered: usize,
+    /// Rows without signal.
+    pub rows_skipped: usize,
+}
+
+/// The counters behind a [`WorkReport`].
+#[derive(Debug, Default)]
+pub(crate) struct Work(Mutex<WorkReport>);
+
+impl Work {
+    pub(crate) fn report(&self, shapes_solved: usize) -> WorkReport {
+        let mut report = WorkReport::default();
+        self.add(|sum| report = *sum);
+        report.shapes_solved = shapes_solved;
+        report
+    }
+
+    pub(crate) fn rays(&self, rays: RayCounters) {
+        self.add(|sum| {
+            sum.rays_cast += rays.cast;
+            sum.rays_skipped += rays.skipped;
+        });
+    }
+
+    pub(crate) fn voxels(&self, voxels: VoxelCounters) {
+        self.add(|sum| {
+            sum.voxels_cut += voxels.cut;
+            sum.voxels_filled += voxels.filled;
+        });
+    }
+
+    pub(crate) fn reconstruction(&self, report: FbpReport) {
+        self.add(|sum| {
+            sum.slices_reconstructed += report.slices_reconstructed;
+            sum.slices_skipped += report.slices_skipped;
+            sum.rows_filtered += report.rows_filtered;
+            sum.rows_skipped += report.rows_skipped;
+        });
+    }
+
+    /// Counters that are only added to are whole even after a panic elsewhere.
+    fn add(&self, change: impl FnOnce(&mut WorkReport)) {
+        change(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+}

@@ -1,0 +1,238 @@
+//! The command line on scenes: what is written, what is said, exit codes.
+#![cfg(feature = "cli")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn heart_phantom(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn said(output: &Output) -> (String, String) {
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+    (text(&output.stdout), text(&output.stderr))
+}
+
+fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+/// A scene that takes no time.
+fn small(folder: &Path, rest: &str) -> PathBuf {
+    let path = folder.join("scene.toml");
+    let text = format!(
+        "[heart]\ndiscretisation = {{ differences = {{ nodes = 51 }} }}\n\
+         [camera]\nviews = 8\nbins = 24\nrows = 20\npitch = [0.7, 0.8]\n{rest}"
+    );
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn init_writes_a_scene_that_check_accepts_and_overwrites_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("new.toml");
+    let path = path.to_str().unwrap();
+    assert!(heart_phantom(&["init", path]).status.success());
+    let (shown, _) = said(&heart_phantom(&["init"]));
+    assert_eq!(std::fs::read_to_string(path).unwrap(), shown);
+    let (checked, _) = said(&heart_phantom(&["check", path]));
+    assert!(
+        checked.contains("90 views") && checked.contains("0.3750"),
+        "{checked}"
+    );
+    std::fs::write(path, "mine").unwrap();
+    assert_eq!(heart_phantom(&["init", path]).status.code(), Some(1));
+    assert_eq!(std::fs::read_to_string(path).unwrap(), "mine");
+}
+
+#[test]
+fn run_writes_what_the_scene_asks_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small(
+        folder.path(),
+        "[acquisition]\nmode = { gated = { gates = 2 } }\naccuracy = { steps = 8 }\n[output]\n\
+         write = ['projections', 'reconstruction', 'truth', 'labels', 'meshes', 'pictures']\n\
+         volumes = 'nrrd'\nprojections = 'interfile-stir'\n",
+    );
+    let (scene, out) = (scene.to_str().unwrap(), folder.path().join("out"));
+    let output = heart_phantom(&["run", scene, "--out", out.to_str().unwrap(), "--json"]);
+    let (report, errors) = said(&output);
+    assert!(output.status.success(), "{errors}");
+    let report = json(&report);
+    assert_eq!(
+        report,
+        json(&std::fs::read_to_string(out.join("report.json")).unwrap())
+    );
+    let mut listed: Vec<&str> = report["files"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|f| f.as_str().unwrap())
+        .collect();
+    listed.sort_unstable();
+    let expected = [
+        "beat.gif",
+        "inner-end-diastole.stl",
+        "inner-end-systole.stl",
+        "labels-end-diastole.nrrd",
+        "labels-end-systole.nrrd",
+        "outer-end-diastole.stl",
+        "outer-end-systole.stl",
+        "projections-gate-00.hs",
+        "projections-gate-01.hs",
+        "reconstruction-gate-00.nrrd",
+        "reconstruction-gate-01.nrrd",
+        "report.json",
+        "slice-gate-00.png",
+        "slice-gate-01.png",
+        "truth-gate-00.nrrd",
+        "truth-gate-01.nrrd",
+    ];
+    assert_eq!(listed, expected);
+    for file in expected {
+        assert!(
+            std::fs::metadata(out.join(file)).unwrap().len() > 0,
+            "{file}"
+        );
+    }
+    assert!((report["numbers"]["ejection_fraction"].as_f64().unwrap() - 0.375).abs() < 1e-9);
+    assert_eq!(report["work"]["shapes_solved"], 13); // 5 for the gates of 8 steps, 13 in all for the 24 phases of the masks
+    assert!(report["gates"][1]["quadrature_error"].as_f64().unwrap() > 0.0);
+    // The summary for people, and silence.
+    let again = folder.path().join("again");
+    let (shown, _) = said(&heart_phantom(&[
+        "run",
+        scene,
+        "--out",
+        again.to_str().unwrap(),
+        "--threads",
+        "1",
+    ]));
+    assert!(
+        shown.contains("EF 0.3750") && shown.contains("16 files"),
+        "{shown}"
+    );
+    for file in expected.iter().filter(|file| **file != "report.json") {
+        let bytes = |folder: &Path| std::fs::read(folder.join(file)).unwrap();
+        assert!(
+            bytes(&out) == bytes(&again),
+            "{file} depends on the threads"
+        );
+    }
+    let quiet = heart_phantom(&["--quiet", "run", scene, "--out", again.to_str().unwrap()]);
+    assert!(quiet.status.success() && quiet.stdout.is_empty() && quiet.stderr.is_empty());
+}
+
+#[test]
+fn truth_and_view_do_their_part_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small(folder.path(), "");
+    let scene = scene.to_str().unwrap();
+    let (shown, _) = said(&heart_phantom(&[
+        "truth", scene, "--phase", "0.5", "--json",
+    ]));
+    let shown = json(&shown);
+    let rest = shown["numbers"]["esv"].as_f64().unwrap();
+    assert!((shown["cavity_ml"].as_f64().unwrap() / rest - 1.6).abs() < 1e-9);
+    assert_eq!(shown["work"]["rays_cast"], 0);
+    let out = folder.path().join("truth");
+    assert!(
+        heart_phantom(&["truth", scene, "--out", out.to_str().unwrap(), "--quiet"])
+            .status
+            .success()
+    );
+    for file in ["activity.npy", "labels.npy", "inner.stl", "outer.stl"] {
+        assert!(out.join(file).exists(), "{file}");
+    }
+    for name in ["view.npy", "view.png"] {
+        let file = folder.path().join(name);
+        let output = heart_phantom(&[
+            "view",
+            scene,
+            "--view",
+            "3",
+            "--out",
+            file.to_str().unwrap(),
+        ]);
+        assert!(output.status.success() && file.exists(), "{output:?}");
+    }
+    let view =
+        npyz::NpyFile::new(std::fs::File::open(folder.path().join("view.npy")).unwrap()).unwrap();
+    assert_eq!(view.shape(), &[20, 24]);
+    let beyond = heart_phantom(&["view", scene, "--view", "8", "--out", "x.npy"]);
+    assert_eq!(beyond.status.code(), Some(2));
+    let unknown = heart_phantom(&["view", scene, "--out", "x.tiff"]);
+    assert_eq!(unknown.status.code(), Some(2));
+    assert_eq!(
+        heart_phantom(&["truth", scene, "--phase", "nan"])
+            .status
+            .code(),
+        Some(2)
+    );
+}
+
+#[test]
+fn a_bad_scene_is_shown_with_its_line_and_ends_with_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small(folder.path(), "arc = 'half'\n");
+    let scene = scene.to_str().unwrap();
+    let out = folder.path().join("out");
+    for command in [
+        &["check", scene][..],
+        &["run", scene, "--out", out.to_str().unwrap()],
+        &["truth", scene],
+        &["view", scene, "--out", "x.npy"],
+    ] {
+        let output = heart_phantom(command);
+        let (_, error) = said(&output);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(
+            error.starts_with(&format!("error: {scene}:8:7: camera.arc")),
+            "{error}"
+        );
+        assert!(!out.exists());
+    }
+    let output = heart_phantom(&["check", scene, "--json"]);
+    let error = json(&said(&output).1);
+    assert_eq!(
+        (&error["line"], &error["column"], &error["field"]),
+        (&8.into(), &7.into(), &"camera.arc".into())
+    );
+    let absent = heart_phantom(&["check", "nowhere.toml"]);
+    assert_eq!(absent.status.code(), Some(2));
+    assert!(said(&absent).1.contains("nowhere.toml"));
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_to_ends_with_1() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small(folder.path(), "");
+    let out = scene.join("out"); // a file in the way
+    let output = heart_phantom(&[
+        "run",
+        scene.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+}
+
+#[test]
+fn completions_and_manual_are_written() {
+    for shell in ["bash", "zsh", "fish"] {
+        let (script, _) = said(&heart_phantom(&["completions", shell]));
+        assert!(
+            script.contains("heart-phantom") && script.contains("completions"),
+            "{shell}"
+        );
+    }
+    let (page, _) = said(&heart_phantom(&["man"]));
+    assert!(
+        page.contains(".TH heart-phantom") && page.contains("Exit codes"),
+        "{page}"
+    );
+}

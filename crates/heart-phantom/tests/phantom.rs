@@ -1,0 +1,325 @@
+//! A phantom does what is asked for and no more, and each part has the bits of the whole.
+
+use heart_phantom::scene::{
+    AccuracySettings, ActivitySettings, BalloonSettings, CycleSettings, DiscretisationSettings,
+    Mode, PixelRange, Scene,
+};
+use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
+use radon::Skip;
+
+fn small(mode: Mode) -> Scene {
+    let mut scene = Scene::default().with_size(40).with_mode(mode);
+    scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
+    scene.camera.views = 12;
+    scene.acquisition.accuracy = AccuracySettings::Steps(8);
+    scene
+}
+
+#[test]
+fn nothing_is_computed_until_it_is_asked_for() {
+    let phantom = Phantom::new(small(Mode::Gated { gates: 4 })).unwrap();
+    assert_eq!(phantom.work(), Default::default());
+    // One view of one gate: its phases, its rays.
+    phantom.view(1, 3).unwrap();
+    let work = phantom.work();
+    assert_eq!(work.shapes_solved, 3); // phases 1/4, 3/8, 1/2
+    assert_eq!(work.rays_cast + work.rays_skipped, 3 * 40 * 40);
+    assert_eq!((work.voxels_cut, work.slices_reconstructed), (0, 0));
+    // The gate after it sees the same phases mirrored: nothing left to solve.
+    phantom.view(2, 3).unwrap();
+    assert_eq!(phantom.work().shapes_solved, 3);
+    // Numbers need rest and the largest heart, which is there.
+    phantom.numbers().unwrap();
+    assert_eq!(phantom.work().shapes_solved, 4);
+}
+
+#[test]
+fn a_slice_costs_a_row_of_each_view_and_has_the_bits_of_the_whole() {
+    for mode in [
+        Mode::Static { phase: 0.3 },
+        Mode::Instants,
+        Mode::WholeCycle,
+        Mode::Exposure { seconds: 0.4 },
+    ] {
+        let phantom = Phantom::new(small(mode)).unwrap();
+        let volume = phantom.volume(0).unwrap();
+        let truth = phantom.truth(0).unwrap();
+        for z in [0, 13, 39] {
+            let alone = Phantom::new(small(mode)).unwrap();
+            assert!(
+                alone.slice(0, z).unwrap() == volume[z * 1600..(z + 1) * 1600],
+                "{mode:?} {z}"
+            );
+            let work = alone.work();
+            let rays = work.rays_cast + work.rays_skipped;
+            let whole = phantom.work().rays_cast + phantom.work().rays_skipped;
+            assert_eq!(40 * rays, whole, "{mode:?}");
+            assert!(
+                alone.truth_slice(0, z).unwrap() == truth[z * 1600..(z + 1) * 1600],
+                "{mode:?} {z}"
+            );
+        }
+        let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
+        assert!(phantom.view(0, 7).unwrap() == views[7 * 1600..8 * 1600]);
+    }
+}
+
+#[test]
+fn skipping_and_threads_change_no_bit() {
+    // A short heart far up: many slices are empty.
+    let mut scene = small(Mode::WholeCycle);
+    scene.pose.shift = [0.0, 0.0, 3.0];
+    let run = |threads: usize, skip: Skip| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let phantom = Phantom::new(scene.clone()).unwrap().with_skip(skip);
+            let volume = phantom.volume(0).unwrap();
+            let truth = phantom.truth(0).unwrap();
+            let artefacts = phantom.artefacts(&volume, &truth).unwrap();
+            (
+                volume,
+                truth,
+                artefacts,
+                phantom.labels(0.5).unwrap(),
+                phantom.work(),
+            )
+        })
+    };
+    let one = run(1, Skip::default());
+    assert!(one.4.slices_skipped > 0 && one.4.rows_skipped > 0 && one.4.rays_skipped > 0);
+    assert!(one == run(2, Skip::default()));
+    assert!(one == run(3, Skip::default()));
+    let all = run(2, Skip::Nothing);
+    assert_eq!(all.4.slices_skipped, 0);
+    assert!(one.0 == all.0 && one.1 == all.1);
+}
+
+#[test]
+fn numbers_are_those_of_the_scene() {
+    let numbers = |volume| {
+        let mut scene = small(Mode::WholeCycle);
+        // Spectral elements: the discrete rest volume is the closed form's.
+        scene.heart.discretisation = DiscretisationSettings::Spectral {
+            degree: 16,
+            per_piece: 1,
+            tolerance: 1e-4,
+        };
+        scene.cycle = CycleSettings {
+            volume,
+            curve: VolumeCurve::Physiological,
+            ..scene.cycle
+        };
+        Phantom::new(scene).unwrap().numbers().unwrap()
+    };
+    let of_fraction = numbers(VolumeRange::EjectionFraction(0.4));
+    assert!((of_fraction.ejection_fraction - 0.4).abs() < 1e-10);
+    assert!((of_fraction.gain - 0.4 / 0.6).abs() < 1e-10);
+    let of_volumes = numbers(VolumeRange::Volumes {
+        edv: 160.0,
+        esv: 110.0,
+    });
+    assert!((of_volumes.edv - 160.0).abs() < 1e-8 && (of_volumes.esv - 110.0).abs() < 1e-8);
+    assert!((of_volumes.stroke_volume - 50.0).abs() < 1e-8);
+    assert!((of_volumes.cardiac_output - 50.0 * 65.0 / 1000.0).abs() < 1e-9);
+    // At rest the balloons are concentric cylinders, 1 cm apart at the side and at the apex.
+    let rest = numbers(VolumeRange::Gain(0.6)).systolic_thickness;
+    assert!(
+        (rest.side - 1.0).abs() < 2e-4 && (rest.apex - 1.0).abs() < 2e-4,
+        "{rest:?}"
+    );
+    // The same wall on a larger heart is thinner.
+    let large = numbers(VolumeRange::Gain(0.6)).diastolic_thickness;
+    assert!(large.side < 0.9);
+}
+
+#[test]
+fn a_tolerance_is_met() {
+    let mut scene = small(Mode::WholeCycle);
+    let error = |steps: usize| {
+        let mut scene = scene.clone();
+        scene.acquisition.accuracy = AccuracySettings::Steps(steps);
+        Phantom::new(scene)
+            .unwrap()
+            .sinograms(0, &|_| ())
+            .unwrap()
+            .samples
+    };
+    let exact = error(512);
+    let norm = |v: &[f32]| v.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().sqrt();
+    for tolerance in [0.03, 0.01] {
+        scene.acquisition.accuracy = AccuracySettings::Tolerance(tolerance);
+        let phantom = Phantom::new(scene.clone()).unwrap();
+        let taken = phantom.sinograms(0, &|_| ()).unwrap();
+        let difference: Vec<f32> = taken
+            .samples
+            .iter()
+            .zip(&exact)
+            .map(|(a, b)| a - b)
+            .collect();
+        let reached = norm(&difference) / norm(&exact);
+        assert!(reached <= tolerance, "{reached} {tolerance}");
+        // Not by far too many steps: a doubling gains about 2.8.
+        assert!(reached > tolerance / 30.0, "{reached} {tolerance}");
+    }
+    scene.acquisition.accuracy = AccuracySettings::Tolerance(1e-6);
+    let refused = Phantom::new(scene).unwrap().view(0, 0);
+    assert!(matches!(
+        refused,
+        Err(PhantomError::Quadrature { steps: 4096, .. })
+    ));
+}
+
+#[test]
+fn ten_times_as_large_is_the_same_heart() {
+    let centimetres = small(Mode::WholeCycle);
+    let mut millimetres = centimetres.clone();
+    let grow = |balloon: &mut BalloonSettings| {
+        balloon.length *= 10.0;
+        balloon.radius *= 10.0;
+    };
+    grow(&mut millimetres.heart.inner);
+    grow(&mut millimetres.heart.outer);
+    millimetres.camera.pitch = millimetres.camera.pitch.map(|pitch| 10.0 * pitch);
+    millimetres.pose.shift = [1.0, -2.0, 3.0];
+    let mut shifted = centimetres;
+    shifted.pose.shift = [0.1, -0.2, 0.3];
+    let [a, b] = [shifted, millimetres].map(|scene| Phantom::new(scene).unwrap());
+    let [numbers, large] = [&a, &b].map(|phantom| phantom.numbers().unwrap());
+    assert!((numbers.edv * 1000.0 / large.edv - 1.0).abs() < 1e-10);
+    assert!((numbers.ejection_fraction - large.ejection_fraction).abs() < 1e-10);
+    let [views, large] = [&a, &b].map(|phantom| phantom.sinograms(0, &|_| ()).unwrap().samples);
+    for (v, large) in views.iter().zip(&large) {
+        // Line integrals are ten times as long; f32, and shapes to Newton's tolerance.
+        assert!(
+            (10.0 * v - large).abs() < 1e-4 * large.abs().max(1.0),
+            "{v} {large}"
+        );
+    }
+    let [image, large] = [&a, &b].map(|phantom| phantom.volume(0).unwrap());
+    for (v, large) in image.iter().zip(&large) {
+        assert!((v - large).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn spectral_and_difference_hearts_agree() {
+    let mut scene = small(Mode::Static { phase: 0.5 });
+    scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 1601 };
+    let differences = Phantom::new(scene.clone())
+        .unwrap()
+        .sinograms(0, &|_| ())
+        .unwrap()
+        .samples;
+    scene.heart.discretisation = DiscretisationSettings::Spectral {
+        degree: 16,
+        per_piece: 1,
+        tolerance: 1e-6,
+    };
+    let spectral = Phantom::new(scene)
+        .unwrap()
+        .sinograms(0, &|_| ())
+        .unwrap()
+        .samples;
+    let mut worst = 0.0f32;
+    for (a, b) in differences.iter().zip(&spectral) {
+        worst = worst.max((a - b).abs());
+    }
+    // The curves are 1e-5 cm apart; a grazing chord of a wall of radius 3 changes by sqrt(8 R 1e-5).
+    assert!(worst < 0.02, "{worst}");
+    let mean = differences
+        .iter()
+        .zip(&spectral)
+        .map(|(a, b)| f64::from(a - b).abs())
+        .sum::<f64>()
+        / differences.len() as f64;
+    assert!(mean < 1e-5, "{mean}");
+}
+
+#[test]
+fn a_region_is_the_cut_from_the_whole() {
+    let mut scene = small(Mode::Static { phase: 0.0 });
+    let whole = Phantom::new(scene.clone()).unwrap();
+    scene.reconstruction.region = Some(PixelRange {
+        x: [5, 25],
+        y: [11, 31],
+    });
+    let part = Phantom::new(scene).unwrap();
+    assert_eq!(part.camera().grid().shape(), [20, 20, 40]);
+    let volumes = |phantom: &Phantom| [phantom.volume(0).unwrap(), phantom.truth(0).unwrap()];
+    for (whole, part) in volumes(&whole).iter().zip(&volumes(&part)) {
+        for (k, value) in part.iter().enumerate() {
+            let (x, y, z) = (k % 20, k / 20 % 20, k / 400);
+            let cut = whole[(z * 40 + y + 11) * 40 + x + 5];
+            // Pixel positions differ in the last bit; the coverage keeps its tolerance either way.
+            assert!((value - cut).abs() < 2.1e-3, "{x} {y} {z}: {value} {cut}");
+        }
+    }
+}
+
+#[test]
+fn motion_blurs_and_gates_restore() {
+    let artefacts = |mode: Mode| {
+        let mut scene = small(mode).with_size(80);
+        scene.camera.views = 60;
+        let phantom = Phantom::new(scene).unwrap();
+        let volume = phantom.volume(0).unwrap();
+        let truth = phantom.truth(0).unwrap();
+        phantom.artefacts(&volume, &truth).unwrap()
+    };
+    let still = artefacts(Mode::Static { phase: 0.0 });
+    let long = artefacts(Mode::WholeCycle);
+    let gated = artefacts(Mode::Gated { gates: 8 });
+    let short = artefacts(Mode::Instants);
+    let blur = |a: &heart_phantom::Artefacts| (a.wall_blur_mm.unwrap(), a.apex_blur_mm.unwrap());
+    // A sharp edge is about a voxel and a half wide (2 mm voxels); the side moves by 3 mm, the apex by more.
+    assert!(blur(&still).0 < 5.0 && blur(&still).1 < 5.0, "{still:?}");
+    assert!(
+        blur(&long).0 > blur(&still).0 + 1.0 && blur(&long).1 > blur(&still).1 + 1.0,
+        "{long:?}"
+    );
+    assert!(
+        blur(&gated).0 < blur(&long).0 && blur(&gated).1 < blur(&long).1,
+        "{gated:?}"
+    );
+    // Views of different hearts do not fit together: streaks.
+    assert!(
+        short.streaks_outside.unwrap() > 2.0 * still.streaks_outside.unwrap(),
+        "{short:?} {still:?}"
+    );
+}
+
+#[test]
+fn labels_surfaces_and_activity_at_a_phase() {
+    let mut scene = small(Mode::WholeCycle);
+    scene.activity = ActivitySettings {
+        cavity: Uptake::Total(10.0),
+        wall: Uptake::Concentration(1.0),
+    };
+    let phantom = Phantom::new(scene).unwrap();
+    let voxel = phantom.camera().grid().voxel_volume();
+    for phase in [0.0, 0.5] {
+        let shape = phantom.shape(phase).unwrap();
+        let [inner, outer] = shape.volumes();
+        let labels = phantom.labels(phase).unwrap();
+        let volume = |label: u8| labels.iter().filter(|&&l| l == label).count() as f64 * voxel;
+        // Voxels of 4 mm: the majority is right to a few per cent.
+        assert!(
+            (volume(1) / inner - 1.0).abs() < 0.03
+                && (volume(2) / (outer - inner) - 1.0).abs() < 0.03
+        );
+        let activity = phantom.activity(phase).unwrap();
+        let sum: f64 = activity.iter().map(|&v| f64::from(v)).sum::<f64>() * voxel;
+        assert!((sum / (10.0 + outer - inner) - 1.0).abs() < 1e-4);
+        for (mesh, volume) in phantom.meshes(phase).unwrap().iter().zip([inner, outer]) {
+            assert!((mesh.volume() / volume - 1.0).abs() < 0.02);
+        }
+    }
+    assert!(
+        phantom.acquisition(1).is_err()
+            && phantom.view(0, 12).is_err()
+            && phantom.slice(0, 40).is_err()
+    );
+}

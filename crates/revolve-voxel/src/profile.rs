@@ -1,0 +1,108 @@
+//! A volume along a line, and how sharp an edge is there.
+
+use nalgebra::Point3;
+
+use crate::error::length;
+use crate::{Error, Sample, VoxelGrid};
+
+/// Values at equal steps along a line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    step: f64,
+    values: Vec<f64>,
+}
+
+impl VoxelGrid {
+    /// A volume `[z][y][x]` at `n` equally spaced points from one place to another, both included; linear between the
+    /// voxels' centres, 0 beyond the outermost of them.
+    ///
+    /// ```
+    /// use revolve_voxel::{VoxelGrid, nalgebra::Point3};
+    /// let grid = VoxelGrid::cube(8, 1.0)?;
+    /// let x: Vec<f32> = (0..512).map(|k| grid.centre(k % 8, 0, 0).x as f32).collect();
+    /// let line = grid.profile(&x, [Point3::new(-2.0, 0.3, 0.1), Point3::new(2.0, 0.7, 0.0)], 5)?;
+    /// assert_eq!(line.values(), [-2.0, -1.0, 0.0, 1.0, 2.0]);
+    /// # Ok::<(), revolve_voxel::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a volume that is not the grid's, or fewer than two points.
+    pub fn profile<T: Sample>(
+        &self,
+        volume: &[T],
+        [from, to]: [Point3<f64>; 2],
+        n: usize,
+    ) -> Result<Profile, Error> {
+        length("volume", self.len(), volume.len())?;
+        if n < 2 {
+            return Err(Error::Length {
+                what: "points of a profile (at least)",
+                expected: 2,
+                given: n,
+            });
+        }
+        let along = |k: usize| from + (to - from) * (k as f64 / (n - 1) as f64);
+        Ok(Profile {
+            step: (to - from).norm() / (n - 1) as f64,
+            values: (0..n)
+                .map(|k| self.interpolate(volume, &along(k)))
+                .collect(),
+        })
+    }
+
+    fn interpolate<T: Sample>(&self, volume: &[T], p: &Point3<f64>) -> f64 {
+        let (shape, origin, spacing) = (self.shape(), self.origin(), self.spacing());
+        let at: [f64; 3] = std::array::from_fn(|a| (p[a] - origin[a]) / spacing[a]);
+        if (0..3).any(|a| !(at[a] >= 0.0 && at[a] <= (shape[a] - 1) as f64)) {
+            return 0.0;
+        }
+        let low = at.map(|v| v as usize);
+        let mut sum = 0.0;
+        for corner in 0..8 {
+            let (mut index, mut weight) = ([0; 3], 1.0);
+            for a in 0..3 {
+                let (up, f) = (corner >> a & 1, at[a] - low[a] as f64);
+                index[a] = (low[a] + up).min(shape[a] - 1);
+                weight *= if up == 1 { f } else { 1.0 - f };
+            }
+            sum += weight * volume[(index[2] * shape[1] + index[1]) * shape[0] + index[0]].to_f64();
+        }
+        sum
+    }
+}
+
+impl Profile {
+    /// The values.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// How far it is from where the profile last has `high` of its largest value to where it then first has `low` of it: the
+    /// width of an edge that falls towards the end, 0 for a jump between two points but for the linear rise between
+    /// them. `None` if it does not fall that far.
+    ///
+    /// ```
+    /// use revolve_voxel::{VoxelGrid, nalgebra::Point3};
+    /// let grid = VoxelGrid::cube(32, 0.5)?;
+    /// // Falls from 1 at x = -2 to 0 at x = 2.
+    /// let ramp: Vec<f64> = (0..32768)
+    ///     .map(|k| ((2.0 - grid.centre(k % 32, 0, 0).x) / 4.0).clamp(0.0, 1.0))
+    ///     .collect();
+    /// let line = grid.profile(&ramp, [Point3::new(-6.0, 0.0, 0.0), Point3::new(6.0, 0.0, 0.0)], 241)?;
+    /// assert!((line.edge_width(0.9, 0.1).unwrap() - 3.2).abs() < 1e-9);
+    /// # Ok::<(), revolve_voxel::Error>(())
+    /// ```
+    pub fn edge_width(&self, high: f64, low: f64) -> Option<f64> {
+        let most = self.values.iter().copied().fold(0.0, f64::max);
+        // Position at which the profile falls through a level between two points.
+        let crossing = |k: usize, level: f64| {
+            let (a, b) = (self.values[k], self.values[k + 1]);
+            k as f64 + (a - level) / (a - b)
+        };
+        let falls = |k: usize, level: f64| self.values[k] >= level && self.values[k + 1] < level;
+        let last = self.values.len() - 1;
+        let start = (0..last).rev().find(|&k| falls(k, high * most))?;
+        let end = (start..last).find(|&k| falls(k, low * most))?;
+        Some(self.step * (crossing(end, low * most) - crossing(start, high * most)))
+    }
+}
