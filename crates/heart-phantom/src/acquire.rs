@@ -1,6 +1,7 @@
 //! What the camera sees: sinograms of the heart at rest, of instants, exposures, whole cycles, gates.
 
 use crate::activity::Activity;
+use crate::attenuation::Attenuation;
 use crate::error::PhantomError;
 use crate::timing::{Node, Nodes};
 use crate::{Camera, Cycle, Heart, HeartShape};
@@ -111,6 +112,7 @@ pub fn acquire(
         cycle,
         acquisition,
         activity: activity.into(),
+        attenuation: None,
     };
     scan.rows(0..camera.n_views(), 0..camera.n_rows(), progress)
 }
@@ -122,6 +124,7 @@ pub(crate) struct Scan<'a> {
     pub(crate) cycle: &'a Cycle,
     pub(crate) acquisition: Acquisition,
     pub(crate) activity: Activity,
+    pub(crate) attenuation: Option<Attenuation>,
 }
 
 impl Scan<'_> {
@@ -222,14 +225,26 @@ impl Scan<'_> {
         for node in nodes {
             let shape = &self.heart.shapes(&[node.gain])?[0];
             let theta = self.camera.angle(view_idx, node.share);
-            let rays = self.camera.detector().rays(theta)?;
+            let rays = self.camera.detector().rays(theta)?.rows(rows.clone())?;
             let activity = self.activity.of(shape);
             for (half, &weight) in node.weights.iter().enumerate() {
                 if weight > 0.0 {
                     let target = if half == 0 { &mut *image } else { &mut odd[..] };
                     let body = shape.body();
-                    view.rays = view.rays
-                        + body.project_rows_add(&rays, rows.clone(), &activity, weight, target)?;
+                    let done = match &self.attenuation {
+                        None => body.project_add(&rays, &activity, weight, target)?,
+                        Some(attenuation) => {
+                            let attenuator = attenuation.of(body)?;
+                            body.project_attenuated_add(
+                                &rays,
+                                &activity,
+                                weight,
+                                &attenuator,
+                                target,
+                            )?
+                        }
+                    };
+                    view.rays = view.rays + done;
                 }
             }
         }

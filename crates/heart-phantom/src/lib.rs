@@ -38,6 +38,9 @@
 
 mod acquire;
 mod activity;
+mod artefacts;
+mod attenuation;
+mod build;
 mod camera;
 mod cycle;
 mod error;
@@ -58,13 +61,14 @@ mod work;
 
 pub use acquire::{Acquisition, Sinograms, acquire};
 pub use activity::{Activity, Uptake};
+pub use artefacts::Artefacts;
 pub use camera::{Camera, CameraGeometry, Rotation};
 pub use cycle::Cycle;
 pub use error::PhantomError;
 pub use heart::{Balloon, Heart, HeartShape};
 pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
 pub use material::{MaterialPoint, Stretch, Wall};
-pub use phantom::{Artefacts, Numbers, Phantom, Thickness};
+pub use phantom::{Numbers, Phantom, Thickness};
 pub use run::{GateReport, Progress, RunReport, run};
 pub use scene::Scene;
 pub use truth::{Measures, Regions, truth};

@@ -1,22 +1,17 @@
 //! A scene come to life: everything on demand, and nothing twice.
 
 use crate::acquire::Scan;
-use crate::camera::{CameraGeometry, Rotation};
+use crate::attenuation::Attenuation;
+use crate::build::{geometry_of, heart_of};
 use crate::error::{PhantomError, check_count};
-use crate::scene::{
-    AccuracySettings, ArcSettings, DiscretisationSettings, Law, Mode, RotationSettings, Scene,
-    WindowSettings,
-};
+use crate::scene::{AccuracySettings, ArcSettings, Mode, Scene, WindowSettings};
 use crate::truth::truth_of_slices;
 use crate::work::{Work, WorkReport};
-use crate::{
-    Acquisition, Activity, Balloon, Camera, Cycle, Heart, HeartShape, Measures, Regions, Sinograms,
-};
-use membrane_newton::membrane_forces::{PressureLaw, balloon_at_rest};
-use membrane_newton::{Discretisation, Membrane};
+use crate::{Acquisition, Activity, Camera, Cycle, Heart, HeartShape, Regions, Sinograms};
+use membrane_newton::membrane_forces::balloon_at_rest;
 use radon::{ArcPolicy, FbpOptions, FbpPlan, Skip, StackOrder, Window};
-use revolve_voxel::nalgebra::{Point3, Vector3};
-use revolve_voxel::{Mesh, Pose, Sampling};
+use revolve_voxel::nalgebra::Point3;
+use revolve_voxel::{Mesh, Sampling};
 use serde::Serialize;
 use std::ops::Range;
 use std::path::Path;
@@ -53,6 +48,7 @@ pub struct Phantom {
     camera: Camera,
     cycle: Cycle,
     activity: Activity,
+    attenuation: Option<Attenuation>,
     skip: Skip,
     steps: OnceLock<usize>,
     regions: OnceLock<Regions>,
@@ -110,6 +106,11 @@ impl Phantom {
                 cavity: scene.activity.cavity,
                 wall: scene.activity.wall,
             },
+            attenuation: scene
+                .attenuation
+                .as_ref()
+                .map(Attenuation::new)
+                .transpose()?,
             skip: Skip::default(),
             steps: OnceLock::new(),
             regions: OnceLock::new(),
@@ -292,6 +293,20 @@ impl Phantom {
         Ok(regions.labels)
     }
 
+    /// The attenuation of every voxel at a phase in 1/cm, `[z][y][x]`, averaged over the voxel.
+    ///
+    /// # Errors
+    /// [`PhantomError::Absent`] if nothing attenuates; as [`Phantom::shape`].
+    pub fn attenuation(&self, phase: f64) -> Result<Vec<f32>, PhantomError> {
+        let Some(attenuation) = &self.attenuation else {
+            return Err(PhantomError::Absent {
+                what: "attenuation",
+            });
+        };
+        let tolerance = self.scene.truth.tolerance;
+        attenuation.map(self.shape(phase)?.body(), self.camera.grid(), tolerance)
+    }
+
     /// The inner and the outer surface at a phase, in the lab, cm; nowhere farther from the body than a tenth of a voxel.
     ///
     /// # Errors
@@ -348,47 +363,6 @@ impl Phantom {
         Ok(self.regions.get_or_init(|| unreachable!("just set")))
     }
 
-    /// How a volume of a gate compares with the truth: streaks outside the heart, unevenness of the wall, blur.
-    ///
-    /// # Errors
-    /// As [`Phantom::regions`]; [`PhantomError::Radon`] or [`PhantomError::Solid`] for a volume of the wrong length.
-    pub fn artefacts(&self, volume: &[f32], truth: &[f32]) -> Result<Artefacts, PhantomError> {
-        let measures = Measures::of(volume, Some(truth), self.regions()?, &self.camera)?;
-        let shape = self.shape_at_gain(self.cycle.gains()[0])?;
-        let solution = shape.solution();
-        let pose = self.heart.pose();
-        let length = self.scene.heart.outer.length + self.scene.heart.outer.radius;
-        let voxel = self.camera.grid().spacing()[0];
-        // From the middle of the wall outwards, past the largest heart.
-        let width = |direction: Vector3<f64>, inner: [f64; 2], outer: [f64; 2]| {
-            let place = |[x, r]: [f64; 2]| Point3::new(x, r * direction.y, r * direction.z);
-            let from = place([0.5 * (inner[0] + outer[0]), 0.5 * (inner[1] + outer[1])]);
-            let to = from + direction * (0.5 * length);
-            let n = 2 + (4.0 * 0.5 * length / voxel) as usize;
-            let ends = [pose.to_lab(&from), pose.to_lab(&to)];
-            let line = self.camera.grid().profile(volume, ends, n)?;
-            Ok::<_, PhantomError>(line.edge_width(0.9, 0.1).map(|cm| 10.0 * cm))
-        };
-        let at = |s: f64| (solution.inner.at(s).position, solution.outer.at(s).position);
-        let (tip, outer_tip) = at(0.5);
-        let (side, outer_side) = at(0.5 * self.side());
-        let mut widths = Vec::new();
-        for k in 0..AZIMUTHS {
-            let (sin, cos) = (std::f64::consts::TAU * k as f64 / AZIMUTHS as f64).sin_cos();
-            widths.extend(width(Vector3::new(0.0, cos, sin), side, outer_side)?);
-        }
-        widths.sort_by(f64::total_cmp);
-        Ok(Artefacts {
-            streaks_outside: measures.background_rms,
-            wall_unevenness: (measures.wall_std.zip(measures.wall_mean))
-                .map(|(std, mean)| std / mean),
-            wall_mean: measures.wall_mean,
-            apex_blur_mm: width(Vector3::x(), [tip[0], 0.0], [outer_tip[0], 0.0])?,
-            wall_blur_mm: widths.get(widths.len() / 2).copied(),
-            rmse: measures.rmse_truth,
-        })
-    }
-
     fn take(
         &self,
         gate: usize,
@@ -409,6 +383,7 @@ impl Phantom {
             cycle: &self.cycle,
             acquisition,
             activity: self.activity,
+            attenuation: self.attenuation,
         }
     }
 
@@ -520,12 +495,12 @@ impl Phantom {
         Ok(volume)
     }
 
-    fn shape_at_gain(&self, gain: f64) -> Result<Arc<HeartShape>, PhantomError> {
+    pub(crate) fn shape_at_gain(&self, gain: f64) -> Result<Arc<HeartShape>, PhantomError> {
         Ok(self.heart.shapes(&[gain])?.remove(0))
     }
 
     /// Share of the upper half of the inner membrane up to the middle of its cylinder.
-    fn side(&self) -> f64 {
+    pub(crate) fn side(&self) -> f64 {
         let inner = self.scene.heart.inner;
         inner.length / (2.0 * inner.length + std::f64::consts::PI * inner.radius)
     }
@@ -540,91 +515,5 @@ impl Phantom {
             side: distance(0.5 * self.side()),
             apex: distance(0.5),
         }
-    }
-}
-
-/// Lines on which the blur of the wall is measured; the median counts.
-const AZIMUTHS: usize = 16;
-
-/// What motion, few views or noise did to a reconstruction. A measure that cannot be taken is `None`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Artefacts {
-    /// Root mean square more than three voxels outside the heart at all phases, where nothing should be.
-    pub streaks_outside: Option<f64>,
-    /// Standard deviation over mean of the voxels that are in the wall at all phases.
-    pub wall_unevenness: Option<f64>,
-    /// Mean of those voxels.
-    pub wall_mean: Option<f64>,
-    /// Width of the outer edge at the apex, from 90 to 10 % along the axis, mm.
-    pub apex_blur_mm: Option<f64>,
-    /// The same at the middle of the wall's side, median of 16 azimuths, mm.
-    pub wall_blur_mm: Option<f64>,
-    /// Root mean square difference from the truth within the field of view.
-    pub rmse: Option<f64>,
-}
-
-fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
-    let (settings, pose) = (&scene.heart, &scene.pose);
-    let law = match settings.law {
-        Law::PerMaterialLength => PressureLaw::PerMaterialLength,
-        Law::TotalForce => PressureLaw::TotalForce,
-        Law::PerCurrentLength => PressureLaw::PerCurrentLength,
-    };
-    let membrane = |balloon: crate::scene::BalloonSettings| -> Result<Membrane, PhantomError> {
-        let balloon = Balloon {
-            length: balloon.length,
-            radius: balloon.radius,
-            stiffness: balloon.stiffness,
-        };
-        Ok(balloon.membrane()?.with_law(law))
-    };
-    let (discretisation, tolerance) = match settings.discretisation {
-        DiscretisationSettings::Differences { nodes } => {
-            (Discretisation::FiniteDifferences { nodes }, 0.0)
-        }
-        DiscretisationSettings::Spectral {
-            degree,
-            per_piece,
-            tolerance,
-        } => (Discretisation::Spectral { degree, per_piece }, tolerance),
-    };
-    let middle = (settings.outer.length + settings.outer.radius) / 2.0;
-    let place = Pose::axis_along_z(pose.centre.unwrap_or(middle))?
-        .turned_x(pose.turn_x.to_radians())?
-        .turned_y(pose.turn_y.to_radians())?
-        .turned_z(pose.turn_z.to_radians())?
-        .shifted(Vector3::from(pose.shift))?;
-    let membranes = [membrane(settings.inner)?, membrane(settings.outer)?];
-    Heart::of_membranes(
-        [&membranes[0], &membranes[1]],
-        discretisation,
-        tolerance,
-        place,
-    )
-}
-
-fn geometry_of(scene: &Scene) -> CameraGeometry {
-    let (camera, volume) = (&scene.camera, &scene.reconstruction);
-    let pixels = volume.pixels.unwrap_or(camera.bins);
-    let pixel = volume.pixel.unwrap_or(camera.pitch[0]);
-    let part = volume
-        .region
-        .map_or([[0, pixels]; 2], |region| [region.x, region.y]);
-    CameraGeometry {
-        views: camera.views,
-        arc: camera.arc.to_radians(),
-        start: camera.start.to_radians(),
-        bins: camera.bins,
-        rows: camera.rows,
-        pitch: camera.pitch,
-        rotation: match camera.rotation {
-            RotationSettings::StepAndShoot => Rotation::StepAndShoot,
-            RotationSettings::Continuous => Rotation::Continuous {
-                interval: camera.seconds_per_view,
-            },
-        },
-        pixels: part.map(|[from, to]| to - from),
-        pixel,
-        centre: part.map(|[from, to]| 0.5 * ((from + to) as f64 - pixels as f64) * pixel),
     }
 }

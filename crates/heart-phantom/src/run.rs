@@ -1,8 +1,9 @@
 //! A scene from start to end: everything that it asks for, written to a folder.
 
+use crate::artefacts::Artefacts;
 use crate::error::PhantomError;
 use crate::files::{self, Projections, Volume};
-use crate::phantom::{Artefacts, Numbers, Phantom};
+use crate::phantom::{Numbers, Phantom};
 use crate::scene::{Product, Scene};
 use crate::work::WorkReport;
 use serde::Serialize;
@@ -157,6 +158,10 @@ impl Writer<'_> {
             if self.wants(Product::Labels) {
                 let labels = self.phantom.labels(phase)?;
                 self.write_volume(&format!("labels-{name}"), labels.as_slice())?;
+            }
+            if self.wants(Product::Attenuation) {
+                let map = self.phantom.attenuation(phase)?;
+                self.write_volume(&format!("attenuation-{name}"), map.as_slice())?;
             }
             if self.wants(Product::Meshes) {
                 let meshes = self.phantom.meshes(phase)?;

@@ -33,6 +33,7 @@ pub fn truth(
         cycle,
         acquisition,
         activity: activity.into(),
+        attenuation: None,
     };
     Ok(truth_of_slices(&scan, tolerance, 0..camera.n_rows())?.0)
 }

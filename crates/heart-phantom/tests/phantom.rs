@@ -1,8 +1,8 @@
 //! A phantom does what is asked for and no more, and each part has the bits of the whole.
 
 use heart_phantom::scene::{
-    AccuracySettings, ActivitySettings, BalloonSettings, CycleSettings, DiscretisationSettings,
-    Mode, PixelRange, Scene,
+    AccuracySettings, ActivitySettings, AttenuationSettings, BalloonSettings, CycleSettings,
+    DiscretisationSettings, MediumSettings, Mode, PixelRange, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
 use radon::Skip;
@@ -322,4 +322,49 @@ fn labels_surfaces_and_activity_at_a_phase() {
             && phantom.view(0, 12).is_err()
             && phantom.slice(0, 40).is_err()
     );
+}
+
+#[test]
+fn a_torso_weakens_what_is_deep_and_its_map_says_so() {
+    let mut scene = small(Mode::Static { phase: 0.0 });
+    let clear = Phantom::new(scene.clone()).unwrap();
+    let torso = MediumSettings::Torso {
+        centre: [0.0, 0.0],
+        semi_axes: [12.0, 10.0],
+    };
+    let with = |scene: &mut Scene, coefficient, medium| {
+        scene.attenuation = Some(AttenuationSettings {
+            coefficient,
+            medium,
+        });
+        Phantom::new(scene.clone()).unwrap()
+    };
+    let weak = with(&mut scene, 1e-9, torso);
+    let [seen, faint] = [&clear, &weak].map(|phantom| phantom.view(0, 2).unwrap());
+    for (a, b) in seen.iter().zip(&faint) {
+        assert!((a - b).abs() <= 1e-6 * a.abs());
+    }
+    // All of the heart is between 10 - 7 and 12 + 7 cm of torso away from the detector.
+    let deep = with(&mut scene, 0.15, torso);
+    for (a, b) in seen.iter().zip(deep.view(0, 2).unwrap()) {
+        assert!(
+            b <= a * (-0.15f32 * 3.0).exp() && b >= a * (-0.15f32 * 19.0).exp(),
+            "{a} {b}"
+        );
+    }
+    // One slice is the cut from the whole here too.
+    let volume = deep.volume(0).unwrap();
+    assert!(deep.slice(0, 21).unwrap() == volume[21 * 1600..22 * 1600]);
+    let map = deep.attenuation(0.0).unwrap();
+    assert!((map[20 * 1600 + 20 * 40 + 20] - 0.15).abs() < 1e-6);
+    let heart = with(&mut scene, 0.2, MediumSettings::Heart);
+    let map = heart.attenuation(0.5).unwrap();
+    let sum: f64 =
+        map.iter().map(|&v| f64::from(v)).sum::<f64>() * heart.camera().grid().voxel_volume();
+    let outer = heart.shape(0.5).unwrap().volumes()[1];
+    assert!((sum / (0.2 * outer) - 1.0).abs() < 1e-4);
+    assert!(matches!(
+        clear.attenuation(0.0),
+        Err(PhantomError::Absent { .. })
+    ));
 }

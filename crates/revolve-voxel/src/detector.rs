@@ -1,5 +1,7 @@
 //! Parallel rays on a detector.
 
+use std::ops::Range;
+
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -94,6 +96,8 @@ impl ParallelDetector {
 pub struct ParallelRays {
     n_bins: usize,
     n_rows: usize,
+    /// Rows of the raster before the first of these.
+    first_row: usize,
     first: Point3<f64>,
     bin_step: Vector3<f64>,
     row_step: Vector3<f64>,
@@ -121,6 +125,7 @@ impl ParallelRays {
         Ok(Self {
             n_bins,
             n_rows,
+            first_row: 0,
             first,
             bin_step,
             row_step,
@@ -143,9 +148,28 @@ impl ParallelRays {
         self.direction
     }
 
+    /// Some rows of the raster: what is computed for them is, bit for bit, the cut from the whole.
+    ///
+    /// # Errors
+    /// [`Error::NotPositive`] without a row; [`Error::Length`] for rows beyond the raster.
+    pub fn rows(mut self, rows: Range<usize>) -> Result<Self, Error> {
+        positive("number of rows", rows.len() as f64)?;
+        if rows.end > self.n_rows {
+            return Err(Error::Length {
+                what: "rows (at most)",
+                expected: self.n_rows,
+                given: rows.end,
+            });
+        }
+        self.first_row += rows.start;
+        self.n_rows = rows.len();
+        Ok(self)
+    }
+
     /// One ray.
     pub fn ray(&self, bin: usize, row: usize) -> Ray {
-        let origin = self.first + self.bin_step * bin as f64 + self.row_step * row as f64;
+        let row = (self.first_row + row) as f64;
+        let origin = self.first + self.bin_step * bin as f64 + self.row_step * row;
         // Validated when the raster was made.
         Ray::new(origin, self.direction).expect("finite raster")
     }
@@ -223,7 +247,10 @@ impl Body {
         let counters = out
             .par_chunks_mut(rays.n_bins)
             .enumerate()
-            .map(|(row, image)| self.project_row(&views, row, image, &measure))
+            .map(|(row, image)| {
+                let at = (rays.first_row + row) as f64;
+                self.project_row(&views, at, image, |bin| measure([bin, row]))
+            })
             .reduce(RayCounters::default, |a, b| a + b);
         Ok(counters)
     }
@@ -231,9 +258,9 @@ impl Body {
     fn project_row<T: Sample, M: Fn(f64, f64, f64) -> f64>(
         &self,
         views: &[LayerView],
-        row: usize,
+        row: f64,
         image: &mut [T],
-        measure: &impl Fn([usize; 2]) -> M,
+        measure: impl Fn(usize) -> M,
     ) -> RayCounters {
         let n_bins = image.len();
         let mut counters = RayCounters::default();
@@ -241,7 +268,7 @@ impl Body {
         let mut cast = vec![false; n_bins];
         for view in views {
             let meridian = &self.layers()[view.layer];
-            let [w0, q0, t0] = [0, 1, 2].map(|k| view.first[k] + view.row[k] * row as f64);
+            let [w0, q0, t0] = [0, 1, 2].map(|k| view.first[k] + view.row[k] * row);
             let mut hints = vec![Hint::default(); meridian.chains().len()];
             for bin in view
                 .shadow
@@ -252,7 +279,7 @@ impl Body {
                     continue;
                 }
                 let origin = t0 + bin as f64 * view.bin[2];
-                let measure = measure([bin, row]);
+                let measure = measure(bin);
                 let mut chord = 0.0;
                 view.direction.intervals(
                     meridian,

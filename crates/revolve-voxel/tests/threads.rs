@@ -58,17 +58,19 @@ fn some_rows_are_the_cut_from_all() {
         .unwrap();
     let (whole, counters) = body.project::<f32>(&rays, &[0.2, 1.0]).unwrap();
     let mut sum = revolve_voxel::RayCounters::default();
-    for rows in [0..1, 1..7, 7..20, 20..20] {
-        let mut cut = vec![0.0f32; 33 * rows.len()];
-        sum = sum
-            + body
-                .project_rows_add(&rays, rows.clone(), &[0.2, 1.0], 1.0, &mut cut)
-                .unwrap();
+    for rows in [0..1, 1..7, 7..20] {
+        let some = rays.rows(rows.clone()).unwrap();
+        let (cut, done) = body.project::<f32>(&some, &[0.2, 1.0]).unwrap();
         assert_eq!(cut, whole[33 * rows.start..33 * rows.end]);
+        assert_eq!(some.ray(5, 0), rays.ray(5, rows.start));
+        sum = sum + done;
     }
     assert_eq!(sum, counters);
-    let beyond = body.project_rows_add(&rays, 19..21, &[0.2, 1.0], 1.0, &mut [0.0f32; 66]);
-    assert!(beyond.is_err());
+    // Rows of rows.
+    let twice = rays.rows(4..19).unwrap().rows(2..3).unwrap();
+    let (cut, _) = body.project::<f32>(&twice, &[0.2, 1.0]).unwrap();
+    assert_eq!(cut, whole[33 * 6..33 * 7]);
+    assert!(rays.rows(19..21).is_err() && rays.rows(3..3).is_err());
 }
 
 #[test]

@@ -61,10 +61,17 @@ pub(super) fn scene(scene: &Scene) -> Checked {
         let (Uptake::Concentration(amount) | Uptake::Total(amount)) = uptake;
         within(field, amount, [0.0, MAX_ACTIVITY])?;
     }
+    if let Some(settings) = &scene.attenuation {
+        attenuation(settings)?;
+    }
     camera(&scene.camera)?;
     acquisition(scene)?;
     reconstruction(scene)?;
     within("truth.tolerance", scene.truth.tolerance, [1e-7, 0.5])?;
+    if scene.attenuation.is_none() && scene.output.write.contains(&Product::Attenuation) {
+        let wanted = "needs a section [attenuation]";
+        return Err(fault("output.write", "attenuation", wanted));
+    }
     output(&scene.output)
 }
 
@@ -179,6 +186,21 @@ fn pose(pose: &PoseSettings) -> Checked {
     }
     for shift in pose.shift {
         within("pose.shift", shift, [-LENGTH[1], LENGTH[1]])?;
+    }
+    Ok(())
+}
+
+fn attenuation(settings: &AttenuationSettings) -> Checked {
+    within("attenuation.coefficient", settings.coefficient, [0.0, 1e6])?;
+    if let MediumSettings::Torso { centre, semi_axes } = settings.medium {
+        for (c, a) in centre.into_iter().zip(semi_axes) {
+            within(
+                "attenuation.medium.torso.centre",
+                c,
+                [-LENGTH[1], LENGTH[1]],
+            )?;
+            within("attenuation.medium.torso.semi_axes", a, LENGTH)?;
+        }
     }
     Ok(())
 }

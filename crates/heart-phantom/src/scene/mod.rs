@@ -6,10 +6,10 @@ mod sections;
 mod template;
 
 pub use sections::{
-    AccuracySettings, AcquisitionSettings, ActivitySettings, ArcSettings, BalloonSettings,
-    CameraSettings, CycleSettings, DiscretisationSettings, HeartSettings, Law, Mode,
-    OutputSettings, PixelRange, PoseSettings, Product, ReconstructionSettings, RotationSettings,
-    TruthSettings, WindowSettings,
+    AccuracySettings, AcquisitionSettings, ActivitySettings, ArcSettings, AttenuationSettings,
+    BalloonSettings, CameraSettings, CycleSettings, DiscretisationSettings, HeartSettings, Law,
+    MediumSettings, Mode, OutputSettings, PixelRange, PoseSettings, Product,
+    ReconstructionSettings, RotationSettings, TruthSettings, WindowSettings,
 };
 
 use crate::error::PhantomError;
@@ -45,6 +45,9 @@ pub struct Scene {
     pub pose: PoseSettings,
     /// What cavity and wall hold.
     pub activity: ActivitySettings,
+    /// What weakens the rays; `None` for nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub attenuation: Option<AttenuationSettings>,
     /// Views and detector.
     pub camera: CameraSettings,
     /// When the views are taken.

@@ -148,6 +148,31 @@ impl Default for ActivitySettings {
     }
 }
 
+/// `[attenuation]`: what weakens the rays on their way to the detector.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AttenuationSettings {
+    /// Attenuation in 1/cm, the same all through the medium.
+    pub coefficient: f64,
+    /// What attenuates.
+    pub medium: MediumSettings,
+}
+
+/// What attenuates.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum MediumSettings {
+    /// Cavity and wall, nothing else.
+    Heart,
+    /// All within a cylinder of elliptic section along z, without ends.
+    Torso {
+        /// Its axis, `[x, y]` in cm.
+        centre: [f64; 2],
+        /// Half-widths along x and y in cm.
+        semi_axes: [f64; 2],
+    },
+}
+
 /// `[camera]`: views and detector.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -383,6 +408,8 @@ pub enum Product {
     Truth,
     /// Region labels at end-diastole and end-systole.
     Labels,
+    /// Attenuation map at end-diastole and end-systole.
+    Attenuation,
     /// Surfaces (STL) at end-diastole and end-systole.
     Meshes,
     /// Pictures of the middle slice; of gates also a moving one.

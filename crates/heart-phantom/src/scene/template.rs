@@ -67,6 +67,8 @@ pub(super) fn write(scene: &Scene) -> String {
     page.field("cavity", &scene.activity.cavity, "blood");
     page.field("wall", &scene.activity.wall, "myocardium");
 
+    page.attenuation(scene);
+
     let camera = &scene.camera;
     page.section(
         "camera",
@@ -158,7 +160,7 @@ pub(super) fn write(scene: &Scene) -> String {
     page.field(
         "write",
         &output.write,
-        "projections, reconstruction, truth, labels, meshes, pictures",
+        "projections, reconstruction, truth, labels, attenuation, meshes, pictures",
     );
     page.field(
         "volumes",
@@ -183,6 +185,24 @@ impl Page {
 
     fn field(&mut self, name: &str, value: &impl Serialize, comment: &str) {
         let _ = writeln!(self.0, "{name} = {}  # {comment}", inline(value));
+    }
+
+    fn attenuation(&mut self, scene: &Scene) {
+        let comment = "What weakens the rays; nothing if this section is left out.";
+        let torso = "{ torso = { centre = [0.0, 0.0], semi_axes = [16.0, 11.0] } }";
+        match &scene.attenuation {
+            Some(attenuation) => {
+                self.section("attenuation", comment);
+                self.field("coefficient", &attenuation.coefficient, "in 1/cm");
+                self.field("medium", &attenuation.medium, &format!("heart, or {torso}"));
+            }
+            None => {
+                let _ = write!(
+                    self.0,
+                    "\n# {comment}\n# [attenuation]\n# coefficient = 0.15  # in 1/cm\n# medium = {torso}  # or heart\n"
+                );
+            }
+        }
     }
 
     /// A field that may be absent: then an example of it, commented out.

@@ -1,0 +1,27 @@
+//! Motion artefacts over heart rates: one instant a view, one view a second. At 60 beats a minute every view sees the same
+//! phase and nothing seems to move; away from it the views do not fit together.
+//!
+//! `cargo run --release -p heart-phantom --example heart_rates`
+
+use heart_phantom::scene::{Mode, Scene};
+use heart_phantom::{Phantom, PhantomError};
+
+fn main() -> Result<(), PhantomError> {
+    println!("beats/min   phases   streaks outside   wall sd/mean   wall blur (mm)");
+    for beats_per_minute in [50.0, 60.0, 61.0, 65.0, 72.0, 80.0, 90.0] {
+        let mut scene = Scene::default().with_size(96).with_mode(Mode::Instants);
+        scene.cycle.beats_per_minute = beats_per_minute;
+        let phantom = Phantom::new(scene)?;
+        let views = phantom.sinograms(0, &|_| ())?;
+        let volume = phantom.reconstruct(&views.samples)?;
+        let found = phantom.artefacts(&volume, &phantom.truth(0)?)?;
+        println!(
+            "{beats_per_minute:9}   {:6}   {:15.4}   {:12.4}   {:14.2}",
+            views.distinct_phases,
+            found.streaks_outside.unwrap_or(f64::NAN),
+            found.wall_unevenness.unwrap_or(f64::NAN),
+            found.wall_blur_mm.unwrap_or(f64::NAN)
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,70 @@
+//! What motion, few views, noise and blur do to a reconstruction.
+
+use crate::error::PhantomError;
+use crate::{Measures, Phantom};
+use revolve_voxel::nalgebra::{Point3, Vector3};
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// Lines on which the blur of the wall is measured; the median counts.
+const AZIMUTHS: usize = 16;
+
+/// What motion, few views or noise did to a reconstruction. A measure that cannot be taken is `None`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Artefacts {
+    /// Root mean square more than three voxels outside the heart at all phases, where nothing should be.
+    pub streaks_outside: Option<f64>,
+    /// Standard deviation over mean of the voxels that are in the wall at all phases.
+    pub wall_unevenness: Option<f64>,
+    /// Mean of those voxels.
+    pub wall_mean: Option<f64>,
+    /// Width of the outer edge at the apex, from 90 to 10 % along the axis, mm.
+    pub apex_blur_mm: Option<f64>,
+    /// The same at the middle of the wall's side, median of 16 azimuths, mm.
+    pub wall_blur_mm: Option<f64>,
+    /// Root mean square difference from the truth within the field of view.
+    pub rmse: Option<f64>,
+}
+
+impl Phantom {
+    /// How a volume of a gate compares with the truth: streaks outside the heart, unevenness of the wall, blur.
+    ///
+    /// # Errors
+    /// As [`Phantom::regions`]; [`PhantomError::Radon`] or [`PhantomError::Solid`] for a volume of the wrong length.
+    pub fn artefacts(&self, volume: &[f32], truth: &[f32]) -> Result<Artefacts, PhantomError> {
+        let measures = Measures::of(volume, Some(truth), self.regions()?, self.camera())?;
+        let shape = self.shape_at_gain(self.cycle().gains()[0])?;
+        let solution = shape.solution();
+        let pose = self.heart().pose();
+        let length = self.scene().heart.outer.length + self.scene().heart.outer.radius;
+        let voxel = self.camera().grid().spacing()[0];
+        // From the middle of the wall outwards, past the largest heart.
+        let width = |direction: Vector3<f64>, inner: [f64; 2], outer: [f64; 2]| {
+            let place = |[x, r]: [f64; 2]| Point3::new(x, r * direction.y, r * direction.z);
+            let from = place([0.5 * (inner[0] + outer[0]), 0.5 * (inner[1] + outer[1])]);
+            let to = from + direction * (0.5 * length);
+            let n = 2 + (4.0 * 0.5 * length / voxel) as usize;
+            let ends = [pose.to_lab(&from), pose.to_lab(&to)];
+            let line = self.camera().grid().profile(volume, ends, n)?;
+            Ok::<_, PhantomError>(line.edge_width(0.9, 0.1).map(|cm| 10.0 * cm))
+        };
+        let at = |s: f64| (solution.inner.at(s).position, solution.outer.at(s).position);
+        let (tip, outer_tip) = at(0.5);
+        let (side, outer_side) = at(0.5 * self.side());
+        let mut widths = Vec::new();
+        for k in 0..AZIMUTHS {
+            let (sin, cos) = (TAU * k as f64 / AZIMUTHS as f64).sin_cos();
+            widths.extend(width(Vector3::new(0.0, cos, sin), side, outer_side)?);
+        }
+        widths.sort_by(f64::total_cmp);
+        Ok(Artefacts {
+            streaks_outside: measures.background_rms,
+            wall_unevenness: (measures.wall_std.zip(measures.wall_mean))
+                .map(|(std, mean)| std / mean),
+            wall_mean: measures.wall_mean,
+            apex_blur_mm: width(Vector3::x(), [tip[0], 0.0], [outer_tip[0], 0.0])?,
+            wall_blur_mm: widths.get(widths.len() / 2).copied(),
+            rmse: measures.rmse_truth,
+        })
+    }
+}

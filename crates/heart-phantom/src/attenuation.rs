@@ -1,0 +1,55 @@
+//! What weakens the rays between the heart and the detector.
+
+use crate::error::PhantomError;
+use crate::scene::{AttenuationSettings, MediumSettings};
+use revolve_voxel::{Attenuator, Body, EllipticCylinder, Medium, VoxelGrid};
+
+/// A uniform medium: a torso that stands still, or the heart itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Attenuation {
+    coefficient: f64,
+    torso: Option<EllipticCylinder>,
+}
+
+impl Attenuation {
+    pub(crate) fn new(settings: &AttenuationSettings) -> Result<Self, PhantomError> {
+        Ok(Self {
+            coefficient: settings.coefficient,
+            torso: match settings.medium {
+                MediumSettings::Heart => None,
+                MediumSettings::Torso { centre, semi_axes } => {
+                    Some(EllipticCylinder::new(centre, semi_axes)?)
+                }
+            },
+        })
+    }
+
+    /// The medium with the heart in this shape.
+    pub(crate) fn of<'a>(&self, heart: &'a Body) -> Result<Attenuator<'a>, PhantomError> {
+        let medium = match self.torso {
+            Some(torso) => Medium::Torso(torso),
+            None => Medium::Layer(heart, heart.layers().len() - 1),
+        };
+        Ok(Attenuator::new(self.coefficient, medium)?)
+    }
+
+    /// Mean of the attenuation over each voxel, `[z][y][x]`.
+    pub(crate) fn map(
+        &self,
+        heart: &Body,
+        grid: &VoxelGrid,
+        tolerance: f64,
+    ) -> Result<Vec<f32>, PhantomError> {
+        let mut out = vec![0.0f32; grid.len()];
+        let slices = 0..grid.shape()[2];
+        match self.torso {
+            Some(torso) => torso.voxelize_add(grid, slices, self.coefficient, &mut out)?,
+            None => {
+                let everywhere = vec![self.coefficient; heart.layers().len()];
+                let sampling = revolve_voxel::Sampling::Coverage { tolerance };
+                heart.voxelize_add(grid, slices, sampling, &everywhere, 1.0, &mut out)?;
+            }
+        }
+        Ok(out)
+    }
+}
