@@ -67,7 +67,6 @@ pub use cycle::Cycle;
 pub use error::PhantomError;
 pub use heart::{Balloon, Heart, HeartShape};
 pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
-pub use material::{MaterialPoint, Stretch, Wall};
 pub use phantom::{Numbers, Phantom, Thickness};
 pub use run::{GateReport, Progress, RunReport, run};
 pub use scene::Scene;
