@@ -4,8 +4,8 @@ mod common;
 
 use common::{Ellipse, half_turn};
 use radon::{
-    FbpOptions, FbpPlan, FbpReport, ImageGrid, InstructionSet, ParallelGeometry, RadonError, Skip,
-    StackOrder,
+    FbpOptions, FbpPlan, FbpReport, ImageGrid, InstructionSet, Interpolation, ParallelGeometry,
+    RadonError, Skip, StackOrder,
 };
 
 /// `n_slices` different ellipses, every third slice empty, as `[slice][view][bin]`.
@@ -61,6 +61,56 @@ fn a_slice_alone_among_others_and_in_either_order_has_the_same_bits() {
                 bits(&alone),
                 "slice {z} of {n_slices}"
             );
+        }
+    }
+}
+
+#[test]
+fn a_slice_alone_has_the_same_bits_with_every_instruction_set_interpolation_and_sample_type() {
+    // Up-sampled rows spread the samples of neighbouring pixels, which other loads fetch than those of neighbouring samples.
+    fn check<T: radon::Sample>(set: InstructionSet, interpolation: Interpolation, spacing: f64) {
+        let geometry = half_turn(19, 41, 1.0);
+        let grid = ImageGrid::new(37, 21, spacing).unwrap();
+        let options = FbpOptions {
+            instructions: Some(set),
+            interpolation,
+            ..Default::default()
+        };
+        let plan = FbpPlan::<T>::new(&geometry, &grid, &options).unwrap();
+        let n_slices = 10;
+        let projections: Vec<T> = stack(&geometry, n_slices)
+            .into_iter()
+            .map(|p| T::of(f64::from(p)))
+            .collect();
+        let volume = plan
+            .reconstruct_stack(&projections, n_slices, StackOrder::SliceViewBin)
+            .unwrap();
+        let slices = volume.chunks_exact(grid.image_len());
+        for (one, image) in projections
+            .chunks_exact(geometry.sinogram_len())
+            .zip(slices)
+        {
+            let alone = plan.reconstruct(one).unwrap();
+            let same = |(a, b): (&T, &T)| a.f64().to_bits() == b.f64().to_bits();
+            assert!(
+                alone.iter().zip(image).all(same),
+                "{set:?}, {interpolation:?}, {spacing}"
+            );
+        }
+    }
+    for set in [
+        InstructionSet::Baseline,
+        InstructionSet::Avx2,
+        InstructionSet::Avx512,
+        InstructionSet::Neon,
+    ] {
+        for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
+            for spacing in [0.4, 1.0, 1.8, 2.5] {
+                if set.is_available() {
+                    check::<f32>(set, interpolation, spacing);
+                    check::<f64>(set, interpolation, spacing);
+                }
+            }
         }
     }
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::fbp::aligned;
 use crate::geometry::{ImageGrid, ParallelGeometry};
 use crate::sample::Sample;
-use crate::simd::{InstructionSet, RUN, Tile, ViewStep, WINDOW, add_views};
+use crate::simd::{ALONE, InstructionSet, RUN, Tile, ViewStep, WINDOW, add_views};
 
 /// Zero samples in front of a filtered row.
 pub(crate) const MARGIN: usize = 2;
@@ -17,7 +17,7 @@ const TAIL: usize = WINDOW + 4;
 /// Runs and rows of a tile: its sums and the samples that a group of views needs for it stay in the first-level cache.
 fn tile_shape(lanes: usize) -> (usize, usize) {
     match lanes {
-        1 => (8, 16),
+        1 => (ALONE / 16, 16),
         _ => (2, 16),
     }
 }

@@ -291,9 +291,15 @@ impl<T: Sample> FbpPlan<T> {
             }
         }
         report.slices_reconstructed = images.len();
-        let (lanes, views_at_once) = self.block(images.len(), memory)?;
-        for block in images.chunks_mut(lanes) {
-            let lanes = self.instructions.lanes_for::<T>(block.len());
+        let (most_lanes, views_at_once) = self.block(images.len(), memory)?;
+        let mut rest = &mut images[..];
+        while !rest.is_empty() {
+            let lanes = self
+                .instructions
+                .first_block::<T>(rest.len())
+                .min(most_lanes);
+            let (block, others) = rest.split_at_mut(lanes.min(rest.len()));
+            rest = others;
             let row_len = self.steps.row_len() * lanes;
             let slices: Vec<usize> = block.iter().map(|(slice, _)| *slice).collect();
             let mut images: Vec<&mut [T]> =
@@ -408,7 +414,7 @@ impl<T: Sample> FbpPlan<T> {
         let enough = self.n_views.min(32);
         let mut n = n_slices;
         loop {
-            let lanes = self.instructions.lanes_for::<T>(n);
+            let lanes = self.instructions.first_block::<T>(n);
             let fixed = self.block_bytes(lanes, 0);
             let views =
                 memory.saturating_sub(fixed) / (self.steps.row_len() * lanes * size_of::<T>());

@@ -7,7 +7,7 @@ mod tile;
 mod vector;
 
 pub(crate) use taps::{Tap, gather, scatter};
-pub(crate) use tile::{Tile, ViewStep, add_views};
+pub(crate) use tile::{ALONE, Tile, ViewStep, add_views};
 pub(crate) use vector::{RUN, Vectors, WINDOW};
 
 /// Instruction set that the kernels of a plan use.
@@ -48,6 +48,31 @@ impl InstructionSet {
             .into_iter()
             .find(|&lanes| n <= lanes)
             .unwrap_or(8 * width)
+    }
+
+    /// Lanes of the first of the blocks that back-projection should cut `n` slices of `T` into.
+    ///
+    /// A pixel's place in a row serves all lanes of a block, so that a block costs less than its slices one by one; but one that
+    /// is mostly empty costs more than the few slices it holds.
+    pub(crate) fn first_block<T>(self, n: usize) -> usize {
+        // Slices that back-project one by one in the time of a block of one register, or nearly.
+        let alone = match (self, size_of::<T>()) {
+            (Self::Avx512, 4) => 8,
+            (Self::Avx2, 4) => 2,
+            _ => 1,
+        };
+        // The widest block that leaves no lane empty, or `alone` slices behind it.
+        if n <= alone {
+            1
+        } else {
+            let wide = self.lanes_for::<T>(n);
+            let narrow = self.lanes_for::<T>(wide / 2);
+            if narrow > 1 && narrow < n && n <= narrow + alone {
+                narrow
+            } else {
+                wide
+            }
+        }
     }
 
     /// Whether this machine runs the set.

@@ -2,10 +2,12 @@
 
 use crate::sample::Sample;
 use crate::simd::InstructionSet;
-use crate::simd::vector::{RUN, Vector};
+use crate::simd::vector::{RUN, Vector, WINDOW};
 
 /// Views whose part of a tile is added up in registers.
 const GROUP: usize = 8;
+/// Runs of a tile of one slice, at most.
+pub(crate) const ALONE: usize = 128;
 
 /// Where pixel `(ix, iy)` falls in the filtered row of one view: sample `first + ix * dx + iy * dy`, margin included.
 pub(crate) struct ViewStep<T> {
@@ -16,6 +18,8 @@ pub(crate) struct ViewStep<T> {
     least_dx: f64,
     /// `l * dx` for the pixels of a run.
     lane_dx: [T; RUN],
+    /// Whether a run's samples lie within `WINDOW`.
+    narrow: bool,
 }
 
 impl<T: Sample> ViewStep<T> {
@@ -26,22 +30,23 @@ impl<T: Sample> ViewStep<T> {
             dy,
             least_dx: (dx * (RUN - 1) as f64).min(0.0),
             lane_dx: std::array::from_fn(|l| T::of(l as f64 * dx)),
+            narrow: dx.abs() * (RUN as f64) < (WINDOW - 3) as f64,
         }
     }
 
-    /// Base sample of the run that starts at `(ix, iy)`, position of its first pixel from there, and the largest position that
-    /// still reads a sample of the row. Positions beyond either end are moved to where two zeros are read.
+    /// Where a run whose first pixel is `(ix, iy)` falls: base sample, position of the first pixel from there, and the largest
+    /// position that still reads a sample of the row. Positions beyond either end are moved to where two zeros are read.
     #[inline(always)]
-    fn place(&self, ix: f64, iy: f64, n: f64) -> (usize, T, T) {
+    fn place(&self, ix: f64, iy: f64, n: usize) -> (i32, T, T) {
         let u = self.first + iy * self.dy + ix * self.dx;
         let least = u + self.least_dx;
-        let most = n + 3.0;
+        let most = n as f64 + 3.0;
         let least = if least > 0.0 { least } else { 0.0 };
         let least = if least < most { least } else { most };
         // SAFETY: a plan keeps rows far below 2^31 samples, and NaN has become 0.
         let base: i32 = unsafe { least.to_int_unchecked() };
         let from = f64::from(base);
-        (base as usize, T::of(u - from), T::of(most - from))
+        (base, T::of(u - from), T::of(most - from))
     }
 }
 
@@ -66,6 +71,9 @@ pub(crate) fn add_views<T: Sample>(
     sums: &mut [T],
 ) {
     assert_eq!(tile.filtered.len(), tile.views.len() * tile.row_len * lanes);
+    // From the largest base, n + 3, a run's window lies within the row; so does what a position reads that was rounded up to
+    // the precision of T, by 16 at most in rows of 2^28 samples.
+    assert!(tile.row_len >= tile.n + 3 + WINDOW && (lanes > 1 || sums.len() <= ALONE * RUN));
     match set {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: a plan holds a set only after `is_available`.
@@ -124,14 +132,12 @@ unsafe fn add_block<T: Sample, V: Vector<T>, const N: usize>(tile: &Tile<'_, T>,
             let (r, c) = (run / tile.runs, run % tile.runs);
             let mut places = [(0, [0i32; RUN], [T::ZERO; RUN]); GROUP];
             for (k, view) in views.iter().enumerate() {
-                let (base, first, most) = view.place(
-                    (tile.ix + c * RUN) as f64,
-                    (tile.iy + r) as f64,
-                    tile.n as f64,
-                );
+                let (base, first, most) =
+                    view.place((tile.ix + c * RUN) as f64, (tile.iy + r) as f64, tile.n);
                 // SAFETY: the caller's promise.
                 let (index, weight) = unsafe { V::locate(first, &view.lane_dx, most) };
-                places[k] = ((group * GROUP + k) * tile.row_len + base, index, weight);
+                let row = (group * GROUP + k) * tile.row_len;
+                places[k] = (row + base as usize, index, weight);
             }
             let places = &places[..views.len()];
             for (l, sums) in sums.chunks_exact_mut(lanes).enumerate() {
@@ -167,20 +173,23 @@ unsafe fn add_block<T: Sample, V: Vector<T>, const N: usize>(tile: &Tile<'_, T>,
 #[inline(always)]
 unsafe fn add_one<T: Sample, V: Vector<T>>(tile: &Tile<'_, T>, sums: &mut [T]) {
     let (sums, _) = sums.as_chunks_mut::<RUN>();
-    for (view, samples) in tile
-        .views
-        .iter()
-        .zip(tile.filtered.chunks_exact(tile.row_len))
-    {
-        for (r, sums) in sums.chunks_exact_mut(tile.runs).enumerate() {
-            for (c, sums) in sums.iter_mut().enumerate() {
-                let (base, first, most) = view.place(
-                    (tile.ix + c * RUN) as f64,
-                    (tile.iy + r) as f64,
-                    tile.n as f64,
-                );
-                // SAFETY: the caller's promise; behind the largest base there are WINDOW samples of margin.
-                unsafe { V::add_run(sums, &samples[base..], first, &view.lane_dx, most) };
+    let (mut ix, mut iy) = ([0.0; ALONE], [0.0; ALONE]);
+    for i in 0..sums.len() {
+        ix[i] = (tile.ix + i % tile.runs * RUN) as f64;
+        iy[i] = (tile.iy + i / tile.runs) as f64;
+    }
+    let (mut base, mut first, mut most) = ([0; ALONE], [T::ZERO; ALONE], [T::ZERO; ALONE]);
+    let views = tile.views.iter();
+    for (view, samples) in views.zip(tile.filtered.chunks_exact(tile.row_len)) {
+        // All runs of the tile first, in one plain loop: a vector loop.
+        for i in 0..sums.len() {
+            (base[i], first[i], most[i]) = view.place(ix[i], iy[i], tile.n);
+        }
+        for (i, sums) in sums.iter_mut().enumerate() {
+            // SAFETY: the machine has the set; `add_views` has seen that a row is long enough for every base.
+            unsafe {
+                let row = samples.as_ptr().add(base[i] as usize);
+                V::add_run(sums, row, first[i], &view.lane_dx, most[i], view.narrow);
             }
         }
     }

@@ -40,18 +40,48 @@ pub trait Vector<T>: Copy {
         (index, weight)
     }
 
-    /// Adds one view to the pixels of a run; `row` starts at the run's base sample and holds `WINDOW` samples at least.
+    /// `WIDTH` samples of `row`, those at `index`, all of which must be valid to read.
     #[inline(always)]
-    unsafe fn add_run(sums: &mut [T; RUN], row: &[T], first: T, lane_dx: &[T; RUN], most: T)
+    unsafe fn gather(row: *const T, index: &[i32]) -> Self
     where
         T: Sample,
     {
-        // SAFETY: the caller's promise.
-        let (index, weight) = unsafe { Self::locate(first, lane_dx, most) };
-        for l in 0..RUN {
-            let (j, w) = (index[l] as usize, weight[l]);
-            let sum = Self::multiply_add_one(T::ONE - w, row[j], sums[l]);
-            sums[l] = Self::multiply_add_one(w, row[j + 1], sum);
+        let mut samples = [T::ZERO; RUN];
+        for l in 0..Self::WIDTH {
+            // SAFETY: the caller's promise.
+            samples[l] = unsafe { *row.add(index[l] as usize) };
+        }
+        // SAFETY: a register is no longer than a run.
+        unsafe { Self::load(samples.as_ptr()) }
+    }
+
+    /// Adds one view to the pixels of a run, `row` being the run's base sample. Valid to read must be the `WINDOW` samples from
+    /// there, in which those of a `narrow` run lie, and all up to the one behind `most`.
+    #[inline(always)]
+    unsafe fn add_run(
+        sums: &mut [T; RUN],
+        row: *const T,
+        first: T,
+        lane_dx: &[T; RUN],
+        most: T,
+        _narrow: bool,
+    ) where
+        T: Sample,
+    {
+        // SAFETY: the caller's promise: no index passes `most`, which is valid with its right neighbour; all arrays are RUN long.
+        unsafe {
+            let (index, weight) = Self::locate(first, lane_dx, most);
+            for start in (0..RUN).step_by(Self::WIDTH) {
+                let index = &index[start..start + Self::WIDTH];
+                let near: [T; RUN] = std::array::from_fn(|l| T::ONE - weight[l]);
+                let sum = Self::load(near.as_ptr().add(start)).multiply_add(
+                    Self::gather(row, index),
+                    Self::load(sums.as_ptr().add(start)),
+                );
+                Self::load(weight.as_ptr().add(start))
+                    .multiply_add(Self::gather(row.add(1), index), sum)
+                    .store(sums.as_mut_ptr().add(start));
+            }
         }
     }
 }
@@ -140,7 +170,7 @@ impl Vectors for f64 {
 mod x86 {
     use std::arch::x86_64::*;
 
-    use super::{RUN, Vector, WINDOW};
+    use super::{RUN, Vector};
 
     macro_rules! vector {
         ($name:ident, $register:ident, $t:ident, $width:literal, $splat:ident, $load:ident, $store:ident, $fma:ident, { $($more:item)* }) => {
@@ -215,6 +245,50 @@ mod x86 {
                 }
                 (index, weight)
             }
+
+            #[inline(always)]
+            unsafe fn add_run(
+                sums: &mut [f32; RUN],
+                row: *const f32,
+                first: f32,
+                lane_dx: &[f32; RUN],
+                most: f32,
+                narrow: bool,
+            ) {
+                // SAFETY: the machine has the set, and what is read is valid, as the caller promised; all arrays are RUN long.
+                unsafe {
+                    let (index, weight) = Self::locate(first, lane_dx, most);
+                    for half in [0, 8] {
+                        let j = _mm256_loadu_si256(index[half..].as_ptr().cast());
+                        let w = _mm256_loadu_ps(weight[half..].as_ptr());
+                        let (p0, p1) = if narrow {
+                            // The samples of half a run are in two registers from its least index on.
+                            let least = index[half].min(index[half + 7]);
+                            let row = row.add(least as usize);
+                            let (a, b) = (_mm256_loadu_ps(row), _mm256_loadu_ps(row.add(8)));
+                            let pick = |j| {
+                                _mm256_blendv_ps(
+                                    _mm256_permutevar8x32_ps(a, j),
+                                    _mm256_permutevar8x32_ps(b, j),
+                                    // Bit 3 tells which register.
+                                    _mm256_castsi256_ps(_mm256_slli_epi32::<28>(j)),
+                                )
+                            };
+                            let j = _mm256_sub_epi32(j, _mm256_set1_epi32(least));
+                            (pick(j), pick(_mm256_add_epi32(j, _mm256_set1_epi32(1))))
+                        } else {
+                            (
+                                _mm256_i32gather_ps::<4>(row, j),
+                                _mm256_i32gather_ps::<4>(row.add(1), j),
+                            )
+                        };
+                        let near = _mm256_sub_ps(_mm256_set1_ps(1.0), w);
+                        let at = sums[half..].as_mut_ptr();
+                        let sum = _mm256_fmadd_ps(near, p0, _mm256_loadu_ps(at));
+                        _mm256_storeu_ps(at, _mm256_fmadd_ps(w, p1, sum));
+                    }
+                }
+            }
         }
     );
     vector!(
@@ -226,7 +300,18 @@ mod x86 {
         _mm256_loadu_pd,
         _mm256_storeu_pd,
         _mm256_fmadd_pd,
-        {}
+        {
+            #[inline(always)]
+            unsafe fn gather(row: *const f64, index: &[i32]) -> Self {
+                // SAFETY: the machine has the set and every index is valid to read, as the caller promised.
+                unsafe {
+                    Self(_mm256_i32gather_pd::<8>(
+                        row,
+                        _mm_loadu_si128(index[..4].as_ptr().cast()),
+                    ))
+                }
+            }
+        }
     );
     vector!(
         F32x16,
@@ -257,38 +342,32 @@ mod x86 {
             #[inline(always)]
             unsafe fn add_run(
                 sums: &mut [f32; RUN],
-                row: &[f32],
+                row: *const f32,
                 first: f32,
                 lane_dx: &[f32; RUN],
                 most: f32,
+                narrow: bool,
             ) {
-                // The taps of the whole run lie in two registers unless pixels are almost twice as wide as samples.
-                if lane_dx[RUN - 1].abs() < (WINDOW - 3) as f32 {
-                    let row = &row[..WINDOW];
-                    // SAFETY: the machine has the set, as the caller promised; `row`, `sums` and `lane_dx` are as long as what is read.
-                    unsafe {
-                        let (j, w) = locate_16(first, lane_dx, most);
-                        let (a, b) = (
-                            _mm512_loadu_ps(row.as_ptr()),
-                            _mm512_loadu_ps(row[16..].as_ptr()),
-                        );
-                        let p0 = _mm512_permutex2var_ps(a, j, b);
-                        let p1 =
-                            _mm512_permutex2var_ps(a, _mm512_add_epi32(j, _mm512_set1_epi32(1)), b);
-                        let sum = _mm512_fmadd_ps(
-                            _mm512_sub_ps(_mm512_set1_ps(1.0), w),
-                            p0,
-                            _mm512_loadu_ps(sums.as_ptr()),
-                        );
-                        _mm512_storeu_ps(sums.as_mut_ptr(), _mm512_fmadd_ps(w, p1, sum));
-                    }
-                } else {
-                    // SAFETY: the caller's promise.
-                    let (index, weight) = unsafe { Self::locate(first, lane_dx, most) };
-                    for l in 0..RUN {
-                        let (j, w) = (index[l] as usize, weight[l]);
-                        sums[l] = w.mul_add(row[j + 1], (1.0 - w).mul_add(row[j], sums[l]));
-                    }
+                // SAFETY: the machine has the set, and what is read is valid, as the caller promised; `sums` is RUN long.
+                unsafe {
+                    let (j, w) = locate_16(first, lane_dx, most);
+                    let (p0, p1) = if narrow {
+                        // The samples of the whole run are in two registers.
+                        let (a, b) = (_mm512_loadu_ps(row), _mm512_loadu_ps(row.add(16)));
+                        let next = _mm512_add_epi32(j, _mm512_set1_epi32(1));
+                        (
+                            _mm512_permutex2var_ps(a, j, b),
+                            _mm512_permutex2var_ps(a, next, b),
+                        )
+                    } else {
+                        (
+                            _mm512_i32gather_ps::<4>(j, row),
+                            _mm512_i32gather_ps::<4>(j, row.add(1)),
+                        )
+                    };
+                    let near = _mm512_sub_ps(_mm512_set1_ps(1.0), w);
+                    let sum = _mm512_fmadd_ps(near, p0, _mm512_loadu_ps(sums.as_ptr()));
+                    _mm512_storeu_ps(sums.as_mut_ptr(), _mm512_fmadd_ps(w, p1, sum));
                 }
             }
         }
@@ -302,7 +381,18 @@ mod x86 {
         _mm512_loadu_pd,
         _mm512_storeu_pd,
         _mm512_fmadd_pd,
-        {}
+        {
+            #[inline(always)]
+            unsafe fn gather(row: *const f64, index: &[i32]) -> Self {
+                // SAFETY: the machine has the set and every index is valid to read, as the caller promised.
+                unsafe {
+                    Self(_mm512_i32gather_pd::<8>(
+                        _mm256_loadu_si256(index[..8].as_ptr().cast()),
+                        row,
+                    ))
+                }
+            }
+        }
     );
 
     #[inline(always)]
