@@ -34,7 +34,7 @@ impl Projector {
         let n_bins = self.geometry.n_bins();
         let mut row_starts = vec![0; self.geometry.sinogram_len() + 1];
         let (mut columns, mut weights) = (Vec::new(), Vec::new());
-        let mut rays = RayTaps::new();
+        let mut rays = RayTaps::new(self.instructions);
         for (view_idx, view) in self.views.iter().enumerate() {
             view.traverse(&everything, &mut rays);
             for (bin, taps) in rays.iter() {

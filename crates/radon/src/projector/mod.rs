@@ -81,14 +81,14 @@ impl Projector {
     ///
     /// # Errors
     /// [`RadonError::OutOfRange`] when the pitch is not between 1e-9 and 1e9 pixels or a ray is 1e12 pixels away;
-    /// [`RadonError::TooLarge`] for an image of 2³² pixels.
+    /// [`RadonError::TooLarge`] for an image of 2³¹ pixels.
     pub fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
         kernel: Kernel,
     ) -> Result<Self, RadonError> {
         let pixels = product("image", row_stride(grid), grid.ny())?;
-        if u32::try_from(pixels).is_err() {
+        if i32::try_from(pixels).is_err() {
             let (a, b) = (grid.nx(), grid.ny());
             return Err(RadonError::TooLarge {
                 name: "image",

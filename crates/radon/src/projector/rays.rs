@@ -16,7 +16,7 @@ use std::ops::Range;
 
 use super::Kernel;
 use crate::error::{RadonError, within};
-use crate::simd::Tap;
+use crate::simd::{BoxRay, BoxSteps, InstructionSet, Tap};
 use crate::{ImageGrid, ParallelGeometry, Sample};
 
 /// The part of the image to traverse, and where it lies in memory.
@@ -39,21 +39,76 @@ pub(super) struct RayTaps<T> {
     taps: Vec<Tap<T>>,
     /// Each ray's bin and the end of its taps.
     ends: Vec<(usize, usize)>,
+    /// Work arrays of one ray.
+    steps: BoxSteps<T>,
+    instructions: InstructionSet,
 }
 
-impl<T> RayTaps<T> {
-    pub(super) fn new() -> Self {
+impl<T: Sample> RayTaps<T> {
+    pub(super) fn new(instructions: InstructionSet) -> Self {
         Self {
             taps: Vec::new(),
             ends: Vec::new(),
+            steps: BoxSteps::default(),
+            instructions,
         }
     }
 
+    fn clear(&mut self) {
+        self.taps.clear();
+        self.ends.clear();
+    }
+
+    /// Number of rays.
+    pub(super) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Bin and taps of the ray in place `i` of the order of bins.
+    pub(super) fn get(&self, i: usize) -> Option<(usize, &[Tap<T>])> {
+        let &(bin, end) = self.ends.get(i)?;
+        let start = if i == 0 { 0 } else { self.ends[i - 1].1 };
+        Some((bin, &self.taps[start..end]))
+    }
+
     /// Each ray's bin and taps.
+    #[cfg(feature = "sprs")]
     pub(super) fn iter(&self) -> impl Iterator<Item = (usize, &[Tap<T>])> {
-        let starts = std::iter::once(0).chain(self.ends.iter().map(|&(_, end)| end));
-        let rays = self.ends.iter().zip(starts);
-        rays.map(|(&(bin, end), start)| (bin, &self.taps[start..end]))
+        (0..self.len()).filter_map(|i| self.get(i))
+    }
+}
+
+/// Views whose rays are taken in turn: neighbours meet the same pixels, which then come from the nearest cache.
+pub(super) const TOGETHER: usize = 4;
+
+/// The rays of up to `TOGETHER` views that meet a window.
+#[derive(Debug)]
+pub(super) struct SeveralTaps<T>([RayTaps<T>; TOGETHER]);
+
+impl<T: Sample> SeveralTaps<T> {
+    pub(super) fn new(instructions: InstructionSet) -> Self {
+        Self(std::array::from_fn(|_| RayTaps::new(instructions)))
+    }
+
+    pub(super) fn traverse(&mut self, views: &[View], window: &Window) {
+        for (taps, view) in self.0.iter_mut().zip(views) {
+            view.traverse(window, taps);
+        }
+        for taps in &mut self.0[views.len()..] {
+            taps.clear();
+        }
+    }
+
+    /// For each ray the place of its view among those traversed, its bin and its taps: the first ray of each view, then the
+    /// second of each, and so on.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, usize, &[Tap<T>])> {
+        let most = self.0.iter().map(RayTaps::len).max().unwrap_or(0);
+        (0..most).flat_map(move |i| {
+            self.0
+                .iter()
+                .enumerate()
+                .filter_map(move |(view, rays)| rays.get(i).map(|(bin, taps)| (view, bin, taps)))
+        })
     }
 }
 
@@ -188,8 +243,7 @@ impl View {
         };
         let clip = clip.start as i64..clip.end as i64;
 
-        rays.taps.clear();
-        rays.ends.clear();
+        rays.clear();
         for bin in self.bins_meeting(low, high, along) {
             let offset = self.base + bin as f64 * self.per_bin;
             let at = |m: usize| offset + m as f64 * self.per_step;
@@ -220,19 +274,34 @@ impl View {
                         clip.contains(&first) && clip.contains(&(first + 1))
                     };
                     if inside(steps.start) && inside(steps.end - 1) {
-                        let start = rays.taps.len();
-                        rays.taps.resize(start + 2 * steps.len(), tap(0, 0.0));
-                        let (mut m, mut row) = (steps.start as f64, row(steps.start));
-                        for pair in rays.taps[start..].chunks_exact_mut(2) {
-                            let t = offset + m * self.per_step + self.lead;
-                            let first = t as u32;
-                            let near = near(t - f64::from(first));
-                            let pixel = row + i64::from(first) * stride_across;
-                            pair[0] = tap(pixel, self.length * near);
-                            pair[1] = tap(pixel + stride_across, self.length * (1.0 - near));
-                            m += 1.0;
-                            row += stride_along as i64;
-                        }
+                        let ray = BoxRay {
+                            offset,
+                            per_step: self.per_step,
+                            lead: self.lead,
+                            whole,
+                            per_width,
+                            length: self.length,
+                        };
+                        let RayTaps {
+                            taps,
+                            steps: pairs,
+                            instructions,
+                            ..
+                        } = &mut *rays;
+                        pairs.fill(*instructions, &ray, steps.start, steps.len());
+                        let weights = pairs.near.iter().zip(&pairs.far);
+                        let mut row = row(steps.start);
+                        taps.extend(pairs.first.iter().zip(weights).flat_map(
+                            |(&first, (&near, &far))| {
+                                let pixel = row + i64::from(first) * stride_across;
+                                row += stride_along as i64;
+                                let tap = |pixel: i64, weight| Tap {
+                                    pixel: pixel as u32,
+                                    weight,
+                                };
+                                [tap(pixel, near), tap(pixel + stride_across, far)]
+                            },
+                        ));
                     } else {
                         for m in steps {
                             let t = at(m) + self.lead;

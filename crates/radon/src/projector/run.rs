@@ -10,16 +10,16 @@ use rayon::prelude::*;
 
 use super::blocks::{Group, Slices};
 use super::layout::{Stack, aligned, separate};
-use super::rays::{Owner, RayTaps, Window};
+use super::rays::{Owner, SeveralTaps, TOGETHER, Window};
 use super::{Projector, ProjectorReport, ProjectorScratch, row_stride};
 use crate::error::RadonError;
 use crate::simd::{gather, scatter};
 use crate::{Sample, StackOrder};
 
 /// Side of the square tiles of pixels that stay in the cache; part of the definition of a ray sum's rounding.
-const TILE: usize = 16;
+const TILE: usize = 32;
 /// Rows of a band of the forward projector.
-const BAND: usize = 2 * TILE;
+const BAND: usize = TILE;
 
 impl Projector {
     /// As [`forward_stack`](Self::forward_stack), into projections of the caller's.
@@ -68,20 +68,26 @@ impl Projector {
                     .collect();
                 rays.par_chunks_mut(per_job * view_len)
                     .zip(self.views.par_chunks(per_job))
-                    .for_each_init(RayTaps::new, |taps, (rays, views)| {
-                        for tile in &tiles {
-                            for (view, sums) in views.iter().zip(rays.chunks_exact_mut(view_len)) {
-                                view.traverse(tile, taps);
-                                for (block, pixels) in group.blocks.iter().zip(&pixels) {
-                                    let sums = &mut sums[n_bins * block.before..];
-                                    for (bin, taps) in taps.iter() {
-                                        let sums = &mut sums[bin * block.lanes..][..block.lanes];
-                                        gather(self.instructions, pixels, taps, sums);
+                    .for_each_init(
+                        || SeveralTaps::new(self.instructions),
+                        |taps, (rays, views)| {
+                            for tile in &tiles {
+                                let rays = rays.chunks_mut(TOGETHER * view_len);
+                                for (views, rays) in views.chunks(TOGETHER).zip(rays) {
+                                    taps.traverse(views, tile);
+                                    for (block, pixels) in group.blocks.iter().zip(&pixels) {
+                                        for (view, bin, taps) in taps.iter() {
+                                            let sums = view * view_len
+                                                + n_bins * block.before
+                                                + bin * block.lanes;
+                                            let sums = &mut rays[sums..][..block.lanes];
+                                            gather(self.instructions, pixels, taps, sums);
+                                        }
                                     }
                                 }
                             }
-                        }
-                    });
+                        },
+                    );
             }
             rows.par_iter_mut()
                 .zip(rays.par_chunks_exact(view_len))
@@ -136,21 +142,23 @@ impl Projector {
                 });
             let rays = &*rays;
             rows.par_chunks_mut(TILE).enumerate().for_each_init(
-                || (RayTaps::new(), Vec::new()),
+                || (SeveralTaps::new(self.instructions), Vec::new()),
                 |(taps, memory), (band, rows)| {
                     let sums = aligned(memory, TILE * TILE * group.lanes);
                     let y = band * TILE..band * TILE + rows.len();
                     for mut tile in self.tiles(y.clone(), y.start, TILE, Owner::EachPixel) {
                         tile.origin = 0;
                         sums.fill(T::ZERO);
-                        for (view, rays) in self.views.iter().zip(rays.chunks_exact(view_len)) {
-                            view.traverse(&tile, taps);
+                        let rays = rays.chunks(TOGETHER * view_len);
+                        for (views, rays) in self.views.chunks(TOGETHER).zip(rays) {
+                            taps.traverse(views, &tile);
                             for block in &group.blocks {
-                                let rays = &rays[n_bins * block.before..];
                                 let sums = &mut sums[TILE * TILE * block.before..]
                                     [..TILE * TILE * block.lanes];
-                                for (bin, taps) in taps.iter() {
-                                    let ray = &rays[bin * block.lanes..][..block.lanes];
+                                for (view, bin, taps) in taps.iter() {
+                                    let ray =
+                                        view * view_len + n_bins * block.before + bin * block.lanes;
+                                    let ray = &rays[ray..][..block.lanes];
                                     scatter(self.instructions, sums, taps, ray);
                                 }
                             }

@@ -2,10 +2,12 @@
 
 #![allow(unsafe_code)]
 
+mod steps;
 mod taps;
 mod tile;
 mod vector;
 
+pub(crate) use steps::{BoxRay, BoxSteps};
 pub(crate) use taps::{Tap, gather, scatter};
 pub(crate) use tile::{ALONE, Tile, ViewStep, add_views};
 pub(crate) use vector::{RUN, Vectors, WINDOW};
