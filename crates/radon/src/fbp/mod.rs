@@ -27,6 +27,10 @@ use rows::RowFilter;
 /// With projections in (value x length) the image is in (value), at its absolute scale: no factor is left to the caller. The
 /// same bits come out for any number of threads, for a slice alone or among others, and with skipping on or off.
 ///
+/// What limits the mean of an image is the data: chords through the bin centres of a disc miss its area by a few 1e-5 (square-root
+/// ends), and the disc of 77 bins' radius comes out 6e-5 too high; means over the bins, as detectors deliver them, keep the area
+/// and give its mean and that of its surroundings within 2e-5, whatever the window.
+///
 /// ```
 /// use radon::{FbpOptions, FbpPlan, ImageGrid, ParallelGeometry};
 /// let geometry = ParallelGeometry::uniform(90, std::f64::consts::PI, 64, 0.1)?;
@@ -43,7 +47,7 @@ pub struct FbpPlan<T: Sample> {
     n_views: usize,
     n_bins: usize,
     filter: RowFilter<T>,
-    /// Per view: quadrature weight over pitch.
+    /// Per view: quadrature weight over pitch, which the filter leaves out; without a filter the weight.
     scales: Vec<T>,
     steps: Steps<T>,
     instructions: InstructionSet,
@@ -115,13 +119,11 @@ impl<T: Sample> FbpPlan<T> {
                 });
             }
         }
+        let pitch = if options.ramp { geometry.pitch() } else { 1.0 };
         Ok(Self {
             n_views: geometry.n_views(),
             n_bins: geometry.n_bins(),
-            scales: weights
-                .iter()
-                .map(|w| T::of(w / geometry.pitch()))
-                .collect(),
+            scales: weights.iter().map(|w| T::of(w / pitch)).collect(),
             steps: Steps::new(
                 geometry,
                 grid,

@@ -9,6 +9,9 @@ use crate::simd::InstructionSet;
 /// Options of [`FbpPlan`](crate::FbpPlan); `Default` is the Ram-Lak filter at full cutoff with linear interpolation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FbpOptions {
+    /// Whether rows are filtered. Without, window, cutoff and edge are not used and rows are back-projected as they are:
+    /// `f(x, y) = sum_v w_v p_v(x cos theta_v + y sin theta_v)`, for rows filtered elsewhere or the unfiltered image.
+    pub ramp: bool,
     /// Apodising window of the ramp filter.
     pub window: Window,
     /// Cutoff as a fraction of the Nyquist frequency `1/(2 pitch)`, in `(0, 1]`.
@@ -34,6 +37,7 @@ pub struct FbpOptions {
 impl Default for FbpOptions {
     fn default() -> Self {
         Self {
+            ramp: true,
             window: Window::RamLak,
             cutoff: 1.0,
             interpolation: Interpolation::Linear,

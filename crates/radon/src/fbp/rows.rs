@@ -15,6 +15,7 @@ use crate::sample::Sample;
 pub(crate) struct RowFilter<T: Sample> {
     n_bins: usize,
     upsampling: usize,
+    ramp: bool,
     edge: EdgePolicy,
     forward: Arc<dyn RealToComplex<T>>,
     inverse: Arc<dyn ComplexToReal<T>>,
@@ -42,6 +43,9 @@ impl<T: Sample> RowFilter<T> {
         let upsampling = options.interpolation.upsampling();
         let mut planner = RealFftPlanner::<T>::new();
         let mut response = ramp_response(&options.window, options.cutoff, len)?;
+        if !options.ramp {
+            response.fill(1.0);
+        }
         if upsampling > 1 {
             // The Nyquist term stands for two in the longer spectrum.
             response[len / 2] /= 2.0;
@@ -57,6 +61,7 @@ impl<T: Sample> RowFilter<T> {
             n_bins,
             fade,
             upsampling,
+            ramp: options.ramp,
             edge: options.edge,
             forward: planner.plan_fft_forward(len),
             inverse: planner.plan_fft_inverse(len * upsampling),
@@ -103,7 +108,7 @@ impl<T: Sample> RowFilter<T> {
         }
     }
 
-    /// The filtered row times the pitch, `out_len()` samples, held in the scratch.
+    /// The filtered row times the pitch (without a ramp the row itself), `out_len()` samples, held in the scratch.
     pub(crate) fn filter<'a>(&self, input: &[T], scratch: &'a mut RowScratch<T>) -> &'a [T] {
         let RowScratch {
             row,
@@ -113,6 +118,10 @@ impl<T: Sample> RowFilter<T> {
             fft,
         } = scratch;
         let n = self.n_bins;
+        if !self.ramp && self.upsampling == 1 {
+            row[..n].copy_from_slice(input);
+            return &row[..n];
+        }
         row[..n].copy_from_slice(input);
         match self.edge {
             EdgePolicy::Zero => row[n..].fill(T::ZERO),

@@ -32,11 +32,35 @@ impl Ellipse {
         2.0 * self.a * self.b / half_width2 * (half_width2 - t * t).max(0.0).sqrt()
     }
 
+    /// Mean of `chord` over a bin: the area between two parallel lines over their distance.
+    pub(crate) fn mean_chord(&self, theta: f64, s: f64, width: f64) -> f64 {
+        let g = theta - self.phi;
+        let half_width = (self.a * g.cos()).hypot(self.b * g.sin());
+        let t = s - self.centre[0] * theta.cos() - self.centre[1] * theta.sin();
+        // Area left of a line, for the unit disc; an ellipse is a disc stretched along and across the lines.
+        let area = |t: f64| {
+            let t = (t / half_width).clamp(-1.0, 1.0);
+            t * (1.0 - t * t).sqrt() + t.asin()
+        };
+        self.a * self.b * (area(t + width / 2.0) - area(t - width / 2.0)) / width
+    }
+
     /// 1 at the boundary, less inside.
     pub(crate) fn level(&self, [x, y]: [f64; 2]) -> f64 {
         let (dx, dy) = (x - self.centre[0], y - self.centre[1]);
         let (sin, cos) = self.phi.sin_cos();
         ((dx * cos + dy * sin) / self.a).hypot((dy * cos - dx * sin) / self.b)
+    }
+
+    pub(crate) fn mean_sinogram(&self, geometry: &ParallelGeometry) -> Vec<f64> {
+        let mut out = Vec::with_capacity(geometry.sinogram_len());
+        for &theta in geometry.angles() {
+            out.extend(
+                (0..geometry.n_bins())
+                    .map(|k| self.mean_chord(theta, geometry.bin_centre(k), geometry.pitch())),
+            );
+        }
+        out
     }
 
     pub(crate) fn sinogram(&self, geometry: &ParallelGeometry) -> Vec<f64> {
