@@ -16,10 +16,8 @@ use crate::error::RadonError;
 use crate::simd::{gather, scatter};
 use crate::{Sample, StackOrder};
 
-/// Side of the square tiles of pixels that stay in the cache; part of the definition of a ray sum's rounding.
+/// Side of the square tiles of pixels that stay in the cache, and rows of a band of the forward projector; part of the definition of a ray sum's rounding.
 const TILE: usize = 32;
-/// Rows of a band of the forward projector.
-const BAND: usize = TILE;
 
 impl Projector {
     /// As [`forward_stack`](Self::forward_stack), into projections of the caller's.
@@ -54,8 +52,8 @@ impl Projector {
             rays.par_chunks_mut(view_len)
                 .for_each(|sums| sums.fill(T::ZERO));
             let per_job = self.views.len().div_ceil(4 * rayon::current_num_threads());
-            for y in (0..ny).step_by(BAND) {
-                let y = y..(y + BAND).min(ny);
+            for y in (0..ny).step_by(TILE) {
+                let y = y..(y + TILE).min(ny);
                 let readable = y.start..y.end.saturating_add(spill.unwrap_or(0)).min(ny);
                 let pixels = self.pack_band(&images, volume, &group, readable, &mut scratch.pixels);
                 let tiles: Vec<Window> = self
