@@ -4,7 +4,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use benches::{Effort, Row, on_threads, rows_asked, timed};
+use criterion::{Criterion, criterion_group};
 use heart_phantom::{Acquisition, Camera, Cycle, Heart, acquire, truth};
 use radon::{Kernel, Projector, StackOrder};
 
@@ -95,5 +96,73 @@ fn phantom(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, phantom);
-criterion_main!(benches);
+/// A camera's sinogram of the wall, and its average over a cycle against the number of phases.
+fn rows(effort: Effort) {
+    let row = |method: &str, case: &str, size: usize, threads: usize, run: (f64, f64)| {
+        Row {
+            study: "whole study",
+            method,
+            case,
+            size,
+            threads,
+            seconds: run.0,
+            error: run.1,
+            error_kind: "relative L2",
+        }
+        .print();
+    };
+    let sizes: &[usize] = match effort {
+        Effort::Quick => &[64],
+        Effort::Full => &[32, 64, 128],
+    };
+    for &size in sizes {
+        let scene = Scene::new(24, size);
+        let case = "24 views of the posed wall, at rest";
+        let exact = scene.exact(STILL);
+        // Four times the nodes are the truth for the exact chords of 801.
+        let mut finer = Scene::new(24, size);
+        finer.heart = Heart::study(3201).expect("enough nodes");
+        let truth = finer.exact(STILL);
+        let projector = Projector::new(
+            scene.camera.geometry(),
+            scene.camera.image(),
+            Kernel::Joseph,
+        )
+        .expect("valid geometry");
+        for threads in [1, 2] {
+            let (seconds, _) = on_threads(threads, || timed(5, || scene.exact(STILL)));
+            let run = (seconds, distance(&exact, &truth));
+            row("exact chords", case, size, threads, run);
+            let (seconds, voxels) = on_threads(threads, || timed(3, || scene.voxels(&projector)));
+            let run = (seconds, distance(&voxels, &truth));
+            row("voxels, then Joseph", case, size, threads, run);
+        }
+    }
+    let points: &[usize] = match effort {
+        Effort::Quick => &[8, 16, 32],
+        Effort::Full => &[4, 8, 16, 32, 64, 128],
+    };
+    let scene = Scene::new(6, 64);
+    let truth = scene.exact(Acquisition::WholeCycle { points: 512 });
+    for &points in points {
+        let average = Acquisition::WholeCycle { points };
+        for threads in [1, 2] {
+            let (seconds, mean) = on_threads(threads, || timed(3, || scene.exact(average)));
+            let run = (seconds, distance(&mean, &truth));
+            let case = "6 views of 64 x 64, averaged over a beat";
+            row("equally spaced phases", case, points, threads, run);
+        }
+    }
+}
+
+criterion_group!(groups, phantom);
+
+fn main() {
+    match rows_asked() {
+        Some(effort) => rows(effort),
+        None => {
+            groups();
+            Criterion::default().configure_from_args().final_summary();
+        }
+    }
+}

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 use std::hint::black_box;
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use benches::{Effort, Row, on_threads, rows_asked, timed};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group};
 use radon::{
     BinSampling, FbpOptions, FbpPlan, ImageGrid, InstructionSet, Interpolation, Kernel,
     ParallelGeometry, Phantom2, Projector, StackOrder, Window, disc_mask, rmse_within,
@@ -270,12 +271,167 @@ fn projectors(c: &mut Criterion) {
     group.finish();
 }
 
+const SLICES: usize = 16;
+
+/// FBP of Shepp and Logan's phantom from exact bin means: views, windows, interpolations, sizes.
+fn fbp_rows(effort: Effort) {
+    let (cases, repeats): (&[(usize, usize)], usize) = match effort {
+        Effort::Quick => (&[(256, 90), (256, 360)], 3),
+        Effort::Full => (
+            &[
+                (256, 45),
+                (256, 90),
+                (256, 180),
+                (256, 360),
+                (256, 720),
+                (128, 200),
+                (512, 800),
+            ],
+            7,
+        ),
+    };
+    for &(n, n_views) in cases {
+        let case = case(n, n_views);
+        let projections = case.stack(SLICES);
+        let name = format!("{SLICES} slices of {n} x {n}");
+        let row = |method: &str, threads: usize, (seconds, image): (f64, Vec<f32>)| {
+            Row {
+                study: "FBP",
+                method,
+                case: &name,
+                size: n_views,
+                threads,
+                seconds,
+                error: case.rmse(&image[..n * n]),
+                error_kind: "rms within the circle",
+            }
+            .print();
+        };
+        for window in [Window::RamLak, Window::Hann] {
+            for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
+                let plan = case.plan(FbpOptions {
+                    window: window.clone(),
+                    interpolation,
+                    ..Default::default()
+                });
+                let (mut volume, mut scratch) = (vec![0.0; SLICES * n * n], plan.scratch());
+                let order = StackOrder::SliceViewBin;
+                for threads in [1, 2] {
+                    let seconds = on_threads(threads, || {
+                        timed(repeats, || {
+                            plan.reconstruct_stack_into(
+                                &projections,
+                                SLICES,
+                                order,
+                                &mut volume,
+                                &mut scratch,
+                            )
+                            .unwrap();
+                        })
+                        .0
+                    });
+                    let method = format!("{window:?}, {interpolation:?}");
+                    row(&method, threads, (seconds, volume.clone()));
+                }
+            }
+        }
+        if n <= 256 && n_views <= 180 {
+            let (seconds, image) = timed(1, || case.textbook());
+            row(
+                "as in a textbook, RamLak",
+                1,
+                (seconds * SLICES as f64, image),
+            );
+        }
+    }
+}
+
+/// Projections of the phantom's pixel means beside its exact bin means.
+fn projector_rows(effort: Effort) {
+    let sizes: &[usize] = match effort {
+        Effort::Quick => &[128],
+        Effort::Full => &[64, 128, 256, 512],
+    };
+    for &n in sizes {
+        let case = case(n, 90);
+        let volume = case.image.repeat(SLICES);
+        let mut projections = vec![0.0f32; SLICES * case.sinogram.len()];
+        let square = |v: f32| f64::from(v) * f64::from(v);
+        let norm: f64 = case.sinogram.iter().map(|&v| square(v)).sum();
+        let error = |got: &[f32]| {
+            let pairs = got.iter().zip(&case.sinogram);
+            (pairs.map(|(a, b)| square(a - b)).sum::<f64>() / norm).sqrt()
+        };
+        let row = |method: &str, threads: usize, seconds: f64, error: f64| {
+            Row {
+                study: "projectors",
+                method,
+                case: "16 slices of a square from 90 views",
+                size: n,
+                threads,
+                seconds,
+                error,
+                error_kind: "relative L2 against exact bin means",
+            }
+            .print();
+        };
+        for kernel in [Kernel::Joseph, Kernel::Siddon, Kernel::Strip] {
+            let projector = Projector::new(&case.geometry, &case.grid, kernel).unwrap();
+            let mut scratch = projector.scratch();
+            let order = StackOrder::SliceViewBin;
+            for threads in [1, 2] {
+                let seconds = on_threads(threads, || {
+                    timed(5, || {
+                        projector
+                            .forward_stack_into(
+                                &volume,
+                                SLICES,
+                                order,
+                                &mut projections,
+                                &mut scratch,
+                            )
+                            .unwrap();
+                    })
+                    .0
+                });
+                let error = error(&projections[..case.sinogram.len()]);
+                row(&format!("{kernel:?}"), threads, seconds, error);
+            }
+            if n <= 256 {
+                // the rival: the same weights as a sparse matrix, slice by slice
+                let matrix = projector.matrix::<f32>();
+                let (seconds, rays) = timed(3, || {
+                    let mut rays = vec![0.0f32; matrix.rows()];
+                    for (ray, row) in rays.iter_mut().zip(matrix.outer_iterator()) {
+                        *ray = row.iter().map(|(pixel, &w)| w * case.image[pixel]).sum();
+                    }
+                    rays
+                });
+                let method = format!("{kernel:?} as a sparse matrix");
+                row(&method, 1, seconds * SLICES as f64, error(&rays));
+            }
+        }
+    }
+}
+
 criterion_group!(
-    benches,
+    groups,
     one_slice,
     many_slices,
     time_against_error,
     sizes,
     projectors
 );
-criterion_main!(benches);
+
+fn main() {
+    match rows_asked() {
+        Some(effort) => {
+            fbp_rows(effort);
+            projector_rows(effort);
+        }
+        None => {
+            groups();
+            Criterion::default().configure_from_args().final_summary();
+        }
+    }
+}

@@ -5,7 +5,8 @@
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::hint::black_box;
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use benches::{Effort, Row, on_threads, rows_asked, timed};
+use criterion::{Criterion, Throughput, criterion_group};
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{Body, Meridian, ParallelDetector, ParallelRays, Pose, Sampling, VoxelGrid};
 
@@ -196,5 +197,107 @@ fn voxels(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, chords, views, voxels);
-criterion_main!(benches);
+/// Root of the mean square difference.
+fn rms(a: &[f32], b: &[f32]) -> f64 {
+    let square = |v: f32| f64::from(v) * f64::from(v);
+    let sum: f64 = a.iter().zip(b).map(|(a, b)| square(a - b)).sum();
+    (sum / a.len() as f64).sqrt()
+}
+
+/// Chords of one view against the number of profile points; the finest profile is the truth.
+fn chord_rows(effort: Effort) {
+    let rays = ParallelDetector::new(256, 256, [0.0625; 2])
+        .and_then(|detector| detector.rays(0.7))
+        .unwrap();
+    let view = |body: &Body| {
+        let mut out = vec![0.0f32; 256 * 256];
+        body.project_add(&rays, &[1.0], 1.0, &mut out).unwrap();
+        out
+    };
+    let truth = view(&body(&[2.75], 100_000));
+    let row = |method: &str, size: usize, threads: usize, (seconds, image): (f64, Vec<f32>)| {
+        Row {
+            study: "chords",
+            method,
+            case: "one membrane, one view of 256 x 256 rays",
+            size,
+            threads,
+            seconds,
+            error: rms(&image, &truth),
+            error_kind: "rms of all chords / cm",
+        }
+        .print();
+    };
+    let (sizes, repeats): (&[usize], usize) = match effort {
+        Effort::Quick => (&[50, 400, 3200], 3),
+        Effort::Full => (&[25, 50, 100, 200, 400, 800, 1600, 3200], 9),
+    };
+    for &n in sizes {
+        let outer = body(&[2.75], n);
+        for threads in [1, 2] {
+            let run = on_threads(threads, || timed(repeats, || view(&outer)));
+            row("chains of frusta", n, threads, run);
+        }
+        if n <= 200 {
+            let path = profile(2.75, n);
+            let run = timed(3, || naive_view(&path, &rays));
+            let image = run.1.iter().map(|&v| v as f32).collect();
+            row("every frustum of every ray", n, 1, (run.0, image));
+        }
+    }
+}
+
+/// Voxels of the wall, four slices of them; coverage to 1e-4 is the truth.
+fn voxel_rows(effort: Effort) {
+    let both = body(&[1.75, 2.75], 200);
+    let sides: &[usize] = match effort {
+        Effort::Quick => &[64],
+        Effort::Full => &[64, 128, 256],
+    };
+    for &n in sides {
+        let grid = VoxelGrid::centred([n, n, 4], [16.0 / n as f64; 3], [0.0; 3]).unwrap();
+        let voxels = |sampling| {
+            let result = both.voxelize::<f32>(&grid, sampling, &[0.0, 1.0]);
+            result.unwrap().0
+        };
+        let truth = voxels(Sampling::Coverage { tolerance: 1e-4 });
+        for (method, sampling) in [
+            ("centre", Sampling::Centre),
+            ("2 x 2 x 2 samples", Sampling::Supersampled(2)),
+            ("4 x 4 x 4 samples", Sampling::Supersampled(4)),
+            ("8 x 8 x 8 samples", Sampling::Supersampled(8)),
+            ("coverage to 1e-2", Sampling::Coverage { tolerance: 1e-2 }),
+            ("coverage to 1e-3", Sampling::Coverage { tolerance: 1e-3 }),
+        ] {
+            for threads in [1, 2] {
+                let (seconds, volume) = on_threads(threads, || timed(3, || voxels(sampling)));
+                Row {
+                    study: "voxels",
+                    method,
+                    case: "four slices of a wall of two membranes",
+                    size: n,
+                    threads,
+                    seconds,
+                    error: rms(&volume, &truth),
+                    error_kind: "rms of all voxels",
+                }
+                .print();
+            }
+        }
+    }
+}
+
+criterion_group!(groups, chords, views, voxels);
+
+fn main() {
+    match rows_asked() {
+        Some(effort) => {
+            chord_rows(effort);
+            voxel_rows(effort);
+        }
+        None => {
+            groups();
+            Criterion::default().configure_from_args().final_summary();
+        }
+    }
+}

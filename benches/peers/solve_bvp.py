@@ -1,10 +1,11 @@
 """SciPy's solve_bvp on the balloon of benches/membrane.rs: half the curve, two mapped pieces.
 
 R = 1.75, h = 8.5, lambda = 1, f = 17.5 per unit of material length. Prints one row a tolerance in
-the format of the Rust bench: work-precision,solve_bvp,nodes,microseconds,relative volume error.
+the format of the Rust benches, which `cargo xtask report --peers` collects.
 Run: pip install -r requirements.txt && python solve_bvp.py
 """
 
+import json
 import time
 
 import numpy as np
@@ -58,7 +59,6 @@ def volume(solution):
 
 
 def main():
-    print("work-precision,method,resolution,microseconds,relative volume error")
     mesh = np.linspace(0, 1, 11)
     for tolerance in (1e-3, 1e-5, 1e-7, 1e-9):
         times = []
@@ -68,7 +68,10 @@ def main():
             times.append(time.perf_counter() - begin)
         assert solution.success, solution.message
         error = abs(volume(solution) / VOLUME - 1)
-        print(f"work-precision,solve_bvp,{solution.x.size},{1e6 * np.median(times):.0f},{error:.3e}")
+        row = {"study": "static solve", "method": "SciPy solve_bvp", "case": "balloon at f = 17.5, from rest",
+               "size": int(solution.x.size), "threads": 1, "seconds": float(np.median(times)), "error": float(error),
+               "error_kind": "relative volume error"}
+        print("row", json.dumps(row))
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ def arguments():
     p.add_argument("--threads", type=int, default=2)
     p.add_argument("--repeats", type=int, default=5)
     p.add_argument("--tools", default="ours,ours-band-limited,finufft,astra,scikit-image")
+    p.add_argument("--rows", action="store_true", help="print rows for cargo xtask report as well")
     p.add_argument("--json", help="append the rows to this file, one JSON object a line")
     return p.parse_args()
 
@@ -263,6 +264,11 @@ def main():
             show = lambda v: "-" if v is None else f"{v:.5f}"
             print(f"| {case} | {tool} | {seconds:.4f}{'*' if scaled else ''} | {show(row['rmse'])} | {show(row['edge'])} | "
                   f"{show(row['far_inside'])} | {show(row['far_outside'])} | {show(row['gain'])} |", flush=True)
+            if ARGS.rows:
+                peer = {"study": "FBP", "method": f"{tool}, {ARGS.filter}", "case": f"{case}, {len(z)} x {n} x {n} from {n_views} views",
+                        "size": n_views, "threads": ARGS.threads, "seconds": seconds, "error": row["rmse"],
+                        "error_kind": "rms within the circle, gain fitted"}
+                print("row", json.dumps(peer), flush=True)
             if ARGS.json:
                 with open(ARGS.json, "a") as f:
                     f.write(json.dumps(row) + "\n")

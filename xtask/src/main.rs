@@ -3,6 +3,7 @@
 mod consume;
 mod dependencies;
 mod features;
+mod report;
 mod semver;
 mod stress;
 mod tidy;
@@ -48,6 +49,12 @@ const TASKS: &[Task] = &[
         arguments: "",
         what: "what changed in the public interfaces since the last tag, by cargo-semver-checks",
         run: semver::task,
+    },
+    Task {
+        name: "report",
+        arguments: "[--quick] [--peers]",
+        what: "run time against error, measured now: docs/performance.md with its plots and numbers",
+        run: report::task,
     },
     Task {
         name: "stress",

@@ -1,0 +1,154 @@
+//! `cargo xtask report`: run time against error, measured here and now, as docs/performance.md.
+//!
+//! The benches of package `benches` print rows when called with `--rows`; this runs them, adds the
+//! commit, and writes docs/performance.json, a plot a case under docs/img, and the page.
+
+mod machine;
+mod page;
+mod peers;
+mod plot;
+mod rows;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::workspace::root;
+use machine::Machine;
+use rows::{Row, parse};
+
+/// Benches that print rows, in the order of their studies on the page.
+const BENCHES: &[&str] = &["membrane", "motion", "revolve", "radon", "phantom"];
+
+/// The task.
+pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
+    let known = ["--quick", "--peers"];
+    if let Some(other) = arguments.iter().find(|a| !known.contains(&a.as_str())) {
+        return Err(format!(
+            "`{other}`? usage: cargo xtask report [--quick] [--peers]"
+        ));
+    }
+    let given = |flag: &str| arguments.iter().any(|argument| argument == flag);
+    let quick = given("--quick");
+    let root = root();
+    let machine = Machine::here(&root)?;
+    let mut rows = Vec::new();
+    for bench in BENCHES {
+        println!("{bench}");
+        rows.extend(run_bench(&root, bench, quick)?);
+    }
+    if given("--peers") {
+        println!("peers");
+        rows.extend(peers::rows(&root, quick)?);
+    }
+    write(&root.join("docs"), &rows, &machine, quick)?;
+    println!("{} rows in docs/performance.md", rows.len());
+    Ok(())
+}
+
+fn run_bench(root: &Path, bench: &str, quick: bool) -> Result<Vec<Row>, String> {
+    let mut command = Command::new(env!("CARGO"));
+    command
+        .args(["bench", "--quiet", "--package", "benches", "--bench", bench])
+        .args(["--", "--rows"])
+        .args(quick.then_some("--quick"))
+        .current_dir(root);
+    let printed = output(&mut command)?;
+    let rows = parse(&printed)?;
+    if rows.is_empty() {
+        return Err(format!("the bench {bench} printed no rows"));
+    }
+    Ok(rows)
+}
+
+/// What a command prints; its errors go to the terminal.
+fn output(command: &mut Command) -> Result<String, String> {
+    let name = format!("{command:?}");
+    let done = command
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|error| format!("{name}: {error}"))?;
+    if !done.status.success() {
+        return Err(format!("{name}: {}", done.status));
+    }
+    String::from_utf8(done.stdout).map_err(|error| format!("{name}: {error}"))
+}
+
+/// The page, its plots and its numbers, into `docs`.
+fn write(docs: &Path, rows: &[Row], machine: &Machine, quick: bool) -> Result<(), String> {
+    let put = |name: &str, text: &str| {
+        let path = docs.join(name);
+        fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))
+    };
+    fs::create_dir_all(docs.join("img")).map_err(|error| format!("docs/img: {error}"))?;
+    for group in page::groups(rows) {
+        put(&format!("img/{}", group.file()), &plot::svg(&group)?)?;
+    }
+    put("performance.json", &rows::json(rows, &machine.commit)?)?;
+    put("performance.md", &page::markdown(rows, machine, quick))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PRINTED: &str = r#"
+some other line
+row {"study":"motion","method":"a, fast","case":"to t = 5","size":10,"threads":1,"seconds":1e-3,"error":1e-2,"error_kind":"cm"}
+row {"study":"motion","method":"a, fast","case":"to t = 5","size":20,"threads":1,"seconds":2e-3,"error":0.0,"error_kind":"cm"}
+row {"study":"motion","method":"b","case":"to t = 5","size":10,"threads":2,"seconds":4e-3,"error":1e-3,"error_kind":"cm"}
+row {"study":"voxels","method":"centre","case":"a wall","size":64,"threads":1,"seconds":0.5,"error":1e-2,"error_kind":"rms"}
+at error 1e-2 ours 1 ms
+"#;
+
+    #[test]
+    fn rows_become_a_page_plots_and_json() {
+        let rows = parse(PRINTED).unwrap();
+        assert_eq!(rows.len(), 4);
+        assert_eq!((rows[1].method.as_str(), rows[1].size), ("a, fast", 20));
+        let docs = std::env::temp_dir().join(format!("xtask-report-{}", std::process::id()));
+        let machine = Machine {
+            processor: "a processor".into(),
+            threads: 2,
+            load: "0.1".into(),
+            compiler: "rustc 1".into(),
+            date: "2000-01-01".into(),
+            commit: "abc1234".into(),
+        };
+        write(&docs, &rows, &machine, true).unwrap();
+        let read = |name: &str| fs::read_to_string(docs.join(name)).unwrap();
+        let page = read("performance.md");
+        for wanted in [
+            "## motion",
+            "## voxels",
+            "| a, fast | 10 | 1 | 1.00 ms | 1.0e-2 |",
+            "| b | 10 | 2 | 4.00 ms | 1.0e-3 |",
+            "img/performance-motion-to-t-5.svg",
+            "abc1234",
+        ] {
+            assert!(page.contains(wanted), "{wanted} in\n{page}");
+        }
+        let json: Vec<serde_json::Value> = serde_json::from_str(&read("performance.json")).unwrap();
+        assert_eq!(json.len(), 4);
+        assert_eq!(json[3]["error_kind"], "rms");
+        assert_eq!(json[3]["commit"], "abc1234");
+        let svg = read("img/performance-motion-to-t-5.svg");
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+        assert!(svg.contains("seconds") && svg.contains("cm"));
+        // a point for each row whose error a logarithm can show, and one for each method
+        assert_eq!(svg.matches("<circle").count(), 2 + 2, "{svg}");
+        fs::remove_dir_all(docs).unwrap();
+    }
+
+    #[test]
+    fn broken_rows_are_refused() {
+        for broken in [
+            "row {}",
+            "row not json",
+            r#"row {"study":"a","method":"b","case":"c","size":1,"threads":1,"seconds":-1.0,"error":0.1,"error_kind":"d"}"#,
+            r#"row {"study":"a","method":"b","case":"c","size":1,"threads":1,"seconds":1.0,"error":null,"error_kind":"d"}"#,
+        ] {
+            assert!(parse(broken).is_err(), "{broken}");
+        }
+    }
+}

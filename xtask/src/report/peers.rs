@@ -1,0 +1,47 @@
+//! Other people's software on the same inputs: a virtual environment, and the scripts of benches/peers.
+
+use std::path::Path;
+use std::process::Command;
+
+use super::output;
+use super::rows::{Row, parse};
+
+/// Installs what benches/peers/requirements.txt pins under target/, once, and runs the scripts.
+pub(super) fn rows(root: &Path, quick: bool) -> Result<Vec<Row>, String> {
+    let peers = root.join("benches/peers");
+    let environment = root.join("target/peers");
+    let python = environment.join("bin/python");
+    if !python.is_file() {
+        let mut venv = Command::new("python3");
+        output(venv.args(["-m", "venv"]).arg(&environment))?;
+    }
+    let mut pip = Command::new(&python);
+    output(
+        pip.args(["-m", "pip", "install", "--quiet", "--requirement"])
+            .arg(peers.join("requirements.txt")),
+    )?;
+    let mut rows = Vec::new();
+    let mut bvp = Command::new(&python);
+    rows.extend(parse(&output(bvp.arg(peers.join("solve_bvp.py")))?)?);
+
+    // The scripts time our FBP on their input through this example.
+    let mut build = Command::new(env!("CARGO"));
+    output(
+        build
+            .args(["build", "--quiet", "--release", "--package", "radon-fbp"])
+            .args(["--example", "fbp_raw"])
+            .current_dir(root),
+    )?;
+    for threads in ["1", "2"] {
+        let mut fbp = Command::new(&python);
+        fbp.arg(peers.join("tomography.py"))
+            .arg("--ours")
+            .arg(root.join("target/release/examples/fbp_raw"))
+            .args(["--threads", threads, "--rows"]);
+        if quick {
+            fbp.args(["--case", "shepp-logan", "--repeats", "1"]);
+        }
+        rows.extend(parse(&output(&mut fbp)?)?);
+    }
+    Ok(rows)
+}
