@@ -2,6 +2,7 @@
 
 use crate::activity::Activity;
 use crate::attenuation::Attenuation;
+use crate::defect::{Defect, Placed};
 use crate::error::PhantomError;
 use crate::timing::{Node, Nodes};
 use crate::{Camera, Cycle, Heart, HeartShape};
@@ -113,6 +114,8 @@ pub fn acquire(
         acquisition,
         activity: activity.into(),
         attenuation: None,
+        defects: &[],
+        tolerance: 0.0,
     };
     scan.rows(0..camera.n_views(), 0..camera.n_rows(), progress)
 }
@@ -125,6 +128,9 @@ pub(crate) struct Scan<'a> {
     pub(crate) acquisition: Acquisition,
     pub(crate) activity: Activity,
     pub(crate) attenuation: Option<Attenuation>,
+    pub(crate) defects: &'a [Defect],
+    /// How far the defects' layers may be from where they are, cm.
+    pub(crate) tolerance: f64,
 }
 
 impl Scan<'_> {
@@ -143,6 +149,7 @@ impl Scan<'_> {
             .collect();
         // All of them at once, in parallel; below they are only looked up.
         self.heart.shapes(&gains)?;
+        let placed = self.placed(&gains)?;
 
         let len = rows.len() * self.camera.n_bins();
         let mut samples = vec![0.0f32; views.len() * len];
@@ -153,7 +160,7 @@ impl Scan<'_> {
             .enumerate()
             .map(|(k, (image, view_idx))| {
                 let nodes = &plans[k % plans.len()].nodes;
-                let view = self.view(view_idx, nodes, rows.clone(), image)?;
+                let view = self.view(view_idx, nodes, &placed, rows.clone(), image)?;
                 progress(1 + done.fetch_add(1, Ordering::Relaxed));
                 Ok(view)
             })
@@ -179,6 +186,11 @@ impl Scan<'_> {
             }),
             rays: total.rays,
         })
+    }
+
+    /// The defects in each of the shapes.
+    pub(crate) fn placed(&self, gains: &[f64]) -> Result<Placed, PhantomError> {
+        Placed::new(self.heart, self.defects, self.tolerance, gains)
     }
 
     /// The quadrature of each view, or one for all of them.
@@ -216,6 +228,7 @@ impl Scan<'_> {
         &self,
         view_idx: usize,
         nodes: &[Node],
+        placed: &Placed,
         rows: Range<usize>,
         image: &mut [f32],
     ) -> Result<View, PhantomError> {
@@ -226,24 +239,24 @@ impl Scan<'_> {
             let shape = &self.heart.shapes(&[node.gain])?[0];
             let theta = self.camera.angle(view_idx, node.share);
             let rays = self.camera.detector().rays(theta)?.rows(rows.clone())?;
-            let activity = self.activity.of(shape);
+            let (body, activity) = (shape.body(), self.activity.of(shape));
+            let attenuator = (self.attenuation.as_ref())
+                .map(|medium| medium.of(body))
+                .transpose()?;
             for (half, &weight) in node.weights.iter().enumerate() {
                 if weight > 0.0 {
                     let target = if half == 0 { &mut *image } else { &mut odd[..] };
-                    let body = shape.body();
-                    let done = match &self.attenuation {
+                    let mut done = match &attenuator {
                         None => body.project_add(&rays, &activity, weight, target)?,
-                        Some(attenuation) => {
-                            let attenuator = attenuation.of(body)?;
-                            body.project_attenuated_add(
-                                &rays,
-                                &activity,
-                                weight,
-                                &attenuator,
-                                target,
-                            )?
+                        Some(medium) => {
+                            body.project_attenuated_add(&rays, &activity, weight, medium, target)?
                         }
                     };
+                    for (sector, factor) in placed.of(shape) {
+                        let difference = weight * factor * activity[1];
+                        done = done
+                            + sector.project_add(&rays, difference, attenuator.as_ref(), target)?;
+                    }
                     view.rays = view.rays + done;
                 }
             }

@@ -2,8 +2,11 @@
 
 use crate::camera::{CameraGeometry, Rotation};
 use crate::error::PhantomError;
-use crate::scene::{DiscretisationSettings, Law, RotationSettings, Scene};
-use crate::{Balloon, Heart};
+use crate::readout::Readout;
+use crate::scene::{
+    BlurSettings, DefectSettings, DiscretisationSettings, Law, Mode, RotationSettings, Scene,
+};
+use crate::{Balloon, Defect, Heart, WallRegion};
 use membrane_newton::membrane_forces::PressureLaw;
 use membrane_newton::{Discretisation, Membrane};
 use revolve_voxel::Pose;
@@ -47,6 +50,34 @@ pub(crate) fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
         tolerance,
         place,
     )
+}
+
+pub(crate) fn gates_of(scene: &Scene) -> usize {
+    match scene.acquisition.mode {
+        Mode::Gated { gates } => gates,
+        _ => 1,
+    }
+}
+
+pub(crate) fn defect_of(settings: &DefectSettings) -> Defect {
+    Defect {
+        region: WallRegion {
+            layers: settings.layers,
+            s: settings.s,
+            azimuths: settings.azimuths.map(f64::to_radians),
+        },
+        activity: settings.activity,
+    }
+}
+
+pub(crate) fn readout_of(scene: &Scene) -> Result<Readout, PhantomError> {
+    let size = [scene.camera.bins, scene.camera.rows];
+    let blur = |settings: BlurSettings| radon::Blur::new(size, scene.camera.pitch, settings.fwhm);
+    Ok(Readout {
+        blur: scene.blur.map(blur).transpose()?,
+        noise: scene.noise,
+        size,
+    })
 }
 
 pub(crate) fn geometry_of(scene: &Scene) -> CameraGeometry {

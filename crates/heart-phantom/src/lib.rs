@@ -20,6 +20,18 @@
 //! # Ok::<(), heart_phantom::PhantomError>(())
 //! ```
 //!
+//! A whole study is a [`Scene`], which a [`Phantom`] brings to life part by part:
+//!
+//! ```
+//! use heart_phantom::{Phantom, Scene, scene::Mode};
+//! let scene = Scene::default().with_size(32).with_mode(Mode::Gated { gates: 8 });
+//! let phantom = Phantom::new(scene)?;
+//! let slice = phantom.slice(2, 16)?; // one gate, one slice: one row of each view, the phases of one gate
+//! assert_eq!(phantom.work().slices_reconstructed, 1);
+//! # let _ = slice;
+//! # Ok::<(), heart_phantom::PhantomError>(())
+//! ```
+//!
 //! # Conventions
 //! Centimetres, seconds, radians; 1 cm^3 is 1 mL. Body frame: x along the axis of revolution from the base to the apex.
 //! Lab frame: the camera turns about z; view `theta` has its bins along `(cos theta, sin theta, 0)` and its rays along
@@ -43,6 +55,7 @@ mod attenuation;
 mod build;
 mod camera;
 mod cycle;
+mod defect;
 mod error;
 #[cfg(feature = "figures")]
 pub mod figures;
@@ -50,6 +63,7 @@ pub mod files;
 mod heart;
 mod material;
 mod phantom;
+mod readout;
 mod run;
 pub mod scene;
 #[cfg(feature = "figures")]
@@ -64,6 +78,7 @@ pub use activity::{Activity, Uptake};
 pub use artefacts::Artefacts;
 pub use camera::{Camera, CameraGeometry, Rotation};
 pub use cycle::Cycle;
+pub use defect::Defect;
 pub use error::PhantomError;
 pub use heart::{Balloon, Heart, HeartShape};
 pub use material::{MaterialPoint, Stretch, Wall, WallRegion};

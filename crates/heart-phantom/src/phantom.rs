@@ -2,8 +2,10 @@
 
 use crate::acquire::Scan;
 use crate::attenuation::Attenuation;
-use crate::build::{geometry_of, heart_of};
+use crate::build::{defect_of, gates_of, geometry_of, heart_of, readout_of};
+use crate::defect::Defect;
 use crate::error::{PhantomError, check_count};
+use crate::readout::Readout;
 use crate::scene::{AccuracySettings, ArcSettings, Mode, Scene, WindowSettings};
 use crate::truth::truth_of_slices;
 use crate::work::{Work, WorkReport};
@@ -49,6 +51,10 @@ pub struct Phantom {
     cycle: Cycle,
     activity: Activity,
     attenuation: Option<Attenuation>,
+    defects: Vec<Defect>,
+    readout: Readout,
+    /// Mean counts of a sample of 1, by gate.
+    counts: Vec<OnceLock<f64>>,
     skip: Skip,
     steps: OnceLock<usize>,
     regions: OnceLock<Regions>,
@@ -111,6 +117,9 @@ impl Phantom {
                 .as_ref()
                 .map(Attenuation::new)
                 .transpose()?,
+            defects: scene.defects.iter().map(defect_of).collect(),
+            readout: readout_of(&scene)?,
+            counts: vec![OnceLock::new(); gates_of(&scene)],
             skip: Skip::default(),
             steps: OnceLock::new(),
             regions: OnceLock::new(),
@@ -155,10 +164,7 @@ impl Phantom {
 
     /// Number of sets of views: the gates, or 1.
     pub fn n_gates(&self) -> usize {
-        match self.scene.acquisition.mode {
-            Mode::Gated { gates } => gates,
-            _ => 1,
-        }
+        self.counts.len()
     }
 
     /// What has been done so far.
@@ -175,7 +181,8 @@ impl Phantom {
         Ok(self.acquisition_with(gate, self.steps()?))
     }
 
-    /// One view of a gate, `[row][bin]`.
+    /// One view of a gate, `[row][bin]`, with the scene's blur and noise. Noise of a given total needs all views of the gate
+    /// once, to know its scale.
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate or view; what solving the shapes can return.
@@ -370,10 +377,42 @@ impl Phantom {
         rows: Range<usize>,
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Sinograms, PhantomError> {
-        let scan = self.scan(&self.camera, self.acquisition(gate)?);
-        let taken = scan.rows(views, rows, progress)?;
-        self.work.rays(taken.rays);
+        let mut taken = self.means(gate, views.clone(), rows.clone(), progress)?;
+        let per_unit = self.counts_per_unit(gate)?;
+        let first = gate * self.camera.n_views() + views.start;
+        self.readout
+            .count(&mut taken.samples, per_unit, first, &rows)?;
         Ok(taken)
+    }
+
+    /// Line integrals, blurred but without noise. A blurred row is made of whole views.
+    fn means(
+        &self,
+        gate: usize,
+        views: Range<usize>,
+        rows: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Sinograms, PhantomError> {
+        let cast = match self.readout.blur {
+            Some(_) => 0..self.camera.n_rows(),
+            None => rows.clone(),
+        };
+        let scan = self.scan(&self.camera, self.acquisition(gate)?);
+        let mut taken = scan.rows(views, cast, progress)?;
+        self.work.rays(taken.rays);
+        self.readout.blur(&mut taken.samples, &rows)?;
+        Ok(taken)
+    }
+
+    /// Mean counts of a sample of 1 in a gate; `None` without noise.
+    fn counts_per_unit(&self, gate: usize) -> Result<Option<f64>, PhantomError> {
+        if let Some(&known) = self.counts[gate].get() {
+            return Ok(Some(known));
+        }
+        let (views, rows) = (0..self.camera.n_views(), 0..self.camera.n_rows());
+        let made = (self.readout)
+            .counts_per_unit(|| Ok(self.means(gate, views, rows, &|_| ())?.samples))?;
+        Ok(made.map(|made| *self.counts[gate].get_or_init(|| made)))
     }
 
     fn scan<'a>(&'a self, camera: &'a Camera, acquisition: Acquisition) -> Scan<'a> {
@@ -384,6 +423,9 @@ impl Phantom {
             acquisition,
             activity: self.activity,
             attenuation: self.attenuation,
+            defects: &self.defects,
+            // Far below what any detector resolves.
+            tolerance: 1e-5 * (self.scene.heart.outer.length + self.scene.heart.outer.radius),
         }
     }
 

@@ -34,6 +34,8 @@ pub fn truth(
         acquisition,
         activity: activity.into(),
         attenuation: None,
+        defects: &[],
+        tolerance: 0.0,
     };
     Ok(truth_of_slices(&scan, tolerance, 0..camera.n_rows())?.0)
 }
@@ -48,15 +50,26 @@ pub(crate) fn truth_of_slices(
     let grid = scan.camera.grid();
     let mut volume = vec![0.0f32; grid.slice_len() * slices.len()];
     let mut counters = VoxelCounters::default();
-    for (shape, weight) in scan.exposures()? {
-        let done = shape.body().voxelize_add(
+    let exposures = scan.exposures()?;
+    let gains: Vec<f64> = exposures.iter().map(|(shape, _)| shape.gain()).collect();
+    let placed = scan.placed(&gains)?;
+    let sampling = Sampling::Coverage { tolerance };
+    for (shape, weight) in exposures {
+        let activity = scan.activity.of(&shape);
+        let body = shape.body();
+        let mut done = body.voxelize_add(
             grid,
             slices.clone(),
-            Sampling::Coverage { tolerance },
-            &scan.activity.of(&shape),
+            sampling,
+            &activity,
             weight,
             &mut volume,
         )?;
+        for (sector, factor) in placed.of(&shape) {
+            let difference = weight * factor * activity[1];
+            done = done
+                + sector.voxelize_add(grid, slices.clone(), sampling, difference, &mut volume)?;
+        }
         counters = counters + done;
     }
     Ok((volume, counters))

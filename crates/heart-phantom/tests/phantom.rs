@@ -1,8 +1,9 @@
 //! A phantom does what is asked for and no more, and each part has the bits of the whole.
 
 use heart_phantom::scene::{
-    AccuracySettings, ActivitySettings, AttenuationSettings, BalloonSettings, CycleSettings,
-    DiscretisationSettings, MediumSettings, Mode, PixelRange, Scene,
+    AccuracySettings, ActivitySettings, AttenuationSettings, BalloonSettings, BlurSettings,
+    CountSettings, CycleSettings, DefectSettings, DiscretisationSettings, MediumSettings, Mode,
+    NoiseSettings, PixelRange, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
 use radon::Skip;
@@ -367,4 +368,85 @@ fn a_torso_weakens_what_is_deep_and_its_map_says_so() {
         clear.attenuation(0.0),
         Err(PhantomError::Absent { .. })
     ));
+}
+
+fn infarct() -> DefectSettings {
+    DefectSettings {
+        layers: [0.0, 0.7],
+        s: [0.2, 0.35],
+        azimuths: [20.0, 110.0],
+        activity: 0.0,
+    }
+}
+
+#[test]
+fn a_defect_moves_with_the_wall_and_keeps_its_volume() {
+    let mut scene = small(Mode::WholeCycle);
+    let whole = Phantom::new(scene.clone()).unwrap();
+    scene.defects = vec![infarct()];
+    let cold = Phantom::new(scene.clone()).unwrap();
+    let voxel = cold.camera().grid().voxel_volume();
+    let lost: Vec<f64> = [0.0, 0.25, 0.5]
+        .into_iter()
+        .map(|phase| {
+            let [all, less] = [&whole, &cold].map(|phantom| phantom.activity(phase).unwrap());
+            assert!(less.iter().all(|&v| v > -2e-3)); // the tolerance of two coverages
+            all.iter()
+                .zip(&less)
+                .map(|(a, b)| f64::from(a - b))
+                .sum::<f64>()
+                * voxel
+        })
+        .collect();
+    // 0.7 of the wall's strip, a quarter of a turn: the same material at every phase.
+    assert!(lost[0] > 1.0);
+    for volume in &lost {
+        assert!((volume / lost[0] - 1.0).abs() < 2e-3, "{lost:?}");
+    }
+    // The views of the difference are those of the piece: its volume, by the midpoint rule on 4 mm bins.
+    let [all, less] = [&whole, &cold].map(|phantom| phantom.view(0, 4).unwrap());
+    let seen: f64 = all
+        .iter()
+        .zip(&less)
+        .map(|(a, b)| f64::from(a - b))
+        .sum::<f64>()
+        * 0.16;
+    assert!((seen / lost[0] - 1.0).abs() < 0.03, "{seen} {lost:?}");
+    // As active as the wall: no defect at all.
+    scene.defects[0].activity = 1.0;
+    let none = Phantom::new(scene).unwrap();
+    assert!(none.view(0, 4).unwrap() == all);
+}
+
+#[test]
+fn blur_and_noise_of_a_part_are_those_of_the_whole() {
+    let mut scene = small(Mode::Gated { gates: 2 });
+    scene.defects = vec![infarct()];
+    scene.blur = Some(BlurSettings { fwhm: 1.0 });
+    let blurred = Phantom::new(scene.clone()).unwrap();
+    for counts in [CountSettings::PerUnit(30.0), CountSettings::Total(2e5)] {
+        scene.noise = Some(NoiseSettings { counts, seed: 3 });
+        let phantom = Phantom::new(scene.clone()).unwrap();
+        let views = phantom.sinograms(1, &|_| ()).unwrap().samples;
+        let alone = Phantom::new(scene.clone()).unwrap();
+        assert!(alone.view(1, 5).unwrap() == views[5 * 1600..6 * 1600]);
+        let volume = phantom.volume(1).unwrap();
+        assert!(alone.slice(1, 20).unwrap() == volume[20 * 1600..21 * 1600]);
+        // The gates' noise differs, the sum is right to the noise of the counts.
+        let sum = |views: &[f32]| views.iter().map(|&v| f64::from(v)).sum::<f64>();
+        let mean = sum(&blurred.sinograms(1, &|_| ()).unwrap().samples);
+        let total = match counts {
+            CountSettings::PerUnit(counts) => mean * counts,
+            CountSettings::Total(counts) => counts,
+        };
+        assert!(
+            (sum(&views) / mean - 1.0).abs() < 5.0 / total.sqrt(),
+            "{counts:?}"
+        );
+        assert!(phantom.view(0, 5).unwrap() != views[5 * 1600..6 * 1600]);
+        scene.noise = Some(NoiseSettings { counts, seed: 4 });
+        assert!(
+            Phantom::new(scene.clone()).unwrap().view(1, 5).unwrap() != views[5 * 1600..6 * 1600]
+        );
+    }
 }

@@ -33,6 +33,21 @@ fn a_written_scene_is_read_back() {
         shift = [1.0, 2.0, -3.0]
         [activity]
         cavity = { total = 7.0 }
+        [[defects]]
+        layers = [0.0, 0.5]
+        s = [0.1, 0.3]
+        azimuths = [-30.0, 30.0]
+        activity = 0.0
+        [[defects]]
+        layers = [0.5, 1.0]
+        s = [0.4, 0.5]
+        azimuths = [0.0, 360.0]
+        activity = 2.0
+        [blur]
+        fwhm = 0.8
+        [noise]
+        counts = { total = 1e6 }
+        seed = 7
         [attenuation]
         coefficient = 0.15
         medium = { torso = { centre = [0.0, 1.0], semi_axes = [16.0, 11.0] } }
@@ -225,6 +240,50 @@ const BAD: &[(&str, &str, &str)] = &[
         "[output]\nwrite = ['attenuation']",
         "output.write",
         "needs a section",
+    ),
+    ("[[defects]]\ns = [0.1, 0.2]", "defects.0", "missing field"),
+    (
+        "[[defects]]\nlayers = [0.5, 0.2]\ns = [0.1, 0.2]\nazimuths = [0.0, 90.0]\nactivity = 0.0",
+        "defects.0.layers",
+        "from < to",
+    ),
+    (
+        "[[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.6]\nazimuths = [0.0, 90.0]\nactivity = 0.0",
+        "defects.0.s",
+        "0.5",
+    ),
+    (
+        "[[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.2]\nazimuths = [0.0, 400.0]\nactivity = 0.0",
+        "defects.0.azimuths",
+        "360",
+    ),
+    (
+        "[[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.2]\nazimuths = [nan, 40.0]\nactivity = 0.0",
+        "defects.0.azimuths",
+        "between",
+    ),
+    (
+        "[[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.2]\nazimuths = [0.0, 40.0]\nactivity = -1.0",
+        "defects.0.activity",
+        "between",
+    ),
+    ("[blur]\nfwhm = -1.0", "blur.fwhm", "between"),
+    ("[blur]\nfwhm = 17.0", "blur.fwhm", "16"),
+    (
+        "[noise]\ncounts = { total = 0.0 }\nseed = 1",
+        "noise.counts.total",
+        "between",
+    ),
+    (
+        "[noise]\ncounts = { per_unit = nan }\nseed = 1",
+        "noise.counts.per_unit",
+        "between",
+    ),
+    ("[noise]\ncounts = 5.0\nseed = 1", "noise.counts", "table"),
+    (
+        "[noise]\ncounts = { per_unit = 1.0 }\nseed = -1",
+        "noise.seed",
+        "u64",
     ),
     ("[camera]\nviews = 0", "camera.views", "between 1"),
     ("[camera]\nviews = -3", "camera.views", "usize"),

@@ -61,6 +61,10 @@ pub(super) fn scene(scene: &Scene) -> Checked {
         let (Uptake::Concentration(amount) | Uptake::Total(amount)) = uptake;
         within(field, amount, [0.0, MAX_ACTIVITY])?;
     }
+    for (k, settings) in scene.defects.iter().enumerate() {
+        defect(&format!("defects.{k}"), settings)?;
+    }
+    detector(scene)?;
     if let Some(settings) = &scene.attenuation {
         attenuation(settings)?;
     }
@@ -186,6 +190,55 @@ fn pose(pose: &PoseSettings) -> Checked {
     }
     for shift in pose.shift {
         within("pose.shift", shift, [-LENGTH[1], LENGTH[1]])?;
+    }
+    Ok(())
+}
+
+fn defect(name: &str, defect: &DefectSettings) -> Checked {
+    let ascending = |field: &str, [from, to]: [f64; 2], low: f64, high: f64| {
+        if from >= low && from < to && to <= high {
+            Ok(())
+        } else {
+            let wanted = format!("must be [from, to] with {low} <= from < to <= {high}");
+            Err(fault(
+                &format!("{name}.{field}"),
+                format!("[{from}, {to}]"),
+                wanted,
+            ))
+        }
+    };
+    ascending("layers", defect.layers, 0.0, 1.0)?;
+    ascending("s", defect.s, 0.0, 0.5)?;
+    let from = defect.azimuths[0];
+    within(&format!("{name}.azimuths"), from, [-360.0, 360.0])?;
+    ascending("azimuths", defect.azimuths, from, from + 360.0)?;
+    within(&format!("{name}.activity"), defect.activity, [0.0, 1e6])
+}
+
+fn detector(scene: &Scene) -> Checked {
+    let camera = &scene.camera;
+    if let Some(blur) = scene.blur {
+        // As `radon::Blur` has it: no wider than the smaller side that has more than one sample.
+        let sides = [
+            (camera.bins, camera.pitch[0]),
+            (camera.rows, camera.pitch[1]),
+        ];
+        let widths = sides
+            .iter()
+            .filter(|(n, _)| *n > 1)
+            .map(|(n, pitch)| *n as f64 * pitch);
+        within(
+            "blur.fwhm",
+            blur.fwhm,
+            [0.0, widths.fold(LENGTH[1], f64::min)],
+        )?;
+    }
+    if let Some(noise) = scene.noise {
+        let (field, counts) = match noise.counts {
+            CountSettings::PerUnit(counts) => ("noise.counts.per_unit", counts),
+            CountSettings::Total(counts) => ("noise.counts.total", counts),
+        };
+        within(field, counts, [1e-12, 1e12])?;
     }
     Ok(())
 }

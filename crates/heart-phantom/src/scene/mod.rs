@@ -7,9 +7,10 @@ mod template;
 
 pub use sections::{
     AccuracySettings, AcquisitionSettings, ActivitySettings, ArcSettings, AttenuationSettings,
-    BalloonSettings, CameraSettings, CycleSettings, DiscretisationSettings, HeartSettings, Law,
-    MediumSettings, Mode, OutputSettings, PixelRange, PoseSettings, Product,
-    ReconstructionSettings, RotationSettings, TruthSettings, WindowSettings,
+    BalloonSettings, BlurSettings, CameraSettings, CountSettings, CycleSettings, DefectSettings,
+    DiscretisationSettings, HeartSettings, Law, MediumSettings, Mode, NoiseSettings,
+    OutputSettings, PixelRange, PoseSettings, Product, ReconstructionSettings, RotationSettings,
+    TruthSettings, WindowSettings,
 };
 
 use crate::error::PhantomError;
@@ -45,11 +46,20 @@ pub struct Scene {
     pub pose: PoseSettings,
     /// What cavity and wall hold.
     pub activity: ActivitySettings,
+    /// Pieces of the wall with another activity.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub defects: Vec<DefectSettings>,
     /// What weakens the rays; `None` for nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub attenuation: Option<AttenuationSettings>,
     /// Views and detector.
     pub camera: CameraSettings,
+    /// Resolution of the detector; `None` for lines.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub blur: Option<BlurSettings>,
+    /// Counts; `None` for their means.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<NoiseSettings>,
     /// When the views are taken.
     pub acquisition: AcquisitionSettings,
     /// Filtered back-projection.

@@ -148,6 +148,48 @@ impl Default for ActivitySettings {
     }
 }
 
+/// One of `[[defects]]`: a piece of the wall with another activity. It moves with the wall and keeps its volume.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DefectSettings {
+    /// From 0, the inner membrane, to 1, the outer one: shares of the wall's volume.
+    pub layers: [f64; 2],
+    /// From 0, the base, to 0.5, the apex: material coordinate of the membranes at rest.
+    pub s: [f64; 2],
+    /// Degrees about the axis, from body y to body z; the second is larger, by at most a turn.
+    pub azimuths: [f64; 2],
+    /// Activity in units of the wall's.
+    pub activity: f64,
+}
+
+/// `[blur]`: a detector of finite resolution, the same at all depths.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BlurSettings {
+    /// Full width at half maximum of the Gaussian in cm.
+    pub fwhm: f64,
+}
+
+/// `[noise]`: Poisson counts. Views are given as counts over counts per unit, so that their units stay.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoiseSettings {
+    /// How many.
+    pub counts: CountSettings,
+    /// The same seed gives the same noise.
+    pub seed: u64,
+}
+
+/// Mean numbers of counts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CountSettings {
+    /// For a sample of 1 (activity times cm).
+    PerUnit(f64),
+    /// In all views of a gate together; any part of it then needs all of its views once.
+    Total(f64),
+}
+
 /// `[attenuation]`: what weakens the rays on their way to the detector.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

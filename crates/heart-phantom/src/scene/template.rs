@@ -67,6 +67,7 @@ pub(super) fn write(scene: &Scene) -> String {
     page.field("cavity", &scene.activity.cavity, "blood");
     page.field("wall", &scene.activity.wall, "myocardium");
 
+    page.defects(scene);
     page.attenuation(scene);
 
     let camera = &scene.camera;
@@ -95,6 +96,8 @@ pub(super) fn write(scene: &Scene) -> String {
         &camera.radius,
         "detector to axis; only Interfile asks for it",
     );
+
+    page.detector(scene);
 
     let acquisition = &scene.acquisition;
     page.section("acquisition", "The time that a view sees.");
@@ -187,6 +190,54 @@ impl Page {
         let _ = writeln!(self.0, "{name} = {}  # {comment}", inline(value));
     }
 
+    fn defects(&mut self, scene: &Scene) {
+        let comment = "A piece of the wall with another activity, as many as there are such sections; it moves with the wall.";
+        for defect in &scene.defects {
+            self.section("[defects]", comment);
+            self.field(
+                "layers",
+                &defect.layers,
+                "from 0, the inner membrane, to 1, the outer one",
+            );
+            self.field("s", &defect.s, "from 0, the base, to 0.5, the apex");
+            self.field("azimuths", &defect.azimuths, "degrees about the axis");
+            self.field("activity", &defect.activity, "in units of the wall's");
+        }
+        if scene.defects.is_empty() {
+            let example = "layers = [0.0, 0.6]\n# s = [0.25, 0.4]\n# azimuths = [0.0, 60.0]\n# activity = 0.2";
+            self.left_out(comment, "[defects]", example);
+        }
+    }
+
+    fn detector(&mut self, scene: &Scene) {
+        let comment = "Gaussian blur of the detector; none if this section is left out.";
+        match &scene.blur {
+            Some(blur) => {
+                self.section("blur", comment);
+                self.field("fwhm", &blur.fwhm, "full width at half maximum");
+            }
+            None => self.left_out(comment, "blur", "fwhm = 1.0"),
+        }
+        let comment = "Poisson noise; none if this section is left out.";
+        match &scene.noise {
+            Some(noise) => {
+                self.section("noise", comment);
+                self.field(
+                    "counts",
+                    &noise.counts,
+                    "{ total = 1e6 } in all views of a gate, or { per_unit = 10.0 }",
+                );
+                self.field("seed", &noise.seed, "the same seed gives the same noise");
+            }
+            None => self.left_out(comment, "noise", "counts = { total = 1e6 }\n# seed = 1"),
+        }
+    }
+
+    /// A section that is not there, commented out, with an example.
+    fn left_out(&mut self, comment: &str, name: &str, example: &str) {
+        let _ = write!(self.0, "\n# {comment}\n# [{name}]\n# {example}\n");
+    }
+
     fn attenuation(&mut self, scene: &Scene) {
         let comment = "What weakens the rays; nothing if this section is left out.";
         let torso = "{ torso = { centre = [0.0, 0.0], semi_axes = [16.0, 11.0] } }";
@@ -197,10 +248,9 @@ impl Page {
                 self.field("medium", &attenuation.medium, &format!("heart, or {torso}"));
             }
             None => {
-                let _ = write!(
-                    self.0,
-                    "\n# {comment}\n# [attenuation]\n# coefficient = 0.15  # in 1/cm\n# medium = {torso}  # or heart\n"
-                );
+                let example =
+                    format!("coefficient = 0.15  # in 1/cm\n# medium = {torso}  # or heart");
+                self.left_out(comment, "attenuation", &example);
             }
         }
     }

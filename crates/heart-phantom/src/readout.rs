@@ -1,0 +1,94 @@
+//! What the detector makes of the line integrals: blur, then counts.
+
+use crate::error::PhantomError;
+use crate::scene::{CountSettings, NoiseSettings};
+use radon::{Blur, CountScale, poisson_counts_into};
+use std::ops::Range;
+
+/// Blur and noise of a detector.
+#[derive(Debug)]
+pub(crate) struct Readout {
+    pub(crate) blur: Option<Blur>,
+    pub(crate) noise: Option<NoiseSettings>,
+    /// Bins and rows.
+    pub(crate) size: [usize; 2],
+}
+
+impl Readout {
+    /// Blurs whole views and keeps some of their rows.
+    pub(crate) fn blur(
+        &self,
+        views: &mut Vec<f32>,
+        rows: &Range<usize>,
+    ) -> Result<(), PhantomError> {
+        let Some(blur) = &self.blur else {
+            return Ok(());
+        };
+        blur.apply(views)?;
+        let [bins, n_rows] = self.size;
+        if rows.len() < n_rows {
+            let kept = |view: &[f32]| view[rows.start * bins..rows.end * bins].to_vec();
+            *views = views.chunks(n_rows * bins).flat_map(kept).collect();
+        }
+        Ok(())
+    }
+
+    /// Mean counts of a sample of 1; `all` gives all samples of the gate, if they are needed.
+    pub(crate) fn counts_per_unit(
+        &self,
+        all: impl FnOnce() -> Result<Vec<f32>, PhantomError>,
+    ) -> Result<Option<f64>, PhantomError> {
+        Ok(match self.noise.map(|noise| noise.counts) {
+            None => None,
+            Some(CountSettings::PerUnit(counts)) => Some(counts),
+            Some(CountSettings::Total(counts)) => {
+                let mut samples = all()?;
+                no_negatives(&mut samples);
+                Some(CountScale::Total(counts).per_unit(&samples)?)
+            }
+        })
+    }
+
+    /// Counts over `per_unit`: samples with noise, in the units that they had. `view` is the number of the first one, of all
+    /// gates.
+    pub(crate) fn count(
+        &self,
+        samples: &mut Vec<f32>,
+        per_unit: Option<f64>,
+        view: usize,
+        rows: &Range<usize>,
+    ) -> Result<(), PhantomError> {
+        let (Some(per_unit), Some(noise)) = (per_unit, self.noise) else {
+            return Ok(());
+        };
+        no_negatives(samples);
+        let [bins, n_rows] = self.size;
+        let mut counts = vec![0.0f32; samples.len()];
+        let len = (rows.len() * bins).max(1);
+        for (k, (view_samples, view_counts)) in
+            samples.chunks(len).zip(counts.chunks_mut(len)).enumerate()
+        {
+            // Each sample's number among all, so that a row alone has the noise that it has in the whole.
+            let first = ((view + k) * n_rows + rows.start) * bins;
+            poisson_counts_into(
+                view_samples,
+                per_unit,
+                noise.seed,
+                first as u64,
+                view_counts,
+            )?;
+        }
+        counts
+            .iter_mut()
+            .for_each(|count| *count /= per_unit as f32);
+        *samples = counts;
+        Ok(())
+    }
+}
+
+/// A cold defect is a difference: rounding may leave it a little below nothing.
+fn no_negatives(samples: &mut [f32]) {
+    samples
+        .iter_mut()
+        .for_each(|sample| *sample = sample.max(0.0));
+}
