@@ -1,22 +1,36 @@
-//! A map of the half-plane that makes distances near the surface cheap and answers far from it without looking.
+//! A map of the half-plane that tells which segments are near a point, and answers far from the surface without looking.
 
 use rayon::prelude::*;
 
-use crate::distance::{Distance, Tangents};
 use crate::meridian::Meridian;
 
-/// Lists longer than this are searched by the tree instead.
-const LIST: usize = 12;
-
-/// Square cells over the half-plane; a cell near the surface lists the segments that can be nearest to its points.
+/// Square cells over the half-plane; a cell near the surface knows the segments that can be nearest to its points.
 #[derive(Debug)]
 pub(crate) struct Field<'a> {
     profile: &'a Meridian,
+    lines: Vec<Line>,
     x0: f64,
-    size: f64,
+    inv_size: f64,
+    half_diagonal: f64,
     shape: [usize; 2],
     cells: Vec<Cell>,
-    lists: Vec<u32>,
+}
+
+/// A segment as a line: `a x + b r + c` is the height over it, outward.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Line {
+    pub(crate) a: f64,
+    pub(crate) b: f64,
+    pub(crate) c: f64,
+    /// Where the segment starts.
+    pub(crate) start: [f64; 2],
+}
+
+impl Line {
+    #[inline(always)]
+    pub(crate) fn height(&self, x: f64, r: f64) -> f64 {
+        self.a * x + self.b * r + self.c
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -25,21 +39,38 @@ struct Cell {
     distance: f64,
     first: u32,
     len: u32,
+    bend: Bend,
 }
 
-/// What is known of a point's distance.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Answer {
-    /// Its absolute value is at least the one asked for; inside or not.
-    Far(bool),
-    /// The distance, and the tangents of all segments nearer than the one asked for.
-    Near(Distance, Tangents),
-    /// Neither: the cell is not near enough to the surface for a list, nor far enough to tell.
-    Between,
+/// How the segments near a cell follow each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Bend {
+    /// None is near.
+    None,
+    /// One after the other, turning toward the solid: it is where all their heights are negative.
+    Convex,
+    /// One after the other, turning away from the solid: it is where any height is negative.
+    Reflex,
+    /// Anything else: turning both ways or far, or several stretches.
+    Other,
 }
+
+/// What is known of a point.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Answer<'a> {
+    /// Its distance from the surface is at least the one asked for; inside or not.
+    Far(bool),
+    /// The surface near it is that of these lines.
+    Run { lines: &'a [Line], reflex: bool },
+    /// Nothing simple.
+    Unknown,
+}
+
+/// A run that turns by more than this (radians) is no gentle patch.
+const MOST_TURN: f64 = 0.8;
 
 impl<'a> Field<'a> {
-    /// A field that answers distances up to `near` (half a voxel's diagonal), with cells of about `size`.
+    /// A field that knows the surface up to `near` (half a voxel's diagonal) from a point, with cells of about `size`.
     pub(crate) fn new(profile: &'a Meridian, near: f64, size: f64) -> Self {
         let [a, b] = profile.x_range();
         let margin = near + 2.0 * size;
@@ -49,58 +80,57 @@ impl<'a> Field<'a> {
         let shape = extent.map(|e| (e / size).ceil() as usize);
         let half_diagonal = size * std::f64::consts::FRAC_1_SQRT_2;
         let x0 = a - margin;
-        let rows: Vec<(Vec<Cell>, Vec<u32>)> = (0..shape[1])
+        let cells = (0..shape[0] * shape[1])
             .into_par_iter()
-            .map(|j| {
-                let mut lists = Vec::new();
-                let cells = (0..shape[0])
-                    .map(|i| {
-                        let (x, r) = (x0 + (i as f64 + 0.5) * size, (j as f64 + 0.5) * size);
-                        let distance = profile.distance_at(x, r).value;
-                        let first = lists.len() as u32;
-                        if distance.abs() <= near + 2.0 * half_diagonal {
-                            let reach =
-                                (distance.abs() + 2.0 * half_diagonal).max(near + half_diagonal);
-                            profile.segments_within(reach * (1.0 + 1e-12), x, r, &mut lists);
-                        }
-                        Cell {
-                            distance,
-                            first,
-                            len: lists.len() as u32 - first,
-                        }
-                    })
-                    .collect();
-                (cells, lists)
+            .with_min_len(256)
+            .map_init(Vec::new, |list, k| {
+                let (i, j) = (k % shape[0], k / shape[0]);
+                let (x, r) = (x0 + (i as f64 + 0.5) * size, (j as f64 + 0.5) * size);
+                let distance = profile.distance_at(x, r);
+                let mut cell = Cell {
+                    distance,
+                    first: 0,
+                    len: 0,
+                    bend: Bend::None,
+                };
+                if distance.abs() <= near + 2.0 * half_diagonal {
+                    let reach = (distance.abs() + 2.0 * half_diagonal).max(near + half_diagonal);
+                    list.clear();
+                    profile.segments_within(reach * (1.0 + 1e-12), x, r, list);
+                    list.sort_unstable();
+                    cell.first = list[0];
+                    cell.len = list.len() as u32;
+                    cell.bend = bend(profile, list);
+                }
+                cell
             })
             .collect();
-        let mut field = Self {
+        Self {
             profile,
+            lines: (profile.segments().iter())
+                .map(|s| Line {
+                    a: -s.tr,
+                    b: s.tx,
+                    c: s.tr * s.x0 - s.tx * s.r0,
+                    start: s.start(),
+                })
+                .collect(),
             x0,
-            size,
+            inv_size: 1.0 / size,
+            half_diagonal,
             shape,
-            cells: Vec::with_capacity(shape[0] * shape[1]),
-            lists: Vec::new(),
-        };
-        for (cells, lists) in rows {
-            let offset = field.lists.len() as u32;
-            field.cells.extend(cells.into_iter().map(|c| Cell {
-                first: c.first + offset,
-                ..c
-            }));
-            field.lists.extend(lists);
+            cells,
         }
-        field
     }
 
     pub(crate) fn profile(&self) -> &Meridian {
         self.profile
     }
 
-    /// The distance of a point, unless it is at least `far` (no more than the field's `near`, for tangents) in absolute
-    /// value.
-    #[inline]
-    pub(crate) fn ask(&self, x: f64, r: f64, far: f64) -> Answer {
-        let (u, v) = ((x - self.x0) / self.size, r / self.size);
+    /// What is known of a point, and of the surface within `far` (no more than the field's `near`) of it.
+    #[inline(always)]
+    pub(crate) fn ask(&self, x: f64, r: f64, far: f64) -> Answer<'_> {
+        let (u, v) = ((x - self.x0) * self.inv_size, r * self.inv_size);
         if !(u >= 0.0 && u < self.shape[0] as f64 && v < self.shape[1] as f64) {
             let [a, b] = self.profile.x_range();
             let gap = (a - x)
@@ -110,27 +140,44 @@ impl<'a> Field<'a> {
             return if gap >= far {
                 Answer::Far(false)
             } else {
-                Answer::Between
+                Answer::Unknown
             };
         }
-        let (i, j) = (u as usize, v as usize);
-        let cell = &self.cells[j * self.shape[0] + i];
-        let (du, dv) = (u - i as f64 - 0.5, v - j as f64 - 0.5);
-        let off = (du * du + dv * dv).sqrt() * self.size;
-        if cell.distance.abs() - off >= far {
+        let cell = &self.cells[v as usize * self.shape[0] + u as usize];
+        if cell.distance.abs() - self.half_diagonal >= far {
             return Answer::Far(cell.distance < 0.0);
         }
-        let list = &self.lists[cell.first as usize..(cell.first + cell.len) as usize];
-        match list.len() {
-            0 => Answer::Between,
-            1..=LIST => {
-                let (distance, tangents) = self.profile.distance_among(list, x, r, far);
-                Answer::Near(distance, tangents)
-            }
-            n => Answer::Near(
-                self.profile.distance_from(Some(list[n / 2] as usize), x, r),
-                self.profile.tangents_within(x, r, far),
-            ),
+        match cell.bend {
+            Bend::None | Bend::Other => Answer::Unknown,
+            bend => Answer::Run {
+                lines: &self.lines[cell.first as usize..(cell.first + cell.len) as usize],
+                reflex: bend == Bend::Reflex,
+            },
         }
+    }
+}
+
+/// How the segments of a rising list follow each other.
+fn bend(profile: &Meridian, list: &[u32]) -> Bend {
+    let (mut left, mut right) = (0.0f64, 0.0f64);
+    for pair in list.windows(2) {
+        let [a, b] = [pair[0], pair[1]].map(|k| &profile.segments()[k as usize]);
+        if pair[0] + 1 != pair[1] || a.end() != b.start() {
+            return Bend::Other;
+        }
+        let turn = (a.tx * b.tr - a.tr * b.tx).atan2(a.tx * b.tx + a.tr * b.tr);
+        left += turn.max(0.0);
+        right -= turn.min(0.0);
+    }
+    // Collinear but for rounding counts as either.
+    let small = 1e-12 * list.len() as f64;
+    if left.max(right) > MOST_TURN {
+        Bend::Other
+    } else if left <= small {
+        Bend::Convex
+    } else if right <= small {
+        Bend::Reflex
+    } else {
+        Bend::Other
     }
 }

@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::coverage::{BLOCK, Painter, check};
+use crate::field::Field;
 use crate::{Body, Error, Sample, Sampling, VoxelCounters, VoxelGrid};
 
 /// Coverage of each region and labels, `[z][y][x]` over the slices asked for.
@@ -36,44 +38,57 @@ impl Body {
                 given: n,
             });
         }
-        let mut counters = VoxelCounters::default();
-        let mut coverage: Vec<Vec<T>> = Vec::with_capacity(n);
-        for layer in 0..n {
-            // Activity 1 up to this layer: its indicator alone.
-            let activity: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k <= layer))).collect();
-            let mut out = vec![T::default(); grid.slice_len() * slices.len()];
-            counters = counters
-                + self.voxelize_add(grid, slices.clone(), sampling, &activity, 1.0, &mut out)?;
-            coverage.push(out);
+        check(grid, &slices, sampling)?;
+        let len = grid.slice_len() * slices.len();
+        let fields: Vec<Field> = (0..n).map(|k| self.field(k, grid)).collect();
+        let mut coverage: Vec<Vec<T>> = (0..n).map(|_| vec![T::default(); len]).collect();
+        let mut labels = vec![0u8; len];
+        // Slab by slab: every layer's voxels, then what each layer holds beyond the one within and who holds most.
+        let slab = grid.slice_len() * BLOCK;
+        let mut slabs: Vec<Vec<&mut [T]>> = Vec::new();
+        slabs.resize_with(len.div_ceil(slab), || Vec::with_capacity(n));
+        for volume in &mut coverage {
+            for (layers, chunk) in slabs.iter_mut().zip(volume.chunks_mut(slab)) {
+                layers.push(chunk);
+            }
         }
-        // From whole layers to what each holds beyond the one within, the outermost first.
-        for layer in (1..n).rev() {
-            let (within, own) = coverage.split_at_mut(layer);
-            own[0]
-                .par_iter_mut()
-                .zip(&within[layer - 1])
-                .for_each(|(v, inner)| {
-                    *v = T::from_f64(v.to_f64() - inner.to_f64());
-                });
-        }
-        let labels = (0..coverage[0].len())
-            .into_par_iter()
-            .map(|i| {
-                let total: f64 = coverage.iter().map(|c| c[i].to_f64()).sum();
-                let mut best = (1.0 - total, 0);
-                for (k, c) in coverage.iter().enumerate().rev() {
-                    let share = c[i].to_f64();
-                    if share > best.0 {
-                        best = (share, k as u8 + 1);
-                    }
+        let counters = (slabs.into_par_iter())
+            .zip(labels.par_chunks_mut(slab))
+            .enumerate()
+            .map(|(index, (mut layers, labels))| {
+                let start = slices.start + index * BLOCK;
+                let z = start..(start + BLOCK).min(slices.end);
+                let mut counters = VoxelCounters::default();
+                for (field, out) in fields.iter().zip(&mut layers) {
+                    let painter = Painter::new(self, field, grid, sampling);
+                    painter.paint(z.clone(), 1.0, out, &mut counters);
                 }
-                best.1
+                for (i, label) in labels.iter_mut().enumerate() {
+                    *label = separate(&mut layers, i);
+                }
+                counters
             })
-            .collect();
+            .reduce(VoxelCounters::default, |a, b| a + b);
         Ok(RegionVolumes {
             coverage,
             labels,
             counters,
         })
     }
+}
+
+/// Turns the layers' coverage of a voxel into the regions'; the voxel's label.
+fn separate<T: Sample>(layers: &mut [&mut [T]], voxel: usize) -> u8 {
+    let (mut within, mut best, mut label) = (0.0, 0.0, 0);
+    for (k, layer) in layers.iter_mut().enumerate() {
+        let whole = layer[voxel].to_f64();
+        let own = whole - within;
+        layer[voxel] = T::from_f64(own);
+        within = whole;
+        // The outer one of equals.
+        if own > 0.0 && own >= best {
+            (best, label) = (own, k as u8 + 1);
+        }
+    }
+    if 1.0 - within >= best { 0 } else { label }
 }

@@ -131,6 +131,43 @@ fn every_voxel_of_the_heart_keeps_the_tolerance() {
 }
 
 #[test]
+fn every_tolerance_is_kept_by_every_voxel_of_the_heart() {
+    // Against sections at a far finer tolerance, which other tests tie to closed forms and to the total volume: coarse and
+    // fine voxels, long ones, few and many segments to a voxel.
+    for (segments, h) in [
+        (200, [0.5, 0.5, 0.5]),
+        (200, [0.0625, 0.0625, 0.0625]),
+        (40, [0.1, 0.1, 0.1]),
+        (2000, [0.05, 0.2, 0.1]),
+    ] {
+        let body = heart(segments);
+        let shape = [0, 1, 2].map(|a| if a == 2 { 2 } else { (12.0 / h[a]) as usize });
+        let grid = VoxelGrid::centred(shape, h, [0.01, -0.02, 0.3]).unwrap();
+        let run = |tolerance, activity: &[f64]| {
+            body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, activity)
+                .unwrap()
+                .0
+        };
+        // Each layer by itself: the tolerance is that of a layer's fraction.
+        for activity in [[1.0, 0.0], [1.0, 1.0]] {
+            let exact = run(1e-8, &activity);
+            for log in 2..=6 {
+                let tolerance = 10f64.powi(-log);
+                let worst = run(tolerance, &activity)
+                    .iter()
+                    .zip(&exact)
+                    .map(|(a, b)| (a - b).abs())
+                    .fold(0.0, f64::max);
+                assert!(
+                    worst <= tolerance,
+                    "{worst:e} {tolerance:e} {segments} {h:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn orders_of_the_samplings() {
     // Root-mean-square error of the voxels against the closed form of a cylinder along z.
     let a = 1.3;

@@ -64,11 +64,12 @@ proptest! {
         let volume = meridian.measures().volume;
         let body = Body::new(vec![meridian], at).unwrap();
         let grid = VoxelGrid::centred([40, 36, 44], [0.11, 0.12, 0.1], [0.01, -0.02, 0.005]).unwrap();
-        let tolerance = 1e-3;
-        let (v, c) = body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[1.0]).unwrap();
-        let sum = v.iter().sum::<f64>() * grid.voxel_volume();
-        // Every cut voxel within the tolerance.
-        prop_assert!((sum - volume).abs() <= tolerance * c.cut as f64 * grid.voxel_volume() + 1e-12, "{sum} {volume}");
+        for tolerance in [1e-3, 1e-6] {
+            let (v, c) = body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[1.0]).unwrap();
+            let sum = v.iter().sum::<f64>() * grid.voxel_volume();
+            // Every cut voxel within the tolerance.
+            prop_assert!((sum - volume).abs() <= tolerance * c.cut as f64 * grid.voxel_volume() + 1e-12, "{sum} {volume}");
+        }
 
         let u = d.cross(&Vector3::new(0.3, -0.5, 0.8)).normalize();
         let w = d.cross(&u);
@@ -80,6 +81,34 @@ proptest! {
         // Midpoint rule: where the chord jumps (a wall seen edge-on), half a pixel of outline times the longest chord;
         // outlines are at most some 30 long, chords 4, and the errors along an outline differ in sign.
         prop_assert!((sum - volume).abs() <= 0.02 * volume.max(1.0), "{sum} {volume}");
+    }
+
+    #[test]
+    fn a_voxel_is_the_mean_of_its_eighths((_, meridian) in profile(), at in pose(), axis_aligned in any::<bool>()) {
+        // Creases, thin walls and the axis, cut by other planes: the parts know nothing of the whole.
+        let at = if axis_aligned { Pose::axis_along_z(0.1).unwrap() } else { at };
+        let body = Body::new(vec![meridian], at).unwrap();
+        let (n, h, tolerance) = (7, 0.5, 1e-6);
+        let offset = [0.013, -0.021, 0.007];
+        let voxels = |n: usize, h: f64, tolerance: f64| {
+            let grid = VoxelGrid::centred([n; 3], [h; 3], offset).unwrap();
+            body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[1.0]).unwrap().0
+        };
+        let (whole, parts) = (voxels(n, h, tolerance), voxels(2 * n, 0.5 * h, tolerance));
+        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
+            for (a, b) in whole.iter().zip(&voxels(n, h, tolerance)) {
+                prop_assert!((a - b).abs() <= tolerance + 1e-6, "{a} {b} {tolerance}");
+            }
+        }
+        for (k, v) in whole.iter().enumerate() {
+            let (i, j, l) = (k % n, k / n % n, k / (n * n));
+            let mut sum = 0.0;
+            for part in 0..8 {
+                let (i, j, l) = (2 * i + (part & 1), 2 * j + (part >> 1 & 1), 2 * l + (part >> 2));
+                sum += parts[(l * 2 * n + j) * 2 * n + i];
+            }
+            prop_assert!((v - sum / 8.0).abs() <= 2.0 * tolerance, "{v} {}", sum / 8.0);
+        }
     }
 
     #[test]
