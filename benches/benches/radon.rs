@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 use std::hint::black_box;
+use std::time::Instant;
 
 use benches::{Effort, Row, on_threads, rows_asked, timed};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group};
@@ -134,7 +135,7 @@ fn many_slices(c: &mut Criterion) {
     let alone = plan.reconstruct(&case.sinogram).unwrap();
     let mut group = c.benchmark_group("radon/fbp/slices");
     group.sample_size(10);
-    for n_slices in [1, 4, 16, 64, 256] {
+    for n_slices in [1, 2, 4, 16, 64, 256] {
         let projections = case.stack(n_slices);
         let (mut volume, mut scratch) = (vec![0.0; n_slices * 256 * 256], plan.scratch());
         let order = StackOrder::SliceViewBin;
@@ -158,72 +159,158 @@ fn many_slices(c: &mut Criterion) {
     group.finish();
 }
 
-/// Time against error: views, windows and interpolations, 16 slices of 256 x 256.
-fn time_against_error(c: &mut Criterion) {
-    let mut group = c.benchmark_group("radon/fbp/time_against_error");
-    group.sample_size(10);
-    for n_views in [30, 90, 180, 360, 720] {
-        let case = case(256, n_views);
-        let projections = case.stack(16);
-        for window in [Window::RamLak, Window::Hann] {
-            for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
-                let plan = case.plan(FbpOptions {
-                    window: window.clone(),
-                    interpolation,
-                    ..Default::default()
-                });
-                let rmse = case.rmse(&plan.reconstruct(&case.sinogram).unwrap());
-                println!("{n_views} views, {window:?}, {interpolation:?}: rmse {rmse:.5}");
-                // With far fewer views than the n pi / 2 that 256 bins ask for, streaks rule the error.
-                assert!(rmse < if n_views < 90 { 0.15 } else { 0.06 });
-                let (mut volume, mut scratch) = (vec![0.0; 16 * 256 * 256], plan.scratch());
-                group.bench_function(format!("{n_views}/{window:?}/{interpolation:?}"), |b| {
-                    let order = StackOrder::SliceViewBin;
-                    b.iter(|| {
-                        plan.reconstruct_stack_into(
-                            black_box(&projections),
-                            16,
-                            order,
-                            &mut volume,
-                            &mut scratch,
-                        )
-                        .unwrap()
-                    })
-                });
-            }
-        }
-    }
-    group.finish();
-}
-
-/// Growth with the size of the image: updates per second should not fall.
-fn sizes(c: &mut Criterion) {
-    let mut group = c.benchmark_group("radon/fbp/sizes");
-    group.sample_size(10);
-    for n in [128, 256, 512, 1024] {
-        let case = case(n, 90);
-        let plan = case.plan(FbpOptions::default());
-        let projections = case.stack(16);
-        let (mut volume, mut scratch) = (vec![0.0; 16 * n * n], plan.scratch());
-        let rmse = case.rmse(&plan.reconstruct(&case.sinogram).unwrap());
-        println!("{n} x {n}, 90 views: rmse {rmse:.5}");
-        assert!(rmse < 0.1); // 90 views of 1024 bins: streaks
-        group.throughput(Throughput::Elements((16 * n * n * 90) as u64));
-        group.bench_function(BenchmarkId::from_parameter(n), |b| {
-            let order = StackOrder::SliceViewBin;
-            b.iter(|| {
+/// Back-projection alone, by one thread: rows that are filtered already, with the changes of layout on either side.
+fn back_projection(c: &mut Criterion) {
+    let case = case(256, 90);
+    let plan = case.plan(FbpOptions {
+        ramp: false,
+        ..Default::default()
+    });
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let one_thread = one_thread.expect("a pool of one thread");
+    let projections = case.stack(256);
+    let (mut volume, mut scratch) = (vec![0.0; 256 * 256 * 256], plan.scratch());
+    let mut group = c.benchmark_group("radon/backprojection/256x256x90x256");
+    group
+        .throughput(Throughput::Elements((256 * 256 * 256 * 90) as u64))
+        .sample_size(10);
+    group.bench_function("one thread", |b| {
+        b.iter(|| {
+            one_thread.install(|| {
                 plan.reconstruct_stack_into(
                     black_box(&projections),
-                    16,
-                    order,
+                    256,
+                    StackOrder::SliceViewBin,
                     &mut volume,
                     &mut scratch,
                 )
                 .unwrap()
             })
-        });
-    }
+        })
+    });
     group.finish();
+}
+
+/// Median of the times of `run` in milliseconds.
+fn timed(mut run: impl FnMut()) -> f64 {
+    run();
+    let mut times: Vec<f64> = (0..5)
+        .map(|_| {
+            let start = Instant::now();
+            run();
+            start.elapsed().as_secs_f64() * 1e3
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[2]
+}
+
+/// Milliseconds of FBP of `n_slices` slices.
+fn time_of_fbp(case: &Case, options: FbpOptions, n_slices: usize) -> f64 {
+    let plan = case.plan(options);
+    let projections = case.stack(n_slices);
+    let mut volume = vec![0.0; n_slices * case.n * case.n];
+    let (mut scratch, order) = (plan.scratch(), StackOrder::SliceViewBin);
+    timed(|| {
+        let projections = black_box(&projections);
+        plan.reconstruct_stack_into(projections, n_slices, order, &mut volume, &mut scratch)
+            .unwrap();
+    })
+}
+
+/// Milliseconds of a forward projection of `n_slices` slices.
+fn time_of_projection(case: &Case, kernel: Kernel, n_slices: usize) -> f64 {
+    let projector = Projector::new(&case.geometry, &case.grid, kernel).unwrap();
+    let volume = case.image.repeat(n_slices);
+    let mut projections = vec![0.0; n_slices * case.sinogram.len()];
+    let (mut scratch, order) = (projector.scratch(), StackOrder::SliceViewBin);
+    timed(|| {
+        let volume = black_box(&volume);
+        projector
+            .forward_stack_into(volume, n_slices, order, &mut projections, &mut scratch)
+            .unwrap();
+    })
+}
+
+/// Relative L2 distance from the exact bin means.
+fn projection_error(case: &Case, kernel: Kernel) -> f64 {
+    let projector = Projector::new(&case.geometry, &case.grid, kernel).unwrap();
+    let got = projector.forward(&case.image).unwrap();
+    let norm = |v: &[f32]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
+    let difference: Vec<f32> = got.iter().zip(&case.sinogram).map(|(a, b)| a - b).collect();
+    norm(&difference) / norm(&case.sinogram)
+}
+
+/// Time against error, a row a combination; times are those of a slice in a stack of 16.
+fn work_precision(_: &mut Criterion) {
+    println!("work-precision,method,resolution,milliseconds a slice,rmse or relative error");
+    let row = |method: String, resolution: usize, time: f64, error: f64| {
+        println!("work-precision,{method},{resolution},{time:.3},{error:.5}");
+    };
+    for n_views in [30, 45, 60, 90, 180, 360, 720] {
+        let case = case(256, n_views);
+        for window in [
+            Window::RamLak,
+            Window::SheppLogan,
+            Window::Cosine,
+            Window::Hamming,
+            Window::Hann,
+        ] {
+            for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
+                let options = FbpOptions {
+                    window: window.clone(),
+                    interpolation,
+                    ..Default::default()
+                };
+                let image = case.plan(options.clone()).reconstruct(&case.sinogram);
+                let rmse = case.rmse(&image.unwrap());
+                // With far fewer views than the n pi / 2 that 256 bins ask for, streaks rule the error.
+                assert!(rmse < if n_views < 90 { 0.15 } else { 0.06 });
+                let time = time_of_fbp(&case, options, 16) / 16.0;
+                row(
+                    format!("fbp {window:?} {interpolation:?}"),
+                    n_views,
+                    time,
+                    rmse,
+                );
+            }
+        }
+    }
+    for n in [64, 128, 256, 512] {
+        let case = case(n, 90);
+        for kernel in [Kernel::Joseph, Kernel::Siddon, Kernel::Strip] {
+            let error = projection_error(&case, kernel);
+            assert!(error < 0.05, "{kernel:?}: {error}");
+            let time = time_of_projection(&case, kernel, 16) / 16.0;
+            row(format!("{kernel:?} forward"), n, time, error);
+        }
+    }
+}
+
+/// Cost against size, one size at a time: the time of an update (slice, view and pixel) should not rise.
+fn growth(_: &mut Criterion) {
+    println!("growth,method,what,size,milliseconds,picoseconds an update");
+    for (what, [slices, views, side]) in [
+        ("slices", [0, 90, 128]),
+        ("views", [16, 0, 256]),
+        ("pixels a side", [16, 90, 0]),
+    ] {
+        for size in [128, 256, 512, 1024] {
+            let or = |n: usize| if n == 0 { size } else { n };
+            let case = case(or(side), or(views));
+            let updates = (or(slices) * or(views) * or(side) * or(side)) as f64;
+            for (method, time) in [
+                ("fbp", time_of_fbp(&case, FbpOptions::default(), or(slices))),
+                (
+                    "Joseph forward",
+                    time_of_projection(&case, Kernel::Joseph, or(slices)),
+                ),
+            ] {
+                let each = time * 1e9 / updates;
+                println!("growth,{method},{what},{size},{time:.2},{each:.0}");
+            }
+        }
+    }
 }
 
 /// Projectors and adjoints, 16 slices of 128 x 128, 90 views.
@@ -236,11 +323,7 @@ fn projectors(c: &mut Criterion) {
     let volume = case.image.repeat(16);
     for kernel in [Kernel::Joseph, Kernel::Siddon, Kernel::Strip] {
         let projector = Projector::new(&case.geometry, &case.grid, kernel).unwrap();
-        let exact = &case.sinogram;
-        let got = projector.forward(&case.image).unwrap();
-        let norm = |v: &[f32]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
-        let difference: Vec<f32> = got.iter().zip(exact).map(|(a, b)| a - b).collect();
-        let error = norm(&difference) / norm(exact);
+        let error = projection_error(&case, kernel);
         println!("{kernel:?}: relative error against bin means {error:.5}");
         assert!(error < 0.03);
         let order = StackOrder::SliceViewBin;
@@ -418,9 +501,10 @@ criterion_group!(
     groups,
     one_slice,
     many_slices,
-    time_against_error,
-    sizes,
-    projectors
+    back_projection,
+    projectors,
+    work_precision,
+    growth
 );
 
 fn main() {
