@@ -1,6 +1,6 @@
 //! What the camera sees: sinograms of the heart at rest, of instants, exposures, whole cycles, gates.
 
-use crate::activity::Activity;
+use crate::activity::{Activity, Background};
 use crate::attenuation::Attenuation;
 use crate::defect::{Defect, Placed};
 use crate::error::PhantomError;
@@ -115,6 +115,7 @@ pub fn acquire(
         activity: activity.into(),
         attenuation: None,
         defects: &[],
+        background: None,
         tolerance: 0.0,
     };
     scan.rows(0..camera.n_views(), 0..camera.n_rows(), progress)
@@ -129,6 +130,7 @@ pub(crate) struct Scan<'a> {
     pub(crate) activity: Activity,
     pub(crate) attenuation: Option<Attenuation>,
     pub(crate) defects: &'a [Defect],
+    pub(crate) background: Option<Background>,
     /// How far the defects' layers may be from where they are, cm.
     pub(crate) tolerance: f64,
 }
@@ -239,13 +241,22 @@ impl Scan<'_> {
             let shape = &self.heart.shapes(&[node.gain])?[0];
             let theta = self.camera.angle(view_idx, node.share);
             let rays = self.camera.detector().rays(theta)?.rows(rows.clone())?;
-            let (body, activity) = (shape.body(), self.activity.of(shape));
+            let (body, [cavity, wall]) = (shape.body(), self.activity.of(shape));
+            // The torso is everywhere, the heart what differs from it.
+            let around = self
+                .background
+                .map_or(0.0, |background| background.concentration);
+            let activity = [cavity - around, wall - around];
             let attenuator = (self.attenuation.as_ref())
                 .map(|medium| medium.of(body))
                 .transpose()?;
             for (half, &weight) in node.weights.iter().enumerate() {
                 if weight > 0.0 {
                     let target = if half == 0 { &mut *image } else { &mut odd[..] };
+                    if let Some(background) = &self.background {
+                        let (torso, amount) = (background.torso, weight * background.concentration);
+                        torso.project_add(&rays, amount, attenuator.as_ref(), target)?;
+                    }
                     let mut done = match &attenuator {
                         None => body.project_add(&rays, &activity, weight, target)?,
                         Some(medium) => {
@@ -253,7 +264,7 @@ impl Scan<'_> {
                         }
                     };
                     for (sector, factor) in placed.of(shape) {
-                        let difference = weight * factor * activity[1];
+                        let difference = weight * factor * wall;
                         done = done
                             + sector.project_add(&rays, difference, attenuator.as_ref(), target)?;
                     }

@@ -2,6 +2,7 @@
 
 use crate::HeartShape;
 use crate::error::{PhantomError, check};
+use revolve_voxel::EllipticCylinder;
 use serde::{Deserialize, Serialize};
 
 /// Activities beyond this are no activities; it keeps sums within `f32`.
@@ -32,6 +33,13 @@ impl Uptake {
         let (Self::Concentration(amount) | Self::Total(amount)) = *self;
         amount
     }
+}
+
+/// Activity around the heart, per cm^3.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Background {
+    pub(crate) torso: EllipticCylinder,
+    pub(crate) concentration: f64,
 }
 
 /// Activity of the cavity and of the wall.

@@ -1,16 +1,18 @@
 //! From a scene's settings to the heart and the camera.
 
+use crate::activity::Background;
 use crate::camera::{CameraGeometry, Rotation};
 use crate::error::PhantomError;
 use crate::readout::Readout;
 use crate::scene::{
-    BlurSettings, DefectSettings, DiscretisationSettings, Law, Mode, RotationSettings, Scene,
+    BackgroundSettings, BlurSettings, DefectSettings, DiscretisationSettings, Law, Mode,
+    RotationSettings, Scene,
 };
 use crate::{Balloon, Defect, Heart, WallRegion};
 use membrane_newton::membrane_forces::PressureLaw;
 use membrane_newton::{Discretisation, Membrane};
-use revolve_voxel::Pose;
 use revolve_voxel::nalgebra::Vector3;
+use revolve_voxel::{EllipticCylinder, Pose};
 
 pub(crate) fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
     let (settings, pose) = (&scene.heart, &scene.pose);
@@ -57,6 +59,13 @@ pub(crate) fn gates_of(scene: &Scene) -> usize {
         Mode::Gated { gates } => gates,
         _ => 1,
     }
+}
+
+pub(crate) fn background_of(settings: &BackgroundSettings) -> Result<Background, PhantomError> {
+    Ok(Background {
+        torso: EllipticCylinder::new(settings.centre, settings.semi_axes)?,
+        concentration: settings.concentration,
+    })
 }
 
 pub(crate) fn defect_of(settings: &DefectSettings) -> Defect {

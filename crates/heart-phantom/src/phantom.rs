@@ -1,8 +1,9 @@
 //! A scene come to life: everything on demand, and nothing twice.
 
 use crate::acquire::Scan;
+use crate::activity::Background;
 use crate::attenuation::Attenuation;
-use crate::build::{defect_of, gates_of, geometry_of, heart_of, readout_of};
+use crate::build::{background_of, defect_of, gates_of, geometry_of, heart_of, readout_of};
 use crate::defect::Defect;
 use crate::error::{PhantomError, check_count};
 use crate::readout::Readout;
@@ -52,6 +53,7 @@ pub struct Phantom {
     activity: Activity,
     attenuation: Option<Attenuation>,
     defects: Vec<Defect>,
+    background: Option<Background>,
     readout: Readout,
     /// Mean counts of a sample of 1, by gate.
     counts: Vec<OnceLock<f64>>,
@@ -118,6 +120,7 @@ impl Phantom {
                 .map(Attenuation::new)
                 .transpose()?,
             defects: scene.defects.iter().map(defect_of).collect(),
+            background: scene.background.as_ref().map(background_of).transpose()?,
             readout: readout_of(&scene)?,
             counts: vec![OnceLock::new(); gates_of(&scene)],
             skip: Skip::default(),
@@ -424,6 +427,7 @@ impl Phantom {
             activity: self.activity,
             attenuation: self.attenuation,
             defects: &self.defects,
+            background: self.background,
             // Far below what any detector resolves.
             tolerance: 1e-5 * (self.scene.heart.outer.length + self.scene.heart.outer.radius),
         }

@@ -35,6 +35,7 @@ pub fn truth(
         activity: activity.into(),
         attenuation: None,
         defects: &[],
+        background: None,
         tolerance: 0.0,
     };
     Ok(truth_of_slices(&scan, tolerance, 0..camera.n_rows())?.0)
@@ -50,12 +51,19 @@ pub(crate) fn truth_of_slices(
     let grid = scan.camera.grid();
     let mut volume = vec![0.0f32; grid.slice_len() * slices.len()];
     let mut counters = VoxelCounters::default();
+    let around = scan
+        .background
+        .map_or(0.0, |background| background.concentration);
+    if let Some(background) = &scan.background {
+        (background.torso).voxelize_add(grid, slices.clone(), around, &mut volume)?;
+    }
     let exposures = scan.exposures()?;
     let gains: Vec<f64> = exposures.iter().map(|(shape, _)| shape.gain()).collect();
     let placed = scan.placed(&gains)?;
     let sampling = Sampling::Coverage { tolerance };
     for (shape, weight) in exposures {
-        let activity = scan.activity.of(&shape);
+        let [cavity, wall] = scan.activity.of(&shape);
+        let activity = [cavity - around, wall - around];
         let body = shape.body();
         let mut done = body.voxelize_add(
             grid,
@@ -66,7 +74,7 @@ pub(crate) fn truth_of_slices(
             &mut volume,
         )?;
         for (sector, factor) in placed.of(&shape) {
-            let difference = weight * factor * activity[1];
+            let difference = weight * factor * wall;
             done = done
                 + sector.voxelize_add(grid, slices.clone(), sampling, difference, &mut volume)?;
         }

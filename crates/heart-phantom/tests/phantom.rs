@@ -1,9 +1,9 @@
 //! A phantom does what is asked for and no more, and each part has the bits of the whole.
 
 use heart_phantom::scene::{
-    AccuracySettings, ActivitySettings, AttenuationSettings, BalloonSettings, BlurSettings,
-    CountSettings, CycleSettings, DefectSettings, DiscretisationSettings, MediumSettings, Mode,
-    NoiseSettings, PixelRange, Scene,
+    AccuracySettings, ActivitySettings, AttenuationSettings, BackgroundSettings, BalloonSettings,
+    BlurSettings, CountSettings, CycleSettings, DefectSettings, DiscretisationSettings,
+    MediumSettings, Mode, NoiseSettings, PixelRange, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
 use radon::Skip;
@@ -448,5 +448,61 @@ fn blur_and_noise_of_a_part_are_those_of_the_whole() {
         assert!(
             Phantom::new(scene.clone()).unwrap().view(1, 5).unwrap() != views[5 * 1600..6 * 1600]
         );
+    }
+}
+
+#[test]
+fn a_background_fills_the_torso_around_the_heart() {
+    let mut scene = small(Mode::WholeCycle);
+    // Wide enough to hold the heart at all phases.
+    let (a, b) = (7.6, 7.2);
+    scene.background = Some(BackgroundSettings {
+        concentration: 0.3,
+        centre: [0.1, 0.0],
+        semi_axes: [a, b],
+    });
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let numbers = phantom.numbers().unwrap();
+    let voxel = phantom.camera().grid().voxel_volume();
+    let sum: f64 = phantom
+        .activity(0.0)
+        .unwrap()
+        .iter()
+        .map(|&v| f64::from(v))
+        .sum::<f64>()
+        * voxel;
+    let torso = std::f64::consts::PI * a * b * 16.0;
+    let exact = 0.3 * (torso - numbers.wall_volume - numbers.esv) + numbers.wall_volume;
+    assert!((sum / exact - 1.0).abs() < 1e-4, "{sum} {exact}");
+    // The same in a view: bins of 0.4 cm, the midpoint rule.
+    let seen: f64 = phantom
+        .view(0, 3)
+        .unwrap()
+        .iter()
+        .map(|&v| f64::from(v))
+        .sum::<f64>()
+        * 0.16;
+    let mean = {
+        let clear = Phantom::new(Scene {
+            background: None,
+            ..scene.clone()
+        })
+        .unwrap();
+        let all = |phantom: &Phantom| {
+            let truth = phantom.truth(0).unwrap();
+            truth.iter().map(|&v| f64::from(v)).sum::<f64>() * voxel
+        };
+        assert!(all(&phantom) > all(&clear));
+        all(&phantom)
+    };
+    assert!((seen / mean - 1.0).abs() < 0.01, "{seen} {mean}");
+    // A heart as active as what surrounds it is not seen.
+    scene.activity = ActivitySettings {
+        cavity: Uptake::Concentration(0.3),
+        wall: Uptake::Concentration(0.3),
+    };
+    let even = Phantom::new(scene).unwrap().view(0, 0).unwrap();
+    for row in even.chunks(40) {
+        assert!(row == &even[..40]);
     }
 }

@@ -33,6 +33,10 @@ fn a_written_scene_is_read_back() {
         shift = [1.0, 2.0, -3.0]
         [activity]
         cavity = { total = 7.0 }
+        [background]
+        concentration = 0.1
+        centre = [0.0, 1.0]
+        semi_axes = [7.0, 6.0]
         [[defects]]
         layers = [0.0, 0.5]
         s = [0.1, 0.3]
@@ -240,6 +244,21 @@ const BAD: &[(&str, &str, &str)] = &[
         "[output]\nwrite = ['attenuation']",
         "output.write",
         "needs a section",
+    ),
+    (
+        "[background]\nconcentration = -0.1\ncentre = [0.0, 0.0]\nsemi_axes = [9.0, 8.0]",
+        "background.concentration",
+        "between",
+    ),
+    (
+        "[background]\nconcentration = 0.1\ncentre = [0.0, inf]\nsemi_axes = [9.0, 8.0]",
+        "background.centre",
+        "between",
+    ),
+    (
+        "[background]\nconcentration = 0.1\ncentre = [0.0, 0.0]\nsemi_axes = [9.0, -8.0]",
+        "background.semi_axes",
+        "between",
     ),
     ("[[defects]]\ns = [0.1, 0.2]", "defects.0", "missing field"),
     (

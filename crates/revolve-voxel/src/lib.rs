@@ -82,6 +82,7 @@ mod sections;
 mod sector;
 mod self_crossing;
 mod shadow;
+mod torso;
 mod shell;
 mod thickness;
 mod wedge;

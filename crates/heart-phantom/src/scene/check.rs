@@ -61,6 +61,14 @@ pub(super) fn scene(scene: &Scene) -> Checked {
         let (Uptake::Concentration(amount) | Uptake::Total(amount)) = uptake;
         within(field, amount, [0.0, MAX_ACTIVITY])?;
     }
+    if let Some(background) = &scene.background {
+        within(
+            "background.concentration",
+            background.concentration,
+            [0.0, MAX_ACTIVITY],
+        )?;
+        torso("background", background.centre, background.semi_axes)?;
+    }
     for (k, settings) in scene.defects.iter().enumerate() {
         defect(&format!("defects.{k}"), settings)?;
     }
@@ -245,15 +253,18 @@ fn detector(scene: &Scene) -> Checked {
 
 fn attenuation(settings: &AttenuationSettings) -> Checked {
     within("attenuation.coefficient", settings.coefficient, [0.0, 1e6])?;
-    if let MediumSettings::Torso { centre, semi_axes } = settings.medium {
-        for (c, a) in centre.into_iter().zip(semi_axes) {
-            within(
-                "attenuation.medium.torso.centre",
-                c,
-                [-LENGTH[1], LENGTH[1]],
-            )?;
-            within("attenuation.medium.torso.semi_axes", a, LENGTH)?;
+    match settings.medium {
+        MediumSettings::Torso { centre, semi_axes } => {
+            torso("attenuation.medium.torso", centre, semi_axes)
         }
+        MediumSettings::Heart => Ok(()),
+    }
+}
+
+fn torso(name: &str, centre: [f64; 2], semi_axes: [f64; 2]) -> Checked {
+    for (c, a) in centre.into_iter().zip(semi_axes) {
+        within(&format!("{name}.centre"), c, [-LENGTH[1], LENGTH[1]])?;
+        within(&format!("{name}.semi_axes"), a, LENGTH)?;
     }
     Ok(())
 }

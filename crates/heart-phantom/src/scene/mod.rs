@@ -7,10 +7,10 @@ mod template;
 
 pub use sections::{
     AccuracySettings, AcquisitionSettings, ActivitySettings, ArcSettings, AttenuationSettings,
-    BalloonSettings, BlurSettings, CameraSettings, CountSettings, CycleSettings, DefectSettings,
-    DiscretisationSettings, HeartSettings, Law, MediumSettings, Mode, NoiseSettings,
-    OutputSettings, PixelRange, PoseSettings, Product, ReconstructionSettings, RotationSettings,
-    TruthSettings, WindowSettings,
+    BackgroundSettings, BalloonSettings, BlurSettings, CameraSettings, CountSettings,
+    CycleSettings, DefectSettings, DiscretisationSettings, HeartSettings, Law, MediumSettings,
+    Mode, NoiseSettings, OutputSettings, PixelRange, PoseSettings, Product, ReconstructionSettings,
+    RotationSettings, TruthSettings, WindowSettings,
 };
 
 use crate::error::PhantomError;
@@ -46,6 +46,9 @@ pub struct Scene {
     pub pose: PoseSettings,
     /// What cavity and wall hold.
     pub activity: ActivitySettings,
+    /// What surrounds the heart; `None` for nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<BackgroundSettings>,
     /// Pieces of the wall with another activity.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub defects: Vec<DefectSettings>,

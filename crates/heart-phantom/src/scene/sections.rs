@@ -148,6 +148,18 @@ impl Default for ActivitySettings {
     }
 }
 
+/// `[background]`: activity around the heart, in a cylinder of elliptic section along z, without ends.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BackgroundSettings {
+    /// Activity per mL.
+    pub concentration: f64,
+    /// Its axis, `[x, y]` in cm.
+    pub centre: [f64; 2],
+    /// Half-widths along x and y in cm.
+    pub semi_axes: [f64; 2],
+}
+
 /// One of `[[defects]]`: a piece of the wall with another activity. It moves with the wall and keeps its volume.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -67,6 +67,7 @@ pub(super) fn write(scene: &Scene) -> String {
     page.field("cavity", &scene.activity.cavity, "blood");
     page.field("wall", &scene.activity.wall, "myocardium");
 
+    page.background(scene);
     page.defects(scene);
     page.attenuation(scene);
 
@@ -188,6 +189,27 @@ impl Page {
 
     fn field(&mut self, name: &str, value: &impl Serialize, comment: &str) {
         let _ = writeln!(self.0, "{name} = {}  # {comment}", inline(value));
+    }
+
+    fn background(&mut self, scene: &Scene) {
+        let comment = "Activity around the heart in an elliptic torso along z; none if this section is left out.";
+        match &scene.background {
+            Some(background) => {
+                self.section("background", comment);
+                self.field("concentration", &background.concentration, "per mL");
+                self.field("centre", &background.centre, "[x, y] of its axis");
+                self.field(
+                    "semi_axes",
+                    &background.semi_axes,
+                    "along x and y; the bins should see all of it",
+                );
+            }
+            None => {
+                let example =
+                    "concentration = 0.1\n# centre = [0.0, 0.0]\n# semi_axes = [16.0, 11.0]";
+                self.left_out(comment, "background", example);
+            }
+        }
     }
 
     fn defects(&mut self, scene: &Scene) {
