@@ -82,9 +82,9 @@ mod sections;
 mod sector;
 mod self_crossing;
 mod shadow;
-mod torso;
 mod shell;
 mod thickness;
+mod torso;
 mod wedge;
 
 pub use attenuation::{Attenuator, EllipticCylinder, Medium};

@@ -38,18 +38,20 @@ impl EllipticCylinder {
         length("image", rays.n_bins() * rays.n_rows(), out.len())?;
         let d = rays.direction();
         positive("rays' part across the torso", d.x.hypot(d.y))?;
-        out.par_chunks_mut(rays.n_bins()).enumerate().for_each(|(row, image)| {
-            for (bin, pixel) in image.iter_mut().enumerate() {
-                let ray = rays.ray(bin, row);
-                if let Some(span) = self.span(&ray) {
-                    let way = match attenuator {
-                        None => span.length(),
-                        Some(medium) => medium.along(&ray).integral(span.enter, span.exit),
-                    };
-                    *pixel += T::from_f64(activity * way);
+        out.par_chunks_mut(rays.n_bins())
+            .enumerate()
+            .for_each(|(row, image)| {
+                for (bin, pixel) in image.iter_mut().enumerate() {
+                    let ray = rays.ray(bin, row);
+                    if let Some(span) = self.span(&ray) {
+                        let way = match attenuator {
+                            None => span.length(),
+                            Some(medium) => medium.along(&ray).integral(span.enter, span.exit),
+                        };
+                        *pixel += T::from_f64(activity * way);
+                    }
                 }
-            }
-        });
+            });
         Ok(())
     }
 }
