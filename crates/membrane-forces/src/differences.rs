@@ -42,11 +42,14 @@ pub struct FiniteDifferences {
     pub(crate) second: Vec<f64>,
 }
 
+/// Ten thousand times what resolves any balloon; some gigabytes with the solver's arrays.
+const MOST_NODES: usize = 10_000_000;
+
 impl FiniteDifferences {
     /// Samples `membrane` at `n_nodes` points. Cost O(N).
     ///
     /// # Errors
-    /// Fewer than three nodes, a stiffness that is not positive at a sample, or coinciding
+    /// Fewer than three nodes or more than ten million, a stiffness that is not positive at a sample, or coinciding
     /// neighbours in the rest shape.
     pub fn new(membrane: &Membrane, n_nodes: usize) -> Result<Self, MembraneError> {
         if n_nodes < 3 {
@@ -54,6 +57,13 @@ impl FiniteDifferences {
                 quantity: "nodes",
                 given: n_nodes,
                 least: 3,
+            });
+        }
+        if n_nodes > MOST_NODES {
+            return Err(MembraneError::TooMany {
+                quantity: "nodes",
+                given: n_nodes,
+                most: MOST_NODES,
             });
         }
         let last = n_nodes - 1;

@@ -40,6 +40,16 @@ pub enum MembraneError {
         /// How many are needed.
         least: usize,
     },
+    /// More nodes, degrees or elements than any machine has room for.
+    #[error("{quantity}: {given} given, at most {most} allowed")]
+    TooMany {
+        /// What there is too much of.
+        quantity: &'static str,
+        /// How many were given.
+        given: usize,
+        /// How many are allowed.
+        most: usize,
+    },
     /// Breakpoints must rise strictly inside (0, 1).
     #[error("breakpoint {index} is {value}: breakpoints must rise strictly inside (0, 1)")]
     BadBreakpoint {

@@ -45,12 +45,19 @@ pub(crate) struct Element {
     elastic: Vec<f64>,
 }
 
+/// Interpolation at so many Chebyshev points is stable, and far beyond need.
+const MOST_DEGREE: usize = 1000;
+
+/// About a gigabyte.
+const MOST_SIZE: usize = 100_000_000;
+
 impl SpectralElements {
     /// Discretises `membrane` by polynomials of degree `degree`, `per_piece` elements on each
     /// smooth piece. Cost O(elements degree^3).
     ///
     /// # Errors
-    /// Degree below 2, no element per piece, a stiffness that is not positive at a node.
+    /// Degree below 2 or above 1000, no element per piece or more than 1e8 over the degree squared, a stiffness that is not
+    /// positive at a node.
     pub fn new(
         membrane: &Membrane,
         degree: usize,
@@ -68,6 +75,19 @@ impl SpectralElements {
                 quantity: "elements per piece",
                 given: 0,
                 least: 1,
+            });
+        }
+        // Each element keeps matrices of the degree squared.
+        let size = per_piece.saturating_mul(degree.saturating_mul(degree));
+        if degree > MOST_DEGREE || size > MOST_SIZE {
+            return Err(MembraneError::TooMany {
+                quantity: "degree, or its square times the elements per piece",
+                given: degree.max(size),
+                most: if degree > MOST_DEGREE {
+                    MOST_DEGREE
+                } else {
+                    MOST_SIZE
+                },
             });
         }
         let reference = Reference::new(degree);

@@ -33,14 +33,14 @@ impl Body {
     /// Activity of every voxel, `[z][y][x]`, x fastest.
     ///
     /// # Errors
-    /// [`Error::Length`], [`Error::NotFinite`] for the activities, [`Error::NotPositive`] for the sampling.
+    /// [`Error::Length`], [`Error::NotFinite`] for the activities, [`Error::NotPositive`] for the sampling, [`Error::TooLarge`].
     pub fn voxelize<T: Sample>(
         &self,
         grid: &VoxelGrid,
         sampling: Sampling,
         activity: &[f64],
     ) -> Result<(Vec<T>, VoxelCounters), Error> {
-        let mut out = vec![T::default(); grid.len()];
+        let mut out = crate::error::zeros("voxels", grid.len())?;
         let counters =
             self.voxelize_add(grid, 0..grid.shape()[2], sampling, activity, 1.0, &mut out)?;
         Ok((out, counters))

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::chord::{Direction, Hint};
-use crate::error::{finite, length, positive};
+use crate::error::{countable, finite, length, positive, zeros};
 use crate::shadow::Shadow;
 use crate::{Body, Error, Hit, Ray, RayCounters, Sample};
 
@@ -27,10 +27,9 @@ impl ParallelDetector {
     /// A detector centred on the axis of turning; `pitch` is [bin, row].
     ///
     /// # Errors
-    /// [`Error::NotPositive`], [`Error::NotFinite`].
+    /// [`Error::NotPositive`], [`Error::NotFinite`], [`Error::TooLarge`].
     pub fn new(n_bins: usize, n_rows: usize, pitch: [f64; 2]) -> Result<Self, Error> {
-        positive("number of bins", n_bins as f64)?;
-        positive("number of rows", n_rows as f64)?;
+        countable("bins by rows", &[n_bins, n_rows])?;
         positive("bin pitch", pitch[0])?;
         positive("row pitch", pitch[1])?;
         Ok(Self {
@@ -108,7 +107,7 @@ impl ParallelRays {
     /// A raster of `[n_bins, n_rows]` rays; the direction is normalised.
     ///
     /// # Errors
-    /// [`Error::NotPositive`] for a count of zero or a zero direction, [`Error::NotFinite`].
+    /// [`Error::NotPositive`] for a count of zero or a zero direction, [`Error::NotFinite`], [`Error::TooLarge`].
     pub fn new(
         [n_bins, n_rows]: [usize; 2],
         first: Point3<f64>,
@@ -116,8 +115,7 @@ impl ParallelRays {
         row_step: Vector3<f64>,
         direction: Vector3<f64>,
     ) -> Result<Self, Error> {
-        positive("number of bins", n_bins as f64)?;
-        positive("number of rows", n_rows as f64)?;
+        countable("bins by rows", &[n_bins, n_rows])?;
         for v in bin_step.iter().chain(row_step.iter()) {
             finite("step between rays", *v)?;
         }
@@ -181,13 +179,13 @@ impl Body {
     /// Rows are shared among the threads of the current rayon pool; the result does not depend on their number.
     ///
     /// # Errors
-    /// [`Error::Length`] or [`Error::NotFinite`] for the activities.
+    /// [`Error::Length`] or [`Error::NotFinite`] for the activities, [`Error::TooLarge`] for the image.
     pub fn project<T: Sample>(
         &self,
         rays: &ParallelRays,
         activity: &[f64],
     ) -> Result<(Vec<T>, RayCounters), Error> {
-        let mut out = vec![T::default(); rays.n_bins * rays.n_rows];
+        let mut out = zeros("bins by rows", rays.n_bins * rays.n_rows)?;
         let counters = self.project_add(rays, activity, 1.0, &mut out)?;
         Ok((out, counters))
     }

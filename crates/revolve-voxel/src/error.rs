@@ -96,6 +96,14 @@ pub enum Error {
         /// A full turn.
         most: f64,
     },
+    /// More samples than can be addressed, or than the system will give memory for.
+    #[error("{samples:e} {what} do not fit into memory")]
+    TooLarge {
+        /// Of what.
+        what: &'static str,
+        /// How many.
+        samples: f64,
+    },
     /// A list has the wrong length.
     #[error("{what}: expected length {expected}, got {given}")]
     Length {
@@ -159,4 +167,31 @@ pub(crate) fn length(what: &'static str, expected: usize, given: usize) -> Resul
             given,
         })
     }
+}
+
+/// The product of some counts, each positive, if that many samples with scratch can be addressed.
+pub(crate) fn countable(what: &'static str, counts: &[usize]) -> Result<(), Error> {
+    let mut samples = 1.0;
+    for &n in counts {
+        positive(what, n as f64)?;
+        samples *= n as f64;
+    }
+    // Half the address space, as for any Rust allocation, and 32 bytes a sample.
+    if samples <= isize::MAX as f64 / 32.0 {
+        Ok(())
+    } else {
+        Err(Error::TooLarge { what, samples })
+    }
+}
+
+/// `len` zeros, or the error that says that there is no room for them.
+pub(crate) fn zeros<T: Copy + Default>(what: &'static str, len: usize) -> Result<Vec<T>, Error> {
+    // Asked for first: `vec!` ends the process if it is refused, and alone does not touch the memory.
+    let mut room: Vec<T> = Vec::new();
+    if room.try_reserve_exact(len).is_err() {
+        let samples = len as f64;
+        return Err(Error::TooLarge { what, samples });
+    }
+    drop(room);
+    Ok(vec![T::default(); len])
 }

@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::Error;
-use crate::error::{finite, positive};
+use crate::error::{countable, finite, positive};
 
 /// A regular grid of voxels; volumes on it are indexed `[z][y][x]`, x fastest.
 ///
@@ -22,10 +22,11 @@ impl VoxelGrid {
     /// A grid from its numbers of voxels `[nx, ny, nz]`, per-axis steps and the first voxel's centre.
     ///
     /// # Errors
-    /// [`Error::NotPositive`] for a count or spacing that is not positive, [`Error::NotFinite`].
+    /// [`Error::NotPositive`] for a count or spacing that is not positive, [`Error::NotFinite`], [`Error::TooLarge`] for more
+    /// voxels than can be addressed.
     pub fn new(shape: [usize; 3], spacing: [f64; 3], origin: [f64; 3]) -> Result<Self, Error> {
+        countable("voxels", &shape)?;
         for a in 0..3 {
-            positive("number of voxels", shape[a] as f64)?;
             positive("voxel spacing", spacing[a])?;
             finite("grid origin", origin[a])?;
         }

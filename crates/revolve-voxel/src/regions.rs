@@ -5,6 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::coverage::{BLOCK, Painter, check};
+use crate::error::zeros;
 use crate::field::Field;
 use crate::{Body, Error, Sample, Sampling, VoxelCounters, VoxelGrid};
 
@@ -41,8 +42,10 @@ impl Body {
         check(grid, &slices, sampling)?;
         let len = grid.slice_len() * slices.len();
         let fields: Vec<Field> = (0..n).map(|k| self.field(k, grid)).collect();
-        let mut coverage: Vec<Vec<T>> = (0..n).map(|_| vec![T::default(); len]).collect();
-        let mut labels = vec![0u8; len];
+        let mut coverage: Vec<Vec<T>> = (0..n)
+            .map(|_| zeros("voxels", len))
+            .collect::<Result<_, _>>()?;
+        let mut labels = zeros::<u8>("voxels", len)?;
         // Slab by slab: every layer's voxels, then what each layer holds beyond the one within and who holds most.
         let slab = grid.slice_len() * BLOCK;
         let mut slabs: Vec<Vec<&mut [T]>> = Vec::new();

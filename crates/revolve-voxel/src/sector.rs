@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::attenuation::check_slices;
-use crate::error::{finite, positive};
+use crate::error::{finite, positive, zeros};
 use crate::plane_clip::fraction_below;
 use crate::wedge::{Place, Sides, Wedge};
 use crate::{
@@ -137,7 +137,7 @@ impl Sector {
         let corner = grid.centre(part[0].start, part[1].start, part[2].start);
         let small = VoxelGrid::new(part.clone().map(|p| p.len()), h, corner.coords.into())?;
         let own = z.start - part[2].start..z.end - part[2].start;
-        let mut ring = vec![0.0; nx * ny * z.len()];
+        let mut ring = zeros("voxels", nx * ny * z.len())?;
         let mut counters =
             self.ring
                 .voxelize_add(&small, own.clone(), sampling, &[1.0], 1.0, &mut ring)?;

@@ -4,9 +4,11 @@
 //! minutes, from seeds nobody has tried. A scene that panics is named by its kind and seed; `STRESS_SEED=S` starts there.
 
 mod bodies;
+mod limits;
 mod membranes;
 mod random;
 mod tomography;
+mod walls;
 
 use random::Random;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -31,7 +33,7 @@ fn variable<T: std::str::FromStr>(name: &str) -> Option<T> {
 /// Runs scenes from the seed on, for the time or the number asked for, and fails with the seeds of those that panicked.
 fn run(kind: &str, scene: fn(&mut Random) -> Outcome) {
     let first: u64 = variable("STRESS_SEED").unwrap_or(1);
-    // The three kinds run side by side, each for the whole time.
+    // The kinds run side by side, each for the whole time.
     let time = variable::<f64>("STRESS_MINUTES")
         .map(|m| Duration::from_secs_f64(60.0 * m.clamp(0.0, 1e5)));
     let start = Instant::now();
@@ -72,6 +74,11 @@ fn bodies_answer_or_refuse() {
 #[test]
 fn tomography_answers_or_refuses() {
     run("tomography", tomography::scene);
+}
+
+#[test]
+fn walls_answer_or_refuse() {
+    run("walls", walls::scene);
 }
 
 /// The same work with one thread and with two.

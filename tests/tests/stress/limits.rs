@@ -1,0 +1,359 @@
+//! Where things end: numbers that are none at every entry, sizes beyond any memory, folders that cannot be written to, a process
+//! that is killed while it writes.
+
+use heart_phantom::files::{Format, Volume, write_npy, write_volume};
+use heart_phantom::{MaterialPoint, Wall};
+use membrane_forces::{Membrane, RestShape, Stiffness};
+use membrane_newton::{Control, Discretisation, NewtonOptions, Pair, Solver};
+use nalgebra::{Point3, Vector3};
+use radon::{Blur, CountScale, ImageGrid, ParallelGeometry, poisson_counts};
+use revolve_voxel::{
+    Attenuator, Body, Curve, EllipticCylinder, Medium, Meridian, ParallelDetector, ParallelRays,
+    Piece, Pose, Ray, Sampling, Sector, Shell, VoxelGrid,
+};
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+fn body() -> Body {
+    let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).expect("a cone");
+    Body::new(vec![cone], Pose::axis_along_z(1.0).expect("a place")).expect("a body")
+}
+
+fn pair() -> Pair {
+    let solver = |radius| {
+        let rest = RestShape::balloon(8.5, radius).expect("a balloon");
+        Solver::new(
+            &Membrane::new(rest),
+            Discretisation::FiniteDifferences { nodes: 21 },
+        )
+        .expect("nodes enough")
+    };
+    Pair::new(solver(1.75), solver(2.75)).expect("a wall")
+}
+
+#[test]
+fn what_is_no_number_enters_nowhere() {
+    let (body, pair) = (body(), pair());
+    let pose = Pose::axis_along_z(1.0).expect("a place");
+    let options = NewtonOptions::default();
+    let rays = ParallelDetector::new(2, 2, [1.0; 2])
+        .and_then(|detector| detector.rays(0.0))
+        .expect("rays");
+    let grid = VoxelGrid::cube(2, 1.0).expect("a grid");
+    let wall = Wall::of(&pair.solve_gain(0.1, &options).expect("a shape"), pose).expect("a wall");
+    let torso = EllipticCylinder::new([0.0; 2], [2.0; 2]).expect("a torso");
+    let ring = || Meridian::ring(&[[0.0, 1.0], [0.0, 2.0], [1.0, 2.0]]).expect("a ring");
+    let sector = Sector::new(ring(), [0.0, 1.0], pose).expect("a sector");
+    let geometry = ParallelGeometry::uniform(2, 3.0, 4, 1.0).expect("a geometry");
+    let at = |layer, s, azimuth| wall.position(&MaterialPoint { layer, s, azimuth });
+    let line = |x: f64| Curve::polyline(&[0.0, 1.0], &[[0.0, 1.0], [1.0, x]]);
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let one = &mut [0.0_f64; 4];
+        let entries = [
+            // membrane-forces, membrane-newton
+            ("length of a balloon", RestShape::balloon(bad, 1.0).is_err()),
+            ("radius of a balloon", RestShape::balloon(1.0, bad).is_err()),
+            ("stiffness", Stiffness::constant(bad).is_err()),
+            (
+                "stiffness samples",
+                Stiffness::samples(&[1.0, bad]).is_err(),
+            ),
+            ("volume gain", pair.solve_gain(bad, &options).is_err()),
+            ("load", pair.solve(Control::Load(bad), &options).is_err()),
+            (
+                "volume",
+                pair.solve(Control::Volume(bad), &options).is_err(),
+            ),
+            (
+                "intensity",
+                pair.solve(Control::Intensity(bad), &options).is_err(),
+            ),
+            // revolve-voxel
+            (
+                "profile x",
+                Meridian::new(&[[0.0, 1.0], [bad, 0.0]]).is_err(),
+            ),
+            (
+                "profile r",
+                Meridian::new(&[[0.0, bad], [1.0, 0.0]]).is_err(),
+            ),
+            (
+                "ring",
+                Meridian::ring(&[[0.0, 1.0], [bad, 2.0], [1.0, 2.0]]).is_err(),
+            ),
+            (
+                "full curve",
+                Meridian::from_full_curve(&[[0.0, 1.0], [bad, 0.0], [0.0, -1.0]]).is_err(),
+            ),
+            (
+                "piece",
+                Meridian::smooth(
+                    &[Piece::Power {
+                        x: vec![bad],
+                        r: vec![1.0],
+                    }],
+                    0.1,
+                )
+                .is_err(),
+            ),
+            (
+                "tolerance of a piece",
+                Meridian::smooth(
+                    &[Piece::Power {
+                        x: vec![0.0, 1.0],
+                        r: vec![1.0],
+                    }],
+                    bad,
+                )
+                .is_err(),
+            ),
+            ("curve", line(bad).is_err()),
+            (
+                "range of a shell",
+                line(1.0)
+                    .and_then(|c| Shell::new(c.clone(), c, [0.0, bad]))
+                    .is_err(),
+            ),
+            ("axial point", Pose::axis_along_z(bad).is_err()),
+            (
+                "turn",
+                pose.turned_x(bad).is_err()
+                    && pose.turned_y(bad).is_err()
+                    && pose.turned_z(bad).is_err(),
+            ),
+            ("shift", pose.shifted(Vector3::new(0.0, bad, 0.0)).is_err()),
+            (
+                "ray origin",
+                Ray::new(Point3::new(bad, 0.0, 0.0), Vector3::x()).is_err(),
+            ),
+            (
+                "ray direction",
+                Ray::new(Point3::origin(), Vector3::new(0.0, bad, 1.0)).is_err(),
+            ),
+            (
+                "raster",
+                ParallelRays::new(
+                    [2; 2],
+                    Point3::origin(),
+                    Vector3::x() * bad,
+                    Vector3::y(),
+                    Vector3::z(),
+                )
+                .is_err(),
+            ),
+            (
+                "bin pitch",
+                ParallelDetector::new(2, 2, [bad, 1.0]).is_err(),
+            ),
+            (
+                "row pitch",
+                ParallelDetector::new(2, 2, [1.0, bad]).is_err(),
+            ),
+            (
+                "view angle",
+                ParallelDetector::new(2, 2, [1.0; 2])
+                    .and_then(|d| d.rays(bad))
+                    .is_err(),
+            ),
+            (
+                "detector offset",
+                ParallelDetector::new(2, 2, [1.0; 2])
+                    .and_then(|d| d.with_offset([0.0, bad]))
+                    .is_err(),
+            ),
+            (
+                "spacing",
+                VoxelGrid::new([2; 3], [1.0, bad, 1.0], [0.0; 3]).is_err(),
+            ),
+            (
+                "grid origin",
+                VoxelGrid::new([2; 3], [1.0; 3], [0.0, 0.0, bad]).is_err(),
+            ),
+            ("activity", body.project::<f32>(&rays, &[bad]).is_err()),
+            ("weight", body.project_add(&rays, &[1.0], bad, one).is_err()),
+            (
+                "voxel activity",
+                body.voxelize::<f32>(&grid, Sampling::Centre, &[bad])
+                    .is_err(),
+            ),
+            (
+                "coverage",
+                body.voxelize::<f32>(&grid, Sampling::Coverage { tolerance: bad }, &[1.0])
+                    .is_err(),
+            ),
+            (
+                "attenuation",
+                Attenuator::new(bad, Medium::Torso(torso)).is_err(),
+            ),
+            (
+                "torso",
+                EllipticCylinder::new([0.0, bad], [1.0; 2]).is_err()
+                    && EllipticCylinder::new([0.0; 2], [bad, 1.0]).is_err(),
+            ),
+            (
+                "azimuth",
+                Sector::new(ring(), [0.0, bad], pose).is_err()
+                    && Sector::new(ring(), [bad, 1.0], pose).is_err(),
+            ),
+            (
+                "sector activity",
+                sector.project_add(&rays, bad, None, one).is_err(),
+            ),
+            // radon
+            ("arc", ParallelGeometry::uniform(2, bad, 4, 1.0).is_err()),
+            ("pitch", ParallelGeometry::uniform(2, 1.0, 4, bad).is_err()),
+            ("pixel", ImageGrid::square(4, bad).is_err()),
+            ("FWHM", Blur::new([4; 2], [1.0; 2], bad).is_err()),
+            ("blur pitch", Blur::new([4; 2], [bad, 1.0], 1.0).is_err()),
+            (
+                "blurred sample",
+                Blur::new([2; 2], [1.0; 2], 1.0)
+                    .and_then(|b| b.apply(&mut [1.0, 1.0, bad, 1.0]))
+                    .is_err(),
+            ),
+            (
+                "mean counts",
+                poisson_counts(&[1.0, bad], CountScale::PerUnit(1.0), 0).is_err(),
+            ),
+            (
+                "count scale",
+                poisson_counts(&[1.0], CountScale::PerUnit(bad), 0).is_err(),
+            ),
+            (
+                "total counts",
+                poisson_counts(&[1.0], CountScale::Total(bad), 0).is_err(),
+            ),
+            // heart-phantom
+            ("layer", at(bad, 0.1, 0.0).is_err()),
+            ("s", at(0.5, bad, 0.0).is_err()),
+            ("azimuth of a point", at(0.5, 0.1, bad).is_err()),
+            (
+                "tolerance of a region",
+                wall.region([0.0, 1.0], [0.0, 0.5], bad).is_err() || bad == f64::INFINITY,
+            ),
+            (
+                "sample of a volume",
+                Volume::new(grid, [bad as f32; 8].as_slice()).is_err(),
+            ),
+        ];
+        for (entry, refused) in entries {
+            assert!(refused, "{bad} went in as {entry}");
+        }
+        assert!(wall.locate(&Point3::new(0.0, bad, 0.0)).is_none());
+        assert!(geometry.n_views() == 2);
+    }
+}
+
+#[test]
+fn sizes_beyond_memory_are_refused_and_not_tried() {
+    let body = body();
+    // Counts whose product overflows, and one that is a number but no amount of memory.
+    for n in [usize::MAX, 1 << 32, 1 << 21] {
+        assert!(VoxelGrid::cube(n, 1.0).is_err());
+        let detector = ParallelDetector::new(n, n, [1.0; 2]);
+        let seen = detector
+            .and_then(|detector| detector.rays(0.0))
+            .and_then(|rays| body.project::<f64>(&rays, &[1.0]));
+        assert!(seen.is_err(), "{n} x {n} bins");
+    }
+    let grid = VoxelGrid::new([1 << 19, 1 << 19, 1 << 19], [1.0; 3], [0.0; 3]).expect("countable");
+    assert!(
+        body.voxelize::<f32>(&grid, Sampling::Centre, &[1.0])
+            .is_err()
+    );
+    assert!(
+        body.regions::<f32>(&grid, 0..1 << 19, Sampling::Centre)
+            .is_err()
+    );
+    let huge = usize::MAX;
+    assert!(ParallelGeometry::uniform(huge, 1.0, huge, 1.0).is_err());
+    assert!(ImageGrid::square(huge, 1.0).is_err());
+    assert!(Blur::new([huge; 2], [1.0; 2], 1.0).is_err());
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).expect("a balloon"));
+    for discretisation in [
+        Discretisation::FiniteDifferences { nodes: huge },
+        Discretisation::FiniteDifferences { nodes: 1 << 40 },
+        Discretisation::Spectral {
+            degree: huge,
+            per_piece: 1,
+        },
+        Discretisation::Spectral {
+            degree: 1 << 20,
+            per_piece: 1,
+        },
+        Discretisation::Spectral {
+            degree: 8,
+            per_piece: huge,
+        },
+        Discretisation::Spectral {
+            degree: 8,
+            per_piece: 1 << 32,
+        },
+    ] {
+        assert!(
+            Solver::new(&membrane, discretisation).is_err(),
+            "{discretisation:?}"
+        );
+    }
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_to_is_an_error() {
+    let grid = VoxelGrid::cube(2, 0.1).expect("a grid");
+    let volume = Volume::new(grid, [0.5_f32; 8].as_slice()).expect("a volume");
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("file");
+    std::fs::write(&file, "x").expect("a file");
+    // A file in place of the folder; a folder of the system that takes no files, whoever asks.
+    for place in [file.as_path(), Path::new("/proc/self"), Path::new("/sys")] {
+        assert!(write_npy(&place.join("a.npy"), &[8], &[0.5_f32; 8]).is_err());
+        assert!(write_volume(&place.join("a.nii"), &volume, Format::Nifti).is_err());
+        assert!(heart_phantom::files::create_writable_folder(&place.join("sub")).is_err());
+    }
+    assert_eq!(
+        std::fs::read_dir(folder.path()).expect("a folder").count(),
+        1
+    );
+}
+
+/// A child writes one file over and over, each time with another number in all of it, and is killed at any moment: what is found
+/// is always one of those files, whole.
+#[test]
+fn a_process_killed_while_it_writes_leaves_a_whole_file() {
+    const FILE: &str = "STRESS_INTERRUPTED_FILE";
+    const LENGTH: usize = 1 << 18;
+    if let Some(file) = std::env::var_os(FILE) {
+        for k in 0_u16.. {
+            let samples = vec![f32::from(k); LENGTH];
+            write_npy(Path::new(&file), &[LENGTH], &samples).expect("room for a megabyte");
+        }
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("a.npy");
+    let header = 128;
+    let mut kept = 0;
+    for round in 0..12 {
+        let mut child = Command::new(std::env::current_exe().expect("this program"))
+            .args([
+                "--exact",
+                "limits::a_process_killed_while_it_writes_leaves_a_whole_file",
+            ])
+            .env(FILE, &file)
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .expect("a child");
+        std::thread::sleep(Duration::from_millis(40 + 7 * round));
+        child.kill().expect("a child that runs");
+        child.wait().expect("a child that ends");
+        let Ok(bytes) = std::fs::read(&file) else {
+            continue; // killed before it wrote any
+        };
+        kept += 1;
+        assert_eq!(bytes.len(), header + 4 * LENGTH);
+        let samples = &bytes[header..];
+        assert!(samples.chunks(4).all(|sample| sample == &samples[..4]));
+    }
+    assert!(kept > 0, "no child ever wrote its file");
+}

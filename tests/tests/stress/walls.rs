@@ -1,0 +1,249 @@
+//! Random walls between random balloons: material points, pieces cut out of them, seen through a torso, blurred and counted.
+
+use crate::random::Random;
+use crate::{Outcome, with_threads};
+use heart_phantom::{MaterialPoint, Wall, WallRegion};
+use membrane_newton::{
+    Discretisation, Membrane, NewtonOptions, Pair, RestShape, Solver, Stiffness,
+};
+use radon::{Blur, CountScale, poisson_counts};
+use revolve_voxel::{
+    Attenuator, EllipticCylinder, Medium, ParallelDetector, Pose, Sampling, Sector, VoxelGrid,
+};
+use std::f64::consts::{PI, TAU};
+
+pub(crate) fn scene(random: &mut Random) -> Outcome {
+    let unit = random.decades(-3.0, 3.0);
+    let Some([rest, wall]) = walls(random, unit) else {
+        return Outcome::Refused;
+    };
+    let moved = wall.clone().sliding_from(&rest);
+    for _ in 0..20 {
+        check_point(random, [&rest, &wall, &moved], unit);
+    }
+    let Some(piece) = check_region(random, &wall) else {
+        return Outcome::Refused;
+    };
+    match random.integer(0, 2) {
+        0 => check_image(random, &wall, piece, unit),
+        1 => check_voxels(random, &wall, piece, unit),
+        _ => Some(()),
+    }
+    .map_or(Outcome::Refused, |()| Outcome::Answered)
+}
+
+/// A wall at rest and dilated, about ten units long.
+fn walls(random: &mut Random, unit: f64) -> Option<[Wall; 2]> {
+    let (h, radius) = (
+        unit * random.uniform(1.0, 9.0),
+        unit * random.uniform(0.5, 3.0),
+    );
+    let outer_h = if random.one_in(2) {
+        h
+    } else {
+        h * random.uniform(0.95, 1.1)
+    };
+    let outer_radius = radius * random.uniform(1.02, 2.0);
+    let discretisation = if random.one_in(2) {
+        Discretisation::FiniteDifferences {
+            nodes: random.integer(5, 150),
+        }
+    } else {
+        Discretisation::Spectral {
+            degree: random.integer(4, 20),
+            per_piece: random.integer(1, 3),
+        }
+    };
+    let mut solver = |h: f64, radius: f64| {
+        let stiffness = Stiffness::constant(random.spoiled(1.0)).ok()?;
+        let rest = RestShape::balloon(random.spoiled(h), random.spoiled(radius)).ok()?;
+        Solver::new(
+            &Membrane::new(rest).with_stiffness(stiffness),
+            discretisation,
+        )
+        .ok()
+    };
+    let pair = Pair::new(solver(h, radius)?, solver(outer_h, outer_radius)?).ok()?;
+    let pose = Pose::axis_along_z(0.5 * h)
+        .ok()?
+        .turned_x(random.uniform(-PI, PI))
+        .ok()?
+        .turned_y(random.uniform(-PI, PI))
+        .ok()?;
+    let gain = random.uniform(0.0, 1.5);
+    let mut shape = |gain: f64| {
+        let solved = pair
+            .solve_gain(random.spoiled(gain), &NewtonOptions::default())
+            .ok()?;
+        Wall::of(&solved, pose).ok()
+    };
+    Some([shape(0.0)?, shape(gain)?])
+}
+
+fn check_point(random: &mut Random, walls: [&Wall; 3], unit: f64) {
+    let near = |random: &mut Random, low: f64, high: f64| match random.integer(0, 9) {
+        0 => low,
+        1 => high,
+        _ => random.uniform(low, high),
+    };
+    let mut point = MaterialPoint {
+        layer: near(random, 0.0, 1.0),
+        s: near(random, 0.0, 0.5),
+        azimuth: near(random, -PI, PI),
+    };
+    point.layer = random.spoiled(point.layer);
+    for (k, wall) in walls.into_iter().enumerate() {
+        let Ok(p) = wall.position(&point) else {
+            assert!(!(0.0..=1.0).contains(&point.layer), "{point:?} refused");
+            return;
+        };
+        assert!(p.iter().all(|x| x.is_finite()), "{point:?}: {p}");
+        let Some(found) = wall.locate(&p) else {
+            panic!("{point:?} is at {p}, where nothing is");
+        };
+        let back = wall.position(&found).expect("what was found is in range");
+        // The place itself, whatever the coordinates are worth there (the axis, half a digit of s towards it).
+        assert!(
+            (back - p).norm() <= 1e-7 * unit,
+            "{point:?} {found:?}: {p} {back}"
+        );
+        let stretch = walls[0].stretch(wall, &point).expect("as the position");
+        let sides = [stretch.meridional, stretch.hoop, stretch.radial];
+        assert!(
+            sides.iter().all(|x| x.is_finite() && *x > 0.0),
+            "{point:?}: {stretch:?}"
+        );
+        if k == 2 && point.s < 0.499 {
+            // The third wall slides from the first: nothing is compressed. A polyline's sides jump at its corners, by which
+            // side of them rounding takes is any.
+            let same = (walls[0].volume() / wall.volume() - 1.0).abs();
+            assert!(
+                (stretch.volume() - 1.0).abs() < 1e-6 + 2.0 * same,
+                "{point:?}: {stretch:?}"
+            );
+        }
+    }
+}
+
+fn check_region(random: &mut Random, wall: &Wall) -> Option<WallRegion> {
+    let mut pair = |most: f64| {
+        let (a, b) = (random.uniform(0.0, most), random.uniform(0.0, most));
+        [random.spoiled(a.min(b)), a.max(b)]
+    };
+    let (layers, s, opening) = (pair(1.0), pair(0.5), pair(TAU));
+    let region = WallRegion {
+        layers,
+        s,
+        azimuths: opening,
+    };
+    let size = wall.volume().cbrt();
+    let solid = wall.sector(&region, 1e-5 * size).ok()?;
+    let other = wall.region(layers, s, 1e-5 * size).ok()?;
+    let share = (opening[1] - opening[0]) / TAU;
+    let exact = share * other.measures().volume;
+    assert!((solid.volume() - exact).abs() <= 1e-12 * wall.volume());
+    assert!(solid.volume() <= wall.volume() * (1.0 + 1e-3));
+    Some(region)
+}
+
+fn check_image(random: &mut Random, wall: &Wall, region: WallRegion, unit: f64) -> Option<()> {
+    let solid = wall.sector(&region, 1e-3 * unit).ok()?;
+    let ring = wall.region(region.layers, region.s, 1e-3 * unit).ok()?;
+    let [from, to] = region.azimuths;
+    let rest = Sector::new(ring.clone(), [to, from + TAU], *wall.pose()).ok()?;
+    let whole = Sector::new(ring, [0.0, TAU], *wall.pose()).ok()?;
+    let (bins, rows) = (random.integer(1, 40), random.integer(1, 30));
+    let pitch = [24.0 * unit / bins as f64, 24.0 * unit / rows as f64];
+    let rays = ParallelDetector::new(bins, rows, pitch)
+        .ok()?
+        .rays(random.uniform(-7.0, 7.0))
+        .ok()?;
+    let axes = [random.uniform(1.0, 20.0), random.uniform(1.0, 20.0)].map(|a| a * unit);
+    let torso = EllipticCylinder::new([0.0, random.spoiled(unit)], axes).ok()?;
+    let mu = random.spoiled(random_mu(unit));
+    let attenuator = Attenuator::new(mu, Medium::Torso(torso)).ok()?;
+    let see = |sector: &Sector, attenuator: Option<&Attenuator>| {
+        let mut image = vec![0.0_f64; bins * rows];
+        sector
+            .project_add(&rays, 1.0, attenuator, &mut image)
+            .expect("finite input");
+        image
+    };
+    let plain = see(&solid, None);
+    let seen = with_threads(1, || see(&solid, Some(&attenuator)));
+    let again = with_threads(2, || see(&solid, Some(&attenuator)));
+    assert!(seen == again);
+    for (a, b) in seen.iter().zip(&plain) {
+        assert!(*a >= 0.0 && *a <= b * (1.0 + 1e-9) + 1e-9 * unit, "{a} {b}");
+    }
+    let (parts, all) = (
+        see(&rest, Some(&attenuator)),
+        see(&whole, Some(&attenuator)),
+    );
+    for ((a, b), all) in seen.iter().zip(&parts).zip(&all) {
+        assert!((a + b - all).abs() <= 1e-9 * unit, "{a} + {b}, not {all}");
+    }
+    check_counts(random, seen, [bins, rows], pitch)
+}
+
+/// About what water does to the rays of a nuclide, on a length of `unit`.
+fn random_mu(unit: f64) -> f64 {
+    0.15 / unit
+}
+
+fn check_counts(
+    random: &mut Random,
+    mut image: Vec<f64>,
+    size: [usize; 2],
+    pitch: [f64; 2],
+) -> Option<()> {
+    let before: f64 = image.iter().sum();
+    let width = random.uniform(0.0, 0.4) * pitch[0] * size[0] as f64;
+    let blur = Blur::new(size, pitch, random.spoiled(width)).ok()?;
+    blur.apply(&mut image).ok()?;
+    let after: f64 = image.iter().sum();
+    assert!(
+        (after - before).abs() <= 1e-12 * before,
+        "{before} became {after}"
+    );
+    let (seed, total) = (random.bits(), random.decades(0.0, 7.0));
+    let scale = CountScale::Total(random.spoiled(total));
+    let draw = || poisson_counts(&image, scale, seed);
+    let counts = with_threads(1, draw).ok()?;
+    assert!(counts == with_threads(2, draw).expect("as with one thread"));
+    let CountScale::Total(total) = scale else {
+        unreachable!("a total was asked for")
+    };
+    let sum: f64 = counts.iter().sum();
+    // Eight standard deviations, in a number of scenes that will never be reached.
+    assert!(
+        (sum - total).abs() <= 8.0 * total.sqrt() + 8.0,
+        "{sum} counts of {total}"
+    );
+    Some(())
+}
+
+fn check_voxels(random: &mut Random, wall: &Wall, region: WallRegion, unit: f64) -> Option<()> {
+    let solid = wall.sector(&region, 1e-3 * unit).ok()?;
+    let n = random.integer(1, 16);
+    let grid = VoxelGrid::cube(n, 30.0 * unit / n as f64).ok()?;
+    let tolerance = random.decades(-3.0, -1.0);
+    let fill = || {
+        let mut out = vec![0.0_f64; grid.len()];
+        solid
+            .voxelize_add(&grid, 0..n, Sampling::Coverage { tolerance }, 1.0, &mut out)
+            .expect("finite input");
+        out
+    };
+    let (one, two) = (with_threads(1, fill), with_threads(2, fill));
+    assert!(one == two);
+    assert!(one.iter().all(|v| (-1e-12..=1.0 + 1e-12).contains(v)));
+    let cut = one.iter().filter(|v| **v > 0.0 && **v < 1.0).count() as f64 + 1.0;
+    let volume = one.iter().sum::<f64>() * grid.voxel_volume();
+    assert!(
+        (volume - solid.volume()).abs() <= 2.0 * tolerance * cut * grid.voxel_volume(),
+        "{volume} and {}",
+        solid.volume()
+    );
+    Some(())
+}
