@@ -7,6 +7,7 @@ mod bodies;
 mod limits;
 mod membranes;
 mod random;
+mod scenes;
 mod tomography;
 mod walls;
 
@@ -74,6 +75,11 @@ fn bodies_answer_or_refuse() {
 #[test]
 fn tomography_answers_or_refuses() {
     run("tomography", tomography::scene);
+}
+
+#[test]
+fn scenes_answer_or_refuse() {
+    run("scenes", scenes::scene);
 }
 
 #[test]

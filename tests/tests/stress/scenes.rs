@@ -1,0 +1,245 @@
+//! Random scene files through everything that a phantom gives: views, slices, truth, numbers, each alone and with others.
+
+use crate::random::Random;
+use crate::{Outcome, with_threads};
+use heart_phantom::Phantom;
+use heart_phantom::scene::Scene;
+
+pub(crate) fn scene(random: &mut Random) -> Outcome {
+    let text = text(random);
+    // What is wrong with a file is told by a typed error, at whichever point it shows.
+    match study(random, &text) {
+        Some(()) => Outcome::Answered,
+        None => Outcome::Refused,
+    }
+}
+
+/// A number of a scene file, sometimes one that nobody would enter.
+fn number(random: &mut Random, low: f64, high: f64) -> String {
+    let mut value = random.uniform(low, high);
+    if random.one_in(4) {
+        value = random.spoiled(value);
+    }
+    format!("{value:?}").to_lowercase() // nan, as TOML has it
+}
+
+fn count(random: &mut Random, low: usize, high: usize) -> String {
+    if random.one_in(150) {
+        return random
+            .pick(&["0", "-1", "9223372036854775807", "1.5"])
+            .into();
+    }
+    random.integer(low, high).to_string()
+}
+
+fn text(random: &mut Random) -> String {
+    let mut text = String::new();
+    let mut line = |entry: String| {
+        text.push_str(&entry);
+        text.push('\n');
+    };
+    let unit = random.decades(-1.0, 1.0);
+    let (length, radius) = (random.uniform(2.0, 9.0), random.uniform(1.0, 3.0));
+    let law = random.pick(&["per-material-length", "total-force", "per-current-length"]);
+    line(format!("[heart]\nlaw = '{law}'"));
+    line(if random.one_in(2) {
+        format!(
+            "discretisation = {{ differences = {{ nodes = {} }} }}",
+            count(random, 11, 101)
+        )
+    } else {
+        format!(
+            "discretisation = {{ spectral = {{ degree = {}, per_piece = {}, tolerance = {} }} }}",
+            count(random, 6, 16),
+            count(random, 1, 3),
+            number(random, 1e-4 * unit, 1e-2 * unit)
+        )
+    });
+    for (name, more) in [("inner", 0.0), ("outer", random.uniform(0.1, 1.5))] {
+        line(format!(
+            "[heart.{name}]\nlength = {}",
+            number(random, length * unit, length * unit)
+        ));
+        let radius = (radius + more) * unit;
+        line(format!(
+            "radius = {}\nstiffness = {}",
+            number(random, radius, radius),
+            number(random, 0.2, 5.0)
+        ));
+    }
+    line(format!(
+        "[cycle]\nbeats_per_minute = {}",
+        number(random, 40.0, 180.0)
+    ));
+    let curve = random.pick(&[
+        "'sinusoid'",
+        "'physiological'",
+        "{ sampled = [1.0, 0.4, 0.3, 0.7] }",
+    ]);
+    line(format!("curve = {curve}"));
+    line(if random.one_in(2) {
+        format!("volume = {{ gain = {} }}", number(random, 0.0, 1.0))
+    } else {
+        format!(
+            "volume = {{ ejection_fraction = {} }}",
+            number(random, 0.0, 0.6)
+        )
+    });
+    line(format!(
+        "[pose]\nturn_x = {}\nturn_y = {}",
+        number(random, -180.0, 180.0),
+        number(random, -90.0, 90.0)
+    ));
+    let kind = random.pick(&["concentration", "total"]);
+    line(format!(
+        "[activity]\ncavity = {{ {kind} = {} }}",
+        number(random, 0.0, 2.0)
+    ));
+    if random.one_in(2) {
+        line(format!(
+            "[attenuation]\ncoefficient = {}",
+            number(random, 0.0, 0.3 / unit)
+        ));
+        line(if random.one_in(2) {
+            "medium = 'heart'".into()
+        } else {
+            let [a, b] = [0, 1].map(|_| number(random, 3.0 * unit, 20.0 * unit));
+            format!(
+                "medium = {{ torso = {{ centre = [0.0, {}], semi_axes = [{a}, {b}] }} }}",
+                number(random, -unit, unit)
+            )
+        });
+    }
+    if random.one_in(2) {
+        let mut range = |most: f64| {
+            let (a, b) = (random.uniform(0.0, most), random.uniform(0.0, most));
+            format!("[{}, {}]", number(random, a.min(b), a.min(b)), a.max(b))
+        };
+        let (layers, s, azimuths) = (range(1.0), range(0.5), range(360.0));
+        line(format!(
+            "[[defects]]\nlayers = {layers}\ns = {s}\nazimuths = {azimuths}"
+        ));
+        line(format!("activity = {}", number(random, 0.0, 2.0)));
+    }
+    if random.one_in(3) {
+        line(format!(
+            "[blur]\nfwhm = {}",
+            number(random, 0.0, 2.0 * unit)
+        ));
+    }
+    if random.one_in(3) {
+        line(format!(
+            "[noise]\ncounts = {{ total = {} }}\nseed = {}",
+            number(random, 1.0, 1e6),
+            count(random, 0, 99)
+        ));
+    }
+    let (bins, rows) = (random.integer(3, 24), random.integer(2, 20));
+    let field = 2.2 * (length + radius) * unit;
+    line(format!(
+        "[camera]\nviews = {}\nbins = {bins}\nrows = {rows}",
+        count(random, 1, 8)
+    ));
+    line(format!(
+        "arc = {}\nstart = {}",
+        number(random, -360.0, 360.0),
+        number(random, -90.0, 90.0)
+    ));
+    let pitch = field / bins as f64;
+    line(format!(
+        "pitch = [{}, {}]",
+        number(random, pitch, pitch),
+        number(random, pitch, pitch)
+    ));
+    line(format!(
+        "rotation = '{}'",
+        random.pick(&["step-and-shoot", "continuous"])
+    ));
+    line(format!("seconds_per_view = {}", number(random, 0.1, 2.0)));
+    let mode = match random.integer(0, 4) {
+        0 => format!("{{ static = {{ phase = {} }} }}", number(random, 0.0, 1.0)),
+        1 => "'instants'".into(),
+        2 => format!(
+            "{{ exposure = {{ seconds = {} }} }}",
+            number(random, 0.01, 2.0)
+        ),
+        3 => "'whole-cycle'".into(),
+        _ => format!("{{ gated = {{ gates = {} }} }}", count(random, 1, 4)),
+    };
+    line(format!(
+        "[acquisition]\nmode = {mode}\naccuracy = {{ steps = {} }}",
+        2 * random.integer(1, 4)
+    ));
+    line(format!(
+        "[reconstruction]\ncutoff = {}",
+        number(random, 0.3, 1.0)
+    ));
+    line(format!(
+        "arc = '{}'",
+        random.pick(&["complete", "extend", "truncate", "rescale"])
+    ));
+    line(format!(
+        "[truth]\ntolerance = {}",
+        number(random, 1e-3, 0.1)
+    ));
+    text
+}
+
+/// Bits, so that nothing can hide: not a sign of zero, not a NaN.
+fn bits(samples: &[f32]) -> Vec<u32> {
+    samples.iter().map(|v| v.to_bits()).collect()
+}
+
+fn study(random: &mut Random, text: &str) -> Option<()> {
+    let scene = Scene::from_toml(text).ok()?;
+    let again = Scene::from_toml(&scene.to_toml()).expect("what was read can be written and read");
+    assert_eq!(again, scene);
+    let phantom = Phantom::new(scene.clone()).ok()?;
+    let [n_views, n_rows] = [phantom.camera().n_views(), phantom.camera().n_rows()];
+    let gate = random.integer(0, phantom.n_gates() - 1);
+    let (view_idx, z) = (
+        random.integer(0, n_views - 1),
+        random.integer(0, n_rows - 1),
+    );
+
+    // A view, a slice, a slice of the truth, each asked of a phantom that has done nothing yet, with one thread.
+    let fresh = || Phantom::new(scene.clone()).expect("made before");
+    let view = with_threads(1, || fresh().view(gate, view_idx)).ok()?;
+    assert!(view.iter().all(|v| v.is_finite()), "a view that is none");
+    let most = view.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
+    assert!(view.iter().all(|v| *v >= -1e-5 * most), "a view below zero");
+
+    // All of them, with two.
+    let all = with_threads(2, || phantom.sinograms(gate, &|_| ()))
+        .expect("as the view")
+        .samples;
+    let own = view_idx * view.len()..(view_idx + 1) * view.len();
+    assert!(
+        bits(&view) == bits(&all[own]),
+        "a view alone is another than among others"
+    );
+
+    if let Ok(slice) = with_threads(1, || fresh().slice(gate, z)) {
+        let volume = with_threads(2, || phantom.volume(gate)).expect("as the slice");
+        let own = z * slice.len()..(z + 1) * slice.len();
+        assert!(
+            bits(&slice) == bits(&volume[own]),
+            "a slice alone is another than among others"
+        );
+    }
+    let slice = with_threads(1, || fresh().truth_slice(gate, z)).ok()?;
+    let truth = with_threads(2, || phantom.truth(gate)).expect("as its slice");
+    let own = z * slice.len()..(z + 1) * slice.len();
+    assert!(
+        bits(&slice) == bits(&truth[own]),
+        "truth alone is another than among others"
+    );
+    assert!(truth.iter().all(|v| v.is_finite()));
+
+    let numbers = phantom.numbers().ok()?;
+    assert!(numbers.edv >= numbers.esv && numbers.esv > 0.0);
+    assert!((0.0..1.0).contains(&numbers.ejection_fraction));
+    let phase = random.uniform(0.0, 1.0);
+    assert!(phantom.labels(phase).ok()?.iter().all(|label| *label <= 2));
+    Some(())
+}
