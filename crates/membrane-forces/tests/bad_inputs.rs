@@ -108,3 +108,20 @@ fn too_few_nodes_and_too_much_pressure() {
     ));
     assert!(membrane.with_ends([[0.0, 1.0], [f64::NAN, 0.0]]).is_err());
 }
+
+#[test]
+fn sizes_that_no_machine_has_room_for_are_refused() {
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    for nodes in [10_000_001, usize::MAX] {
+        assert!(matches!(
+            FiniteDifferences::new(&membrane, nodes),
+            Err(MembraneError::TooMany { given, most: 10_000_000, .. }) if given == nodes
+        ));
+    }
+    for (degree, per_piece) in [(1001, 1), (usize::MAX, 1), (8, usize::MAX), (1000, 101)] {
+        assert!(matches!(
+            SpectralElements::new(&membrane, degree, per_piece),
+            Err(MembraneError::TooMany { .. })
+        ));
+    }
+}

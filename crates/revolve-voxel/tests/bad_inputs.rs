@@ -249,3 +249,31 @@ fn layers_that_are_not_nested_are_reported() {
         matches!(found, Err(Error::NotNested { layer: 0, depth, .. }) if (depth - 0.5).abs() < 1e-12)
     );
 }
+
+#[test]
+fn sizes_beyond_memory_are_refused() {
+    let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).unwrap();
+    let body = Body::new(vec![cone], Pose::axis_along_z(1.0).unwrap()).unwrap();
+    for n in [usize::MAX, 1 << 32] {
+        assert!(matches!(
+            VoxelGrid::cube(n, 1.0),
+            Err(Error::TooLarge { .. })
+        ));
+        assert!(matches!(
+            ParallelDetector::new(n, n, [1.0; 2]),
+            Err(Error::TooLarge { .. })
+        ));
+    }
+    // Countable, but no amount of memory.
+    let grid = VoxelGrid::cube(1 << 19, 1.0).unwrap();
+    let volume = body.voxelize::<f32>(&grid, Sampling::Centre, &[1.0]);
+    assert!(matches!(volume, Err(Error::TooLarge { .. })));
+    let rays = ParallelDetector::new(1 << 28, 1 << 29, [1.0; 2])
+        .unwrap()
+        .rays(0.0)
+        .unwrap();
+    assert!(matches!(
+        body.project::<f32>(&rays, &[1.0]),
+        Err(Error::TooLarge { .. })
+    ));
+}
