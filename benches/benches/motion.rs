@@ -12,7 +12,6 @@ use membrane_implicit::{
 };
 
 const END: f64 = 5.0;
-const N: usize = 101;
 const LOAD: f64 = 17.5;
 
 fn body(n_nodes: usize) -> MovingMembrane {
@@ -26,8 +25,8 @@ fn motion(n_nodes: usize, scheme: Scheme) -> Motion {
     Motion::new(body(n_nodes), Drive::intensity(|_| LOAD), scheme).expect("a motion")
 }
 
-fn ours(scheme: Scheme, steps: TimeStep) -> (Vec<[f64; 2]>, usize) {
-    let mut motion = motion(N, scheme);
+fn ours(n_nodes: usize, scheme: Scheme, steps: TimeStep) -> (Vec<[f64; 2]>, usize) {
+    let mut motion = motion(n_nodes, scheme);
     motion.run(steps, &[Stop::Time(END)]).expect("a run");
     (motion.state().points.to_vec(), motion.work().steps)
 }
@@ -39,15 +38,24 @@ struct Ode {
 }
 
 impl Ode {
-    fn new() -> Self {
-        let body = body(N);
+    fn new(n_nodes: usize) -> Self {
+        let body = body(n_nodes);
         Self {
             rest: body.differences().start().as_chunks::<2>().0.to_vec(),
         }
     }
 
+    fn last(&self) -> usize {
+        self.rest.len() - 1
+    }
+
+    /// ds^-2.
+    fn scale(&self) -> f64 {
+        (self.last() * self.last()) as f64
+    }
+
     fn node(&self, x: &[f64], n: usize) -> [f64; 2] {
-        if n == 0 || n == N - 1 {
+        if n == 0 || n == self.last() {
             self.rest[n]
         } else {
             [x[4 * n - 4], x[4 * n - 3]]
@@ -55,9 +63,9 @@ impl Ode {
     }
 
     fn rhs(&self, x: &[f64], y: &mut [f64]) {
-        let scale = ((N - 1) * (N - 1)) as f64;
+        let scale = self.scale();
         let (mut a, mut b) = (self.node(x, 0), self.node(x, 1));
-        for n in 1..N - 1 {
+        for n in 1..self.last() {
             let c = self.node(x, n + 1);
             let (d0, d1) = (c[0] - a[0], c[1] - a[1]);
             let f = LOAD / (d0 * d0 + d1 * d1).sqrt();
@@ -75,15 +83,15 @@ impl Ode {
     }
 
     fn jacobian(&self, x: &[f64], v: &[f64], y: &mut [f64]) {
-        let scale = ((N - 1) * (N - 1)) as f64;
+        let scale = self.scale();
         let change = |n: usize| {
-            if n == 0 || n == N - 1 {
+            if n == 0 || n == self.last() {
                 [0.0; 2]
             } else {
                 [v[4 * n - 4], v[4 * n - 3]]
             }
         };
-        for n in 1..N - 1 {
+        for n in 1..self.last() {
             let (a, c) = (self.node(x, n - 1), self.node(x, n + 1));
             let (d0, d1) = (c[0] - a[0], c[1] - a[1]);
             let r = (d0 * d0 + d1 * d1).sqrt();
@@ -100,7 +108,7 @@ impl Ode {
     }
 
     fn points(&self, x: &[f64]) -> Vec<[f64; 2]> {
-        (0..N).map(|n| self.node(x, n)).collect()
+        (0..=self.last()).map(|n| self.node(x, n)).collect()
     }
 }
 
@@ -113,10 +121,11 @@ enum Rival {
 }
 
 /// Processor time of the integration alone (the problem, with its sparsity and colouring, is built before).
-fn rival(method: Rival, tolerance: f64) -> (Vec<[f64; 2]>, usize, f64) {
+fn rival(n_nodes: usize, method: Rival, tolerance: f64) -> (Vec<[f64; 2]>, usize, f64) {
     type Matrix = FaerSparseMat<f64>;
     type Lu = FaerSparseLU<f64>;
-    let ode = Ode::new();
+    let ode = Ode::new(n_nodes);
+    let last = ode.last();
     let (f, j, start) = (ode.clone(), ode.clone(), ode.clone());
     let problem = OdeBuilder::<Matrix>::new()
         .rtol(tolerance)
@@ -129,7 +138,7 @@ fn rival(method: Rival, tolerance: f64) -> (Vec<[f64; 2]>, usize, f64) {
         )
         .init(
             move |_p: &[f64], _t: f64, y: &mut [f64]| {
-                for n in 1..N - 1 {
+                for n in 1..last {
                     y[4 * n - 4..4 * n].copy_from_slice(&[
                         start.rest[n][0],
                         start.rest[n][1],
@@ -138,7 +147,7 @@ fn rival(method: Rival, tolerance: f64) -> (Vec<[f64; 2]>, usize, f64) {
                     ]);
                 }
             },
-            4 * (N - 2),
+            4 * (last - 1),
         )
         .build()
         .expect("a problem");
@@ -153,7 +162,7 @@ fn rival(method: Rival, tolerance: f64) -> (Vec<[f64; 2]>, usize, f64) {
                 steps += 1;
             }
             let seconds = clock.elapsed().as_secs_f64();
-            let x: Vec<f64> = (0..4 * (N - 2)).map(|i| solver.state().y[i]).collect();
+            let x: Vec<f64> = (0..4 * (last - 1)).map(|i| solver.state().y[i]).collect();
             (ode.points(&x), steps, seconds)
         }};
     }
@@ -196,10 +205,17 @@ fn time_at(curve: &Curve, error: f64) -> f64 {
     (t0.ln() + x * (t1 / t0).ln()).exp()
 }
 
-/// Time against the error at t = 5, each setting a row; then the ratios at equal error.
 fn rows(effort: Effort) {
+    rows_of(101, effort);
+    if effort == Effort::Full {
+        rows_of(201, effort);
+    }
+}
+
+/// Time against the error at t = 5, each setting a row; then the ratios at equal error.
+fn rows_of(n_nodes: usize, effort: Effort) {
     // Independent of our steps: an explicit scheme of order 5 at the tightest tolerance.
-    let truth = rival(Rival::Tsit45, 1e-13).0;
+    let truth = rival(n_nodes, Rival::Tsit45, 1e-13).0;
     let row = |method: &str, run: &mut dyn FnMut() -> (Vec<[f64; 2]>, usize, f64)| {
         let (points, steps, mut seconds) = run();
         for _ in 0..4 {
@@ -209,7 +225,7 @@ fn rows(effort: Effort) {
         Row {
             study: "motion",
             method,
-            case: "balloon at f = 17.5 to t = 5, 101 nodes",
+            case: &format!("balloon at f = 17.5 to t = 5, {n_nodes} nodes"),
             size: steps,
             threads: 1,
             seconds,
@@ -227,7 +243,11 @@ fn rows(effort: Effort) {
     for method in [Rival::Bdf, Rival::TrBdf2, Rival::Esdirk34, Rival::Tsit45] {
         let curve = tolerances
             .iter()
-            .map(|&t| row(&format!("diffsol {method:?}"), &mut || rival(method, t)))
+            .map(|&t| {
+                row(&format!("diffsol {method:?}"), &mut || {
+                    rival(n_nodes, method, t)
+                })
+            })
             .collect();
         rivals.push((method, curve));
     }
@@ -244,12 +264,18 @@ fn rows(effort: Effort) {
         let mut timed = |name: &str, how: TimeStep| {
             curve.push(row(&format!("{scheme:?}, {name} step"), &mut || {
                 let clock = ThreadTime::now();
-                let (points, steps) = ours(scheme, how);
+                let (points, steps) = ours(n_nodes, scheme, how);
                 (points, steps, clock.elapsed().as_secs_f64())
             }));
         };
         let every = if effort == Effort::Quick { 2 } else { 1 };
+        // explicit steps shrink with the spacing
+        let finer = match scheme {
+            Scheme::RungeKutta4 | Scheme::Splitting2 | Scheme::Splitting6 => (n_nodes - 1) / 100,
+            _ => 1,
+        };
         for n in steps.into_iter().step_by(every) {
+            let n = n * finer as u32;
             timed("fixed", TimeStep::Fixed(END / f64::from(n)));
         }
         for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6].into_iter().step_by(every) {

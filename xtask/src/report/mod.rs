@@ -41,7 +41,8 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
         println!("peers");
         rows.extend(peers::rows(&root, quick)?);
     }
-    write(&root.join("docs"), &rows, &machine, quick)?;
+    let flags: String = arguments.iter().map(|flag| format!(" {flag}")).collect();
+    write(&root.join("docs"), &rows, &machine, &flags)?;
     println!("{} rows in docs/performance.md", rows.len());
     Ok(())
 }
@@ -75,7 +76,7 @@ fn output(command: &mut Command) -> Result<String, String> {
 }
 
 /// The page, its plots and its numbers, into `docs`.
-fn write(docs: &Path, rows: &[Row], machine: &Machine, quick: bool) -> Result<(), String> {
+fn write(docs: &Path, rows: &[Row], machine: &Machine, flags: &str) -> Result<(), String> {
     let put = |name: &str, text: &str| {
         let path = docs.join(name);
         fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))
@@ -85,7 +86,7 @@ fn write(docs: &Path, rows: &[Row], machine: &Machine, quick: bool) -> Result<()
         put(&format!("img/{}", group.file()), &plot::svg(&group)?)?;
     }
     put("performance.json", &rows::json(rows, &machine.commit)?)?;
-    put("performance.md", &page::markdown(rows, machine, quick))
+    put("performance.md", &page::markdown(rows, machine, flags))
 }
 
 #[cfg(test)]
@@ -115,10 +116,11 @@ at error 1e-2 ours 1 ms
             date: "2000-01-01".into(),
             commit: "abc1234".into(),
         };
-        write(&docs, &rows, &machine, true).unwrap();
+        write(&docs, &rows, &machine, " --quick").unwrap();
         let read = |name: &str| fs::read_to_string(docs.join(name)).unwrap();
         let page = read("performance.md");
         for wanted in [
+            "`cargo xtask report --quick`",
             "## motion",
             "## voxels",
             "| a, fast | 10 | 1 | 1.00 ms | 1.0e-2 |",

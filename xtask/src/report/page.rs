@@ -60,7 +60,8 @@ pub(super) fn groups(rows: &[Row]) -> Vec<Group<'_>> {
     groups
 }
 
-pub(super) fn markdown(rows: &[Row], machine: &Machine, quick: bool) -> String {
+/// The whole page; `flags` are those the report was called with.
+pub(super) fn markdown(rows: &[Row], machine: &Machine, flags: &str) -> String {
     let Machine {
         processor,
         threads,
@@ -69,16 +70,12 @@ pub(super) fn markdown(rows: &[Row], machine: &Machine, quick: bool) -> String {
         date,
         commit,
     } = machine;
-    let command = if quick {
-        "cargo xtask report --quick"
-    } else {
-        "cargo xtask report"
-    };
     let mut page = format!(
         "# Run time against error\n\n\
-        Written by `{command}` on {date} at commit {commit}, load {load} before it began; with `--peers` the rows of other\n\
-        software, measured in the same run on the same inputs, stand beside ours. {processor}, {threads} hardware threads,\n\
-        {compiler}. All numbers: [performance.json](performance.json).\n\n\
+        Written by `cargo xtask report{flags}` on {date} at commit {commit}. {processor}, {threads} hardware threads,\n\
+        {compiler}; load {load} before it began (above 1, other work took a share, of two threads most). With `--peers`\n\
+        the rows of other software, measured in the same run on the same inputs, stand beside ours. All numbers:\n\
+        [performance.json](performance.json).\n\n\
         A time is the median of some repeats, of processor time for the motion and of wall time elsewhere, after one run that\n\
         does not count. Every plot has the error to the right and the time upwards, both as logarithms: the better method stands\n\
         further down and further to the left. Errors of zero are in the tables only.\n"
