@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 use std::hint::black_box;
-use std::time::Instant;
 
 use benches::{Effort, Row, on_threads, rows_asked, timed};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group};
@@ -191,31 +190,18 @@ fn back_projection(c: &mut Criterion) {
     group.finish();
 }
 
-/// Median of the times of `run` in milliseconds.
-fn timed(mut run: impl FnMut()) -> f64 {
-    run();
-    let mut times: Vec<f64> = (0..5)
-        .map(|_| {
-            let start = Instant::now();
-            run();
-            start.elapsed().as_secs_f64() * 1e3
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    times[2]
-}
-
 /// Milliseconds of FBP of `n_slices` slices.
 fn time_of_fbp(case: &Case, options: FbpOptions, n_slices: usize) -> f64 {
     let plan = case.plan(options);
     let projections = case.stack(n_slices);
     let mut volume = vec![0.0; n_slices * case.n * case.n];
     let (mut scratch, order) = (plan.scratch(), StackOrder::SliceViewBin);
-    timed(|| {
+    let run = || {
         let projections = black_box(&projections);
         plan.reconstruct_stack_into(projections, n_slices, order, &mut volume, &mut scratch)
             .unwrap();
-    })
+    };
+    timed(5, run).0 * 1e3
 }
 
 /// Milliseconds of a forward projection of `n_slices` slices.
@@ -224,12 +210,13 @@ fn time_of_projection(case: &Case, kernel: Kernel, n_slices: usize) -> f64 {
     let volume = case.image.repeat(n_slices);
     let mut projections = vec![0.0; n_slices * case.sinogram.len()];
     let (mut scratch, order) = (projector.scratch(), StackOrder::SliceViewBin);
-    timed(|| {
+    let run = || {
         let volume = black_box(&volume);
         projector
             .forward_stack_into(volume, n_slices, order, &mut projections, &mut scratch)
             .unwrap();
-    })
+    };
+    timed(5, run).0 * 1e3
 }
 
 /// Relative L2 distance from the exact bin means.
@@ -241,50 +228,10 @@ fn projection_error(case: &Case, kernel: Kernel) -> f64 {
     norm(&difference) / norm(&case.sinogram)
 }
 
-/// Time against error, a row a combination; times are those of a slice in a stack of 16.
+/// Time against error, a row a combination.
 fn work_precision(_: &mut Criterion) {
-    println!("work-precision,method,resolution,milliseconds a slice,rmse or relative error");
-    let row = |method: String, resolution: usize, time: f64, error: f64| {
-        println!("work-precision,{method},{resolution},{time:.3},{error:.5}");
-    };
-    for n_views in [30, 45, 60, 90, 180, 360, 720] {
-        let case = case(256, n_views);
-        for window in [
-            Window::RamLak,
-            Window::SheppLogan,
-            Window::Cosine,
-            Window::Hamming,
-            Window::Hann,
-        ] {
-            for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
-                let options = FbpOptions {
-                    window: window.clone(),
-                    interpolation,
-                    ..Default::default()
-                };
-                let image = case.plan(options.clone()).reconstruct(&case.sinogram);
-                let rmse = case.rmse(&image.unwrap());
-                // With far fewer views than the n pi / 2 that 256 bins ask for, streaks rule the error.
-                assert!(rmse < if n_views < 90 { 0.15 } else { 0.06 });
-                let time = time_of_fbp(&case, options, 16) / 16.0;
-                row(
-                    format!("fbp {window:?} {interpolation:?}"),
-                    n_views,
-                    time,
-                    rmse,
-                );
-            }
-        }
-    }
-    for n in [64, 128, 256, 512] {
-        let case = case(n, 90);
-        for kernel in [Kernel::Joseph, Kernel::Siddon, Kernel::Strip] {
-            let error = projection_error(&case, kernel);
-            assert!(error < 0.05, "{kernel:?}: {error}");
-            let time = time_of_projection(&case, kernel, 16) / 16.0;
-            row(format!("{kernel:?} forward"), n, time, error);
-        }
-    }
+    fbp_rows(Effort::Full);
+    projector_rows(Effort::Full);
 }
 
 /// Cost against size, one size at a time: the time of an update (slice, view and pixel) should not rise.
@@ -362,7 +309,9 @@ fn fbp_rows(effort: Effort) {
         Effort::Quick => (&[(256, 90), (256, 360)], 3),
         Effort::Full => (
             &[
+                (256, 30),
                 (256, 45),
+                (256, 60),
                 (256, 90),
                 (256, 180),
                 (256, 360),
@@ -378,6 +327,9 @@ fn fbp_rows(effort: Effort) {
         let projections = case.stack(SLICES);
         let name = format!("{SLICES} slices of {n} x {n}");
         let row = |method: &str, threads: usize, (seconds, image): (f64, Vec<f32>)| {
+            let error = case.rmse(&image[..n * n]);
+            // With far fewer views than the n pi / 2 that the bins ask for, streaks rule the error.
+            assert!(error < if n_views < 90 { 0.15 } else { 0.06 });
             Row {
                 study: "FBP",
                 method,
@@ -385,12 +337,20 @@ fn fbp_rows(effort: Effort) {
                 size: n_views,
                 threads,
                 seconds,
-                error: case.rmse(&image[..n * n]),
+                error,
                 error_kind: "rms within the circle",
             }
             .print();
         };
-        for window in [Window::RamLak, Window::Hann] {
+        let windows = [
+            Window::RamLak,
+            Window::SheppLogan,
+            Window::Cosine,
+            Window::Hamming,
+            Window::Hann,
+        ];
+        let every = if effort == Effort::Quick { 4 } else { 1 };
+        for window in windows.into_iter().step_by(every) {
             for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
                 let plan = case.plan(FbpOptions {
                     window: window.clone(),
@@ -478,6 +438,7 @@ fn projector_rows(effort: Effort) {
                     .0
                 });
                 let error = error(&projections[..case.sinogram.len()]);
+                assert!(error < 0.05, "{kernel:?}: {error}");
                 row(&format!("{kernel:?}"), threads, seconds, error);
             }
             if n <= 256 {
