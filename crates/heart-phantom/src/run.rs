@@ -50,6 +50,7 @@ struct Writer<'a> {
     out: &'a Path,
     files: Vec<PathBuf>,
     /// The middle slices of the reconstructions, for the moving picture.
+    #[cfg(feature = "figures")]
     middle: Vec<Vec<f32>>,
 }
 
@@ -67,6 +68,7 @@ pub fn run(
         phantom,
         out,
         files: Vec::new(),
+        #[cfg(feature = "figures")]
         middle: Vec::new(),
     };
     let n_gates = phantom.n_gates();
