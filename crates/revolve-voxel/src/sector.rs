@@ -102,7 +102,8 @@ impl Sector {
 
     /// Adds `activity` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, those slices only).
     ///
-    /// A voxel that a side of the wedge cuts is always done by coverage, to the tolerance of the sampling or to 1e-2.
+    /// A voxel that a side of the wedge cuts is always done by coverage, to the tolerance of the sampling or to 1e-2. Such a
+    /// voxel must be smaller than the sector's features: one that holds most of the ring can be off by more.
     ///
     /// # Errors
     /// As [`Body::voxelize_add`].

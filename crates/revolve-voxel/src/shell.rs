@@ -241,7 +241,11 @@ impl Shell {
 
     /// Share of the wall's volume before the line of `s`.
     pub fn share(&self, s: f64) -> f64 {
-        let s = self.clamped(s);
+        if s <= self.range[0] {
+            return 0.0;
+        } else if s >= self.range[1] {
+            return 1.0;
+        }
         let k = self.knots[1..self.knots.len() - 1].partition_point(|&knot| knot < s);
         let (from, to) = (self.knots[k], self.knots[k + 1]);
         let u = (s - from + (s - to)) / (to - from);
