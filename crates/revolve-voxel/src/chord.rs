@@ -371,7 +371,7 @@ impl Cone {
 
     #[inline(always)]
     fn leave(&self) -> f64 {
-        if self.b >= 0.0 {
+        if self.b > 0.0 {
             self.d / (-self.b - self.root)
         } else {
             (self.root - self.b) / self.a

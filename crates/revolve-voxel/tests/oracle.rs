@@ -142,6 +142,22 @@ fn a_cone_has_the_closed_form_chords() {
 }
 
 #[test]
+fn a_chord_along_the_axis_is_the_same_both_ways_where_the_profile_touches_the_axis() {
+    // Two cones tip to tip, their common tip in the middle and off it, and a cone that ends in the middle of the others.
+    for tip in [0.5, 0.3] {
+        let double = solid(&[[0.0, 1.0], [tip, 0.0], [1.0, 1.0]]);
+        let single = solid(&[[0.0, 0.0], [tip, 0.0], [1.0, 1.0]]);
+        for d in [Vector3::x(), -Vector3::x()] {
+            for x in [-1.0, 0.0, tip, 0.7] {
+                let ray = Ray::new(Point3::new(x, 0.0, 0.0), d).unwrap();
+                assert!((double.chord(0, &ray) - 1.0).abs() < 1e-15);
+                assert!((single.chord(0, &ray) - (1.0 - tip)).abs() < 1e-15);
+            }
+        }
+    }
+}
+
+#[test]
 fn measures_of_textbook_solids() {
     let (a, h) = (1.3, 2.1);
     let m = Meridian::new(&[[0.0, a], [h, 0.0]]).unwrap().measures();
