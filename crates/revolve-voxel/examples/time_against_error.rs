@@ -1,7 +1,7 @@
 //! Prints time, work and error of every sampling of the voxels of a dilated two-membrane body, tab-separated.
 //!
 //! `cargo run --release -p revolve-voxel --example time_against_error [voxels a side, 96 by default]`. Two slices through
-//! the middle; errors are against coverage to 1e-5; times are of one run with all threads.
+//! the middle; errors are against coverage to 1e-9; times are of one run with all threads.
 
 use revolve_voxel::{Body, Meridian, Pose, Sampling, VoxelGrid};
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let grid = VoxelGrid::centred([n, n, 2], [h; 3], [0.0; 3])?;
     let wall = [0.0, 1.0];
     let (exact, counters) =
-        body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-5 }, &wall)?;
+        body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-9 }, &wall)?;
     let coverage = |log| Sampling::Coverage {
         tolerance: 10f64.powi(log),
     };
@@ -46,6 +46,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("coverage 1e-2", coverage(-2)),
         ("coverage 1e-3", coverage(-3)),
         ("coverage 1e-4", coverage(-4)),
+        ("coverage 1e-5", coverage(-5)),
+        ("coverage 1e-6", coverage(-6)),
     ] {
         let start = Instant::now();
         let (v, c) = body.voxelize::<f64>(&grid, sampling, &wall)?;

@@ -10,8 +10,13 @@ use crate::{Error, Hit, Measures, Pose, Ray, Span};
 /// Layers of solids about one axis, innermost first, standing in the lab.
 ///
 /// Region 0 is the inside of layer 0; region k is what layer k holds beyond layer k-1 (a wall). The activity at a point is
-/// `sum over k of (a_k - a_(k+1)) * inside_k`, where `inside_k` is 1 inside layer k and the activity after the last is 0: for nested layers, each region's own
-/// activity; linear in the layers, so that line integrals and totals are differences of those of the layers.
+/// `sum over k of (a_k - a_(k+1)) * inside_k`, where `inside_k` is 1 inside layer k and the activity after the last is 0: for
+/// nested layers, each region's own activity. It is linear in the layers, so that line integrals and totals are exact
+/// differences of those of the layers.
+///
+/// Layers need not be nested. Where layer k reaches outside layer k+1 the formula gives `a_k - a_(k+1)` beyond whatever the
+/// outer layers add, which is negative for a cold cavity that pokes through a warm wall; the coverage of region k+1 is
+/// negative there in the same way, so that sums over regions stay right. [`Body::check_nested`] tells before any work.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     layers: Vec<Meridian>,
