@@ -150,8 +150,12 @@ impl<'a> Sections<'a> {
         for pair in vs[first..].windows(2) {
             let (v, w) = (&pair[0], &pair[1]);
             let (from, to) = (v.x.max(self.corners[0]), w.x.min(self.corners[7]));
-            if from >= to {
+            if v.x >= self.corners[7] {
                 break;
+            }
+            // A segment may be too steep for its ends to differ.
+            if from >= to {
+                continue;
             }
             if v.r.max(w.r) <= low {
                 continue;
