@@ -128,7 +128,7 @@ impl<'a> Attenuator<'a> {
     /// A medium of attenuation `mu` in 1/cm.
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::Negative`] for mu; [`Error::Length`] for a layer that the body does not have.
+    /// [`Error::NotFinite`], [`Error::Negative`] for mu; [`Error::NoSuchLayer`].
     pub fn new(mu: f64, medium: Medium<'a>) -> Result<Self, Error> {
         if finite("attenuation", mu)? < 0.0 {
             return Err(Error::Negative {
@@ -139,10 +139,9 @@ impl<'a> Attenuator<'a> {
         if let Medium::Layer(body, layer) = medium
             && layer >= body.layers().len()
         {
-            return Err(Error::Length {
-                what: "layers (at most)",
-                expected: body.layers().len(),
-                given: layer + 1,
+            return Err(Error::NoSuchLayer {
+                given: layer,
+                layers: body.layers().len(),
             });
         }
         Ok(Self { mu, medium })

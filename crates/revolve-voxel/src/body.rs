@@ -49,24 +49,22 @@ impl Body {
         &self.pose
     }
 
-    /// Measures of one region in the body frame: those of its layer less those of the layer within.
-    ///
-    /// # Panics
-    /// If there is no such region.
+    /// Measures of one region in the body frame: those of its layer less those of the layer within; all zero for a region that
+    /// the body does not have.
     pub fn region_measures(&self, region: usize) -> Measures {
-        let own = self.layers[region].measures();
-        if region == 0 {
-            own
-        } else {
-            own - self.layers[region - 1].measures()
+        let Some(layer) = self.layers.get(region) else {
+            return Measures::of(&[]);
+        };
+        match region.checked_sub(1) {
+            None => layer.measures(),
+            Some(within) => layer.measures() - self.layers[within].measures(),
         }
     }
 
-    /// Smallest box in the lab, along its axes, that holds one layer: its lowest and highest corner.
-    ///
-    /// # Panics
-    /// If there is no such layer.
-    pub fn bounding_box(&self, layer: usize) -> [Point3<f64>; 2] {
+    /// Smallest box in the lab, along its axes, that holds one layer: its lowest and highest corner; `None` if there is no such
+    /// layer.
+    pub fn bounding_box(&self, layer: usize) -> Option<[Point3<f64>; 2]> {
+        let layer = self.layers.get(layer)?;
         let axis = self.pose.axis();
         let origin = self.pose.to_lab(&Point3::origin());
         let mut corners = [Point3::origin(); 2];
@@ -78,7 +76,7 @@ impl Body {
                 .sum::<f64>()
                 .sqrt();
             let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-            for s in self.layers[layer].segments() {
+            for s in layer.segments() {
                 for [x, r] in [s.start(), s.end()] {
                     low = low.min(x * axis[e] - r * across);
                     high = high.max(x * axis[e] + r * across);
@@ -87,15 +85,13 @@ impl Body {
             corners[0][e] = origin[e] + low;
             corners[1][e] = origin[e] + high;
         }
-        corners
+        Some(corners)
     }
 
-    /// Signed distance of a lab point from one layer's surface: negative inside.
-    ///
-    /// # Panics
-    /// If there is no such layer.
+    /// Signed distance of a lab point from one layer's surface: negative inside; infinite if there is no such layer.
     pub fn signed_distance(&self, layer: usize, p: &Point3<f64>) -> f64 {
-        self.layers[layer].signed_distance(&self.pose.to_body(p))
+        let layer = self.layers.get(layer);
+        layer.map_or(f64::INFINITY, |l| l.signed_distance(&self.pose.to_body(p)))
     }
 
     /// Is each layer inside the next, to within `tolerance`?
@@ -145,12 +141,9 @@ impl Body {
             .collect())
     }
 
-    /// Length of the line inside one layer.
+    /// Length of the line inside one layer; 0 for a layer that the body does not have.
     ///
     /// Cost: the logarithm of the number of segments.
-    ///
-    /// # Panics
-    /// If there is no such layer.
     pub fn chord(&self, layer: usize, ray: &Ray) -> f64 {
         let mut sum = 0.0;
         self.intervals(layer, ray, |sign, [low, high]| {
@@ -170,10 +163,7 @@ impl Body {
             .sum())
     }
 
-    /// Sorted, disjoint intervals of the line inside one layer.
-    ///
-    /// # Panics
-    /// If there is no such layer.
+    /// Sorted, disjoint intervals of the line inside one layer; none for a layer that the body does not have.
     pub fn spans(&self, layer: usize, ray: &Ray) -> Vec<Span> {
         self.surface_spans(layer, ray)
             .iter()
@@ -184,10 +174,8 @@ impl Body {
             .collect()
     }
 
-    /// The first point with `t >= 0` where the ray enters one layer, with the outward normal there.
-    ///
-    /// # Panics
-    /// If there is no such layer.
+    /// The first point with `t >= 0` where the ray enters one layer, with the outward normal there; none for a layer that the
+    /// body does not have.
     pub fn first_hit(&self, layer: usize, ray: &Ray) -> Option<Hit> {
         let spans = self.surface_spans(layer, ray);
         let [enter, _] = spans.iter().find(|[enter, _]| enter.t >= 0.0)?;
@@ -214,7 +202,9 @@ impl Body {
 
     /// Calls `each` with the sign and ends of every chain's interval.
     fn intervals(&self, layer: usize, ray: &Ray, mut each: impl FnMut(f64, [SurfacePoint; 2])) {
-        let meridian = &self.layers[layer];
+        let Some(meridian) = self.layers.get(layer) else {
+            return;
+        };
         let direction = Direction::new(meridian.mid(), &self.pose.vector_to_body(&ray.direction()));
         let [w, q, shift] = direction.coordinates(&self.pose.to_body(&ray.origin()));
         let mut hints = vec![Hint::default(); meridian.chains().len()];

@@ -307,10 +307,7 @@ impl Body {
 
     /// First hits of one layer by each ray, `[row][bin]`: what an orthographic shaded picture needs.
     ///
-    /// The rays start at their raster points; place the raster outside the body.
-    ///
-    /// # Panics
-    /// If there is no such layer.
+    /// The rays start at their raster points; place the raster outside the body. A layer that the body does not have is not hit.
     pub fn first_hits(&self, layer: usize, rays: &ParallelRays) -> Vec<Option<Hit>> {
         (0..rays.n_bins * rays.n_rows)
             .into_par_iter()

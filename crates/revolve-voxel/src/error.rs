@@ -104,6 +104,14 @@ pub enum Error {
         /// How many.
         samples: f64,
     },
+    /// A layer that the body does not have.
+    #[error("there is no layer {given}: the body has {layers}, counted from 0")]
+    NoSuchLayer {
+        /// The layer asked for.
+        given: usize,
+        /// How many there are.
+        layers: usize,
+    },
     /// A list has the wrong length.
     #[error("{what}: expected length {expected}, got {given}")]
     Length {

@@ -24,13 +24,13 @@ impl Body {
     /// The surface of one layer as triangles with their points on it, nowhere farther from it than `tolerance`.
     ///
     /// # Errors
-    /// [`Error::NotPositive`] for the tolerance; [`Error::TooFine`] if it needs more than 2^31 points.
-    ///
-    /// # Panics
-    /// If there is no such layer.
+    /// [`Error::NotPositive`] for the tolerance; [`Error::NoSuchLayer`]; [`Error::TooFine`] if it needs more than 2^31 points.
     pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, Error> {
         positive("tolerance", tolerance)?;
-        let meridian = &self.layers()[layer];
+        let meridian = self.layers().get(layer).ok_or(Error::NoSuchLayer {
+            given: layer,
+            layers: self.layers().len(),
+        })?;
         // Half the tolerance along the profile, half around it: r (1 - cos(pi / n)) <= tolerance / 2.
         let bend = (1.0 - 0.5 * tolerance / meridian.r_max())
             .clamp(-1.0, 1.0)

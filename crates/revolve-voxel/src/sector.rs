@@ -122,7 +122,9 @@ impl Sector {
             _ => 1e-2,
         };
         // The ring alone, on the part of the grid that holds it: the same part whatever slices are asked for.
-        let [low, high] = self.ring.bounding_box(0);
+        let Some([low, high]) = self.ring.bounding_box(0) else {
+            return Ok(VoxelCounters::default());
+        };
         let (origin, h) = (grid.origin(), grid.spacing());
         let part: [Range<usize>; 3] = [0, 1, 2].map(|a| {
             let n = grid.shape()[a] as f64;

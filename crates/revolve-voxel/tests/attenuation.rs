@@ -232,7 +232,10 @@ fn nonsense_is_refused() {
     ));
     assert!(matches!(
         Attenuator::new(0.1, Medium::Layer(&body, 2)),
-        Err(Error::Length { .. })
+        Err(Error::NoSuchLayer {
+            given: 2,
+            layers: 2
+        })
     ));
     let attenuator = Attenuator::new(0.1, Medium::Torso(torso())).unwrap();
     let along = ParallelRays::new(

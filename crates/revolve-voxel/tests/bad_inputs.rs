@@ -277,3 +277,29 @@ fn sizes_beyond_memory_are_refused() {
         Err(Error::TooLarge { .. })
     ));
 }
+
+#[test]
+fn a_layer_that_is_not_there_is_empty() {
+    let body = Body::new(
+        vec![Meridian::new(&[[0.0, 1.0], [1.0, 1.0]]).unwrap()],
+        Pose::identity(),
+    )
+    .unwrap();
+    let ray = Ray::new(Point3::new(0.5, -3.0, 0.0), Vector3::y()).unwrap();
+    assert!((body.chord(0, &ray) - 2.0).abs() < 1e-14);
+    for absent in [1, usize::MAX] {
+        assert_eq!(body.chord(absent, &ray), 0.0);
+        assert!(body.spans(absent, &ray).is_empty());
+        assert!(body.first_hit(absent, &ray).is_none());
+        assert!(body.bounding_box(absent).is_none());
+        assert_eq!(
+            body.signed_distance(absent, &Point3::origin()),
+            f64::INFINITY
+        );
+        assert_eq!(body.region_measures(absent).volume, 0.0);
+        assert!(matches!(
+            body.mesh(absent, 0.1),
+            Err(Error::NoSuchLayer { given, layers: 1 }) if given == absent
+        ));
+    }
+}

@@ -198,3 +198,20 @@ fn orders_of_the_samplings() {
     // Coverage at one tolerance is far better than any of them.
     assert!(error(60, Sampling::Coverage { tolerance: 1e-3 }) < 0.1 * e8);
 }
+
+#[test]
+fn a_step_of_denormal_width_is_a_step() {
+    // Radius 1/2 from x = 0 to a denormal number, then radius 1: a cylinder but for rounding.
+    let stepped = Meridian::new(&[[0.0, 0.5], [1e-310, 1.0], [1.0, 1.0]]).unwrap();
+    let volume = stepped.measures().volume;
+    assert!((volume - std::f64::consts::PI).abs() < 1e-12);
+    for tolerance in [1e-2, 1e-6] {
+        let body = Body::new(vec![stepped.clone()], Pose::identity()).unwrap();
+        let grid = VoxelGrid::cube(5, 0.7).unwrap();
+        let (voxels, _) = body
+            .voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[1.0])
+            .unwrap();
+        let sum: f64 = voxels.iter().sum::<f64>() * grid.voxel_volume();
+        assert!((sum / volume - 1.0).abs() < 4.0 * tolerance, "{sum}");
+    }
+}

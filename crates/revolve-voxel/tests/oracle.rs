@@ -314,7 +314,7 @@ fn bounding_box_of_a_tilted_cylinder() {
         Pose::identity().turned_z(0.3).unwrap(),
     )
     .unwrap();
-    let [low, high] = body.bounding_box(0);
+    let [low, high] = body.bounding_box(0).unwrap();
     let (sin, cos) = 0.3f64.sin_cos();
     let expected = [[-sin, -cos, -1.0], [2.0 * cos + sin, 2.0 * sin + cos, 1.0]];
     assert!((low - Point3::from(expected[0])).norm() < 1e-14);
