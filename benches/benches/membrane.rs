@@ -4,7 +4,7 @@
 
 use std::hint::black_box;
 
-use benches::{Effort, Row, rows_asked, timed};
+use benches::{Effort, Row, effort_of_groups, rows_asked, timed};
 use criterion::{Criterion, criterion_group};
 use faer::prelude::Solve;
 use faer::sparse::{SparseColMat, Triplet};
@@ -119,7 +119,7 @@ fn rows(effort: Effort) {
 }
 
 fn membrane(c: &mut Criterion) {
-    rows(Effort::Full);
+    rows(effort_of_groups());
     let options = NewtonOptions::default();
 
     let mut group = c.benchmark_group("membrane/gain-0.6");

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use benches::{Effort, Row, rows_asked};
+use benches::{Effort, Row, effort_of_groups, rows_asked};
 use cpu_time::ThreadTime;
 use criterion::{BenchmarkId, Criterion, criterion_group};
 use diffsol::{FaerSparseLU, FaerSparseMat, OdeBuilder, OdeSolverMethod};
@@ -362,8 +362,7 @@ fn main() {
     match rows_asked() {
         Some(effort) => rows(effort),
         None => {
-            let once = std::env::args().any(|argument| argument == "--test");
-            rows(if once { Effort::Quick } else { Effort::Full });
+            rows(effort_of_groups());
             groups();
             Criterion::default().configure_from_args().final_summary();
         }

@@ -39,6 +39,14 @@ pub fn rows_asked() -> Option<Effort> {
     })
 }
 
+/// How much a study may cost beside the criterion groups: little where `--test` asks for every bench once.
+pub fn effort_of_groups() -> Effort {
+    match std::env::args().any(|argument| argument == "--test") {
+        true => Effort::Quick,
+        false => Effort::Full,
+    }
+}
+
 /// One point of a work-precision study: the time a method took and the error it left.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<'a> {
