@@ -1,6 +1,7 @@
 //! One case as a plot: error to the right, time upwards, both as logarithms.
 
 use plotters::prelude::*;
+use plotters::style::{FontStyle, register_font};
 
 use super::page::Group;
 
@@ -17,8 +18,12 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(150, 150, 60),
 ];
 
+/// What letters are measured with; the page's reader sees a font of his own.
+const FONT: &[u8] = include_bytes!("../../../crates/heart-phantom/assets/DejaVuSans-subset.ttf");
+
 /// The plot of `group`.
 pub(super) fn svg(group: &Group<'_>) -> Result<String, String> {
+    register_font("sans-serif", FontStyle::Normal, FONT).map_err(|_| "the font is damaged")?;
     let mut text = String::new();
     draw(group, &mut text).map_err(|error| format!("{}: {error}", group.file()))?;
     Ok(text)
