@@ -250,7 +250,7 @@ fn chord_rows(effort: Effort) {
 /// Voxels of the wall, four slices of them; coverage to 1e-9 is the truth.
 ///
 /// The largest error of n samples a side falls as 1/n (a plane that lies along a layer of samples), at n^3 the work. That of
-/// coverage is the tolerance or less; from exact sections on, three more digits cost some six times the work.
+/// coverage is the tolerance or less; from exact sections on, three more digits cost some five times the work.
 fn voxel_rows(effort: Effort) {
     let both = body(&[1.75, 2.75], 200);
     let sides: &[usize] = match effort {

@@ -107,17 +107,7 @@ pub fn acquire(
     activity: impl Into<Activity>,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Sinograms, PhantomError> {
-    let scan = Scan {
-        heart,
-        camera,
-        cycle,
-        acquisition,
-        activity: activity.into(),
-        attenuation: None,
-        defects: &[],
-        background: None,
-        tolerance: 0.0,
-    };
+    let scan = Scan::plain(heart, camera, cycle, acquisition, activity.into());
     scan.rows(0..camera.n_views(), 0..camera.n_rows(), progress)
 }
 
@@ -133,6 +123,29 @@ pub(crate) struct Scan<'a> {
     pub(crate) background: Option<Background>,
     /// How far the defects' layers may be from where they are, cm.
     pub(crate) tolerance: f64,
+}
+
+impl<'a> Scan<'a> {
+    /// The heart alone: nothing attenuates, nothing is around it, its wall is whole.
+    pub(crate) fn plain(
+        heart: &'a Heart,
+        camera: &'a Camera,
+        cycle: &'a Cycle,
+        acquisition: Acquisition,
+        activity: Activity,
+    ) -> Self {
+        Self {
+            heart,
+            camera,
+            cycle,
+            acquisition,
+            activity,
+            attenuation: None,
+            defects: &[],
+            background: None,
+            tolerance: 0.0,
+        }
+    }
 }
 
 impl Scan<'_> {

@@ -27,17 +27,7 @@ pub fn truth(
     activity: impl Into<Activity>,
     tolerance: f64,
 ) -> Result<Vec<f32>, PhantomError> {
-    let scan = Scan {
-        heart,
-        camera,
-        cycle,
-        acquisition,
-        activity: activity.into(),
-        attenuation: None,
-        defects: &[],
-        background: None,
-        tolerance: 0.0,
-    };
+    let scan = Scan::plain(heart, camera, cycle, acquisition, activity.into());
     Ok(truth_of_slices(&scan, tolerance, 0..camera.n_rows())?.0)
 }
 

@@ -17,6 +17,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use crate::coverage::check_range;
 use crate::error::{finite, length, positive};
 use crate::{Body, Error, ParallelRays, Ray, RayCounters, Sample, Span, VoxelGrid};
 
@@ -258,13 +259,7 @@ pub(crate) fn check_slices(
     slices: &Range<usize>,
     given: usize,
 ) -> Result<(), Error> {
-    if slices.end > grid.shape()[2] {
-        return Err(Error::Length {
-            what: "slices (at most)",
-            expected: grid.shape()[2],
-            given: slices.end,
-        });
-    }
+    check_range(grid, slices)?;
     length("volume", grid.slice_len() * slices.len(), given)
 }
 

@@ -94,12 +94,8 @@ impl Body {
     }
 }
 
-/// Are the slices in the grid, and the sampling's numbers positive?
-pub(crate) fn check(
-    grid: &VoxelGrid,
-    slices: &Range<usize>,
-    sampling: Sampling,
-) -> Result<(), Error> {
+/// Are the slices in the grid?
+pub(crate) fn check_range(grid: &VoxelGrid, slices: &Range<usize>) -> Result<(), Error> {
     if slices.end > grid.shape()[2] {
         return Err(Error::Length {
             what: "slices (at most)",
@@ -107,6 +103,16 @@ pub(crate) fn check(
             given: slices.end,
         });
     }
+    Ok(())
+}
+
+/// Are the slices in the grid, and the sampling's numbers positive?
+pub(crate) fn check(
+    grid: &VoxelGrid,
+    slices: &Range<usize>,
+    sampling: Sampling,
+) -> Result<(), Error> {
+    check_range(grid, slices)?;
     match sampling {
         Sampling::Centre => {}
         Sampling::Supersampled(n) => {

@@ -41,7 +41,7 @@
 //! chord is the root of a difference and has half the digits). A smooth profile is a polyline within the tolerance that was
 //! asked for. A voxel that one gentle patch of surface crosses has its coverage from a plane and what the surface differs
 //! from it, with an estimate of the error; any other, and any at a fine tolerance, from the exact areas of its sections
-//! across the axis, integrated between the places where they are not smooth: some six times the work for three more digits.
+//! across the axis, integrated between the places where they are not smooth: some five times the work for three more digits.
 //!
 //! # What it is not
 //! No scattering or noise; no attenuation but by one uniform medium; no solids but those of revolution; no files but meshes.
