@@ -1,8 +1,11 @@
-//! `cargo xtask dependencies`: what each published crate brings along, as `cargo tree` sees it. The table in README.md says so too.
+//! `cargo xtask dependencies`: what each published crate brings along, as `cargo tree` sees it, under which licences and for which
+//! compilers. The table in README.md says so too.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::process::Command;
+
+use serde_json::Value;
 
 use crate::workspace::{PUBLISHED, package_name, root};
 
@@ -28,6 +31,9 @@ const TWICE: &[&str] = &["syn", "miniz_oxide"];
 
 /// A package of a tree: name, version, licence expression.
 type Package = (String, String, String);
+/// Version of a Rust compiler.
+type Compiler = [u32; 3];
+type Compilers = BTreeMap<(String, String), Compiler>;
 
 /// The task.
 pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
@@ -35,6 +41,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
         return Err("usage: cargo xtask dependencies".into());
     }
     let mut complaints = BTreeSet::new();
+    let (own, asked_for) = compilers(&metadata()?)?;
     let readme = fs::read_to_string(root().join("README.md"))
         .map_err(|error| format!("README.md: {error}"))?;
     println!("| crate | packages, default features | packages, all features |");
@@ -53,6 +60,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
             complaints.insert(format!("README.md does not have the row {row}"));
         }
         complaints.extend(licences(&all));
+        complaints.extend(too_new(&all, own, &asked_for));
         complaints.extend(
             duplicates(&all)
                 .into_iter()
@@ -96,6 +104,56 @@ fn parse(tree: &str) -> BTreeSet<Package> {
                 version.into(),
                 licence.trim_end_matches(" (*)").into(),
             ))
+        })
+        .collect()
+}
+
+/// What `cargo metadata` says of all packages.
+fn metadata() -> Result<Value, String> {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--locked", "--format-version", "1"])
+        .current_dir(root())
+        .output()
+        .map_err(|error| format!("cargo metadata: {error}"))?;
+    if !output.status.success() {
+        return Err(String::from_utf8_lossy(&output.stderr).into_owned());
+    }
+    serde_json::from_slice(&output.stdout).map_err(|error| format!("cargo metadata: {error}"))
+}
+
+/// The oldest compiler that this workspace promises to build with, and the oldest that each package asks for, by name and version.
+fn compilers(metadata: &Value) -> Result<(Compiler, Compilers), String> {
+    let asked_for: Compilers = metadata["packages"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(|package| {
+            let text = |key| package[key].as_str();
+            let name = (text("name")?.into(), format!("v{}", text("version")?));
+            Some((name, compiler(text("rust_version")?)))
+        })
+        .collect();
+    let own = asked_for
+        .iter()
+        .find(|((name, _), _)| name == env!("CARGO_PKG_NAME"));
+    let (_, own) = own.ok_or("cargo metadata: no rust-version of our own")?;
+    Ok((*own, asked_for))
+}
+
+/// `1.89.0` as numbers; what is left out is zero.
+fn compiler(version: &str) -> Compiler {
+    let mut numbers = version.split('.').map(|part| part.parse().unwrap_or(0));
+    std::array::from_fn(|_| numbers.next().unwrap_or(0))
+}
+
+fn too_new(packages: &BTreeSet<Package>, own: Compiler, asked_for: &Compilers) -> Vec<String> {
+    let asked_for = |name: &str, version: &str| asked_for.get(&(name.into(), version.into()));
+    packages
+        .iter()
+        .filter_map(|(name, version, _)| Some((name, version, asked_for(name, version)?)))
+        .filter(|(_, _, needed)| **needed > own)
+        .map(|(name, version, needed)| {
+            format!("{name} {version}: needs Rust {needed:?}, we promise {own:?}")
         })
         .collect()
 }
@@ -148,6 +206,27 @@ mod tests {
         );
         assert_eq!(duplicates(&parse(&TREE.replace("low", "syn"))), [""; 0]);
         assert_eq!(licences(&parse("a v1.0.0|GPL-3.0\nb v1.0.0|\n")).len(), 2);
+    }
+
+    #[test]
+    fn a_package_for_a_newer_compiler_is_named() {
+        let metadata = |low: &str| {
+            serde_json::json!({"packages": [
+                {"name": "xtask", "version": "0.0.0", "rust_version": "1.89"},
+                {"name": "low", "version": "1.0.0", "rust_version": low},
+                {"name": "top", "version": "1.0.0", "rust_version": null},
+            ]})
+        };
+        let complaints = |low| {
+            let (own, asked_for) = compilers(&metadata(low)).expect("our own is there");
+            too_new(&parse(TREE), own, &asked_for)
+        };
+        assert_eq!(complaints("1.89.0"), [""; 0]);
+        assert_eq!(complaints("1.9"), [""; 0]);
+        assert_eq!(
+            complaints("1.89.1"),
+            ["low v1.0.0: needs Rust [1, 89, 1], we promise [1, 89, 0]"]
+        );
     }
 
     #[test]
