@@ -112,9 +112,9 @@ impl Regions {
             match &mut sets {
                 None => sets = Some([wall, cavity, inside]),
                 Some([walls, cavities, ever]) => {
-                    walls.intersect(&wall);
-                    cavities.intersect(&cavity);
-                    ever.unite(&inside);
+                    walls.intersect(&wall)?;
+                    cavities.intersect(&cavity)?;
+                    ever.unite(&inside)?;
                 }
             }
         }

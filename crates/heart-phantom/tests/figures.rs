@@ -95,7 +95,7 @@ fn geometry_has_one_scale_both_ways() {
     let (mut x, mut y) = ((u32::MAX, 0), (u32::MAX, 0));
     for j in 0..picture.height() {
         for i in 110..900 {
-            let [r, g, b] = picture.pixel(i, j);
+            let [r, g, b] = picture.pixel(i, j).unwrap();
             if g < 40 && b > 60 && r > 50 && r < 100 {
                 x = (x.0.min(i), x.1.max(i));
                 y = (y.0.min(j), y.1.max(j));
@@ -127,7 +127,7 @@ fn a_slice_has_x_to_the_right_and_y_up() {
         // The panel is the black rectangle; the bar stands to its right, beyond a gap of white.
         let row_of = |j: u32| {
             (0..picture.width() - 175)
-                .filter(|&i| picture.pixel(i, j) == [0; 3])
+                .filter(|&i| picture.pixel(i, j).unwrap() == [0; 3])
                 .collect::<Vec<_>>()
         };
         let rows: Vec<(u32, Vec<u32>)> = (0..picture.height())
@@ -139,7 +139,7 @@ fn a_slice_has_x_to_the_right_and_y_up() {
         let mut at = Vec::new();
         for j in top..=bottom {
             for i in left..=right {
-                if picture.pixel(i, j) == [255; 3] {
+                if picture.pixel(i, j).unwrap() == [255; 3] {
                     at.push((f64::from(i - left) + 0.5, f64::from(j - top) + 0.5));
                 }
             }
@@ -169,7 +169,7 @@ fn inked(picture: &Picture) -> usize {
         .filter(|&(x, y)| {
             (f64::from(x) + 0.5 - middle).hypot(f64::from(y) + 0.5 - middle) < 0.7 * middle
         })
-        .filter(|&(x, y)| picture.pixel(x, y) != [255; 3])
+        .filter(|&(x, y)| picture.pixel(x, y).unwrap() != [255; 3])
         .count()
 }
 
@@ -199,12 +199,18 @@ fn a_ball_has_a_round_silhouette_of_its_radius() {
         // Round: the four ends.
         let middle = f64::from(picture.width()) / 2.0;
         for (dx, dy) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
-            let at = |r: f64| picture.pixel((middle + dx * r) as u32, (middle + dy * r) as u32);
+            let at = |r: f64| {
+                picture
+                    .pixel((middle + dx * r) as u32, (middle + dy * r) as u32)
+                    .unwrap()
+            };
             assert!(at(pixels - 3.0) != [255; 3] && at(pixels + 3.0) == [255; 3]);
         }
         // Lit from the upper left.
         let light = |x: f64, y: f64| {
-            picture.pixel((middle + x * pixels) as u32, (middle + y * pixels) as u32)[1]
+            picture
+                .pixel((middle + x * pixels) as u32, (middle + y * pixels) as u32)
+                .unwrap()[1]
         };
         assert!(light(-0.4, -0.5) > light(0.4, 0.6));
     }
@@ -233,8 +239,8 @@ fn a_cut_shows_half_the_ball_flat() {
     assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
     let middle = flat.width() / 2;
     assert_eq!(
-        flat.pixel(middle, middle),
-        flat.pixel(middle + 60, middle - 60)
+        flat.pixel(middle, middle).unwrap(),
+        flat.pixel(middle + 60, middle - 60).unwrap()
     );
     // With y > 0, the right half, cut away, half is left.
     let half = isosurface(
@@ -248,7 +254,8 @@ fn a_cut_shows_half_the_ball_flat() {
     let ratio = inked(&half) as f64 / inked(&whole) as f64;
     assert!((ratio - 0.5).abs() < 0.01, "{ratio}");
     assert!(
-        half.pixel(middle - 60, middle) != [255; 3] && half.pixel(middle + 60, middle) == [255; 3]
+        half.pixel(middle - 60, middle).unwrap() != [255; 3]
+            && half.pixel(middle + 60, middle).unwrap() == [255; 3]
     );
 }
 
@@ -350,7 +357,7 @@ fn the_page_is_one_plain_file_with_everything_in_order() {
 fn of_colour(picture: &Picture, colour: [u8; 3]) -> Vec<(f64, f64)> {
     (0..picture.height())
         .flat_map(|y| (0..picture.width()).map(move |x| (x, y)))
-        .filter(|&(x, y)| picture.pixel(x, y) == colour)
+        .filter(|&(x, y)| picture.pixel(x, y).unwrap() == colour)
         .map(|(x, y)| (f64::from(x) + 0.5, f64::from(y) + 0.5))
         .collect()
 }
@@ -458,12 +465,12 @@ fn the_wall_has_its_layers_between_its_membranes() {
         let column = 110 + 450 / 4;
         let find = |colour: [u8; 3]| -> Vec<u32> {
             (50..picture.height() - 60)
-                .filter(|&y| picture.pixel(column, y) == colour)
+                .filter(|&y| picture.pixel(column, y).unwrap() == colour)
                 .collect()
         };
         let (blue, vermilion) = (find([0x00, 0x72, 0xb2]), find([0xd5, 0x5e, 0x00]));
         assert!(blue[0] < vermilion[0], "the outer membrane is above");
-        let dark = |y: u32| picture.pixel(column, y)[0] < 200;
+        let dark = |y: u32| picture.pixel(column, y).unwrap()[0] < 200;
         let (from, to) = (*blue.last().unwrap() + 2, vermilion[0] - 2);
         (from..to).filter(|&y| dark(y) && !dark(y - 1)).count()
     };

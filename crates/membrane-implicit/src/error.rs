@@ -105,6 +105,23 @@ pub enum ImplicitError {
     },
 }
 
+/// Refuses a list of `given` nodes where the membrane has `expected`.
+pub(crate) fn length(
+    quantity: &'static str,
+    given: usize,
+    expected: usize,
+) -> Result<(), ImplicitError> {
+    if given == expected {
+        Ok(())
+    } else {
+        Err(ImplicitError::WrongLength {
+            quantity,
+            given,
+            expected,
+        })
+    }
+}
+
 /// `value` if it is finite and within [`least`, `most`].
 pub(crate) fn within(
     quantity: &'static str,

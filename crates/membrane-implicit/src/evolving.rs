@@ -5,7 +5,7 @@ use membrane_newton::{Measure, Membrane};
 
 use crate::body::MovingMembrane;
 use crate::drive::DriveKind;
-use crate::error::{ImplicitError, within};
+use crate::error::{ImplicitError, length, within};
 use crate::scheme::{Jacobian, Scheme};
 use crate::stepper::{Stepper, Work};
 
@@ -111,14 +111,14 @@ impl Evolution {
 
     /// Largest distance between a node and its counterpart in `points`, cm.
     ///
-    /// # Panics
-    /// Another number of points.
-    pub fn distance_to(&self, points: &[[f64; 2]]) -> f64 {
-        assert_eq!(points.len(), self.points.len(), "points to compare with");
+    /// # Errors
+    /// [`ImplicitError::WrongLength`] for another number of points.
+    pub fn distance_to(&self, points: &[[f64; 2]]) -> Result<f64, ImplicitError> {
+        length("points to compare with", points.len(), self.points.len())?;
         let pairs = self.points.iter().zip(points);
-        pairs
+        Ok(pairs
             .map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]))
-            .fold(0.0, f64::max)
+            .fold(0.0, f64::max))
     }
 }
 

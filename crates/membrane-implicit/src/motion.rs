@@ -10,7 +10,7 @@ use crate::drive::{Drive, DriveKind};
 use crate::energy::Energy;
 pub use adaptive::Tolerance;
 
-use crate::error::{ImplicitError, within};
+use crate::error::{ImplicitError, length, within};
 use crate::scheme::{Jacobian, Scheme};
 use crate::stepper::{Instant, Stepper, Work};
 
@@ -180,13 +180,7 @@ impl Motion {
         within("time", time, f64::MIN, f64::MAX)?;
         let expected = self.inner.body.n_nodes();
         for (quantity, list) in [("points", points), ("velocities", velocities)] {
-            if list.len() != expected {
-                return Err(ImplicitError::WrongLength {
-                    quantity,
-                    given: list.len(),
-                    expected,
-                });
-            }
+            length(quantity, list.len(), expected)?;
             for value in list.as_flattened() {
                 within(quantity, *value, f64::MIN, f64::MAX)?;
             }

@@ -68,12 +68,9 @@ impl Blur {
         Ok(Self { size, weights })
     }
 
-    /// The weights of a sample's neighbours k = 0, 1, ... bins (axis 0) or rows (axis 1) away.
-    ///
-    /// # Panics
-    /// For another axis.
+    /// The weights of a sample's neighbours k = 0, 1, ... bins (axis 0) or rows (axis 1) away; none along another axis.
     pub fn weights(&self, axis: usize) -> &[f64] {
-        &self.weights[axis]
+        self.weights.get(axis).map_or(&[], Vec::as_slice)
     }
 
     /// Blurs images `[view][row][bin]` in place; views are shared among threads, with the same bits for any number of them.

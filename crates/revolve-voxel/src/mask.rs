@@ -74,25 +74,28 @@ impl Mask {
 
     /// Keeps the voxels that are in `other` too.
     ///
-    /// # Panics
-    /// If the shapes differ.
-    pub fn intersect(&mut self, other: &Mask) {
-        self.combine(other, |a, b| a & b);
+    /// # Errors
+    /// [`Error::Length`] for a side of another length.
+    pub fn intersect(&mut self, other: &Mask) -> Result<(), Error> {
+        self.combine(other, |a, b| a & b)
     }
 
     /// Adds the voxels of `other`.
     ///
-    /// # Panics
-    /// If the shapes differ.
-    pub fn unite(&mut self, other: &Mask) {
-        self.combine(other, |a, b| a | b);
+    /// # Errors
+    /// [`Error::Length`] for a side of another length.
+    pub fn unite(&mut self, other: &Mask) -> Result<(), Error> {
+        self.combine(other, |a, b| a | b)
     }
 
-    fn combine(&mut self, other: &Mask, with: impl Fn(bool, bool) -> bool) {
-        assert_eq!(self.shape, other.shape, "masks of different shapes");
+    fn combine(&mut self, other: &Mask, with: impl Fn(bool, bool) -> bool) -> Result<(), Error> {
+        for (own, given) in self.shape.into_iter().zip(other.shape) {
+            length("side of a mask", own, given)?;
+        }
         for (a, &b) in self.set.iter_mut().zip(&other.set) {
             *a = with(*a, b);
         }
+        Ok(())
     }
 
     /// Keeps, in every slice, the pixels that are in `slice` (index order `[y][x]`).
@@ -284,6 +287,28 @@ mod tests {
         let kept: Vec<usize> = (0..8).filter(|&i| mask.as_slice()[i]).collect();
         assert_eq!(kept, [3, 4, 7]);
         assert!(mask.intersect_slices(&[true]).is_err());
+    }
+
+    #[test]
+    fn sets_are_united_and_intersected() {
+        let mask = |bits: [u8; 4]| Mask::new([1, 2, 2], bits.map(|b| b == 1).to_vec()).unwrap();
+        let mut set = mask([1, 1, 0, 0]);
+        set.unite(&mask([1, 0, 1, 0])).unwrap();
+        assert_eq!(set, mask([1, 1, 1, 0]));
+        set.intersect(&mask([0, 1, 1, 1])).unwrap();
+        assert_eq!(set, mask([0, 1, 1, 0]));
+        // As many voxels, but in another shape: refused, and nothing is changed.
+        let other = Mask::new([2, 2, 1], vec![true; 4]).unwrap();
+        assert!(matches!(
+            set.unite(&other),
+            Err(Error::Length {
+                expected: 1,
+                given: 2,
+                ..
+            })
+        ));
+        assert!(set.intersect(&other).is_err());
+        assert_eq!(set, mask([0, 1, 1, 0]));
     }
 
     #[test]

@@ -398,10 +398,13 @@ mod tests {
         })
         .unwrap();
         // 50 pixels a centimetre: (3 + 2) * 50 from the left, (3 - 1.5) * 50 from the top.
-        assert_eq!(picture.pixel(110 + 250, 20 + 75), [RED.0, RED.1, RED.2]);
+        assert_eq!(
+            picture.pixel(110 + 250, 20 + 75).unwrap(),
+            [RED.0, RED.1, RED.2]
+        );
         let red: Vec<(u32, u32)> = (0..420)
             .flat_map(|y| (0..600).map(move |x| (x, y)))
-            .filter(|&(x, y)| picture.pixel(x, y) == [RED.0, RED.1, RED.2])
+            .filter(|&(x, y)| picture.pixel(x, y).unwrap() == [RED.0, RED.1, RED.2])
             .collect();
         let mean = |f: fn(&(u32, u32)) -> u32| {
             red.iter().map(|p| f64::from(f(p))).sum::<f64>() / red.len() as f64
@@ -431,9 +434,12 @@ mod tests {
         for k in 1..10 {
             let at = 0.5 + 0.28 * f64::from(k);
             let (x, y) = (110 + (at * 100.0) as u32, 420 - (at * 100.0) as u32);
-            let [r, g, _] = picture.pixel(x, y);
-            assert!(r > 200 && g < 60, "{k}: {:?}", picture.pixel(x, y));
-            assert!(picture.pixel(x + 8, y)[1] > 200 && picture.pixel(x - 8, y)[1] > 200);
+            let [r, g, _] = picture.pixel(x, y).unwrap();
+            assert!(r > 200 && g < 60, "{k}: {:?}", picture.pixel(x, y).unwrap());
+            assert!(
+                picture.pixel(x + 8, y).unwrap()[1] > 200
+                    && picture.pixel(x - 8, y).unwrap()[1] > 200
+            );
         }
     }
 

@@ -39,19 +39,13 @@ impl Picture {
         &self.rgb
     }
 
-    /// The colour at column `x` from the left and row `y` from the top.
-    ///
-    /// # Panics
-    /// If `x` or `y` is outside the picture.
-    pub fn pixel(&self, x: u32, y: u32) -> [u8; 3] {
-        assert!(
-            x < self.width && y < self.height,
-            "pixel ({x}, {y}) of a {} by {} picture",
-            self.width,
-            self.height
-        );
-        let at = 3 * (y as usize * self.width as usize + x as usize);
-        [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
+    /// The colour at column `x` from the left and row `y` from the top; none outside the picture.
+    pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 3]> {
+        if x >= self.width {
+            return None;
+        }
+        let at = y as usize * self.width as usize + x as usize;
+        self.rgb.as_chunks().0.get(at).copied()
     }
 
     pub(super) fn set(&mut self, x: u32, y: u32, colour: [u8; 3]) {

@@ -180,13 +180,13 @@ mod tests {
             f32::from(u8::from(column == 3 && row == 2))
         });
         // Ten pixels a sample: the last column and the last row are to the right and on top.
-        assert_eq!(picture.pixel(5 + 35, 7 + 5), [255; 3]);
-        assert_eq!(picture.pixel(5 + 35, 7 + 15), [0; 3]);
-        assert_eq!(picture.pixel(5 + 25, 7 + 5), [0; 3]);
-        assert_eq!(picture.pixel(5, 7 + 29), [0; 3]);
+        assert_eq!(picture.pixel(5 + 35, 7 + 5).unwrap(), [255; 3]);
+        assert_eq!(picture.pixel(5 + 35, 7 + 15).unwrap(), [0; 3]);
+        assert_eq!(picture.pixel(5 + 25, 7 + 5).unwrap(), [0; 3]);
+        assert_eq!(picture.pixel(5, 7 + 29).unwrap(), [0; 3]);
         // Nothing beyond the rectangle.
-        assert_eq!(picture.pixel(4, 20), [255; 3]);
-        assert_eq!(picture.pixel(45, 20), [255; 3]);
+        assert_eq!(picture.pixel(4, 20).unwrap(), [255; 3]);
+        assert_eq!(picture.pixel(45, 20).unwrap(), [255; 3]);
     }
 
     #[test]
@@ -205,8 +205,8 @@ mod tests {
             // The middle of pixel y is at this share of the bar's height.
             let along = (210.0 - f64::from(y) - 0.5) / 200.0;
             let value = -1.0 + 4.0 * along;
-            assert_eq!(picture.pixel(x, y)[0], grey(value, window));
+            assert_eq!(picture.pixel(x, y).unwrap()[0], grey(value, window));
         }
-        assert!(picture.pixel(x, 12)[0] > 250 && picture.pixel(x, 207)[0] < 5);
+        assert!(picture.pixel(x, 12).unwrap()[0] > 250 && picture.pixel(x, 207).unwrap()[0] < 5);
     }
 }

@@ -302,9 +302,9 @@ mod tests {
                 nearness: 0.0,
             })
         });
-        assert_eq!(picture.pixel(14, 5), [255; 3]);
-        assert_eq!(picture.pixel(16, 5), [0; 3]);
+        assert_eq!(picture.pixel(14, 5).unwrap(), [255; 3]);
+        assert_eq!(picture.pixel(16, 5).unwrap(), [0; 3]);
         // Of the three columns of samples at 1/6, 1/2 and 5/6 of the pixel, two are black.
-        assert_eq!(picture.pixel(15, 5), [85; 3]);
+        assert_eq!(picture.pixel(15, 5).unwrap(), [85; 3]);
     }
 }

@@ -67,9 +67,9 @@ pub(super) fn evolving(run: &Run<'_>) -> Result<EvolvingStudy, PhantomError> {
             steps: falling.steps,
             residual: falling.residual(),
             monotone: falling.is_monotone(),
-            distance_to_direct: falling.distance_to(&direct.points()),
+            distance_to_direct: falling.distance_to(&direct.points())?,
             small_step_monotone: oscillating.is_monotone(),
-            second_neighbours_distance: second.distance_to(&direct.points()),
+            second_neighbours_distance: second.distance_to(&direct.points())?,
         },
         frames: some_frames(&falling),
         histories: vec![
