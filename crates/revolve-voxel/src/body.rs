@@ -106,11 +106,11 @@ impl Body {
             // A vertex of the inner one outside, or a corner of the outer one inside: one or the other if they cross.
             let outside = inner.segments().iter().map(|s| {
                 let [x, r] = s.start();
-                (outer.distance_at(x, r).value, x, r)
+                (outer.distance_at(x, r), x, r)
             });
             let poking = outer.segments().iter().map(|s| {
                 let [x, r] = s.start();
-                (-inner.distance_at(x, r).value, x, r)
+                (-inner.distance_at(x, r), x, r)
             });
             let (depth, x, r) =
                 outside

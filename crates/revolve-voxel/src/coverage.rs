@@ -303,7 +303,7 @@ impl<'a> Painter<'a> {
                     lines.iter().all(below)
                 }
             }
-            Answer::Unknown => self.field.profile().distance_at(p.x, r).value < 0.0,
+            Answer::Unknown => self.field.profile().distance_at(p.x, r) < 0.0,
         }
     }
 

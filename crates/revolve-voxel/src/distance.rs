@@ -7,41 +7,6 @@ use nalgebra::Point3;
 
 use crate::meridian::{Meridian, Segment};
 
-/// Signed distance in the half-plane, negative inside, with its gradient (x, r).
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Distance {
-    pub(crate) value: f64,
-    pub(crate) gradient: [f64; 2],
-}
-
-/// Ranges of the unit tangents of some segments: how much a stretch of the profile bends.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Tangents {
-    low: [f64; 2],
-    high: [f64; 2],
-}
-
-impl Tangents {
-    pub(crate) const NONE: Self = Self {
-        low: [f64::INFINITY; 2],
-        high: [f64::NEG_INFINITY; 2],
-    };
-
-    #[inline(always)]
-    fn join(&mut self, low: [f64; 2], high: [f64; 2]) {
-        for k in 0..2 {
-            self.low[k] = self.low[k].min(low[k]);
-            self.high[k] = self.high[k].max(high[k]);
-        }
-    }
-
-    /// Bound of the angle between any two, by the diagonal of their range (0 for none).
-    pub(crate) fn spread(&self) -> f64 {
-        let d = [0, 1].map(|k| (self.high[k] - self.low[k]).max(0.0));
-        (d[0] * d[0] + d[1] * d[1]).sqrt()
-    }
-}
-
 /// Segments to a leaf.
 const LEAF: usize = 4;
 
@@ -49,7 +14,6 @@ const LEAF: usize = 4;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct BoxTree {
     boxes: Vec<[f64; 4]>,
-    tangents: Vec<Tangents>,
     first_leaf: usize,
 }
 
@@ -72,25 +36,15 @@ impl BoxTree {
         };
         let first_leaf = segments.len().div_ceil(LEAF).next_power_of_two();
         let mut boxes = vec![EMPTY; 2 * first_leaf];
-        let mut tangents = vec![Tangents::NONE; 2 * first_leaf];
         for (k, s) in segments.iter().enumerate() {
             let own = s.bounds();
             let leaf = &mut boxes[first_leaf + k / LEAF];
             *leaf = join(*leaf, own);
-            tangents[first_leaf + k / LEAF].join([s.tx, s.tr], [s.tx, s.tr]);
         }
         for k in (1..first_leaf).rev() {
             boxes[k] = join(boxes[2 * k], boxes[2 * k + 1]);
-            for child in [2 * k, 2 * k + 1] {
-                let Tangents { low, high } = tangents[child];
-                tangents[k].join(low, high);
-            }
         }
-        Self {
-            boxes,
-            tangents,
-            first_leaf,
-        }
+        Self { boxes, first_leaf }
     }
 
     /// Calls `visit` with the segments (of n) in leaves whose boxes meet the given one.
@@ -193,15 +147,12 @@ impl Nearest {
         d2
     }
 
-    fn distance(&self, segments: &[Segment], x: f64, r: f64) -> Distance {
+    /// Negative inside.
+    fn distance(&self, segments: &[Segment], x: f64, r: f64) -> f64 {
         let s = &segments[self.segment];
         let (dx, dr) = (x - s.x0 - self.along * s.tx, r - s.r0 - self.along * s.tr);
         if self.along > 0.0 && self.along < s.length {
-            let normal = [-s.tr, s.tx];
-            return Distance {
-                value: dx * normal[0] + dr * normal[1],
-                gradient: normal,
-            };
+            return dr * s.tx - dx * s.tr;
         }
         let normal = if self.along > 0.0 {
             s.end_normal
@@ -209,18 +160,7 @@ impl Nearest {
             s.start_normal
         };
         let inside = dx * normal[0] + dr * normal[1] < 0.0;
-        let sign = if inside { -1.0 } else { 1.0 };
-        let d = self.d2.sqrt();
-        let gradient = if d > 0.0 {
-            [sign * dx / d, sign * dr / d]
-        } else {
-            let n = normal[0].hypot(normal[1]);
-            [normal[0] / n, normal[1] / n]
-        };
-        Distance {
-            value: sign * d,
-            gradient,
-        }
+        self.d2.sqrt() * if inside { -1.0 } else { 1.0 }
     }
 }
 
@@ -237,7 +177,7 @@ impl Meridian {
     /// # Ok::<(), revolve_voxel::Error>(())
     /// ```
     pub fn signed_distance(&self, p: &Point3<f64>) -> f64 {
-        self.distance_at(p.x, p.y.hypot(p.z)).value
+        self.distance_at(p.x, p.y.hypot(p.z))
     }
 
     /// Is the body point inside the solid?
@@ -245,7 +185,8 @@ impl Meridian {
         self.signed_distance(p) < 0.0
     }
 
-    pub(crate) fn distance_at(&self, x: f64, r: f64) -> Distance {
+    /// Signed distance in the half-plane.
+    pub(crate) fn distance_at(&self, x: f64, r: f64) -> f64 {
         let segments = self.segments();
         let mut nearest = Nearest::NONE;
         self.boxes()
@@ -256,40 +197,6 @@ impl Meridian {
                 nearest.d2
             });
         nearest.distance(segments, x, r)
-    }
-
-    /// Tangents of the segments within `radius` of a point.
-    pub(crate) fn tangents_within(&self, x: f64, r: f64, radius: f64) -> Tangents {
-        let (tree, segments) = (self.boxes(), self.segments());
-        let within = radius * radius;
-        let mut tangents = Tangents::NONE;
-        let mut stack = [1usize; usize::BITS as usize];
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let k = stack[depth];
-            if tree.gap(k, x, r) >= within {
-                continue;
-            }
-            let b = &tree.boxes[k];
-            let far = (x - b[0]).max(b[1] - x).hypot((r - b[2]).max(b[3] - r));
-            if far <= radius {
-                tangents.join(tree.tangents[k].low, tree.tangents[k].high);
-            } else if k >= tree.first_leaf {
-                let first = (k - tree.first_leaf) * LEAF;
-                for s in segments.iter().skip(first).take(LEAF) {
-                    let mut one = Nearest::NONE;
-                    if one.try_segment(0, s, x, r) < within {
-                        tangents.join([s.tx, s.tr], [s.tx, s.tr]);
-                    }
-                }
-            } else {
-                stack[depth] = 2 * k;
-                stack[depth + 1] = 2 * k + 1;
-                depth += 2;
-            }
-        }
-        tangents
     }
 
     /// Appends the segments no farther than `reach` from a point.

@@ -86,7 +86,7 @@ impl<'a> Field<'a> {
             .map_init(Vec::new, |list, k| {
                 let (i, j) = (k % shape[0], k / shape[0]);
                 let (x, r) = (x0 + (i as f64 + 0.5) * size, (j as f64 + 0.5) * size);
-                let distance = profile.distance_at(x, r).value;
+                let distance = profile.distance_at(x, r);
                 let mut cell = Cell {
                     distance,
                     first: 0,

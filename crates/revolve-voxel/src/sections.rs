@@ -12,6 +12,7 @@ use crate::chains::{Chain, Kind};
 use crate::meridian::Meridian;
 use crate::patch::Cuboid;
 use crate::plane_clip::fraction_below;
+use crate::wedge::Wedge;
 
 /// Half of the distance between the two Gauss points of an interval of half-length one.
 const GAUSS: f64 = 0.577_350_269_189_625_8;
@@ -37,8 +38,16 @@ pub(crate) struct Sections<'a> {
     radius2: f64,
     volume: f64,
     tolerance: f64,
+    wedge: Option<Cut<'a>>,
     /// Sections looked at.
     pub(crate) evaluations: u64,
+}
+
+/// What a wedge leaves of a box.
+struct Cut<'a> {
+    wedge: &'a Wedge,
+    /// Axial coordinates of its corners, rising, and the volume below each.
+    stops: Vec<[f64; 2]>,
 }
 
 /// A pair of opposite faces.
@@ -106,8 +115,59 @@ impl<'a> Sections<'a> {
             radius2: radius * radius,
             volume,
             tolerance: 0.5 * tolerance * volume,
+            wedge: None,
             evaluations: 0,
         }
+    }
+
+    /// The same for the part of the box that a wedge holds; fractions are still of the whole box.
+    pub(crate) fn within(mut self, wedge: &'a Wedge) -> Self {
+        let mut stops = self.corners.to_vec();
+        let corner = |s: f64, t: f64, [j, k]: [usize; 2]| {
+            [0, 1, 2].map(|n| self.centre[n] + s * self.edges[j][n] + t * self.edges[k][n])
+        };
+        for i in 0..3 {
+            let e = &self.edges[i];
+            for (s, t) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+                let p = corner(s, t, OTHERS[i]);
+                for [y, z] in wedge.normals() {
+                    // Not finite if the edge runs along the side.
+                    let u = -(y * p[1] + z * p[2]) / (y * e[1] + z * e[2]);
+                    if u.abs() < 1.0 {
+                        stops.push(p[0] + u * e[0]);
+                    }
+                }
+            }
+            // The axis through the faces.
+            for side in [1.0, -1.0] {
+                let across = e[1] * self.centre[1] + e[2] * self.centre[2];
+                let square: f64 = e.iter().map(|v| v * v).sum();
+                stops.push(self.centre[0] + (across + side * square) / e[0]);
+            }
+        }
+        let [low, .., high] = self.corners;
+        stops.retain(|x| (low..=high).contains(x));
+        stops.sort_by(f64::total_cmp);
+        let mut cut = Cut {
+            wedge,
+            stops: stops.into_iter().map(|x| [x, 0.0]).collect(),
+        };
+        for k in 1..cut.stops.len() {
+            let [from, below] = cut.stops[k - 1];
+            cut.stops[k][1] = below + self.slab([from, cut.stops[k][0]], &cut);
+        }
+        self.wedge = Some(cut);
+        self
+    }
+
+    /// Volume of the part of the box between two sections with no corner between them: the area is a quadratic.
+    fn slab(&self, [a, b]: [f64; 2], cut: &Cut<'_>) -> f64 {
+        let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
+        let at = |x: f64| {
+            let (outline, n) = self.outline(x);
+            cut.sum(&outline[..n], cross)
+        };
+        0.5 * h * (at(m - GAUSS * h) + at(m + GAUSS * h))
     }
 
     /// Fraction of the box inside the solid.
@@ -137,6 +197,11 @@ impl<'a> Sections<'a> {
 
     /// Volume of the part of the box below an axial coordinate.
     fn below(&self, x: f64) -> f64 {
+        if let Some(cut) = &self.wedge {
+            let k = cut.stops.partition_point(|stop| stop[0] <= x).max(1) - 1;
+            let [from, below] = cut.stops[k];
+            return below + self.slab([from, x.clamp(from, self.corners[7])], cut);
+        }
         let edges = self.edges.map(|e| e[0]);
         self.volume * fraction_below(edges, self.centre[0] - x, [1.0; 3])
     }
@@ -172,6 +237,12 @@ impl<'a> Sections<'a> {
             }
             self.edge_crossings(cone, &mut breaks);
             self.face_touches(cone, &mut breaks);
+            if let Some(cut) = &self.wedge {
+                for &[x, _] in &cut.stops {
+                    breaks.add(x);
+                }
+                self.side_crossings(cone, cut.wedge, &mut breaks);
+            }
             for panel in breaks.sorted().windows(2) {
                 sum += self.panel([panel[0], panel[1]], cone);
             }
@@ -247,8 +318,29 @@ impl<'a> Sections<'a> {
         }
     }
 
+    /// Axial positions at which the cone crosses the lines in which the wedge's sides meet the faces.
+    fn side_crossings(&self, cone: [f64; 2], wedge: &Wedge, breaks: &mut Breaks) {
+        for [y, z] in wedge.directions() {
+            for e in &self.edges {
+                let square = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+                let middle: f64 = (0..3).map(|n| e[n] * self.centre[n]).sum();
+                let across = y * e[1] + z * e[2];
+                for side in [1.0, -1.0] {
+                    let plane = middle + side * square;
+                    breaks.add((plane - across * cone[0]) / (e[0] + across * cone[1]));
+                }
+            }
+        }
+    }
+
     /// Volume between two neighbouring breaks: none, all of the box, or a smooth integrand.
     fn panel(&mut self, [a, b]: [f64; 2], cone: [f64; 2]) -> f64 {
+        if self.wedge.is_some() {
+            // Few boxes are cut by a wedge, and one may hold a whole solid: each panel is held to its share of the tolerance.
+            let share = (b - a) / (self.corners[7] - self.corners[0]);
+            let coarse = self.gauss([a, b], cone);
+            return self.halved([a, b], cone, coarse, share * self.tolerance, DEEPEST);
+        }
         let x = 0.5 * (a + b);
         self.evaluations += 1;
         let (area, cut) = self.area(x, cone[0] + cone[1] * x);
@@ -341,6 +433,12 @@ impl<'a> Sections<'a> {
     fn area(&self, x: f64, r: f64) -> (f64, bool) {
         let (outline, n) = self.outline(x);
         let r2 = r * r;
+        if let Some(cut) = &self.wedge {
+            return (
+                0.5 * cut.sum(&outline[..n], |p, q| sector_sum(p, q, r2)),
+                true,
+            );
+        }
         let mut sum = 0.0;
         let (mut n_enter, mut n_leave, mut n_outside) = (0, 0, 0);
         let (mut enter, mut leave) = ([0.0; 2], [0.0; 2]);
@@ -382,6 +480,19 @@ impl<'a> Sections<'a> {
     }
 }
 
+impl Cut<'_> {
+    /// Sum of a measure seen from the axis over what the wedge leaves of an outline's edges.
+    fn sum(&self, outline: &[[[f64; 2]; 2]], of: impl Fn([f64; 2], [f64; 2]) -> f64) -> f64 {
+        let edge = |&[p, q]: &[[f64; 2]; 2]| {
+            let parts = self.wedge.parts(p, q).into_iter().flatten();
+            parts
+                .map(|[from, to]| of(between(p, q, from), between(p, q, to)))
+                .sum::<f64>()
+        };
+        outline.iter().map(edge).sum()
+    }
+}
+
 /// Fractions of the way from p to q between which it is in the disc.
 #[inline(always)]
 fn within(p: [f64; 2], q: [f64; 2], r2: f64) -> Option<[f64; 2]> {
@@ -420,19 +531,20 @@ fn sector_sum(p: [f64; 2], q: [f64; 2], r2: f64) -> f64 {
 
 /// Axial positions where a section's area is not smooth, within an interval.
 struct Breaks {
-    at: [f64; 64],
+    at: [f64; 80],
     len: usize,
 }
 
 impl Breaks {
     fn new(from: f64, to: f64) -> Self {
-        let mut at = [0.0; 64];
+        let mut at = [0.0; 80];
         at[..2].copy_from_slice(&[from, to]);
         Self { at, len: 2 }
     }
 
     fn add(&mut self, x: f64) {
-        // Two ends, eight corners, two crossings of each of twelve edges, two touches of each of six faces: 46 at most.
+        // Two ends, eight corners, two crossings of each of twelve edges, two touches of each of six faces: 46 at most. Of a
+        // wedge's sides six edges each, twelve crossings of the faces, two ends of the axis: 26.
         if self.at[0] < x && x < self.at[1] {
             self.at[self.len] = x;
             self.len += 1;

@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use crate::attenuation::check_slices;
 use crate::error::{finite, positive, zeros};
-use crate::plane_clip::fraction_below;
-use crate::wedge::{Place, Sides, Wedge};
+use crate::patch::Cuboid;
+use crate::sections::Sections;
+use crate::wedge::{Place, Wedge};
 use crate::{
     Attenuator, Body, Error, Meridian, ParallelRays, Pose, Ray, RayCounters, Sample, Sampling,
     VoxelCounters, VoxelGrid,
@@ -102,8 +103,8 @@ impl Sector {
 
     /// Adds `activity` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, those slices only).
     ///
-    /// A voxel that a side of the wedge cuts is always done by coverage, to the tolerance of the sampling or to 1e-2. Such a
-    /// voxel must be smaller than the sector's features: one that holds most of the ring can be off by more.
+    /// A voxel that a side of the wedge cuts is always done by coverage, to the tolerance of the sampling or to 1e-2, however
+    /// large it is. Another has the value that the ring gives it.
     ///
     /// # Errors
     /// As [`Body::voxelize_add`].
@@ -144,15 +145,7 @@ impl Sector {
         let mut counters =
             self.ring
                 .voxelize_add(&small, own.clone(), sampling, &[1.0], 1.0, &mut ring)?;
-        counters.cut += match &self.wedge {
-            Wedge::Whole => 0,
-            Wedge::Within(sides) => {
-                self.cut(&small, own.start, (sides, false), tolerance, &mut ring)
-            }
-            Wedge::Without(sides) => {
-                self.cut(&small, own.start, (sides, true), tolerance, &mut ring)
-            }
-        };
+        counters = counters + self.cut(&small, own.start, sampling, tolerance, &mut ring);
         for (slice, own) in z.zip(ring.chunks(nx * ny)) {
             for (y, row) in own.chunks(nx).enumerate() {
                 let start = (slice - slices.start) * grid.slice_len()
@@ -168,45 +161,54 @@ impl Sector {
         Ok(counters)
     }
 
-    /// From the ring's coverage, from `first_slice` on, to the sector's; returns the number of voxels that a side cuts.
+    /// From the ring's coverage, from `first_slice` on, to the sector's.
     fn cut(
         &self,
         grid: &VoxelGrid,
         first_slice: usize,
-        (sides, inverted): (&Sides, bool),
+        sampling: Sampling,
         tolerance: f64,
         ring: &mut [f64],
-    ) -> u64 {
+    ) -> VoxelCounters {
+        if self.wedge == Wedge::Whole {
+            return VoxelCounters::default();
+        }
         let pose = self.ring.pose();
         let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e));
         let half = grid.spacing().map(|h| 0.5 * h);
-        let cutter = Cutter {
-            ring: &self.ring.layers()[0],
-            sides,
-            steps,
-        };
+        let radius = Vector3::from(half).norm();
+        let profile = &self.ring.layers()[0];
+        let by_coverage = matches!(sampling, Sampling::Coverage { .. });
         let [nx, ny, _] = grid.shape();
         ring.par_iter_mut()
             .enumerate()
             .map(|(k, share)| {
-                if *share == 0.0 {
-                    return 0;
+                let mut counters = VoxelCounters::default();
+                if *share == 0.0 && by_coverage {
+                    return counters;
                 }
                 let (x, y, z) = (k % nx, k / nx % ny, first_slice + k / (nx * ny));
                 let centre = pose.to_body(&grid.centre(x, y, z));
-                let (held, cut) = match sides.place(&centre, half, &steps) {
-                    Place::Inside => (*share, 0),
-                    Place::Outside => (0.0, 0),
-                    _ => (cutter.share(&centre, half, tolerance, DEEPEST), 1),
-                };
-                *share = if inverted {
-                    (*share - held).max(0.0)
-                } else {
-                    held
-                };
-                cut
+                match self.wedge.place(&centre, half, &steps) {
+                    Place::Inside => {}
+                    Place::Outside => *share = 0.0,
+                    Place::Cut => {
+                        let cuboid = Cuboid {
+                            centre: &centre,
+                            axes: &steps,
+                            half,
+                            radius,
+                        };
+                        let mut sections =
+                            Sections::new(profile, &cuboid, tolerance).within(&self.wedge);
+                        *share = sections.fraction();
+                        counters.cut = 1;
+                        counters.evaluations = sections.evaluations;
+                    }
+                }
+                counters
             })
-            .sum()
+            .reduce(VoxelCounters::default, |a, b| a + b)
     }
 
     fn clip(&self, ray: &Ray) -> impl Fn(f64, f64, &dyn Fn(f64, f64) -> f64) -> f64 + use<> {
@@ -215,113 +217,5 @@ impl Sector {
             &pose.to_body(&ray.origin()),
             &pose.vector_to_body(&ray.direction()),
         )
-    }
-}
-
-/// A box 2^8 times smaller than a voxel is below any tolerance that a voxel's edge can ask for.
-const DEEPEST: u32 = 8;
-
-/// Tangents that differ by more than this within a box are those of an edge, which no plane stands for.
-const CREASE: f64 = 0.2;
-
-/// The share of a box that both a ring and a wedge of at most half a turn hold.
-struct Cutter<'a> {
-    ring: &'a Meridian,
-    sides: &'a Sides,
-    steps: [Vector3<f64>; 3],
-}
-
-/// The ring's surface in a box.
-enum Surface {
-    Inside,
-    Outside,
-    /// Covered fraction by the tangent plane of the nearest point, and whether that can stand for the surface.
-    Plane(f64, bool),
-}
-
-impl Cutter<'_> {
-    /// Split in eight until one plane in each part is good enough.
-    fn share(&self, centre: &Point3<f64>, half: [f64; 3], goal: f64, depth: u32) -> f64 {
-        let surface = self.surface(centre, half);
-        let place = self.sides.place(centre, half, &self.steps);
-        let ring = match surface {
-            Surface::Outside => return 0.0,
-            Surface::Inside => 1.0,
-            Surface::Plane(share, _) => share,
-        };
-        let wedge = match place {
-            Place::Outside => return 0.0,
-            Place::Inside => 1.0,
-            Place::Cut(distance, k) => {
-                fraction_below(self.sides.normal(k, &self.steps), -distance, half)
-            }
-            Place::CutTwice => 0.5,
-        };
-        // One plane is exact but for the bend of the ring.
-        let single = match (&surface, place) {
-            (Surface::Inside, Place::CutTwice) => false,
-            (Surface::Inside, _) => return wedge,
-            (Surface::Plane(_, smooth), Place::Inside) => *smooth,
-            _ => false,
-        };
-        // Two planes in one box: the product of their shares is off by no more than a quarter.
-        if depth == 0 || (!single && 0.25 <= goal) {
-            return ring * wedge;
-        }
-        let quarter = half.map(|h| 0.5 * h);
-        let parts: [Point3<f64>; 8] = std::array::from_fn(|k| {
-            let by = |a: usize| {
-                if k >> a & 1 == 1 {
-                    quarter[a]
-                } else {
-                    -quarter[a]
-                }
-            };
-            centre + self.steps[0] * by(0) + self.steps[1] * by(1) + self.steps[2] * by(2)
-        });
-        if single {
-            let fine = parts
-                .iter()
-                .map(|p| match self.surface(p, quarter) {
-                    Surface::Inside => 1.0,
-                    Surface::Outside => 0.0,
-                    Surface::Plane(share, _) => share,
-                })
-                .sum::<f64>()
-                / 8.0;
-            // The planes' error falls by four from one size to half of it.
-            if (fine - ring).abs() <= goal {
-                return fine;
-            }
-        }
-        // Of the eight parts a surface meets four, an edge two: their errors may be as much larger.
-        let goal = goal * if single { 2.0 } else { 4.0 };
-        parts
-            .iter()
-            .map(|p| self.share(p, quarter, goal, depth - 1))
-            .sum::<f64>()
-            / 8.0
-    }
-
-    fn surface(&self, centre: &Point3<f64>, half: [f64; 3]) -> Surface {
-        let radius = Vector3::from(half).norm();
-        let r = centre.y.hypot(centre.z);
-        let distance = self.ring.distance_at(centre.x, r);
-        if distance.value.abs() >= radius {
-            return if distance.value < 0.0 {
-                Surface::Inside
-            } else {
-                Surface::Outside
-            };
-        }
-        let [gx, gr] = distance.gradient;
-        let normal = if r > 0.0 {
-            Vector3::new(gx, gr * centre.y / r, gr * centre.z / r)
-        } else {
-            Vector3::new(gx, 0.0, 0.0)
-        };
-        let normal = [0, 1, 2].map(|a| normal.dot(&self.steps[a]));
-        let bend = self.ring.tangents_within(centre.x, r, radius).spread() + radius / r * gr.abs();
-        Surface::Plane(fraction_below(normal, distance.value, half), bend <= CREASE)
     }
 }

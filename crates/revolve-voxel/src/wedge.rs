@@ -28,10 +28,8 @@ pub(crate) struct Sides {
 pub(crate) enum Place {
     Inside,
     Outside,
-    /// Cut by one plane only: distance of its centre from it (positive inside), and which.
-    Cut(f64, usize),
-    /// Near the axis, where both planes cut it.
-    CutTwice,
+    /// A side may cut it.
+    Cut,
 }
 
 impl Wedge {
@@ -78,11 +76,7 @@ impl Wedge {
         origin: &Point3<f64>,
         direction: &Vector3<f64>,
     ) -> impl Fn(f64, f64, &dyn Fn(f64, f64) -> f64) -> f64 + use<> {
-        let (sides, inverted) = match self {
-            Self::Whole => (None, false),
-            Self::Within(sides) => (Some(sides), false),
-            Self::Without(sides) => (Some(sides), true),
-        };
+        let (sides, inverted) = self.sides();
         let held = sides.map(|sides| sides.interval(origin, direction));
         move |low, high, measure| {
             let Some(held) = held else {
@@ -97,6 +91,62 @@ impl Wedge {
             } else {
                 part
             }
+        }
+    }
+
+    /// The parts of the way from p to q (y, z) that it holds, as shares of the way.
+    pub(crate) fn parts(&self, p: [f64; 2], q: [f64; 2]) -> [Option<[f64; 2]>; 2] {
+        let (sides, inverted) = self.sides();
+        let held = sides.map(|sides| sides.held(p, q));
+        match (held, inverted) {
+            (None, _) | (Some(None), true) => [Some([0.0, 1.0]), None],
+            (Some(held), false) => [held, None],
+            (Some(Some([a, b])), true) => {
+                [(a > 0.0).then_some([0.0, a]), (b < 1.0).then_some([b, 1.0])]
+            }
+        }
+    }
+
+    /// Where a box with that centre and half-widths along `steps` lies.
+    pub(crate) fn place(
+        &self,
+        centre: &Point3<f64>,
+        half: [f64; 3],
+        steps: &[Vector3<f64>; 3],
+    ) -> Place {
+        let (sides, inverted) = self.sides();
+        let place = sides.map_or(Place::Inside, |sides| sides.place(centre, half, steps));
+        match place {
+            Place::Inside if inverted => Place::Outside,
+            Place::Outside if inverted => Place::Inside,
+            place => place,
+        }
+    }
+
+    /// Normals (y, z) of the planes of its sides.
+    pub(crate) fn normals(&self) -> impl Iterator<Item = [f64; 2]> + use<> {
+        self.sides()
+            .0
+            .map(|sides| sides.normals)
+            .into_iter()
+            .flatten()
+    }
+
+    /// Unit vectors (y, z) along its sides, from the axis outward.
+    pub(crate) fn directions(&self) -> impl Iterator<Item = [f64; 2]> + use<> {
+        let along = |sides: &Sides| {
+            let [[a, b], [c, d]] = sides.normals;
+            [[b, -a], [-d, c]]
+        };
+        self.sides().0.map(along).into_iter().flatten()
+    }
+
+    /// The wedge of at most half a turn, and whether this one is what that leaves.
+    fn sides(&self) -> (Option<&Sides>, bool) {
+        match self {
+            Self::Whole => (None, false),
+            Self::Within(sides) => (Some(sides), false),
+            Self::Without(sides) => (Some(sides), true),
         }
     }
 }
@@ -130,34 +180,37 @@ impl Sides {
         (ends[0] < ends[1]).then_some(ends)
     }
 
-    /// Where a box with that centre and half-widths along `steps` lies.
-    pub(crate) fn place(
-        &self,
-        centre: &Point3<f64>,
-        half: [f64; 3],
-        steps: &[Vector3<f64>; 3],
-    ) -> Place {
+    /// The shares of the way from p to q (y, z) between which it is inside.
+    fn held(&self, p: [f64; 2], q: [f64; 2]) -> Option<[f64; 2]> {
+        let [mut low, mut high] = [0.0f64, 1.0];
+        for [y, z] in self.normals {
+            let (from, to) = (y * p[0] + z * p[1], y * q[0] + z * q[1]);
+            if from < 0.0 && to < 0.0 {
+                return None;
+            } else if from < 0.0 {
+                low = low.max(from / (from - to));
+            } else if to < 0.0 {
+                high = high.min(from / (from - to));
+            }
+        }
+        (low < high).then_some([low, high])
+    }
+
+    fn place(&self, centre: &Point3<f64>, half: [f64; 3], steps: &[Vector3<f64>; 3]) -> Place {
         let depth = self.depth(centre);
-        let mut cut = None;
+        let mut place = Place::Inside;
         for k in 0..2 {
-            let along = self.normal(k, steps);
-            let reach: f64 = (0..3).map(|a| half[a] * along[a].abs()).sum();
+            let [y, z] = self.normals[k];
+            let reach: f64 = (0..3)
+                .map(|a| half[a] * (y * steps[a].y + z * steps[a].z).abs())
+                .sum();
             if depth[k] <= -reach {
                 return Place::Outside;
             }
             if depth[k] < reach {
-                cut = match cut {
-                    None => Some(Place::Cut(depth[k], k)),
-                    Some(_) => Some(Place::CutTwice),
-                };
+                place = Place::Cut;
             }
         }
-        cut.unwrap_or(Place::Inside)
-    }
-
-    /// A plane's normal along `steps`.
-    pub(crate) fn normal(&self, k: usize, steps: &[Vector3<f64>; 3]) -> [f64; 3] {
-        let [y, z] = self.normals[k];
-        [0, 1, 2].map(|a| y * steps[a].y + z * steps[a].z)
+        place
     }
 }

@@ -193,6 +193,51 @@ fn coverage_adds_up_to_the_volume() {
 }
 
 #[test]
+fn a_voxel_of_any_size_keeps_the_tolerance() {
+    // Thin and thick wedges, of more than half a turn too, in voxels up to the size of the whole piece.
+    for azimuths in [
+        [0.2, 0.25],
+        [0.2, 1.1],
+        [1.0, 1.0 + PI],
+        [0.5, 5.0],
+        [3.0, 9.2],
+    ] {
+        let sector = Sector::new(ring(), azimuths, pose()).unwrap();
+        for n in [1, 2, 3, 5] {
+            let grid = VoxelGrid::cube(n, 7.0 / n as f64).unwrap();
+            for tolerance in [1e-1, 1e-3, 1e-6, 1e-9] {
+                let volume = voxels(&sector, &grid, tolerance);
+                let cut = volume.iter().filter(|v| **v > 0.0 && **v < 1.0).count();
+                let off = volume.iter().sum::<f64>() - sector.volume() / grid.voxel_volume();
+                assert!(
+                    off.abs() <= tolerance * cut as f64,
+                    "{azimuths:?} {n} {tolerance:e}: {off:e} in {cut}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn voxels_cut_into_smaller_ones_keep_their_sum() {
+    // Eight voxels in one, by other sections: of the ring where the axis passes through voxels too.
+    let ball = Meridian::ring(&[[-1.5, 0.0], [-1.0, 1.3], [0.9, 1.6], [1.2, 0.0]]).unwrap();
+    for (profile, azimuths) in [(ball, [0.4, 1.0]), (ring(), [0.3, 4.0])] {
+        let sector = Sector::new(profile, azimuths, pose()).unwrap();
+        let grids = [5, 10].map(|n| VoxelGrid::cube(n, 6.0 / n as f64).unwrap());
+        let [coarse, fine] = grids.map(|grid| voxels(&sector, &grid, 1e-8));
+        let mut sums = [0.0; 125];
+        for (k, v) in fine.iter().enumerate() {
+            let [x, y, z] = [k % 10, k / 10 % 10, k / 100].map(|j| j / 2);
+            sums[(z * 5 + y) * 5 + x] += v / 8.0;
+        }
+        for (a, b) in coarse.iter().zip(&sums) {
+            assert!((a - b).abs() < 2e-8, "{a} {b}");
+        }
+    }
+}
+
+#[test]
 fn coverage_is_what_point_tests_find() {
     let sector = Sector::new(ring(), [0.3, 1.4], pose()).unwrap();
     let grid = VoxelGrid::cube(16, 0.4).unwrap();
