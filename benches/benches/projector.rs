@@ -5,7 +5,8 @@
 
 use std::hint::black_box;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use benches::{Effort, Row, on_threads, rows_asked, timed};
+use criterion::{Criterion, criterion_group};
 use radon::{
     BinSampling, CglsOptions, EmOptions, ImageGrid, InstructionSet, Kernel, ParallelGeometry,
     Phantom3, Projector, Shape3, SirtOptions, SliceAxis, StackOrder, Stopping, cgls, mlem, sirt,
@@ -84,27 +85,26 @@ fn sampled_voxels() -> Vec<f32> {
     volume
 }
 
+fn dot(a: &[f32], b: &[f32]) -> f64 {
+    let products = a.iter().zip(b).map(|(&a, &b)| f64::from(a) * f64::from(b));
+    products.sum()
+}
+
 /// Relative L2 distance after the best common factor.
 fn error(got: &[f32], exact: &[f32]) -> f64 {
-    let dot = |a: &[f32], b: &[f32]| -> f64 {
-        a.iter()
-            .zip(b)
-            .map(|(&a, &b)| f64::from(a) * f64::from(b))
-            .sum()
-    };
     (1.0 - dot(got, exact).powi(2) / (dot(got, got) * dot(exact, exact)))
         .max(0.0)
         .sqrt()
 }
 
 /// Joseph ray by ray and slice by slice, as the definition reads.
-fn naive(scene: &Scene) -> Vec<f32> {
+fn naive(volume: &[f32], geometry: &ParallelGeometry) -> Vec<f32> {
     let middle = (N as f64 - 1.0) / 2.0;
     let mut out = vec![0.0f32; VIEWS * N * N];
     out.par_chunks_mut(N).enumerate().for_each(|(row, bins)| {
         let (view, slice) = (row / N, row % N);
-        let image = &scene.volume[slice * N * N..][..N * N];
-        let (sin, cos) = scene.geometry.angles()[view].sin_cos();
+        let image = &volume[slice * N * N..][..N * N];
+        let (sin, cos) = geometry.angles()[view].sin_cos();
         let rows = sin.abs() <= cos.abs();
         let (a, b) = if rows { (cos, sin) } else { (sin, cos) };
         for (bin, out) in bins.iter_mut().enumerate() {
@@ -169,8 +169,10 @@ fn forward(c: &mut Criterion) {
     );
     drop(sampled);
 
-    check("naive", &naive(&scene), joseph);
-    group.bench_function("naive", |b| b.iter(|| naive(black_box(&scene))));
+    check("naive", &naive(&scene.volume, &scene.geometry), joseph);
+    group.bench_function("naive", |b| {
+        b.iter(|| naive(black_box(&scene.volume), &scene.geometry))
+    });
 
     let projector = Projector::new(&scene.geometry, &scene.grid, Kernel::Joseph).unwrap();
     let matrix = projector.matrix::<f32>();
@@ -250,12 +252,6 @@ fn forward(c: &mut Criterion) {
     projector
         .forward_stack_into(&scene.volume, N, ORDER, &mut projections, &mut scratch)
         .unwrap();
-    let dot = |a: &[f32], b: &[f32]| -> f64 {
-        a.iter()
-            .zip(b)
-            .map(|(&a, &b)| f64::from(a) * f64::from(b))
-            .sum()
-    };
     let (left, right) = (dot(&projections, &scene.mean), dot(&scene.volume, &volume));
     println!(
         "adjoint: <A x, y> and <x, A' y> differ by {:.1e}",
@@ -311,5 +307,79 @@ fn iterative(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, forward, iterative);
-criterion_main!(benches);
+/// All 256 slices, layout and checks of the input included; the adjoint's error is that of its identity.
+fn rows(effort: Effort) {
+    let scene = scene();
+    // The voxels of the other tools.
+    let volume = sampled_voxels();
+    let row = |method: &str, threads: usize, seconds: f64, rays: &[f32]| {
+        for (exact, name) in [
+            (&scene.centre, "rays through bin centres"),
+            (&scene.mean, "bin means"),
+        ] {
+            Row {
+                study: "projectors",
+                method,
+                case: &format!("shell, {N} x {N} x {N} from {VIEWS} views, against {name}"),
+                size: VIEWS,
+                threads,
+                seconds,
+                error: error(rays, exact),
+                error_kind: "relative L2, gain fitted",
+            }
+            .print();
+        }
+    };
+    let (repeats, kernels): (usize, &[Kernel]) = match effort {
+        Effort::Quick => (3, &[Kernel::Joseph]),
+        Effort::Full => (9, &[Kernel::Joseph, Kernel::Siddon, Kernel::Strip]),
+    };
+    let mut rays = vec![0.0f32; VIEWS * N * N];
+    let mut back = vec![0.0f32; N * N * N];
+    for threads in [1, 2] {
+        for &kernel in kernels {
+            let plan = Projector::new(&scene.geometry, &scene.grid, kernel).unwrap();
+            let mut scratch = plan.scratch();
+            let forward = || {
+                plan.forward_stack_into(&volume, N, ORDER, &mut rays, &mut scratch)
+                    .unwrap();
+            };
+            let (seconds, ()) = on_threads(threads, || timed(repeats, forward));
+            row(&format!("{kernel:?}"), threads, seconds, &rays);
+
+            let adjoint = || {
+                plan.adjoint_stack_into(&scene.mean, N, ORDER, &mut back, &mut scratch)
+                    .unwrap();
+            };
+            let (seconds, ()) = on_threads(threads, || timed(repeats, adjoint));
+            let (left, right) = (dot(&rays, &scene.mean), dot(&volume, &back));
+            Row {
+                study: "projectors",
+                method: &format!("{kernel:?}, adjoint"),
+                case: &format!("{N} x {N} x {N} from {VIEWS} views, back"),
+                size: VIEWS,
+                threads,
+                seconds,
+                error: (left / right - 1.0).abs(),
+                error_kind: "relative difference of <A x, y> and <x, A' y>",
+            }
+            .print();
+        }
+    }
+    if effort == Effort::Full {
+        let (seconds, rays) = on_threads(2, || timed(1, || naive(&volume, &scene.geometry)));
+        row("Joseph, ray by ray", 2, seconds, &rays);
+    }
+}
+
+criterion_group!(groups, forward, iterative);
+
+fn main() {
+    match rows_asked() {
+        Some(effort) => rows(effort),
+        None => {
+            groups();
+            Criterion::default().configure_from_args().final_summary();
+        }
+    }
+}

@@ -42,6 +42,14 @@ impl Case {
         rmse_within(image, &self.image, &mask).unwrap().unwrap()
     }
 
+    /// Relative L2 distance of a sinogram from the exact bin means.
+    fn distance(&self, rays: &[f32]) -> f64 {
+        let norm = |v: &[f32]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
+        let pairs = rays.iter().zip(&self.sinogram);
+        let difference: Vec<f32> = pairs.map(|(a, b)| a - b).collect();
+        norm(&difference) / norm(&self.sinogram)
+    }
+
     fn plan(&self, options: FbpOptions) -> FbpPlan<f32> {
         FbpPlan::new(&self.geometry, &self.grid, &options).unwrap()
     }
@@ -190,9 +198,9 @@ fn back_projection(c: &mut Criterion) {
     group.finish();
 }
 
-/// Milliseconds of FBP of `n_slices` slices.
-fn time_of_fbp(case: &Case, options: FbpOptions, n_slices: usize) -> f64 {
-    let plan = case.plan(options);
+/// Seconds of FBP of `n_slices` slices, and the first image.
+fn time_of_fbp(case: &Case, n_slices: usize) -> (f64, Vec<f32>) {
+    let plan = case.plan(FbpOptions::default());
     let projections = case.stack(n_slices);
     let mut volume = vec![0.0; n_slices * case.n * case.n];
     let (mut scratch, order) = (plan.scratch(), StackOrder::SliceViewBin);
@@ -201,12 +209,14 @@ fn time_of_fbp(case: &Case, options: FbpOptions, n_slices: usize) -> f64 {
         plan.reconstruct_stack_into(projections, n_slices, order, &mut volume, &mut scratch)
             .unwrap();
     };
-    timed(5, run).0 * 1e3
+    let (seconds, ()) = timed(5, run);
+    volume.truncate(case.n * case.n);
+    (seconds, volume)
 }
 
-/// Milliseconds of a forward projection of `n_slices` slices.
-fn time_of_projection(case: &Case, kernel: Kernel, n_slices: usize) -> f64 {
-    let projector = Projector::new(&case.geometry, &case.grid, kernel).unwrap();
+/// Seconds of Joseph's forward projection of `n_slices` slices, and the first sinogram.
+fn time_of_projection(case: &Case, n_slices: usize) -> (f64, Vec<f32>) {
+    let projector = Projector::new(&case.geometry, &case.grid, Kernel::Joseph).unwrap();
     let volume = case.image.repeat(n_slices);
     let mut projections = vec![0.0; n_slices * case.sinogram.len()];
     let (mut scratch, order) = (projector.scratch(), StackOrder::SliceViewBin);
@@ -216,45 +226,56 @@ fn time_of_projection(case: &Case, kernel: Kernel, n_slices: usize) -> f64 {
             .forward_stack_into(volume, n_slices, order, &mut projections, &mut scratch)
             .unwrap();
     };
-    timed(5, run).0 * 1e3
-}
-
-/// Relative L2 distance from the exact bin means.
-fn projection_error(case: &Case, kernel: Kernel) -> f64 {
-    let projector = Projector::new(&case.geometry, &case.grid, kernel).unwrap();
-    let got = projector.forward(&case.image).unwrap();
-    let norm = |v: &[f32]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
-    let difference: Vec<f32> = got.iter().zip(&case.sinogram).map(|(a, b)| a - b).collect();
-    norm(&difference) / norm(&case.sinogram)
+    let (seconds, ()) = timed(5, run);
+    projections.truncate(case.sinogram.len());
+    (seconds, projections)
 }
 
 /// Time against error, a row a combination.
 fn work_precision(_: &mut Criterion) {
     fbp_rows(effort_of_groups());
     projector_rows(effort_of_groups());
+    growth_rows(effort_of_groups());
 }
 
-/// Cost against size, one size at a time: the time of an update (slice, view and pixel) should not rise.
-fn growth(_: &mut Criterion) {
-    println!("growth,method,what,size,milliseconds,picoseconds an update");
+/// Cost against size: the time of an update (slice, view and pixel) should not rise.
+fn growth_rows(effort: Effort) {
+    let sizes: &[usize] = match effort {
+        Effort::Quick => &[128, 256],
+        Effort::Full => &[128, 256, 512, 1024],
+    };
     for (what, [slices, views, side]) in [
-        ("slices", [0, 90, 128]),
-        ("views", [16, 0, 256]),
-        ("pixels a side", [16, 90, 0]),
+        ("slices of 128 x 128 from 90 views", [0, 90, 128]),
+        ("views of 16 slices of 256 x 256", [16, 0, 256]),
+        ("pixels a side, 16 slices from 90 views", [16, 90, 0]),
     ] {
-        for size in [128, 256, 512, 1024] {
+        for &size in sizes {
             let or = |n: usize| if n == 0 { size } else { n };
             let case = case(or(side), or(views));
-            let updates = (or(slices) * or(views) * or(side) * or(side)) as f64;
-            for (method, time) in [
-                ("fbp", time_of_fbp(&case, FbpOptions::default(), or(slices))),
-                (
-                    "Joseph forward",
-                    time_of_projection(&case, Kernel::Joseph, or(slices)),
-                ),
-            ] {
-                let each = time * 1e9 / updates;
-                println!("growth,{method},{what},{size},{time:.2},{each:.0}");
+            for threads in [1, 2] {
+                let row = |method: &str, seconds: f64, error: f64, error_kind: &str| {
+                    Row {
+                        study: "growth",
+                        method,
+                        case: &format!("{method}: {what}"),
+                        size,
+                        threads,
+                        seconds,
+                        error,
+                        error_kind,
+                    }
+                    .print();
+                };
+                let (seconds, image) = on_threads(threads, || time_of_fbp(&case, or(slices)));
+                row("FBP", seconds, case.rmse(&image), "rms within the circle");
+                let (seconds, rays) = on_threads(threads, || time_of_projection(&case, or(slices)));
+                let error = case.distance(&rays);
+                row(
+                    "Joseph",
+                    seconds,
+                    error,
+                    "relative L2 against exact bin means",
+                );
             }
         }
     }
@@ -270,7 +291,7 @@ fn projectors(c: &mut Criterion) {
     let volume = case.image.repeat(16);
     for kernel in [Kernel::Joseph, Kernel::Siddon, Kernel::Strip] {
         let projector = Projector::new(&case.geometry, &case.grid, kernel).unwrap();
-        let error = projection_error(&case, kernel);
+        let error = case.distance(&projector.forward(&case.image).unwrap());
         println!("{kernel:?}: relative error against bin means {error:.5}");
         assert!(error < 0.03);
         let order = StackOrder::SliceViewBin;
@@ -401,12 +422,6 @@ fn projector_rows(effort: Effort) {
         let case = case(n, 90);
         let volume = case.image.repeat(SLICES);
         let mut projections = vec![0.0f32; SLICES * case.sinogram.len()];
-        let square = |v: f32| f64::from(v) * f64::from(v);
-        let norm: f64 = case.sinogram.iter().map(|&v| square(v)).sum();
-        let error = |got: &[f32]| {
-            let pairs = got.iter().zip(&case.sinogram);
-            (pairs.map(|(a, b)| square(a - b)).sum::<f64>() / norm).sqrt()
-        };
         let row = |method: &str, threads: usize, seconds: f64, error: f64| {
             Row {
                 study: "projectors",
@@ -439,7 +454,7 @@ fn projector_rows(effort: Effort) {
                     })
                     .0
                 });
-                let error = error(&projections[..case.sinogram.len()]);
+                let error = case.distance(&projections[..case.sinogram.len()]);
                 assert!(error < 0.05, "{kernel:?}: {error}");
                 row(&format!("{kernel:?}"), threads, seconds, error);
             }
@@ -454,7 +469,7 @@ fn projector_rows(effort: Effort) {
                     rays
                 });
                 let method = format!("{kernel:?} as a sparse matrix");
-                row(&method, 1, seconds * SLICES as f64, error(&rays));
+                row(&method, 1, seconds * SLICES as f64, case.distance(&rays));
             }
         }
     }
@@ -466,8 +481,7 @@ criterion_group!(
     many_slices,
     back_projection,
     projectors,
-    work_precision,
-    growth
+    work_precision
 );
 
 fn main() {
@@ -475,6 +489,7 @@ fn main() {
         Some(effort) => {
             fbp_rows(effort);
             projector_rows(effort);
+            growth_rows(effort);
         }
         None => {
             groups();

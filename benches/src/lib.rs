@@ -50,7 +50,7 @@ pub fn effort_of_groups() -> Effort {
 /// One point of a work-precision study: the time a method took and the error it left.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<'a> {
-    /// What is compared: static solve, motion, chords, voxels, projectors, FBP, whole study.
+    /// What is compared: static solve, motion, chords, voxels, projectors, FBP, growth, whole study.
     pub study: &'a str,
     /// Who computed it, with the options that tell it from others.
     pub method: &'a str,

@@ -18,7 +18,14 @@ use machine::Machine;
 use rows::{Row, parse};
 
 /// Benches that print rows, in the order of their studies on the page.
-const BENCHES: &[&str] = &["membrane", "motion", "revolve", "radon", "phantom"];
+const BENCHES: &[&str] = &[
+    "membrane",
+    "motion",
+    "revolve",
+    "radon",
+    "projector",
+    "phantom",
+];
 
 /// The task.
 pub(crate) fn task(arguments: &[String]) -> Result<(), String> {

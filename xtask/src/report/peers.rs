@@ -42,6 +42,13 @@ pub(super) fn rows(root: &Path, quick: bool) -> Result<Vec<Row>, String> {
             fbp.args(["--case", "shepp-logan", "--repeats", "1"]);
         }
         rows.extend(parse(&output(&mut fbp)?)?);
+        if !quick {
+            let mut projection = Command::new(&python);
+            projection
+                .arg(peers.join("projection.py"))
+                .args(["--threads", threads]);
+            rows.extend(parse(&output(&mut projection)?)?);
+        }
     }
     Ok(rows)
 }
