@@ -17,13 +17,54 @@ fn windows() -> Vec<Window> {
     ]
 }
 
-/// The kernel `2 * integral_0^(1/2) f W(f) cos(2 pi f n) df` by Simpson's rule.
-fn kernel(window: &Window, cutoff: f64, n: i64) -> f64 {
+/// `2 * integral_0^(1/2) f cos(2 pi f x) df`, the band-limited ramp at any place.
+fn ramp_at(x: f64) -> f64 {
+    if x == 0.0 {
+        return 0.25;
+    }
+    let px = PI * x;
+    px.sin() / (2.0 * px) - ((px / 2.0).sin() / px).powi(2)
+}
+
+/// Kernel of each window at full cutoff in closed form, none of which knows the window's gain: a cosine window moves the ramp
+/// to either side, a straight one is a parabola in f, Shepp and Logan's is theirs.
+fn closed_form(window: &Window, x: f64) -> f64 {
+    let moved = |by: f64| 0.5 * (ramp_at(x - by) + ramp_at(x + by));
+    match window {
+        Window::RamLak => ramp_at(x),
+        Window::SheppLogan => {
+            // The integral of 2/pi sin(pi f) cos(2 pi f x); at whole x it is 2/(pi^2 (1 - 4 x^2)).
+            let part = |y: f64| match 1.0 + 2.0 * y {
+                0.0 => 0.0,
+                d => (1.0 + (PI * y).sin()) / d,
+            };
+            (part(x) + part(-x)) / (PI * PI)
+        }
+        Window::Cosine => moved(0.5),
+        Window::Hamming => 0.54 * ramp_at(x) + 0.46 * moved(1.0),
+        Window::Hann => 0.5 * ramp_at(x) + 0.5 * moved(1.0),
+        // Gains 1 to 0 along a line: f - 2 f^2.
+        Window::Custom(gains) if *gains == [1.0, 0.0] => {
+            let a = 2.0 * PI * x;
+            let square = if a == 0.0 {
+                1.0 / 24.0
+            } else {
+                let (sin, cos) = (a / 2.0).sin_cos();
+                sin / (4.0 * a) + cos / (a * a) - 2.0 * sin / (a * a * a)
+            };
+            ramp_at(x) - 4.0 * square
+        }
+        other => panic!("no closed form for {other:?}"),
+    }
+}
+
+/// The kernel `2 * integral_0^(1/2) f W(f) cos(2 pi f n) df` by Simpson's rule, for what has no closed form.
+fn by_quadrature(gain: impl Fn(f64) -> f64, n: i64) -> f64 {
     let steps = 200_000;
     let h = 0.5 / steps as f64;
     let value = |k: usize| {
         let f = k as f64 * h;
-        2.0 * f * window.gain(f / 0.5 / cutoff) * (2.0 * PI * f * n as f64).cos()
+        2.0 * f * gain(f) * (2.0 * PI * f * n as f64).cos()
     };
     (0..=steps)
         .map(|k| {
@@ -42,11 +83,7 @@ fn kernel(window: &Window, cutoff: f64, n: i64) -> f64 {
 #[test]
 fn ramp_samples_are_the_band_limited_ramp() {
     for n in [0, 1, 2, 3, 10, 51] {
-        assert_relative_eq!(
-            ramp_sample(n),
-            kernel(&Window::RamLak, 1.0, n),
-            epsilon = 1e-10
-        );
+        assert_relative_eq!(ramp_sample(n), by_quadrature(|_| 1.0, n), epsilon = 1e-10);
         assert_eq!(ramp_sample(n), ramp_sample(-n));
     }
 }
@@ -68,26 +105,114 @@ fn every_window_is_one_at_zero_and_never_amplifies() {
     assert_relative_eq!(Window::Hamming.gain(1.0), 0.08, epsilon = 1e-15);
 }
 
+/// The response of length 64 against the transform of a kernel's samples.
+fn check_response(window: &Window, cutoff: f64, kernel: impl Fn(i64) -> f64, tolerance: f64) {
+    let len = 64;
+    let response = ramp_response(window, cutoff, len).unwrap();
+    assert_eq!(response.len(), 33);
+    let taps: Vec<f64> = (0..=32).map(kernel).collect();
+    for (k, r) in response.iter().enumerate() {
+        let cosine = |n: usize| (2.0 * PI * (k * n) as f64 / len as f64).cos();
+        let sum = taps[0]
+            + 2.0 * (1..32).map(|n| taps[n] * cosine(n)).sum::<f64>()
+            + taps[32] * cosine(32);
+        assert!(
+            (r - sum).abs() < tolerance,
+            "{window:?}, cutoff {cutoff}, frequency {k}: {r} and {sum}"
+        );
+    }
+}
+
+// What folds back from beyond 16 * 64 samples; the tail of a window that ends in a step is the longest.
+const SMOOTH: f64 = 5e-5;
+const STEPPED: f64 = 5e-4;
+
 #[test]
-fn responses_are_those_of_the_windowed_kernel() {
-    for window in windows() {
-        for cutoff in [1.0, 0.6] {
-            let len = 64;
-            let response = ramp_response(&window, cutoff, len).unwrap();
-            let taps: Vec<f64> = (0..=32).map(|n| kernel(&window, cutoff, n)).collect();
-            for (k, r) in response.iter().enumerate() {
-                let cosine = |n: usize| (2.0 * PI * (k * n) as f64 / len as f64).cos();
-                let sum = taps[0]
-                    + 2.0 * (1..32).map(|n| taps[n] * cosine(n)).sum::<f64>()
-                    + taps[32] * cosine(32);
-                // What folds back from beyond 16 * 64 samples; the tail of a window that ends in a step is the longest.
-                let tolerance = if cutoff < 1.0 { 5e-4 } else { 5e-5 };
-                assert!(
-                    (r - sum).abs() < tolerance,
-                    "{window:?}, cutoff {cutoff}, frequency {k}: {r} and {sum}"
-                );
-            }
+fn ram_lak_has_its_kernel() {
+    check_response(
+        &Window::RamLak,
+        1.0,
+        |n| closed_form(&Window::RamLak, n as f64),
+        // 64 terms of at most 1/4, and a transform.
+        1e-14,
+    );
+    cut_off(&Window::RamLak);
+}
+
+#[test]
+fn shepp_logan_has_its_kernel() {
+    for n in [0_i32, 1, 2, 7] {
+        let known = 2.0 / (PI * PI * (1.0 - 4.0 * f64::from(n * n)));
+        assert_relative_eq!(
+            closed_form(&Window::SheppLogan, f64::from(n)),
+            known,
+            epsilon = 1e-15
+        );
+    }
+    whole_and_cut_off(&Window::SheppLogan);
+}
+
+#[test]
+fn cosine_has_its_kernel() {
+    whole_and_cut_off(&Window::Cosine);
+}
+
+#[test]
+fn hamming_has_its_kernel() {
+    whole_and_cut_off(&Window::Hamming);
+}
+
+#[test]
+fn hann_has_its_kernel() {
+    whole_and_cut_off(&Window::Hann);
+}
+
+#[test]
+fn a_custom_window_is_linear_between_its_gains() {
+    whole_and_cut_off(&Window::Custom(vec![1.0, 0.0]));
+    // Level gains are Ram-Lak's, and a gain at zero scales everything.
+    for cutoff in [1.0, 0.6] {
+        let flat = ramp_response(&Window::Custom(vec![2.5; 7]), cutoff, 64).unwrap();
+        let ramp = ramp_response(&Window::RamLak, cutoff, 64).unwrap();
+        for (a, b) in flat.iter().zip(ramp) {
+            assert!((a - 2.5 * b).abs() < 2.5 * SMOOTH);
         }
+    }
+    // Hann's gains at 201 places: a chord of its cosine is off by at most (pi/200)^2/16 of it, the ramp ends at 1/2.
+    let gains = (0..=200).map(|k| Window::Hann.gain(f64::from(k) / 200.0));
+    let custom = ramp_response(&Window::Custom(gains.collect()), 0.8, 64).unwrap();
+    let hann = ramp_response(&Window::Hann, 0.8, 64).unwrap();
+    for (a, b) in custom.iter().zip(hann) {
+        assert!((a - b).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn butterworth_has_half_its_power_at_the_cutoff_and_its_order_beyond() {
+    for order in [1, 3, 8] {
+        for cutoff in [1.0, 0.6] {
+            let power = |f: f64| 1.0 + (2.0 * f / cutoff).powi(order).powi(2);
+            // At full cutoff it has not fallen to zero at the band's end: a step.
+            let kernel = |n| by_quadrature(|f| power(f).sqrt().recip(), n);
+            let order = order as u32;
+            check_response(&Window::Butterworth { order }, cutoff, kernel, STEPPED);
+        }
+    }
+    let gain = |nu: f64| Window::Butterworth { order: 3 }.gain(nu);
+    assert_relative_eq!(gain(1.0), 0.5_f64.sqrt(), epsilon = 1e-15);
+    assert_relative_eq!(gain(100.0) / gain(200.0), 8.0, max_relative = 1e-10);
+}
+
+/// Full cutoff, and one within the band: there the kernel is as much wider as the band is narrower.
+fn whole_and_cut_off(window: &Window) {
+    check_response(window, 1.0, |n| closed_form(window, n as f64), SMOOTH);
+    cut_off(window);
+}
+
+fn cut_off(window: &Window) {
+    for cutoff in [0.6, 0.25] {
+        let kernel = |n: i64| cutoff * cutoff * closed_form(window, cutoff * n as f64);
+        check_response(window, cutoff, kernel, STEPPED);
     }
 }
 

@@ -1,6 +1,8 @@
 //! Closed forms that share no code with the crate.
 #![allow(dead_code)] // each test file uses its part
 
+pub(crate) mod dense;
+
 use std::f64::consts::PI;
 
 use radon::{ImageGrid, ParallelGeometry};
