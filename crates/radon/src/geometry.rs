@@ -239,36 +239,48 @@ impl ArcPolicy {
     pub const COMPLETE_RATIO: f64 = 4.0;
 }
 
-/// A rectangle of square pixels in the image plane.
+/// A rectangle of pixels in the image plane, square ones or not.
 ///
-/// The centre of pixel `(ix, iy)` is at `centre + spacing * (ix - (nx-1)/2, iy - (ny-1)/2)`; an image is `[y][x]`, x fastest; a
-/// stack of them `[slice][y][x]`.
+/// The centre of pixel `(ix, iy)` is at `centre + (dx * (ix - (nx-1)/2), dy * (iy - (ny-1)/2))` with `[dx, dy]` the
+/// [`spacing`](Self::spacing); an image is `[y][x]`, x fastest; a stack of them `[slice][y][x]`.
 ///
 /// ```
 /// # use radon::ImageGrid;
 /// let grid = ImageGrid::new(4, 3, 0.5)?.with_centre([1.0, 0.0])?;
 /// assert_eq!(grid.pixel_centre(0, 1), [0.25, 0.0]);
+/// let flat = ImageGrid::anisotropic(4, 3, [0.5, 2.0])?;
+/// assert_eq!(flat.pixel_centre(0, 0), [-0.75, -2.0]);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImageGrid {
     nx: usize,
     ny: usize,
-    spacing: f64,
+    spacing: [f64; 2],
     centre: [f64; 2],
 }
 
 impl ImageGrid {
-    /// `nx` by `ny` pixels, `spacing` apart, centred on the axis of rotation.
+    /// `nx` by `ny` square pixels, `spacing` apart, centred on the axis of rotation.
     ///
     /// # Errors
     /// A size of zero, a `spacing` that is not finite and greater than zero, sizes beyond the address space.
     pub fn new(nx: usize, ny: usize, spacing: f64) -> Result<Self, RadonError> {
+        Self::anisotropic(nx, ny, [spacing; 2])
+    }
+
+    /// `nx` by `ny` pixels, `spacing[0]` apart along x and `spacing[1]` along y, centred on the axis of rotation.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), for either spacing.
+    pub fn anisotropic(nx: usize, ny: usize, spacing: [f64; 2]) -> Result<Self, RadonError> {
         at_least("nx", nx, 1)?;
         at_least("ny", ny, 1)?;
         product("image", nx, ny)?;
-        positive("spacing", spacing)?;
-        finite("extent", nx.max(ny) as f64 * spacing)?;
+        for (n, spacing) in [nx, ny].into_iter().zip(spacing) {
+            positive("spacing", spacing)?;
+            finite("extent", n as f64 * spacing)?;
+        }
         Ok(Self {
             nx,
             ny,
@@ -277,7 +289,7 @@ impl ImageGrid {
         })
     }
 
-    /// `n` by `n` pixels, `spacing` apart, centred on the axis of rotation.
+    /// `n` by `n` square pixels, `spacing` apart, centred on the axis of rotation.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -307,8 +319,8 @@ impl ImageGrid {
         self.ny
     }
 
-    /// Distance between neighbouring pixel centres.
-    pub fn spacing(&self) -> f64 {
+    /// Distance between neighbouring pixel centres along x and along y.
+    pub fn spacing(&self) -> [f64; 2] {
         self.spacing
     }
 
@@ -325,8 +337,8 @@ impl ImageGrid {
     /// Centre of pixel `(ix, iy)`.
     pub fn pixel_centre(&self, ix: usize, iy: usize) -> [f64; 2] {
         [
-            (ix as f64 - (self.nx - 1) as f64 / 2.0) * self.spacing + self.centre[0],
-            (iy as f64 - (self.ny - 1) as f64 / 2.0) * self.spacing + self.centre[1],
+            (ix as f64 - (self.nx - 1) as f64 / 2.0) * self.spacing[0] + self.centre[0],
+            (iy as f64 - (self.ny - 1) as f64 / 2.0) * self.spacing[1] + self.centre[1],
         ]
     }
 }

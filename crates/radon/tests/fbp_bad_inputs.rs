@@ -88,9 +88,32 @@ fn grid() {
         ImageGrid::new(4, 0, 1.0),
         Err(TooFew { name: "ny", .. })
     ));
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for spacing in [[bad, 1.0], [1.0, bad]] {
+            assert!(matches!(
+                ImageGrid::anisotropic(4, 4, spacing),
+                Err(NotFinite {
+                    name: "spacing",
+                    ..
+                })
+            ));
+        }
+        assert!(matches!(ImageGrid::new(4, 4, bad), Err(NotFinite { .. })));
+    }
+    for given in [0.0, -0.0, -2.0] {
+        for spacing in [[given, 1.0], [1.0, given]] {
+            assert_eq!(
+                ImageGrid::anisotropic(4, 4, spacing).unwrap_err(),
+                NotPositive {
+                    name: "spacing",
+                    given
+                }
+            );
+        }
+    }
     assert!(matches!(
-        ImageGrid::new(4, 4, f64::NAN),
-        Err(NotFinite { .. })
+        ImageGrid::anisotropic(4, 4, [1.0, 1e308]),
+        Err(NotFinite { name: "extent", .. })
     ));
     assert!(matches!(
         ImageGrid::new(usize::MAX, 2, 1.0),

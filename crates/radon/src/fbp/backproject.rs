@@ -41,14 +41,14 @@ impl<T: Sample> Steps<T> {
     ) -> Self {
         let up = upsampling as f64;
         let [x0, y0] = grid.pixel_centre(0, 0);
+        let [dx, dy] = grid.spacing().map(|d| up * d / geometry.pitch());
         let views = geometry
             .angles()
             .iter()
             .map(|theta| {
                 let (sin, cos) = theta.sin_cos();
-                let scale = up * grid.spacing() / geometry.pitch();
                 let first = up * geometry.bin_at(x0 * cos + y0 * sin) + MARGIN as f64;
-                ViewStep::new(first, scale * cos, scale * sin)
+                ViewStep::new(first, dx * cos, dy * sin)
             })
             .collect();
         Self { views, x, y, n }

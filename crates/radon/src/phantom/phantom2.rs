@@ -74,7 +74,7 @@ impl Phantom2 {
             .for_each(|(iy, row)| {
                 for (ix, pixel) in row.iter_mut().enumerate() {
                     let centre = grid.pixel_centre(ix, iy);
-                    let sides = [grid.spacing(); 2];
+                    let sides = grid.spacing();
                     *pixel = T::of(self.sum(|shape| shape.rectangle_mean(centre, sides)));
                 }
             });

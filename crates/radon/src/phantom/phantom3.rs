@@ -78,7 +78,8 @@ impl Phantom3 {
     ) -> Result<Vec<T>, RadonError> {
         let len = product("volume", slices.n_slices(), grid.image_len())?;
         let mut volume = vec![T::ZERO; len];
-        let sides = [grid.spacing(), grid.spacing(), slices.spacing()];
+        let [dx, dy] = grid.spacing();
+        let sides = [dx, dy, slices.spacing()];
         let half_diagonal = 0.5 * sides.iter().map(|s| s * s).sum::<f64>().sqrt();
         volume
             .par_chunks_mut(grid.nx())

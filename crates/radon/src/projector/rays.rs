@@ -1,7 +1,7 @@
 //! The one traversal: for each ray, the pixels it meets and their weights.
 //!
-//! A view marches along the image axis that its rays are closer to. At every step `m` along it (a row or a column of
-//! pixels) a ray crosses at the fractional pixel index
+//! A view marches along the image axis along which its rays cross more pixels. At every step `m` along it (a row or a column
+//! of pixels) a ray crosses at the fractional pixel index
 //!
 //! ```text
 //! f = base + bin * per_bin + m * per_step,        |per_step| <= 1
@@ -160,28 +160,23 @@ impl View {
         theta: f64,
     ) -> Result<Self, RadonError> {
         let (sin, cos) = theta.sin_cos();
-        let steps_are_rows = sin.abs() <= cos.abs();
+        let ([x, y], [dx, dy]) = (grid.pixel_centre(0, 0), grid.spacing());
+        // A unit of length crosses |cos| / dy rows and |sin| / dx columns.
+        let steps_are_rows = sin.abs() * (dy / dx) <= cos.abs();
+        // Along the ray of bin s: a * across + b * along = s.
+        let [a, b, across, along, d_across, d_along] = if steps_are_rows {
+            [cos, sin, x, y, dx, dy]
+        } else {
+            [sin, cos, y, x, dy, dx]
+        };
         let (n_across, n_steps) = if steps_are_rows {
             (grid.nx(), grid.ny())
         } else {
             (grid.ny(), grid.nx())
         };
-        // Along the ray of bin s: a * across + b * along = s.
-        let (a, b) = if steps_are_rows {
-            (cos, sin)
-        } else {
-            (sin, cos)
-        };
-        let first = grid.pixel_centre(0, 0);
-        let (across, along) = if steps_are_rows {
-            (first[0], first[1])
-        } else {
-            (first[1], first[0])
-        };
-        let spacing = grid.spacing();
-        let per_bin = geometry.pitch() / (a * spacing);
-        let per_step = -b / a;
-        let base = ((geometry.bin_centre(0) - along * b) / a - across) / spacing;
+        let per_bin = geometry.pitch() / (a * d_across);
+        let per_step = -b / a * (d_along / d_across);
+        let base = ((geometry.bin_centre(0) - along * b) / a - across) / d_across;
         // Beyond these a ray's pixel index has no digits left behind its point.
         within("pitch in pixels", per_bin.abs(), 1e-9, 1e9)?;
         let farthest = base.abs() + per_bin.abs() * geometry.n_bins() as f64 + n_steps as f64;
@@ -210,7 +205,7 @@ impl View {
             steps_per_pixel: 1.0 / per_step,
             n_bins: geometry.n_bins(),
             n_across,
-            length: spacing / a.abs(),
+            length: d_along / a.abs(),
             spread,
             lead: 0.5 - reach,
             n_taps,
