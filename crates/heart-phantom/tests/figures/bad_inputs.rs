@@ -1,45 +1,9 @@
 //! Figures refuse bad input with the numbers that show why, and accept what is merely unusual.
-#![cfg(feature = "figures")]
-
-use std::f64::consts::PI;
 
 use heart_phantom::figures::*;
 use revolve_voxel::Pose;
 
-/// Half an ellipse [x, y] from (0, b) over the apex (a, 0) to (0, -b).
-fn half_ellipse(a: f64, b: f64) -> Vec<[f64; 2]> {
-    (0..=100)
-        .map(|i| 0.5 * PI * (1.0 - f64::from(i) / 50.0))
-        .map(|t| [a * t.cos(), b * t.sin()])
-        .collect()
-}
-
-/// A soft ball of radius `r` voxels in a cube of `n`.
-fn ball(n: usize, r: f64) -> Vec<f32> {
-    let middle = 0.5 * (n as f64 - 1.0);
-    (0..n * n * n)
-        .map(|i| {
-            let d: f64 = [i % n, i / n % n, i / n / n]
-                .iter()
-                .map(|&k| (k as f64 - middle).powi(2))
-                .sum();
-            (0.5 + r - d.sqrt()).clamp(0.0, 1.0) as f32
-        })
-        .collect()
-}
-
-const FRONT: View = View {
-    azimuth: 0.0,
-    elevation: 0.0,
-};
-
-fn iso(level: f32) -> IsoView {
-    IsoView {
-        level,
-        view: FRONT,
-        cut: None,
-    }
-}
+use crate::{FRONT, ball, half_ellipse, iso};
 
 #[test]
 fn bad_input_is_refused_with_its_numbers() {

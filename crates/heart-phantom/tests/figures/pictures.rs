@@ -1,5 +1,4 @@
 //! The figures as a caller sees them: files, orientation, scale, the same bytes each time.
-#![cfg(feature = "figures")]
 
 use std::f64::consts::PI;
 
@@ -7,40 +6,7 @@ use heart_phantom::figures::*;
 use heart_phantom::{PhantomError, figures};
 use revolve_voxel::Pose;
 
-/// Half an ellipse [x, y] from (0, b) over the apex (a, 0) to (0, -b).
-fn half_ellipse(a: f64, b: f64) -> Vec<[f64; 2]> {
-    (0..=100)
-        .map(|i| 0.5 * PI * (1.0 - f64::from(i) / 50.0))
-        .map(|t| [a * t.cos(), b * t.sin()])
-        .collect()
-}
-
-/// A soft ball of radius `r` voxels in a cube of `n`.
-fn ball(n: usize, r: f64) -> Vec<f32> {
-    let middle = 0.5 * (n as f64 - 1.0);
-    (0..n * n * n)
-        .map(|i| {
-            let d: f64 = [i % n, i / n % n, i / n / n]
-                .iter()
-                .map(|&k| (k as f64 - middle).powi(2))
-                .sum();
-            (0.5 + r - d.sqrt()).clamp(0.0, 1.0) as f32
-        })
-        .collect()
-}
-
-const FRONT: View = View {
-    azimuth: 0.0,
-    elevation: 0.0,
-};
-
-fn iso(level: f32) -> IsoView {
-    IsoView {
-        level,
-        view: FRONT,
-        cut: None,
-    }
-}
+use crate::{FRONT, ball, half_ellipse, iso};
 
 #[test]
 fn files_are_written_whole_and_read_back_the_same() {
