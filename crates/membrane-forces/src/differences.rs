@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::band::BandMatrix;
-use crate::error::MembraneError;
+use crate::error::{MembraneError, finite};
 use crate::measures::Measure;
 use crate::membrane::{Membrane, PressureLaw};
 
@@ -70,7 +70,10 @@ impl FiniteDifferences {
         let ds = 1.0 / last as f64;
         let mut rest = Vec::with_capacity(2 * n_nodes);
         for n in 0..n_nodes {
-            rest.extend(membrane.rest().at(n as f64 / last as f64).position);
+            let position = membrane.rest().at(n as f64 / last as f64).position;
+            for value in position {
+                rest.push(finite("rest curve", value)?);
+            }
         }
         for index in 0..last {
             if rest[2 * index..2 * index + 2] == rest[2 * index + 2..2 * index + 4] {
@@ -87,9 +90,8 @@ impl FiniteDifferences {
             None => Vec::new(),
         };
         let mut start = rest.clone();
-        let [from, to] = membrane.ends();
-        start[..2].copy_from_slice(&from);
-        start[2 * last..].copy_from_slice(&to);
+        let s = |n: usize| n as f64 / last as f64;
+        membrane.hold_ends((0..n_nodes).map(s).zip(start.as_chunks_mut::<2>().0));
         Ok(Self {
             law: membrane.law(),
             ds,
@@ -120,7 +122,8 @@ impl FiniteDifferences {
         &self.rest
     }
 
-    /// The rest shape with its end nodes where the membrane is held: where solvers start.
+    /// The rest shape moved to where the membrane is held ([`Membrane::with_ends`]): where solvers
+    /// start.
     pub fn start(&self) -> &[f64] {
         &self.start
     }

@@ -75,6 +75,9 @@ impl Membrane {
 
     /// The same with its ends s = 0 and s = 1 held at `ends` instead of where they rest.
     ///
+    /// Without load it is then no more at rest. Solvers start from c0 plus the displacements of the
+    /// two ends, joined by a straight line over s: the equilibrium without load if lambda is constant.
+    ///
     /// # Errors
     /// A coordinate that is not finite.
     pub fn with_ends(mut self, ends: [[f64; 2]; 2]) -> Result<Self, MembraneError> {
@@ -83,6 +86,23 @@ impl Membrane {
         }
         self.ends = ends;
         Ok(self)
+    }
+
+    /// Moves rest positions at s by what moves the ends to where they are held.
+    pub(crate) fn hold_ends<'a>(&self, nodes: impl Iterator<Item = (f64, &'a mut [f64; 2])>) {
+        let rest = [self.rest.at(0.0).position, self.rest.at(1.0).position];
+        let moved = |end: usize, k: usize| self.ends[end][k] - rest[end][k];
+        for (s, node) in nodes {
+            for k in 0..2 {
+                node[k] += (1.0 - s) * moved(0, k) + s * moved(1, k);
+            }
+            // not by way of the rest position, whose rounding the sum would keep
+            if s == 0.0 {
+                *node = self.ends[0];
+            } else if s == 1.0 {
+                *node = self.ends[1];
+            }
+        }
     }
 
     /// Rest shape c0(s).

@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
-use crate::chebyshev::Reference;
+use crate::chebyshev::{Reference, gauss_legendre};
 use crate::curve::CurvePiece;
-use crate::error::MembraneError;
+use crate::error::{MembraneError, finite};
 use crate::membrane::{Membrane, PressureLaw};
+use crate::rest::CurvePoint;
 
 /// A membrane as polynomials of one degree p on elements that follow the breakpoints of its rest
 /// shape and stiffness.
@@ -31,7 +32,7 @@ pub struct SpectralElements {
     pub(crate) elements: Vec<Element>,
     start: Vec<f64>,
     stiffness_scale: f64,
-    /// Integral of 1 / lambda over s in [0, 1].
+    /// Integral of 1 / lambda over s in [0, 1]; 0 under the laws that do not need it.
     compliance: f64,
 }
 
@@ -56,8 +57,8 @@ impl SpectralElements {
     /// smooth piece. Cost O(elements degree^3).
     ///
     /// # Errors
-    /// Degree below 2 or above 1000, no element per piece or more than 1e8 over the degree squared, a stiffness that is not
-    /// positive at a node.
+    /// Degree below 2 or above 1000, no element per piece or more elements than 1e8 over the
+    /// degree squared, a stiffness that is not positive at a node, a rest curve that is not finite.
     pub fn new(
         membrane: &Membrane,
         degree: usize,
@@ -78,10 +79,13 @@ impl SpectralElements {
             });
         }
         // Each element keeps matrices of the degree squared.
-        let size = per_piece.saturating_mul(degree.saturating_mul(degree));
+        let pieces = breakpoints(membrane, false).len() - 1;
+        let size = per_piece
+            .saturating_mul(pieces)
+            .saturating_mul(degree.saturating_mul(degree));
         if degree > MOST_DEGREE || size > MOST_SIZE {
             return Err(MembraneError::TooMany {
-                quantity: "degree, or its square times the elements per piece",
+                quantity: "degree, or its square times the elements",
                 given: degree.max(size),
                 most: if degree > MOST_DEGREE {
                     MOST_DEGREE
@@ -149,10 +153,8 @@ impl SpectralElements {
                     // just inside, so that a jump at the element's end is seen from its side
                     stiffness.push(membrane.effective_stiffness(s(t.clamp(1e-12, 1.0 - 1e-12)))?);
                 }
-                for (q, &(_, weight)) in reference.gauss.iter().enumerate() {
-                    let row = &reference.to_gauss[q * n..(q + 1) * n];
-                    let here: f64 = row.iter().zip(&stiffness).map(|(a, b)| a * b).sum();
-                    this.compliance += weight * (to - from) / here;
+                if membrane.law() == PressureLaw::PerCurrentLength {
+                    this.compliance += compliance(membrane, from, to)?;
                 }
                 this.stiffness_scale = stiffness
                     .iter()
@@ -163,6 +165,9 @@ impl SpectralElements {
                     .iter()
                     .map(|&t| membrane.rest().at_in(rest_piece, s(t)).position)
                     .collect();
+                for value in rest.as_flattened() {
+                    finite("rest curve", *value)?;
+                }
                 let skip = if this.elements.is_empty() { 0 } else { 1 };
                 this.start.extend(rest[skip..].as_flattened());
                 let elastic = elastic_matrix(reference, &stiffness, to - from);
@@ -174,12 +179,8 @@ impl SpectralElements {
                 });
             }
         }
-        let [from, to] = membrane.ends();
-        let last = this.start.len() - 2;
-        this.start[..2].copy_from_slice(&from);
-        if breaks[breaks.len() - 1] == 1.0 {
-            this.start[last..].copy_from_slice(&to);
-        }
+        let positions = this.positions();
+        membrane.hold_ends(positions.into_iter().zip(this.start.as_chunks_mut::<2>().0));
         Ok(this)
     }
 
@@ -203,7 +204,8 @@ impl SpectralElements {
         self.half
     }
 
-    /// The rest shape with its ends where the membrane is held: where solvers start.
+    /// The rest shape moved to where the membrane is held ([`Membrane::with_ends`]): where solvers
+    /// start.
     pub fn start(&self) -> &[f64] {
         &self.start
     }
@@ -373,27 +375,46 @@ impl SpectralElements {
     /// `nodes` not of the length of [`SpectralElements::start`].
     pub fn pieces(&self, nodes: &[f64]) -> Vec<CurvePiece> {
         self.check(nodes, nodes);
-        let p = self.degree();
-        let mut pieces: Vec<CurvePiece> = self
-            .elements
-            .iter()
-            .enumerate()
-            .map(|(e, element)| {
-                let local = nodes[2 * e * p..2 * (e + 1) * p + 2].as_chunks::<2>().0;
-                let along = |k: usize| local.iter().map(|c| c[k]).collect::<Vec<_>>();
-                CurvePiece {
-                    from: element.from,
-                    to: element.to,
-                    x: self.reference.coefficients(&along(0)),
-                    y: self.reference.coefficients(&along(1)),
-                }
-            })
+        let mut pieces: Vec<CurvePiece> = (0..self.elements.len())
+            .map(|e| self.piece(nodes, e))
             .collect();
         if self.half {
             let mirrored: Vec<_> = pieces.iter().rev().map(CurvePiece::mirrored).collect();
             pieces.extend(mirrored);
         }
         pieces
+    }
+
+    fn piece(&self, nodes: &[f64], e: usize) -> CurvePiece {
+        let p = self.degree();
+        let local = nodes[2 * e * p..2 * (e + 1) * p + 2].as_chunks::<2>().0;
+        let along = |k: usize| local.iter().map(|c| c[k]).collect::<Vec<_>>();
+        CurvePiece {
+            from: self.elements[e].from,
+            to: self.elements[e].to,
+            x: self.reference.coefficients(&along(0)),
+            y: self.reference.coefficients(&along(1)),
+        }
+    }
+
+    /// The whole curve at material coordinate `s`, clamped to [0, 1]; where elements meet the
+    /// derivatives are those of the one on the left. Cost O(p^2); for many s take
+    /// [`SpectralElements::pieces`] once.
+    ///
+    /// # Panics
+    /// `nodes` not of the length of [`SpectralElements::start`].
+    pub fn at(&self, nodes: &[f64], s: f64) -> CurvePoint {
+        self.check(nodes, nodes);
+        let s = s.clamp(0.0, 1.0);
+        let mirrored = self.half && s > 0.5;
+        let here = if mirrored { 1.0 - s } else { s };
+        let e = self.elements.partition_point(|element| element.to < here);
+        let piece = self.piece(nodes, e.min(self.elements.len() - 1));
+        if mirrored {
+            piece.mirrored().at(s)
+        } else {
+            piece.at(s)
+        }
     }
 
     pub(crate) fn element_length(&self, element: usize) -> f64 {
@@ -477,6 +498,28 @@ fn elastic_matrix(reference: &Reference, stiffness: &[f64], length: f64) -> Vec<
         elastic[(n - 1) * n + j] = -stiffness[n - 1] * d[(n - 1) * n + j] / length;
     }
     elastic
+}
+
+/// Integral of 1 / lambda between `from` and `to`: a Gauss rule on more and more panels until it
+/// no longer changes, whatever the degree of the elements.
+fn compliance(membrane: &Membrane, from: f64, to: f64) -> Result<f64, MembraneError> {
+    let rule = gauss_legendre(20);
+    let mut last = f64::INFINITY;
+    for panels in (0..8).map(|k| 1 << k) {
+        let width = (to - from) / f64::from(panels);
+        let mut sum = 0.0;
+        for panel in 0..panels {
+            for (t, weight) in &rule {
+                let s = from + width * (f64::from(panel) + t);
+                sum += weight * width / membrane.effective_stiffness(s)?;
+            }
+        }
+        if (sum - last).abs() <= 1e-14 * sum {
+            return Ok(sum);
+        }
+        last = sum;
+    }
+    Ok(last)
 }
 
 /// Where rest shape or stiffness is not smooth, on [0, 1] or, cut at the apex, on [0, 1/2].

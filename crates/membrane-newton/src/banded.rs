@@ -35,6 +35,8 @@ pub struct BandedLu {
     pivots: Vec<u32>,
     /// Whether any pivot lies off the diagonal.
     swapped: bool,
+    /// Whether the determinant is negative.
+    negative: bool,
     /// One over the diagonal of U.
     inverse: Vec<f64>,
 }
@@ -51,6 +53,7 @@ impl BandedLu {
             l: vec![0.0; n * lower],
             pivots: vec![0; n],
             swapped: false,
+            negative: false,
             inverse: vec![0.0; n],
         }
     }
@@ -88,6 +91,7 @@ impl BandedLu {
             row[width - skip..].fill(0.0);
         }
         self.swapped = false;
+        self.negative = false;
         for k in 0..n {
             let last = (k + lower).min(n - 1);
             let mut pivot = k;
@@ -104,6 +108,7 @@ impl BandedLu {
                 });
             }
             self.pivots[k] = pivot as u32;
+            self.negative ^= (value < 0.0) ^ (pivot != k);
             let (above, below) = self.u.split_at_mut((k + 1) * width);
             let upper = &mut above[k * width..];
             if pivot != k {
@@ -123,6 +128,11 @@ impl BandedLu {
             }
         }
         Ok(())
+    }
+
+    /// Sign of the determinant of the matrix factored last, 1 or -1.
+    pub fn determinant_sign(&self) -> f64 {
+        if self.negative { -1.0 } else { 1.0 }
     }
 
     /// Overwrites `b` with A^-1 `b`. Cost O(n (2 lower + upper)).
@@ -220,6 +230,7 @@ mod tests {
                     assert!((DVector::from_vec(out) - product).amax() < 1e-13);
                     let mut lu = BandedLu::for_matrix(&band);
                     lu.factor(&band).unwrap();
+                    assert_eq!(lu.determinant_sign(), dense.determinant().signum());
                     let mut x = b.as_slice().to_vec();
                     lu.solve_in_place(&mut x);
                     // backward stable: the residual is rounding of the size of x

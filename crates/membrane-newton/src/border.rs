@@ -71,6 +71,11 @@ impl Border {
         Ok(())
     }
 
+    /// Sign of what the border multiplies the determinant by, d - g' A^-1 b: 1 or -1.
+    pub(crate) fn sign(&self) -> f64 {
+        self.pivot.signum()
+    }
+
     /// Turns `x` = A^-1 r into the solution's x and returns its y.
     pub fn correct(&self, x: &mut [f64], q: f64) -> f64 {
         let y = (q - dot(&self.row, x)) / self.pivot;

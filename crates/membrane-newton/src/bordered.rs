@@ -1,8 +1,9 @@
 //! Equilibrium and control as one system: the shape and its force intensity.
 
-use membrane_forces::{Measure, MembraneError};
+use membrane_forces::{Measure, MembraneError, PressureLaw};
 
 use crate::border::Border;
+use crate::continuation::Controlled;
 use crate::control::Target;
 use crate::discrete::{Discrete, Factors};
 use crate::error::NewtonError;
@@ -20,6 +21,8 @@ pub(crate) struct Bordered<'a> {
     length_scale: f64,
     /// Sizes of the shape and of the intensity that steps are compared with.
     size: (f64, f64),
+    /// Sign of the determinant when factored first and when factored last, 0 if never.
+    signs: (f64, f64),
 }
 
 impl<'a> Bordered<'a> {
@@ -33,7 +36,8 @@ impl<'a> Bordered<'a> {
             elastic: vec![0.0; n],
             blow_up: discrete.blow_up(),
             length_scale,
-            size: (length_scale, discrete.stiffness_scale() * length_scale),
+            size: (length_scale, intensity_scale(discrete, length_scale)),
+            signs: (0.0, 0.0),
         }
     }
 
@@ -70,12 +74,21 @@ impl<'a> Bordered<'a> {
     fn target_scale(&self) -> f64 {
         let l = self.length_scale;
         match self.target {
-            Target::Intensity(_) => self.force_scale(),
-            Target::TotalForce(_) => self.force_scale() * l * l,
+            Target::Intensity(_) => intensity_scale(self.discrete, l),
+            Target::TotalForce(_) => intensity_scale(self.discrete, l) * l * l,
             Target::Measure(Measure::Length, _) => l,
             Target::Measure(Measure::Area | Measure::Surface, _) => l * l,
             Target::Measure(Measure::Volume, _) => l * l * l,
         }
+    }
+}
+
+/// Intensity that moves a membrane of this length by about as much: force per unit s, or per unit
+/// of current length.
+fn intensity_scale(discrete: &Discrete, length: f64) -> f64 {
+    match discrete.law() {
+        PressureLaw::PerCurrentLength => discrete.stiffness_scale(),
+        _ => discrete.stiffness_scale() * length,
     }
 }
 
@@ -110,7 +123,7 @@ impl ResidualSystem for Bordered<'_> {
         let (nodes, f) = (&x[..n], x[n]);
         self.size = (
             self.length_scale.max(max_abs(nodes)),
-            self.force_scale().max(f.abs()),
+            intensity_scale(self.discrete, self.length_scale).max(f.abs()),
         );
         let Self {
             discrete,
@@ -137,7 +150,12 @@ impl ResidualSystem for Bordered<'_> {
                 0.0
             }
         };
-        border.eliminate(corner, |column| factors.solve_in_place(column))
+        border.eliminate(corner, |column| factors.solve_in_place(column))?;
+        self.signs.1 = self.factors.determinant_sign() * self.border.sign();
+        if self.signs.0 == 0.0 {
+            self.signs.0 = self.signs.1;
+        }
+        Ok(())
     }
 
     fn solve_in_place(&mut self, rhs: &mut [f64]) {
@@ -166,6 +184,21 @@ impl ResidualSystem for Bordered<'_> {
             max_abs(&step[..n]) / self.size.0,
             step[n].abs() / self.size.1,
         )
+    }
+}
+
+impl Controlled for Bordered<'_> {
+    fn set_control(&mut self, value: f64) {
+        self.target = self.target.with_value(value);
+        self.signs.1 = self.signs.0;
+    }
+
+    fn keeps_sign(&self) -> bool {
+        self.signs.0 == self.signs.1
+    }
+
+    fn turning(&self, x: &[f64]) -> [f64; 2] {
+        [self.discrete.turning(&x[..self.elastic.len()]), 0.0]
     }
 }
 

@@ -20,6 +20,8 @@ pub(crate) struct CondensedLu {
     pivots: Vec<Vec<u32>>,
     ends: BandMatrix,
     lu: BandedLu,
+    /// Sign of the product of the eliminated pivots.
+    sign: f64,
     held: [[bool; 2]; 2],
     end_values: Vec<f64>,
     scratch: Vec<f64>,
@@ -36,6 +38,7 @@ impl CondensedLu {
             local: vec![vec![0.0; size * size]; count],
             pivots: vec![vec![0; interior]; count],
             lu: BandedLu::for_matrix(&ends),
+            sign: 1.0,
             ends,
             held: elements.held(),
             end_values: vec![0.0; 2 * (count + 1)],
@@ -51,13 +54,14 @@ impl CondensedLu {
         intensity: f64,
     ) -> Result<(), NewtonError> {
         self.ends.clear();
+        self.sign = 1.0;
         let (size, interior) = (self.size, self.interior);
         for e in 0..elements.n_elements() {
             let local = &mut self.local[e];
             elements
                 .element_tangent_into(e, nodes, intensity, local)
                 .map_err(NewtonError::membrane)?;
-            eliminate(local, size, interior, &mut self.pivots[e])?;
+            self.sign *= eliminate(local, size, interior, &mut self.pivots[e])?;
             for i in 0..4 {
                 let row = 2 * e + i;
                 if self.is_held(row) {
@@ -83,6 +87,12 @@ impl CondensedLu {
     fn is_held(&self, row: usize) -> bool {
         let last = self.ends.len() - 2;
         (row < 2 && self.held[0][row]) || (row >= last && self.held[1][row - last])
+    }
+
+    /// Sign of the determinant of the tangent factored last (its rows and columns are reordered
+    /// alike, which does not change it).
+    pub(crate) fn determinant_sign(&self) -> f64 {
+        self.sign * self.lu.determinant_sign()
     }
 
     pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) {
@@ -135,13 +145,15 @@ impl CondensedLu {
 }
 
 /// Eliminates the first `interior` columns of the `size` by `size` matrix, pivoting among its
-/// first `interior` rows; L, U and the Schur complement overwrite it.
+/// first `interior` rows; L, U and the Schur complement overwrite it. Returns the sign of the
+/// product of the pivots, row swaps counted.
 fn eliminate(
     a: &mut [f64],
     size: usize,
     interior: usize,
     pivots: &mut [u32],
-) -> Result<(), NewtonError> {
+) -> Result<f64, NewtonError> {
+    let mut sign = 1.0;
     for k in 0..interior {
         let mut pivot = k;
         for i in k + 1..interior {
@@ -157,6 +169,11 @@ fn eliminate(
             });
         }
         pivots[k] = pivot as u32;
+        sign *= if (value < 0.0) ^ (pivot != k) {
+            -1.0
+        } else {
+            1.0
+        };
         let (above, below) = a.split_at_mut((k + 1) * size);
         let upper = &mut above[k * size..];
         if pivot != k {
@@ -171,7 +188,7 @@ fn eliminate(
             }
         }
     }
-    Ok(())
+    Ok(sign)
 }
 
 #[cfg(test)]
@@ -239,6 +256,10 @@ mod tests {
                     let matrix = assembled(&elements, &nodes, 4.0);
                     let mut lu = CondensedLu::new(&elements);
                     lu.factor(&elements, &nodes, 4.0).unwrap();
+                    let factors = matrix.clone().lu();
+                    let signs = factors.u().diagonal().map(f64::signum).product();
+                    let sign = signs * factors.p().determinant::<f64>();
+                    assert_eq!(lu.determinant_sign(), sign);
                     let b = DVector::from_fn(nodes.len(), |i, _| (i as f64 * 0.9).cos());
                     let mut x = b.as_slice().to_vec();
                     lu.solve_in_place(&mut x);

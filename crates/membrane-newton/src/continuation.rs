@@ -1,50 +1,111 @@
-//! Raising the control in steps when Newton cannot take it at once.
+//! Raising the control in steps when Newton cannot take it at once, without a change of branch.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::error::NewtonError;
 use crate::newton::{NewtonScratch, ResidualSystem, newton_with};
-use crate::options::{NewtonOptions, NewtonReport};
+use crate::options::{LineSearch, NewtonOptions, NewtonReport};
 
-/// Solves for control value `to` from `state`; if that fails, walks from value `from`, where `state`
-/// is near an equilibrium, to `to`: each step starts from the straight line through the last two
-/// equilibria, is halved when Newton fails and doubled when it does not.
-pub(crate) fn solve<S: ResidualSystem>(
+/// A system with one number that is prescribed.
+pub(crate) trait Controlled: ResidualSystem {
+    /// Prescribes `value`.
+    fn set_control(&mut self, value: f64);
+
+    /// Whether the determinant of the tangent, if factored since the value was set, has the sign
+    /// that it had when this system was factored first.
+    fn keeps_sign(&self) -> bool;
+
+    /// Angle through which each curve of a state turns.
+    fn turning(&self, x: &[f64]) -> [f64; 2];
+}
+
+/// Solves for control value `to`, and leaves the answer in `state`. It tries Newton from `state`, if
+/// that is another one, and from `start`, which is near an equilibrium for value `from`; if
+/// that fails, it walks from `from` to `to`: each step starts from the straight line through the
+/// last two equilibria, is halved when Newton fails and doubled when it does not.
+///
+/// Newton may well converge to an equilibrium that no change of the control leads to: there are
+/// curves with more loops once the load is large, and a branch that turned back may turn again. Along a
+/// branch the determinant keeps its sign up to the limit point at which it turns back, and the
+/// curve turns continuously. So an answer of Newton's is taken only if the sign is that of the
+/// start and the curve turns through no more than a full circle (or hardly more than at the start). All
+/// else is left to the walk, whose steps must be short enough for Newton without damping.
+pub(crate) fn solve<S: Controlled>(
     system: &mut S,
     state: &mut [f64],
+    start: &[f64],
     (from, to): (f64, f64),
-    set: impl Fn(&mut S, f64),
     options: &NewtonOptions,
 ) -> Result<NewtonReport, NewtonError> {
     let mut scratch = NewtonScratch::default();
     let mut total = NewtonReport::default();
-    let start = state.to_vec();
-    set(system, to);
-    let direct = attempt(system, state, options, &mut scratch, &mut total);
-    if direct.is_ok() || options.max_load_steps == 0 {
-        return finish(direct, total);
+    let turned = system.turning(start);
+    let direct = |[end, start]: [f64; 2]| {
+        let by = (end - start).abs();
+        by <= FRAC_PI_2 || by.max(end.abs()) <= TAU
+    };
+    system.set_control(to);
+    if state != start {
+        // whatever comes of it, the sign at the start is known from here on
+        let _ = system.factor(start);
+        let carried = attempt(
+            system,
+            state,
+            (&turned, direct),
+            options,
+            &mut scratch,
+            &mut total,
+        );
+        if carried.is_ok() {
+            return Ok(total);
+        }
+        state.copy_from_slice(start);
+        system.set_control(to);
     }
-    // careful steps only: within a continuation a failing one is cheaper cut off early
+    let mut outcome = attempt(
+        system,
+        state,
+        (&turned, direct),
+        options,
+        &mut scratch,
+        &mut total,
+    );
+    if outcome.is_ok() || options.max_load_steps == 0 {
+        return finish(outcome, total);
+    }
+    // a step that needs damping, or many iterations, is too long
     let careful = options
         .clone()
-        .with_max_iterations(options.max_iterations.min(10));
-    state.copy_from_slice(&start);
-    let mut last = start;
+        .with_max_iterations(options.max_iterations.min(6))
+        .with_line_search(LineSearch::Natural { max_halvings: 0 });
+    state.copy_from_slice(start);
+    let (mut last, mut solved) = (start.to_vec(), start.to_vec());
     let (mut here, mut before) = (0.0, 0.0);
     let mut width: f64 = 0.25;
-    let mut outcome = direct;
     while here < 1.0 && total.load_steps < options.max_load_steps {
         let next = (here + width).min(1.0);
-        let solved = state.to_vec();
         if here > before {
             let reach = (next - here) / (here - before);
             for (x, last) in state.iter_mut().zip(&last) {
                 *x += reach * (*x - last);
             }
         }
-        set(system, from + next * (to - from));
+        system.set_control(from + next * (to - from));
         total.load_steps += 1;
-        outcome = attempt(system, state, &careful, &mut scratch, &mut total);
+        let turned = system.turning(&solved);
+        let step = |[end, start]: [f64; 2]| (end - start).abs() <= FRAC_PI_2;
+        outcome = attempt(
+            system,
+            state,
+            (&turned, step),
+            &careful,
+            &mut scratch,
+            &mut total,
+        );
         if outcome.is_ok() {
-            (before, here, last) = (here, next, solved);
+            (before, here) = (here, next);
+            last.copy_from_slice(&solved);
+            solved.copy_from_slice(state);
             width *= 2.0;
         } else {
             state.copy_from_slice(&solved);
@@ -64,9 +125,11 @@ pub(crate) fn solve<S: ResidualSystem>(
     finish(outcome, total)
 }
 
+/// Newton from `state`; what it finds must be `near` what turned through the angles given.
 fn attempt(
-    system: &mut impl ResidualSystem,
+    system: &mut impl Controlled,
     state: &mut [f64],
+    (turned, near): (&[f64; 2], impl Fn([f64; 2]) -> bool),
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
     total: &mut NewtonReport,
@@ -75,17 +138,26 @@ fn attempt(
     let mut report = scratch.report().clone();
     report.add_earlier(total);
     *total = report;
-    outcome
+    outcome?;
+    let mut turns = system.turning(state).into_iter().zip(*turned);
+    if system.keeps_sign() && turns.all(|(end, start)| near([end, start])) {
+        Ok(())
+    } else {
+        Err(NewtonError::OtherBranch {
+            report: NewtonReport::default(),
+        })
+    }
 }
 
 /// The outcome with the report of everything that was tried.
 fn finish(
     outcome: Result<(), NewtonError>,
-    total: NewtonReport,
+    report: NewtonReport,
 ) -> Result<NewtonReport, NewtonError> {
     match outcome {
-        Ok(()) => Ok(total),
-        Err(NewtonError::NotConverged { .. }) => Err(NewtonError::NotConverged { report: total }),
+        Ok(()) => Ok(report),
+        Err(NewtonError::NotConverged { .. }) => Err(NewtonError::NotConverged { report }),
+        Err(NewtonError::OtherBranch { .. }) => Err(NewtonError::OtherBranch { report }),
         Err(error) => Err(error),
     }
 }

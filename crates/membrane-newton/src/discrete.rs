@@ -8,6 +8,7 @@ use membrane_forces::{
 use crate::banded::BandedLu;
 use crate::condensed::CondensedLu;
 use crate::error::NewtonError;
+use crate::turning::turning;
 
 #[derive(Debug, Clone)]
 pub(crate) enum Discrete {
@@ -152,6 +153,12 @@ impl Discrete {
             .fold(0.0, f64::max)
     }
 
+    /// Angle through which the whole curve turns.
+    pub(crate) fn turning(&self, nodes: &[f64]) -> f64 {
+        let copies = if self.held()[1][0] { 1.0 } else { 2.0 };
+        copies * turning(nodes)
+    }
+
     pub(crate) fn pieces(&self, nodes: &[f64]) -> Vec<CurvePiece> {
         match self {
             Self::Differences(_) => Vec::new(),
@@ -206,6 +213,14 @@ impl Factors {
             }
             (Self::Condensed(lu), Discrete::Spectral(s)) => lu.factor(s, nodes, intensity),
             _ => unreachable!("made for this discretisation"),
+        }
+    }
+
+    /// Sign of the determinant of the tangent factored last.
+    pub(crate) fn determinant_sign(&self) -> f64 {
+        match self {
+            Self::Banded { lu, .. } => lu.determinant_sign(),
+            Self::Condensed(lu) => lu.determinant_sign(),
         }
     }
 

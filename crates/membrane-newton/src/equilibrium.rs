@@ -47,15 +47,12 @@ impl Equilibrium {
 
     /// The curve at material coordinate `s`, clamped to [0, 1]: the polynomials themselves, or
     /// under finite differences the rest shape plus a cubic Hermite interpolant of the
-    /// displacement, as accurate as the nodes.
+    /// displacement, as accurate as the nodes. Cost O(degree^2), or O(1).
     pub fn at(&self, s: f64) -> CurvePoint {
         let s = s.clamp(0.0, 1.0);
-        let pieces = self.pieces();
-        if let Some(piece) = pieces.iter().find(|piece| s <= piece.to).or(pieces.last()) {
-            return piece.at(s);
-        }
-        let Discrete::Differences(differences) = &self.plan.discrete else {
-            unreachable!("spectral curves have pieces");
+        let differences = match &self.plan.discrete {
+            Discrete::Differences(differences) => differences,
+            Discrete::Spectral(elements) => return elements.at(self.nodes(), s),
         };
         let rest = self.plan.membrane.rest();
         let last = differences.n_nodes() - 1;

@@ -51,6 +51,14 @@ pub enum NewtonError {
         /// What was asked for.
         tolerance: f64,
     },
+    /// Newton converged, but to an equilibrium that no change of the control leads to from the
+    /// start: past a limit point, or with loops more. Seen only if the walk in steps is switched
+    /// off or does not get away from the start.
+    #[error("not on the branch of the start: {} iterations, {} load steps", report.iterations, report.load_steps)]
+    OtherBranch {
+        /// What was tried.
+        report: NewtonReport,
+    },
     /// Newton stopped before the residual or the step was small enough.
     #[error("not converged after {} iterations: scaled residual {:e}, scaled step {:e}", report.iterations, report.residual, report.step)]
     NotConverged {

@@ -44,6 +44,7 @@ mod plan;
 mod sensitivity;
 mod solver;
 mod study;
+mod turning;
 
 pub use banded::BandedLu;
 pub use border::Border;

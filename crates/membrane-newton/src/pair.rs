@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::border::dot;
 use crate::bordered::{Bordered, nan_max};
-use crate::continuation;
+use crate::continuation::{self, Controlled};
 use crate::control::{Control, Target};
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
@@ -67,7 +67,14 @@ impl Pair {
 
     /// Volume between the membranes at the start, cm^3.
     pub fn wall_volume(&self) -> f64 {
-        self.outer.start_measures().volume - self.inner.start_measures().volume
+        self.first_rung().wall_volume()
+    }
+
+    fn first_rung(&self) -> Rung {
+        Rung {
+            inner: self.inner.plan.clone(),
+            outer: self.outer.plan.clone(),
+        }
     }
 
     /// Both shapes at a volume gain of the inner membrane, from the start.
@@ -91,15 +98,9 @@ impl Pair {
         inner: Control,
         options: &NewtonOptions,
     ) -> Result<PairEquilibrium, NewtonError> {
-        let rung = Rung {
-            inner: self.inner.plan.clone(),
-            outer: self.outer.plan.clone(),
-        };
-        let state = rung.join(
-            self.inner.plan.start_state(),
-            &self.outer.plan.start_state(),
-        );
-        self.solve_on(rung, state, inner, options)
+        let rung = self.first_rung();
+        let state = rung.join(rung.inner.start_state(), &rung.outer.start_state());
+        solve_on((rung, state), None, inner, options)
     }
 
     /// The same from a nearby solution (warm start).
@@ -119,41 +120,38 @@ impl Pair {
             outer: outer_plan,
         };
         let state = rung.join(inner_state, &outer_state);
-        self.solve_on(rung, state, inner, options)
+        solve_on((rung, state), Some(near), inner, options)
     }
+}
 
-    fn solve_on(
-        &self,
-        rung: Rung,
-        state: Vec<f64>,
-        control: Control,
-        options: &NewtonOptions,
-    ) -> Result<PairEquilibrium, NewtonError> {
-        let wall = self.wall_volume();
-        let (rung, state, report) = climb(
-            rung,
-            state,
-            |rung, state| rung.solve(state, control, wall, options),
-            Rung::resolution,
-            Rung::refine,
-        )?;
-        let (inner, outer) = state.split_at(rung.split());
-        let inner = rung
-            .inner
-            .equilibrium(inner.to_vec(), NewtonReport::default());
-        let outer = rung
-            .outer
-            .equilibrium(outer.to_vec(), NewtonReport::default());
-        let wall_volume = outer.measures.volume - inner.measures.volume;
-        let wall_volume_error = (wall_volume - wall) / wall;
-        Ok(PairEquilibrium {
-            inner,
-            outer,
-            wall_volume,
-            wall_volume_error,
-            report,
-        })
-    }
+fn solve_on(
+    (rung, start): (Rung, Vec<f64>),
+    near: Option<&PairEquilibrium>,
+    control: Control,
+    options: &NewtonOptions,
+) -> Result<PairEquilibrium, NewtonError> {
+    let (rung, state, report) = climb(
+        (rung, start),
+        |rung, state, start| rung.solve(state, start, control, options),
+        Rung::resolution,
+        |rung, state| rung.refine(state, near),
+    )?;
+    let (inner, outer) = state.split_at(rung.split());
+    let inner = rung
+        .inner
+        .equilibrium(inner.to_vec(), NewtonReport::default());
+    let outer = rung
+        .outer
+        .equilibrium(outer.to_vec(), NewtonReport::default());
+    let wall_volume = outer.measures.volume - inner.measures.volume;
+    let wall_volume_error = wall_volume / rung.wall_volume() - 1.0;
+    Ok(PairEquilibrium {
+        inner,
+        outer,
+        wall_volume,
+        wall_volume_error,
+        report,
+    })
 }
 
 /// Both membranes at one resolution each.
@@ -172,27 +170,31 @@ impl Rung {
         inner
     }
 
+    /// Volume between the membranes at the start, as this resolution has it.
+    fn wall_volume(&self) -> f64 {
+        self.outer.start.volume - self.inner.start.volume
+    }
+
     fn solve(
         &self,
         state: &mut [f64],
+        start: &[f64],
         control: Control,
-        wall_volume: f64,
         options: &NewtonOptions,
     ) -> Result<NewtonReport, NewtonError> {
         let target = self.inner.target(control)?;
         let mut system = PairSystem {
             inner: self.inner.system(target),
             outer: self.outer.system(Target::Measure(Measure::Volume, 0.0)),
-            wall_volume,
+            wall_volume: self.wall_volume(),
             volume_row: vec![0.0; self.split() - 1],
         };
-        let from = system.inner.target_value(&state[..self.split()]);
-        let set =
-            |system: &mut PairSystem<'_>, value| system.inner.target = target.with_value(value);
-        let report = continuation::solve(&mut system, state, (from, target.value()), set, options)?;
+        let from = system.inner.target_value(&start[..self.split()]);
+        let report =
+            continuation::solve(&mut system, state, start, (from, target.value()), options)?;
         let (inner, outer) = state.split_at(self.split());
         let volume = system.inner.volume(&inner[..inner.len() - 1]);
-        system.outer.target = Target::Measure(Measure::Volume, volume + wall_volume);
+        system.outer.target = Target::Measure(Measure::Volume, volume + self.wall_volume());
         if system.inner.meets_target(inner) && system.outer.meets_target(outer) {
             Ok(report)
         } else {
@@ -207,27 +209,23 @@ impl Rung {
     }
 
     /// Both membranes one rung up, as far as each can go.
-    fn refine(&self, state: Option<&[f64]>) -> Refined<Self> {
-        let parts = state.map(|state| state.split_at(self.split()));
-        let inner = refine(&self.inner, parts.map(|p| p.0));
-        let outer = refine(&self.outer, parts.map(|p| p.1));
-        if inner.is_none() && outer.is_none() {
-            return None;
-        }
-        let keep = |plan: &Arc<Plan>, state: Option<&[f64]>| {
-            Ok((
-                plan.clone(),
-                state.map_or_else(|| plan.start_state(), <[f64]>::to_vec),
-            ))
+    fn refine(&self, state: &[f64], near: Option<&PairEquilibrium>) -> Refined<Self> {
+        let (inner, outer) = state.split_at(self.split());
+        let step = |plan: &Arc<Plan>, state: &[f64], near: Option<&Equilibrium>| {
+            let stay = || Ok((plan.clone(), state.to_vec(), plan.start_near(near)));
+            let up = refine(plan, state, near);
+            (up.is_some(), up.unwrap_or_else(stay))
         };
-        let inner = inner.unwrap_or_else(|| keep(&self.inner, parts.map(|p| p.0)));
-        let outer = outer.unwrap_or_else(|| keep(&self.outer, parts.map(|p| p.1)));
-        Some(inner.and_then(|(inner, a)| {
-            let (outer, b) = outer?;
+        let (up, inner) = step(&self.inner, inner, near.map(|n| &n.inner));
+        let (also, outer) = step(&self.outer, outer, near.map(|n| &n.outer));
+        (up || also).then(|| {
+            let (inner, state, start) = inner?;
+            let (outer, outer_state, outer_start) = outer?;
             let rung = Self { inner, outer };
-            let state = rung.join(a, &b);
-            Ok((rung, state))
-        }))
+            let state = rung.join(state, &outer_state);
+            let start = rung.join(start, &outer_start);
+            Ok((rung, state, start))
+        })
     }
 }
 
@@ -287,5 +285,20 @@ impl ResidualSystem for PairSystem<'_> {
     fn step_norm(&self, step: &[f64]) -> f64 {
         let (inner, outer) = step.split_at(self.split());
         nan_max(self.inner.step_norm(inner), self.outer.step_norm(outer))
+    }
+}
+
+impl Controlled for PairSystem<'_> {
+    fn set_control(&mut self, value: f64) {
+        self.inner.set_control(value);
+    }
+
+    fn keeps_sign(&self) -> bool {
+        self.inner.keeps_sign() && self.outer.keeps_sign()
+    }
+
+    fn turning(&self, x: &[f64]) -> [f64; 2] {
+        let (inner, outer) = x.split_at(self.split());
+        [self.inner.turning(inner)[0], self.outer.turning(outer)[0]]
     }
 }

@@ -30,8 +30,8 @@ struct Adaptive {
     finer: OnceLock<Result<Arc<Plan>, MembraneError>>,
 }
 
-/// A finer rung with a state for it, if there is one.
-pub(crate) type Refined<R> = Option<Result<(R, Vec<f64>), NewtonError>>;
+/// A finer rung, if there is one, with the solved state carried over to it and with its start.
+pub(crate) type Refined<R> = Option<Result<(R, Vec<f64>, Vec<f64>), NewtonError>>;
 
 /// Degree and elements on each smooth piece: first the degree rises, then the elements split.
 const LADDER: [(usize, usize); 9] = [
@@ -67,11 +67,16 @@ impl Plan {
         ))
     }
 
-    pub(crate) fn adaptive(
-        membrane: &Membrane,
-        tolerance: f64,
-        level: usize,
-    ) -> Result<Self, MembraneError> {
+    /// The first rung on which the start itself is resolved.
+    pub(crate) fn adaptive(membrane: &Membrane, tolerance: f64) -> Result<Arc<Self>, NewtonError> {
+        let mut rung = Arc::new(Self::rung(membrane, tolerance, 0).map_err(NewtonError::membrane)?);
+        while let Err(unresolved) = rung.resolution(&rung.start_state()) {
+            rung = rung.finer().unwrap_or(Err(unresolved))?;
+        }
+        Ok(rung)
+    }
+
+    fn rung(membrane: &Membrane, tolerance: f64, level: usize) -> Result<Self, MembraneError> {
         let (degree, per_piece) = LADDER[level];
         let discrete = Discrete::Spectral(SpectralElements::new(membrane, degree, per_piece)?);
         Ok(Self::new(
@@ -103,7 +108,7 @@ impl Plan {
         if level == LADDER.len() {
             return None;
         }
-        let made = || Self::adaptive(&self.membrane, adaptive.tolerance, level).map(Arc::new);
+        let made = || Self::rung(&self.membrane, adaptive.tolerance, level).map(Arc::new);
         Some(
             adaptive
                 .finer
@@ -163,6 +168,16 @@ impl Plan {
                 None => break,
             }
         }
+        (self.clone(), self.follow(curve))
+    }
+
+    /// Where the curve `near` is, or the start.
+    pub(crate) fn start_near(&self, near: Option<&Equilibrium>) -> Vec<f64> {
+        near.map_or_else(|| self.start_state(), |near| self.follow(near))
+    }
+
+    /// The nodes of this plan on `curve`, and its intensity.
+    fn follow(&self, curve: &Equilibrium) -> Vec<f64> {
         let positions = self.discrete.positions();
         let count = self.discrete.start().len() / 2;
         let mut state = Vec::with_capacity(2 * count + 1);
@@ -171,21 +186,22 @@ impl Plan {
         }
         self.discrete.hold(&mut state);
         state.push(curve.intensity);
-        (self.clone(), state)
+        state
     }
 
     /// Solves on this rung alone.
     pub(crate) fn solve(
         &self,
         state: &mut [f64],
+        start: &[f64],
         control: Control,
         options: &NewtonOptions,
     ) -> Result<NewtonReport, NewtonError> {
         let target = self.target(control)?;
         let mut system = self.system(target);
-        let from = system.target_value(state);
-        let set = |system: &mut Bordered<'_>, value| system.target = target.with_value(value);
-        let report = continuation::solve(&mut system, state, (from, target.value()), set, options)?;
+        let from = system.target_value(start);
+        let report =
+            continuation::solve(&mut system, state, start, (from, target.value()), options)?;
         // A correction can be small beside a shape that has grown out of all proportion, although
         // the control is missed by far.
         if system.meets_target(state) {
@@ -217,53 +233,60 @@ impl Plan {
     }
 }
 
-/// The next rung with `state` carried over to it, or with its own start.
-pub(crate) fn refine(plan: &Arc<Plan>, state: Option<&[f64]>) -> Refined<Arc<Plan>> {
+/// The next rung, with `state` carried over to it, and with the curve to start `near` or its start.
+pub(crate) fn refine(
+    plan: &Arc<Plan>,
+    state: &[f64],
+    near: Option<&Equilibrium>,
+) -> Refined<Arc<Plan>> {
     Some(plan.finer()?.map(|finer| {
-        let state = match state {
-            Some(state) => {
-                let (nodes, intensity) = (&state[..state.len() - 1], state[state.len() - 1]);
-                let mut state = finer.discrete.sample(&plan.discrete.pieces(nodes));
-                state.push(intensity);
-                state
-            }
-            None => finer.start_state(),
-        };
-        (finer, state)
+        let (nodes, intensity) = (&state[..state.len() - 1], state[state.len() - 1]);
+        let mut carried = finer.discrete.sample(&plan.discrete.pieces(nodes));
+        carried.push(intensity);
+        let start = finer.start_near(near);
+        (finer, carried, start)
     }))
 }
 
-/// Solves on `rung`, then on finer ones until the polynomials have converged; each starts from the
-/// one before, or from its own start if that failed. `solve` works on one rung, `refine` climbs.
+/// Solves on a rung, then on finer ones until the polynomials have converged; each begins with
+/// what the one before has found, unless that failed. `solve` works on one rung, from its second state or, what
+/// comes to the same, its third; `refine` climbs.
 pub(crate) fn climb<R>(
-    mut rung: R,
-    mut state: Vec<f64>,
-    solve: impl Fn(&R, &mut [f64]) -> Result<NewtonReport, NewtonError>,
+    (mut rung, mut start): (R, Vec<f64>),
+    solve: impl Fn(&R, &mut [f64], &[f64]) -> Result<NewtonReport, NewtonError>,
     resolution: impl Fn(&R, &[f64]) -> Result<(), NewtonError>,
-    refine: impl Fn(&R, Option<&[f64]>) -> Refined<R>,
+    refine: impl Fn(&R, &[f64]) -> Refined<R>,
 ) -> Result<(R, Vec<f64>, NewtonReport), NewtonError> {
     let mut total = NewtonReport::default();
+    let mut state = start.clone();
     loop {
-        let outcome = solve(&rung, &mut state).and_then(|mut report| {
+        let outcome = solve(&rung, &mut state, &start).and_then(|mut report| {
             report.add_earlier(&total);
             total = report;
             resolution(&rung, &state)
         });
-        let solved = match outcome {
+        let carry = match outcome {
             Ok(()) => return Ok((rung, state, total)),
-            Err(NewtonError::Unresolved { .. }) => Some(&state[..]),
-            Err(NewtonError::NotConverged { .. } | NewtonError::Singular { .. }) => None,
+            Err(NewtonError::Unresolved { .. }) => true,
+            Err(
+                NewtonError::NotConverged { .. }
+                | NewtonError::OtherBranch { .. }
+                | NewtonError::Singular { .. },
+            ) => false,
             // where the curve is resolved it is the branch that ends, not the polynomials
-            Err(NewtonError::LimitPoint { .. }) if resolution(&rung, &state).is_err() => None,
+            Err(NewtonError::LimitPoint { .. }) if resolution(&rung, &state).is_err() => false,
             Err(error) => return Err(error),
         };
-        match refine(&rung, solved) {
-            Some(finer) => (rung, state) = finer?,
+        match refine(&rung, &state) {
+            Some(finer) => (rung, state, start) = finer?,
             None => {
                 return Err(outcome
                     .err()
                     .unwrap_or(NewtonError::NotConverged { report: total }));
             }
+        }
+        if !carry {
+            state.copy_from_slice(&start);
         }
     }
 }

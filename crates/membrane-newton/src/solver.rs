@@ -53,12 +53,15 @@ impl Solver {
     /// Discretises `membrane`.
     ///
     /// # Errors
-    /// Too few nodes or too low a degree, a stiffness that is not positive, coinciding nodes.
+    /// Too few nodes or too low a degree, a stiffness that is not positive, coinciding nodes, a
+    /// rest shape that no polynomials of the ladder resolve.
     pub fn new(membrane: &Membrane, discretisation: Discretisation) -> Result<Self, NewtonError> {
         let plan = match discretisation {
-            Discretisation::FiniteDifferences { nodes } => Plan::differences(membrane, nodes),
+            Discretisation::FiniteDifferences { nodes } => {
+                Plan::differences(membrane, nodes).map(Arc::new)
+            }
             Discretisation::Spectral { degree, per_piece } => {
-                Plan::spectral(membrane, degree, per_piece)
+                Plan::spectral(membrane, degree, per_piece).map(Arc::new)
             }
             Discretisation::SpectralAdaptive { tolerance } => {
                 if !(tolerance.is_finite() && tolerance > 0.0) {
@@ -68,11 +71,13 @@ impl Solver {
                         above: 0.0,
                     });
                 }
-                Plan::adaptive(membrane, tolerance, 0)
+                return Ok(Self {
+                    plan: Plan::adaptive(membrane, tolerance)?,
+                });
             }
         };
         Ok(Self {
-            plan: Arc::new(plan.map_err(NewtonError::membrane)?),
+            plan: plan.map_err(NewtonError::membrane)?,
         })
     }
 
@@ -96,7 +101,8 @@ impl Solver {
         control: Control,
         options: &NewtonOptions,
     ) -> Result<Equilibrium, NewtonError> {
-        solve_on(&self.plan, self.plan.start_state(), control, options)
+        let start = (self.plan.clone(), self.plan.start_state());
+        solve_on(start, None, control, options)
     }
 
     /// Solves from a nearby equilibrium (warm start), of this solver or of any other whose ends
@@ -110,23 +116,21 @@ impl Solver {
         control: Control,
         options: &NewtonOptions,
     ) -> Result<Equilibrium, NewtonError> {
-        let (plan, state) = self.plan.state_near(near);
-        solve_on(&plan, state, control, options)
+        solve_on(self.plan.state_near(near), Some(near), control, options)
     }
 }
 
 fn solve_on(
-    plan: &Arc<Plan>,
-    state: Vec<f64>,
+    first: (Arc<Plan>, Vec<f64>),
+    near: Option<&Equilibrium>,
     control: Control,
     options: &NewtonOptions,
 ) -> Result<Equilibrium, NewtonError> {
     let (plan, state, report) = climb(
-        plan.clone(),
-        state,
-        |plan, state| plan.solve(state, control, options),
+        first,
+        |plan, state, start| plan.solve(state, start, control, options),
         |plan, state| plan.resolution(state),
-        refine,
+        |plan, state| refine(plan, state, near),
     )?;
     Ok(plan.equilibrium(state, report))
 }

@@ -122,34 +122,50 @@ fn no_iterations_from_the_exact_answer() {
 #[test]
 fn millimetres_centimetres_and_metres_give_the_same_iterates() {
     let options = NewtonOptions::default();
-    for control in [
-        |_| Control::VolumeGain(0.6),
-        |scale: f64| Control::Load(60.0 * scale),
+    let material = PressureLaw::PerMaterialLength;
+    let current = PressureLaw::PerCurrentLength;
+    type Make = fn(f64) -> Control;
+    // intensities are force per unit s, or per cm of curve; lambda is force per cm and unit s
+    let cases: [(PressureLaw, Make); 7] = [
+        (material, |_| Control::VolumeGain(0.6)),
+        (material, |scale| Control::Load(60.0 * scale)),
+        (material, |scale| Control::TotalForce(5e3 * scale.powi(3))),
+        (material, |scale| Control::Area(60.0 * scale * scale)),
+        (current, |_| Control::VolumeGain(5.0)),
+        (current, |_| Control::Load(4.0)),
+        (current, |scale| Control::TotalForce(800.0 * scale * scale)),
+    ];
+    for discretisation in [
+        Discretisation::Spectral {
+            degree: 14,
+            per_piece: 1,
+        },
+        Discretisation::FiniteDifferences { nodes: 201 },
     ] {
-        let solve = |scale| {
-            solver(
-                &balloon(scale),
-                Discretisation::Spectral {
-                    degree: 14,
-                    per_piece: 1,
-                },
-            )
-            .solve(control(scale), &options)
-            .unwrap()
-        };
-        let centimetres = solve(1.0);
-        for scale in [10.0, 0.01] {
-            let other = solve(scale);
-            let (a, b) = (&centimetres.report, &other.report);
-            assert_eq!(
-                (a.iterations, a.residual_calls),
-                (b.iterations, b.residual_calls)
-            );
-            for (a, b) in a.history.iter().zip(&b.history) {
-                // the last residuals are rounding, which does depend on the unit
-                assert!((a - b).abs() <= 1e-9 * a + 1e-9, "{a} {b}");
+        for (law, control) in cases {
+            let solve = |scale| {
+                solver(&balloon(scale).with_law(law), discretisation)
+                    .solve(control(scale), &options)
+                    .unwrap()
+            };
+            let centimetres = solve(1.0);
+            for scale in [10.0, 0.01, 1e40, 1e-40] {
+                let other = solve(scale);
+                let (a, b) = (&centimetres.report, &other.report);
+                let case = format!("{discretisation:?} {law:?} {:?}", control(scale));
+                assert_eq!(
+                    (a.iterations, a.residual_calls),
+                    (b.iterations, b.residual_calls),
+                    "{case}"
+                );
+                for (a, b) in a.history.iter().zip(&b.history) {
+                    // the last residuals are rounding, which does depend on the unit
+                    assert!((a - b).abs() <= 1e-9 * a + 1e-9, "{case}: {a} {b}");
+                }
+                let per = if law == current { 1.0 } else { scale };
+                let off = other.intensity / per / centimetres.intensity - 1.0;
+                assert!(off.abs() < 1e-11, "{case}: {off:e}");
             }
-            assert!((other.intensity / scale / centimetres.intensity - 1.0).abs() < 1e-12);
         }
     }
 }

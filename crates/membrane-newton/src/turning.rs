@@ -1,0 +1,64 @@
+//! How far the direction of a curve turns from its first to its last segment.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Angle through which the segments of the polyline `nodes` (flat) turn in all, loops counted;
+/// positive counter-clockwise. Cost O(n), two arc tangents.
+pub(crate) fn turning(nodes: &[f64]) -> f64 {
+    let mut segments = nodes
+        .as_chunks::<2>()
+        .0
+        .windows(2)
+        .map(|p| [p[1][0] - p[0][0], p[1][1] - p[0][1]]);
+    let Some(first) = segments.next() else {
+        return 0.0;
+    };
+    // Quarters are counted exactly, and say which loop the angle of the last segment belongs to.
+    let (mut last, mut quarters) = (first, 0);
+    for d in segments {
+        quarters += match (quarter(d) - quarter(last)).rem_euclid(4) {
+            0 => 0,
+            1 => 1,
+            3 => -1,
+            _ if last[0] * d[1] < last[1] * d[0] => -2,
+            _ => 2,
+        };
+        last = d;
+    }
+    let angle = last[1].atan2(last[0]) - first[1].atan2(first[0]);
+    angle + TAU * ((f64::from(quarters) * FRAC_PI_2 - angle) / TAU).round()
+}
+
+/// Quarter of the plane that `d` points to: 0 ..= 3, counter-clockwise.
+fn quarter(d: [f64; 2]) -> i32 {
+    match (d[0] >= 0.0, d[1] >= 0.0) {
+        (true, true) => 0,
+        (false, true) => 1,
+        (false, false) => 2,
+        (true, false) => 3,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Arcs of known angle, from any direction, also of more than one loop.
+    #[test]
+    fn loops_are_counted() {
+        for k in -60..=60 {
+            let (wanted, count) = (0.31 * f64::from(k), 50);
+            for start in 0..40 {
+                let step = wanted / f64::from(count - 1);
+                let mut nodes = vec![0.3, -0.2];
+                for n in 0..count {
+                    let angle = 0.17 * f64::from(start) + f64::from(n) * step;
+                    let [x, y] = [nodes[nodes.len() - 2], nodes[nodes.len() - 1]];
+                    nodes.extend([x + angle.cos(), y + angle.sin()]);
+                }
+                let found = turning(&nodes);
+                assert!((found - wanted).abs() < 1e-12, "{found} for {wanted}");
+            }
+        }
+    }
+}

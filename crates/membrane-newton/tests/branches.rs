@@ -1,0 +1,217 @@
+//! Which of several equilibria is the answer: the one that raising the load leads to, or an error.
+//!
+//! The oracle is a shooting method that knows nothing of nodes or tangents. With the tension
+//! T = lambda c' the equilibrium of a disc is T' = lambda' c0' - f n; a mirror-symmetric one leaves the apex
+//! with T = (0, -t), and c_y(0) = R is one equation for the number t. Its roots are all the mirror-symmetric
+//! equilibria there are.
+
+use std::f64::consts::{PI, TAU};
+
+use membrane_newton::{
+    Control, Discretisation, Membrane, NewtonError, NewtonOptions, RestShape, Solver, Stiffness,
+};
+
+/// A disc of stiffness 1 + a cos(2 pi s).
+#[derive(Clone, Copy)]
+struct Disc {
+    radius: f64,
+    amplitude: f64,
+}
+
+impl Disc {
+    fn solver(self, discretisation: Discretisation) -> Solver {
+        let stiffness = move |s: f64| self.stiffness(s);
+        let membrane = Membrane::new(RestShape::disc(self.radius).unwrap())
+            .with_stiffness(Stiffness::function(stiffness, &[]).unwrap());
+        Solver::new(&membrane, discretisation).unwrap()
+    }
+
+    fn stiffness(self, s: f64) -> f64 {
+        1.0 + self.amplitude * (TAU * s).cos()
+    }
+
+    /// What c_y(0) misses of R when the apex has tension (0, -t) under `load`, and the angle by
+    /// which the whole curve turns. Runge and Kutta's fourth order from s = 1/2 to 0.
+    fn shoot(self, load: f64, t: f64) -> (f64, f64) {
+        let rate = |s: f64, [x, y]: [f64; 2]| {
+            let size = x.hypot(y);
+            let slope = -self.amplitude * TAU * (TAU * s).sin();
+            [
+                load * y / size,
+                -2.0 * self.radius * slope - load * x / size,
+                y / self.stiffness(s),
+            ]
+        };
+        let steps = 200;
+        let h = -0.5 / f64::from(steps);
+        let (mut tension, mut y, mut turned) = ([0.0, -t], 0.0, 0.0);
+        for k in 0..steps {
+            let s = 0.5 + h * f64::from(k);
+            let ahead = |by: f64, k: [f64; 3]| [tension[0] + by * k[0], tension[1] + by * k[1]];
+            let k1 = rate(s, tension);
+            let k2 = rate(s + 0.5 * h, ahead(0.5 * h, k1));
+            let k3 = rate(s + 0.5 * h, ahead(0.5 * h, k2));
+            let k4 = rate(s + h, ahead(h, k3));
+            let sum = |i: usize| h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
+            let next = [tension[0] + sum(0), tension[1] + sum(1)];
+            y += sum(2);
+            let cross = tension[0] * next[1] - tension[1] * next[0];
+            turned += cross.atan2(tension[0] * next[0] + tension[1] * next[1]);
+            tension = next;
+        }
+        (y - self.radius, 2.0 * turned)
+    }
+
+    /// Every equilibrium under `load` with a tension t at the apex from `least` to `most` in size: t
+    /// and the angle turned, largest tension first.
+    fn equilibria(self, load: f64, least: f64, most: f64) -> Vec<(f64, f64)> {
+        let missed = |t: f64| self.shoot(load, t).0;
+        let trials = 500;
+        let at = |k: usize| most * (least / most).powf(k as f64 / trials as f64);
+        let mut found = Vec::new();
+        for sign in [1.0, -1.0] {
+            for k in 0..trials {
+                let (mut a, mut b) = (sign * at(k), sign * at(k + 1));
+                let side = missed(a);
+                if side * missed(b) < 0.0 {
+                    for _ in 0..50 {
+                        let middle = 0.5 * (a + b);
+                        if missed(middle) * side > 0.0 {
+                            a = middle
+                        } else {
+                            b = middle
+                        }
+                    }
+                    found.push((a, self.shoot(load, a).1));
+                }
+            }
+        }
+        found
+    }
+}
+
+const DIFFERENCES: Discretisation = Discretisation::FiniteDifferences { nodes: 401 };
+const SPECTRAL: Discretisation = Discretisation::SpectralAdaptive { tolerance: 1e-10 };
+
+/// Under constant stiffness and 2 000 R there are discs of one loop and of two, three, ...: the
+/// answer is the one of one loop, which is the closed form's.
+#[test]
+fn of_many_equilibria_the_one_that_inflation_leads_to() {
+    let disc = Disc {
+        radius: 1.0,
+        amplitude: 0.0,
+    };
+    let all = disc.equilibria(2000.0, 20.0, 2000.0);
+    assert!(all.len() > 5, "{all:?}");
+    let (tension, turned) = all[0];
+    assert!(turned < TAU && all[1..].iter().all(|other| other.1 > TAU));
+    for (discretisation, tolerance) in [(SPECTRAL, 1e-9), (DIFFERENCES, 1e-2)] {
+        let solved = disc
+            .solver(discretisation)
+            .solve(Control::Intensity(2000.0), &NewtonOptions::default())
+            .unwrap();
+        let found = -solved.at(0.5).first[1] * disc.stiffness(0.5);
+        assert!(
+            (found / tension - 1.0).abs() < tolerance,
+            "{found} {tension}"
+        );
+    }
+}
+
+/// Soft at the apex, the disc has a limit point: 740 is far past it. Newton from rest, taken at its word,
+/// has found curves of three loops here, other ones with other meshes.
+#[test]
+fn past_the_limit_point_there_are_only_curves_with_loops_and_none_is_the_answer() {
+    let disc = Disc {
+        radius: 0.12226,
+        amplitude: 0.5582,
+    };
+    let asked = 739.84;
+    let all = disc.equilibria(asked, 0.01 * asked, asked);
+    assert!(all.len() > 10 && all.iter().all(|other| other.1 > 6.0 * PI));
+    // below the limit there are two curves, which meet there
+    let two = |load: f64| {
+        let all = disc.equilibria(load, 0.085 * load, load);
+        all.iter().all(|other| other.1 < 4.0 * PI) && all.len() == 2
+    };
+    let (mut low, mut high) = (28.0, 30.0);
+    assert!(two(low) && !two(high));
+    while high - low > 2e-5 * low {
+        let middle = 0.5 * (low + high);
+        if two(middle) {
+            low = middle
+        } else {
+            high = middle
+        }
+    }
+    // the walk stops within 2e-4 of it; differences are off by 4.5 / N^2 of it besides, as measured
+    for (discretisation, tolerance) in [
+        (SPECTRAL, 2e-4),
+        (DIFFERENCES, 2e-3),
+        (Discretisation::FiniteDifferences { nodes: 201 }, 8e-3),
+        (Discretisation::FiniteDifferences { nodes: 801 }, 7e-4),
+    ] {
+        let outcome = disc
+            .solver(discretisation)
+            .solve(Control::Intensity(asked), &NewtonOptions::default());
+        let Err(NewtonError::LimitPoint {
+            reached, wanted, ..
+        }) = outcome
+        else {
+            panic!("{discretisation:?}: {outcome:?}");
+        };
+        assert_eq!(wanted, asked);
+        assert!(
+            (reached / low - 1.0).abs() < tolerance,
+            "{discretisation:?}: {reached}, {low}"
+        );
+    }
+}
+
+/// Without the walk there is no way to tell how far the branch goes, but still no curve with loops.
+#[test]
+fn without_load_steps_another_branch_is_an_error_too() {
+    let disc = Disc {
+        radius: 0.12226,
+        amplitude: 0.5582,
+    };
+    let options = NewtonOptions::default().with_max_load_steps(0);
+    for nodes in [101, 201, 401, 801, 1601] {
+        let outcome = disc
+            .solver(Discretisation::FiniteDifferences { nodes })
+            .solve(Control::Intensity(739.84), &options);
+        assert!(
+            matches!(
+                outcome,
+                Err(NewtonError::OtherBranch { .. } | NewtonError::NotConverged { .. })
+            ),
+            "{nodes}: {outcome:?}"
+        );
+    }
+}
+
+/// A branch may turn back, turn again and go on under larger loads, here at a total force of 169: what lies
+/// beyond is an equilibrium with as many loops, but not one that raising the load leads to.
+#[test]
+fn beyond_two_limit_points_is_no_answer_either() {
+    let wave = |s: f64| 1.0 + 0.8733245064194779 * (TAU * (s + 0.9097600797022831)).cos();
+    let stiffness = move |s: f64| wave(s) * if s < 0.7 { 1.0 } else { 1.3606585151805919 };
+    let membrane = Membrane::new(RestShape::disc(1.0).unwrap())
+        .with_stiffness(Stiffness::function(stiffness, &[0.7]).unwrap());
+    let options = NewtonOptions::default();
+    for discretisation in [SPECTRAL, DIFFERENCES] {
+        let solver = Solver::new(&membrane, discretisation).unwrap();
+        // within reach: the volume has its maximum before the limit, and falls
+        let solve = |force| solver.solve(Control::TotalForce(force), &options);
+        let (before, after) = (solve(160.0).unwrap(), solve(168.5).unwrap());
+        assert!(after.intensity > before.intensity);
+        assert!(after.measures.volume < before.measures.volume);
+        for force in [170.0, 180.0, 250.0, 500.0, 1000.0, 4881.6] {
+            let outcome = solve(force);
+            let Err(NewtonError::LimitPoint { reached, .. }) = outcome else {
+                panic!("{force} {discretisation:?}: {outcome:?}");
+            };
+            assert!((reached - 169.0).abs() < 0.2, "{force}: {reached}");
+        }
+    }
+}
