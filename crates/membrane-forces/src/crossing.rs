@@ -1,14 +1,19 @@
-//! Does a polyline cross itself? A sweep along x with the segments that are open.
+//! Does a polyline cross itself? A sweep along its longer side with the segments that are open.
 
 use crate::error::MembraneError;
 
 /// `Err(SelfCrossing)` if two segments that are not neighbours meet, or a segment folds back onto its neighbour.
 ///
-/// Cost O(n log n) plus the pairs whose x ranges overlap.
+/// Cost O(n log n) plus the pairs whose ranges overlap along the side, x or y, on which the points extend more.
 pub(crate) fn check(points: &[[f64; 2]]) -> Result<(), MembraneError> {
     let n = points.len() - 1;
+    let extent = |k: usize| {
+        let along = || points.iter().map(|p| p[k]);
+        along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
+    };
+    let side = if extent(0) >= extent(1) { 0 } else { 1 };
     let range = |k: usize| {
-        let (a, b) = (points[k][0], points[k + 1][0]);
+        let (a, b) = (points[k][side], points[k + 1][side]);
         (a.min(b), a.max(b))
     };
     let mut order: Vec<usize> = (0..n).collect();

@@ -81,36 +81,35 @@ impl SpectralElements {
                     }
                 }
             };
-            let crossing = match measure {
-                Measure::Surface | Measure::Volume if !self.is_half() => self.axis_crossing(local),
-                _ => None,
+            let crossings = match measure {
+                Measure::Surface | Measure::Volume => self.axis_crossings(local),
+                _ => Vec::new(),
             };
-            match crossing {
-                None => {
-                    for (q, &(_, weight)) in reference.gauss.iter().enumerate() {
-                        let value = &reference.to_gauss[q * n..(q + 1) * n];
-                        let derivative = &reference.derivative_to_gauss[q * n..(q + 1) * n];
-                        add(Sample {
-                            weight,
-                            value,
-                            derivative,
-                        });
-                    }
+            if crossings.is_empty() {
+                for (q, &(_, weight)) in reference.gauss.iter().enumerate() {
+                    let value = &reference.to_gauss[q * n..(q + 1) * n];
+                    let derivative = &reference.derivative_to_gauss[q * n..(q + 1) * n];
+                    add(Sample {
+                        weight,
+                        value,
+                        derivative,
+                    });
                 }
-                // |y| has a kink where the curve crosses the axis: integrate either side by itself
-                Some(root) => {
-                    let mut value = vec![0.0; n];
-                    for (from, to) in [(0.0, root), (root, 1.0)] {
-                        for (t, weight) in gauss_legendre(reference.gauss.len()) {
-                            reference.value_row(from + (to - from) * t, &mut value);
-                            let derivative = reference.times_derivative(&value);
-                            add(Sample {
-                                weight: weight * (to - from),
-                                value: &value,
-                                derivative: &derivative,
-                            });
-                        }
-                    }
+                continue;
+            }
+            // |y| has a kink where the curve crosses the axis: integrate between by themselves
+            let mut value = vec![0.0; n];
+            let starts = std::iter::once(0.0).chain(crossings.iter().copied());
+            let ends = crossings.iter().copied().chain(std::iter::once(1.0));
+            for (from, to) in starts.zip(ends) {
+                for (t, weight) in gauss_legendre(reference.gauss.len()) {
+                    reference.value_row(from + (to - from) * t, &mut value);
+                    let derivative = reference.times_derivative(&value);
+                    add(Sample {
+                        weight: weight * (to - from),
+                        value: &value,
+                        derivative: &derivative,
+                    });
                 }
             }
         }
@@ -144,21 +143,34 @@ impl SpectralElements {
         copies * 0.5 * (x0 * y1 - x1 * y0)
     }
 
-    /// Where y changes sign inside an element, as a fraction of it.
-    fn axis_crossing(&self, local: &[[f64; 2]]) -> Option<f64> {
-        let n = local.len();
-        let k = (1..n).find(|&k| local[k - 1][1] * local[k][1] < 0.0)?;
-        let mut row = vec![0.0; n];
+    /// Where y changes sign inside an element, as fractions of it, rising.
+    fn axis_crossings(&self, local: &[[f64; 2]]) -> Vec<f64> {
+        let mut found = Vec::new();
+        let mut last: Option<usize> = None;
+        for k in (0..local.len()).filter(|&k| local[k][1] != 0.0) {
+            if let Some(before) = last
+                && (local[before][1] < 0.0) != (local[k][1] < 0.0)
+            {
+                found.push(self.axis_crossing(local, before, k));
+            }
+            last = Some(k);
+        }
+        found
+    }
+
+    /// The place between nodes `before` and `after`, on different sides of the axis, that is on it.
+    fn axis_crossing(&self, local: &[[f64; 2]], before: usize, after: usize) -> f64 {
+        let mut row = vec![0.0; local.len()];
         let mut y = |t: f64| {
             self.reference.value_row(t, &mut row);
             row.iter().zip(local).map(|(a, c)| a * c[1]).sum::<f64>()
         };
-        let (mut low, mut high) = (self.reference.nodes[k - 1], self.reference.nodes[k]);
-        let sign = local[k - 1][1].signum();
+        let (mut low, mut high) = (self.reference.nodes[before], self.reference.nodes[after]);
+        let sign = local[before][1].signum();
         loop {
             let middle = 0.5 * (low + high);
             if middle <= low || middle >= high {
-                return Some(middle);
+                return middle;
             }
             if y(middle) * sign > 0.0 {
                 low = middle

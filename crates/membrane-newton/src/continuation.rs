@@ -37,6 +37,7 @@ pub(crate) fn solve<S: Controlled>(
     (from, to): (f64, f64),
     options: &NewtonOptions,
 ) -> Result<NewtonReport, NewtonError> {
+    options.check()?;
     let mut scratch = NewtonScratch::default();
     let mut total = NewtonReport::default();
     let turned = system.turning(start);

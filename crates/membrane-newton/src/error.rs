@@ -68,6 +68,16 @@ pub enum NewtonError {
 }
 
 impl NewtonError {
+    /// The report of what was tried, if there is one.
+    pub(crate) fn report_mut(&mut self) -> Option<&mut NewtonReport> {
+        match self {
+            Self::LimitPoint { report, .. }
+            | Self::OtherBranch { report }
+            | Self::NotConverged { report } => Some(report),
+            _ => None,
+        }
+    }
+
     pub(crate) fn membrane(error: MembraneError) -> Self {
         Self::Membrane(error)
     }

@@ -77,7 +77,8 @@ impl NewtonScratch {
 /// ```
 ///
 /// # Errors
-/// [`NewtonError::NotConverged`] with the report; errors of the system.
+/// [`NewtonError::NotConverged`] with the report; a tolerance that is no number or infinite; errors
+/// of the system.
 ///
 /// # Panics
 /// `x` has not the length of the system.
@@ -124,6 +125,7 @@ pub fn newton_with(
     for vector in [&mut *residual, trial, step, correction] {
         vector.resize(n, 0.0);
     }
+    options.check()?;
     report.restart(options.max_iterations);
 
     system.residual_into(x, residual)?;

@@ -1,5 +1,9 @@
 //! When Newton stops, how it searches, and what it did.
 
+use membrane_forces::MembraneError;
+
+use crate::error::NewtonError;
+
 /// When to stop and how to search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewtonOptions {
@@ -12,8 +16,10 @@ pub struct NewtonOptions {
     pub max_iterations: usize,
     /// How the length of a step is chosen.
     pub line_search: LineSearch,
-    /// When Newton fails from where it starts, the solver raises the control in steps instead
-    /// (continuation), at most this many; 0 turns that off.
+    /// When Newton fails from where it starts, or finds what is not on the branch of the start, the
+    /// solver raises the control in steps instead (continuation), at most this many; 0 turns that
+    /// off. These steps are taken by full steps under the natural monotonicity test, whatever
+    /// `line_search` is.
     pub max_load_steps: usize,
 }
 
@@ -49,6 +55,22 @@ impl NewtonOptions {
         self.residual_tolerance = residual;
         self.step_tolerance = step;
         self
+    }
+
+    /// Tolerances that no comparison could fail, or that none could meet, are refused.
+    pub(crate) fn check(&self) -> Result<(), NewtonError> {
+        for (quantity, value) in [
+            ("residual tolerance", self.residual_tolerance),
+            ("step tolerance", self.step_tolerance),
+        ] {
+            if !value.is_finite() {
+                return Err(NewtonError::Membrane(MembraneError::NotFinite {
+                    quantity,
+                    value,
+                }));
+            }
+        }
+        Ok(())
     }
 
     /// The same with another limit on the iterations.
@@ -94,7 +116,8 @@ impl NewtonReport {
     pub(crate) fn restart(&mut self, max_iterations: usize) {
         let mut history = std::mem::take(&mut self.history);
         history.clear();
-        history.reserve(max_iterations + 1);
+        // a limit that nobody expects to reach is no reason to ask for memory
+        history.reserve(max_iterations.min(1000) + 1);
         *self = Self {
             step: f64::INFINITY,
             history,

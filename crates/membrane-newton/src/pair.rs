@@ -11,6 +11,7 @@ use crate::error::NewtonError;
 use crate::newton::ResidualSystem;
 use crate::options::{NewtonOptions, NewtonReport};
 use crate::plan::{Plan, Refined, climb, refine};
+use crate::sensitivity::Sensitivity;
 use crate::solver::Solver;
 use membrane_forces::Measure;
 
@@ -154,6 +155,28 @@ fn solve_on(
     })
 }
 
+impl PairEquilibrium {
+    /// Derivatives of the inner and of the outer membrane by the value of the inner one's
+    /// `control`, the wall keeping its volume; see [`Equilibrium::sensitivity`].
+    ///
+    /// # Errors
+    /// As [`Equilibrium::sensitivity`].
+    pub fn sensitivity(&self, control: Control) -> Result<[Sensitivity; 2], NewtonError> {
+        let rung = Rung {
+            inner: self.inner.plan.clone(),
+            outer: self.outer.plan.clone(),
+        };
+        let mut system = rung.system(rung.inner.target(control)?);
+        system.factor(&rung.join(self.inner.state.clone(), &self.outer.state))?;
+        let (inner, outer) = (self.inner.state.len(), self.outer.state.len());
+        let mut change = vec![0.0; inner + outer];
+        change[inner - 1] = rung.inner.target_slope(control);
+        system.solve_in_place(&mut change);
+        let (inner, outer) = change.split_at(inner);
+        Ok([rung.inner.sensitivity(inner), rung.outer.sensitivity(outer)])
+    }
+}
+
 /// Both membranes at one resolution each.
 struct Rung {
     inner: Arc<Plan>,
@@ -170,6 +193,15 @@ impl Rung {
         inner
     }
 
+    fn system(&self, target: Target) -> PairSystem<'_> {
+        PairSystem {
+            inner: self.inner.system(target),
+            outer: self.outer.system(Target::Measure(Measure::Volume, 0.0)),
+            wall_volume: self.wall_volume(),
+            volume_row: vec![0.0; self.split() - 1],
+        }
+    }
+
     /// Volume between the membranes at the start, as this resolution has it.
     fn wall_volume(&self) -> f64 {
         self.outer.start.volume - self.inner.start.volume
@@ -183,12 +215,7 @@ impl Rung {
         options: &NewtonOptions,
     ) -> Result<NewtonReport, NewtonError> {
         let target = self.inner.target(control)?;
-        let mut system = PairSystem {
-            inner: self.inner.system(target),
-            outer: self.outer.system(Target::Measure(Measure::Volume, 0.0)),
-            wall_volume: self.wall_volume(),
-            volume_row: vec![0.0; self.split() - 1],
-        };
+        let mut system = self.system(target);
         let from = system.inner.target_value(&start[..self.split()]);
         let report =
             continuation::solve(&mut system, state, start, (from, target.value()), options)?;

@@ -100,8 +100,8 @@ impl Plan {
         }
     }
 
-    /// The next rung of the ladder, made the first time it is asked for; none at its top or
-    /// without a tolerance.
+    /// The next rung of the ladder, made the first time it is asked for; none at its top, without
+    /// a tolerance, or if there is no room for it.
     pub(crate) fn finer(&self) -> Option<Result<Arc<Self>, NewtonError>> {
         let adaptive = self.adaptive.as_ref()?;
         let level = adaptive.level + 1;
@@ -109,13 +109,10 @@ impl Plan {
             return None;
         }
         let made = || Self::rung(&self.membrane, adaptive.tolerance, level).map(Arc::new);
-        Some(
-            adaptive
-                .finer
-                .get_or_init(made)
-                .clone()
-                .map_err(NewtonError::membrane),
-        )
+        match adaptive.finer.get_or_init(made).clone() {
+            Err(MembraneError::TooMany { .. }) => None,
+            finer => Some(finer.map_err(NewtonError::membrane)),
+        }
     }
 
     /// Whether the polynomials of `state` have converged: their degree times their last two
@@ -260,11 +257,12 @@ pub(crate) fn climb<R>(
     let mut total = NewtonReport::default();
     let mut state = start.clone();
     loop {
-        let outcome = solve(&rung, &mut state, &start).and_then(|mut report| {
+        let mut outcome = solve(&rung, &mut state, &start);
+        if let Some(report) = outcome.as_mut().map_or_else(NewtonError::report_mut, Some) {
             report.add_earlier(&total);
-            total = report;
-            resolution(&rung, &state)
-        });
+            total.clone_from(report);
+        }
+        let outcome = outcome.and_then(|_| resolution(&rung, &state));
         let carry = match outcome {
             Ok(()) => return Ok((rung, state, total)),
             Err(NewtonError::Unresolved { .. }) => true,

@@ -4,6 +4,7 @@ use crate::control::Control;
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
 use crate::newton::ResidualSystem;
+use crate::plan::Plan;
 
 /// Derivative of an equilibrium by the value of a control (per unit of that value).
 #[derive(Debug, Clone, PartialEq)]
@@ -43,14 +44,27 @@ impl Equilibrium {
         system.factor(&self.state)?;
         let mut change = vec![0.0; self.state.len()];
         let last = change.len() - 1;
-        change[last] = match control {
-            Control::VolumeGain(_) => self.plan.start.volume,
-            _ => 1.0,
-        };
+        change[last] = self.plan.target_slope(control);
         system.solve_in_place(&mut change);
-        Ok(Sensitivity {
-            points: self.plan.discrete.points(&change[..last]),
+        Ok(self.plan.sensitivity(&change))
+    }
+}
+
+impl Plan {
+    /// What the border equation's value changes by with the value of `control`.
+    pub(crate) fn target_slope(&self, control: Control) -> f64 {
+        match control {
+            Control::VolumeGain(_) => self.start.volume,
+            _ => 1.0,
+        }
+    }
+
+    /// The change of a state, as the caller sees it.
+    pub(crate) fn sensitivity(&self, change: &[f64]) -> Sensitivity {
+        let last = change.len() - 1;
+        Sensitivity {
+            points: self.discrete.points(&change[..last]),
             intensity: change[last],
-        })
+        }
     }
 }

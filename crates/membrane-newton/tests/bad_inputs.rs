@@ -115,3 +115,30 @@ fn a_volume_out_of_reach_is_no_answer() {
         assert!(pair.solve(control, &options).is_err(), "{gain:e}");
     }
 }
+
+#[test]
+fn tolerances_that_say_nothing_are_refused() {
+    let solver = solver(PressureLaw::PerMaterialLength, 1.75);
+    let near = solver
+        .solve(Control::Load(5.0), &NewtonOptions::default())
+        .unwrap();
+    for bad in [f64::NAN, f64::INFINITY] {
+        for (residual, step) in [(bad, 1e-14), (1e-15, bad)] {
+            let options = NewtonOptions::default().with_tolerances(residual, step);
+            for outcome in [
+                solver.solve(Control::Load(5.1), &options),
+                solver.solve_from(&near, Control::Load(5.0), &options),
+            ] {
+                assert!(matches!(
+                    outcome,
+                    Err(NewtonError::Membrane(MembraneError::NotFinite { .. }))
+                ));
+            }
+        }
+    }
+    // no limit is a limit that costs nothing
+    let options = NewtonOptions::default()
+        .with_max_iterations(usize::MAX)
+        .with_max_load_steps(usize::MAX);
+    assert!(solver.solve(Control::VolumeGain(0.6), &options).is_ok());
+}

@@ -1,7 +1,7 @@
 //! Sensitivities against central differences of whole solves.
 
 use membrane_newton::{
-    Control, Discretisation, Membrane, NewtonOptions, RestShape, Solver, Stiffness,
+    Control, Discretisation, Membrane, NewtonOptions, Pair, RestShape, Solver, Stiffness,
 };
 
 #[test]
@@ -51,6 +51,49 @@ fn sensitivities_are_the_derivatives_of_solves() {
                         assert!(off < 1e-6, "{discretisation:?}, node {k}: {off:e}");
                     }
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn sensitivities_of_a_pair_are_the_derivatives_of_its_solves() {
+    let options = NewtonOptions::default();
+    let solver = |radius, discretisation| {
+        let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+        Solver::new(&membrane, discretisation).unwrap()
+    };
+    let differences = Discretisation::FiniteDifferences { nodes: 101 };
+    let spectral = Discretisation::Spectral {
+        degree: 12,
+        per_piece: 1,
+    };
+    let pair = Pair::new(solver(1.75, spectral), solver(2.75, differences)).unwrap();
+    type Make = fn(f64) -> Control;
+    let controls: [(Make, f64); 3] = [
+        (Control::VolumeGain, 0.5),
+        (Control::Load, 15.0),
+        (Control::Area, 50.0),
+    ];
+    for (control, value) in controls {
+        let here = pair.solve(control(value), &options).unwrap();
+        let slopes = here.sensitivity(control(value)).unwrap();
+        let step = 1e-4 * value;
+        let at = |value| pair.solve_from(&here, control(value), &options).unwrap();
+        let (a, b) = (at(value - step), at(value + step));
+        for (slope, a, b) in [
+            (&slopes[0], &a.inner, &b.inner),
+            (&slopes[1], &a.outer, &b.outer),
+        ] {
+            // as above: steps of 1e-4 leave 1e-8
+            let intensity = (b.intensity - a.intensity) / (2.0 * step);
+            assert!((slope.intensity / intensity - 1.0).abs() < 1e-6);
+            let flat = slope.points.as_flattened();
+            let size = flat.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+            let (a, b) = (a.points(), b.points());
+            for ((by, a), b) in flat.iter().zip(a.as_flattened()).zip(b.as_flattened()) {
+                let off = (by - (b - a) / (2.0 * step)).abs() / size;
+                assert!(off < 1e-6, "{off:e}");
             }
         }
     }
