@@ -215,3 +215,27 @@ fn beyond_two_limit_points_is_no_answer_either() {
         }
     }
 }
+
+/// Near its limit point this membrane is a thousand times its size, and fine elements leave steps of
+/// 2e-9 to rounding: the walk has to tell that from a branch that ends.
+#[test]
+fn rounding_does_not_end_the_walk_early() {
+    let radius = 0.18008754300863378;
+    let wave = |s: f64| 1.0 - 0.8922928507348119 * (TAU * s).cos();
+    let stiffness = move |s: f64| wave(s) * if s < 0.6 { 1.0 } else { 0.6328613604936809 };
+    let rest = RestShape::balloon(6.965507011735689 * radius, radius).unwrap();
+    let membrane =
+        Membrane::new(rest).with_stiffness(Stiffness::function(stiffness, &[0.6]).unwrap());
+    let solver = Solver::new(&membrane, SPECTRAL).unwrap();
+    let options = NewtonOptions::default();
+    // differences of 6 401 nodes reach 77.21 too and not 77.22
+    let limit = 77.215;
+    assert!(solver.solve(Control::Intensity(77.2), &options).is_ok());
+    for asked in [77.3, 78.0, 90.0, 148.0] {
+        let outcome = solver.solve(Control::Intensity(asked), &options);
+        let Err(NewtonError::LimitPoint { reached, .. }) = outcome else {
+            panic!("{asked}: {outcome:?}");
+        };
+        assert!((reached / limit - 1.0).abs() < 2e-4, "{asked}: {reached}");
+    }
+}
