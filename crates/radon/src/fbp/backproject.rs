@@ -7,7 +7,9 @@ use rayon::prelude::*;
 use crate::fbp::aligned;
 use crate::geometry::{ImageGrid, ParallelGeometry};
 use crate::sample::Sample;
-use crate::simd::{ALONE, InstructionSet, RUN, Tile, ViewStep, WINDOW, add_views};
+use crate::simd::{
+    ALONE, InstructionSet, RUN, Tile, ViewStep, WINDOW, add_views, interleave, separate,
+};
 
 /// Zero samples in front of a filtered row.
 pub(crate) const MARGIN: usize = 2;
@@ -114,15 +116,13 @@ pub(crate) fn run<T: Sample>(
                 let pixels = start - steps.x.start..end - steps.x.start;
                 sums.fill(T::ZERO);
                 if !first {
-                    for (lane, image) in band.iter().enumerate() {
-                        for (r, row) in image.chunks_exact(width).enumerate() {
-                            let to = &mut sums[(r * runs * RUN + start - ix) * lanes + lane..];
-                            for (sum, &pixel) in
-                                to.iter_mut().step_by(lanes).zip(&row[pixels.clone()])
-                            {
-                                *sum = pixel;
-                            }
-                        }
+                    for r in 0..n_rows {
+                        let rows: Vec<&[T]> = band
+                            .iter()
+                            .map(|image| &image[r * width..][pixels.clone()])
+                            .collect();
+                        let sums = &mut sums[(r * runs * RUN + start - ix) * lanes..];
+                        interleave(instructions, &rows, lanes, sums);
                     }
                 }
                 let tile = Tile {
@@ -135,16 +135,13 @@ pub(crate) fn run<T: Sample>(
                     runs,
                 };
                 add_views(instructions, lanes, &tile, sums);
-                for (lane, image) in band.iter_mut().enumerate() {
-                    for (r, row) in image.chunks_exact_mut(width).enumerate() {
-                        let from = &sums[(r * runs * RUN + start - ix) * lanes + lane..];
-                        for (pixel, &sum) in row[pixels.clone()]
-                            .iter_mut()
-                            .zip(from.iter().step_by(lanes))
-                        {
-                            *pixel = sum;
-                        }
-                    }
+                for r in 0..n_rows {
+                    let mut rows: Vec<&mut [T]> = band
+                        .iter_mut()
+                        .map(|image| &mut image[r * width..][pixels.clone()])
+                        .collect();
+                    let sums = &sums[(r * runs * RUN + start - ix) * lanes..];
+                    separate(instructions, sums, lanes, &mut rows);
                 }
                 ix = end;
             }

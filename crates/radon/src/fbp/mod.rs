@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::error::{RadonError, length, product};
 use crate::geometry::{ImageGrid, ParallelGeometry, StackOrder};
 use crate::sample::Sample;
-use crate::simd::InstructionSet;
+use crate::simd::{InstructionSet, interleave};
 
 mod backproject;
 mod options;
@@ -448,21 +448,30 @@ impl<T: Sample> FbpPlan<T> {
         out: &mut [T],
         scratch: &mut rows::RowScratch<T>,
     ) -> usize {
-        out.fill(T::ZERO);
-        let scale = self.scales[view];
+        let (front, behind) = (
+            backproject::MARGIN * lanes,
+            (backproject::MARGIN + self.filter.out_len()) * lanes,
+        );
+        if slices.len() < lanes {
+            out.fill(T::ZERO);
+        } else {
+            out[..front].fill(T::ZERO);
+            out[behind..].fill(T::ZERO);
+        }
         let mut filtered = 0;
-        for (lane, &slice) in slices.iter().enumerate() {
-            let row = stack.row(view, slice);
-            if self.options.skip == Skip::Empty && row.iter().all(|&p| p == T::ZERO) {
-                continue;
-            }
-            filtered += 1;
-            let samples = out[backproject::MARGIN * lanes + lane..]
-                .iter_mut()
-                .step_by(lanes);
-            for (sample, &q) in samples.zip(self.filter.filter(row, scratch)) {
-                *sample = q * scale;
-            }
+        for (group, slices) in slices.chunks(rows::TOGETHER).enumerate() {
+            let rows = slices.iter().map(|&slice| {
+                let row = stack.row(view, slice);
+                let skip = self.options.skip == Skip::Empty && row.iter().all(|&p| p == T::ZERO);
+                filtered += usize::from(!skip);
+                (!skip).then_some(row)
+            });
+            let rows: Vec<&[T]> = self
+                .filter
+                .filter(rows, self.scales[view], scratch)
+                .collect();
+            let out = &mut out[front + group * rows::TOGETHER..behind];
+            interleave(self.instructions, &rows, lanes, out);
         }
         filtered
     }

@@ -31,7 +31,12 @@ pub(crate) struct RowScratch<T: Sample> {
     fine_spectrum: Vec<Complex<T>>,
     fine: Vec<T>,
     fft: Vec<Complex<T>>,
+    /// Filtered rows of `TOGETHER` slices.
+    filtered: Vec<T>,
 }
+
+/// Slices whose rows are filtered before they are written side by side.
+pub(crate) const TOGETHER: usize = 16;
 
 impl<T: Sample> RowFilter<T> {
     pub(crate) fn new(n_bins: usize, options: &FbpOptions) -> Result<Self, RadonError> {
@@ -86,7 +91,8 @@ impl<T: Sample> RowFilter<T> {
             .forward
             .get_scratch_len()
             .max(self.inverse.get_scratch_len());
-        (self.forward.len() + self.inverse.len() + 2 * (spectrum + fft)) * size_of::<T>()
+        let rows = self.forward.len() + self.inverse.len() + TOGETHER * self.out_len();
+        (rows + 2 * (spectrum + fft)) * size_of::<T>()
     }
 
     pub(crate) fn scratch(&self) -> RowScratch<T> {
@@ -105,23 +111,49 @@ impl<T: Sample> RowFilter<T> {
                     .get_scratch_len()
                     .max(self.inverse.get_scratch_len())
             ],
+            filtered: vec![T::ZERO; TOGETHER * self.out_len()],
         }
     }
 
-    /// The filtered row times the pitch (without a ramp the row itself), `out_len()` samples, held in the scratch.
-    pub(crate) fn filter<'a>(&self, input: &[T], scratch: &'a mut RowScratch<T>) -> &'a [T] {
+    /// The filtered rows times the pitch (without a ramp the rows themselves) and `scale`, `out_len()` samples each, held in the
+    /// scratch; no row stands for zeros.
+    pub(crate) fn filter<'a>(
+        &self,
+        rows: impl Iterator<Item = Option<&'a [T]>>,
+        scale: T,
+        scratch: &'a mut RowScratch<T>,
+    ) -> impl Iterator<Item = &'a [T]> {
+        let mut filtered = std::mem::take(&mut scratch.filtered);
+        let mut n_rows = 0;
+        for (out, row) in filtered.chunks_exact_mut(self.out_len()).zip(rows) {
+            n_rows += 1;
+            match row {
+                None => out.fill(T::ZERO),
+                Some(row) => {
+                    let filtered = match self.ramp || self.upsampling > 1 {
+                        true => self.filter_row(row, scratch),
+                        false => row,
+                    };
+                    for (out, &q) in out.iter_mut().zip(filtered) {
+                        *out = q * scale;
+                    }
+                }
+            }
+        }
+        scratch.filtered = filtered;
+        scratch.filtered.chunks_exact(self.out_len()).take(n_rows)
+    }
+
+    fn filter_row<'a>(&self, input: &[T], scratch: &'a mut RowScratch<T>) -> &'a [T] {
         let RowScratch {
             row,
             spectrum,
             fine_spectrum,
             fine,
             fft,
+            ..
         } = scratch;
         let n = self.n_bins;
-        if !self.ramp && self.upsampling == 1 {
-            row[..n].copy_from_slice(input);
-            return &row[..n];
-        }
         row[..n].copy_from_slice(input);
         match self.edge {
             EdgePolicy::Zero => row[n..].fill(T::ZERO),

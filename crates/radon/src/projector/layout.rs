@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::error::{RadonError, length, product};
+use crate::simd::{InstructionSet, interleave};
 use crate::{Sample, StackOrder};
 
 /// A stack of slices, each of `n_rows` rows (image rows or views) of `row_len` samples.
@@ -14,9 +15,6 @@ pub(super) struct Stack {
     pub(super) row_len: usize,
     pub(super) order: StackOrder,
 }
-
-/// Samples that are copied between rows and lanes at a time: a cache line of `f32`.
-const SQUARE: usize = 16;
 
 impl Stack {
     pub(super) fn check_length(&self, given: usize) -> Result<(), RadonError> {
@@ -70,6 +68,7 @@ impl Stack {
     /// Row `row` of the given slices, slices innermost: `out[sample * lanes + lane]`. Lanes beyond the slices get zero.
     pub(super) fn interleave<T: Sample>(
         &self,
+        set: InstructionSet,
         data: &[T],
         row: usize,
         slices: &[usize],
@@ -79,37 +78,9 @@ impl Stack {
         if slices.len() < lanes {
             out.fill(T::ZERO);
         }
-        for (group, slices) in slices.chunks(SQUARE).enumerate() {
-            // Rows beyond the slices repeat the first and are not copied out.
-            let mut from = [&data[self.row_start(row, slices[0])..][..self.row_len]; SQUARE];
-            for (from, &slice) in from.iter_mut().zip(slices) {
-                *from = &data[self.row_start(row, slice)..][..self.row_len];
-            }
-            for (square, out) in out.chunks_mut(SQUARE * lanes).enumerate() {
-                let start = square * SQUARE;
-                let n = out.len() / lanes;
-                let mut samples = [[T::ZERO; SQUARE]; SQUARE];
-                for (to, from) in samples.iter_mut().zip(from) {
-                    match from[start..].first_chunk() {
-                        Some(whole) => *to = *whole,
-                        None => to[..n].copy_from_slice(&from[start..]),
-                    }
-                }
-                for (i, out) in out.chunks_exact_mut(lanes).enumerate() {
-                    let out = &mut out[group * SQUARE..];
-                    match out.first_chunk_mut::<SQUARE>() {
-                        Some(out) if slices.len() == SQUARE => {
-                            *out = std::array::from_fn(|lane| samples[lane][i]);
-                        }
-                        _ => {
-                            for (lane, x) in out.iter_mut().take(slices.len()).enumerate() {
-                                *x = samples[lane][i];
-                            }
-                        }
-                    }
-                }
-            }
-        }
+        let samples = |&slice: &usize| &data[self.row_start(row, slice)..][..self.row_len];
+        let rows: Vec<&[T]> = slices.iter().map(samples).collect();
+        interleave(set, &rows, lanes, out);
     }
 
     /// All rows, to be written apart from each other: `[row][slice]`.
@@ -124,35 +95,6 @@ impl Stack {
             rows[row].push(samples);
         }
         rows
-    }
-}
-
-/// The other way: samples `first..` of the rows of the given slices from `block[sample * lanes + lane]`.
-pub(super) fn separate<T: Sample>(
-    block: &[T],
-    lanes: usize,
-    slices: &[usize],
-    first: usize,
-    rows: &mut [&mut [T]],
-) {
-    for (group, slices) in slices.chunks(SQUARE).enumerate() {
-        for (start, block) in (first..).step_by(SQUARE).zip(block.chunks(SQUARE * lanes)) {
-            let n = block.len() / lanes;
-            let mut samples = [[T::ZERO; SQUARE]; SQUARE];
-            for (i, from) in block.chunks_exact(lanes).enumerate() {
-                let from = &from[group * SQUARE..];
-                for (to, &x) in samples.iter_mut().zip(from) {
-                    to[i] = x;
-                }
-            }
-            for (samples, &slice) in samples.iter().zip(slices) {
-                let row = &mut rows[slice][start..start + n];
-                match row.first_chunk_mut() {
-                    Some(whole) => *whole = *samples,
-                    None => row.copy_from_slice(&samples[..n]),
-                }
-            }
-        }
     }
 }
 

@@ -9,11 +9,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::blocks::{Group, Slices};
-use super::layout::{Stack, aligned, separate};
+use super::layout::{Stack, aligned};
 use super::rays::{Owner, SeveralTaps, TOGETHER, Window};
 use super::{Projector, ProjectorReport, ProjectorScratch, row_stride};
 use crate::error::RadonError;
-use crate::simd::{gather, scatter};
+use crate::simd::{gather, scatter, separate};
 use crate::{Sample, StackOrder};
 
 /// Side of the square tiles of pixels that stay in the cache, and rows of a band of the forward projector; part of the definition of a ray sum's rounding.
@@ -92,7 +92,8 @@ impl Projector {
                 .for_each(|(row, sums)| {
                     for block in &group.blocks {
                         let sums = &sums[n_bins * block.before..][..n_bins * block.lanes];
-                        separate(sums, block.lanes, block.slices, 0, row);
+                        let mut bins = pick(row, block.slices, 0..n_bins);
+                        separate(self.instructions, sums, block.lanes, &mut bins);
                     }
                 });
         }
@@ -130,6 +131,7 @@ impl Projector {
                     for block in &group.blocks {
                         let rays = &mut rays[n_bins * block.before..][..n_bins * block.lanes];
                         sinograms.interleave(
+                            self.instructions,
                             projections,
                             view_idx,
                             block.slices,
@@ -166,8 +168,8 @@ impl Projector {
                             for (row, sums) in
                                 rows.iter_mut().zip(sums.chunks_exact(TILE * block.lanes))
                             {
-                                let sums = &sums[..tile.x.len() * block.lanes];
-                                separate(sums, block.lanes, block.slices, tile.x.start, row);
+                                let mut pixels = pick(row, block.slices, tile.x.clone());
+                                separate(self.instructions, sums, block.lanes, &mut pixels);
                             }
                         }
                     }
@@ -219,7 +221,14 @@ impl Projector {
         }
         jobs.into_par_iter().for_each(|(block, iy, row)| {
             let row = &mut row[..nx * block.lanes];
-            images.interleave(volume, iy, block.slices, block.lanes, row);
+            images.interleave(
+                self.instructions,
+                volume,
+                iy,
+                block.slices,
+                block.lanes,
+                row,
+            );
         });
         parts.into_iter().map(|(_, part)| &*part).collect()
     }
@@ -245,4 +254,19 @@ impl Projector {
             owns,
         })
     }
+}
+
+/// The given samples of the rows of some slices, which are in ascending order.
+fn pick<'a, T>(
+    row: &'a mut [&mut [T]],
+    slices: &[usize],
+    samples: Range<usize>,
+) -> Vec<&'a mut [T]> {
+    let first = slices.first().copied().unwrap_or(0);
+    let mut wanted = slices.iter().map(|slice| slice - first).peekable();
+    let rows = row[first..].iter_mut().enumerate();
+    rows.filter(|&(slice, _)| wanted.next_if_eq(&slice).is_some())
+        .map(|(_, samples_of_slice)| &mut samples_of_slice[samples.clone()])
+        .take(slices.len())
+        .collect()
 }

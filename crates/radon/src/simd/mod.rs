@@ -5,11 +5,13 @@
 mod steps;
 mod taps;
 mod tile;
+mod transpose;
 mod vector;
 
 pub(crate) use steps::{BoxRay, BoxSteps};
 pub(crate) use taps::{Tap, gather, scatter};
 pub(crate) use tile::{ALONE, Tile, ViewStep, add_views};
+pub(crate) use transpose::{interleave, separate};
 pub(crate) use vector::{RUN, Vectors, WINDOW};
 
 /// Instruction set that the kernels of a plan use.

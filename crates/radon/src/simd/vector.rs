@@ -20,6 +20,8 @@ pub trait Vector<T>: Copy {
     unsafe fn multiply_add(self, a: Self, b: Self) -> Self;
     /// The same for single samples.
     fn multiply_add_one(x: T, a: T, b: T) -> T;
+    /// The samples of both registers in turn, the first of `self` first, in two registers.
+    unsafe fn zip(self, other: Self) -> (Self, Self);
 
     /// Index and weight of each pixel of a run: integer part and remainder of `first + lane_dx`, held within `[0, most]`.
     #[inline(always)]
@@ -121,6 +123,18 @@ impl<T: Sample, const W: usize, const FUSED: bool> Vector<T> for Plain<T, W, FUS
     fn multiply_add_one(x: T, a: T, b: T) -> T {
         if FUSED { x.fused(a, b) } else { x * a + b }
     }
+    #[inline(always)]
+    unsafe fn zip(self, other: Self) -> (Self, Self) {
+        let at = |i: usize| {
+            if i % 2 == 0 {
+                self.0[i / 2]
+            } else {
+                other.0[i / 2]
+            }
+        };
+        let half = |start| Self(std::array::from_fn(|i| at(start + i)));
+        (half(0), half(W))
+    }
 }
 
 /// The vectors of a sample type, one per instruction set.
@@ -218,6 +232,19 @@ mod x86 {
         _mm256_fmadd_ps,
         {
             #[inline(always)]
+            unsafe fn zip(self, other: Self) -> (Self, Self) {
+                // SAFETY: the machine has the set, as the caller promised.
+                unsafe {
+                    let low = _mm256_unpacklo_ps(self.0, other.0);
+                    let high = _mm256_unpackhi_ps(self.0, other.0);
+                    (
+                        Self(_mm256_permute2f128_ps::<0x20>(low, high)),
+                        Self(_mm256_permute2f128_ps::<0x31>(low, high)),
+                    )
+                }
+            }
+
+            #[inline(always)]
             unsafe fn locate(
                 first: f32,
                 lane_dx: &[f32; RUN],
@@ -302,6 +329,19 @@ mod x86 {
         _mm256_fmadd_pd,
         {
             #[inline(always)]
+            unsafe fn zip(self, other: Self) -> (Self, Self) {
+                // SAFETY: the machine has the set, as the caller promised.
+                unsafe {
+                    let low = _mm256_unpacklo_pd(self.0, other.0);
+                    let high = _mm256_unpackhi_pd(self.0, other.0);
+                    (
+                        Self(_mm256_permute2f128_pd::<0x20>(low, high)),
+                        Self(_mm256_permute2f128_pd::<0x31>(low, high)),
+                    )
+                }
+            }
+
+            #[inline(always)]
             unsafe fn gather(row: *const f64, index: &[i32]) -> Self {
                 // SAFETY: the machine has the set and every index is valid to read, as the caller promised.
                 unsafe {
@@ -323,6 +363,20 @@ mod x86 {
         _mm512_storeu_ps,
         _mm512_fmadd_ps,
         {
+            #[inline(always)]
+            unsafe fn zip(self, other: Self) -> (Self, Self) {
+                // SAFETY: the machine has the set, as the caller promised.
+                unsafe {
+                    let low =
+                        _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+                    let high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
+                    (
+                        Self(_mm512_permutex2var_ps(self.0, low, other.0)),
+                        Self(_mm512_permutex2var_ps(self.0, high, other.0)),
+                    )
+                }
+            }
+
             #[inline(always)]
             unsafe fn locate(
                 first: f32,
@@ -382,6 +436,19 @@ mod x86 {
         _mm512_storeu_pd,
         _mm512_fmadd_pd,
         {
+            #[inline(always)]
+            unsafe fn zip(self, other: Self) -> (Self, Self) {
+                // SAFETY: the machine has the set, as the caller promised.
+                unsafe {
+                    let low = _mm512_setr_epi64(0, 8, 1, 9, 2, 10, 3, 11);
+                    let high = _mm512_add_epi64(low, _mm512_set1_epi64(4));
+                    (
+                        Self(_mm512_permutex2var_pd(self.0, low, other.0)),
+                        Self(_mm512_permutex2var_pd(self.0, high, other.0)),
+                    )
+                }
+            }
+
             #[inline(always)]
             unsafe fn gather(row: *const f64, index: &[i32]) -> Self {
                 // SAFETY: the machine has the set and every index is valid to read, as the caller promised.

@@ -1,0 +1,269 @@
+//! Between rows of samples and samples with the lanes innermost, a square of registers at a time.
+
+use crate::sample::Sample;
+use crate::simd::InstructionSet;
+use crate::simd::vector::Vector;
+
+/// `out[sample * stride + lane] = rows[lane][sample]`; rows of equal length, and a `stride` of at least as many samples as rows.
+pub(crate) fn interleave<T: Sample>(
+    set: InstructionSet,
+    rows: &[&[T]],
+    stride: usize,
+    out: &mut [T],
+) {
+    let n = rows.first().map_or(0, |row| row.len());
+    if n == 0 {
+        return;
+    }
+    assert!(rows.iter().all(|row| row.len() == n) && rows.len() <= stride);
+    assert!(out.len() >= (n - 1) * stride + rows.len());
+    match set {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a plan holds a set only after `is_available`; the lengths have been seen to.
+        InstructionSet::Avx512 => unsafe { interleave_avx512(rows, n, stride, out) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        InstructionSet::Avx2 => unsafe { interleave_avx2(rows, n, stride, out) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: as above.
+        InstructionSet::Neon => unsafe { interleave_by::<T, T::Neon>(rows, n, stride, out) },
+        // SAFETY: needs nothing that the target lacks; the lengths have been seen to.
+        _ => unsafe { interleave_by::<T, T::Baseline>(rows, n, stride, out) },
+    }
+}
+
+/// The other way: `rows[lane][sample] = block[sample * stride + lane]`.
+pub(crate) fn separate<T: Sample>(
+    set: InstructionSet,
+    block: &[T],
+    stride: usize,
+    rows: &mut [&mut [T]],
+) {
+    let n = rows.first().map_or(0, |row| row.len());
+    if n == 0 {
+        return;
+    }
+    assert!(rows.iter().all(|row| row.len() == n) && rows.len() <= stride);
+    assert!(block.len() >= (n - 1) * stride + rows.len());
+    match set {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a plan holds a set only after `is_available`; the lengths have been seen to.
+        InstructionSet::Avx512 => unsafe { separate_avx512(block, n, stride, rows) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        InstructionSet::Avx2 => unsafe { separate_avx2(block, n, stride, rows) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: as above.
+        InstructionSet::Neon => unsafe { separate_by::<T, T::Neon>(block, n, stride, rows) },
+        // SAFETY: needs nothing that the target lacks; the lengths have been seen to.
+        _ => unsafe { separate_by::<T, T::Baseline>(block, n, stride, rows) },
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+unsafe fn interleave_avx512<T: Sample>(rows: &[&[T]], n: usize, stride: usize, out: &mut [T]) {
+    // SAFETY: this function is compiled for the set; the caller has seen to the lengths.
+    unsafe { interleave_by::<T, T::Avx512>(rows, n, stride, out) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn interleave_avx2<T: Sample>(rows: &[&[T]], n: usize, stride: usize, out: &mut [T]) {
+    // SAFETY: as above.
+    unsafe { interleave_by::<T, T::Avx2>(rows, n, stride, out) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+unsafe fn separate_avx512<T: Sample>(block: &[T], n: usize, stride: usize, rows: &mut [&mut [T]]) {
+    // SAFETY: as above.
+    unsafe { separate_by::<T, T::Avx512>(block, n, stride, rows) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn separate_avx2<T: Sample>(block: &[T], n: usize, stride: usize, rows: &mut [&mut [T]]) {
+    // SAFETY: as above.
+    unsafe { separate_by::<T, T::Avx2>(block, n, stride, rows) }
+}
+
+/// # Safety
+/// The machine has the instruction set of `V`; rows hold `n` samples, `out` all of `(n - 1) * stride + rows.len()`.
+#[inline(always)]
+unsafe fn interleave_by<T: Sample, V: Vector<T>>(
+    rows: &[&[T]],
+    n: usize,
+    stride: usize,
+    out: &mut [T],
+) {
+    if rows.len().min(n) < V::WIDTH {
+        for (lane, row) in rows.iter().enumerate() {
+            for (to, &x) in out[lane..].iter_mut().step_by(stride).zip(*row) {
+                *to = x;
+            }
+        }
+        return;
+    }
+    for lane in starts(rows.len(), V::WIDTH) {
+        for sample in starts(n, V::WIDTH) {
+            let (rows, out) = (&rows[lane..], &mut out[sample * stride + lane..]);
+            // SAFETY: the square lies within the rows and within `out`, by the caller's promise.
+            unsafe {
+                match V::WIDTH {
+                    2 => interleave_square::<T, V, 2>(rows, sample, stride, out),
+                    4 => interleave_square::<T, V, 4>(rows, sample, stride, out),
+                    8 => interleave_square::<T, V, 8>(rows, sample, stride, out),
+                    16 => interleave_square::<T, V, 16>(rows, sample, stride, out),
+                    width => unreachable!("{width} lanes"),
+                }
+            }
+        }
+    }
+}
+
+/// # Safety
+/// As for `interleave_by`.
+#[inline(always)]
+unsafe fn separate_by<T: Sample, V: Vector<T>>(
+    block: &[T],
+    n: usize,
+    stride: usize,
+    rows: &mut [&mut [T]],
+) {
+    if rows.len().min(n) < V::WIDTH {
+        for (lane, row) in rows.iter_mut().enumerate() {
+            for (to, &x) in row.iter_mut().zip(block[lane..].iter().step_by(stride)) {
+                *to = x;
+            }
+        }
+        return;
+    }
+    for lane in starts(rows.len(), V::WIDTH) {
+        for sample in starts(n, V::WIDTH) {
+            let (rows, block) = (&mut rows[lane..], &block[sample * stride + lane..]);
+            // SAFETY: the square lies within the block and within the rows, by the caller's promise.
+            unsafe {
+                match V::WIDTH {
+                    2 => separate_square::<T, V, 2>(block, stride, sample, rows),
+                    4 => separate_square::<T, V, 4>(block, stride, sample, rows),
+                    8 => separate_square::<T, V, 8>(block, stride, sample, rows),
+                    16 => separate_square::<T, V, 16>(block, stride, sample, rows),
+                    width => unreachable!("{width} lanes"),
+                }
+            }
+        }
+    }
+}
+
+/// Starts of parts of `width` that cover `len`, which is no less; the last may overlap the one before it.
+fn starts(len: usize, width: usize) -> impl Iterator<Item = usize> {
+    (0..len.div_ceil(width)).map(move |part| (part * width).min(len - width))
+}
+
+/// # Safety
+/// `N` rows hold `N` samples from `sample` on, and `out` has room for them; the machine has the instruction set of `V`.
+#[inline(always)]
+unsafe fn interleave_square<T: Sample, V: Vector<T>, const N: usize>(
+    rows: &[&[T]],
+    sample: usize,
+    stride: usize,
+    out: &mut [T],
+) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let square = transposed::<T, V, N>(std::array::from_fn(|lane| {
+            V::load(rows.get_unchecked(lane).as_ptr().add(sample))
+        }));
+        for (i, register) in square.into_iter().enumerate() {
+            register.store(out.as_mut_ptr().add(i * stride));
+        }
+    }
+}
+
+/// # Safety
+/// `N` rows have room for `N` samples from `sample` on, and `block` holds them; the machine has the instruction set of `V`.
+#[inline(always)]
+unsafe fn separate_square<T: Sample, V: Vector<T>, const N: usize>(
+    block: &[T],
+    stride: usize,
+    sample: usize,
+    rows: &mut [&mut [T]],
+) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let square = transposed::<T, V, N>(std::array::from_fn(|i| {
+            V::load(block.as_ptr().add(i * stride))
+        }));
+        for (lane, register) in square.into_iter().enumerate() {
+            register.store(rows.get_unchecked_mut(lane).as_mut_ptr().add(sample));
+        }
+    }
+}
+
+/// Rows become columns: each round halves the distance between what belongs side by side.
+///
+/// # Safety
+/// The machine has the instruction set of `V`, whose width is `N`.
+#[inline(always)]
+unsafe fn transposed<T: Sample, V: Vector<T>, const N: usize>(mut rows: [V; N]) -> [V; N] {
+    for _ in 0..N.ilog2() {
+        let before = rows;
+        for i in 0..N / 2 {
+            // SAFETY: the caller's promise.
+            (rows[2 * i], rows[2 * i + 1]) = unsafe { before[i].zip(before[i + N / 2]) };
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every set against the definition, ragged shapes included; what lies between the lanes stays as it was.
+    #[test]
+    fn rows_come_back_from_their_interleaved_form() {
+        for set in [
+            InstructionSet::Baseline,
+            InstructionSet::Avx2,
+            InstructionSet::Avx512,
+            InstructionSet::Neon,
+        ] {
+            if set.is_available() {
+                for (n_rows, n, stride) in [
+                    (1, 1, 1),
+                    (3, 40, 4),
+                    (16, 16, 16),
+                    (17, 33, 20),
+                    (64, 5, 64),
+                ] {
+                    check::<f32>(set, n_rows, n, stride);
+                    check::<f64>(set, n_rows, n, stride);
+                }
+            }
+        }
+    }
+
+    fn check<T: Sample>(set: InstructionSet, n_rows: usize, n: usize, stride: usize) {
+        let value = |lane: usize, sample: usize| T::of((lane * 1000 + sample) as f64);
+        let rows: Vec<Vec<T>> = (0..n_rows)
+            .map(|lane| (0..n).map(|sample| value(lane, sample)).collect())
+            .collect();
+        let slices: Vec<&[T]> = rows.iter().map(|row| &row[..]).collect();
+        let mut block = vec![T::of(-1.0); n * stride];
+        interleave(set, &slices, stride, &mut block);
+        for (at, &x) in block.iter().enumerate() {
+            let (sample, lane) = (at / stride, at % stride);
+            let expected = match lane < n_rows {
+                true => value(lane, sample),
+                false => T::of(-1.0),
+            };
+            assert_eq!(x, expected, "{set:?} {n_rows} {n} {stride}");
+        }
+        let mut back = vec![vec![T::ZERO; n]; n_rows];
+        let mut slices: Vec<&mut [T]> = back.iter_mut().map(|row| &mut row[..]).collect();
+        separate(set, &block, stride, &mut slices);
+        assert_eq!(back, rows, "{set:?}");
+    }
+}
