@@ -51,7 +51,7 @@ impl InstructionSet {
         [1, width, 2 * width, 4 * width]
             .into_iter()
             .find(|&lanes| n <= lanes)
-            .unwrap_or(8 * width)
+            .unwrap_or(4 * width)
     }
 
     /// Lanes of the first of the blocks that back-projection should cut `n` slices of `T` into.

@@ -6,6 +6,8 @@ use crate::simd::vector::{RUN, Vector, WINDOW};
 
 /// Views whose part of a tile is added up in registers.
 const GROUP: usize = 8;
+/// Pixels whose sums are in registers together: the second's work hides the latency of the first's.
+const PIXELS: usize = 2;
 /// Runs of a tile of one slice, at most.
 pub(crate) const ALONE: usize = 128;
 
@@ -114,7 +116,6 @@ unsafe fn add_lanes<T: Sample, V: Vector<T>>(lanes: usize, tile: &Tile<'_, T>, s
             1 => add_block::<T, V, 1>(tile, sums),
             2 => add_block::<T, V, 2>(tile, sums),
             4 => add_block::<T, V, 4>(tile, sums),
-            8 => add_block::<T, V, 8>(tile, sums),
             _ => unreachable!("{lanes} lanes"),
         }
     }
@@ -128,38 +129,50 @@ unsafe fn add_lanes<T: Sample, V: Vector<T>>(lanes: usize, tile: &Tile<'_, T>, s
 unsafe fn add_block<T: Sample, V: Vector<T>, const N: usize>(tile: &Tile<'_, T>, sums: &mut [T]) {
     let lanes = N * V::WIDTH;
     for (group, views) in tile.views.chunks(GROUP).enumerate() {
-        for (run, sums) in sums.chunks_exact_mut(RUN * lanes).enumerate() {
-            let (r, c) = (run / tile.runs, run % tile.runs);
-            let mut places = [(0, [0i32; RUN], [T::ZERO; RUN]); GROUP];
+        // Down the rows of one run's width, whose samples then stay in the nearest cache.
+        let n_runs = sums.len() / (RUN * lanes);
+        let n_rows = n_runs / tile.runs;
+        for i in 0..n_runs {
+            let (r, c) = (i % n_rows, i / n_rows);
+            let sums = &mut sums[(r * tile.runs + c) * RUN * lanes..][..RUN * lanes];
+            let mut places = [(tile.filtered.as_ptr(), [0i32; RUN], [T::ZERO; RUN]); GROUP];
             for (k, view) in views.iter().enumerate() {
                 let (base, first, most) =
                     view.place((tile.ix + c * RUN) as f64, (tile.iy + r) as f64, tile.n);
-                // SAFETY: the caller's promise.
-                let (index, weight) = unsafe { V::locate(first, &view.lane_dx, most) };
-                let row = (group * GROUP + k) * tile.row_len;
-                places[k] = (row + base as usize, index, weight);
+                let start = ((group * GROUP + k) * tile.row_len + base as usize) * lanes;
+                // SAFETY: the machine has the set; `add_views` has seen that a row is long enough for every base.
+                unsafe {
+                    let (index, weight) = V::locate(first, &view.lane_dx, most);
+                    places[k] = (tile.filtered.as_ptr().add(start), index, weight);
+                }
             }
             let places = &places[..views.len()];
-            for (l, sums) in sums.chunks_exact_mut(lanes).enumerate() {
-                // SAFETY: a chunk holds N vectors; the machine has the set.
-                let mut acc: [V; N] =
-                    std::array::from_fn(|i| unsafe { V::load(sums[i * V::WIDTH..].as_ptr()) });
-                for (start, index, weight) in places {
-                    let w = weight[l];
-                    let pair = &tile.filtered[(start + index[l] as usize) * lanes..][..2 * lanes];
-                    // SAFETY: `pair` holds 2 N vectors; the machine has the set.
-                    unsafe {
-                        let (w0, w1) = (V::splat(T::ONE - w), V::splat(w));
-                        for i in 0..N {
-                            let p0 = V::load(pair.as_ptr().add(i * V::WIDTH));
-                            let p1 = V::load(pair.as_ptr().add((N + i) * V::WIDTH));
-                            acc[i] = w1.multiply_add(p1, w0.multiply_add(p0, acc[i]));
+            for (pair, sums) in sums.chunks_exact_mut(PIXELS * lanes).enumerate() {
+                // SAFETY: a chunk holds N vectors a pixel; the machine has the set; every index lies in its row, with its
+                // right neighbour.
+                unsafe {
+                    let at = sums.as_mut_ptr();
+                    let mut acc: [[V; N]; PIXELS] = std::array::from_fn(|l| {
+                        std::array::from_fn(|i| V::load(at.add((l * N + i) * V::WIDTH)))
+                    });
+                    for (row, index, weight) in places {
+                        for l in 0..PIXELS {
+                            let k = pair * PIXELS + l;
+                            let sample = row.add(*index.get_unchecked(k) as usize * lanes);
+                            let w1 = V::splat(*weight.get_unchecked(k));
+                            let w0 = V::splat(T::ONE).minus(w1);
+                            for i in 0..N {
+                                let p0 = V::load(sample.add(i * V::WIDTH));
+                                let p1 = V::load(sample.add((N + i) * V::WIDTH));
+                                acc[l][i] = w1.multiply_add(p1, w0.multiply_add(p0, acc[l][i]));
+                            }
                         }
                     }
-                }
-                for i in 0..N {
-                    // SAFETY: as at the load.
-                    unsafe { acc[i].store(sums[i * V::WIDTH..].as_mut_ptr()) };
+                    for l in 0..PIXELS {
+                        for i in 0..N {
+                            acc[l][i].store(at.add((l * N + i) * V::WIDTH));
+                        }
+                    }
                 }
             }
         }

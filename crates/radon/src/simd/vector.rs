@@ -18,7 +18,9 @@ pub trait Vector<T>: Copy {
     unsafe fn store(self, at: *mut T);
     /// `self * a + b`, rounded once where the set has a fused multiply-add, else twice.
     unsafe fn multiply_add(self, a: Self, b: Self) -> Self;
-    /// The same for single samples.
+    /// `self - other`.
+    unsafe fn minus(self, other: Self) -> Self;
+    /// `self * a + b` for single samples.
     fn multiply_add_one(x: T, a: T, b: T) -> T;
     /// The samples of both registers in turn, the first of `self` first, in two registers.
     unsafe fn zip(self, other: Self) -> (Self, Self);
@@ -124,6 +126,10 @@ impl<T: Sample, const W: usize, const FUSED: bool> Vector<T> for Plain<T, W, FUS
         if FUSED { x.fused(a, b) } else { x * a + b }
     }
     #[inline(always)]
+    unsafe fn minus(self, other: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] - other.0[i]))
+    }
+    #[inline(always)]
     unsafe fn zip(self, other: Self) -> (Self, Self) {
         let at = |i: usize| {
             if i % 2 == 0 {
@@ -187,7 +193,7 @@ mod x86 {
     use super::{RUN, Vector};
 
     macro_rules! vector {
-        ($name:ident, $register:ident, $t:ident, $width:literal, $splat:ident, $load:ident, $store:ident, $fma:ident, { $($more:item)* }) => {
+        ($name:ident, $register:ident, $t:ident, $width:literal, $splat:ident, $load:ident, $store:ident, $fma:ident, $sub:ident, { $($more:item)* }) => {
             #[derive(Debug, Clone, Copy)]
             pub struct $name($register);
 
@@ -214,6 +220,11 @@ mod x86 {
                     Self(unsafe { $fma(self.0, a.0, b.0) })
                 }
                 #[inline(always)]
+                unsafe fn minus(self, other: Self) -> Self {
+                    // SAFETY: the machine has the set, as the caller promised.
+                    Self(unsafe { $sub(self.0, other.0) })
+                }
+                #[inline(always)]
                 fn multiply_add_one(x: $t, a: $t, b: $t) -> $t {
                     x.mul_add(a, b)
                 }
@@ -230,6 +241,7 @@ mod x86 {
         _mm256_loadu_ps,
         _mm256_storeu_ps,
         _mm256_fmadd_ps,
+        _mm256_sub_ps,
         {
             #[inline(always)]
             unsafe fn zip(self, other: Self) -> (Self, Self) {
@@ -327,6 +339,7 @@ mod x86 {
         _mm256_loadu_pd,
         _mm256_storeu_pd,
         _mm256_fmadd_pd,
+        _mm256_sub_pd,
         {
             #[inline(always)]
             unsafe fn zip(self, other: Self) -> (Self, Self) {
@@ -362,6 +375,7 @@ mod x86 {
         _mm512_loadu_ps,
         _mm512_storeu_ps,
         _mm512_fmadd_ps,
+        _mm512_sub_ps,
         {
             #[inline(always)]
             unsafe fn zip(self, other: Self) -> (Self, Self) {
@@ -435,6 +449,7 @@ mod x86 {
         _mm512_loadu_pd,
         _mm512_storeu_pd,
         _mm512_fmadd_pd,
+        _mm512_sub_pd,
         {
             #[inline(always)]
             unsafe fn zip(self, other: Self) -> (Self, Self) {
