@@ -11,6 +11,9 @@ pub(crate) mod sealed {
         /// `self * a + b` with one rounding.
         fn fused(self, a: Self, b: Self) -> Self;
 
+        /// The value without its sign.
+        fn magnitude(self) -> Self;
+
         /// The integer as a sample.
         fn whole(i: i32) -> Self;
     }
@@ -54,12 +57,42 @@ pub trait Sample:
     fn finite(self) -> bool;
 }
 
+/// Whether samples are all finite, and whether any is other than zero.
+pub(crate) fn finite_and_signal<T: Sample>(samples: &[T]) -> (bool, bool) {
+    // Side by side, and without a way out early, so that the compiler makes vectors of them.
+    const LANES: usize = 16;
+    let (mut zeros, mut most) = ([T::ZERO; LANES], [T::ZERO; LANES]);
+    let (whole, rest) = samples.as_chunks::<LANES>();
+    let mut add = |lane: usize, x: T| {
+        // 0 for finite x and NaN otherwise, for good.
+        zeros[lane] += x * T::ZERO;
+        let size = x.magnitude();
+        most[lane] = if size > most[lane] { size } else { most[lane] };
+    };
+    for chunk in whole {
+        for lane in 0..LANES {
+            add(lane, chunk[lane]);
+        }
+    }
+    for (lane, &x) in rest.iter().enumerate() {
+        add(lane, x);
+    }
+    (
+        zeros.iter().all(|&x| x == T::ZERO),
+        most.iter().any(|&x| x > T::ZERO),
+    )
+}
+
 macro_rules! sample {
     ($t:ident) => {
         impl sealed::Sealed for $t {
             #[inline(always)]
             fn fused(self, a: Self, b: Self) -> Self {
                 self.mul_add(a, b)
+            }
+            #[inline(always)]
+            fn magnitude(self) -> Self {
+                self.abs()
             }
             #[inline(always)]
             fn whole(i: i32) -> Self {

@@ -290,7 +290,7 @@ fn check_stack<T: Sample>(n_slices: usize, threads: usize) {
 
 #[test]
 fn slices_alone_or_among_others_and_any_thread_count_give_the_same_bits() {
-    // One lane, one to eight registers, two blocks, two groups of blocks.
+    // One lane, one to four registers, several blocks, two groups of blocks.
     for n_slices in [1, 2, 9, 40, 150, 340] {
         check_stack::<f32>(n_slices, 1);
         check_stack::<f32>(n_slices, 3);

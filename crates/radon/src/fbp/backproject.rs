@@ -16,11 +16,12 @@ pub(crate) const MARGIN: usize = 2;
 /// Zero samples behind it: room for what a run of pixels beyond the end reads.
 const TAIL: usize = WINDOW + 4;
 
-/// Runs and rows of a tile: its sums and the samples that a group of views needs for it stay in the first-level cache.
+/// Runs and rows of a tile: its sums and the samples that a group of views needs for it stay in the second-level cache, those of
+/// one run and its neighbours below and above in the first.
 fn tile_shape(lanes: usize) -> (usize, usize) {
     match lanes {
         1 => (ALONE / 16, 16),
-        _ => (2, 16),
+        _ => (4, 16),
     }
 }
 

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::error::{RadonError, length, product};
 use crate::geometry::{ImageGrid, ParallelGeometry, StackOrder};
-use crate::sample::Sample;
+use crate::sample::{Sample, finite_and_signal};
 use crate::simd::{InstructionSet, interleave};
 
 mod backproject;
@@ -513,9 +513,8 @@ impl<'a, T: Sample> Stack<'a, T> {
                 let mut signal = false;
                 for view in 0..self.n_views {
                     let row = self.row(view, slice);
-                    // x * 0 is 0 for finite x and NaN otherwise.
-                    let bad = row.iter().fold(T::ZERO, |sum, &p| sum + p * T::ZERO);
-                    if bad != T::ZERO {
+                    let (all_finite, any_signal) = finite_and_signal(row);
+                    if !all_finite {
                         let at = row.iter().position(|p| !p.finite()).unwrap_or(0);
                         let index = self.order.row_start(
                             view,
@@ -530,7 +529,7 @@ impl<'a, T: Sample> Stack<'a, T> {
                             given: row[at].f64(),
                         });
                     }
-                    signal |= row.iter().any(|&p| p != T::ZERO);
+                    signal |= any_signal;
                 }
                 Ok(signal)
             })

@@ -22,7 +22,7 @@ pub(super) struct Group<'a> {
 }
 
 /// Blocks of a group: enough to make the taps cheap, few enough for a tile of all of them to stay in the second cache.
-const BLOCKS: usize = 2;
+const BLOCKS: usize = 4;
 /// Most memory for a group's projections, as long as a group has more lanes than a register.
 const GROUP_BYTES: usize = 48 << 20;
 
@@ -62,7 +62,7 @@ impl Slices {
     ) -> Vec<Group<'_>> {
         let most = GROUP_BYTES / (sinogram_len * size_of::<T>());
         let register = set.lanes_for::<T>(2);
-        // `lanes_for` knows blocks of 1, 2, 4 and 8 registers.
+        // `lanes_for` knows blocks of 1, 2 and 4 registers.
         let mut lanes = set.lanes_for::<T>(usize::MAX);
         while lanes > register && lanes > most {
             lanes /= 2;

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::error::{RadonError, length, product};
+use crate::sample::finite_and_signal;
 use crate::simd::{InstructionSet, interleave};
 use crate::{Sample, StackOrder};
 
@@ -42,15 +43,12 @@ impl Stack {
             for row in 0..self.n_rows {
                 let start = self.row_start(row, slice);
                 let samples = &data[start..][..self.row_len];
-                // Without a way out early these are plain vector loops.
-                let all_finite = samples.iter().fold(true, |all, x| all & x.finite());
+                let (all_finite, any_signal) = finite_and_signal(samples);
                 if !all_finite && bad.is_none() {
-                    bad = samples
-                        .iter()
-                        .position(|x| !x.finite())
-                        .map(|at| start + at);
+                    let at = samples.iter().position(|x| !x.finite());
+                    bad = at.map(|at| start + at);
                 }
-                signal |= samples.iter().any(|&x| x != T::ZERO);
+                signal |= any_signal;
             }
             (signal, bad)
         };

@@ -40,7 +40,7 @@ impl InstructionSet {
             .unwrap_or(Self::Baseline)
     }
 
-    /// Lanes of a block of `n` slices of `T`: one, or 1, 2, 4 or 8 registers.
+    /// Lanes of a block of `n` slices of `T`: one, or 1, 2 or 4 registers. More would leave the first-level cache too few pixels.
     pub(crate) fn lanes_for<T>(self, n: usize) -> usize {
         let bytes = match self {
             Self::Avx512 => 64,

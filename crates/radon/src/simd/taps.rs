@@ -100,7 +100,6 @@ unsafe fn gather_lanes<T: Sample, V: Vector<T>>(pixels: &[T], taps: &[Tap<T>], s
             1 => gather_block::<T, V, 1>(pixels, taps, sums),
             2 => gather_block::<T, V, 2>(pixels, taps, sums),
             4 => gather_block::<T, V, 4>(pixels, taps, sums),
-            8 => gather_block::<T, V, 8>(pixels, taps, sums),
             _ => unreachable!("{} lanes", sums.len()),
         }
     }
@@ -148,7 +147,6 @@ unsafe fn scatter_lanes<T: Sample, V: Vector<T>>(pixels: &mut [T], taps: &[Tap<T
             1 => scatter_block::<T, V, 1>(pixels, taps, ray),
             2 => scatter_block::<T, V, 2>(pixels, taps, ray),
             4 => scatter_block::<T, V, 4>(pixels, taps, ray),
-            8 => scatter_block::<T, V, 8>(pixels, taps, ray),
             _ => unreachable!("{} lanes", ray.len()),
         }
     }

@@ -132,7 +132,7 @@ impl<T: Sample, const W: usize, const FUSED: bool> Vector<T> for Plain<T, W, FUS
     #[inline(always)]
     unsafe fn zip(self, other: Self) -> (Self, Self) {
         let at = |i: usize| {
-            if i % 2 == 0 {
+            if i.is_multiple_of(2) {
                 self.0[i / 2]
             } else {
                 other.0[i / 2]
