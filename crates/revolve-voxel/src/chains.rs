@@ -36,6 +36,8 @@ pub(crate) struct Node {
     /// Axial coordinates at which the profile enters and leaves the stretch.
     pub(crate) path: [f64; 2],
     pub(crate) kind: Kind,
+    /// Index of the first node that is not under this one.
+    pub(crate) after: usize,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,6 +65,7 @@ pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
             r2: [fold(f64::min, |v| v.r2), fold(f64::max, |v| v.r2)],
             path: [ends(&chains[0])[0], ends(&chains[chains.len() - 1])[1]],
             kind: Kind::Leaf(first),
+            after: at + 1,
         });
         if chains.len() > 1 {
             // Halves by number of vertices, so that a long chain lies near the root.
@@ -76,6 +79,7 @@ pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
             build(&chains[..split], first, nodes);
             let right = build(&chains[split..], first + split, nodes);
             nodes[at].kind = Kind::Fork(right);
+            nodes[at].after = nodes.len();
         }
         at
     }

@@ -157,7 +157,7 @@ impl Direction {
     /// where a whole stretch of the profile is met inside, one interval between its end planes stands for all of them.
     ///
     /// `hints`, one per chain, carry what the last line found.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn intervals(
         &self,
         profile: &Meridian,
@@ -167,57 +167,46 @@ impl Direction {
         each: &mut impl FnMut(f64, &Chain, [End; 2]),
     ) {
         let line = self.line(w, q);
-        self.stretch(profile, 0, &line, hints, each);
-    }
-
-    fn stretch(
-        &self,
-        profile: &Meridian,
-        node_idx: usize,
-        line: &Line,
-        hints: &mut [Hint],
-        each: &mut impl FnMut(f64, &Chain, [End; 2]),
-    ) {
-        let node = &profile.tree()[node_idx];
-        let at = |x: f64| line.w + self.s * x;
-        let (u0, u1) = (at(node.x[0]), at(node.x[1]));
-        let (v0, v1) = (u0 * u0, u1 * u1);
-        // Nearest the axis: at an end plane, or between them if the line passes the axis there.
-        let least = if u0 * u1 > 0.0 { v0.min(v1) } else { 0.0 };
-        if least >= line.c2 * node.r2[1] - line.c2q2 {
-            if u0 * u1 > 0.0 || line.q2 >= node.r2[1] {
-                return;
+        let tree = profile.tree();
+        let mut at = 0;
+        while let Some(node) = tree.get(at) {
+            at += 1;
+            let [u0, u1] = node.x.map(|x| line.w + self.s * x);
+            let (v0, v1) = (u0 * u0, u1 * u1);
+            // Nearest the axis: at an end plane, or between them if the line passes the axis there.
+            let least = if u0 * u1 > 0.0 { v0.min(v1) } else { 0.0 };
+            if least >= line.c2 * node.r2[1] - line.c2q2 {
+                if u0 * u1 > 0.0 || line.q2 >= node.r2[1] {
+                    at = node.after;
+                    continue;
+                }
+            } else if v0.max(v1) < line.c2 * node.r2[0] - line.c2q2 {
+                let [a, b] = node.path.map(|x| End {
+                    t: self.plane_at(&line, x),
+                    cone: None,
+                });
+                let chain = &profile.chains()[0];
+                let forward = (node.path[1] - node.path[0]) * self.along > 0.0;
+                let sign = if node.path[1] > node.path[0] {
+                    1.0
+                } else {
+                    -1.0
+                };
+                each(sign, chain, if forward { [a, b] } else { [b, a] });
+                at = node.after;
+                continue;
             }
-        } else if v0.max(v1) < line.c2 * node.r2[0] - line.c2q2 {
-            let [a, b] = node.path.map(|x| End {
-                t: self.plane_at(line, x),
-                cone: None,
-            });
-            let chain = &profile.chains()[0];
-            let forward = (node.path[1] - node.path[0]) * self.along > 0.0;
-            let sign = if node.path[1] > node.path[0] {
-                1.0
-            } else {
-                -1.0
-            };
-            each(sign, chain, if forward { [a, b] } else { [b, a] });
-            return;
-        }
-        match node.kind {
-            Kind::Leaf(k) => {
+            if let Kind::Leaf(k) = node.kind {
                 let chain = &profile.chains()[k];
-                if let Some(ends) = self.interval(chain, line, &mut hints[k]) {
+                if let Some(ends) = self.interval(chain, &line, &mut hints[k]) {
                     each(chain.sign, chain, ends);
                 }
-            }
-            Kind::Fork(right) => {
-                self.stretch(profile, node_idx + 1, line, hints, each);
-                self.stretch(profile, right, line, hints, each);
             }
         }
     }
 
     /// Parameters of entry to and exit from the chain's solid, sorted.
+    #[inline(always)]
     fn interval(&self, chain: &Chain, line: &Line, hint: &mut Hint) -> Option<[End; 2]> {
         let met = hint.met;
         hint.met = false;
@@ -316,6 +305,7 @@ impl Direction {
     }
 
     /// Both crossings of cone k, met outside at both its planes.
+    #[inline(always)]
     fn pair(&self, line: &Line, vs: &[Vertex], k: usize) -> Option<[End; 2]> {
         let cone = Cone::new(self, line, &vs[k]);
         if !(cone.a > 0.0 && cone.root > 0.0) {

@@ -1,6 +1,7 @@
 //! Files written whole or not at all.
 
 use crate::error::PhantomError;
+use crate::files::samples::PIECE;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -9,6 +10,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Writes a file atomically: `fill` writes to a temporary file in the same folder, which then
 /// takes the name `path`. On any failure (no such folder, no permission, disk full) the temporary
 /// file is removed and an older file at `path` stays as it was.
+///
+/// An interrupt leaves no half file either, at most a temporary one with the ending `.tmp`. Nothing waits for the disk: what a
+/// program can compute again is not worth a flush of every file, so a loss of power within the seconds that the system takes to
+/// write back may leave files short or empty.
 ///
 /// # Errors
 /// [`PhantomError::File`] with the path and the cause.
@@ -83,7 +88,7 @@ impl Pending {
         };
         File::create(&pending.temporary)
             .and_then(|file| {
-                let mut out = BufWriter::with_capacity(1 << 20, file);
+                let mut out = BufWriter::with_capacity(PIECE, file);
                 fill(&mut out)?;
                 out.flush()
             })

@@ -4,6 +4,9 @@ use crate::error::PhantomError;
 use std::io::{self, Write};
 use std::ops::Range;
 
+/// Bytes that go to a file at once: few calls, and still in the cache when the system copies them.
+pub(super) const PIECE: usize = 1 << 16;
+
 /// Samples to be written, borrowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Samples<'a> {
@@ -98,11 +101,13 @@ fn write_bytes<T: Copy, const N: usize>(
     out: &mut dyn Write,
 ) -> io::Result<()> {
     // In pieces: the whole again as bytes would double the memory.
-    let mut buffer = Vec::new();
-    for piece in values.chunks(1 << 14) {
-        buffer.clear();
-        buffer.extend(piece.iter().flat_map(|&v| bytes(v)));
-        out.write_all(&buffer)?;
+    let mut buffer = [0; PIECE];
+    for piece in values.chunks(PIECE / N) {
+        let used = &mut buffer[..piece.len() * N];
+        for (to, &value) in used.chunks_exact_mut(N).zip(piece) {
+            to.copy_from_slice(&bytes(value));
+        }
+        out.write_all(used)?;
     }
     Ok(())
 }
