@@ -5,7 +5,7 @@ use crate::activity::Activity;
 use crate::error::PhantomError;
 use crate::{Acquisition, Camera, Cycle, Heart};
 use radon::{MaskedStats, disc_mask, rmse_within};
-use revolve_voxel::{Mask, Sampling, VoxelCounters};
+use revolve_voxel::{Mask, Meridian, Sampling, Sweep, VoxelCounters};
 use std::ops::Range;
 
 /// Phases over which "at all phases" and "at any phase" are taken.
@@ -98,28 +98,14 @@ impl Regions {
         let mut gains: Vec<f64> = phases.map(|phase| cycle.gain(phase)).collect();
         gains.sort_by(f64::total_cmp);
         gains.dedup();
-        let grid = camera.grid();
-        let [nx, ny, nz] = grid.shape();
-        let shape = [nz, ny, nx];
-        let mut sets: Option<[Mask; 3]> = None;
-        for heart in heart.shapes(&gains)? {
-            let body = heart.body();
-            // 2 in the cavity, 1 in the wall, 0 outside.
-            let (label, _) = body.voxelize::<f32>(grid, Sampling::Centre, &[2.0, 1.0])?;
-            let wall = Mask::of_values(shape, &label, |v| v == 1.0)?;
-            let cavity = Mask::of_values(shape, &label, |v| v == 2.0)?;
-            let inside = Mask::of_values(shape, &label, |v| v > 0.0)?;
-            match &mut sets {
-                None => sets = Some([wall, cavity, inside]),
-                Some([walls, cavities, ever]) => {
-                    walls.intersect(&wall)?;
-                    cavities.intersect(&cavity)?;
-                    ever.unite(&inside)?;
-                }
-            }
-        }
-        let [mut wall, mut cavity, ever] =
-            sets.unwrap_or_else(|| unreachable!("there are {MASK_PHASES} phases"));
+        // The most dilated shape second: with the smallest it settles most voxels.
+        let last = gains.len() - 1;
+        gains.swap(last, last.min(1));
+        let shapes = heart.shapes(&gains)?;
+        let layers: Vec<&[Meridian]> = shapes.iter().map(|s| s.body().layers()).collect();
+        let Sweep { always, ever, .. } = Sweep::of(&layers, heart.pose(), camera.grid())?;
+        let [mut cavity, mut wall] = <[Mask; 2]>::try_from(always)
+            .unwrap_or_else(|_| unreachable!("a heart has two layers"));
         wall.erode(2);
         cavity.erode(2);
         let disc = disc_mask(camera.image(), camera.field_radius());

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::error::{finite, length, positive};
-use crate::field::{Answer, Field, Line};
+use crate::field::{Answer, Field};
 use crate::patch::{Cuboid, Patch, patch};
 use crate::sections::Sections;
 use crate::{Body, Error, Sample, VoxelCounters, VoxelGrid};
@@ -292,19 +292,7 @@ impl<'a> Painter<'a> {
 
     fn inside(&self, p: &Point3<f64>, counters: &mut VoxelCounters) -> bool {
         counters.evaluations += 1;
-        let r = radius_of(p);
-        match self.field.ask(p.x, r, 0.0) {
-            Answer::Far(inside) => inside,
-            Answer::Run { lines, reflex } => {
-                let below = |l: &Line| l.height(p.x, r) < 0.0;
-                if reflex {
-                    lines.iter().any(below)
-                } else {
-                    lines.iter().all(below)
-                }
-            }
-            Answer::Unknown => self.field.profile().distance_at(p.x, r) < 0.0,
-        }
+        self.field.inside(p.x, radius_of(p), 0.0) == Some(true)
     }
 
     fn supersample(&self, centre: &Point3<f64>, n: usize, counters: &mut VoxelCounters) -> f64 {

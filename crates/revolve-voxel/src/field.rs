@@ -155,6 +155,24 @@ impl<'a> Field<'a> {
             },
         }
     }
+
+    /// Whether all points within `reach` of one are inside, or all outside; always known of the point itself.
+    #[inline(always)]
+    pub(crate) fn inside(&self, x: f64, r: f64, reach: f64) -> Option<bool> {
+        match self.ask(x, r, reach) {
+            Answer::Far(inside) => Some(inside),
+            _ if reach > 0.0 => None,
+            Answer::Run { lines, reflex } => {
+                let below = |l: &Line| l.height(x, r) < 0.0;
+                Some(if reflex {
+                    lines.iter().any(below)
+                } else {
+                    lines.iter().all(below)
+                })
+            }
+            Answer::Unknown => Some(self.profile.distance_at(x, r) < 0.0),
+        }
+    }
 }
 
 /// How the segments of a rising list follow each other.

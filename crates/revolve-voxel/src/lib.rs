@@ -83,6 +83,7 @@ mod sector;
 mod self_crossing;
 mod shadow;
 mod shell;
+mod sweep;
 mod thickness;
 mod torso;
 mod wedge;
@@ -108,6 +109,7 @@ pub use regions::RegionVolumes;
 pub use sample::Sample;
 pub use sector::Sector;
 pub use shell::Shell;
+pub use sweep::Sweep;
 pub use thickness::Thickness;
 
 #[doc = include_str!("../README.md")]
