@@ -172,15 +172,15 @@ impl Direction {
         while let Some(node) = tree.get(at) {
             at += 1;
             let [u0, u1] = node.x.map(|x| line.w + self.s * x);
-            let (v0, v1) = (u0 * u0, u1 * u1);
+            let (near, far) = ordered(u0 * u0, u1 * u1);
             // Nearest the axis: at an end plane, or between them if the line passes the axis there.
-            let least = if u0 * u1 > 0.0 { v0.min(v1) } else { 0.0 };
+            let least = if u0 * u1 > 0.0 { near } else { 0.0 };
             if least >= line.c2 * node.r2[1] - line.c2q2 {
                 if u0 * u1 > 0.0 || line.q2 >= node.r2[1] {
                     at = node.after;
                     continue;
                 }
-            } else if v0.max(v1) < line.c2 * node.r2[0] - line.c2q2 {
+            } else if far < line.c2 * node.r2[0] - line.c2q2 {
                 let [a, b] = node.path.map(|x| End {
                     t: self.plane_at(&line, x),
                     cone: None,
@@ -294,12 +294,14 @@ impl Direction {
     /// The crossing of cone k between vertex planes one of which is met inside, the other outside.
     #[inline(always)]
     fn end(&self, line: &Line, vs: &[Vertex], k: usize, enters: bool) -> End {
-        let (t0, t1) = (self.plane(line, &vs[k]), self.plane(line, &vs[k + 1]));
+        // Finite: a line that meets a plane inside is not parallel to it.
+        let (low, high) = ordered(self.plane(line, &vs[k]), self.plane(line, &vs[k + 1]));
         let cone = Cone::new(self, line, &vs[k]);
         let t = if enters { cone.enter() } else { cone.leave() };
-        // A line along the cone's own generator has no well-defined crossing: any point of the segment will do.
+        // A line along the cone's own generator has no well-defined crossing (t is NaN): any point of the segment will do.
+        let t = if t > low { t } else { low };
         End {
-            t: t.max(t0.min(t1)).min(t0.max(t1)),
+            t: if t < high { t } else { high },
             cone: Some(k),
         }
     }
@@ -367,6 +369,12 @@ impl Cone {
             (self.root - self.b) / self.a
         }
     }
+}
+
+/// Two numbers that are no NaN, the smaller one first: `f64::min` and `max` would ask for NaN each time.
+#[inline(always)]
+fn ordered(a: f64, b: f64) -> (f64, f64) {
+    if a < b { (a, b) } else { (b, a) }
 }
 
 /// The first index in (low, high] at which `test` holds, given that it fails at low, holds at high, and changes once.

@@ -245,9 +245,9 @@ impl Body {
         let counters = out
             .par_chunks_mut(rays.n_bins)
             .enumerate()
-            .map(|(row, image)| {
+            .map_init(Scratch::default, |scratch, (row, image)| {
                 let at = (rays.first_row + row) as f64;
-                self.project_row(&views, at, image, |bin| measure([bin, row]))
+                self.project_row(&views, at, image, scratch, |bin| measure([bin, row]))
             })
             .reduce(RayCounters::default, |a, b| a + b);
         Ok(counters)
@@ -258,20 +258,32 @@ impl Body {
         views: &[LayerView],
         row: f64,
         image: &mut [T],
+        scratch: &mut Scratch,
         measure: impl Fn(usize) -> M,
     ) -> RayCounters {
         let n_bins = image.len();
         let mut counters = RayCounters::default();
-        let mut sums = vec![0.0f64; n_bins];
-        let mut cast = vec![false; n_bins];
+        let start = |view: &LayerView| [0, 1, 2].map(|k| view.first[k] + view.row[k] * row);
+        let bins_of = |view: &LayerView| {
+            let [w0, q0, _] = start(view);
+            let step = [view.bin[0], view.bin[1]];
+            view.shadow.bins([w0, q0], step, n_bins)
+        };
+        // Only the bins that some layer's shadow reaches.
+        let used = (views.iter().map(bins_of).filter(|bins| !bins.is_empty()))
+            .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end))
+            .unwrap_or(0..0);
+        let Scratch { sums, cast, hints } = scratch;
+        sums.clear();
+        sums.resize(used.len(), 0.0);
+        cast.clear();
+        cast.resize(used.len(), false);
         for view in views {
             let meridian = &self.layers()[view.layer];
-            let [w0, q0, t0] = [0, 1, 2].map(|k| view.first[k] + view.row[k] * row);
-            let mut hints = vec![Hint::default(); meridian.chains().len()];
-            for bin in view
-                .shadow
-                .bins([w0, q0], [view.bin[0], view.bin[1]], n_bins)
-            {
+            let [w0, q0, t0] = start(view);
+            hints.clear();
+            hints.resize(meridian.chains().len(), Hint::default());
+            for bin in bins_of(view) {
                 let (w, q) = (w0 + bin as f64 * view.bin[0], q0 + bin as f64 * view.bin[1]);
                 if !view.shadow.holds(w, q) {
                     continue;
@@ -279,24 +291,19 @@ impl Body {
                 let origin = t0 + bin as f64 * view.bin[2];
                 let measure = measure(bin);
                 let mut chord = 0.0;
-                view.direction.intervals(
-                    meridian,
-                    w,
-                    q,
-                    &mut hints,
-                    &mut |sign, _, [low, high]| {
+                view.direction
+                    .intervals(meridian, w, q, hints, &mut |sign, _, [low, high]| {
                         chord += sign * measure(low.t, high.t, origin);
-                    },
-                );
-                cast[bin] = true;
+                    });
+                cast[bin - used.start] = true;
                 if chord > 0.0 {
-                    sums[bin] += view.weight * chord;
+                    sums[bin - used.start] += view.weight * chord;
                     counters.hit += 1;
                 }
             }
         }
         counters.cast = cast.iter().filter(|&&c| c).count() as u64;
-        for (pixel, sum) in image.iter_mut().zip(&sums) {
+        for (pixel, sum) in image[used].iter_mut().zip(sums) {
             if *sum != 0.0 {
                 *pixel += T::from_f64(*sum);
             }
@@ -314,6 +321,14 @@ impl Body {
             .map(|k| self.first_hit(layer, &rays.ray(k % rays.n_bins, k / rays.n_bins)))
             .collect()
     }
+}
+
+/// What a row needs while it is projected: of each bin the sum and whether a ray was cast, of each chain where it was met.
+#[derive(Default)]
+struct Scratch {
+    sums: Vec<f64>,
+    cast: Vec<bool>,
+    hints: Vec<Hint>,
 }
 
 /// A layer seen along one direction: (w, q, t) of the first ray and their steps.

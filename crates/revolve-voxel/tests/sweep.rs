@@ -28,9 +28,7 @@ fn naive(shapes: &[&[Meridian]], pose: &Pose, grid: &VoxelGrid) -> Vec<Mask> {
     };
     (0..n_layers)
         .map(|k| mask(&|seen| seen.iter().all(|&region| region == k)))
-        .chain([mask(&|seen| {
-            seen.iter().any(|&region| region < n_layers)
-        })])
+        .chain([mask(&|seen| seen.iter().any(|&region| region < n_layers))])
         .collect()
 }
 
@@ -106,7 +104,7 @@ fn shapes_that_are_none_are_refused() {
     let cone = Meridian::new(&[[-1.0, 0.0], [0.0, 1.0], [1.0, 0.0]]).unwrap();
     let one = [cone.clone()];
     let two = [cone.clone(), cone];
-    for shapes in [&[][..], &[&[]], &[&one, &two]] {
+    for shapes in [&[][..], &[&[][..]], &[&one[..], &two]] {
         let refused = Sweep::of(shapes, &pose, &grid);
         assert!(matches!(refused, Err(Error::Length { .. })), "{refused:?}");
     }

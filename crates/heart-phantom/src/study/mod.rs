@@ -20,6 +20,7 @@ use crate::truth::Regions;
 use gallery::Gallery;
 use run::Run;
 use std::path::Path;
+use tomography::Volumes;
 
 /// Heading of the page.
 const TITLE: &str = "A beating heart from two balloons";
@@ -125,8 +126,10 @@ fn run_in_pool(
     let clock = run.clock();
     let regions = Regions::new(&run.heart, &run.camera, &run.cycle)?;
     run.time.truth_and_files += clock.seconds();
+    let mut volumes = Volumes::default();
     for (k, (name, acquisition)) in tomography::ACQUISITIONS.into_iter().enumerate() {
-        let result = tomography::reconstruct(&mut run, (name, acquisition), &regions)?;
+        let acquired = (name, acquisition);
+        let result = tomography::reconstruct(&mut run, acquired, &regions, &mut volumes)?;
         let clock = run.clock();
         if let Some(gallery) = &mut gallery {
             run.stage("drawing");
@@ -134,7 +137,7 @@ fn run_in_pool(
                 pictures::pose(gallery, &run)?;
                 pictures::projection_images(gallery, &run, &result.sinograms.samples)?;
             }
-            pictures::reconstruction(gallery, &run, (15 + k, name), &result)?;
+            pictures::reconstruction(gallery, &run, (15 + k, name), &volumes.ram_lak)?;
         }
         run.time.truth_and_files += clock.seconds();
         let (ram_lak, hann) = match k {

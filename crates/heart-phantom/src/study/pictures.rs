@@ -5,7 +5,6 @@ use super::gallery::Gallery;
 use super::membranes::{CircleStudy, DirectStudy};
 use super::report::{self, Report};
 use super::run::Run;
-use super::tomography::Reconstructed;
 use crate::error::PhantomError;
 use crate::figures::{
     self, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume, WallState, bodies,
@@ -285,11 +284,11 @@ pub(super) fn reconstruction(
     gallery: &mut Gallery<'_>,
     run: &Run<'_>,
     (number, name): (usize, &str),
-    result: &Reconstructed,
+    volume: &[f32],
 ) -> Result<(), PhantomError> {
     let n = run.camera.n_bins();
     let volume = Volume {
-        values: &result.volume,
+        values: volume,
         size: [n; 3],
         spacing: run.camera.pitch(),
     };

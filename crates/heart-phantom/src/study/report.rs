@@ -203,7 +203,7 @@ pub struct Time {
     pub project: f64,
     /// Filtered back-projection.
     pub reconstruct: f64,
-    /// Voxel truth, measures, pictures and files.
+    /// Voxel truth, measures, pictures, and what the files, which are written beside other work, take longer than that.
     pub truth_and_files: f64,
     /// From start to end.
     pub total: f64,

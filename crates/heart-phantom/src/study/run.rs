@@ -4,10 +4,11 @@ use super::{Progress, StudyOptions, report};
 use crate::error::PhantomError;
 use crate::{Camera, Cycle, Heart, files};
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Stages that [`Run::stage`] is called for in a whole run, for the progress bar.
-const STAGES: f64 = 30.0;
+const STAGES: f64 = 24.0;
 
 /// A study under way.
 pub(super) struct Run<'a> {
@@ -18,7 +19,7 @@ pub(super) struct Run<'a> {
     pub(super) cycle: Cycle,
     pub(super) time: report::Time,
     progress: &'a (dyn Fn(Progress) + Sync),
-    stages: f64,
+    stages: AtomicUsize,
 }
 
 impl<'a> Run<'a> {
@@ -35,17 +36,17 @@ impl<'a> Run<'a> {
             cycle: Cycle::new(options.beats_per_minute, options.gain)?,
             time: report::Time::default(),
             progress,
-            stages: 0.0,
+            stages: AtomicUsize::new(0),
         })
     }
 
     /// Announces what is done next.
-    pub(super) fn stage(&mut self, stage: &'static str) {
+    pub(super) fn stage(&self, stage: &'static str) {
+        let done = self.stages.fetch_add(1, Ordering::Relaxed) as f64;
         (self.progress)(Progress {
             stage,
-            fraction: (self.stages / STAGES).min(1.0),
+            fraction: (done / STAGES).min(1.0),
         });
-        self.stages += 1.0;
     }
 
     /// Starts a clock.

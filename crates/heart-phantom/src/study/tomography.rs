@@ -33,24 +33,30 @@ pub(super) const ACQUISITIONS: [(&str, Acquisition); 3] = [
     ),
 ];
 
-/// One acquisition with its reconstruction.
+/// One acquisition and what was found of it.
 pub(super) struct Reconstructed {
     /// Line integrals `[view][row][bin]`.
     pub(super) sinograms: Sinograms,
-    /// Ram-Lak, `[z][y][x]`.
-    pub(super) volume: Vec<f32>,
     /// Figures of Ram-Lak.
     pub(super) ram_lak: report::Acquisition,
     /// Figures of Hann.
     pub(super) hann: report::Acquisition,
 }
 
+/// The reconstructions of one acquisition, `[z][y][x]`, in memory that the next one uses again.
+#[derive(Default)]
+pub(super) struct Volumes {
+    pub(super) ram_lak: Vec<f32>,
+    hann: Vec<f32>,
+}
+
 /// Takes one acquisition, reconstructs it with both windows, measures it and writes sinogram,
-/// volumes and truth.
+/// volumes and truth. Each file is written while what comes next is computed.
 pub(super) fn reconstruct(
     run: &mut Run<'_>,
     (name, acquisition): (&'static str, Acquisition),
     regions: &Regions,
+    volumes: &mut Volumes,
 ) -> Result<Reconstructed, PhantomError> {
     let (n, views) = (run.camera.n_bins(), run.camera.n_views());
     run.stage("solving shapes");
@@ -71,59 +77,78 @@ pub(super) fn reconstruct(
     )?;
     run.time.project += clock.seconds();
 
-    run.stage("truth");
     let clock = run.clock();
-    // A scan of instants has no one truth.
-    let truth = match acquisition {
-        Acquisition::Instants { .. } => None,
-        _ => Some(truth(
-            &run.heart,
-            &run.camera,
-            &run.cycle,
-            acquisition,
-            ACTIVITY,
-            TRUTH_TOLERANCE,
-        )?),
-    };
-    run.write(name, "sinogram", &[views, n, n], &sinograms.samples)?;
-    if let Some(truth) = &truth {
-        run.write(name, "truth", &[n; 3], truth)?;
-    }
-    run.time.truth_and_files += clock.seconds();
+    run.stage("truth");
+    let truth = beside(
+        || run.write(name, "sinogram", &[views, n, n], &sinograms.samples),
+        || match acquisition {
+            // A scan of instants has no one truth.
+            Acquisition::Instants { .. } => Ok(None),
+            _ => truth(
+                &run.heart,
+                &run.camera,
+                &run.cycle,
+                acquisition,
+                ACTIVITY,
+                TRUTH_TOLERANCE,
+            )
+            .map(Some),
+        },
+    )?;
 
-    let mut volume = vec![0.0f32; n * n * n];
-    let mut figures = Vec::new();
-    // Hann first, so that the volume that is left for the pictures is Ram-Lak's.
-    for (suffix, window) in [("hann", Window::Hann), ("ram-lak", Window::RamLak)] {
-        run.stage("reconstructing");
+    let cube = [n; 3];
+    let Volumes { ram_lak, hann } = volumes;
+    let fbp = |window, volume: &mut Vec<f32>| {
         let clock = run.clock();
+        volume.resize(n * n * n, 0.0);
         let options = FbpOptions::default().with_window(window);
         let plan = FbpPlan::new(run.camera.geometry(), run.camera.image(), &options)?;
         plan.reconstruct_stack_into(
             &sinograms.samples,
             n,
             StackOrder::ViewSliceBin,
-            &mut volume,
+            volume,
             &mut plan.scratch(),
         )?;
-        run.time.reconstruct += clock.seconds();
-
-        run.stage("measuring");
-        let clock = run.clock();
-        let measures = Measures::of(&volume, truth.as_deref(), regions, &run.camera)?;
-        run.write(name, suffix, &[n; 3], &volume)?;
-        run.time.truth_and_files += clock.seconds();
-        figures.push(summarise(run, acquisition, &sinograms, solved, &measures));
-    }
-    let [hann, ram_lak] = figures
-        .try_into()
-        .unwrap_or_else(|_| unreachable!("two windows, two sets of figures"));
+        Ok(clock.seconds())
+    };
+    let measure = |volume: &[f32]| Measures::of(volume, truth.as_deref(), regions, &run.camera);
+    run.stage("reconstructing");
+    let first = beside(
+        || match &truth {
+            Some(truth) => run.write(name, "truth", &cube, truth),
+            None => Ok(()),
+        },
+        || fbp(Window::Hann, hann),
+    )?;
+    let (second, of_hann) = beside(
+        || run.write(name, "hann", &cube, hann),
+        || Ok((fbp(Window::RamLak, ram_lak)?, measure(hann)?)),
+    )?;
+    run.stage("measuring");
+    let of_ram_lak = beside(
+        || run.write(name, "ram-lak", &cube, ram_lak),
+        || measure(ram_lak),
+    )?;
+    run.time.reconstruct += first + second;
+    run.time.truth_and_files += clock.seconds() - first - second;
+    let figures = |measures| summarise(run, acquisition, &sinograms, solved, measures);
+    let (ram_lak, hann) = (figures(&of_ram_lak), figures(&of_hann));
     Ok(Reconstructed {
         sinograms,
-        volume,
         ram_lak,
         hann,
     })
+}
+
+/// Writes a file on one thread while the others compute, if there are others.
+fn beside<T: Send>(
+    write: impl FnOnce() -> Result<(), PhantomError> + Send,
+    compute: impl FnOnce() -> Result<T, PhantomError> + Send,
+) -> Result<T, PhantomError> {
+    let (written, computed) = rayon::join(write, compute);
+    written?;
+    computed
 }
 
 fn summarise(
