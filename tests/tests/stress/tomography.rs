@@ -88,7 +88,7 @@ fn fbp(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid) -> Ou
         ]),
         cutoff: random.pick(&[1.0, 0.5, 0.0, -1.0, 1e-3, f64::NAN]),
         interpolation: random.pick(&[Interpolation::Linear, Interpolation::BandLimited]),
-        edge: random.pick(&[EdgePolicy::Zero, EdgePolicy::Repeat]),
+        edge: random.pick(&[EdgePolicy::Zero, EdgePolicy::Repeat, EdgePolicy::Ellipse]),
         arc: random.pick(&[
             ArcPolicy::Complete,
             ArcPolicy::Extend,

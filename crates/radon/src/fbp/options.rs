@@ -82,9 +82,22 @@ impl Interpolation {
 
 /// What is assumed beyond the ends of a row before it is filtered.
 ///
-/// Truncated rows do not determine the image; a policy trades one bias for another. For a disc of value 1 and radius 1.5 times
-/// half the row, mean error and spread over the inner 70 % of the field of view: `Zero` +0.25, 0.054; `Repeat` -0.41, 0.030;
-/// `Fade` -0.19, 0.021. The policies are equal where rows end in zeros.
+/// Truncated rows do not determine the image; a policy trades one bias for another. Mean error over the inner 70 % of the field of
+/// view, for bodies of value 1 (180 views, rows of 128 bins; radii in half rows):
+///
+/// | body | `Zero` | `Repeat` | `Fade` | `Ellipse` |
+/// | --- | --- | --- | --- | --- |
+/// | disc, radius 1.2 | +0.08 | -0.31 | -0.18 | -0.001 |
+/// | disc, radius 1.5 | +0.25 | -0.41 | -0.19 | -0.001 |
+/// | disc, radius 2 | +0.58 | -0.43 | -0.10 | -0.001 |
+/// | disc, radius 3 | +1.29 | -0.36 | +0.18 | +0.011 |
+/// | disc, radius 1.5, 0.57 off the axis | +0.25 | -0.30 | -0.12 | -0.023 |
+/// | ellipse, half axes 2 and 0.6 | +0.10 | -0.13 | -0.06 | -0.000 |
+/// | disc, radius 1.5, with a heart of value 4 | +0.25 | -0.41 | -0.19 | -0.001 |
+/// | disc, radius 1.5, of value 1/2 but for its rim | +0.19 | -0.23 | -0.09 | -0.030 |
+/// | disc, radius 1.5, with a spot of value 3 across the end | +0.27 | -0.46 | -0.22 | -0.071 |
+///
+/// Noise of 2 % of the largest chord moves these by less than 0.006 (by 0.05 for the disc of radius 3). The policies are equal where rows end in zeros. Cost: with any but `Zero` the rows are padded to twice the length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum EdgePolicy {
@@ -95,6 +108,10 @@ pub enum EdgePolicy {
     Repeat,
     /// The end bins repeated and faded out by half a cosine: where the object ends within about a row's length.
     Fade,
+    /// Each end continued by the ellipse about the middle of the row that fits its last eighth: for a body that is wider than the
+    /// field of view. Exact, but for sampling, for one even ellipse in the middle that ends within a row's length. The water
+    /// cylinder of Hsieh et al. 2004, doi:10.1118/1.1776673, for a body whose value is not known but which is about the axis.
+    Ellipse,
 }
 
 /// Whether work on empty data is passed over.

@@ -43,7 +43,7 @@ impl<T: Sample> RowFilter<T> {
         // Twice the row makes the convolution linear; a row that is extended at both ends needs room for that too.
         let len = padded_len(match options.edge {
             EdgePolicy::Zero => 2 * n_bins,
-            EdgePolicy::Repeat | EdgePolicy::Fade => 4 * n_bins,
+            EdgePolicy::Repeat | EdgePolicy::Fade | EdgePolicy::Ellipse => 4 * n_bins,
         });
         let upsampling = options.interpolation.upsampling();
         let mut planner = RealFftPlanner::<T>::new();
@@ -173,6 +173,12 @@ impl<T: Sample> RowFilter<T> {
                     *value = input[0] * gain;
                 }
             }
+            EdgePolicy::Ellipse => {
+                row[n..].fill(T::ZERO);
+                let (behind, front) = row[n..].split_at_mut(n);
+                extend_by_ellipse(input.iter().rev(), behind.iter_mut());
+                extend_by_ellipse(input.iter(), front.iter_mut().rev().take(n));
+            }
         }
         // The transforms fail only on wrong lengths, which the planner's own vectors rule out, or on a complex value at
         // zero frequency or Nyquist, which are set real here.
@@ -195,5 +201,101 @@ impl<T: Sample> RowFilter<T> {
         let done = self.inverse.process_with_scratch(source, fine, fft);
         debug_assert!(done.is_ok());
         &fine[..self.out_len()]
+    }
+}
+
+/// Continues a row beyond one end by an ellipse: `inward` are its samples from that end on, `outward` as many beyond it.
+///
+/// The square of an ellipse's chords is a parabola. With the ellipse about the middle of the row, at distance x from there,
+///
+/// ```text
+/// p(x)^2 = q - c x^2,
+/// ```
+///
+/// q and c are those of the straight line through the squares of the row's last eighth, as a function of x^2. Where they do not
+/// fall to zero within a row's length (or rise towards the end), the curvature is increased (and the rise dropped) until they do.
+fn extend_by_ellipse<'a, T: Sample>(
+    inward: impl ExactSizeIterator<Item = &'a T>,
+    outward: impl Iterator<Item = &'a mut T>,
+) {
+    let n = inward.len();
+    let middle = (n - 1) as f64 / 2.0;
+    let last: Vec<f64> = inward.take((n / 8).max(2)).map(|p| p.f64()).collect();
+    let largest = last.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
+    if largest == 0.0 {
+        return;
+    }
+    // Squares with their sign, lest noise about zero add up; in units that do not overflow.
+    let points = last.iter().enumerate().map(|(i, p)| {
+        let p = p / largest;
+        ((middle - i as f64).powi(2), p * p.abs())
+    });
+    let m = last.len() as f64;
+    let [x, y] = points
+        .clone()
+        .fold([0.0; 2], |[x, y], p| [x + p.0 / m, y + p.1 / m]);
+    let [xx, xy] = points.fold([0.0; 2], |[xx, xy], p| {
+        [xx + (p.0 - x).powi(2), xy + (p.0 - x) * (p.1 - y)]
+    });
+    let fitted = if xx > 0.0 { -xy / xx } else { 0.0 };
+    let end = y + fitted * (x - middle * middle);
+    if end <= 0.0 {
+        return;
+    }
+    let slope = (-2.0 * fitted * middle).min(0.0);
+    let reach = (n + 1) as f64;
+    let curvature = fitted.max((end / reach + slope) / reach);
+    for (t, value) in (1..).zip(outward) {
+        let t = f64::from(t);
+        let square = end + t * (slope - t * curvature);
+        *value = T::of(largest * square.max(0.0).sqrt());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::extend_by_ellipse;
+
+    fn extended(row: &[f64], len: usize) -> Vec<f64> {
+        let mut beyond = vec![0.0; len];
+        extend_by_ellipse(row.iter().rev(), beyond.iter_mut());
+        beyond
+    }
+
+    #[test]
+    fn an_ellipse_about_the_middle_is_continued_by_itself() {
+        for (n, radius) in [(40, 31.7), (41, 55.0), (64, 90.0)] {
+            let chord = |k: usize| {
+                let x = k as f64 - (n - 1) as f64 / 2.0;
+                0.3 * (radius * radius - x * x).max(0.0_f64).sqrt()
+            };
+            let row: Vec<f64> = (0..n).map(chord).collect();
+            for (t, value) in extended(&row, n).into_iter().enumerate() {
+                // Next to the ellipse's end the square root makes 1e-7 of the fit's 1e-14.
+                assert!((value - chord(n + t)).abs() < 1e-5, "{n} {t}: {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_end_falls_smoothly_to_zero_within_a_row() {
+        // Level, rising, falling fast, a parabola the wrong way round.
+        let rows: [&dyn Fn(f64) -> f64; 4] = [&|_| 2.0, &|k| 1.0 + k, &|k| 9.0 - k, &|k| {
+            1.0 + (k - 4.0).powi(2)
+        }];
+        for row in rows {
+            let row: Vec<f64> = (0..9).map(|k| row(f64::from(k))).collect();
+            let beyond = extended(&row, 9);
+            let mut last = row[8] * 1.2; // the fit through the last two squares and not through the end itself
+            for value in &beyond {
+                assert!((0.0..=last).contains(value), "{row:?} {beyond:?}");
+                last = *value;
+            }
+            // A level end is a quarter of an ellipse that is nothing one bin beyond.
+            assert!(beyond[8] < 0.5 * row[8]);
+        }
+        // Nothing there, or less than nothing: nothing beyond.
+        assert_eq!(extended(&[3.0, 2.0, 0.0, 0.0], 4), [0.0; 4]);
+        assert_eq!(extended(&[3.0, 2.0, -1.0, -1.0], 4), [0.0; 4]);
     }
 }
