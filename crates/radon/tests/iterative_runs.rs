@@ -218,6 +218,111 @@ fn rules_stop_where_they_say_and_unmet_ones_are_errors_with_the_report() {
     );
 }
 
+/// Each solver from the image `start`: its name, its result and the image it leaves.
+fn each(
+    stopping: Stopping,
+    start: &[f64],
+) -> Vec<(&'static str, Result<IterativeReport, RadonError>, Vec<f64>)> {
+    let (projector, _, data) = scene();
+    let stack = projector
+        .stack_operator(1, StackOrder::ViewSliceBin)
+        .unwrap();
+    let em = EmOptions::default().with_stopping(stopping);
+    let run = |name, solve: &dyn Fn(&mut [f64]) -> Result<IterativeReport, RadonError>| {
+        let mut x = start.to_vec();
+        (name, solve(&mut x), x)
+    };
+    vec![
+        run("SIRT", &|x| {
+            let options = SirtOptions::default().with_stopping(stopping);
+            sirt(&projector, &data, x, &options)
+        }),
+        run("CGLS", &|x| {
+            let options = CglsOptions::default().with_stopping(stopping);
+            cgls(&projector, &data, x, &options)
+        }),
+        run("MLEM", &|x| mlem(&projector, &data, x, &em)),
+        run("OSEM", &|x| osem(&stack.subsets(4).unwrap(), &data, x, &em)),
+    ]
+}
+
+#[test]
+fn every_solver_obeys_every_rule() {
+    let (projector, truth, data) = scene();
+    let start = vec![1.0; truth.len()];
+    let residual = |x: &[f64]| {
+        let ax = projector.forward(x).unwrap();
+        let off: f64 = ax.iter().zip(&data).map(|(a, b)| (a - b).powi(2)).sum();
+        (off / dot(&data, &data)).sqrt()
+    };
+    let rule = Stopping {
+        max_iterations: 400,
+        residual: Some(0.03),
+        change: None,
+    };
+    for (name, result, x) in each(rule, &start) {
+        let report = result.unwrap();
+        assert_eq!(report.stopped_by, Some(StoppedBy::Residual), "{name}");
+        let (last, before) = report.history.split_last().unwrap();
+        assert!(last.residual <= 0.03, "{name}");
+        assert!(before.iter().all(|entry| entry.residual > 0.03), "{name}");
+        // The image that met the rule; subsets go on to the end of their pass.
+        if name == "OSEM" {
+            assert!(residual(&x) < 0.03);
+        } else {
+            assert!((residual(&x) - last.residual).abs() < 1e-12, "{name}");
+            assert_eq!(last.change, None, "{name}");
+        }
+    }
+    let rule = Stopping {
+        max_iterations: 4000,
+        residual: None,
+        change: Some(2e-3),
+    };
+    for (name, result, _) in each(rule, &start) {
+        let report = result.unwrap();
+        assert_eq!(report.stopped_by, Some(StoppedBy::Change), "{name}");
+        let (last, before) = report.history.split_last().unwrap();
+        assert_eq!(report.iterations, report.history.len(), "{name}");
+        assert!(last.change.unwrap() <= 2e-3, "{name}");
+        assert!(before.iter().all(|e| e.change.unwrap() > 2e-3), "{name}");
+    }
+}
+
+#[test]
+fn a_solver_given_the_answer_takes_no_step() {
+    let (_, truth, _) = scene();
+    // No iteration is allowed: the rule has to be met by what was given.
+    let rule = Stopping {
+        max_iterations: 0,
+        residual: Some(1e-14),
+        change: None,
+    };
+    for (name, result, x) in each(rule, &truth) {
+        if name == "OSEM" {
+            // Subsets learn the residual from their pass alone.
+            assert!(matches!(result, Err(RadonError::NotConverged { .. })));
+            continue;
+        }
+        let report = result.unwrap();
+        assert_eq!(
+            (report.iterations, report.stopped_by),
+            (0, Some(StoppedBy::Residual)),
+            "{name}"
+        );
+        assert_eq!(x, truth, "{name}");
+    }
+    let one = Stopping {
+        max_iterations: 1,
+        ..rule
+    };
+    for (name, result, x) in each(one, &truth) {
+        assert_eq!(result.unwrap().stopped_by, Some(StoppedBy::Residual));
+        let error = x.iter().zip(&truth).map(|(a, b)| (a - b).abs());
+        assert!(error.fold(0.0, f64::max) < 1e-12, "{name}");
+    }
+}
+
 #[test]
 fn any_thread_count_gives_the_same_bits() {
     let (projector, truth, data) = scene();

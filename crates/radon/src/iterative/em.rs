@@ -89,7 +89,8 @@ pub fn mlem<T: Sample, O: LinearOperator<T>>(
 /// OSEM: the step of [`mlem`] with one subset of the data after the other (Hudson & Larkin 1994, doi:10.1109/42.363108).
 ///
 /// With n subsets a pass moves about as far as n steps of MLEM and costs as much as one. It does not converge in general, but
-/// cycles about the solution. Residual and likelihood in the history are the sums of what each subset saw before its step.
+/// cycles about the solution. Residual and likelihood in the history are the sums of what each subset saw before its step; with
+/// more than one subset the residual rule stops after the pass that met it.
 ///
 /// # Errors
 /// As [`mlem`]; [`RadonError::TooFew`] without a subset, [`RadonError::BadRange`] for an index beyond the data.
@@ -187,7 +188,13 @@ fn run<T: Sample, O: LinearOperator<T>>(
     let mut factor = vec![T::ZERO; image.len()];
     let mut start = vec![T::ZERO; image.len()];
     let mut report = IterativeReport::new();
-    while report.iterations < stopping.max_iterations {
+    // With all data in one part the residual of an image is known before it changes.
+    let whole = parts.len() == 1;
+    loop {
+        let last = report.iterations == stopping.max_iterations;
+        if last && !(whole && stopping.residual.is_some()) {
+            break;
+        }
         start.copy_from_slice(image);
         let (mut misfit_sq, mut log_likelihood) = (0.0, 0.0);
         for (part, prepared) in parts.iter().zip(&prepared) {
@@ -203,6 +210,10 @@ fn run<T: Sample, O: LinearOperator<T>>(
                     -e
                 }
             });
+            let met = |rule| relative(misfit_sq.sqrt(), data_norm) <= rule;
+            if whole && (last || stopping.residual.is_some_and(met)) {
+                break;
+            }
             update(&mut expected, counts, |e, b| {
                 if e > T::ZERO { b / e } else { T::ZERO }
             });
@@ -212,21 +223,32 @@ fn run<T: Sample, O: LinearOperator<T>>(
             });
             update(image, &factor, |x, f| x * f);
         }
+        let residual = relative(misfit_sq.sqrt(), data_norm);
+        let met = stopping.residual.is_some_and(|rule| residual <= rule);
+        let mut entry = Iteration {
+            residual,
+            gradient: None,
+            log_likelihood: Some(log_likelihood),
+            change: None,
+        };
+        if met {
+            report.stopped_by = Some(StoppedBy::Residual);
+        }
+        if met && whole {
+            report.history.push(entry);
+            break;
+        }
+        if last {
+            break;
+        }
         let change = relative(
             sum2(image, &start, |a, b| (a - b) * (a - b)).sqrt(),
             norm(image),
         );
-        let residual = relative(misfit_sq.sqrt(), data_norm);
-        report.iterations += 1;
-        let entry = Iteration {
-            residual,
-            gradient: None,
-            log_likelihood: Some(log_likelihood),
-            change: Some(change),
-        };
+        entry.change = Some(change);
         report.history.push(entry);
-        if stopping.residual.is_some_and(|rule| residual <= rule) {
-            report.stopped_by = Some(StoppedBy::Residual);
+        report.iterations += 1;
+        if met {
             break;
         }
         if stopping.change.is_some_and(|rule| change <= rule) {
