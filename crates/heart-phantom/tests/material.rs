@@ -202,23 +202,49 @@ fn stretches_of_nothing_are_one_and_turn_round() {
 
 #[test]
 fn displacements_are_those_of_the_points_and_none_outside() {
-    let walls = &TIED;
     let grid = VoxelGrid::cube(24, 0.6).unwrap();
-    let all = walls[0].displacements(&walls[2], &grid, 0..24);
-    let some = walls[0].displacements(&walls[2], &grid, 7..9);
-    assert_eq!(all[7 * 576..9 * 576], some[..]);
-    let mut inside = 0;
-    for (k, displacement) in all.iter().enumerate() {
-        let p = grid.centre(k % 24, k / 24 % 24, k / 576);
-        let Some(d) = displacement else { continue };
-        inside += 1;
-        let point = walls[0].locate(&p).unwrap();
-        let there = walls[2].position(&point).unwrap() - p;
-        assert!((0..3).all(|a| (there[a] - f64::from(d[a])).abs() < 1e-6));
-        assert!(there.norm() < 1.5);
+    for walls in [&TIED, &SLIDING] {
+        let all = walls[0].displacements(&walls[2], &grid, 0..24).unwrap();
+        let some = walls[0].displacements(&walls[2], &grid, 7..9).unwrap();
+        let cut = |(k, d): &(usize, [f32; 3])| Some((k.checked_sub(7 * 576)?, *d));
+        let cut: Vec<_> = all
+            .iter()
+            .filter_map(cut)
+            .filter(|(k, _)| *k < 2 * 576)
+            .collect();
+        assert_eq!(cut, some);
+        let one = rayon::ThreadPoolBuilder::new()
+            .num_threads(1)
+            .build()
+            .unwrap();
+        assert_eq!(
+            all,
+            one.install(|| walls[0].displacements(&walls[2], &grid, 0..24))
+                .unwrap()
+        );
+        let mut moved = vec![None; grid.len()];
+        all.iter().for_each(|&(k, d)| moved[k] = Some(d));
+        for (k, found) in moved.iter().enumerate() {
+            let p = grid.centre(k % 24, k / 24 % 24, k / 576);
+            let exact = walls[0].displacement(&walls[2], &p);
+            assert_eq!(found.is_some(), exact.is_some());
+            let (Some(found), Some(exact)) = (found, exact) else {
+                continue;
+            };
+            let point = walls[0].locate(&p).unwrap();
+            let there = walls[2].position(&point).unwrap() - p;
+            assert!((0..3).all(|a| (there[a] - f64::from(found[a])).abs() < 1e-6));
+            assert!((0..3).all(|a| (there[a] - exact[a]).abs() < 1e-12));
+            assert!(there.norm() < 1.5);
+        }
+        volume_of(&walls[0], &grid, all.len());
     }
+    assert!(TIED[0].displacements(&TIED[2], &grid, 20..25).is_err());
+}
+
+fn volume_of(wall: &Wall, grid: &VoxelGrid, inside: usize) {
     // As many voxels as the wall's volume holds; its surface cuts some 800 of 600.
-    let exact = walls[0].volume() / grid.voxel_volume();
+    let exact = wall.volume() / grid.voxel_volume();
     assert!(
         (inside as f64 - exact).abs() < 0.1 * exact,
         "{inside} {exact}"
@@ -256,7 +282,7 @@ fn pieces_of_the_wall_move_with_it() {
         let solid = wall.sector(&region, 1e-7).unwrap();
         let grid = VoxelGrid::cube(40, 0.35).unwrap();
         let mut sum = 0.0;
-        for p in grid.map_centres(0..40, |p| *p) {
+        for p in (0..grid.len()).map(|k| grid.centre(k % 40, k / 40 % 40, k / 1600)) {
             let inside = wall.locate(&p).is_some_and(|m| {
                 (0.2..0.9).contains(&m.layer)
                     && (0.1..0.35).contains(&m.s)

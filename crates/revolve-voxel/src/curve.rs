@@ -45,6 +45,26 @@ impl Curve {
                 finite("coefficient", *c)?;
             }
         }
+        // Series of one length, so that x and r are evaluated together.
+        let pieces = (pieces.into_iter())
+            .map(|piece| {
+                let n = piece.coefficients().map(<[f64]>::len).into_iter().max();
+                let padded = |mut c: Vec<f64>| {
+                    c.resize(n.unwrap_or(0).max(1), 0.0);
+                    c
+                };
+                match piece {
+                    Piece::Chebyshev { x, r } => Piece::Chebyshev {
+                        x: padded(x),
+                        r: padded(r),
+                    },
+                    Piece::Power { x, r } => Piece::Power {
+                        x: padded(x),
+                        r: padded(r),
+                    },
+                }
+            })
+            .collect();
         Ok(Self { knots, pieces })
     }
 
@@ -74,46 +94,65 @@ impl Curve {
     }
 
     /// The point at `s`; beyond the ends, the end piece continued.
+    #[inline(always)]
     pub fn at(&self, s: f64) -> CurvePoint {
         let last = self.pieces.len() - 1;
         let k = self.knots[1..=last].partition_point(|&knot| knot < s);
         let (from, to) = (self.knots[k], self.knots[k + 1]);
-        let (rate, [x, r]) = match &self.pieces[k] {
+        let (rate, [position, first, second]) = match &self.pieces[k] {
             Piece::Chebyshev { x, r } => {
                 let u = (s - from + (s - to)) / (to - from);
-                (2.0 / (to - from), [x, r].map(|c| chebyshev(c, u)))
+                (2.0 / (to - from), chebyshev([x, r], u))
             }
             Piece::Power { x, r } => {
                 let u = (s - from) / (to - from);
-                (1.0 / (to - from), [x, r].map(|c| power(c, u)))
+                (1.0 / (to - from), power([x, r], u))
             }
         };
+        let square = rate * rate;
         CurvePoint {
-            position: [x[0], r[0]],
-            first: [x[1] * rate, r[1] * rate],
-            second: [x[2] * rate * rate, r[2] * rate * rate],
+            position,
+            first: [first[0] * rate, first[1] * rate],
+            second: [second[0] * square, second[1] * square],
         }
     }
 }
 
-/// A Chebyshev series with its first two derivatives, by Clenshaw's recurrence and its derivatives.
-pub(crate) fn chebyshev(coefficients: &[f64], u: f64) -> [f64; 3] {
-    let (mut b, mut db, mut ddb) = ([0.0; 2], [0.0; 2], [0.0; 2]);
-    for &c in coefficients.iter().skip(1).rev() {
-        ddb = [4.0 * db[0] + 2.0 * u * ddb[0] - ddb[1], ddb[0]];
-        db = [2.0 * b[0] + 2.0 * u * db[0] - db[1], db[0]];
-        b = [c + 2.0 * u * b[0] - b[1], b[0]];
+/// Some Chebyshev series of one length with their first two derivatives, by Clenshaw's recurrence and its derivatives.
+///
+/// Inlined, so that derivatives nobody asks for are not computed.
+#[inline(always)]
+pub(crate) fn chebyshev<const N: usize>(series: [&[f64]; N], u: f64) -> [[f64; N]; 3] {
+    let n = series[0].len();
+    let (mut b, mut db, mut ddb) = ([[0.0; N]; 2], [[0.0; N]; 2], [[0.0; N]; 2]);
+    for k in (1..n).rev() {
+        for (j, c) in series.iter().enumerate() {
+            let c = c[k];
+            [ddb[0][j], ddb[1][j]] = [4.0 * db[0][j] + 2.0 * u * ddb[0][j] - ddb[1][j], ddb[0][j]];
+            [db[0][j], db[1][j]] = [2.0 * b[0][j] + 2.0 * u * db[0][j] - db[1][j], db[0][j]];
+            [b[0][j], b[1][j]] = [c + 2.0 * u * b[0][j] - b[1][j], b[0][j]];
+        }
     }
-    [
-        coefficients.first().copied().unwrap_or(0.0) + u * b[0] - b[1],
-        b[0] + u * db[0] - db[1],
-        2.0 * db[0] + u * ddb[0] - ddb[1],
-    ]
+    let mut out = [[0.0; N]; 3];
+    for (j, c) in series.iter().enumerate() {
+        out[0][j] = c[0] + u * b[0][j] - b[1][j];
+        out[1][j] = b[0][j] + u * db[0][j] - db[1][j];
+        out[2][j] = 2.0 * db[0][j] + u * ddb[0][j] - ddb[1][j];
+    }
+    out
 }
 
-/// A power series with its first two derivatives, by Horner's rule.
-fn power(coefficients: &[f64], u: f64) -> [f64; 3] {
-    coefficients.iter().rev().fold([0.0; 3], |[p, d, dd], c| {
-        [c + u * p, p + u * d, 2.0 * d + u * dd]
-    })
+/// Some power series of one length with their first two derivatives, by Horner's rule.
+#[inline(always)]
+fn power<const N: usize>(series: [&[f64]; N], u: f64) -> [[f64; N]; 3] {
+    let mut out = [[0.0; N]; 3];
+    for k in (0..series[0].len()).rev() {
+        for (j, c) in series.iter().enumerate() {
+            let [p, d, dd] = [out[0][j], out[1][j], out[2][j]];
+            out[0][j] = c[k] + u * p;
+            out[1][j] = p + u * d;
+            out[2][j] = 2.0 * d + u * dd;
+        }
+    }
+    out
 }

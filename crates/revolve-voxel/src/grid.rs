@@ -1,9 +1,6 @@
 //! Regular voxel grids.
 
-use std::ops::Range;
-
 use nalgebra::Point3;
-use rayon::prelude::*;
 
 use crate::Error;
 use crate::error::{countable, finite, positive};
@@ -89,29 +86,5 @@ impl VoxelGrid {
     pub fn centre(&self, ix: usize, iy: usize, iz: usize) -> Point3<f64> {
         let at = |a: usize, k: usize| self.origin[a] + k as f64 * self.spacing[a];
         Point3::new(at(0, ix), at(1, iy), at(2, iz))
-    }
-
-    /// A function of every voxel's centre in some slices, `[z][y][x]`; rows are shared among the threads of the current
-    /// rayon pool.
-    ///
-    /// ```
-    /// use revolve_voxel::VoxelGrid;
-    /// let grid = VoxelGrid::cube(4, 0.5)?;
-    /// let heights = grid.map_centres(1..3, |p| p.z);
-    /// assert_eq!(heights[..16], [-0.25; 16]);
-    /// assert_eq!(heights[16..], [0.25; 16]);
-    /// # Ok::<(), revolve_voxel::Error>(())
-    /// ```
-    pub fn map_centres<T: Send>(
-        &self,
-        slices: Range<usize>,
-        f: impl Fn(&Point3<f64>) -> T + Sync,
-    ) -> Vec<T> {
-        let [nx, ny, _] = self.shape;
-        let f = &f;
-        (slices.start * ny..slices.end * ny)
-            .into_par_iter()
-            .flat_map_iter(|row| (0..nx).map(move |ix| f(&self.centre(ix, row % ny, row / ny))))
-            .collect()
     }
 }

@@ -3,7 +3,7 @@
 //! The nearest point of a surface of revolution lies in the point's own half-plane, so it is sought on the outer curve
 //! alone; the open end of a wall, which a closed profile would have a disc across, counts for nothing.
 
-use crate::shell::rising_root;
+use crate::root::rising_root;
 use crate::{Curve, Shell};
 
 /// Thickness of a wall, cm.
@@ -36,7 +36,7 @@ impl Shell {
         let mut best = nearest.0;
         for pair in [k.saturating_sub(1)..=k, k..=(k + 1).min(places.len() - 1)] {
             let (low, high) = (places[*pair.start()], places[*pair.end()]);
-            let s = rising_root(|s| slope(outer, from, s), low, high);
+            let s = rising_root(|s| slope(outer, from, s), [low, high], 0.5 * (low + high));
             best = best.min(gap(s));
         }
         best

@@ -1,7 +1,7 @@
 //! The wall between two curves: its layers, its coordinates and their inverse, against closed forms and finite differences.
 
 use proptest::prelude::*;
-use revolve_voxel::{Curve, Error, Piece, Shell};
+use revolve_voxel::{Curve, Error, Piece, Pose, Shell, VoxelGrid};
 use std::f64::consts::PI;
 
 /// A cylinder closed by a half-ball, its parameter the share of the length: as polynomials of high degree for the cap.
@@ -142,6 +142,99 @@ fn strips_add_up_to_shares() {
     // Rounding of sums of a polynomial's coefficients.
     assert!(shell.share(0.0) < 1e-15 && shell.share(1.0) > 1.0 - 1e-15);
     assert_eq!((shell.at_share(0.0), shell.at_share(1.0)), (0.0, 1.0));
+}
+
+#[test]
+fn places_of_equal_share_keep_their_digits_towards_the_axis() {
+    // Discs between x = 0 and x = 1 that narrow to the axis: of the first, whose radii fall as z = 1 - s, the share z^2 lies
+    // beyond s; of the second, whose radii fall as 1 - s^2, the share (1 - s^2)^2.
+    let disc = |x: f64, r: &[f64]| {
+        let r = r.iter().map(|c| c * (1.0 + 0.5 * x)).collect();
+        Curve::new(vec![0.0, 1.0], vec![Piece::Power { x: vec![x], r }]).unwrap()
+    };
+    let shell = |r: &[f64]| Shell::new(disc(0.0, r), disc(1.0, r), [0.0, 1.0]).unwrap();
+    let (straight, bent) = (shell(&[1.0, -1.0]), shell(&[1.0, 0.0, -1.0]));
+    for k in 0..=60 {
+        let s = 1.0 - 10f64.powf(-0.25 * f64::from(k));
+        let z = 1.0 - s;
+        let there = straight.carried(s, &bent);
+        // 1 - sqrt(1 - z), without its difference.
+        let exact = z / (1.0 + (1.0 - z).sqrt());
+        // Rounding of s, and of the polynomials' coefficients in front of it.
+        assert!(
+            ((1.0 - there) - exact).abs() <= 2e-15 * exact + 3e-16,
+            "{z:e}: {there}"
+        );
+        let back = bent.carried(there, &straight);
+        assert!((back - s).abs() <= 2e-15 * z + 4e-16, "{z:e}: {back}");
+    }
+    assert_eq!(
+        (straight.carried(0.0, &bent), straight.carried(1.0, &bent)),
+        (0.0, 1.0)
+    );
+}
+
+#[test]
+fn a_wall_with_both_ends_on_the_axis_keeps_the_digits_of_both() {
+    // A shell between two balls: shares before an angle are those of the sphere, (1 - cos) / 2.
+    let ball = |radius: f64, n: usize| {
+        let s: Vec<f64> = (0..=n).map(|k| k as f64 / n as f64).collect();
+        let at = |s: &f64| [-radius * (PI * s).cos(), radius * (PI * s).sin()];
+        let mut points: Vec<[f64; 2]> = s.iter().map(at).collect();
+        (points[0][1], points[n][1]) = (0.0, 0.0);
+        Curve::polyline(&s, &points).unwrap()
+    };
+    let shell = |n| Shell::new(ball(1.0, n), ball(2.0, n), [0.0, 1.0]).unwrap();
+    let (coarse, fine) = (shell(24), shell(48));
+    for k in 0..=48 {
+        let near = 0.5 * 10f64.powf(-0.25 * f64::from(k));
+        let [low, high] = [near, 1.0 - near].map(|s| coarse.carried(s, &fine));
+        // The same at both ends; and there and back.
+        assert!(
+            (low - (1.0 - high)).abs() < 1e-14 * low + 3e-16,
+            "{near:e}: {low} {high}"
+        );
+        let back = fine.carried(low, &coarse);
+        assert!((back / near - 1.0).abs() < 1e-13, "{near:e}: {back}");
+    }
+}
+
+#[test]
+fn voxels_of_the_wall_are_those_whose_centres_are_found_in_it() {
+    let shell = study();
+    let grid = VoxelGrid::new([30, 28, 26], [0.45, 0.5, 0.55], [-6.0, -6.5, -6.8]).unwrap();
+    for pose in [
+        Pose::axis_along_z(5.0).unwrap(),
+        Pose::axis_along_z(4.0)
+            .unwrap()
+            .turned_x(0.9)
+            .unwrap()
+            .turned_y(-0.4)
+            .unwrap(),
+        Pose::identity(),
+    ] {
+        let found = shell
+            .map_voxels(&pose, &grid, 3..20, |p, [layer, s]| (p.x, layer, s))
+            .unwrap();
+        let mut all = Vec::new();
+        for k in 0..17 * grid.slice_len() {
+            let p = pose.to_body(&grid.centre(k % 30, k / 30 % 28, 3 + k / 840));
+            if let Some([layer, s]) = shell.locate([p.x, (p.y * p.y + p.z * p.z).sqrt()]) {
+                all.push((k, (p.x, layer, s)));
+            }
+        }
+        assert!(
+            found == all && all.len() > 500,
+            "{} {}",
+            found.len(),
+            all.len()
+        );
+    }
+    assert!(
+        shell
+            .map_voxels(&Pose::identity(), &grid, 20..27, |_, _| ())
+            .is_err()
+    );
 }
 
 #[test]

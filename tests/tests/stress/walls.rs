@@ -103,9 +103,9 @@ fn check_point(random: &mut Random, walls: [&Wall; 3], unit: f64) {
             panic!("{point:?} is at {p}, where nothing is");
         };
         let back = wall.position(&found).expect("what was found is in range");
-        // The place itself, whatever the coordinates are worth there: half the digits of s where the wall meets the axis.
+        // The place itself, of a wall of some ten units that may be a thousandth of one thick.
         assert!(
-            (back - p).norm() <= 1e-6 * unit,
+            (back - p).norm() <= 1e-9 * unit,
             "{point:?} {found:?}: {p} {back}"
         );
         let stretch = walls[0].stretch(wall, &point).expect("as the position");

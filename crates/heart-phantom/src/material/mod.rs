@@ -110,8 +110,6 @@ impl Wall {
 
     /// The wall of a shape, sliding along its membranes so that each element keeps the volume it has in `rest`.
     ///
-    /// Towards the apex the volume beyond s vanishes as the square of the distance from it, so s has half its digits there.
-    ///
     /// # Errors
     /// As [`Wall::new`].
     pub fn sliding(shape: &HeartShape, rest: &Wall) -> Result<Self, PhantomError> {
@@ -142,13 +140,9 @@ impl Wall {
     pub fn locate(&self, p: &Point3<f64>) -> Option<MaterialPoint> {
         let body = self.pose.to_body(p);
         let [layer, at] = self.shell.locate([body.x, body.y.hypot(body.z)])?;
-        let s = match &self.rest {
-            None => at,
-            Some(rest) => rest.at_share(self.shell.share(at)),
-        };
         Some(MaterialPoint {
             layer,
-            s,
+            s: self.shell.carried(at, self.reference()),
             azimuth: body.z.atan2(body.y),
         })
     }
@@ -159,16 +153,49 @@ impl Wall {
         Some((to.place(&point) - p).into())
     }
 
-    /// The displacements of the material at the centres of the voxels of some slices, `[z][y][x]`; nothing outside the wall.
+    /// The displacements of the material at the centres of the voxels of some slices: those in the wall with their numbers
+    /// among these slices (`[z][y][x]`), rising.
+    ///
+    /// Work grows with the voxels of the wall; the same bits for any number of threads.
+    ///
+    /// ```
+    /// use heart_phantom::{Heart, Wall};
+    /// use revolve_voxel::VoxelGrid;
+    /// let shapes = Heart::study(201)?.shapes(&[0.0, 0.6])?;
+    /// let rest = Wall::new(&shapes[0])?;
+    /// let dilated = Wall::sliding(&shapes[1], &rest)?;
+    /// let grid = VoxelGrid::cube(32, 0.5)?;
+    /// let moved = rest.displacements(&dilated, &grid, 0..32)?;
+    /// // As an array of all voxels, three components each, NaN outside the wall:
+    /// let mut field = vec![[f32::NAN; 3]; grid.len()];
+    /// for (voxel, displacement) in moved {
+    ///     field[voxel] = displacement;
+    /// }
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`PhantomError::Solid`] for slices that the grid does not have.
     pub fn displacements(
         &self,
         to: &Wall,
         grid: &VoxelGrid,
         slices: Range<usize>,
-    ) -> Vec<Option<[f32; 3]>> {
-        grid.map_centres(slices, |p| {
-            self.displacement(to, p).map(|d| d.map(|v| v as f32))
-        })
+    ) -> Result<Vec<(usize, [f32; 3])>, PhantomError> {
+        let moved = |p: &Point3<f64>, [layer, at]: [f64; 2]| {
+            let [x, r] = to.shell.point(layer, self.same(at, to));
+            let from = (p.y * p.y + p.z * p.z).sqrt();
+            // On the axis any azimuth will do.
+            let [cos, sin] = if from > 0.0 {
+                [p.y / from, p.z / from]
+            } else {
+                [1.0, 0.0]
+            };
+            let there = to.pose.to_lab(&Point3::new(x, r * cos, r * sin));
+            let way = there - self.pose.to_lab(p);
+            [way.x as f32, way.y as f32, way.z as f32]
+        };
+        Ok(self.shell.map_voxels(&self.pose, grid, slices, moved)?)
     }
 
     /// The stretches of the material at a point from this phase to another. At the apex they are those 5e-7 before it.
@@ -257,10 +284,22 @@ impl Wall {
 
     /// The membranes' own s between which material s lies at this phase.
     fn coordinate(&self, s: f64) -> f64 {
-        match &self.rest {
-            None => s,
-            Some(rest) => self.shell.at_share(rest.share(s)),
+        self.reference().carried(s, &self.shell)
+    }
+
+    /// The membranes' own s in another wall of the material that is at the membranes' own s in this one.
+    fn same(&self, at: f64, to: &Wall) -> f64 {
+        if std::ptr::eq(self.reference(), to.reference()) {
+            // Equal shares of the one wall are equal shares of the other.
+            self.shell.carried(at, &to.shell)
+        } else {
+            to.coordinate(self.shell.carried(at, self.reference()))
         }
+    }
+
+    /// The wall whose membranes the material coordinate is counted on.
+    fn reference(&self) -> &Shell {
+        self.rest.as_deref().unwrap_or(&self.shell)
     }
 
     /// Sides of a material element: along the layer for each unit of s, round the axis, across layers for each unit of u.
