@@ -1,0 +1,83 @@
+//! What a run takes from the heap at most, against what the plan said before.
+
+use peak_alloc::PeakAlloc;
+use radon::{
+    FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, RadonError, StackOrder,
+};
+use std::f64::consts::PI;
+
+#[global_allocator]
+static HEAP: PeakAlloc = PeakAlloc;
+
+/// Lists of slices and jobs, beside the samples.
+const BOOKKEEPING: usize = 16 << 10;
+
+/// Most bytes on the heap during `work` beyond those before.
+fn peak(work: impl FnOnce()) -> usize {
+    HEAP.reset_peak_usage();
+    let before = HEAP.current_usage();
+    work();
+    HEAP.peak_usage() - before
+}
+
+// One test: the counter is the process's, and tests run side by side.
+#[test]
+fn a_run_takes_what_was_said_and_a_stream_its_budget() {
+    let geometry = ParallelGeometry::uniform(60, PI, 96, 1.0).unwrap();
+    let grid = ImageGrid::square(96, 1.0).unwrap();
+    let (n_slices, order) = (80, StackOrder::SliceViewBin);
+    let projections = vec![1.0_f32; n_slices * geometry.sinogram_len()];
+    let mut volume = vec![0.0_f32; n_slices * grid.image_len()];
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
+            for memory in [64 << 20, 3 << 20, 3 << 19] {
+                let options = FbpOptions {
+                    memory,
+                    interpolation,
+                    ..Default::default()
+                };
+                let plan = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
+                let said = pool.install(|| plan.work_bytes(n_slices)).unwrap();
+                assert!(said <= memory);
+                let mut scratch = plan.scratch();
+                let mut run = || {
+                    pool.install(|| {
+                        plan.reconstruct_stack_into(
+                            &projections,
+                            n_slices,
+                            order,
+                            &mut volume,
+                            &mut scratch,
+                        )
+                    })
+                    .unwrap();
+                };
+                let (first, second) = (peak(&mut run), peak(&mut run));
+                assert!(
+                    first <= said + BOOKKEEPING,
+                    "{threads} threads, {interpolation:?}, {memory}: {first} of {said}"
+                );
+                // The filtered rows, the larger part, are kept.
+                assert!(second < first, "{second} of {first}");
+                let streamed = peak(|| {
+                    pool.install(|| {
+                        plan.stream(
+                            n_slices,
+                            |_, slab| Ok::<(), RadonError>(slab.fill(1.0)),
+                            |_, _| Ok(()),
+                        )
+                    })
+                    .unwrap();
+                });
+                assert!(
+                    streamed <= memory + BOOKKEEPING,
+                    "{threads} threads, {interpolation:?}: {streamed} of {memory}"
+                );
+            }
+        }
+    }
+}
