@@ -1,12 +1,12 @@
-//! Pages do not lie about the tree: what they link to exists, and the tests that the errata name do too.
+//! Pages do not lie about the tree: what they link to exists, and the tests that the errata and the pitfalls name do too.
 
 use std::collections::BTreeSet;
 
 use super::Finding;
 use crate::workspace::TextFile;
 
-/// The page whose names in backquotes with three or more words are tests.
-const ERRATA: &str = "docs/errata.md";
+/// The pages whose names in backquotes with three or more words are tests.
+const PROVED: [&str; 2] = ["docs/errata.md", "docs/pitfalls.md"];
 
 /// Findings on all pages. `exists` tells whether a path from the root is a file or folder, pictures included.
 pub(crate) fn check(files: &[TextFile], exists: impl Fn(&str) -> bool) -> Vec<Finding> {
@@ -25,12 +25,12 @@ pub(crate) fn check(files: &[TextFile], exists: impl Fn(&str) -> bool) -> Vec<Fi
             }
         }
     }
-    if let Some(page) = super::find(files, ERRATA) {
-        let tests: BTreeSet<&str> = files
-            .iter()
-            .filter(|file| file.path.ends_with(".rs"))
-            .flat_map(|file| functions(&file.text))
-            .collect();
+    let tests: BTreeSet<&str> = files
+        .iter()
+        .filter(|file| file.path.ends_with(".rs"))
+        .flat_map(|file| functions(&file.text))
+        .collect();
+    for page in PROVED.iter().filter_map(|path| super::find(files, path)) {
         for (at, line) in page.text.lines().enumerate() {
             for name in line
                 .split('`')
@@ -40,7 +40,7 @@ pub(crate) fn check(files: &[TextFile], exists: impl Fn(&str) -> bool) -> Vec<Fi
             {
                 if !tests.contains(name) {
                     findings.push(Finding::new(
-                        ERRATA,
+                        &page.path,
                         at + 1,
                         format!("no test is named `{name}`"),
                     ));
@@ -126,11 +126,13 @@ mod tests {
     }
 
     #[test]
-    fn the_errata_name_tests_that_exist() {
-        assert_eq!(
-            findings(ERRATA, "`eq_5_is_right` and `c_x`\n`eq_6_is_right`\n"),
-            [2]
-        );
+    fn pages_that_name_tests_name_some_that_exist() {
+        for page in PROVED {
+            assert_eq!(
+                findings(page, "`eq_5_is_right` and `c_x`\n`eq_6_is_right`\n"),
+                [2]
+            );
+        }
         assert_eq!(findings("docs/a.md", "`eq_6_is_right`\n"), [0; 0]);
     }
 }
