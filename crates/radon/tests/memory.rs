@@ -67,7 +67,10 @@ fn a_run_takes_what_was_said_and_a_stream_its_budget() {
                     pool.install(|| {
                         plan.stream(
                             n_slices,
-                            |_, slab| Ok::<(), RadonError>(slab.fill(1.0)),
+                            |_, slab| {
+                                slab.fill(1.0);
+                                Ok::<(), RadonError>(())
+                            },
                             |_, _| Ok(()),
                         )
                     })
