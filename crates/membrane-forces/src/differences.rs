@@ -27,6 +27,10 @@ use crate::membrane::{Membrane, PressureLaw};
 /// those of the whole curve. An odd N has a node on the axis, free along it and held on it; with an
 /// even N the axis lies between the last node and its image.
 ///
+/// Errors are of order ds^2 where lambda is smooth. Where it jumps c' does, and with it the normal, of which a
+/// node has one: order ds under the laws per material length and total force (a jump at a node is best;
+/// spectral elements with a breakpoint there lose nothing).
+///
 /// The `intensity` that pressure functions take is f or p; [`FiniteDifferences::intensity`]
 /// makes it from the load of the membrane's law.
 #[derive(Debug, Clone)]

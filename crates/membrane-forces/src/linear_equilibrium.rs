@@ -127,7 +127,8 @@ impl LinearEquilibrium {
         }
     }
 
-    /// Length, area, surface and volume by a Gauss rule on the exact curve, to rounding.
+    /// Length, area, surface and volume by a Gauss rule on the exact curve, to rounding; as
+    /// [`Measure`](crate::Measure) defines them, also where suction draws the curve across the axis.
     pub fn measures(&self) -> Measures {
         let mut sums = Measures {
             length: 0.0,
@@ -135,17 +136,48 @@ impl LinearEquilibrium {
             surface: 0.0,
             volume: 0.0,
         };
-        for (from, to) in [(0.0, self.cap), (self.cap, 0.5)] {
+        for (from, to) in self.one_sided() {
             for (fraction, weight) in gauss_legendre(48) {
                 let (z, v) = self.state(from + (to - from) * fraction);
                 let (weight, speed) = (weight * (to - from), v.norm());
                 sums.length += 2.0 * weight * speed;
                 sums.area += weight * (z.im * v.re - z.re * v.im);
-                sums.surface += 2.0 * PI * weight * z.im * speed;
-                sums.volume += PI * weight * z.im * z.im * v.re;
+                sums.surface += 2.0 * PI * weight * z.im.abs() * speed;
+                sums.volume += PI * weight * z.im * z.im.abs() * v.re;
             }
         }
         sums
+    }
+
+    /// Parts of [0, 1/2] between which the curve bends or crosses the axis: |y| has a kink there.
+    fn one_sided(&self) -> Vec<(f64, f64)> {
+        const SAMPLES: usize = 64;
+        let y = |s: f64| self.state(s).0.im;
+        let mut cuts = vec![0.0];
+        for (from, to) in [(0.0, self.cap), (self.cap, 0.5)] {
+            for k in 0..SAMPLES {
+                let at = |k: usize| from + (to - from) * k as f64 / SAMPLES as f64;
+                let (mut low, mut high) = (at(k), at(k + 1));
+                let before = y(low);
+                if before * y(high) >= 0.0 {
+                    continue;
+                }
+                loop {
+                    let middle = 0.5 * (low + high);
+                    if middle <= low || middle >= high {
+                        break;
+                    }
+                    if y(middle) * before > 0.0 {
+                        low = middle
+                    } else {
+                        high = middle
+                    }
+                }
+                cuts.push(high);
+            }
+            cuts.push(to);
+        }
+        cuts.windows(2).map(|cut| (cut[0], cut[1])).collect()
     }
 }
 

@@ -124,4 +124,40 @@ fn sizes_that_no_machine_has_room_for_are_refused() {
             Err(MembraneError::TooMany { .. })
         ));
     }
+    // a piece between any two samples of the stiffness
+    let samples = Stiffness::samples(&vec![1.0; 100_000]).unwrap();
+    assert!(matches!(
+        SpectralElements::new(&membrane.with_stiffness(samples), 100, 1),
+        Err(MembraneError::TooMany { .. })
+    ));
+}
+
+/// The check at construction sees some points only: nodes elsewhere are looked at too.
+#[test]
+fn a_rest_curve_that_is_no_number_at_a_node_is_refused() {
+    let curve = |s: f64| CurvePoint {
+        position: [
+            if s > 0.33 && s < 0.335 { f64::NAN } else { s },
+            1.0 - 2.0 * s,
+        ],
+        first: [1.0, -2.0],
+        second: [0.0; 2],
+    };
+    let membrane = Membrane::new(RestShape::from_function(curve, &[]).unwrap());
+    let refused = |error| matches!(error, MembraneError::NotFinite { value, .. } if value.is_nan());
+    assert!(refused(
+        FiniteDifferences::new(&membrane, 1001).unwrap_err()
+    ));
+    assert!(refused(
+        SpectralElements::new(&membrane, 400, 1).unwrap_err()
+    ));
+}
+
+/// All segments share their range of x: looking at each pair would take minutes.
+#[test]
+fn a_long_polyline_across_the_axis_is_checked_in_no_time() {
+    let points: Vec<[f64; 2]> = (0..200_000)
+        .map(|k| [0.0, 1.0 - 1e-5 * f64::from(k)])
+        .collect();
+    assert!(RestShape::polyline(&points).is_ok());
 }

@@ -244,3 +244,57 @@ fn disc_under_either_law_is_an_arc() {
     );
     assert!((a.area / b.area - 1.0).abs() < 1e-13 && (a.length / b.length - 1.0).abs() < 1e-13);
 }
+
+/// Under the law per current length the limit is 2 pi over the integral of 1 / lambda, here known:
+/// the mean of 1 / (1 + a cos) is 1 / sqrt(1 - a^2). Even the lowest degree knows it.
+#[test]
+fn the_limit_of_the_pressure_does_not_depend_on_the_degree() {
+    let stiffness = |s: f64| 1.0 + 0.9 * (4.0 * std::f64::consts::PI * s + 0.3).cos();
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+        .with_stiffness(Stiffness::function(stiffness, &[]).unwrap())
+        .with_law(PressureLaw::PerCurrentLength);
+    let exact = std::f64::consts::TAU * (1.0f64 - 0.81).sqrt();
+    for degree in [2, 5, 20] {
+        let limit = SpectralElements::new(&membrane, degree, 1)
+            .unwrap()
+            .blow_up();
+        assert!(
+            (limit / exact - 1.0).abs() < 1e-12,
+            "{degree}: {limit} {exact}"
+        );
+    }
+}
+
+/// Ends held elsewhere move the whole curve along: both discretisations start at the same place.
+#[test]
+fn held_ends_move_the_start_along() {
+    let ends = [[0.5, 2.0], [-0.25, -1.5]];
+    let balloon = RestShape::balloon(8.5, 1.75).unwrap();
+    let membrane = Membrane::new(balloon.clone()).with_ends(ends).unwrap();
+    let differences = FiniteDifferences::new(&membrane, 51).unwrap();
+    let spectral = SpectralElements::new(&membrane, 12, 1).unwrap();
+    let nodes = differences.start().as_chunks::<2>().0;
+    assert_eq!([nodes[0], nodes[50]], ends);
+    for (n, node) in nodes.iter().enumerate() {
+        let s = n as f64 / 50.0;
+        let rest = balloon.at(s).position;
+        let expected = [
+            rest[0] + 0.5 * (1.0 - s) - 0.25 * s,
+            rest[1] + 0.25 * (1.0 - s) + 0.25 * s,
+        ];
+        let at = spectral.at(spectral.start(), s).position;
+        for k in 0..2 {
+            assert!((node[k] - expected[k]).abs() < 1e-14);
+            assert!((at[k] - expected[k]).abs() < 1e-10);
+        }
+    }
+    // and evaluation between the nodes is that of the pieces, either side of the apex
+    let half = SpectralElements::new(&Membrane::new(balloon), 12, 1).unwrap();
+    assert!(half.is_half());
+    let pieces = half.pieces(half.start());
+    for k in 0..=40 {
+        let s = f64::from(k) / 40.0;
+        let piece = pieces.iter().find(|piece| s <= piece.to).unwrap();
+        assert_eq!(piece.at(s), half.at(half.start(), s));
+    }
+}

@@ -70,6 +70,30 @@ impl<'a> Bordered<'a> {
         self.discrete.stiffness_scale() * self.length_scale
     }
 
+    /// What changes of the intensity are measured by: the prescribed one, be it ever so small, or what
+    /// moves the membrane by its length.
+    fn intensity_size(&self, x: &[f64]) -> f64 {
+        let (f, nodes) = (x[x.len() - 1], &x[..x.len() - 1]);
+        match self.target {
+            Target::Intensity(wanted) if wanted != 0.0 => wanted.abs(),
+            Target::TotalForce(wanted) if wanted != 0.0 => {
+                (wanted / self.discrete.measure(Measure::Surface, nodes)).abs()
+            }
+            _ => intensity_scale(self.discrete, self.length_scale).max(f.abs()),
+        }
+    }
+
+    /// What the prescribed value is measured by: itself, if it is less than what moves the membrane
+    /// by its length, so that small loads and slender bodies are met to as many digits as others.
+    fn target_size(&self) -> f64 {
+        let (wanted, scale) = (self.target.value().abs(), self.target_scale());
+        if wanted > 0.0 {
+            wanted.min(scale)
+        } else {
+            scale
+        }
+    }
+
     /// The border equation over its own scale, so that all equations count alike.
     fn target_scale(&self) -> f64 {
         let l = self.length_scale;
@@ -123,7 +147,7 @@ impl ResidualSystem for Bordered<'_> {
         let (nodes, f) = (&x[..n], x[n]);
         self.size = (
             self.length_scale.max(max_abs(nodes)),
-            intensity_scale(self.discrete, self.length_scale).max(f.abs()),
+            self.intensity_size(x),
         );
         let Self {
             discrete,
@@ -174,7 +198,7 @@ impl ResidualSystem for Bordered<'_> {
             .fold(0.0, nan_max);
         nan_max(
             forces / self.force_scale(),
-            residual[n].abs() / self.target_scale(),
+            residual[n].abs() / self.target_size(),
         )
     }
 
@@ -197,8 +221,9 @@ impl Controlled for Bordered<'_> {
         self.signs.0 == self.signs.1
     }
 
-    fn turning(&self, x: &[f64]) -> [f64; 2] {
-        [self.discrete.turning(&x[..self.elastic.len()]), 0.0]
+    fn turns(&self, from: &[f64], to: &[f64], allowed: fn([f64; 2]) -> bool) -> bool {
+        let n = self.elastic.len();
+        allowed(self.discrete.turning(&from[..n], &to[..n]))
     }
 }
 

@@ -15,8 +15,9 @@ pub(crate) trait Controlled: ResidualSystem {
     /// that it had when this system was factored first.
     fn keeps_sign(&self) -> bool;
 
-    /// Angle through which each curve of a state turns.
-    fn turning(&self, x: &[f64]) -> [f64; 2];
+    /// Whether the angles through which each curve turns in state `from` and in state `to` are
+    /// as `allowed`.
+    fn turns(&self, from: &[f64], to: &[f64], allowed: fn([f64; 2]) -> bool) -> bool;
 }
 
 /// Solves for control value `to`, and leaves the answer in `state`. It tries Newton from `state`, if
@@ -40,11 +41,6 @@ pub(crate) fn solve<S: Controlled>(
     options.check()?;
     let mut scratch = NewtonScratch::default();
     let mut total = NewtonReport::default();
-    let turned = system.turning(start);
-    let direct = |[end, start]: [f64; 2]| {
-        let by = (end - start).abs();
-        by <= FRAC_PI_2 || by.max(end.abs()) <= TAU
-    };
     system.set_control(to);
     if state != start {
         // whatever comes of it, the sign at the start is known from here on
@@ -52,7 +48,7 @@ pub(crate) fn solve<S: Controlled>(
         let carried = attempt(
             system,
             state,
-            (&turned, direct),
+            (start, direct),
             options,
             &mut scratch,
             &mut total,
@@ -66,7 +62,7 @@ pub(crate) fn solve<S: Controlled>(
     let mut outcome = attempt(
         system,
         state,
-        (&turned, direct),
+        (start, direct),
         options,
         &mut scratch,
         &mut total,
@@ -93,12 +89,10 @@ pub(crate) fn solve<S: Controlled>(
         }
         system.set_control(from + next * (to - from));
         total.load_steps += 1;
-        let turned = system.turning(&solved);
-        let step = |[end, start]: [f64; 2]| (end - start).abs() <= FRAC_PI_2;
         outcome = attempt(
             system,
             state,
-            (&turned, step),
+            (&solved, step),
             &careful,
             &mut scratch,
             &mut total,
@@ -126,11 +120,23 @@ pub(crate) fn solve<S: Controlled>(
     finish(outcome, total)
 }
 
-/// Newton from `state`; what it finds must be `near` what turned through the angles given.
+/// What an answer may turn through, by what the start does: about as much, or no more than a
+/// full circle, nor by more.
+fn direct([start, end]: [f64; 2]) -> bool {
+    let by = (end - start).abs();
+    by <= FRAC_PI_2 || by.max(end.abs()) <= TAU
+}
+
+/// What a step may turn a curve by.
+fn step([start, end]: [f64; 2]) -> bool {
+    (end - start).abs() <= FRAC_PI_2
+}
+
+/// Newton from `state`; what it finds must turn as is `allowed` by what `from` does.
 fn attempt(
     system: &mut impl Controlled,
     state: &mut [f64],
-    (turned, near): (&[f64; 2], impl Fn([f64; 2]) -> bool),
+    (from, allowed): (&[f64], fn([f64; 2]) -> bool),
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
     total: &mut NewtonReport,
@@ -140,8 +146,7 @@ fn attempt(
     report.add_earlier(total);
     *total = report;
     outcome?;
-    let mut turns = system.turning(state).into_iter().zip(*turned);
-    if system.keeps_sign() && turns.all(|(end, start)| near([end, start])) {
+    if system.keeps_sign() && system.turns(from, state, allowed) {
         Ok(())
     } else {
         Err(NewtonError::OtherBranch {

@@ -8,7 +8,7 @@ use membrane_forces::{
 use crate::banded::BandedLu;
 use crate::condensed::CondensedLu;
 use crate::error::NewtonError;
-use crate::turning::turning;
+use crate::turning::{turned, turning};
 
 #[derive(Debug, Clone)]
 pub(crate) enum Discrete {
@@ -153,10 +153,11 @@ impl Discrete {
             .fold(0.0, f64::max)
     }
 
-    /// Angle through which the whole curve turns.
-    pub(crate) fn turning(&self, nodes: &[f64]) -> f64 {
+    /// Angle through which the whole curve turns in state `from`, and in state `to`.
+    pub(crate) fn turning(&self, from: &[f64], to: &[f64]) -> [f64; 2] {
         let copies = if self.held()[1][0] { 1.0 } else { 2.0 };
-        copies * turning(nodes)
+        let before = copies * turning(from);
+        [before, before + copies * turned(from, to)]
     }
 
     pub(crate) fn pieces(&self, nodes: &[f64]) -> Vec<CurvePiece> {

@@ -47,7 +47,8 @@ impl Equilibrium {
 
     /// The curve at material coordinate `s`, clamped to [0, 1]: the polynomials themselves, or
     /// under finite differences the rest shape plus a cubic Hermite interpolant of the
-    /// displacement, as accurate as the nodes. Cost O(degree^2), or O(1).
+    /// displacement, as accurate as the nodes (in the cells next to a jump of the stiffness, where c'
+    /// jumps, tangent and curvature are means of both sides). Cost O(degree^2), or O(1).
     pub fn at(&self, s: f64) -> CurvePoint {
         let s = s.clamp(0.0, 1.0);
         let differences = match &self.plan.discrete {

@@ -97,6 +97,9 @@ pub fn newton(
 /// steps of 2e-9 left.)
 const ROUNDING: f64 = 1e-7;
 
+/// A correction this small after a good step is rounding, whatever tolerance was asked for.
+const NOTHING: f64 = 1e-12;
+
 /// [`newton`] in the caller's scratch: no allocation once the scratch has been used with a system
 /// of this size (but for the report inside an error).
 ///
@@ -196,7 +199,12 @@ pub fn newton_with(
         }
         report.stepped(length * full, system.residual_norm(residual));
         if left <= options.step_tolerance {
-            break;
+            // one direction's contraction need not be another's: look at what is left
+            correction.copy_from_slice(residual);
+            system.solve_in_place(correction);
+            if system.step_norm(correction) <= options.step_tolerance.max(NOTHING) {
+                break;
+            }
         }
     }
     if report.residual.is_nan() {

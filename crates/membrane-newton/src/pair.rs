@@ -324,8 +324,9 @@ impl Controlled for PairSystem<'_> {
         self.inner.keeps_sign() && self.outer.keeps_sign()
     }
 
-    fn turning(&self, x: &[f64]) -> [f64; 2] {
-        let (inner, outer) = x.split_at(self.split());
-        [self.inner.turning(inner)[0], self.outer.turning(outer)[0]]
+    fn turns(&self, from: &[f64], to: &[f64], allowed: fn([f64; 2]) -> bool) -> bool {
+        let split = self.split();
+        self.inner.turns(&from[..split], &to[..split], allowed)
+            && self.outer.turns(&from[split..], &to[split..], allowed)
     }
 }

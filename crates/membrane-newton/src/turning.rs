@@ -5,17 +5,29 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 /// Angle through which the segments of the polyline `nodes` (flat) turn in all, loops counted;
 /// positive counter-clockwise. Cost O(n), two arc tangents.
 pub(crate) fn turning(nodes: &[f64]) -> f64 {
-    let mut segments = nodes
-        .as_chunks::<2>()
-        .0
-        .windows(2)
-        .map(|p| [p[1][0] - p[0][0], p[1][1] - p[0][1]]);
-    let Some(first) = segments.next() else {
+    swept(segments(nodes))
+}
+
+/// How much more the polyline `to` turns than `from`, which has as many nodes: a corner of both
+/// may pass the half turn, at which its own angle jumps from pi to -pi.
+pub(crate) fn turned(from: &[f64], to: &[f64]) -> f64 {
+    let pairs = segments(from).zip(segments(to));
+    swept(pairs.map(|(a, b)| [a[0] * b[0] + a[1] * b[1], a[0] * b[1] - a[1] * b[0]]))
+}
+
+fn segments(nodes: &[f64]) -> impl Iterator<Item = [f64; 2]> {
+    let pairs = nodes.as_chunks::<2>().0.windows(2);
+    pairs.map(|p| [p[1][0] - p[0][0], p[1][1] - p[0][1]])
+}
+
+/// Angle through which `directions` turn, each by less than half a turn from the one before.
+fn swept(mut directions: impl Iterator<Item = [f64; 2]>) -> f64 {
+    let Some(first) = directions.next() else {
         return 0.0;
     };
-    // Quarters are counted exactly, and say which loop the angle of the last segment belongs to.
+    // Quarters are counted exactly, and say which loop the angle of the last one belongs to.
     let (mut last, mut quarters) = (first, 0);
-    for d in segments {
+    for d in directions {
         quarters += match (quarter(d) - quarter(last)).rem_euclid(4) {
             0 => 0,
             1 => 1,
@@ -58,7 +70,19 @@ mod tests {
                 }
                 let found = turning(&nodes);
                 assert!((found - wanted).abs() < 1e-12, "{found} for {wanted}");
+                let line: Vec<f64> = (0..=count).flat_map(|n| [f64::from(n), 0.7]).collect();
+                assert!((turned(&line, &nodes) - wanted).abs() < 1e-12);
+                assert!((turned(&nodes, &line) + wanted).abs() < 1e-12);
             }
         }
+    }
+
+    /// A hairpin whose corner opens from 3 to 3.3 rad turns by 0.3 more, not by 0.3 - 2 pi.
+    #[test]
+    fn a_corner_may_pass_the_half_turn() {
+        let hairpin = |angle: f64| [0.0, 0.0, 1.0, 0.0, 1.0 + angle.cos(), angle.sin()];
+        let (before, after) = (hairpin(3.0), hairpin(3.3));
+        assert!((turned(&before, &after) - 0.3).abs() < 1e-12);
+        assert!((turning(&after) - turning(&before) - (0.3 - TAU)).abs() < 1e-12);
     }
 }

@@ -1,6 +1,8 @@
 //! Solved equilibria against reference values and closed forms.
 
-use membrane_forces::{CircleEquilibrium, FiniteDifferences, Membrane, PressureLaw, RestShape};
+use membrane_forces::{
+    CircleEquilibrium, FiniteDifferences, LinearEquilibrium, Membrane, PressureLaw, RestShape,
+};
 use membrane_newton::{
     Control, Discretisation, NewtonOptions, Pair, PaperJacobian, Solver, paper_newton,
 };
@@ -204,6 +206,41 @@ fn per_current_length_reaches_the_reference_values() {
         assert!((m.volume / volume - 1.0).abs() < 5e-11, "{}", m.volume);
         assert!((m.area / area - 1.0).abs() < 5e-11, "{}", m.area);
         assert!((m.length / length - 1.0).abs() < 5e-11, "{}", m.length);
+    }
+}
+
+/// Suction draws the cylinder across the axis from about kappa = -3: there volume is lost on one side of it
+/// and gained on the other, and |y| has a kink inside an element.
+#[test]
+fn suction_has_the_measures_of_the_closed_form() {
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+        .with_law(PressureLaw::PerCurrentLength);
+    let spectral = Discretisation::Spectral {
+        degree: 24,
+        per_piece: 1,
+    };
+    let spectral = Solver::new(&membrane, spectral).unwrap();
+    let differences =
+        Solver::new(&membrane, Discretisation::FiniteDifferences { nodes: 1601 }).unwrap();
+    for kappa in [-1.0, -3.0, -4.0, -6.0] {
+        let exact = LinearEquilibrium::balloon(8.5, 1.75, kappa)
+            .unwrap()
+            .measures();
+        for (solver, tolerance) in [(&spectral, 1e-11), (&differences, 1e-4)] {
+            let m = solver
+                .solve(Control::Load(kappa), &NewtonOptions::default())
+                .unwrap()
+                .measures;
+            for (found, exact, size) in [
+                (m.length, exact.length, exact.length),
+                (m.area, exact.area, exact.length.powi(2)),
+                (m.surface, exact.surface, exact.length.powi(2)),
+                (m.volume, exact.volume, exact.length.powi(3)),
+            ] {
+                let off = (found - exact).abs() / size;
+                assert!(off < tolerance, "{kappa}: {found} for {exact}, {off:e}");
+            }
+        }
     }
 }
 
