@@ -13,12 +13,16 @@ pub struct BandMatrix {
 
 impl BandMatrix {
     /// An n by n matrix of zeros.
+    ///
+    /// # Panics
+    /// Memory does not hold n (lower + upper + 1) numbers.
     pub fn zeros(n: usize, lower: usize, upper: usize) -> Self {
+        let width = lower.saturating_add(upper).saturating_add(1);
         Self {
             n,
             lower,
             upper,
-            data: vec![0.0; n * (lower + upper + 1)],
+            data: vec![0.0; n.saturating_mul(width)],
         }
     }
 

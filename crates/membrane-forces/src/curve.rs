@@ -18,7 +18,8 @@ pub struct CurvePiece {
 }
 
 impl CurvePiece {
-    /// Position and derivatives with respect to s. Cost O(degree).
+    /// Position and derivatives with respect to s; a series without coefficients is zero. Cost
+    /// O(degree).
     ///
     /// ```
     /// use membrane_forces::CurvePiece;
@@ -76,13 +77,16 @@ impl CurvePoint {
 /// derivatives).
 fn clenshaw(coefficients: &[f64], t: f64) -> [f64; 3] {
     let (mut b, mut db, mut ddb) = ([0.0; 2], [0.0; 2], [0.0; 2]);
-    for &c in coefficients[1..].iter().rev() {
+    let Some((&mean, others)) = coefficients.split_first() else {
+        return [0.0; 3];
+    };
+    for &c in others.iter().rev() {
         ddb = [4.0 * db[0] + 2.0 * t * ddb[0] - ddb[1], ddb[0]];
         db = [2.0 * b[0] + 2.0 * t * db[0] - db[1], db[0]];
         b = [c + 2.0 * t * b[0] - b[1], b[0]];
     }
     [
-        coefficients[0] + t * b[0] - b[1],
+        mean + t * b[0] - b[1],
         b[0] + t * db[0] - db[1],
         2.0 * db[0] + t * ddb[0] - ddb[1],
     ]

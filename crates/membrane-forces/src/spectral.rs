@@ -536,8 +536,9 @@ fn breakpoints(membrane: &Membrane, half: bool) -> Vec<f64> {
     all.sort_by(f64::total_cmp);
     // breakpoints of different origin that mean the same place
     all.dedup_by(|b, a| *b - *a < 1e-12);
-    if half {
-        *all.last_mut().unwrap_or(&mut 0.5) = 0.5;
+    // the end stays where it is, whatever came just before it
+    if let Some(last) = all.last_mut() {
+        *last = if half { 0.5 } else { 1.0 };
     }
     all
 }

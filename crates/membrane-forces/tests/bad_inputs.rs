@@ -1,8 +1,8 @@
 //! Each constructor says what was wrong, with the number.
 
 use membrane_forces::{
-    CircleEquilibrium, CurvePoint, FiniteDifferences, LinearEquilibrium, Membrane, MembraneError,
-    RestShape, SpectralElements, Stiffness,
+    CircleEquilibrium, CurvePiece, CurvePoint, FiniteDifferences, LinearEquilibrium, Membrane,
+    MembraneError, RestShape, SpectralElements, Stiffness,
 };
 
 #[test]
@@ -160,4 +160,26 @@ fn a_long_polyline_across_the_axis_is_checked_in_no_time() {
         .map(|k| [0.0, 1.0 - 1e-5 * f64::from(k)])
         .collect();
     assert!(RestShape::polyline(&points).is_ok());
+}
+
+#[test]
+fn breakpoints_next_to_the_ends_and_empty_series() {
+    let curve = |s: f64| CurvePoint {
+        position: [0.0, 1.0 - 2.0 * s],
+        first: [0.0, -2.0],
+        second: [0.0; 2],
+    };
+    let rest = RestShape::from_function(curve, &[1e-13, 1.0 - 1e-13]).unwrap();
+    let spectral = SpectralElements::new(&Membrane::new(rest), 4, 1).unwrap();
+    let s = spectral.positions();
+    assert_eq!((s[0], s[s.len() - 1]), (0.0, 1.0));
+    let end = spectral.at(spectral.start(), 1.0).position;
+    assert!(end[0] == 0.0 && (end[1] + 1.0).abs() < 1e-15);
+    let nothing = CurvePiece {
+        from: 0.0,
+        to: 1.0,
+        x: vec![],
+        y: vec![2.0],
+    };
+    assert_eq!(nothing.at(0.3).position, [0.0, 2.0]);
 }

@@ -43,14 +43,17 @@ pub struct BandedLu {
 
 impl BandedLu {
     /// Storage for matrices with `n` rows, `lower` diagonals below and `upper` above the main one.
+    ///
+    /// # Panics
+    /// Memory does not hold n (2 lower + upper + 3) numbers.
     pub fn new(n: usize, lower: usize, upper: usize) -> Self {
-        let width = lower + upper + 1;
+        let width = lower.saturating_add(upper).saturating_add(1);
         Self {
             n,
             lower,
             width,
-            u: vec![0.0; n * width],
-            l: vec![0.0; n * lower],
+            u: vec![0.0; n.saturating_mul(width)],
+            l: vec![0.0; n.saturating_mul(lower)],
             pivots: vec![0; n],
             swapped: false,
             negative: false,

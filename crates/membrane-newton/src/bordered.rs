@@ -3,7 +3,7 @@
 use membrane_forces::{Measure, MembraneError, PressureLaw};
 
 use crate::border::Border;
-use crate::continuation::Controlled;
+use crate::continuation::{Controlled, Reach};
 use crate::control::Target;
 use crate::discrete::{Discrete, Factors};
 use crate::error::NewtonError;
@@ -221,9 +221,9 @@ impl Controlled for Bordered<'_> {
         self.signs.0 == self.signs.1
     }
 
-    fn turns(&self, from: &[f64], to: &[f64], allowed: fn([f64; 2]) -> bool) -> bool {
+    fn within(&self, reach: Reach, from: &[f64], to: &[f64]) -> bool {
         let n = self.elastic.len();
-        allowed(self.discrete.turning(&from[..n], &to[..n]))
+        reach.allows(self.discrete.turning(&from[..n], &to[..n]))
     }
 }
 

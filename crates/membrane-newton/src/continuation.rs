@@ -15,9 +15,28 @@ pub(crate) trait Controlled: ResidualSystem {
     /// that it had when this system was factored first.
     fn keeps_sign(&self) -> bool;
 
-    /// Whether the angles through which each curve turns in state `from` and in state `to` are
-    /// as `allowed`.
-    fn turns(&self, from: &[f64], to: &[f64], allowed: fn([f64; 2]) -> bool) -> bool;
+    /// Whether no curve turns further from state `from` to state `to` than `reach` allows.
+    fn within(&self, reach: Reach, from: &[f64], to: &[f64]) -> bool;
+}
+
+/// How Newton came to an answer, which decides how far a curve may have turned.
+#[derive(Clone, Copy)]
+pub(crate) enum Reach {
+    /// At once: about as at the start, or to no more than a full circle, nor by more.
+    Direct,
+    /// By a step of the walk: by no more than a quarter.
+    Step,
+}
+
+impl Reach {
+    /// Whether a curve may turn through `end` that turned through `start`.
+    pub(crate) fn allows(self, [start, end]: [f64; 2]) -> bool {
+        let by = (end - start).abs();
+        match self {
+            Self::Direct => by <= FRAC_PI_2 || by.max(end.abs()) <= TAU,
+            Self::Step => by <= FRAC_PI_2,
+        }
+    }
 }
 
 /// Solves for control value `to`, and leaves the answer in `state`. It tries Newton from `state`, if
@@ -48,7 +67,7 @@ pub(crate) fn solve<S: Controlled>(
         let carried = attempt(
             system,
             state,
-            (start, direct),
+            (Reach::Direct, start),
             options,
             &mut scratch,
             &mut total,
@@ -62,7 +81,7 @@ pub(crate) fn solve<S: Controlled>(
     let mut outcome = attempt(
         system,
         state,
-        (start, direct),
+        (Reach::Direct, start),
         options,
         &mut scratch,
         &mut total,
@@ -92,7 +111,7 @@ pub(crate) fn solve<S: Controlled>(
         outcome = attempt(
             system,
             state,
-            (&solved, step),
+            (Reach::Step, &solved),
             &careful,
             &mut scratch,
             &mut total,
@@ -120,23 +139,11 @@ pub(crate) fn solve<S: Controlled>(
     finish(outcome, total)
 }
 
-/// What an answer may turn through, by what the start does: about as much, or no more than a
-/// full circle, nor by more.
-fn direct([start, end]: [f64; 2]) -> bool {
-    let by = (end - start).abs();
-    by <= FRAC_PI_2 || by.max(end.abs()) <= TAU
-}
-
-/// What a step may turn a curve by.
-fn step([start, end]: [f64; 2]) -> bool {
-    (end - start).abs() <= FRAC_PI_2
-}
-
-/// Newton from `state`; what it finds must turn as is `allowed` by what `from` does.
+/// Newton from `state`; what it finds must be within `reach` of `from`.
 fn attempt(
     system: &mut impl Controlled,
     state: &mut [f64],
-    (from, allowed): (&[f64], fn([f64; 2]) -> bool),
+    (reach, from): (Reach, &[f64]),
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
     total: &mut NewtonReport,
@@ -146,7 +153,7 @@ fn attempt(
     report.add_earlier(total);
     *total = report;
     outcome?;
-    if system.keeps_sign() && system.turns(from, state, allowed) {
+    if system.keeps_sign() && system.within(reach, from, state) {
         Ok(())
     } else {
         Err(NewtonError::OtherBranch {

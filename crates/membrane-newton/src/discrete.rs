@@ -168,6 +168,19 @@ impl Discrete {
     }
 }
 
+/// Puts a unit into the rows of `tangent` that belong to held coordinates, which are zero.
+pub(crate) fn hold_rows(differences: &FiniteDifferences, tangent: &mut BandMatrix) {
+    let [first, end] = differences.held();
+    let last = tangent.len() - 2;
+    for (node, held) in [(0, first), (last, end)] {
+        for k in 0..2 {
+            if held[k] {
+                tangent.add(node + k, node + k, 1.0);
+            }
+        }
+    }
+}
+
 #[derive(Debug, Clone)]
 pub(crate) enum Factors {
     Banded { tangent: BandMatrix, lu: BandedLu },
@@ -201,15 +214,7 @@ impl Factors {
                 d.add_elastic_tangent(1.0, tangent);
                 d.add_pressure_tangent(nodes, intensity, 1.0, tangent)
                     .map_err(NewtonError::membrane)?;
-                let [first, end] = d.held();
-                let last = tangent.len() - 2;
-                for (node, held) in [(0, first), (last, end)] {
-                    for k in 0..2 {
-                        if held[k] {
-                            tangent.add(node + k, node + k, 1.0);
-                        }
-                    }
-                }
+                hold_rows(d, tangent);
                 lu.factor(tangent)
             }
             (Self::Condensed(lu), Discrete::Spectral(s)) => lu.factor(s, nodes, intensity),

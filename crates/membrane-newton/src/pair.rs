@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::border::dot;
 use crate::bordered::{Bordered, nan_max};
-use crate::continuation::{self, Controlled};
+use crate::continuation::{self, Controlled, Reach};
 use crate::control::{Control, Target};
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
@@ -324,9 +324,9 @@ impl Controlled for PairSystem<'_> {
         self.inner.keeps_sign() && self.outer.keeps_sign()
     }
 
-    fn turns(&self, from: &[f64], to: &[f64], allowed: fn([f64; 2]) -> bool) -> bool {
+    fn within(&self, reach: Reach, from: &[f64], to: &[f64]) -> bool {
         let split = self.split();
-        self.inner.turns(&from[..split], &to[..split], allowed)
-            && self.outer.turns(&from[split..], &to[split..], allowed)
+        self.inner.within(reach, &from[..split], &to[..split])
+            && self.outer.within(reach, &from[split..], &to[split..])
     }
 }

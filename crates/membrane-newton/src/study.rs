@@ -4,6 +4,7 @@ use membrane_forces::{FiniteDifferences, MembraneError};
 
 use crate::banded::BandedLu;
 use crate::bordered::nan_max;
+use crate::discrete::hold_rows;
 use crate::error::NewtonError;
 use crate::newton::{NewtonScratch, ResidualSystem, newton_with};
 use crate::options::{LineSearch, NewtonOptions};
@@ -117,10 +118,7 @@ impl ResidualSystem for Direct<'_> {
             }
         }
         .map_err(NewtonError::membrane)?;
-        let n = tangent.len();
-        for held in [0, 1, n - 2, n - 1] {
-            tangent.add(held, held, 1.0);
-        }
+        hold_rows(differences, tangent);
         self.lu.factor(tangent)
     }
 

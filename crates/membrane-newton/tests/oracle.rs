@@ -255,6 +255,11 @@ fn the_printed_jacobian_stalls_and_the_right_one_converges_quadratically() {
         (exact[1] - 0.2725).abs() < 1e-3 && (exact[2] - 6.57e-6).abs() < 1e-7,
         "{exact:?}"
     );
+    // half the curve has the residuals of the whole
+    let half = FiniteDifferences::half(&membrane, 201).unwrap();
+    let of_half = paper_newton(&half, 17.5, PaperJacobian::Exact, 60, 1e-4).unwrap();
+    assert_eq!(of_half.len(), 3);
+    assert!((of_half[1] - exact[1]).abs() < 1e-9, "{of_half:?}");
     let printed = run(PaperJacobian::AsPrinted);
     assert_eq!(printed.len(), 61);
     assert!(printed.iter().all(|&r| r > 6.0), "{printed:?}");
