@@ -184,8 +184,8 @@ fn distance(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
 /// Seconds against error, errors falling.
 type Curve = Vec<(f64, f64)>;
 
-/// Time that a curve takes to an error, between its rows in logarithms; infinite past its end.
-fn time_at(curve: &Curve, error: f64) -> f64 {
+/// Time that a curve takes to an error, between its rows in logarithms; none past its end.
+fn time_at(curve: &Curve, error: f64) -> Option<f64> {
     // a row counts only if no cheaper one is better
     let mut rows: Curve = Vec::new();
     for &(e, t) in curve {
@@ -194,15 +194,18 @@ fn time_at(curve: &Curve, error: f64) -> f64 {
         }
     }
     rows.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let Some(k) = rows.iter().position(|&(e, _)| e <= error) else {
-        return f64::INFINITY;
-    };
+    let k = rows.iter().position(|&(e, _)| e <= error)?;
     if k == 0 {
-        return rows[0].1;
+        return Some(rows[0].1);
     }
     let ((e0, t0), (e1, t1)) = (rows[k - 1], rows[k]);
     let x = (error / e0).ln() / (e1 / e0).ln();
-    (t0.ln() + x * (t1 / t0).ln()).exp()
+    Some((t0.ln() + x * (t1 / t0).ln()).exp())
+}
+
+/// How many times longer the other takes, if it gets there at all.
+fn longer(other: Option<f64>, ours: f64) -> String {
+    other.map_or("not reached".into(), |time| format!("{:.1} x", time / ours))
 }
 
 fn rows(effort: Effort) {
@@ -290,22 +293,22 @@ fn rows_of(n_nodes: usize, effort: Effort) {
         own.push((scheme, curve));
     }
     for error in [1e-2, 3e-3, 1e-3, 1e-4, 1e-5, 1e-6, 3e-7] {
-        let least = |times: &mut dyn Iterator<Item = f64>| times.fold(f64::INFINITY, f64::min);
-        let best = least(&mut own.iter().map(|(_, curve)| time_at(curve, error)));
+        let times = own.iter().filter_map(|(_, curve)| time_at(curve, error));
+        let Some(best) = times.reduce(f64::min) else {
+            println!("at error {error:.0e} ours not reached");
+            continue;
+        };
         print!("at error {error:.0e} ours {:9.3} ms", best * 1e3);
         for (method, curve) in &rivals {
-            print!(", diffsol {method:?} {:.1} x", time_at(curve, error) / best);
+            let times = longer(time_at(curve, error), best);
+            print!(", diffsol {method:?} {times}");
         }
-        let of = |wanted: Scheme| {
-            own.iter()
-                .find(|(scheme, _)| *scheme == wanted)
-                .map(|c| &c.1)
-        };
-        if let (Some(ours), Some((_, theirs))) = (of(Scheme::TrBdf2), rivals.get(1)) {
-            print!(
-                "; TR-BDF2 alone {:.1} x",
-                time_at(theirs, error) / time_at(ours, error)
-            );
+        let of = |wanted: Scheme| own.iter().find(|(scheme, _)| *scheme == wanted);
+        if let (Some((_, ours)), Some((_, theirs))) = (of(Scheme::TrBdf2), rivals.get(1))
+            && let Some(ours) = time_at(ours, error)
+        {
+            let times = longer(time_at(theirs, error), ours);
+            print!("; TR-BDF2 alone {times}");
         }
         println!();
     }

@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use benches::{Effort, Row, on_threads, rows_asked, timed};
 use criterion::{Criterion, criterion_group};
-use heart_phantom::{Acquisition, Camera, Cycle, Heart, acquire, truth};
+use heart_phantom::study::{self, StudyOptions};
+use heart_phantom::{Acquisition, Camera, Cycle, Heart, Phantom, acquire, scene, truth};
 use radon::{Kernel, Projector, StackOrder};
 
 const WALL: [f64; 2] = [0.0, 1.0];
@@ -96,7 +97,7 @@ fn phantom(c: &mut Criterion) {
     group.finish();
 }
 
-/// A camera's sinogram of the wall, and its average over a cycle against the number of phases.
+/// A camera's sinogram of the wall, its average over a cycle against the number of phases, and whole studies.
 fn rows(effort: Effort) {
     let row = |method: &str, case: &str, size: usize, threads: usize, run: (f64, f64)| {
         Row {
@@ -151,6 +152,80 @@ fn rows(effort: Effort) {
             let run = (seconds, distance(&mean, &truth));
             let case = "6 views of 64 x 64, averaged over a beat";
             row("equally spaced phases", case, points, threads, run);
+        }
+    }
+    papers(effort);
+    gated_studies(effort);
+}
+
+/// `cargo paper --no-figures` from start to end, files and all; the error is that of its static reconstruction.
+fn papers(effort: Effort) {
+    let sizes: &[usize] = match effort {
+        Effort::Quick => &[64],
+        Effort::Full => &[64, 128, 256],
+    };
+    let folder = std::env::temp_dir().join(format!("benches-paper-{}", std::process::id()));
+    for &size in sizes {
+        for threads in [1, 2] {
+            let options = StudyOptions {
+                size,
+                threads: Some(threads),
+                figures: false,
+                ..StudyOptions::default()
+            };
+            let run = || study::run(&options, &folder, &|_| ()).expect("a study");
+            let (seconds, report) = timed(3, run);
+            Row {
+                study: "whole study",
+                method: "cargo paper --no-figures",
+                case: "three acquisitions of 90 views, with files",
+                size,
+                threads,
+                seconds,
+                error: report.static_.rmse_truth.expect("a truth"),
+                error_kind: "rms of the static one",
+            }
+            .print();
+        }
+    }
+    std::fs::remove_dir_all(&folder).expect("its own folder");
+}
+
+/// 16 gates of 64 views, each reconstructed; the error is that of the first gate's volume, against the mean over the gate.
+fn gated_studies(effort: Effort) {
+    let sizes: &[usize] = match effort {
+        Effort::Quick => &[32],
+        Effort::Full => &[32, 64, 128],
+    };
+    for &size in sizes {
+        let mut scene = scene::Scene::default()
+            .with_size(size)
+            .with_mode(scene::Mode::Gated { gates: 16 });
+        scene.camera.views = 64;
+        let volumes = || {
+            let phantom = Phantom::new(scene.clone()).expect("a scene");
+            let volumes: Result<Vec<_>, _> = (0..phantom.n_gates())
+                .map(|gate| phantom.volume(gate))
+                .collect();
+            (phantom, volumes.expect("reachable gains"))
+        };
+        for threads in [1, 2] {
+            let (seconds, (phantom, made)) = on_threads(threads, || timed(3, volumes));
+            let truth = phantom.truth(0).expect("a gate");
+            let found = phantom
+                .artefacts(&made[0], &truth)
+                .expect("volumes that fit");
+            Row {
+                study: "whole study",
+                method: "views and reconstructions",
+                case: "16 gates of 64 views",
+                size,
+                threads,
+                seconds,
+                error: found.rmse.expect("a truth"),
+                error_kind: "rms of the first gate",
+            }
+            .print();
         }
     }
 }

@@ -52,8 +52,8 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "report",
-        arguments: "[--quick] [--peers]",
-        what: "run time against error, measured now: docs/performance.md with its plots and numbers",
+        arguments: "[--quick] [--peers] [--against FILE]",
+        what: "run time against error, measured now: docs/performance.md with its plots and numbers; ratios to the last ones",
         run: report::task,
     },
     Task {

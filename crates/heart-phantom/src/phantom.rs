@@ -190,7 +190,7 @@ impl Phantom {
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate or view; what solving the shapes can return.
     pub fn view(&self, gate: usize, view_idx: usize) -> Result<Vec<f32>, PhantomError> {
-        check_count("view_idx", view_idx, 0, self.camera.n_views() - 1)?;
+        check_count("view", view_idx, 0, self.camera.n_views() - 1)?;
         let rows = 0..self.camera.n_rows();
         Ok(self
             .take(gate, view_idx..view_idx + 1, rows, &|_| ())?

@@ -60,6 +60,24 @@ fn the_study_writes_its_report_figures_and_arrays() {
     assert_eq!(get("short.distinct_shapes"), 12.0);
     assert_eq!(get("long.quadrature_points"), 32.0);
     assert!(get("long.quadrature_error") < 0.01);
+    // Work: each ray of a view once for each of its shapes, 17 for the 32 mirrored phases of a beat, and three in four never cast.
+    // The phases of the masks have all that the first two scans see, and 5 of the 17.
+    for (name, shapes_a_view, shapes_solved) in [
+        ("static", 1.0, 0.0),
+        ("short", 1.0, 0.0),
+        ("long", 17.0, 12.0),
+    ] {
+        let (cast, skipped) = (
+            get(&format!("{name}.rays_cast")),
+            get(&format!("{name}.rays_skipped")),
+        );
+        assert_eq!(cast + skipped, shapes_a_view * 24.0 * 48.0 * 48.0, "{name}");
+        assert!(
+            cast < 0.25 * (cast + skipped),
+            "{name}: {cast} of {skipped}"
+        );
+        assert_eq!(get(&format!("{name}.shapes_solved")), shapes_solved);
+    }
     let wall = get("rest.outer.volume") - get("rest.inner.volume");
     for prefix in ["", "hann."] {
         for name in ["static", "short", "long"] {

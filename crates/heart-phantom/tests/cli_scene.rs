@@ -235,4 +235,91 @@ fn completions_and_manual_are_written() {
         page.contains(".TH heart-phantom") && page.contains("Exit codes"),
         "{page}"
     );
+    // The page names those of the commands: they can be had too.
+    for command in ["paper", "init", "check", "run", "truth", "view"] {
+        assert!(page.contains(&format!("heart\\-phantom\\-{command}(1)")));
+        let (page, _) = said(&heart_phantom(&["man", command]));
+        assert!(
+            page.contains(&format!(".TH heart-phantom-{command}")) && page.contains("threads"),
+            "{page}"
+        );
+    }
+    assert_eq!(heart_phantom(&["man", "dance"]).status.code(), Some(2));
+}
+
+/// No panic where the output has no room, and no complaint where its reader leaves.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_output_that_takes_nothing_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small(folder.path(), "");
+    let scene = scene.to_str().unwrap();
+    for command in [
+        &["init"][..],
+        &["check", scene],
+        &["check", scene, "--json"],
+        &["truth", scene],
+        &["completions", "bash"],
+        &["man"],
+    ] {
+        let full = std::fs::File::create("/dev/full").unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
+            .args(command)
+            .stdout(full)
+            .output()
+            .unwrap();
+        let (_, error) = said(&output);
+        assert_eq!(output.status.code(), Some(1), "{command:?}: {error}");
+        assert!(
+            error.starts_with("error: cannot write the standard output"),
+            "{error}"
+        );
+    }
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let output = Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
+        .args(["check", scene])
+        .stdout(writer)
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success() && output.stderr.is_empty(),
+        "{output:?}"
+    );
+}
+
+#[test]
+fn commands_that_make_no_sense_are_refused_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small(folder.path(), "");
+    let scene = scene.to_str().unwrap();
+    for (command, says) in [
+        (&["check", scene, "--threads", "0"][..], "1..=4096"),
+        (&["check"], "<SCENE>"),
+        (&["chekc", scene], "check"),
+        (&["view", "nowhere.toml", "--out", "x.tiff"], ".npy or .png"),
+        (
+            &["view", scene, "--view", "8", "--out", "x.npy"],
+            "view is 8",
+        ),
+        (
+            &["view", scene, "--gate", "1", "--out", "x.npy"],
+            "gate is 1",
+        ),
+        (&["init", scene], "exists already"),
+    ] {
+        let output = heart_phantom(command);
+        let (_, error) = said(&output);
+        let expected = if command[0] == "init" { 1 } else { 2 };
+        assert_eq!(output.status.code(), Some(expected), "{error}");
+        assert!(
+            error.starts_with("error: ") && error.contains(says),
+            "{error}"
+        );
+        // The same as JSON, whatever is wrong.
+        let output = heart_phantom(&[command, &["--json"]].concat());
+        let error = json(&said(&output).1);
+        assert_eq!(error["code"], expected, "{error}");
+        assert!(error["error"].as_str().unwrap().contains(says), "{error}");
+    }
 }

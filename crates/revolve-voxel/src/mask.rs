@@ -3,6 +3,7 @@
 use crate::Sample;
 use crate::error::{Error, length};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A set of voxels of a grid, in index order `[z][y][x]` (x fastest).
 ///
@@ -126,8 +127,9 @@ impl Mask {
         if slice == 0 {
             return;
         }
+        let mut old = Vec::new();
         for _ in 0..steps {
-            let old = self.set.clone();
+            old.clone_from(&self.set);
             let at = |index: usize, step: isize| {
                 old.get(index.wrapping_add_signed(step))
                     .copied()
@@ -158,18 +160,11 @@ impl Mask {
     /// The voxels whose centre is more than `distance` voxels (Euclidean, between centres) from
     /// the centre of every voxel of this set; all voxels if the set is empty.
     ///
-    /// Cost: rows of the set times `distance^2`; rows without a voxel of the set cost nothing.
+    /// Cost: runs of voxels of the set times `distance^2`; rows without one cost nothing.
     pub fn farther_than(&self, distance: f64) -> Mask {
         let [nz, ny, nx] = self.shape;
         let mut far = vec![true; self.set.len()];
-        let rows: Vec<Option<&[bool]>> = if nx == 0 {
-            Vec::new()
-        } else {
-            self.set
-                .chunks(nx)
-                .map(|row| row.contains(&true).then_some(row))
-                .collect()
-        };
+        let rows: Vec<Vec<Range<usize>>> = self.set.par_chunks(nx.max(1)).map(runs).collect();
         // A negative or NaN distance excludes nothing; the grid bounds the reach of a huge one.
         let reach = distance.min((nz + ny + nx) as f64);
         if reach >= 0.0 && !rows.is_empty() {
@@ -178,11 +173,11 @@ impl Mask {
                 let (z, y) = ((row / ny) as isize, (row % ny) as isize);
                 for &(dz, dy, half) in &offsets {
                     let (sz, sy) = (z + dz, y + dy);
-                    if (0..nz as isize).contains(&sz)
-                        && (0..ny as isize).contains(&sy)
-                        && let Some(source) = rows[sz as usize * ny + sy as usize]
-                    {
-                        clear_around(out, source, half);
+                    if (0..nz as isize).contains(&sz) && (0..ny as isize).contains(&sy) {
+                        for run in &rows[sz as usize * ny + sy as usize] {
+                            let end = out.len().min(run.end + half);
+                            out[run.start.saturating_sub(half)..end].fill(false);
+                        }
                     }
                 }
             });
@@ -209,17 +204,18 @@ fn disc_rows(reach: f64) -> Vec<(isize, isize, usize)> {
     rows
 }
 
-/// Clears `out` within `half` voxels of each set voxel of `source`.
-fn clear_around(out: &mut [bool], source: &[bool], half: usize) {
-    let mut cleared_to = 0; // what lies before has been cleared for an earlier voxel
-    for (x, _) in source.iter().enumerate().filter(|(_, set)| **set) {
-        let end = (x + half + 1).min(out.len());
-        let start = x.saturating_sub(half).max(cleared_to);
-        if start < end {
-            out[start..end].fill(false);
-            cleared_to = end;
-        }
+/// Where a row's voxels are set, in runs.
+fn runs(row: &[bool]) -> Vec<Range<usize>> {
+    let mut runs = Vec::new();
+    let mut at = 0;
+    while let Some(start) = row[at..].iter().position(|&set| set).map(|k| at + k) {
+        at = row[start..]
+            .iter()
+            .position(|&set| !set)
+            .map_or(row.len(), |k| start + k);
+        runs.push(start..at);
     }
+    runs
 }
 
 #[cfg(test)]

@@ -1,8 +1,10 @@
 //! `cargo xtask report`: run time against error, measured here and now, as docs/performance.md.
 //!
 //! The benches of package `benches` print rows when called with `--rows`; this runs them, adds the
-//! commit, and writes docs/performance.json, a plot a case under docs/img, and the page.
+//! commit, and writes docs/performance.json, a plot a case under docs/img, and the page. It ends with the ratios to the rows
+//! that docs/performance.json held before, or to those of another such file.
 
+mod against;
 mod machine;
 mod page;
 mod peers;
@@ -14,6 +16,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::workspace::root;
+use against::Earlier;
 use machine::Machine;
 use rows::{Row, parse};
 
@@ -29,29 +32,69 @@ const BENCHES: &[&str] = &[
 
 /// The task.
 pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
-    let known = ["--quick", "--peers"];
-    if let Some(other) = arguments.iter().find(|a| !known.contains(&a.as_str())) {
-        return Err(format!(
-            "`{other}`? usage: cargo xtask report [--quick] [--peers]"
-        ));
-    }
-    let given = |flag: &str| arguments.iter().any(|argument| argument == flag);
-    let quick = given("--quick");
+    let Given {
+        quick,
+        peers,
+        against,
+    } = Given::parse(arguments)?;
     let root = root();
+    let kept = root.join("docs/performance.json");
+    let earlier = match against {
+        Some(path) => Some(Earlier::read(Path::new(&path))?),
+        None if kept.exists() => Some(Earlier::read(&kept)?),
+        None => None,
+    };
     let machine = Machine::here(&root)?;
     let mut rows = Vec::new();
     for bench in BENCHES {
         println!("{bench}");
         rows.extend(run_bench(&root, bench, quick)?);
     }
-    if given("--peers") {
+    if peers {
         println!("peers");
         rows.extend(peers::rows(&root, quick)?);
     }
-    let flags: String = arguments.iter().map(|flag| format!(" {flag}")).collect();
+    let flags: String = [(quick, " --quick"), (peers, " --peers")]
+        .into_iter()
+        .filter_map(|(given, flag)| given.then_some(flag))
+        .collect();
     write(&root.join("docs"), &rows, &machine, &flags)?;
+    if let Some(earlier) = earlier {
+        print!("{}", earlier.beside(&rows));
+    }
     println!("{} rows in docs/performance.md", rows.len());
     Ok(())
+}
+
+/// What the task is asked for.
+#[derive(Debug, Default, PartialEq)]
+struct Given {
+    quick: bool,
+    peers: bool,
+    against: Option<String>,
+}
+
+impl Given {
+    fn parse(arguments: &[String]) -> Result<Self, String> {
+        let mut given = Self::default();
+        let mut rest = arguments.iter();
+        while let Some(argument) = rest.next() {
+            match argument.as_str() {
+                "--quick" => given.quick = true,
+                "--peers" => given.peers = true,
+                "--against" => {
+                    let file = rest.next().ok_or("--against needs a file")?;
+                    given.against = Some(file.clone());
+                }
+                other => {
+                    return Err(format!(
+                        "`{other}`? usage: cargo xtask report [--quick] [--peers] [--against FILE]"
+                    ));
+                }
+            }
+        }
+        Ok(given)
+    }
 }
 
 fn run_bench(root: &Path, bench: &str, quick: bool) -> Result<Vec<Row>, String> {
@@ -147,6 +190,18 @@ at error 1e-2 ours 1 ms
         // a point for each row whose error a logarithm can show, and one for each method
         assert_eq!(svg.matches("<circle").count(), 2 + 2, "{svg}");
         fs::remove_dir_all(docs).unwrap();
+    }
+
+    #[test]
+    fn arguments_are_read_or_refused() {
+        let read = |line: &str| {
+            let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+            Given::parse(&words)
+        };
+        assert_eq!(read("").unwrap(), Given::default());
+        let all = read("--peers --against old.json --quick").unwrap();
+        assert!(all.quick && all.peers && all.against.as_deref() == Some("old.json"));
+        assert!(read("--against").is_err() && read("--fast").is_err());
     }
 
     #[test]

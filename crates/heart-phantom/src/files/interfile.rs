@@ -75,23 +75,11 @@ pub(super) fn write_volume_simind(path: &Path, volume: &Volume) -> Result<(), Ph
         let centre = volume.grid().origin()[a] + 0.5 * (shape[a] as f64 - 1.0) * spacing;
         check_centred("centre of the grid in voxels", centre / spacing, shape[a])?;
     }
+    let head = simind_head(&name, nz);
     let number = number_format(volume.samples(), "short float");
     let thickness = dz / dx;
     let header = format!(
-        "!INTERFILE :=\n\
-         !imaging modality := nucmed\n\
-         !originating system := heart-phantom\n\
-         !version of keys := 3.3\n\
-         !GENERAL DATA :=\n\
-         !data offset in bytes := 0\n\
-         !name of data file := {name}\n\
-         !GENERAL IMAGE DATA :=\n\
-         !type of data := tomographic\n\
-         patient orientation := head_in\n\
-         patient rotation := supine\n\
-         imagedata byte order := LITTLEENDIAN\n\
-         !total number of images := {nz}\n\
-         !number of energy windows := 1\n\
+        "{head}\
          !SPECT STUDY (General) :=\n\
          number of detector heads := 1\n\
          !number of images/energy window := {nz}\n\
@@ -122,7 +110,7 @@ pub(super) fn write_projections_stir(
     let (data, name) = data_beside(path, "s");
     let turn = Turn::new(projections)?;
     let number = number_format(projections.samples(), "float");
-    let rest = acquired(projections, &turn, turn.start, "");
+    let acquired = acquired(projections, &turn, turn.start);
     let header = format!(
         "!INTERFILE :=\n\
          !imaging modality := nucmed\n\
@@ -137,7 +125,7 @@ pub(super) fn write_projections_stir(
          imagedata byte order := LITTLEENDIAN\n\
          !SPECT STUDY (General) :=\n\
          {number}\
-         {rest}"
+         {acquired}"
     );
     write_stack(path, &header, &data, projections)
 }
@@ -149,38 +137,44 @@ pub(super) fn write_projections_simind(
     let (data, name) = data_beside(path, "a00");
     let turn = Turn::new(projections)?;
     let [views, ..] = projections.shape();
+    let head = simind_head(&name, views);
     let number = number_format(projections.samples(), "short float");
     let start = (turn.start + 180.0).rem_euclid(360.0);
-    let images = format!(
-        "number of detector heads := 1\n\
-         !number of images/energy window := {views}\n"
-    );
-    let rest = acquired(projections, &turn, start, &images);
+    let acquired = acquired(projections, &turn, start);
     let header = format!(
+        "{head}\
+         ;# Image Orientation := 1.000 0.000 0.000 0.000 0.000 -1.000\n\
+         !SPECT STUDY (General) :=\n\
+         {number}\
+         number of detector heads := 1\n\
+         !number of images/energy window := {views}\n\
+         {acquired}"
+    );
+    write_stack(path, &header, &data, projections)
+}
+
+/// What SIMIND's headers begin with.
+fn simind_head(data: &str, images: usize) -> String {
+    format!(
         "!INTERFILE :=\n\
          !imaging modality := nucmed\n\
          !originating system := heart-phantom\n\
          !version of keys := 3.3\n\
          !GENERAL DATA :=\n\
          !data offset in bytes := 0\n\
-         !name of data file := {name}\n\
+         !name of data file := {data}\n\
          !GENERAL IMAGE DATA :=\n\
          !type of data := tomographic\n\
          patient orientation := head_in\n\
          patient rotation := supine\n\
          imagedata byte order := LITTLEENDIAN\n\
-         !total number of images := {views}\n\
-         !number of energy windows := 1\n\
-         ;# Image Orientation := 1.000 0.000 0.000 0.000 0.000 -1.000\n\
-         !SPECT STUDY (General) :=\n\
-         {number}\
-         {rest}"
-    );
-    write_stack(path, &header, &data, projections)
+         !total number of images := {images}\n\
+         !number of energy windows := 1\n"
+    )
 }
 
-/// The keys that both flavours share, from the number of views to the end.
-fn acquired(projections: &Projections, turn: &Turn, start: f64, more: &str) -> String {
+/// The keys of projections that both flavours share, from the number of views to the end.
+fn acquired(projections: &Projections, turn: &Turn, start: f64) -> String {
     let [views, rows, bins] = projections.shape();
     let [pitch_bin, pitch_row] = projections.detector().pitch().map(|cm| 10.0 * cm);
     let radius = 10.0 * projections.radius();
@@ -188,8 +182,7 @@ fn acquired(projections: &Projections, turn: &Turn, start: f64, more: &str) -> S
         extent, direction, ..
     } = turn;
     format!(
-        "{more}\
-         !number of projections := {views}\n\
+        "!number of projections := {views}\n\
          !extent of rotation := {extent}\n\
          !process status := acquired\n\
          !matrix size [1] := {bins}\n\

@@ -1,5 +1,6 @@
 //! What can be typed.
 
+use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use heart_phantom::study::StudyOptions;
@@ -17,7 +18,7 @@ pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
     /// Threads to use; all cores if not given. The results do not depend on it.
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", value_parser = threads())]
     pub(crate) threads: Option<usize>,
     /// No progress bar, no summary.
     #[arg(long, global = true)]
@@ -80,7 +81,15 @@ pub(crate) enum Command {
         shell: Shell,
     },
     /// The manual page (roff), to the standard output.
-    Man,
+    Man {
+        /// The page of one of these commands.
+        command: Option<String>,
+    },
+}
+
+/// The limit is that of the study's options.
+fn threads() -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(1..=4096)
 }
 
 #[derive(Debug, Args)]

@@ -2,6 +2,7 @@
 
 use crate::arguments::{Arguments, Command, Paper};
 use clap::CommandFactory;
+use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::scene::Scene;
 use heart_phantom::study::{self, StudyOptions};
@@ -30,27 +31,21 @@ pub(crate) fn run(arguments: &Arguments) -> Done {
             out,
         } => in_pool(arguments, || one_view(scene, [*gate, *view], out)),
         Command::Completions { shell } => {
-            let mut command = Arguments::command();
-            clap_complete::generate(*shell, &mut command, "heart-phantom", &mut io::stdout());
-            Ok(())
+            let mut script = Vec::new();
+            clap_complete::generate(
+                *shell,
+                &mut Arguments::command(),
+                "heart-phantom",
+                &mut script,
+            );
+            to_stdout(|out| out.write_all(&script))
         }
-        Command::Man => {
-            let page = clap_mangen::Man::new(Arguments::command());
-            to_stdout(|out| page.render(out))
-        }
+        Command::Man { command } => man(command.as_deref()),
     }
 }
 
 fn in_pool(arguments: &Arguments, work: impl FnOnce() -> Done + Send) -> Done {
     let given = arguments.threads.unwrap_or(0);
-    if arguments.threads.is_some() && !(1..=4096).contains(&given) {
-        return Err(PhantomError::Count {
-            what: "threads",
-            given,
-            min: 1,
-            max: 4096,
-        });
-    }
     rayon::ThreadPoolBuilder::new()
         .num_threads(given)
         .build()
@@ -75,16 +70,18 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
     if arguments.json {
         return print_json(&json!(report));
     }
-    if !arguments.quiet {
-        println!("{}", study::summary(&report));
-        let shown = if options.figures {
-            "index.html"
-        } else {
-            "report.json"
-        };
-        println!("written to {}", paper.out.join(shown).display());
-    }
-    Ok(())
+    let shown = if options.figures {
+        "index.html"
+    } else {
+        "report.json"
+    };
+    say(
+        arguments,
+        &[
+            study::summary(&report),
+            format!("written to {}", paper.out.join(shown).display()),
+        ],
+    )
 }
 
 fn init(file: Option<&Path>) -> Done {
@@ -93,7 +90,7 @@ fn init(file: Option<&Path>) -> Done {
         None => to_stdout(|out| out.write_all(text.as_bytes())),
         Some(path) if path.exists() => Err(PhantomError::File {
             path: path.to_path_buf(),
-            source: io::ErrorKind::AlreadyExists.into(),
+            source: io::Error::new(io::ErrorKind::AlreadyExists, "it exists already"),
         }),
         Some(path) => files::write_atomically(path, |out| out.write_all(text.as_bytes())),
     }
@@ -110,24 +107,26 @@ fn check(arguments: &Arguments, path: &Path) -> Done {
         });
         return print_json(&found);
     }
-    if !arguments.quiet {
-        let ([nx, ny, nz], [x, y, z]) = (camera.grid().shape(), camera.grid().spacing());
-        println!("{} is a scene", path.display());
-        println!(
-            "  {} set(s) of {} views, {} rows x {} bins",
-            phantom.n_gates(),
-            camera.n_views(),
-            camera.n_rows(),
-            camera.n_bins()
-        );
-        println!("  {nx} x {ny} x {nz} voxels of {x} x {y} x {z} cm");
-        let [low, high] = phantom.cycle().gains();
-        println!(
-            "  volume gain {low} to {high}, ejection fraction {:.4}",
-            (high - low) / (1.0 + high)
-        );
-    }
-    Ok(())
+    let ([nx, ny, nz], [x, y, z]) = (camera.grid().shape(), camera.grid().spacing());
+    let [low, high] = phantom.cycle().gains();
+    say(
+        arguments,
+        &[
+            format!("{} is a scene", path.display()),
+            format!(
+                "  {} set(s) of {} views, {} rows x {} bins",
+                phantom.n_gates(),
+                camera.n_views(),
+                camera.n_rows(),
+                camera.n_bins()
+            ),
+            format!("  {nx} x {ny} x {nz} voxels of {x} x {y} x {z} cm"),
+            format!(
+                "  volume gain {low} to {high}, ejection fraction {:.4}",
+                (high - low) / (1.0 + high)
+            ),
+        ],
+    )
 }
 
 fn run_scene(arguments: &Arguments, scene: &Path, out: &Path) -> Done {
@@ -139,19 +138,21 @@ fn run_scene(arguments: &Arguments, scene: &Path, out: &Path) -> Done {
     if arguments.json {
         return print_json(&json!(report));
     }
-    if !arguments.quiet {
-        let numbers = &report.numbers;
-        println!(
-            "EDV {:.2} mL  ESV {:.2} mL  EF {:.4}  wall {:.2} mL",
-            numbers.edv, numbers.esv, numbers.ejection_fraction, numbers.wall_volume
-        );
-        println!(
-            "{} shapes solved, {} rays cast, {} skipped",
-            report.work.shapes_solved, report.work.rays_cast, report.work.rays_skipped
-        );
-        println!("{} files written to {}", report.files.len(), out.display());
-    }
-    Ok(())
+    let numbers = &report.numbers;
+    say(
+        arguments,
+        &[
+            format!(
+                "EDV {:.2} mL  ESV {:.2} mL  EF {:.4}  wall {:.2} mL",
+                numbers.edv, numbers.esv, numbers.ejection_fraction, numbers.wall_volume
+            ),
+            format!(
+                "{} shapes solved, {} rays cast, {} skipped",
+                report.work.shapes_solved, report.work.rays_cast, report.work.rays_skipped
+            ),
+            format!("{} files written to {}", report.files.len(), out.display()),
+        ],
+    )
 }
 
 fn truth(arguments: &Arguments, scene: &Path, phase: f64, out: Option<&Path>) -> Done {
@@ -194,47 +195,76 @@ fn truth(arguments: &Arguments, scene: &Path, phase: f64, out: Option<&Path>) ->
             "numbers": phantom.numbers()?, "work": phantom.work(),
         }));
     }
-    if !arguments.quiet {
-        println!(
-            "phase {phase}: cavity {cavity:.4} mL, wall {:.4} mL",
-            outer - cavity
-        );
-        println!(
-            "wall {:.3} mm at the side, {:.3} mm at the apex",
-            10.0 * thickness.side,
-            10.0 * thickness.apex
-        );
-    }
-    Ok(())
+    say(
+        arguments,
+        &[
+            format!(
+                "phase {phase}: cavity {cavity:.4} mL, wall {:.4} mL",
+                outer - cavity
+            ),
+            format!(
+                "wall {:.3} mm at the side, {:.3} mm at the apex",
+                10.0 * thickness.side,
+                10.0 * thickness.apex
+            ),
+        ],
+    )
 }
 
 fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
-    let phantom = Phantom::load(scene)?;
-    let camera = phantom.camera();
-    let view = phantom.view(gate, view_idx)?;
-    if out.extension().is_some_and(|extension| extension == "png") {
-        let [bin, row] = camera.detector().pitch();
-        let grid = VoxelGrid::centred(
-            [camera.n_bins(), 1, camera.n_rows()],
-            [bin, bin, row],
-            [0.0; 3],
-        )?;
-        let most = view.iter().copied().fold(0.0f32, f32::max);
-        let grey = [0.0, if most > 0.0 { f64::from(most) } else { 1.0 }];
-        return files::write_png(
-            out,
-            &Volume::new(grid, view.as_slice())?,
-            Section::Coronal(0),
-            grey,
-        );
-    }
-    if out.extension().is_none_or(|extension| extension != "npy") {
+    // The name is looked at before any work.
+    let ends_in = |wanted: &str| out.extension().is_some_and(|extension| extension == wanted);
+    if !ends_in("png") && !ends_in("npy") {
         return Err(PhantomError::Extension {
             path: out.to_path_buf(),
             expected: "npy or .png",
         });
     }
-    files::write_npy(out, &[camera.n_rows(), camera.n_bins()], &view)
+    let phantom = Phantom::load(scene)?;
+    let camera = phantom.camera();
+    let view = phantom.view(gate, view_idx)?;
+    if ends_in("npy") {
+        return files::write_npy(out, &[camera.n_rows(), camera.n_bins()], &view);
+    }
+    let [bin, row] = camera.detector().pitch();
+    let grid = VoxelGrid::centred(
+        [camera.n_bins(), 1, camera.n_rows()],
+        [bin, bin, row],
+        [0.0; 3],
+    )?;
+    let most = view.iter().copied().fold(0.0f32, f32::max);
+    let grey = [0.0, if most > 0.0 { f64::from(most) } else { 1.0 }];
+    files::write_png(
+        out,
+        &Volume::new(grid, view.as_slice())?,
+        Section::Coronal(0),
+        grey,
+    )
+}
+
+/// The page of the whole, which names those of its commands, or the page of one of them.
+fn man(command: Option<&str>) -> Done {
+    let mut whole = Arguments::command();
+    whole.build();
+    let page = match command {
+        None => whole,
+        Some(name) => match whole.find_subcommand(name) {
+            Some(command) => command.clone(),
+            None => {
+                let what = format!("there is no command `{name}`");
+                whole.error(ErrorKind::InvalidValue, what).exit()
+            }
+        },
+    };
+    to_stdout(|out| clap_mangen::Man::new(page).render(out))
+}
+
+/// Lines for people.
+fn say(arguments: &Arguments, lines: &[String]) -> Done {
+    if arguments.quiet {
+        return Ok(());
+    }
+    to_stdout(|out| lines.iter().try_for_each(|line| writeln!(out, "{line}")))
 }
 
 fn print_json(value: &serde_json::Value) -> Done {
@@ -242,10 +272,14 @@ fn print_json(value: &serde_json::Value) -> Done {
 }
 
 fn to_stdout(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Done {
-    write(&mut io::stdout().lock()).map_err(|source| PhantomError::File {
-        path: "the standard output".into(),
-        source,
-    })
+    match write(&mut io::stdout().lock()) {
+        // Whoever reads has seen enough.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.map_err(|source| PhantomError::File {
+            path: "the standard output".into(),
+            source,
+        }),
+    }
 }
 
 fn bar(arguments: &Arguments) -> ProgressBar {

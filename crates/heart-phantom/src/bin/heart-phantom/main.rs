@@ -6,21 +6,43 @@ mod commands;
 use arguments::Arguments;
 use clap::Parser;
 use heart_phantom::PhantomError;
+use std::fmt::Display;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return refuse(&error),
+    };
     match commands::run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             if arguments.json {
-                eprintln!("{}", as_json(&error));
+                complain(&as_json(&error));
             } else {
-                eprintln!("error: {error}");
+                complain(&format_args!("error: {error}"));
             }
             ExitCode::from(code(&error))
         }
     }
+}
+
+/// A command line that cannot be understood, or that asks for help.
+fn refuse(error: &clap::Error) -> ExitCode {
+    let wants_json = std::env::args_os().any(|argument| argument == "--json");
+    if !(wants_json && error.use_stderr()) {
+        error.exit();
+    }
+    let text = error.to_string();
+    let text = text.strip_prefix("error: ").unwrap_or(&text).trim();
+    complain(&serde_json::json!({ "error": text, "code": 2 }));
+    ExitCode::from(2)
+}
+
+/// To the standard error; if that is gone, the exit code has to say it all.
+fn complain(what: &dyn Display) {
+    let _ = writeln!(io::stderr(), "{what}");
 }
 
 /// 2 for what the user can put right in the command or the scene, 1 for what went wrong at work.

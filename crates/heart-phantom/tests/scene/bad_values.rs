@@ -1,0 +1,398 @@
+//! Every field of a scene with values that make no sense.
+
+use super::error_of;
+use heart_phantom::scene::Scene;
+
+/// What the file says, the field that the error names, and words of its advice.
+const BAD: &[(&str, &str, &str)] = &[
+    (
+        "[heart]\nlaw = 'per-volume'",
+        "heart.law",
+        "per-material-length",
+    ),
+    (
+        "[heart]\ndiscretisation = 'fine'",
+        "heart.discretisation",
+        "differences",
+    ),
+    (
+        "[heart]\ndiscretisation = { differences = { nodes = 3 } }",
+        "heart.discretisation.differences.nodes",
+        "11",
+    ),
+    (
+        "[heart]\ndiscretisation = { spectral = { degree = 2, per_piece = 1, tolerance = 1e-4 } }",
+        "heart.discretisation.spectral.degree",
+        "4",
+    ),
+    (
+        "[heart]\ndiscretisation = { spectral = { degree = 8, per_piece = 0, tolerance = 1e-4 } }",
+        "heart.discretisation.spectral.per_piece",
+        "1",
+    ),
+    (
+        "[heart]\ndiscretisation = { spectral = { degree = 8, per_piece = 1, tolerance = 0.0 } }",
+        "heart.discretisation.spectral.tolerance",
+        "between",
+    ),
+    (
+        "[heart.inner]\nlength = -1.0\nradius = 1.0\nstiffness = 1.0",
+        "heart.inner.length",
+        "between",
+    ),
+    (
+        "[heart.inner]\nlength = 8.0\nradius = nan\nstiffness = 1.0",
+        "heart.inner.radius",
+        "between",
+    ),
+    (
+        "[heart.inner]\nlength = 8.0\nradius = 1.0\nstiffness = 0.0",
+        "heart.inner.stiffness",
+        "between",
+    ),
+    (
+        "[heart.inner]\nlength = 8.0\nradius = 1.0",
+        "heart.inner",
+        "stiffness",
+    ),
+    (
+        "[heart.outer]\nlength = inf\nradius = 3.0\nstiffness = 1.0",
+        "heart.outer.length",
+        "between",
+    ),
+    (
+        "[heart.outer]\nlength = 7.0\nradius = 2.0\nstiffness = 1.0",
+        "heart.outer.length",
+        "apex",
+    ),
+    (
+        "[heart.outer]\nlength = 8.5\nradius = 1.0\nstiffness = 1.0",
+        "heart.outer.radius",
+        "1.75",
+    ),
+    (
+        "[heart.outer]\nlength = 8.5\nradius = 3.0\nstiffness = -2.0",
+        "heart.outer.stiffness",
+        "between",
+    ),
+    (
+        "[cycle]\nbeats_per_minute = 0.0",
+        "cycle.beats_per_minute",
+        "between",
+    ),
+    (
+        "[cycle]\nbeats_per_minute = 'fast'",
+        "cycle.beats_per_minute",
+        "f64",
+    ),
+    ("[cycle]\ncurve = 'square'", "cycle.curve", "sinusoid"),
+    ("[cycle]\ncurve = { sampled = [1.0] }", "cycle.curve", "3"),
+    (
+        "[cycle]\ncurve = { sampled = [1.0, 1.0, 1.0] }",
+        "cycle.curve",
+        "range",
+    ),
+    (
+        "[cycle]\ncurve = { sampled = [1.0, inf, 1.0] }",
+        "cycle.curve",
+        "between",
+    ),
+    (
+        "[cycle]\nbeats_per_minute = 200.0\ncurve = 'physiological'",
+        "cycle.curve",
+        "140",
+    ),
+    (
+        "[cycle]\nvolume = { gain = -0.1 }",
+        "cycle.volume.gain",
+        "between",
+    ),
+    (
+        "[cycle]\nvolume = { ejection_fraction = 1.0 }",
+        "cycle.volume.ejection_fraction",
+        "between",
+    ),
+    (
+        "[cycle]\nvolume = { volumes = { edv = 150.0, esv = 50.0 } }",
+        "cycle.volume.volumes.esv",
+        "rest volume",
+    ),
+    (
+        "[cycle]\nvolume = { volumes = { edv = 100.0, esv = 110.0 } }",
+        "cycle.volume.volumes.edv",
+        "end-systolic",
+    ),
+    (
+        "[cycle]\nvolume = { volumes = { edv = 1e9, esv = 110.0 } }",
+        "cycle.volume.volumes.edv",
+        "between",
+    ),
+    ("[cycle]\nvolume = 0.6", "cycle.volume", "table"),
+    ("[pose]\ncentre = nan", "pose.centre", "between"),
+    ("[pose]\nturn_x = 400.0", "pose.turn_x", "360"),
+    ("[pose]\nturn_y = nan", "pose.turn_y", "between"),
+    ("[pose]\nturn_z = -1e9", "pose.turn_z", "between"),
+    ("[pose]\nshift = [0.0, inf, 0.0]", "pose.shift", "between"),
+    ("[pose]\nshift = [0.0, 1.0]", "pose.shift", "3"),
+    (
+        "[activity]\ncavity = { concentration = -1.0 }",
+        "activity.cavity",
+        "between",
+    ),
+    (
+        "[activity]\nwall = { total = nan }",
+        "activity.wall",
+        "between",
+    ),
+    ("[activity]\nwall = 1.0", "activity.wall", "table"),
+    ("[attenuation]\ncoefficient = 0.15", "attenuation", "medium"),
+    (
+        "[attenuation]\ncoefficient = -0.1\nmedium = 'heart'",
+        "attenuation.coefficient",
+        "between",
+    ),
+    (
+        "[attenuation]\ncoefficient = 0.1\nmedium = 'lead'",
+        "attenuation.medium",
+        "torso",
+    ),
+    (
+        "[attenuation]\ncoefficient = 0.1\nmedium = { torso = { centre = [nan, 0.0], semi_axes = [1.0, 1.0] } }",
+        "attenuation.medium.torso.centre",
+        "between",
+    ),
+    (
+        "[attenuation]\ncoefficient = 0.1\nmedium = { torso = { centre = [0.0, 0.0], semi_axes = [1.0, 0.0] } }",
+        "attenuation.medium.torso.semi_axes",
+        "between",
+    ),
+    (
+        "[output]\nwrite = ['attenuation']",
+        "output.write",
+        "needs a section",
+    ),
+    (
+        "[background]\nconcentration = -0.1\ncentre = [0.0, 0.0]\nsemi_axes = [9.0, 8.0]",
+        "background.concentration",
+        "between",
+    ),
+    (
+        "[background]\nconcentration = 0.1\ncentre = [0.0, inf]\nsemi_axes = [9.0, 8.0]",
+        "background.centre",
+        "between",
+    ),
+    (
+        "[background]\nconcentration = 0.1\ncentre = [0.0, 0.0]\nsemi_axes = [9.0, -8.0]",
+        "background.semi_axes",
+        "between",
+    ),
+    ("[[defects]]\ns = [0.1, 0.2]", "defects.0", "missing field"),
+    (
+        "[[defects]]\nlayers = [0.5, 0.2]\ns = [0.1, 0.2]\nazimuths = [0.0, 90.0]\nactivity = 0.0",
+        "defects.0.layers",
+        "from < to",
+    ),
+    (
+        "[[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.6]\nazimuths = [0.0, 90.0]\nactivity = 0.0",
+        "defects.0.s",
+        "0.5",
+    ),
+    (
+        "[[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.2]\nazimuths = [0.0, 400.0]\nactivity = 0.0",
+        "defects.0.azimuths",
+        "360",
+    ),
+    (
+        "[[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.2]\nazimuths = [nan, 40.0]\nactivity = 0.0",
+        "defects.0.azimuths",
+        "between",
+    ),
+    (
+        "[[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.2]\nazimuths = [0.0, 40.0]\nactivity = -1.0",
+        "defects.0.activity",
+        "between",
+    ),
+    ("[blur]\nfwhm = -1.0", "blur.fwhm", "between"),
+    ("[blur]\nfwhm = 17.0", "blur.fwhm", "16"),
+    (
+        "[noise]\ncounts = { total = 0.0 }\nseed = 1",
+        "noise.counts.total",
+        "between",
+    ),
+    (
+        "[noise]\ncounts = { per_unit = nan }\nseed = 1",
+        "noise.counts.per_unit",
+        "between",
+    ),
+    ("[noise]\ncounts = 5.0\nseed = 1", "noise.counts", "table"),
+    (
+        "[noise]\ncounts = { per_unit = 1.0 }\nseed = -1",
+        "noise.seed",
+        "u64",
+    ),
+    ("[camera]\nviews = 0", "camera.views", "between 1"),
+    ("[camera]\nviews = -3", "camera.views", "usize"),
+    (
+        "[camera]\nviews = 10000\nbins = 8192",
+        "camera.views",
+        "at most",
+    ),
+    ("[camera]\narc = 0.0", "camera.arc", "between"),
+    ("[camera]\nstart = inf", "camera.start", "between"),
+    ("[camera]\nbins = 1", "camera.bins", "between 2"),
+    ("[camera]\nrows = 0", "camera.rows", "between 1"),
+    ("[camera]\npitch = [0.0, 0.1]", "camera.pitch", "between"),
+    ("[camera]\npitch = 0.1", "camera.pitch", "array"),
+    (
+        "[camera]\nrotation = 'wobbling'",
+        "camera.rotation",
+        "step-and-shoot",
+    ),
+    (
+        "[camera]\nseconds_per_view = 0.0",
+        "camera.seconds_per_view",
+        "between",
+    ),
+    (
+        "[camera]\nseconds_per_view = 0.5\nrotation = 'continuous'",
+        "camera.seconds_per_view",
+        "one beat",
+    ),
+    ("[camera]\nradius = -1.0", "camera.radius", "between"),
+    (
+        "[acquisition]\nmode = 'long'",
+        "acquisition.mode",
+        "whole-cycle",
+    ),
+    (
+        "[acquisition]\nmode = { static = { phase = 1.5 } }",
+        "acquisition.mode.static.phase",
+        "between",
+    ),
+    (
+        "[acquisition]\nmode = { exposure = { seconds = 2.0 } }",
+        "acquisition.mode.exposure.seconds",
+        "between",
+    ),
+    (
+        "[acquisition]\nmode = { gated = { gates = 0 } }",
+        "acquisition.mode.gated.gates",
+        "between",
+    ),
+    (
+        "[acquisition]\naccuracy = { steps = 7 }",
+        "acquisition.accuracy.steps",
+        "even",
+    ),
+    (
+        "[acquisition]\naccuracy = { steps = 0 }",
+        "acquisition.accuracy.steps",
+        "between",
+    ),
+    (
+        "[acquisition]\naccuracy = { tolerance = 0.0 }",
+        "acquisition.accuracy.tolerance",
+        "between",
+    ),
+    (
+        "[reconstruction]\nwindow = 'hat'",
+        "reconstruction.window",
+        "hann",
+    ),
+    (
+        "[reconstruction]\nwindow = { butterworth = { order = 0 } }",
+        "reconstruction.window.butterworth.order",
+        "between",
+    ),
+    (
+        "[reconstruction]\ncutoff = 1.5",
+        "reconstruction.cutoff",
+        "between",
+    ),
+    (
+        "[reconstruction]\npixels = 0",
+        "reconstruction.pixels",
+        "between",
+    ),
+    (
+        "[reconstruction]\npixels = 8192",
+        "reconstruction.pixels",
+        "at most",
+    ),
+    (
+        "[reconstruction]\npixel = 0.0",
+        "reconstruction.pixel",
+        "between",
+    ),
+    (
+        "[reconstruction]\nregion = { x = [5, 5], y = [0, 9] }",
+        "reconstruction.region.x",
+        "from < to",
+    ),
+    (
+        "[reconstruction]\nregion = { x = [5, 6], y = [0, 257] }",
+        "reconstruction.region.y",
+        "256",
+    ),
+    (
+        "[reconstruction]\narc = 'complete'\n[camera]\narc = 90.0",
+        "reconstruction.arc",
+        "180",
+    ),
+    ("[truth]\ntolerance = 0.0", "truth.tolerance", "between"),
+    (
+        "[output]\nwrite = ['sinogram']",
+        "output.write",
+        "projections",
+    ),
+    (
+        "[output]\nwrite = ['truth', 'truth']",
+        "output.write",
+        "once",
+    ),
+    ("[output]\nvolumes = 'dicom'", "output.volumes", "nrrd"),
+    (
+        "[output]\nprojections = 'nifti'",
+        "output.projections",
+        "Interfile",
+    ),
+];
+
+#[test]
+fn every_field_refuses_a_bad_value_and_says_where() {
+    for (text, field, advice) in BAD {
+        let error = error_of(text);
+        let said = error.to_string();
+        assert_eq!(error.field, *field, "{text}\n{said}");
+        assert!(said.contains(advice), "{text}\n{said}");
+        // The line of the field's own name, or of the table that misses it.
+        let [line, column] = error.place.unwrap_or_else(|| panic!("{text}\n{said}"));
+        let there = text.lines().nth(line - 1).unwrap_or_default();
+        let named = field.split('.').any(|name| there.contains(name));
+        assert!(named, "{text}\n{said}");
+        assert!(column <= there.chars().count() + 1, "{said}");
+    }
+}
+
+#[test]
+fn every_field_is_in_the_written_scene_and_in_the_table_of_bad_values() {
+    let scene = Scene::default();
+    let page = scene.to_toml();
+    let table: toml::Table = toml::from_str(&toml::to_string(&scene).unwrap()).unwrap();
+    for (section, fields) in &table {
+        for field in fields.as_table().unwrap().keys() {
+            let name = format!("{section}.{field}");
+            assert!(
+                page.contains(&format!("\n{field} = ")) || page.contains(&format!("[{name}]")),
+                "{name} is not written"
+            );
+            assert!(
+                BAD.iter().any(|(_, bad, _)| bad.starts_with(&name)),
+                "{name} has no bad value"
+            );
+        }
+    }
+    for absent in ["centre", "pixels", "pixel", "region"] {
+        assert!(page.contains(&format!("# {absent} = ")));
+    }
+}
