@@ -13,6 +13,21 @@ struct Sample<'a> {
     derivative: &'a [f64],
 }
 
+impl Sample<'_> {
+    /// Position and derivative by the element's own coordinate.
+    #[inline]
+    fn at(&self, local: &[[f64; 2]]) -> ([f64; 2], [f64; 2]) {
+        let (mut c, mut d) = ([0.0; 2], [0.0; 2]);
+        for ((value, derivative), node) in self.value.iter().zip(self.derivative).zip(local) {
+            for k in 0..2 {
+                c[k] += value * node[k];
+                d[k] += derivative * node[k];
+            }
+        }
+        (c, d)
+    }
+}
+
 impl SpectralElements {
     /// All four measures of the whole curve, as [`Measure`] defines them for polylines but for the
     /// polynomials themselves. Area and volume are exact for them, length and surface have the
@@ -21,11 +36,29 @@ impl SpectralElements {
     /// # Panics
     /// `nodes` not of the length of [`SpectralElements::start`].
     pub fn measures(&self, nodes: &[f64]) -> Measures {
+        const ALL: [Measure; 4] = [
+            Measure::Length,
+            Measure::Area,
+            Measure::Surface,
+            Measure::Volume,
+        ];
+        assert_eq!(nodes.len(), self.start().len(), "nodes");
+        let mut sums = [0.0; 4];
+        for e in 0..self.n_elements() {
+            let local = nodes[self.window(e)].as_chunks::<2>().0;
+            self.each_sample(local, true, |sample| {
+                let (c, d) = sample.at(local);
+                for (sum, measure) in sums.iter_mut().zip(ALL) {
+                    *sum += sample.weight * integrand(measure, c, d).0;
+                }
+            });
+        }
+        let [length, area, surface, volume] = sums;
         Measures {
-            length: self.measure(Measure::Length, nodes),
-            area: self.measure(Measure::Area, nodes),
-            surface: self.measure(Measure::Surface, nodes),
-            volume: self.measure(Measure::Volume, nodes),
+            length,
+            area: area + self.close_area(nodes, None),
+            surface,
+            volume,
         }
     }
 
@@ -50,73 +83,75 @@ impl SpectralElements {
 
     fn integrate(&self, measure: Measure, nodes: &[f64], mut gradient: Option<&mut [f64]>) -> f64 {
         assert_eq!(nodes.len(), self.start().len(), "nodes");
-        let p = self.degree();
-        let n = p + 1;
-        let copies = if self.is_half() { 2.0 } else { 1.0 };
         let mut total = 0.0;
         for e in 0..self.n_elements() {
-            let window = 2 * e * p..2 * (e + 1) * p + 2;
-            let local = nodes[window.clone()].as_chunks::<2>().0;
+            let local = nodes[self.window(e)].as_chunks::<2>().0;
             let mut out = gradient
                 .as_deref_mut()
-                .map(|g| g[window].as_chunks_mut::<2>().0);
-            let reference = &self.reference;
-            let mut add = |sample: Sample<'_>| {
-                let (mut c, mut d) = ([0.0; 2], [0.0; 2]);
-                for j in 0..n {
-                    for k in 0..2 {
-                        c[k] += sample.value[j] * local[j][k];
-                        d[k] += sample.derivative[j] * local[j][k];
-                    }
-                }
+                .map(|g| g[self.window(e)].as_chunks_mut::<2>().0);
+            let kinked = matches!(measure, Measure::Surface | Measure::Volume);
+            self.each_sample(local, kinked, |sample| {
+                let (c, d) = sample.at(local);
                 let (value, by_c, by_d) = integrand(measure, c, d);
-                let weight = copies * sample.weight;
-                total += weight * value;
+                total += sample.weight * value;
                 if let Some(out) = &mut out {
-                    for j in 0..n {
+                    for (j, out) in out.iter_mut().enumerate() {
                         for k in 0..2 {
-                            out[j][k] += weight
+                            out[k] += sample.weight
                                 * (by_c[k] * sample.value[j] + by_d[k] * sample.derivative[j]);
                         }
                     }
                 }
-            };
-            let crossings = match measure {
-                Measure::Surface | Measure::Volume => self.axis_crossings(local),
-                _ => Vec::new(),
-            };
-            if crossings.is_empty() {
-                for (q, &(_, weight)) in reference.gauss.iter().enumerate() {
-                    let value = &reference.to_gauss[q * n..(q + 1) * n];
-                    let derivative = &reference.derivative_to_gauss[q * n..(q + 1) * n];
-                    add(Sample {
-                        weight,
-                        value,
-                        derivative,
-                    });
-                }
-                continue;
-            }
-            // |y| has a kink where the curve crosses the axis: integrate between by themselves
-            let mut value = vec![0.0; n];
-            let starts = std::iter::once(0.0).chain(crossings.iter().copied());
-            let ends = crossings.iter().copied().chain(std::iter::once(1.0));
-            for (from, to) in starts.zip(ends) {
-                for (t, weight) in gauss_legendre(reference.gauss.len()) {
-                    reference.value_row(from + (to - from) * t, &mut value);
-                    let derivative = reference.times_derivative(&value);
-                    add(Sample {
-                        weight: weight * (to - from),
-                        value: &value,
-                        derivative: &derivative,
-                    });
-                }
-            }
+            });
         }
         if measure == Measure::Area {
             total += self.close_area(nodes, gradient);
         }
         total
+    }
+
+    /// Where the nodes of element `e` are in a state.
+    fn window(&self, e: usize) -> std::ops::Range<usize> {
+        let p = self.degree();
+        2 * e * p..2 * (e + 1) * p + 2
+    }
+
+    /// Calls `add` for each quadrature point of the element with nodes `local`; its mirror image
+    /// counts in the weight. |y| has a kink where the curve crosses the axis: what has one (`kinked`) is
+    /// integrated by itself on either side.
+    fn each_sample(&self, local: &[[f64; 2]], kinked: bool, mut add: impl FnMut(Sample<'_>)) {
+        let reference = &self.reference;
+        let n = local.len();
+        let copies = if self.is_half() { 2.0 } else { 1.0 };
+        let crossings = if kinked {
+            self.axis_crossings(local)
+        } else {
+            Vec::new()
+        };
+        if crossings.is_empty() {
+            for (q, &(_, weight)) in reference.gauss.iter().enumerate() {
+                add(Sample {
+                    weight: copies * weight,
+                    value: &reference.to_gauss[q * n..(q + 1) * n],
+                    derivative: &reference.derivative_to_gauss[q * n..(q + 1) * n],
+                });
+            }
+            return;
+        }
+        let mut value = vec![0.0; n];
+        let starts = std::iter::once(0.0).chain(crossings.iter().copied());
+        let ends = crossings.iter().copied().chain(std::iter::once(1.0));
+        for (from, to) in starts.zip(ends) {
+            for (t, weight) in gauss_legendre(reference.gauss.len()) {
+                reference.value_row(from + (to - from) * t, &mut value);
+                let derivative = reference.times_derivative(&value);
+                add(Sample {
+                    weight: copies * weight * (to - from),
+                    value: &value,
+                    derivative: &derivative,
+                });
+            }
+        }
     }
 
     /// The chord that closes the area; under the mirror, its half from the axis to the first node.

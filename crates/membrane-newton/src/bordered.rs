@@ -225,6 +225,16 @@ impl Controlled for Bordered<'_> {
         let n = self.elastic.len();
         reach.allows(self.discrete.turning(&from[..n], &to[..n]))
     }
+
+    fn rate_into(&mut self, out: &mut [f64]) {
+        out.fill(0.0);
+        out[self.elastic.len()] = 1.0;
+        self.solve_in_place(out);
+    }
+
+    fn shape_norm(&self, change: &[f64]) -> f64 {
+        max_abs(&change[..self.elastic.len()]) / self.size.0
+    }
 }
 
 fn max_abs(v: &[f64]) -> f64 {

@@ -17,6 +17,12 @@ pub(crate) trait Controlled: ResidualSystem {
 
     /// Whether no curve turns further from state `from` to state `to` than `reach` allows.
     fn within(&self, reach: Reach, from: &[f64], to: &[f64]) -> bool;
+
+    /// `out` = how fast the state changes with the value, by the tangent factored last.
+    fn rate_into(&mut self, out: &mut [f64]);
+
+    /// Size of what a change of the state does to the curves, free of units.
+    fn shape_norm(&self, change: &[f64]) -> f64;
 }
 
 /// How Newton came to an answer, which decides how far a curve may have turned.
@@ -48,8 +54,8 @@ impl Reach {
 /// curves with more loops once the load is large, and a branch that turned back may turn again. Along a
 /// branch the determinant keeps its sign up to the limit point at which it turns back, and the
 /// curve turns continuously. So an answer of Newton's is taken only if the sign is that of the
-/// start and the curve turns through no more than a full circle (or hardly more than at the start). All
-/// else is left to the walk, whose steps must be short enough for Newton without damping.
+/// start and the curve turns through no more than a full circle (or hardly more than at the
+/// start). All else is left to the walk.
 pub(crate) fn solve<S: Controlled>(
     system: &mut S,
     state: &mut [f64],
@@ -78,7 +84,7 @@ pub(crate) fn solve<S: Controlled>(
         state.copy_from_slice(start);
         system.set_control(to);
     }
-    let mut outcome = attempt(
+    let outcome = attempt(
         system,
         state,
         (Reach::Direct, start),
@@ -89,13 +95,71 @@ pub(crate) fn solve<S: Controlled>(
     if outcome.is_ok() || options.max_load_steps == 0 {
         return finish(outcome, total);
     }
-    // a step that needs damping, or many iterations, is too long
+    let walked = walk(
+        system,
+        state,
+        start,
+        (from, to),
+        options,
+        &mut scratch,
+        &mut total,
+    );
+    match walked {
+        Err(Ended::AtStart) => finish(outcome, total),
+        Err(Ended::At(reached)) => Err(NewtonError::LimitPoint {
+            reached,
+            wanted: to,
+            report: total,
+        }),
+        Ok(()) => Ok(total),
+    }
+}
+
+/// Where a walk ended before its aim.
+enum Ended {
+    AtStart,
+    At(f64),
+}
+
+/// Walks from value `from`, near `start`, to `to`, where it leaves `state`.
+///
+/// A step is too long if Newton needs damping or many iterations, or if it finds a curve that turns too
+/// much, that changes at quite another rate, or that is further away than the rates at both ends explain:
+/// Newton then may have jumped over limit points at which the branch turns back and forth.
+fn walk<S: Controlled>(
+    system: &mut S,
+    state: &mut [f64],
+    start: &[f64],
+    (from, to): (f64, f64),
+    options: &NewtonOptions,
+    scratch: &mut NewtonScratch,
+    total: &mut NewtonReport,
+) -> Result<(), Ended> {
     let careful = options
         .clone()
         .with_max_iterations(options.max_iterations.min(6))
         .with_line_search(LineSearch::Natural { max_halvings: 0 });
+    // The start need not be an equilibrium to the last digit, nor at all if its ends are held.
     state.copy_from_slice(start);
-    let (mut last, mut solved) = (start.to_vec(), start.to_vec());
+    system.set_control(from);
+    let mut on_branch = attempt(
+        system,
+        state,
+        (Reach::Step, start),
+        &careful,
+        scratch,
+        total,
+    )
+    .and_then(|()| system.factor(state))
+    .is_ok();
+    if !on_branch {
+        state.copy_from_slice(start);
+    }
+    let (mut last, mut solved) = (state.to_vec(), state.to_vec());
+    let (mut rate, mut change) = (vec![0.0; state.len()], vec![0.0; state.len()]);
+    if on_branch {
+        system.rate_into(&mut rate);
+    }
     let (mut here, mut before) = (0.0, 0.0);
     let mut width: f64 = 0.25;
     while here < 1.0 && total.load_steps < options.max_load_steps {
@@ -108,16 +172,28 @@ pub(crate) fn solve<S: Controlled>(
         }
         system.set_control(from + next * (to - from));
         total.load_steps += 1;
-        outcome = attempt(
+        let found = attempt(
             system,
             state,
             (Reach::Step, &solved),
             &careful,
-            &mut scratch,
-            &mut total,
+            scratch,
+            total,
         );
-        if outcome.is_ok() {
-            (before, here) = (here, next);
+        let explained = found.is_ok() && {
+            for ((change, x), solved) in change.iter_mut().zip(&*state).zip(&solved) {
+                *change = x - solved;
+            }
+            let by = system.shape_norm(&change) / ((next - here) * (to - from)).abs();
+            let before = system.shape_norm(&rate);
+            system.rate_into(&mut change);
+            let after = system.shape_norm(&change);
+            let (least, most) = (before.min(after), before.max(after));
+            !on_branch || (most <= UNEVEN * least && by <= 1.5 * most)
+        };
+        if explained {
+            (before, here, on_branch) = (here, next, true);
+            rate.copy_from_slice(&change);
             last.copy_from_slice(&solved);
             solved.copy_from_slice(state);
             width *= 2.0;
@@ -129,15 +205,16 @@ pub(crate) fn solve<S: Controlled>(
             }
         }
     }
-    if here > 0.0 && here < 1.0 {
-        return Err(NewtonError::LimitPoint {
-            reached: from + here * (to - from),
-            wanted: to,
-            report: total,
-        });
+    match here {
+        1.0 => Ok(()),
+        0.0 => Err(Ended::AtStart),
+        _ => Err(Ended::At(from + here * (to - from))),
     }
-    finish(outcome, total)
 }
+
+/// By how much the rates of change at both ends of a step may differ: towards a limit point they
+/// grow as one over the root of the distance, so that a step leaves a sixteenth of it at least.
+const UNEVEN: f64 = 4.0;
 
 /// Newton from `state`; what it finds must be within `reach` of `from`.
 fn attempt(

@@ -329,4 +329,15 @@ impl Controlled for PairSystem<'_> {
         self.inner.within(reach, &from[..split], &to[..split])
             && self.outer.within(reach, &from[split..], &to[split..])
     }
+
+    fn rate_into(&mut self, out: &mut [f64]) {
+        out.fill(0.0);
+        out[self.split() - 1] = 1.0;
+        self.solve_in_place(out);
+    }
+
+    fn shape_norm(&self, change: &[f64]) -> f64 {
+        let (inner, outer) = change.split_at(self.split());
+        nan_max(self.inner.shape_norm(inner), self.outer.shape_norm(outer))
+    }
 }

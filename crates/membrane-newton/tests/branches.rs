@@ -239,3 +239,32 @@ fn rounding_does_not_end_the_walk_early() {
         assert!((reached / limit - 1.0).abs() < 2e-4, "{asked}: {reached}");
     }
 }
+
+/// The same with two limit points within a thousandth of the load and not far from each other: a step
+/// from just below the first lands beyond the second unless the rates at its ends are compared.
+#[test]
+fn a_narrow_pair_of_limit_points_is_not_stepped_over() {
+    let radius = 1.6301606497749683;
+    let wave = |s: f64| 1.0 - 0.11008719555488762 * (TAU * s).cos();
+    let stiffness = move |s: f64| wave(s) * if s < 0.4 { 1.0 } else { 0.2701328495626068 };
+    let rest = RestShape::balloon(0.17363534843984182 * radius, radius).unwrap();
+    let membrane =
+        Membrane::new(rest).with_stiffness(Stiffness::function(stiffness, &[0.4]).unwrap());
+    let differences = |nodes| Discretisation::FiniteDifferences { nodes };
+    for discretisation in [
+        SPECTRAL,
+        differences(401),
+        differences(801),
+        differences(1601),
+    ] {
+        let solver = Solver::new(&membrane, discretisation).unwrap();
+        for asked in [109.0, 112.0, 130.0, 150.0, 194.3582093112442, 300.0, 600.0] {
+            let outcome = solver.solve(Control::Intensity(asked), &NewtonOptions::default());
+            let Err(NewtonError::LimitPoint { reached, .. }) = outcome else {
+                panic!("{asked} {discretisation:?}: {outcome:?}");
+            };
+            // 400 cells are 1.5e-3 off
+            assert!((reached / 108.75 - 1.0).abs() < 2e-3, "{asked}: {reached}");
+        }
+    }
+}
