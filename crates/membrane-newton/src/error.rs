@@ -30,12 +30,14 @@ pub enum NewtonError {
         above: f64,
     },
     /// The control was raised from the start but not to the value wanted: past `reached` (within
-    /// about 1e-4 of it) this branch of equilibria does not go on, or the load steps ran out.
+    /// about 1e-4 of it) this branch of equilibria turns back, or the load steps ran out. A control that does not turn
+    /// back there, often area or volume, goes on.
     #[error("no equilibrium found past control value {reached}, {wanted} wanted, {} load steps", report.load_steps)]
     LimitPoint {
-        /// Largest value of the control that was solved for.
+        /// Last value of the control that was solved for, in the unit of the control; a volume for a
+        /// volume gain.
         reached: f64,
-        /// Value that was asked for.
+        /// Value that was asked for, in the same unit.
         wanted: f64,
         /// What was tried.
         report: NewtonReport,
@@ -52,8 +54,8 @@ pub enum NewtonError {
         tolerance: f64,
     },
     /// Newton converged, but to an equilibrium that no change of the control leads to from the
-    /// start: past a limit point, or with loops more. Seen only if the walk in steps is switched
-    /// off or does not get away from the start.
+    /// start: past a limit point, or with more loops. Seen only if there are to be no load steps
+    /// ([`NewtonOptions::max_load_steps`](crate::NewtonOptions::max_load_steps)) or none gets away from the start.
     #[error("not on the branch of the start: {} iterations, {} load steps", report.iterations, report.load_steps)]
     OtherBranch {
         /// What was tried.

@@ -21,6 +21,14 @@
 //! Convergence: a full step is tested by the correction that would follow it with the same
 //! factorisation (natural monotonicity, Deuflhard 2004); if Newton fails from the start the control
 //! is raised in steps; where the branch of equilibria turns back the error says how far it went.
+//!
+//! Which equilibrium: where the stiffness varies there may be a largest load, and under some hundred
+//! times lambda R there are equilibria with loops, which cross themselves. The answer is the one that
+//! inflation leads to: the bordered determinant has the sign that it has at the start and the curve
+//! turns through no more than a full circle, or it was reached in steps held to the rates of change
+//! at their ends. (No branch breaks these conditions; they do not prove that there is one.) If
+//! membrane and ends are mirror images so is the answer.
+//!
 //! What it is not: a general nonlinear solver library, though [`newton`] takes any
 //! [`ResidualSystem`]; there is no time here. There are no features to choose.
 //!

@@ -11,6 +11,10 @@ use crate::options::{NewtonOptions, NewtonReport};
 use crate::plan::{Plan, climb, refine};
 
 /// How the curve is discretised.
+///
+/// Spectral elements have errors down to rounding where rest shape and stiffness are smooth between their breakpoints:
+/// degree 14 for a balloon, the adaptive ones for anything else. Finite differences are those of the paper, of second
+/// order; they ask for no breakpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Discretisation {
@@ -94,8 +98,14 @@ impl Solver {
 
     /// Solves from the start.
     ///
+    /// Several equilibria may have the same control. The answer is the one that the control leads to when it
+    /// is raised from the start, up to the first limit point; there is none beyond that one.
+    ///
     /// # Errors
-    /// A control nothing can be solved for; [`NewtonError::NotConverged`].
+    /// [`NewtonError::OutOfRange`], a control nothing can be solved for; [`NewtonError::LimitPoint`],
+    /// the branch ends before it; [`PastBlowUp`](membrane_forces::MembraneError::PastBlowUp), a pressure per current length with no
+    /// equilibrium; [`NewtonError::Unresolved`], polynomials that do not converge;
+    /// [`NewtonError::OtherBranch`], [`NewtonError::NotConverged`].
     pub fn solve(
         &self,
         control: Control,
@@ -106,7 +116,7 @@ impl Solver {
     }
 
     /// Solves from a nearby equilibrium (warm start), of this solver or of any other whose ends
-    /// are held at the same places.
+    /// are held at the same places. The answer is on its branch, past a limit point too.
     ///
     /// # Errors
     /// As [`Solver::solve`].
