@@ -1,5 +1,7 @@
 //! Which slices are worked on together.
 
+use std::ops::Range;
+
 use super::ProjectorReport;
 use crate::Sample;
 use crate::simd::InstructionSet;
@@ -13,7 +15,31 @@ pub(super) struct Block<'a> {
     pub(super) before: usize,
 }
 
-/// Blocks that share the taps of each ray.
+impl Block<'_> {
+    /// Zeros for the lanes without a slice, and with them for all.
+    pub(super) fn clear_unused<T: Sample>(&self, memory: &mut [T]) {
+        if self.slices.len() < self.lanes {
+            memory.fill(T::ZERO);
+        }
+    }
+
+    /// The given samples of the rows of the block's slices, out of a row of every slice.
+    pub(super) fn pick<'a, T>(
+        &self,
+        row: &'a mut [&mut [T]],
+        samples: Range<usize>,
+    ) -> Vec<&'a mut [T]> {
+        let first = self.slices.first().copied().unwrap_or(0);
+        let mut wanted = self.slices.iter().map(|slice| slice - first).peekable();
+        let rows = row[first..].iter_mut().enumerate();
+        rows.filter(|&(slice, _)| wanted.next_if_eq(&slice).is_some())
+            .map(|(_, row)| &mut row[samples.clone()])
+            .take(self.slices.len())
+            .collect()
+    }
+}
+
+/// Blocks that share the pairs of each ray.
 #[derive(Debug)]
 pub(super) struct Group<'a> {
     pub(super) blocks: Vec<Block<'a>>,
@@ -21,7 +47,21 @@ pub(super) struct Group<'a> {
     pub(super) lanes: usize,
 }
 
-/// Blocks of a group: enough to make the taps cheap, few enough for a tile of all of them to stay in the second cache.
+impl<'s> Group<'s> {
+    /// Memory divided among the blocks by their lanes.
+    pub(super) fn parts<'m, T>(&self, mut memory: &'m mut [T]) -> Vec<(&Block<'s>, &'m mut [T])> {
+        let per_lane = memory.len() / self.lanes;
+        let mut parts = Vec::with_capacity(self.blocks.len());
+        for block in &self.blocks {
+            let (part, rest) = memory.split_at_mut(per_lane * block.lanes);
+            parts.push((block, part));
+            memory = rest;
+        }
+        parts
+    }
+}
+
+/// Blocks of a group: enough to make the pairs cheap, few enough for a tile of all of them to stay in the second cache.
 const BLOCKS: usize = 4;
 /// Most memory for a group's projections, as long as a group has more lanes than a register.
 const GROUP_BYTES: usize = 48 << 20;
@@ -54,38 +94,19 @@ impl Slices {
         }
     }
 
-    /// The slices with signal in groups of blocks; a slice of projections has `sinogram_len` samples.
-    pub(super) fn groups<T: Sample>(
-        &self,
-        set: InstructionSet,
-        sinogram_len: usize,
-    ) -> Vec<Group<'_>> {
-        let most = GROUP_BYTES / (sinogram_len * size_of::<T>());
-        let register = set.lanes_for::<T>(2);
-        // `lanes_for` knows blocks of 1, 2 and 4 registers.
-        let mut lanes = set.lanes_for::<T>(usize::MAX);
-        while lanes > register && lanes > most {
-            lanes /= 2;
+    /// The slices with signal that are better projected in blocks, and those that are better projected one by one.
+    pub(super) fn blocks_and_alone<T>(&self, set: InstructionSet) -> (&[usize], &[usize]) {
+        let mut n = 0;
+        while set.first_block::<T>(self.active.len() - n) > 1 {
+            n += set.first_block::<T>(self.active.len() - n);
+            n = n.min(self.active.len());
         }
-        let n_blocks = (most / lanes).clamp(1, BLOCKS);
-        let group = |slices| {
-            let mut group = Group {
-                blocks: Vec::new(),
-                lanes: 0,
-            };
-            for slices in <[usize]>::chunks(slices, lanes) {
-                let lanes = set.lanes_for::<T>(slices.len());
-                let before = group.lanes;
-                group.blocks.push(Block {
-                    slices,
-                    lanes,
-                    before,
-                });
-                group.lanes += lanes;
-            }
-            group
-        };
-        self.active.chunks(lanes * n_blocks).map(group).collect()
+        self.active.split_at(n)
+    }
+
+    /// The slices with signal.
+    pub(super) fn active(&self) -> &[usize] {
+        &self.active
     }
 
     pub(super) fn report(&self) -> ProjectorReport {
@@ -94,4 +115,38 @@ impl Slices {
             slices_skipped: self.n_slices - self.active.len(),
         }
     }
+}
+
+/// Slices in groups of blocks; a slice of projections has `sinogram_len` samples.
+pub(super) fn groups<T: Sample>(
+    slices: &[usize],
+    set: InstructionSet,
+    sinogram_len: usize,
+) -> Vec<Group<'_>> {
+    let most = GROUP_BYTES / (sinogram_len * size_of::<T>());
+    let register = set.lanes_for::<T>(2);
+    // `lanes_for` knows blocks of 1, 2 and 4 registers.
+    let mut lanes = set.lanes_for::<T>(usize::MAX);
+    while lanes > register && lanes > most {
+        lanes /= 2;
+    }
+    let n_blocks = (most / lanes).clamp(1, BLOCKS);
+    let group = |slices| {
+        let mut group = Group {
+            blocks: Vec::new(),
+            lanes: 0,
+        };
+        for slices in <[usize]>::chunks(slices, lanes) {
+            let lanes = set.lanes_for::<T>(slices.len());
+            let before = group.lanes;
+            group.blocks.push(Block {
+                slices,
+                lanes,
+                before,
+            });
+            group.lanes += lanes;
+        }
+        group
+    };
+    slices.chunks(lanes * n_blocks).map(group).collect()
 }

@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use crate::error::{RadonError, length, product};
 use crate::sample::finite_and_signal;
-use crate::simd::{InstructionSet, interleave};
 use crate::{Sample, StackOrder};
 
 /// A stack of slices, each of `n_rows` rows (image rows or views) of `row_len` samples.
@@ -63,22 +62,10 @@ impl Stack {
         }
     }
 
-    /// Row `row` of the given slices, slices innermost: `out[sample * lanes + lane]`. Lanes beyond the slices get zero.
-    pub(super) fn interleave<T: Sample>(
-        &self,
-        set: InstructionSet,
-        data: &[T],
-        row: usize,
-        slices: &[usize],
-        lanes: usize,
-        out: &mut [T],
-    ) {
-        if slices.len() < lanes {
-            out.fill(T::ZERO);
-        }
-        let samples = |&slice: &usize| &data[self.row_start(row, slice)..][..self.row_len];
-        let rows: Vec<&[T]> = slices.iter().map(samples).collect();
-        interleave(set, &rows, lanes, out);
+    /// Row `row` of each of the given slices.
+    pub(super) fn rows<'a, T>(&self, data: &'a [T], row: usize, slices: &[usize]) -> Vec<&'a [T]> {
+        let row = |&slice: &usize| &data[self.row_start(row, slice)..][..self.row_len];
+        slices.iter().map(row).collect()
     }
 
     /// All rows, to be written apart from each other: `[row][slice]`.

@@ -2,7 +2,7 @@
 
 use sprs::CsMat;
 
-use super::rays::{Owner, RayTaps, Window};
+use super::rays::{Rays, Window};
 use super::{Projector, row_stride};
 use crate::Sample;
 
@@ -23,28 +23,41 @@ impl Projector {
     /// ```
     pub fn matrix<T: Sample>(&self) -> CsMat<T> {
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
-        let stride = row_stride(&self.grid);
-        let everything = Window {
-            x: 0..nx,
-            y: 0..ny,
-            row_stride: stride,
-            origin: 0,
-            owns: Owner::FirstPixel,
+        // The image within a margin of a pixel.
+        let stride = row_stride(nx);
+        let window = |across, along, strides| Window {
+            across,
+            along,
+            strides,
+            origin: stride + 1,
         };
+        let by_rows = window(0..nx, 0..ny, [1, stride]);
+        let by_columns = window(0..ny, 0..nx, [stride, 1]);
         let n_bins = self.geometry.n_bins();
         let mut row_starts = vec![0; self.geometry.sinogram_len() + 1];
         let (mut columns, mut weights) = (Vec::new(), Vec::new());
-        let mut rays = RayTaps::new(self.instructions);
+        let mut rays = Rays::default();
         for (view_idx, view) in self.views.iter().enumerate() {
-            view.traverse(&everything, &mut rays);
-            for (bin, taps) in rays.iter() {
+            let window = match view.steps_are_rows() {
+                true => &by_rows,
+                false => &by_columns,
+            };
+            view.traverse(self.instructions, window, 0..n_bins, &mut rays);
+            for (bin, range) in (0..rays.len()).filter_map(|i| rays.get(i)) {
+                let pairs = rays.pairs.iter(range);
+                let taps =
+                    pairs.flat_map(|(at, near, far)| [(at, near), (at + window.strides[0], far)]);
                 let mut row: Vec<(usize, T)> = taps
-                    .iter()
-                    .filter(|tap| tap.weight != T::ZERO)
-                    .map(|tap| {
-                        let at = tap.pixel as usize;
-                        (at / stride * nx + at % stride, tap.weight)
+                    .filter(|&(_, weight)| weight != T::ZERO)
+                    .map(|(at, weight)| {
+                        (
+                            (at / stride).wrapping_sub(1),
+                            (at % stride).wrapping_sub(1),
+                            weight,
+                        )
                     })
+                    .filter(|&(y, x, _)| y < ny && x < nx)
+                    .map(|(y, x, weight)| (y * nx + x, weight))
                     .collect();
                 row.sort_unstable_by_key(|&(column, _)| column);
                 row_starts[view_idx * n_bins + bin + 1] = row.len();

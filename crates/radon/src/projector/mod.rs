@@ -87,7 +87,7 @@ impl Projector {
         grid: &ImageGrid,
         kernel: Kernel,
     ) -> Result<Self, RadonError> {
-        let pixels = product("image", row_stride(grid), grid.ny())?;
+        let pixels = product("image", row_stride(grid.nx()), row_stride(grid.ny()))?;
         if i32::try_from(pixels).is_err() {
             let (a, b) = (grid.nx(), grid.ny());
             return Err(RadonError::TooLarge {
@@ -198,7 +198,8 @@ impl Projector {
     }
 }
 
-/// Rows of an interleaved image start an odd number of pixels apart, lest all rows of a tile fall on the same cache lines.
-fn row_stride(grid: &ImageGrid) -> usize {
-    grid.nx() | 1
+/// Distance between rows of so many pixels and a margin of one on either side: an odd number of pixels, lest all rows of a tile
+/// fall on the same cache lines.
+fn row_stride(n: usize) -> usize {
+    (n + 2) | 1
 }

@@ -10,115 +10,70 @@
 //! and each kernel spreads the step's path length over the pixels about `f`: pixel `i` gets the share of a blurred point
 //! at `f` that falls between `i - 1/2` and `i + 1/2`. The blur is a box of one pixel (Joseph), of the pixels that the
 //! ray crosses within the step (Siddon: exact lengths), or that box and the bin's width one after the other (strip:
-//! exact areas). Forward, adjoint and matrix all consume these same taps.
+//! exact areas). Forward, adjoint and matrix all consume the same pairs of pixels and weights.
 
 use std::ops::Range;
 
 use super::Kernel;
 use crate::error::{RadonError, within};
-use crate::simd::{BoxRay, BoxSteps, InstructionSet, Tap};
+use crate::simd::{BoxRay, InstructionSet, Pairs, Place};
 use crate::{ImageGrid, ParallelGeometry, Sample};
 
-/// The part of the image to traverse, and where it lies in memory.
+/// The part of an image that the rays of a view are followed through, and where it lies in memory.
+///
+/// A ray may enter and leave between the last pixel and the next: memory holds one more pixel on either side across.
 #[derive(Clone, Debug)]
 pub(super) struct Window {
-    /// Columns and rows.
-    pub(super) x: Range<usize>,
-    pub(super) y: Range<usize>,
-    /// Distance in memory between rows; columns are neighbours.
-    pub(super) row_stride: usize,
-    /// Position in memory of column `x.start`, row `y.start`.
+    /// Pixels across the direction of the rays, which they are interpolated between.
+    pub(super) across: Range<usize>,
+    /// Steps along the rays.
+    pub(super) along: Range<usize>,
+    /// Distance in memory between neighbours across and along.
+    pub(super) strides: [usize; 2],
+    /// Position in memory of the first pixel of the first step.
     pub(super) origin: usize,
-    /// Which steps belong to the window.
-    pub(super) owns: Owner,
 }
 
-/// The taps of the rays that meet a window.
-#[derive(Debug)]
-pub(super) struct RayTaps<T> {
-    taps: Vec<Tap<T>>,
-    /// Each ray's bin and the end of its taps.
+/// The rays that meet a window: pairs of pixels and their weights.
+#[derive(Debug, Default)]
+pub(super) struct Rays<T> {
+    pub(super) pairs: Pairs<T>,
+    /// Each ray's bin and the end of its pairs.
     ends: Vec<(usize, usize)>,
-    /// Work arrays of one ray.
-    steps: BoxSteps<T>,
-    instructions: InstructionSet,
 }
 
-impl<T: Sample> RayTaps<T> {
-    pub(super) fn new(instructions: InstructionSet) -> Self {
-        Self {
-            taps: Vec::new(),
-            ends: Vec::new(),
-            steps: BoxSteps::default(),
-            instructions,
-        }
-    }
-
-    fn clear(&mut self) {
-        self.taps.clear();
-        self.ends.clear();
+impl<T> Rays<T> {
+    /// Bin and pairs of the ray in place `i` of the order of bins.
+    pub(super) fn get(&self, i: usize) -> Option<(usize, Range<usize>)> {
+        let &(bin, end) = self.ends.get(i)?;
+        let start = if i == 0 { 0 } else { self.ends[i - 1].1 };
+        Some((bin, start..end))
     }
 
     /// Number of rays.
     pub(super) fn len(&self) -> usize {
         self.ends.len()
     }
-
-    /// Bin and taps of the ray in place `i` of the order of bins.
-    pub(super) fn get(&self, i: usize) -> Option<(usize, &[Tap<T>])> {
-        let &(bin, end) = self.ends.get(i)?;
-        let start = if i == 0 { 0 } else { self.ends[i - 1].1 };
-        Some((bin, &self.taps[start..end]))
-    }
-
-    /// Each ray's bin and taps.
-    #[cfg(feature = "sprs")]
-    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, &[Tap<T>])> {
-        (0..self.len()).filter_map(|i| self.get(i))
-    }
 }
 
 /// Views whose rays are taken in turn: neighbours meet the same pixels, which then come from the nearest cache.
-pub(super) const TOGETHER: usize = 4;
+const TOGETHER: usize = 4;
 
-/// The rays of up to `TOGETHER` views that meet a window.
-#[derive(Debug)]
-pub(super) struct SeveralTaps<T>([RayTaps<T>; TOGETHER]);
-
-impl<T: Sample> SeveralTaps<T> {
-    pub(super) fn new(instructions: InstructionSet) -> Self {
-        Self(std::array::from_fn(|_| RayTaps::new(instructions)))
-    }
-
-    pub(super) fn traverse(&mut self, views: &[View], window: &Window) {
-        for (taps, view) in self.0.iter_mut().zip(views) {
-            view.traverse(window, taps);
-        }
-        for taps in &mut self.0[views.len()..] {
-            taps.clear();
-        }
-    }
-
-    /// For each ray the place of its view among those traversed, its bin and its taps: the first ray of each view, then the
-    /// second of each, and so on.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, usize, &[Tap<T>])> {
-        let most = self.0.iter().map(RayTaps::len).max().unwrap_or(0);
+/// For each ray of some views its view, its bin and its pairs: of each `TOGETHER` views the first ray of each, then the second of
+/// each, and so on.
+pub(super) fn in_turn<T>(
+    views: &[Rays<T>],
+) -> impl Iterator<Item = (usize, usize, &Pairs<T>, Range<usize>)> {
+    let groups = views.chunks(TOGETHER).enumerate();
+    groups.flat_map(|(group, views)| {
+        let most = views.iter().map(Rays::len).max().unwrap_or(0);
         (0..most).flat_map(move |i| {
-            self.0
-                .iter()
-                .enumerate()
-                .filter_map(move |(view, rays)| rays.get(i).map(|(bin, taps)| (view, bin, taps)))
+            views.iter().enumerate().filter_map(move |(view, rays)| {
+                let (bin, range) = rays.get(i)?;
+                Some((group * TOGETHER + view, bin, &rays.pairs, range))
+            })
         })
-    }
-}
-
-/// How the steps of a ray are divided among windows, when its taps may straddle two of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Owner {
-    /// The window of the step's first pixel owns all its taps: for reading. The windows must tile the image.
-    FirstPixel,
-    /// Each tap belongs to the window of its pixel: for writing.
-    EachPixel,
+    })
 }
 
 /// How a step's length is spread over the pixels about its crossing.
@@ -212,134 +167,146 @@ impl View {
         })
     }
 
-    /// The rays that meet the window, in ascending order of bins, into `rays`; taps are in the order of the steps, then of
-    /// the pixels. The weights are the same numbers whatever the window.
-    pub(super) fn traverse<T: Sample>(&self, window: &Window, rays: &mut RayTaps<T>) {
-        let (across, along) = if self.steps_are_rows {
-            (&window.x, &window.y)
-        } else {
-            (&window.y, &window.x)
-        };
-        let (stride_across, stride_along) = if self.steps_are_rows {
-            (1, window.row_stride)
-        } else {
-            (window.row_stride as i64, 1)
-        };
-        let spill = self.n_taps as f64 - 1.0;
-        // Steps whose first pixel lies in [low, high) are visited, and their taps in `clip` kept.
-        let (low, high, clip) = match window.owns {
-            Owner::EachPixel => (
-                across.start as f64 - spill,
-                across.end as f64,
-                across.clone(),
-            ),
-            Owner::FirstPixel if across.start == 0 => (-spill, across.end as f64, 0..self.n_across),
-            Owner::FirstPixel => (across.start as f64, across.end as f64, 0..self.n_across),
-        };
-        let clip = clip.start as i64..clip.end as i64;
+    /// Whether steps are rows of the image, and rays are interpolated along x.
+    pub(super) fn steps_are_rows(&self) -> bool {
+        self.steps_are_rows
+    }
 
-        rays.clear();
-        for bin in self.bins_meeting(low, high, along) {
-            let offset = self.base + bin as f64 * self.per_bin;
-            let at = |m: usize| offset + m as f64 * self.per_step;
-            // First pixel of a step at f, as an index and as a number: the floor of f + lead, in casts.
-            let floor = |t: f64| {
-                let truncated = t as i64;
-                truncated - i64::from(t < truncated as f64)
-            };
-            let steps = self.steps_between(low, high, along, |m| at(m) + self.lead);
-            if steps.is_empty() {
-                continue;
-            }
-            // Position in memory of pixel 0 of step m.
-            let zero = window.origin as i64 - across.start as i64 * stride_across;
-            let row = |m: usize| zero + ((m - along.start) * stride_along) as i64;
-            let tap = |pixel: i64, weight: f64| Tap {
-                pixel: pixel as u32,
-                weight: T::of(weight),
-            };
-            match self.spread {
-                Spread::Box(per_width) => {
-                    // Share of the first pixel, from how far f + lead lies behind its index.
-                    let whole = (self.lead + 0.5) * per_width + 0.5;
-                    let near = |behind: f64| (whole - behind * per_width).clamp(0.0, 1.0);
-                    // f is monotone: the first and the last step tell whether any tap is clipped.
-                    let inside = |m: usize| {
-                        let first = floor(at(m) + self.lead);
-                        clip.contains(&first) && clip.contains(&(first + 1))
-                    };
-                    if inside(steps.start) && inside(steps.end - 1) {
-                        let ray = BoxRay {
-                            offset,
-                            per_step: self.per_step,
-                            lead: self.lead,
-                            whole,
-                            per_width,
-                            length: self.length,
-                        };
-                        let RayTaps {
-                            taps,
-                            steps: pairs,
-                            instructions,
-                            ..
-                        } = &mut *rays;
-                        pairs.fill(*instructions, &ray, steps.start, steps.len());
-                        let weights = pairs.near.iter().zip(&pairs.far);
-                        let mut row = row(steps.start);
-                        taps.extend(pairs.first.iter().zip(weights).flat_map(
-                            |(&first, (&near, &far))| {
-                                let pixel = row + i64::from(first) * stride_across;
-                                row += stride_along as i64;
-                                let tap = |pixel: i64, weight| Tap {
-                                    pixel: pixel as u32,
-                                    weight,
-                                };
-                                [tap(pixel, near), tap(pixel + stride_across, far)]
-                            },
-                        ));
-                    } else {
-                        for m in steps {
-                            let t = at(m) + self.lead;
-                            let first = floor(t);
-                            let near = near(t - first as f64);
-                            for (i, share) in [(first, near), (first + 1, 1.0 - near)] {
-                                if clip.contains(&i) {
-                                    let pixel = row(m) + i * stride_across;
-                                    rays.taps.push(tap(pixel, self.length * share));
-                                }
-                            }
-                        }
-                    }
-                }
-                Spread::TwoBoxes(v, w) => {
-                    for m in steps {
-                        let f = at(m);
-                        let first = floor(f + self.lead);
-                        let pixels = first.max(clip.start)..(first + self.n_taps).min(clip.end);
-                        let mut below = two_boxes_below(pixels.start as f64 - 0.5 - f, v, w);
-                        for i in pixels {
-                            let upto = two_boxes_below(i as f64 + 0.5 - f, v, w);
-                            let pixel = row(m) + i * stride_across;
-                            rays.taps.push(tap(pixel, self.length * (upto - below)));
-                            below = upto;
-                        }
-                    }
-                }
-            }
-            rays.ends.push((bin, rays.taps.len()));
+    /// What the rays cross, if every step is spread over two pixels; the ray of bin 0, with pixel 0 at position 1.
+    pub(super) fn box_ray<T: Sample>(&self) -> Option<BoxRay<T>> {
+        match self.spread {
+            Spread::Box(per_width) => Some(BoxRay {
+                offset: self.offset(0),
+                per_step: self.per_step,
+                whole: (self.lead + 0.5) * per_width + 0.5,
+                per_width,
+                length: T::of(self.length),
+            }),
+            Spread::TwoBoxes(..) => None,
         }
     }
 
-    /// Pixels beyond its first that a step may touch.
-    pub(super) fn spill(&self) -> usize {
-        self.n_taps as usize - 1
+    /// Distance between the rays of neighbouring bins, in pixels.
+    pub(super) fn per_bin(&self) -> f64 {
+        self.per_bin
     }
 
-    /// A range of bins that holds all with a step's first pixel in [low, high).
-    fn bins_meeting(&self, low: f64, high: f64, along: &Range<usize>) -> Range<usize> {
-        let ends = [along.start as f64, along.end as f64]
-            .map(|m| self.base + self.lead + m * self.per_step);
+    /// Position of a bin's ray at step 0, whose integer part is one more than its first pixel.
+    fn offset(&self, bin: usize) -> f64 {
+        self.base + (self.lead + 1.0) + bin as f64 * self.per_bin
+    }
+
+    /// Those of the given bins whose rays meet the window, in ascending order, into `rays`; pairs are in the order of the steps,
+    /// then of the pixels. The weights are the same numbers whatever the window.
+    pub(super) fn traverse<T: Sample>(
+        &self,
+        set: InstructionSet,
+        window: &Window,
+        bins: Range<usize>,
+        rays: &mut Rays<T>,
+    ) {
+        let Window {
+            across,
+            along,
+            strides: [stride_across, stride_along],
+            origin,
+        } = window;
+        // A place in memory counts modulo 2^32; those that are used lie in the window or beside it.
+        let zero = (*origin as u32).wrapping_sub((across.start * stride_across) as u32);
+        let (per_pixel, per_step) = (*stride_across as u32, *stride_along as u32);
+        let box_ray = self.box_ray::<T>();
+        // Steps that touch a pixel of the window have their position in [low, high).
+        let spill = match self.spread {
+            Spread::Box(_) => 1.0,
+            // One more for the last pixel's rounding; where there is nothing to add, nothing is.
+            Spread::TwoBoxes(..) => self.n_taps as f64,
+        };
+        let (low, high) = ((across.start + 1) as f64 - spill, (across.end + 1) as f64);
+
+        rays.pairs.clear();
+        rays.ends.clear();
+        for bin in bins {
+            let offset = self.offset(bin);
+            let steps = self.steps_between(low, high, along, offset);
+            if steps.is_empty() {
+                continue;
+            }
+            let row = |m: usize| zero.wrapping_add((m - along.start) as u32 * per_step);
+            match (self.spread, &box_ray) {
+                (Spread::TwoBoxes(v, w), _) => {
+                    let (first_seen, end) = (across.start as i64 - 1, across.end as i64);
+                    for m in steps {
+                        let f = self.base + bin as f64 * self.per_bin + m as f64 * self.per_step;
+                        let first = (f + self.lead).floor() as i64;
+                        let pixels = first.max(first_seen)..(first + self.n_taps).min(end);
+                        let mut below = two_boxes_below(pixels.start as f64 - 0.5 - f, v, w);
+                        let mut share = |i: i64| {
+                            let upto = two_boxes_below(i as f64 + 0.5 - f, v, w);
+                            let share = upto - below;
+                            below = upto;
+                            T::of(self.length * share)
+                        };
+                        for i in pixels.step_by(2) {
+                            let near = share(i);
+                            let far = if i + 1 < first + self.n_taps {
+                                share(i + 1)
+                            } else {
+                                T::ZERO
+                            };
+                            let pixel = row(m).wrapping_add((i as u32).wrapping_mul(per_pixel));
+                            rays.pairs.push(pixel, near, far);
+                        }
+                    }
+                }
+                (Spread::Box(_), Some(ray)) => {
+                    let ray = BoxRay { offset, ..*ray };
+                    let place = Place {
+                        zero: row(steps.start).wrapping_sub(per_pixel),
+                        along: per_step,
+                        across: per_pixel,
+                    };
+                    rays.pairs
+                        .extend(set, &ray, steps.start, steps.len(), place);
+                }
+                (Spread::Box(_), None) => unreachable!("a box has its ray"),
+            }
+            rays.ends.push((bin, rays.pairs.len()));
+        }
+    }
+
+    /// The bins whose rays cross step `m` between the given pixels; rays beyond the image belong to the nearest pixels. Ranges of
+    /// pixels that divide the image divide the bins.
+    pub(super) fn bins_between(&self, pixels: Range<usize>, m: usize) -> Range<usize> {
+        let bin = |level: usize| {
+            let bin = (level as f64 - self.base - m as f64 * self.per_step) / self.per_bin;
+            bin.ceil().clamp(0.0, self.n_bins as f64) as usize
+        };
+        let rising = self.per_bin > 0.0;
+        let (first, last) = if rising {
+            (0, self.n_bins)
+        } else {
+            (self.n_bins, 0)
+        };
+        let a = if pixels.start == 0 {
+            first
+        } else {
+            bin(pixels.start)
+        };
+        let b = if pixels.end >= self.n_across {
+            last
+        } else {
+            bin(pixels.end)
+        };
+        a.min(b)..a.max(b)
+    }
+
+    /// A range of bins that holds all whose rays meet the window.
+    pub(super) fn bins_meeting(&self, window: &Window) -> Range<usize> {
+        let ends = [window.along.start as f64, window.along.end as f64]
+            .map(|m| self.offset(0) + m * self.per_step);
         let (least, most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        let low = window.across.start as f64 - self.n_taps as f64;
+        let high = (window.across.end + 1) as f64;
         let a = (low - most) / self.per_bin;
         let b = (high - least) / self.per_bin;
         // One more on either side for rounding; `steps_between` decides.
@@ -347,14 +314,20 @@ impl View {
         clamp(a.min(b).floor() - 1.0)..clamp(a.max(b).ceil() + 2.0)
     }
 
-    /// The steps within `along` at which the monotone `at` lies in [low, high).
+    /// The steps within `along` at which the position lies in [low, high).
     fn steps_between(
         &self,
         low: f64,
         high: f64,
         along: &Range<usize>,
-        at: impl Fn(usize) -> f64,
+        offset: f64,
     ) -> Range<usize> {
+        let at = |m: usize| offset + m as f64 * self.per_step;
+        let inside = |m: usize| (low..high).contains(&at(m));
+        // The position is monotone.
+        if inside(along.start) && inside(along.end - 1) {
+            return along.clone();
+        }
         let rising = self.per_step >= 0.0;
         // First step at which `at` has passed `level` in its direction: estimated, then settled by `at` itself.
         let first_past = |level: f64| {

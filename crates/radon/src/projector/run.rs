@@ -1,23 +1,34 @@
 //! Forward and adjoint runs over stacks of slices.
 //!
-//! A band of image rows is brought into the kernels' layout, slices innermost, and stays in the cache while all views read
-//! (or write) its tiles. A ray sum is taken tile by tile in the same order however the work is divided, and each sample of a
-//! result is written by one job: the bits do not depend on the number of threads.
+//! Forward: views that march along the rows of the image take a band of rows at a time, brought into the kernels' layout, slices
+//! innermost; then those along columns take bands of columns. A ray sum is taken band by band, and each sample of a result is
+//! written by one job: the bits depend neither on the number of threads nor on the slices beside one.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::blocks::{Group, Slices};
+use super::blocks::{Block, Group, Slices, groups};
 use super::layout::{Stack, aligned};
-use super::rays::{Owner, SeveralTaps, TOGETHER, Window};
-use super::{Projector, ProjectorReport, ProjectorScratch, row_stride};
+use super::rays::{Rays, View, Window, in_turn};
+use super::{Kernel, Projector, ProjectorReport, ProjectorScratch, row_stride};
 use crate::error::RadonError;
-use crate::simd::{gather, scatter, separate};
+use crate::simd::{Bins, RUN, WINDOW, add_bins, gather, interleave, prefetch, scatter, separate};
 use crate::{Sample, StackOrder};
 
-/// Side of the square tiles of pixels that stay in the cache, and rows of a band of the forward projector; part of the definition of a ray sum's rounding.
+/// Steps of a band, whose part of a ray sum is added up in registers; part of the definition of its rounding.
+const STEPS: usize = 32;
+/// Side of the square tiles of pixels that stay in the second cache.
 const TILE: usize = 32;
+/// Views whose pairs are computed together, then used block by block.
+const VIEWS: usize = 48;
+
+/// Some rays of a view, and where their sums are: those of each block apart.
+struct Job<'a, T> {
+    view: &'a View,
+    bins: Range<usize>,
+    sums: Vec<&'a mut [T]>,
+}
 
 impl Projector {
     /// As [`forward_stack`](Self::forward_stack), into projections of the caller's.
@@ -42,62 +53,182 @@ impl Projector {
         let mut rows = sinograms.rows_mut(projections);
         slices.clear_empty(&mut rows);
 
-        let ny = self.grid.ny();
         let n_bins = self.geometry.n_bins();
-        // Rays of views along x reach into the next band.
-        let spill = self.views.iter().map(|view| view.spill()).max();
-        for group in slices.groups::<T>(self.instructions, self.geometry.sinogram_len()) {
+        // Views in the order of their axes.
+        let mut order: Vec<usize> = (0..self.views.len()).collect();
+        order.sort_by_key(|&view| !self.views[view].steps_are_rows());
+        let views: Vec<&View> = order.iter().map(|&view| &self.views[view]).collect();
+        let n_by_rows = views.iter().filter(|view| view.steps_are_rows()).count();
+        let (in_blocks, alone) = match self.kernel {
+            Kernel::Joseph | Kernel::Siddon => slices.blocks_and_alone::<T>(self.instructions),
+            Kernel::Strip => (slices.active(), &[][..]),
+        };
+        for &slice in alone {
+            self.project_alone(&images, volume, slice, &mut rows, &mut scratch.pixels);
+        }
+        for group in groups::<T>(in_blocks, self.instructions, self.geometry.sinogram_len()) {
             let view_len = n_bins * group.lanes;
-            let rays = aligned(&mut scratch.rays, self.views.len() * view_len);
+            let rays = aligned(&mut scratch.rays, views.len() * view_len);
             rays.par_chunks_mut(view_len)
                 .for_each(|sums| sums.fill(T::ZERO));
-            let per_job = self.views.len().div_ceil(4 * rayon::current_num_threads());
-            for y in (0..ny).step_by(TILE) {
-                let y = y..(y + TILE).min(ny);
-                let readable = y.start..y.end.saturating_add(spill.unwrap_or(0)).min(ny);
-                let pixels = self.pack_band(&images, volume, &group, readable, &mut scratch.pixels);
-                let tiles: Vec<Window> = self
-                    .tiles(
-                        y.clone(),
-                        y.start,
-                        row_stride(&self.grid),
-                        Owner::FirstPixel,
-                    )
-                    .collect();
-                rays.par_chunks_mut(per_job * view_len)
-                    .zip(self.views.par_chunks(per_job))
-                    .for_each_init(
-                        || SeveralTaps::new(self.instructions),
-                        |taps, (rays, views)| {
-                            for tile in &tiles {
-                                let rays = rays.chunks_mut(TOGETHER * view_len);
-                                for (views, rays) in views.chunks(TOGETHER).zip(rays) {
-                                    taps.traverse(views, tile);
-                                    for (block, pixels) in group.blocks.iter().zip(&pixels) {
-                                        for (view, bin, taps) in taps.iter() {
-                                            let sums = view * view_len
-                                                + n_bins * block.before
-                                                + bin * block.lanes;
-                                            let sums = &mut rays[sums..][..block.lanes];
-                                            gather(self.instructions, pixels, taps, sums);
-                                        }
-                                    }
-                                }
-                            }
-                        },
-                    );
+            let (by_rows, by_columns) = rays.split_at_mut(n_by_rows * view_len);
+            for (views, rays) in [
+                (&views[..n_by_rows], by_rows),
+                (&views[n_by_rows..], by_columns),
+            ] {
+                let Some(first) = views.first() else { continue };
+                let (n_along, n_across) = match first.steps_are_rows() {
+                    true => (self.grid.ny(), self.grid.nx()),
+                    false => (self.grid.nx(), self.grid.ny()),
+                };
+                for start in (0..n_along).step_by(STEPS) {
+                    let band = Window {
+                        across: 0..n_across,
+                        along: start..(start + STEPS).min(n_along),
+                        strides: [1, row_stride(n_across)],
+                        origin: 1,
+                    };
+                    let memory = &mut scratch.pixels;
+                    let pixels = match first.steps_are_rows() {
+                        true => self.pack_rows(&images, volume, &group, &band, memory),
+                        false => self.pack_columns(&images, volume, &group, &band, memory),
+                    };
+                    self.add_band(views, &band, &group, &pixels, rays);
+                }
             }
-            rows.par_iter_mut()
-                .zip(rays.par_chunks_exact(view_len))
-                .for_each(|(row, sums)| {
-                    for block in &group.blocks {
-                        let sums = &sums[n_bins * block.before..][..n_bins * block.lanes];
-                        let mut bins = pick(row, block.slices, 0..n_bins);
-                        separate(self.instructions, sums, block.lanes, &mut bins);
-                    }
-                });
+            let rays = &*rays;
+            let mut sums_of: Vec<&[T]> = vec![&[]; views.len()];
+            for (&view, sums) in order.iter().zip(rays.chunks_exact(view_len)) {
+                sums_of[view] = sums;
+            }
+            rows.par_iter_mut().zip(sums_of).for_each(|(row, sums)| {
+                for block in &group.blocks {
+                    let sums = &sums[n_bins * block.before..][..n_bins * block.lanes];
+                    let mut bins = block.pick(row, 0..n_bins);
+                    separate(self.instructions, sums, block.lanes, &mut bins);
+                }
+            });
         }
         Ok(slices.report())
+    }
+
+    /// The projections of one slice, for kernels of two pixels a step: the same sums as in a block, side by side for many bins.
+    fn project_alone<T: Sample>(
+        &self,
+        images: &Stack,
+        volume: &[T],
+        slice: usize,
+        rows: &mut [Vec<&mut [T]>],
+        memory: &mut Vec<T>,
+    ) {
+        let set = self.instructions;
+        let (nx, ny) = (self.grid.nx(), self.grid.ny());
+        let n_bins = self.geometry.n_bins();
+        let (x_stride, y_stride) = (row_stride(nx), row_stride(ny));
+        let by_rows_len = ny * x_stride + WINDOW;
+        let memory = aligned(memory, by_rows_len + nx * y_stride + WINDOW);
+        memory.fill(T::ZERO);
+        let (by_rows, by_columns) = memory.split_at_mut(by_rows_len);
+        let image: Vec<&[T]> = (0..ny)
+            .flat_map(|y| images.rows(volume, y, &[slice]))
+            .collect();
+        for (row, image) in by_rows.chunks_exact_mut(x_stride).zip(&image) {
+            row[1..=nx].copy_from_slice(image);
+        }
+        interleave(set, &image, y_stride, &mut by_columns[1..]);
+        let (by_rows, by_columns) = (&*by_rows, &*by_columns);
+
+        let padded = n_bins.next_multiple_of(RUN);
+        rows.par_iter_mut().zip(&self.views).for_each_init(
+            || vec![T::ZERO; padded],
+            |sums, (row, view)| {
+                let Some(ray) = view.box_ray() else { return };
+                let (image, stride, n, n_steps) = match view.steps_are_rows() {
+                    true => (by_rows, x_stride, nx, ny),
+                    false => (by_columns, y_stride, ny, nx),
+                };
+                let bins = Bins {
+                    image,
+                    stride,
+                    n,
+                    ray,
+                    per_bin: view.per_bin(),
+                };
+                sums.fill(T::ZERO);
+                for start in (0..n_steps).step_by(STEPS) {
+                    let steps = start..(start + STEPS).min(n_steps);
+                    add_bins(set, &bins, steps, sums);
+                }
+                row[slice].copy_from_slice(&sums[..n_bins]);
+            },
+        );
+    }
+
+    /// Adds what the rays of views of one axis meet in a band to their sums, `[view][block][bin][lane]`.
+    fn add_band<T: Sample>(
+        &self,
+        views: &[&View],
+        band: &Window,
+        group: &Group<'_>,
+        pixels: &[&[T]],
+        rays: &mut [T],
+    ) {
+        // The rays that cross the middle of the band between the same pixels are a job's: those pixels stay in its cache.
+        let middle = band.along.start + band.along.len() / 2;
+        let n_tiles = band.across.end.div_ceil(TILE);
+        let n_parts = (2 * rayon::current_num_threads()).div_ceil(n_tiles);
+        let per_job = views.len().div_ceil(n_parts).min(VIEWS);
+        let n_bins = self.geometry.n_bins();
+        let view_len = n_bins * group.lanes;
+        let mut jobs = Vec::new();
+        let rays = rays.chunks_mut(per_job * view_len);
+        for (views, rays) in views.chunks(per_job).zip(rays) {
+            let mut tiles: Vec<Vec<Job<'_, T>>> = Vec::new();
+            tiles.resize_with(n_tiles, Vec::new);
+            for (view, row) in views.iter().zip(rays.chunks_exact_mut(view_len)) {
+                let mut parts = group.parts(row);
+                let mut of_view: Vec<(usize, Range<usize>)> = (0..n_tiles)
+                    .map(|tile| {
+                        (
+                            tile,
+                            view.bins_between(tile * TILE..(tile + 1) * TILE, middle),
+                        )
+                    })
+                    .collect();
+                of_view.sort_by_key(|(_, bins)| bins.start);
+                for (tile, bins) in of_view {
+                    let sums = parts
+                        .iter_mut()
+                        .map(|(block, rest)| {
+                            let (sums, others) =
+                                std::mem::take(rest).split_at_mut(bins.len() * block.lanes);
+                            *rest = others;
+                            sums
+                        })
+                        .collect();
+                    tiles[tile].push(Job { view, bins, sums });
+                }
+            }
+            jobs.extend(tiles);
+        }
+        jobs.into_par_iter()
+            .for_each_init(Vec::new, |found, mut jobs| {
+                found.resize_with(jobs.len(), Rays::default);
+                for (job, found) in jobs.iter().zip(&mut *found) {
+                    job.view
+                        .traverse(self.instructions, band, job.bins.clone(), found);
+                }
+                for (i, (block, pixels)) in group.blocks.iter().zip(pixels).enumerate() {
+                    for (view, bin, pairs, range) in in_turn(found) {
+                        let job = &mut jobs[view];
+                        let at = (bin - job.bins.start) * block.lanes;
+                        let (sums, next) = job.sums[i][at..].split_at_mut(block.lanes);
+                        // Sums are far away; those of the next bin but one arrive in time.
+                        prefetch(next.get(block.lanes..2 * block.lanes).unwrap_or(&[]));
+                        gather(self.instructions, pixels, pairs, range, 1, sums);
+                    }
+                }
+            });
     }
 
     /// As [`adjoint_stack`](Self::adjoint_stack), into a volume of the caller's.
@@ -122,7 +253,11 @@ impl Projector {
         slices.clear_empty(&mut rows);
 
         let n_bins = self.geometry.n_bins();
-        for group in slices.groups::<T>(self.instructions, self.geometry.sinogram_len()) {
+        for group in groups::<T>(
+            slices.active(),
+            self.instructions,
+            self.geometry.sinogram_len(),
+        ) {
             let view_len = n_bins * group.lanes;
             let rays = aligned(&mut scratch.rays, self.views.len() * view_len);
             rays.par_chunks_exact_mut(view_len)
@@ -130,53 +265,88 @@ impl Projector {
                 .for_each(|(view_idx, rays)| {
                     for block in &group.blocks {
                         let rays = &mut rays[n_bins * block.before..][..n_bins * block.lanes];
-                        sinograms.interleave(
-                            self.instructions,
-                            projections,
-                            view_idx,
-                            block.slices,
-                            block.lanes,
-                            rays,
-                        );
+                        block.clear_unused(rays);
+                        let rows = sinograms.rows(projections, view_idx, block.slices);
+                        interleave(self.instructions, &rows, block.lanes, rays);
                     }
                 });
             let rays = &*rays;
             rows.par_chunks_mut(TILE).enumerate().for_each_init(
-                || (SeveralTaps::new(self.instructions), Vec::new()),
-                |(taps, memory), (band, rows)| {
-                    let sums = aligned(memory, TILE * TILE * group.lanes);
-                    let y = band * TILE..band * TILE + rows.len();
-                    for mut tile in self.tiles(y.clone(), y.start, TILE, Owner::EachPixel) {
-                        tile.origin = 0;
-                        sums.fill(T::ZERO);
-                        let rays = rays.chunks(TOGETHER * view_len);
-                        for (views, rays) in self.views.chunks(TOGETHER).zip(rays) {
-                            taps.traverse(views, &tile);
-                            for block in &group.blocks {
-                                let sums = &mut sums[TILE * TILE * block.before..]
-                                    [..TILE * TILE * block.lanes];
-                                for (view, bin, taps) in taps.iter() {
-                                    let ray =
-                                        view * view_len + n_bins * block.before + bin * block.lanes;
-                                    let ray = &rays[ray..][..block.lanes];
-                                    scatter(self.instructions, sums, taps, ray);
-                                }
-                            }
-                        }
-                        for block in &group.blocks {
-                            let sums = &sums[TILE * TILE * block.before..];
-                            for (row, sums) in
-                                rows.iter_mut().zip(sums.chunks_exact(TILE * block.lanes))
-                            {
-                                let mut pixels = pick(row, block.slices, tile.x.clone());
-                                separate(self.instructions, sums, block.lanes, &mut pixels);
-                            }
-                        }
+                || (Vec::new(), Vec::new()),
+                |(found, memory), (band, rows)| {
+                    for x0 in (0..self.grid.nx()).step_by(TILE) {
+                        let x = x0..(x0 + TILE).min(self.grid.nx());
+                        let y = band * TILE..band * TILE + rows.len();
+                        self.fill_tile(&group, rays, [x, y], found, memory, rows);
                     }
                 },
             );
         }
         Ok(slices.report())
+    }
+
+    /// Computes a tile of the adjoint of a group's rays, `[view][block][bin][lane]`, and writes it to the tile's rows.
+    fn fill_tile<T: Sample>(
+        &self,
+        group: &Group<'_>,
+        rays: &[T],
+        [x, y]: [Range<usize>; 2],
+        found: &mut Vec<Rays<T>>,
+        memory: &mut Vec<T>,
+        rows: &mut [Vec<&mut [T]>],
+    ) {
+        // A margin of a pixel about the tile takes what belongs to its neighbours, and is not looked at.
+        let stride = row_stride(TILE);
+        let origin = stride + 1;
+        let tile_len = stride * (TILE + 2);
+        let n_bins = self.geometry.n_bins();
+        let view_len = n_bins * group.lanes;
+        let sums = aligned(memory, tile_len * group.lanes);
+        sums.fill(T::ZERO);
+        let windows = [true, false].map(|steps_are_rows| {
+            let (across, along, strides) = match steps_are_rows {
+                true => (x.clone(), y.clone(), [1, stride]),
+                false => (y.clone(), x.clone(), [stride, 1]),
+            };
+            Window {
+                across,
+                along,
+                strides,
+                origin,
+            }
+        });
+        let rays = rays.chunks(VIEWS * view_len);
+        for (views, rays) in self.views.chunks(VIEWS).zip(rays) {
+            found.resize_with(views.len(), Rays::default);
+            for (view, found) in views.iter().zip(&mut *found) {
+                let window = &windows[usize::from(!view.steps_are_rows())];
+                view.traverse(self.instructions, window, view.bins_meeting(window), found);
+            }
+            for block in &group.blocks {
+                let sums = &mut sums[tile_len * block.before..][..tile_len * block.lanes];
+                for (view, bin, pairs, range) in in_turn(found) {
+                    let at = view * view_len + n_bins * block.before + bin * block.lanes;
+                    let ray = &rays[at..][..block.lanes];
+                    let across = windows[usize::from(!views[view].steps_are_rows())].strides[0];
+                    scatter(self.instructions, sums, pairs, range, across, ray);
+                }
+            }
+        }
+        for block in &group.blocks {
+            let sums = &sums[(tile_len * block.before)..][..tile_len * block.lanes];
+            for (row, sums) in rows
+                .iter_mut()
+                .zip(sums.chunks_exact(stride * block.lanes).skip(1))
+            {
+                let mut pixels = block.pick(row, x.clone());
+                separate(
+                    self.instructions,
+                    &sums[block.lanes..],
+                    block.lanes,
+                    &mut pixels,
+                );
+            }
+        }
     }
 
     fn stacks(&self, n_slices: usize, order: StackOrder) -> (Stack, Stack) {
@@ -197,76 +367,84 @@ impl Projector {
         (images, sinograms)
     }
 
-    /// The image rows `y` of a group in the layout `[block][row][pixel][lane]`; returns the part of each block.
-    fn pack_band<'a, T: Sample>(
+    /// A band of image rows of a group in the layout `[block][row][pixel][lane]`; returns the part of each block.
+    fn pack_rows<'a, T: Sample>(
         &self,
         images: &Stack,
         volume: &[T],
         group: &Group<'_>,
-        y: Range<usize>,
+        band: &Window,
         memory: &'a mut Vec<T>,
     ) -> Vec<&'a [T]> {
-        let (nx, stride) = (self.grid.nx(), row_stride(&self.grid));
-        let mut rest = aligned(memory, y.len() * stride * group.lanes);
-        let mut jobs = Vec::new();
-        let mut parts = Vec::new();
-        for block in &group.blocks {
-            let (part, others) = rest.split_at_mut(y.len() * stride * block.lanes);
-            rest = others;
-            parts.push((block, part));
-        }
-        for (block, part) in &mut parts {
-            let rows = part.chunks_exact_mut(stride * block.lanes);
-            jobs.extend(rows.zip(y.clone()).map(|(row, iy)| (&**block, iy, row)));
-        }
-        jobs.into_par_iter().for_each(|(block, iy, row)| {
-            let row = &mut row[..nx * block.lanes];
-            images.interleave(
-                self.instructions,
-                volume,
-                iy,
-                block.slices,
-                block.lanes,
-                row,
-            );
+        let stride = row_stride(band.across.end);
+        let mut parts = group.parts(aligned(memory, band.along.len() * stride * group.lanes));
+        let jobs: Vec<(&Block<'_>, usize, &mut [T])> = parts
+            .iter_mut()
+            .flat_map(|(block, part)| {
+                let rows = part.chunks_exact_mut(stride * block.lanes);
+                let rows = rows.zip(band.along.clone());
+                rows.map(|(row, y)| (*block, y, row))
+            })
+            .collect();
+        jobs.into_par_iter().for_each(|(block, y, row)| {
+            let (pixels, right) = row[block.lanes..].split_at_mut(band.across.end * block.lanes);
+            right.fill(T::ZERO);
+            block.clear_unused(pixels);
+            let rows = images.rows(volume, y, block.slices);
+            interleave(self.instructions, &rows, block.lanes, pixels);
+            row[..block.lanes].fill(T::ZERO);
         });
         parts.into_iter().map(|(_, part)| &*part).collect()
     }
 
-    /// The tiles of the rows `y`, in memory that starts at row `first_row` and has the given row stride.
-    fn tiles(
+    /// A band of image columns of a group in the layout `[block][column][pixel][lane]`; returns the part of each block.
+    fn pack_columns<'a, T: Sample>(
         &self,
-        y: Range<usize>,
-        first_row: usize,
-        row_stride: usize,
-        owns: Owner,
-    ) -> impl Iterator<Item = Window> {
-        let nx = self.grid.nx();
-        let corners = y
-            .clone()
-            .step_by(TILE)
-            .flat_map(move |y0| (0..nx).step_by(TILE).map(move |x0| (x0, y0)));
-        corners.map(move |(x0, y0)| Window {
-            x: x0..(x0 + TILE).min(nx),
-            y: y0..(y0 + TILE).min(y.end),
-            row_stride,
-            origin: (y0 - first_row) * row_stride + x0,
-            owns,
-        })
+        images: &Stack,
+        volume: &[T],
+        group: &Group<'_>,
+        band: &Window,
+        memory: &'a mut Vec<T>,
+    ) -> Vec<&'a [T]> {
+        // All columns read every cache line once; half of them at a time where there would be too few jobs.
+        let n_columns = match group.blocks.len() >= rayon::current_num_threads() {
+            true => STEPS,
+            false => STEPS / 2,
+        };
+        /// Slices that are read at the same time.
+        const TOGETHER: usize = 16;
+        let stride = row_stride(band.across.end);
+        let mut parts = group.parts(aligned(memory, band.along.len() * stride * group.lanes));
+        let jobs: Vec<(&Block<'_>, Range<usize>, &mut [T])> = parts
+            .iter_mut()
+            .flat_map(|(block, part)| {
+                let columns = part.chunks_mut(n_columns * stride * block.lanes);
+                let starts = band.along.clone().step_by(n_columns);
+                columns.zip(starts).map(|(columns, start)| {
+                    let end = (start + n_columns).min(band.along.end);
+                    (*block, start..end, columns)
+                })
+            })
+            .collect();
+        jobs.into_par_iter().for_each(|(block, x, columns)| {
+            let lanes = block.lanes;
+            block.clear_unused(columns);
+            for column in columns.chunks_exact_mut(stride * lanes) {
+                column[..lanes].fill(T::ZERO);
+                column[(1 + band.across.end) * lanes..].fill(T::ZERO);
+            }
+            // Few slices at a time, down their rows: as many streams as the machine foresees.
+            for (i, slices) in block.slices.chunks(TOGETHER).enumerate() {
+                for y in band.across.clone() {
+                    let mut rows = images.rows(volume, y, slices);
+                    for row in &mut rows {
+                        *row = &row[x.clone()];
+                    }
+                    let pixels = &mut columns[(1 + y) * lanes + i * TOGETHER..];
+                    interleave(self.instructions, &rows, stride * lanes, pixels);
+                }
+            }
+        });
+        parts.into_iter().map(|(_, part)| &*part).collect()
     }
-}
-
-/// The given samples of the rows of some slices, which are in ascending order.
-fn pick<'a, T>(
-    row: &'a mut [&mut [T]],
-    slices: &[usize],
-    samples: Range<usize>,
-) -> Vec<&'a mut [T]> {
-    let first = slices.first().copied().unwrap_or(0);
-    let mut wanted = slices.iter().map(|slice| slice - first).peekable();
-    let rows = row[first..].iter_mut().enumerate();
-    rows.filter(|&(slice, _)| wanted.next_if_eq(&slice).is_some())
-        .map(|(_, samples_of_slice)| &mut samples_of_slice[samples.clone()])
-        .take(slices.len())
-        .collect()
 }

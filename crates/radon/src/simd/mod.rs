@@ -2,14 +2,14 @@
 
 #![allow(unsafe_code)]
 
-mod steps;
-mod taps;
+mod bins;
+mod pairs;
 mod tile;
 mod transpose;
 mod vector;
 
-pub(crate) use steps::{BoxRay, BoxSteps};
-pub(crate) use taps::{Tap, gather, scatter};
+pub(crate) use bins::{Bins, add_bins};
+pub(crate) use pairs::{BoxRay, Pairs, Place, gather, prefetch, scatter};
 pub(crate) use tile::{ALONE, Tile, ViewStep, add_views};
 pub(crate) use transpose::{interleave, separate};
 pub(crate) use vector::{RUN, Vectors, WINDOW};

@@ -1,6 +1,9 @@
 //! The few vector operations of the kernels, per instruction set; compilers do not find these by themselves reliably.
 
+use std::ops::Range;
+
 use crate::sample::Sample;
+use crate::simd::bins::Bins;
 
 /// A register of samples.
 ///
@@ -18,6 +21,8 @@ pub trait Vector<T>: Copy {
     unsafe fn store(self, at: *mut T);
     /// `self * a + b`, rounded once where the set has a fused multiply-add, else twice.
     unsafe fn multiply_add(self, a: Self, b: Self) -> Self;
+    /// `self + other`.
+    unsafe fn plus(self, other: Self) -> Self;
     /// `self - other`.
     unsafe fn minus(self, other: Self) -> Self;
     /// `self * a + b` for single samples.
@@ -57,6 +62,48 @@ pub trait Vector<T>: Copy {
         }
         // SAFETY: a register is no longer than a run.
         unsafe { Self::load(samples.as_ptr()) }
+    }
+
+    /// What the given steps contribute to the sums of a run of rays, their first pixels' part and their second ones'; the image is as
+    /// large as `add_bins` asks.
+    #[inline(always)]
+    unsafe fn sum_steps(
+        bins: &Bins<'_, T>,
+        offset: &[f64; RUN],
+        steps: Range<usize>,
+    ) -> ([T; RUN], [T; RUN])
+    where
+        T: Sample,
+    {
+        let (mut near, mut far) = ([T::ZERO; RUN], [T::ZERO; RUN]);
+        for m in steps {
+            let shift = m as f64 * bins.ray.per_step;
+            let mut index = [0; RUN];
+            let mut weights = ([T::ZERO; RUN], [T::ZERO; RUN]);
+            for l in 0..RUN {
+                let t = bins.position(offset[l], shift);
+                // SAFETY: at most the pixels of a row and one, below 2^31.
+                index[l] = unsafe { t.to_int_unchecked() };
+                (weights.0[l], weights.1[l]) = bins.ray.weights(t - f64::from(index[l]));
+            }
+            for start in (0..RUN).step_by(Self::WIDTH) {
+                // SAFETY: positions are at most n + 1, and a row has two more samples behind it; all arrays are RUN long.
+                unsafe {
+                    let row = bins.image.as_ptr().add(m * bins.stride);
+                    let index = &index[start..start + Self::WIDTH];
+                    for (sums, weights, row) in [
+                        (&mut near, &weights.0, row),
+                        (&mut far, &weights.1, row.add(1)),
+                    ] {
+                        let at = sums.as_mut_ptr().add(start);
+                        Self::load(weights.as_ptr().add(start))
+                            .multiply_add(Self::gather(row, index), Self::load(at))
+                            .store(at);
+                    }
+                }
+            }
+        }
+        (near, far)
     }
 
     /// Adds one view to the pixels of a run, `row` being the run's base sample. Valid to read must be the `WINDOW` samples from
@@ -126,6 +173,10 @@ impl<T: Sample, const W: usize, const FUSED: bool> Vector<T> for Plain<T, W, FUS
         if FUSED { x.fused(a, b) } else { x * a + b }
     }
     #[inline(always)]
+    unsafe fn plus(self, other: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] + other.0[i]))
+    }
+    #[inline(always)]
     unsafe fn minus(self, other: Self) -> Self {
         Self(std::array::from_fn(|i| self.0[i] - other.0[i]))
     }
@@ -190,10 +241,12 @@ impl Vectors for f64 {
 mod x86 {
     use std::arch::x86_64::*;
 
-    use super::{RUN, Vector};
+    use std::ops::Range;
+
+    use super::{Bins, RUN, Vector};
 
     macro_rules! vector {
-        ($name:ident, $register:ident, $t:ident, $width:literal, $splat:ident, $load:ident, $store:ident, $fma:ident, $sub:ident, { $($more:item)* }) => {
+        ($name:ident, $register:ident, $t:ident, $width:literal, $splat:ident, $load:ident, $store:ident, $fma:ident, $add:ident, $sub:ident, { $($more:item)* }) => {
             #[derive(Debug, Clone, Copy)]
             pub struct $name($register);
 
@@ -220,6 +273,11 @@ mod x86 {
                     Self(unsafe { $fma(self.0, a.0, b.0) })
                 }
                 #[inline(always)]
+                unsafe fn plus(self, other: Self) -> Self {
+                    // SAFETY: the machine has the set, as the caller promised.
+                    Self(unsafe { $add(self.0, other.0) })
+                }
+                #[inline(always)]
                 unsafe fn minus(self, other: Self) -> Self {
                     // SAFETY: the machine has the set, as the caller promised.
                     Self(unsafe { $sub(self.0, other.0) })
@@ -241,6 +299,7 @@ mod x86 {
         _mm256_loadu_ps,
         _mm256_storeu_ps,
         _mm256_fmadd_ps,
+        _mm256_add_ps,
         _mm256_sub_ps,
         {
             #[inline(always)]
@@ -339,6 +398,7 @@ mod x86 {
         _mm256_loadu_pd,
         _mm256_storeu_pd,
         _mm256_fmadd_pd,
+        _mm256_add_pd,
         _mm256_sub_pd,
         {
             #[inline(always)]
@@ -375,8 +435,24 @@ mod x86 {
         _mm512_loadu_ps,
         _mm512_storeu_ps,
         _mm512_fmadd_ps,
+        _mm512_add_ps,
         _mm512_sub_ps,
         {
+            #[inline(always)]
+            unsafe fn sum_steps(
+                bins: &Bins<'_, f32>,
+                offset: &[f64; RUN],
+                steps: Range<usize>,
+            ) -> ([f32; RUN], [f32; RUN]) {
+                // SAFETY: the caller's promise.
+                unsafe {
+                    match bins.inside(offset, &steps) {
+                        true => sum_steps_16::<true>(bins, offset, steps),
+                        false => sum_steps_16::<false>(bins, offset, steps),
+                    }
+                }
+            }
+
             #[inline(always)]
             unsafe fn zip(self, other: Self) -> (Self, Self) {
                 // SAFETY: the machine has the set, as the caller promised.
@@ -449,6 +525,7 @@ mod x86 {
         _mm512_loadu_pd,
         _mm512_storeu_pd,
         _mm512_fmadd_pd,
+        _mm512_add_pd,
         _mm512_sub_pd,
         {
             #[inline(always)]
@@ -476,6 +553,90 @@ mod x86 {
             }
         }
     );
+
+    /// As `sum_steps`; no position needs to be held within the image if they are all `INSIDE`.
+    #[inline(always)]
+    unsafe fn sum_steps_16<const INSIDE: bool>(
+        bins: &Bins<'_, f32>,
+        offset: &[f64; RUN],
+        steps: Range<usize>,
+    ) -> ([f32; RUN], [f32; RUN]) {
+        let ray = &bins.ray;
+        let narrow = bins.narrow();
+        let least = if bins.per_bin > 0.0 { 0 } else { RUN - 1 };
+        // SAFETY: the machine has the set, and the image is large enough, as the caller promised: positions are at most n + 1,
+        // from which on a row has WINDOW more samples behind it.
+        unsafe {
+            let low = _mm512_loadu_pd(offset.as_ptr());
+            let high = _mm512_loadu_pd(offset[8..].as_ptr());
+            let most = _mm512_set1_pd((bins.n + 1) as f64);
+            let (whole, width) = (_mm512_set1_pd(ray.whole), _mm512_set1_pd(ray.per_width));
+            let length = _mm512_set1_ps(ray.length);
+            let lower_words =
+                _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+            let (mut near, mut far) = (_mm512_setzero_ps(), _mm512_setzero_ps());
+            for m in steps {
+                let shift = m as f64 * ray.per_step;
+                let (j0, s0) = cross_8::<INSIDE>(low, shift, most, whole, width);
+                let (j1, s1) = cross_8::<INSIDE>(high, shift, most, whole, width);
+                let j = _mm512_permutex2var_epi32(j0, lower_words, j1);
+                let share = _mm512_insertf32x8::<1>(_mm512_castps256_ps512(s0), s1);
+                let share = _mm512_max_ps(share, _mm512_setzero_ps());
+                let share = _mm512_min_ps(share, _mm512_set1_ps(1.0));
+                let w0 = _mm512_mul_ps(length, share);
+                let w1 = _mm512_sub_ps(length, w0);
+                let row = bins.image.as_ptr().add(m * bins.stride);
+                let (p0, p1) = if narrow {
+                    // The pixels of the whole run are in two registers.
+                    let base: i32 = bins.position(offset[least], shift).to_int_unchecked();
+                    let row = row.add(base as usize);
+                    let (a, b) = (_mm512_loadu_ps(row), _mm512_loadu_ps(row.add(16)));
+                    let j = _mm512_sub_epi32(j, _mm512_set1_epi32(base));
+                    let next = _mm512_add_epi32(j, _mm512_set1_epi32(1));
+                    (
+                        _mm512_permutex2var_ps(a, j, b),
+                        _mm512_permutex2var_ps(a, next, b),
+                    )
+                } else {
+                    (
+                        _mm512_i32gather_ps::<4>(j, row),
+                        _mm512_i32gather_ps::<4>(j, row.add(1)),
+                    )
+                };
+                near = _mm512_fmadd_ps(w0, p0, near);
+                far = _mm512_fmadd_ps(w1, p1, far);
+            }
+            let (mut sums, mut others) = ([0.0; RUN], [0.0; RUN]);
+            _mm512_storeu_ps(sums.as_mut_ptr(), near);
+            _mm512_storeu_ps(others.as_mut_ptr(), far);
+            (sums, others)
+        }
+    }
+
+    /// First pixels of 8 rays at a step, in the lower words, and their shares of it, not yet held within `[0, 1]`.
+    #[inline(always)]
+    unsafe fn cross_8<const INSIDE: bool>(
+        offset: __m512d,
+        shift: f64,
+        most: __m512d,
+        whole: __m512d,
+        width: __m512d,
+    ) -> (__m512i, __m256) {
+        // A sum with this has the integer part of the other number, which is below 2^31, in its lower word.
+        const SHIFTED: f64 = (1_u64 << 52) as f64;
+        // SAFETY: the machine has the set, as the caller promised.
+        unsafe {
+            let t = _mm512_add_pd(offset, _mm512_set1_pd(shift));
+            let t = match INSIDE {
+                true => t,
+                false => _mm512_min_pd(_mm512_max_pd(t, _mm512_setzero_pd()), most),
+            };
+            let first = _mm512_roundscale_pd::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(t);
+            let share = _mm512_sub_pd(whole, _mm512_mul_pd(_mm512_sub_pd(t, first), width));
+            let word = _mm512_castpd_si512(_mm512_add_pd(first, _mm512_set1_pd(SHIFTED)));
+            (word, _mm512_cvtpd_ps(share))
+        }
+    }
 
     #[inline(always)]
     unsafe fn locate_16(first: f32, lane_dx: &[f32; RUN], most: f32) -> (__m512i, __m512) {

@@ -1,0 +1,130 @@
+//! Ray sums of one slice: neighbouring bins side by side, which at the same step meet neighbouring pixels.
+
+use std::ops::Range;
+
+use crate::sample::Sample;
+use crate::simd::InstructionSet;
+use crate::simd::pairs::BoxRay;
+use crate::simd::vector::{RUN, Vector, WINDOW};
+
+/// The rays of a view through one image.
+#[derive(Debug)]
+pub struct Bins<'a, T> {
+    /// A row of pixels for each step. Position 1 is the first pixel; zeros are before it, behind the last one, and for `WINDOW`
+    /// samples behind the last row.
+    pub(crate) image: &'a [T],
+    /// Distance between the rows.
+    pub(crate) stride: usize,
+    /// Pixels of a row, margins aside.
+    pub(crate) n: usize,
+    /// The ray of bin 0.
+    pub(crate) ray: BoxRay<T>,
+    /// Distance between the rays of neighbouring bins.
+    pub(crate) per_bin: f64,
+}
+
+impl<T: Sample> Bins<'_, T> {
+    /// Position of a ray at a step, moved to where zeros are read if it is beyond the image.
+    #[inline(always)]
+    pub(crate) fn position(&self, offset: f64, shift: f64) -> f64 {
+        let t = offset + shift;
+        let t = if t > 0.0 { t } else { 0.0 };
+        let most = (self.n + 1) as f64;
+        if t < most { t } else { most }
+    }
+
+    /// Positions of the first and the last ray of a run at the first and the last step: all others lie between.
+    #[inline(always)]
+    fn corners(&self, offset: &[f64; RUN], steps: &Range<usize>) -> [f64; 4] {
+        let at = |l: usize, m: usize| offset[l] + m as f64 * self.ray.per_step;
+        let (first, last) = (steps.start, steps.end - 1);
+        [
+            at(0, first),
+            at(0, last),
+            at(RUN - 1, first),
+            at(RUN - 1, last),
+        ]
+    }
+
+    /// Whether no position of a run has to be moved.
+    #[inline(always)]
+    pub(crate) fn inside(&self, offset: &[f64; RUN], steps: &Range<usize>) -> bool {
+        // Half a pixel less: the positions between the corners are rounded too.
+        let (least, most) = (0.5, self.n as f64 + 0.5);
+        let corners = self.corners(offset, steps);
+        corners.iter().all(|t| (least..most).contains(t))
+    }
+
+    /// Whether the pixels of a run of bins, two of each, are within `WINDOW` of the least of them.
+    #[inline(always)]
+    pub(crate) fn narrow(&self) -> bool {
+        self.per_bin.abs() * ((RUN - 1) as f64) < (WINDOW - 3) as f64
+    }
+}
+
+/// Adds what the given steps contribute to the sums of bins 0, 1, ..., whose number is a multiple of `RUN`: each ray's first pixels
+/// and its second ones apart and then together, as [`gather`](super::gather) does, with the same weights.
+pub(crate) fn add_bins<T: Sample>(
+    set: InstructionSet,
+    bins: &Bins<'_, T>,
+    steps: Range<usize>,
+    sums: &mut [T],
+) {
+    // The last position is n + 1.
+    assert!(steps.end * bins.stride + WINDOW <= bins.image.len() && bins.stride >= bins.n + 2);
+    assert!(bins.n < 1 << 31);
+    let (sums, rest) = sums.as_chunks_mut::<RUN>();
+    assert!(rest.is_empty());
+    match set {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a projector holds a set only after `is_available`; the image is large enough, as just seen.
+        InstructionSet::Avx512 => unsafe { add_avx512(bins, steps, sums) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        InstructionSet::Avx2 => unsafe { add_avx2(bins, steps, sums) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: as above.
+        InstructionSet::Neon => unsafe { add_runs::<T, T::Neon>(bins, steps, sums) },
+        // SAFETY: needs nothing that the target lacks; as above.
+        _ => unsafe { add_runs::<T, T::Baseline>(bins, steps, sums) },
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+unsafe fn add_avx512<T: Sample>(bins: &Bins<'_, T>, steps: Range<usize>, sums: &mut [[T; RUN]]) {
+    // SAFETY: this function is compiled for the set; the rest is the caller's promise.
+    unsafe { add_runs::<T, T::Avx512>(bins, steps, sums) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn add_avx2<T: Sample>(bins: &Bins<'_, T>, steps: Range<usize>, sums: &mut [[T; RUN]]) {
+    // SAFETY: as above.
+    unsafe { add_runs::<T, T::Avx2>(bins, steps, sums) }
+}
+
+/// # Safety
+/// The machine has the instruction set of `V`, and the image is as large as `add_bins` asks.
+#[inline(always)]
+unsafe fn add_runs<T: Sample, V: Vector<T>>(
+    bins: &Bins<'_, T>,
+    steps: Range<usize>,
+    sums: &mut [[T; RUN]],
+) {
+    for (run, sums) in sums.iter_mut().enumerate() {
+        let offset: [f64; RUN] =
+            std::array::from_fn(|l| bins.ray.offset + (run * RUN + l) as f64 * bins.per_bin);
+        // A run whose rays all stay on one side of the image has nothing to add.
+        let corners = bins.corners(&offset, &steps);
+        let beyond = (bins.n + 1) as f64;
+        if corners.iter().all(|&t| t < 0.0) || corners.iter().all(|&t| t > beyond) {
+            continue;
+        }
+        // SAFETY: the caller's promise.
+        let (near, far) = unsafe { V::sum_steps(bins, &offset, steps.clone()) };
+        for l in 0..RUN {
+            sums[l] += near[l] + far[l];
+        }
+    }
+}

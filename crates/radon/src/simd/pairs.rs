@@ -1,0 +1,394 @@
+//! Weighted sums of pairs of neighbouring pixels and their transpose, for a block of slices: the loops of the projectors.
+
+use std::ops::Range;
+
+use crate::sample::Sample;
+use crate::simd::InstructionSet;
+use crate::simd::vector::Vector;
+
+/// Pixels that a ray meets, two neighbours at a time, and the lengths within them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Pairs<T> {
+    /// Index of the first pixel of each pair in a block of slices, `[pixel][lane]`.
+    pixel: Vec<u32>,
+    near: Vec<T>,
+    far: Vec<T>,
+    /// The largest index.
+    most: u32,
+}
+
+/// A ray whose steps are spread over two pixels each: step `m` crosses at `t = offset + m * per_step >= 0`, the first pixel is the
+/// integer part of `t`, and the share of that pixel is `whole - per_width * (t - first)`, held within `[0, 1]`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BoxRay<T> {
+    pub(crate) offset: f64,
+    pub(crate) per_step: f64,
+    pub(crate) whole: f64,
+    pub(crate) per_width: f64,
+    /// Path length of a step.
+    pub(crate) length: T,
+}
+
+/// Where the pixels of a ray are: step `m` of pixel 0 at `zero`, wrapping, the next step and the next pixel so far from it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub(crate) zero: u32,
+    pub(crate) along: u32,
+    pub(crate) across: u32,
+}
+
+impl<T: Sample> Pairs<T> {
+    pub(crate) fn clear(&mut self) {
+        self.pixel.clear();
+        self.near.clear();
+        self.far.clear();
+        self.most = 0;
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.pixel.len()
+    }
+
+    /// First pixel and both weights of each pair.
+    pub(crate) fn iter(&self, range: Range<usize>) -> impl Iterator<Item = (usize, T, T)> {
+        range.map(|i| (self.pixel[i] as usize, self.near[i], self.far[i]))
+    }
+
+    pub(crate) fn push(&mut self, pixel: u32, near: T, far: T) {
+        self.pixel.push(pixel);
+        self.near.push(near);
+        self.far.push(far);
+        self.most = self.most.max(pixel);
+    }
+
+    /// Adds `n` steps of a ray from step `m` on. Every set gets the same numbers.
+    pub(crate) fn extend(
+        &mut self,
+        set: InstructionSet,
+        ray: &BoxRay<T>,
+        m: usize,
+        n: usize,
+        place: Place,
+    ) {
+        let start = self.len();
+        self.pixel.resize(start + n, 0);
+        self.near.resize(start + n, T::ZERO);
+        self.far.resize(start + n, T::ZERO);
+        let (pixel, near, far) = (
+            &mut self.pixel[start..],
+            &mut self.near[start..],
+            &mut self.far[start..],
+        );
+        let most = match set {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: a projector holds a set only after `is_available`.
+            InstructionSet::Avx512 => unsafe { fill_avx512(ray, m, place, pixel, near, far) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above.
+            InstructionSet::Avx2 => unsafe { fill_avx2(ray, m, place, pixel, near, far) },
+            _ => fill(ray, m, place, pixel, near, far),
+        };
+        self.most = self.most.max(most);
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+fn fill_avx512<T: Sample>(
+    ray: &BoxRay<T>,
+    m: usize,
+    place: Place,
+    pixel: &mut [u32],
+    near: &mut [T],
+    far: &mut [T],
+) -> u32 {
+    fill(ray, m, place, pixel, near, far)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn fill_avx2<T: Sample>(
+    ray: &BoxRay<T>,
+    m: usize,
+    place: Place,
+    pixel: &mut [u32],
+    near: &mut [T],
+    far: &mut [T],
+) -> u32 {
+    fill(ray, m, place, pixel, near, far)
+}
+
+/// Without a branch, and without a call that could keep the compiler from making vectors of it.
+#[inline(always)]
+fn fill<T: Sample>(
+    ray: &BoxRay<T>,
+    m: usize,
+    place: Place,
+    pixel: &mut [u32],
+    near: &mut [T],
+    far: &mut [T],
+) -> u32 {
+    let m = m as f64;
+    let mut most = 0;
+    for (i, ((pixel, near), far)) in pixel.iter_mut().zip(near).zip(far).enumerate() {
+        let (first, weights) = ray.at(ray.offset, (m + f64::from(i as i32)) * ray.per_step);
+        let along = (i as u32).wrapping_mul(place.along);
+        let across = (first as u32).wrapping_mul(place.across);
+        *pixel = place.zero.wrapping_add(along).wrapping_add(across);
+        most = if *pixel > most { *pixel } else { most };
+        (*near, *far) = weights;
+    }
+    most
+}
+
+impl<T: Sample> BoxRay<T> {
+    /// First pixel of the step at `t = offset + shift`, and the lengths within it and the next.
+    #[inline(always)]
+    pub(crate) fn at(&self, offset: f64, shift: f64) -> (i32, (T, T)) {
+        const BEYOND: f64 = 2_147_483_647.0;
+        let t = offset + shift;
+        let t = if t > 0.0 { t } else { 0.0 };
+        let t = if t < BEYOND { t } else { BEYOND };
+        // SAFETY: held within the range of `i32`; NaN has become 0.
+        let first: i32 = unsafe { t.to_int_unchecked() };
+        (first, self.weights(t - f64::from(first)))
+    }
+
+    /// The lengths within the first pixel and the next, of a step that crosses so far behind the first.
+    #[inline(always)]
+    pub(crate) fn weights(&self, behind: f64) -> (T, T) {
+        let share = T::of(self.whole - behind * self.per_width);
+        let share = if share > T::ZERO { share } else { T::ZERO };
+        let share = if share < T::ONE { share } else { T::ONE };
+        let near = self.length * share;
+        (near, self.length - near)
+    }
+}
+
+/// Asks for samples that will be needed soon, where the machine can be asked.
+#[inline(always)]
+pub(crate) fn prefetch<T>(samples: &[T]) {
+    #[cfg(target_arch = "x86_64")]
+    for line in samples.chunks(64 / size_of::<T>()) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: a hint, which every machine of this target knows.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = samples;
+}
+
+/// Adds the weighted pixels to the sums of one ray, a lane a slice; the second pixel of a pair is `across` behind the first.
+///
+/// First and second pixels are summed apart and then together: two short chains of additions instead of a long one.
+pub(crate) fn gather<T: Sample>(
+    set: InstructionSet,
+    pixels: &[T],
+    pairs: &Pairs<T>,
+    range: Range<usize>,
+    across: usize,
+    sums: &mut [T],
+) {
+    let steps = Steps::new(pixels.len(), pairs, range, across, sums.len());
+    match set {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a projector holds a set only after `is_available`; `Steps::new` has seen to the pixels.
+        InstructionSet::Avx512 => unsafe { gather_avx512(pixels, steps, sums) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        InstructionSet::Avx2 => unsafe { gather_avx2(pixels, steps, sums) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: as above.
+        InstructionSet::Neon => unsafe { gather_lanes::<T, T::Neon>(pixels, steps, sums) },
+        // SAFETY: needs nothing that the target lacks; as above.
+        _ => unsafe { gather_lanes::<T, T::Baseline>(pixels, steps, sums) },
+    }
+}
+
+/// Adds the ray's value, weighted, to its pixels.
+pub(crate) fn scatter<T: Sample>(
+    set: InstructionSet,
+    pixels: &mut [T],
+    pairs: &Pairs<T>,
+    range: Range<usize>,
+    across: usize,
+    ray: &[T],
+) {
+    let steps = Steps::new(pixels.len(), pairs, range, across, ray.len());
+    match set {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a projector holds a set only after `is_available`; `Steps::new` has seen to the pixels.
+        InstructionSet::Avx512 => unsafe { scatter_avx512(pixels, steps, ray) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        InstructionSet::Avx2 => unsafe { scatter_avx2(pixels, steps, ray) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: as above.
+        InstructionSet::Neon => unsafe { scatter_lanes::<T, T::Neon>(pixels, steps, ray) },
+        // SAFETY: needs nothing that the target lacks; as above.
+        _ => unsafe { scatter_lanes::<T, T::Baseline>(pixels, steps, ray) },
+    }
+}
+
+/// Some pairs, all of which lie within the pixels they were checked against.
+#[derive(Clone, Copy)]
+struct Steps<'a, T> {
+    pixel: &'a [u32],
+    near: &'a [T],
+    far: &'a [T],
+    /// Way from the first to the second pixel, in samples.
+    across: usize,
+}
+
+impl<'a, T: Sample> Steps<'a, T> {
+    fn new(
+        n_samples: usize,
+        pairs: &'a Pairs<T>,
+        range: Range<usize>,
+        across: usize,
+        lanes: usize,
+    ) -> Self {
+        assert!((pairs.most as usize + across + 1) * lanes <= n_samples);
+        Self {
+            pixel: &pairs.pixel[range.clone()],
+            near: &pairs.near[range.clone()],
+            far: &pairs.far[range],
+            across: across * lanes,
+        }
+    }
+
+    /// First sample of the first pixel, and both weights.
+    #[inline(always)]
+    fn iter(self, lanes: usize) -> impl Iterator<Item = (usize, T, T)> {
+        let weights = self.near.iter().zip(self.far);
+        let pairs = self.pixel.iter().zip(weights);
+        pairs.map(move |(&pixel, (&near, &far))| (pixel as usize * lanes, near, far))
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+unsafe fn gather_avx512<T: Sample>(pixels: &[T], steps: Steps<'_, T>, sums: &mut [T]) {
+    // SAFETY: this function is compiled for the set; the rest is the caller's promise.
+    unsafe { gather_lanes::<T, T::Avx512>(pixels, steps, sums) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn gather_avx2<T: Sample>(pixels: &[T], steps: Steps<'_, T>, sums: &mut [T]) {
+    // SAFETY: as above.
+    unsafe { gather_lanes::<T, T::Avx2>(pixels, steps, sums) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+unsafe fn scatter_avx512<T: Sample>(pixels: &mut [T], steps: Steps<'_, T>, ray: &[T]) {
+    // SAFETY: as above.
+    unsafe { scatter_lanes::<T, T::Avx512>(pixels, steps, ray) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn scatter_avx2<T: Sample>(pixels: &mut [T], steps: Steps<'_, T>, ray: &[T]) {
+    // SAFETY: as above.
+    unsafe { scatter_lanes::<T, T::Avx2>(pixels, steps, ray) }
+}
+
+/// # Safety
+/// The machine has the instruction set of `V`, and `steps` was checked against these pixels and as many lanes.
+#[inline(always)]
+unsafe fn gather_lanes<T: Sample, V: Vector<T>>(pixels: &[T], steps: Steps<'_, T>, sums: &mut [T]) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        match sums.len() / V::WIDTH {
+            _ if sums.len() == 1 => {
+                let (mut near, mut far) = (T::ZERO, T::ZERO);
+                for (at, w0, w1) in steps.iter(1) {
+                    near = V::multiply_add_one(w0, pixels[at], near);
+                    far = V::multiply_add_one(w1, pixels[at + steps.across], far);
+                }
+                sums[0] += near + far;
+            }
+            1 => gather_block::<T, V, 1>(pixels, steps, sums),
+            2 => gather_block::<T, V, 2>(pixels, steps, sums),
+            4 => gather_block::<T, V, 4>(pixels, steps, sums),
+            _ => unreachable!("{} lanes", sums.len()),
+        }
+    }
+}
+
+/// # Safety
+/// As for `gather_lanes`.
+#[inline(always)]
+unsafe fn gather_block<T: Sample, V: Vector<T>, const N: usize>(
+    pixels: &[T],
+    steps: Steps<'_, T>,
+    sums: &mut [T],
+) {
+    let sums = &mut sums[..N * V::WIDTH];
+    // SAFETY: both pixels of a pair and `sums` hold N vectors; the machine has the set.
+    unsafe {
+        // Read before they are needed: they come from afar.
+        let before: [V; N] = std::array::from_fn(|i| V::load(sums.as_ptr().add(i * V::WIDTH)));
+        let mut near = [V::splat(T::ZERO); N];
+        let mut far = [V::splat(T::ZERO); N];
+        for (at, w0, w1) in steps.iter(N * V::WIDTH) {
+            let (p0, w0, w1) = (pixels.as_ptr().add(at), V::splat(w0), V::splat(w1));
+            let p1 = p0.add(steps.across);
+            for i in 0..N {
+                near[i] = w0.multiply_add(V::load(p0.add(i * V::WIDTH)), near[i]);
+                far[i] = w1.multiply_add(V::load(p1.add(i * V::WIDTH)), far[i]);
+            }
+        }
+        for i in 0..N {
+            let sum = before[i].plus(near[i].plus(far[i]));
+            sum.store(sums.as_mut_ptr().add(i * V::WIDTH));
+        }
+    }
+}
+
+/// # Safety
+/// The machine has the instruction set of `V`, and `steps` was checked against these pixels and as many lanes.
+#[inline(always)]
+unsafe fn scatter_lanes<T: Sample, V: Vector<T>>(pixels: &mut [T], steps: Steps<'_, T>, ray: &[T]) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        match ray.len() / V::WIDTH {
+            _ if ray.len() == 1 => {
+                for (at, w0, w1) in steps.iter(1) {
+                    for (at, w) in [(at, w0), (at + steps.across, w1)] {
+                        pixels[at] = V::multiply_add_one(w, ray[0], pixels[at]);
+                    }
+                }
+            }
+            1 => scatter_block::<T, V, 1>(pixels, steps, ray),
+            2 => scatter_block::<T, V, 2>(pixels, steps, ray),
+            4 => scatter_block::<T, V, 4>(pixels, steps, ray),
+            _ => unreachable!("{} lanes", ray.len()),
+        }
+    }
+}
+
+/// # Safety
+/// As for `scatter_lanes`.
+#[inline(always)]
+unsafe fn scatter_block<T: Sample, V: Vector<T>, const N: usize>(
+    pixels: &mut [T],
+    steps: Steps<'_, T>,
+    ray: &[T],
+) {
+    let ray = &ray[..N * V::WIDTH];
+    // SAFETY: `ray` and both pixels of a pair hold N vectors; the machine has the set.
+    unsafe {
+        let ray: [V; N] = std::array::from_fn(|i| V::load(ray.as_ptr().add(i * V::WIDTH)));
+        for (at, w0, w1) in steps.iter(N * V::WIDTH) {
+            let (p0, w0, w1) = (pixels.as_mut_ptr().add(at), V::splat(w0), V::splat(w1));
+            let p1 = p0.add(steps.across);
+            for i in 0..N {
+                let (p0, p1) = (p0.add(i * V::WIDTH), p1.add(i * V::WIDTH));
+                w0.multiply_add(ray[i], V::load(p0)).store(p0);
+                w1.multiply_add(ray[i], V::load(p1)).store(p1);
+            }
+        }
+    }
+}
