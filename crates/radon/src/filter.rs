@@ -97,6 +97,17 @@ pub fn ramp_sample(n: i64) -> f64 {
 /// The window acts on a ramp sampled 16 times more finely in frequency; the kernel that results is then cut to `len` samples, so
 /// that a row padded with zeros to `len >= 2 n` gets the linear convolution with the true kernel.
 ///
+/// ```
+/// use radon::{Window, padded_len, ramp_response};
+/// let len = padded_len(2 * 101); // rows of 101 bins
+/// assert_eq!(len, 216);
+/// let hann = ramp_response(&Window::Hann, 1.0, len)?;
+/// let ramp = ramp_response(&Window::RamLak, 1.0, len)?;
+/// assert_eq!(ramp.len(), 109);
+/// assert!((ramp[54] - 0.25).abs() < 1e-4 && (hann[54] - 0.125).abs() < 1e-4); // half the Nyquist frequency
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+///
 /// # Errors
 /// A `cutoff` outside `(0, 1]`, a Butterworth order of 0, a custom window with fewer than two gains or with a gain that is not finite.
 pub fn ramp_response(window: &Window, cutoff: f64, len: usize) -> Result<Vec<f64>, RadonError> {

@@ -162,11 +162,13 @@ fn every_view_and_every_image_conserve_the_integral() {
     let plane = Phantom2::new(plane_shapes().into_iter().enumerate().map(weighted)).unwrap();
     // Everything lies inside the grids (the widest Gaussian to 5.5 standard deviations in x, 1e-8, 3.5 cm); boundary
     // cells round to some 1e-15 each.
-    let grid = ImageGrid::new(131, 140, 0.06)
-        .and_then(|g| g.with_centre([0.1, -0.05]))
-        .unwrap();
-    let total = plane.image::<f64>(&grid).iter().sum::<f64>() * 0.06 * 0.06;
-    assert!((total / plane.integral() - 1.0).abs() < 1e-12, "{total}");
+    for (nx, ny, [dx, dy]) in [(131, 140, [0.06, 0.06]), (66, 210, [0.12, 0.04])] {
+        let grid = ImageGrid::anisotropic(nx, ny, [dx, dy])
+            .and_then(|g| g.with_centre([0.1, -0.05]))
+            .unwrap();
+        let total = plane.image::<f64>(&grid).iter().sum::<f64>() * dx * dy;
+        assert!((total / plane.integral() - 1.0).abs() < 1e-12, "{total}");
+    }
     let geometry = ParallelGeometry::new([0.0, 0.3, 1.1, 2.0, 4.5], 150, 0.06)
         .and_then(|g| g.with_offset(0.21))
         .unwrap();
@@ -183,9 +185,9 @@ fn every_view_and_every_image_conserve_the_integral() {
     let slices = SliceAxis::new(57, 0.11)
         .and_then(|s| s.with_centre(0.02))
         .unwrap();
-    let grid = ImageGrid::new(61, 64, 0.1).unwrap();
+    let grid = ImageGrid::anisotropic(61, 32, [0.1, 0.2]).unwrap();
     let volume: Vec<f64> = solid.volume(&grid, &slices).unwrap();
-    let total = volume.iter().sum::<f64>() * 0.1 * 0.1 * 0.11;
+    let total = volume.iter().sum::<f64>() * 0.1 * 0.2 * 0.11;
     assert!((total / solid.integral() - 1.0).abs() < 1e-11, "{total}");
     let geometry = ParallelGeometry::new([0.2, 1.9], 70, 0.1).unwrap();
     for order in [StackOrder::ViewSliceBin, StackOrder::SliceViewBin] {

@@ -472,11 +472,16 @@ fn bad_input_is_refused_with_its_numbers() {
         Err(RadonError::TooLarge { .. })
     ));
     // Pitch and spacing that have nothing to do with each other, rays beyond the horizon, too many pixels.
-    let tiny = ImageGrid::square(4, 1e-12).unwrap();
-    assert!(matches!(
-        Projector::new(&geometry, &tiny, Kernel::Strip),
-        Err(RadonError::OutOfRange { .. })
-    ));
+    for spacing in [[1e-12, 1e-12], [1.0, 1e-12], [1e12, 1.0], [1.0, 1e-200]] {
+        let odd = ImageGrid::anisotropic(4, 4, spacing).unwrap();
+        assert!(matches!(
+            Projector::new(&geometry, &odd, Kernel::Strip),
+            Err(RadonError::OutOfRange {
+                name: "pitch in pixels",
+                ..
+            })
+        ));
+    }
     let far = ImageGrid::square(4, 1.0)
         .and_then(|g| g.with_centre([1e15, 0.0]))
         .unwrap();

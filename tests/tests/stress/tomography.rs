@@ -52,7 +52,14 @@ fn acquisition(random: &mut Random, unit: f64) -> Option<(ParallelGeometry, Imag
         unit * random.uniform(-9.0, 9.0),
         unit * random.uniform(-9.0, 9.0),
     ];
-    let grid = ImageGrid::new(nx, ny, spacing)
+    // Square, or stretched by up to a hundred.
+    let stretch = random.decades(-2.0, 2.0);
+    let across = if random.one_in(2) {
+        spacing
+    } else {
+        random.spoiled(spacing * stretch)
+    };
+    let grid = ImageGrid::anisotropic(nx, ny, [spacing, across])
         .ok()?
         .with_centre(centre)
         .ok()?;

@@ -98,6 +98,17 @@ impl Interpolation {
 /// | disc, radius 1.5, with a spot of value 3 across the end | +0.27 | -0.46 | -0.22 | -0.071 |
 ///
 /// Noise of 2 % of the largest chord moves these by less than 0.006 (by 0.05 for the disc of radius 3). The policies are equal where rows end in zeros. Cost: with any but `Zero` the rows are padded to twice the length.
+///
+/// ```
+/// use radon::{BinSampling, EdgePolicy, FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, Phantom2, Shape2};
+/// let geometry = ParallelGeometry::uniform(90, std::f64::consts::PI, 64, 0.1)?; // 6.4 wide
+/// let torso = Phantom2::new([(1.0, Shape2::ellipse([0.2, 0.0], [6.0, 4.0], 0.0)?)])?;
+/// let sinogram: Vec<f64> = torso.sinogram(&geometry, BinSampling::Mean);
+/// let options = FbpOptions { edge: EdgePolicy::Ellipse, ..FbpOptions::default() };
+/// let image = FbpPlan::new(&geometry, &ImageGrid::square(64, 0.1)?, &options)?.reconstruct(&sinogram)?;
+/// assert!((image[32 * 64 + 32] - 1.0).abs() < 0.01);
+/// # Ok::<(), radon::RadonError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum EdgePolicy {

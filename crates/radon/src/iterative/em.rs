@@ -92,6 +92,19 @@ pub fn mlem<T: Sample, O: LinearOperator<T>>(
 /// cycles about the solution. Residual and likelihood in the history are the sums of what each subset saw before its step; with
 /// more than one subset the residual rule stops after the pass that met it.
 ///
+/// ```
+/// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, StackOrder, Stopping, osem};
+/// let geometry = ParallelGeometry::uniform(60, std::f64::consts::PI, 24, 1.0)?;
+/// let projector = Projector::new(&geometry, &ImageGrid::square(16, 1.0)?, Kernel::Strip)?;
+/// let counts = projector.forward(&(0..256).map(|i| f64::from(i % 5)).collect::<Vec<_>>())?;
+/// let subsets = projector.stack_operator(1, StackOrder::ViewSliceBin)?.subsets(6)?; // of ten views each
+/// let stopping = Stopping { max_iterations: 4, ..Stopping::default() }; // four passes
+/// let mut image = vec![1.0; 256];
+/// let report = osem(&subsets, &counts, &mut image, &EmOptions::default().with_stopping(stopping))?;
+/// assert!(report.history[3].residual < 0.5 * report.history[0].residual);
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+///
 /// # Errors
 /// As [`mlem`]; [`RadonError::TooFew`] without a subset, [`RadonError::BadRange`] for an index beyond the data.
 pub fn osem<T: Sample, O: LinearOperator<T>>(

@@ -44,6 +44,22 @@ impl SirtOptions {
 /// Σ R (b - A x)² over the bounds (Gregor & Benson 2008, doi:10.1109/TMI.2008.923696). Rows and columns without weight are
 /// left out. Cost of a step: one forward, one adjoint.
 ///
+/// ```
+/// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector, SirtOptions, Stopping, sirt};
+/// let geometry = ParallelGeometry::uniform(30, std::f64::consts::PI, 24, 1.0)?;
+/// let projector = Projector::new(&geometry, &ImageGrid::square(16, 1.0)?, Kernel::Joseph)?;
+/// let data = projector.forward(&(0..256).map(|i| f64::from(i % 5)).collect::<Vec<_>>())?;
+/// let options = SirtOptions {
+///     lower: Some(0.0),
+///     stopping: Stopping { max_iterations: 500, residual: Some(0.03), change: None },
+///     ..SirtOptions::default()
+/// };
+/// let mut image = vec![0.0; 256];
+/// let report = sirt(&projector, &data, &mut image, &options)?; // an error if 500 steps did not do
+/// assert!(report.history[report.iterations].residual <= 0.03);
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+///
 /// # Errors
 /// A wrong length, NaN or infinity, an option out of its range, a negative row or column sum, what the operator refuses,
 /// [`RadonError::NotConverged`]. In each case after the checks `image` holds the last iterate.

@@ -1,6 +1,6 @@
 //! Projectors with exact adjoints.
 
-use crate::error::{RadonError, product};
+use crate::error::{RadonError, product, within};
 use crate::simd::InstructionSet;
 use crate::{ImageGrid, ParallelGeometry, Sample, StackOrder};
 
@@ -37,7 +37,7 @@ pub enum Kernel {
 /// makes the weights; forward gathers with them and adjoint scatters with the same numbers, so that <A x, y> = <x, Aᵀ y>
 /// to rounding. The adjoint is not the back-projection of FBP: it has neither view weights nor the 1/pitch.
 ///
-/// Any angles, offset, pitch, spacing, centre, odd or even sizes. The same bits come out for any number of threads and for
+/// Any angles, offset, pitch, spacing, centre, odd or even sizes, pixels square or not. The same bits come out for any number of threads and for
 /// a slice alone or among others.
 ///
 /// ```
@@ -80,7 +80,7 @@ impl Projector {
     /// Plans the projection of images on `grid` to sinograms of `geometry`.
     ///
     /// # Errors
-    /// [`RadonError::OutOfRange`] when the pitch is not between 1e-9 and 1e9 pixels or a ray is 1e12 pixels away;
+    /// [`RadonError::OutOfRange`] when the pitch is not between 1e-9 and 1e9 pixels along x and y or a ray is 1e12 pixels away;
     /// [`RadonError::TooLarge`] for an image of 2³¹ pixels.
     pub fn new(
         geometry: &ParallelGeometry,
@@ -95,6 +95,9 @@ impl Projector {
                 a,
                 b,
             });
+        }
+        for spacing in grid.spacing() {
+            within("pitch in pixels", geometry.pitch() / spacing, 1e-9, 1e9)?;
         }
         let views = geometry
             .angles()
