@@ -14,12 +14,14 @@ use crate::{Acquisition, Activity, Camera, Cycle, Heart, HeartShape, Regions, Si
 use membrane_newton::membrane_forces::balloon_at_rest;
 use radon::{ArcPolicy, FbpOptions, FbpPlan, Skip, StackOrder, Window};
 use revolve_voxel::nalgebra::Point3;
-use revolve_voxel::{Mesh, Sampling};
+use revolve_voxel::{Mesh, Sampling, Sector};
 use serde::Serialize;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
+/// The body's region that holds the defects.
+const WALL: usize = 1;
 /// Fewest and most steps a cycle that a tolerance is met with.
 const STEPS: [usize; 2] = [8, 4096];
 /// Bins and rows of the coarse views on which that is tried.
@@ -214,7 +216,7 @@ impl Phantom {
         )
     }
 
-    /// One slice of the reconstruction of a gate, `[y][x]`, from one row of each view.
+    /// One slice of the reconstruction of a gate, `[y][x]`, from one row of each view, and those that the blur reaches.
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate or slice; [`PhantomError::Radon`] if the arc is too short.
@@ -288,7 +290,11 @@ impl Phantom {
         self.truth_slices(Acquisition::Static { phase }, 0..self.camera.n_rows())
     }
 
-    /// What every voxel holds most of at a phase, `[z][y][x]`: 0 background, 1 cavity, 2 wall.
+    /// What every voxel holds most of at a phase, `[z][y][x]`: 0 background, 1 cavity, 2 wall; of the wall's voxels 3 are those
+    /// of the scene's first defect, 4 those of the second, and so on.
+    ///
+    /// A voxel of the wall is a defect's if that fills more of it than any other defect or the rest of the wall, and the first
+    /// one's of equals. [`Phantom::label_names`] lists the names.
     ///
     /// # Errors
     /// As [`Phantom::shape`].
@@ -296,11 +302,22 @@ impl Phantom {
         let sampling = Sampling::Coverage {
             tolerance: self.scene.truth.tolerance,
         };
-        let slices = 0..self.camera.n_rows();
-        let regions =
-            (self.shape(phase)?.body()).regions::<f32>(self.camera.grid(), slices, sampling)?;
+        let (grid, slices) = (self.camera.grid(), 0..self.camera.n_rows());
+        let shape = self.shape(phase)?;
+        let mut regions = (shape.body()).regions::<f32>(grid, slices.clone(), sampling)?;
+        let scan = self.scan(&self.camera, Acquisition::Static { phase });
+        let placed = scan.placed(&[shape.gain()])?;
+        let defects: Vec<&Sector> = placed.of(&shape).iter().map(|(piece, _)| piece).collect();
+        regions.label_pieces(WALL, &defects, grid, slices, sampling)?;
         self.work.voxels(regions.counters);
         Ok(regions.labels)
+    }
+
+    /// What the labels stand for, from 0 on: `background`, `cavity`, `wall`, `defect 1`, `defect 2` and so on.
+    pub fn label_names(&self) -> Vec<String> {
+        let regions = ["background", "cavity", "wall"].map(String::from);
+        let defects = (1..=self.defects.len()).map(|k| format!("defect {k}"));
+        regions.into_iter().chain(defects).collect()
     }
 
     /// The attenuation of every voxel at a phase in 1/cm, `[z][y][x]`, averaged over the voxel.
@@ -388,7 +405,7 @@ impl Phantom {
         Ok(taken)
     }
 
-    /// Line integrals, blurred but without noise. A blurred row is made of whole views.
+    /// Line integrals, blurred but without noise.
     fn means(
         &self,
         gate: usize,
@@ -396,10 +413,7 @@ impl Phantom {
         rows: Range<usize>,
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Sinograms, PhantomError> {
-        let cast = match self.readout.blur {
-            Some(_) => 0..self.camera.n_rows(),
-            None => rows.clone(),
-        };
+        let cast = self.readout.rows_seen(&rows);
         let scan = self.scan(&self.camera, self.acquisition(gate)?);
         let mut taken = scan.rows(views, cast, progress)?;
         self.work.rays(taken.rays);

@@ -15,20 +15,21 @@ pub(crate) struct Readout {
 }
 
 impl Readout {
-    /// Blurs whole views and keeps some of their rows.
+    /// The rows of the line integrals that some rows of the views are made of.
+    pub(crate) fn rows_seen(&self, rows: &Range<usize>) -> Range<usize> {
+        (self.blur.as_ref()).map_or(rows.clone(), |blur| blur.rows_seen(rows))
+    }
+
+    /// Blurs views of the rows seen and keeps the rows asked for.
     pub(crate) fn blur(
         &self,
         views: &mut Vec<f32>,
         rows: &Range<usize>,
     ) -> Result<(), PhantomError> {
-        let Some(blur) = &self.blur else {
-            return Ok(());
-        };
-        blur.apply(views)?;
-        let [bins, n_rows] = self.size;
-        if rows.len() < n_rows {
-            let kept = |view: &[f32]| view[rows.start * bins..rows.end * bins].to_vec();
-            *views = views.chunks(n_rows * bins).flat_map(kept).collect();
+        match &self.blur {
+            None => {}
+            Some(blur) if rows.len() == self.size[1] => blur.apply(views)?,
+            Some(blur) => *views = blur.rows(std::mem::take(views), rows)?,
         }
         Ok(())
     }

@@ -27,6 +27,9 @@ pub struct RunReport {
     pub numbers: Numbers,
     /// One entry for each gate, or one.
     pub gates: Vec<GateReport>,
+    /// What the numbers in label volumes stand for, from 0 on, where such were written.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub labels: Vec<String>,
     /// Work done.
     pub work: WorkReport,
     /// Files written, relative to the folder.
@@ -91,6 +94,11 @@ pub fn run(
         scene: phantom.scene().clone(),
         numbers: phantom.numbers()?,
         gates,
+        labels: if writer.wants(Product::Labels) {
+            phantom.label_names()
+        } else {
+            Vec::new()
+        },
         work: phantom.work(),
         files: writer.files,
     };

@@ -5,8 +5,9 @@ use heart_phantom::scene::{
     BlurSettings, CountSettings, CycleSettings, DefectSettings, DiscretisationSettings,
     MediumSettings, Mode, NoiseSettings, PixelRange, Scene,
 };
-use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
+use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange, Wall};
 use radon::Skip;
+use revolve_voxel::nalgebra::{Point3, Vector3};
 
 fn small(mode: Mode) -> Scene {
     let mut scene = Scene::default().with_size(40).with_mode(mode);
@@ -377,6 +378,117 @@ fn infarct() -> DefectSettings {
         azimuths: [20.0, 110.0],
         activity: 0.0,
     }
+}
+
+#[test]
+fn labels_mark_defects() {
+    let mut scene = small(Mode::Static { phase: 0.0 });
+    let plain = Phantom::new(scene.clone()).unwrap();
+    let lateral = DefectSettings {
+        layers: [0.0, 1.0],
+        s: [0.05, 0.3],
+        azimuths: [90.0, 200.0],
+        activity: 2.0,
+    };
+    // The second lies within the first and is hidden by it; the third is beside and in part behind it.
+    let hidden = DefectSettings {
+        s: [0.25, 0.3],
+        layers: [0.1, 0.5],
+        azimuths: [40.0, 80.0],
+        ..infarct()
+    };
+    scene.defects = vec![infarct(), hidden, lateral];
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    assert_eq!(
+        phantom.label_names()[2..],
+        ["wall", "defect 1", "defect 2", "defect 3"]
+    );
+    let grid = phantom.camera().grid();
+    let rest = Wall::new(&phantom.heart().shapes(&[0.0]).unwrap()[0]).unwrap();
+    for phase in [0.0, 0.4] {
+        let labels = phantom.labels(phase).unwrap();
+        let shape = phantom.shape(phase).unwrap();
+        let wall = Wall::sliding(&shape, &rest).unwrap();
+        // The material at a point: in which defects it is, or none if it is not of the wall.
+        let at = |p: Point3<f64>| {
+            let m = wall.locate(&p)?;
+            Some([0, 1, 2].map(|k: usize| {
+                let d = &scene.defects[k];
+                let turn = (m.azimuth.to_degrees() - d.azimuths[0]).rem_euclid(360.0);
+                (d.layers[0]..=d.layers[1]).contains(&m.layer)
+                    && (d.s[0]..=d.s[1]).contains(&m.s)
+                    && turn <= d.azimuths[1] - d.azimuths[0]
+            }))
+        };
+        let mut seen = [0; 6];
+        for (k, (&label, before)) in labels.iter().zip(plain.labels(phase).unwrap()).enumerate() {
+            seen[usize::from(label)] += 1;
+            // Only the wall's voxels change.
+            assert!(
+                label == before || (before == 2 && label > 2),
+                "{label} {before}"
+            );
+            let c = grid.centre(k % 40, k / 40 % 40, k / 1600);
+            let h = 0.5 * grid.spacing()[0];
+            let corner = |j: usize| [0, 1, 2].map(|a| if j >> a & 1 == 1 { h } else { -h });
+            let all: Vec<_> = (0..8).map(|j| at(c + Vector3::from(corner(j)))).collect();
+            // A voxel with its corners and its centre in one place is in it: pieces are thicker than a voxel or two.
+            if all.iter().any(|found| *found != at(c)) {
+                continue;
+            }
+            match at(c) {
+                None => assert!(label < 2, "{label}"),
+                Some([true, ..]) => assert_eq!(label, 3),
+                Some([false, _, true]) => assert_eq!(label, 5),
+                Some(_) => assert_eq!(label, 2),
+            }
+        }
+        assert!(
+            seen[2] > 1000 && seen[3] > 100 && seen[4] == 0 && seen[5] > 100,
+            "{seen:?}"
+        );
+        // The exact volume says the same: a voxel of a cold defect is dark, one of a hot one bright.
+        let activity = phantom.activity(phase).unwrap();
+        let mean = |label: u8| {
+            let own = labels.iter().zip(&activity).filter(|(l, _)| **l == label);
+            let (sum, n) = own.fold((0.0, 0.0), |(sum, n), (_, v)| {
+                (sum + f64::from(*v), n + 1.0)
+            });
+            sum / n
+        };
+        assert!(
+            mean(3) < 0.4 && mean(5) > 1.5 && mean(2) > 0.8,
+            "{} {} {}",
+            mean(3),
+            mean(5),
+            mean(2)
+        );
+    }
+    scene.defects = vec![infarct(); 253];
+    assert!(matches!(
+        Phantom::new(scene),
+        Err(PhantomError::Scene { .. })
+    ));
+}
+
+#[test]
+fn a_slice_of_blurred_views_costs_the_rows_that_the_blur_reaches() {
+    let mut scene = small(Mode::Static { phase: 0.3 });
+    // 1 cm on 0.4 cm rows: a standard deviation of 1.06 rows, five of which reach five rows.
+    scene.blur = Some(BlurSettings { fwhm: 1.0 });
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let volume = phantom.volume(0).unwrap();
+    for (z, rows) in [(0, 6), (3, 9), (20, 11), (39, 6)] {
+        let alone = Phantom::new(scene.clone()).unwrap();
+        assert!(alone.slice(0, z).unwrap() == volume[z * 1600..(z + 1) * 1600]);
+        let work = alone.work();
+        assert_eq!(work.rays_cast + work.rays_skipped, 12 * 40 * rows, "{z}");
+    }
+    // A view is all its rows, with nothing cast for the blur beyond them.
+    let alone = Phantom::new(scene).unwrap();
+    alone.view(0, 2).unwrap();
+    let work = alone.work();
+    assert_eq!(work.rays_cast + work.rays_skipped, 40 * 40);
 }
 
 #[test]

@@ -7,9 +7,11 @@
 //! At the edges the image is continued by its mirror image, edge sample doubled: counts are kept, a uniform image stays
 //! uniform, and the blur is its own adjoint.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use crate::error::{at_least, positive, product, within};
+use crate::error::{at_least, finite, length, positive, product, within};
 use crate::{RadonError, Sample};
 
 /// Weights beyond this many standard deviations are dropped.
@@ -79,51 +81,118 @@ impl Blur {
     /// [`RadonError::WrongLength`] unless there are whole views, [`RadonError::NotFinite`] for a sample, before any is
     /// changed.
     pub fn apply<T: Sample>(&self, samples: &mut [T]) -> Result<(), RadonError> {
-        let [n_bins, n_rows] = self.size;
-        let view = n_bins * n_rows;
-        let views = samples.len().div_ceil(view);
-        crate::error::length("images", samples.len(), views * view)?;
-        for s in samples.iter() {
-            crate::error::finite("sample", s.f64())?;
-        }
-        let [along, across] = &self.weights;
+        let view = self.size[0] * self.size[1];
+        self.check(samples, view)?;
         samples.par_chunks_mut(view).for_each(|image| {
-            if along.len() > 1 {
-                for row in image.chunks_mut(n_bins) {
-                    blur(row, 1, along);
-                }
-            }
-            if across.len() > 1 {
-                blur(image, n_bins, across);
+            self.along_bins(image);
+            if self.weights[1].len() > 1 {
+                let padded = self.padded(image, 0, 0..self.size[1]);
+                weigh(image, &padded, self.size[0], &self.weights[1]);
             }
         });
         Ok(())
     }
+
+    /// The rows of an image that some rows of the blurred image are made of.
+    pub fn rows_seen(&self, rows: &Range<usize>) -> Range<usize> {
+        let reach = self.weights[1].len() - 1;
+        rows.start.saturating_sub(reach)..(rows.end + reach).min(self.size[1])
+    }
+
+    /// Some rows of blurred images `[view][row][bin]`, from images of the rows that [`Blur::rows_seen`] tells and no others: the
+    /// bits that [`Blur::apply`] gives them, for the work of these rows.
+    ///
+    /// ```
+    /// use radon::Blur;
+    /// let blur = Blur::new([4, 100], [0.5, 0.5], 1.0)?;
+    /// let seen = blur.rows_seen(&(50..51));
+    /// assert_eq!(seen, 46..55);
+    /// let row = blur.rows(vec![1.0_f32; 4 * 9], &(50..51))?;
+    /// assert!(row.iter().all(|v| (v - 1.0).abs() < 1e-6));
+    /// # Ok::<(), radon::RadonError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`RadonError::OutOfRange`] for rows that there are not; as [`Blur::apply`].
+    pub fn rows<T: Sample>(
+        &self,
+        mut samples: Vec<T>,
+        rows: &Range<usize>,
+    ) -> Result<Vec<T>, RadonError> {
+        let n_bins = self.size[0];
+        within("last row", rows.end as f64, 1.0, self.size[1] as f64)?;
+        within("first row", rows.start as f64, 0.0, rows.end as f64 - 1.0)?;
+        let seen = self.rows_seen(rows);
+        let view = seen.len() * n_bins;
+        self.check(&samples, view)?;
+        let mut out = vec![T::ZERO; samples.len() / view * rows.len() * n_bins];
+        (out.par_chunks_mut(rows.len() * n_bins))
+            .zip(samples.par_chunks_mut(view))
+            .for_each(|(out, image)| {
+                self.along_bins(image);
+                let padded = self.padded(image, seen.start, rows.clone());
+                weigh(out, &padded, n_bins, &self.weights[1]);
+            });
+        Ok(out)
+    }
+
+    fn check<T: Sample>(&self, samples: &[T], view: usize) -> Result<(), RadonError> {
+        let views = samples.len().div_ceil(view);
+        length("images", samples.len(), views * view)?;
+        for s in samples {
+            finite("sample", s.f64())?;
+        }
+        Ok(())
+    }
+
+    fn along_bins<T: Sample>(&self, image: &mut [T]) {
+        let weights = &self.weights[0];
+        if weights.len() > 1 {
+            for row in image.chunks_mut(self.size[0]) {
+                let padded = mirrored(row, 1, [0, self.size[0]], 0..self.size[0], weights);
+                weigh(row, &padded, 1, weights);
+            }
+        }
+    }
+
+    /// Some rows with all that are within reach, from an image whose first row is number `first` of all.
+    fn padded<T: Sample>(&self, image: &[T], first: usize, rows: Range<usize>) -> Vec<T> {
+        let [n_bins, n_rows] = self.size;
+        mirrored(image, n_bins, [first, n_rows], rows, &self.weights[1])
+    }
 }
 
-/// Blurs along the slow index of `samples`, items of `stride` samples each.
-fn blur<T: Sample>(samples: &mut [T], stride: usize, weights: &[f64]) {
-    let n = samples.len() / stride;
-    let weights: Vec<T> = weights.iter().map(|&w| T::of(w)).collect();
+/// Items of `stride` samples, wanted ones and those within reach on either side; beyond the edges of all `n` items lie their
+/// mirror images, so that sums need no test. The samples are those of the items from number `first` on.
+fn mirrored<T: Sample>(
+    samples: &[T],
+    stride: usize,
+    [first, n]: [usize; 2],
+    wanted: Range<usize>,
+    weights: &[f64],
+) -> Vec<T> {
     let reach = weights.len() - 1;
-    // The image with its mirror images on either side, so that the sums need no test.
-    let mirrored = |k: isize| {
-        let k = k.rem_euclid(2 * n as isize) as usize;
-        k.min(2 * n - 1 - k)
-    };
-    let mut padded = Vec::with_capacity((n + 2 * reach) * stride);
-    for k in 0..n + 2 * reach {
-        let from = mirrored(k as isize - reach as isize) * stride;
+    let mut padded = Vec::with_capacity((wanted.len() + 2 * reach) * stride);
+    for k in wanted.start..wanted.end + 2 * reach {
+        let k = (k as isize - reach as isize).rem_euclid(2 * n as isize) as usize;
+        let from = (k.min(2 * n - 1 - k) - first) * stride;
         padded.extend_from_slice(&samples[from..from + stride]);
     }
+    padded
+}
+
+/// Weighs items of `stride` samples with their neighbours.
+fn weigh<T: Sample>(out: &mut [T], padded: &[T], stride: usize, weights: &[f64]) {
+    let weights: Vec<T> = weights.iter().map(|&w| T::of(w)).collect();
+    let reach = weights.len() - 1;
     // Samples at one place of all items are `stride` apart, so one shift of the whole array pairs them all.
-    let len = samples.len();
+    let len = out.len();
     let at = |k: usize| &padded[k * stride..k * stride + len];
-    for (out, v) in samples.iter_mut().zip(at(reach)) {
+    for (out, v) in out.iter_mut().zip(at(reach)) {
         *out = weights[0] * *v;
     }
     for k in 1..=reach {
-        for ((out, a), b) in samples.iter_mut().zip(at(reach - k)).zip(at(reach + k)) {
+        for ((out, a), b) in out.iter_mut().zip(at(reach - k)).zip(at(reach + k)) {
             *out += weights[k] * (*a + *b);
         }
     }

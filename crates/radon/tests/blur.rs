@@ -87,6 +87,32 @@ fn a_point_gets_the_width_asked_for() {
 }
 
 #[test]
+fn some_rows_have_the_bits_and_the_work_of_these_rows() {
+    // From no reach at all to one beyond the image, whose mirror images are then mirrored again.
+    let size = [13, 17];
+    for fwhm in [0.0, 0.3, 1.0, 2.5, 3.4] {
+        let blur = Blur::new(size, [0.3, 0.2], fwhm).unwrap();
+        let views: Vec<f32> = image(2 * 13 * 17, 5).iter().map(|&v| v as f32).collect();
+        let mut whole = views.clone();
+        blur.apply(&mut whole).unwrap();
+        for rows in [0..17, 0..1, 16..17, 5..9, 11..17] {
+            let seen = blur.rows_seen(&rows);
+            let reach = blur.weights(1).len() - 1;
+            assert!(seen.len() <= rows.len() + 2 * reach && seen.end <= 17);
+            let cut = |views: &[f32], rows: &std::ops::Range<usize>| -> Vec<f32> {
+                let own = |view: &[f32]| view[rows.start * 13..rows.end * 13].to_vec();
+                views.chunks(13 * 17).flat_map(own).collect()
+            };
+            let found = blur.rows(cut(&views, &seen), &rows).unwrap();
+            assert!(found == cut(&whole, &rows), "{fwhm} {rows:?}");
+        }
+        for rows in [0..0, 3..18, 17..17, 9..4] {
+            assert!(blur.rows(vec![0.0_f32; 13], &rows).is_err(), "{rows:?}");
+        }
+    }
+}
+
+#[test]
 fn an_edge_becomes_an_error_function() {
     // Half a plane of ones, its edge between bins: the sum of the Gaussian's samples, nearly its integral.
     let (n, pitch, fwhm) = (120, 0.1, 1.0);

@@ -7,14 +7,15 @@ use rayon::prelude::*;
 use crate::coverage::{BLOCK, Painter, check};
 use crate::error::zeros;
 use crate::field::Field;
-use crate::{Body, Error, Sample, Sampling, VoxelCounters, VoxelGrid};
+use crate::{Body, Error, Sample, Sampling, Sector, VoxelCounters, VoxelGrid};
 
 /// Coverage of each region and labels, `[z][y][x]` over the slices asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RegionVolumes<T> {
     /// For each region, the covered fraction of every voxel.
     pub coverage: Vec<Vec<T>>,
-    /// For each voxel, 0 for background or 1 + the region that covers most of it (the outer one of equals).
+    /// For each voxel, 0 for background or 1 + the region that covers most of it (the outer one of equals); then the pieces
+    /// of [`RegionVolumes::label_pieces`].
     pub labels: Vec<u8>,
     /// Work done.
     pub counters: VoxelCounters,
@@ -32,13 +33,7 @@ impl Body {
         sampling: Sampling,
     ) -> Result<RegionVolumes<T>, Error> {
         let n = self.layers().len();
-        if n > 254 {
-            return Err(Error::Length {
-                what: "layers (at most)",
-                expected: 254,
-                given: n,
-            });
-        }
+        numbered("layers (at most)", n)?;
         check(grid, &slices, sampling)?;
         let len = grid.slice_len() * slices.len();
         let fields: Vec<Field> = (0..n).map(|k| self.field(k, grid)).collect();
@@ -78,6 +73,75 @@ impl Body {
             counters,
         })
     }
+}
+
+impl<T: Sample> RegionVolumes<T> {
+    /// Labels pieces of a region: with n regions, n + 1 + k for those of its voxels of which piece k covers most.
+    ///
+    /// The region's other voxels keep its label: those of which more is left than any piece covers. Of equals a piece comes
+    /// before what is left, the first piece before the second. No other region's voxel changes.
+    ///
+    /// The grid, slices and sampling are those of [`Body::regions`]; coverages stay as they are.
+    ///
+    /// # Errors
+    /// As [`Sector::voxelize_add`]; [`Error::Length`] for a region that is none, or more than 254 regions and pieces.
+    pub fn label_pieces(
+        &mut self,
+        region: usize,
+        pieces: &[&Sector],
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+        sampling: Sampling,
+    ) -> Result<(), Error> {
+        let n = self.coverage.len();
+        if region >= n {
+            return Err(Error::Length {
+                what: "regions (at least)",
+                expected: region + 1,
+                given: n,
+            });
+        }
+        numbered("regions and pieces (at most)", n + pieces.len())?;
+        let len = self.labels.len();
+        // What pieces cover of each voxel: all of them, and the one that covers most.
+        let mut all: Vec<T> = zeros("voxels", len)?;
+        let mut most: Vec<(T, u8)> = zeros("voxels", len)?;
+        for (k, piece) in pieces.iter().enumerate() {
+            let mut own: Vec<T> = zeros("voxels", len)?;
+            let done = piece.voxelize_add(grid, slices.clone(), sampling, 1.0, &mut own)?;
+            self.counters = self.counters + done;
+            let best = all.par_iter_mut().zip(&mut most).zip(&own);
+            best.for_each(|((all, most), own)| {
+                *all += *own;
+                if own.to_f64() > most.0.to_f64() {
+                    *most = (*own, (n + 1 + k) as u8);
+                }
+            });
+        }
+        let voxels = self.labels.par_iter_mut().zip(&self.coverage[region]);
+        voxels.zip(all.par_iter().zip(&most)).for_each(
+            |((label, whole), (all, (share, piece)))| {
+                let left = whole.to_f64() - all.to_f64();
+                if usize::from(*label) == region + 1 && *piece > 0 && share.to_f64() >= left {
+                    *label = *piece;
+                }
+            },
+        );
+        Ok(())
+    }
+}
+
+/// Labels are bytes.
+fn numbered(what: &'static str, given: usize) -> Result<(), Error> {
+    let expected = 254;
+    if given > expected {
+        return Err(Error::Length {
+            what,
+            expected,
+            given,
+        });
+    }
+    Ok(())
 }
 
 /// Turns the layers' coverage of a voxel into the regions'; the voxel's label.

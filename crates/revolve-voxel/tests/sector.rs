@@ -265,6 +265,48 @@ fn coverage_is_what_point_tests_find() {
 }
 
 #[test]
+fn pieces_have_labels_of_their_own() {
+    // A cylinder within another; two quarters of the ring between them, and voxels along their sides cut in halves.
+    let upright = Pose::axis_along_z(0.0).unwrap();
+    let cylinder = |r: f64| Meridian::new(&[[-1.0, r], [1.0, r]]).unwrap();
+    let body = Body::new(vec![cylinder(1.0), cylinder(3.0)], upright).unwrap();
+    let ring = Meridian::ring(&[[-1.0, 1.0], [-1.0, 3.0], [1.0, 3.0], [1.0, 1.0]]).unwrap();
+    let quarter = |k: f64| {
+        let azimuths = [k * FRAC_PI_2, (k + 1.0) * FRAC_PI_2];
+        Sector::new(ring.clone(), azimuths, upright).unwrap()
+    };
+    let grid = VoxelGrid::centred([15, 15, 1], [0.5; 3], [0.0; 3]).unwrap();
+    let sampling = Sampling::Coverage { tolerance: 1e-4 };
+    let plain = body.regions::<f32>(&grid, 0..1, sampling).unwrap();
+    let mut marked = plain.clone();
+    let pieces = [quarter(0.0), quarter(1.0), quarter(1.0)];
+    let list: Vec<&Sector> = pieces.iter().collect();
+    marked
+        .label_pieces(1, &list, &grid, 0..1, sampling)
+        .unwrap();
+    let at = |x: usize, y: usize| marked.labels[y * 15 + x];
+    // Body y is lab x, body z is lab y. The first of two equals; nothing for the third, which the second hides.
+    assert_eq!((at(10, 10), at(4, 10), at(4, 4), at(10, 4)), (3, 4, 2, 2));
+    assert_eq!((at(11, 7), at(7, 11), at(3, 7), at(7, 3)), (3, 3, 4, 2));
+    assert_eq!((at(7, 7), at(0, 0), at(14, 7)), (1, 0, 0));
+    for (a, b) in marked.labels.iter().zip(&plain.labels) {
+        assert!(a == b || (*b == 2 && *a > 2 && *a < 5));
+    }
+    assert_eq!(marked.coverage, plain.coverage);
+    let many = vec![&pieces[0]; 253];
+    assert!(
+        marked
+            .label_pieces(1, &many, &grid, 0..1, sampling)
+            .is_err()
+    );
+    assert!(
+        marked
+            .label_pieces(2, &list, &grid, 0..1, sampling)
+            .is_err()
+    );
+}
+
+#[test]
 fn slices_are_those_of_the_whole_and_threads_change_nothing() {
     let sector = Sector::new(ring(), [0.3, 4.4], pose()).unwrap();
     let grid = VoxelGrid::new([20, 17, 14], [0.3, 0.35, 0.4], [-2.6, -2.9, -2.7]).unwrap();

@@ -7,6 +7,7 @@ mod bodies;
 mod limits;
 mod membranes;
 mod random;
+mod runs;
 mod scenes;
 mod tomography;
 mod walls;
@@ -25,7 +26,7 @@ pub(crate) enum Outcome {
 }
 
 /// Scenes of each kind in an ordinary run.
-const SCENES: u64 = 150;
+const SCENES: u64 = 200;
 
 fn variable<T: std::str::FromStr>(name: &str) -> Option<T> {
     std::env::var(name).ok()?.parse().ok()
@@ -80,6 +81,11 @@ fn tomography_answers_or_refuses() {
 #[test]
 fn scenes_answer_or_refuse() {
     run("scenes", scenes::scene);
+}
+
+#[test]
+fn runs_answer_or_refuse() {
+    run("runs", runs::scene);
 }
 
 #[test]

@@ -15,7 +15,7 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
 }
 
 /// A number of a scene file, sometimes one that nobody would enter.
-fn number(random: &mut Random, low: f64, high: f64) -> String {
+pub(crate) fn number(random: &mut Random, low: f64, high: f64) -> String {
     let mut value = random.uniform(low, high);
     if random.one_in(4) {
         value = random.spoiled(value);
@@ -32,7 +32,7 @@ fn count(random: &mut Random, low: usize, high: usize) -> String {
     random.integer(low, high).to_string()
 }
 
-fn text(random: &mut Random) -> String {
+pub(crate) fn text(random: &mut Random) -> String {
     let mut text = String::new();
     let mut line = |entry: String| {
         text.push_str(&entry);
@@ -110,7 +110,7 @@ fn text(random: &mut Random) -> String {
             )
         });
     }
-    if random.one_in(2) {
+    for _ in 0..[0, 0, 0, 1, 1, 3][random.integer(0, 5)] {
         let mut range = |most: f64| {
             let (a, b) = (random.uniform(0.0, most), random.uniform(0.0, most));
             format!("[{}, {}]", number(random, a.min(b), a.min(b)), a.max(b))
@@ -174,6 +174,20 @@ fn text(random: &mut Random) -> String {
         "[reconstruction]\ncutoff = {}",
         number(random, 0.3, 1.0)
     ));
+    let window = random.pick(&[
+        "'ram-lak'",
+        "'hann'",
+        "'cosine'",
+        "{ butterworth = { order = 4 } }",
+    ]);
+    line(format!("window = {window}"));
+    if random.one_in(3) {
+        let pixels = count(random, 1, 24);
+        line(format!(
+            "pixels = {pixels}\npixel = {}",
+            number(random, pitch, pitch)
+        ));
+    }
     line(format!(
         "arc = '{}'",
         random.pick(&["complete", "extend", "truncate", "rescale"])
@@ -240,6 +254,8 @@ fn study(random: &mut Random, text: &str) -> Option<()> {
     assert!(numbers.edv >= numbers.esv && numbers.esv > 0.0);
     assert!((0.0..1.0).contains(&numbers.ejection_fraction));
     let phase = random.uniform(0.0, 1.0);
-    assert!(phantom.labels(phase).ok()?.iter().all(|label| *label <= 2));
+    let labels = phantom.labels(phase).ok()?;
+    let names = phantom.label_names();
+    assert!(labels.iter().all(|label| usize::from(*label) < names.len()));
     Some(())
 }

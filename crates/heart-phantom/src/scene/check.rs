@@ -12,6 +12,8 @@ type Checked = Result<(), SceneError>;
 
 /// Samples of one set of views or of one volume: 8 GiB of `f32`.
 const MOST_SAMPLES: f64 = 2_147_483_648.0;
+/// Each defect has a label of its own, above those of background, cavity and wall.
+const MOST_DEFECTS: usize = 252;
 /// Lengths in cm.
 const LENGTH: [f64; 2] = [1e-6, 1e6];
 
@@ -69,6 +71,8 @@ pub(super) fn scene(scene: &Scene) -> Checked {
         )?;
         torso("background", background.centre, background.semi_axes)?;
     }
+    // Labels are bytes.
+    count("defects", scene.defects.len(), [0, MOST_DEFECTS])?;
     for (k, settings) in scene.defects.iter().enumerate() {
         defect(&format!("defects.{k}"), settings)?;
     }

@@ -460,7 +460,7 @@ pub enum Product {
     Reconstruction,
     /// The exact volume.
     Truth,
-    /// Region labels at end-diastole and end-systole.
+    /// Labels at end-diastole and end-systole: 0 background, 1 cavity, 2 wall, from 3 on the defects in their order.
     Labels,
     /// Attenuation map at end-diastole and end-systole.
     Attenuation,

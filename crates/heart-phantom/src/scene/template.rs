@@ -164,7 +164,7 @@ pub(super) fn write(scene: &Scene) -> String {
     page.field(
         "write",
         &output.write,
-        "projections, reconstruction, truth, labels, attenuation, meshes, pictures",
+        "projections, reconstruction, truth, labels (0 background, 1 cavity, 2 wall, 3 the first defect, ...), attenuation, meshes, pictures",
     );
     page.field(
         "volumes",
