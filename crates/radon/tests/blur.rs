@@ -106,7 +106,7 @@ fn some_rows_have_the_bits_and_the_work_of_these_rows() {
             let found = blur.rows(cut(&views, &seen), &rows).unwrap();
             assert!(found == cut(&whole, &rows), "{fwhm} {rows:?}");
         }
-        for rows in [0..0, 3..18, 17..17, 9..4] {
+        for rows in [0..0, 3..18, 17..17, 9..9] {
             assert!(blur.rows(vec![0.0_f32; 13], &rows).is_err(), "{rows:?}");
         }
     }
