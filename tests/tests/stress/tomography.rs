@@ -95,7 +95,12 @@ fn fbp(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid) -> Ou
         ]),
         cutoff: random.pick(&[1.0, 0.5, 0.0, -1.0, 1e-3, f64::NAN]),
         interpolation: random.pick(&[Interpolation::Linear, Interpolation::BandLimited]),
-        edge: random.pick(&[EdgePolicy::Zero, EdgePolicy::Repeat, EdgePolicy::Ellipse]),
+        edge: random.pick(&[
+            EdgePolicy::Zero,
+            EdgePolicy::Repeat,
+            EdgePolicy::Fade,
+            EdgePolicy::Ellipse,
+        ]),
         arc: random.pick(&[
             ArcPolicy::Complete,
             ArcPolicy::Extend,
