@@ -17,8 +17,9 @@ pub(crate) struct Bordered<'a> {
     border: Border,
     elastic: Vec<f64>,
     blow_up: f64,
-    /// Length that makes numbers free of units: that of the start.
+    /// Length and stiffness that make numbers free of units: length of the start, largest lambda.
     length_scale: f64,
+    stiffness_scale: f64,
     /// Sizes of the shape and of the intensity that steps are compared with.
     size: (f64, f64),
     /// Sign of the determinant when factored first and when factored last, 0 if never.
@@ -28,6 +29,7 @@ pub(crate) struct Bordered<'a> {
 impl<'a> Bordered<'a> {
     pub(crate) fn new(discrete: &'a Discrete, length_scale: f64, target: Target) -> Self {
         let n = discrete.start().len();
+        let stiffness_scale = discrete.stiffness_scale();
         Self {
             discrete,
             target,
@@ -36,7 +38,8 @@ impl<'a> Bordered<'a> {
             elastic: vec![0.0; n],
             blow_up: discrete.blow_up(),
             length_scale,
-            size: (length_scale, intensity_scale(discrete, length_scale)),
+            stiffness_scale,
+            size: (length_scale, stiffness_scale),
             signs: (0.0, 0.0),
         }
     }
@@ -67,7 +70,16 @@ impl<'a> Bordered<'a> {
     }
 
     fn force_scale(&self) -> f64 {
-        self.discrete.stiffness_scale() * self.length_scale
+        self.stiffness_scale * self.length_scale
+    }
+
+    /// Intensity that moves the membrane by about its length: force per unit s, or per unit of
+    /// current length.
+    fn intensity_scale(&self) -> f64 {
+        match self.discrete.law() {
+            PressureLaw::PerCurrentLength => self.stiffness_scale,
+            _ => self.force_scale(),
+        }
     }
 
     /// What changes of the intensity are measured by: the prescribed one, be it ever so small, or what
@@ -79,7 +91,7 @@ impl<'a> Bordered<'a> {
             Target::TotalForce(wanted) if wanted != 0.0 => {
                 (wanted / self.discrete.measure(Measure::Surface, nodes)).abs()
             }
-            _ => intensity_scale(self.discrete, self.length_scale).max(f.abs()),
+            _ => self.intensity_scale().max(f.abs()),
         }
     }
 
@@ -98,21 +110,12 @@ impl<'a> Bordered<'a> {
     fn target_scale(&self) -> f64 {
         let l = self.length_scale;
         match self.target {
-            Target::Intensity(_) => intensity_scale(self.discrete, l),
-            Target::TotalForce(_) => intensity_scale(self.discrete, l) * l * l,
+            Target::Intensity(_) => self.intensity_scale(),
+            Target::TotalForce(_) => self.intensity_scale() * l * l,
             Target::Measure(Measure::Length, _) => l,
             Target::Measure(Measure::Area | Measure::Surface, _) => l * l,
             Target::Measure(Measure::Volume, _) => l * l * l,
         }
-    }
-}
-
-/// Intensity that moves a membrane of this length by about as much: force per unit s, or per unit
-/// of current length.
-fn intensity_scale(discrete: &Discrete, length: f64) -> f64 {
-    match discrete.law() {
-        PressureLaw::PerCurrentLength => discrete.stiffness_scale(),
-        _ => discrete.stiffness_scale() * length,
     }
 }
 

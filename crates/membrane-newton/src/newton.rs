@@ -97,9 +97,6 @@ pub fn newton(
 /// steps of 2e-9 left.)
 const ROUNDING: f64 = 1e-7;
 
-/// A correction this small after a good step is rounding, whatever tolerance was asked for.
-const NOTHING: f64 = 1e-12;
-
 /// [`newton`] in the caller's scratch: no allocation once the scratch has been used with a system
 /// of this size (but for the report inside an error).
 ///
@@ -192,19 +189,15 @@ pub fn newton_with(
             subtract(trial, 1.0, correction, x);
             system.residual_into(x, residual)?;
             report.residual_calls += 1;
-            // a frozen tangent contracts twice as slowly as the step that was taken with it
-            left = 2.0 * next * (next / full);
+            // A frozen tangent contracts twice as slowly as the step that was taken with it. That
+            // was one direction; another may contract by no more than what the step changed.
+            left = 2.0 * next * (next / full).max(full.min(0.01));
         } else {
             x.copy_from_slice(trial);
         }
         report.stepped(length * full, system.residual_norm(residual));
         if left <= options.step_tolerance {
-            // one direction's contraction need not be another's: look at what is left
-            correction.copy_from_slice(residual);
-            system.solve_in_place(correction);
-            if system.step_norm(correction) <= options.step_tolerance.max(NOTHING) {
-                break;
-            }
+            break;
         }
     }
     if report.residual.is_nan() {
