@@ -101,7 +101,7 @@ impl SpectralElements {
             &breakpoints(membrane, false),
             per_piece,
         )?;
-        if !is_symmetric(&full, membrane) {
+        if !is_symmetric(&full) {
             return Ok(full);
         }
         let mut half = Self::on(
@@ -148,10 +148,12 @@ impl SpectralElements {
                     },
                 );
                 let s = |t: f64| from + (to - from) * t;
+                // just inside, so that a jump at the element's end is seen from its side
+                let inside = (1e-12 * (to - from)).max(8.0 * f64::EPSILON);
                 let mut stiffness = Vec::with_capacity(n);
                 for &t in &reference.nodes {
-                    // just inside, so that a jump at the element's end is seen from its side
-                    stiffness.push(membrane.effective_stiffness(s(t.clamp(1e-12, 1.0 - 1e-12)))?);
+                    let s = s(t).max(from + inside).min(to - inside);
+                    stiffness.push(membrane.effective_stiffness(s)?);
                 }
                 if membrane.law() == PressureLaw::PerCurrentLength {
                     this.compliance += compliance(membrane, from, to)?;
@@ -543,25 +545,25 @@ fn breakpoints(membrane: &Membrane, half: bool) -> Vec<f64> {
     all
 }
 
-/// Whether `full` equals its own mirror image to rounding, node by node.
-fn is_symmetric(full: &SpectralElements, membrane: &Membrane) -> bool {
+/// Whether `full` equals its own mirror image to rounding, node by node and spring by spring.
+fn is_symmetric(full: &SpectralElements) -> bool {
     let size = full.start.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let close = |a: f64, b: f64, scale: f64| (a - b).abs() <= 1e-13 * scale;
     let points = full.start.as_chunks::<2>().0;
     let s = full.positions();
-    let count = points.len();
-    (0..count).all(|k| {
-        let ([x, y], [mx, my]) = (points[k], points[count - 1 - k]);
-        let stiffness = (
-            membrane.effective_stiffness(s[k]),
-            membrane.effective_stiffness(1.0 - s[k]),
-        );
-        let (Ok(a), Ok(b)) = stiffness else {
-            return false;
-        };
-        close(s[k], 1.0 - s[count - 1 - k], 1.0)
-            && close(x, mx, size)
-            && close(y, -my, size)
-            && close(a, b, full.stiffness_scale)
-    })
+    let mirrored = |k: usize| {
+        let ([x, y], [mx, my]) = (points[k], points[points.len() - 1 - k]);
+        close(s[k], 1.0 - s[points.len() - 1 - k], 1.0) && close(x, mx, size) && close(y, -my, size)
+    };
+    let even = |(a, b): (&Element, &Element)| {
+        let size = a.elastic.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let mut pairs = a.elastic.iter().zip(b.elastic.iter().rev());
+        pairs.all(|(a, b)| close(*a, *b, size))
+    };
+    (0..points.len()).all(mirrored)
+        && full
+            .elements
+            .iter()
+            .zip(full.elements.iter().rev())
+            .all(even)
 }

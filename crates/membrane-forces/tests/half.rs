@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use membrane_forces::{
-    BandMatrix, FiniteDifferences, Measure, Membrane, PressureLaw, RestShape, Stiffness,
+    BandMatrix, FiniteDifferences, Measure, Membrane, PressureLaw, RestShape, SpectralElements,
+    Stiffness,
 };
 
 const LAWS: [PressureLaw; 3] = [
@@ -134,5 +135,30 @@ fn what_is_not_its_own_mirror_image_stays_whole() {
         let half = FiniteDifferences::half(&membrane, 41).unwrap();
         assert!(!half.is_half() && half.start().len() == 82);
         assert_eq!(half.held(), [[true; 2]; 2]);
+    }
+}
+
+/// Jumps that are mirror images: where elements meet, each has the stiffness of its own side.
+#[test]
+fn mirrored_jumps_of_the_stiffness_are_half_a_curve_too() {
+    let rest = || RestShape::balloon(8.5, 1.75).unwrap();
+    let step = |left: f64, right: f64| {
+        let value = move |s: f64| {
+            if s < 0.3 {
+                left
+            } else if s < 0.7 {
+                1.0
+            } else {
+                right
+            }
+        };
+        Membrane::new(rest()).with_stiffness(Stiffness::function(value, &[0.3, 0.7]).unwrap())
+    };
+    for (left, right) in [(3.0, 3.0), (3.0, 3.0 + 1e-9)] {
+        let membrane = step(left, right);
+        let spectral = SpectralElements::new(&membrane, 8, 2).unwrap();
+        assert_eq!(spectral.is_half(), left == right);
+        let differences = FiniteDifferences::half(&membrane, 41).unwrap();
+        assert_eq!(differences.is_half(), left == right);
     }
 }

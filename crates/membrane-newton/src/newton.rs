@@ -181,7 +181,14 @@ pub fn newton_with(
             length *= 0.5;
         }
         if full <= ROUNDING && next > 0.25 * full {
-            report.step = full;
+            if report.iterations == 0 {
+                // as exact as it gets already
+                report.step = full;
+            } else {
+                // equations that rounding leaves alone, a volume's, profit from the last step too
+                x.copy_from_slice(trial);
+                report.stepped(full, system.residual_norm(residual));
+            }
             break;
         }
         let mut left = f64::INFINITY;

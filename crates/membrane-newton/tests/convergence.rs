@@ -3,6 +3,7 @@
 use membrane_newton::membrane_forces::LinearEquilibrium;
 use membrane_newton::{
     Control, Discretisation, Membrane, NewtonOptions, Pair, PressureLaw, RestShape, Solver,
+    Stiffness,
 };
 
 fn solver(membrane: &Membrane, discretisation: Discretisation) -> Solver {
@@ -167,5 +168,35 @@ fn millimetres_centimetres_and_metres_give_the_same_iterates() {
                 assert!(off.abs() < 1e-11, "{case}: {off:e}");
             }
         }
+    }
+}
+
+/// A jump of the stiffness 1e-5 before the cap begins makes an element of that width, at whose end
+/// the stiffness is that of its own side all the same.
+#[test]
+fn a_sliver_between_breakpoints_costs_no_accuracy() {
+    let stiffness = |s: f64| if s < 0.45 { 1.0 } else { 4.0 };
+    let membrane = Membrane::new(RestShape::balloon(14.133214860480873, 1.0).unwrap())
+        .with_stiffness(Stiffness::function(stiffness, &[0.45]).unwrap());
+    let intensity = |discretisation| {
+        let solver = solver(&membrane, discretisation);
+        let solved = solver.solve(Control::Volume(93.0), &NewtonOptions::default());
+        let solved = solved.unwrap();
+        // what rounding does to the tension it does not do to the volume
+        let missed = solved.measures.volume / 93.0 - 1.0;
+        assert!(missed.abs() < 1e-12, "{discretisation:?}: {missed:e}");
+        solved.intensity
+    };
+    let spectral = |degree, per_piece| Discretisation::Spectral { degree, per_piece };
+    let reference = intensity(spectral(20, 1));
+    for other in [
+        spectral(16, 2),
+        spectral(24, 4),
+        spectral(24, 16),
+        Discretisation::SpectralAdaptive { tolerance: 1e-11 },
+    ] {
+        let off = intensity(other) / reference - 1.0;
+        // rounding seen through a derivative over the sliver, down to 1e-16 / 1e-8
+        assert!(off.abs() < 1e-7, "{other:?}: {off:e}");
     }
 }
