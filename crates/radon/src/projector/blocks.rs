@@ -125,8 +125,8 @@ pub(super) fn groups<T: Sample>(
 ) -> Vec<Group<'_>> {
     let most = GROUP_BYTES / (sinogram_len * size_of::<T>());
     let register = set.lanes_for::<T>(2);
-    // `lanes_for` knows blocks of 1, 2 and 4 registers.
-    let mut lanes = set.lanes_for::<T>(usize::MAX);
+    // The projectors know blocks of 1, 2 and 4 registers.
+    let mut lanes = set.lanes_for::<T>(4 * register);
     while lanes > register && lanes > most {
         lanes /= 2;
     }

@@ -40,18 +40,19 @@ impl InstructionSet {
             .unwrap_or(Self::Baseline)
     }
 
-    /// Lanes of a block of `n` slices of `T`: one, or 1, 2 or 4 registers. More would leave the first-level cache too few pixels.
+    /// Lanes of a block of `n` slices of `T`: one, or 1, 2 or 4 registers, or 8 of 16 bytes. More would leave the first-level cache
+    /// too few pixels.
     pub(crate) fn lanes_for<T>(self, n: usize) -> usize {
-        let bytes = match self {
-            Self::Avx512 => 64,
-            Self::Avx2 => 32,
-            Self::Baseline | Self::Neon => 16,
+        let (bytes, most) = match self {
+            Self::Avx512 => (64, 4),
+            Self::Avx2 => (32, 4),
+            Self::Baseline | Self::Neon => (16, 8),
         };
         let width = bytes / size_of::<T>();
         [1, width, 2 * width, 4 * width]
             .into_iter()
             .find(|&lanes| n <= lanes)
-            .unwrap_or(4 * width)
+            .unwrap_or(most * width)
     }
 
     /// Lanes of the first of the blocks that back-projection should cut `n` slices of `T` into.

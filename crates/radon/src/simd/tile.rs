@@ -6,8 +6,6 @@ use crate::simd::vector::{RUN, Vector, WINDOW};
 
 /// Views whose part of a tile is added up in registers.
 const GROUP: usize = 8;
-/// Pixels whose sums are in registers together: the second's work hides the latency of the first's.
-const PIXELS: usize = 2;
 /// Runs of a tile of one slice, at most.
 pub(crate) const ALONE: usize = 128;
 
@@ -113,20 +111,25 @@ unsafe fn add_lanes<T: Sample, V: Vector<T>>(lanes: usize, tile: &Tile<'_, T>, s
     unsafe {
         match lanes / V::WIDTH {
             _ if lanes == 1 => add_one::<T, V>(tile, sums),
-            1 => add_block::<T, V, 1>(tile, sums),
-            2 => add_block::<T, V, 2>(tile, sums),
-            4 => add_block::<T, V, 4>(tile, sums),
+            1 => add_block::<T, V, 1, 2>(tile, sums),
+            2 => add_block::<T, V, 2, 2>(tile, sums),
+            4 => add_block::<T, V, 4, 2>(tile, sums),
+            8 => add_block::<T, V, 8, 1>(tile, sums),
             _ => unreachable!("{lanes} lanes"),
         }
     }
 }
 
-/// Many slices: `N` vectors of them.
+/// Many slices: `N` vectors of them. The sums of `PIXELS` pixels are in registers together: the second's work hides the latency
+/// of the first's.
 ///
 /// # Safety
 /// The machine has the instruction set of `V`.
 #[inline(always)]
-unsafe fn add_block<T: Sample, V: Vector<T>, const N: usize>(tile: &Tile<'_, T>, sums: &mut [T]) {
+unsafe fn add_block<T: Sample, V: Vector<T>, const N: usize, const PIXELS: usize>(
+    tile: &Tile<'_, T>,
+    sums: &mut [T],
+) {
     let lanes = N * V::WIDTH;
     for (group, views) in tile.views.chunks(GROUP).enumerate() {
         // Down the rows of one run's width, whose samples then stay in the nearest cache.
