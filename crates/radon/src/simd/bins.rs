@@ -47,6 +47,7 @@ impl<T: Sample> Bins<'_, T> {
     }
 
     /// Whether no position of a run has to be moved.
+    #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     pub(crate) fn inside(&self, offset: &[f64; RUN], steps: &Range<usize>) -> bool {
         // Half a pixel less: the positions between the corners are rounded too.
@@ -56,6 +57,7 @@ impl<T: Sample> Bins<'_, T> {
     }
 
     /// Whether the pixels of a run of bins, two of each, are within `WINDOW` of the least of them.
+    #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     pub(crate) fn narrow(&self) -> bool {
         self.per_bin.abs() * ((RUN - 1) as f64) < (WINDOW - 3) as f64
