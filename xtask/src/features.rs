@@ -1,4 +1,4 @@
-//! `cargo xtask features`: each published crate compiles with each of its features alone, with none and with all.
+//! `cargo xtask features`: each published crate compiles without a warning with each of its features alone, with none and with all.
 
 use std::process::Command;
 
@@ -28,7 +28,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
                     &features
                 }
             );
-            let status = Command::new(env!("CARGO"))
+            let output = Command::new(env!("CARGO"))
                 .args([
                     "check",
                     "--quiet",
@@ -39,12 +39,14 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
                 ])
                 .args(["--no-default-features", "--features", &features])
                 .current_dir(root())
-                .status()
+                .output()
                 .map_err(|error| format!("cargo check: {error}"))?;
-            if !status.success() {
+            // Nothing but errors and warnings is printed there.
+            if !output.status.success() || !output.stderr.is_empty() {
                 return Err(format!(
-                    "{} does not compile with features `{features}`",
-                    package_name(krate)
+                    "{} does not compile cleanly with features `{features}`\n{}",
+                    package_name(krate),
+                    String::from_utf8_lossy(&output.stderr)
                 ));
             }
         }

@@ -50,6 +50,7 @@ impl<T: Sample> Pairs<T> {
     }
 
     /// First pixel and both weights of each pair.
+    #[cfg(feature = "sprs")]
     pub(crate) fn iter(&self, range: Range<usize>) -> impl Iterator<Item = (usize, T, T)> {
         range.map(|i| (self.pixel[i] as usize, self.near[i], self.far[i]))
     }
