@@ -138,12 +138,9 @@ fn solve_on(
         |rung, state| rung.refine(state, near),
     )?;
     let (inner, outer) = state.split_at(rung.split());
-    let inner = rung
-        .inner
-        .equilibrium(inner.to_vec(), NewtonReport::default());
-    let outer = rung
-        .outer
-        .equilibrium(outer.to_vec(), NewtonReport::default());
+    let unreported = NewtonReport::default;
+    let inner = rung.inner.answer(inner.to_vec(), unreported())?;
+    let outer = rung.outer.answer(outer.to_vec(), unreported())?;
     let wall_volume = outer.measures.volume - inner.measures.volume;
     let wall_volume_error = wall_volume / rung.wall_volume() - 1.0;
     Ok(PairEquilibrium {

@@ -48,11 +48,8 @@ const LADDER: [(usize, usize); 9] = [
 
 impl Plan {
     pub(crate) fn differences(membrane: &Membrane, nodes: usize) -> Result<Self, MembraneError> {
-        Ok(Self::new(
-            membrane,
-            Discrete::Differences(FiniteDifferences::half(membrane, nodes)?),
-            None,
-        ))
+        let discrete = Discrete::Differences(FiniteDifferences::half(membrane, nodes)?);
+        Self::new(membrane, discrete, None)
     }
 
     pub(crate) fn spectral(
@@ -60,11 +57,8 @@ impl Plan {
         degree: usize,
         per_piece: usize,
     ) -> Result<Self, MembraneError> {
-        Ok(Self::new(
-            membrane,
-            Discrete::Spectral(SpectralElements::new(membrane, degree, per_piece)?),
-            None,
-        ))
+        let discrete = Discrete::Spectral(SpectralElements::new(membrane, degree, per_piece)?);
+        Self::new(membrane, discrete, None)
     }
 
     /// The first rung on which the start itself is resolved.
@@ -79,25 +73,27 @@ impl Plan {
     fn rung(membrane: &Membrane, tolerance: f64, level: usize) -> Result<Self, MembraneError> {
         let (degree, per_piece) = LADDER[level];
         let discrete = Discrete::Spectral(SpectralElements::new(membrane, degree, per_piece)?);
-        Ok(Self::new(
-            membrane,
-            discrete,
-            Some(Adaptive {
-                tolerance,
-                level,
-                finer: OnceLock::new(),
-            }),
-        ))
+        let adaptive = Adaptive {
+            tolerance,
+            level,
+            finer: OnceLock::new(),
+        };
+        Self::new(membrane, discrete, Some(adaptive))
     }
 
-    fn new(membrane: &Membrane, discrete: Discrete, adaptive: Option<Adaptive>) -> Self {
+    fn new(
+        membrane: &Membrane,
+        discrete: Discrete,
+        adaptive: Option<Adaptive>,
+    ) -> Result<Self, MembraneError> {
         let start = discrete.measures(discrete.start());
-        Self {
+        finite(&start)?;
+        Ok(Self {
             membrane: membrane.clone(),
             discrete,
             start,
             adaptive,
-        }
+        })
     }
 
     /// The next rung of the ladder, made the first time it is asked for; none at its top, without
@@ -208,6 +204,17 @@ impl Plan {
         }
     }
 
+    /// What a solve ended in, unless it is too large for its measures to be numbers.
+    pub(crate) fn answer(
+        self: &Arc<Self>,
+        state: Vec<f64>,
+        report: NewtonReport,
+    ) -> Result<Equilibrium, NewtonError> {
+        let solved = self.equilibrium(state, report);
+        finite(&solved.measures).map_err(NewtonError::membrane)?;
+        Ok(solved)
+    }
+
     pub(crate) fn equilibrium(
         self: &Arc<Self>,
         state: Vec<f64>,
@@ -228,6 +235,27 @@ impl Plan {
             state,
         }
     }
+}
+
+/// Refuses a curve whose volume, say, is beyond the largest number: one of 1e103 cm.
+fn finite(measures: &Measures) -> Result<(), MembraneError> {
+    let Measures {
+        length,
+        area,
+        surface,
+        volume,
+    } = *measures;
+    for (quantity, value) in [
+        ("length of the curve", length),
+        ("area of the curve", area),
+        ("surface of the curve", surface),
+        ("volume of the curve", volume),
+    ] {
+        if !value.is_finite() {
+            return Err(MembraneError::NotFinite { quantity, value });
+        }
+    }
+    Ok(())
 }
 
 /// The next rung, with `state` carried over to it, and with the curve to start `near` or its start.

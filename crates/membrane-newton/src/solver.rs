@@ -58,7 +58,7 @@ impl Solver {
     ///
     /// # Errors
     /// Too few nodes or too low a degree, a stiffness that is not positive, coinciding nodes, a
-    /// rest shape that no polynomials of the ladder resolve.
+    /// rest shape that no polynomials of the ladder resolve, or whose volume is beyond the largest number.
     pub fn new(membrane: &Membrane, discretisation: Discretisation) -> Result<Self, NewtonError> {
         let plan = match discretisation {
             Discretisation::FiniteDifferences { nodes } => {
@@ -142,5 +142,5 @@ fn solve_on(
         |plan, state| plan.resolution(state),
         |plan, state| refine(plan, state, near),
     )?;
-    Ok(plan.equilibrium(state, report))
+    plan.answer(state, report)
 }

@@ -116,6 +116,36 @@ fn a_volume_out_of_reach_is_no_answer() {
     }
 }
 
+/// A length of 1e200 is a number, its square and its cube are none.
+#[test]
+fn shapes_too_large_for_their_volume_are_refused() {
+    for discretisation in [
+        Discretisation::FiniteDifferences { nodes: 21 },
+        Discretisation::Spectral {
+            degree: 8,
+            per_piece: 1,
+        },
+        Discretisation::SpectralAdaptive { tolerance: 1e-9 },
+    ] {
+        for radius in [1e103, 1e200] {
+            let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+            assert!(matches!(
+                Solver::new(&membrane, discretisation),
+                Err(NewtonError::Membrane(MembraneError::NotFinite { .. }))
+            ));
+        }
+        // This one has a volume, but not after it has grown by a hundred times its size.
+        let membrane = Membrane::new(RestShape::balloon(8.5e101, 1.75e101).unwrap());
+        let solver = Solver::new(&membrane, discretisation).unwrap();
+        assert!(solver.start_measures().volume.is_finite());
+        let load = Control::Load(1e104);
+        match solver.solve(load, &NewtonOptions::default()) {
+            Ok(solved) => assert!(solved.measures.volume.is_finite()),
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
+    }
+}
+
 #[test]
 fn tolerances_that_say_nothing_are_refused() {
     let solver = solver(PressureLaw::PerMaterialLength, 1.75);

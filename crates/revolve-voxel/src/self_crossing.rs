@@ -29,6 +29,29 @@ pub(crate) fn check(segments: &[Segment], boxes: &BoxTree) -> Result<(), Error> 
             return Err(Error::SelfCrossing { first: k, second });
         }
     }
+    check_axis(segments)
+}
+
+/// Along the axis solid and void take turns, wherever the profile leaves it (solid begins, seen along x) and comes back (solid
+/// ends): else two parts of the solid overlap, although their outlines may not meet off the axis.
+fn check_axis(segments: &[Segment]) -> Result<(), Error> {
+    // Place, angle from the axis, whether solid begins.
+    let mut feet = Vec::new();
+    for (k, s) in segments.iter().enumerate() {
+        for (foot, other, begins) in [(s.start(), s.end(), true), (s.end(), s.start(), false)] {
+            if foot[1] == 0.0 {
+                let angle = other[1].atan2(other[0] - foot[0]);
+                feet.push((foot[0], -angle, begins, k));
+            }
+        }
+    }
+    feet.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    for (i, &(_, _, begins, second)) in feet.iter().enumerate() {
+        if begins != (i % 2 == 0) {
+            let first = feet[i.saturating_sub(1)].3;
+            return Err(Error::SelfCrossing { first, second });
+        }
+    }
     Ok(())
 }
 
@@ -37,10 +60,10 @@ fn area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Two segments with a common point m run over each other.
+/// Two segments with a common point m run over each other, or at an angle that rounding takes away.
 fn folds_back(p: [f64; 2], m: [f64; 2], q: [f64; 2]) -> bool {
     let along = (p[0] - m[0]) * (q[0] - m[0]) + (p[1] - m[1]) * (q[1] - m[1]);
-    area(p, m, q) == 0.0 && along > 0.0
+    along > 0.0 && area(p, m, q).abs() <= 4.0 * f64::EPSILON * along
 }
 
 /// Two segments have a point in common, other than a common end on the axis, where solids may touch.

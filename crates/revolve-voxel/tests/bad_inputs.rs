@@ -64,6 +64,37 @@ fn meridians() {
         Meridian::new(&back),
         Err(Error::SelfCrossing { .. })
     ));
+    // Parts that overlap and meet on the axis only: a cone within the rest; two that come down to one point, crossed over.
+    let cone_within = [[0.0, 1.0], [1.0, 0.0], [-2.0, 0.0], [-2.0, 4.0], [5.0, 2.0]];
+    let crossed = [[0.0, 0.0], [0.4, 2.0], [0.6, 6.0], [0.0, 0.0], [4.0, 1.0]];
+    for overlapping in [&cone_within[..], &crossed] {
+        assert!(matches!(
+            Meridian::new(overlapping),
+            Err(Error::SelfCrossing { .. })
+        ));
+    }
+    // The same parts side by side are a solid, and so is a ring that touches the axis.
+    for fine in [
+        Meridian::new(&[[0.0, 1.0], [1.0, 0.0], [2.0, 0.0], [2.0, 4.0], [5.0, 2.0]]),
+        Meridian::new(&[[0.0, 0.0], [0.4, 2.0], [1.0, 0.0], [4.0, 1.0]]),
+        Meridian::ring(&[[0.0, 0.0], [-1.0, 1.0], [0.0, 2.0], [1.0, 1.0]]),
+    ] {
+        assert!(fine.is_ok(), "{fine:?}");
+    }
+    // An edge that comes back at an angle below rounding.
+    let slit = [
+        [0.0, 0.0],
+        [2.0, 1.0],
+        [0.5, 1.0],
+        [1e-300, 3.0],
+        [1e-300, 1.0],
+        [0.0, 3.1],
+        [4.0, 2.0],
+    ];
+    assert!(matches!(
+        Meridian::new(&slit),
+        Err(Error::SelfCrossing { .. })
+    ));
     assert!(matches!(
         Meridian::ring(&[[0.0, 1.0], [1.0, 1.0]]),
         Err(Error::TooFewPoints { needed: 3, .. })

@@ -123,7 +123,10 @@ fn check(solved: &Equilibrium) {
             solved.load
         ]
         .iter()
-        .all(|x| x.is_finite())
+        .all(|x| x.is_finite()),
+        "{m:?}, intensity {}, load {}",
+        solved.intensity,
+        solved.load
     );
     assert!(solved.report.residual.is_finite());
     for k in 0..=10 {
