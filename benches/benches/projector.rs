@@ -193,7 +193,7 @@ fn forward(c: &mut Criterion) {
     });
     drop((matrix, pixels, rays, ordered));
 
-    // The shell fills 200 of 256 slices; a volume without empty slices is the full work.
+    // The shell fills 103 of 256 slices; a volume without empty slices is the full work.
     let full: Vec<f32> = scene.volume.iter().map(|x| x + 1e-3).collect();
     let mut projections = vec![0.0f32; VIEWS * N * N];
     for (kernel, most) in [
