@@ -13,7 +13,7 @@ mod rays;
 mod run;
 
 pub use operator::StackOperator;
-use rays::View;
+use rays::{Rays, View};
 
 /// How a ray's length is divided among the pixels it meets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -65,6 +65,7 @@ pub struct Projector {
 pub struct ProjectorScratch<T> {
     pixels: Vec<T>,
     rays: Vec<T>,
+    found: Vec<Vec<Rays<T>>>,
 }
 
 /// What a run did and what it could leave out.
@@ -147,6 +148,7 @@ impl Projector {
         ProjectorScratch {
             pixels: Vec::new(),
             rays: Vec::new(),
+            found: Vec::new(),
         }
     }
 

@@ -93,7 +93,7 @@ impl Projector {
                         true => self.pack_rows(&images, volume, &group, &band, memory),
                         false => self.pack_columns(&images, volume, &group, &band, memory),
                     };
-                    self.add_band(views, &band, &group, &pixels, rays);
+                    self.add_band(views, &band, &group, &pixels, rays, &mut scratch.found);
                 }
             }
             let rays = &*rays;
@@ -172,11 +172,12 @@ impl Projector {
         group: &Group<'_>,
         pixels: &[&[T]],
         rays: &mut [T],
+        found: &mut Vec<Vec<Rays<T>>>,
     ) {
         // The rays that cross the middle of the band between the same pixels are a job's: those pixels stay in its cache.
         let middle = band.along.start + band.along.len() / 2;
         let n_tiles = band.across.end.div_ceil(TILE);
-        let n_parts = (2 * rayon::current_num_threads()).div_ceil(n_tiles);
+        let n_parts = (12 * rayon::current_num_threads()).div_ceil(n_tiles);
         let per_job = views.len().div_ceil(n_parts).min(VIEWS);
         let n_bins = self.geometry.n_bins();
         let view_len = n_bins * group.lanes;
@@ -211,9 +212,13 @@ impl Projector {
             }
             jobs.extend(tiles);
         }
-        jobs.into_par_iter()
-            .for_each_init(Vec::new, |found, mut jobs| {
-                found.resize_with(jobs.len(), Rays::default);
+        // Memory for pairs stays with its place among the jobs: none is allocated or freed while threads run side by side.
+        found.resize_with(found.len().max(jobs.len()), Vec::new);
+        jobs.par_iter_mut()
+            .zip(&mut *found)
+            .for_each(|(jobs, found)| {
+                found.resize_with(found.len().max(jobs.len()), Rays::default);
+                let found = &mut found[..jobs.len()];
                 for (job, found) in jobs.iter().zip(&mut *found) {
                     job.view
                         .traverse(self.instructions, band, job.bins.clone(), found);
