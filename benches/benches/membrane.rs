@@ -4,7 +4,7 @@
 
 use std::hint::black_box;
 
-use benches::{Effort, Row, effort_of_groups, rows_asked, timed};
+use benches::{Effort, Row, effort_of_groups, timed};
 use criterion::{Criterion, criterion_group};
 use faer::prelude::Solve;
 use faer::sparse::{SparseColMat, Triplet};
@@ -178,11 +178,5 @@ fn membrane(c: &mut Criterion) {
 criterion_group!(groups, membrane);
 
 fn main() {
-    match rows_asked() {
-        Some(effort) => rows(effort),
-        None => {
-            groups();
-            Criterion::default().configure_from_args().final_summary();
-        }
-    }
+    benches::run(rows, groups);
 }

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use benches::{Effort, Row, effort_of_groups, rows_asked};
+use benches::{Effort, Row, effort_of_groups};
 use cpu_time::ThreadTime;
 use criterion::{BenchmarkId, Criterion, criterion_group};
 use diffsol::{FaerSparseLU, FaerSparseMat, OdeBuilder, OdeSolverMethod};
@@ -362,12 +362,8 @@ criterion_group! {
 }
 
 fn main() {
-    match rows_asked() {
-        Some(effort) => rows(effort),
-        None => {
-            rows(effort_of_groups());
-            groups();
-            Criterion::default().configure_from_args().final_summary();
-        }
-    }
+    benches::run(rows, || {
+        rows(effort_of_groups());
+        groups();
+    });
 }

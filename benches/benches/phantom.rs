@@ -4,7 +4,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use benches::{Effort, Row, on_threads, rows_asked, timed};
+use benches::{Effort, Row, on_threads, timed};
 use criterion::{Criterion, criterion_group};
 use heart_phantom::study::{self, StudyOptions};
 use heart_phantom::{Acquisition, Camera, Cycle, Heart, Phantom, acquire, scene, truth};
@@ -233,11 +233,5 @@ fn gated_studies(effort: Effort) {
 criterion_group!(groups, phantom);
 
 fn main() {
-    match rows_asked() {
-        Some(effort) => rows(effort),
-        None => {
-            groups();
-            Criterion::default().configure_from_args().final_summary();
-        }
-    }
+    benches::run(rows, groups);
 }

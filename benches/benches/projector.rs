@@ -5,7 +5,7 @@
 
 use std::hint::black_box;
 
-use benches::{Effort, Row, on_threads, rows_asked, timed};
+use benches::{Effort, Row, on_threads, timed};
 use criterion::{Criterion, criterion_group};
 use radon::{
     BinSampling, CglsOptions, EmOptions, ImageGrid, InstructionSet, Kernel, ParallelGeometry,
@@ -375,11 +375,5 @@ fn rows(effort: Effort) {
 criterion_group!(groups, forward, iterative);
 
 fn main() {
-    match rows_asked() {
-        Some(effort) => rows(effort),
-        None => {
-            groups();
-            Criterion::default().configure_from_args().final_summary();
-        }
-    }
+    benches::run(rows, groups);
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::hint::black_box;
 
-use benches::{Effort, Row, effort_of_groups, on_threads, rows_asked, timed};
+use benches::{Effort, Row, effort_of_groups, on_threads, timed};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group};
 use radon::{
     BinSampling, FbpOptions, FbpPlan, ImageGrid, InstructionSet, Interpolation, Kernel,
@@ -233,9 +233,7 @@ fn time_of_projection(case: &Case, n_slices: usize) -> (f64, Vec<f32>) {
 
 /// Time against error, a row a combination.
 fn work_precision(_: &mut Criterion) {
-    fbp_rows(effort_of_groups());
-    projector_rows(effort_of_groups());
-    growth_rows(effort_of_groups());
+    rows(effort_of_groups());
 }
 
 /// Cost against size: the time of an update (slice, view and pixel) should not rise.
@@ -484,16 +482,12 @@ criterion_group!(
     work_precision
 );
 
+fn rows(effort: Effort) {
+    fbp_rows(effort);
+    projector_rows(effort);
+    growth_rows(effort);
+}
+
 fn main() {
-    match rows_asked() {
-        Some(effort) => {
-            fbp_rows(effort);
-            projector_rows(effort);
-            growth_rows(effort);
-        }
-        None => {
-            groups();
-            Criterion::default().configure_from_args().final_summary();
-        }
-    }
+    benches::run(rows, groups);
 }

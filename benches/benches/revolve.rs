@@ -5,7 +5,7 @@
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::hint::black_box;
 
-use benches::{Effort, Row, on_threads, rows_asked, timed};
+use benches::{Effort, Row, on_threads, timed};
 use criterion::{Criterion, Throughput, criterion_group};
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{Body, Meridian, ParallelDetector, ParallelRays, Pose, Sampling, VoxelGrid};
@@ -296,15 +296,11 @@ fn voxel_rows(effort: Effort) {
 
 criterion_group!(groups, chords, views, voxels);
 
+fn rows(effort: Effort) {
+    chord_rows(effort);
+    voxel_rows(effort);
+}
+
 fn main() {
-    match rows_asked() {
-        Some(effort) => {
-            chord_rows(effort);
-            voxel_rows(effort);
-        }
-        None => {
-            groups();
-            Criterion::default().configure_from_args().final_summary();
-        }
-    }
+    benches::run(rows, groups);
 }

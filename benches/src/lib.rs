@@ -11,15 +11,14 @@
 //!
 //! ```text
 //! fn main() {
-//!     match benches::rows_asked() {
-//!         Some(effort) => rows(effort),
-//!         None => criterion_groups(),
-//!     }
+//!     benches::run(rows, groups);
 //! }
 //! ```
 
 use std::hint::black_box;
 use std::time::Instant;
+
+use criterion::Criterion;
 
 /// How much a study may cost: everything, or what is done in some twenty seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,13 +29,17 @@ pub enum Effort {
     Full,
 }
 
-/// What the command line asks for: no rows, or rows with an effort.
-pub fn rows_asked() -> Option<Effort> {
+/// What the command line asks for: the rows, or the criterion groups and their summary.
+pub fn run(rows: impl FnOnce(Effort), groups: impl FnOnce()) {
     let given = |flag: &str| std::env::args().any(|argument| argument == flag);
-    given("--rows").then(|| match given("--quick") {
-        true => Effort::Quick,
-        false => Effort::Full,
-    })
+    match (given("--rows"), given("--quick")) {
+        (true, true) => rows(Effort::Quick),
+        (true, false) => rows(Effort::Full),
+        (false, _) => {
+            groups();
+            Criterion::default().configure_from_args().final_summary();
+        }
+    }
 }
 
 /// How much a study may cost beside the criterion groups: little where `--test` asks for every bench once.

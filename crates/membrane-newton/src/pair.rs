@@ -138,9 +138,10 @@ fn solve_on(
         |rung, state| rung.refine(state, near),
     )?;
     let (inner, outer) = state.split_at(rung.split());
-    let unreported = NewtonReport::default;
-    let inner = rung.inner.answer(inner.to_vec(), unreported())?;
-    let outer = rung.outer.answer(outer.to_vec(), unreported())?;
+    // The report is the pair's.
+    let answer =
+        |plan: &Arc<Plan>, part: &[f64]| plan.answer(part.to_vec(), NewtonReport::default());
+    let (inner, outer) = (answer(&rung.inner, inner)?, answer(&rung.outer, outer)?);
     let wall_volume = outer.measures.volume - inner.measures.volume;
     let wall_volume_error = wall_volume / rung.wall_volume() - 1.0;
     Ok(PairEquilibrium {

@@ -177,7 +177,9 @@ impl Projector {
         // The rays that cross the middle of the band between the same pixels are a job's: those pixels stay in its cache.
         let middle = band.along.start + band.along.len() / 2;
         let n_tiles = band.across.end.div_ceil(TILE);
-        let n_parts = (12 * rayon::current_num_threads()).div_ceil(n_tiles);
+        // Enough jobs a thread that the tiles at the ends, with the rays beside the image, hold nobody up.
+        const JOBS: usize = 12;
+        let n_parts = (JOBS * rayon::current_num_threads()).div_ceil(n_tiles);
         let per_job = views.len().div_ceil(n_parts).min(VIEWS);
         let n_bins = self.geometry.n_bins();
         let view_len = n_bins * group.lanes;

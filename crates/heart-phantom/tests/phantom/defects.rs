@@ -1,0 +1,146 @@
+//! Pieces of the wall with an activity of their own.
+
+use heart_phantom::scene::*;
+use heart_phantom::*;
+use revolve_voxel::nalgebra::{Point3, Vector3};
+
+use crate::small;
+
+pub(crate) fn infarct() -> DefectSettings {
+    DefectSettings {
+        layers: [0.0, 0.7],
+        s: [0.2, 0.35],
+        azimuths: [20.0, 110.0],
+        activity: 0.0,
+    }
+}
+
+#[test]
+fn labels_mark_defects() {
+    let mut scene = small(Mode::Static { phase: 0.0 });
+    let plain = Phantom::new(scene.clone()).unwrap();
+    let lateral = DefectSettings {
+        layers: [0.0, 1.0],
+        s: [0.05, 0.3],
+        azimuths: [90.0, 200.0],
+        activity: 2.0,
+    };
+    // The second lies within the first and is hidden by it; the third is beside and in part behind it.
+    let hidden = DefectSettings {
+        s: [0.25, 0.3],
+        layers: [0.1, 0.5],
+        azimuths: [40.0, 80.0],
+        ..infarct()
+    };
+    scene.defects = vec![infarct(), hidden, lateral];
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    assert_eq!(
+        phantom.label_names()[2..],
+        ["wall", "defect 1", "defect 2", "defect 3"]
+    );
+    let grid = phantom.camera().grid();
+    let rest = Wall::new(&phantom.heart().shapes(&[0.0]).unwrap()[0]).unwrap();
+    for phase in [0.0, 0.4] {
+        let labels = phantom.labels(phase).unwrap();
+        let shape = phantom.shape(phase).unwrap();
+        let wall = Wall::sliding(&shape, &rest).unwrap();
+        // The material at a point: in which defects it is, or none if it is not of the wall.
+        let at = |p: Point3<f64>| {
+            let m = wall.locate(&p)?;
+            Some([0, 1, 2].map(|k: usize| {
+                let d = &scene.defects[k];
+                let turn = (m.azimuth.to_degrees() - d.azimuths[0]).rem_euclid(360.0);
+                (d.layers[0]..=d.layers[1]).contains(&m.layer)
+                    && (d.s[0]..=d.s[1]).contains(&m.s)
+                    && turn <= d.azimuths[1] - d.azimuths[0]
+            }))
+        };
+        let mut seen = [0; 6];
+        for (k, (&label, before)) in labels.iter().zip(plain.labels(phase).unwrap()).enumerate() {
+            seen[usize::from(label)] += 1;
+            // Only the wall's voxels change.
+            assert!(
+                label == before || (before == 2 && label > 2),
+                "{label} {before}"
+            );
+            let c = grid.centre(k % 40, k / 40 % 40, k / 1600);
+            let h = 0.5 * grid.spacing()[0];
+            let corner = |j: usize| [0, 1, 2].map(|a| if j >> a & 1 == 1 { h } else { -h });
+            let all: Vec<_> = (0..8).map(|j| at(c + Vector3::from(corner(j)))).collect();
+            // A voxel with its corners and its centre in one place is in it: pieces are thicker than a voxel or two.
+            if all.iter().any(|found| *found != at(c)) {
+                continue;
+            }
+            match at(c) {
+                None => assert!(label < 2, "{label}"),
+                Some([true, ..]) => assert_eq!(label, 3),
+                Some([false, _, true]) => assert_eq!(label, 5),
+                Some(_) => assert_eq!(label, 2),
+            }
+        }
+        assert!(
+            seen[2] > 1000 && seen[3] > 100 && seen[4] == 0 && seen[5] > 100,
+            "{seen:?}"
+        );
+        // The exact volume says the same: a voxel of a cold defect is dark, one of a hot one bright.
+        let activity = phantom.activity(phase).unwrap();
+        let mean = |label: u8| {
+            let own = labels.iter().zip(&activity).filter(|(l, _)| **l == label);
+            let (sum, n) = own.fold((0.0, 0.0), |(sum, n), (_, v)| {
+                (sum + f64::from(*v), n + 1.0)
+            });
+            sum / n
+        };
+        assert!(
+            mean(3) < 0.4 && mean(5) > 1.5 && mean(2) > 0.8,
+            "{} {} {}",
+            mean(3),
+            mean(5),
+            mean(2)
+        );
+    }
+    scene.defects = vec![infarct(); 253];
+    assert!(matches!(
+        Phantom::new(scene),
+        Err(PhantomError::Scene { .. })
+    ));
+}
+
+#[test]
+fn a_defect_moves_with_the_wall_and_keeps_its_volume() {
+    let mut scene = small(Mode::WholeCycle);
+    let whole = Phantom::new(scene.clone()).unwrap();
+    scene.defects = vec![infarct()];
+    let cold = Phantom::new(scene.clone()).unwrap();
+    let voxel = cold.camera().grid().voxel_volume();
+    let lost: Vec<f64> = [0.0, 0.25, 0.5]
+        .into_iter()
+        .map(|phase| {
+            let [all, less] = [&whole, &cold].map(|phantom| phantom.activity(phase).unwrap());
+            assert!(less.iter().all(|&v| v > -2e-3)); // the tolerance of two coverages
+            all.iter()
+                .zip(&less)
+                .map(|(a, b)| f64::from(a - b))
+                .sum::<f64>()
+                * voxel
+        })
+        .collect();
+    // 0.7 of the wall's strip, a quarter of a turn: the same material at every phase.
+    assert!(lost[0] > 1.0);
+    for volume in &lost {
+        assert!((volume / lost[0] - 1.0).abs() < 2e-3, "{lost:?}");
+    }
+    // The views of the difference are those of the piece: its volume, by the midpoint rule on 4 mm bins.
+    let [all, less] = [&whole, &cold].map(|phantom| phantom.view(0, 4).unwrap());
+    let seen: f64 = all
+        .iter()
+        .zip(&less)
+        .map(|(a, b)| f64::from(a - b))
+        .sum::<f64>()
+        * 0.16;
+    assert!((seen / lost[0] - 1.0).abs() < 0.03, "{seen} {lost:?}");
+    // As active as the wall: no defect at all.
+    scene.defects[0].activity = 1.0;
+    let none = Phantom::new(scene).unwrap();
+    assert!(none.view(0, 4).unwrap() == all);
+}
