@@ -34,17 +34,17 @@ fn faer_newton(differences: &FiniteDifferences) -> f64 {
             .pressure_force_into(&x, 17.5, &mut residual)
             .expect("regular curve");
         let mut band = differences.band();
-        differences.add_elastic_tangent(1.0, &mut band);
+        differences.add_elastic_tangent_into(1.0, &mut band);
         differences
-            .add_pressure_tangent(&x, 17.5, 1.0, &mut band)
+            .add_pressure_tangent_into(&x, 17.5, 1.0, &mut band)
             .expect("regular curve");
         for held in [0, 1, n - 2, n - 1] {
-            band.add(held, held, 1.0);
+            band.add(held, held, 1.0).expect("on the diagonal");
         }
         let mut entries = Vec::with_capacity(5 * n);
         for i in 0..n {
             for j in i.saturating_sub(3)..(i + 4).min(n) {
-                let value = band.get(i, j);
+                let value = band.get(i, j).expect("in the matrix");
                 if value != 0.0 {
                     entries.push(Triplet::new(i, j, value));
                 }
@@ -64,7 +64,7 @@ fn faer_newton(differences: &FiniteDifferences) -> f64 {
             break;
         }
     }
-    Measure::Volume.of(&x)
+    Measure::Volume.of(x.as_chunks().0)
 }
 
 /// Time and volume error from rest, each resolution a row.

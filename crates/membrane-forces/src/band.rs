@@ -1,8 +1,19 @@
 //! A square band matrix stored by rows: what tangents are written into.
 
+use crate::error::MembraneError;
+
 /// Square matrix with `lower` diagonals below and `upper` above the main one.
 ///
 /// Row i is stored as columns i - lower ..= i + upper; entries outside the matrix stay zero.
+///
+/// ```
+/// use membrane_forces::BandMatrix;
+/// let mut a = BandMatrix::zeros(3, 1, 0)?;
+/// a.add(2, 1, 5.0)?;
+/// assert_eq!((a.get(2, 1), a.get(0, 2), a.get(3, 3)), (Some(5.0), Some(0.0), None));
+/// assert_eq!(a.rows().collect::<Vec<_>>(), [[0.0, 0.0], [0.0, 0.0], [5.0, 0.0]]);
+/// # Ok::<(), membrane_forces::MembraneError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct BandMatrix {
     n: usize,
@@ -11,18 +22,34 @@ pub struct BandMatrix {
     data: Vec<f64>,
 }
 
+/// As many as the tangent of the most finite-difference nodes has, and some more; 1.6 GB.
+const MOST_NUMBERS: usize = 200_000_000;
+
 impl BandMatrix {
     /// An n by n matrix of zeros.
     ///
-    /// # Panics
-    /// Memory does not hold n (lower + upper + 1) numbers.
-    pub fn zeros(n: usize, lower: usize, upper: usize) -> Self {
+    /// # Errors
+    /// [`MembraneError::TooMany`] for more than 2e8 numbers, n (lower + upper + 1).
+    pub fn zeros(n: usize, lower: usize, upper: usize) -> Result<Self, MembraneError> {
         let width = lower.saturating_add(upper).saturating_add(1);
+        let given = n.max(1).saturating_mul(width);
+        if given > MOST_NUMBERS {
+            return Err(MembraneError::TooMany {
+                quantity: "numbers in a band matrix",
+                given,
+                most: MOST_NUMBERS,
+            });
+        }
+        Ok(Self::of_shape(n, lower, upper))
+    }
+
+    /// As [`BandMatrix::zeros`], for a shape that is known to be small enough.
+    pub(crate) fn of_shape(n: usize, lower: usize, upper: usize) -> Self {
         Self {
             n,
             lower,
             upper,
-            data: vec![0.0; n.saturating_mul(width)],
+            data: vec![0.0; n * (lower + upper + 1)],
         }
     }
 
@@ -51,37 +78,50 @@ impl BandMatrix {
         self.data.fill(0.0);
     }
 
-    /// Row `i` as stored: columns i - lower ..= i + upper.
-    ///
-    /// # Panics
-    /// `i` outside the matrix.
-    pub fn row(&self, i: usize) -> &[f64] {
-        let width = self.lower + self.upper + 1;
-        &self.data[i * width..(i + 1) * width]
+    /// The rows as stored, from the first to the last: columns i - lower ..= i + upper of row i.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> {
+        self.data.chunks_exact(self.lower + self.upper + 1)
     }
 
-    /// Entry (i, j); zero outside the band.
-    ///
-    /// # Panics
-    /// `i` outside the matrix.
-    pub fn get(&self, i: usize, j: usize) -> f64 {
-        if j + self.lower < i || j > i + self.upper {
-            0.0
-        } else {
-            self.row(i)[j + self.lower - i]
+    /// Entry (i, j): zero outside the band, none outside the matrix.
+    pub fn get(&self, i: usize, j: usize) -> Option<f64> {
+        if i >= self.n || j >= self.n {
+            return None;
         }
+        Some(self.place(i, j).map_or(0.0, |at| self.data[at]))
     }
 
     /// Adds `value` to entry (i, j).
     ///
-    /// # Panics
-    /// (i, j) outside the band.
+    /// # Errors
+    /// [`MembraneError::OutsideBand`] for an entry outside the band or the matrix; nothing is added.
     #[inline]
-    pub fn add(&mut self, i: usize, j: usize, value: f64) {
-        assert!(
-            i < self.n && j + self.lower >= i && j <= i + self.upper,
-            "entry outside the band"
-        );
+    pub fn add(&mut self, i: usize, j: usize, value: f64) -> Result<(), MembraneError> {
+        match self.place(i, j) {
+            Some(at) => {
+                self.data[at] += value;
+                Ok(())
+            }
+            None => Err(MembraneError::OutsideBand {
+                row: i,
+                column: j,
+                n: self.n,
+                lower: self.lower,
+                upper: self.upper,
+            }),
+        }
+    }
+
+    /// Where entry (i, j) is stored.
+    #[inline]
+    fn place(&self, i: usize, j: usize) -> Option<usize> {
+        let inside = i < self.n && j < self.n && j + self.lower >= i && j <= i + self.upper;
+        inside.then(|| i * (self.lower + self.upper + 1) + j + self.lower - i)
+    }
+
+    /// [`BandMatrix::add`] for an entry that is known to be in the band.
+    #[inline]
+    pub(crate) fn add_inside(&mut self, i: usize, j: usize, value: f64) {
         self.data[i * (self.lower + self.upper + 1) + j + self.lower - i] += value;
     }
 
@@ -119,10 +159,11 @@ impl BandMatrix {
     }
 
     fn mul_rows(&self, rows: std::ops::Range<usize>, x: &[f64], out: &mut [f64]) {
+        let width = self.lower + self.upper + 1;
         for i in rows {
             let first = i.saturating_sub(self.lower);
             let last = (i + self.upper).min(self.n - 1);
-            let row = &self.row(i)[first + self.lower - i..];
+            let row = &self.data[i * width..(i + 1) * width][first + self.lower - i..];
             out[i] = row.iter().zip(&x[first..=last]).map(|(a, x)| a * x).sum();
         }
     }

@@ -31,8 +31,8 @@ use crate::membrane::{Membrane, PressureLaw};
 /// node has one: order ds under the laws per material length and total force (a jump at a node is best;
 /// spectral elements with a breakpoint there lose nothing).
 ///
-/// The `intensity` that pressure functions take is f or p; [`FiniteDifferences::intensity`]
-/// makes it from the load of the membrane's law.
+/// The `intensity` that pressure functions take is f or p: the load itself, or under the total-force law
+/// the load over the surface, F / S(c), with S from [`FiniteDifferences::measure`].
 #[derive(Debug, Clone)]
 pub struct FiniteDifferences {
     law: PressureLaw,
@@ -182,7 +182,7 @@ impl FiniteDifferences {
 
     /// A zero matrix of the shape every tangent of this membrane fits.
     pub fn band(&self) -> BandMatrix {
-        BandMatrix::zeros(self.rest.len(), self.bandwidth(), self.bandwidth())
+        BandMatrix::of_shape(self.rest.len(), self.bandwidth(), self.bandwidth())
     }
 
     /// `out` = elastic force F_e per unit s.
@@ -242,8 +242,9 @@ impl FiniteDifferences {
     /// second neighbours; independent of the state; symmetric among interior nodes.
     ///
     /// # Panics
-    /// `band` does not have the shape of [`FiniteDifferences::band`].
-    pub fn add_elastic_tangent(&self, scale: f64, band: &mut BandMatrix) {
+    /// `band` has not the rows, or not the diagonals, of [`FiniteDifferences::band`].
+    pub fn add_elastic_tangent_into(&self, scale: f64, band: &mut BandMatrix) {
+        self.check_band(band);
         let last = self.n_nodes() - 1;
         let scale = scale / (self.ds * self.ds);
         for n in self.moving() {
@@ -254,8 +255,8 @@ impl FiniteDifferences {
                 let mut spring = |m: usize, stiffness: f64| {
                     let (at, sign) = self.place(m);
                     let sign = if k == 0 { 1.0 } else { sign };
-                    band.add(2 * n + k, 2 * at + k, sign * scale * stiffness);
-                    band.add(2 * n + k, 2 * n + k, -scale * stiffness);
+                    band.add_inside(2 * n + k, 2 * at + k, sign * scale * stiffness);
+                    band.add_inside(2 * n + k, 2 * n + k, -scale * stiffness);
                 };
                 spring(n + 1, self.first[n]);
                 spring(n - 1, self.first[n - 1]);
@@ -272,18 +273,6 @@ impl FiniteDifferences {
                     }
                 }
             }
-        }
-    }
-
-    /// Force intensity f or p that `load` makes at `nodes`: `load` itself, or `load` / S(c)
-    /// under the total-force law.
-    ///
-    /// # Panics
-    /// `nodes` not of the length of [`FiniteDifferences::start`].
-    pub fn intensity(&self, nodes: &[f64], load: f64) -> f64 {
-        match self.law {
-            PressureLaw::TotalForce => load / self.measure(Measure::Surface, nodes),
-            _ => load,
         }
     }
 
@@ -345,8 +334,9 @@ impl FiniteDifferences {
     /// The neighbours of a node coincide.
     ///
     /// # Panics
-    /// `nodes` not of the length of [`FiniteDifferences::start`] or `band` of another shape than [`FiniteDifferences::band`].
-    pub fn add_pressure_tangent(
+    /// `nodes` not of the length of [`FiniteDifferences::start`], or `band` as in
+    /// [`FiniteDifferences::add_elastic_tangent_into`].
+    pub fn add_pressure_tangent_into(
         &self,
         nodes: &[f64],
         intensity: f64,
@@ -354,6 +344,7 @@ impl FiniteDifferences {
         band: &mut BandMatrix,
     ) -> Result<(), MembraneError> {
         self.check(nodes, nodes);
+        self.check_band(band);
         let f = intensity * scale;
         for n in self.moving() {
             let (d, per_length) = self.normal(nodes, n)?;
@@ -378,10 +369,10 @@ impl FiniteDifferences {
                 if self.is_held(n, row) {
                     continue;
                 }
-                band.add(2 * n + row, 2 * next, by_x[row]);
-                band.add(2 * n + row, 2 * next + 1, sign * by_y[row]);
-                band.add(2 * n + row, 2 * n - 2, -by_x[row]);
-                band.add(2 * n + row, 2 * n - 1, -by_y[row]);
+                band.add_inside(2 * n + row, 2 * next, by_x[row]);
+                band.add_inside(2 * n + row, 2 * next + 1, sign * by_y[row]);
+                band.add_inside(2 * n + row, 2 * n - 2, -by_x[row]);
+                band.add_inside(2 * n + row, 2 * n - 1, -by_y[row]);
             }
         }
         Ok(())
@@ -395,22 +386,22 @@ impl FiniteDifferences {
     /// The neighbours of a node coincide.
     ///
     /// # Panics
-    /// As [`FiniteDifferences::add_pressure_tangent`].
-    pub fn add_pressure_tangent_as_printed(
+    /// As [`FiniteDifferences::add_pressure_tangent_into`].
+    pub fn add_pressure_tangent_as_printed_into(
         &self,
         nodes: &[f64],
         intensity: f64,
         scale: f64,
         band: &mut BandMatrix,
     ) -> Result<(), MembraneError> {
-        self.add_pressure_tangent(nodes, intensity, scale, band)?;
+        self.add_pressure_tangent_into(nodes, intensity, scale, band)?;
         for n in self.moving() {
             // right: f (1/n - d^2/n^3); printed: f (d^2/n^3 + 1/n), and its negative for the other
             let (d, per_length) = self.normal(nodes, n)?;
             let f = intensity * scale * per_length.powi(3);
-            band.add(2 * n, 2 * n - 1, 2.0 * f * d[1] * d[1]);
+            band.add_inside(2 * n, 2 * n - 1, 2.0 * f * d[1] * d[1]);
             if !self.is_held(n, 1) {
-                band.add(2 * n + 1, 2 * n - 2, -2.0 * f * d[0] * d[0]);
+                band.add_inside(2 * n + 1, 2 * n - 2, -2.0 * f * d[0] * d[0]);
             }
         }
         Ok(())
@@ -432,12 +423,14 @@ impl FiniteDifferences {
         column: &mut [f64],
         row: &mut [f64],
     ) -> Result<bool, MembraneError> {
+        self.check(nodes, column);
+        self.check(nodes, row);
         if self.law != PressureLaw::TotalForce {
             column.fill(0.0);
             row.fill(0.0);
             return Ok(false);
         }
-        let surface = self.measure(Measure::Surface, nodes);
+        let surface = self.value(Measure::Surface, nodes);
         self.pressure_force_into(nodes, -load / (surface * surface), column)?;
         self.measure_gradient_into(Measure::Surface, nodes, row);
         Ok(true)
@@ -446,7 +439,7 @@ impl FiniteDifferences {
     /// c(n+1) - c(n-1) and the factor that makes it the tangent the law multiplies.
     #[inline]
     fn normal(&self, nodes: &[f64], n: usize) -> Result<([f64; 2], f64), MembraneError> {
-        let next = self.point(nodes, n + 1);
+        let next = self.node(nodes, n + 1);
         let d = [next[0] - nodes[2 * n - 2], next[1] - nodes[2 * n - 1]];
         if self.law == PressureLaw::PerCurrentLength {
             return Ok((d, 0.5 / self.ds));
@@ -457,6 +450,17 @@ impl FiniteDifferences {
         } else {
             Err(MembraneError::CoincidentPoints { index: n })
         }
+    }
+
+    fn check_band(&self, band: &BandMatrix) {
+        let (n, bandwidth) = (self.rest.len(), self.bandwidth());
+        assert!(
+            band.len() == n && band.lower().min(band.upper()) >= bandwidth,
+            "expected {n} rows with {bandwidth} diagonals on either side, got {} with {} and {}",
+            band.len(),
+            band.lower(),
+            band.upper()
+        );
     }
 
     pub(crate) fn check(&self, nodes: &[f64], out: &[f64]) {

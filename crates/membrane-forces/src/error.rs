@@ -50,6 +50,40 @@ pub enum MembraneError {
         /// How many are allowed.
         most: usize,
     },
+    /// A list or a state has another length than it must have.
+    #[error("{quantity}: {given} numbers given, {needed} needed")]
+    WrongLength {
+        /// What has it.
+        quantity: &'static str,
+        /// Numbers given.
+        given: usize,
+        /// Numbers needed.
+        needed: usize,
+    },
+    /// A matrix entry that is not stored.
+    #[error(
+        "entry ({row}, {column}) is outside the band: {n} rows, {lower} diagonals below and {upper} above"
+    )]
+    OutsideBand {
+        /// Its row.
+        row: usize,
+        /// Its column.
+        column: usize,
+        /// Rows and columns of the matrix.
+        n: usize,
+        /// Diagonals below the main one.
+        lower: usize,
+        /// Diagonals above the main one.
+        upper: usize,
+    },
+    /// An element that there is not.
+    #[error("there is no element {given}: there are {count}, counted from 0")]
+    NoSuchElement {
+        /// The element asked for.
+        given: usize,
+        /// How many there are.
+        count: usize,
+    },
     /// Breakpoints must rise strictly inside (0, 1).
     #[error("breakpoint {index} is {value}: breakpoints must rise strictly inside (0, 1)")]
     BadBreakpoint {
@@ -88,6 +122,23 @@ pub(crate) fn finite(quantity: &'static str, value: f64) -> Result<f64, Membrane
         Ok(value)
     } else {
         Err(MembraneError::NotFinite { quantity, value })
+    }
+}
+
+/// Refuses a list of `given` numbers where `needed` are.
+pub(crate) fn length(
+    quantity: &'static str,
+    given: usize,
+    needed: usize,
+) -> Result<(), MembraneError> {
+    if given == needed {
+        Ok(())
+    } else {
+        Err(MembraneError::WrongLength {
+            quantity,
+            given,
+            needed,
+        })
     }
 }
 

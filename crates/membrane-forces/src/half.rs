@@ -2,7 +2,7 @@
 //! beyond the last of them, and the measures of the whole.
 
 use crate::differences::FiniteDifferences;
-use crate::error::MembraneError;
+use crate::error::{MembraneError, length};
 use crate::measures::{Measure, Measures};
 use crate::membrane::Membrane;
 
@@ -87,35 +87,45 @@ impl FiniteDifferences {
         }
     }
 
-    /// Node `n` of the whole curve, 0 <= n < N, in state `nodes`.
-    ///
-    /// # Panics
-    /// `nodes` not of the length of [`FiniteDifferences::start`], or no such node.
+    /// Node `n` of the whole curve in state `nodes`; `n` < N.
     #[inline]
-    pub fn point(&self, nodes: &[f64], n: usize) -> [f64; 2] {
+    pub(crate) fn node(&self, nodes: &[f64], n: usize) -> [f64; 2] {
         let (at, sign) = self.place(n);
         [nodes[2 * at], sign * nodes[2 * at + 1]]
     }
 
+    /// Node `n` of the whole curve in state `nodes`; none if n >= N or the state has another length than
+    /// [`FiniteDifferences::start`].
+    pub fn point(&self, nodes: &[f64], n: usize) -> Option<[f64; 2]> {
+        let there = nodes.len() == self.rest.len() && n < self.n_nodes();
+        there.then(|| self.node(nodes, n))
+    }
+
     /// All nodes of the whole curve, from s = 0 to s = 1.
     ///
-    /// # Panics
-    /// `nodes` not of the length of [`FiniteDifferences::start`].
-    pub fn points(&self, nodes: &[f64]) -> Vec<[f64; 2]> {
-        self.check(nodes, nodes);
-        (0..self.n_nodes()).map(|n| self.point(nodes, n)).collect()
+    /// # Errors
+    /// [`MembraneError::WrongLength`] if `nodes` has not the length of [`FiniteDifferences::start`].
+    pub fn points(&self, nodes: &[f64]) -> Result<Vec<[f64; 2]>, MembraneError> {
+        length("nodes", nodes.len(), self.rest.len())?;
+        Ok((0..self.n_nodes()).map(|n| self.node(nodes, n)).collect())
     }
 
     /// The measure of the polyline through all nodes of the whole curve. Cost O(N).
     ///
-    /// # Panics
-    /// `nodes` not of the length of [`FiniteDifferences::start`].
-    pub fn measure(&self, measure: Measure, nodes: &[f64]) -> f64 {
-        self.check(nodes, nodes);
+    /// # Errors
+    /// As [`FiniteDifferences::points`].
+    pub fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError> {
+        length("nodes", nodes.len(), self.rest.len())?;
+        Ok(self.value(measure, nodes))
+    }
+
+    /// [`FiniteDifferences::measure`] of a state that has the right length.
+    pub(crate) fn value(&self, measure: Measure, nodes: &[f64]) -> f64 {
+        let points = nodes.as_chunks::<2>().0;
         if self.is_half() {
-            measure.of_half(nodes)
+            measure.of_half(points)
         } else {
-            measure.of(nodes)
+            measure.of(points)
         }
     }
 
@@ -125,25 +135,27 @@ impl FiniteDifferences {
     /// A length that is not that of [`FiniteDifferences::start`].
     pub fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {
         self.check(nodes, out);
+        let (points, out) = (nodes.as_chunks::<2>().0, out.as_chunks_mut::<2>().0);
         if self.is_half() {
-            measure.half_gradient_into(nodes, out);
+            measure.half_gradient_into(points, out);
         } else {
-            measure.gradient_into(nodes, out);
+            measure.gradient_into(points, out);
         }
     }
 
     /// All four measures of the whole curve. Cost O(N).
     ///
-    /// # Panics
-    /// `nodes` not of the length of [`FiniteDifferences::start`].
-    pub fn measures(&self, nodes: &[f64]) -> Measures {
-        let of = |measure| self.measure(measure, nodes);
-        Measures {
+    /// # Errors
+    /// As [`FiniteDifferences::points`].
+    pub fn measures(&self, nodes: &[f64]) -> Result<Measures, MembraneError> {
+        length("nodes", nodes.len(), self.rest.len())?;
+        let of = |measure| self.value(measure, nodes);
+        Ok(Measures {
             length: of(Measure::Length),
             area: of(Measure::Area),
             surface: of(Measure::Surface),
             volume: of(Measure::Volume),
-        }
+        })
     }
 
     /// Whether coordinate `k` of moving node `n` is held: only the y of a node on the axis.

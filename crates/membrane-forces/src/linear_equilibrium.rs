@@ -44,7 +44,8 @@ impl LinearEquilibrium {
     /// ```
     ///
     /// # Errors
-    /// A size that is not finite or not positive, a `kappa` at or past 2 pi in size.
+    /// A size that is not finite or not positive, sizes too different for a finite answer, a `kappa` at
+    /// or past 2 pi in size.
     pub fn balloon(h: f64, radius: f64, kappa: f64) -> Result<Self, MembraneError> {
         positive("cylinder length", h)?;
         positive("radius", radius)?;
@@ -88,6 +89,8 @@ impl LinearEquilibrium {
         // z is linear in z'(0): what it misses at s = 1 without it, over what a unit adds
         let missed = Complex::new(0.0, -radius) - this.state(1.0).0;
         this.slope = missed / turn(-kappa, 1.0);
+        // A small cap on a large cylinder bends by more than the largest number.
+        finite("slope at the held end", this.slope.norm())?;
         Ok(this)
     }
 

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 /// A number that a curve has.
 ///
-/// A curve is given by its nodes, flat: x0, y0, x1, y1, ..., from (0, +R) over the apex to
-/// (0, -R), joined by straight segments. Surface and volume revolve the curve about the x axis;
+/// A curve is given by its nodes [x, y], from (0, +R) over the apex to (0, -R), joined by straight
+/// segments; fewer than two make a curve of length, area, surface and volume zero. Surface and volume revolve the curve about the x axis;
 /// the full curve covers the body twice, so they are half the sum over its segments, and a
 /// segment that crosses the axis is split there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -35,11 +35,8 @@ pub struct Measures {
 }
 
 impl Measures {
-    /// The measures of the polyline through `nodes` (flat). Cost O(n).
-    ///
-    /// # Panics
-    /// Fewer than two nodes or an odd number of coordinates.
-    pub fn of(nodes: &[f64]) -> Self {
+    /// The measures of the polyline through `nodes`. Cost O(n).
+    pub fn of(nodes: &[[f64; 2]]) -> Self {
         Self {
             length: Measure::Length.of(nodes),
             area: Measure::Area.of(nodes),
@@ -50,27 +47,23 @@ impl Measures {
 }
 
 impl Measure {
-    /// The measure of the polyline through `nodes` (flat: x0, y0, x1, y1, ...). Cost O(n).
+    /// The measure of the polyline through `nodes`. Cost O(n).
     ///
     /// ```
     /// use membrane_forces::Measure;
-    /// let cone = [0.0, 3.0, 4.0, 0.0, 0.0, -3.0];
+    /// let cone = [[0.0, 3.0], [4.0, 0.0], [0.0, -3.0]];
     /// assert_eq!(Measure::Length.of(&cone), 10.0);
     /// assert_eq!(Measure::Area.of(&cone), 12.0);
     /// assert!((Measure::Surface.of(&cone) - std::f64::consts::PI * 15.0).abs() < 1e-13);
     /// assert!((Measure::Volume.of(&cone) - std::f64::consts::PI * 12.0).abs() < 1e-13);
     /// ```
-    ///
-    /// # Panics
-    /// Fewer than two nodes or an odd number of coordinates.
-    pub fn of(self, nodes: &[f64]) -> f64 {
-        let points = points(nodes);
-        let sum: f64 = points
+    pub fn of(self, nodes: &[[f64; 2]]) -> f64 {
+        let sum: f64 = nodes
             .windows(2)
             .map(|p| self.segment(p[0], p[1]).value)
             .sum();
-        match self {
-            Self::Area => sum + self.segment(points[points.len() - 1], points[0]).value,
+        match (self, nodes) {
+            (Self::Area, [first, .., last]) => sum + self.segment(*last, *first).value,
             _ => sum,
         }
     }
@@ -79,31 +72,28 @@ impl Measure {
     /// [`Measure::of`] returns. Cost O(n).
     ///
     /// # Panics
-    /// Fewer than two nodes, an odd number of coordinates, or `out` of another length.
-    pub fn gradient_into(self, nodes: &[f64], out: &mut [f64]) {
+    /// `out` has another length than `nodes`.
+    pub fn gradient_into(self, nodes: &[[f64; 2]], out: &mut [[f64; 2]]) {
         assert_eq!(nodes.len(), out.len(), "measure gradient");
-        let points = points(nodes);
-        let (out, _) = out.as_chunks_mut::<2>();
         out.fill([0.0; 2]);
         let mut spread = |a: usize, b: usize| {
-            let piece = self.segment(points[a], points[b]);
+            let piece = self.segment(nodes[a], nodes[b]);
             for k in 0..2 {
                 out[a][k] += piece.from[k];
                 out[b][k] += piece.to[k];
             }
         };
-        for n in 1..points.len() {
+        for n in 1..nodes.len() {
             spread(n - 1, n);
         }
-        if self == Self::Area {
-            spread(points.len() - 1, 0);
+        if self == Self::Area && nodes.len() > 1 {
+            spread(nodes.len() - 1, 0);
         }
     }
 
     /// [`Measure::of`] for the curve that consists of `nodes` and of their mirror image about the
     /// x axis; a last node that is not on the axis is joined to its image.
-    pub(crate) fn of_half(self, nodes: &[f64]) -> f64 {
-        let points = points(nodes);
+    pub(crate) fn of_half(self, points: &[[f64; 2]]) -> f64 {
         let (first, last) = (points[0], points[points.len() - 1]);
         let inside: f64 = points
             .windows(2)
@@ -121,9 +111,7 @@ impl Measure {
     }
 
     /// `out` = gradient of [`Measure::of_half`].
-    pub(crate) fn half_gradient_into(self, nodes: &[f64], out: &mut [f64]) {
-        let points = points(nodes);
-        let (out, _) = out.as_chunks_mut::<2>();
+    pub(crate) fn half_gradient_into(self, points: &[[f64; 2]], out: &mut [[f64; 2]]) {
         out.fill([0.0; 2]);
         let mut add = |n: usize, by: [f64; 2]| {
             out[n][0] += 2.0 * by[0];
@@ -199,16 +187,6 @@ struct Segment {
 /// The point on the axis beside `point`.
 fn foot(point: [f64; 2]) -> [f64; 2] {
     [point[0], 0.0]
-}
-
-fn points(nodes: &[f64]) -> &[[f64; 2]] {
-    let (points, rest) = nodes.as_chunks::<2>();
-    assert!(
-        points.len() >= 2 && rest.is_empty(),
-        "a curve needs two nodes of two coordinates, got {} numbers",
-        nodes.len()
-    );
-    points
 }
 
 /// Mean of |y| for y running linearly from a to b, with its derivatives by a and b.

@@ -215,10 +215,7 @@ impl RestShape {
     }
 
     /// The curve at `s` as piece `piece` continues it: one-sided derivatives at breakpoints.
-    ///
-    /// # Panics
-    /// If there is no such piece.
-    pub fn at_in(&self, piece: usize, s: f64) -> CurvePoint {
+    pub(crate) fn at_in(&self, piece: usize, s: f64) -> CurvePoint {
         let (a, b) = (self.breaks[piece], self.breaks[piece + 1]);
         // From the nearer end, so that mirror images come out equal to the last bit or nearly.
         let t = if s - a <= b - s {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::chebyshev::{Reference, gauss_legendre};
 use crate::curve::CurvePiece;
-use crate::error::{MembraneError, finite};
+use crate::error::{MembraneError, finite, length};
 use crate::membrane::{Membrane, PressureLaw};
 use crate::rest::CurvePoint;
 
@@ -57,8 +57,8 @@ impl SpectralElements {
     /// smooth piece. Cost O(elements degree^3).
     ///
     /// # Errors
-    /// Degree below 2 or above 1000, no element per piece or more elements than 1e8 over the
-    /// degree squared, a stiffness that is not positive at a node, a rest curve that is not finite.
+    /// Degree below 2 or above 1000, no element per piece or more elements than 1e8 over
+    /// (degree + 3)^2, a stiffness that is not positive at a node, a rest curve that is not finite.
     pub fn new(
         membrane: &Membrane,
         degree: usize,
@@ -78,14 +78,14 @@ impl SpectralElements {
                 least: 1,
             });
         }
-        // Each element keeps matrices of the degree squared.
+        // Each element keeps a matrix of degree + 1 rows, its nodes and the heads of its lists.
         let pieces = breakpoints(membrane, false).len() - 1;
         let size = per_piece
             .saturating_mul(pieces)
-            .saturating_mul(degree.saturating_mul(degree));
+            .saturating_mul(degree.saturating_add(3).saturating_pow(2));
         if degree > MOST_DEGREE || size > MOST_SIZE {
             return Err(MembraneError::TooMany {
-                quantity: "degree, or its square times the elements",
+                quantity: "degree, or (degree + 3)^2 times the elements",
                 given: degree.max(size),
                 most: if degree > MOST_DEGREE {
                     MOST_DEGREE
@@ -289,10 +289,10 @@ impl SpectralElements {
     /// neighbours; where the curve is held put a unit row instead.
     ///
     /// # Errors
-    /// The curve has no direction at a node.
+    /// The curve has no direction at a node; [`MembraneError::NoSuchElement`].
     ///
     /// # Panics
-    /// `nodes` or `out` of the wrong length, or no such element.
+    /// A length: of `nodes` that of [`SpectralElements::start`], of `out` (2 (p + 1))^2.
     pub fn element_tangent_into(
         &self,
         element: usize,
@@ -302,8 +302,14 @@ impl SpectralElements {
     ) -> Result<(), MembraneError> {
         let p = self.degree();
         let (n, size) = (p + 1, 2 * (p + 1));
+        self.check(nodes, nodes);
         assert_eq!(out.len(), size * size, "element tangent");
-        let this = &self.elements[element];
+        let Some(this) = self.elements.get(element) else {
+            return Err(MembraneError::NoSuchElement {
+                given: element,
+                count: self.elements.len(),
+            });
+        };
         let per_s = 1.0 / (this.to - this.from);
         for i in 0..n {
             let derivative = &self.reference.derivative[i * n..(i + 1) * n];
@@ -355,10 +361,10 @@ impl SpectralElements {
 
     /// The whole curve at those positions, s from 0 to 1.
     ///
-    /// # Panics
-    /// `nodes` not of the length of [`SpectralElements::start`].
-    pub fn points(&self, nodes: &[f64]) -> Vec<[f64; 2]> {
-        self.check(nodes, nodes);
+    /// # Errors
+    /// [`MembraneError::WrongLength`] if `nodes` has not the length of [`SpectralElements::start`].
+    pub fn points(&self, nodes: &[f64]) -> Result<Vec<[f64; 2]>, MembraneError> {
+        length("nodes", nodes.len(), self.start.len())?;
         let mut points = nodes.as_chunks::<2>().0.to_vec();
         if self.half {
             let mirrored: Vec<[f64; 2]> = points[..points.len() - 1]
@@ -368,15 +374,15 @@ impl SpectralElements {
                 .collect();
             points.extend(mirrored);
         }
-        points
+        Ok(points)
     }
 
     /// The whole curve as one polynomial per element, s from 0 to 1.
     ///
-    /// # Panics
-    /// `nodes` not of the length of [`SpectralElements::start`].
-    pub fn pieces(&self, nodes: &[f64]) -> Vec<CurvePiece> {
-        self.check(nodes, nodes);
+    /// # Errors
+    /// As [`SpectralElements::points`].
+    pub fn pieces(&self, nodes: &[f64]) -> Result<Vec<CurvePiece>, MembraneError> {
+        length("nodes", nodes.len(), self.start.len())?;
         let mut pieces: Vec<CurvePiece> = (0..self.elements.len())
             .map(|e| self.piece(nodes, e))
             .collect();
@@ -384,7 +390,7 @@ impl SpectralElements {
             let mirrored: Vec<_> = pieces.iter().rev().map(CurvePiece::mirrored).collect();
             pieces.extend(mirrored);
         }
-        pieces
+        Ok(pieces)
     }
 
     fn piece(&self, nodes: &[f64], e: usize) -> CurvePiece {
@@ -403,20 +409,20 @@ impl SpectralElements {
     /// derivatives are those of the one on the left. Cost O(p^2); for many s take
     /// [`SpectralElements::pieces`] once.
     ///
-    /// # Panics
-    /// `nodes` not of the length of [`SpectralElements::start`].
-    pub fn at(&self, nodes: &[f64], s: f64) -> CurvePoint {
-        self.check(nodes, nodes);
+    /// # Errors
+    /// As [`SpectralElements::points`].
+    pub fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError> {
+        length("nodes", nodes.len(), self.start.len())?;
         let s = s.clamp(0.0, 1.0);
         let mirrored = self.half && s > 0.5;
         let here = if mirrored { 1.0 - s } else { s };
         let e = self.elements.partition_point(|element| element.to < here);
         let piece = self.piece(nodes, e.min(self.elements.len() - 1));
-        if mirrored {
+        Ok(if mirrored {
             piece.mirrored().at(s)
         } else {
             piece.at(s)
-        }
+        })
     }
 
     pub(crate) fn element_length(&self, element: usize) -> f64 {
@@ -465,7 +471,7 @@ impl SpectralElements {
         }
     }
 
-    fn check(&self, nodes: &[f64], out: &[f64]) {
+    pub(crate) fn check(&self, nodes: &[f64], out: &[f64]) {
         let n = self.start.len();
         assert!(
             nodes.len() == n && out.len() == n,

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::chebyshev::gauss_legendre;
+use crate::error::{MembraneError, length};
 use crate::measures::{Measure, Measures};
 use crate::spectral::SpectralElements;
 
@@ -33,16 +34,16 @@ impl SpectralElements {
     /// polynomials themselves. Area and volume are exact for them, length and surface have the
     /// error of a Gauss rule with 3 p / 2 + 2 points an element.
     ///
-    /// # Panics
-    /// `nodes` not of the length of [`SpectralElements::start`].
-    pub fn measures(&self, nodes: &[f64]) -> Measures {
+    /// # Errors
+    /// As [`SpectralElements::points`].
+    pub fn measures(&self, nodes: &[f64]) -> Result<Measures, MembraneError> {
         const ALL: [Measure; 4] = [
             Measure::Length,
             Measure::Area,
             Measure::Surface,
             Measure::Volume,
         ];
-        assert_eq!(nodes.len(), self.start().len(), "nodes");
+        length("nodes", nodes.len(), self.start().len())?;
         let mut sums = [0.0; 4];
         for e in 0..self.n_elements() {
             let local = nodes[self.window(e)].as_chunks::<2>().0;
@@ -54,20 +55,21 @@ impl SpectralElements {
             });
         }
         let [length, area, surface, volume] = sums;
-        Measures {
+        Ok(Measures {
             length,
             area: area + self.close_area(nodes, None),
             surface,
             volume,
-        }
+        })
     }
 
     /// One measure of the whole curve. Cost O(elements p^2).
     ///
-    /// # Panics
-    /// `nodes` not of the length of [`SpectralElements::start`].
-    pub fn measure(&self, measure: Measure, nodes: &[f64]) -> f64 {
-        self.integrate(measure, nodes, None)
+    /// # Errors
+    /// As [`SpectralElements::points`].
+    pub fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError> {
+        length("nodes", nodes.len(), self.start().len())?;
+        Ok(self.integrate(measure, nodes, None))
     }
 
     /// `out` = gradient of [`SpectralElements::measure`] with respect to the state; returns the
@@ -76,13 +78,12 @@ impl SpectralElements {
     /// # Panics
     /// A length that is not that of [`SpectralElements::start`].
     pub fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) -> f64 {
-        assert_eq!(nodes.len(), out.len(), "measure gradient");
+        self.check(nodes, out);
         out.fill(0.0);
         self.integrate(measure, nodes, Some(out))
     }
 
     fn integrate(&self, measure: Measure, nodes: &[f64], mut gradient: Option<&mut [f64]>) -> f64 {
-        assert_eq!(nodes.len(), self.start().len(), "nodes");
         let mut total = 0.0;
         for e in 0..self.n_elements() {
             let local = nodes[self.window(e)].as_chunks::<2>().0;

@@ -97,7 +97,7 @@ impl Stiffness {
                 let position = s.clamp(0.0, 1.0) * last as f64;
                 let k = (position as usize).min(last - 1);
                 let t = position - k as f64;
-                Ok(values[k] * (1.0 - t) + values[k + 1] * t)
+                check(s, values[k] * (1.0 - t) + values[k + 1] * t)
             }
             Profile::Function { value, .. } => check(s, value(s)),
         }

@@ -1,8 +1,8 @@
 //! Each constructor says what was wrong, with the number.
 
 use membrane_forces::{
-    CircleEquilibrium, CurvePiece, CurvePoint, FiniteDifferences, LinearEquilibrium, Membrane,
-    MembraneError, RestShape, SpectralElements, Stiffness,
+    BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, FiniteDifferences, LinearEquilibrium,
+    Measure, Measures, Membrane, MembraneError, RestShape, SpectralElements, Stiffness,
 };
 
 #[test]
@@ -173,7 +173,7 @@ fn breakpoints_next_to_the_ends_and_empty_series() {
     let spectral = SpectralElements::new(&Membrane::new(rest), 4, 1).unwrap();
     let s = spectral.positions();
     assert_eq!((s[0], s[s.len() - 1]), (0.0, 1.0));
-    let end = spectral.at(spectral.start(), 1.0).position;
+    let end = spectral.at(spectral.start(), 1.0).unwrap().position;
     assert!(end[0] == 0.0 && (end[1] + 1.0).abs() < 1e-15);
     let nothing = CurvePiece {
         from: 0.0,
@@ -182,4 +182,123 @@ fn breakpoints_next_to_the_ends_and_empty_series() {
         y: vec![2.0],
     };
     assert_eq!(nothing.at(0.3).position, [0.0, 2.0]);
+}
+
+#[test]
+fn states_of_another_length_are_refused() {
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    let whole = FiniteDifferences::new(&membrane, 21).unwrap();
+    let half = FiniteDifferences::half(&membrane, 21).unwrap();
+    let spectral = SpectralElements::new(&membrane, 6, 1).unwrap();
+    for given in [0, 1, 2, 3, 21, 1000] {
+        let state = vec![1.0; given];
+        for d in [&whole, &half] {
+            let needed = d.start().len();
+            let refused = MembraneError::WrongLength {
+                quantity: "nodes",
+                given,
+                needed,
+            };
+            assert_eq!(d.measure(Measure::Length, &state).unwrap_err(), refused);
+            assert_eq!(d.measures(&state).unwrap_err(), refused);
+            assert_eq!(d.points(&state).unwrap_err(), refused);
+            assert_eq!(d.point(&state, 0), None);
+        }
+        let needed = spectral.start().len();
+        let refused = MembraneError::WrongLength {
+            quantity: "nodes",
+            given,
+            needed,
+        };
+        let measure = spectral.measure(Measure::Area, &state);
+        assert_eq!(measure.unwrap_err(), refused);
+        assert_eq!(spectral.measures(&state).unwrap_err(), refused);
+        assert_eq!(spectral.points(&state).unwrap_err(), refused);
+        assert_eq!(spectral.pieces(&state).unwrap_err(), refused);
+        assert_eq!(spectral.at(&state, 0.5).unwrap_err(), refused);
+    }
+    for d in [&whole, &half] {
+        let points = d.points(d.start()).unwrap();
+        for (n, point) in points.iter().enumerate() {
+            assert_eq!(d.point(d.start(), n), Some(*point));
+        }
+        assert_eq!(d.point(d.start(), 21), None);
+        assert_eq!(d.point(d.start(), usize::MAX), None);
+    }
+    let mut out = vec![0.0; 14 * 14];
+    let count = spectral.n_elements();
+    for given in [count, usize::MAX] {
+        let refused = spectral.element_tangent_into(given, spectral.start(), 1.0, &mut out);
+        let expected = MembraneError::NoSuchElement { given, count };
+        assert_eq!(refused.unwrap_err(), expected);
+    }
+}
+
+#[test]
+fn curves_of_fewer_than_two_nodes_measure_nothing() {
+    let nothing = Measures {
+        length: 0.0,
+        area: 0.0,
+        surface: 0.0,
+        volume: 0.0,
+    };
+    for nodes in [&[][..], &[[3.0, 4.0]]] {
+        assert_eq!(Measures::of(nodes), nothing);
+        let mut gradient = vec![[f64::NAN; 2]; nodes.len()];
+        for measure in [Measure::Length, Measure::Area] {
+            measure.gradient_into(nodes, &mut gradient);
+            assert!(gradient.iter().all(|g| *g == [0.0; 2]));
+        }
+    }
+}
+
+#[test]
+fn entries_outside_a_band() {
+    let mut band = BandMatrix::zeros(4, 1, 2).unwrap();
+    for (i, j) in [(0, 3), (2, 0), (3, 4), (4, 3), (4, 4), (usize::MAX, 0)] {
+        assert_eq!(
+            band.add(i, j, 1.0).unwrap_err(),
+            MembraneError::OutsideBand {
+                row: i,
+                column: j,
+                n: 4,
+                lower: 1,
+                upper: 2
+            }
+        );
+    }
+    assert!(band.rows().flatten().all(|v| *v == 0.0));
+    assert_eq!((band.get(0, 3), band.get(2, 0)), (Some(0.0), Some(0.0)));
+    for (i, j) in [(3, 4), (4, 3), (0, usize::MAX), (usize::MAX, usize::MAX)] {
+        assert_eq!(band.get(i, j), None);
+    }
+    for (n, lower, upper) in [
+        (usize::MAX, 1, 1),
+        (1, usize::MAX, usize::MAX),
+        (0, usize::MAX, 0),
+        (1 << 40, 3, 3),
+        (20_000_001, 4, 5),
+    ] {
+        assert!(matches!(
+            BandMatrix::zeros(n, lower, upper),
+            Err(MembraneError::TooMany { given, most, .. }) if given > most
+        ));
+    }
+    let nothing = BandMatrix::zeros(0, 1, 1).unwrap();
+    assert!(nothing.is_empty() && nothing.rows().len() == 0 && nothing.get(0, 0).is_none());
+    nothing.mul_into(&[], &mut []);
+}
+
+/// The cap bends by its length squared over its radius, which need not be a number.
+#[test]
+fn numbers_that_lead_to_no_number_are_refused() {
+    assert!(matches!(
+        LinearEquilibrium::balloon(1e300, 1e291, 1.0),
+        Err(MembraneError::NotFinite { .. })
+    ));
+    let samples = Stiffness::samples(&[1.0, 2.0]).unwrap();
+    assert!(matches!(
+        samples.at(f64::NAN),
+        Err(MembraneError::BadStiffness { .. })
+    ));
 }

@@ -92,19 +92,21 @@ fn the_half_curve_has_the_forces_and_measures_of_the_whole() {
                 check("pressure force", &a, &b);
 
                 let (mut band, mut full) = (half.band(), whole.band());
-                half.add_elastic_tangent(2.0, &mut band);
-                whole.add_elastic_tangent(2.0, &mut full);
-                half.add_pressure_tangent(&x_half, 3.0, 0.5, &mut band)
+                half.add_elastic_tangent_into(2.0, &mut band);
+                whole.add_elastic_tangent_into(2.0, &mut full);
+                half.add_pressure_tangent_into(&x_half, 3.0, 0.5, &mut band)
                     .unwrap();
-                whole.add_pressure_tangent(&x, 3.0, 0.5, &mut full).unwrap();
+                whole
+                    .add_pressure_tangent_into(&x, 3.0, 0.5, &mut full)
+                    .unwrap();
                 check("tangent", &times(&band, &d_half), &times(&full, &d));
 
                 for measure in MEASURES {
                     let name = format!("{measure:?}");
                     check(
                         &name,
-                        &[half.measure(measure, &x_half)],
-                        &[whole.measure(measure, &x)],
+                        &[half.measure(measure, &x_half).unwrap()],
+                        &[whole.measure(measure, &x).unwrap()],
                     );
                     half.measure_gradient_into(measure, &x_half, &mut a);
                     whole.measure_gradient_into(measure, &x, &mut b);
@@ -113,7 +115,7 @@ fn the_half_curve_has_the_forces_and_measures_of_the_whole() {
                         |g: &[f64], d: &[f64]| g.iter().zip(d).map(|(g, d)| g * d).sum::<f64>();
                     check(&name, &[dot(&a, &d_half)], &[dot(&b, &d)]);
                 }
-                let points = half.points(&x_half);
+                let points = half.points(&x_half).unwrap();
                 check("points", points.as_flattened(), &x);
                 assert_eq!(half.blow_up(), whole.blow_up());
             }

@@ -103,7 +103,7 @@ impl MovingMembrane {
 
     /// The size of the membrane, cm: what tolerances on positions are relative to.
     pub(crate) fn length_scale(&self) -> f64 {
-        Measure::Length.of(self.differences.start())
+        Measure::Length.of(self.differences.start().as_chunks().0)
     }
 }
 
@@ -111,9 +111,11 @@ impl MovingMembrane {
 /// sharp to O(1/N^2), since the highest mode alternates from node to node.
 fn largest_eigenvalue(differences: &FiniteDifferences) -> f64 {
     let mut band = differences.band();
-    differences.add_elastic_tangent(-1.0, &mut band);
+    differences.add_elastic_tangent_into(-1.0, &mut band);
     let n = band.len();
-    (2..n - 2)
-        .map(|i| band.row(i).iter().map(|v| v.abs()).sum())
+    band.rows()
+        .skip(2)
+        .take(n - 4)
+        .map(|row| row.iter().map(|v| v.abs()).sum())
         .fold(0.0, f64::max)
 }

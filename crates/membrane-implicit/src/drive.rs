@@ -70,7 +70,7 @@ impl Drive {
         body: &MovingMembrane,
         gain: impl Fn(f64) -> f64 + Send + Sync + 'static,
     ) -> Self {
-        let rest = Measure::Volume.of(body.differences.start());
+        let rest = Measure::Volume.of(body.differences.start().as_chunks().0);
         Self::volume(move |t| rest * (1.0 + gain(t)))
     }
 

@@ -104,9 +104,9 @@ impl Evolution {
         self.norms.windows(2).all(|pair| pair[1] < pair[0])
     }
 
-    /// Last norm of F_p + F_e.
+    /// Last norm of F_p + F_e; NaN if there is none.
     pub fn residual(&self) -> f64 {
-        self.norms[self.norms.len() - 1]
+        self.norms.last().copied().unwrap_or(f64::NAN)
     }
 
     /// Largest distance between a node and its counterpart in `points`, cm.
@@ -189,7 +189,7 @@ pub fn evolve(
         norms,
         frames,
         points: stepper.now().nodes.as_chunks::<2>().0.to_vec(),
-        intensity: total_force / Measure::Surface.of(&stepper.now().nodes),
+        intensity: total_force / Measure::Surface.of(stepper.now().nodes.as_chunks().0),
         work: stepper.work,
     })
 }

@@ -63,7 +63,7 @@ pub struct State<'a> {
 impl State<'_> {
     /// Enclosed volume of revolution, cm^3.
     pub fn volume(&self) -> f64 {
-        Measure::Volume.of(self.points.as_flattened())
+        Measure::Volume.of(self.points)
     }
 }
 
@@ -134,7 +134,8 @@ impl Motion {
         if scheme.has_explicit_pressure() {
             return Err(ImplicitError::ExplicitVolume);
         }
-        let volume = |body: &MovingMembrane| Measure::Volume.of(body.differences.start());
+        let volume =
+            |body: &MovingMembrane| Measure::Volume.of(body.differences.start().as_chunks().0);
         let wall_volume = volume(&outer) - volume(&inner);
         within("wall volume", wall_volume, f64::MIN_POSITIVE, f64::MAX)?;
         let mut motion = Self::new(inner, drive, scheme)?;
@@ -196,7 +197,7 @@ impl Motion {
         let time = self.inner.now().time;
         let value = self.drive.at(time)?;
         let value = if self.drive.kind == DriveKind::Volume {
-            let actual = Measure::Volume.of(&self.inner.now().nodes);
+            let actual = Measure::Volume.of(self.inner.now().nodes.as_chunks().0);
             if (value - actual).abs() > 1e-9 * actual.abs() {
                 return Err(ImplicitError::VolumeMismatch {
                     time,

@@ -29,7 +29,7 @@ impl Springs {
             return false;
         }
         let entry = |i: usize, j: usize| {
-            let k = elastic.get(2 * i + 2, 2 * j + 2);
+            let k = elastic.get(2 * i + 2, 2 * j + 2).unwrap_or(0.0);
             if i == j {
                 diagonal - h * h * k
             } else {
@@ -104,7 +104,7 @@ mod tests {
                 }
                 let d = FiniteDifferences::new(&membrane, n).unwrap();
                 let mut elastic = d.band();
-                d.add_elastic_tangent(1.0, &mut elastic);
+                d.add_elastic_tangent_into(1.0, &mut elastic);
                 let mut springs = Springs::new(n);
                 let (diagonal, h) = (1.3, 0.4);
                 assert!(springs.factor(&elastic, diagonal, h));

@@ -56,7 +56,7 @@ pub(crate) struct Equation<'a> {
 impl Stage {
     pub(crate) fn new(body: &MovingMembrane) -> Self {
         let mut elastic = body.differences.band();
-        body.differences.add_elastic_tangent(1.0, &mut elastic);
+        body.differences.add_elastic_tangent_into(1.0, &mut elastic);
         let n = elastic.len();
         Self {
             matrix: body.differences.band(),
@@ -99,18 +99,18 @@ impl Stage {
         let membrane = |error| ImplicitError::Membrane { time, error };
         let d = &body.differences;
         self.matrix.clear();
-        d.add_elastic_tangent(-h * h, &mut self.matrix);
+        d.add_elastic_tangent_into(-h * h, &mut self.matrix);
         match jacobian {
             Jacobian::Differences { .. } => self
                 .add_differences(d, nodes, -h * h * intensity)
                 .map_err(membrane)?,
             _ => d
-                .add_pressure_tangent(nodes, intensity, -h * h, &mut self.matrix)
+                .add_pressure_tangent_into(nodes, intensity, -h * h, &mut self.matrix)
                 .map_err(membrane)?,
         }
         let diagonal = body.mass + h * body.damping;
         for i in 0..self.matrix.len() {
-            self.matrix.add(i, i, diagonal);
+            self.matrix.add(i, i, diagonal).map_err(membrane)?;
         }
         self.factored = f64::NAN;
         self.lu
@@ -125,16 +125,20 @@ impl Stage {
             d.pressure_force_into(nodes, -h, &mut self.column)
                 .map_err(membrane)?;
             self.force_calls += 1;
-            self.lu.solve_in_place(&mut self.column);
+            self.lu.solve_into(&mut self.column);
             hold_ends(&mut self.column);
             let (measure, factor, corner) = if eq.kind == DriveKind::TotalForce {
-                (Measure::Surface, h * intensity, Measure::Surface.of(nodes))
+                (
+                    Measure::Surface,
+                    h * intensity,
+                    Measure::Surface.of(nodes.as_chunks().0),
+                )
             } else {
                 (Measure::Volume, h, 0.0)
             };
             // Without the rank-one part the intensity does not answer to the change of shape.
             if jacobian != Jacobian::Band || eq.kind == DriveKind::Volume {
-                measure.gradient_into(nodes, &mut self.row);
+                measure.gradient_into(nodes.as_chunks().0, self.row.as_chunks_mut().0);
                 hold_ends(&mut self.row);
                 self.row.iter_mut().for_each(|g| *g *= factor);
             }
@@ -161,7 +165,7 @@ impl Stage {
     ) -> Result<(), membrane_newton::MembraneError> {
         let last = d.n_nodes() - 1;
         // Central differences of n(c): step^2 against rounding / step, in units of the spacing.
-        let step = 1e-5 * Measure::Length.of(nodes) / last as f64;
+        let step = 1e-5 * Measure::Length.of(nodes.as_chunks().0) / last as f64;
         self.probe.copy_from_slice(nodes);
         for colour in 0..6 {
             let (first, k) = (colour / 2, colour % 2);
@@ -183,7 +187,7 @@ impl Stage {
                 for n in m.saturating_sub(1).max(1)..=(m + 1).min(last - 1) {
                     for row in [2 * n, 2 * n + 1] {
                         let slope = (self.normal[row] - self.force[row]) / (2.0 * step);
-                        self.matrix.add(row, 2 * m + k, scale * slope);
+                        self.matrix.add(row, 2 * m + k, scale * slope)?;
                     }
                 }
             }
@@ -212,12 +216,14 @@ impl Stage {
         }
         hold_ends(&mut self.rhs);
         // Pivoting mixes the held rows with their neighbours; no rounding may move an end.
-        self.lu.solve_in_place(&mut self.rhs);
+        self.lu.solve_into(&mut self.rhs);
         hold_ends(&mut self.rhs);
         let defect = match eq.kind {
             DriveKind::Intensity => *intensity - eq.target,
-            DriveKind::TotalForce => *intensity * Measure::Surface.of(nodes) - eq.target,
-            DriveKind::Volume => Measure::Volume.of(nodes) - eq.target,
+            DriveKind::TotalForce => {
+                *intensity * Measure::Surface.of(nodes.as_chunks().0) - eq.target
+            }
+            DriveKind::Volume => Measure::Volume.of(nodes.as_chunks().0) - eq.target,
         };
         let df = -(defect + dot(&self.row, &self.rhs)) / self.pivot;
         // The border's defect counts as if the whole membrane had to move by that fraction.
@@ -300,7 +306,7 @@ impl Stage {
         for (rhs, v) in self.rhs.iter_mut().zip(velocity.iter()) {
             *rhs = body.mass * v + h * *rhs;
         }
-        self.lu.solve_in_place(&mut self.rhs);
+        self.lu.solve_into(&mut self.rhs);
         velocity.copy_from_slice(&self.rhs);
         for (p, v) in position.iter_mut().zip(velocity.iter()) {
             *p += h * v;

@@ -162,12 +162,12 @@ impl Stepper {
         stage.force_calls += 1;
         let intensity = match kind {
             DriveKind::Intensity => value,
-            DriveKind::TotalForce => value / Measure::Surface.of(&at.nodes),
+            DriveKind::TotalForce => value / Measure::Surface.of(at.nodes.as_chunks().0),
             DriveKind::Volume => {
                 // m V'' = grad V . (F_e + f n - mu v) + m v . H v
                 d.pressure_force_into(&at.nodes, 1.0, &mut at.pressure)
                     .map_err(membrane)?;
-                Measure::Volume.gradient_into(&at.nodes, row);
+                Measure::Volume.gradient_into(at.nodes.as_chunks().0, row.as_chunks_mut().0);
                 hold_ends(row);
                 let per_intensity = dot(row, &at.pressure);
                 let rate = dot(row, &at.velocity);
@@ -201,7 +201,7 @@ impl Stepper {
             ..
         } = self;
         let now = &instants[0];
-        Measure::Volume.gradient_into(&now.nodes, row);
+        Measure::Volume.gradient_into(now.nodes.as_chunks().0, row.as_chunks_mut().0);
         dot(row, &now.acceleration)
             + curvature_of_volume(&now.nodes, &now.velocity, &mut error.0, row)
     }
@@ -213,7 +213,7 @@ impl Stepper {
 
     /// Volume at the end of stage `index` (from 1) of the step just attempted.
     pub(crate) fn stage_volume(&self, index: usize) -> f64 {
-        Measure::Volume.of(&self.instants[index].nodes)
+        Measure::Volume.of(self.instants[index].nodes.as_chunks().0)
     }
 
     /// Volume at the end of the step just attempted.
@@ -456,11 +456,11 @@ fn curvature_of_volume(nodes: &[f64], velocity: &[f64], moved: &mut [f64], row: 
         for i in 0..nodes.len() {
             moved[i] = nodes[i] + sign * step * velocity[i];
         }
-        Measure::Volume.gradient_into(moved, row);
+        Measure::Volume.gradient_into(moved.as_chunks().0, row.as_chunks_mut().0);
         dot(row, velocity)
     };
     let bend = (slope(1.0) - slope(-1.0)) / (2.0 * step);
-    Measure::Volume.gradient_into(nodes, row);
+    Measure::Volume.gradient_into(nodes.as_chunks().0, row.as_chunks_mut().0);
     hold_ends(row);
     bend
 }

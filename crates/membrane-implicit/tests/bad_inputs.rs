@@ -4,7 +4,7 @@ mod common;
 
 use common::{balloon, inflate, reference_body};
 use membrane_implicit::{
-    Drive, EvolvingOptions, ImplicitError, Jacobian, Motion, MovingMembrane, Scheme, Stop,
+    Drive, EvolvingOptions, ImplicitError, Jacobian, Motion, MovingMembrane, Scheme, State, Stop,
     TimeStep, Tolerance, evolve,
 };
 
@@ -33,6 +33,23 @@ fn bodies() {
             .forward_euler_step(),
         0.0
     );
+}
+
+/// A state anybody can put together, of no nodes, of one, of lists that do not fit each other.
+#[test]
+fn states_of_any_length_have_a_volume() {
+    let points = [[0.0, 1.0], [2.0, 1.0], [2.0, 0.0]];
+    for (n, volume) in [(0, 0.0), (1, 0.0), (2, 1.0), (3, 1.0)] {
+        let state = State {
+            time: f64::NAN,
+            points: &points[..n],
+            velocities: &[],
+            intensity: f64::INFINITY,
+        };
+        // half of pi r^2 h: the other half of the curve is not there
+        let expected = volume * std::f64::consts::PI;
+        assert!((state.volume() - expected).abs() < 1e-14, "{n} nodes");
+    }
 }
 
 #[test]
@@ -220,4 +237,8 @@ fn evolving_method() {
     // no load: at rest it is at equilibrium, after no step
     let still = run(EvolvingOptions::default(), 0.0).unwrap();
     assert!(still.converged && still.steps == 0 && still.residual() == 0.0);
+    // whoever empties the list finds none
+    let mut emptied = still;
+    emptied.norms.clear();
+    assert!(emptied.residual().is_nan() && emptied.is_monotone());
 }

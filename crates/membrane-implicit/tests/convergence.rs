@@ -183,7 +183,7 @@ fn pumped_volume_converges_with_order_two() {
         motion
             .run(TimeStep::Fixed(1.0 / n as f64), &[Stop::Time(1.0)])
             .unwrap();
-        let rest = Measure::Volume.of(motion.body().differences().start());
+        let rest = Measure::Volume.of(motion.body().differences().start().as_chunks().0);
         let volume = rest * (1.0 + 0.3 * (1.0 - 3.0f64.cos()));
         assert!((motion.state().volume() / volume - 1.0).abs() < 1e-12);
         (motion.state().points.to_vec(), motion.state().intensity)

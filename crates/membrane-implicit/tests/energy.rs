@@ -175,7 +175,7 @@ fn pressure_work_is_pressure_times_area_gained() {
             .unwrap();
         let mut motion =
             Motion::new(body, Drive::intensity(move |_| p), Scheme::Trapezoidal).unwrap();
-        let area = |m: &Motion| Measure::Area.of(m.state().points.as_flattened());
+        let area = |m: &Motion| Measure::Area.of(m.state().points);
         let before = area(&motion);
         motion
             .run(TimeStep::Fixed(1.0 / f64::from(n)), &[Stop::Time(1.0)])

@@ -191,10 +191,10 @@ fn first_pressure_of_a_pump_is_consistent() {
     // from rest: f grad V . n = m V'' = m V0, nothing else pulls
     let d = body.differences();
     let (mut gradient, mut normal) = (vec![0.0; 202], vec![0.0; 202]);
-    Measure::Volume.gradient_into(d.start(), &mut gradient);
+    d.measure_gradient_into(Measure::Volume, d.start(), &mut gradient);
     d.pressure_force_into(d.start(), 1.0, &mut normal).unwrap();
     let rate: f64 = gradient.iter().zip(&normal).map(|(g, n)| g * n).sum();
-    let expected = Measure::Volume.of(d.start()) / rate;
+    let expected = Measure::Volume.of(d.start().as_chunks().0) / rate;
     // V'' by differences over 1e-3 s: rounding 1e-16 / 1e-6
     assert!((motion.state().intensity / expected - 1.0).abs() < 1e-7);
 }

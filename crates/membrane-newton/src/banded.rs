@@ -2,7 +2,7 @@
 
 use membrane_forces::BandMatrix;
 
-use crate::error::NewtonError;
+use crate::error::{NewtonError, length};
 
 /// P A = L U of a band matrix; memory and time O(n lower (lower + upper)).
 ///
@@ -11,17 +11,17 @@ use crate::error::NewtonError;
 ///
 /// ```
 /// use membrane_newton::{BandMatrix, BandedLu};
-/// let mut a = BandMatrix::zeros(3, 1, 1);
+/// let mut a = BandMatrix::zeros(3, 1, 1)?;
 /// for i in 0..3 {
-///     a.add(i, i, 2.0);
+///     a.add(i, i, 2.0)?;
 /// }
-/// a.add(0, 1, 1.0);
-/// let mut lu = BandedLu::new(3, 1, 1);
+/// a.add(0, 1, 1.0)?;
+/// let mut lu = BandedLu::for_matrix(&a);
 /// lu.factor(&a)?;
 /// let mut x = [5.0, 4.0, 6.0];
-/// lu.solve_in_place(&mut x);
+/// lu.solve_into(&mut x);
 /// assert_eq!(x, [1.5, 2.0, 3.0]);
-/// # Ok::<(), membrane_newton::NewtonError>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct BandedLu {
@@ -42,18 +42,16 @@ pub struct BandedLu {
 }
 
 impl BandedLu {
-    /// Storage for matrices with `n` rows, `lower` diagonals below and `upper` above the main one.
-    ///
-    /// # Panics
-    /// Memory does not hold n (2 lower + upper + 3) numbers.
-    pub fn new(n: usize, lower: usize, upper: usize) -> Self {
-        let width = lower.saturating_add(upper).saturating_add(1);
+    /// Storage for matrices of the shape of `matrix`: n (2 lower + upper + 3) numbers.
+    pub fn for_matrix(matrix: &BandMatrix) -> Self {
+        let (n, lower) = (matrix.len(), matrix.lower());
+        let width = lower + matrix.upper() + 1;
         Self {
             n,
             lower,
             width,
-            u: vec![0.0; n.saturating_mul(width)],
-            l: vec![0.0; n.saturating_mul(lower)],
+            u: vec![0.0; n * width],
+            l: vec![0.0; n * lower],
             pivots: vec![0; n],
             swapped: false,
             negative: false,
@@ -61,36 +59,23 @@ impl BandedLu {
         }
     }
 
-    /// Storage of the right shape for `matrix`.
-    pub fn for_matrix(matrix: &BandMatrix) -> Self {
-        Self::new(matrix.len(), matrix.lower(), matrix.upper())
-    }
-
     /// Factors `matrix`.
     ///
     /// # Errors
-    /// A pivot is zero or not finite: [`NewtonError::Singular`].
-    ///
-    /// # Panics
-    /// `matrix` has another shape.
+    /// A pivot is zero or not finite: [`NewtonError::Singular`]; `matrix` has another shape than the storage:
+    /// [`NewtonError::WrongLength`].
     pub fn factor(&mut self, matrix: &BandMatrix) -> Result<(), NewtonError> {
-        let shape = (
-            matrix.len(),
-            matrix.lower(),
-            matrix.lower() + matrix.upper() + 1,
-        );
-        assert_eq!(
-            shape,
-            (self.n, self.lower, self.width),
-            "matrix of another shape"
-        );
         let (n, lower, width) = (self.n, self.lower, self.width);
+        length("rows", matrix.len(), n)?;
+        length("diagonals below the main one", matrix.lower(), lower)?;
+        let above = width - lower - 1;
+        length("diagonals above the main one", matrix.upper(), above)?;
         // Each row starts at its first column: rows above `lower` are shifted left so that row i
         // always begins at column max(i, lower) - lower, the first column still to be eliminated.
-        for i in 0..n {
+        let rows = self.u.chunks_exact_mut(width).zip(matrix.rows());
+        for (i, (row, from)) in rows.enumerate() {
             let skip = lower.saturating_sub(i);
-            let row = &mut self.u[i * width..(i + 1) * width];
-            row[..width - skip].copy_from_slice(&matrix.row(i)[skip..]);
+            row[..width - skip].copy_from_slice(&from[skip..]);
             row[width - skip..].fill(0.0);
         }
         self.swapped = false;
@@ -138,11 +123,11 @@ impl BandedLu {
         if self.negative { -1.0 } else { 1.0 }
     }
 
-    /// Overwrites `b` with A^-1 `b`. Cost O(n (2 lower + upper)).
+    /// Overwrites `b` with A^-1 `b`, A the matrix factored last. Cost O(n (2 lower + upper)).
     ///
     /// # Panics
     /// `b` is not n long.
-    pub fn solve_in_place(&self, b: &mut [f64]) {
+    pub fn solve_into(&self, b: &mut [f64]) {
         assert_eq!(b.len(), self.n, "right-hand side");
         // The tangents' bands, with and without second neighbours, get loops of fixed length.
         match (self.lower, self.width) {
@@ -217,12 +202,12 @@ mod tests {
             for n in 1..40usize {
                 for diagonal in [0.1, 10.0] {
                     let entry = |i: usize, j: usize| ((7 * i + 3 * j) as f64 * 1.7).sin();
-                    let mut band = BandMatrix::zeros(n, lower, upper);
+                    let mut band = BandMatrix::zeros(n, lower, upper).unwrap();
                     let mut dense = DMatrix::zeros(n, n);
                     for i in 0..n {
                         for j in i.saturating_sub(lower)..(i + upper + 1).min(n) {
                             let value = entry(i, j) + if i == j { diagonal } else { 0.0 };
-                            band.add(i, j, value);
+                            band.add(i, j, value).unwrap();
                             dense[(i, j)] = value;
                         }
                     }
@@ -235,7 +220,7 @@ mod tests {
                     lu.factor(&band).unwrap();
                     assert_eq!(lu.determinant_sign(), dense.determinant().signum());
                     let mut x = b.as_slice().to_vec();
-                    lu.solve_in_place(&mut x);
+                    lu.solve_into(&mut x);
                     // backward stable: the residual is rounding of the size of x
                     let size = x.iter().fold(1.0, |m: f64, v| m.max(v.abs()));
                     let residual = (dense * DVector::from_vec(x) - b).amax();

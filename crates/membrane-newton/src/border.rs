@@ -15,21 +15,21 @@ use crate::error::NewtonError;
 ///
 /// ```
 /// use membrane_newton::{BandMatrix, BandedLu, Border};
-/// let mut a = BandMatrix::zeros(2, 1, 1);
-/// a.add(0, 0, 2.0);
-/// a.add(1, 1, 4.0);
+/// let mut a = BandMatrix::zeros(2, 1, 1)?;
+/// a.add(0, 0, 2.0)?;
+/// a.add(1, 1, 4.0)?;
 /// let mut lu = BandedLu::for_matrix(&a);
 /// lu.factor(&a)?;
 /// // (A + b g') x = r with b = (1, 0), g = (0, 1): 2 x0 + x1 = 4, 4 x1 = 8
 /// let mut border = Border::new(2);
 /// border.column.copy_from_slice(&[1.0, 0.0]);
 /// border.row.copy_from_slice(&[0.0, 1.0]);
-/// border.eliminate(-1.0, |column| lu.solve_in_place(column))?;
+/// border.eliminate(-1.0, |column| lu.solve_into(column))?;
 /// let mut x = [4.0, 8.0];
-/// lu.solve_in_place(&mut x);
+/// lu.solve_into(&mut x);
 /// border.correct(&mut x, 0.0);
 /// assert_eq!(x, [1.0, 2.0]);
-/// # Ok::<(), membrane_newton::NewtonError>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Border {

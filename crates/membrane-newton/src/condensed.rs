@@ -31,7 +31,8 @@ impl CondensedLu {
     pub(crate) fn new(elements: &SpectralElements) -> Self {
         let (count, p) = (elements.n_elements(), elements.degree());
         let (size, interior) = (2 * (p + 1), 2 * (p - 1));
-        let ends = BandMatrix::zeros(2 * (count + 1), 3, 3);
+        // `SpectralElements` allows a third of the elements for which this would be too large.
+        let ends = BandMatrix::zeros(2 * (count + 1), 3, 3).expect("few elements");
         Self {
             size,
             interior,
@@ -68,17 +69,18 @@ impl CondensedLu {
                     continue;
                 }
                 for j in 0..4 {
-                    self.ends.add(
-                        row,
-                        2 * e + j,
-                        self.local[e][(interior + i) * size + interior + j],
-                    );
+                    let value = self.local[e][(interior + i) * size + interior + j];
+                    self.ends
+                        .add(row, 2 * e + j, value)
+                        .map_err(NewtonError::membrane)?;
                 }
             }
         }
         for row in 0..self.ends.len() {
             if self.is_held(row) {
-                self.ends.add(row, row, 1.0);
+                self.ends
+                    .add(row, row, 1.0)
+                    .map_err(NewtonError::membrane)?;
             }
         }
         self.lu.factor(&self.ends)
@@ -121,7 +123,7 @@ impl CondensedLu {
                 }
             }
         }
-        self.lu.solve_in_place(&mut self.end_values);
+        self.lu.solve_into(&mut self.end_values);
         for e in 0..count {
             let local = &self.local[e];
             let full = &mut self.scratch;

@@ -67,10 +67,13 @@ pub(crate) fn solve<S: Controlled>(
     let mut scratch = NewtonScratch::default();
     let mut total = NewtonReport::default();
     system.set_control(to);
-    if state != start {
+    let mut elsewhere = state != start;
+    if elsewhere {
         // whatever comes of it, the sign at the start is known from here on
         let _ = system.factor(start);
-        let carried = attempt(
+    }
+    let outcome = loop {
+        let outcome = attempt(
             system,
             state,
             (Reach::Direct, start),
@@ -78,20 +81,13 @@ pub(crate) fn solve<S: Controlled>(
             &mut scratch,
             &mut total,
         );
-        if carried.is_ok() {
-            return Ok(total);
+        if outcome.is_ok() || !elsewhere {
+            break outcome;
         }
+        elsewhere = false;
         state.copy_from_slice(start);
         system.set_control(to);
-    }
-    let outcome = attempt(
-        system,
-        state,
-        (Reach::Direct, start),
-        options,
-        &mut scratch,
-        &mut total,
-    );
+    };
     if outcome.is_ok() || options.max_load_steps == 0 {
         return finish(outcome, total);
     }

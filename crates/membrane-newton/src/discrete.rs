@@ -66,8 +66,8 @@ impl Discrete {
 
     pub(crate) fn measure(&self, measure: Measure, nodes: &[f64]) -> f64 {
         match self {
-            Self::Differences(d) => d.measure(measure, nodes),
-            Self::Spectral(s) => s.measure(measure, nodes),
+            Self::Differences(d) => own(d.measure(measure, nodes)),
+            Self::Spectral(s) => own(s.measure(measure, nodes)),
         }
     }
 
@@ -82,8 +82,8 @@ impl Discrete {
 
     pub(crate) fn measures(&self, nodes: &[f64]) -> Measures {
         match self {
-            Self::Differences(d) => d.measures(nodes),
-            Self::Spectral(s) => s.measures(nodes),
+            Self::Differences(d) => own(d.measures(nodes)),
+            Self::Spectral(s) => own(s.measures(nodes)),
         }
     }
 
@@ -99,8 +99,8 @@ impl Discrete {
 
     pub(crate) fn points(&self, nodes: &[f64]) -> Vec<[f64; 2]> {
         match self {
-            Self::Differences(d) => d.points(nodes),
-            Self::Spectral(s) => s.points(nodes),
+            Self::Differences(d) => own(d.points(nodes)),
+            Self::Spectral(s) => own(s.points(nodes)),
         }
     }
 
@@ -163,22 +163,34 @@ impl Discrete {
     pub(crate) fn pieces(&self, nodes: &[f64]) -> Vec<CurvePiece> {
         match self {
             Self::Differences(_) => Vec::new(),
-            Self::Spectral(s) => s.pieces(nodes),
+            Self::Spectral(s) => own(s.pieces(nodes)),
         }
     }
 }
 
+/// What a discretisation says of one of its own states.
+pub(crate) fn own<T>(of_state: Result<T, MembraneError>) -> T {
+    // Nobody outside this crate makes a state, so that its length is right.
+    of_state.expect("a state of this discretisation")
+}
+
 /// Puts a unit into the rows of `tangent` that belong to held coordinates, which are zero.
-pub(crate) fn hold_rows(differences: &FiniteDifferences, tangent: &mut BandMatrix) {
+pub(crate) fn hold_rows(
+    differences: &FiniteDifferences,
+    tangent: &mut BandMatrix,
+) -> Result<(), NewtonError> {
     let [first, end] = differences.held();
     let last = tangent.len() - 2;
     for (node, held) in [(0, first), (last, end)] {
         for k in 0..2 {
             if held[k] {
-                tangent.add(node + k, node + k, 1.0);
+                tangent
+                    .add(node + k, node + k, 1.0)
+                    .map_err(NewtonError::membrane)?;
             }
         }
     }
+    Ok(())
 }
 
 #[derive(Debug, Clone)]
@@ -211,10 +223,10 @@ impl Factors {
         match (self, discrete) {
             (Self::Banded { tangent, lu }, Discrete::Differences(d)) => {
                 tangent.clear();
-                d.add_elastic_tangent(1.0, tangent);
-                d.add_pressure_tangent(nodes, intensity, 1.0, tangent)
+                d.add_elastic_tangent_into(1.0, tangent);
+                d.add_pressure_tangent_into(nodes, intensity, 1.0, tangent)
                     .map_err(NewtonError::membrane)?;
-                hold_rows(d, tangent);
+                hold_rows(d, tangent)?;
                 lu.factor(tangent)
             }
             (Self::Condensed(lu), Discrete::Spectral(s)) => lu.factor(s, nodes, intensity),
@@ -232,7 +244,7 @@ impl Factors {
 
     pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) {
         match self {
-            Self::Banded { lu, .. } => lu.solve_in_place(rhs),
+            Self::Banded { lu, .. } => lu.solve_into(rhs),
             Self::Condensed(lu) => lu.solve_in_place(rhs),
         }
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use membrane_forces::{CurvePiece, CurvePoint, Measures};
 
-use crate::discrete::Discrete;
+use crate::discrete::{Discrete, own};
 use crate::options::NewtonReport;
 use crate::plan::Plan;
 
@@ -53,7 +53,7 @@ impl Equilibrium {
         let s = s.clamp(0.0, 1.0);
         let differences = match &self.plan.discrete {
             Discrete::Differences(differences) => differences,
-            Discrete::Spectral(elements) => return elements.at(self.nodes(), s),
+            Discrete::Spectral(elements) => return own(elements.at(self.nodes(), s)),
         };
         let rest = self.plan.membrane.rest();
         let last = differences.n_nodes() - 1;
@@ -62,7 +62,9 @@ impl Equilibrium {
         let mut out = rest.at(s);
         for k in 0..2 {
             let u = |m: usize| {
-                differences.point(self.nodes(), m)[k] - rest.at(m as f64 * ds).position[k]
+                // its own state, and m <= last
+                let here = differences.point(self.nodes(), m).expect("a node");
+                here[k] - rest.at(m as f64 * ds).position[k]
             };
             // slope per cell at node m: central, one-sided of second order at the ends
             let slope = |m: usize| match m {

@@ -29,6 +29,16 @@ pub enum NewtonError {
         /// The bound it must exceed.
         above: f64,
     },
+    /// A vector or a matrix has another size than it must have.
+    #[error("{quantity}: {given} given, {needed} needed")]
+    WrongLength {
+        /// What has it.
+        quantity: &'static str,
+        /// The size given.
+        given: usize,
+        /// The size needed.
+        needed: usize,
+    },
     /// The control was raised from the start but not to the value wanted: past `reached` (within
     /// about 1e-4 of it) this branch of equilibria turns back, or the load steps ran out. A control that does not turn
     /// back there, often area or volume, goes on.
@@ -67,6 +77,23 @@ pub enum NewtonError {
         /// What was tried.
         report: NewtonReport,
     },
+}
+
+/// Refuses something of size `given` where it must be `needed`.
+pub(crate) fn length(
+    quantity: &'static str,
+    given: usize,
+    needed: usize,
+) -> Result<(), NewtonError> {
+    if given == needed {
+        Ok(())
+    } else {
+        Err(NewtonError::WrongLength {
+            quantity,
+            given,
+            needed,
+        })
+    }
 }
 
 impl NewtonError {

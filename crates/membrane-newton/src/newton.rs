@@ -1,6 +1,6 @@
 //! Newton's iteration with a line search on any system of equations.
 
-use crate::error::NewtonError;
+use crate::error::{NewtonError, length};
 use crate::options::{LineSearch, NewtonOptions, NewtonReport};
 
 /// n equations in n unknowns whose tangent can be factored.
@@ -77,11 +77,8 @@ impl NewtonScratch {
 /// ```
 ///
 /// # Errors
-/// [`NewtonError::NotConverged`] with the report; a tolerance that is no number or infinite; errors
-/// of the system.
-///
-/// # Panics
-/// `x` has not the length of the system.
+/// [`NewtonError::NotConverged`] with the report; a tolerance that is no number or infinite;
+/// [`NewtonError::WrongLength`] for an `x` of another length than the system's; errors of the system.
 pub fn newton(
     system: &mut impl ResidualSystem,
     x: &mut [f64],
@@ -105,9 +102,6 @@ const ROUNDING: f64 = 1e-7;
 ///
 /// # Errors
 /// As [`newton`]; x is then the last accepted one.
-///
-/// # Panics
-/// `x` has not the length of the system.
 pub fn newton_with(
     system: &mut impl ResidualSystem,
     x: &mut [f64],
@@ -115,7 +109,7 @@ pub fn newton_with(
     scratch: &mut NewtonScratch,
 ) -> Result<(), NewtonError> {
     let n = system.len();
-    assert_eq!(x.len(), n, "unknowns");
+    length("unknowns", x.len(), n)?;
     let NewtonScratch {
         residual,
         trial,

@@ -110,20 +110,22 @@ impl ResidualSystem for Direct<'_> {
             ..
         } = self;
         tangent.clear();
-        differences.add_elastic_tangent(1.0, tangent);
+        differences.add_elastic_tangent_into(1.0, tangent);
         match self.jacobian {
-            PaperJacobian::Exact => differences.add_pressure_tangent(x, self.load, 1.0, tangent),
+            PaperJacobian::Exact => {
+                differences.add_pressure_tangent_into(x, self.load, 1.0, tangent)
+            }
             PaperJacobian::AsPrinted => {
-                differences.add_pressure_tangent_as_printed(x, self.load, 1.0, tangent)
+                differences.add_pressure_tangent_as_printed_into(x, self.load, 1.0, tangent)
             }
         }
         .map_err(NewtonError::membrane)?;
-        hold_rows(differences, tangent);
+        hold_rows(differences, tangent)?;
         self.lu.factor(tangent)
     }
 
     fn solve_in_place(&mut self, rhs: &mut [f64]) {
-        self.lu.solve_in_place(rhs);
+        self.lu.solve_into(rhs);
     }
 
     fn residual_norm(&self, residual: &[f64]) -> f64 {

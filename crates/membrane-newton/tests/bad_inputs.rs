@@ -1,8 +1,8 @@
 //! Controls that cannot be met and limits that are reached give typed errors with numbers.
 
 use membrane_newton::{
-    Control, Discretisation, Membrane, MembraneError, NewtonError, NewtonOptions, Pair,
-    PressureLaw, RestShape, Solver,
+    BandMatrix, BandedLu, Control, Discretisation, Membrane, MembraneError, NewtonError,
+    NewtonOptions, Pair, PressureLaw, ResidualSystem, RestShape, Solver, newton,
 };
 
 fn solver(law: PressureLaw, radius: f64) -> Solver {
@@ -171,4 +171,58 @@ fn tolerances_that_say_nothing_are_refused() {
         .with_max_iterations(usize::MAX)
         .with_max_load_steps(usize::MAX);
     assert!(solver.solve(Control::VolumeGain(0.6), &options).is_ok());
+}
+
+#[test]
+fn matrices_and_unknowns_of_another_size_are_refused() {
+    let mut lu = BandedLu::for_matrix(&BandMatrix::zeros(3, 1, 2).unwrap());
+    for ((n, lower, upper), quantity, given, needed) in [
+        ((4, 1, 2), "rows", 4, 3),
+        ((0, 1, 2), "rows", 0, 3),
+        ((3, 2, 2), "diagonals below the main one", 2, 1),
+        ((3, 1, 0), "diagonals above the main one", 0, 2),
+    ] {
+        let refused = lu.factor(&BandMatrix::zeros(n, lower, upper).unwrap());
+        let expected = NewtonError::WrongLength {
+            quantity,
+            given,
+            needed,
+        };
+        assert_eq!(refused.unwrap_err(), expected);
+    }
+    // no matrix has been factored yet: a meaningless answer, but one
+    lu.solve_into(&mut [1.0; 3]);
+
+    struct Line;
+    impl ResidualSystem for Line {
+        fn len(&self) -> usize {
+            2
+        }
+        fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+            out.copy_from_slice(x);
+            Ok(())
+        }
+        fn factor(&mut self, _: &[f64]) -> Result<(), NewtonError> {
+            Ok(())
+        }
+        fn solve_in_place(&mut self, _: &mut [f64]) {}
+        fn residual_norm(&self, residual: &[f64]) -> f64 {
+            residual[0].hypot(residual[1])
+        }
+        fn step_norm(&self, step: &[f64]) -> f64 {
+            step[0].hypot(step[1])
+        }
+    }
+    for mut x in [vec![], vec![1.0], vec![1.0; 3]] {
+        let expected = NewtonError::WrongLength {
+            quantity: "unknowns",
+            given: x.len(),
+            needed: 2,
+        };
+        let refused = newton(&mut Line, &mut x, &NewtonOptions::default());
+        assert_eq!(refused.unwrap_err(), expected);
+    }
+    let mut x = [1.0, 2.0];
+    newton(&mut Line, &mut x, &NewtonOptions::default()).unwrap();
+    assert_eq!(x, [0.0; 2]);
 }

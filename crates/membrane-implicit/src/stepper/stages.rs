@@ -81,7 +81,9 @@ impl Stepper {
                 }
                 reach = drift / decay;
                 new.intensity = match kind {
-                    DriveKind::TotalForce => targets[k - 1] / Measure::Surface.of(&new.nodes),
+                    DriveKind::TotalForce => {
+                        targets[k - 1] / Measure::Surface.of(new.nodes.as_chunks().0)
+                    }
                     _ => targets[k - 1],
                 };
             }
@@ -165,7 +167,7 @@ impl Stepper {
         }
         new.time = now.time + dt;
         new.intensity = match kind {
-            DriveKind::TotalForce => target / Measure::Surface.of(&new.nodes),
+            DriveKind::TotalForce => target / Measure::Surface.of(new.nodes.as_chunks().0),
             _ => target,
         };
         d.elastic_force_into(&new.nodes, force);
@@ -219,7 +221,7 @@ impl Stepper {
         new.velocity.fill(0.0);
         new.intensity = match kind {
             DriveKind::Intensity => target,
-            DriveKind::TotalForce => target / Measure::Surface.of(&now.nodes),
+            DriveKind::TotalForce => target / Measure::Surface.of(now.nodes.as_chunks().0),
             DriveKind::Volume => now.intensity,
         };
         let intensity = new.intensity;
@@ -251,7 +253,7 @@ impl Stepper {
         slope(&new.velocity, &now.velocity, dt, &mut new.acceleration);
         new.measure(body.differences.ds());
         if *kind == DriveKind::TotalForce {
-            new.intensity = target / Measure::Surface.of(&new.nodes);
+            new.intensity = target / Measure::Surface.of(new.nodes.as_chunks().0);
         }
         Ok(())
     }
@@ -316,7 +318,7 @@ impl Stepper {
         }
         new.intensity = match kind {
             DriveKind::Intensity => target,
-            DriveKind::TotalForce => target / Measure::Surface.of(&new.nodes),
+            DriveKind::TotalForce => target / Measure::Surface.of(new.nodes.as_chunks().0),
             DriveKind::Volume => before[index - 1].intensity,
         };
 
