@@ -57,7 +57,8 @@ struct Writer<'a> {
     middle: Vec<Vec<f32>>,
 }
 
-/// Computes and writes what the scene's `[output]` asks for, and `report.json`. Every file is written whole or not at all.
+/// Computes and writes what the scene's `[output]` asks for, and `report.json`. Every file is written whole or not at all;
+/// `report.json` comes last, and one of an earlier run goes first, so that where it is, all is.
 ///
 /// # Errors
 /// [`PhantomError::File`] if the folder cannot be written to, before any work; whatever the parts of a [`Phantom`] return.
@@ -67,6 +68,8 @@ pub fn run(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<RunReport, PhantomError> {
     files::create_writable_folder(out)?;
+    // It is there when everything else is: an older one would speak of files that are about to change.
+    files::remove_if_there(&out.join("report.json"))?;
     let mut writer = Writer {
         phantom,
         out,

@@ -2,18 +2,24 @@
 
 use crate::error::PhantomError;
 use crate::files::samples::PIECE;
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The temporary files that are there. Held locked while one of them comes, goes or takes its name.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Writes a file atomically: `fill` writes to a temporary file in the same folder, which then
 /// takes the name `path`. On any failure (no such folder, no permission, disk full) the temporary
 /// file is removed and an older file at `path` stays as it was.
 ///
-/// An interrupt leaves no half file either, at most a temporary one with the ending `.tmp`. Nothing waits for the disk: what a
-/// program can compute again is not worth a flush of every file, so a loss of power within the seconds that the system takes to
-/// write back may leave files short or empty.
+/// A program that is ended from outside leaves no half file under any name if it calls [`remove_unfinished`] first, as the
+/// command line does; otherwise, or where it is killed outright, at most a temporary one with the ending `.tmp`. Nothing waits for
+/// the disk: what a program can compute again is not worth a flush of every file, so a loss of power within the seconds that the
+/// system takes to write back may leave files short or empty.
 ///
 /// # Errors
 /// [`PhantomError::File`] with the path and the cause.
@@ -31,13 +37,58 @@ pub fn write_atomically(
 /// [`PhantomError::File`] with the path and the cause.
 pub fn create_writable_folder(path: &Path) -> Result<(), PhantomError> {
     fs::create_dir_all(path).map_err(|source| failed(path, source))?;
-    let probe = path.join(format!(".{}.probe", std::process::id()));
-    write_atomically(&probe, |_| Ok(()))?;
-    fs::remove_file(&probe).map_err(|source| failed(&probe, source))
+    let probe = Pending::write(&path.join("probe"), |_| Ok(())).map_err(|error| match error {
+        PhantomError::File { source, .. } => failed(path, source),
+        error => error,
+    })?;
+    // Its drop would keep a failure to itself.
+    remove_if_there(&probe.temporary)
 }
 
-/// Writes a header and the data it points to. Both are complete on the disk before either takes
-/// its name; the data take theirs first, and no older header is there while the data change.
+/// Removes the temporary files of all writes that this process has under way. For a program that is about to end: from then on
+/// no write of this module begins or ends, each waits, until the value returned is dropped; those that were cut short then fail
+/// with [`PhantomError::File`], and the files that were to be replaced stay as they were.
+///
+/// Files that belong together (a header and its data) take their names together or not at all.
+///
+/// The library takes none of the process's signals; a program does that, if it wants to, in a thread of its own: this function
+/// waits for a lock, which the handler of a signal may not do. The thread that holds the value returned must not write itself.
+///
+/// ```
+/// use heart_phantom::files;
+/// // In the thread that waits for signals:
+/// let held = files::remove_unfinished();
+/// // std::process::exit(130);
+/// # drop(held);
+/// ```
+pub fn remove_unfinished() -> HeldWrites {
+    let mut unfinished = unfinished();
+    for temporary in std::mem::take(&mut *unfinished) {
+        // One that cannot be removed is no reason to keep the others.
+        let _ = fs::remove_file(temporary);
+    }
+    HeldWrites {
+        _unfinished: unfinished,
+    }
+}
+
+/// While this is there no write begins or ends; see [`remove_unfinished`].
+#[must_use = "writes go on as soon as it is dropped"]
+#[derive(Debug)]
+pub struct HeldWrites {
+    _unfinished: MutexGuard<'static, BTreeSet<PathBuf>>,
+}
+
+/// Removes a file, or does nothing if there is none.
+pub(crate) fn remove_if_there(path: &Path) -> Result<(), PhantomError> {
+    match fs::remove_file(path) {
+        Err(source) if source.kind() != io::ErrorKind::NotFound => Err(failed(path, source)),
+        _ => Ok(()),
+    }
+}
+
+/// Writes a header and the data it points to. Both are complete before either takes its name; the data take theirs first, and
+/// no older header is there while the data change.
 pub(super) fn write_with_header(
     header: &Path,
     header_text: &[u8],
@@ -52,17 +103,17 @@ pub(super) fn write_with_header(
             return Err(failed(path, io::ErrorKind::IsADirectory.into()));
         }
     }
-    match fs::remove_file(header) {
-        Err(source) if source.kind() != io::ErrorKind::NotFound => {
-            return Err(failed(header, source));
-        }
-        _ => {}
+    let mut unfinished = unfinished();
+    // Gone if `remove_unfinished` was faster.
+    for pending in [&new_data, &new_header] {
+        fs::metadata(&pending.temporary).map_err(|source| failed(&pending.path, source))?;
     }
-    new_data.commit()?;
-    new_header.commit()
+    remove_if_there(header)?;
+    new_data.take_name(&mut unfinished)?;
+    new_header.take_name(&mut unfinished)
 }
 
-/// A complete file that does not have its name yet; dropped without [`Pending::commit`], it goes.
+/// A complete file that does not have its name yet; dropped before it takes it, it goes.
 pub(super) struct Pending {
     temporary: PathBuf,
     path: PathBuf,
@@ -86,7 +137,8 @@ impl Pending {
             temporary: path.with_file_name(temporary),
             path: path.to_path_buf(),
         };
-        File::create(&pending.temporary)
+        pending
+            .create()
             .and_then(|file| {
                 let mut out = BufWriter::with_capacity(PIECE, file);
                 fill(&mut out)?;
@@ -96,17 +148,37 @@ impl Pending {
         Ok(pending)
     }
 
+    fn create(&self) -> io::Result<File> {
+        let mut unfinished = unfinished();
+        let file = File::create(&self.temporary)?;
+        unfinished.insert(self.temporary.clone());
+        Ok(file)
+    }
+
     pub(super) fn commit(self) -> Result<(), PhantomError> {
-        fs::rename(&self.temporary, &self.path).map_err(|source| failed(&self.path, source))
+        let mut unfinished = unfinished();
+        self.take_name(&mut unfinished)
+    }
+
+    fn take_name(&self, unfinished: &mut BTreeSet<PathBuf>) -> Result<(), PhantomError> {
+        fs::rename(&self.temporary, &self.path).map_err(|source| failed(&self.path, source))?;
+        unfinished.remove(&self.temporary);
+        Ok(())
     }
 }
 
 impl Drop for Pending {
     fn drop(&mut self) {
-        // After a commit there is nothing left to remove; after a failure its own error is the one
-        // worth reporting.
-        let _ = fs::remove_file(&self.temporary);
+        // One that has its name is no longer among them. After a failure its own error is the one worth reporting.
+        if unfinished().remove(&self.temporary) {
+            let _ = fs::remove_file(&self.temporary);
+        }
     }
+}
+
+/// The set is whole at any moment, so that a panic elsewhere takes nothing from it.
+fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn failed(path: &Path, source: io::Error) -> PhantomError {

@@ -26,7 +26,8 @@
 //! dropped; `Npy` alone holds samples and nothing else.
 //!
 //! A file appears under its name when it is complete. Of two files that belong together the header comes last, so that a
-//! header always points to the whole data that it describes.
+//! header always points to the whole data that it describes. A program that may be interrupted calls [`remove_unfinished`] before
+//! it ends; then it leaves nothing else behind.
 //!
 //! [`PhantomError`]: crate::PhantomError
 //!
@@ -56,7 +57,8 @@ mod raw_json;
 mod samples;
 mod volume;
 
-pub use atomic::{create_writable_folder, write_atomically};
+pub(crate) use atomic::remove_if_there;
+pub use atomic::{HeldWrites, create_writable_folder, remove_unfinished, write_atomically};
 pub use format::{Format, write_projections, write_volume};
 pub use mesh::{write_ply, write_stl};
 pub use npy::write_npy;

@@ -80,7 +80,7 @@ impl StudyOptions {
     }
 }
 
-/// Runs the study and writes everything it produces into the folder `out`.
+/// Runs the study and writes everything it produces into the folder `out`, `report.json` last.
 ///
 /// # Errors
 /// An option out of range or a folder that cannot be written to is reported before any work
@@ -92,6 +92,8 @@ pub fn run(
 ) -> Result<Report, PhantomError> {
     options.validate()?;
     files::create_writable_folder(out)?;
+    // It is there when everything else is: an older one would speak of files that are about to change.
+    files::remove_if_there(&out.join("report.json"))?;
     let threads = rayon::ThreadPoolBuilder::new()
         .num_threads(options.threads.unwrap_or(0))
         .build()

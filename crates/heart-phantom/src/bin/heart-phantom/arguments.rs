@@ -9,7 +9,8 @@ use std::path::PathBuf;
 /// Shown after the help.
 const AFTER: &str = "\
 Exit codes: 0 done, 1 failed at work (a disk that is full, a shape that cannot be solved), 2 a command or a scene that makes no
-sense. Errors of a scene name file, line, column and field, and say what would be right.";
+sense; 128 and the number of a signal that ended it (130 after Ctrl-C), as shells count. Files have their names when they are
+whole, report.json when all the others do; nothing else stays behind. Errors of a scene name file, line, column and field, and say what would be right.";
 
 /// A beating heart phantom with exact ground truth.
 #[derive(Debug, Parser)]

@@ -2,6 +2,8 @@
 
 mod arguments;
 mod commands;
+#[cfg(unix)]
+mod signals;
 
 use arguments::Arguments;
 use clap::Parser;
@@ -15,6 +17,12 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => return refuse(&error),
     };
+    #[cfg(unix)]
+    if let Err(error) = signals::watch() {
+        complain(&format_args!(
+            "warning: an interrupt may leave a file that ends in .tmp: {error}"
+        ));
+    }
     match commands::run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -1,0 +1,44 @@
+//! Signals that end the program: they still do, but first what is half written goes.
+
+use heart_phantom::files;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXCPU, SIGXFSZ};
+use signal_hook::iterator::Signals;
+use signal_hook::{flag, low_level};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::{fs, io, thread};
+
+/// Closed terminal, Ctrl-C, `kill`, and the limit of processor time that batch systems set.
+const ENDING: [i32; 4] = [SIGHUP, SIGINT, SIGTERM, SIGXCPU];
+
+/// Starts the thread that waits for signals.
+pub(crate) fn watch() -> io::Result<()> {
+    // A file larger than the system allows is then an error of its write, as a full disk is. Nobody asks for the flag.
+    flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)))?;
+    let mut signals = Signals::new(ENDING.into_iter().filter(|&signal| !is_ignored(signal)))?;
+    thread::Builder::new()
+        .name("signals".into())
+        .spawn(move || {
+            for signal in signals.forever() {
+                let _held = files::remove_unfinished();
+                // The end that the signal has by itself, so that shells and batch systems see what it was.
+                if low_level::emulate_default_handler(signal).is_err() {
+                    low_level::exit(128 + signal);
+                }
+            }
+        })
+        .map(drop)
+}
+
+/// Whether whoever started the program wants it to outlive the signal, as `nohup` does. Where the system does not tell, that is
+/// taken for granted of a closed terminal alone.
+fn is_ignored(signal: i32) -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = (status.lines())
+        .find_map(|line| line.strip_prefix("SigIgn:"))
+        .and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    match mask {
+        Some(mask) => mask >> (signal - 1) & 1 == 1,
+        None => signal == SIGHUP,
+    }
+}
