@@ -76,6 +76,7 @@ fn naive_view(path: &[[f64; 2]], rays: &ParallelRays) -> Vec<f64> {
     (0..rays.n_bins() * rays.n_rows())
         .map(|k| {
             let ray = rays.ray(k % rays.n_bins(), k / rays.n_bins());
+            let ray = ray.expect("a ray of the raster");
             naive_chord(path, pose.to_body(&ray.origin()), d).max(0.0)
         })
         .collect()

@@ -101,6 +101,9 @@ impl EllipticCylinder {
     ) -> Result<(), Error> {
         finite("value", value)?;
         check_slices(grid, &slices, out.len())?;
+        if out.is_empty() {
+            return Ok(());
+        }
         let ([nx, ny, _], h) = (grid.shape(), grid.spacing());
         // All slices are alike.
         let section: Vec<T> = (0..nx * ny)
@@ -247,7 +250,7 @@ impl Body {
     ) -> Result<RayCounters, Error> {
         attenuator.check_direction(&rays.direction())?;
         self.project_measured(rays, activity, weight, out, |[bin, row]| {
-            let way = attenuator.along(&rays.ray(bin, row));
+            let way = attenuator.along(&rays.line(bin, row));
             move |low, high, origin| way.integral(low - origin, high - origin)
         })
     }

@@ -99,8 +99,9 @@ impl Body {
     /// Nothing else requires it: where an inner layer reaches outside, the activity there is as the formula above says.
     ///
     /// # Errors
-    /// [`Error::NotNested`] with the worst place.
+    /// [`Error::NotNested`] with the worst place; [`Error::NotFinite`].
     pub fn check_nested(&self, tolerance: f64) -> Result<(), Error> {
+        finite("tolerance", tolerance)?;
         for (layer, pair) in self.layers.windows(2).enumerate() {
             let (inner, outer) = (&pair[0], &pair[1]);
             // A vertex of the inner one outside, or a corner of the outer one inside: one or the other if they cross.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::error::{finite, length, positive};
+use crate::error::{countable, finite, length, positive};
 use crate::field::{Answer, Field};
 use crate::patch::{Cuboid, Patch, patch};
 use crate::sections::Sections;
@@ -94,13 +94,20 @@ impl Body {
     }
 }
 
-/// Are the slices in the grid?
+/// Are the slices in the grid, and in order?
 pub(crate) fn check_range(grid: &VoxelGrid, slices: &Range<usize>) -> Result<(), Error> {
     if slices.end > grid.shape()[2] {
         return Err(Error::Length {
             what: "slices (at most)",
             expected: grid.shape()[2],
             given: slices.end,
+        });
+    }
+    if slices.start > slices.end {
+        return Err(Error::Length {
+            what: "first slice (at most)",
+            expected: slices.end,
+            given: slices.start,
         });
     }
     Ok(())
@@ -117,6 +124,7 @@ pub(crate) fn check(
         Sampling::Centre => {}
         Sampling::Supersampled(n) => {
             positive("samples per axis", n as f64)?;
+            countable("samples of a voxel", &[n; 3])?;
         }
         Sampling::Coverage { tolerance } => {
             positive("tolerance", tolerance)?;

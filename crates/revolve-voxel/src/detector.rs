@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::chord::{Direction, Hint};
 use crate::error::{countable, finite, length, positive, zeros};
 use crate::shadow::Shadow;
-use crate::{Body, Error, Hit, Ray, RayCounters, Sample};
+use crate::{Body, Error, Ray, RayCounters, Sample};
 
 /// A flat detector of a parallel beam that turns about the lab's z axis.
 ///
@@ -107,7 +107,8 @@ impl ParallelRays {
     /// A raster of `[n_bins, n_rows]` rays; the direction is normalised.
     ///
     /// # Errors
-    /// [`Error::NotPositive`] for a count of zero or a zero direction, [`Error::NotFinite`], [`Error::TooLarge`].
+    /// [`Error::NotPositive`] for a count of zero or a zero direction, [`Error::NotFinite`] for a number or for the last ray's
+    /// place, [`Error::TooLarge`].
     pub fn new(
         [n_bins, n_rows]: [usize; 2],
         first: Point3<f64>,
@@ -120,6 +121,11 @@ impl ParallelRays {
             finite("step between rays", *v)?;
         }
         let direction = Ray::new(first, direction)?.direction();
+        for k in 0..3 {
+            let (bins, rows) = (bin_step[k].abs(), row_step[k].abs());
+            let farthest = first[k].abs() + bins * n_bins as f64 + rows * n_rows as f64;
+            finite("place of the farthest ray", farthest)?;
+        }
         Ok(Self {
             n_bins,
             n_rows,
@@ -164,8 +170,13 @@ impl ParallelRays {
         Ok(self)
     }
 
-    /// One ray.
-    pub fn ray(&self, bin: usize, row: usize) -> Ray {
+    /// One ray; none beyond the raster.
+    pub fn ray(&self, bin: usize, row: usize) -> Option<Ray> {
+        (bin < self.n_bins && row < self.n_rows).then(|| self.line(bin, row))
+    }
+
+    /// The line of a ray of the raster.
+    pub(crate) fn line(&self, bin: usize, row: usize) -> Ray {
         let row = (self.first_row + row) as f64;
         let origin = self.first + self.bin_step * bin as f64 + self.row_step * row;
         // Validated when the raster was made.
@@ -310,16 +321,6 @@ impl Body {
         }
         counters.skipped = n_bins as u64 - counters.cast;
         counters
-    }
-
-    /// First hits of one layer by each ray, `[row][bin]`: what an orthographic shaded picture needs.
-    ///
-    /// The rays start at their raster points; place the raster outside the body. A layer that the body does not have is not hit.
-    pub fn first_hits(&self, layer: usize, rays: &ParallelRays) -> Vec<Option<Hit>> {
-        (0..rays.n_bins * rays.n_rows)
-            .into_par_iter()
-            .map(|k| self.first_hit(layer, &rays.ray(k % rays.n_bins, k / rays.n_bins)))
-            .collect()
     }
 }
 

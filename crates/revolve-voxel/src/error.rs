@@ -192,14 +192,19 @@ pub(crate) fn countable(what: &'static str, counts: &[usize]) -> Result<(), Erro
     }
 }
 
-/// `len` zeros, or the error that says that there is no room for them.
-pub(crate) fn zeros<T: Copy + Default>(what: &'static str, len: usize) -> Result<Vec<T>, Error> {
-    // Asked for first: `vec!` ends the process if it is refused, and alone does not touch the memory.
+/// An empty list with room for `len`, or the error that says that there is none.
+pub(crate) fn room<T>(what: &'static str, len: usize) -> Result<Vec<T>, Error> {
     let mut room: Vec<T> = Vec::new();
     if room.try_reserve_exact(len).is_err() {
         let samples = len as f64;
         return Err(Error::TooLarge { what, samples });
     }
-    drop(room);
+    Ok(room)
+}
+
+/// `len` zeros, or the error that says that there is no room for them.
+pub(crate) fn zeros<T: Copy + Default>(what: &'static str, len: usize) -> Result<Vec<T>, Error> {
+    // Asked for first: `vec!` ends the process if it is refused, and alone does not touch the memory.
+    drop(room::<T>(what, len)?);
     Ok(vec![T::default(); len])
 }

@@ -1,7 +1,7 @@
 //! Sets of voxels: intersection, union, erosion, and what lies far from a set.
 
 use crate::Sample;
-use crate::error::{Error, length};
+use crate::error::{Error, countable, length};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -30,14 +30,11 @@ impl Mask {
     /// A mask of `shape = [nz, ny, nx]` from its voxels in index order `[z][y][x]`.
     ///
     /// # Errors
-    /// [`Error::Length`] if their number is not `nz ny nx`.
+    /// [`Error::Length`] if their number is not `nz ny nx`; [`Error::TooLarge`] for sides whose product, one of zero
+    /// counted as one, is beyond any memory.
     pub fn new(shape: [usize; 3], set: Vec<bool>) -> Result<Self, Error> {
-        // A product beyond the address space is the length of no vector.
-        let expected = shape
-            .iter()
-            .try_fold(1usize, |len, &n| len.checked_mul(n))
-            .unwrap_or(usize::MAX);
-        length("mask", expected, set.len())?;
+        countable("voxels of a mask", &shape.map(|n| n.max(1)))?;
+        length("mask", shape.iter().product(), set.len())?;
         Ok(Self { shape, set })
     }
 
@@ -166,9 +163,9 @@ impl Mask {
         let mut far = vec![true; self.set.len()];
         let rows: Vec<Vec<Range<usize>>> = self.set.par_chunks(nx.max(1)).map(runs).collect();
         // A negative or NaN distance excludes nothing; the grid bounds the reach of a huge one.
-        let reach = distance.min((nz + ny + nx) as f64);
+        let reach = distance.min(nz as f64 + ny as f64 + nx as f64);
         if reach >= 0.0 && !rows.is_empty() {
-            let offsets = disc_rows(reach);
+            let offsets = disc_rows(reach, [nz, ny]);
             far.par_chunks_mut(nx).enumerate().for_each(|(row, out)| {
                 let (z, y) = ((row / ny) as isize, (row % ny) as isize);
                 for &(dz, dy, half) in &offsets {
@@ -189,12 +186,12 @@ impl Mask {
     }
 }
 
-/// The rows `(dz, dy)` of a ball of radius `reach`, each with its half width in voxels.
-fn disc_rows(reach: f64) -> Vec<(isize, isize, usize)> {
-    let n = reach.floor() as isize;
+/// The rows `(dz, dy)` of a ball of radius `reach`, each with its half width in voxels; none longer than the grid.
+fn disc_rows(reach: f64, sides: [usize; 2]) -> Vec<(isize, isize, usize)> {
+    let [z, y] = sides.map(|n| (reach.floor() as isize).min(n as isize - 1));
     let mut rows = Vec::new();
-    for dz in -n..=n {
-        for dy in -n..=n {
+    for dz in -z..=z {
+        for dy in -y..=y {
             let rest = reach * reach - (dz * dz + dy * dy) as f64;
             if rest >= 0.0 {
                 rows.push((dz, dy, rest.sqrt().floor() as usize));

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::positive;
+use crate::error::{positive, room};
 use crate::meridian::Meridian;
 use crate::{Body, Error};
 
@@ -24,7 +24,8 @@ impl Body {
     /// The surface of one layer as triangles with their points on it, nowhere farther from it than `tolerance`.
     ///
     /// # Errors
-    /// [`Error::NotPositive`] for the tolerance; [`Error::NoSuchLayer`]; [`Error::TooFine`] if it needs more than 2^31 points.
+    /// [`Error::NotPositive`] for the tolerance; [`Error::NoSuchLayer`]; [`Error::TooFine`] if it needs more than 2^31 points,
+    /// [`Error::TooLarge`] if there is no memory for them.
     pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, Error> {
         positive("tolerance", tolerance)?;
         let meridian = self.layers().get(layer).ok_or(Error::NoSuchLayer {
@@ -45,10 +46,11 @@ impl Body {
             });
         }
         let n = n_around as usize;
+        // At most a ring around each point, and two triangles from each place on a ring to the next ring.
         let mut mesh = Mesh {
-            vertices: Vec::new(),
-            normals: Vec::new(),
-            triangles: Vec::new(),
+            vertices: room("points of a mesh", n * n_rings)?,
+            normals: room("normals of a mesh", n * n_rings)?,
+            triangles: room("triangles of a mesh", 2 * n * n_rings)?,
         };
         for strip in &strips {
             let first = mesh.vertices.len() as u32;
@@ -183,26 +185,33 @@ impl Mesh {
         }
     }
 
-    /// Enclosed volume, by the divergence theorem.
+    /// The corners of a triangle, if there are such points.
+    fn corners(&self, triangle: &[u32; 3]) -> Option<[&Point3<f64>; 3]> {
+        let [a, b, c] = triangle.map(|k| self.vertices.get(k as usize));
+        Some([a?, b?, c?])
+    }
+
+    /// Enclosed volume, by the divergence theorem; NaN if a triangle names a point that there is not.
     pub fn volume(&self) -> f64 {
         self.triangles
             .iter()
             .map(|t| {
-                let [a, b, c] = t.map(|k| self.vertices[k as usize].coords);
-                a.dot(&b.cross(&c)) / 6.0
+                let [a, b, c] = self.corners(t).map(|p| p.map(|p| p.coords))?;
+                Some(a.dot(&b.cross(&c)) / 6.0)
             })
-            .sum()
+            .sum::<Option<f64>>()
+            .unwrap_or(f64::NAN)
     }
 
     /// Writes a binary STL file (32-bit floats, facet normals).
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Those of the writer; `InvalidInput` for a triangle that names a point that there is not.
     pub fn write_stl(&self, mut to: impl Write) -> io::Result<()> {
         to.write_all(&[0; 80])?;
         to.write_all(&(self.triangles.len() as u32).to_le_bytes())?;
         for t in &self.triangles {
-            let [a, b, c] = t.map(|k| self.vertices[k as usize]);
+            let [a, b, c] = self.corners(t).ok_or_else(|| unknown_point(t))?;
             let normal = (b - a)
                 .cross(&(c - a))
                 .try_normalize(0.0)
@@ -218,8 +227,17 @@ impl Mesh {
     /// Writes a binary PLY file (little-endian, 32-bit floats, with point normals).
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Those of the writer; `InvalidInput` for a triangle that names a point that there is not, or for another number of normals
+    /// than of points.
     pub fn write_ply(&self, mut to: impl Write) -> io::Result<()> {
+        if let Some(t) = self.triangles.iter().find(|t| self.corners(t).is_none()) {
+            return Err(unknown_point(t));
+        }
+        let (points, normals) = (self.vertices.len(), self.normals.len());
+        if points != normals {
+            let message = format!("{normals} normals of {points} points");
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+        }
         write!(
             to,
             "ply\nformat binary_little_endian 1.0\nelement vertex {}\n",
@@ -245,6 +263,11 @@ impl Mesh {
         }
         Ok(())
     }
+}
+
+fn unknown_point(triangle: &[u32; 3]) -> io::Error {
+    let message = format!("triangle {triangle:?} names a point that there is not");
+    io::Error::new(io::ErrorKind::InvalidInput, message)
 }
 
 fn write_f32(to: &mut impl Write, v: &Vector3<f64>) -> io::Result<()> {

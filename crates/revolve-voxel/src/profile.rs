@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::error::length;
+use crate::error::{finite, length, zeros};
 use crate::{Error, Sample, VoxelGrid};
 
 /// Values at equal steps along a line.
@@ -26,7 +26,8 @@ impl VoxelGrid {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Length`] for a volume that is not the grid's, or fewer than two points.
+    /// [`Error::Length`] for a volume that is not the grid's, or fewer than two points; [`Error::NotFinite`] for a place,
+    /// [`Error::TooLarge`].
     pub fn profile<T: Sample>(
         &self,
         volume: &[T],
@@ -41,12 +42,17 @@ impl VoxelGrid {
                 given: n,
             });
         }
+        for v in from.iter().chain(to.iter()) {
+            finite("end of a profile", *v)?;
+        }
+        let mut values = zeros("points of a profile", n)?;
         let along = |k: usize| from + (to - from) * (k as f64 / (n - 1) as f64);
+        for (k, value) in values.iter_mut().enumerate() {
+            *value = self.interpolate(volume, &along(k));
+        }
         Ok(Profile {
             step: (to - from).norm() / (n - 1) as f64,
-            values: (0..n)
-                .map(|k| self.interpolate(volume, &along(k)))
-                .collect(),
+            values,
         })
     }
 

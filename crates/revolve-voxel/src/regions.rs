@@ -97,7 +97,7 @@ impl<T: Sample> RegionVolumes<T> {
         if region >= n {
             return Err(Error::Length {
                 what: "regions (at least)",
-                expected: region + 1,
+                expected: region.saturating_add(1),
                 given: n,
             });
         }

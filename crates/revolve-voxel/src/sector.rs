@@ -88,7 +88,7 @@ impl Sector {
         }
         self.ring
             .project_measured(rays, &[activity], 1.0, out, |[bin, row]| {
-                let ray = rays.ray(bin, row);
+                let ray = rays.line(bin, row);
                 let clip = self.clip(&ray);
                 let way = attenuator.map(|attenuator| attenuator.along(&ray));
                 move |low: f64, high: f64, origin: f64| {

@@ -79,7 +79,7 @@ impl Shell {
         }
         places.push(last);
         // The strip's volume is a polynomial of degree 3 p - 1 in s.
-        let n = 3 * inner.degree().max(outer.degree());
+        let n = 3 * inner.degree().max(outer.degree()).max(1);
         let strips = Strips::new(inner, outer, range, &places);
         // J has the size of a length squared.
         let least = -1e-12 * strips.size;

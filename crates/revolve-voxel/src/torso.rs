@@ -42,7 +42,7 @@ impl EllipticCylinder {
             .enumerate()
             .for_each(|(row, image)| {
                 for (bin, pixel) in image.iter_mut().enumerate() {
-                    let ray = rays.ray(bin, row);
+                    let ray = rays.line(bin, row);
                     if let Some(span) = self.span(&ray) {
                         let way = match attenuator {
                             None => span.length(),

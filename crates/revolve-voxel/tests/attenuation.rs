@@ -169,7 +169,13 @@ fn quadrature_by_point_tests_finds_the_same() {
             let rays = rays(theta);
             let seen = attenuated(&body, &rays, &[0.4, 1.0], 0.35, medium);
             for (bin, row) in [(15, 10), (13, 11), (16, 8), (12, 13), (17, 10)] {
-                let other = quadrature(&body, &rays.ray(bin, row), &[0.4, 1.0], 0.35, medium);
+                let other = quadrature(
+                    &body,
+                    &rays.ray(bin, row).unwrap(),
+                    &[0.4, 1.0],
+                    0.35,
+                    medium,
+                );
                 // Four ends of stretches, each off by half a step of 7.5e-4, in either sense.
                 assert!((seen[row * 24 + bin] - other).abs() < 2e-3, "{medium:?}");
             }

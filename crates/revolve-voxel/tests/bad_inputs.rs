@@ -4,7 +4,8 @@ mod support;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use revolve_voxel::{
-    Body, Error, Meridian, ParallelDetector, ParallelRays, Piece, Pose, Ray, Sampling, VoxelGrid,
+    Body, Curve, EllipticCylinder, Error, Mask, Meridian, Mesh, ParallelDetector, ParallelRays,
+    Piece, Pose, Ray, Sampling, Shell, VoxelGrid,
 };
 use support::*;
 
@@ -333,4 +334,186 @@ fn a_layer_that_is_not_there_is_empty() {
             Err(Error::NoSuchLayer { given, layers: 1 }) if given == absent
         ));
     }
+}
+
+fn cylinder() -> Body {
+    let rod = Meridian::new(&[[0.0, 1.0], [1.0, 1.0]]).unwrap();
+    Body::new(vec![rod], Pose::identity()).unwrap()
+}
+
+#[test]
+fn a_tolerance_that_is_no_number_settles_no_nesting() {
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert!(matches!(
+            cylinder().check_nested(bad),
+            Err(Error::NotFinite { .. })
+        ));
+    }
+}
+
+#[test]
+fn rays_beyond_a_raster() {
+    let rays = ParallelDetector::new(4, 3, [1.0; 2])
+        .and_then(|detector| detector.rays(0.3))
+        .unwrap();
+    let some = rays.rows(1..3).unwrap();
+    assert_eq!(some.ray(3, 1), rays.ray(3, 2));
+    assert!(some.ray(3, 1).is_some());
+    for (bin, row) in [(4, 0), (0, 2), (usize::MAX, 0), (0, usize::MAX)] {
+        assert_eq!(some.ray(bin, row), None);
+    }
+    // The first and the last ray are numbers, but one between the steps' sums is none.
+    let raster = |count: usize, step: f64| {
+        let (bin, row) = (Vector3::x() * step, Vector3::x() * -step);
+        ParallelRays::new([count; 2], Point3::origin(), bin, row, Vector3::z())
+    };
+    assert!(raster(1000, 1e300).is_ok());
+    assert!(matches!(
+        raster(1 << 28, 1e300),
+        Err(Error::NotFinite { .. })
+    ));
+}
+
+#[test]
+fn slices_out_of_order_and_samples_without_number() {
+    let (body, grid) = (cylinder(), VoxelGrid::cube(4, 1.0).unwrap());
+    let torso = EllipticCylinder::new([0.0; 2], [1.0; 2]).unwrap();
+    let curve = |r| Curve::polyline(&[0.0, 1.0], &[[0.0, r], [1.0, r]]).unwrap();
+    let shell = Shell::new(curve(1.0), curve(2.0), [0.0, 1.0]).unwrap();
+    let pose = Pose::identity();
+    for (start, end) in [(3, 1), (usize::MAX, 2), (1 << 62, 4)] {
+        let slices = start..end;
+        let refused = |outcome: Option<Error>| {
+            let Some(Error::Length { given, .. }) = outcome else {
+                return false;
+            };
+            given == start
+        };
+        let none: &mut [f64] = &mut [];
+        let add = body.voxelize_add(&grid, slices.clone(), Sampling::Centre, &[1.0], 1.0, none);
+        assert!(refused(add.err()));
+        let regions = body.regions::<f64>(&grid, slices.clone(), Sampling::Centre);
+        assert!(refused(regions.err()));
+        let map = torso.voxelize_add(&grid, slices.clone(), 1.0, none);
+        assert!(refused(map.err()));
+        let voxels = shell.map_voxels(&pose, &grid, slices, |_, _| ());
+        assert!(refused(voxels.err()));
+    }
+    for n in [1 << 22, usize::MAX] {
+        let sampling = Sampling::Supersampled(n);
+        assert!(matches!(
+            body.voxelize::<f64>(&grid, sampling, &[1.0]),
+            Err(Error::TooLarge { .. })
+        ));
+    }
+    // Nothing asked of a grid of 2^56 voxels to a slice takes no memory.
+    let wide = VoxelGrid::new([1 << 28, 1 << 28, 1], [1.0; 3], [0.0; 3]).unwrap();
+    torso
+        .voxelize_add::<f64>(&wide, 0..0, 1.0, &mut [])
+        .unwrap();
+}
+
+#[test]
+fn profiles_of_any_length() {
+    let grid = VoxelGrid::cube(2, 1.0).unwrap();
+    let ends = [Point3::origin(), Point3::new(1.0, 0.0, 0.0)];
+    for n in [usize::MAX, 1 << 60, 1 << 45] {
+        assert!(matches!(
+            grid.profile(&[1.0f32; 8], ends, n),
+            Err(Error::TooLarge { .. })
+        ));
+    }
+    for bad in [f64::NAN, f64::INFINITY] {
+        let ends = [Point3::origin(), Point3::new(1.0, bad, 0.0)];
+        assert!(matches!(
+            grid.profile(&[1.0f32; 8], ends, 3),
+            Err(Error::NotFinite { .. })
+        ));
+    }
+}
+
+#[test]
+fn masks_with_a_side_of_zero() {
+    for shape in [[0, usize::MAX, 2], [usize::MAX, 0, 2], [2, usize::MAX, 0]] {
+        assert!(matches!(
+            Mask::new(shape, vec![]),
+            Err(Error::TooLarge { .. })
+        ));
+    }
+    let mut long = Mask::new([0, 1 << 40, 1], vec![]).unwrap();
+    long.erode(3);
+    assert_eq!(long.farther_than(f64::INFINITY).count(), 0);
+    assert!(long.intersect_slices(&[]).is_err());
+    // A reach beyond a long, thin grid does not look at all places of a ball of that radius.
+    let mut set = vec![false; 1_000_000];
+    set[17] = true;
+    let mask = Mask::new([1, 1, 1_000_000], set).unwrap();
+    assert_eq!(mask.farther_than(f64::INFINITY).count(), 0);
+    assert_eq!(mask.farther_than(10.0).count(), 1_000_000 - 21);
+}
+
+#[test]
+fn meshes_put_together_by_hand() {
+    let mesh = |triangle: [u32; 3], n_normals: usize| Mesh {
+        vertices: vec![Point3::origin(); 3],
+        normals: vec![Vector3::x(); n_normals],
+        triangles: vec![triangle],
+    };
+    let whole = mesh([0, 1, 2], 3);
+    assert_eq!(whole.volume(), 0.0);
+    assert!(whole.write_stl(Vec::new()).is_ok() && whole.write_ply(Vec::new()).is_ok());
+    for broken in [mesh([0, 1, 3], 3), mesh([u32::MAX, 0, 0], 3)] {
+        assert!(broken.volume().is_nan());
+        for written in [
+            broken.write_stl(Vec::new()),
+            broken.write_ply(Vec::new()),
+            mesh([0, 1, 2], 2).write_ply(Vec::new()),
+        ] {
+            assert_eq!(
+                written.unwrap_err().kind(),
+                std::io::ErrorKind::InvalidInput
+            );
+        }
+    }
+    // Tens of thousands of millions of points at the finest.
+    let fine = cylinder().mesh(0, 1e-17);
+    assert!(matches!(
+        fine,
+        Err(Error::TooFine { .. } | Error::TooLarge { .. })
+    ));
+}
+
+#[test]
+fn regions_whose_lists_were_changed() {
+    let grid = VoxelGrid::cube(2, 1.0).unwrap();
+    let mut regions = cylinder()
+        .regions::<f64>(&grid, 0..2, Sampling::Centre)
+        .unwrap();
+    let none = regions.label_pieces(usize::MAX, &[], &grid, 0..2, Sampling::Centre);
+    assert!(matches!(none, Err(Error::Length { .. })));
+    regions.coverage[0].pop();
+    assert!(matches!(
+        regions.mean_of(&[1.0]),
+        Err(Error::Length {
+            expected: 8,
+            given: 7,
+            ..
+        })
+    ));
+}
+
+/// Two points on the axis as curves: no wall, but of the least degree there is.
+#[test]
+fn a_wall_of_constants_on_the_axis_has_no_volume() {
+    let point = |x: f64| {
+        let piece = Piece::Power {
+            x: vec![x],
+            r: vec![0.0],
+        };
+        Curve::new(vec![0.0, 1.0], vec![piece]).unwrap()
+    };
+    assert!(matches!(
+        Shell::new(point(0.0), point(1.0), [0.0, 1.0]),
+        Err(Error::NotPositive { .. } | Error::NotFinite { .. })
+    ));
 }
