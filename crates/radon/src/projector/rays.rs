@@ -16,7 +16,7 @@ use std::ops::Range;
 
 use super::Kernel;
 use crate::error::{RadonError, within};
-use crate::simd::{BoxRay, InstructionSet, Pairs, Place};
+use crate::simd::{BoxRay, InstructionSet, Pairs, Place, Snap};
 use crate::{ImageGrid, ParallelGeometry, Sample};
 
 /// The part of an image that the rays of a view are followed through, and where it lies in memory.
@@ -175,14 +175,27 @@ impl View {
     /// What the rays cross, if every step is spread over two pixels; the ray of bin 0, with pixel 0 at position 1.
     pub(super) fn box_ray<T: Sample>(&self) -> Option<BoxRay<T>> {
         match self.spread {
-            Spread::Box(per_width) => Some(BoxRay {
-                offset: self.offset(0),
-                per_step: self.per_step,
-                whole: (self.lead + 0.5) * per_width + 0.5,
-                per_width,
-                length: T::of(self.length),
-            }),
+            Spread::Box(per_width) => {
+                let snap = self.snap::<T>();
+                Some(BoxRay {
+                    offset: snap.of(self.offset(0)),
+                    per_step: self.per_step,
+                    zero: snap.of(1.0 - 1.0 / per_width),
+                    slope: T::of(self.length * per_width),
+                    snap,
+                    length: T::of(self.length),
+                })
+            }
             Spread::TwoBoxes(..) => None,
+        }
+    }
+
+    /// To what positions are rounded: not where weights are steep in them, nor below what `f64` samples resolve.
+    fn snap<T: Sample>(&self) -> Snap {
+        const STEEP: f64 = 16.0;
+        match self.spread {
+            Spread::Box(per_width) if per_width <= STEEP && size_of::<T>() == 4 => Snap::FINE,
+            _ => Snap::NONE,
         }
     }
 
@@ -192,7 +205,7 @@ impl View {
     }
 
     /// Position of a bin's ray at step 0, whose integer part is one more than its first pixel.
-    fn offset(&self, bin: usize) -> f64 {
+    pub(super) fn offset(&self, bin: usize) -> f64 {
         self.base + (self.lead + 1.0) + bin as f64 * self.per_bin
     }
 
@@ -214,7 +227,7 @@ impl View {
         // A place in memory counts modulo 2^32; those that are used lie in the window or beside it.
         let zero = (*origin as u32).wrapping_sub((across.start * stride_across) as u32);
         let (per_pixel, per_step) = (*stride_across as u32, *stride_along as u32);
-        let box_ray = self.box_ray::<T>();
+        let (box_ray, snap) = (self.box_ray::<T>(), self.snap::<T>());
         // Steps that touch a pixel of the window have their position in [low, high).
         let spill = match self.spread {
             Spread::Box(_) => 1.0,
@@ -226,8 +239,8 @@ impl View {
         rays.pairs.clear();
         rays.ends.clear();
         for bin in bins {
-            let offset = self.offset(bin);
-            let steps = self.steps_between(low, high, along, offset);
+            let offset = snap.of(self.offset(bin));
+            let steps = self.steps_between([low, high], along, offset, snap);
             if steps.is_empty() {
                 continue;
             }
@@ -317,12 +330,12 @@ impl View {
     /// The steps within `along` at which the position lies in [low, high).
     fn steps_between(
         &self,
-        low: f64,
-        high: f64,
+        [low, high]: [f64; 2],
         along: &Range<usize>,
         offset: f64,
+        snap: Snap,
     ) -> Range<usize> {
-        let at = |m: usize| offset + m as f64 * self.per_step;
+        let at = |m: usize| offset + snap.of(m as f64 * self.per_step);
         let inside = |m: usize| (low..high).contains(&at(m));
         // The position is monotone.
         if inside(along.start) && inside(along.end - 1) {

@@ -13,7 +13,9 @@ use super::layout::{Stack, aligned};
 use super::rays::{Rays, View, Window, in_turn};
 use super::{Kernel, Projector, ProjectorReport, ProjectorScratch, row_stride};
 use crate::error::RadonError;
-use crate::simd::{Bins, RUN, WINDOW, add_bins, gather, interleave, prefetch, scatter, separate};
+use crate::simd::{
+    Bins, MARGIN, RUN, Words, add_bins, gather, interleave, prefetch, scatter, separate,
+};
 use crate::{Sample, StackOrder};
 
 /// Steps of a band, whose part of a ray sum is added up in registers; part of the definition of its rounding.
@@ -124,24 +126,25 @@ impl Projector {
         let set = self.instructions;
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
         let n_bins = self.geometry.n_bins();
-        let (x_stride, y_stride) = (row_stride(nx), row_stride(ny));
-        let by_rows_len = ny * x_stride + WINDOW;
-        let memory = aligned(memory, by_rows_len + nx * y_stride + WINDOW);
+        // Odd, so that the columns are not all kept in the same places of a cache.
+        let [x_stride, y_stride] = [nx, ny].map(|n| (n + MARGIN) | 1);
+        let by_rows_len = Bins::<T>::image_len(ny, x_stride);
+        let memory = aligned(memory, by_rows_len + Bins::<T>::image_len(nx, y_stride));
         memory.fill(T::ZERO);
         let (by_rows, by_columns) = memory.split_at_mut(by_rows_len);
         let image: Vec<&[T]> = (0..ny)
             .flat_map(|y| images.rows(volume, y, &[slice]))
             .collect();
         for (row, image) in by_rows.chunks_exact_mut(x_stride).zip(&image) {
-            row[1..=nx].copy_from_slice(image);
+            row[MARGIN..][..nx].copy_from_slice(image);
         }
-        interleave(set, &image, y_stride, &mut by_columns[1..]);
+        interleave(set, &image, y_stride, &mut by_columns[MARGIN..]);
         let (by_rows, by_columns) = (&*by_rows, &*by_columns);
 
         let padded = n_bins.next_multiple_of(RUN);
         rows.par_iter_mut().zip(&self.views).for_each_init(
-            || vec![T::ZERO; padded],
-            |sums, (row, view)| {
+            || (vec![T::ZERO; padded], Words::default()),
+            |(sums, words), (row, view)| {
                 let Some(ray) = view.box_ray() else { return };
                 let (image, stride, n, n_steps) = match view.steps_are_rows() {
                     true => (by_rows, x_stride, nx, ny),
@@ -151,14 +154,12 @@ impl Projector {
                     image,
                     stride,
                     n,
+                    first: view.offset(0),
                     ray,
                     per_bin: view.per_bin(),
                 };
                 sums.fill(T::ZERO);
-                for start in (0..n_steps).step_by(STEPS) {
-                    let steps = start..(start + STEPS).min(n_steps);
-                    add_bins(set, &bins, steps, sums);
-                }
+                add_bins(set, &bins, n_steps, STEPS, words, sums);
                 row[slice].copy_from_slice(&sums[..n_bins]);
             },
         );

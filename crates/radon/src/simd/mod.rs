@@ -7,12 +7,14 @@ mod pairs;
 mod tile;
 mod transpose;
 mod vector;
+mod words;
 
-pub(crate) use bins::{Bins, add_bins};
-pub(crate) use pairs::{BoxRay, Pairs, Place, gather, prefetch, scatter};
+pub(crate) use bins::{Bins, MARGIN, add_bins};
+pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, gather, prefetch, scatter};
 pub(crate) use tile::{ALONE, Tile, ViewStep, add_views};
 pub(crate) use transpose::{interleave, separate};
 pub(crate) use vector::{RUN, Vectors, WINDOW};
+pub(crate) use words::Words;
 
 /// Instruction set that the kernels of a plan use.
 ///

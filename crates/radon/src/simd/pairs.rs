@@ -17,16 +17,38 @@ pub(crate) struct Pairs<T> {
     most: u32,
 }
 
-/// A ray whose steps are spread over two pixels each: step `m` crosses at `t = offset + m * per_step >= 0`, the first pixel is the
-/// integer part of `t`, and the share of that pixel is `whole - per_width * (t - first)`, held within `[0, 1]`.
+/// A ray whose steps are spread over two pixels each: step `m` crosses at `t = offset + m * per_step >= 0`, both terms snapped. The
+/// first pixel is the integer part of `t`; the next one's length is `slope * (t - first - zero)`, held within `[0, length]`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BoxRay<T> {
+    /// Snapped.
     pub(crate) offset: f64,
     pub(crate) per_step: f64,
-    pub(crate) whole: f64,
-    pub(crate) per_width: f64,
+    /// Snapped.
+    pub(crate) zero: f64,
+    pub(crate) slope: T,
+    pub(crate) snap: Snap,
     /// Path length of a step.
     pub(crate) length: T,
+}
+
+/// To what positions along a row of pixels are rounded: a number that is added and taken away again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Snap(f64);
+
+impl Snap {
+    /// Not at all.
+    pub(crate) const NONE: Self = Self(0.0);
+    /// Binary digits behind the point that are left with `FINE`: as many as leave five before it in a word of 32.
+    pub(crate) const DIGITS: u32 = 27;
+    /// To 2^-27 of a pixel, a tenth of the rounding of an `f32` weight: such positions add up exactly, in words as in `f64`. Those
+    /// beyond 2^23 pixels are rounded more coarsely.
+    pub(crate) const FINE: Self = Self(1.5 * (1_u64 << (52 - Self::DIGITS)) as f64);
+
+    #[inline(always)]
+    pub(crate) fn of(self, position: f64) -> f64 {
+        (position + self.0) - self.0
+    }
 }
 
 /// Where the pixels of a ray are: step `m` of pixel 0 at `zero`, wrapping, the next step and the next pixel so far from it.
@@ -132,7 +154,7 @@ fn fill<T: Sample>(
     let m = m as f64;
     let mut most = 0;
     for (i, ((pixel, near), far)) in pixel.iter_mut().zip(near).zip(far).enumerate() {
-        let (first, weights) = ray.at(ray.offset, (m + f64::from(i as i32)) * ray.per_step);
+        let (first, weights) = ray.at(ray.offset, ray.shift(m + f64::from(i as i32)));
         let along = (i as u32).wrapping_mul(place.along);
         let across = (first as u32).wrapping_mul(place.across);
         *pixel = place.zero.wrapping_add(along).wrapping_add(across);
@@ -143,6 +165,12 @@ fn fill<T: Sample>(
 }
 
 impl<T: Sample> BoxRay<T> {
+    /// Way of the position from step 0 to step `m`.
+    #[inline(always)]
+    pub(crate) fn shift(&self, m: f64) -> f64 {
+        self.snap.of(m * self.per_step)
+    }
+
     /// First pixel of the step at `t = offset + shift`, and the lengths within it and the next.
     #[inline(always)]
     pub(crate) fn at(&self, offset: f64, shift: f64) -> (i32, (T, T)) {
@@ -158,11 +186,15 @@ impl<T: Sample> BoxRay<T> {
     /// The lengths within the first pixel and the next, of a step that crosses so far behind the first.
     #[inline(always)]
     pub(crate) fn weights(&self, behind: f64) -> (T, T) {
-        let share = T::of(self.whole - behind * self.per_width);
-        let share = if share > T::ZERO { share } else { T::ZERO };
-        let share = if share < T::ONE { share } else { T::ONE };
-        let near = self.length * share;
-        (near, self.length - near)
+        self.hold(self.slope * T::of(behind - self.zero))
+    }
+
+    /// The length within the next pixel held within `[0, length]`, and what it leaves to the first.
+    #[inline(always)]
+    pub(crate) fn hold(&self, far: T) -> (T, T) {
+        let far = if far > T::ZERO { far } else { T::ZERO };
+        let far = if far < self.length { far } else { self.length };
+        (self.length - far, far)
     }
 }
 

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::sample::Sample;
 use crate::simd::bins::Bins;
+use crate::simd::words::{self, Band, WordRun};
 
 /// A register of samples.
 ///
@@ -77,7 +78,7 @@ pub trait Vector<T>: Copy {
     {
         let (mut near, mut far) = ([T::ZERO; RUN], [T::ZERO; RUN]);
         for m in steps {
-            let shift = m as f64 * bins.ray.per_step;
+            let shift = bins.ray.shift(m as f64);
             let mut index = [0; RUN];
             let mut weights = ([T::ZERO; RUN], [T::ZERO; RUN]);
             for l in 0..RUN {
@@ -86,24 +87,52 @@ pub trait Vector<T>: Copy {
                 index[l] = unsafe { t.to_int_unchecked() };
                 (weights.0[l], weights.1[l]) = bins.ray.weights(t - f64::from(index[l]));
             }
-            for start in (0..RUN).step_by(Self::WIDTH) {
-                // SAFETY: positions are at most n + 1, and a row has two more samples behind it; all arrays are RUN long.
-                unsafe {
-                    let row = bins.image.as_ptr().add(m * bins.stride);
-                    let index = &index[start..start + Self::WIDTH];
-                    for (sums, weights, row) in [
-                        (&mut near, &weights.0, row),
-                        (&mut far, &weights.1, row.add(1)),
-                    ] {
-                        let at = sums.as_mut_ptr().add(start);
-                        Self::load(weights.as_ptr().add(start))
-                            .multiply_add(Self::gather(row, index), Self::load(at))
-                            .store(at);
-                    }
+            // SAFETY: positions are at most n + 1, and a row has two more samples behind it.
+            unsafe { Self::add_pixels(bins.row(m), &index, &weights, &mut near, &mut far) };
+        }
+        (near, far)
+    }
+
+    /// Adds the weighted pixels at `index` and those behind them, all of which must be valid to read.
+    #[inline(always)]
+    unsafe fn add_pixels(
+        row: *const T,
+        index: &[i32; RUN],
+        weights: &([T; RUN], [T; RUN]),
+        near: &mut [T; RUN],
+        far: &mut [T; RUN],
+    ) where
+        T: Sample,
+    {
+        for start in (0..RUN).step_by(Self::WIDTH) {
+            // SAFETY: the caller's promise; all arrays are RUN long.
+            unsafe {
+                let index = &index[start..start + Self::WIDTH];
+                for (sums, weights, row) in [
+                    (&mut *near, &weights.0, row),
+                    (&mut *far, &weights.1, row.add(1)),
+                ] {
+                    let at = sums.as_mut_ptr().add(start);
+                    Self::load(weights.as_ptr().add(start))
+                        .multiply_add(Self::gather(row, index), Self::load(at))
+                        .store(at);
                 }
             }
         }
-        (near, far)
+    }
+
+    /// Adds steps to the sums of runs of rays whose positions are in words: the same numbers as `sum_steps`, for rays that stay
+    /// within the margins.
+    #[inline(always)]
+    unsafe fn add_words<const N: usize>(
+        band: &Band<'_, T>,
+        runs: &[WordRun; N],
+        sums: &mut [[T; RUN]; N],
+    ) where
+        T: Sample,
+    {
+        // SAFETY: the caller's promise.
+        unsafe { words::add_plain::<T, Self, N>(band, runs, sums) }
     }
 
     /// Adds one view to the pixels of a run, `row` being the run's base sample. Valid to read must be the `WINDOW` samples from
@@ -241,10 +270,8 @@ impl Vectors for f64 {
 mod x86 {
     use std::arch::x86_64::*;
 
-    use std::ops::Range;
-
-    use super::{Bins, RUN, Vector};
-    use crate::simd::bins::avx512::sum_steps;
+    use super::{RUN, Vector};
+    use crate::simd::words::{Band, WordRun, x86::*};
 
     macro_rules! vector {
         ($name:ident, $register:ident, $t:ident, $width:literal, $splat:ident, $load:ident, $store:ident, $fma:ident, $add:ident, $sub:ident, { $($more:item)* }) => {
@@ -314,6 +341,16 @@ mod x86 {
                         Self(_mm256_permute2f128_ps::<0x31>(low, high)),
                     )
                 }
+            }
+
+            #[inline(always)]
+            unsafe fn add_words<const N: usize>(
+                band: &Band<'_, f32>,
+                runs: &[WordRun; N],
+                sums: &mut [[f32; RUN]; N],
+            ) {
+                // SAFETY: the caller's promise.
+                unsafe { add_avx2(band, runs, sums) }
             }
 
             #[inline(always)]
@@ -440,18 +477,13 @@ mod x86 {
         _mm512_sub_ps,
         {
             #[inline(always)]
-            unsafe fn sum_steps(
-                bins: &Bins<'_, f32>,
-                offset: &[f64; RUN],
-                steps: Range<usize>,
-            ) -> ([f32; RUN], [f32; RUN]) {
+            unsafe fn add_words<const N: usize>(
+                band: &Band<'_, f32>,
+                runs: &[WordRun; N],
+                sums: &mut [[f32; RUN]; N],
+            ) {
                 // SAFETY: the caller's promise.
-                unsafe {
-                    match bins.inside(offset, &steps) {
-                        true => sum_steps::<true>(bins, offset, steps),
-                        false => sum_steps::<false>(bins, offset, steps),
-                    }
-                }
+                unsafe { add_avx512(band, runs, sums) }
             }
 
             #[inline(always)]

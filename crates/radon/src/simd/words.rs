@@ -1,0 +1,294 @@
+//! Ray sums of one slice with positions in words of 32 bits: five binary digits before the point, which are the place in a window
+//! of 32 pixels, and 27 behind it, which are the weight.
+
+use std::ops::Range;
+
+use super::bins::{Bins, MARGIN};
+use super::pairs::Snap;
+use super::vector::{RUN, Vector, WINDOW};
+use crate::sample::Sample;
+
+/// One pixel.
+const ONE: i64 = 1 << Snap::DIGITS;
+/// The digits behind the point.
+const REST: i32 = ONE as i32 - 1;
+
+/// Positions of a view's rays in units of their last digit.
+#[derive(Debug, Default)]
+pub(crate) struct Words {
+    runs: Vec<WordRun>,
+    /// Way of all positions from step 0 to each step.
+    shifts: Vec<i64>,
+}
+
+/// Rays side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct WordRun {
+    /// Their positions at step 0, modulo 32 pixels.
+    words: [i32; RUN],
+    /// The least of the positions, that of each half of the rays, and the greatest of all.
+    least: i64,
+    least_of_half: [i64; 2],
+    most: i64,
+}
+
+/// Steps that are added up in registers.
+#[derive(Debug)]
+pub struct Band<'a, T> {
+    bins: &'a Bins<'a, T>,
+    first: usize,
+    shifts: &'a [i64],
+    /// Where the next pixel's length begins, in units of the last digit.
+    zero: i32,
+    /// That length for each unit: a power of two moves no rounding.
+    slope: T,
+}
+
+impl<T: Sample> Band<'_, T> {
+    /// As [`BoxRay::weights`](super::pairs::BoxRay::weights), and the same numbers.
+    #[inline(always)]
+    fn weights(&self, behind: i32) -> (T, T) {
+        let far = self.slope * T::whole(behind - self.zero);
+        self.bins.ray.hold(far)
+    }
+
+    /// At the band's step `i` the pixels from a least position on, and what is added to words to count from there.
+    ///
+    /// # Safety
+    /// The rays stay within the margins of the row.
+    #[inline(always)]
+    unsafe fn window(&self, i: usize, least: i64, shift: i64) -> (*const T, i32) {
+        let first = (least + shift) >> Snap::DIGITS;
+        let zero = (self.first + i) * self.bins.stride + (MARGIN - 1);
+        let at = zero as i64 + first;
+        debug_assert!(at >= 0 && at as usize + WINDOW <= self.bins.image.len());
+        // SAFETY: the caller's promise.
+        let row = unsafe { self.bins.image.as_ptr().offset(at as isize) };
+        (row, (shift - (first << Snap::DIGITS)) as i32)
+    }
+}
+
+impl Words {
+    /// The positions of `n_runs` runs in `n_steps` steps; none if a run is wider than a window or than the margins, or if they are too
+    /// many or too fine for words.
+    pub(crate) fn fill<T: Sample>(
+        &mut self,
+        bins: &Bins<'_, T>,
+        n_runs: usize,
+        n_steps: usize,
+        n_band: usize,
+    ) -> bool {
+        let wide = bins.per_bin.abs() * (RUN - 1) as f64;
+        let drift = bins.ray.per_step.abs() * n_band as f64;
+        let farthest =
+            bins.first.abs() + bins.per_bin.abs() * (n_runs * RUN) as f64 + n_steps as f64;
+        let fits = bins.ray.snap == Snap::FINE
+            && wide < (WINDOW - 3) as f64
+            && wide + drift < (MARGIN - 2) as f64
+            && farthest < f64::from(1 << 23);
+        self.runs.clear();
+        self.shifts.clear();
+        if !fits {
+            return false;
+        }
+        // Exact: snapped, and below 2^23 pixels.
+        let whole = |position: f64| (position * ONE as f64) as i64;
+        let run = |i: usize| {
+            let at: [i64; RUN] = std::array::from_fn(|l| whole(bins.offset(i * RUN + l)));
+            WordRun {
+                words: at.map(|at| at as i32),
+                least: at[0].min(at[RUN - 1]),
+                least_of_half: [at[0].min(at[7]), at[8].min(at[15])],
+                most: at[0].max(at[RUN - 1]),
+            }
+        };
+        self.runs.extend((0..n_runs).map(run));
+        self.shifts
+            .extend((0..n_steps).map(|m| whole(bins.ray.shift(m as f64))));
+        true
+    }
+}
+
+/// # Safety
+/// The machine has the instruction set of `V`, and the image is as large as `add_bins` asks.
+#[inline(always)]
+pub(super) unsafe fn add_runs<T: Sample, V: Vector<T>>(
+    bins: &Bins<'_, T>,
+    words: &Words,
+    steps: Range<usize>,
+    sums: &mut [[T; RUN]],
+) {
+    let band = Band {
+        bins,
+        first: steps.start,
+        shifts: &words.shifts[steps],
+        zero: (bins.ray.zero * ONE as f64) as i32,
+        slope: bins.ray.slope * T::of(1.0 / ONE as f64),
+    };
+    let ends = [band.shifts[0], band.shifts[band.shifts.len() - 1]];
+    let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    let beyond = (bins.n as i64 + 1) << Snap::DIGITS;
+    // Runs that touch the image follow each other.
+    let touches = |run: &WordRun| run.most + high >= 0 && run.least + low <= beyond;
+    let Some(first) = words.runs.iter().position(touches) else {
+        return;
+    };
+    let n = words.runs[first..]
+        .iter()
+        .take_while(|run| touches(run))
+        .count();
+    let (runs, sums) = (&words.runs[first..first + n], &mut sums[first..first + n]);
+    let (runs, odd_runs) = runs.as_chunks::<2>();
+    let (sums, odd_sums) = sums.as_chunks_mut::<2>();
+    for (runs, sums) in runs.iter().zip(sums) {
+        // SAFETY: the caller's promise; the runs touch the image, so they stay within the margins.
+        unsafe { V::add_words(&band, runs, sums) };
+    }
+    for (run, sums) in odd_runs.iter().zip(odd_sums) {
+        // SAFETY: as above.
+        unsafe { V::add_words(&band, std::array::from_ref(run), std::array::from_mut(sums)) };
+    }
+}
+
+/// Without intrinsics of any set.
+///
+/// # Safety
+/// As for [`Vector::add_words`].
+#[inline(always)]
+pub(super) unsafe fn add_plain<T: Sample, V: Vector<T>, const N: usize>(
+    band: &Band<'_, T>,
+    runs: &[WordRun; N],
+    sums: &mut [[T; RUN]; N],
+) {
+    for (run, sums) in runs.iter().zip(sums) {
+        let (mut near, mut far) = ([T::ZERO; RUN], [T::ZERO; RUN]);
+        for (i, &shift) in band.shifts.iter().enumerate() {
+            // SAFETY: the rays stay within the margins of their rows.
+            unsafe {
+                let (row, shift) = band.window(i, run.least, shift);
+                let mut index = [0; RUN];
+                let mut weights = ([T::ZERO; RUN], [T::ZERO; RUN]);
+                for l in 0..RUN {
+                    let t = run.words[l].wrapping_add(shift);
+                    index[l] = (t as u32 >> Snap::DIGITS) as i32;
+                    (weights.0[l], weights.1[l]) = band.weights(t & REST);
+                }
+                V::add_pixels(row, &index, &weights, &mut near, &mut far);
+            }
+        }
+        for l in 0..RUN {
+            sums[l] += near[l] + far[l];
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+pub(super) mod x86 {
+    use std::arch::x86_64::*;
+
+    use super::*;
+
+    /// # Safety
+    /// The machine has AVX-512; the rest as for [`Vector::add_words`].
+    #[inline(always)]
+    pub(in crate::simd) unsafe fn add_avx512<const N: usize>(
+        band: &Band<'_, f32>,
+        runs: &[WordRun; N],
+        sums: &mut [[f32; RUN]; N],
+    ) {
+        // SAFETY: the machine has the set, and each row holds the window, as the caller promised; all arrays are RUN long.
+        unsafe {
+            let length = _mm512_set1_ps(band.bins.ray.length);
+            let (slope, nothing) = (_mm512_set1_ps(band.slope), _mm512_setzero_ps());
+            let zero = _mm512_set1_epi32(band.zero);
+            let (rest, one) = (_mm512_set1_epi32(REST), _mm512_set1_epi32(1));
+            let mut words = [_mm512_setzero_si512(); N];
+            for n in 0..N {
+                words[n] = _mm512_loadu_si512(runs[n].words.as_ptr().cast());
+            }
+            let mut near = [_mm512_setzero_ps(); N];
+            let mut far = [_mm512_setzero_ps(); N];
+            for (i, &shift) in band.shifts.iter().enumerate() {
+                for n in 0..N {
+                    let (row, shift) = band.window(i, runs[n].least, shift);
+                    let t = _mm512_add_epi32(words[n], _mm512_set1_epi32(shift));
+                    let j = _mm512_srli_epi32::<{ Snap::DIGITS }>(t);
+                    let behind = _mm512_sub_epi32(_mm512_and_si512(t, rest), zero);
+                    let w1 = _mm512_mul_ps(slope, _mm512_cvtepi32_ps(behind));
+                    let w1 = _mm512_min_ps(_mm512_max_ps(w1, nothing), length);
+                    let w0 = _mm512_sub_ps(length, w1);
+                    let (a, b) = (_mm512_loadu_ps(row), _mm512_loadu_ps(row.add(16)));
+                    let next = _mm512_add_epi32(j, one);
+                    near[n] = _mm512_fmadd_ps(w0, _mm512_permutex2var_ps(a, j, b), near[n]);
+                    far[n] = _mm512_fmadd_ps(w1, _mm512_permutex2var_ps(a, next, b), far[n]);
+                }
+            }
+            for n in 0..N {
+                let sum = _mm512_loadu_ps(sums[n].as_ptr());
+                let sum = _mm512_add_ps(sum, _mm512_add_ps(near[n], far[n]));
+                _mm512_storeu_ps(sums[n].as_mut_ptr(), sum);
+            }
+        }
+    }
+
+    /// # Safety
+    /// The machine has AVX2 and FMA; the rest as for [`Vector::add_words`].
+    #[inline(always)]
+    pub(in crate::simd) unsafe fn add_avx2<const N: usize>(
+        band: &Band<'_, f32>,
+        runs: &[WordRun; N],
+        sums: &mut [[f32; RUN]; N],
+    ) {
+        // SAFETY: the machine has the set, and each row holds the window, as the caller promised; all arrays are RUN long.
+        unsafe {
+            let length = _mm256_set1_ps(band.bins.ray.length);
+            let (slope, nothing) = (_mm256_set1_ps(band.slope), _mm256_setzero_ps());
+            let zero = _mm256_set1_epi32(band.zero);
+            let (rest, one) = (_mm256_set1_epi32(REST), _mm256_set1_epi32(ONE as i32));
+            for (run, sums) in runs.iter().zip(sums) {
+                let words = [
+                    _mm256_loadu_si256(run.words.as_ptr().cast()),
+                    _mm256_loadu_si256(run.words[8..].as_ptr().cast()),
+                ];
+                let mut near = [_mm256_setzero_ps(); 2];
+                let mut far = [_mm256_setzero_ps(); 2];
+                for (i, &shift) in band.shifts.iter().enumerate() {
+                    for n in 0..2 {
+                        let (row, shift) = band.window(i, run.least_of_half[n], shift);
+                        let (a, b) = (_mm256_loadu_ps(row), _mm256_loadu_ps(row.add(8)));
+                        let t = _mm256_add_epi32(words[n], _mm256_set1_epi32(shift));
+                        let behind = _mm256_sub_epi32(_mm256_and_si256(t, rest), zero);
+                        let w1 = _mm256_mul_ps(slope, _mm256_cvtepi32_ps(behind));
+                        let w1 = _mm256_min_ps(_mm256_max_ps(w1, nothing), length);
+                        let w0 = _mm256_sub_ps(length, w1);
+                        let next = _mm256_add_epi32(t, one);
+                        near[n] = _mm256_fmadd_ps(w0, pick(a, b, t), near[n]);
+                        far[n] = _mm256_fmadd_ps(w1, pick(a, b, next), far[n]);
+                    }
+                }
+                for n in 0..2 {
+                    let sums = sums.as_mut_ptr().add(8 * n);
+                    let sum = _mm256_add_ps(near[n], far[n]);
+                    _mm256_storeu_ps(sums, _mm256_add_ps(_mm256_loadu_ps(sums), sum));
+                }
+            }
+        }
+    }
+
+    /// Pixels of a window of two registers: three digits before the point for the place, and one for which register.
+    ///
+    /// # Safety
+    /// The machine has AVX2.
+    #[inline(always)]
+    unsafe fn pick(a: __m256, b: __m256, t: __m256i) -> __m256 {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let j = _mm256_srli_epi32::<{ Snap::DIGITS as i32 }>(t);
+            _mm256_blendv_ps(
+                _mm256_permutevar8x32_ps(a, j),
+                _mm256_permutevar8x32_ps(b, j),
+                _mm256_castsi256_ps(_mm256_slli_epi32::<1>(t)),
+            )
+        }
+    }
+}
