@@ -4,7 +4,7 @@ use crate::activity::{Activity, Background};
 use crate::attenuation::Attenuation;
 use crate::defect::{Defect, Placed};
 use crate::error::PhantomError;
-use crate::timing::{Node, Nodes};
+use crate::timing::{MeanVolume, Node, Nodes};
 use crate::{Camera, Cycle, Heart, HeartShape};
 use rayon::prelude::*;
 use revolve_voxel::RayCounters;
@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 ///
 /// Averages over time are trapezoidal sums on an even number of equal steps, at least 2, no longer than the cycle over
 /// `points`. Over a whole cycle that is the Gauss rule of periodic functions. The half of the points gives an error estimate
-/// for nothing, [`Sinograms::quadrature_error`].
+/// for nothing, [`Sinograms::quadrature_error`]. Steps that are longer than what the curve does may miss it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Acquisition {
@@ -84,7 +84,9 @@ pub struct Sinograms {
     /// Distinct shapes that those phases need: mirrored phases share one.
     pub distinct_shapes: usize,
     /// For averages: `|s_n - s_(n/2)| / |s_n|` (Euclidean norms over all samples), the difference between `n` steps and
-    /// half of them. It bounds the error of `n` from above where the rule converges at all.
+    /// half of them. It bounds the error of `n` from above where the rule converges at all. So that what the curve does between
+    /// the steps is not missed, it is never less than the relative error of the cavity's mean volume by the same steps (root mean
+    /// square over the views), which the curve alone tells.
     pub quadrature_error: Option<f64>,
     /// Rays cast and skipped.
     pub rays: RayCounters,
@@ -159,6 +161,14 @@ impl Scan<'_> {
         self.acquisition.validate(self.cycle, self.camera)?;
         self.activity.validate()?;
         let plans = self.plans(views.clone());
+        let averaged = plans.iter().any(|plan| plan.phases.len() > 1);
+        let volume_error = if averaged {
+            let errors = self.volume_errors(views.clone(), &plans);
+            let squares: f64 = errors.iter().map(|error| error * error).sum();
+            (squares / errors.len() as f64).sqrt()
+        } else {
+            0.0
+        };
         let gains: Vec<f64> = (plans.iter().flat_map(|plan| &plan.nodes))
             .map(|node| node.gain)
             .collect();
@@ -187,14 +197,13 @@ impl Scan<'_> {
             square: sum.square + view.square,
             difference: sum.difference + view.difference,
         });
-        let averaged = plans.iter().any(|plan| plan.phases.len() > 1);
         Ok(Sinograms {
             samples,
             distinct_phases: count_distinct(plans.iter().flat_map(|plan| &plan.phases)),
             distinct_shapes: count_distinct(&gains),
             quadrature_error: averaged.then(|| {
                 if total.square > 0.0 {
-                    (total.difference / total.square).sqrt()
+                    (total.difference / total.square).sqrt().max(volume_error)
                 } else {
                     0.0
                 }
@@ -216,6 +225,23 @@ impl Scan<'_> {
         } else {
             views.map(nodes).collect()
         }
+    }
+
+    /// The view whose mean volume its steps miss most.
+    pub(crate) fn hardest_view(&self) -> usize {
+        let views = 0..self.camera.n_views();
+        let errors = self.volume_errors(views.clone(), &self.plans(views));
+        let larger = |a: &usize, b: &usize| errors[*a].total_cmp(&errors[*b]);
+        (0..errors.len()).max_by(larger).unwrap_or(0)
+    }
+
+    /// Relative error of the mean volume of the cavity in each of the views, or in one for all of them.
+    fn volume_errors(&self, views: Range<usize>, plans: &[Nodes]) -> Vec<f64> {
+        let known = MeanVolume::new(self.cycle);
+        let of = (self.cycle, self.camera);
+        (views.zip(plans))
+            .map(|(view_idx, plan)| known.error(&self.acquisition, of, view_idx, plan))
+            .collect()
     }
 
     /// Each of the shapes with its share of the first view's time, equal ones merged.

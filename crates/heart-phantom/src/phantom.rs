@@ -16,6 +16,7 @@ use radon::{ArcPolicy, FbpOptions, FbpPlan, Skip, StackOrder, Window};
 use revolve_voxel::nalgebra::Point3;
 use revolve_voxel::{Mesh, Sampling, Sector};
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -466,8 +467,9 @@ impl Phantom {
         }
     }
 
-    /// Steps a cycle: as given, or doubled until coarse views of the first and the middle angle change by no more than the
-    /// tolerance. What the difference between two numbers of steps bounds is the error of the larger one.
+    /// Steps a cycle: as given, or doubled until coarse views of the first and the middle angle, and of the time that is hardest to
+    /// sample, change by no more than the tolerance. What the difference between two numbers of steps bounds is the error of the
+    /// larger one.
     fn steps(&self) -> Result<usize, PhantomError> {
         let tolerance = match self.scene.acquisition.accuracy {
             AccuracySettings::Steps(steps) => return Ok(steps),
@@ -493,7 +495,8 @@ impl Phantom {
             let mut reached = 0.0f64;
             for gate in 0..self.n_gates() {
                 let scan = self.scan(&camera, self.acquisition_with(gate, steps));
-                for view_idx in [0, camera.n_views() / 2] {
+                let views = [0, camera.n_views() / 2, scan.hardest_view()];
+                for view_idx in BTreeSet::from(views) {
                     let taken = scan.rows(view_idx..view_idx + 1, 0..rows, &|_| ())?;
                     self.work.rays(taken.rays);
                     reached = reached.max(taken.quadrature_error.unwrap_or(0.0));

@@ -10,6 +10,8 @@ use std::collections::BTreeMap;
 pub(crate) const MAX_POINTS: usize = 65536;
 /// Intervals over the arc of a view of a turning camera while the heart stands still, at least.
 const ARC_INTERVALS: f64 = 8.0;
+/// Steps a cycle at which the curve of the volume is taken as known.
+const FINE: usize = 4096;
 /// A rest of a beat shorter than this share of a cycle is rounding.
 const NO_TIME: f64 = 1e-9;
 
@@ -36,6 +38,61 @@ struct Stretch {
 pub(crate) struct Nodes {
     pub(crate) nodes: Vec<Node>,
     pub(crate) phases: Vec<f64>,
+}
+
+impl Nodes {
+    /// Mean over the view of the cavity's volume, in units of that at rest.
+    fn mean_volume(&self) -> f64 {
+        let mean = |node: &Node| (node.weights[0] + node.weights[1]) * (1.0 + node.gain);
+        self.nodes.iter().map(mean).sum()
+    }
+}
+
+/// The cavity's volume, in units of that at rest, summed from phase 0 on: means over any time without its shapes.
+pub(crate) struct MeanVolume {
+    /// Sums up to each of [`FINE`] + 1 equally spaced phases, in cycles.
+    sums: Vec<f64>,
+}
+
+impl MeanVolume {
+    pub(crate) fn new(cycle: &Cycle) -> Self {
+        let volume = |k: usize| 1.0 + cycle.gain(k as f64 / FINE as f64);
+        let steps = (0..FINE).map(|k| 0.5 * (volume(k) + volume(k + 1)) / FINE as f64);
+        let sums = steps.scan(0.0, |sum, step| {
+            *sum += step;
+            Some(*sum)
+        });
+        Self {
+            sums: std::iter::once(0.0).chain(sums).collect(),
+        }
+    }
+
+    /// From phase 0 to a phase of any beat.
+    fn up_to(&self, phase: f64) -> f64 {
+        let at = phase.rem_euclid(1.0) * FINE as f64;
+        let k = (at as usize).min(FINE - 1);
+        let [from, to] = [self.sums[k], self.sums[k + 1]];
+        phase.floor() * self.sums[FINE] + from + (at - k as f64) * (to - from)
+    }
+
+    /// How far the sum over the nodes of a view is from the mean volume over its time, as a share of that.
+    pub(crate) fn error(
+        &self,
+        acquisition: &Acquisition,
+        (cycle, camera): (&Cycle, &Camera),
+        view_idx: usize,
+        nodes: &Nodes,
+    ) -> f64 {
+        let mean = |[from, to]: [f64; 2]| match to > from {
+            true => (self.up_to(to) - self.up_to(from)) / (to - from),
+            false => 1.0 + cycle.gain(from),
+        };
+        let stretches = acquisition.stretches(cycle, camera, view_idx);
+        let known: f64 = (stretches.iter())
+            .map(|stretch| stretch.weight * mean(stretch.phases))
+            .sum();
+        (nodes.mean_volume() / known - 1.0).abs()
+    }
 }
 
 impl Acquisition {

@@ -177,6 +177,41 @@ fn a_tolerance_is_met() {
     ));
 }
 
+/// One view in four sees a short dip of the volume, which the steps of a coarse rule pass over: neither the first nor the middle
+/// view, and no difference between two coarse rules, tells of it.
+#[test]
+fn what_happens_between_the_steps_is_not_missed() {
+    let mut volumes = vec![100.0; 24];
+    volumes[8] = 50.0;
+    let mut scene = small(Mode::Exposure { seconds: 0.25 });
+    scene.camera.views = 12;
+    scene.camera.seconds_per_view = 1.25;
+    scene.cycle.beats_per_minute = 60.0;
+    scene.cycle.curve = VolumeCurve::Sampled(volumes);
+    let taken = |accuracy| {
+        let mut scene = scene.clone();
+        scene.acquisition.accuracy = accuracy;
+        Phantom::new(scene).unwrap().sinograms(0, &|_| ()).unwrap()
+    };
+    let norm = |v: &[f32]| v.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().sqrt();
+    let exact = taken(AccuracySettings::Steps(1024)).samples;
+    for (accuracy, most) in [
+        (AccuracySettings::Steps(8), f64::INFINITY),
+        (AccuracySettings::Tolerance(0.01), 0.01),
+        (AccuracySettings::Tolerance(0.001), 0.001),
+    ] {
+        let found = taken(accuracy);
+        let difference: Vec<f32> = (found.samples.iter().zip(&exact))
+            .map(|(a, b)| a - b)
+            .collect();
+        let error = norm(&difference) / norm(&exact);
+        let stated = found.quadrature_error.unwrap();
+        assert!(error <= most, "{accuracy:?}: {error}");
+        // The volume's share of the error is a measure of the whole, not a bound of it.
+        assert!(error <= 2.0 * stated, "{accuracy:?}: {error} {stated}");
+    }
+}
+
 #[test]
 fn ten_times_as_large_is_the_same_heart() {
     let centimetres = small(Mode::WholeCycle);
