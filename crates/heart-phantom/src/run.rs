@@ -188,11 +188,14 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// `what`, or `what-gate-03`.
+    /// `what`, or `what-gate-03`, with as many digits as sort by name.
     fn name(&self, what: &str, gate: usize) -> String {
         match self.phantom.n_gates() {
             1 => what.to_owned(),
-            _ => format!("{what}-gate-{gate:02}"),
+            n => {
+                let digits = (n - 1).to_string().len().max(2);
+                format!("{what}-gate-{gate:0digits$}")
+            }
         }
     }
 
@@ -207,7 +210,7 @@ impl Writer<'_> {
         };
         let file = PathBuf::from(format!("{name}.{extension}"));
         files::write_projections(&self.out.join(&file), &projections, format)?;
-        self.files.push(file);
+        self.wrote(file, format.projections_data_extension());
         Ok(())
     }
 
@@ -220,8 +223,14 @@ impl Writer<'_> {
         let volume = Volume::new(*self.phantom.camera().grid(), samples)?;
         let file = PathBuf::from(format!("{name}.{}", format.volume_extension()));
         files::write_volume(&self.out.join(&file), &volume, format)?;
-        self.files.push(file);
+        self.wrote(file, format.volume_data_extension());
         Ok(())
+    }
+
+    /// Notes a file, and the one with its data beside it, if there is one.
+    fn wrote(&mut self, file: PathBuf, data: Option<&str>) {
+        let data = data.map(|extension| file.with_extension(extension));
+        self.files.extend([Some(file), data].into_iter().flatten());
     }
 
     #[cfg(feature = "figures")]

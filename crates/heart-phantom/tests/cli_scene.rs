@@ -1,6 +1,8 @@
 //! The command line on scenes: what is written, what is said, exit codes.
 #![cfg(feature = "cli")]
 
+use heart_phantom::files::Format;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -83,7 +85,9 @@ fn run_writes_what_the_scene_asks_for() {
         "outer-end-diastole.stl",
         "outer-end-systole.stl",
         "projections-gate-00.hs",
+        "projections-gate-00.s",
         "projections-gate-01.hs",
+        "projections-gate-01.s",
         "reconstruction-gate-00.nrrd",
         "reconstruction-gate-01.nrrd",
         "report.json",
@@ -113,7 +117,7 @@ fn run_writes_what_the_scene_asks_for() {
         "1",
     ]));
     assert!(
-        shown.contains("EF 0.3750") && shown.contains("16 files"),
+        shown.contains("EF 0.3750") && shown.contains("18 files"),
         "{shown}"
     );
     for file in expected.iter().filter(|file| **file != "report.json") {
@@ -125,6 +129,40 @@ fn run_writes_what_the_scene_asks_for() {
     }
     let quiet = heart_phantom(&["--quiet", "run", scene, "--out", again.to_str().unwrap()]);
     assert!(quiet.status.success() && quiet.stdout.is_empty() && quiet.stderr.is_empty());
+}
+
+/// The report lists what is in the folder, data beside their headers too.
+#[test]
+fn every_file_is_listed_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    for format in Format::ALL {
+        let name = serde_json::to_value(format).unwrap();
+        let projections = match format.projections_extension() {
+            Some(_) => format!("projections = {name}\n"),
+            None => String::new(),
+        };
+        let rest = format!(
+            "[acquisition]\nmode = {{ static = {{ phase = 0.0 }} }}\n[output]\nvolumes = {name}\n{projections}"
+        );
+        let scene = small(folder.path(), &rest);
+        let out = folder.path().join(name.as_str().unwrap());
+        let output = heart_phantom(&[
+            "run",
+            scene.to_str().unwrap(),
+            "--json",
+            "--out",
+            out.to_str().unwrap(),
+        ]);
+        assert!(output.status.success(), "{output:?}");
+        let report = json(&said(&output).0);
+        let listed: BTreeSet<PathBuf> = (report["files"].as_array().unwrap().iter())
+            .map(|file| out.join(file.as_str().unwrap()))
+            .collect();
+        let found: BTreeSet<PathBuf> = (std::fs::read_dir(&out).unwrap())
+            .map(|entry| entry.unwrap().path())
+            .collect();
+        assert_eq!(listed, found);
+    }
 }
 
 #[test]
@@ -208,17 +246,28 @@ fn a_bad_scene_is_shown_with_its_line_and_ends_with_2() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_to_ends_with_1() {
+fn a_folder_that_cannot_be_written_to_is_said_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = small(folder.path(), "");
+    // The work would end with another error: no number of steps is enough.
+    let rest = "[acquisition]\naccuracy = { tolerance = 1e-6 }\n";
+    let scene = small(folder.path(), rest);
     let out = scene.join("out"); // a file in the way
-    let output = heart_phantom(&[
-        "run",
-        scene.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ]);
-    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let (scene, file) = (scene.to_str().unwrap(), out.join("x.npy"));
+    let (out, file) = (out.to_str().unwrap(), file.to_str().unwrap());
+    for command in [
+        &["run", scene, "--out", out][..],
+        &["truth", scene, "--out", out],
+        &["view", scene, "--out", file],
+    ] {
+        let output = heart_phantom(command);
+        let (shown, error) = said(&output);
+        assert_eq!(output.status.code(), Some(1), "{error}");
+        assert!(
+            error.contains("cannot write") && error.contains(out),
+            "{error}"
+        );
+        assert!(shown.is_empty());
+    }
 }
 
 #[test]

@@ -96,12 +96,140 @@ fn unknown_fields_and_broken_text_are_shown_where_they_stand() {
     assert_eq!(error.place.map(|[line, _]| line), Some(1));
     let error = error_of("[camera]\nviews = 60\nviews = 61\n");
     assert_eq!(error.place.map(|[line, _]| line), Some(3));
-    // A bad value that no line holds: the default arc is complete, the shorter one is given.
+    // The arc of the reconstruction is not given, and its default does for the default camera: the camera's own line is shown.
     let error = error_of("[camera]\narc = 90.0\n");
     assert_eq!(
         (error.field.as_str(), error.place),
-        ("reconstruction.arc", None)
+        ("camera.arc", Some([2, 7]))
     );
+    assert!(error.wanted.contains("reconstruction.arc"), "{error}");
+    let error = error_of("[camera]\nbins = 8192\nrows = 8192\nviews = 8\n");
+    assert_eq!(
+        (error.field.as_str(), error.place),
+        ("camera.bins", Some([2, 8]))
+    );
+}
+
+/// The whole line that a user sees, for mistakes that are easily made.
+#[test]
+fn mistakes_are_said_in_plain_words() {
+    for (text, said) in [
+        (
+            "[camera]\nviewz = 3\n",
+            "line 2, column 1: camera.viewz: unknown field `viewz`, expected one of `views`",
+        ),
+        (
+            "[camra]\nviews = 3\n",
+            "line 1, column 2: camra: unknown field `camra`, expected one of `heart`",
+        ),
+        (
+            "[noise]\nseed = 1\n",
+            "line 1, column 1: noise: missing field `counts`",
+        ),
+        (
+            "[camera]\nviews = 3.0\n",
+            "line 2, column 9: camera.views is 3.0; invalid type: floating point `3.0`, expected a whole number from 0 on",
+        ),
+        (
+            "[camera]\nviews = -3\n",
+            "line 2, column 9: camera.views is -3; invalid value: integer `-3`, expected a whole number from 0 on",
+        ),
+        (
+            "[camera]\nviews = 99999999999999999999\n",
+            "line 2, column 9: camera.views is 99999999999999999999; invalid type: integer `99999999999999999999`, expected a whole number from 0 on",
+        ),
+        (
+            "[camera]\narc = '180'\n",
+            "line 2, column 7: camera.arc is '180'; invalid type: string \"180\", expected a number",
+        ),
+        (
+            "[camera]\npitch = [0.1, 0.2, 0.3]\n",
+            "line 2, column 9: camera.pitch is [0.1, 0.2, 0.3]; invalid length 3, expected an array of 2 values",
+        ),
+        (
+            "[camera]\npitch = [0.1]\n",
+            "line 2, column 9: camera.pitch is [0.1]; invalid length 1, expected an array of 2 values",
+        ),
+        (
+            "[acquisition]\nmode = { gated = { gates = 2 }, static = { phase = 0.0 } }\n",
+            "only one of these can be chosen",
+        ),
+        (
+            "[camera]\nviews = 3\nviews = 4\n",
+            "line 3, column 1: `views`: duplicate key",
+        ),
+        // A mark of the byte order and ends of lines of other systems change no place.
+        (
+            "\u{feff}[camera]\r\nviews = 0\r\n",
+            "line 2, column 9: camera.views is 0; must be between 1 and 10000",
+        ),
+    ] {
+        let error = error_of(text).to_string();
+        assert!(error.contains(said), "{error}\n{said}");
+    }
+}
+
+/// TOML by itself would drop what is too much.
+#[test]
+fn no_array_takes_more_values_or_fewer() {
+    for (section, field, values) in [
+        ("pose", "shift", 3),
+        ("camera", "pitch", 2),
+        ("background", "centre", 2),
+        ("background", "semi_axes", 2),
+        ("[defects]", "layers", 2),
+        ("[defects]", "s", 2),
+        ("[defects]", "azimuths", 2),
+    ] {
+        for n in [values - 1, values + 1] {
+            let given = vec!["0.5"; n].join(", ");
+            let error = error_of(&format!("[{section}]\n{field} = [{given}]\n"));
+            assert_eq!(error.place.unwrap()[0], 2, "{error}");
+            assert!(
+                error
+                    .to_string()
+                    .contains(&format!("expected an array of {values} values")),
+                "{error}"
+            );
+        }
+    }
+    for text in [
+        "[attenuation]\ncoefficient = 0.1\nmedium = { torso = { centre = [0.0, 0.0, 0.0], semi_axes = [1.0, 1.0] } }",
+        "[attenuation]\ncoefficient = 0.1\nmedium = { torso = { centre = [0.0, 0.0], semi_axes = [1.0, 1.0, 1.0] } }",
+        "[reconstruction]\nregion = { x = [1, 2, 3], y = [1, 2] }",
+        "[reconstruction]\nregion = { x = [1, 2], y = [1, 2, 3] }",
+    ] {
+        let error = error_of(text);
+        assert!(
+            error.to_string().contains("expected an array of 2 values"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn each_line_of_a_balloon_may_be_left_out() {
+    let scene =
+        Scene::from_toml("[heart.inner]\nradius = 2.0\n[heart.outer]\nlength = 9.0\n").unwrap();
+    let mut expected = Scene::default();
+    expected.heart.inner.radius = 2.0;
+    expected.heart.outer.length = 9.0;
+    assert_eq!(scene, expected);
+}
+
+#[test]
+fn what_would_fill_a_terabyte_is_refused_with_its_numbers() {
+    let error = error_of(
+        "[camera]\nbins = 1024\nrows = 1024\n[acquisition]\nmode = { gated = { gates = 1000 } }\n",
+    );
+    assert_eq!(error.field, "acquisition.mode.gated.gates");
+    assert!(error.wanted.contains("1000 sets"), "{error}");
+    // However large a number is that another check would refuse.
+    for pixels in ["9223372036854775807", "4294967296"] {
+        error_of(&format!(
+            "[acquisition]\nmode = {{ gated = {{ gates = 9 }} }}\n[reconstruction]\npixels = {pixels}\n"
+        ));
+    }
 }
 
 #[test]
@@ -109,6 +237,19 @@ fn a_file_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     assert!(matches!(Scene::load(&path), Err(PhantomError::Read { .. })));
+    std::fs::write(&path, b"[camera]\nviews = 3 # caf\xe9\n").unwrap();
+    let said = Scene::load(&path).unwrap_err().to_string();
+    assert!(said.contains(":2:16: is not UTF-8"), "{said}");
+    // A device without an end.
+    #[cfg(unix)]
+    assert!(matches!(
+        Scene::load(std::path::Path::new("/dev/zero")),
+        Err(PhantomError::Read { .. })
+    ));
+    assert!(matches!(
+        Scene::load(folder.path()),
+        Err(PhantomError::Read { .. })
+    ));
     std::fs::write(&path, "[camera]\nviews = 0\n").unwrap();
     let said = Scene::load(&path).unwrap_err().to_string();
     assert_eq!(

@@ -86,6 +86,31 @@ impl Format {
             format => Some(format.volume_extension()),
         }
     }
+
+    /// What the name of a volume's data ends in, where they are kept beside the header.
+    pub fn volume_data_extension(self) -> Option<&'static str> {
+        match self {
+            Self::MetaImage => Some("raw"),
+            Self::InterfileStir => Some("v"),
+            Self::InterfileSimind => Some("a00"),
+            Self::RawJson => Some("bin"),
+            Self::Npy
+            | Self::Npz
+            | Self::Nifti
+            | Self::NiftiGz
+            | Self::MetaImageSingle
+            | Self::Nrrd => None,
+        }
+    }
+
+    /// What the name of the data of projections ends in, where they are kept beside the header.
+    pub fn projections_data_extension(self) -> Option<&'static str> {
+        match self {
+            Self::InterfileStir => Some("s"),
+            Self::InterfileSimind | Self::RawJson => self.volume_data_extension(),
+            _ => None,
+        }
+    }
 }
 
 /// Writes a volume. `path` ends in the format's [`Format::volume_extension`]; data kept beside a

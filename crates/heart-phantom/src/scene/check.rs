@@ -6,12 +6,15 @@ use crate::files::Format;
 use crate::volume_curve::{MAX_GAIN, check_curve};
 use crate::{Uptake, VolumeCurve, VolumeRange};
 use membrane_newton::membrane_forces::balloon_at_rest;
+use serde::Serialize;
 use std::fmt::Display;
 
 type Checked = Result<(), SceneError>;
 
 /// Samples of one set of views or of one volume: 8 GiB of `f32`.
 const MOST_SAMPLES: f64 = 2_147_483_648.0;
+/// Samples of all sets of views, or of all their volumes: 1 TiB of `f32`.
+const MOST_SAMPLES_OF_ALL: f64 = 274_877_906_944.0;
 /// Each defect has a label of its own, above those of background, cavity and wall.
 const MOST_DEFECTS: usize = 252;
 /// Lengths in cm.
@@ -25,6 +28,12 @@ fn fault(field: &str, given: impl Display, wanted: impl Into<String>) -> SceneEr
         given: given.to_string(),
         wanted: wanted.into(),
     }
+}
+
+/// A choice as it stands in the file.
+fn spelled(choice: impl Serialize) -> String {
+    let value = serde_json::to_value(choice).unwrap_or_default();
+    value.as_str().unwrap_or_default().to_owned()
 }
 
 /// A NaN is in no range.
@@ -305,7 +314,7 @@ fn acquisition(scene: &Scene) -> Checked {
             seconds,
             [0.0, interval],
         )?,
-        Mode::Gated { gates } => count("acquisition.mode.gated.gates", gates, [1, 1000])?,
+        Mode::Gated { gates } => all_gates(scene, gates)?,
         Mode::Instants | Mode::WholeCycle => {}
     }
     let whole_beats = matches!(
@@ -333,6 +342,22 @@ fn acquisition(scene: &Scene) -> Checked {
     }
 }
 
+fn all_gates(scene: &Scene, gates: usize) -> Checked {
+    let field = "acquisition.mode.gated.gates";
+    count(field, gates, [1, 1000])?;
+    let camera = &scene.camera;
+    let pixels = scene.reconstruction.pixels.unwrap_or(camera.bins) as f64;
+    let each = (camera.views as f64 * camera.bins as f64).max(pixels * pixels) * camera.rows as f64;
+    let samples = gates as f64 * each;
+    if samples > MOST_SAMPLES_OF_ALL {
+        let wanted = format!(
+            "{gates} sets of views or volumes of {each:e} samples must be at most {MOST_SAMPLES_OF_ALL:e} samples"
+        );
+        return Err(fault(field, gates, wanted));
+    }
+    Ok(())
+}
+
 fn reconstruction(scene: &Scene) -> Checked {
     let settings = &scene.reconstruction;
     if let WindowSettings::Butterworth { order } = settings.window {
@@ -352,9 +377,14 @@ fn reconstruction(scene: &Scene) -> Checked {
     let pixels = settings.pixels.unwrap_or(scene.camera.bins);
     let voxels = (pixels * pixels) as f64 * scene.camera.rows as f64;
     if voxels > MOST_SAMPLES {
-        let wanted =
-            format!("pixels^2 x camera.rows = {voxels:e} must be at most {MOST_SAMPLES:e}");
-        return Err(fault("reconstruction.pixels", pixels, wanted));
+        let field = match settings.pixels {
+            Some(_) => "reconstruction.pixels",
+            None => "camera.bins",
+        };
+        let wanted = format!(
+            "voxels: reconstruction.pixels^2 x camera.rows = {voxels:e} must be at most {MOST_SAMPLES:e}"
+        );
+        return Err(fault(field, pixels, wanted));
     }
     if let Some(region) = settings.region {
         for (field, [from, to]) in [
@@ -369,23 +399,23 @@ fn reconstruction(scene: &Scene) -> Checked {
     }
     let full = scene.camera.arc.abs() * (1.0 + 1.0 / scene.camera.views as f64) >= 180.0;
     if settings.arc == ArcSettings::Complete && !full {
-        let wanted =
-            "needs camera.arc of 180 degrees or more; else choose extend, truncate or rescale";
-        return Err(fault("reconstruction.arc", "complete", wanted));
+        // Its default would do, so that it stands in the file; `reconstruction.arc` may not.
+        let wanted = "must be 180 or more, either way, or reconstruction.arc one of extend, truncate, rescale";
+        return Err(fault("camera.arc", scene.camera.arc, wanted));
     }
     Ok(())
 }
 
 fn output(output: &OutputSettings) -> Checked {
     if output.projections.projections_extension().is_none() {
-        let names: Vec<&str> = (Format::ALL.iter())
+        let names: Vec<String> = (Format::ALL.into_iter())
             .filter(|format| format.projections_extension().is_some())
-            .map(|format| format.name())
+            .map(spelled)
             .collect();
         let wanted = format!("has no place for angles; these have: {}", names.join(", "));
         return Err(fault(
             "output.projections",
-            output.projections.name(),
+            spelled(output.projections),
             wanted,
         ));
     }
@@ -393,7 +423,7 @@ fn output(output: &OutputSettings) -> Checked {
         if output.write[..k].contains(product) {
             return Err(fault(
                 "output.write",
-                format!("{product:?} twice"),
+                format!("{} twice", spelled(product)),
                 "name each product once",
             ));
         }

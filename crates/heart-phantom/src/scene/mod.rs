@@ -16,7 +16,12 @@ pub use sections::{
 use crate::error::PhantomError;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+
+/// No scene is longer; a device may be.
+const MOST_BYTES: u64 = 1 << 24;
 
 /// Everything that determines a study. [`Default`] is that of Rohmer et al. 2006, with one cycle a view.
 ///
@@ -85,13 +90,26 @@ impl Scene {
     /// Reads a scene from a file.
     ///
     /// # Errors
-    /// [`PhantomError::Read`] if the file cannot be read; [`PhantomError::Scene`] that names the file besides.
+    /// [`PhantomError::Read`] if the file cannot be read or has more than 16 MiB; [`PhantomError::Scene`] that names the file besides.
     pub fn load(path: &Path) -> Result<Self, PhantomError> {
-        let text = std::fs::read_to_string(path).map_err(|source| PhantomError::Read {
+        let read = |path| {
+            let mut bytes = Vec::new();
+            let file = File::open(path)?;
+            file.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
+            if bytes.len() as u64 > MOST_BYTES {
+                return Err(io::ErrorKind::FileTooLarge.into());
+            }
+            Ok(bytes)
+        };
+        let bytes = read(path).map_err(|source| PhantomError::Read {
             path: path.to_path_buf(),
             source,
         })?;
-        Self::parse(&text).map_err(|mut error| {
+        let parsed = match str::from_utf8(&bytes) {
+            Ok(text) => Self::parse(text),
+            Err(error) => Err(place::not_text(&bytes, error)),
+        };
+        parsed.map_err(|mut error| {
             error.file = Some(path.to_path_buf());
             PhantomError::Scene(Box::new(error))
         })
@@ -183,7 +201,7 @@ pub struct SceneError {
     /// The field, such as `camera.views`; empty where the text is no TOML.
     // tidy: allow string: the path of a field in the file
     pub field: String,
-    /// What stands there; empty where nothing does.
+    /// What stands there; empty where nothing does, or a name that means nothing.
     // tidy: allow string: the user's own text
     pub given: String,
     /// What would be right.
@@ -202,7 +220,8 @@ impl fmt::Display for SceneError {
             (None, None) => {}
         }
         match (self.field.as_str(), self.given.as_str()) {
-            ("", _) => write!(f, "{}", self.wanted),
+            ("", "") => write!(f, "{}", self.wanted),
+            ("", given) => write!(f, "`{given}`: {}", self.wanted),
             (field, "") => write!(f, "{field}: {}", self.wanted),
             (field, given) => write!(f, "{field} is {given}; {}", self.wanted),
         }

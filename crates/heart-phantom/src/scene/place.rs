@@ -2,6 +2,7 @@
 
 use super::SceneError;
 use std::ops::Range;
+use std::str::Utf8Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -12,22 +13,50 @@ const MOST_QUOTED: usize = 60;
 pub(super) fn syntax(text: &str, error: &toml::de::Error) -> SceneError {
     let span = error.span().map(|span| clamped(text, span));
     let place = span.clone().map(|span| line_and_column(text, span.start));
-    let field = (span.as_ref())
+    let (field, is_value) = (span.as_ref())
         .and_then(|span| field_at(text, span.start))
-        .unwrap_or_default();
-    let quoted = span.map(|span| &text[span]).unwrap_or_default();
-    let short = !quoted.contains('\n') && quoted.len() <= MOST_QUOTED;
+        .unwrap_or((String::new(), true));
+    let quoted = span.map(|span| text[span].trim()).unwrap_or_default();
+    let short = !quoted.contains(char::is_control) && quoted.len() <= MOST_QUOTED;
     SceneError {
         file: None,
         place,
         field,
-        given: if short {
-            quoted.trim().to_owned()
-        } else {
-            String::new()
-        },
-        wanted: error.message().trim().to_owned(),
+        given: if short && is_value { quoted } else { "" }.to_owned(),
+        wanted: plain(error.message().trim()),
     }
+}
+
+/// What is no text at all, from the first byte on that is not.
+pub(super) fn not_text(bytes: &[u8], error: Utf8Error) -> SceneError {
+    let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+    SceneError {
+        file: None,
+        place: Some(line_and_column(&before, before.len())),
+        field: String::new(),
+        given: String::new(),
+        wanted: "is not UTF-8; save the file in that encoding".to_owned(),
+    }
+}
+
+/// The parser's message without Rust's names for numbers.
+fn plain(message: &str) -> String {
+    let mut message = message.replace(" as i128", "");
+    for (rust, name) in [
+        ("usize", "a whole number from 0 on"),
+        ("u64", "a whole number from 0 on"),
+        ("u32", "a whole number from 0 on"),
+        ("f64", "a number"),
+        (
+            "wanted exactly 1 element, more than 1 element",
+            "only one of these can be chosen",
+        ),
+    ] {
+        if let Some(rest) = message.strip_suffix(rust) {
+            message = format!("{rest}{name}");
+        }
+    }
+    message
 }
 
 /// Line and column of a field such as `camera.pitch` or `defects.0.s`, or of the innermost table that would hold it; `None` if
@@ -49,11 +78,12 @@ pub(super) fn of_field(text: &str, field: &str) -> Option<[usize; 2]> {
     found
 }
 
-/// The dotted path of what stands at a byte of the text; `None` if the text is no TOML.
-fn field_at(text: &str, at: usize) -> Option<String> {
+/// The dotted path of what stands at a byte of the text, and whether that is a value, no name; `None` if the text is no TOML.
+fn field_at(text: &str, at: usize) -> Option<(String, bool)> {
     let root = DeTable::parse(text).ok()?;
     let mut entries = of_table(root.get_ref());
     let mut path: Vec<String> = Vec::new();
+    let mut is_value = false;
     // A table's header does not span its entries: look into each for one that holds the place.
     while let Some(entry) = entries.into_iter().find(|entry| entry.holds(at)) {
         let is_key = entry.key.contains(&at);
@@ -63,12 +93,13 @@ fn field_at(text: &str, at: usize) -> Option<String> {
         {
             path.push(entry.name);
         }
+        is_value = !is_key && !matches!(entry.value.get_ref(), DeValue::Table(_));
         if is_key {
             break;
         }
         entries = within(entry.value.get_ref());
     }
-    Some(path.join("."))
+    Some((path.join("."), is_value))
 }
 
 /// A named entry of a table, or a numbered one of an array (without a key).

@@ -2,15 +2,20 @@
 
 use crate::files::Format;
 use crate::{Uptake, VolumeCurve, VolumeRange};
+use serde::de::{Deserializer, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::marker::PhantomData;
 
 /// `[heart]`: the two balloons and how their shapes are found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HeartSettings {
     /// Endocardium.
+    #[serde(deserialize_with = "inner")]
     pub inner: BalloonSettings,
     /// Epicardium; it holds the inner balloon.
+    #[serde(deserialize_with = "outer")]
     pub outer: BalloonSettings,
     /// How the pressure acts.
     pub law: Law,
@@ -20,14 +25,9 @@ pub struct HeartSettings {
 
 impl Default for HeartSettings {
     fn default() -> Self {
-        let balloon = |b: crate::Balloon| BalloonSettings {
-            length: b.length,
-            radius: b.radius,
-            stiffness: b.stiffness,
-        };
         Self {
-            inner: balloon(crate::Balloon::INNER),
-            outer: balloon(crate::Balloon::OUTER),
+            inner: crate::Balloon::INNER.into(),
+            outer: crate::Balloon::OUTER.into(),
             law: Law::PerMaterialLength,
             discretisation: DiscretisationSettings::Differences { nodes: 801 },
         }
@@ -44,6 +44,43 @@ pub struct BalloonSettings {
     pub radius: f64,
     /// Stiffness of the membrane; only its distribution matters for shapes at a given volume.
     pub stiffness: f64,
+}
+
+impl From<crate::Balloon> for BalloonSettings {
+    fn from(balloon: crate::Balloon) -> Self {
+        Self {
+            length: balloon.length,
+            radius: balloon.radius,
+            stiffness: balloon.stiffness,
+        }
+    }
+}
+
+/// A balloon in a file: what is left out is that of the study, which differs between the two.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PartOfBalloon {
+    length: Option<f64>,
+    radius: Option<f64>,
+    stiffness: Option<f64>,
+}
+
+impl PartOfBalloon {
+    fn or(self, balloon: crate::Balloon) -> BalloonSettings {
+        BalloonSettings {
+            length: self.length.unwrap_or(balloon.length),
+            radius: self.radius.unwrap_or(balloon.radius),
+            stiffness: self.stiffness.unwrap_or(balloon.stiffness),
+        }
+    }
+}
+
+fn inner<'de, D: Deserializer<'de>>(from: D) -> Result<BalloonSettings, D::Error> {
+    PartOfBalloon::deserialize(from).map(|given| given.or(crate::Balloon::INNER))
+}
+
+fn outer<'de, D: Deserializer<'de>>(from: D) -> Result<BalloonSettings, D::Error> {
+    PartOfBalloon::deserialize(from).map(|given| given.or(crate::Balloon::OUTER))
 }
 
 /// How the pressure acts on a membrane (`membrane_forces::PressureLaw`).
@@ -114,6 +151,7 @@ pub struct PoseSettings {
     /// Degrees about z.
     pub turn_z: f64,
     /// Where that axis point ends up, `[x, y, z]` in cm.
+    #[serde(deserialize_with = "exactly")]
     pub shift: [f64; 3],
 }
 
@@ -155,8 +193,10 @@ pub struct BackgroundSettings {
     /// Activity per mL.
     pub concentration: f64,
     /// Its axis, `[x, y]` in cm.
+    #[serde(deserialize_with = "exactly")]
     pub centre: [f64; 2],
     /// Half-widths along x and y in cm.
+    #[serde(deserialize_with = "exactly")]
     pub semi_axes: [f64; 2],
 }
 
@@ -165,10 +205,13 @@ pub struct BackgroundSettings {
 #[serde(deny_unknown_fields)]
 pub struct DefectSettings {
     /// From 0, the inner membrane, to 1, the outer one: shares of the wall's volume.
+    #[serde(deserialize_with = "exactly")]
     pub layers: [f64; 2],
     /// From 0, the base, to 0.5, the apex: material coordinate of the membranes at rest.
+    #[serde(deserialize_with = "exactly")]
     pub s: [f64; 2],
     /// Degrees about the axis, from body y to body z; the second is larger, by at most a turn.
+    #[serde(deserialize_with = "exactly")]
     pub azimuths: [f64; 2],
     /// Activity in units of the wall's.
     pub activity: f64,
@@ -221,8 +264,10 @@ pub enum MediumSettings {
     /// All within a cylinder of elliptic section along z, without ends.
     Torso {
         /// Its axis, `[x, y]` in cm.
+        #[serde(deserialize_with = "exactly")]
         centre: [f64; 2],
         /// Half-widths along x and y in cm.
+        #[serde(deserialize_with = "exactly")]
         semi_axes: [f64; 2],
     },
 }
@@ -242,6 +287,7 @@ pub struct CameraSettings {
     /// Rows, one for each slice.
     pub rows: usize,
     /// Pitch of bins and of rows in cm.
+    #[serde(deserialize_with = "exactly")]
     pub pitch: [f64; 2],
     /// How it goes from view to view.
     pub rotation: RotationSettings,
@@ -370,8 +416,10 @@ impl Default for ReconstructionSettings {
 #[serde(deny_unknown_fields)]
 pub struct PixelRange {
     /// First column and the one after the last.
+    #[serde(deserialize_with = "exactly")]
     pub x: [usize; 2],
     /// First row and the one after the last.
+    #[serde(deserialize_with = "exactly")]
     pub y: [usize; 2],
 }
 
@@ -468,4 +516,32 @@ pub enum Product {
     Meshes,
     /// Pictures of the middle slice; of gates also a moving one.
     Pictures,
+}
+
+/// An array of as many values as it has to have: TOML by itself drops what is too much.
+struct Exactly<T, const N: usize>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for Exactly<T, N> {
+    type Value = [T; N];
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "an array of {N} values")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<Self::Value, A::Error> {
+        let mut given = Vec::with_capacity(N);
+        while let Some(value) = values.next_element()? {
+            given.push(value);
+        }
+        let n = given.len();
+        (given.try_into()).map_err(|_| A::Error::invalid_length(n, &self))
+    }
+}
+
+fn exactly<'de, D, T, const N: usize>(from: D) -> Result<[T; N], D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    from.deserialize_seq(Exactly(PhantomData))
 }

@@ -7,7 +7,8 @@ use std::fmt::Write;
 /// The file's head.
 const HEAD: &str = "\
 # A scene of heart-phantom. Lengths in cm, volumes in mL, times in seconds, angles in degrees.
-# Every line may be left out; what is left out is the study of Rohmer, Sitek and Gullberg (2006).
+# Every line may be left out; what is left out is the study of Rohmer, Sitek and Gullberg (2006). Only sections that are commented
+# out below need all of their lines once they are there.
 #   heart-phantom check FILE      says what is wrong with it
 #   heart-phantom run FILE --out DIR
 ";

@@ -51,8 +51,8 @@ const BAD: &[(&str, &str, &str)] = &[
         "between",
     ),
     (
-        "[heart.inner]\nlength = 8.0\nradius = 1.0",
-        "heart.inner",
+        "[heart.inner]\nlength = 8.0\nwidth = 1.0",
+        "heart.inner.width",
         "stiffness",
     ),
     (
@@ -83,7 +83,7 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[cycle]\nbeats_per_minute = 'fast'",
         "cycle.beats_per_minute",
-        "f64",
+        "a number",
     ),
     ("[cycle]\ncurve = 'square'", "cycle.curve", "sinusoid"),
     ("[cycle]\ncurve = { sampled = [1.0] }", "cycle.curve", "3"),
@@ -228,10 +228,10 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[noise]\ncounts = { per_unit = 1.0 }\nseed = -1",
         "noise.seed",
-        "u64",
+        "a whole number",
     ),
     ("[camera]\nviews = 0", "camera.views", "between 1"),
-    ("[camera]\nviews = -3", "camera.views", "usize"),
+    ("[camera]\nviews = -3", "camera.views", "a whole number"),
     (
         "[camera]\nviews = 10000\nbins = 8192",
         "camera.views",
@@ -335,8 +335,13 @@ const BAD: &[(&str, &str, &str)] = &[
         "256",
     ),
     (
-        "[reconstruction]\narc = 'complete'\n[camera]\narc = 90.0",
+        "[reconstruction]\narc = 'half'",
         "reconstruction.arc",
+        "rescale",
+    ),
+    (
+        "[reconstruction]\narc = 'complete'\n[camera]\narc = 90.0",
+        "camera.arc",
         "180",
     ),
     ("[truth]\ntolerance = 0.0", "truth.tolerance", "between"),
@@ -354,7 +359,7 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[output]\nprojections = 'nifti'",
         "output.projections",
-        "Interfile",
+        "interfile-stir",
     ),
 ];
 

@@ -72,7 +72,7 @@ pub(crate) enum Command {
         /// Which gate, from 0.
         #[arg(long, default_value_t = 0)]
         gate: usize,
-        /// The file; its ending says the format.
+        /// The file; its ending says the format. Its folder is made if it does not exist.
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
     },

@@ -165,11 +165,13 @@ fn truth(arguments: &Arguments, scene: &Path, phase: f64, out: Option<&Path>) ->
         });
     }
     let phantom = Phantom::load(scene)?;
+    if let Some(out) = out {
+        files::create_writable_folder(out)?;
+    }
     let shape = phantom.shape(phase)?;
     let [cavity, outer] = shape.volumes();
     let thickness = phantom.thickness(phase)?;
     if let Some(out) = out {
-        files::create_writable_folder(out)?;
         let format = phantom.scene().output.volumes;
         let name = |what: &str| out.join(format!("{what}.{}", format.volume_extension()));
         let grid = *phantom.camera().grid();
@@ -212,7 +214,7 @@ fn truth(arguments: &Arguments, scene: &Path, phase: f64, out: Option<&Path>) ->
 }
 
 fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
-    // The name is looked at before any work.
+    // The name is looked at before any work,
     let ends_in = |wanted: &str| out.extension().is_some_and(|extension| extension == wanted);
     if !ends_in("png") && !ends_in("npy") {
         return Err(PhantomError::Extension {
@@ -221,6 +223,9 @@ fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
         });
     }
     let phantom = Phantom::load(scene)?;
+    // and so is its folder; `x.npy` has none of its own.
+    let folder = out.parent().filter(|folder| *folder != Path::new(""));
+    files::create_writable_folder(folder.unwrap_or(Path::new(".")))?;
     let camera = phantom.camera();
     let view = phantom.view(gate, view_idx)?;
     if ends_in("npy") {
