@@ -209,18 +209,14 @@ impl Body {
         let direction = Direction::new(meridian.mid(), &self.pose.vector_to_body(&ray.direction()));
         let [w, q, shift] = direction.coordinates(&self.pose.to_body(&ray.origin()));
         let mut hints = vec![Hint::default(); meridian.chains().len()];
-        direction.intervals(meridian, w, q, &mut hints, &mut |sign, chain, ends| {
-            each(
-                sign,
-                ends.map(|e| SurfacePoint {
-                    t: e.t - shift,
-                    normal: e.cone.map(|k| {
-                        let v = &chain.vertices[k];
-                        [-v.tr * sign, v.tx * sign]
-                    }),
-                }),
-            );
-        });
+        for (sign, faces) in direction.intervals(meridian, [w, q], &mut hints) {
+            let ends = direction.ends([w, q], &faces);
+            let point = |k: usize| SurfacePoint {
+                t: ends[k] - shift,
+                normal: faces[k].normal().map(|n| n.map(|v| v * sign)),
+            };
+            each(sign, [point(0), point(1)]);
+        }
     }
 
     /// The spans with their ends' normals: a sweep over the chains' ends, in which shared planes cancel.

@@ -13,7 +13,6 @@ pub(crate) struct Vertex {
     /// Axial coordinate from the body's middle.
     pub(crate) x: f64,
     pub(crate) r: f64,
-    pub(crate) r2: f64,
     pub(crate) tx: f64,
     pub(crate) tr: f64,
 }
@@ -23,6 +22,9 @@ pub(crate) struct Vertex {
 pub(crate) struct Chain {
     /// x ascending; at least two; the last one's tangent is not used.
     pub(crate) vertices: Vec<Vertex>,
+    /// Of the vertices, x and the square of r, side by side for the searches.
+    pub(crate) x: Vec<f64>,
+    pub(crate) r2: Vec<f64>,
     /// +1 where the profile runs forward, -1 where it runs backward (the solid is then outside).
     pub(crate) sign: f64,
 }
@@ -52,8 +54,8 @@ pub(crate) enum Kind {
 pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
     fn build(chains: &[Chain], first: usize, nodes: &mut Vec<Node>) -> usize {
         let at = nodes.len();
-        let fold = |f: fn(f64, f64) -> f64, get: fn(&Vertex) -> f64| {
-            let all = chains.iter().flat_map(|c| &c.vertices).map(get);
+        let fold = |f: fn(f64, f64) -> f64, get: fn(&Chain) -> &[f64]| {
+            let all = chains.iter().flat_map(get).copied();
             all.reduce(f).unwrap_or(0.0)
         };
         let ends = |c: &Chain| {
@@ -61,8 +63,8 @@ pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
             if c.sign > 0.0 { [a, b] } else { [b, a] }
         };
         nodes.push(Node {
-            x: [fold(f64::min, |v| v.x), fold(f64::max, |v| v.x)],
-            r2: [fold(f64::min, |v| v.r2), fold(f64::max, |v| v.r2)],
+            x: [fold(f64::min, |c| &c.x), fold(f64::max, |c| &c.x)],
+            r2: [fold(f64::min, |c| &c.r2), fold(f64::max, |c| &c.r2)],
             path: [ends(&chains[0])[0], ends(&chains[chains.len() - 1])[1]],
             kind: Kind::Leaf(first),
             after: at + 1,
@@ -129,7 +131,6 @@ impl Chain {
         let vertex = |x: f64, r: f64, tx: f64, tr: f64| Vertex {
             x: x - mid,
             r,
-            r2: r * r,
             tx,
             tr,
         };
@@ -143,6 +144,8 @@ impl Chain {
             vertices.push(vertex(run[0].x0, run[0].r0, -run[0].tx, -run[0].tr));
         }
         Self {
+            x: vertices.iter().map(|v| v.x).collect(),
+            r2: vertices.iter().map(|v| v.r * v.r).collect(),
             vertices,
             sign: if forward { 1.0 } else { -1.0 },
         }

@@ -1,8 +1,9 @@
-//! A line through the convex solid under a chain: two ends, each a closed form.
+//! A line through the convex solid under a chain: through which faces it enters and leaves.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::chains::{Chain, Kind, Vertex};
+use crate::cone::{Cone, Face, ordered};
 use crate::meridian::Meridian;
 
 /// One direction of lines in a body frame.
@@ -15,33 +16,27 @@ pub(crate) struct Direction {
     pub(crate) s: f64,
     e1: [f64; 2],
     mid: f64,
-    inv_c: f64,
-    inv_sc: f64,
+    pub(crate) inv_c: f64,
+    pub(crate) inv_sc: f64,
     /// Sign of c, never zero.
     along: f64,
     /// Parameter of a vertex plane from `w + s x` rather than from x: the one that keeps digits.
-    steep: bool,
+    pub(crate) steep: bool,
 }
 
 /// A line of that direction.
 #[derive(Debug, Clone, Copy)]
 struct Line {
     w: f64,
+    q: f64,
     q2: f64,
-    /// c^2 and c^2 q^2, s w, and the offset of the plane parameters.
+    /// c^2 and c^2 q^2.
     c2: f64,
     c2q2: f64,
-    sw: f64,
-    shift: f64,
 }
 
-/// Where a line enters or leaves a chain's solid.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct End {
-    pub(crate) t: f64,
-    /// The cone, or none for an end plane.
-    pub(crate) cone: Option<usize>,
-}
+/// Vertices about a guess that are looked at together.
+const WINDOW: usize = 4;
 
 /// Where the last line of a sweep met a chain: the next one is near.
 #[derive(Debug, Clone, Copy, Default)]
@@ -107,41 +102,21 @@ impl Direction {
     }
 
     fn line(&self, w: f64, q: f64) -> Line {
-        let (c2, q2, sw) = (self.c * self.c, q * q, self.s * w);
+        let (c2, q2) = (self.c * self.c, q * q);
         Line {
             w,
+            q,
             q2,
             c2,
             c2q2: c2 * q2,
-            sw,
-            shift: if self.steep {
-                -self.c * w / self.s
-            } else {
-                sw * self.inv_c
-            },
         }
     }
 
-    /// Does the line meet the vertex's plane inside its parallel? One rounding of one number decides, for all who ask.
+    /// Does the line meet the plane at x inside a parallel? One rounding of one number decides, for all who ask.
     #[inline(always)]
-    fn inside(&self, line: &Line, v: &Vertex) -> bool {
-        let u = line.w + self.s * v.x;
-        u * u < line.c2 * v.r2 - line.c2q2
-    }
-
-    /// Parameter at which the line meets the vertex's plane (infinite or NaN if parallel to it).
-    #[inline(always)]
-    fn plane(&self, line: &Line, v: &Vertex) -> f64 {
-        self.plane_at(line, v.x)
-    }
-
-    #[inline(always)]
-    fn plane_at(&self, line: &Line, x: f64) -> f64 {
-        if self.steep {
-            (line.w + self.s * x) * self.inv_sc + line.shift
-        } else {
-            x * self.inv_c + line.shift
-        }
+    fn inside(&self, line: &Line, x: f64, r2: f64) -> bool {
+        let u = line.w + self.s * x;
+        u * u < line.c2 * r2 - line.c2q2
     }
 
     /// Does the distance from the surface, convex along the line, still fall to the right of this vertex?
@@ -153,67 +128,62 @@ impl Direction {
         v.tx * self.s * u < v.tr * self.c.abs() * rho
     }
 
-    /// Calls `each` with sign, chain and ends (sorted) of every interval that the line (w, q) has in a chain's solid;
-    /// where a whole stretch of the profile is met inside, one interval between its end planes stands for all of them.
-    ///
-    /// `hints`, one per chain, carry what the last line found.
+    /// The intervals that the line (w, q) has in the chains' solids; `hints`, one per chain, carry what the last line found.
     #[inline(always)]
-    pub(crate) fn intervals(
-        &self,
-        profile: &Meridian,
-        w: f64,
-        q: f64,
-        hints: &mut [Hint],
-        each: &mut impl FnMut(f64, &Chain, [End; 2]),
-    ) {
-        let line = self.line(w, q);
-        let tree = profile.tree();
-        let mut at = 0;
-        while let Some(node) = tree.get(at) {
-            at += 1;
-            let [u0, u1] = node.x.map(|x| line.w + self.s * x);
-            let (near, far) = ordered(u0 * u0, u1 * u1);
-            // Nearest the axis: at an end plane, or between them if the line passes the axis there.
-            let least = if u0 * u1 > 0.0 { near } else { 0.0 };
-            if least >= line.c2 * node.r2[1] - line.c2q2 {
-                if u0 * u1 > 0.0 || line.q2 >= node.r2[1] {
-                    at = node.after;
-                    continue;
-                }
-            } else if far < line.c2 * node.r2[0] - line.c2q2 {
-                let [a, b] = node.path.map(|x| End {
-                    t: self.plane_at(&line, x),
-                    cone: None,
-                });
-                let chain = &profile.chains()[0];
-                let forward = (node.path[1] - node.path[0]) * self.along > 0.0;
-                let sign = if node.path[1] > node.path[0] {
-                    1.0
-                } else {
-                    -1.0
-                };
-                each(sign, chain, if forward { [a, b] } else { [b, a] });
-                at = node.after;
-                continue;
-            }
-            if let Kind::Leaf(k) = node.kind {
-                let chain = &profile.chains()[k];
-                if let Some(ends) = self.interval(chain, &line, &mut hints[k]) {
-                    each(chain.sign, chain, ends);
-                }
-            }
+    pub(crate) fn intervals<'a>(
+        &'a self,
+        profile: &'a Meridian,
+        [w, q]: [f64; 2],
+        hints: &'a mut [Hint],
+    ) -> Intervals<'a> {
+        Intervals {
+            direction: self,
+            line: self.line(w, q),
+            profile,
+            hints,
+            at: 0,
         }
     }
 
-    /// Parameters of entry to and exit from the chain's solid, sorted.
+    /// Two of a kind by rising x, in the line's order.
     #[inline(always)]
-    fn interval(&self, chain: &Chain, line: &Line, hint: &mut Hint) -> Option<[End; 2]> {
+    fn along<T>(&self, [low, high]: [T; 2]) -> [T; 2] {
+        if self.along > 0.0 {
+            [low, high]
+        } else {
+            [high, low]
+        }
+    }
+
+    /// The faces between which the line is in the chain's solid, by rising x.
+    #[inline(always)]
+    fn interval<'a>(
+        &self,
+        chain: &'a Chain,
+        line: &Line,
+        hint: &mut Hint,
+    ) -> Option<[Face<'a>; 2]> {
         let met = hint.met;
         hint.met = false;
-        let vs = &chain.vertices[..];
-        let end = vs.len() - 1;
-        let first = self.inside(line, &vs[0]);
-        let last = self.inside(line, &vs[end]);
+        let (xs, r2) = (&chain.x[..], &chain.r2[..]);
+        let end = xs.len() - 1;
+        let inside = |k: usize| self.inside(line, xs[k], r2[k]);
+        let (first, last) = (inside(0), inside(end));
+        if met {
+            let low = if first {
+                Some(0)
+            } else {
+                self.near(line, chain, hint.low.next(), true)
+            };
+            let high = if last {
+                Some(end)
+            } else {
+                self.near(line, chain, hint.high.next(), false)
+            };
+            if let (Some(low), Some(high)) = (low, high) {
+                return Some(hint.found(chain, [low, high], [first, last], false));
+            }
+        }
         // A vertex plane that the line meets inside: the search for either end starts there.
         let seed = if first {
             0
@@ -221,12 +191,12 @@ impl Direction {
             end
         } else {
             let middle = ((hint.low.last + hint.high.last) / 2).min(end);
-            if met && self.inside(line, &vs[middle]) {
+            if met && inside(middle) {
                 middle
             } else {
                 // The segment in which the line comes nearest the surface, or deepest under it.
                 let right = boundary(
-                    |k| !self.falls(line, &vs[k]),
+                    |k| !self.falls(line, &chain.vertices[k]),
                     -1,
                     end as isize,
                     hint.valley as isize,
@@ -236,145 +206,132 @@ impl Direction {
                     // Rising from the first vertex on, where the line is outside.
                     return None;
                 }
-                if self.inside(line, &vs[right]) {
+                if inside(right) {
                     right
-                } else if self.inside(line, &vs[right - 1]) {
+                } else if inside(right - 1) {
                     right - 1
                 } else {
-                    let pair = self.pair(line, vs, right - 1);
-                    if pair.is_some() {
-                        hint.low.found(right - 1, !met);
-                        hint.high.found(right, !met);
-                        hint.met = true;
+                    let vertex = &chain.vertices[right - 1];
+                    let cone = Cone::new(self, line.w, line.q, vertex);
+                    let x = cone.middle(self.c)?;
+                    // The chord's middle tells whether it lies in the segment; its ends may be on the very plane.
+                    let sw = self.s * line.w;
+                    if x < xs[right - 1] + sw || x > xs[right] + sw {
+                        return None;
                     }
-                    return pair;
+                    hint.low.found(right - 1, !met);
+                    hint.high.found(right, !met);
+                    hint.met = true;
+                    return Some([Face::whole(vertex); 2]);
                 }
             }
         };
-        hint.met = true;
         let low = if first {
-            hint.low.found(0, !met);
-            End {
-                t: self.plane(line, &vs[0]),
-                cone: None,
-            }
+            0
         } else {
-            let k = boundary(
-                |k| self.inside(line, &vs[k]),
-                0,
-                seed as isize,
-                hint.low.next() as isize,
-            );
-            hint.low.found(k, !met);
-            self.end(line, vs, k - 1, self.c > 0.0)
+            boundary(inside, 0, seed as isize, hint.low.next() as isize)
         };
         let high = if last {
-            hint.high.found(end, !met);
-            End {
-                t: self.plane(line, &vs[end]),
-                cone: None,
-            }
+            end
         } else {
-            let k = boundary(
-                |k| !self.inside(line, &vs[k]),
-                seed as isize,
-                end as isize,
-                hint.high.next() as isize,
-            );
-            hint.high.found(k, !met);
-            self.end(line, vs, k - 1, self.c < 0.0)
+            let guess = hint.high.next() as isize;
+            boundary(|k| !inside(k), seed as isize, end as isize, guess)
         };
-        Some(if self.along > 0.0 {
-            [low, high]
-        } else {
-            [high, low]
-        })
+        Some(hint.found(chain, [low, high], [first, last], !met))
     }
 
-    /// The crossing of cone k between vertex planes one of which is met inside, the other outside.
+    /// The first vertex plane beyond the boundary between planes met outside and inside (`enters`), or inside and outside, if
+    /// that is near a guess. Without a branch for each plane: which of them it is cannot be foreseen.
     #[inline(always)]
-    fn end(&self, line: &Line, vs: &[Vertex], k: usize, enters: bool) -> End {
-        // Finite: a line that meets a plane inside is not parallel to it.
-        let (low, high) = ordered(self.plane(line, &vs[k]), self.plane(line, &vs[k + 1]));
-        let cone = Cone::new(self, line, &vs[k]);
-        let t = if enters { cone.enter() } else { cone.leave() };
-        // A line along the cone's own generator has no well-defined crossing (t is NaN): any point of the segment will do.
-        let t = if t > low { t } else { low };
-        End {
-            t: if t < high { t } else { high },
-            cone: Some(k),
+    fn near(&self, line: &Line, chain: &Chain, guess: usize, enters: bool) -> Option<usize> {
+        let start = guess
+            .saturating_sub(WINDOW / 2)
+            .min(chain.x.len().checked_sub(WINDOW)?);
+        let x: &[f64; WINDOW] = chain.x[start..].first_chunk()?;
+        let r2: &[f64; WINDOW] = chain.r2[start..].first_chunk()?;
+        let mut before = [0u64; WINDOW];
+        for k in 0..WINDOW {
+            before[k] = u64::from(self.inside(line, x[k], r2[k]) != enters);
         }
-    }
-
-    /// Both crossings of cone k, met outside at both its planes.
-    #[inline(always)]
-    fn pair(&self, line: &Line, vs: &[Vertex], k: usize) -> Option<[End; 2]> {
-        let cone = Cone::new(self, line, &vs[k]);
-        if !(cone.a > 0.0 && cone.root > 0.0) {
-            return None;
-        }
-        // The chord's middle tells whether it lies in the segment; its ends may be on the very plane.
-        let x = self.c * (-cone.b / cone.a);
-        if x < vs[k].x + line.sw || x > vs[k + 1].x + line.sw {
-            return None;
-        }
-        let at = |t: f64| End { t, cone: Some(k) };
-        Some([at(cone.enter()), at(cone.leave())])
+        (before[0] == 1 && before[WINDOW - 1] == 0)
+            .then(|| start + before.iter().sum::<u64>() as usize)
     }
 }
 
-/// `a t^2 + 2 b t + d`, negative inside the double cone through a segment.
-struct Cone {
-    a: f64,
-    b: f64,
-    d: f64,
-    root: f64,
+/// The intervals of one line: the sign of each and the faces through which the line enters and leaves. Where a whole stretch
+/// of the profile is met inside, one interval between its end planes stands for all of them.
+pub(crate) struct Intervals<'a> {
+    direction: &'a Direction,
+    line: Line,
+    profile: &'a Meridian,
+    hints: &'a mut [Hint],
+    /// The next node of the profile's tree.
+    at: usize,
 }
 
-impl Cone {
-    /// The discriminant is `tx^2 (g^2 - a q^2)` with `g = s e - f c w`, free of the cancellation in b^2 - a d.
-    #[inline(always)]
-    fn new(dir: &Direction, line: &Line, v: &Vertex) -> Self {
-        let (tx, tr) = (v.tx, v.tr);
-        let e = tx * v.r - tr * (v.x + line.sw);
-        let f = tr * dir.c;
-        let ts = tx * dir.s;
-        let cw = dir.c * line.w;
-        let a = (ts - f) * (ts + f);
-        let b = tx * ts * cw - e * f;
-        let d = tx * tx * (cw * cw + line.q2) - e * e;
-        let g = dir.s * e - f * cw;
-        Self {
-            a,
-            b,
-            d,
-            root: tx * (g * g - a * line.q2).max(0.0).sqrt(),
-        }
-    }
+impl<'a> Iterator for Intervals<'a> {
+    type Item = (f64, [Face<'a>; 2]);
 
+    // Expanded where it is used, to be compiled for the same processor.
     #[inline(always)]
-    fn enter(&self) -> f64 {
-        if self.b >= 0.0 {
-            (-self.b - self.root) / self.a
-        } else {
-            self.d / (self.root - self.b)
+    fn next(&mut self) -> Option<Self::Item> {
+        let (direction, line) = (self.direction, &self.line);
+        while let Some(node) = self.profile.tree().get(self.at) {
+            self.at += 1;
+            let [u0, u1] = node.x.map(|x| line.w + direction.s * x);
+            let (near, far) = ordered(u0 * u0, u1 * u1);
+            // Nearest the axis: at an end plane, or between them if the line passes the axis there.
+            let least = if u0 * u1 > 0.0 { near } else { 0.0 };
+            if least >= line.c2 * node.r2[1] - line.c2q2 {
+                if u0 * u1 > 0.0 || line.q2 >= node.r2[1] {
+                    self.at = node.after;
+                    continue;
+                }
+            } else if far < line.c2 * node.r2[0] - line.c2q2 {
+                self.at = node.after;
+                let vertex = &self.profile.chains()[0].vertices[0];
+                let [from, to] = node.path;
+                let (sign, x) = if to > from {
+                    (1.0, [from, to])
+                } else {
+                    (-1.0, [to, from])
+                };
+                return Some((sign, direction.along(x.map(|x| Face::plane(vertex, x)))));
+            }
+            if let Kind::Leaf(k) = node.kind {
+                let chain = &self.profile.chains()[k];
+                if let Some(faces) = direction.interval(chain, line, &mut self.hints[k]) {
+                    return Some((chain.sign, direction.along(faces)));
+                }
+            }
         }
-    }
-
-    #[inline(always)]
-    fn leave(&self) -> f64 {
-        if self.b > 0.0 {
-            self.d / (-self.b - self.root)
-        } else {
-            (self.root - self.b) / self.a
-        }
+        None
     }
 }
 
-/// Two numbers that are no NaN, the smaller one first: `f64::min` and `max` would ask for NaN each time.
-#[inline(always)]
-fn ordered(a: f64, b: f64) -> (f64, f64) {
-    if a < b { (a, b) } else { (b, a) }
+impl Hint {
+    /// The faces at the boundaries before vertices `at`, or the end planes; the next line will find them near here.
+    #[inline(always)]
+    fn found<'a>(
+        &mut self,
+        chain: &'a Chain,
+        [low, high]: [usize; 2],
+        planes: [bool; 2],
+        fresh: bool,
+    ) -> [Face<'a>; 2] {
+        self.met = true;
+        self.low.found(low, fresh);
+        self.high.found(high, fresh);
+        let face = |k: usize, plane: bool| {
+            let vs = &chain.vertices;
+            if plane {
+                Face::plane(&vs[k], vs[k].x)
+            } else {
+                Face::cone(&vs[k - 1], vs[k].x)
+            }
+        };
+        [face(low, planes[0]), face(high, planes[1])]
+    }
 }
 
 /// The first index in (low, high] at which `test` holds, given that it fails at low, holds at high, and changes once.
@@ -416,4 +373,39 @@ fn boundary(test: impl Fn(usize) -> bool, mut low: isize, mut high: isize, guess
         }
     }
     high as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row of lines over a waisted body: what the last line found changes no face, only where the search starts.
+    #[test]
+    fn hints_change_nothing() {
+        let points: Vec<[f64; 2]> = (0..=200)
+            .map(|k| 0.02 * k as f64)
+            .map(|x| [x, 1.0 + 0.4 * (2.0 * x).cos() - 0.25 * (x - 2.0).powi(2)])
+            .map(|[x, r]| [x, r.max(0.0)])
+            .collect();
+        let body = Meridian::new(&points).unwrap();
+        assert!(body.chains().len() > 1);
+        let mut met = 0;
+        for k in 0..60 {
+            let angle = 0.05 + 0.1 * k as f64;
+            let direction =
+                Direction::new(body.mid(), &Vector3::new(angle.cos(), angle.sin(), 0.0));
+            let mut hints = vec![Hint::default(); body.chains().len()];
+            for n in 0..300 {
+                // Now and then a jump.
+                let w = -2.5 + 5.0 / 300.0 * n as f64 + if n % 37 == 0 { 0.4 } else { 0.0 };
+                let line = [w, 0.01 * k as f64 + 0.3 * w];
+                let with: Vec<_> = direction.intervals(&body, line, &mut hints).collect();
+                let mut none = vec![Hint::default(); body.chains().len()];
+                let without: Vec<_> = direction.intervals(&body, line, &mut none).collect();
+                assert_eq!(with, without);
+                met += with.len();
+            }
+        }
+        assert!(met > 5000, "{met}");
+    }
 }

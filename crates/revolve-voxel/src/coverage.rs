@@ -142,6 +142,7 @@ pub(crate) struct Painter<'a> {
     steps: [Vector3<f64>; 3],
     grid: &'a VoxelGrid,
     sampling: Sampling,
+    arch: pulp::Arch,
 }
 
 /// Some voxels and what is added where the layer covers them.
@@ -165,6 +166,7 @@ impl<'a> Painter<'a> {
                 .map(|e| body.pose().vector_to_body(&e)),
             grid,
             sampling,
+            arch: pulp::Arch::new(),
         }
     }
 
@@ -282,7 +284,7 @@ impl<'a> Painter<'a> {
     ) -> f64 {
         if let Answer::Run { lines, reflex } = answer {
             counters.evaluations += 1;
-            match patch(lines, reflex, cuboid) {
+            match patch(self.arch, lines, reflex, cuboid) {
                 Patch::Clear(inside) => return f64::from(u8::from(inside)),
                 Patch::Covered { fraction, error } if error <= tolerance => {
                     counters.cut += 1;

@@ -6,6 +6,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::chord::{Direction, Hint};
+use crate::cone::Batch;
 use crate::error::{countable, finite, length, positive, zeros};
 use crate::shadow::Shadow;
 use crate::{Body, Error, Ray, RayCounters, Sample};
@@ -253,17 +254,26 @@ impl Body {
                 }
             })
             .collect();
+        let arch = pulp::Arch::new();
         let counters = out
             .par_chunks_mut(rays.n_bins)
             .enumerate()
             .map_init(Scratch::default, |scratch, (row, image)| {
                 let at = (rays.first_row + row) as f64;
-                self.project_row(&views, at, image, scratch, |bin| measure([bin, row]))
+                arch.dispatch(Row {
+                    body: self,
+                    views: &views,
+                    at,
+                    image,
+                    scratch,
+                    measure: |bin| measure([bin, row]),
+                })
             })
             .reduce(RayCounters::default, |a, b| a + b);
         Ok(counters)
     }
 
+    #[inline(always)]
     fn project_row<T: Sample, M: Fn(f64, f64, f64) -> f64>(
         &self,
         views: &[LayerView],
@@ -284,7 +294,13 @@ impl Body {
         let used = (views.iter().map(bins_of).filter(|bins| !bins.is_empty()))
             .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end))
             .unwrap_or(0..0);
-        let Scratch { sums, cast, hints } = scratch;
+        let Scratch {
+            sums,
+            cast,
+            chords,
+            hints,
+            batch,
+        } = scratch;
         sums.clear();
         sums.resize(used.len(), 0.0);
         cast.clear();
@@ -294,21 +310,31 @@ impl Body {
             let [w0, q0, t0] = start(view);
             hints.clear();
             hints.resize(meridian.chains().len(), Hint::default());
+            chords.clear();
+            chords.resize(used.len(), 0.0);
+            let mut chords = Chords {
+                of: &mut chords[..],
+                first: used.start,
+                origin: |bin: usize| t0 + bin as f64 * view.bin[2],
+                measure: &measure,
+            };
             for bin in bins_of(view) {
                 let (w, q) = (w0 + bin as f64 * view.bin[0], q0 + bin as f64 * view.bin[1]);
                 if !view.shadow.holds(w, q) {
                     continue;
                 }
-                let origin = t0 + bin as f64 * view.bin[2];
-                let measure = measure(bin);
-                let mut chord = 0.0;
-                view.direction
-                    .intervals(meridian, w, q, hints, &mut |sign, _, [low, high]| {
-                        chord += sign * measure(low.t, high.t, origin);
-                    });
                 cast[bin - used.start] = true;
-                if chord > 0.0 {
-                    sums[bin - used.start] += view.weight * chord;
+                for (sign, faces) in view.direction.intervals(meridian, [w, q], hints) {
+                    batch.push([w, q], &faces, (bin, sign));
+                    if batch.is_full() {
+                        chords.add(&view.direction, batch);
+                    }
+                }
+            }
+            chords.add(&view.direction, batch);
+            for (sum, chord) in sums.iter_mut().zip(&*chords.of) {
+                if *chord > 0.0 {
+                    *sum += view.weight * chord;
                     counters.hit += 1;
                 }
             }
@@ -324,12 +350,54 @@ impl Body {
     }
 }
 
+/// The work of a row, compiled for each kind of processor.
+struct Row<'a, T, F> {
+    body: &'a Body,
+    views: &'a [LayerView],
+    at: f64,
+    image: &'a mut [T],
+    scratch: &'a mut Scratch,
+    measure: F,
+}
+
+impl<T: Sample, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> pulp::WithSimd for Row<'_, T, F> {
+    type Output = RayCounters;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> RayCounters {
+        (self.body).project_row(self.views, self.at, self.image, self.scratch, self.measure)
+    }
+}
+
 /// What a row needs while it is projected: of each bin the sum and whether a ray was cast, of each chain where it was met.
 #[derive(Default)]
 struct Scratch {
     sums: Vec<f64>,
     cast: Vec<bool>,
+    chords: Vec<f64>,
     hints: Vec<Hint>,
+    batch: Batch<(usize, f64)>,
+}
+
+/// The sums of a row's chords, and what a stretch of each line counts.
+struct Chords<'a, O, F> {
+    of: &'a mut [f64],
+    /// Bin of the first of them.
+    first: usize,
+    /// Parameter of a bin's origin.
+    origin: O,
+    measure: F,
+}
+
+impl<O: Fn(usize) -> f64, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> Chords<'_, O, F> {
+    /// Adds the intervals of some lines, each of a bin and with a sign.
+    #[inline(always)]
+    fn add(&mut self, direction: &Direction, batch: &mut Batch<(usize, f64)>) {
+        for ((bin, sign), [entry, exit]) in batch.drain(direction) {
+            let length = (self.measure)(bin)(entry, exit, (self.origin)(bin));
+            self.of[bin - self.first] += sign * length;
+        }
+    }
 }
 
 /// A layer seen along one direction: (w, q, t) of the first ray and their steps.

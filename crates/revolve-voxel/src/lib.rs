@@ -57,6 +57,7 @@ mod attenuation;
 mod body;
 mod chains;
 mod chord;
+mod cone;
 mod counters;
 mod coverage;
 mod curve;

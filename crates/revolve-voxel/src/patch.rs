@@ -77,7 +77,32 @@ pub(crate) struct Cuboid<'a> {
 }
 
 /// The patch where the largest (`reflex`: the smallest) of the lines' heights is zero, in a box.
-pub(crate) fn patch(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
+pub(crate) fn patch(arch: pulp::Arch, lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
+    arch.dispatch(Work {
+        lines,
+        reflex,
+        cuboid,
+    })
+}
+
+/// The work, compiled for each kind of processor.
+struct Work<'a> {
+    lines: &'a [Line],
+    reflex: bool,
+    cuboid: &'a Cuboid<'a>,
+}
+
+impl pulp::WithSimd for Work<'_> {
+    type Output = Patch;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Patch {
+        patch_with(self.lines, self.reflex, self.cuboid)
+    }
+}
+
+#[inline(always)]
+fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
     let &Cuboid {
         centre,
         axes,
