@@ -175,7 +175,7 @@ fn forward(c: &mut Criterion) {
     });
 
     let projector = Projector::new(&scene.geometry, &scene.grid, Kernel::Joseph).unwrap();
-    let matrix = projector.matrix::<f32>();
+    let matrix = projector.matrix::<f32>().expect("room");
     let mut pixels = vec![0.0; N * N * N];
     for (slice, image) in scene.volume.chunks_exact(N * N).enumerate() {
         for (pixel, &x) in image.iter().enumerate() {
@@ -266,7 +266,7 @@ fn iterative(c: &mut Criterion) {
     let geometry = ParallelGeometry::uniform(VIEWS, std::f64::consts::PI, N, 1.0).unwrap();
     let grid = ImageGrid::square(N, 1.0).unwrap();
     let head = radon::Phantom2::shepp_logan(N as f64 / 2.0).unwrap();
-    let data: Vec<f32> = head.sinogram(&geometry, BinSampling::Mean);
+    let data: Vec<f32> = head.sinogram(&geometry, BinSampling::Mean).expect("room");
     let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
     let ten = Stopping {
         max_iterations: 10,

@@ -24,8 +24,10 @@ fn case(n: usize, n_views: usize) -> Case {
     let grid = ImageGrid::square(n, 1.0).unwrap();
     let phantom = Phantom2::shepp_logan(n as f64 / 2.0).unwrap();
     let (sinogram, image) = (
-        phantom.sinogram(&geometry, BinSampling::Mean),
-        phantom.image(&grid),
+        phantom
+            .sinogram(&geometry, BinSampling::Mean)
+            .expect("room"),
+        phantom.image(&grid).expect("room"),
     );
     Case {
         n,
@@ -38,7 +40,7 @@ fn case(n: usize, n_views: usize) -> Case {
 
 impl Case {
     fn rmse(&self, image: &[f32]) -> f64 {
-        let mask = disc_mask(&self.grid, self.n as f64 / 2.0 - 1.0);
+        let mask = disc_mask(&self.grid, self.n as f64 / 2.0 - 1.0).expect("room");
         rmse_within(image, &self.image, &mask).unwrap().unwrap()
     }
 
@@ -458,7 +460,7 @@ fn projector_rows(effort: Effort) {
             }
             if n <= 256 {
                 // the rival: the same weights as a sparse matrix, slice by slice
-                let matrix = projector.matrix::<f32>();
+                let matrix = projector.matrix::<f32>().expect("room");
                 let (seconds, rays) = timed(3, || {
                     let mut rays = vec![0.0f32; matrix.rows()];
                     for (ray, row) in rays.iter_mut().zip(matrix.outer_iterator()) {

@@ -108,7 +108,7 @@ impl Regions {
             .unwrap_or_else(|_| unreachable!("a heart has two layers"));
         wall.erode(2);
         cavity.erode(2);
-        let disc = disc_mask(camera.image(), camera.field_radius());
+        let disc = disc_mask(camera.image(), camera.field_radius())?;
         let mut background = ever.farther_than(3.0);
         background.intersect_slices(&disc)?;
         Ok(Self {

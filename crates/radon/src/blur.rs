@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::{at_least, finite, length, positive, product, within};
+use crate::error::{at_least, finite, length, positive, product, within, zeros};
 use crate::{RadonError, Sample};
 
 /// Weights beyond this many standard deviations are dropped.
@@ -43,7 +43,8 @@ impl Blur {
     ///
     /// # Errors
     /// [`RadonError::TooFew`] for no bin or row, [`RadonError::NotPositive`], [`RadonError::NotFinite`] for a pitch,
-    /// [`RadonError::OutOfRange`] for a width below zero or above the detector's smaller side but one of a single bin or row.
+    /// [`RadonError::OutOfRange`] for a width below zero or above the detector's smaller side but one of a single bin or row,
+    /// [`RadonError::TooLarge`].
     pub fn new(size: [usize; 2], pitch: [f64; 2], fwhm: f64) -> Result<Self, RadonError> {
         at_least("bins", size[0], 1)?;
         at_least("rows", size[1], 1)?;
@@ -60,9 +61,10 @@ impl Blur {
             within("FWHM of the blur", fwhm, 0.0, most)?;
             let sigma = fwhm / (8.0 * std::f64::consts::LN_2).sqrt() / pitch[axis];
             let reach = (REACH * sigma).floor() as usize;
-            let one_side: Vec<f64> = (1..=reach)
-                .map(|k| (-0.5 * (k as f64 / sigma).powi(2)).exp())
-                .collect();
+            let mut one_side: Vec<f64> = zeros("weights of a blur", reach, 1)?;
+            for (k, weight) in one_side.iter_mut().enumerate() {
+                *weight = (-0.5 * ((k + 1) as f64 / sigma).powi(2)).exp();
+            }
             let sum = 1.0 + 2.0 * one_side.iter().rev().sum::<f64>();
             weights[axis] = vec![1.0 / sum];
             weights[axis].extend(one_side.iter().map(|w| w / sum));
@@ -96,7 +98,7 @@ impl Blur {
     /// The rows of an image that some rows of the blurred image are made of.
     pub fn rows_seen(&self, rows: &Range<usize>) -> Range<usize> {
         let reach = self.weights[1].len() - 1;
-        rows.start.saturating_sub(reach)..(rows.end + reach).min(self.size[1])
+        rows.start.saturating_sub(reach)..rows.end.saturating_add(reach).min(self.size[1])
     }
 
     /// Some rows of blurred images `[view][row][bin]`, from images of the rows that [`Blur::rows_seen`] tells and no others: the

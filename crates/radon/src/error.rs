@@ -74,8 +74,8 @@ pub enum RadonError {
         /// Its value.
         given: f64,
     },
-    /// The array sizes multiply to more than the address space holds.
-    #[error("{name}: {a} x {b} samples do not fit the address space")]
+    /// The array sizes multiply to more than the address space holds, or than there is memory for.
+    #[error("{name}: {a} x {b} samples do not fit into memory")]
     TooLarge {
         /// Name of the array.
         name: &'static str,
@@ -213,4 +213,20 @@ pub(crate) fn product(name: &'static str, a: usize, b: usize) -> Result<usize, R
     a.checked_mul(b)
         .filter(|&n| n <= isize::MAX as usize / 16)
         .ok_or(RadonError::TooLarge { name, a, b })
+}
+
+/// `a * b` zeros, or the error that says that there is no room for them.
+pub(crate) fn zeros<T: Copy + Default>(
+    name: &'static str,
+    a: usize,
+    b: usize,
+) -> Result<Vec<T>, RadonError> {
+    let len = product(name, a, b)?;
+    // Asked for first: `vec!` ends the process if it is refused, and alone does not touch the memory.
+    let mut room: Vec<T> = Vec::new();
+    if room.try_reserve_exact(len).is_err() {
+        return Err(RadonError::TooLarge { name, a, b });
+    }
+    drop(room);
+    Ok(vec![T::default(); len])
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
-use crate::error::{RadonError, at_least, finite, positive};
+use crate::error::{RadonError, at_least, finite, positive, within};
 
 /// Apodising window `W(nu)` on the ramp `|f|`, with `nu = f / (cutoff * Nyquist)`; every one is 1 at `nu = 0`.
 ///
@@ -41,7 +41,7 @@ pub enum Window {
 }
 
 impl Window {
-    /// `W(nu)` for `nu >= 0`.
+    /// `W(nu)` for `nu >= 0`; NaN for a custom window of fewer than two gains, which no plan takes.
     pub fn gain(&self, nu: f64) -> f64 {
         if let Window::Butterworth { order } = self {
             return 1.0 / (1.0 + nu.powi(2 * (*order).min(1 << 20) as i32)).sqrt();
@@ -57,9 +57,12 @@ impl Window {
             Window::Hamming => 0.54 + 0.46 * (PI * nu).cos(),
             Window::Hann => 0.5 + 0.5 * (PI * nu).cos(),
             Window::Custom(gains) => {
-                let at = nu * (gains.len() - 1) as f64;
-                let k = (at as usize).min(gains.len() - 2);
-                gains[k] + (at - k as f64) * (gains[k + 1] - gains[k])
+                let at = nu * gains.len().saturating_sub(1) as f64;
+                let k = (at as usize).min(gains.len().saturating_sub(2));
+                match gains.get(k..k + 2) {
+                    Some(&[a, b]) => a + (at - k as f64) * (b - a),
+                    _ => f64::NAN,
+                }
             }
         }
     }
@@ -99,7 +102,7 @@ pub fn ramp_sample(n: i64) -> f64 {
 ///
 /// ```
 /// use radon::{Window, padded_len, ramp_response};
-/// let len = padded_len(2 * 101); // rows of 101 bins
+/// let len = padded_len(2 * 101)?; // rows of 101 bins
 /// assert_eq!(len, 216);
 /// let hann = ramp_response(&Window::Hann, 1.0, len)?;
 /// let ramp = ramp_response(&Window::RamLak, 1.0, len)?;
@@ -109,7 +112,8 @@ pub fn ramp_sample(n: i64) -> f64 {
 /// ```
 ///
 /// # Errors
-/// A `cutoff` outside `(0, 1]`, a Butterworth order of 0, a custom window with fewer than two gains or with a gain that is not finite.
+/// A `cutoff` outside `(0, 1]`, a Butterworth order of 0, a custom window with fewer than two gains or with a gain that is not
+/// finite; [`RadonError::OutOfRange`] for a `len` below 2 or above 2^23.
 pub fn ramp_response(window: &Window, cutoff: f64, len: usize) -> Result<Vec<f64>, RadonError> {
     window.check()?;
     if positive("cutoff", cutoff)? > 1.0 {
@@ -120,7 +124,7 @@ pub fn ramp_response(window: &Window, cutoff: f64, len: usize) -> Result<Vec<f64
             most: 1.0,
         });
     }
-    at_least("filter length", len, 2)?;
+    within("filter length", len as f64, 2.0, LONGEST as f64)?;
     let len = len + len % 2;
     let half = (len / 2) as i64;
     let kernel: Vec<f64> = if *window == Window::RamLak && cutoff == 1.0 {
@@ -174,8 +178,15 @@ fn ramp_spectrum(len: usize) -> Vec<Complex<f64>> {
     spectrum
 }
 
+/// Longest filter: a window takes sixteen times as many complex numbers, 2 GB, and the transform's own work arrays.
+const LONGEST: usize = 1 << 23;
+
 /// The least even length `>= least` that has no prime factor above 5: the rule for zero-padding.
-pub fn padded_len(least: usize) -> usize {
+///
+/// # Errors
+/// [`RadonError::OutOfRange`] for a `least` above 2^23, the longest filter.
+pub fn padded_len(least: usize) -> Result<usize, RadonError> {
+    within("padded length", least as f64, 0.0, LONGEST as f64)?;
     let mut len = least.max(2).next_multiple_of(2);
     loop {
         let mut rest = len;
@@ -185,7 +196,7 @@ pub fn padded_len(least: usize) -> usize {
             }
         }
         if rest == 1 {
-            return len;
+            return Ok(len);
         }
         len += 2;
     }

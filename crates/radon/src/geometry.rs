@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::error::{RadonError, at_least, finite, positive, product};
+use crate::error::{RadonError, at_least, finite, positive, product, zeros};
 
 /// Parallel-beam acquisition: a list of view angles and a row of detector bins.
 ///
@@ -65,9 +65,10 @@ impl ParallelGeometry {
     ) -> Result<Self, RadonError> {
         positive("arc", arc)?;
         product("sinogram", n_views, n_bins)?;
-        let angles: Vec<f64> = (0..n_views)
-            .map(|k| k as f64 * arc / n_views as f64)
-            .collect();
+        let mut angles = zeros("angles", n_views, 1)?;
+        for (k, angle) in angles.iter_mut().enumerate() {
+            *angle = k as f64 * arc / n_views as f64;
+        }
         Self::new(angles, n_bins, pitch)
     }
 
@@ -354,8 +355,23 @@ pub enum StackOrder {
 }
 
 impl StackOrder {
-    /// Index of the first bin of `view_idx`, `slice_idx` in a stack of `n_views` views and `n_slices` slices.
+    /// Index of the first bin of `view_idx`, `slice_idx` in a stack of `n_views` views and `n_slices` slices; none if there is no
+    /// such row, or the stack is larger than the address space.
     pub fn row_start(
+        self,
+        view_idx: usize,
+        slice_idx: usize,
+        n_views: usize,
+        n_slices: usize,
+        n_bins: usize,
+    ) -> Option<usize> {
+        n_views.checked_mul(n_slices)?.checked_mul(n_bins)?;
+        let there = view_idx < n_views && slice_idx < n_slices;
+        there.then(|| self.start_of(view_idx, slice_idx, n_views, n_slices, n_bins))
+    }
+
+    /// [`Self::row_start`] of a row that there is.
+    pub(crate) fn start_of(
         self,
         view_idx: usize,
         slice_idx: usize,

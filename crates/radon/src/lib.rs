@@ -16,7 +16,7 @@
 //! let geometry = ParallelGeometry::uniform(90, std::f64::consts::PI, 96, 0.1)?;
 //! let grid = ImageGrid::square(96, 0.1)?;
 //! let phantom = Phantom2::shepp_logan(4.8)?;
-//! let sinogram: Vec<f32> = phantom.sinogram(&geometry, BinSampling::Mean);
+//! let sinogram: Vec<f32> = phantom.sinogram(&geometry, BinSampling::Mean)?;
 //! let image = FbpPlan::new(&geometry, &grid, &FbpOptions::default())?.reconstruct(&sinogram)?;
 //! let [x, y] = grid.pixel_centre(48, 60);
 //! assert!((f64::from(image[60 * 96 + 48]) - phantom.value([x, y])).abs() < 0.05);

@@ -1,6 +1,6 @@
 //! What an image says within a mask: mean, spread, distance from the truth.
 
-use crate::error::{RadonError, length};
+use crate::error::{RadonError, finite, length, zeros};
 use crate::{ImageGrid, Sample};
 use rayon::prelude::*;
 use std::iter;
@@ -21,18 +21,23 @@ const LANES: usize = 8;
 ///
 /// ```
 /// let grid = radon::ImageGrid::square(4, 1.0)?;
-/// let disc = radon::disc_mask(&grid, 1.6);
+/// let disc = radon::disc_mask(&grid, 1.6)?;
 /// assert_eq!(disc.iter().filter(|&&inside| inside).count(), 12); // all but the corners
 /// # Ok::<(), radon::RadonError>(())
 /// ```
-pub fn disc_mask(grid: &ImageGrid, radius: f64) -> Vec<bool> {
-    (0..grid.ny())
-        .flat_map(|iy| (0..grid.nx()).map(move |ix| (ix, iy)))
-        .map(|(ix, iy)| {
+///
+/// # Errors
+/// [`RadonError::NotFinite`] for the radius, [`RadonError::TooLarge`].
+pub fn disc_mask(grid: &ImageGrid, radius: f64) -> Result<Vec<bool>, RadonError> {
+    finite("radius", radius)?;
+    let mut mask = zeros("mask", grid.nx(), grid.ny())?;
+    for (iy, row) in mask.chunks_exact_mut(grid.nx()).enumerate() {
+        for (ix, inside) in row.iter_mut().enumerate() {
             let [x, y] = grid.pixel_centre(ix, iy);
-            x.hypot(y) <= radius
-        })
-        .collect()
+            *inside = x.hypot(y) <= radius;
+        }
+    }
+    Ok(mask)
 }
 
 /// Count, sum, mean, standard deviation and root mean square of the samples within a mask.

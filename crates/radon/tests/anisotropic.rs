@@ -32,9 +32,11 @@ fn projection_error(
         Kernel::Strip => BinSampling::Mean,
         _ => BinSampling::Centre,
     };
-    let exact: Vec<f64> = phantom.sinogram(geometry, sampling);
+    let exact: Vec<f64> = phantom.sinogram(geometry, sampling).unwrap();
     let projector = Projector::new(geometry, grid, kernel).unwrap();
-    let got = projector.forward::<f64>(&phantom.image(grid)).unwrap();
+    let got = projector
+        .forward::<f64>(&phantom.image(grid).unwrap())
+        .unwrap();
     let square = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
     square(&mut got.iter().zip(&exact).map(|(a, b)| a - b)) / square(&mut exact.iter().copied())
 }

@@ -233,7 +233,7 @@ fn the_mean_of_an_image_is_not_lost() {
 #[test]
 fn padding_is_at_least_what_is_asked_even_and_smooth() {
     for n in 1..3000_usize {
-        let len = padded_len(2 * n);
+        let len = padded_len(2 * n).unwrap();
         assert!(
             len >= 2 * n && len.is_multiple_of(2) && len <= 2 * n + 2 * n / 8 + 2,
             "{n}: {len}"

@@ -118,10 +118,10 @@ fn stack_orders_index_what_they_say() {
     // 3 views, 5 slices, 7 bins.
     assert_eq!(
         StackOrder::ViewSliceBin.row_start(2, 4, 3, 5, 7),
-        (2 * 5 + 4) * 7
+        Some((2 * 5 + 4) * 7)
     );
     assert_eq!(
         StackOrder::SliceViewBin.row_start(2, 4, 3, 5, 7),
-        (4 * 3 + 2) * 7
+        Some((4 * 3 + 2) * 7)
     );
 }

@@ -19,7 +19,10 @@ fn scene() -> (Projector, Vec<f64>, Vec<f64>) {
         Kernel::Strip,
     )
     .unwrap();
-    let mut truth: Vec<f64> = Phantom2::shepp_logan(11.0).unwrap().image(projector.grid());
+    let mut truth: Vec<f64> = Phantom2::shepp_logan(11.0)
+        .unwrap()
+        .image(projector.grid())
+        .unwrap();
     // 1 - 0.8 - 0.2 is -6e-17.
     truth.iter_mut().for_each(|x| *x = x.max(0.0));
     let data = projector.forward(&truth).unwrap();

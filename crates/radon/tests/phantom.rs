@@ -166,7 +166,7 @@ fn every_view_and_every_image_conserve_the_integral() {
         let grid = ImageGrid::anisotropic(nx, ny, [dx, dy])
             .and_then(|g| g.with_centre([0.1, -0.05]))
             .unwrap();
-        let total = plane.image::<f64>(&grid).iter().sum::<f64>() * dx * dy;
+        let total = plane.image::<f64>(&grid).unwrap().iter().sum::<f64>() * dx * dy;
         assert!((total / plane.integral() - 1.0).abs() < 1e-12, "{total}");
     }
     let geometry = ParallelGeometry::new([0.0, 0.3, 1.1, 2.0, 4.5], 150, 0.06)
@@ -174,6 +174,7 @@ fn every_view_and_every_image_conserve_the_integral() {
         .unwrap();
     for view in plane
         .sinogram::<f64>(&geometry, BinSampling::Mean)
+        .unwrap()
         .chunks(150)
     {
         let total = view.iter().sum::<f64>() * 0.06;
@@ -195,7 +196,8 @@ fn every_view_and_every_image_conserve_the_integral() {
             .sinogram(&geometry, &slices, BinSampling::Mean, order)
             .unwrap();
         for view_idx in 0..2 {
-            let rows = (0..57).map(|slice_idx| order.row_start(view_idx, slice_idx, 2, 57, 70));
+            let rows =
+                (0..57).map(|slice_idx| order.row_start(view_idx, slice_idx, 2, 57, 70).unwrap());
             let total = rows
                 .map(|r| sinogram[r..r + 70].iter().sum::<f64>())
                 .sum::<f64>()
@@ -316,7 +318,7 @@ fn sinogram_orders_and_thread_counts_hold_the_same_bits() {
     for v in 0..3 {
         for s in 0..6 {
             for k in 0..33 {
-                let at = |order: StackOrder| order.row_start(v, s, 3, 6, 33) + k;
+                let at = |order: StackOrder| order.row_start(v, s, 3, 6, 33).unwrap() + k;
                 let got = by_view[at(StackOrder::ViewSliceBin)];
                 let (bin, z) = (geometry.bin_centre(k), slices.slice_centre(s));
                 let expected = head.line_integral(geometry.angles()[v], bin, z);

@@ -270,7 +270,7 @@ fn check_stack<T: Sample>(n_slices: usize, threads: usize) {
                     .forward(&volume[slice * image_len..][..image_len])
                     .unwrap();
                 for view in 0..4 {
-                    let start = order.row_start(view, slice, 4, n_slices, 37);
+                    let start = order.row_start(view, slice, 4, n_slices, 37).unwrap();
                     assert_eq!(
                         alone[view * 37..][..37],
                         projections[start..][..37],
@@ -502,7 +502,7 @@ fn the_matrix_is_the_projector() {
     for (geometry, grid) in cases() {
         for kernel in KERNELS {
             let projector = Projector::new(&geometry, &grid, kernel).unwrap();
-            let matrix = projector.matrix::<f64>();
+            let matrix = projector.matrix::<f64>().unwrap();
             let shape = (geometry.sinogram_len(), grid.image_len());
             assert_eq!(matrix.shape(), shape);
             let (x, y): (Vec<f64>, Vec<f64>) = (noise(shape.1, 2), noise(shape.0, 3));

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::{RadonError, length, product};
+use crate::error::{RadonError, length, product, zeros};
 use crate::geometry::{ImageGrid, ParallelGeometry, StackOrder};
 use crate::sample::{Sample, finite_and_signal};
 use crate::simd::{InstructionSet, interleave};
@@ -81,14 +81,14 @@ impl<T: Sample> FbpPlan<T> {
     ///
     /// # Errors
     /// An option out of its range, a region that leaves the grid, [`RadonError::ShortArc`], [`RadonError::InstructionSetMissing`],
-    /// rows of more than 2^28 samples.
+    /// filtered rows of more than 2^20 samples.
     pub fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
         options: &FbpOptions,
     ) -> Result<Self, RadonError> {
-        // Positions in a row are counted in 32 bits.
-        const LONGEST: usize = 1 << 28;
+        // Positions in a row are counted in 32 bits; the filter's plan takes a thousand bytes a sample.
+        const LONGEST: usize = 1 << 20;
         let (a, b) = (geometry.n_bins(), options.interpolation.upsampling());
         if a > LONGEST / b {
             return Err(RadonError::TooLarge {
@@ -190,7 +190,10 @@ impl<T: Sample> FbpPlan<T> {
         n_slices: usize,
         order: StackOrder,
     ) -> Result<Vec<T>, RadonError> {
-        let mut volume = vec![T::ZERO; product("volume", n_slices, self.image_len())?];
+        // What is given first: it bounds the number of slices.
+        let expected = product("projections", self.sinogram_len(), n_slices)?;
+        length("projections", projections.len(), expected)?;
+        let mut volume = zeros("volume", n_slices, self.image_len())?;
         self.reconstruct_stack_into(
             projections,
             n_slices,
@@ -370,8 +373,8 @@ impl<T: Sample> FbpPlan<T> {
             }
             .into());
         }
-        let mut projections = vec![T::ZERO; at_once * self.sinogram_len()];
-        let mut images = vec![T::ZERO; at_once * self.image_len()];
+        let mut projections = zeros("projections", at_once, self.sinogram_len())?;
+        let mut images = zeros("volume", at_once, self.image_len())?;
         let mut scratch = self.scratch();
         let mut report = FbpReport::default();
         for start in (0..n_slices).step_by(at_once) {
@@ -501,7 +504,7 @@ impl<'a, T: Sample> Stack<'a, T> {
     fn row(&self, view: usize, slice: usize) -> &'a [T] {
         let start = self
             .order
-            .row_start(view, slice, self.n_views, self.n_slices, self.n_bins);
+            .start_of(view, slice, self.n_views, self.n_slices, self.n_bins);
         &self.projections[start..start + self.n_bins]
     }
 
@@ -516,7 +519,7 @@ impl<'a, T: Sample> Stack<'a, T> {
                     let (all_finite, any_signal) = finite_and_signal(row);
                     if !all_finite {
                         let at = row.iter().position(|p| !p.finite()).unwrap_or(0);
-                        let index = self.order.row_start(
+                        let index = self.order.start_of(
                             view,
                             slice,
                             self.n_views,

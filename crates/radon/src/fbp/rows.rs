@@ -44,7 +44,7 @@ impl<T: Sample> RowFilter<T> {
         let len = padded_len(match options.edge {
             EdgePolicy::Zero => 2 * n_bins,
             EdgePolicy::Repeat | EdgePolicy::Fade | EdgePolicy::Ellipse => 4 * n_bins,
-        });
+        })?;
         let upsampling = options.interpolation.upsampling();
         let mut planner = RealFftPlanner::<T>::new();
         let mut response = ramp_response(&options.window, options.cutoff, len)?;

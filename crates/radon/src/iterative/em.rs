@@ -123,7 +123,7 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
             return Err(RadonError::BadRange {
                 name: "subset",
                 start: index,
-                end: index + 1,
+                end: index.saturating_add(1),
                 len: data.len(),
             });
         }

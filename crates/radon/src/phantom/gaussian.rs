@@ -1,6 +1,7 @@
 //! Means of the unit Gaussian exp(-|q|²/2) over segments, parallelograms and parallelepipeds.
 
-use super::round::{Vec3, add, dot};
+use super::round::{Vec3, add, cross, dot};
+use super::shape2::GAUSSIAN_REACH;
 use std::f64::consts::FRAC_PI_2;
 
 /// Positive nodes and weights of the 8-point Gauss-Legendre rule (Abramowitz & Stegun 1964, table 25.4).
@@ -14,12 +15,18 @@ const GAUSS_LEGENDRE: [(f64, f64); 4] = [
 /// Mean of exp(-|c + Σ u_k e_k|²/2) over u_k in [-1, 1].
 ///
 /// Closed form (error functions) when the edges are orthogonal; otherwise the last edges that are not get an 8-point
-/// Gauss-Legendre rule on panels no longer than one standard deviation, whose error is below 1e-15 of the peak.
+/// Gauss-Legendre rule on panels no longer than one standard deviation, whose error is below 1e-15 of the peak, where the
+/// other edges' line or plane comes near enough to the origin to count. Of edges so nearly parallel that this takes more than
+/// [`MOST_PANELS`] the panels are longer.
 pub(super) fn mean(c: Vec3, edges: &[Vec3]) -> f64 {
     let Some((&e, rest)) = edges.split_last() else {
         return (-0.5 * dot(c, c)).exp();
     };
     let length_sq = dot(e, e);
+    if length_sq == f64::INFINITY {
+        // A finite integral over so long an edge.
+        return 0.0;
+    }
     let orthogonal = rest
         .iter()
         .all(|&r| dot(e, r).powi(2) <= 1e-30 * length_sq * dot(r, r));
@@ -29,11 +36,14 @@ pub(super) fn mean(c: Vec3, edges: &[Vec3]) -> f64 {
         let one = FRAC_PI_2.sqrt() * between(along - length, along + length) / (2.0 * length);
         return one * mean(add(c, -along / length, e), rest);
     }
-    let panels = (2.0 * length_sq.sqrt()).ceil().max(1.0);
-    let half = 1.0 / panels;
+    let [low, high] = near(across(c, rest), across(e, rest));
+    let panels = ((high - low) * length_sq.sqrt())
+        .ceil()
+        .clamp(1.0, MOST_PANELS);
+    let half = 0.5 * (high - low) / panels;
     let mut sum = 0.0;
     for panel in 0..panels as usize {
-        let centre = (2.0 * panel as f64 + 1.0) * half - 1.0;
+        let centre = low + (2.0 * panel as f64 + 1.0) * half;
         for (node, weight) in GAUSS_LEGENDRE {
             for side in [-1.0, 1.0] {
                 sum += weight * mean(add(c, centre + side * half * node, e), rest);
@@ -41,6 +51,32 @@ pub(super) fn mean(c: Vec3, edges: &[Vec3]) -> f64 {
         }
     }
     sum * half / 2.0
+}
+
+/// Most panels of an edge: enough for edges a thousandth of a right angle from parallel, whatever their length.
+const MOST_PANELS: f64 = 32768.0;
+
+/// The part of `v` across one edge, or across two.
+fn across(v: Vec3, edges: &[Vec3]) -> Vec3 {
+    let along = |n: Vec3| add([0.0; 3], dot(v, n) / dot(n, n), n);
+    match *edges {
+        [e] => add(v, -1.0, along(e)),
+        [a, b] => along(cross(a, b)),
+        _ => v,
+    }
+}
+
+/// The u in [-1, 1] for which |p + u q| is no more than [`GAUSSIAN_REACH`]; all of them if that cannot be told.
+fn near(p: Vec3, q: Vec3) -> [f64; 2] {
+    let nearest = -dot(p, q) / dot(q, q);
+    let closest = add(p, nearest, q);
+    let room = GAUSSIAN_REACH.powi(2) - dot(closest, closest);
+    let reach = (room.max(0.0) / dot(q, q)).sqrt();
+    if (nearest + reach).is_finite() {
+        [nearest - reach, nearest + reach].map(|u| u.clamp(-1.0, 1.0))
+    } else {
+        [-1.0, 1.0]
+    }
 }
 
 /// erf(b / √2) - erf(a / √2) for a <= b, without cancellation in the tails.
@@ -58,6 +94,7 @@ fn between(a: f64, b: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     #[test]
     fn a_sheared_cell_agrees_with_a_fine_midpoint_sum_and_with_itself_transposed() {
@@ -73,6 +110,26 @@ mod tests {
         // Midpoint rule, h = 1/200: error about h²/24 of the second derivatives, a few 1e-6.
         assert!((mean(c, &[e1, e2]) - sum / f64::from(n * n)).abs() < 1e-5);
         assert!((mean(c, &[e1, e2]) - mean(c, &[e2, e1])).abs() < 1e-15);
+    }
+
+    /// Cells from a fraction of the hill to a hundred million times its size, sheared, in the plane and in space: those about it
+    /// hold it all, in a time that does not grow with their size.
+    #[test]
+    fn a_cell_of_any_size_about_the_hill_holds_it_all() {
+        for size in [20.0, 1e3, 1e8] {
+            // rounding of places, in standard deviations
+            let off = 1e-12 + 1e-15 * size;
+            let c = [0.3 * size, -0.2 * size, 0.1 * size];
+            let [e1, e2, e3] = [[1.0, 0.2, 0.1], [0.3, 1.0, -0.1], [0.1, 0.2, 1.0]]
+                .map(|e: Vec3| e.map(|x| x * size));
+            let volume = 8.0 * dot(cross(e1, e2), e3);
+            let whole = mean(c, &[e1, e2, e3]) * volume / (2.0 * PI).powf(1.5);
+            assert!((whole - 1.0).abs() < off, "{size:e}: {whole}");
+            let flat = |e: Vec3| [e[0], e[1], 0.0];
+            let area = 4.0 * cross(flat(e1), flat(e2))[2];
+            let whole = mean(flat(c), &[flat(e1), flat(e2)]) * area / (2.0 * PI);
+            assert!((whole - 1.0).abs() < off, "{size:e}: {whole}");
+        }
     }
 
     #[test]

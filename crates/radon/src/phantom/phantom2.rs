@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{BinSampling, Shape2};
-use crate::error::{RadonError, finite};
+use crate::error::{RadonError, finite, zeros};
 use crate::{ImageGrid, ParallelGeometry, Sample};
 
 /// A sum of plane shapes, each times a value: its images, line integrals and sinograms are exact.
@@ -12,11 +12,11 @@ use crate::{ImageGrid, ParallelGeometry, Sample};
 /// use radon::{BinSampling, ImageGrid, ParallelGeometry, Phantom2, Shape2};
 /// let disc = Shape2::ellipse([0.5, -0.3], [2.0, 2.0], 0.0)?;
 /// let phantom = Phantom2::new([(1.5, disc)])?;
-/// let image: Vec<f64> = phantom.image(&ImageGrid::square(64, 0.1)?);
+/// let image: Vec<f64> = phantom.image(&ImageGrid::square(64, 0.1)?)?;
 /// let mass: f64 = image.iter().sum::<f64>() * 0.1 * 0.1;
 /// assert!((mass - phantom.integral()).abs() < 1e-10); // pixel means: no mass is lost
 /// let geometry = ParallelGeometry::uniform(8, std::f64::consts::PI, 64, 0.1)?;
-/// let sinogram: Vec<f64> = phantom.sinogram(&geometry, BinSampling::Mean);
+/// let sinogram: Vec<f64> = phantom.sinogram(&geometry, BinSampling::Mean)?;
 /// assert!((sinogram[..64].iter().sum::<f64>() * 0.1 - phantom.integral()).abs() < 1e-10);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
@@ -66,8 +66,11 @@ impl Phantom2 {
     /// The image `[y][x]` of pixel means: exact for ellipses, rectangles and polygons; Gaussians to 1e-15 of their peak.
     ///
     /// Cost: pixels times shapes, with more work only where an outline cuts a pixel. Same bits for any number of threads.
-    pub fn image<T: Sample>(&self, grid: &ImageGrid) -> Vec<T> {
-        let mut image = vec![T::ZERO; grid.image_len()];
+    ///
+    /// # Errors
+    /// [`RadonError::TooLarge`].
+    pub fn image<T: Sample>(&self, grid: &ImageGrid) -> Result<Vec<T>, RadonError> {
+        let mut image = zeros("image", grid.nx(), grid.ny())?;
         image
             .par_chunks_mut(grid.nx())
             .enumerate()
@@ -78,18 +81,21 @@ impl Phantom2 {
                     *pixel = T::of(self.sum(|shape| shape.rectangle_mean(centre, sides)));
                 }
             });
-        image
+        Ok(image)
     }
 
     /// The sinogram `[view][bin]`, in closed form.
     ///
     /// Cost: bins times shapes. Same bits for any number of threads.
+    ///
+    /// # Errors
+    /// [`RadonError::TooLarge`].
     pub fn sinogram<T: Sample>(
         &self,
         geometry: &ParallelGeometry,
         sampling: BinSampling,
-    ) -> Vec<T> {
-        let mut sinogram = vec![T::ZERO; geometry.sinogram_len()];
+    ) -> Result<Vec<T>, RadonError> {
+        let mut sinogram = zeros("sinogram", geometry.n_views(), geometry.n_bins())?;
         sinogram
             .par_chunks_mut(geometry.n_bins())
             .zip(geometry.angles())
@@ -102,7 +108,7 @@ impl Phantom2 {
                     });
                 }
             });
-        sinogram
+        Ok(sinogram)
     }
 
     fn sum(&self, of: impl Fn(&Shape2) -> f64) -> f64 {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{BinSampling, Shape3};
-use crate::error::{RadonError, finite, product};
+use crate::error::{RadonError, finite, zeros};
 use crate::{ImageGrid, ParallelGeometry, Sample, SliceAxis, StackOrder};
 
 /// A sum of solid shapes, each times a value: its volumes, line integrals and sinograms are exact.
@@ -76,8 +76,7 @@ impl Phantom3 {
         grid: &ImageGrid,
         slices: &SliceAxis,
     ) -> Result<Vec<T>, RadonError> {
-        let len = product("volume", slices.n_slices(), grid.image_len())?;
-        let mut volume = vec![T::ZERO; len];
+        let mut volume = zeros("volume", slices.n_slices(), grid.image_len())?;
         let [dx, dy] = grid.spacing();
         let sides = [dx, dy, slices.spacing()];
         let half_diagonal = 0.5 * sides.iter().map(|s| s * s).sum::<f64>().sqrt();
@@ -121,12 +120,11 @@ impl Phantom3 {
         sampling: BinSampling,
         order: StackOrder,
     ) -> Result<Vec<T>, RadonError> {
-        let len = product("sinogram", slices.n_slices(), geometry.sinogram_len())?;
+        let mut sinogram = zeros("sinogram", slices.n_slices(), geometry.sinogram_len())?;
         let size = match sampling {
             BinSampling::Centre => [0.0; 2],
             BinSampling::Mean => [geometry.pitch(), slices.spacing()],
         };
-        let mut sinogram = vec![T::ZERO; len];
         sinogram
             .par_chunks_mut(geometry.n_bins())
             .enumerate()

@@ -49,7 +49,7 @@ pub(super) fn chord(corners: &[Vec2], at: f64) -> f64 {
 
 /// Area of a counter-clockwise polygon inside the rectangle [x0, x1] x [y0, y1]; y0 and y1 may be infinite together.
 ///
-/// Each edge contributes the area between itself and the floor of the rectangle, clipped to it: piecewise linear in x.
+/// Bounds that are no numbers are none. (Not `clamp`, which panics at them.) Each edge contributes the area between itself and the floor of the rectangle, clipped to it: piecewise linear in x.
 pub(super) fn area_in(corners: &[Vec2], [x0, x1]: Vec2, [y0, y1]: Vec2) -> f64 {
     let floor = if y0.is_finite() { y0 } else { corners[0][1] };
     let mut sum = 0.0;
@@ -65,12 +65,12 @@ pub(super) fn area_in(corners: &[Vec2], [x0, x1]: Vec2, [y0, y1]: Vec2) -> f64 {
         // Break where the edge crosses the floor and the ceiling.
         let mut breaks = [a, b, b, b];
         if slope != 0.0 {
-            let mut cuts = [y0, y1].map(|y| (left[0] + (y - left[1]) / slope).clamp(a, b));
+            let mut cuts = [y0, y1].map(|y| (left[0] + (y - left[1]) / slope).max(a).min(b));
             cuts.sort_by(f64::total_cmp);
             breaks = [a, cuts[0], cuts[1], b];
         }
         for w in breaks.windows(2) {
-            let middle = height(0.5 * (w[0] + w[1])).clamp(y0, y1);
+            let middle = height(0.5 * (w[0] + w[1])).max(y0).min(y1);
             sum += sign * (w[1] - w[0]) * (middle - floor);
         }
     }

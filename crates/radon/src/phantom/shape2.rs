@@ -198,9 +198,12 @@ impl Shape2 {
     }
 
     /// Mean over the axis-parallel rectangle with centre `centre` and full sides `sides`: exact for ellipses and polygons;
-    /// Gaussians to 1e-15 of the peak.
+    /// Gaussians to 1e-15 of the peak. NaN where a number is NaN.
     pub fn rectangle_mean(&self, centre: [f64; 2], sides: [f64; 2]) -> f64 {
-        let [hx, hy] = sides.map(|s| 0.5 * s);
+        let [hx, hy] = sides.map(|s| 0.5 * s.abs());
+        if [centre, sides].as_flattened().iter().any(|v| v.is_nan()) {
+            return f64::NAN;
+        }
         let distance = (centre[0] - self.centre[0]).hypot(centre[1] - self.centre[1]);
         if distance > self.reach + hx.hypot(hy) {
             return 0.0;
@@ -234,7 +237,7 @@ impl Shape2 {
                     [centre[0] - hx, centre[0] + hx],
                     [centre[1] - hy, centre[1] + hy],
                 );
-                (polygon::area_in(corners, x, y) / (sides[0] * sides[1])).clamp(0.0, 1.0)
+                (polygon::area_in(corners, x, y) / (4.0 * hx * hy)).clamp(0.0, 1.0)
             }
         }
     }

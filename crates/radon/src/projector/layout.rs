@@ -28,7 +28,7 @@ impl Stack {
 
     fn row_start(&self, row: usize, slice: usize) -> usize {
         self.order
-            .row_start(row, slice, self.n_rows, self.n_slices, self.row_len)
+            .start_of(row, slice, self.n_rows, self.n_slices, self.row_len)
     }
 
     /// Which slices hold anything but zeros; refuses NaN and infinity.

@@ -5,6 +5,7 @@ use sprs::CsMat;
 use super::rays::{Rays, Window};
 use super::{Projector, row_stride};
 use crate::Sample;
+use crate::error::{RadonError, zeros};
 
 impl Projector {
     /// The matrix A of one slice in compressed rows: row `view * n_bins + bin`, column `y * nx + x`, the very weights of
@@ -16,12 +17,15 @@ impl Projector {
     /// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector};
     /// let geometry = ParallelGeometry::uniform(3, std::f64::consts::PI, 5, 1.0)?;
     /// let projector = Projector::new(&geometry, &ImageGrid::square(5, 1.0)?, Kernel::Strip)?;
-    /// let matrix = projector.matrix::<f64>();
+    /// let matrix = projector.matrix::<f64>()?;
     /// assert_eq!(matrix.shape(), (15, 25));
     /// assert_eq!(matrix.get(2, 2), Some(&1.0)); // first view, middle bin, top row of pixels
     /// # Ok::<(), radon::RadonError>(())
     /// ```
-    pub fn matrix<T: Sample>(&self) -> CsMat<T> {
+    ///
+    /// # Errors
+    /// [`RadonError::TooLarge`] for more rows than there is memory for.
+    pub fn matrix<T: Sample>(&self) -> Result<CsMat<T>, RadonError> {
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
         // The image within a margin of a pixel.
         let stride = row_stride(nx);
@@ -34,7 +38,7 @@ impl Projector {
         let by_rows = window(0..nx, 0..ny, [1, stride]);
         let by_columns = window(0..ny, 0..nx, [stride, 1]);
         let n_bins = self.geometry.n_bins();
-        let mut row_starts = vec![0; self.geometry.sinogram_len() + 1];
+        let mut row_starts = zeros("rows of the matrix", self.geometry.sinogram_len() + 1, 1)?;
         let (mut columns, mut weights) = (Vec::new(), Vec::new());
         let mut rays = Rays::default();
         for (view_idx, view) in self.views.iter().enumerate() {
@@ -71,6 +75,6 @@ impl Projector {
             row_starts[i] += row_starts[i - 1];
         }
         let shape = (self.geometry.sinogram_len(), nx * ny);
-        CsMat::new(shape, row_starts, columns, weights)
+        Ok(CsMat::new(shape, row_starts, columns, weights))
     }
 }

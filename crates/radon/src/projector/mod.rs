@@ -1,6 +1,6 @@
 //! Projectors with exact adjoints.
 
-use crate::error::{RadonError, product, within};
+use crate::error::{RadonError, length, product, within, zeros};
 use crate::simd::InstructionSet;
 use crate::{ImageGrid, ParallelGeometry, Sample, StackOrder};
 
@@ -178,8 +178,10 @@ impl Projector {
         n_slices: usize,
         order: StackOrder,
     ) -> Result<Vec<T>, RadonError> {
-        let len = product("projections", n_slices, self.geometry.sinogram_len())?;
-        let mut projections = vec![T::ZERO; len];
+        // What is given first: it bounds the number of slices.
+        let expected = product("volume", n_slices, self.grid.image_len())?;
+        length("volume", volume.len(), expected)?;
+        let mut projections = zeros("projections", n_slices, self.geometry.sinogram_len())?;
         let mut scratch = self.scratch();
         self.forward_stack_into(volume, n_slices, order, &mut projections, &mut scratch)?;
         Ok(projections)
@@ -195,8 +197,9 @@ impl Projector {
         n_slices: usize,
         order: StackOrder,
     ) -> Result<Vec<T>, RadonError> {
-        let len = product("volume", n_slices, self.grid.image_len())?;
-        let mut volume = vec![T::ZERO; len];
+        let expected = product("projections", n_slices, self.geometry.sinogram_len())?;
+        length("projections", projections.len(), expected)?;
+        let mut volume = zeros("volume", n_slices, self.grid.image_len())?;
         let mut scratch = self.scratch();
         self.adjoint_stack_into(projections, n_slices, order, &mut volume, &mut scratch)?;
         Ok(volume)

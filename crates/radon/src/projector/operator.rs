@@ -86,7 +86,7 @@ impl<T: Sample> StackOperator<T> {
             let row = |view: usize, slice: usize| {
                 let start = self
                     .order
-                    .row_start(view, slice, n_views, self.n_slices, n_bins);
+                    .start_of(view, slice, n_views, self.n_slices, n_bins);
                 start..start + n_bins
             };
             let slices = 0..self.n_slices;

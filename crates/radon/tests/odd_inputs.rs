@@ -1,0 +1,213 @@
+//! Sizes beyond any memory, indices beyond any array, numbers that are none: errors, before any work.
+
+use radon::{
+    BinSampling, Blur, EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Kernel,
+    LinearOperator, ParallelGeometry, Phantom2, Phantom3, Projector, RadonError, Shape2, Shape3,
+    SliceAxis, StackOrder, Subset, Window, disc_mask, osem, padded_len, ramp_response,
+};
+
+const VIEWS_FIRST: StackOrder = StackOrder::ViewSliceBin;
+
+fn too_large<T: std::fmt::Debug>(outcome: Result<T, RadonError>) -> bool {
+    matches!(outcome, Err(RadonError::TooLarge { .. }))
+}
+
+/// Counts that can be multiplied, of samples that no machine has room for.
+#[test]
+fn what_no_memory_holds_is_refused() {
+    let half_turn = std::f64::consts::PI;
+    let wide = ParallelGeometry::uniform(2, half_turn, 1 << 50, 1.0).unwrap();
+    let large = ImageGrid::square(1 << 26, 1.0).unwrap();
+    let (small, grid) = (
+        ParallelGeometry::uniform(2, half_turn, 4, 1.0).unwrap(),
+        ImageGrid::square(4, 1.0).unwrap(),
+    );
+    assert!(too_large(ParallelGeometry::uniform(1 << 55, 1.0, 1, 1.0)));
+    assert!(too_large(disc_mask(&large, 1.0)));
+    assert!(too_large(Blur::new([1 << 50, 1], [1.0; 2], 1e15)));
+
+    let disc = Shape2::ellipse([0.0; 2], [1.0; 2], 0.0).unwrap();
+    let plane = Phantom2::new([(1.0, disc.clone())]).unwrap();
+    assert!(too_large(plane.image::<f64>(&large)));
+    assert!(too_large(plane.sinogram::<f32>(&wide, BinSampling::Mean)));
+    let rod = Shape3::prism(disc, [0.0, 1.0]).unwrap();
+    let solid = Phantom3::new([(1.0, rod)]).unwrap();
+    let tall = SliceAxis::new(1 << 50, 1.0).unwrap();
+    assert!(too_large(solid.volume::<f32>(&grid, &tall)));
+    let sampling = BinSampling::Centre;
+    assert!(too_large(solid.sinogram::<f32>(
+        &small,
+        &tall,
+        sampling,
+        VIEWS_FIRST
+    )));
+
+    let narrow = ParallelGeometry::uniform(2, half_turn, 1 << 50, 1e-9).unwrap();
+    let projector = Projector::new(&narrow, &grid, Kernel::Joseph).unwrap();
+    assert!(too_large(projector.forward(&[1.0f32; 16])));
+    let plan = FbpPlan::<f32>::new(&small, &large, &FbpOptions::default()).unwrap();
+    assert!(too_large(plan.reconstruct(&[1.0; 8])));
+    for options in [
+        FbpOptions::default(),
+        FbpOptions::default().with_window(Window::Hann),
+        FbpOptions {
+            interpolation: Interpolation::BandLimited,
+            edge: EdgePolicy::Ellipse,
+            ..FbpOptions::default()
+        },
+    ] {
+        for bins in [(1 << 20) + 1, 1 << 50] {
+            let wide = ParallelGeometry::uniform(2, half_turn, bins, 1.0).unwrap();
+            assert!(too_large(FbpPlan::<f32>::new(&wide, &grid, &options)));
+        }
+    }
+    let generous = FbpOptions {
+        memory: usize::MAX,
+        ..FbpOptions::default()
+    };
+    let plan = FbpPlan::<f32>::new(&small, &grid, &generous).unwrap();
+    let streamed = plan.stream(
+        1 << 50,
+        |_, _| Ok::<(), RadonError>(()),
+        |_, _| panic!("there is nothing to write"),
+    );
+    assert!(too_large(streamed));
+}
+
+/// A stack is as long as its data says, not as the caller does.
+#[test]
+fn numbers_of_slices_without_data_are_refused() {
+    let geometry = ParallelGeometry::uniform(2, 3.0, 4, 1.0).unwrap();
+    let grid = ImageGrid::square(4, 1.0).unwrap();
+    let projector = Projector::new(&geometry, &grid, Kernel::Strip).unwrap();
+    let plan = FbpPlan::<f64>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
+    for n in [1, 1 << 40, usize::MAX / 16] {
+        for error in [
+            projector.forward_stack::<f64>(&[], n, VIEWS_FIRST).err(),
+            projector.adjoint_stack::<f64>(&[], n, VIEWS_FIRST).err(),
+            plan.reconstruct_stack(&[], n, VIEWS_FIRST).err(),
+        ] {
+            assert!(matches!(
+                error,
+                Some(RadonError::WrongLength { given: 0, .. } | RadonError::TooLarge { .. })
+            ));
+        }
+    }
+}
+
+#[test]
+fn rows_that_a_stack_does_not_have() {
+    for order in [StackOrder::ViewSliceBin, StackOrder::SliceViewBin] {
+        assert_eq!(order.row_start(0, 0, 3, 5, 7), Some(0));
+        for (view, slice) in [(3, 0), (0, 5), (usize::MAX, 0), (0, usize::MAX)] {
+            assert_eq!(order.row_start(view, slice, 3, 5, 7), None);
+        }
+        assert_eq!(order.row_start(0, 0, usize::MAX, 2, 1), None);
+        assert_eq!(order.row_start(0, 0, 0, 0, 0), None);
+    }
+    let blur = Blur::new([2, 8], [1.0; 2], 2.0).unwrap();
+    assert_eq!(blur.rows_seen(&(0..usize::MAX)), 0..8);
+    for (start, end) in [(5, 3), (7, usize::MAX), (usize::MAX, 0)] {
+        assert!(blur.rows(vec![1.0f32; 16], &(start..end)).is_err());
+    }
+    assert!(blur.weights(usize::MAX).is_empty());
+}
+
+#[test]
+fn filters_of_any_length_and_windows_of_no_gains() {
+    for gains in [vec![], vec![1.0]] {
+        let window = Window::Custom(gains);
+        for nu in [0.0, 0.5, 1.0, f64::NAN] {
+            assert!(window.gain(nu).is_nan());
+        }
+        assert!(ramp_response(&window, 1.0, 8).is_err());
+    }
+    let window = Window::Custom(vec![1.0, 0.5]);
+    assert_eq!((window.gain(0.5), window.gain(1.0)), (0.75, 0.5));
+    assert_eq!(padded_len(0), Ok(2));
+    assert_eq!(padded_len(1 << 23), Ok(1 << 23));
+    for len in [(1 << 23) + 1, usize::MAX] {
+        assert!(matches!(
+            padded_len(len),
+            Err(RadonError::OutOfRange { .. })
+        ));
+        assert!(matches!(
+            ramp_response(&Window::Hann, 1.0, len),
+            Err(RadonError::OutOfRange { .. })
+        ));
+    }
+}
+
+/// An operator of one number, and a subset that asks for a datum far away.
+#[test]
+fn subsets_beyond_the_data() {
+    #[derive(Debug)]
+    struct One;
+    impl LinearOperator<f64> for One {
+        fn image_len(&self) -> usize {
+            1
+        }
+        fn data_len(&self) -> usize {
+            1
+        }
+        fn forward_into(&self, image: &[f64], data: &mut [f64]) -> Result<(), RadonError> {
+            data.copy_from_slice(image);
+            Ok(())
+        }
+        fn adjoint_into(&self, data: &[f64], image: &mut [f64]) -> Result<(), RadonError> {
+            image.copy_from_slice(data);
+            Ok(())
+        }
+    }
+    let subset = Subset {
+        operator: One,
+        data: vec![usize::MAX],
+    };
+    let refused = osem(&[subset], &[1.0], &mut [1.0], &Default::default());
+    assert!(matches!(
+        refused,
+        Err(RadonError::BadRange {
+            start: usize::MAX,
+            ..
+        })
+    ));
+}
+
+/// Every number of a shape's means may be negative, zero, infinite or none.
+#[test]
+fn means_over_odd_rectangles() {
+    let odd = [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        0.0,
+        -1.0,
+        1e-300,
+        1e300,
+        -1e300,
+        0.7,
+    ];
+    let shapes = [
+        Shape2::ellipse([0.1, 0.2], [2.0, 1.0], 0.3).unwrap(),
+        Shape2::rectangle([0.1, 0.2], [2.0, 1.0], 0.3).unwrap(),
+        Shape2::polygon(vec![[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]]).unwrap(),
+        Shape2::gaussian([0.1, 0.2], [2.0, 1.0], 0.3).unwrap(),
+    ];
+    for shape in &shapes {
+        for a in odd {
+            for b in odd {
+                let mean = shape.rectangle_mean([a, 0.1], [b, 1.0]);
+                assert!(!(a.is_nan() || b.is_nan()) || mean.is_nan());
+                shape.rectangle_mean([0.1, 0.2], [a, b]);
+                for c in odd {
+                    shape.bin_mean(a, b, c);
+                }
+                shape.line_integral(a, b);
+                shape.value([a, b]);
+            }
+        }
+        // The sign of a side says nothing.
+        let at = |side: f64| shape.rectangle_mean([0.4, 0.3], [side, 0.5]);
+        assert_eq!(at(-0.8), at(0.8));
+    }
+}
