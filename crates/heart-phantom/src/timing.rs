@@ -8,6 +8,8 @@ use std::collections::BTreeMap;
 
 /// Most quadrature points a cycle, and intervals in one view.
 pub(crate) const MAX_POINTS: usize = 65536;
+/// Most points of all views together: each is a view of the heart, and is kept until its view is taken.
+pub(crate) const MAX_POINTS_OF_ALL: usize = 1 << 24;
 /// Intervals over the arc of a view of a turning camera while the heart stands still, at least.
 const ARC_INTERVALS: f64 = 8.0;
 /// Steps a cycle at which the curve of the volume is taken as known.
@@ -160,17 +162,51 @@ impl Acquisition {
                 1e9,
             )?;
         }
-        Ok(())
+        let points = self.points_of_all(cycle, camera);
+        let what = "quadrature points of all views";
+        check_count(what, points as usize, 0, MAX_POINTS_OF_ALL).map(drop)
     }
 
-    /// The quadrature over one view.
-    pub(crate) fn nodes(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> Nodes {
+    /// Points of all views together, before equal ones are merged.
+    fn points_of_all(&self, cycle: &Cycle, camera: &Camera) -> f64 {
+        let n_views = if self.same_for_all_views(camera) {
+            1
+        } else {
+            camera.n_views()
+        };
+        // Beats in a view, and shares of each that are sampled.
+        let beats = match (camera.rotation(), self) {
+            (_, Acquisition::Static { .. } | Acquisition::Instants { .. }) => return 0.0,
+            (Rotation::Continuous { .. }, Acquisition::Exposure { window, .. }) => {
+                window / cycle.period()
+            }
+            (Rotation::StepAndShoot, Acquisition::Exposure { window, .. }) => {
+                // Whole beats share their phases, the rest has its own.
+                (window / cycle.period()).min(2.0)
+            }
+            (Rotation::Continuous { interval }, _) => interval / cycle.period(),
+            (Rotation::StepAndShoot, _) => 1.0,
+        };
         let points = match *self {
+            Acquisition::Gate { gates, points, .. } => (points as f64 / gates as f64).max(2.0),
+            _ => self.points() as f64,
+        };
+        n_views as f64 * beats * points
+    }
+
+    /// Steps a cycle; none where nothing is averaged.
+    fn points(&self) -> usize {
+        match *self {
             Acquisition::Static { .. } | Acquisition::Instants { .. } => 0,
             Acquisition::Exposure { points, .. }
             | Acquisition::WholeCycle { points }
             | Acquisition::Gate { points, .. } => points,
-        };
+        }
+    }
+
+    /// The quadrature over one view.
+    pub(crate) fn nodes(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> Nodes {
+        let points = self.points();
         let mut result = Nodes::default();
         let mut known = BTreeMap::new();
         for stretch in self.stretches(cycle, camera, view_idx) {

@@ -172,6 +172,40 @@ fn bad_input_is_refused_with_its_numbers() {
         assert!(try_it(Acquisition::Instants { interval: bad }).is_err());
     }
     assert!(try_it(Acquisition::Static { phase: f64::NAN }).is_err());
+    // A turning camera sees each of ten million beats from elsewhere: no memory holds the points of its quadrature.
+    let turning = Camera::with_geometry(&CameraGeometry {
+        views: 2,
+        arc: PI,
+        start: 0.0,
+        bins: 8,
+        rows: 8,
+        pitch: [2.0; 2],
+        rotation: Rotation::Continuous { interval: 1e7 },
+        pixels: [8; 2],
+        pixel: 2.0,
+        centre: [0.0; 2],
+    })
+    .unwrap();
+    let [interval, window] = [1e7; 2];
+    for long in [
+        Acquisition::WholeCycle { points: 8 },
+        Acquisition::Gate {
+            gate: 0,
+            gates: 4,
+            points: 8,
+        },
+        Acquisition::Exposure {
+            interval,
+            window,
+            points: 8,
+        },
+    ] {
+        let refused = acquire(&heart, &turning, &cycle, long, WALL, &|_| ());
+        assert!(
+            matches!(refused, Err(PhantomError::Count { given, max: 16_777_216, .. }) if given > 20_000_000),
+            "{refused:?}"
+        );
+    }
     let still = Acquisition::Static { phase: 0.0 };
     assert!(acquire(&heart, &camera, &cycle, still, [f64::NAN, 1.0], &|_| ()).is_err());
     assert!(truth(&heart, &camera, &cycle, still, WALL, 0.0).is_err());

@@ -1,7 +1,7 @@
 //! Scenes: what is read, and where it is said what is wrong.
 
 use heart_phantom::PhantomError;
-use heart_phantom::scene::{Mode, Scene, SceneError};
+use heart_phantom::scene::*;
 
 #[path = "scene/bad_values.rs"]
 mod bad_values;
@@ -79,6 +79,65 @@ fn a_written_scene_is_read_back() {
     assert_eq!(scene.acquisition.mode, Mode::Gated { gates: 8 });
     let again = scene.to_toml();
     assert_eq!(Scene::from_toml(&again).unwrap(), scene, "{again}");
+}
+
+/// What is built in Rust is what its own file says, section by section.
+#[test]
+fn each_part_of_a_scene_can_be_built() {
+    let text = "
+        [background]
+        concentration = 0.1
+        centre = [0.0, 1.0]
+        semi_axes = [7.0, 6.0]
+        [[defects]]
+        layers = [0.0, 0.5]
+        s = [0.1, 0.3]
+        azimuths = [-30.0, 30.0]
+        activity = 0.0
+        [attenuation]
+        coefficient = 0.15
+        medium = 'heart'
+        [acquisition]
+        accuracy = { tolerance = 0.01 }
+        [blur]
+        fwhm = 0.8
+        [noise]
+        counts = { per_unit = 10.0 }
+        seed = 7
+        [truth]
+        tolerance = 0.01
+        [output]
+        write = ['labels']
+    ";
+    let scene = Scene::default()
+        .with_background(BackgroundSettings {
+            concentration: 0.1,
+            centre: [0.0, 1.0],
+            semi_axes: [7.0, 6.0],
+        })
+        .with_defect(DefectSettings {
+            layers: [0.0, 0.5],
+            s: [0.1, 0.3],
+            azimuths: [-30.0, 30.0],
+            activity: 0.0,
+        })
+        .with_attenuation(AttenuationSettings {
+            coefficient: 0.15,
+            medium: MediumSettings::Heart,
+        })
+        .with_accuracy(AccuracySettings::Tolerance(0.01))
+        .with_blur(BlurSettings { fwhm: 0.8 })
+        .with_noise(NoiseSettings {
+            counts: CountSettings::PerUnit(10.0),
+            seed: 7,
+        })
+        .with_truth(TruthSettings { tolerance: 0.01 })
+        .with_output(OutputSettings {
+            write: vec![Product::Labels],
+            ..OutputSettings::default()
+        });
+    assert_eq!(Scene::from_toml(text).unwrap(), scene);
+    scene.check().unwrap();
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::*;
 use crate::activity::MAX_ACTIVITY;
 use crate::files::Format;
+use crate::timing::MAX_POINTS_OF_ALL;
 use crate::volume_curve::{MAX_GAIN, check_curve};
 use crate::{Uptake, VolumeCurve, VolumeRange};
 use membrane_newton::membrane_forces::balloon_at_rest;
@@ -15,6 +16,8 @@ type Checked = Result<(), SceneError>;
 const MOST_SAMPLES: f64 = 2_147_483_648.0;
 /// Samples of all sets of views, or of all their volumes: 1 TiB of `f32`.
 const MOST_SAMPLES_OF_ALL: f64 = 274_877_906_944.0;
+/// Points of the quadrature over time in all views.
+const MOST_POINTS: f64 = MAX_POINTS_OF_ALL as f64;
 /// Each defect has a label of its own, above those of background, cavity and wall.
 const MOST_DEFECTS: usize = 252;
 /// Lengths in cm.
@@ -339,7 +342,36 @@ fn acquisition(scene: &Scene) -> Checked {
         AccuracySettings::Tolerance(tolerance) => {
             within("acquisition.accuracy.tolerance", tolerance, [1e-6, 1.0])
         }
+    }?;
+    turning(scene, period)
+}
+
+/// A turning camera sees every beat from elsewhere. Of a tolerance it is known at work only how many steps it takes.
+fn turning(scene: &Scene, period: f64) -> Checked {
+    let camera = &scene.camera;
+    let (seconds, gates) = match scene.acquisition.mode {
+        Mode::Exposure { seconds } => (seconds, 1),
+        Mode::WholeCycle => (camera.seconds_per_view, 1),
+        Mode::Gated { gates } => (camera.seconds_per_view, gates),
+        Mode::Static { .. } | Mode::Instants => return Ok(()),
+    };
+    let steps = match scene.acquisition.accuracy {
+        AccuracySettings::Steps(steps) => steps as f64 / gates as f64,
+        AccuracySettings::Tolerance(_) => 0.0,
+    };
+    let beats = camera.views as f64 * seconds / period;
+    let points = beats * steps.max(2.0);
+    if camera.rotation == RotationSettings::Continuous && points > MOST_POINTS {
+        let wanted = format!(
+            "{points:e} points of {beats:e} beats, each seen from elsewhere, must be at most {MOST_POINTS:e}"
+        );
+        return Err(fault(
+            "camera.seconds_per_view",
+            camera.seconds_per_view,
+            wanted,
+        ));
     }
+    Ok(())
 }
 
 fn all_gates(scene: &Scene, gates: usize) -> Checked {

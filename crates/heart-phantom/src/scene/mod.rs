@@ -29,11 +29,16 @@ const MOST_BYTES: u64 = 1 << 24;
 /// in degrees, volumes in mL.
 ///
 /// ```
-/// use heart_phantom::scene::{CameraSettings, Mode, Scene};
+/// use heart_phantom::scene::{BlurSettings, CameraSettings, CountSettings, Mode, NoiseSettings, Scene};
 /// let camera = CameraSettings { views: 60, ..CameraSettings::default() };
-/// let scene = Scene::default().with_camera(camera).with_mode(Mode::Gated { gates: 8 });
+/// let scene = Scene::default()
+///     .with_camera(camera)
+///     .with_mode(Mode::Gated { gates: 8 })
+///     .with_blur(BlurSettings { fwhm: 0.8 })
+///     .with_noise(NoiseSettings { counts: CountSettings::Total(1e6), seed: 1 });
 /// // The same from a file; what is left out is the default.
-/// let text = "[camera]\nviews = 60\n[acquisition]\nmode = { gated = { gates = 8 } }\n";
+/// let text = "[camera]\nviews = 60\n[blur]\nfwhm = 0.8\n[noise]\ncounts = { total = 1e6 }\nseed = 1\n\
+///     [acquisition]\nmode = { gated = { gates = 8 } }\n";
 /// assert_eq!(Scene::from_toml(text)?, scene);
 /// assert_eq!(Scene::from_toml(&scene.to_toml())?, scene);
 /// let error = Scene::from_toml("[camera]\nviews = -3\n").unwrap_err();
@@ -152,6 +157,24 @@ impl Scene {
         self
     }
 
+    /// The same with activity around the heart.
+    pub fn with_background(mut self, background: BackgroundSettings) -> Self {
+        self.background = Some(background);
+        self
+    }
+
+    /// The same with one more piece of the wall that has another activity.
+    pub fn with_defect(mut self, defect: DefectSettings) -> Self {
+        self.defects.push(defect);
+        self
+    }
+
+    /// The same with something that weakens the rays.
+    pub fn with_attenuation(mut self, attenuation: AttenuationSettings) -> Self {
+        self.attenuation = Some(attenuation);
+        self
+    }
+
     /// The same with another camera.
     pub fn with_camera(mut self, camera: CameraSettings) -> Self {
         self.camera = camera;
@@ -164,9 +187,39 @@ impl Scene {
         self
     }
 
+    /// The same with the time of the views sampled in another way.
+    pub fn with_accuracy(mut self, accuracy: AccuracySettings) -> Self {
+        self.acquisition.accuracy = accuracy;
+        self
+    }
+
+    /// The same with a detector of finite resolution.
+    pub fn with_blur(mut self, blur: BlurSettings) -> Self {
+        self.blur = Some(blur);
+        self
+    }
+
+    /// The same with counts.
+    pub fn with_noise(mut self, noise: NoiseSettings) -> Self {
+        self.noise = Some(noise);
+        self
+    }
+
     /// The same with another reconstruction.
     pub fn with_reconstruction(mut self, reconstruction: ReconstructionSettings) -> Self {
         self.reconstruction = reconstruction;
+        self
+    }
+
+    /// The same with other exact volumes.
+    pub fn with_truth(mut self, truth: TruthSettings) -> Self {
+        self.truth = truth;
+        self
+    }
+
+    /// The same with other results to write.
+    pub fn with_output(mut self, output: OutputSettings) -> Self {
+        self.output = output;
         self
     }
 

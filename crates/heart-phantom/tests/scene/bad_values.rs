@@ -258,6 +258,11 @@ const BAD: &[(&str, &str, &str)] = &[
         "camera.seconds_per_view",
         "one beat",
     ),
+    (
+        "[camera]\nrotation = 'continuous'\nseconds_per_view = 1e6",
+        "camera.seconds_per_view",
+        "at most 1.6777216e7",
+    ),
     ("[camera]\nradius = -1.0", "camera.radius", "between"),
     (
         "[acquisition]\nmode = 'long'",

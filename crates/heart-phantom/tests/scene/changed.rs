@@ -103,8 +103,8 @@ fn apply(text: &str, change: &Change) -> String {
 }
 
 proptest! {
-    // PROPTEST_CASES runs more.
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+    // As many as the crate promises, some in release mode a second; PROPTEST_CASES runs more.
+    #![proptest_config(ProptestConfig { cases: ProptestConfig::default().cases.max(10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn changed_scenes_are_read_or_refused_and_never_panic(changes in prop::collection::vec(change(), 1..4)) {

@@ -292,7 +292,9 @@ fn bar(arguments: &Arguments) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::new(1000);
-    let template = "{bar:40.cyan/blue} {percent:>3}% {elapsed_precise}, left {eta_precise} {msg}";
+    // As wide as the terminal, so that the longest message does not wrap.
+    let template =
+        "{wide_bar:.cyan/blue} {percent:>3}% {elapsed_precise}, left {eta_precise} {msg:14}";
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
