@@ -5,7 +5,7 @@ use crate::activity::Activity;
 use crate::error::PhantomError;
 use crate::{Acquisition, Camera, Cycle, Heart};
 use radon::{MaskedStats, disc_mask, rmse_within};
-use revolve_voxel::{Mask, Meridian, Sampling, Sweep, VoxelCounters};
+use revolve_voxel::{Mask, Meridian, Moment, Sampling, Sweep, VoxelCounters};
 use std::ops::Range;
 
 /// Phases over which "at all phases" and "at any phase" are taken.
@@ -40,7 +40,6 @@ pub(crate) fn truth_of_slices(
     scan.activity.validate()?;
     let grid = scan.camera.grid();
     let mut volume = vec![0.0f32; grid.slice_len() * slices.len()];
-    let mut counters = VoxelCounters::default();
     let around = scan
         .background
         .map_or(0.0, |background| background.concentration);
@@ -51,24 +50,25 @@ pub(crate) fn truth_of_slices(
     let gains: Vec<f64> = exposures.iter().map(|(shape, _)| shape.gain()).collect();
     let placed = scan.placed(&gains)?;
     let sampling = Sampling::Coverage { tolerance };
-    for (shape, weight) in exposures {
-        let [cavity, wall] = scan.activity.of(&shape);
-        let activity = [cavity - around, wall - around];
-        let body = shape.body();
-        let mut done = body.voxelize_add(
-            grid,
-            slices.clone(),
-            sampling,
-            &activity,
-            weight,
-            &mut volume,
-        )?;
-        for (sector, factor) in placed.of(&shape) {
+    let held: Vec<[f64; 2]> = (exposures.iter())
+        .map(|(shape, _)| scan.activity.of(shape).map(|held| held - around))
+        .collect();
+    let moments: Vec<Moment> = (exposures.iter().zip(&held))
+        .map(|((shape, weight), activity)| Moment {
+            body: shape.body(),
+            activity,
+            weight: *weight,
+        })
+        .collect();
+    let mut counters = Moment::voxelize_add(&moments, grid, slices.clone(), sampling, &mut volume)?;
+    for (shape, weight) in &exposures {
+        let [_, wall] = scan.activity.of(shape);
+        for (sector, factor) in placed.of(shape) {
             let difference = weight * factor * wall;
-            done = done
-                + sector.voxelize_add(grid, slices.clone(), sampling, difference, &mut volume)?;
+            let done =
+                sector.voxelize_add(grid, slices.clone(), sampling, difference, &mut volume)?;
+            counters = counters + done;
         }
-        counters = counters + done;
     }
     Ok((volume, counters))
 }

@@ -18,6 +18,8 @@ pub struct WorkReport {
     pub voxels_cut: u64,
     /// Voxels filled whole.
     pub voxels_filled: u64,
+    /// Voxels that were given the values of their mirror images.
+    pub voxels_mirrored: u64,
     /// Slices back-projected.
     pub slices_reconstructed: usize,
     /// Slices without signal.
@@ -51,6 +53,7 @@ impl Work {
         self.add(|sum| {
             sum.voxels_cut += voxels.cut;
             sum.voxels_filled += voxels.filled;
+            sum.voxels_mirrored += voxels.mirrored;
         });
     }
 

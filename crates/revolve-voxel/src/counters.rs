@@ -20,6 +20,8 @@ pub struct VoxelCounters {
     pub cut: u64,
     /// Voxels filled with one value without looking at each of them.
     pub filled: u64,
+    /// Voxels that have the values of their mirror images, which alone were looked at.
+    pub mirrored: u64,
     /// Evaluations of the surface (signed distances or point tests).
     pub evaluations: u64,
 }
@@ -41,6 +43,7 @@ impl Add for VoxelCounters {
         Self {
             cut: self.cut + o.cut,
             filled: self.filled + o.filled,
+            mirrored: self.mirrored + o.mirrored,
             evaluations: self.evaluations + o.evaluations,
         }
     }

@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
 
-use crate::error::{countable, finite, length, positive};
+use crate::error::{countable, positive};
 use crate::field::{Answer, Field};
+use crate::moment::Block;
 use crate::patch::{Cuboid, Patch, patch};
 use crate::sections::Sections;
-use crate::{Body, Error, Sample, VoxelCounters, VoxelGrid};
+use crate::{Body, Error, Moment, Pose, Sample, VoxelCounters, VoxelGrid};
 
 /// How a voxel's value is found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,30 +61,12 @@ impl Body {
         weight: f64,
         out: &mut [T],
     ) -> Result<VoxelCounters, Error> {
-        let weights = self.weights(activity)?;
-        finite("weight", weight)?;
-        check(grid, &slices, sampling)?;
-        length("volume", grid.slice_len() * slices.len(), out.len())?;
-        let fields: Vec<Option<Field>> = (0..self.layers().len())
-            .map(|k| (weights[k] != 0.0).then(|| self.field(k, grid)))
-            .collect();
-        let counters = out
-            .par_chunks_mut(grid.slice_len() * BLOCK)
-            .enumerate()
-            .map(|(slab, chunk)| {
-                let start = slices.start + slab * BLOCK;
-                let z = start..(start + BLOCK).min(slices.end);
-                let mut counters = VoxelCounters::default();
-                for (k, field) in fields.iter().enumerate() {
-                    if let Some(field) = field {
-                        let painter = Painter::new(self, field, grid, sampling);
-                        painter.paint(z.clone(), weight * weights[k], chunk, &mut counters);
-                    }
-                }
-                counters
-            })
-            .reduce(VoxelCounters::default, |a, b| a + b);
-        Ok(counters)
+        let moment = Moment {
+            body: self,
+            activity,
+            weight,
+        };
+        Moment::voxelize_add(&[moment], grid, slices, sampling, out)
     }
 
     /// What voxels of a grid need to know of a layer.
@@ -145,58 +127,45 @@ pub(crate) struct Painter<'a> {
     arch: pulp::Arch,
 }
 
-/// Some voxels and what is added where the layer covers them.
-struct Slab<'a, T> {
-    first_slice: usize,
-    weight: f64,
-    out: &'a mut [T],
-}
-
 impl<'a> Painter<'a> {
     pub(crate) fn new(
-        body: &Body,
+        pose: &Pose,
         field: &'a Field<'a>,
         grid: &'a VoxelGrid,
         sampling: Sampling,
     ) -> Self {
         Self {
             field,
-            origin: body.pose().to_body(&grid.centre(0, 0, 0)),
-            steps: [Vector3::x(), Vector3::y(), Vector3::z()]
-                .map(|e| body.pose().vector_to_body(&e)),
+            origin: pose.to_body(&grid.centre(0, 0, 0)),
+            steps: [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e)),
             grid,
             sampling,
             arch: pulp::Arch::new(),
         }
     }
 
-    /// Adds `weight` times the covered fraction to the voxels of some slices.
-    pub(crate) fn paint<T: Sample>(
-        &self,
-        z: Range<usize>,
-        weight: f64,
-        out: &mut [T],
-        counters: &mut VoxelCounters,
-    ) {
+    /// Adds the covered fraction to the voxels of some slices.
+    pub(crate) fn paint_slices<T: Sample>(&self, z: &Range<usize>, out: &mut [T]) -> VoxelCounters {
         let [nx, ny, _] = self.grid.shape();
-        let mut slab = Slab {
-            first_slice: z.start,
-            weight,
-            out,
-        };
+        let (mut block, mut counters) = (Block::default(), VoxelCounters::default());
         for y in (0..ny).step_by(BLOCK) {
             for x in (0..nx).step_by(BLOCK) {
-                let block = [x..(x + BLOCK).min(nx), y..(y + BLOCK).min(ny), z.clone()];
-                self.block(block, &mut slab, counters);
+                let voxels = [x..nx.min(x + BLOCK), y..ny.min(y + BLOCK), z.clone()];
+                block.start(&voxels);
+                self.paint(&voxels, 1.0, &mut block);
+                block.add_to(None, self.grid, z.start, out);
+                counters = counters + block.counters;
             }
         }
+        counters
     }
 
-    fn block<T: Sample>(
+    /// Adds `weight` times the covered fraction to some voxels of a block.
+    pub(crate) fn paint<T: Sample>(
         &self,
-        block: [Range<usize>; 3],
-        slab: &mut Slab<'_, T>,
-        counters: &mut VoxelCounters,
+        block: &[Range<usize>; 3],
+        weight: f64,
+        target: &mut Block<T>,
     ) {
         let spacing = self.grid.spacing();
         let mut centre = self.origin;
@@ -207,14 +176,14 @@ impl<'a> Painter<'a> {
                 self.steps[a] * (0.5 * (block[a].start + block[a].end - 1) as f64 * spacing[a]);
         }
         let radius = Vector3::from(half).norm();
-        let [x, y, z] = &block;
+        let [x, y, z] = block;
         let voxels = x.len() * y.len() * z.len();
-        counters.evaluations += 1;
+        target.counters.evaluations += 1;
         let answer = self.field.ask(centre.x, radius_of(&centre), radius);
         if let Answer::Far(inside) = answer {
             if inside {
-                self.fill(&block, slab);
-                counters.filled += voxels as u64;
+                target.counters.filled += voxels as u64;
+                target.fill(block, T::from_f64(weight));
             }
             return;
         }
@@ -225,6 +194,7 @@ impl<'a> Painter<'a> {
                 half,
                 radius,
             };
+            let counters = &mut target.counters;
             let fraction = match self.sampling {
                 Sampling::Centre => {
                     counters.cut += 1;
@@ -238,8 +208,9 @@ impl<'a> Painter<'a> {
                     self.covered(&cuboid, answer, tolerance, counters)
                 }
             };
-            slab.out[self.index(x.start, y.start, z.start, slab.first_slice)] +=
-                T::from_f64(slab.weight * fraction);
+            if fraction > 0.0 {
+                target.fill(block, T::from_f64(weight * fraction));
+            }
             return;
         }
         let halves = |r: &Range<usize>| {
@@ -250,25 +221,8 @@ impl<'a> Painter<'a> {
             for y in halves(y) {
                 for x in halves(x) {
                     if !(x.is_empty() || y.is_empty() || z.is_empty()) {
-                        self.block([x, y.clone(), z.clone()], slab, counters);
+                        self.paint(&[x, y.clone(), z.clone()], weight, target);
                     }
-                }
-            }
-        }
-    }
-
-    fn index(&self, x: usize, y: usize, z: usize, first_slice: usize) -> usize {
-        let [nx, ny, _] = self.grid.shape();
-        ((z - first_slice) * ny + y) * nx + x
-    }
-
-    fn fill<T: Sample>(&self, [x, y, z]: &[Range<usize>; 3], slab: &mut Slab<'_, T>) {
-        let value = T::from_f64(slab.weight);
-        for z in z.clone() {
-            for y in y.clone() {
-                let first = self.index(x.start, y, z, slab.first_slice);
-                for v in &mut slab.out[first..first + x.len()] {
-                    *v += value;
                 }
             }
         }

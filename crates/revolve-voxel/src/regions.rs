@@ -58,8 +58,8 @@ impl Body {
                 let z = start..(start + BLOCK).min(slices.end);
                 let mut counters = VoxelCounters::default();
                 for (field, out) in fields.iter().zip(&mut layers) {
-                    let painter = Painter::new(self, field, grid, sampling);
-                    painter.paint(z.clone(), 1.0, out, &mut counters);
+                    let painter = Painter::new(self.pose(), field, grid, sampling);
+                    counters = counters + painter.paint_slices(&z, out);
                 }
                 for (i, label) in labels.iter_mut().enumerate() {
                     *label = separate(&mut layers, i);

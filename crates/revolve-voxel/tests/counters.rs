@@ -9,7 +9,8 @@ use support::*;
 fn voxels_looked_at_grow_with_the_surface() {
     let body = heart(200);
     let count = |n: usize| {
-        let grid = VoxelGrid::cube(n, 16.0 / n as f64).unwrap();
+        // A grid that no plane mirrors, so that every voxel is looked at.
+        let grid = VoxelGrid::centred([n; 3], [16.0 / n as f64; 3], [0.01, 0.02, 0.0]).unwrap();
         let sampling = Sampling::Coverage { tolerance: 1e-2 };
         let mut slab = vec![0.0f32; grid.slice_len() * n];
         body.voxelize_add(&grid, 0..n, sampling, &[0.0, 1.0], 1.0, &mut slab)
@@ -29,6 +30,30 @@ fn voxels_looked_at_grow_with_the_surface() {
     // at most sqrt(3).
     let area: f64 = body.layers().iter().map(|m| m.measures().surface).sum();
     assert!((b.cut as f64) < 1.9 * area / (16.0f64 / 128.0).powi(2));
+}
+
+#[test]
+fn one_of_two_mirror_images_is_looked_at() {
+    let body = heart(200);
+    let count = |offset: f64| {
+        let grid = VoxelGrid::centred([96; 3], [0.16; 3], [offset, 0.0, 0.0]).unwrap();
+        let sampling = Sampling::Coverage { tolerance: 1e-2 };
+        let (_, counters) = body.voxelize::<f32>(&grid, sampling, &[0.0, 1.0]).unwrap();
+        counters
+    };
+    let (half, all) = (count(0.0), count(1e-9));
+    assert_eq!(all.mirrored, 0);
+    // Blocks on the plane, one in twelve of those through the axis, are looked at whole.
+    for (some, whole) in [
+        (half.cut, all.cut),
+        (half.filled, all.filled),
+        (half.evaluations, all.evaluations),
+    ] {
+        let share = some as f64 / whole as f64;
+        assert!((0.5..0.63).contains(&share), "{share} {half:?} {all:?}");
+    }
+    // Each cut voxel that is not looked at has the value of one that is.
+    assert!(half.cut + half.mirrored > all.cut);
 }
 
 #[test]
