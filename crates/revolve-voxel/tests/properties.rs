@@ -183,15 +183,22 @@ fn a_wall_is_outer_less_inner_in_every_measure() {
     let (wall, _) = body
         .voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[0.0, 1.0])
         .unwrap();
+    // A plane mirrors body and grid: half of the wall's voxels are computed at places that differ by rounding.
+    let rounding = 1e-13;
     for (a, b) in r.coverage[1].iter().zip(&wall) {
-        assert!((a - b).abs() < 1e-14);
+        assert!((a - b).abs() < rounding);
     }
     // One pass, any quantity: linear in the regions' values.
     let (both, _) = body
         .voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[2.0, 1.0])
         .unwrap();
     let means = r.mean_of(&[2.0, 1.0]).unwrap();
-    assert!(means.iter().zip(&both).all(|(a, b)| (a - b).abs() < 1e-14));
+    assert!(
+        means
+            .iter()
+            .zip(&both)
+            .all(|(a, b)| (a - b).abs() < rounding)
+    );
     assert!(r.mean_of(&[1.0]).is_err() && r.mean_of(&[1.0, f64::NAN]).is_err());
     let labelled = r.labels.iter().filter(|&&l| l == 2).count() as f64 * grid.voxel_volume();
     assert!((labelled / body.region_measures(1).volume - 1.0).abs() < 0.03);
