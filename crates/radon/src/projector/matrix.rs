@@ -47,7 +47,7 @@ impl Projector {
                 false => &by_columns,
             };
             view.traverse(self.instructions, window, 0..n_bins, &mut rays);
-            for (bin, range) in (0..rays.len()).filter_map(|i| rays.get(i)) {
+            for (bin, range) in rays.iter() {
                 let pairs = rays.pairs.iter(range);
                 let taps =
                     pairs.flat_map(|(at, near, far)| [(at, near), (at + window.strides[0], far)]);

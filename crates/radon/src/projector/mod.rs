@@ -4,6 +4,7 @@ use crate::error::{RadonError, length, product, within, zeros};
 use crate::simd::InstructionSet;
 use crate::{ImageGrid, ParallelGeometry, Sample, StackOrder};
 
+mod alone;
 mod blocks;
 mod layout;
 #[cfg(feature = "sprs")]

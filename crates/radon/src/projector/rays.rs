@@ -50,6 +50,11 @@ impl<T> Rays<T> {
         Some((bin, start..end))
     }
 
+    /// Bin and pairs of each ray.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
+        (0..self.len()).filter_map(|i| self.get(i))
+    }
+
     /// Number of rays.
     pub(super) fn len(&self) -> usize {
         self.ends.len()
@@ -75,6 +80,9 @@ pub(super) fn in_turn<T>(
         })
     })
 }
+
+/// Least width of a box in pixels, of which positions that are rounded for `f32` know 128 parts.
+const LEAST_WIDTH: f64 = 1.0 / (1 << 20) as f64;
 
 /// How a step's length is spread over the pixels about its crossing.
 #[derive(Clone, Copy, Debug)]
@@ -141,7 +149,7 @@ impl View {
         let spread = match kernel {
             Kernel::Joseph => Spread::Box(1.0),
             // Along the steps the box has no width; this much splits a ray on an edge evenly between its pixels.
-            Kernel::Siddon => Spread::Box(1.0 / crossed.max(1e-9)),
+            Kernel::Siddon => Spread::Box(1.0 / crossed.max(LEAST_WIDTH)),
             Kernel::Strip => Spread::TwoBoxes(crossed, per_bin.abs()),
         };
         let reach = match spread {
@@ -190,11 +198,10 @@ impl View {
         }
     }
 
-    /// To what positions are rounded: not where weights are steep in them, nor below what `f64` samples resolve.
+    /// To what positions are rounded: a ray of `f32` samples may move by 2^-28 of a pixel.
     fn snap<T: Sample>(&self) -> Snap {
-        const STEEP: f64 = 16.0;
         match self.spread {
-            Spread::Box(per_width) if per_width <= STEEP && size_of::<T>() == 4 => Snap::FINE,
+            Spread::Box(_) if size_of::<T>() == size_of::<f32>() => Snap::FINE,
             _ => Snap::NONE,
         }
     }

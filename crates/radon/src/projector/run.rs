@@ -13,13 +13,11 @@ use super::layout::{Stack, aligned};
 use super::rays::{Rays, View, Window, in_turn};
 use super::{Kernel, Projector, ProjectorReport, ProjectorScratch, row_stride};
 use crate::error::RadonError;
-use crate::simd::{
-    Bins, MARGIN, RUN, Words, add_bins, gather, interleave, prefetch, scatter, separate,
-};
+use crate::simd::{gather, interleave, prefetch, scatter, separate};
 use crate::{Sample, StackOrder};
 
 /// Steps of a band, whose part of a ray sum is added up in registers; part of the definition of its rounding.
-const STEPS: usize = 32;
+pub(super) const STEPS: usize = 32;
 /// Side of the square tiles of pixels that stay in the second cache.
 const TILE: usize = 32;
 /// Views whose pairs are computed together, then used block by block.
@@ -56,9 +54,7 @@ impl Projector {
         slices.clear_empty(&mut rows);
 
         let n_bins = self.geometry.n_bins();
-        // Views in the order of their axes.
-        let mut order: Vec<usize> = (0..self.views.len()).collect();
-        order.sort_by_key(|&view| !self.views[view].steps_are_rows());
+        let order = self.views_by_axis();
         let views: Vec<&View> = order.iter().map(|&view| &self.views[view]).collect();
         let n_by_rows = views.iter().filter(|view| view.steps_are_rows()).count();
         let (in_blocks, alone) = match self.kernel {
@@ -112,57 +108,6 @@ impl Projector {
             });
         }
         Ok(slices.report())
-    }
-
-    /// The projections of one slice, for kernels of two pixels a step: the same sums as in a block, side by side for many bins.
-    fn project_alone<T: Sample>(
-        &self,
-        images: &Stack,
-        volume: &[T],
-        slice: usize,
-        rows: &mut [Vec<&mut [T]>],
-        memory: &mut Vec<T>,
-    ) {
-        let set = self.instructions;
-        let (nx, ny) = (self.grid.nx(), self.grid.ny());
-        let n_bins = self.geometry.n_bins();
-        // Odd, so that the columns are not all kept in the same places of a cache.
-        let [x_stride, y_stride] = [nx, ny].map(|n| (n + MARGIN) | 1);
-        let by_rows_len = Bins::<T>::image_len(ny, x_stride);
-        let memory = aligned(memory, by_rows_len + Bins::<T>::image_len(nx, y_stride));
-        memory.fill(T::ZERO);
-        let (by_rows, by_columns) = memory.split_at_mut(by_rows_len);
-        let image: Vec<&[T]> = (0..ny)
-            .flat_map(|y| images.rows(volume, y, &[slice]))
-            .collect();
-        for (row, image) in by_rows.chunks_exact_mut(x_stride).zip(&image) {
-            row[MARGIN..][..nx].copy_from_slice(image);
-        }
-        interleave(set, &image, y_stride, &mut by_columns[MARGIN..]);
-        let (by_rows, by_columns) = (&*by_rows, &*by_columns);
-
-        let padded = n_bins.next_multiple_of(RUN);
-        rows.par_iter_mut().zip(&self.views).for_each_init(
-            || (vec![T::ZERO; padded], Words::default()),
-            |(sums, words), (row, view)| {
-                let Some(ray) = view.box_ray() else { return };
-                let (image, stride, n, n_steps) = match view.steps_are_rows() {
-                    true => (by_rows, x_stride, nx, ny),
-                    false => (by_columns, y_stride, ny, nx),
-                };
-                let bins = Bins {
-                    image,
-                    stride,
-                    n,
-                    first: view.offset(0),
-                    ray,
-                    per_bin: view.per_bin(),
-                };
-                sums.fill(T::ZERO);
-                add_bins(set, &bins, n_steps, STEPS, words, sums);
-                row[slice].copy_from_slice(&sums[..n_bins]);
-            },
-        );
     }
 
     /// Adds what the rays of views of one axis meet in a band to their sums, `[view][block][bin][lane]`.
@@ -260,32 +205,41 @@ impl Projector {
         let mut rows = images.rows_mut(volume);
         slices.clear_empty(&mut rows);
 
+        let mut alone = |&slice: &usize| {
+            Kernel::Strip != self.kernel
+                && self.adjoint_alone(&sinograms, projections, slice, &mut rows)
+        };
+        let in_blocks = match slices.few_for_adjoint::<T>(self.instructions) {
+            Some(few) if few.iter().all(&mut alone) => &[][..],
+            _ => slices.active(),
+        };
         let n_bins = self.geometry.n_bins();
-        for group in groups::<T>(
-            slices.active(),
-            self.instructions,
-            self.geometry.sinogram_len(),
-        ) {
+        let order = self.views_by_axis();
+        for group in groups::<T>(in_blocks, self.instructions, self.geometry.sinogram_len()) {
             let view_len = n_bins * group.lanes;
             let rays = aligned(&mut scratch.rays, self.views.len() * view_len);
             rays.par_chunks_exact_mut(view_len)
-                .enumerate()
-                .for_each(|(view_idx, rays)| {
+                .zip(&order)
+                .for_each(|(rays, &view)| {
                     for block in &group.blocks {
                         let rays = &mut rays[n_bins * block.before..][..n_bins * block.lanes];
                         block.clear_unused(rays);
-                        let rows = sinograms.rows(projections, view_idx, block.slices);
+                        let rows = sinograms.rows(projections, view, block.slices);
                         interleave(self.instructions, &rows, block.lanes, rays);
                     }
                 });
-            let rays = &*rays;
+            let rays: Vec<(&View, &[T])> = order
+                .iter()
+                .map(|&view| &self.views[view])
+                .zip(rays.chunks_exact(view_len))
+                .collect();
             rows.par_chunks_mut(TILE).enumerate().for_each_init(
                 || (Vec::new(), Vec::new()),
                 |(found, memory), (band, rows)| {
                     for x0 in (0..self.grid.nx()).step_by(TILE) {
                         let x = x0..(x0 + TILE).min(self.grid.nx());
                         let y = band * TILE..band * TILE + rows.len();
-                        self.fill_tile(&group, rays, [x, y], found, memory, rows);
+                        self.fill_tile(&group, &rays, [x, y], found, memory, rows);
                     }
                 },
             );
@@ -293,11 +247,12 @@ impl Projector {
         Ok(slices.report())
     }
 
-    /// Computes a tile of the adjoint of a group's rays, `[view][block][bin][lane]`, and writes it to the tile's rows.
+    /// Computes a tile of the adjoint of the rays of a group's views, `[block][bin][lane]` each, and writes it to the tile's rows. A
+    /// pixel's sum goes through the views in their order, and through the bins of each in theirs.
     fn fill_tile<T: Sample>(
         &self,
         group: &Group<'_>,
-        rays: &[T],
+        rays: &[(&View, &[T])],
         [x, y]: [Range<usize>; 2],
         found: &mut Vec<Rays<T>>,
         memory: &mut Vec<T>,
@@ -308,7 +263,6 @@ impl Projector {
         let origin = stride + 1;
         let tile_len = stride * (TILE + 2);
         let n_bins = self.geometry.n_bins();
-        let view_len = n_bins * group.lanes;
         let sums = aligned(memory, tile_len * group.lanes);
         sums.fill(T::ZERO);
         let windows = [true, false].map(|steps_are_rows| {
@@ -323,20 +277,22 @@ impl Projector {
                 origin,
             }
         });
-        let rays = rays.chunks(VIEWS * view_len);
-        for (views, rays) in self.views.chunks(VIEWS).zip(rays) {
-            found.resize_with(views.len(), Rays::default);
-            for (view, found) in views.iter().zip(&mut *found) {
-                let window = &windows[usize::from(!view.steps_are_rows())];
-                view.traverse(self.instructions, window, view.bins_meeting(window), found);
+        let window = |view: &View| &windows[usize::from(!view.steps_are_rows())];
+        for rays in rays.chunks(VIEWS) {
+            found.resize_with(found.len().max(rays.len()), Rays::default);
+            for ((view, _), found) in rays.iter().zip(&mut *found) {
+                let bins = view.bins_meeting(window(view));
+                view.traverse(self.instructions, window(view), bins, found);
             }
             for block in &group.blocks {
                 let sums = &mut sums[tile_len * block.before..][..tile_len * block.lanes];
-                for (view, bin, pairs, range) in in_turn(found) {
-                    let at = view * view_len + n_bins * block.before + bin * block.lanes;
-                    let ray = &rays[at..][..block.lanes];
-                    let across = windows[usize::from(!views[view].steps_are_rows())].strides[0];
-                    scatter(self.instructions, sums, pairs, range, across, ray);
+                for ((view, rays), found) in rays.iter().zip(&*found) {
+                    let across = window(view).strides[0];
+                    let rays = &rays[n_bins * block.before..][..n_bins * block.lanes];
+                    for (bin, range) in found.iter() {
+                        let ray = &rays[bin * block.lanes..][..block.lanes];
+                        scatter(self.instructions, sums, &found.pairs, range, across, ray);
+                    }
                 }
             }
         }
@@ -355,6 +311,13 @@ impl Projector {
                 );
             }
         }
+    }
+
+    /// Views that march along the image's rows, then those along its columns.
+    pub(super) fn views_by_axis(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.views.len()).collect();
+        order.sort_by_key(|&view| !self.views[view].steps_are_rows());
+        order
     }
 
     fn stacks(&self, n_slices: usize, order: StackOrder) -> (Stack, Stack) {

@@ -13,7 +13,7 @@ pub(crate) const MARGIN: usize = 64;
 
 /// The rays of a view through one image.
 #[derive(Debug)]
-pub struct Bins<'a, T> {
+pub(crate) struct Bins<'a, T> {
     /// A row of pixels for each step, the first pixel behind `MARGIN` zeros; behind the last row `MARGIN + WINDOW` zeros.
     pub(crate) image: &'a [T],
     /// Distance between the rows: the pixels and the next row's margin, or more.
@@ -151,9 +151,65 @@ unsafe fn add_runs<T: Sample, V: Vector<T>>(
             continue;
         }
         // SAFETY: the caller's promise.
-        let (near, far) = unsafe { V::sum_steps(bins, &offset, steps.clone()) };
+        let (near, far) = unsafe { sum_steps::<T, V>(bins, &offset, steps.clone()) };
         for l in 0..RUN {
             sums[l] += near[l] + far[l];
+        }
+    }
+}
+
+/// What the given steps contribute to the sums of a run of rays, their first pixels' part and their second ones'.
+///
+/// # Safety
+/// As for `add_runs`.
+#[inline(always)]
+unsafe fn sum_steps<T: Sample, V: Vector<T>>(
+    bins: &Bins<'_, T>,
+    offset: &[f64; RUN],
+    steps: Range<usize>,
+) -> ([T; RUN], [T; RUN]) {
+    let (mut near, mut far) = ([T::ZERO; RUN], [T::ZERO; RUN]);
+    for m in steps {
+        let shift = bins.ray.shift(m as f64);
+        let mut index = [0; RUN];
+        let mut weights = ([T::ZERO; RUN], [T::ZERO; RUN]);
+        for l in 0..RUN {
+            let t = bins.position(offset[l], shift);
+            // SAFETY: at most the pixels of a row and one, below 2^31.
+            index[l] = unsafe { t.to_int_unchecked() };
+            (weights.0[l], weights.1[l]) = bins.ray.weights(t - f64::from(index[l]));
+        }
+        // SAFETY: positions are at most n + 1, and a row has two more samples behind it.
+        unsafe { add_pixels::<T, V>(bins.row(m), &index, &weights, &mut near, &mut far) };
+    }
+    (near, far)
+}
+
+/// Adds the weighted pixels at `index` and those behind them.
+///
+/// # Safety
+/// The machine has the instruction set of `V`, and all those pixels are valid to read.
+#[inline(always)]
+pub(super) unsafe fn add_pixels<T: Sample, V: Vector<T>>(
+    row: *const T,
+    index: &[i32; RUN],
+    weights: &([T; RUN], [T; RUN]),
+    near: &mut [T; RUN],
+    far: &mut [T; RUN],
+) {
+    for start in (0..RUN).step_by(V::WIDTH) {
+        // SAFETY: the caller's promise; all arrays are RUN long.
+        unsafe {
+            let index = &index[start..start + V::WIDTH];
+            for (sums, weights, row) in [
+                (&mut *near, &weights.0, row),
+                (&mut *far, &weights.1, row.add(1)),
+            ] {
+                let at = sums.as_mut_ptr().add(start);
+                V::load(weights.as_ptr().add(start))
+                    .multiply_add(V::gather(row, index), V::load(at))
+                    .store(at);
+            }
         }
     }
 }

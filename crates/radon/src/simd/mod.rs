@@ -4,6 +4,7 @@
 
 mod bins;
 mod pairs;
+mod pixels;
 mod tile;
 mod transpose;
 mod vector;
@@ -11,6 +12,7 @@ mod words;
 
 pub(crate) use bins::{Bins, MARGIN, add_bins};
 pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, gather, prefetch, scatter};
+pub(crate) use pixels::{Fan, add_fans};
 pub(crate) use tile::{ALONE, Tile, ViewStep, add_views};
 pub(crate) use transpose::{interleave, separate};
 pub(crate) use vector::{RUN, Vectors, WINDOW};

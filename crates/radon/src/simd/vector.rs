@@ -1,9 +1,7 @@
 //! The few vector operations of the kernels, per instruction set; compilers do not find these by themselves reliably.
 
-use std::ops::Range;
-
 use crate::sample::Sample;
-use crate::simd::bins::Bins;
+use crate::simd::pixels::{self, FanStep};
 use crate::simd::words::{self, Band, WordRun};
 
 /// A register of samples.
@@ -65,63 +63,7 @@ pub trait Vector<T>: Copy {
         unsafe { Self::load(samples.as_ptr()) }
     }
 
-    /// What the given steps contribute to the sums of a run of rays, their first pixels' part and their second ones'; the image is as
-    /// large as `add_bins` asks.
-    #[inline(always)]
-    unsafe fn sum_steps(
-        bins: &Bins<'_, T>,
-        offset: &[f64; RUN],
-        steps: Range<usize>,
-    ) -> ([T; RUN], [T; RUN])
-    where
-        T: Sample,
-    {
-        let (mut near, mut far) = ([T::ZERO; RUN], [T::ZERO; RUN]);
-        for m in steps {
-            let shift = bins.ray.shift(m as f64);
-            let mut index = [0; RUN];
-            let mut weights = ([T::ZERO; RUN], [T::ZERO; RUN]);
-            for l in 0..RUN {
-                let t = bins.position(offset[l], shift);
-                // SAFETY: at most the pixels of a row and one, below 2^31.
-                index[l] = unsafe { t.to_int_unchecked() };
-                (weights.0[l], weights.1[l]) = bins.ray.weights(t - f64::from(index[l]));
-            }
-            // SAFETY: positions are at most n + 1, and a row has two more samples behind it.
-            unsafe { Self::add_pixels(bins.row(m), &index, &weights, &mut near, &mut far) };
-        }
-        (near, far)
-    }
-
-    /// Adds the weighted pixels at `index` and those behind them, all of which must be valid to read.
-    #[inline(always)]
-    unsafe fn add_pixels(
-        row: *const T,
-        index: &[i32; RUN],
-        weights: &([T; RUN], [T; RUN]),
-        near: &mut [T; RUN],
-        far: &mut [T; RUN],
-    ) where
-        T: Sample,
-    {
-        for start in (0..RUN).step_by(Self::WIDTH) {
-            // SAFETY: the caller's promise; all arrays are RUN long.
-            unsafe {
-                let index = &index[start..start + Self::WIDTH];
-                for (sums, weights, row) in [
-                    (&mut *near, &weights.0, row),
-                    (&mut *far, &weights.1, row.add(1)),
-                ] {
-                    let at = sums.as_mut_ptr().add(start);
-                    Self::load(weights.as_ptr().add(start))
-                        .multiply_add(Self::gather(row, index), Self::load(at))
-                        .store(at);
-                }
-            }
-        }
-    }
-
-    /// Adds steps to the sums of runs of rays whose positions are in words: the same numbers as `sum_steps`, for rays that stay
+    /// Adds steps to the sums of runs of rays whose positions are in words: the same numbers
     /// within the margins.
     #[inline(always)]
     unsafe fn add_words<const N: usize>(
@@ -133,6 +75,15 @@ pub trait Vector<T>: Copy {
     {
         // SAFETY: the caller's promise.
         unsafe { words::add_plain::<T, Self, N>(band, runs, sums) }
+    }
+
+    /// Adds to the sums of pixels what the bins of a step bring, whose window must be within the rays.
+    #[inline(always)]
+    unsafe fn add_step<const W: usize>(step: FanStep<'_, T>, sums: &mut [T; W])
+    where
+        T: Sample,
+    {
+        pixels::add_step::<T, Self, W>(step, sums);
     }
 
     /// Adds one view to the pixels of a run, `row` being the run's base sample. Valid to read must be the `WINDOW` samples from
@@ -270,7 +221,7 @@ impl Vectors for f64 {
 mod x86 {
     use std::arch::x86_64::*;
 
-    use super::{RUN, Vector};
+    use super::{FanStep, RUN, Vector, pixels};
     use crate::simd::words::{Band, WordRun, x86::*};
 
     macro_rules! vector {
@@ -341,6 +292,13 @@ mod x86 {
                         Self(_mm256_permute2f128_ps::<0x31>(low, high)),
                     )
                 }
+            }
+
+            #[inline(always)]
+            unsafe fn add_step<const W: usize>(step: FanStep<'_, f32>, sums: &mut [f32; W]) {
+                const { assert!(W == Self::WIDTH) };
+                // SAFETY: the caller's promise.
+                unsafe { pixels::x86::add_avx2(step, sums) }
             }
 
             #[inline(always)]
@@ -476,6 +434,13 @@ mod x86 {
         _mm512_add_ps,
         _mm512_sub_ps,
         {
+            #[inline(always)]
+            unsafe fn add_step<const W: usize>(step: FanStep<'_, f32>, sums: &mut [f32; W]) {
+                const { assert!(W == Self::WIDTH) };
+                // SAFETY: the caller's promise.
+                unsafe { pixels::x86::add_avx512(step, sums) }
+            }
+
             #[inline(always)]
             unsafe fn add_words<const N: usize>(
                 band: &Band<'_, f32>,

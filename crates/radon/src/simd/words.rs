@@ -3,15 +3,49 @@
 
 use std::ops::Range;
 
-use super::bins::{Bins, MARGIN};
-use super::pairs::Snap;
+use super::bins::{Bins, MARGIN, add_pixels};
+use super::pairs::{BoxRay, Snap};
 use super::vector::{RUN, Vector, WINDOW};
 use crate::sample::Sample;
 
 /// One pixel.
-const ONE: i64 = 1 << Snap::DIGITS;
+pub(super) const ONE: i64 = 1 << Snap::DIGITS;
 /// The digits behind the point.
-const REST: i32 = ONE as i32 - 1;
+pub(super) const REST: i32 = ONE as i32 - 1;
+
+/// A position in units of a word's last digit: exactly, if it is snapped and below 2^23 pixels.
+#[inline(always)]
+pub(super) fn whole(position: f64) -> i64 {
+    (position * ONE as f64) as i64
+}
+
+/// The lengths of [`BoxRay::weights`] from words.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WordWeights<T> {
+    pub(super) ray: BoxRay<T>,
+    /// Where the next pixel's length begins.
+    pub(super) zero: i32,
+    /// That length for each unit of the last digit: a power of two moves no rounding.
+    pub(super) slope: T,
+}
+
+impl<T: Sample> WordWeights<T> {
+    pub(super) fn new(ray: BoxRay<T>) -> Self {
+        Self {
+            ray,
+            zero: whole(ray.zero) as i32,
+            slope: ray.slope * T::of(1.0 / ONE as f64),
+        }
+    }
+
+    /// The lengths within the first pixel and the next, of a step whose position has these digits behind the point, or others before
+    /// it too.
+    #[inline(always)]
+    pub(super) fn at(&self, position: i32) -> (T, T) {
+        self.ray
+            .hold(self.slope * T::whole((position & REST) - self.zero))
+    }
+}
 
 /// Positions of a view's rays in units of their last digit.
 #[derive(Debug, Default)]
@@ -38,20 +72,10 @@ pub struct Band<'a, T> {
     bins: &'a Bins<'a, T>,
     first: usize,
     shifts: &'a [i64],
-    /// Where the next pixel's length begins, in units of the last digit.
-    zero: i32,
-    /// That length for each unit: a power of two moves no rounding.
-    slope: T,
+    weights: WordWeights<T>,
 }
 
 impl<T: Sample> Band<'_, T> {
-    /// As [`BoxRay::weights`](super::pairs::BoxRay::weights), and the same numbers.
-    #[inline(always)]
-    fn weights(&self, behind: i32) -> (T, T) {
-        let far = self.slope * T::whole(behind - self.zero);
-        self.bins.ray.hold(far)
-    }
-
     /// At the band's step `i` the pixels from a least position on, and what is added to words to count from there.
     ///
     /// # Safety
@@ -91,8 +115,6 @@ impl Words {
         if !fits {
             return false;
         }
-        // Exact: snapped, and below 2^23 pixels.
-        let whole = |position: f64| (position * ONE as f64) as i64;
         let run = |i: usize| {
             let at: [i64; RUN] = std::array::from_fn(|l| whole(bins.offset(i * RUN + l)));
             WordRun {
@@ -122,8 +144,7 @@ pub(super) unsafe fn add_runs<T: Sample, V: Vector<T>>(
         bins,
         first: steps.start,
         shifts: &words.shifts[steps],
-        zero: (bins.ray.zero * ONE as f64) as i32,
-        slope: bins.ray.slope * T::of(1.0 / ONE as f64),
+        weights: WordWeights::new(bins.ray),
     };
     let ends = [band.shifts[0], band.shifts[band.shifts.len() - 1]];
     let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
@@ -171,9 +192,9 @@ pub(super) unsafe fn add_plain<T: Sample, V: Vector<T>, const N: usize>(
                 for l in 0..RUN {
                     let t = run.words[l].wrapping_add(shift);
                     index[l] = (t as u32 >> Snap::DIGITS) as i32;
-                    (weights.0[l], weights.1[l]) = band.weights(t & REST);
+                    (weights.0[l], weights.1[l]) = band.weights.at(t);
                 }
-                V::add_pixels(row, &index, &weights, &mut near, &mut far);
+                add_pixels::<T, V>(row, &index, &weights, &mut near, &mut far);
             }
         }
         for l in 0..RUN {
@@ -198,9 +219,9 @@ pub(super) mod x86 {
     ) {
         // SAFETY: the machine has the set, and each row holds the window, as the caller promised; all arrays are RUN long.
         unsafe {
-            let length = _mm512_set1_ps(band.bins.ray.length);
-            let (slope, nothing) = (_mm512_set1_ps(band.slope), _mm512_setzero_ps());
-            let zero = _mm512_set1_epi32(band.zero);
+            let length = _mm512_set1_ps(band.weights.ray.length);
+            let (slope, nothing) = (_mm512_set1_ps(band.weights.slope), _mm512_setzero_ps());
+            let zero = _mm512_set1_epi32(band.weights.zero);
             let (rest, one) = (_mm512_set1_epi32(REST), _mm512_set1_epi32(1));
             let mut words = [_mm512_setzero_si512(); N];
             for n in 0..N {
@@ -241,10 +262,10 @@ pub(super) mod x86 {
     ) {
         // SAFETY: the machine has the set, and each row holds the window, as the caller promised; all arrays are RUN long.
         unsafe {
-            let length = _mm256_set1_ps(band.bins.ray.length);
-            let (slope, nothing) = (_mm256_set1_ps(band.slope), _mm256_setzero_ps());
-            let zero = _mm256_set1_epi32(band.zero);
-            let (rest, one) = (_mm256_set1_epi32(REST), _mm256_set1_epi32(ONE as i32));
+            let length = _mm256_set1_ps(band.weights.ray.length);
+            let (slope, nothing) = (_mm256_set1_ps(band.weights.slope), _mm256_setzero_ps());
+            let zero = _mm256_set1_epi32(band.weights.zero);
+            let (rest, one) = (_mm256_set1_epi32(REST), _mm256_set1_epi32(1));
             for (run, sums) in runs.iter().zip(sums) {
                 let words = [
                     _mm256_loadu_si256(run.words.as_ptr().cast()),
@@ -261,8 +282,9 @@ pub(super) mod x86 {
                         let w1 = _mm256_mul_ps(slope, _mm256_cvtepi32_ps(behind));
                         let w1 = _mm256_min_ps(_mm256_max_ps(w1, nothing), length);
                         let w0 = _mm256_sub_ps(length, w1);
-                        let next = _mm256_add_epi32(t, one);
-                        near[n] = _mm256_fmadd_ps(w0, pick(a, b, t), near[n]);
+                        let j = _mm256_srli_epi32::<{ Snap::DIGITS as i32 }>(t);
+                        let next = _mm256_add_epi32(j, one);
+                        near[n] = _mm256_fmadd_ps(w0, pick(a, b, j), near[n]);
                         far[n] = _mm256_fmadd_ps(w1, pick(a, b, next), far[n]);
                     }
                 }
@@ -275,19 +297,18 @@ pub(super) mod x86 {
         }
     }
 
-    /// Pixels of a window of two registers: three digits before the point for the place, and one for which register.
+    /// Pixels of a window of two registers, whose places have four digits: the first tells which register.
     ///
     /// # Safety
     /// The machine has AVX2.
     #[inline(always)]
-    unsafe fn pick(a: __m256, b: __m256, t: __m256i) -> __m256 {
+    pub(in crate::simd) unsafe fn pick(a: __m256, b: __m256, place: __m256i) -> __m256 {
         // SAFETY: the caller's promise.
         unsafe {
-            let j = _mm256_srli_epi32::<{ Snap::DIGITS as i32 }>(t);
             _mm256_blendv_ps(
-                _mm256_permutevar8x32_ps(a, j),
-                _mm256_permutevar8x32_ps(b, j),
-                _mm256_castsi256_ps(_mm256_slli_epi32::<1>(t)),
+                _mm256_permutevar8x32_ps(a, place),
+                _mm256_permutevar8x32_ps(b, place),
+                _mm256_castsi256_ps(_mm256_slli_epi32::<28>(place)),
             )
         }
     }

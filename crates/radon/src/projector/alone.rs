@@ -1,0 +1,122 @@
+//! Runs over one slice: the same sums as in a stack, neighbouring bins or neighbouring pixels side by side.
+
+use rayon::prelude::*;
+
+use super::Projector;
+use super::layout::{Stack, aligned};
+use super::run::STEPS;
+use crate::Sample;
+use crate::simd::{Bins, Fan, MARGIN, RUN, Words, add_bins, add_fans, interleave};
+
+impl Projector {
+    /// The projections of one slice, for kernels of two pixels a step: the same sums as in a block, side by side for many bins.
+    pub(super) fn project_alone<T: Sample>(
+        &self,
+        images: &Stack,
+        volume: &[T],
+        slice: usize,
+        rows: &mut [Vec<&mut [T]>],
+        memory: &mut Vec<T>,
+    ) {
+        let set = self.instructions;
+        let (nx, ny) = (self.grid.nx(), self.grid.ny());
+        let n_bins = self.geometry.n_bins();
+        // Odd, so that the columns are not all kept in the same places of a cache.
+        let [x_stride, y_stride] = [nx, ny].map(|n| (n + MARGIN) | 1);
+        let by_rows_len = Bins::<T>::image_len(ny, x_stride);
+        let memory = aligned(memory, by_rows_len + Bins::<T>::image_len(nx, y_stride));
+        memory.fill(T::ZERO);
+        let (by_rows, by_columns) = memory.split_at_mut(by_rows_len);
+        let image: Vec<&[T]> = (0..ny)
+            .flat_map(|y| images.rows(volume, y, &[slice]))
+            .collect();
+        for (row, image) in by_rows.chunks_exact_mut(x_stride).zip(&image) {
+            row[MARGIN..][..nx].copy_from_slice(image);
+        }
+        interleave(set, &image, y_stride, &mut by_columns[MARGIN..]);
+        let (by_rows, by_columns) = (&*by_rows, &*by_columns);
+
+        let padded = n_bins.next_multiple_of(RUN);
+        rows.par_iter_mut().zip(&self.views).for_each_init(
+            || (vec![T::ZERO; padded], Words::default()),
+            |(sums, words), (row, view)| {
+                let Some(ray) = view.box_ray() else { return };
+                let (image, stride, n, n_steps) = match view.steps_are_rows() {
+                    true => (by_rows, x_stride, nx, ny),
+                    false => (by_columns, y_stride, ny, nx),
+                };
+                let bins = Bins {
+                    image,
+                    stride,
+                    n,
+                    first: view.offset(0),
+                    ray,
+                    per_bin: view.per_bin(),
+                };
+                sums.fill(T::ZERO);
+                add_bins(set, &bins, n_steps, STEPS, words, sums);
+                row[slice].copy_from_slice(&sums[..n_bins]);
+            },
+        );
+    }
+
+    /// The adjoint of one slice, for kernels of two pixels a step, into its rows of the volume. Returns whether it can: not if bins
+    /// are so fine that a run of pixels meets too many.
+    pub(super) fn adjoint_alone<T: Sample>(
+        &self,
+        sinograms: &Stack,
+        projections: &[T],
+        slice: usize,
+        rows: &mut [Vec<&mut [T]>],
+    ) -> bool {
+        let fan = |&view: &usize| {
+            let values = sinograms.rows(projections, view, &[slice]);
+            let view = &self.views[view];
+            let n_steps = match view.steps_are_rows() {
+                true => self.grid.ny(),
+                false => self.grid.nx(),
+            };
+            Fan::new(
+                view.box_ray()?,
+                view.offset(0),
+                view.per_bin(),
+                n_steps,
+                values[0],
+            )
+        };
+        let order = self.views_by_axis();
+        let Some(fans) = order.par_iter().map(fan).collect::<Option<Vec<_>>>() else {
+            return false;
+        };
+        let n_by_rows = order
+            .iter()
+            .take_while(|&&view| self.views[view].steps_are_rows())
+            .count();
+        let (by_rows, by_columns) = fans.split_at(n_by_rows);
+        let (nx, ny) = (self.grid.nx(), self.grid.ny());
+        let set = self.instructions;
+
+        // `[run][step]` of runs of pixels across the steps.
+        let zeros = |n: usize, n_steps: usize| vec![[T::ZERO; RUN]; n.div_ceil(RUN) * n_steps];
+        let mut sums = zeros(nx, ny);
+        let runs = sums.par_chunks_mut(ny).enumerate();
+        runs.for_each(|(run, sums)| add_fans(set, by_rows, run * RUN, sums));
+        let mut turned = zeros(ny, nx);
+        let runs = turned.par_chunks_mut(nx).enumerate();
+        runs.for_each(|(run, turned)| {
+            for (x, turned) in turned.iter_mut().enumerate() {
+                let ys = run * RUN..ny.min((run + 1) * RUN);
+                for (turned, y) in turned.iter_mut().zip(ys) {
+                    *turned = sums[x / RUN * ny + y][x % RUN];
+                }
+            }
+            add_fans(set, by_columns, run * RUN, turned);
+        });
+        rows.par_iter_mut().enumerate().for_each(|(y, row)| {
+            for (x, pixel) in row[slice].iter_mut().enumerate() {
+                *pixel = turned[y / RUN * nx + x][y % RUN];
+            }
+        });
+        true
+    }
+}

@@ -1,0 +1,308 @@
+//! The transpose of the ray sums of one slice: neighbouring pixels side by side, which the same few bins meet at a step.
+
+use super::InstructionSet;
+use super::pairs::{BoxRay, Snap};
+use super::vector::{RUN, Vector};
+use super::words::{REST, WordWeights, whole};
+use crate::sample::Sample;
+
+/// Zeros before and behind the rays of a view: more than the pixels of a run are met by.
+const MARGIN: usize = 48;
+/// By how much the first bin of a pixel is looked for too early, for the rounding of its place.
+const EARLY: f64 = 1e-4;
+
+/// The rays of a view in the order of their positions.
+#[derive(Debug)]
+pub(crate) struct Fan<T> {
+    /// Values, and positions at step 0 modulo 32 pixels, `MARGIN` zeros on either side.
+    rays: Vec<T>,
+    words: Vec<i32>,
+    weights: WordWeights<T>,
+    /// The first bin that may meet position 0 in step 0, and how many bins there are for each pixel.
+    start: f64,
+    per_pixel: f64,
+    /// For each step, how many bins the first one is before that in step 0, and the way of all positions.
+    steps: Vec<(i64, i32)>,
+    /// Bins for 0, 1, ... pixels.
+    lanes: [i32; RUN],
+    /// Bins that may meet one pixel.
+    most: i32,
+    /// Whether positions fall from bin to bin.
+    falling: bool,
+}
+
+impl<T: Sample> Fan<T> {
+    /// The bins that may meet a pixel, in their own order, counted from the first by position.
+    #[inline(always)]
+    fn candidates(&self) -> impl Iterator<Item = i32> {
+        let (first, by) = if self.falling {
+            (self.most - 1, -1)
+        } else {
+            (0, 1)
+        };
+        (0..self.most).map(move |k| first + by * k)
+    }
+
+    /// A view whose bins are at `first + bin * per_bin`, and their values. None if more than a window of bins may meet a run of
+    /// pixels, or if they are too many or too fine for words.
+    pub(crate) fn new(
+        ray: BoxRay<T>,
+        first: f64,
+        per_bin: f64,
+        n_steps: usize,
+        values: &[T],
+    ) -> Option<Self> {
+        // 7 / 0.7 + 3 bins meet half a run, 15 / 0.7 + 3 a whole one: less than 16 and 32.
+        const FINEST: f64 = 0.7;
+        let width = per_bin.abs();
+        let farthest = first.abs() + width * values.len() as f64 + n_steps as f64;
+        if ray.snap != Snap::FINE || width < FINEST || farthest > f64::from(1 << 22) {
+            return None;
+        }
+        let falling = per_bin < 0.0;
+        let n = values.len();
+        let bin = |i: usize| if falling { n - 1 - i } else { i };
+        let offset = |bin: usize| ray.snap.of(first + bin as f64 * per_bin);
+        let mut rays = vec![T::ZERO; n + 2 * MARGIN];
+        let mut words = vec![0; n + 2 * MARGIN];
+        for i in 0..n {
+            rays[MARGIN + i] = values[bin(i)];
+            words[MARGIN + i] = whole(offset(bin(i))) as i32;
+        }
+        let per_pixel = 1.0 / width;
+        Some(Self {
+            rays,
+            words,
+            weights: WordWeights::new(ray),
+            start: -(1.0 + offset(bin(0))) * per_pixel - EARLY,
+            per_pixel,
+            steps: (0..n_steps)
+                .map(|step| {
+                    let shift = ray.shift(step as f64);
+                    (whole(shift * per_pixel), whole(shift) as i32)
+                })
+                .collect(),
+            lanes: std::array::from_fn(|l| whole(l as f64 * per_pixel) as i32),
+            most: (2.0 * per_pixel + 2.0 * EARLY) as i32 + 1,
+            falling,
+        })
+    }
+}
+
+/// Adds what the views bring to a run of pixels from `first` on in every step: view by view and bin by bin, with the weights of
+/// [`scatter`](super::scatter) and in its order.
+pub(crate) fn add_fans<T: Sample>(
+    set: InstructionSet,
+    fans: &[Fan<T>],
+    first: usize,
+    sums: &mut [[T; RUN]],
+) {
+    for fan in fans {
+        match set {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: a projector holds a set only after `is_available`.
+            InstructionSet::Avx512 => unsafe { add_avx512(fan, first, sums) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above.
+            InstructionSet::Avx2 => unsafe { add_avx2(fan, first, sums) },
+            #[cfg(target_arch = "aarch64")]
+            // SAFETY: as above.
+            InstructionSet::Neon => unsafe { add_lanes::<T, T::Neon, RUN>(fan, first, sums) },
+            // SAFETY: needs nothing that the target lacks.
+            _ => unsafe { add_lanes::<T, T::Baseline, RUN>(fan, first, sums) },
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+fn add_avx512<T: Sample>(fan: &Fan<T>, first: usize, sums: &mut [[T; RUN]]) {
+    // SAFETY: this function is compiled for the set.
+    unsafe { add_lanes::<T, T::Avx512, RUN>(fan, first, sums) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn add_avx2<T: Sample>(fan: &Fan<T>, first: usize, sums: &mut [[T; RUN]]) {
+    // SAFETY: as above; two registers hold the bins that half a run meets.
+    unsafe { add_lanes::<T, T::Avx2, { RUN / 2 }>(fan, first, sums) }
+}
+
+/// The bins that may meet `W` pixels at a step.
+#[derive(Clone, Copy, Debug)]
+pub struct FanStep<'a, T> {
+    fan: &'a Fan<T>,
+    /// Place of the first of them among the rays.
+    at: usize,
+    /// How far behind it the first pixel's bins begin, in words.
+    rest: i32,
+    /// What makes a word the place of a ray, counted from the first pixel's.
+    shift: i32,
+}
+
+/// # Safety
+/// The machine has the instruction set of `V`, whose `add_step` works on `W` pixels.
+#[inline(always)]
+unsafe fn add_lanes<T: Sample, V: Vector<T>, const W: usize>(
+    fan: &Fan<T>,
+    first: usize,
+    sums: &mut [[T; RUN]],
+) {
+    // A window behind all rays, or before them, holds none.
+    let end = fan.rays.len() - MARGIN;
+    for half in (0..RUN).step_by(W) {
+        // The first pixel is at position 1.
+        let position = first + half + 1;
+        let bin_0 = position as f64 * fan.per_pixel + fan.start + (MARGIN + 1) as f64;
+        let bin_0 = whole(bin_0);
+        for (&(before, shift), sums) in fan.steps.iter().zip(&mut *sums) {
+            let bin = bin_0 - before;
+            // Negative ones are beyond all.
+            let at = (bin >> Snap::DIGITS) as usize;
+            if at >= end {
+                continue;
+            }
+            let step = FanStep {
+                fan,
+                at,
+                rest: bin as i32 & REST,
+                shift: shift.wrapping_sub((position as i32) << Snap::DIGITS),
+            };
+            let (sums, _) = sums[half..].as_chunks_mut::<W>();
+            // SAFETY: the last window ends within the margin behind the rays.
+            unsafe { V::add_step(step, &mut sums[0]) };
+        }
+    }
+}
+
+/// Without intrinsics of any set.
+#[inline(always)]
+pub(super) fn add_step<T: Sample, V: Vector<T>, const W: usize>(
+    step: FanStep<'_, T>,
+    sums: &mut [T; W],
+) {
+    let fan = step.fan;
+    for k in fan.candidates() {
+        for l in 0..W {
+            let bin = (step.rest.wrapping_add(fan.lanes[l])) as u32 >> Snap::DIGITS;
+            let bin = step.at + (bin as i32 + k) as usize;
+            let place = fan.words[bin]
+                .wrapping_add(step.shift)
+                .wrapping_sub((l as i32) << Snap::DIGITS);
+            let (near, far) = fan.weights.at(place);
+            let weight = match place >> Snap::DIGITS {
+                0 => near,
+                -1 => far,
+                _ => T::ZERO,
+            };
+            sums[l] = V::multiply_add_one(weight, fan.rays[bin], sums[l]);
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+pub(super) mod x86 {
+    use std::arch::x86_64::*;
+
+    use super::*;
+    use crate::simd::words::ONE;
+    use crate::simd::words::x86::pick;
+
+    /// # Safety
+    /// The machine has AVX-512; the rest as for [`Vector::add_step`].
+    #[inline(always)]
+    pub(in crate::simd) unsafe fn add_avx512(step: FanStep<'_, f32>, sums: &mut [f32]) {
+        let FanStep {
+            fan,
+            at,
+            rest,
+            shift,
+        } = step;
+        debug_assert!(sums.len() == 16 && at + 32 <= fan.rays.len());
+        // SAFETY: the machine has the set, and there is room for a window of rays, as the caller promised.
+        unsafe {
+            let (rays, words) = (fan.rays.as_ptr().add(at), fan.words.as_ptr().add(at).cast());
+            let (a, b) = (_mm512_loadu_ps(rays), _mm512_loadu_ps(rays.add(16)));
+            let (c, d) = (_mm512_loadu_si512(words), _mm512_loadu_si512(words.add(1)));
+            let bins = _mm512_loadu_si512(fan.lanes.as_ptr().cast());
+            let bins = _mm512_add_epi32(_mm512_set1_epi32(rest), bins);
+            let bins = _mm512_srli_epi32::<{ Snap::DIGITS }>(bins);
+            let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+            let pixels = _mm512_slli_epi32::<{ Snap::DIGITS }>(lanes);
+            let shift = _mm512_sub_epi32(_mm512_set1_epi32(shift), pixels);
+            let (slope, length) = (
+                _mm512_set1_ps(fan.weights.slope),
+                _mm512_set1_ps(fan.weights.ray.length),
+            );
+            let zero = _mm512_set1_epi32(fan.weights.zero);
+            let (one, minus_one) = (
+                _mm512_set1_epi32(ONE as i32),
+                _mm512_set1_epi32(-(ONE as i32)),
+            );
+            let digits = _mm512_set1_epi32(REST);
+            let mut sum = _mm512_loadu_ps(sums.as_ptr());
+            for k in fan.candidates() {
+                let j = _mm512_add_epi32(bins, _mm512_set1_epi32(k));
+                let place = _mm512_add_epi32(_mm512_permutex2var_epi32(c, j, d), shift);
+                let behind = _mm512_sub_epi32(_mm512_and_si512(place, digits), zero);
+                let far = _mm512_mul_ps(slope, _mm512_cvtepi32_ps(behind));
+                let far = _mm512_min_ps(_mm512_max_ps(far, _mm512_setzero_ps()), length);
+                let is_near = _mm512_cmplt_epu32_mask(place, one);
+                let is_far = _mm512_cmpge_epu32_mask(place, minus_one);
+                let weight = _mm512_maskz_mov_ps(is_far, far);
+                let weight = _mm512_mask_sub_ps(weight, is_near, length, far);
+                sum = _mm512_fmadd_ps(weight, _mm512_permutex2var_ps(a, j, b), sum);
+            }
+            _mm512_storeu_ps(sums.as_mut_ptr(), sum);
+        }
+    }
+
+    /// # Safety
+    /// The machine has AVX2 and FMA; the rest as for [`Vector::add_step`].
+    #[inline(always)]
+    pub(in crate::simd) unsafe fn add_avx2(step: FanStep<'_, f32>, sums: &mut [f32]) {
+        let FanStep {
+            fan,
+            at,
+            rest,
+            shift,
+        } = step;
+        debug_assert!(sums.len() == 8 && at + 16 <= fan.rays.len());
+        // SAFETY: the machine has the set, and there is room for a window of rays, as the caller promised.
+        unsafe {
+            let (rays, words) = (fan.rays.as_ptr().add(at), fan.words.as_ptr().add(at).cast());
+            let (a, b) = (_mm256_loadu_ps(rays), _mm256_loadu_ps(rays.add(8)));
+            // Words pass through as they are.
+            let (c, d) = (_mm256_loadu_ps(words), _mm256_loadu_ps(words.add(8)));
+            let bins = _mm256_loadu_si256(fan.lanes.as_ptr().cast());
+            let bins = _mm256_add_epi32(_mm256_set1_epi32(rest), bins);
+            let bins = _mm256_srli_epi32::<{ Snap::DIGITS as i32 }>(bins);
+            let pixels = _mm256_slli_epi32::<{ Snap::DIGITS as i32 }>(_mm256_setr_epi32(
+                0, 1, 2, 3, 4, 5, 6, 7,
+            ));
+            let shift = _mm256_sub_epi32(_mm256_set1_epi32(shift), pixels);
+            let (slope, length) = (
+                _mm256_set1_ps(fan.weights.slope),
+                _mm256_set1_ps(fan.weights.ray.length),
+            );
+            let zero = _mm256_set1_epi32(fan.weights.zero);
+            let digits = _mm256_set1_epi32(REST);
+            let mut sum = _mm256_loadu_ps(sums.as_ptr());
+            for k in fan.candidates() {
+                let j = _mm256_add_epi32(bins, _mm256_set1_epi32(k));
+                let place = _mm256_add_epi32(_mm256_castps_si256(pick(c, d, j)), shift);
+                let behind = _mm256_sub_epi32(_mm256_and_si256(place, digits), zero);
+                let far = _mm256_mul_ps(slope, _mm256_cvtepi32_ps(behind));
+                let far = _mm256_min_ps(_mm256_max_ps(far, _mm256_setzero_ps()), length);
+                let pixel = _mm256_srai_epi32::<{ Snap::DIGITS as i32 }>(place);
+                let is_near = _mm256_cmpeq_epi32(pixel, _mm256_setzero_si256());
+                let is_far = _mm256_cmpeq_epi32(pixel, _mm256_set1_epi32(-1));
+                let far_or_none = _mm256_and_ps(_mm256_castsi256_ps(is_far), far);
+                let near = _mm256_sub_ps(length, far);
+                let weight = _mm256_blendv_ps(far_or_none, near, _mm256_castsi256_ps(is_near));
+                sum = _mm256_fmadd_ps(weight, pick(a, b, j), sum);
+            }
+            _mm256_storeu_ps(sums.as_mut_ptr(), sum);
+        }
+    }
+}
