@@ -63,6 +63,21 @@ pub enum PhantomError {
     /// A membrane could not be moved.
     #[error(transparent)]
     Motion(#[from] membrane_implicit::ImplicitError),
+    /// The inner membrane reaches outside the outer one.
+    #[error(
+        "at a volume gain of {gain} the inner membrane is {depth} cm outside the outer one (x = {x} cm from the base, r = {r} cm); \
+         give the balloons more alike lengths, a thicker wall, or the cavity less volume"
+    )]
+    Crossed {
+        /// Volume gain of the cavity.
+        gain: f64,
+        /// How far outside it is at most, cm.
+        depth: f64,
+        /// Distance from the base there, cm.
+        x: f64,
+        /// Radius there, cm.
+        r: f64,
+    },
     /// A solid, its rays or its voxels could not be made.
     #[error(transparent)]
     Solid(#[from] revolve_voxel::Error),

@@ -68,6 +68,9 @@ pub struct Heart {
     solved: Mutex<BTreeMap<u64, Arc<HeartShape>>>,
 }
 
+/// What rounding may put of one membrane outside the other, as a share of the length.
+const ROUNDING: f64 = 1e-9;
+
 /// The heart at one volume gain of its cavity.
 #[derive(Debug)]
 pub struct HeartShape {
@@ -137,7 +140,8 @@ impl Heart {
     /// what was asked for before. In parallel, with the same bits for any number of threads.
     ///
     /// # Errors
-    /// [`PhantomError::Membrane`] if a gain cannot be reached.
+    /// [`PhantomError::Membrane`] if a gain cannot be reached; [`PhantomError::Crossed`] if no wall is left somewhere, as between
+    /// balloons of very different form.
     pub fn shapes(&self, gains: &[f64]) -> Result<Vec<Arc<HeartShape>>, PhantomError> {
         let mut missing: Vec<f64> = {
             let solved = self.lock();
@@ -182,12 +186,19 @@ impl Heart {
             .into_iter()
             .map(|(membrane, curve)| self.meridian(membrane, curve))
             .collect::<Result<_, _>>()?;
-        Ok(HeartShape {
-            gain,
-            solution,
-            curves,
-            body: Body::new(layers, self.pose)?,
-        })
+        let body = Body::new(layers, self.pose)?;
+        let length = curves[1].iter().fold(0.0, |most: f64, [x, _]| most.max(*x));
+        match body.check_nested(self.tolerance + ROUNDING * length) {
+            Err(revolve_voxel::Error::NotNested { depth, x, r, .. }) => {
+                Err(PhantomError::Crossed { gain, depth, x, r })
+            }
+            checked => Ok(checked.map(|()| HeartShape {
+                gain,
+                solution,
+                curves,
+                body,
+            })?),
+        }
     }
 
     /// The upper half of a membrane, base to apex.

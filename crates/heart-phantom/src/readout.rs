@@ -45,6 +45,11 @@ impl Readout {
             Some(CountSettings::Total(counts)) => {
                 let mut samples = all()?;
                 no_negatives(&mut samples);
+                if samples.iter().all(|&sample| sample == 0.0) {
+                    return Err(PhantomError::Absent {
+                        what: "counts: the camera sees no activity",
+                    });
+                }
                 Some(CountScale::Total(counts).per_unit(&samples)?)
             }
         })

@@ -77,6 +77,8 @@ pub fn run(
         #[cfg(feature = "figures")]
         middle: Vec::new(),
     };
+    // Of the two extreme shapes: a heart that has none is known before any view.
+    let numbers = phantom.numbers()?;
     let n_gates = phantom.n_gates();
     let mut gates = Vec::with_capacity(n_gates);
     for gate in 0..n_gates {
@@ -95,7 +97,7 @@ pub fn run(
     writer.moving_picture()?;
     let mut report = RunReport {
         scene: phantom.scene().clone(),
-        numbers: phantom.numbers()?,
+        numbers,
         gates,
         labels: if writer.wants(Product::Labels) {
             phantom.label_names()

@@ -81,6 +81,13 @@ fn a_written_scene_is_read_back() {
     assert_eq!(Scene::from_toml(&again).unwrap(), scene, "{again}");
 }
 
+#[test]
+fn a_region_about_the_centre_has_a_place_in_every_format() {
+    let text = "[reconstruction]\nregion = { x = [56, 200], y = [0, 256] }\n\
+        [output]\nvolumes = 'interfile-simind'";
+    Scene::from_toml(text).unwrap();
+}
+
 /// What is built in Rust is what its own file says, section by section.
 #[test]
 fn each_part_of_a_scene_can_be_built() {

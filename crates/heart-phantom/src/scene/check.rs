@@ -100,7 +100,8 @@ pub(super) fn scene(scene: &Scene) -> Checked {
         let wanted = "needs a section [attenuation]";
         return Err(fault("output.write", "attenuation", wanted));
     }
-    output(&scene.output)
+    output(&scene.output)?;
+    region_has_a_place(scene)
 }
 
 fn heart(heart: &HeartSettings) -> Checked {
@@ -436,6 +437,24 @@ fn reconstruction(scene: &Scene) -> Checked {
         return Err(fault("camera.arc", scene.camera.arc, wanted));
     }
     Ok(())
+}
+
+/// Interfile 3.3 has no key for a place: readers take the volume as centred.
+fn region_has_a_place(scene: &Scene) -> Checked {
+    let settings = &scene.reconstruction;
+    let pixels = settings.pixels.unwrap_or(scene.camera.bins);
+    match settings.region {
+        Some(PixelRange { x, y })
+            if scene.output.volumes == Format::InterfileSimind
+                && [x, y].iter().any(|[from, to]| from + to != pixels) =>
+        {
+            let wanted = format!(
+                "has no place for a region off the centre; choose another format, or [from, to] with from + to = {pixels}"
+            );
+            Err(fault("output.volumes", "interfile-simind", wanted))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn output(output: &OutputSettings) -> Checked {

@@ -455,3 +455,58 @@ fn a_background_fills_the_torso_around_the_heart() {
         assert!(row == &even[..40]);
     }
 }
+
+/// At rest the one balloon is within the other; dilated, the short one is rounder and thicker at the middle of the side. Its wall would
+/// have less than no thickness there.
+#[test]
+fn membranes_that_cross_make_no_heart() {
+    for discretisation in [
+        DiscretisationSettings::Differences { nodes: 101 },
+        DiscretisationSettings::Spectral {
+            degree: 12,
+            per_piece: 1,
+            tolerance: 1e-4,
+        },
+    ] {
+        let mut scene = small(Mode::Static { phase: 0.0 });
+        scene.heart.discretisation = discretisation;
+        scene.heart.outer.length = 14.0;
+        scene.heart.outer.radius = 1.77;
+        let phantom = Phantom::new(scene).unwrap();
+        // Nested at rest: the thickness is that of the cylinders.
+        let still = phantom.thickness(0.0).unwrap();
+        assert!((still.side - 0.02).abs() < 1e-3, "{still:?}");
+        match phantom.shape(0.5) {
+            Err(PhantomError::Crossed { gain, depth, x, r }) => {
+                assert!((gain - 0.6).abs() < 1e-12);
+                assert!((0.1..0.3).contains(&depth), "{depth}");
+                assert!(
+                    (1.0..8.0).contains(&x) && (1.8..3.0).contains(&r),
+                    "{x} {r}"
+                );
+            }
+            other => panic!("{other:?}"),
+        }
+        // Found before any view is taken, though the views are of the heart at rest.
+        let folder = tempfile::tempdir().unwrap();
+        let refused = heart_phantom::run(&phantom, folder.path(), &|_| ());
+        assert!(matches!(refused, Err(PhantomError::Crossed { .. })));
+        assert_eq!(phantom.work().rays_cast, 0);
+    }
+}
+
+#[test]
+fn a_total_of_counts_needs_activity_in_sight() {
+    let mut scene = small(Mode::Static { phase: 0.0 });
+    scene.pose.shift = [100.0, 0.0, 100.0];
+    let seed = 1;
+    let counts = CountSettings::Total(1e5);
+    scene.noise = Some(NoiseSettings { counts, seed });
+    let refused = Phantom::new(scene.clone()).unwrap().view(0, 0);
+    assert!(matches!(refused, Err(PhantomError::Absent { .. })));
+    // Counts for each unit are none for none.
+    let counts = CountSettings::PerUnit(10.0);
+    scene.noise = Some(NoiseSettings { counts, seed });
+    let view = Phantom::new(scene).unwrap().view(0, 0).unwrap();
+    assert!(view.iter().all(|&count| count == 0.0));
+}

@@ -362,6 +362,11 @@ const BAD: &[(&str, &str, &str)] = &[
     ),
     ("[output]\nvolumes = 'dicom'", "output.volumes", "nrrd"),
     (
+        "[reconstruction]\nregion = { x = [56, 200], y = [50, 200] }\n[output]\nvolumes = 'interfile-simind'",
+        "output.volumes",
+        "from + to = 256",
+    ),
+    (
         "[output]\nprojections = 'nifti'",
         "output.projections",
         "interfile-stir",

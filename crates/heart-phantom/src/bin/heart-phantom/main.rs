@@ -59,6 +59,7 @@ fn code(error: &PhantomError) -> u8 {
         PhantomError::Scene(_)
         | PhantomError::Read { .. }
         | PhantomError::Absent { .. }
+        | PhantomError::Crossed { .. }
         | PhantomError::OutOfRange { .. }
         | PhantomError::Count { .. }
         | PhantomError::Odd { .. }
