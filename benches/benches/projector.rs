@@ -366,9 +366,53 @@ fn rows(effort: Effort) {
             .print();
         }
     }
+    stacks(&scene, repeats);
     if effort == Effort::Full {
         let (seconds, rays) = on_threads(2, || timed(1, || naive(&volume, &scene.geometry)));
         row("Joseph, ray by ray", 2, seconds, &rays);
+    }
+}
+
+/// The middle slice alone and a volume without an empty slice, there and back: what a slice costs among others and by itself.
+fn stacks(scene: &Scene, repeats: usize) {
+    let plan = Projector::new(&scene.geometry, &scene.grid, Kernel::Joseph).unwrap();
+    let mut scratch = plan.scratch();
+    let volume: Vec<f32> = scene.volume.iter().map(|x| x + 1e-3).collect();
+    for (threads, n_slices) in [(1, 1), (1, N), (2, 1), (2, N)] {
+        let first = (N - n_slices) / 2;
+        let volume = &volume[first * N * N..][..n_slices * N * N];
+        let mut rays = vec![0.0f32; n_slices * VIEWS * N];
+        let mut back = vec![0.0f32; n_slices * N * N];
+        // One slice takes less than a millisecond.
+        let repeats = repeats * (N / n_slices).min(20);
+        let (forward, ()) = on_threads(threads, || {
+            timed(repeats, || {
+                plan.forward_stack_into(volume, n_slices, ORDER, &mut rays, &mut scratch)
+                    .unwrap();
+            })
+        });
+        let (adjoint, ()) = on_threads(threads, || {
+            timed(repeats, || {
+                plan.adjoint_stack_into(&rays, n_slices, ORDER, &mut back, &mut scratch)
+                    .unwrap();
+            })
+        });
+        let (left, right) = (dot(&rays, &rays), dot(volume, &back));
+        for (method, seconds) in [("Joseph", forward), ("Joseph, adjoint", adjoint)] {
+            Row {
+                study: "growth",
+                method,
+                case: &format!(
+                    "one slice and {N} that are not empty, of {N} x {N} from {VIEWS} views"
+                ),
+                size: n_slices,
+                threads,
+                seconds,
+                error: (left / right - 1.0).abs(),
+                error_kind: "relative difference of <A x, A x> and <x, A' A x>",
+            }
+            .print();
+        }
     }
 }
 
