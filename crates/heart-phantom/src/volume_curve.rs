@@ -145,7 +145,12 @@ impl Height {
                 ))))
             }
             VolumeCurve::Sampled(volumes) => {
-                check_count("sampled volumes", volumes.len(), SAMPLES[0], SAMPLES[1])?;
+                check_count(
+                    "number of sampled volumes",
+                    volumes.len(),
+                    SAMPLES[0],
+                    SAMPLES[1],
+                )?;
                 for &volume in volumes {
                     check("sampled volume", volume, -1e12, 1e12)?;
                 }

@@ -8,6 +8,63 @@ mod bad_values;
 #[path = "scene/changed.rs"]
 mod changed;
 
+/// Every section and every field that may be left out.
+const FULL: &str = "
+[heart]
+law = 'per-current-length'
+discretisation = { spectral = { degree = 12, per_piece = 2, tolerance = 1e-4 } }
+[heart.inner]
+length = 7.0
+radius = 2.0
+stiffness = 1.5
+[cycle]
+curve = { sampled = [120.0, 60.0, 50.0, 110.0] }
+volume = { volumes = { edv = 150.0, esv = 120.0 } }
+[pose]
+centre = 4.0
+turn_z = -10.0
+shift = [1.0, 2.0, -3.0]
+[activity]
+cavity = { total = 7.0 }
+[background]
+concentration = 0.1
+centre = [0.0, 1.0]
+semi_axes = [7.0, 6.0]
+[[defects]]
+layers = [0.0, 0.5]
+s = [0.1, 0.3]
+azimuths = [-30.0, 30.0]
+activity = 0.0
+[[defects]]
+layers = [0.5, 1.0]
+s = [0.4, 0.5]
+azimuths = [0.0, 360.0]
+activity = 2.0
+[blur]
+fwhm = 0.8
+[noise]
+counts = { total = 1e6 }
+seed = 7
+[attenuation]
+coefficient = 0.15
+medium = { torso = { centre = [0.0, 1.0], semi_axes = [16.0, 11.0] } }
+[camera]
+rotation = 'continuous'
+arc = -360.0
+[acquisition]
+mode = { gated = { gates = 8 } }
+accuracy = { tolerance = 0.01 }
+[reconstruction]
+window = { butterworth = { order = 5 } }
+pixels = 64
+pixel = 0.25
+region = { x = [10, 20], y = [0, 64] }
+[output]
+write = ['labels', 'meshes']
+volumes = 'meta-image'
+projections = 'raw-json'
+";
+
 fn error_of(text: &str) -> SceneError {
     match Scene::from_toml(text) {
         Err(PhantomError::Scene(error)) => *error,
@@ -20,62 +77,7 @@ fn a_written_scene_is_read_back() {
     let scene = Scene::default();
     assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
     assert_eq!(Scene::from_toml("").unwrap(), scene);
-    let text = "
-        [heart]
-        law = 'per-current-length'
-        discretisation = { spectral = { degree = 12, per_piece = 2, tolerance = 1e-4 } }
-        [heart.inner]
-        length = 7.0
-        radius = 2.0
-        stiffness = 1.5
-        [cycle]
-        curve = { sampled = [120.0, 60.0, 50.0, 110.0] }
-        volume = { volumes = { edv = 150.0, esv = 120.0 } }
-        [pose]
-        centre = 4.0
-        turn_z = -10.0
-        shift = [1.0, 2.0, -3.0]
-        [activity]
-        cavity = { total = 7.0 }
-        [background]
-        concentration = 0.1
-        centre = [0.0, 1.0]
-        semi_axes = [7.0, 6.0]
-        [[defects]]
-        layers = [0.0, 0.5]
-        s = [0.1, 0.3]
-        azimuths = [-30.0, 30.0]
-        activity = 0.0
-        [[defects]]
-        layers = [0.5, 1.0]
-        s = [0.4, 0.5]
-        azimuths = [0.0, 360.0]
-        activity = 2.0
-        [blur]
-        fwhm = 0.8
-        [noise]
-        counts = { total = 1e6 }
-        seed = 7
-        [attenuation]
-        coefficient = 0.15
-        medium = { torso = { centre = [0.0, 1.0], semi_axes = [16.0, 11.0] } }
-        [camera]
-        rotation = 'continuous'
-        arc = -360.0
-        [acquisition]
-        mode = { gated = { gates = 8 } }
-        accuracy = { tolerance = 0.01 }
-        [reconstruction]
-        window = { butterworth = { order = 5 } }
-        pixels = 64
-        pixel = 0.25
-        region = { x = [10, 20], y = [0, 64] }
-        [output]
-        write = ['labels', 'meshes']
-        volumes = 'meta-image'
-        projections = 'raw-json'
-    ";
-    let scene = Scene::from_toml(text).unwrap();
+    let scene = Scene::from_toml(FULL).unwrap();
     assert_eq!(scene.acquisition.mode, Mode::Gated { gates: 8 });
     let again = scene.to_toml();
     assert_eq!(Scene::from_toml(&again).unwrap(), scene, "{again}");

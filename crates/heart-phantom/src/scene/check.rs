@@ -68,12 +68,16 @@ pub(super) fn scene(scene: &Scene) -> Checked {
     heart(&scene.heart)?;
     cycle(&scene.cycle, &scene.heart.inner)?;
     pose(&scene.pose)?;
-    for (field, uptake) in [
-        ("activity.cavity", scene.activity.cavity),
-        ("activity.wall", scene.activity.wall),
+    for (region, uptake) in [
+        ("cavity", scene.activity.cavity),
+        ("wall", scene.activity.wall),
     ] {
-        let (Uptake::Concentration(amount) | Uptake::Total(amount)) = uptake;
-        within(field, amount, [0.0, MAX_ACTIVITY])?;
+        let (kind, amount) = match uptake {
+            Uptake::Concentration(amount) => ("concentration", amount),
+            Uptake::Total(amount) => ("total", amount),
+        };
+        let field = format!("activity.{region}.{kind}");
+        within(&field, amount, [0.0, MAX_ACTIVITY])?;
     }
     if let Some(background) = &scene.background {
         within(
@@ -155,11 +159,14 @@ fn cycle(cycle: &CycleSettings, inner: &BalloonSettings) -> Checked {
         [1.0, 1000.0],
     )?;
     if let Err(error) = check_curve(&cycle.curve, cycle.beats_per_minute) {
-        let given = match &cycle.curve {
-            VolumeCurve::Sampled(volumes) => format!("{} samples", volumes.len()),
-            _ => "physiological".to_owned(),
+        let (field, given) = match &cycle.curve {
+            VolumeCurve::Sampled(volumes) => (
+                "cycle.curve.sampled",
+                format!("an array of {} values", volumes.len()),
+            ),
+            _ => ("cycle.curve", "physiological".to_owned()),
         };
-        return Err(fault("cycle.curve", given, error.to_string()));
+        return Err(fault(field, given, error.to_string()));
     }
     match cycle.volume {
         VolumeRange::Gain(gain) => within("cycle.volume.gain", gain, [0.0, MAX_GAIN]),

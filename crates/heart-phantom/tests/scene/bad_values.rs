@@ -1,6 +1,6 @@
 //! Every field of a scene with values that make no sense.
 
-use super::error_of;
+use super::{FULL, error_of};
 use heart_phantom::scene::Scene;
 
 /// What the file says, the field that the error names, and words of its advice.
@@ -86,15 +86,19 @@ const BAD: &[(&str, &str, &str)] = &[
         "a number",
     ),
     ("[cycle]\ncurve = 'square'", "cycle.curve", "sinusoid"),
-    ("[cycle]\ncurve = { sampled = [1.0] }", "cycle.curve", "3"),
+    (
+        "[cycle]\ncurve = { sampled = [1.0] }",
+        "cycle.curve.sampled",
+        "3",
+    ),
     (
         "[cycle]\ncurve = { sampled = [1.0, 1.0, 1.0] }",
-        "cycle.curve",
+        "cycle.curve.sampled",
         "range",
     ),
     (
         "[cycle]\ncurve = { sampled = [1.0, inf, 1.0] }",
-        "cycle.curve",
+        "cycle.curve.sampled",
         "between",
     ),
     (
@@ -136,15 +140,25 @@ const BAD: &[(&str, &str, &str)] = &[
     ("[pose]\nshift = [0.0, 1.0]", "pose.shift", "3"),
     (
         "[activity]\ncavity = { concentration = -1.0 }",
-        "activity.cavity",
+        "activity.cavity.concentration",
         "between",
     ),
     (
         "[activity]\nwall = { total = nan }",
-        "activity.wall",
+        "activity.wall.total",
         "between",
     ),
     ("[activity]\nwall = 1.0", "activity.wall", "table"),
+    (
+        "[activity]\ncavity = { total = inf }",
+        "activity.cavity.total",
+        "between",
+    ),
+    (
+        "[activity]\nwall = { concentration = nan }",
+        "activity.wall.concentration",
+        "between",
+    ),
     ("[attenuation]\ncoefficient = 0.15", "attenuation", "medium"),
     (
         "[attenuation]\ncoefficient = -0.1\nmedium = 'heart'",
@@ -389,6 +403,21 @@ fn every_field_refuses_a_bad_value_and_says_where() {
     }
 }
 
+/// Paths of all values; of the defects, those of the first.
+fn leaves_of(value: &toml::Value, path: &str, leaves: &mut Vec<String>) {
+    match value {
+        toml::Value::Table(table) => {
+            for (name, value) in table {
+                leaves_of(value, &format!("{path}.{name}"), leaves);
+            }
+        }
+        toml::Value::Array(values) if values.iter().all(toml::Value::is_table) => {
+            leaves_of(&values[0], &format!("{path}.0"), leaves);
+        }
+        _ => leaves.push(path.trim_start_matches('.').to_owned()),
+    }
+}
+
 #[test]
 fn every_field_is_in_the_written_scene_and_in_the_table_of_bad_values() {
     let scene = Scene::default();
@@ -406,6 +435,14 @@ fn every_field_is_in_the_written_scene_and_in_the_table_of_bad_values() {
                 "{name} has no bad value"
             );
         }
+    }
+    // Those that may be left out, too, as deep as they go.
+    let full = Scene::from_toml(FULL).unwrap();
+    let mut leaves = Vec::new();
+    leaves_of(&toml::Value::try_from(&full).unwrap(), "", &mut leaves);
+    for leaf in &leaves {
+        let is_bad = |(_, bad, _): &(&str, &str, &str)| leaf == bad;
+        assert!(BAD.iter().any(is_bad), "{leaf} has no bad value");
     }
     for absent in ["centre", "pixels", "pixel", "region"] {
         assert!(page.contains(&format!("# {absent} = ")));
