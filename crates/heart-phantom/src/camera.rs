@@ -4,6 +4,9 @@ use crate::error::{PhantomError, check, check_count};
 use revolve_voxel::{ParallelDetector, ParallelRays, VoxelGrid};
 use std::f64::consts::PI;
 
+/// Samples of one set of views or of one volume: 8 GiB of `f32`.
+pub(crate) const MOST_SAMPLES: f64 = 2_147_483_648.0;
+
 /// How the camera goes from view to view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -85,7 +88,8 @@ impl Camera {
     ///
     /// # Errors
     /// [`PhantomError::Radon`] or [`PhantomError::Solid`] if a count is zero or a pitch is not finite and positive;
-    /// [`PhantomError::OutOfRange`] for angles beyond 1000 radians, an arc of nothing or an interval that is not positive.
+    /// [`PhantomError::OutOfRange`] for angles beyond 1000 radians, an arc of nothing or an interval that is not positive, and for
+    /// more than 2^31 samples of all views, or voxels.
     pub fn with_geometry(from: &CameraGeometry) -> Result<Self, PhantomError> {
         check("arc", from.arc.abs(), f64::MIN_POSITIVE, 1e3)?;
         check("start", from.start, -1e3, 1e3)?;
@@ -93,6 +97,12 @@ impl Camera {
             check("interval", interval, f64::MIN_POSITIVE, 1e9)?;
         }
         let n = from.views as f64;
+        // None of them counts as one: what comes below says what is missing.
+        let product = |counts: [usize; 3]| counts.iter().map(|&n| n.max(1) as f64).product();
+        let samples = product([from.views, from.bins, from.rows]);
+        check("views x bins x rows", samples, 0.0, MOST_SAMPLES)?;
+        let voxels = product([from.pixels[0], from.pixels[1], from.rows]);
+        check("voxels", voxels, 0.0, MOST_SAMPLES)?;
         let angles: Vec<f64> = (0..from.views)
             .map(|k| from.start + k as f64 * from.arc / n)
             .collect();

@@ -80,7 +80,7 @@ impl Cycle {
         wrap(phase)
     }
 
-    /// Volume gain of the cavity at a phase (any real number; whole cycles are dropped).
+    /// Volume gain of the cavity at a phase (any real number; whole cycles are dropped); NaN for one that is no number or infinite.
     pub fn gain(&self, phase: f64) -> f64 {
         let [low, high] = self.gains;
         low + (high - low) * self.height.at(wrap(phase))
@@ -150,6 +150,13 @@ mod tests {
         }
         for bad in [-0.1, f64::NAN, 21.0] {
             assert!(Cycle::new(65.0, bad).is_err());
+        }
+        for curve in [VolumeCurve::Sinusoid, VolumeCurve::Physiological] {
+            let cycle = Cycle::with_curve(65.0, &curve, [0.1, 0.6]).unwrap();
+            for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                assert!(cycle.gain(bad).is_nan());
+                assert!(cycle.gain(cycle.phase(bad)).is_nan());
+            }
         }
     }
 }

@@ -142,13 +142,27 @@ impl Measures {
     /// Measures of `volume`, and against `truth` if there is one; both `[z][y][x]`.
     ///
     /// # Errors
-    /// [`PhantomError::Radon`] if a volume does not have the camera's number of voxels.
+    /// [`PhantomError::Length`] if a volume does not have the camera's number of voxels, [`PhantomError::Radon`] if the regions are
+    /// another camera's.
     pub fn of(
         volume: &[f32],
         truth: Option<&[f32]>,
         regions: &Regions,
         camera: &Camera,
     ) -> Result<Self, PhantomError> {
+        let expected = camera.grid().len();
+        for (what, given) in [
+            ("volume", Some(volume.len())),
+            ("truth", truth.map(<[f32]>::len)),
+        ] {
+            if let Some(given) = given.filter(|&given| given != expected) {
+                return Err(PhantomError::Length {
+                    what,
+                    given,
+                    expected,
+                });
+            }
+        }
         let within = |mask: &Mask| MaskedStats::of(volume, mask.as_slice());
         let wall = within(&regions.wall)?;
         Ok(Self {

@@ -183,7 +183,7 @@ impl Height {
         }
     }
 
-    /// The height at a phase in [0, 1).
+    /// The height at a phase in [0, 1), NaN at a NaN.
     pub(crate) fn at(&self, phase: f64) -> f64 {
         match self {
             Self::Sinusoid => {
@@ -191,6 +191,7 @@ impl Height {
                 let phase = phase.min(1.0 - phase);
                 (1.0 - (TAU * phase).cos()) / 2.0
             }
+            Self::Monotone(_) if phase.is_nan() => f64::NAN,
             Self::Monotone(knots) => {
                 let next = knots.partition_point(|knot| knot.phase <= phase);
                 // The first knot is at phase 0.

@@ -372,7 +372,9 @@ impl<'a> Sections<'a> {
         let m = 0.5 * (a + b);
         let halves = [[a, m], [m, b]];
         let [p, q] = halves.map(|panel| self.gauss(panel, cone));
-        if (p + q - coarse).abs() <= tolerance || depth == 0 {
+        // No less than rounding: else every panel would be halved down to the last, whatever is in it.
+        let least = tolerance.max(f64::EPSILON * self.volume);
+        if (p + q - coarse).abs() <= least || depth == 0 {
             return p + q;
         }
         self.halved(halves[0], cone, p, 0.5 * tolerance, depth - 1)

@@ -517,3 +517,20 @@ fn a_wall_of_constants_on_the_axis_has_no_volume() {
         Err(Error::NotPositive { .. } | Error::NotFinite { .. })
     ));
 }
+
+/// What is below rounding is not looked for: it would take a million sections of each voxel that the surface cuts.
+#[test]
+fn a_tolerance_of_nothing_costs_no_more_than_rounding() {
+    let rod = Meridian::new(&[[0.0, 1.0], [2.0, 0.6]]).unwrap();
+    let pose = Pose::axis_along_z(1.0).and_then(|p| p.turned_x(0.5));
+    let body = Body::new(vec![rod], pose.unwrap()).unwrap();
+    let grid = VoxelGrid::cube(4, 0.8).unwrap();
+    let fill = |tolerance| {
+        let sampling = Sampling::Coverage { tolerance };
+        body.voxelize::<f64>(&grid, sampling, &[1.0]).unwrap()
+    };
+    let ((fine, work), (finest, most)) = (fill(1e-12), fill(5e-324));
+    assert!(fine.iter().zip(&finest).all(|(a, b)| (a - b).abs() < 2e-12));
+    let ratio = most.evaluations as f64 / work.evaluations as f64;
+    assert!(ratio < 100.0, "{ratio} times the work");
+}

@@ -6,6 +6,7 @@
 mod bodies;
 mod limits;
 mod membranes;
+mod odd;
 mod random;
 mod runs;
 mod scenes;

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::activity::MAX_ACTIVITY;
+use crate::camera::MOST_SAMPLES;
 use crate::files::Format;
 use crate::timing::MAX_POINTS_OF_ALL;
 use crate::volume_curve::{MAX_GAIN, check_curve};
@@ -12,8 +13,6 @@ use std::fmt::Display;
 
 type Checked = Result<(), SceneError>;
 
-/// Samples of one set of views or of one volume: 8 GiB of `f32`.
-const MOST_SAMPLES: f64 = 2_147_483_648.0;
 /// Samples of all sets of views, or of all their volumes: 1 TiB of `f32`.
 const MOST_SAMPLES_OF_ALL: f64 = 274_877_906_944.0;
 /// Points of the quadrature over time in all views.

@@ -1,0 +1,193 @@
+//! The heart, its camera, its walls, its files.
+
+use super::{ODD, SIZES, back, pairs};
+use heart_phantom::files::{Format, Projections, Volume, write_npy, write_volume};
+use heart_phantom::{
+    Acquisition, Activity, Balloon, Camera, Cycle, Heart, MaterialPoint, Measures as Quality,
+    Phantom, Regions, Scene, VolumeCurve, VolumeRange, Wall, WallRegion, acquire, truth,
+};
+use nalgebra::Point3;
+use revolve_voxel::{ParallelDetector, VoxelGrid};
+use std::path::Path;
+
+#[test]
+fn heart_phantom_takes_anything() {
+    let heart = Heart::study(21).expect("nodes enough");
+    let camera = Camera::new(2, 6, 16.0).expect("a camera");
+    let mut cycles = vec![Cycle::new(65.0, 0.1).expect("a cycle")];
+    for [a, b] in pairs() {
+        cycles.extend(back(Cycle::new(a, b)));
+        cycles.extend(back(Cycle::with_curve(
+            60.0,
+            &VolumeCurve::Physiological,
+            [a, b],
+        )));
+        let sampled = VolumeCurve::Sampled(vec![a, b, 1.0, 2.0]);
+        cycles.extend(back(Cycle::with_curve(60.0, &sampled, [0.0, 0.1])));
+        back(Camera::new(2, 3, a));
+        let range = VolumeRange::Gain(a);
+        back(range.gains(b));
+        back(range.ejection_fraction(b));
+        let fraction = VolumeRange::EjectionFraction(a);
+        back(fraction.gains(b));
+        back(fraction.ejection_fraction(b));
+        let balloon = Balloon {
+            length: a,
+            radius: b,
+            stiffness: 1.0,
+        };
+        back(balloon.membrane());
+        back(heart.shapes(&[a]));
+        let (gate, points) = (Acquisition::Static { phase: a }, SIZES[2]);
+        for acquisition in [
+            gate,
+            Acquisition::Instants { interval: a },
+            Acquisition::Exposure {
+                interval: a,
+                window: b,
+                points,
+            },
+            Acquisition::Gate {
+                gate: usize::MAX,
+                gates: 0,
+                points: 4,
+            },
+        ] {
+            let activity = Activity::from([b, 1.0]);
+            back(acquire(
+                &heart,
+                &camera,
+                &cycles[0],
+                acquisition,
+                activity,
+                &|_| (),
+            ));
+            back(truth(&heart, &camera, &cycles[0], acquisition, activity, b));
+        }
+    }
+    back(Cycle::with_curve(
+        60.0,
+        &VolumeCurve::Sampled(vec![]),
+        [0.0, 0.1],
+    ));
+    for cycle in &cycles {
+        for phase in ODD {
+            cycle.gain(phase);
+            cycle.phase(phase);
+        }
+        cycle.period();
+        cycle.extreme_phases();
+    }
+    for n in SIZES {
+        if n > 3 {
+            assert!(Camera::new(n, 3, 16.0).is_err() && Camera::new(2, n, 16.0).is_err());
+            assert!(Heart::study(n).is_err());
+        }
+        back(Camera::new(n, 3, 16.0));
+        back(Camera::new(2, n, 16.0));
+        assert_eq!(camera.rays(n).is_ok(), n < 2);
+    }
+    let regions = Regions::new(&heart, &camera, &cycles[0]).expect("regions");
+    for n in [0, 1, 6 * 6 * 6 - 1, 2 * 6 * 6 * 6] {
+        let volume = vec![f32::NAN; n];
+        assert!(Quality::of(&volume, None, &regions, &camera).is_err());
+        assert!(Quality::of(&[0.0; 216], Some(&volume), &regions, &camera).is_err());
+    }
+    walls(&heart);
+    phantoms();
+}
+
+fn walls(heart: &Heart) {
+    let shapes = heart.shapes(&[0.0, 0.1]).expect("two shapes");
+    let wall = Wall::new(&shapes[0]).expect("a wall");
+    let other = Wall::sliding(&shapes[1], &wall).expect("a wall");
+    let grid = VoxelGrid::cube(3, 1.0).expect("voxels");
+    for [a, b] in pairs() {
+        let point = MaterialPoint {
+            layer: a,
+            s: b,
+            azimuth: 0.0,
+        };
+        back(wall.position(&point));
+        back(wall.stretch(&other, &point));
+        wall.locate(&Point3::new(a, b, 0.0));
+        wall.displacement(&other, &Point3::new(a, b, 0.0));
+        wall.thickness(a);
+        for region in [
+            WallRegion {
+                layers: [a, b],
+                s: [0.0, 0.3],
+                azimuths: [0.0, 1.0],
+            },
+            WallRegion {
+                layers: [0.0, 1.0],
+                s: [a, b],
+                azimuths: [b, a],
+            },
+        ] {
+            back(wall.sector(&region, 0.1));
+            back(wall.sector(&region, a));
+        }
+        back(wall.region([a, 1.0], [0.0, b], 0.1));
+    }
+    for start in SIZES {
+        for end in SIZES {
+            back(wall.displacements(&other, &grid, start..end));
+        }
+    }
+}
+
+fn phantoms() {
+    let scene = Scene::default().with_size(6);
+    let phantom = Phantom::new(scene).expect("the study, small");
+    for n in SIZES {
+        back(phantom.view(n, n));
+        back(phantom.slice(0, n.max(6)));
+        back(phantom.slice(n.max(1), 0));
+        back(phantom.truth_slice(n.max(1), n));
+        back(phantom.acquisition(n));
+        assert!(phantom.reconstruct(&vec![0.0; n.min(5)]).is_err());
+        back(Phantom::new(Scene::default().with_size(n.max(1 << 33))));
+    }
+    for phase in ODD {
+        back(phantom.shape(phase));
+        back(phantom.concentrations(phase));
+        back(phantom.activity(phase));
+        back(phantom.labels(phase));
+        back(phantom.attenuation(phase));
+        back(phantom.meshes(phase));
+        back(phantom.thickness(phase));
+    }
+    assert!(phantom.artefacts(&[], &[]).is_err());
+    for text in [
+        "",
+        "=",
+        "[",
+        "a = 1",
+        "[camera]\nviews = -1",
+        "\u{0}",
+        "[[[[",
+    ] {
+        back(Scene::from_toml(text));
+    }
+    let grid = VoxelGrid::cube(2, 1.0).expect("voxels");
+    assert!(Volume::new(grid, [0.0_f32; 7].as_slice()).is_err());
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["", ".", "a", "a.nii", "a\u{0}.npy", "b.npy"] {
+        let path = folder.path().join(name);
+        back(write_npy(&path, &[2, usize::MAX], &[0.0; 3]));
+        back(write_npy(&path, &[], &[]));
+        let volume = Volume::new(grid, [0.5_f32; 8].as_slice()).expect("a volume");
+        back(write_volume(&path, &volume, Format::Nifti));
+    }
+    back(write_npy(Path::new(""), &[1], &[0.0]));
+    let detector = ParallelDetector::new(2, 2, [1.0; 2]).expect("bins");
+    for radius in ODD {
+        back(Projections::new(
+            detector,
+            &[0.0, radius],
+            radius,
+            [0.0_f32; 8].as_slice(),
+        ));
+    }
+}

@@ -1,0 +1,407 @@
+//! Forces, solvers and motions.
+
+use super::{ODD, SIZES, back, pairs};
+use membrane_forces::{
+    BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, FiniteDifferences, LinearEquilibrium,
+    Measure, Measures, Membrane, PressureLaw, RestShape, SpectralElements, Stiffness,
+    balloon_at_rest,
+};
+use membrane_implicit::{
+    Drive, EvolvingOptions, Motion, MovingMembrane, Scheme, Stop, TimeStep, Tolerance, evolve,
+};
+use membrane_newton::{
+    BandedLu, Border, Control, Discretisation, NewtonOptions, Pair, PaperJacobian, Solver,
+    paper_newton,
+};
+
+const MEASURES: [Measure; 4] = [
+    Measure::Length,
+    Measure::Area,
+    Measure::Surface,
+    Measure::Volume,
+];
+
+fn balloon() -> Membrane {
+    Membrane::new(RestShape::balloon(8.5, 1.75).expect("a balloon"))
+}
+
+#[test]
+fn membrane_forces_takes_anything() {
+    let mut rests = Vec::new();
+    for [a, b] in pairs() {
+        rests.extend(back(RestShape::balloon(a, b)));
+        rests.extend(back(RestShape::polyline(&[
+            [0.0, a],
+            [b, 0.0],
+            [0.0, -1.0],
+        ])));
+        rests.extend(back(RestShape::from_function(
+            move |s| CurvePoint {
+                position: [a * s, 1.0 - 2.0 * s * b],
+                first: [a, -2.0 * b],
+                second: [b, a],
+            },
+            &[0.3],
+        )));
+        back(RestShape::from_function(
+            |s| CurvePoint {
+                position: [s, 1.0 - 2.0 * s],
+                first: [1.0, -2.0],
+                second: [0.0; 2],
+            },
+            &[a, b],
+        ));
+        back(balloon_at_rest(a, b));
+        if let Some(circle) = back(CircleEquilibrium::new(a, b)) {
+            circle.measures();
+            for s in ODD {
+                circle.at(s);
+            }
+        }
+        for c in [0.5, a, b] {
+            if let Some(linear) = back(LinearEquilibrium::balloon(a, b, c)) {
+                linear.measures();
+                linear.at(a);
+            }
+        }
+        back(LinearEquilibrium::disc(a, b));
+        back(balloon().with_ends([[a, b], [0.0, -1.0]]));
+        let piece = CurvePiece {
+            from: a,
+            to: b,
+            x: vec![a],
+            y: vec![],
+        };
+        let here = piece.at(a);
+        here.tangent();
+        here.curvature();
+        piece.mirrored().at(b);
+        let points = [[a, b], [b, a], [0.0, a]];
+        for n in 0..=3 {
+            let mut gradient = vec![[0.0; 2]; n];
+            Measures::of(&points[..n]);
+            for measure in MEASURES {
+                measure.gradient_into(&points[..n], &mut gradient);
+            }
+        }
+    }
+    back(RestShape::polyline(&[]));
+    back(RestShape::polyline(&[[0.0, 1.0]]));
+    let mut stiffnesses = vec![Stiffness::UNIT];
+    for a in ODD {
+        back(RestShape::disc(a));
+        stiffnesses.extend(back(Stiffness::constant(a)));
+        stiffnesses.extend(back(Stiffness::samples(&[1.0, a, 1.0])));
+        stiffnesses.extend(back(Stiffness::function(move |s| a + s, &[])));
+        stiffnesses.extend(back(Stiffness::function(|_| 1.0, &[a])));
+    }
+    back(Stiffness::samples(&[]));
+    for stiffness in &stiffnesses {
+        for s in ODD {
+            back(stiffness.at(s));
+        }
+        stiffness.breakpoints();
+        stiffness.as_constant();
+    }
+    for (k, rest) in rests.iter().enumerate() {
+        for s in ODD {
+            rest.at(s);
+        }
+        let stiffness = stiffnesses[k % stiffnesses.len()].clone();
+        let law = [
+            PressureLaw::PerMaterialLength,
+            PressureLaw::TotalForce,
+            PressureLaw::PerCurrentLength,
+        ][k % 3];
+        let membrane = Membrane::new(rest.clone())
+            .with_second_neighbours(stiffness.clone())
+            .with_stiffness(stiffness)
+            .with_law(law);
+        for s in ODD {
+            back(membrane.effective_stiffness(s));
+        }
+        for n in [0, 1, 2, 3, 4, 5, 1 << 40, usize::MAX] {
+            if let Some(d) = back(FiniteDifferences::new(&membrane, n)) {
+                forces_of_differences(&d);
+            }
+            if let Some(d) = back(FiniteDifferences::half(&membrane, n)) {
+                forces_of_differences(&d);
+            }
+            for per_piece in [0, 1, 2, usize::MAX] {
+                if let Some(s) = back(SpectralElements::new(&membrane, n, per_piece)) {
+                    forces_of_elements(&s);
+                }
+            }
+        }
+    }
+    for n in SIZES {
+        for width in SIZES {
+            if let Some(mut band) = back(BandMatrix::zeros(n, width, 1)) {
+                for i in SIZES {
+                    for j in SIZES {
+                        back(band.add(i, j, 1.0));
+                        band.get(i, j);
+                    }
+                }
+                band.rows().for_each(drop);
+                band.clear();
+                let x = vec![1.0; band.len()];
+                band.mul_into(&x, &mut x.clone());
+                let mut lu = BandedLu::for_matrix(&band);
+                back(lu.factor(&band));
+                lu.solve_into(&mut vec![1.0; n]);
+                lu.determinant_sign();
+            }
+        }
+    }
+}
+
+/// States of the right length that are no curve, then of wrong lengths.
+fn forces_of_differences(d: &FiniteDifferences) {
+    d.blow_up();
+    d.stiffness_scale();
+    d.ds();
+    d.held();
+    let n = d.start().len();
+    let mut band = d.band();
+    d.add_elastic_tangent_into(f64::NAN, &mut band);
+    let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
+    for value in ODD {
+        let state = vec![value; n];
+        back(d.measures(&state));
+        back(d.points(&state));
+        d.elastic_force_into(&state, &mut a);
+        back(d.pressure_force_into(&state, value, &mut a));
+        back(d.add_pressure_tangent_into(&state, value, value, &mut band));
+        back(d.add_pressure_tangent_as_printed_into(&state, value, value, &mut band));
+        back(d.pressure_rank_one_into(&state, value, &mut a, &mut b));
+        for measure in MEASURES {
+            d.measure_gradient_into(measure, &state, &mut a);
+        }
+    }
+    for length in [0, 1, n - 1, n + 2] {
+        let state = vec![1.0; length];
+        assert!(d.measures(&state).is_err() && d.points(&state).is_err());
+        assert!(d.measure(Measure::Area, &state).is_err());
+        assert!(d.point(&state, 0).is_none());
+    }
+    assert!(
+        SIZES
+            .iter()
+            .all(|&k| d.point(d.start(), k).is_some() == (k < d.n_nodes()))
+    );
+}
+
+fn forces_of_elements(s: &SpectralElements) {
+    s.blow_up();
+    s.stiffness_scale();
+    s.positions();
+    let n = s.start().len();
+    let size = 2 * (s.degree() + 1);
+    let (mut out, mut tangent) = (vec![0.0; n], vec![0.0; size * size]);
+    for value in ODD {
+        let state = vec![value; n];
+        back(s.measures(&state));
+        back(s.points(&state));
+        back(s.pieces(&state));
+        back(s.at(&state, value));
+        s.elastic_force_into(&state, &mut out);
+        back(s.pressure_force_into(&state, value, &mut out));
+        for element in SIZES {
+            back(s.element_tangent_into(element, &state, value, &mut tangent));
+        }
+        for measure in MEASURES {
+            s.measure_gradient_into(measure, &state, &mut out);
+        }
+    }
+    for length in [0, 1, n - 1, n + 2] {
+        let state = vec![1.0; length];
+        assert!(s.measures(&state).is_err() && s.points(&state).is_err());
+        assert!(s.measure(Measure::Area, &state).is_err() && s.pieces(&state).is_err());
+        assert!(s.at(&state, 0.5).is_err());
+    }
+}
+
+#[test]
+fn membrane_newton_takes_anything() {
+    let solvers: Vec<Solver> = [
+        Discretisation::FiniteDifferences { nodes: 3 },
+        Discretisation::FiniteDifferences { nodes: 8 },
+        Discretisation::Spectral {
+            degree: 2,
+            per_piece: 1,
+        },
+        Discretisation::SpectralAdaptive { tolerance: 1e-2 },
+    ]
+    .into_iter()
+    .filter_map(|discretisation| back(Solver::new(&balloon(), discretisation)))
+    .collect();
+    assert_eq!(solvers.len(), 4);
+    for nodes in SIZES.map(|n| if n == 3 { 2 } else { n }) {
+        let discretisation = Discretisation::FiniteDifferences { nodes };
+        assert!(Solver::new(&balloon(), discretisation).is_err());
+        for degree in SIZES {
+            let spectral = Discretisation::Spectral {
+                degree,
+                per_piece: nodes,
+            };
+            back(Solver::new(&balloon(), spectral));
+        }
+    }
+    let options = NewtonOptions::default()
+        .with_max_iterations(8)
+        .with_max_load_steps(4);
+    let (mut near, mut second) = (solvers[1].start(), solvers[2].start());
+    near.intensity = f64::NAN;
+    second.load = f64::INFINITY;
+    for value in ODD {
+        back(Solver::new(
+            &balloon(),
+            Discretisation::SpectralAdaptive {
+                tolerance: value.max(1e-3),
+            },
+        ));
+        let controls = [
+            Control::Load(value),
+            Control::Intensity(value),
+            Control::TotalForce(value),
+            Control::Volume(value),
+            Control::VolumeGain(value),
+            Control::Area(value),
+        ];
+        for control in controls {
+            for solver in &solvers {
+                for outcome in [
+                    solver.solve(control, &options),
+                    solver.solve_from(&near, control, &options),
+                    solver.solve_from(&second, control, &options),
+                ] {
+                    let Some(solved) = back(outcome) else {
+                        continue;
+                    };
+                    assert!(solved.measures.volume.is_finite());
+                    for s in ODD {
+                        solved.at(s);
+                    }
+                    for control in controls {
+                        back(solved.sensitivity(control));
+                    }
+                    solved.points();
+                    solved.positions();
+                    solved.pieces();
+                }
+            }
+        }
+        let odd = NewtonOptions::default().with_tolerances(value, value);
+        back(solvers[0].solve(Control::VolumeGain(0.1), &odd.with_max_iterations(4)));
+        let d = FiniteDifferences::new(&balloon(), 5).expect("five nodes");
+        for jacobian in [PaperJacobian::Exact, PaperJacobian::AsPrinted] {
+            back(paper_newton(&d, value, jacobian, 4, 1e-3));
+            back(paper_newton(&d, 1.0, jacobian, 4, value));
+        }
+    }
+    let never = options
+        .clone()
+        .with_max_iterations(0)
+        .with_max_load_steps(0);
+    back(solvers[0].solve(Control::VolumeGain(0.1), &never));
+    // Membranes in any order; a pair whose parts were exchanged, of other discretisations.
+    for inner in &solvers {
+        for outer in &solvers {
+            back(Pair::new(inner.clone(), outer.clone()));
+        }
+    }
+    let large = Membrane::new(RestShape::balloon(8.5, 2.75).expect("a balloon"));
+    let outer = Solver::new(&large, Discretisation::FiniteDifferences { nodes: 8 });
+    let pair = Pair::new(solvers[2].clone(), outer.expect("nodes enough")).expect("a wall");
+    let mut solved = pair.solve_gain(0.1, &options).expect("a small gain");
+    std::mem::swap(&mut solved.inner, &mut solved.outer);
+    back(pair.solve_from(&solved, Control::VolumeGain(0.2), &options));
+    back(solved.sensitivity(Control::VolumeGain(0.1)));
+    let mut border = Border::new(3);
+    border.column.clear();
+    border.row.push(f64::NAN);
+    back(border.eliminate(f64::NAN, |column| column.fill(1.0)));
+    border.correct(&mut [1.0; 7], 0.0);
+}
+
+#[test]
+fn membrane_implicit_takes_anything() {
+    let body = || MovingMembrane::new(&balloon(), 5).expect("five nodes");
+    for n in SIZES.map(|n| if n == 3 { 2 } else { n }) {
+        assert!(MovingMembrane::new(&balloon(), n).is_err());
+    }
+    let schemes = [
+        Scheme::ForwardEuler,
+        Scheme::TrBdf2,
+        Scheme::ImplicitSplitting2,
+        Scheme::SemiImplicitEuler,
+        Scheme::Splitting6,
+    ];
+    for value in ODD {
+        back(body().with_mass(value));
+        back(body().with_damping(value));
+        for scheme in schemes {
+            for drive in [
+                Drive::intensity(move |_| value),
+                Drive::total_force(move |t| value * t),
+                Drive::volume(move |_| value),
+                Drive::volume_gain(&body(), move |t| value * t),
+            ] {
+                back(drive.at(value));
+                let Some(mut motion) = back(Motion::new(body(), drive, scheme)) else {
+                    continue;
+                };
+                back(motion.step(value));
+                back(motion.step(1e-3));
+                let odd = Tolerance {
+                    position: value,
+                    velocity: 1e-3,
+                    longest: 1.0,
+                };
+                back(motion.step_adaptive(&odd, 1.0));
+                back(motion.step_adaptive(&Tolerance::uniform(1e-2), value));
+                for stop in [
+                    Stop::Time(value),
+                    Stop::Volume(value),
+                    Stop::Equilibrium {
+                        force: value,
+                        speed: value,
+                    },
+                ] {
+                    let stops = [stop, Stop::Steps(3)];
+                    back(motion.run(TimeStep::Fixed(0.01), &stops));
+                    back(motion.run(TimeStep::Fixed(value), &stops));
+                }
+                back(motion.run(TimeStep::Fixed(0.01), &[]));
+                let (mut points, mut velocities) = ([[0.0; 2]; 5], [[0.0; 2]; 5]);
+                back(motion.at_into(value, &mut points, &mut velocities));
+                back(motion.outer_at_into(value, &mut [], &mut []));
+                back(motion.norms());
+                motion.energy().imbalance();
+                motion.state().volume();
+                for n in [0, 4, 5, 6] {
+                    let list = vec![[value; 2]; n];
+                    back(motion.clone().with_state(value, &list, &list));
+                    back(motion.clone().with_state(0.0, &list, &[[0.0; 2]; 5]));
+                }
+            }
+        }
+        let options = EvolvingOptions {
+            dt: value,
+            tolerance: value,
+            max_steps: 3,
+            ..EvolvingOptions::default()
+        };
+        back(evolve(&balloon(), 5, 1.0, &options));
+        let few = EvolvingOptions {
+            max_steps: 2,
+            ..EvolvingOptions::default()
+        };
+        if let Some(evolution) = back(evolve(&balloon(), 5, value, &few)) {
+            assert!(evolution.distance_to(&[]).is_err());
+            evolution.residual();
+            evolution.is_monotone();
+        }
+    }
+}

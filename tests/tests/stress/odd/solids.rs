@@ -1,0 +1,216 @@
+//! Solids of revolution, rays and voxels.
+
+use super::{ODD, SIZES, back, pairs};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, Unit, Vector3};
+use revolve_voxel::{
+    Attenuator, Body, Curve, EllipticCylinder, Mask, Medium, Meridian, ParallelDetector,
+    ParallelRays, Piece, Pose, Ray, Sampling, Sector, Shell, Sweep, VoxelGrid,
+};
+
+fn meridians() -> Vec<Meridian> {
+    let mut found = Vec::new();
+    for [a, b] in pairs() {
+        found.extend(back(Meridian::new(&[[0.0, a], [b, 0.3], [1.0, 0.0]])));
+        found.extend(back(Meridian::ring(&[[0.0, 1.0], [a, 2.0], [1.0, b]])));
+        let full = [[0.0, 1.0], [a, b], [0.0, -1.0]];
+        found.extend(back(Meridian::from_full_curve(&full)));
+        let piece = Piece::Chebyshev {
+            x: vec![1.0, 1.0],
+            r: vec![0.5, a, -0.5],
+        };
+        piece.at(b);
+        found.extend(back(Meridian::smooth(&[piece], b.max(1e-4))));
+    }
+    for empty in [&[][..], &[[0.0, 1.0]]] {
+        assert!(Meridian::new(empty).is_err() && Meridian::ring(empty).is_err());
+        assert!(Meridian::from_full_curve(empty).is_err());
+    }
+    assert!(Meridian::smooth(&[], 0.1).is_err());
+    let nothing = Piece::Power {
+        x: vec![],
+        r: vec![],
+    };
+    assert!(Meridian::smooth(&[nothing], 0.1).is_err());
+    found
+}
+
+#[test]
+fn revolve_voxel_takes_anything() {
+    let pose = Pose::axis_along_z(0.5).expect("a place");
+    let mut poses = vec![pose];
+    for [a, b] in pairs() {
+        poses.extend(back(Pose::axis_along_z(a).and_then(|p| p.turned_x(b))));
+        poses.extend(back(pose.turned_y(a).and_then(|p| p.turned_z(b))));
+        poses.extend(back(pose.shifted(Vector3::new(a, b, 0.0))));
+        let rotation = Unit::new_unchecked(Quaternion::new(a, b, 0.0, 0.0));
+        let isometry = Isometry3::from_parts(Translation3::new(a, 0.0, b), rotation);
+        poses.extend(back(Pose::new(isometry)));
+    }
+    let mut rays = Vec::new();
+    let mut rasters = Vec::new();
+    for [a, b] in pairs() {
+        rays.extend(back(Ray::new(
+            Point3::new(a, 0.1, b),
+            Vector3::new(b, a, 1.0),
+        )));
+        rays.extend(back(Ray::new(
+            Point3::new(0.1, a, 0.2),
+            Vector3::new(0.0, 1.0, b),
+        )));
+        let detector = ParallelDetector::new(3, 2, [a, b]);
+        let detector = detector.and_then(|d| d.with_offset([b, a]));
+        rasters.extend(back(detector.and_then(|d| d.rays(a))));
+        rasters.extend(back(ParallelRays::new(
+            [2, 2],
+            Point3::new(a, b, 0.0),
+            Vector3::x() * b,
+            Vector3::z() * a,
+            Vector3::new(0.0, 1.0, b),
+        )));
+    }
+    let mut grids = Vec::new();
+    for [a, b] in pairs() {
+        grids.extend(back(VoxelGrid::new([2, 3, 2], [a, 1.0, b], [b, 0.0, a])));
+        grids.extend(back(VoxelGrid::centred([2; 3], [a; 3], [b; 3])));
+    }
+    for n in SIZES {
+        back(VoxelGrid::cube(n, 0.3));
+        back(ParallelDetector::new(n, 2, [0.3; 2]));
+        back(Mask::new([n, 0, 1], vec![]));
+        back(Mask::new([0, n, n], vec![]));
+    }
+    for (k, raster) in rasters.iter().enumerate() {
+        for (bin, row) in SIZES.into_iter().zip(SIZES) {
+            assert_eq!(
+                raster.ray(bin, row).is_some(),
+                bin < raster.n_bins() && row < raster.n_rows()
+            );
+        }
+        let slices = SIZES[k % SIZES.len()]..SIZES[k / SIZES.len() % SIZES.len()];
+        back(raster.rows(slices));
+    }
+    for (k, meridian) in meridians().into_iter().enumerate() {
+        let any = |k: usize| &poses[k % poses.len()];
+        let inner = Meridian::new(&[[0.0, 0.2], [0.5, 0.0]]).expect("a cone");
+        let body = Body::new(vec![inner, meridian.clone()], *any(k)).expect("layers");
+        meridian.measures();
+        meridian.r_max();
+        meridian.x_range();
+        back(body.check_nested(ODD[k % ODD.len()]));
+        for layer in SIZES {
+            body.bounding_box(layer);
+            body.region_measures(layer);
+            back(body.mesh(layer, ODD[k % ODD.len()].max(1e-3)));
+            for j in 0..4 {
+                let ray = &rays[(31 * k + j) % rays.len()];
+                body.chord(layer, ray);
+                body.spans(layer, ray);
+                body.first_hit(layer, ray);
+                body.signed_distance(layer, &ray.origin());
+            }
+        }
+        let raster = &rasters[(7 * k) % rasters.len()];
+        let grid = &grids[(11 * k) % grids.len()];
+        back(body.project::<f32>(raster, &[1.0, 0.5]));
+        back(body.project::<f64>(raster, &[ODD[k % ODD.len()], 0.5]));
+        assert!(body.project::<f64>(raster, &[]).is_err());
+        assert!(
+            body.project_add::<f64>(raster, &[1.0; 2], 1.0, &mut [])
+                .is_err()
+        );
+        // Voxels and sectors take the time of all the rest: of every fifth.
+        if k % 5 > 0 {
+            continue;
+        }
+        let sampling = [
+            Sampling::Centre,
+            Sampling::Supersampled(2),
+            Sampling::Coverage { tolerance: 1e-2 },
+            Sampling::Coverage {
+                tolerance: ODD[k / 4 % ODD.len()],
+            },
+        ][k % 4];
+        back(body.voxelize::<f32>(grid, sampling, &[1.0, 0.5]));
+        back(body.regions::<f32>(grid, 0..usize::MAX, sampling));
+        let layers = std::slice::from_ref(&meridian);
+        back(Sweep::of(&[layers, layers], any(k), grid));
+        let azimuths = [ODD[k % ODD.len()], ODD[k / ODD.len() % ODD.len()]];
+        for azimuths in [azimuths, [0.3, 2.0]] {
+            let Some(sector) = back(Sector::new(meridian.clone(), azimuths, *any(k))) else {
+                continue;
+            };
+            let mut image = vec![0.0; raster.n_bins() * raster.n_rows()];
+            let mut voxels = vec![0.0; grid.len()];
+            let sampling = Sampling::Coverage { tolerance: 1e-2 };
+            back(sector.project_add(raster, 1.0, None, &mut image));
+            let medium = Medium::Layer(&body, 1);
+            let attenuator = Attenuator::new(0.1, medium).expect("a medium");
+            back(sector.project_add(raster, 1.0, Some(&attenuator), &mut image));
+            back(body.project_attenuated_add(raster, &[1.0; 2], 1.0, &attenuator, &mut image));
+            back(sector.voxelize_add(grid, 0..grid.shape()[2], sampling, 1.0, &mut voxels));
+            sector.contains(&Point3::new(azimuths[0], 0.1, azimuths[1]));
+            sector.chord(&rays[k % rays.len()]);
+        }
+    }
+    for layer in SIZES {
+        let cone = Meridian::new(&[[0.0, 0.2], [0.5, 0.0]]).expect("a cone");
+        let body = Body::new(vec![cone], pose).expect("a layer");
+        back(Attenuator::new(0.1, Medium::Layer(&body, layer)));
+    }
+    assert!(Body::new(vec![], pose).is_err());
+    assert!(Sweep::of(&[], &pose, &grids[0]).is_err());
+    for [a, b] in pairs() {
+        if let Some(torso) = back(EllipticCylinder::new([a, 0.0], [1.0, b])) {
+            let raster = &rasters[0];
+            let mut image = vec![0.0; raster.n_bins() * raster.n_rows()];
+            back(torso.project_add(raster, a, None, &mut image));
+            back(torso.voxelize_add(&grids[0], 0..1, b, &mut [0.0; 6]));
+            torso.span(&rays[0]);
+        }
+        shells([a, b]);
+        let mask = Mask::new([2, 1, 3], vec![true, false, true, true, true, false]);
+        mask.expect("six voxels").farther_than(a);
+        let profile = grids[0].profile(
+            &vec![1.0f32; grids[0].len()],
+            [Point3::new(a, b, 0.0); 2],
+            3,
+        );
+        if let Some(profile) = back(profile) {
+            profile.edge_width(a, b);
+        }
+    }
+}
+
+fn shells([a, b]: [f64; 2]) {
+    let curve = |r: f64| Curve::polyline(&[0.0, 0.4, 1.0], &[[0.0, r], [1.0, r], [2.0, 0.0]]);
+    back(Curve::polyline(&[0.0, a], &[[0.0, 1.0], [1.0, b]]));
+    back(Curve::polyline(&[0.0], &[[0.0, 1.0]]));
+    back(Curve::new(vec![], vec![]));
+    let piece = Piece::Power {
+        x: vec![a],
+        r: vec![b],
+    };
+    let odd = back(Curve::new(vec![0.0, 1.0], vec![piece]));
+    let plain = [curve(1.0).expect("a curve"), curve(2.0).expect("a curve")];
+    let mut found = Vec::new();
+    for range in [[0.0, 1.0], [a, b], [0.0, b]] {
+        found.extend(back(Shell::new(plain[0].clone(), plain[1].clone(), range)));
+    }
+    if let Some(odd) = odd {
+        odd.at(a);
+        found.extend(back(Shell::new(odd.clone(), plain[1].clone(), [0.0, 1.0])));
+        found.extend(back(Shell::new(odd.clone(), odd, [0.0, 1.0])));
+    }
+    for shell in &found {
+        shell.point(a, b);
+        shell.tangents(a, b);
+        shell.locate([a, b]);
+        shell.share(a);
+        shell.at_share(b);
+        shell.carried(a, &found[0]);
+        shell.thickness(a);
+        shell.strip_volume(b);
+        back(shell.region([0.0, a], [0.0, b], 0.1));
+        back(shell.region([0.2, 0.5], [0.1, 0.6], b.max(1e-3)));
+    }
+}
