@@ -4,12 +4,19 @@ use crate::Error;
 use crate::distance::BoxTree;
 use crate::meridian::Segment;
 
+/// Segments that run alongside each other this near, as a share of the largest coordinate, are one: a distance from them cannot
+/// tell which is nearer, nor its sign on which side of both a point lies.
+const APART: f64 = 16.0 * f64::EPSILON;
+
 /// Each segment against those whose boxes meet its own; neighbours may share their common point.
 pub(crate) fn check(segments: &[Segment], boxes: &BoxTree) -> Result<(), Error> {
     let n = segments.len();
+    let coordinates = segments.iter().flat_map(|s| [s.start(), s.end()]).flatten();
+    let near = APART * coordinates.fold(0.0, |most: f64, v| most.max(v.abs()));
     for (k, s) in segments.iter().enumerate() {
         let mut crossed = None;
-        boxes.overlapping(s.bounds(), n, |j| {
+        let [x0, x1, r0, r1] = s.bounds();
+        boxes.overlapping([x0 - near, x1 + near, r0 - near, r1 + near], n, |j| {
             if j <= k || crossed.is_some() {
                 return;
             }
@@ -19,7 +26,7 @@ pub(crate) fn check(segments: &[Segment], boxes: &BoxTree) -> Result<(), Error> 
             } else if k == 0 && j == n - 1 && o.end() == s.start() {
                 folds_back(o.start(), o.end(), s.end())
             } else {
-                meet(s.start(), s.end(), o.start(), o.end())
+                meet(s.start(), s.end(), o.start(), o.end()) || alongside(s, o, near)
             };
             if crosses {
                 crossed = Some(j);
@@ -64,6 +71,18 @@ fn area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
 fn folds_back(p: [f64; 2], m: [f64; 2], q: [f64; 2]) -> bool {
     let along = (p[0] - m[0]) * (q[0] - m[0]) + (p[1] - m[1]) * (q[1] - m[1]);
     along > 0.0 && area(p, m, q).abs() <= 4.0 * f64::EPSILON * along
+}
+
+/// A segment runs beside another, no farther from it than `near`, over more than a corner.
+fn alongside(s: &Segment, o: &Segment, near: f64) -> bool {
+    let place = |[x, r]: [f64; 2]| {
+        let (dx, dr) = (x - s.x0, r - s.r0);
+        [dx * s.tx + dr * s.tr, dr * s.tx - dx * s.tr]
+    };
+    let [[u0, h0], [u1, h1]] = [place(o.start()), place(o.end())];
+    let (low, high) = (u0.min(u1).max(0.0), u0.max(u1).min(s.length));
+    let off = |u: f64| (h0 + (h1 - h0) * (u - u0) / (u1 - u0)).abs();
+    high - low > 16.0 * near && off(low) <= near && off(high) <= near
 }
 
 /// Two segments have a point in common, other than a common end on the axis, where solids may touch.
