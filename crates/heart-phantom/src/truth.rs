@@ -4,7 +4,7 @@ use crate::acquire::Scan;
 use crate::activity::Activity;
 use crate::error::PhantomError;
 use crate::{Acquisition, Camera, Cycle, Heart};
-use radon::{MaskedStats, disc_mask, rmse_within};
+use radon::{MaskedStats, disc_mask, rms_within, rmse_within, sum_within};
 use revolve_voxel::{Mask, Meridian, Moment, Sampling, Sweep, VoxelCounters};
 use std::ops::Range;
 
@@ -37,14 +37,25 @@ pub(crate) fn truth_of_slices(
     tolerance: f64,
     slices: Range<usize>,
 ) -> Result<(Vec<f32>, VoxelCounters), PhantomError> {
+    let mut volume = vec![0.0f32; scan.camera.grid().slice_len() * slices.len()];
+    let counters = add_truth(scan, tolerance, slices, &mut volume)?;
+    Ok((volume, counters))
+}
+
+/// The same, added to what is there.
+pub(crate) fn add_truth(
+    scan: &Scan<'_>,
+    tolerance: f64,
+    slices: Range<usize>,
+    volume: &mut [f32],
+) -> Result<VoxelCounters, PhantomError> {
     scan.activity.validate()?;
     let grid = scan.camera.grid();
-    let mut volume = vec![0.0f32; grid.slice_len() * slices.len()];
     let around = scan
         .background
         .map_or(0.0, |background| background.concentration);
     if let Some(background) = &scan.background {
-        (background.torso).voxelize_add(grid, slices.clone(), around, &mut volume)?;
+        (background.torso).voxelize_add(grid, slices.clone(), around, volume)?;
     }
     let exposures = scan.exposures()?;
     let gains: Vec<f64> = exposures.iter().map(|(shape, _)| shape.gain()).collect();
@@ -60,17 +71,16 @@ pub(crate) fn truth_of_slices(
             weight: *weight,
         })
         .collect();
-    let mut counters = Moment::voxelize_add(&moments, grid, slices.clone(), sampling, &mut volume)?;
+    let mut counters = Moment::voxelize_add(&moments, grid, slices.clone(), sampling, volume)?;
     for (shape, weight) in &exposures {
         let [_, wall] = scan.activity.of(shape);
         for (sector, factor) in placed.of(shape) {
             let difference = weight * factor * wall;
-            let done =
-                sector.voxelize_add(grid, slices.clone(), sampling, difference, &mut volume)?;
+            let done = sector.voxelize_add(grid, slices.clone(), sampling, difference, volume)?;
             counters = counters + done;
         }
     }
-    Ok((volume, counters))
+    Ok(counters)
 }
 
 /// The sets of voxels over which a reconstruction is judged. They do not depend on the
@@ -172,10 +182,10 @@ impl Measures {
             },
             wall_mean: wall.map(|stats| stats.mean),
             wall_std: wall.map(|stats| stats.std),
-            background_rms: within(&regions.background)?.map(|stats| stats.rms),
+            background_rms: rms_within(volume, regions.background.as_slice())?,
             cavity_mean: within(&regions.cavity)?.map(|stats| stats.mean),
-            total_activity: MaskedStats::of(volume, &regions.disc)?
-                .map(|stats| stats.sum * camera.grid().voxel_volume()),
+            total_activity: sum_within(volume, &regions.disc)?
+                .map(|sum| sum * camera.grid().voxel_volume()),
         })
     }
 }

@@ -72,7 +72,7 @@ pub use iterative::{
     CglsOptions, EmOptions, Iteration, IterativeReport, LinearOperator, SirtOptions, StoppedBy,
     Stopping, Subset, cgls, mlem, osem, sirt,
 };
-pub use measure::{MaskedStats, disc_mask, rmse_within};
+pub use measure::{MaskedStats, disc_mask, rms_within, rmse_within, sum_within};
 #[cfg(feature = "noise")]
 pub use noise::{CountScale, poisson_counts, poisson_counts_into};
 pub use phantom::{BinSampling, Phantom2, Phantom3, Shape2, Shape3};

@@ -76,8 +76,11 @@ impl MaskedStats {
         check_period(values.len(), mask.len())?;
         let parts = blocks(values.len(), |block| {
             let count = count_in(block.clone(), mask);
+            if count == 0 {
+                return Part::default();
+            }
             let [sum, square] = sums_where([values], block.clone(), mask, |[v]| [v, v * v]);
-            let mean = sum / f64::max(count as f64, 1.0);
+            let mean = sum / count as f64;
             let [spread] = sums_where([values], block, mask, |[v]| [(v - mean) * (v - mean)]);
             Part {
                 count,
@@ -138,16 +141,54 @@ pub fn rmse_within<T: Sample>(
     mask: &[bool],
 ) -> Result<Option<f64>, RadonError> {
     length("truth", truth.len(), values.len())?;
-    check_period(values.len(), mask.len())?;
-    let parts = blocks(values.len(), |block| {
-        let squared = |[v, t]: [f64; 2]| [(v - t) * (v - t)];
-        let [sum] = sums_where([values, truth], block.clone(), mask, squared);
-        (count_in(block, mask), sum)
-    });
-    let (count, sum) = parts
-        .into_iter()
-        .fold((0, 0.0), |(n, a), (m, b)| (n + m, a + b));
+    let (count, sum) = sum_of([values, truth], mask, |[v, t]| (v - t) * (v - t))?;
     Ok((count > 0).then(|| (sum / count as f64).sqrt()))
+}
+
+/// Root mean square of `values` where `mask` is set, [`MaskedStats::rms`] alone and in one pass; `None` if it is set nowhere.
+///
+/// ```
+/// assert_eq!(radon::rms_within(&[3.0f32, 9.0, -3.0, 9.0], &[true, false])?, Some(3.0));
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+///
+/// # Errors
+/// As [`MaskedStats::of`].
+pub fn rms_within<T: Sample>(values: &[T], mask: &[bool]) -> Result<Option<f64>, RadonError> {
+    let (count, sum) = sum_of([values], mask, |[v]| v * v)?;
+    Ok((count > 0).then(|| (sum / count as f64).sqrt()))
+}
+
+/// Sum of `values` where `mask` is set, [`MaskedStats::sum`] alone and in one pass; `None` if it is set nowhere.
+///
+/// ```
+/// assert_eq!(radon::sum_within(&[1.0f32, 9.0, 3.0, 9.0], &[true, false])?, Some(4.0));
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+///
+/// # Errors
+/// As [`MaskedStats::of`].
+pub fn sum_within<T: Sample>(values: &[T], mask: &[bool]) -> Result<Option<f64>, RadonError> {
+    let (count, sum) = sum_of([values], mask, |[v]| v)?;
+    Ok((count > 0).then_some(sum))
+}
+
+/// Number of samples in the mask, and the sum of their terms.
+fn sum_of<T: Sample, const K: usize>(
+    arrays: [&[T]; K],
+    mask: &[bool],
+    term: impl Fn([f64; K]) -> f64 + Sync,
+) -> Result<(usize, f64), RadonError> {
+    let len = arrays[0].len();
+    check_period(len, mask.len())?;
+    let parts = blocks(len, |block| match count_in(block.clone(), mask) {
+        0 => (0, 0.0),
+        count => {
+            let [sum] = sums_where(arrays, block, mask, |values| [term(values)]);
+            (count, sum)
+        }
+    });
+    Ok((parts.into_iter()).fold((0, 0.0), |(n, a), (m, b)| (n + m, a + b)))
 }
 
 /// Does the mask fit into the values, perhaps many times?
@@ -274,6 +315,8 @@ mod tests {
             assert_eq!(stats.count, picked.len());
             // Sums of whole numbers below 2^53 are exact in any order.
             assert_eq!(stats.sum, picked.iter().sum::<f64>());
+            assert_eq!(sum_within(&values, &mask), Ok(Some(stats.sum)));
+            assert_eq!(rms_within(&values, &mask), Ok(Some(stats.rms)));
             let square: f64 = picked.iter().map(|v| v * v).sum();
             assert_eq!(stats.rms, (square / picked.len() as f64).sqrt());
             let mean = stats.sum / picked.len() as f64;
@@ -291,6 +334,10 @@ mod tests {
         assert!(MaskedStats::of(&[1.0f32; 6], &[]).is_err());
         assert_eq!(MaskedStats::of(&[1.0f32; 6], &[false; 3]).unwrap(), None);
         assert_eq!(rmse_within(&[1.0f32; 2], &[1.0; 2], &[false]), Ok(None));
+        assert_eq!(rms_within(&[1.0f32; 2], &[false]), Ok(None));
+        assert_eq!(sum_within(&[1.0f32; 2], &[false]), Ok(None));
+        assert!(sum_within(&[1.0f32; 6], &[true; 4]).is_err());
+        assert!(rms_within(&[1.0f32; 6], &[]).is_err());
         assert!(rmse_within(&[1.0f32; 2], &[1.0; 3], &[true]).is_err());
     }
 }

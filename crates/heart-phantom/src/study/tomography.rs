@@ -2,9 +2,9 @@
 
 use super::report;
 use super::run::Run;
-use crate::acquire::{Acquisition, Sinograms, acquire};
+use crate::acquire::{Acquisition, Scan, Sinograms, acquire};
 use crate::error::PhantomError;
-use crate::truth::{Measures, Regions, truth};
+use crate::truth::{Measures, Regions, add_truth};
 use radon::{FbpOptions, FbpPlan, StackOrder, Window};
 
 /// Activity of the cavity and of the wall.
@@ -43,11 +43,12 @@ pub(super) struct Reconstructed {
     pub(super) hann: report::Acquisition,
 }
 
-/// The reconstructions of one acquisition, `[z][y][x]`, in memory that the next one uses again.
+/// The reconstructions and the truth of one acquisition, `[z][y][x]`, in memory that the next one uses again.
 #[derive(Default)]
 pub(super) struct Volumes {
     pub(super) ram_lak: Vec<f32>,
     hann: Vec<f32>,
+    truth: Vec<f32>,
 }
 
 /// Takes one acquisition, reconstructs it with both windows, measures it and writes sinogram,
@@ -79,25 +80,28 @@ pub(super) fn reconstruct(
 
     let clock = run.clock();
     run.stage("truth");
+    let cube = [n; 3];
+    let Volumes {
+        ram_lak,
+        hann,
+        truth,
+    } = volumes;
     let truth = beside(
         || run.write(name, "sinogram", &[views, n, n], &sinograms.samples),
-        || match acquisition {
-            // A scan of instants has no one truth.
-            Acquisition::Instants { .. } => Ok(None),
-            _ => truth(
-                &run.heart,
-                &run.camera,
-                &run.cycle,
-                acquisition,
-                ACTIVITY,
-                TRUTH_TOLERANCE,
-            )
-            .map(Some),
+        || {
+            if matches!(acquisition, Acquisition::Instants { .. }) {
+                // A scan of instants has no one truth.
+                return Ok(None);
+            }
+            let (heart, camera, cycle) = (&run.heart, &run.camera, &run.cycle);
+            let scan = Scan::plain(heart, camera, cycle, acquisition, ACTIVITY.into());
+            truth.clear();
+            truth.resize(n * n * n, 0.0);
+            add_truth(&scan, TRUTH_TOLERANCE, 0..n, truth)?;
+            Ok(Some(&truth[..]))
         },
     )?;
 
-    let cube = [n; 3];
-    let Volumes { ram_lak, hann } = volumes;
     let fbp = |window, volume: &mut Vec<f32>| {
         let clock = run.clock();
         volume.resize(n * n * n, 0.0);
@@ -112,10 +116,10 @@ pub(super) fn reconstruct(
         )?;
         Ok(clock.seconds())
     };
-    let measure = |volume: &[f32]| Measures::of(volume, truth.as_deref(), regions, &run.camera);
+    let measure = |volume: &[f32]| Measures::of(volume, truth, regions, &run.camera);
     run.stage("reconstructing");
     let first = beside(
-        || match &truth {
+        || match truth {
             Some(truth) => run.write(name, "truth", &cube, truth),
             None => Ok(()),
         },
