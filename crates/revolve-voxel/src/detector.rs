@@ -285,27 +285,29 @@ impl Body {
         let n_bins = image.len();
         let mut counters = RayCounters::default();
         let start = |view: &LayerView| [0, 1, 2].map(|k| view.first[k] + view.row[k] * row);
-        let bins_of = |view: &LayerView| {
-            let [w0, q0, _] = start(view);
-            let step = [view.bin[0], view.bin[1]];
-            view.shadow.bins([w0, q0], step, n_bins)
-        };
-        // Only the bins that some layer's shadow reaches.
-        let used = (views.iter().map(bins_of).filter(|bins| !bins.is_empty()))
-            .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end))
-            .unwrap_or(0..0);
         let Scratch {
+            bins,
             sums,
             cast,
             chords,
             hints,
             batch,
         } = scratch;
+        bins.clear();
+        bins.extend(views.iter().map(|view| {
+            let [w0, q0, _] = start(view);
+            let step = [view.bin[0], view.bin[1]];
+            view.shadow.bins([w0, q0], step, n_bins)
+        }));
+        // Only the bins that some layer's shadow reaches.
+        let used = (bins.iter().filter(|bins| !bins.is_empty()).cloned())
+            .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end))
+            .unwrap_or(0..0);
         sums.clear();
         sums.resize(used.len(), 0.0);
         cast.clear();
         cast.resize(used.len(), false);
-        for view in views {
+        for (view, bins) in views.iter().zip(bins) {
             let meridian = &self.layers()[view.layer];
             let [w0, q0, t0] = start(view);
             hints.clear();
@@ -318,7 +320,7 @@ impl Body {
                 origin: |bin: usize| t0 + bin as f64 * view.bin[2],
                 measure: &measure,
             };
-            for bin in bins_of(view) {
+            for bin in bins.clone() {
                 let (w, q) = (w0 + bin as f64 * view.bin[0], q0 + bin as f64 * view.bin[1]);
                 if !view.shadow.holds(w, q) {
                     continue;
@@ -369,12 +371,16 @@ impl<T: Sample, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> pulp::WithSimd f
     }
 }
 
-/// What a row needs while it is projected: of each bin the sum and whether a ray was cast, of each chain where it was met.
+/// What a row needs while it is projected.
 #[derive(Default)]
 struct Scratch {
+    /// Of each layer.
+    bins: Vec<Range<usize>>,
+    /// Of each bin: the sum, whether a ray was cast, and the chord in one layer.
     sums: Vec<f64>,
     cast: Vec<bool>,
     chords: Vec<f64>,
+    /// Of each chain, where it was met.
     hints: Vec<Hint>,
     batch: Batch<(usize, f64)>,
 }
