@@ -60,7 +60,7 @@ impl Projector {
         );
     }
 
-    /// The adjoint of one slice, for kernels of two pixels a step, into its rows of the volume. Returns whether it can: not if bins
+    /// The adjoint of one slice into its rows of the volume, if it can: not for a kernel of more than two pixels a step, nor if bins
     /// are so fine that a run of pixels meets too many.
     pub(super) fn adjoint_alone<T: Sample>(
         &self,

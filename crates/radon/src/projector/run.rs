@@ -186,7 +186,8 @@ impl Projector {
 
     /// As [`adjoint_stack`](Self::adjoint_stack), into a volume of the caller's.
     ///
-    /// Cost: as forward, with a store for each multiply-add.
+    /// Cost: as forward, with a store for each multiply-add. Work arrays: a copy of the projections of at most 256 slices; for a few
+    /// slices, which are taken one by one, of one sinogram, and 20 bytes for each of its views and bins or rows of pixels.
     ///
     /// # Errors
     /// A wrong length, a sample that is NaN or infinite.
@@ -205,10 +206,8 @@ impl Projector {
         let mut rows = images.rows_mut(volume);
         slices.clear_empty(&mut rows);
 
-        let mut alone = |&slice: &usize| {
-            Kernel::Strip != self.kernel
-                && self.adjoint_alone(&sinograms, projections, slice, &mut rows)
-        };
+        let mut alone =
+            |&slice: &usize| self.adjoint_alone(&sinograms, projections, slice, &mut rows);
         let in_blocks = match slices.few_for_adjoint::<T>(self.instructions) {
             Some(few) if few.iter().all(&mut alone) => &[][..],
             _ => slices.active(),
