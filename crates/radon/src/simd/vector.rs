@@ -360,16 +360,9 @@ mod x86 {
                             let least = index[half].min(index[half + 7]);
                             let row = row.add(least as usize);
                             let (a, b) = (_mm256_loadu_ps(row), _mm256_loadu_ps(row.add(8)));
-                            let pick = |j| {
-                                _mm256_blendv_ps(
-                                    _mm256_permutevar8x32_ps(a, j),
-                                    _mm256_permutevar8x32_ps(b, j),
-                                    // Bit 3 tells which register.
-                                    _mm256_castsi256_ps(_mm256_slli_epi32::<28>(j)),
-                                )
-                            };
                             let j = _mm256_sub_epi32(j, _mm256_set1_epi32(least));
-                            (pick(j), pick(_mm256_add_epi32(j, _mm256_set1_epi32(1))))
+                            let next = _mm256_add_epi32(j, _mm256_set1_epi32(1));
+                            (pick(a, b, j), pick(a, b, next))
                         } else {
                             (
                                 _mm256_i32gather_ps::<4>(row, j),

@@ -60,9 +60,8 @@ pub(crate) struct Words {
 pub struct WordRun {
     /// Their positions at step 0, modulo 32 pixels.
     words: [i32; RUN],
-    /// The least of the positions, that of each half of the rays, and the greatest of all.
+    /// The least and the greatest of them.
     least: i64,
-    least_of_half: [i64; 2],
     most: i64,
 }
 
@@ -120,7 +119,6 @@ impl Words {
             WordRun {
                 words: at.map(|at| at as i32),
                 least: at[0].min(at[RUN - 1]),
-                least_of_half: [at[0].min(at[7]), at[8].min(at[15])],
                 most: at[0].max(at[RUN - 1]),
             }
         };
@@ -271,11 +269,17 @@ pub(super) mod x86 {
                     _mm256_loadu_si256(run.words.as_ptr().cast()),
                     _mm256_loadu_si256(run.words[8..].as_ptr().cast()),
                 ];
+                // The first or the last ray of a half, behind the least of all.
+                let mut least = [run.least; 2];
+                for n in 0..2 {
+                    let behind = |l: usize| run.words[l].wrapping_sub(run.least as i32) as u32;
+                    least[n] += i64::from(behind(8 * n).min(behind(8 * n + 7)));
+                }
                 let mut near = [_mm256_setzero_ps(); 2];
                 let mut far = [_mm256_setzero_ps(); 2];
                 for (i, &shift) in band.shifts.iter().enumerate() {
                     for n in 0..2 {
-                        let (row, shift) = band.window(i, run.least_of_half[n], shift);
+                        let (row, shift) = band.window(i, least[n], shift);
                         let (a, b) = (_mm256_loadu_ps(row), _mm256_loadu_ps(row.add(8)));
                         let t = _mm256_add_epi32(words[n], _mm256_set1_epi32(shift));
                         let behind = _mm256_sub_epi32(_mm256_and_si256(t, rest), zero);
