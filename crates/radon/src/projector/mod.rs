@@ -22,7 +22,8 @@ pub enum Kernel {
     /// Linear interpolation at each row (or column) that the ray crosses (Joseph 1982, doi:10.1109/TMI.1982.4307572).
     #[default]
     Joseph,
-    /// The exact length of the ray within each pixel (Siddon 1985, doi:10.1118/1.595715).
+    /// The exact length of the ray within each pixel (Siddon 1985, doi:10.1118/1.595715). A ray that runs along the edge between two
+    /// pixels, to 2^-21 of a pixel, is shared by both.
     Siddon,
     /// The exact area of the bin's strip within each pixel, over the pitch: the mean of Siddon's lengths over the bin.
     Strip,
@@ -37,9 +38,12 @@ pub enum Kernel {
 /// The weights are lengths in the unit of the geometry, so that projections have their absolute scale. One traversal
 /// makes the weights; forward gathers with them and adjoint scatters with the same numbers, so that <A x, y> = <x, Aᵀ y>
 /// to rounding. The adjoint is not the back-projection of FBP: it has neither view weights nor the 1/pitch.
+/// Where the samples are `f32`, the rays of Joseph and Siddon meet a row of pixels at places rounded to 2^-27 of a pixel; their
+/// weights are those of rays moved by so little.
 ///
-/// Any angles, offset, pitch, spacing, centre, odd or even sizes, pixels square or not. The same bits come out for any number of threads and for
-/// a slice alone or among others.
+/// Any angles, offset, pitch, spacing, centre, odd or even sizes, pixels square or not. The same bits come out for any number of
+/// threads and for a slice alone or among others. A slice alone costs little more than its part of a stack; its adjoint does if
+/// bins are finer than 0.7 pixels or samples are `f64`.
 ///
 /// ```
 /// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector};
