@@ -166,6 +166,28 @@ fn every_file_is_listed_in_every_format() {
 }
 
 #[test]
+fn check_tells_how_much_run_will_write() {
+    let folder = tempfile::tempdir().unwrap();
+    let rest = "[acquisition]\nmode = { gated = { gates = 2 } }\naccuracy = { steps = 4 }\n\
+        [attenuation]\ncoefficient = 0.1\nmedium = 'heart'\n\
+        [output]\nwrite = ['projections', 'reconstruction', 'truth', 'labels', 'attenuation']\n";
+    let scene = small(folder.path(), rest);
+    let (scene, out) = (scene.to_str().unwrap(), folder.path().join("out"));
+    let told = json(&said(&heart_phantom(&["check", scene, "--json"])).0)["bytes"].clone();
+    let run = heart_phantom(&["run", scene, "--quiet", "--out", out.to_str().unwrap()]);
+    assert!(run.status.success(), "{run:?}");
+    let lengths = (std::fs::read_dir(&out).unwrap()).map(|entry| entry.unwrap().path());
+    // The header of such a .npy has 128 bytes.
+    let written: u64 = lengths
+        .filter(|path| path.extension().is_some_and(|extension| extension == "npy"))
+        .map(|path| path.metadata().unwrap().len() - 128)
+        .sum();
+    assert_eq!(told, written);
+    let (shown, _) = said(&heart_phantom(&["check", scene]));
+    assert!(shown.contains("MiB to write"), "{shown}");
+}
+
+#[test]
 fn truth_and_view_do_their_part_alone() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(folder.path(), "");

@@ -4,7 +4,7 @@ use crate::arguments::{Arguments, Command, Paper};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
-use heart_phantom::scene::Scene;
+use heart_phantom::scene::{Product, Scene};
 use heart_phantom::study::{self, StudyOptions};
 use heart_phantom::{Phantom, PhantomError, Progress};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -103,7 +103,7 @@ fn check(arguments: &Arguments, path: &Path) -> Done {
     if arguments.json {
         let found = json!({
             "scene": phantom.scene(), "gates": phantom.n_gates(), "samples": samples,
-            "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(),
+            "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(), "bytes": bytes_to_write(&phantom),
         });
         return print_json(&found);
     }
@@ -125,8 +125,27 @@ fn check(arguments: &Arguments, path: &Path) -> Done {
                 "  volume gain {low} to {high}, ejection fraction {:.4}",
                 (high - low) / (1.0 + high)
             ),
+            format!(
+                "  arrays of {:.1} MiB to write",
+                bytes_to_write(&phantom) as f64 / f64::from(1 << 20)
+            ),
         ],
     )
+}
+
+/// What `run` would write in arrays before compression: four bytes a sample, one a label.
+fn bytes_to_write(phantom: &Phantom) -> usize {
+    let (camera, gates) = (phantom.camera(), phantom.n_gates());
+    let voxels = camera.grid().len();
+    let of = |product: &Product| match product {
+        Product::Projections => 4 * gates * camera.n_views() * camera.view_len(),
+        Product::Reconstruction | Product::Truth => 4 * gates * voxels,
+        // At two phases each.
+        Product::Labels => 2 * voxels,
+        Product::Attenuation => 2 * 4 * voxels,
+        Product::Meshes | Product::Pictures => 0,
+    };
+    phantom.scene().output.write.iter().map(of).sum()
 }
 
 fn run_scene(arguments: &Arguments, scene: &Path, out: &Path) -> Done {
