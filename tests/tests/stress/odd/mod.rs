@@ -3,6 +3,7 @@
 //!
 //! What is refused with which error stands in each crate's own `bad_inputs`; here the calls are many and crossed with each other.
 
+mod figures;
 mod hearts;
 mod membranes;
 mod solids;

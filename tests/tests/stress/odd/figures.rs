@@ -1,0 +1,101 @@
+//! Pictures of what cannot be drawn.
+
+use super::{ODD, SIZES, back, pairs};
+use heart_phantom::figures::{
+    CircleStudy, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume, circle,
+    force_frames, histories, isosurface, projections, shapes, slice, slices,
+};
+
+#[test]
+fn figures_take_anything() {
+    let values = [0.5_f32; 8];
+    let volume = |spacing: f64| Volume {
+        values: &values,
+        size: [2; 3],
+        spacing,
+    };
+    for n in SIZES {
+        let odd = Volume {
+            values: &values,
+            size: [n, n, 2],
+            spacing: 1.0,
+        };
+        assert!(slice(&odd, Plane::Z(0), [0.0, 1.0], "").is_err());
+        for plane in [Plane::X(n), Plane::Y(n), Plane::Z(n)] {
+            assert_eq!(slice(&volume(1.0), plane, [0.0, 1.0], "").is_ok(), n < 2);
+        }
+        back(projections(
+            &[Projection {
+                angle: 0.0,
+                values: &values,
+            }],
+            n,
+            1.0,
+        ));
+    }
+    assert!(slices(&volume(1.0), &[], [0.0, 1.0], "").is_err());
+    assert!(projections(&[], 2, 1.0).is_err() && shapes(&[]).is_err());
+    assert!(force_frames(&[]).is_err() && histories("", None, &[]).is_err());
+    for a in ODD {
+        back(slice(&volume(a), Plane::Z(0), [0.0, 1.0], "a"));
+        back(slice(&volume(1.0), Plane::Z(0), [0.0, a], "a"));
+        back(slice(&volume(1.0), Plane::Z(0), [a, 1.0], "a"));
+        let seen = Projection {
+            angle: a,
+            values: &values,
+        };
+        back(projections(&[seen], 2, 1.0));
+        let straight = Projection {
+            angle: 0.0,
+            values: &values,
+        };
+        back(projections(&[straight], 2, a));
+        let view = IsoView {
+            level: a as f32,
+            view: View {
+                azimuth: a,
+                elevation: 0.1,
+            },
+            cut: Some(([a, 0.0, 1.0], a)),
+        };
+        back(isosurface(&volume(1.0), &view));
+        let level = IsoView { level: 0.4, ..view };
+        back(isosurface(&volume(a), &level));
+        let history = History {
+            label: "a",
+            norms: &[1.0, a],
+        };
+        back(histories("b", Some(a), &[history]));
+    }
+    // A picture takes a hundredth of a second: every third pair.
+    for [a, b] in pairs().step_by(3) {
+        let nodes = [[0.0, a], [b, 0.0], [0.0, -1.0]];
+        back(shapes(&[Shape {
+            nodes: &nodes,
+            load: a,
+            area: b,
+            volume: a,
+        }]));
+        back(force_frames(&[ForceFrame {
+            iteration: usize::MAX,
+            nodes: &nodes,
+            elastic: &nodes,
+            pressure: &nodes[..2],
+        }]));
+        back(force_frames(&[ForceFrame {
+            iteration: 0,
+            nodes: &nodes,
+            elastic: &nodes,
+            pressure: &nodes,
+        }]));
+        back(circle(&CircleStudy {
+            initial: &nodes,
+            solution: &nodes,
+            centre: [a, 0.0],
+            radius: b,
+            n_nodes: &[3, usize::MAX],
+            errors: &[a, b],
+            order: a,
+        }));
+    }
+}
