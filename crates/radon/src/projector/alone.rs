@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::Projector;
 use super::layout::{Stack, aligned};
 use super::run::STEPS;
+use super::{Projector, ProjectorScratch};
 use crate::Sample;
 use crate::simd::{Bins, Fan, MARGIN, RUN, Words, add_bins, add_fans, interleave};
 
@@ -68,40 +68,38 @@ impl Projector {
         projections: &[T],
         slice: usize,
         rows: &mut [Vec<&mut [T]>],
+        scratch: &mut ProjectorScratch<T>,
     ) -> bool {
-        let fan = |&view: &usize| {
-            let values = sinograms.rows(projections, view, &[slice]);
-            let view = &self.views[view];
-            let n_steps = match view.steps_are_rows() {
-                true => self.grid.ny(),
-                false => self.grid.nx(),
-            };
-            Fan::new(
-                view.box_ray()?,
-                view.offset(0),
-                view.per_bin(),
-                n_steps,
-                values[0],
-            )
-        };
         let order = self.views_by_axis();
-        let Some(fans) = order.par_iter().map(fan).collect::<Option<Vec<_>>>() else {
-            return false;
-        };
-        let n_by_rows = order
-            .iter()
-            .take_while(|&&view| self.views[view].steps_are_rows())
-            .count();
-        let (by_rows, by_columns) = fans.split_at(n_by_rows);
+        let fans = &mut scratch.fans;
+        fans.resize_with(fans.len().max(order.len()), Fan::default);
+        let fans = &mut fans[..order.len()];
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
+        let fill = |(fan, &view): (&mut Fan<T>, &usize)| {
+            let values = sinograms.rows(projections, view, &[slice])[0];
+            let view = &self.views[view];
+            let n_steps = if view.steps_are_rows() { ny } else { nx };
+            view.box_ray()
+                .is_some_and(|ray| fan.fill(ray, view.offset(0), view.per_bin(), n_steps, values))
+        };
+        if !fans.par_iter_mut().zip(&order).all(fill) {
+            return false;
+        }
+        let steps_are_rows = |&&view: &&usize| self.views[view].steps_are_rows();
+        let n_by_rows = order.iter().take_while(steps_are_rows).count();
+        let (by_rows, by_columns) = fans.split_at(n_by_rows);
         let set = self.instructions;
 
-        // `[run][step]` of runs of pixels across the steps.
-        let zeros = |n: usize, n_steps: usize| vec![[T::ZERO; RUN]; n.div_ceil(RUN) * n_steps];
-        let mut sums = zeros(nx, ny);
+        // `[run][step][lane]` of runs of pixels across the steps.
+        let [by_rows_len, by_columns_len] =
+            [(nx, ny), (ny, nx)].map(|(n, n_steps)| n.next_multiple_of(RUN) * n_steps);
+        let memory = aligned(&mut scratch.pixels, by_rows_len + by_columns_len);
+        memory.fill(T::ZERO);
+        let (sums, turned) = memory.split_at_mut(by_rows_len);
+        let (sums, turned) = (sums.as_chunks_mut().0, turned.as_chunks_mut::<RUN>().0);
         let runs = sums.par_chunks_mut(ny).enumerate();
         runs.for_each(|(run, sums)| add_fans(set, by_rows, run * RUN, sums));
-        let mut turned = zeros(ny, nx);
+        let sums = &*sums;
         let runs = turned.par_chunks_mut(nx).enumerate();
         runs.for_each(|(run, turned)| {
             for (x, turned) in turned.iter_mut().enumerate() {

@@ -1,7 +1,7 @@
 //! Projectors with exact adjoints.
 
 use crate::error::{RadonError, length, product, within, zeros};
-use crate::simd::InstructionSet;
+use crate::simd::{Fan, InstructionSet};
 use crate::{ImageGrid, ParallelGeometry, Sample, StackOrder};
 
 mod alone;
@@ -71,6 +71,7 @@ pub struct ProjectorScratch<T> {
     pixels: Vec<T>,
     rays: Vec<T>,
     found: Vec<Vec<Rays<T>>>,
+    fans: Vec<Fan<T>>,
 }
 
 /// What a run did and what it could leave out.
@@ -154,6 +155,7 @@ impl Projector {
             pixels: Vec::new(),
             rays: Vec::new(),
             found: Vec::new(),
+            fans: Vec::new(),
         }
     }
 

@@ -207,7 +207,7 @@ impl Projector {
         slices.clear_empty(&mut rows);
 
         let mut alone =
-            |&slice: &usize| self.adjoint_alone(&sinograms, projections, slice, &mut rows);
+            |&slice: &usize| self.adjoint_alone(&sinograms, projections, slice, &mut rows, scratch);
         let in_blocks = match slices.few_for_adjoint::<T>(self.instructions) {
             Some(few) if few.iter().all(&mut alone) => &[][..],
             _ => slices.active(),

@@ -19,7 +19,7 @@ pub(crate) struct Pairs<T> {
 
 /// A ray whose steps are spread over two pixels each: step `m` crosses at `t = offset + m * per_step >= 0`, both terms snapped. The
 /// first pixel is the integer part of `t`; the next one's length is `slope * (t - first - zero)`, held within `[0, length]`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BoxRay<T> {
     /// Snapped.
     pub(crate) offset: f64,
@@ -33,7 +33,7 @@ pub(crate) struct BoxRay<T> {
 }
 
 /// To what positions along a row of pixels are rounded: a number that is added and taken away again.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Snap(f64);
 
 impl Snap {

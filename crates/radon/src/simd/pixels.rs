@@ -12,7 +12,7 @@ const MARGIN: usize = 48;
 const EARLY: f64 = 1e-4;
 
 /// The rays of a view in the order of their positions.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Fan<T> {
     /// Values, and positions at step 0 modulo 32 pixels, `MARGIN` zeros on either side.
     rays: Vec<T>,
@@ -32,60 +32,59 @@ pub(crate) struct Fan<T> {
 }
 
 impl<T: Sample> Fan<T> {
-    /// The bins that may meet a pixel, in their own order, counted from the first by position.
+    /// The first of the bins that may meet a pixel, in their own order and counted from the first by position, and the way to the
+    /// next.
     #[inline(always)]
-    fn candidates(&self) -> impl Iterator<Item = i32> {
-        let (first, by) = if self.falling {
+    fn first_candidate(&self) -> (i32, i32) {
+        if self.falling {
             (self.most - 1, -1)
         } else {
             (0, 1)
-        };
-        (0..self.most).map(move |k| first + by * k)
+        }
     }
 
-    /// A view whose bins are at `first + bin * per_bin`, and their values. None if more than a window of bins may meet a run of
-    /// pixels, or if they are too many or too fine for words.
-    pub(crate) fn new(
+    /// Takes a view whose bins are at `first + bin * per_bin`, and their values, in place of the last. Not if more than a window of bins
+    /// may meet a run of pixels, or if they are too many or too fine for words.
+    pub(crate) fn fill(
+        &mut self,
         ray: BoxRay<T>,
         first: f64,
         per_bin: f64,
         n_steps: usize,
         values: &[T],
-    ) -> Option<Self> {
+    ) -> bool {
         // 7 / 0.7 + 3 bins meet half a run, 15 / 0.7 + 3 a whole one: less than 16 and 32.
         const FINEST: f64 = 0.7;
         let width = per_bin.abs();
-        let farthest = first.abs() + width * values.len() as f64 + n_steps as f64;
-        if ray.snap != Snap::FINE || width < FINEST || farthest > f64::from(1 << 22) {
-            return None;
-        }
-        let falling = per_bin < 0.0;
         let n = values.len();
-        let bin = |i: usize| if falling { n - 1 - i } else { i };
-        let offset = |bin: usize| ray.snap.of(first + bin as f64 * per_bin);
-        let mut rays = vec![T::ZERO; n + 2 * MARGIN];
-        let mut words = vec![0; n + 2 * MARGIN];
-        for i in 0..n {
-            rays[MARGIN + i] = values[bin(i)];
-            words[MARGIN + i] = whole(offset(bin(i))) as i32;
+        let farthest = first.abs() + width * n as f64 + n_steps as f64;
+        if ray.snap != Snap::FINE || width < FINEST || farthest > f64::from(1 << 22) {
+            return false;
         }
+        let offset = |bin: usize| ray.snap.of(first + bin as f64 * per_bin);
+        self.rays.clear();
+        self.rays.resize(n + 2 * MARGIN, T::ZERO);
+        self.words.clear();
+        self.words.resize(n + 2 * MARGIN, 0);
+        self.falling = per_bin < 0.0;
+        for (bin, &value) in values.iter().enumerate() {
+            let at = MARGIN + if self.falling { n - 1 - bin } else { bin };
+            self.rays[at] = value;
+            self.words[at] = whole(offset(bin)) as i32;
+        }
+        let least = offset(if self.falling { n - 1 } else { 0 });
         let per_pixel = 1.0 / width;
-        Some(Self {
-            rays,
-            words,
-            weights: WordWeights::new(ray),
-            start: -(1.0 + offset(bin(0))) * per_pixel - EARLY,
-            per_pixel,
-            steps: (0..n_steps)
-                .map(|step| {
-                    let shift = ray.shift(step as f64);
-                    (whole(shift * per_pixel), whole(shift) as i32)
-                })
-                .collect(),
-            lanes: std::array::from_fn(|l| whole(l as f64 * per_pixel) as i32),
-            most: (2.0 * per_pixel + 2.0 * EARLY) as i32 + 1,
-            falling,
-        })
+        self.weights = WordWeights::new(ray);
+        self.start = -(1.0 + least) * per_pixel - EARLY;
+        self.per_pixel = per_pixel;
+        self.steps.clear();
+        self.steps.extend((0..n_steps).map(|step| {
+            let shift = ray.shift(step as f64);
+            (whole(shift * per_pixel), whole(shift) as i32)
+        }));
+        self.lanes = std::array::from_fn(|l| whole(l as f64 * per_pixel) as i32);
+        self.most = (2.0 * per_pixel + 2.0 * EARLY) as i32 + 1;
+        true
     }
 }
 
@@ -182,7 +181,8 @@ pub(super) fn add_step<T: Sample, V: Vector<T>, const W: usize>(
     sums: &mut [T; W],
 ) {
     let fan = step.fan;
-    for k in fan.candidates() {
+    let (mut k, by) = fan.first_candidate();
+    for _ in 0..fan.most {
         for l in 0..W {
             let bin = (step.rest.wrapping_add(fan.lanes[l])) as u32 >> Snap::DIGITS;
             let bin = step.at + (bin as i32 + k) as usize;
@@ -197,6 +197,7 @@ pub(super) fn add_step<T: Sample, V: Vector<T>, const W: usize>(
             };
             sums[l] = V::multiply_add_one(weight, fan.rays[bin], sums[l]);
         }
+        k += by;
     }
 }
 
@@ -241,17 +242,28 @@ pub(super) mod x86 {
             );
             let digits = _mm512_set1_epi32(REST);
             let mut sum = _mm512_loadu_ps(sums.as_ptr());
-            for k in fan.candidates() {
-                let j = _mm512_add_epi32(bins, _mm512_set1_epi32(k));
+            let (k, by) = fan.first_candidate();
+            let (mut j, by) = (
+                _mm512_add_epi32(bins, _mm512_set1_epi32(k)),
+                _mm512_set1_epi32(by),
+            );
+            for _ in 0..fan.most {
                 let place = _mm512_add_epi32(_mm512_permutex2var_epi32(c, j, d), shift);
-                let behind = _mm512_sub_epi32(_mm512_and_si512(place, digits), zero);
-                let far = _mm512_mul_ps(slope, _mm512_cvtepi32_ps(behind));
-                let far = _mm512_min_ps(_mm512_max_ps(far, _mm512_setzero_ps()), length);
+                let behind = _mm512_and_si512(place, digits);
+                let far = if fan.weights.zero == 0 {
+                    // Joseph's: within the limits by itself.
+                    _mm512_mul_ps(slope, _mm512_cvtepi32_ps(behind))
+                } else {
+                    let behind = _mm512_cvtepi32_ps(_mm512_sub_epi32(behind, zero));
+                    let far = _mm512_max_ps(_mm512_mul_ps(slope, behind), _mm512_setzero_ps());
+                    _mm512_min_ps(far, length)
+                };
                 let is_near = _mm512_cmplt_epu32_mask(place, one);
                 let is_far = _mm512_cmpge_epu32_mask(place, minus_one);
                 let weight = _mm512_maskz_mov_ps(is_far, far);
                 let weight = _mm512_mask_sub_ps(weight, is_near, length, far);
                 sum = _mm512_fmadd_ps(weight, _mm512_permutex2var_ps(a, j, b), sum);
+                j = _mm512_add_epi32(j, by);
             }
             _mm512_storeu_ps(sums.as_mut_ptr(), sum);
         }
@@ -288,8 +300,12 @@ pub(super) mod x86 {
             let zero = _mm256_set1_epi32(fan.weights.zero);
             let digits = _mm256_set1_epi32(REST);
             let mut sum = _mm256_loadu_ps(sums.as_ptr());
-            for k in fan.candidates() {
-                let j = _mm256_add_epi32(bins, _mm256_set1_epi32(k));
+            let (k, by) = fan.first_candidate();
+            let (mut j, by) = (
+                _mm256_add_epi32(bins, _mm256_set1_epi32(k)),
+                _mm256_set1_epi32(by),
+            );
+            for _ in 0..fan.most {
                 let place = _mm256_add_epi32(_mm256_castps_si256(pick(c, d, j)), shift);
                 let behind = _mm256_sub_epi32(_mm256_and_si256(place, digits), zero);
                 let far = _mm256_mul_ps(slope, _mm256_cvtepi32_ps(behind));
@@ -301,6 +317,7 @@ pub(super) mod x86 {
                 let near = _mm256_sub_ps(length, far);
                 let weight = _mm256_blendv_ps(far_or_none, near, _mm256_castsi256_ps(is_near));
                 sum = _mm256_fmadd_ps(weight, pick(a, b, j), sum);
+                j = _mm256_add_epi32(j, by);
             }
             _mm256_storeu_ps(sums.as_mut_ptr(), sum);
         }

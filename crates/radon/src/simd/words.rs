@@ -20,7 +20,7 @@ pub(super) fn whole(position: f64) -> i64 {
 }
 
 /// The lengths of [`BoxRay::weights`] from words.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct WordWeights<T> {
     pub(super) ray: BoxRay<T>,
     /// Where the next pixel's length begins.
