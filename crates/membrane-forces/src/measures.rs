@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 /// A number that a curve has.
 ///
 /// A curve is given by its nodes [x, y], from (0, +R) over the apex to (0, -R), joined by straight
-/// segments; fewer than two make a curve of length, area, surface and volume zero. Surface and volume revolve the curve about the x axis;
-/// the full curve covers the body twice, so they are half the sum over its segments, and a
-/// segment that crosses the axis is split there.
+/// segments; fewer than two make a curve of length, area, surface and volume zero. Surface and
+/// volume revolve the curve about the x axis; the full curve covers the body twice, so they are
+/// half the sum over its segments, and a segment that crosses the axis is split there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Measure {
     /// Length of the curve (Eq. 30), cm.

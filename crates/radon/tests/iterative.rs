@@ -2,7 +2,8 @@
 
 mod common;
 
-use common::dense::{Dense, dot, many, noise, not_negative};
+use common::dense::{Dense, dot, many, not_negative};
+use common::noise;
 use radon::{
     CglsOptions, EmOptions, LinearOperator, SirtOptions, StoppedBy, Stopping, cgls, mlem, sirt,
 };
@@ -189,7 +190,7 @@ fn one_step_of_mlem_is_its_formula() {
 #[test]
 fn mlem_raises_the_likelihood_keeps_the_counts_and_stays_at_the_truth() {
     let a = not_negative(20, 8, 50);
-    let b: Vec<f64> = noise(20, 4)
+    let b: Vec<f64> = noise::<f64>(20, 4)
         .iter()
         .map(|x| (5.0 + 5.0 * x).round())
         .collect();

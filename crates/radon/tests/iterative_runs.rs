@@ -2,7 +2,8 @@
 
 mod common;
 
-use common::dense::{Dense, dot, many, noise, not_negative};
+use common::dense::{Dense, dot, many, not_negative};
+use common::noise;
 use radon::{
     CglsOptions, EmOptions, ImageGrid, IterativeReport, Kernel, LinearOperator, ParallelGeometry,
     Phantom2, Projector, RadonError, SirtOptions, StackOrder, StoppedBy, Stopping, Subset, cgls,

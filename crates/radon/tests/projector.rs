@@ -1,5 +1,8 @@
 //! Projectors against definitions written a second time, adjoint identities, bits, bad input.
 
+mod common;
+
+use common::noise;
 use proptest::prelude::*;
 use radon::{
     BinSampling, ImageGrid, InstructionSet, Kernel, ParallelGeometry, Phantom3, Projector,
@@ -8,18 +11,6 @@ use radon::{
 use std::f64::consts::PI;
 
 const KERNELS: [Kernel; 3] = [Kernel::Joseph, Kernel::Siddon, Kernel::Strip];
-
-/// Samples in [-1, 1) from a linear congruential generator (Knuth's MMIX constants).
-fn noise<T: Sample>(n: usize, seed: u64) -> Vec<T> {
-    let mut state = seed.wrapping_mul(2).wrapping_add(1);
-    let mut next = || {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        T::of((state >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
-    };
-    (0..n).map(|_| next()).collect()
-}
 
 fn dot<T: Sample>(a: &[T], b: &[T]) -> f64 {
     a.iter().zip(b).map(|(&a, &b)| a.f64() * b.f64()).sum()

@@ -1,5 +1,8 @@
 //! One slice is projected by other loops than a stack of them: the results must be those of the stack, bit for bit.
 
+mod common;
+
+use common::noise;
 use proptest::prelude::*;
 use radon::{ImageGrid, InstructionSet, Kernel, ParallelGeometry, Projector, StackOrder};
 use std::f64::consts::PI;
@@ -21,18 +24,10 @@ fn bits(samples: &[f32]) -> Vec<u32> {
 
 /// Both directions of one slice alone and as the first of a stack, with every instruction set.
 fn check(geometry: &ParallelGeometry, grid: &ImageGrid) -> Result<(), TestCaseError> {
-    let mut state = 5u32;
-    let mut noise = |n: usize| -> Vec<f32> {
-        let mut next = || {
-            state = state.wrapping_mul(1664525).wrapping_add(1013904223);
-            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
-        };
-        (0..n).map(|_| next()).collect()
-    };
     let order = StackOrder::SliceViewBin;
     let (image_len, sinogram_len) = (grid.image_len(), geometry.sinogram_len());
-    let volume = noise(STACK * image_len);
-    let sinograms = noise(STACK * sinogram_len);
+    let volume: Vec<f32> = noise(STACK * image_len, 5);
+    let sinograms: Vec<f32> = noise(STACK * sinogram_len, 6);
     for kernel in [Kernel::Joseph, Kernel::Siddon] {
         let projector = Projector::new(geometry, grid, kernel).unwrap();
         for set in SETS {

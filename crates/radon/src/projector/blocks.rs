@@ -117,7 +117,7 @@ impl Slices {
     /// The slices with signal, if they are so few that the adjoint of all, one by one, costs less than that of a block.
     pub(super) fn few_for_adjoint<T>(&self, set: InstructionSet) -> Option<&[usize]> {
         let few = match (set, size_of::<T>()) {
-            (InstructionSet::Avx512, 4) => 10,
+            (InstructionSet::Avx512, 4) => 14,
             (InstructionSet::Avx2, 4) => 4,
             (_, 4) => 1,
             _ => 0,

@@ -43,8 +43,8 @@ impl<T: Sample> Fan<T> {
         }
     }
 
-    /// Takes a view whose bins are at `first + bin * per_bin`, and their values, in place of the last. Not if more than a window of bins
-    /// may meet a run of pixels, or if they are too many or too fine for words.
+    /// Takes a view whose bins are at `first + bin * per_bin`, and their values, in place of the last, if words hold them: not if more
+    /// than a window of bins may meet a run of pixels, nor if they are too far away.
     pub(crate) fn fill(
         &mut self,
         ray: BoxRay<T>,

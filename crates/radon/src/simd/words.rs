@@ -92,8 +92,8 @@ impl<T: Sample> Band<'_, T> {
 }
 
 impl Words {
-    /// The positions of `n_runs` runs in `n_steps` steps; none if a run is wider than a window or than the margins, or if they are too
-    /// many or too fine for words.
+    /// Takes the positions of `n_runs` runs in `n_steps` steps in place of the last, if words hold them: not if a run is wider than a
+    /// window or, in `n_band` steps, than the margins, nor if it is too far away.
     pub(crate) fn fill<T: Sample>(
         &mut self,
         bins: &Bins<'_, T>,

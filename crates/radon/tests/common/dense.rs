@@ -1,5 +1,6 @@
 //! A matrix written out, as an operator for the iterative solvers, and random numbers.
 
+use super::noise;
 use radon::{LinearOperator, RadonError, Stopping};
 
 /// A matrix written out.
@@ -30,22 +31,10 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Samples in [-1, 1) from a linear congruential generator (Knuth's MMIX constants).
-pub(crate) fn noise(n: usize, seed: u64) -> Vec<f64> {
-    let mut state = seed.wrapping_mul(2).wrapping_add(1);
-    let mut next = || {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    };
-    (0..n).map(|_| next()).collect()
-}
-
 /// Entries in [0, 1).
 pub(crate) fn not_negative(rows: usize, columns: usize, seed: u64) -> Dense {
     let row = |i| {
-        noise(columns, seed + i as u64)
+        noise::<f64>(columns, seed + i as u64)
             .iter()
             .map(|x| 0.5 + 0.5 * x)
             .collect()

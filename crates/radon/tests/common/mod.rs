@@ -5,7 +5,7 @@ pub(crate) mod dense;
 
 use std::f64::consts::PI;
 
-use radon::{ImageGrid, ParallelGeometry};
+use radon::{ImageGrid, ParallelGeometry, Sample};
 
 /// An ellipse of value 1: half axes `a`, `b`, the first turned by `phi`.
 #[derive(Clone, Copy)]
@@ -94,4 +94,16 @@ pub(crate) fn mean_where(
 
 pub(crate) fn half_turn(n_views: usize, n_bins: usize, pitch: f64) -> ParallelGeometry {
     ParallelGeometry::uniform(n_views, PI, n_bins, pitch).unwrap()
+}
+
+/// Samples in [-1, 1) from a linear congruential generator (Knuth's MMIX constants).
+pub(crate) fn noise<T: Sample>(n: usize, seed: u64) -> Vec<T> {
+    let mut state = seed.wrapping_mul(2).wrapping_add(1);
+    let mut next = || {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        T::of((state >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
+    };
+    (0..n).map(|_| next()).collect()
 }

@@ -10,7 +10,8 @@ use std::path::PathBuf;
 const AFTER: &str = "\
 Exit codes: 0 done, 1 failed at work (a disk that is full, a shape that cannot be solved), 2 a command or a scene that makes no
 sense; 128 and the number of a signal that ended it (130 after Ctrl-C), as shells count. Files have their names when they are
-whole, report.json when all the others do; nothing else stays behind. Errors of a scene name file, line, column and field, and say what would be right.";
+whole, report.json when all the others do; a signal leaves nothing else behind, save one that kills at once. Errors of a scene
+name file, line, column and field, and say what would be right.";
 
 /// A beating heart phantom with exact ground truth.
 #[derive(Debug, Parser)]
