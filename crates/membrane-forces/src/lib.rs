@@ -41,6 +41,7 @@
 mod band;
 mod chebyshev;
 mod closed_form;
+mod complex;
 mod crossing;
 mod curve;
 mod differences;

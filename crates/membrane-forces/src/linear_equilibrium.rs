@@ -2,9 +2,8 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Complex;
-
 use crate::chebyshev::gauss_legendre;
+use crate::complex::Complex;
 use crate::error::{MembraneError, finite, positive};
 use crate::measures::Measures;
 use crate::rest::CurvePoint;
@@ -31,7 +30,7 @@ pub struct LinearEquilibrium {
     source: f64,
     /// Turning rate of the cap per unit s.
     omega: f64,
-    slope: Complex<f64>,
+    slope: Complex,
 }
 
 impl LinearEquilibrium {
@@ -84,10 +83,10 @@ impl LinearEquilibrium {
             cap,
             source,
             omega,
-            slope: Complex::new(0.0, 0.0),
+            slope: Complex(0.0, 0.0),
         };
         // z is linear in z'(0): what it misses at s = 1 without it, over what a unit adds
-        let missed = Complex::new(0.0, -radius) - this.state(1.0).0;
+        let missed = Complex(0.0, -radius) - this.state(1.0).0;
         this.slope = missed / turn(-kappa, 1.0);
         // A small cap on a large cylinder bends by more than the largest number.
         finite("slope at the held end", this.slope.norm())?;
@@ -95,38 +94,38 @@ impl LinearEquilibrium {
     }
 
     /// z(s) and z'(s) from z'(0) as it stands.
-    fn state(&self, s: f64) -> (Complex<f64>, Complex<f64>) {
-        let mut z = Complex::new(0.0, self.radius) + self.slope * turn(-self.kappa, s);
+    fn state(&self, s: f64) -> (Complex, Complex) {
+        let mut z = Complex(0.0, self.radius) + self.slope * turn(-self.kappa, s);
         let mut v = self.slope * phase(-self.kappa * s);
         let (a, end) = (self.cap, s.min(1.0 - self.cap));
         if end > a {
             for (fraction, weight) in gauss_legendre(48) {
                 let t = a + (end - a) * fraction;
                 let bend = self.bend(t) * (weight * (end - a));
-                z += bend * turn(-self.kappa, s - t);
-                v += bend * phase(-self.kappa * (s - t));
+                z = z + bend * turn(-self.kappa, s - t);
+                v = v + bend * phase(-self.kappa * (s - t));
             }
         }
         (z, v)
     }
 
     /// z0''(t) on the cap.
-    fn bend(&self, t: f64) -> Complex<f64> {
-        Complex::new(0.0, -self.source) * phase(-self.omega * (t - self.cap))
+    fn bend(&self, t: f64) -> Complex {
+        Complex(0.0, -self.source) * phase(-self.omega * (t - self.cap))
     }
 
     /// The curve at material coordinate `s`, clamped to [0, 1].
     pub fn at(&self, s: f64) -> CurvePoint {
         let s = s.clamp(0.0, 1.0);
         let (z, v) = self.state(s);
-        let mut second = Complex::new(0.0, -self.kappa) * v;
+        let mut second = Complex(0.0, -self.kappa) * v;
         if s > self.cap && s < 1.0 - self.cap {
-            second += self.bend(s);
+            second = second + self.bend(s);
         }
         CurvePoint {
-            position: [z.re, z.im],
-            first: [v.re, v.im],
-            second: [second.re, second.im],
+            position: [z.0, z.1],
+            first: [v.0, v.1],
+            second: [second.0, second.1],
         }
     }
 
@@ -144,9 +143,9 @@ impl LinearEquilibrium {
                 let (z, v) = self.state(from + (to - from) * fraction);
                 let (weight, speed) = (weight * (to - from), v.norm());
                 sums.length += 2.0 * weight * speed;
-                sums.area += weight * (z.im * v.re - z.re * v.im);
-                sums.surface += 2.0 * PI * weight * z.im.abs() * speed;
-                sums.volume += PI * weight * z.im * z.im.abs() * v.re;
+                sums.area += weight * (z.1 * v.0 - z.0 * v.1);
+                sums.surface += 2.0 * PI * weight * z.1.abs() * speed;
+                sums.volume += PI * weight * z.1 * z.1.abs() * v.0;
             }
         }
         sums
@@ -155,7 +154,7 @@ impl LinearEquilibrium {
     /// Parts of [0, 1/2] between which the curve bends or crosses the axis: |y| has a kink there.
     fn one_sided(&self) -> Vec<(f64, f64)> {
         const SAMPLES: usize = 64;
-        let y = |s: f64| self.state(s).0.im;
+        let y = |s: f64| self.state(s).0.1;
         let mut cuts = vec![0.0];
         for (from, to) in [(0.0, self.cap), (self.cap, 0.5)] {
             for k in 0..SAMPLES {
@@ -185,12 +184,12 @@ impl LinearEquilibrium {
 }
 
 /// e^(i angle)
-fn phase(angle: f64) -> Complex<f64> {
-    Complex::new(angle.cos(), angle.sin())
+fn phase(angle: f64) -> Complex {
+    Complex(angle.cos(), angle.sin())
 }
 
 /// Integral of e^(i rate t) over [0, s], exact also as the rate vanishes.
-fn turn(rate: f64, s: f64) -> Complex<f64> {
+fn turn(rate: f64, s: f64) -> Complex {
     let half = 0.5 * rate * s;
     let sinc = if half.abs() < 1e-8 {
         1.0
