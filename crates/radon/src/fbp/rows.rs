@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use realfft::{ComplexToReal, RealToComplex};
 use rustfft::num_complex::Complex;
 
 use crate::error::RadonError;
@@ -46,7 +46,7 @@ impl<T: Sample> RowFilter<T> {
             EdgePolicy::Repeat | EdgePolicy::Fade | EdgePolicy::Ellipse => 4 * n_bins,
         })?;
         let upsampling = options.interpolation.upsampling();
-        let mut planner = RealFftPlanner::<T>::new();
+        let (forward, inverse) = T::transforms(len, len * upsampling);
         let mut response = ramp_response(&options.window, options.cutoff, len)?;
         if !options.ramp {
             response.fill(1.0);
@@ -68,8 +68,8 @@ impl<T: Sample> RowFilter<T> {
             upsampling,
             ramp: options.ramp,
             edge: options.edge,
-            forward: planner.plan_fft_forward(len),
-            inverse: planner.plan_fft_inverse(len * upsampling),
+            forward,
+            inverse,
             response: response.iter().map(|&r| T::of(r / len as f64)).collect(),
         })
     }
