@@ -1,9 +1,11 @@
-//! What is left when a program is ended while it writes: whole files, and nothing else.
+//! What is left when a program is ended while it writes: whole files, and nothing else. Nothing here waits for a time to pass:
+//! whoever is to be interrupted waits itself, for something that never comes.
 #![cfg(unix)]
 
 use heart_phantom::files::{self, write_atomically};
 use std::fs;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
@@ -15,27 +17,39 @@ fn what_is_unfinished_goes_and_what_was_there_stays() {
     fs::write(&path, "old").unwrap();
     let (begun, has_begun) = mpsc::channel();
     let (go_on, may_go_on) = mpsc::channel();
+    let released = AtomicBool::new(false);
     thread::scope(|scope| {
         let writer = scope.spawn(|| {
-            write_atomically(&path, move |out| {
+            let written = write_atomically(&path, move |out| {
                 out.write_all(b"half")?;
                 begun.send(()).unwrap();
                 may_go_on.recv().unwrap();
                 out.write_all(b" and half")
-            })
+            });
+            (written, released.load(Ordering::SeqCst))
         });
         has_begun.recv().unwrap();
         assert_eq!(names(folder.path()).len(), 2);
         let held = files::remove_unfinished();
         assert_eq!(names(folder.path()), ["a.txt"]);
-        // Neither the end of that write nor the beginning of another one comes through.
+        // Neither the end of that write nor the beginning of another one comes through, however long they are given.
         go_on.send(()).unwrap();
-        let second = scope.spawn(|| write_atomically(&folder.path().join("b.txt"), |_| Ok(())));
-        thread::sleep(std::time::Duration::from_millis(50));
-        assert!(!writer.is_finished() && !second.is_finished());
+        let second = scope.spawn(|| {
+            write_atomically(&folder.path().join("b.txt"), |_| {
+                assert!(released.load(Ordering::SeqCst), "began while held");
+                Ok(())
+            })
+        });
+        for _ in 0..1000 {
+            thread::yield_now();
+            assert!(!writer.is_finished() && !second.is_finished());
+        }
         assert_eq!(names(folder.path()), ["a.txt"]);
+        released.store(true, Ordering::SeqCst);
         drop(held);
-        let error = writer.join().unwrap().unwrap_err();
+        let (written, ended_after) = writer.join().unwrap();
+        assert!(ended_after, "ended while held");
+        let error = written.unwrap_err();
         assert!(error.to_string().contains("a.txt"), "{error}");
         second.join().unwrap().unwrap();
     });
@@ -51,30 +65,35 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
+/// The program's own.
+#[cfg(feature = "cli")]
+#[path = "../src/bin/heart-phantom/signals.rs"]
+mod signals;
+
 #[cfg(feature = "cli")]
 mod program {
-    use super::names;
-    use std::fs;
+    use super::{names, signals, write_atomically};
+    use std::fs::{self, File};
+    use std::io::{BufRead, BufReader, Read, Write};
     use std::os::unix::process::ExitStatusExt;
     use std::path::{Path, PathBuf};
     use std::process::{Child, Command, ExitStatus, Stdio};
-    use std::thread;
-    use std::time::{Duration, Instant};
 
     const PROGRAM: &str = env!("CARGO_BIN_EXE_heart-phantom");
     /// Names and numbers of the signals that the program gives way to.
     const ENDING: [(&str, i32); 4] = [("INT", 2), ("TERM", 15), ("HUP", 1), ("XCPU", 24)];
 
+    const SCENE: &str = "[heart]\ndiscretisation = { differences = { nodes = 51 } }\n\
+        [camera]\nviews = 32\nbins = 128\nrows = 128\npitch = [0.125, 0.125]\n\
+        [acquisition]\nmode = { gated = { gates = 3 } }\naccuracy = { steps = 2 }\n\
+        [truth]\ntolerance = 0.5\n\
+        [output]\nwrite = ['projections', 'reconstruction', 'truth', 'labels', 'pictures']\n\
+        volumes = 'nifti-gz'\nprojections = 'interfile-stir'\n";
+
     /// A scene that takes a third of a second, most of it to write: single files, pairs, compressed, pictures.
     fn scene(folder: &Path) -> PathBuf {
         let path = folder.join("scene.toml");
-        let text = "[heart]\ndiscretisation = { differences = { nodes = 51 } }\n\
-            [camera]\nviews = 32\nbins = 128\nrows = 128\npitch = [0.125, 0.125]\n\
-            [acquisition]\nmode = { gated = { gates = 3 } }\naccuracy = { steps = 2 }\n\
-            [truth]\ntolerance = 0.5\n\
-            [output]\nwrite = ['projections', 'reconstruction', 'truth', 'labels', 'pictures']\n\
-            volumes = 'nifti-gz'\nprojections = 'interfile-stir'\n";
-        fs::write(&path, text).unwrap();
+        fs::write(&path, SCENE).unwrap();
         path
     }
 
@@ -87,6 +106,14 @@ mod program {
         command
     }
 
+    /// A scene that is a pipe: whoever reads it waits until it is written.
+    fn pipe(folder: &Path) -> PathBuf {
+        let path = folder.join("pipe.toml");
+        let made = Command::new("mkfifo").arg(&path).status().unwrap();
+        assert!(made.success());
+        path
+    }
+
     /// `kill` of the shell, which every system has.
     fn send(signal: &str, child: &Child) {
         let kill = format!("kill -{signal} {}", child.id());
@@ -97,31 +124,6 @@ mod program {
                 .unwrap()
                 .success()
         );
-    }
-
-    fn has_temporary(folder: &Path) -> bool {
-        folder.is_dir() && names(folder).iter().any(|name| name.ends_with(".tmp"))
-    }
-
-    /// The program, stopped while a temporary file is there. On a busy machine that may take more than one run.
-    fn stopped_while_it_writes(mut command: Command, out: &Path) -> Child {
-        for _ in 0..100 {
-            let mut child = command.spawn().unwrap();
-            while child.try_wait().unwrap().is_none() {
-                if !has_temporary(out) {
-                    thread::sleep(Duration::from_micros(200));
-                    continue;
-                }
-                send("STOP", &child);
-                // It may take a moment until all its threads stand still.
-                thread::sleep(Duration::from_millis(2));
-                if has_temporary(out) {
-                    return child;
-                }
-                send("CONT", &child);
-            }
-        }
-        panic!("nothing to interrupt");
     }
 
     /// Every file is one of the whole run, byte for byte; headers have their data; a report has all.
@@ -152,49 +154,104 @@ mod program {
         status.signal() == Some(signal)
     }
 
+    /// In the middle of a write, which waits for input that never comes, as soon as it has said so.
+    fn write_that_waits(path: &Path) {
+        signals::watch().unwrap();
+        let end = write_atomically(path, |out| {
+            out.write_all(b"half")?;
+            println!("begun");
+            let input = std::io::stdin().read(&mut [0])?;
+            panic!("{input} bytes of input");
+        });
+        unreachable!("{end:?}");
+    }
+
     #[test]
     fn an_interrupted_write_leaves_nothing() {
-        let folder = tempfile::tempdir().unwrap();
-        let (scene, whole) = (scene(folder.path()), folder.path().join("whole"));
-        assert!(run(&scene, &whole).status().unwrap().success());
+        const WRITE: &str = "HEART_PHANTOM_TEST_WRITE";
+        if let Some(path) = std::env::var_os(WRITE) {
+            return write_that_waits(Path::new(&path));
+        }
         for (name, number) in ENDING {
-            // Into an empty folder, and over the files of an older run.
-            for again in [false, true] {
-                let out = folder.path().join(format!("{name}-{again}"));
-                if again {
-                    assert!(run(&scene, &out).status().unwrap().success());
+            // Into an empty folder, and over an older file.
+            for older in [&[][..], &["a.txt"]] {
+                let folder = tempfile::tempdir().unwrap();
+                let path = folder.path().join("a.txt");
+                for file in older {
+                    fs::write(folder.path().join(file), "old").unwrap();
                 }
-                let mut child = stopped_while_it_writes(run(&scene, &out), &out);
+                let mut child = Command::new(std::env::current_exe().unwrap())
+                    .args(["--exact", "--nocapture"])
+                    .arg("program::an_interrupted_write_leaves_nothing")
+                    .env(WRITE, &path)
+                    .stdin(Stdio::piped())
+                    .stdout(Stdio::piped())
+                    .spawn()
+                    .unwrap();
+                let mut said = BufReader::new(child.stdout.take().unwrap()).lines();
+                assert!(said.any(|line| line.unwrap().contains("begun")));
+                assert_eq!(names(folder.path()).len(), older.len() + 1);
+                let input = child.stdin.take(); // `wait` would close it
                 send(name, &child);
-                send("CONT", &child);
                 let status = child.wait().unwrap();
+                drop(input);
                 assert!(ended_by(status, number), "{name}: {status}");
-                only_whole_files(&out, &whole);
-                assert!(
-                    !out.join("report.json").exists(),
-                    "{name}: not all is there"
-                );
+                assert_eq!(names(folder.path()), older);
+                for file in older {
+                    let text = fs::read_to_string(folder.path().join(file)).unwrap();
+                    assert_eq!(text, "old");
+                }
             }
         }
     }
 
+    /// The program catches what it gives way to, and ends by it wherever it is, here where it waits for its scene.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_signal_ends_the_program_as_it_would_have() {
+        let folder = tempfile::tempdir().unwrap();
+        let (scene, out) = (pipe(folder.path()), folder.path().join("out"));
+        for (name, number) in ENDING {
+            let mut child = run(&scene, &out).spawn().unwrap();
+            // Opened when the other end is, which the program does after it has begun to watch.
+            let waits = File::options().write(true).open(&scene).unwrap();
+            let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+            let caught = status
+                .lines()
+                .find_map(|line| line.strip_prefix("SigCgt:"))
+                .map(|mask| u64::from_str_radix(mask.trim(), 16).unwrap());
+            assert_eq!(caught.unwrap() >> (number - 1) & 1, 1, "{name}: {status}");
+            send(name, &child);
+            let status = child.wait().unwrap();
+            drop(waits);
+            assert!(ended_by(status, number), "{name}: {status}");
+            assert!(!out.exists());
+        }
+    }
+
+    /// Where the program is when the signal comes depends on the machine; what holds does not.
     #[test]
     fn an_interrupt_at_any_moment_leaves_whole_files() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, whole) = (scene(folder.path()), folder.path().join("whole"));
-        let start = Instant::now();
         assert!(run(&scene, &whole).status().unwrap().success());
-        let full = start.elapsed();
-        const MOMENTS: u32 = 8;
-        for (k, moment) in (0..MOMENTS).flat_map(|moment| [(0, moment), (1, moment)]) {
-            let (name, number) = ENDING[k];
-            let out = folder.path().join(format!("{name}-{moment}"));
+        // From nothing on, over the first file, to the last ones.
+        for (k, seen) in (0..names(&whole).len()).step_by(2).enumerate() {
+            let (name, number) = ENDING[k % ENDING.len()];
+            let out = folder.path().join(format!("{name}-{seen}"));
             let mut child = run(&scene, &out).spawn().unwrap();
-            thread::sleep(full * moment / MOMENTS);
-            send(name, &child); // a child that has ended stays there until it is waited for
-            let status = child.wait().unwrap();
+            let status = loop {
+                if let Some(status) = child.try_wait().unwrap() {
+                    break status;
+                }
+                if seen == 0 || out.is_dir() && names(&out).len() >= seen {
+                    send(name, &child); // one that has just ended stays there until it is waited for
+                    break child.wait().unwrap();
+                }
+                std::thread::yield_now();
+            };
             assert!(status.success() || ended_by(status, number), "{status}");
-            assert_eq!(status.success(), out.join("report.json").exists());
+            assert!(!status.success() || out.join("report.json").exists());
             only_whole_files(&out, &whole);
         }
     }
@@ -204,19 +261,22 @@ mod program {
     #[test]
     fn a_signal_that_is_ignored_stays_so() {
         let folder = tempfile::tempdir().unwrap();
-        let (scene, out) = (scene(folder.path()), folder.path().join("out"));
-        let mut command = Command::new("sh");
-        command
+        let (scene, out) = (pipe(folder.path()), folder.path().join("out"));
+        let mut child = Command::new("sh")
             .args([
                 "-c",
                 "trap '' INT HUP; exec \"$0\" run --quiet \"$1\" --out \"$2\"",
                 PROGRAM,
             ])
-            .args([&scene, &out]);
-        let mut child = stopped_while_it_writes(command, &out);
-        for signal in ["INT", "HUP", "CONT"] {
+            .args([&scene, &out])
+            .spawn()
+            .unwrap();
+        let mut waits = File::options().write(true).open(&scene).unwrap();
+        for signal in ["INT", "HUP"] {
             send(signal, &child);
         }
+        waits.write_all(SCENE.as_bytes()).unwrap();
+        drop(waits);
         assert!(child.wait().unwrap().success());
         assert!(out.join("report.json").exists());
     }

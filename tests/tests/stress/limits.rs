@@ -13,7 +13,6 @@ use revolve_voxel::{
 };
 use std::path::Path;
 use std::process::Command;
-use std::time::Duration;
 
 fn body() -> Body {
     let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).expect("a cone");
@@ -317,8 +316,8 @@ fn a_folder_that_cannot_be_written_to_is_an_error() {
     );
 }
 
-/// A child writes one file over and over, each time with another number in all of it, and is killed at any moment: what is found
-/// is always one of those files, whole.
+/// A child writes one file over and over, each time with another number in all of it, and is killed after some of them, wherever it
+/// then is: what is found, before and after, is always one of those files, whole.
 #[test]
 fn a_process_killed_while_it_writes_leaves_a_whole_file() {
     const FILE: &str = "STRESS_INTERRUPTED_FILE";
@@ -332,9 +331,16 @@ fn a_process_killed_while_it_writes_leaves_a_whole_file() {
     }
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("a.npy");
-    let header = 128;
-    let mut kept = 0;
-    for round in 0..12 {
+    /// The number in a whole file; none before there is one.
+    fn number(file: &Path) -> Option<f32> {
+        let bytes = std::fs::read(file).ok()?;
+        let (header, samples) = bytes.split_at(128);
+        assert_eq!((header.len(), samples.len()), (128, 4 * LENGTH));
+        let (samples, _) = samples.as_chunks::<4>();
+        assert!(samples.iter().all(|sample| *sample == samples[0]));
+        Some(f32::from_le_bytes(samples[0]))
+    }
+    for round in 0_u8..12 {
         let mut child = Command::new(std::env::current_exe().expect("this program"))
             .args([
                 "--exact",
@@ -344,16 +350,13 @@ fn a_process_killed_while_it_writes_leaves_a_whole_file() {
             .stdout(std::process::Stdio::null())
             .spawn()
             .expect("a child");
-        std::thread::sleep(Duration::from_millis(40 + 7 * round));
+        let enough = f32::from(round / 4);
+        while number(&file).is_none_or(|found| found < enough) {
+            assert!(child.try_wait().expect("a child").is_none(), "it ended");
+        }
         child.kill().expect("a child that runs");
         child.wait().expect("a child that ends");
-        let Ok(bytes) = std::fs::read(&file) else {
-            continue; // killed before it wrote any
-        };
-        kept += 1;
-        assert_eq!(bytes.len(), header + 4 * LENGTH);
-        let samples = &bytes[header..];
-        assert!(samples.chunks(4).all(|sample| sample == &samples[..4]));
+        assert!(number(&file).is_some_and(|found| found >= enough));
+        std::fs::remove_file(&file).expect("the file");
     }
-    assert!(kept > 0, "no child ever wrote its file");
 }
