@@ -70,6 +70,7 @@ pub mod scene;
 pub mod study;
 mod timing;
 mod truth;
+mod view_time;
 mod volume_curve;
 mod work;
 
@@ -86,6 +87,7 @@ pub use phantom::{Numbers, Phantom, Thickness};
 pub use run::{GateReport, Progress, RunReport, run};
 pub use scene::Scene;
 pub use truth::{Measures, Regions, truth};
+pub use view_time::ViewTime;
 pub use volume_curve::{VolumeCurve, VolumeRange};
 pub use work::WorkReport;
 
