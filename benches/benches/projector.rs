@@ -34,7 +34,7 @@ fn scene() -> Scene {
         (-1.0, ellipsoid([18.0, 18.0, 80.0])),
     ])
     .unwrap();
-    let geometry = ParallelGeometry::uniform(VIEWS, std::f64::consts::PI, N, 1.0).unwrap();
+    let geometry = ParallelGeometry::half_turn(VIEWS, N, 1.0).unwrap();
     let grid = ImageGrid::square(N, 1.0).unwrap();
     let slices = SliceAxis::new(N, 1.0).unwrap();
     let exact = |sampling| shell.sinogram(&geometry, &slices, sampling, ORDER).unwrap();
@@ -263,7 +263,7 @@ fn forward(c: &mut Criterion) {
 
 /// Ten iterations of each solver on one slice, with the residual reached.
 fn iterative(c: &mut Criterion) {
-    let geometry = ParallelGeometry::uniform(VIEWS, std::f64::consts::PI, N, 1.0).unwrap();
+    let geometry = ParallelGeometry::half_turn(VIEWS, N, 1.0).unwrap();
     let grid = ImageGrid::square(N, 1.0).unwrap();
     let head = radon::Phantom2::shepp_logan(N as f64 / 2.0).unwrap();
     let data: Vec<f32> = head.sinogram(&geometry, BinSampling::Mean).expect("room");

@@ -20,7 +20,7 @@ struct Case {
 }
 
 fn case(n: usize, n_views: usize) -> Case {
-    let geometry = ParallelGeometry::uniform(n_views, PI, n, 1.0).unwrap();
+    let geometry = ParallelGeometry::half_turn(n_views, n, 1.0).unwrap();
     let grid = ImageGrid::square(n, 1.0).unwrap();
     let phantom = Phantom2::shepp_logan(n as f64 / 2.0).unwrap();
     let (sinogram, image) = (
