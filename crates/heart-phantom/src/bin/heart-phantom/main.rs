@@ -29,7 +29,7 @@ fn main() -> ExitCode {
             if arguments.json {
                 complain(&as_json(&error));
             } else {
-                complain(&format_args!("error: {error}"));
+                complain(&format_args!("error: {}", told(&error)));
             }
             ExitCode::from(code(&error))
         }
@@ -53,6 +53,21 @@ fn complain(what: &dyn Display) {
     let _ = writeln!(io::stderr(), "{what}");
 }
 
+/// The error and what led to it, each message once.
+fn told(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let said = error.to_string();
+        // Some messages end with their cause.
+        if !text.ends_with(&said) {
+            text = format!("{text}: {said}");
+        }
+        cause = error.source();
+    }
+    text
+}
+
 /// 2 for what the user can put right in the command or the scene, 1 for what went wrong at work.
 fn code(error: &PhantomError) -> u8 {
     match error {
@@ -70,7 +85,7 @@ fn code(error: &PhantomError) -> u8 {
 }
 
 fn as_json(error: &PhantomError) -> serde_json::Value {
-    let mut json = serde_json::json!({ "error": error.to_string(), "code": code(error) });
+    let mut json = serde_json::json!({ "error": told(error), "code": code(error) });
     if let PhantomError::Scene(scene) = error {
         json["file"] = serde_json::json!(scene.file);
         json["field"] = serde_json::json!(scene.field);
@@ -78,4 +93,25 @@ fn as_json(error: &PhantomError) -> serde_json::Value {
         json["column"] = serde_json::json!(scene.place.map(|[_, column]| column));
     }
     json
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use membrane_newton::{MembraneError, NewtonError};
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let value = f64::NAN;
+        let quantity = "radius";
+        let cause = MembraneError::NotFinite { quantity, value };
+        let error = PhantomError::Membrane(NewtonError::from(cause));
+        let said = "the membrane cannot be solved for: radius must be finite, got NaN";
+        assert_eq!(told(&error), said);
+        assert_eq!(as_json(&error)["error"], said);
+        let path = "a.toml".into();
+        let source = io::Error::from(io::ErrorKind::NotFound);
+        let error = PhantomError::Read { path, source };
+        assert_eq!(told(&error), "cannot read a.toml: entity not found");
+    }
 }
