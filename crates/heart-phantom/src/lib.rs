@@ -84,7 +84,7 @@ pub use error::PhantomError;
 pub use heart::{Balloon, Heart, HeartShape};
 pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
 pub use phantom::{Numbers, Phantom, Thickness};
-pub use run::{GateReport, Progress, RunReport, run};
+pub use run::{GateReport, PictureReport, Progress, RunReport, run};
 pub use scene::Scene;
 pub use truth::{Measures, Regions, truth};
 pub use view_time::ViewTime;
