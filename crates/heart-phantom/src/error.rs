@@ -1,5 +1,6 @@
 //! What can go wrong, with the numbers that show why.
 
+use crate::text::{Number, shown, shown_path};
 use std::path::PathBuf;
 
 /// Every failure of this crate.
@@ -7,7 +8,7 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum PhantomError {
     /// A number is not finite or outside the range that makes sense.
-    #[error("{what} is {given}, must be between {min} and {max}")]
+    #[error("{what} is {}, must be between {} and {}", Number(*given), Number(*min), Number(*max))]
     OutOfRange {
         /// Which quantity.
         what: &'static str,
@@ -49,10 +50,12 @@ pub enum PhantomError {
         expected: usize,
     },
     /// The system would not give the threads asked for.
-    #[error("cannot start {given} threads")]
+    #[error("cannot start {}: {source}", threads(*given))]
     Threads {
         /// The number asked for; 0 for one a core.
         given: usize,
+        /// What the operating system said.
+        source: rayon::ThreadPoolBuildError,
     },
     /// A balloon's dimensions or stiffness make no membrane.
     #[error(transparent)]
@@ -97,7 +100,7 @@ pub enum PhantomError {
         what: &'static str,
     },
     /// A path does not end as its format wants, or its name cannot stand in a header.
-    #[error("{}: the name must end in .{expected}", path.display())]
+    #[error("{}: the name must end in .{expected}", shown_path(path))]
     Extension {
         /// The path given.
         path: PathBuf,
@@ -126,15 +129,24 @@ pub enum PhantomError {
         steps: usize,
     },
     /// A file could not be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}", shown_path(path))]
     Read {
         /// The file.
         path: PathBuf,
         /// What the operating system said.
         source: std::io::Error,
     },
+    /// Somebody else writes into the folder.
+    #[error("another run writes to {}: {}", shown_path(path), shown(holder))]
+    Busy {
+        /// The folder.
+        path: PathBuf,
+        /// Process and computer.
+        // tidy: allow string: what the other process has written
+        holder: String,
+    },
     /// A file or folder could not be written.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {source}", shown_path(path))]
     File {
         /// The file or folder.
         path: PathBuf,
@@ -150,6 +162,15 @@ impl From<crate::figures::FigureError> for PhantomError {
             crate::figures::FigureError::File(error) => error,
             error => Self::Figure(Box::new(error)),
         }
+    }
+}
+
+/// The threads of [`PhantomError::Threads`].
+fn threads(given: usize) -> String {
+    match given {
+        0 => "a thread for each core".to_owned(),
+        1 => "a thread".to_owned(),
+        n => format!("{n} threads"),
     }
 }
 
@@ -189,5 +210,28 @@ pub(crate) fn check_count(
             min,
             max,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_are_named_as_they_were_asked_for() {
+        // A second global pool is refused, whatever the machine.
+        let refused = || {
+            let build = || rayon::ThreadPoolBuilder::new().build_global();
+            build().and_then(|()| build()).unwrap_err()
+        };
+        for (given, says) in [
+            (0, "cannot start a thread for each core: "),
+            (1, "cannot start a thread: "),
+            (4096, "cannot start 4096 threads: "),
+        ] {
+            let source = refused();
+            let error = PhantomError::Threads { given, source };
+            assert!(error.to_string().starts_with(says), "{error}");
+        }
     }
 }

@@ -19,6 +19,7 @@ fn what_is_unfinished_goes_and_what_was_there_stays() {
     let (go_on, may_go_on) = mpsc::channel();
     let released = AtomicBool::new(false);
     thread::scope(|scope| {
+        let go_on = go_on; // dropped by a panic, which then ends the wait
         let writer = scope.spawn(|| {
             let written = write_atomically(&path, move |out| {
                 out.write_all(b"half")?;

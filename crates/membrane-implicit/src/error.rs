@@ -7,23 +7,21 @@ use membrane_newton::{MembraneError, NewtonError};
 #[non_exhaustive]
 pub enum ImplicitError {
     /// The membrane could not be discretised, or its nodes ran together.
-    #[error("no forces at t = {time}")]
+    #[error("at t = {time}: {error}")]
     Membrane {
         /// Time at which it happened.
         time: f64,
         /// What the forces reported.
-        #[source]
         error: MembraneError,
     },
     /// A linear system of a step could not be factored.
-    #[error("no step from t = {time} with dt = {dt}")]
+    #[error("at t = {time}, dt = {dt}: {error}")]
     Linear {
         /// Time at the start of the step.
         time: f64,
         /// Time step.
         dt: f64,
         /// What the factorisation reported.
-        #[source]
         error: NewtonError,
     },
     /// A number lies outside the range allowed for it.

@@ -62,10 +62,10 @@ impl Solver {
     pub fn new(membrane: &Membrane, discretisation: Discretisation) -> Result<Self, NewtonError> {
         let plan = match discretisation {
             Discretisation::FiniteDifferences { nodes } => {
-                Arc::new(Plan::differences(membrane, nodes)?)
+                Plan::differences(membrane, nodes).map(Arc::new)
             }
             Discretisation::Spectral { degree, per_piece } => {
-                Arc::new(Plan::spectral(membrane, degree, per_piece)?)
+                Plan::spectral(membrane, degree, per_piece).map(Arc::new)
             }
             Discretisation::SpectralAdaptive { tolerance } => {
                 if !(tolerance.is_finite() && tolerance > 0.0) {
@@ -75,10 +75,14 @@ impl Solver {
                         above: 0.0,
                     });
                 }
-                Plan::adaptive(membrane, tolerance)?
+                return Ok(Self {
+                    plan: Plan::adaptive(membrane, tolerance)?,
+                });
             }
         };
-        Ok(Self { plan })
+        Ok(Self {
+            plan: plan.map_err(NewtonError::membrane)?,
+        })
     }
 
     /// Measures of the start: the rest shape with its ends held.

@@ -94,7 +94,9 @@ impl ResidualSystem for Direct<'_> {
 
     fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
         self.differences.elastic_force_into(x, &mut self.elastic);
-        self.differences.pressure_force_into(x, self.load, out)?;
+        self.differences
+            .pressure_force_into(x, self.load, out)
+            .map_err(NewtonError::membrane)?;
         for (out, elastic) in out.iter_mut().zip(&self.elastic) {
             *out += elastic;
         }
@@ -116,16 +118,14 @@ impl ResidualSystem for Direct<'_> {
             PaperJacobian::AsPrinted => {
                 differences.add_pressure_tangent_as_printed_into(x, self.load, 1.0, tangent)
             }
-        }?;
+        }
+        .map_err(NewtonError::membrane)?;
         hold_rows(differences, tangent)?;
-        self.lu.factor(tangent)?;
-        Ok(())
+        self.lu.factor(tangent)
     }
 
-    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
-        let lu = self.lu.factored().ok_or(NewtonError::NotFactored)?;
-        lu.solve_into(rhs);
-        Ok(())
+    fn solve_in_place(&mut self, rhs: &mut [f64]) {
+        self.lu.solve_into(rhs);
     }
 
     fn residual_norm(&self, residual: &[f64]) -> f64 {

@@ -11,10 +11,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The temporary files that are there. Held locked while one of them comes, goes or takes its name.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+/// Names tried for a temporary file.
+const MOST_NAMES: usize = 1000;
 
 /// Writes a file atomically: `fill` writes to a temporary file in the same folder, which then
 /// takes the name `path`. On any failure (no such folder, no permission, disk full) the temporary
-/// file is removed and an older file at `path` stays as it was.
+/// file is removed and an older file at `path` stays as it was. The temporary file is always a new one, and a link at `path` is
+/// replaced, not followed.
 ///
 /// A program that is ended from outside leaves no half file under any name if it calls [`remove_unfinished`] first, as the
 /// command line does; otherwise, or where it is killed outright, at most a temporary one with the ending `.tmp`. Nothing waits for
@@ -124,35 +127,37 @@ impl Pending {
         path: &Path,
         fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
     ) -> Result<Self, PhantomError> {
-        // The process id keeps two runs that write the same file from sharing a temporary one,
-        // the counter two threads.
-        static COUNT: AtomicU64 = AtomicU64::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let mut temporary = path
-            .file_name()
-            .ok_or_else(|| failed(path, io::ErrorKind::InvalidInput.into()))?
-            .to_os_string();
-        temporary.push(format!(".{}-{count}.tmp", std::process::id()));
-        let pending = Self {
-            temporary: path.with_file_name(temporary),
-            path: path.to_path_buf(),
-        };
-        pending
-            .create()
-            .and_then(|file| {
-                let mut out = BufWriter::with_capacity(PIECE, file);
-                fill(&mut out)?;
-                out.flush()
-            })
+        let (pending, file) = Self::begin(path).map_err(|source| failed(path, source))?;
+        let mut out = BufWriter::with_capacity(PIECE, file);
+        fill(&mut out)
+            .and_then(|()| out.flush())
             .map_err(|source| failed(path, source))?;
         Ok(pending)
     }
 
-    fn create(&self) -> io::Result<File> {
+    /// A new file beside `path`. One that is there already, or a link that somebody has put there, is never opened: the next name is
+    /// tried.
+    fn begin(path: &Path) -> io::Result<(Self, File)> {
+        // The process id keeps two runs from trying each other's names, the counter two threads.
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let name = path.file_name().ok_or(io::ErrorKind::InvalidInput)?;
         let mut unfinished = unfinished();
-        let file = File::create(&self.temporary)?;
-        unfinished.insert(self.temporary.clone());
-        Ok(file)
+        for _ in 0..MOST_NAMES {
+            let count = COUNT.fetch_add(1, Ordering::Relaxed);
+            let mut temporary = name.to_os_string();
+            temporary.push(format!(".{}-{count}.tmp", std::process::id()));
+            let temporary = path.with_file_name(temporary);
+            match File::create_new(&temporary) {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(error),
+                Ok(file) => {
+                    unfinished.insert(temporary.clone());
+                    let path = path.to_path_buf();
+                    return Ok((Self { temporary, path }, file));
+                }
+            }
+        }
+        Err(io::ErrorKind::AlreadyExists.into())
     }
 
     pub(super) fn commit(self) -> Result<(), PhantomError> {
@@ -177,11 +182,11 @@ impl Drop for Pending {
 }
 
 /// The set is whole at any moment, so that a panic elsewhere takes nothing from it.
-fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+pub(super) fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn failed(path: &Path, source: io::Error) -> PhantomError {
+pub(super) fn failed(path: &Path, source: io::Error) -> PhantomError {
     PhantomError::File {
         path: path.to_path_buf(),
         source,
@@ -204,6 +209,24 @@ mod tests {
         assert!(matches!(result, Err(PhantomError::File { .. })));
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    /// Links to a file that is none of ours, under every name that a temporary file will have for a while, and under the last one.
+    #[cfg(unix)]
+    #[test]
+    fn no_link_is_written_through() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, other] = ["a.txt", "other"].map(|name| folder.path().join(name));
+        fs::write(&other, "not ours").unwrap();
+        let link = |name: &str| std::os::unix::fs::symlink(&other, folder.path().join(name));
+        link("a.txt").unwrap();
+        for count in 0..MOST_NAMES / 2 {
+            link(&format!("a.txt.{}-{count}.tmp", std::process::id())).unwrap();
+        }
+        write_atomically(&path, |out| out.write_all(b"ours")).unwrap();
+        assert_eq!(fs::read_to_string(&other).unwrap(), "not ours");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "ours");
+        assert!(fs::symlink_metadata(&path).unwrap().is_file());
     }
 
     #[test]

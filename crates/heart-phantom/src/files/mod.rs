@@ -27,7 +27,8 @@
 //!
 //! A file appears under its name when it is complete. Of two files that belong together the header comes last, so that a
 //! header always points to the whole data that it describes. A program that may be interrupted calls [`remove_unfinished`] before
-//! it ends; then it leaves nothing else behind.
+//! it ends; then it leaves nothing else behind. Whoever writes several files into a folder holds its lock ([`lock_folder`]), so that
+//! no two runs mix theirs.
 //!
 //! [`PhantomError`]: crate::PhantomError
 //!
@@ -44,6 +45,7 @@
 mod atomic;
 mod format;
 mod interfile;
+mod lock;
 mod mesh;
 mod metaimage;
 mod nifti;
@@ -59,10 +61,9 @@ mod volume;
 pub(crate) use atomic::remove_if_there;
 pub use atomic::{HeldWrites, create_writable_folder, remove_unfinished, write_atomically};
 pub use format::{Format, write_projections, write_volume};
+pub use lock::{FolderLock, lock_folder};
 pub use mesh::{write_ply, write_stl};
 pub use npy::write_npy;
-#[cfg(feature = "figures")]
-pub(crate) use picture::put_png;
 #[cfg(feature = "figures")]
 pub use picture::{Section, write_gif, write_png};
 pub use projections::Projections;

@@ -4,6 +4,7 @@ use super::*;
 use crate::activity::MAX_ACTIVITY;
 use crate::camera::MOST_SAMPLES;
 use crate::files::Format;
+use crate::text::Number;
 use crate::timing::MAX_POINTS_OF_ALL;
 use crate::volume_curve::{MAX_GAIN, check_curve};
 use crate::{Uptake, VolumeCurve, VolumeRange};
@@ -43,11 +44,8 @@ fn within(field: &str, given: f64, [min, max]: [f64; 2]) -> Checked {
     if given >= min && given <= max {
         Ok(())
     } else {
-        Err(fault(
-            field,
-            given,
-            format!("must be between {min} and {max}"),
-        ))
+        let wanted = format!("must be between {} and {}", Number(min), Number(max));
+        Err(fault(field, Number(given), wanted))
     }
 }
 
@@ -120,12 +118,12 @@ fn heart(heart: &HeartSettings) -> Checked {
     let (inner, outer) = (heart.inner, heart.outer);
     if outer.radius <= inner.radius {
         let wanted = format!("must be more than heart.inner.radius = {}", inner.radius);
-        return Err(fault("heart.outer.radius", outer.radius, wanted));
+        return Err(fault("heart.outer.radius", Number(outer.radius), wanted));
     }
     if outer.length + outer.radius <= inner.length + inner.radius {
         let least = inner.length + inner.radius - outer.radius;
         let wanted = format!("must be more than {least}, or the inner apex is outside");
-        return Err(fault("heart.outer.length", outer.length, wanted));
+        return Err(fault("heart.outer.length", Number(outer.length), wanted));
     }
     match heart.discretisation {
         DiscretisationSettings::Differences { nodes } => count(
@@ -180,11 +178,8 @@ fn cycle(cycle: &CycleSettings, inner: &BalloonSettings) -> Checked {
                 if given >= least {
                     Ok(())
                 } else {
-                    Err(fault(
-                        field,
-                        given,
-                        format!("must be at least {least}, {why}"),
-                    ))
+                    let wanted = format!("must be at least {}, {why}", Number(least));
+                    Err(fault(field, Number(given), wanted))
                 }
             };
             above(
@@ -230,10 +225,11 @@ fn defect(name: &str, defect: &DefectSettings) -> Checked {
         if from >= low && from < to && to <= high {
             Ok(())
         } else {
+            let (low, high) = (Number(low), Number(high));
             let wanted = format!("must be [from, to] with {low} <= from < to <= {high}");
             Err(fault(
                 &format!("{name}.{field}"),
-                format!("[{from}, {to}]"),
+                format!("[{}, {}]", Number(from), Number(to)),
                 wanted,
             ))
         }

@@ -14,6 +14,7 @@ pub use sections::{
 };
 
 use crate::error::PhantomError;
+use crate::text::{shown, shown_path};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::fs::File;
@@ -244,7 +245,8 @@ impl Scene {
     }
 }
 
-/// What is wrong with a scene, and where.
+/// What is wrong with a scene, and where. Shown on one line, with escapes for what a terminal would not show; what stands in the
+/// file is cut where it is long.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneError {
     /// The file, if it came from one.
@@ -264,19 +266,20 @@ pub struct SceneError {
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (&self.file, self.place) {
-            (Some(file), Some([line, column])) => {
-                write!(f, "{}:{line}:{column}: ", file.display())?
-            }
-            (Some(file), None) => write!(f, "{}: ", file.display())?,
+        let file = self.file.as_deref().map(shown_path);
+        match (file, self.place) {
+            (Some(file), Some([line, column])) => write!(f, "{file}:{line}:{column}: ")?,
+            (Some(file), None) => write!(f, "{file}: ")?,
             (None, Some([line, column])) => write!(f, "line {line}, column {column}: ")?,
             (None, None) => {}
         }
-        match (self.field.as_str(), self.given.as_str()) {
-            ("", "") => write!(f, "{}", self.wanted),
-            ("", given) => write!(f, "`{given}`: {}", self.wanted),
-            (field, "") => write!(f, "{field}: {}", self.wanted),
-            (field, given) => write!(f, "{field} is {given}; {}", self.wanted),
+        let [field, given, wanted] =
+            [&self.field, &self.given, &self.wanted].map(|text| shown(text));
+        match (field.as_str(), given.as_str()) {
+            ("", "") => write!(f, "{wanted}"),
+            ("", given) => write!(f, "`{given}`: {wanted}"),
+            (field, "") => write!(f, "{field}: {wanted}"),
+            (field, given) => write!(f, "{field} is {given}; {wanted}"),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Where in the text a field stands.
 
 use super::SceneError;
+use crate::text::{MOST, cut};
 use std::ops::Range;
 use std::str::Utf8Error;
 use toml::Spanned;
@@ -8,6 +9,8 @@ use toml::de::{DeTable, DeValue};
 
 /// Longest piece of the user's text that an error repeats.
 const MOST_QUOTED: usize = 60;
+/// Longest message of the parser, in characters.
+const MOST_MESSAGE: usize = 500;
 
 /// What the parser had to say, with the field in which it said so.
 pub(super) fn syntax(text: &str, error: &toml::de::Error) -> SceneError {
@@ -21,9 +24,9 @@ pub(super) fn syntax(text: &str, error: &toml::de::Error) -> SceneError {
     SceneError {
         file: None,
         place,
-        field,
+        field: cut(&field, MOST),
         given: if short && is_value { quoted } else { "" }.to_owned(),
-        wanted: plain(error.message().trim()),
+        wanted: plain(&short_of(error.message().trim())),
     }
 }
 
@@ -37,6 +40,20 @@ pub(super) fn not_text(bytes: &[u8], error: Utf8Error) -> SceneError {
         given: String::new(),
         wanted: "is not UTF-8; save the file in that encoding".to_owned(),
     }
+}
+
+/// The parser's message, in which a text of the user may stand before what was expected, with that cut.
+fn short_of(message: &str) -> String {
+    for (open, close) in [("`", "`, expected"), ("\"", "\", expected")] {
+        if let (Some(from), Some(to)) = (message.find(open), message.rfind(close))
+            && from < to
+        {
+            let from = from + open.len();
+            let (before, given, after) = (&message[..from], &message[from..to], &message[to..]);
+            return format!("{before}{}{after}", cut(given, MOST));
+        }
+    }
+    cut(message, MOST_MESSAGE)
 }
 
 /// The parser's message without Rust's names for numbers.

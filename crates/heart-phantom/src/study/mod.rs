@@ -91,15 +91,14 @@ pub fn run(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Report, PhantomError> {
     options.validate()?;
-    files::create_writable_folder(out)?;
+    let _held = files::lock_folder(out)?;
     // It is there when everything else is: an older one would speak of files that are about to change.
     files::remove_if_there(&out.join("report.json"))?;
+    let given = options.threads.unwrap_or(0);
     let threads = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads.unwrap_or(0))
+        .num_threads(given)
         .build()
-        .map_err(|_| PhantomError::Threads {
-            given: options.threads.unwrap_or(0),
-        })?;
+        .map_err(|source| PhantomError::Threads { given, source })?;
     threads.install(|| run_in_pool(options, out, progress))
 }
 

@@ -2,7 +2,6 @@
 
 mod artefacts;
 mod defects;
-mod times;
 mod twin;
 
 use heart_phantom::scene::{

@@ -15,7 +15,7 @@ name file, line, column and field, and say what would be right.";
 
 /// A beating heart phantom with exact ground truth.
 #[derive(Debug, Parser)]
-#[command(version, about, arg_required_else_help = true, after_help = AFTER)]
+#[command(version, about, bin_name = "heart-phantom", arg_required_else_help = true, after_help = AFTER)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -57,7 +57,7 @@ pub(crate) enum Command {
         /// The scene.
         scene: PathBuf,
         /// Phase of the cycle, 0 to 1.
-        #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+        #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
         phase: f64,
         /// Folder for the exact activity, the labels and the surfaces at that phase.
         #[arg(long, value_name = "DIR")]
@@ -106,10 +106,10 @@ pub(crate) struct Paper {
     #[arg(long, default_value_t = StudyOptions::default().views)]
     pub(crate) views: usize,
     /// Volume gain of the cavity at the height of the cycle (0.6 is an ejection fraction of 0.375).
-    #[arg(long, default_value_t = StudyOptions::default().gain, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = StudyOptions::default().gain, allow_hyphen_values = true)]
     pub(crate) gain: f64,
     /// Heart rate in beats per minute.
-    #[arg(long, default_value_t = StudyOptions::default().beats_per_minute, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = StudyOptions::default().beats_per_minute, allow_hyphen_values = true)]
     pub(crate) bpm: f64,
     /// Nodes of a membrane.
     #[arg(long, default_value_t = StudyOptions::default().nodes)]

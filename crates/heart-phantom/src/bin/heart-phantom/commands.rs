@@ -1,6 +1,7 @@
 //! What each command does.
 
 use crate::arguments::{Arguments, Command, Paper};
+use crate::output::{Answer, Failure};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
@@ -10,20 +11,20 @@ use heart_phantom::{Phantom, PhantomError, Progress};
 use indicatif::{ProgressBar, ProgressStyle};
 use revolve_voxel::VoxelGrid;
 use serde_json::json;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
-type Done = Result<(), PhantomError>;
+type Done = Result<Answer, Failure>;
 
 pub(crate) fn run(arguments: &Arguments) -> Done {
     match &arguments.command {
         Command::Paper(options) => paper(arguments, options),
         Command::Init { file } => init(file.as_deref()),
-        Command::Check { scene } => check(arguments, scene),
+        Command::Check { scene } => check(scene),
         Command::Run { scene, out } => in_pool(arguments, || run_scene(arguments, scene, out)),
-        Command::Truth { scene, phase, out } => in_pool(arguments, || {
-            truth(arguments, scene, *phase, out.as_deref())
-        }),
+        Command::Truth { scene, phase, out } => {
+            in_pool(arguments, || truth(scene, *phase, out.as_deref()))
+        }
         Command::View {
             scene,
             view,
@@ -32,13 +33,9 @@ pub(crate) fn run(arguments: &Arguments) -> Done {
         } => in_pool(arguments, || one_view(scene, [*gate, *view], out)),
         Command::Completions { shell } => {
             let mut script = Vec::new();
-            clap_complete::generate(
-                *shell,
-                &mut Arguments::command(),
-                "heart-phantom",
-                &mut script,
-            );
-            to_stdout(|out| out.write_all(&script))
+            let mut command = Arguments::command();
+            clap_complete::generate(*shell, &mut command, "heart-phantom", &mut script);
+            Ok(text(&script))
         }
         Command::Man { command } => man(command.as_deref()),
     }
@@ -49,7 +46,7 @@ fn in_pool(arguments: &Arguments, work: impl FnOnce() -> Done + Send) -> Done {
     rayon::ThreadPoolBuilder::new()
         .num_threads(given)
         .build()
-        .map_err(|_| PhantomError::Threads { given })?
+        .map_err(|source| PhantomError::Threads { given, source })?
         .install(work)
 }
 
@@ -67,70 +64,68 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
     let report = study::run(&options, &paper.out, &|progress| show(&bar, progress));
     bar.finish_and_clear();
     let report = report?;
-    if arguments.json {
-        return print_json(&json!(report));
-    }
     let shown = if options.figures {
         "index.html"
     } else {
         "report.json"
     };
-    say(
-        arguments,
-        &[
-            study::summary(&report),
-            format!("written to {}", paper.out.join(shown).display()),
-        ],
-    )
+    let lines = study::summary(&report).lines().map(String::from).collect();
+    let lines = [
+        lines,
+        vec![format!("written to {}", paper.out.join(shown).display())],
+    ]
+    .concat();
+    Ok(Answer::Report(json!(report), lines))
 }
 
 fn init(file: Option<&Path>) -> Done {
     let text = Scene::default().to_toml();
-    match file {
-        None => to_stdout(|out| out.write_all(text.as_bytes())),
-        Some(path) if path.exists() => Err(PhantomError::File {
+    let Some(path) = file else {
+        return Ok(Answer::Text(text));
+    };
+    if path.exists() {
+        return Err(Failure::Phantom(PhantomError::File {
             path: path.to_path_buf(),
             source: io::Error::new(io::ErrorKind::AlreadyExists, "it exists already"),
-        }),
-        Some(path) => files::write_atomically(path, |out| out.write_all(text.as_bytes())),
+        }));
     }
+    files::write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+    Ok(Answer::Report(
+        json!({ "file": path.to_string_lossy() }),
+        Vec::new(),
+    ))
 }
 
-fn check(arguments: &Arguments, path: &Path) -> Done {
+fn check(path: &Path) -> Done {
     let phantom = Phantom::load(path)?;
     let camera = phantom.camera();
     let samples = phantom.n_gates() * camera.n_views() * camera.view_len();
-    if arguments.json {
-        let found = json!({
-            "scene": phantom.scene(), "gates": phantom.n_gates(), "samples": samples,
-            "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(), "bytes": bytes_to_write(&phantom),
-        });
-        return print_json(&found);
-    }
+    let found = json!({
+        "scene": phantom.scene(), "gates": phantom.n_gates(), "samples": samples,
+        "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(), "bytes": bytes_to_write(&phantom),
+    });
     let ([nx, ny, nz], [x, y, z]) = (camera.grid().shape(), camera.grid().spacing());
     let [low, high] = phantom.cycle().gains();
-    say(
-        arguments,
-        &[
-            format!("{} is a scene", path.display()),
-            format!(
-                "  {} set(s) of {} views, {} rows x {} bins",
-                phantom.n_gates(),
-                camera.n_views(),
-                camera.n_rows(),
-                camera.n_bins()
-            ),
-            format!("  {nx} x {ny} x {nz} voxels of {x} x {y} x {z} cm"),
-            format!(
-                "  volume gain {low} to {high}, ejection fraction {:.4}",
-                (high - low) / (1.0 + high)
-            ),
-            format!(
-                "  arrays of {:.1} MiB to write",
-                bytes_to_write(&phantom) as f64 / f64::from(1 << 20)
-            ),
-        ],
-    )
+    let lines = vec![
+        format!("{} is a scene", path.display()),
+        format!(
+            "  {} set(s) of {} views, {} rows x {} bins",
+            phantom.n_gates(),
+            camera.n_views(),
+            camera.n_rows(),
+            camera.n_bins()
+        ),
+        format!("  {nx} x {ny} x {nz} voxels of {x} x {y} x {z} cm"),
+        format!(
+            "  volume gain {low} to {high}, ejection fraction {:.4}",
+            (high - low) / (1.0 + high)
+        ),
+        format!(
+            "  arrays of {:.1} MiB to write",
+            bytes_to_write(&phantom) as f64 / f64::from(1 << 20)
+        ),
+    ];
+    Ok(Answer::Report(found, lines))
 }
 
 /// What `run` would write in arrays before compression: four bytes a sample, one a label.
@@ -154,39 +149,33 @@ fn run_scene(arguments: &Arguments, scene: &Path, out: &Path) -> Done {
     let report = heart_phantom::run(&phantom, out, &|progress| show(&bar, progress));
     bar.finish_and_clear();
     let report = report?;
-    if arguments.json {
-        return print_json(&json!(report));
-    }
     let numbers = &report.numbers;
-    say(
-        arguments,
-        &[
-            format!(
-                "EDV {:.2} mL  ESV {:.2} mL  EF {:.4}  wall {:.2} mL",
-                numbers.edv, numbers.esv, numbers.ejection_fraction, numbers.wall_volume
-            ),
-            format!(
-                "{} shapes solved, {} rays cast, {} skipped",
-                report.work.shapes_solved, report.work.rays_cast, report.work.rays_skipped
-            ),
-            format!("{} files written to {}", report.files.len(), out.display()),
-        ],
-    )
+    let lines = vec![
+        format!(
+            "EDV {:.2} mL  ESV {:.2} mL  EF {:.4}  wall {:.2} mL",
+            numbers.edv, numbers.esv, numbers.ejection_fraction, numbers.wall_volume
+        ),
+        format!(
+            "{} shapes solved, {} rays cast, {} skipped",
+            report.work.shapes_solved, report.work.rays_cast, report.work.rays_skipped
+        ),
+        format!("{} files written to {}", report.files.len(), out.display()),
+    ];
+    Ok(Answer::Report(json!(report), lines))
 }
 
-fn truth(arguments: &Arguments, scene: &Path, phase: f64, out: Option<&Path>) -> Done {
+fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
     if !(0.0..=1.0).contains(&phase) {
-        return Err(PhantomError::OutOfRange {
+        return Err(Failure::Phantom(PhantomError::OutOfRange {
             what: "phase",
             given: phase,
             min: 0.0,
             max: 1.0,
-        });
+        }));
     }
+    let phase = phase + 0.0; // -0 is 0
     let phantom = Phantom::load(scene)?;
-    if let Some(out) = out {
-        files::create_writable_folder(out)?;
-    }
+    let _held = out.map(files::lock_folder).transpose()?;
     let shape = phantom.shape(phase)?;
     let [cavity, outer] = shape.volumes();
     let thickness = phantom.thickness(phase)?;
@@ -210,36 +199,32 @@ fn truth(arguments: &Arguments, scene: &Path, phase: f64, out: Option<&Path>) ->
         files::write_stl(&out.join("inner.stl"), &inner)?;
         files::write_stl(&out.join("outer.stl"), &outer)?;
     }
-    if arguments.json {
-        return print_json(&json!({
-            "phase": phase, "gain": shape.gain(), "cavity_ml": cavity, "wall_ml": outer - cavity, "thickness_cm": thickness,
-            "numbers": phantom.numbers()?, "work": phantom.work(),
-        }));
-    }
-    say(
-        arguments,
-        &[
-            format!(
-                "phase {phase}: cavity {cavity:.4} mL, wall {:.4} mL",
-                outer - cavity
-            ),
-            format!(
-                "wall {:.3} mm at the side, {:.3} mm at the apex",
-                10.0 * thickness.side,
-                10.0 * thickness.apex
-            ),
-        ],
-    )
+    let found = json!({
+        "phase": phase, "gain": shape.gain(), "cavity_ml": cavity, "wall_ml": outer - cavity, "thickness_cm": thickness,
+        "numbers": phantom.numbers()?, "work": phantom.work(),
+    });
+    let lines = vec![
+        format!(
+            "phase {phase}: cavity {cavity:.4} mL, wall {:.4} mL",
+            outer - cavity
+        ),
+        format!(
+            "wall {:.3} mm at the side, {:.3} mm at the apex",
+            10.0 * thickness.side,
+            10.0 * thickness.apex
+        ),
+    ];
+    Ok(Answer::Report(found, lines))
 }
 
 fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
     // The name is looked at before any work,
     let ends_in = |wanted: &str| out.extension().is_some_and(|extension| extension == wanted);
     if !ends_in("png") && !ends_in("npy") {
-        return Err(PhantomError::Extension {
+        return Err(Failure::Phantom(PhantomError::Extension {
             path: out.to_path_buf(),
             expected: "npy or .png",
-        });
+        }));
     }
     let phantom = Phantom::load(scene)?;
     // and so is its folder; `x.npy` has none of its own.
@@ -248,22 +233,25 @@ fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
     let camera = phantom.camera();
     let view = phantom.view(gate, view_idx)?;
     if ends_in("npy") {
-        return files::write_npy(out, &[camera.n_rows(), camera.n_bins()], &view);
+        files::write_npy(out, &[camera.n_rows(), camera.n_bins()], &view)?;
+    } else {
+        let [bin, row] = camera.detector().pitch();
+        let grid = VoxelGrid::centred(
+            [camera.n_bins(), 1, camera.n_rows()],
+            [bin, bin, row],
+            [0.0; 3],
+        )
+        .map_err(PhantomError::from)?;
+        let most = view.iter().copied().fold(0.0f32, f32::max);
+        let grey = [0.0, if most > 0.0 { f64::from(most) } else { 1.0 }];
+        let picture = Volume::new(grid, view.as_slice())?;
+        files::write_png(out, &picture, Section::Coronal(0), grey)?;
     }
-    let [bin, row] = camera.detector().pitch();
-    let grid = VoxelGrid::centred(
-        [camera.n_bins(), 1, camera.n_rows()],
-        [bin, bin, row],
-        [0.0; 3],
-    )?;
-    let most = view.iter().copied().fold(0.0f32, f32::max);
-    let grey = [0.0, if most > 0.0 { f64::from(most) } else { 1.0 }];
-    files::write_png(
-        out,
-        &Volume::new(grid, view.as_slice())?,
-        Section::Coronal(0),
-        grey,
-    )
+    let found = json!({
+        "file": out.to_string_lossy(), "gate": gate, "view": view_idx, "rows": camera.n_rows(), "bins": camera.n_bins(),
+        "work": phantom.work(),
+    });
+    Ok(Answer::Report(found, Vec::new()))
 }
 
 /// The page of the whole, which names those of its commands, or the page of one of them.
@@ -276,34 +264,22 @@ fn man(command: Option<&str>) -> Done {
             Some(command) => command.clone(),
             None => {
                 let what = format!("there is no command `{name}`");
-                whole.error(ErrorKind::InvalidValue, what).exit()
+                return Err(whole.error(ErrorKind::InvalidValue, what).into());
             }
         },
     };
-    to_stdout(|out| clap_mangen::Man::new(page).render(out))
-}
-
-/// Lines for people.
-fn say(arguments: &Arguments, lines: &[String]) -> Done {
-    if arguments.quiet {
-        return Ok(());
-    }
-    to_stdout(|out| lines.iter().try_for_each(|line| writeln!(out, "{line}")))
-}
-
-fn print_json(value: &serde_json::Value) -> Done {
-    to_stdout(|out| writeln!(out, "{value:#}"))
-}
-
-fn to_stdout(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Done {
-    match write(&mut io::stdout().lock()) {
-        // Whoever reads has seen enough.
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        written => written.map_err(|source| PhantomError::File {
-            path: "the standard output".into(),
+    let mut roff = Vec::new();
+    clap_mangen::Man::new(page)
+        .render(&mut roff)
+        .map_err(|source| PhantomError::File {
+            path: "the page".into(),
             source,
-        }),
-    }
+        })?;
+    Ok(text(&roff))
+}
+
+fn text(bytes: &[u8]) -> Answer {
+    Answer::Text(String::from_utf8_lossy(bytes).into_owned())
 }
 
 fn bar(arguments: &Arguments) -> ProgressBar {

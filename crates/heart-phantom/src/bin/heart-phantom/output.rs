@@ -1,0 +1,170 @@
+//! How the program answers: in words, or as JSON and nothing else, on either output.
+
+use heart_phantom::{PhantomError, shown};
+use serde_json::{Value, json};
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+/// What a command has to say.
+pub(crate) enum Answer {
+    /// What it found, as JSON and in lines for people.
+    Report(Value, Vec<String>),
+    /// A text that is asked for itself: a scene, a script, a page.
+    Text(String),
+}
+
+/// Why there is no answer.
+pub(crate) enum Failure {
+    Phantom(PhantomError),
+    /// A command line that cannot be understood, or that asks for help.
+    Usage(clap::Error),
+}
+
+impl From<PhantomError> for Failure {
+    fn from(error: PhantomError) -> Self {
+        Self::Phantom(error)
+    }
+}
+
+impl From<clap::Error> for Failure {
+    fn from(error: clap::Error) -> Self {
+        Self::Usage(error)
+    }
+}
+
+/// Where it goes.
+pub(crate) struct Output {
+    pub(crate) json: bool,
+    pub(crate) quiet: bool,
+    /// Told with the JSON.
+    warnings: Vec<String>,
+}
+
+impl Output {
+    pub(crate) fn new(json: bool, quiet: bool) -> Self {
+        let warnings = Vec::new();
+        Self {
+            json,
+            quiet,
+            warnings,
+        }
+    }
+
+    /// Something is not as it should be, and the work goes on.
+    pub(crate) fn warn(&mut self, warning: String) {
+        if self.json {
+            self.warnings.push(warning);
+        } else {
+            complain(&format!("warning: {warning}"));
+        }
+    }
+
+    /// The last word: what the command found, or why it did not.
+    pub(crate) fn end(&self, outcome: Result<Answer, Failure>) -> ExitCode {
+        let told = outcome.and_then(|answer| self.tell(answer).map_err(Failure::Phantom));
+        match told {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(Failure::Phantom(error)) => {
+                self.refuse(&error.to_string(), as_json(&error));
+                ExitCode::from(code(&error))
+            }
+            Err(Failure::Usage(error)) => self.usage(&error),
+        }
+    }
+
+    fn tell(&self, answer: Answer) -> Result<(), PhantomError> {
+        let text = match answer {
+            Answer::Report(found, _) if self.json => self.json_text(found),
+            Answer::Text(text) if self.json => self.json_text(json!({ "text": text })),
+            Answer::Text(text) => text,
+            Answer::Report(..) if self.quiet => return Ok(()),
+            Answer::Report(_, lines) => lines.iter().map(|line| shown(line) + "\n").collect(),
+        };
+        let mut out = io::stdout().lock();
+        match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+            // Whoever reads has seen enough.
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+            written => written.map_err(|source| PhantomError::File {
+                path: "the standard output".into(),
+                source,
+            }),
+        }
+    }
+
+    fn refuse(&self, text: &str, json: Value) {
+        if self.json {
+            complain(self.json_text(json).trim_end());
+        } else {
+            complain(&format!("error: {text}"));
+        }
+    }
+
+    fn usage(&self, error: &clap::Error) -> ExitCode {
+        if !error.use_stderr() {
+            let text = error.render();
+            return match (self.json, self.tell(Answer::Text(text.to_string()))) {
+                (false, _) => error.exit(), // with the terminal's colours
+                (true, Ok(())) => ExitCode::SUCCESS,
+                (true, Err(_)) => ExitCode::FAILURE,
+            };
+        }
+        let text = error.to_string();
+        let text = text.strip_prefix("error: ").unwrap_or(&text).trim();
+        self.refuse(text, json!({ "error": text, "code": 2 }));
+        ExitCode::from(2)
+    }
+
+    /// JSON of any object, with the warnings; what a terminal would not show is escaped, as JSON has it.
+    fn json_text(&self, mut value: Value) -> String {
+        if !self.warnings.is_empty() {
+            value["warnings"] = json!(self.warnings);
+        }
+        let mut text = String::new();
+        for c in format!("{value:#}\n").chars() {
+            if c == '\n' || shown(c.encode_utf8(&mut [0; 4])).chars().eq([c]) {
+                text.push(c);
+            } else {
+                for unit in c.encode_utf16(&mut [0; 2]) {
+                    text += &format!("\\u{unit:04x}");
+                }
+            }
+        }
+        text
+    }
+}
+
+/// To the standard error, line by line; if that is gone, the exit code has to say it all.
+fn complain(what: &str) {
+    let mut to = io::stderr().lock();
+    for line in what.lines() {
+        let _ = writeln!(to, "{}", shown(line));
+    }
+}
+
+/// 2 for what the user can put right in the command or the scene, 1 for what went wrong at work.
+fn code(error: &PhantomError) -> u8 {
+    match error {
+        PhantomError::Scene(_)
+        | PhantomError::Read { .. }
+        | PhantomError::Absent { .. }
+        | PhantomError::Crossed { .. }
+        | PhantomError::OutOfRange { .. }
+        | PhantomError::Count { .. }
+        | PhantomError::Odd { .. }
+        | PhantomError::Extension { .. }
+        | PhantomError::Unsupported { .. } => 2,
+        _ => 1,
+    }
+}
+
+fn as_json(error: &PhantomError) -> Value {
+    let mut json = json!({ "error": error.to_string(), "code": code(error) });
+    if let PhantomError::Scene(scene) = error {
+        let file = scene.file.as_ref().map(|file| file.to_string_lossy());
+        json["file"] = json!(file);
+        json["field"] = json!(scene.field);
+        json["line"] = json!(scene.place.map(|[line, _]| line));
+        json["column"] = json!(scene.place.map(|[_, column]| column));
+    }
+    json
+}

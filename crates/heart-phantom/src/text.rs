@@ -1,0 +1,109 @@
+//! Words of others in messages of ours: nothing in them moves a terminal, and none is longer than a person reads.
+
+use std::fmt;
+use std::path::Path;
+
+/// Longest piece of somebody else's text that a message repeats, in characters.
+pub(crate) const MOST: usize = 120;
+
+/// Whether a terminal shows nothing where the character stands, or does something instead: control characters (of both sets),
+/// marks that turn the direction of writing, and others without a glyph (Unicode's Cc, and of Cf, Zl and Zp what is no letter).
+fn is_unseen(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{feff}')
+        || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}')
+        || matches!(c, '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
+}
+
+/// A text on one line, with escapes as Rust writes them in place of what a terminal would not show or would obey: control
+/// characters, marks that turn the direction of writing. For names and words of others in messages, which errors of this crate
+/// show so.
+///
+/// ```
+/// assert_eq!(heart_phantom::shown("scene \u{1b}[31m\u{202e}.toml"), "scene \\u{1b}[31m\\u{202e}.toml");
+/// ```
+pub fn shown(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_unseen(c) {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}
+
+/// A path as [`shown`] has it; bytes that are no text stand as U+FFFD.
+pub(crate) fn shown_path(path: &Path) -> String {
+    shown(&path.to_string_lossy())
+}
+
+/// A text of at most so many characters; of a longer one its beginning, and how long it is.
+pub(crate) fn cut(text: &str, most: usize) -> String {
+    match text.char_indices().nth(most) {
+        None => text.to_owned(),
+        Some((end, _)) => {
+            let length = text.chars().count();
+            format!("{}... ({length} characters)", &text[..end])
+        }
+    }
+}
+
+/// A number as short as it can be told, so that 1e300 is no line of zeros.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Number(pub(crate) f64);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (plain, scientific) = (self.0.to_string(), format!("{:e}", self.0));
+        // 0.001 and 1000000 are easier to read than 1e-3 and 1e6.
+        let plain_is_short = plain.len() <= scientific.len() + 4;
+        f.write_str(if plain_is_short { &plain } else { &scientific })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_moves_a_terminal_is_escaped_and_the_rest_is_kept() {
+        let kept = "Herz \u{e9} e\u{301} \u{5fc3} \u{1f493} \"'\\`";
+        assert_eq!(shown(kept), kept);
+        let moves = "\u{1b}[31m\r\n\u{7}\u{9b}2J\u{7f}\u{202e}\u{2066}\u{200b}\u{feff}\u{e0041}";
+        let escaped = shown(moves);
+        assert_eq!(
+            escaped,
+            "\\u{1b}[31m\\r\\n\\u{7}\\u{9b}2J\\u{7f}\\u{202e}\\u{2066}\\u{200b}\\u{feff}\\u{e0041}"
+        );
+        assert_eq!(shown(&escaped), escaped);
+    }
+
+    #[test]
+    fn long_texts_are_cut_between_characters() {
+        let long = "\u{5fc3}".repeat(1000);
+        let expected = format!("{}... (1000 characters)", "\u{5fc3}".repeat(MOST));
+        assert_eq!(cut(&long, MOST), expected);
+        let short = "\u{5fc3}".repeat(MOST);
+        assert_eq!(cut(&short, MOST), short);
+    }
+
+    #[test]
+    fn numbers_are_short_and_exact() {
+        for (number, text) in [
+            (0.0, "0"),
+            (-0.0, "-0"),
+            (1e6, "1000000"),
+            (1e-3, "0.001"),
+            (123.456, "123.456"),
+            (1e300, "1e300"),
+            (-1e-320, "-1e-320"),
+            (f64::MAX, "1.7976931348623157e308"),
+            (f64::NAN, "NaN"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(Number(number).to_string(), text);
+        }
+    }
+}

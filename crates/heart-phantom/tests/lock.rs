@@ -1,0 +1,166 @@
+//! One writer a folder, and no file but a new one is ever written to.
+#![cfg(unix)]
+
+use heart_phantom::files::{self, lock_folder};
+use heart_phantom::{Phantom, PhantomError, Scene, run, scene::Mode};
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+const LOCK: &str = ".heart-phantom.lock";
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = (fs::read_dir(folder).unwrap())
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+fn holder(result: Result<files::FolderLock, PhantomError>) -> String {
+    match result.unwrap_err() {
+        PhantomError::Busy { holder, .. } => holder,
+        error => panic!("{error}"),
+    }
+}
+
+fn phantom() -> Phantom {
+    let scene = Scene::default().with_size(8);
+    Phantom::new(scene.with_mode(Mode::Static { phase: 0.0 })).unwrap()
+}
+
+#[test]
+fn a_folder_that_is_held_is_written_to_by_nobody_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("new/out");
+    let held = lock_folder(&out).unwrap();
+    assert_eq!(names(&out), [LOCK]);
+    let me = format!("process {} on ", std::process::id());
+    assert!(holder(lock_folder(&out)).starts_with(&me));
+    let error = run(&phantom(), &out, &|_| ()).unwrap_err();
+    assert!(error.to_string().contains(&me), "{error}");
+    assert_eq!(names(&out), [LOCK]);
+    drop(held);
+    assert_eq!(names(&out), Vec::<String>::new());
+    let report = run(&phantom(), &out, &|_| ()).unwrap();
+    assert_eq!(names(&out).len(), report.files.len());
+}
+
+/// Whoever has the lock is alone, however many processes try at once, and however often the file comes and goes.
+#[test]
+fn many_take_turns() {
+    const FOLDER: &str = "HEART_PHANTOM_TEST_SHARED_FOLDER";
+    const PROCESSES: usize = 8;
+    const TURNS: usize = 1000;
+    if let Some(folder) = std::env::var_os(FOLDER) {
+        let folder = Path::new(&folder);
+        let inside = folder.join("inside");
+        // Every process has its turns in the end: whoever is refused sees another one inside, or on its way out.
+        let mut turns = 0;
+        while turns < TURNS {
+            match lock_folder(folder) {
+                Ok(held) => {
+                    fs::File::create_new(&inside).expect("nobody else is inside");
+                    fs::remove_file(&inside).unwrap();
+                    drop(held);
+                    turns += 1;
+                }
+                Err(PhantomError::Busy { .. }) => std::thread::yield_now(),
+                Err(error) => panic!("{error}"),
+            }
+        }
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let children: Vec<_> = (0..PROCESSES)
+        .map(|_| {
+            let mut command = Command::new(std::env::current_exe().unwrap());
+            command.args(["--exact", "many_take_turns"]);
+            command.env(FOLDER, folder.path()).stdout(Stdio::piped());
+            command.spawn().unwrap()
+        })
+        .collect();
+    for child in children {
+        let output = child.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success(), "{said}");
+        assert!(said.contains("1 passed"), "{said}");
+    }
+    assert_eq!(names(folder.path()), Vec::<String>::new());
+}
+
+/// A process that is killed leaves the file, with its name in it, but nobody is kept out by it.
+#[test]
+fn the_lock_of_a_process_that_was_killed_is_taken_over() {
+    const HELD: &str = "HEART_PHANTOM_TEST_HELD_FOLDER";
+    if let Some(folder) = std::env::var_os(HELD) {
+        let _held = lock_folder(Path::new(&folder)).unwrap();
+        println!("held");
+        let input = std::io::stdin().read(&mut [0]);
+        unreachable!("{input:?}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "--nocapture"])
+        .arg("the_lock_of_a_process_that_was_killed_is_taken_over")
+        .env(HELD, folder.path())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut said = BufReader::new(child.stdout.take().unwrap()).lines();
+    assert!(said.any(|line| line.unwrap().contains("held")));
+    let other = format!("process {} on ", child.id());
+    assert!(holder(lock_folder(folder.path())).starts_with(&other));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let left = fs::read_to_string(folder.path().join(LOCK)).unwrap();
+    assert!(left.starts_with(&other), "{left}");
+    let report = run(&phantom(), folder.path(), &|_| ()).unwrap();
+    assert_eq!(names(folder.path()).len(), report.files.len());
+}
+
+/// Links in the folder under every name that a run writes, and under that of the lock: what they lead to is not touched.
+#[test]
+fn links_in_the_folder_are_not_followed() {
+    let folder = tempfile::tempdir().unwrap();
+    let [out, again, other] = ["out", "again", "other"].map(|name| folder.path().join(name));
+    let report = run(&phantom(), &out, &|_| ()).unwrap();
+    fs::create_dir(&again).unwrap();
+    fs::write(&other, "not ours").unwrap();
+    for file in &report.files {
+        symlink(&other, again.join(file)).unwrap();
+    }
+    run(&phantom(), &again, &|_| ()).unwrap();
+    assert_eq!(fs::read_to_string(&other).unwrap(), "not ours");
+    for file in &report.files {
+        assert!(fs::symlink_metadata(again.join(file)).unwrap().is_file());
+        assert!(fs::read(again.join(file)).unwrap() == fs::read(out.join(file)).unwrap());
+    }
+    // Another name of that file in place of the lock is one that somebody left: it goes, the file stays.
+    fs::hard_link(&other, again.join(LOCK)).unwrap();
+    let held = lock_folder(&again).unwrap();
+    assert_eq!(fs::read_to_string(&other).unwrap(), "not ours");
+    drop(held);
+    // A link, a folder or a pipe in place of the lock is an error, at once.
+    for kind in ["link", "folder", "pipe"] {
+        let lock = again.join(LOCK);
+        match kind {
+            "link" => symlink(&other, &lock).unwrap(),
+            "folder" => fs::create_dir(&lock).unwrap(),
+            _ => {
+                let made = Command::new("mkfifo").arg(&lock).status().unwrap();
+                assert!(made.success());
+            }
+        }
+        let error = lock_folder(&again).unwrap_err();
+        assert!(matches!(error, PhantomError::File { .. }), "{error}");
+        assert_eq!(fs::read_to_string(&other).unwrap(), "not ours");
+        match kind {
+            "folder" => fs::remove_dir(&lock).unwrap(),
+            _ => fs::remove_file(&lock).unwrap(),
+        }
+    }
+}
