@@ -4,8 +4,8 @@
 
 use std::hint::black_box;
 
-use benches::{Effort, Row, effort_of_groups, timed};
-use criterion::{Criterion, criterion_group};
+use benches::{Effort, Row, timed};
+use criterion::Criterion;
 use faer::prelude::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use membrane_forces::{FiniteDifferences, Measure, Membrane, RestShape};
@@ -119,7 +119,6 @@ fn rows(effort: Effort) {
 }
 
 fn membrane(c: &mut Criterion) {
-    rows(effort_of_groups());
     let options = NewtonOptions::default();
 
     let mut group = c.benchmark_group("membrane/gain-0.6");
@@ -175,8 +174,6 @@ fn membrane(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(groups, membrane);
-
 fn main() {
-    benches::run(rows, groups);
+    benches::run(rows, &[membrane]);
 }

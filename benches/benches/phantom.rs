@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use benches::{Effort, Row, on_threads, timed};
-use criterion::{Criterion, criterion_group};
+use criterion::Criterion;
 use heart_phantom::study::{self, StudyOptions};
 use heart_phantom::{Acquisition, Camera, Cycle, Heart, Phantom, acquire, scene, truth};
 use radon::{Kernel, Projector, StackOrder};
@@ -230,8 +230,6 @@ fn gated_studies(effort: Effort) {
     }
 }
 
-criterion_group!(groups, phantom);
-
 fn main() {
-    benches::run(rows, groups);
+    benches::run(rows, &[phantom]);
 }

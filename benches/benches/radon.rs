@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 use std::hint::black_box;
 
-use benches::{Effort, Row, effort_of_groups, on_threads, timed};
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group};
+use benches::{Effort, Row, on_threads, timed};
+use criterion::{BenchmarkId, Criterion, Throughput};
 use radon::{
     BinSampling, FbpOptions, FbpPlan, ImageGrid, InstructionSet, Interpolation, Kernel,
     ParallelGeometry, Phantom2, Projector, StackOrder, Window, disc_mask, rmse_within,
@@ -20,7 +20,7 @@ struct Case {
 }
 
 fn case(n: usize, n_views: usize) -> Case {
-    let geometry = ParallelGeometry::uniform(n_views, PI, n, 1.0).unwrap();
+    let geometry = ParallelGeometry::half_turn(n_views, n, 1.0).unwrap();
     let grid = ImageGrid::square(n, 1.0).unwrap();
     let phantom = Phantom2::shepp_logan(n as f64 / 2.0).unwrap();
     let (sinogram, image) = (
@@ -231,11 +231,6 @@ fn time_of_projection(case: &Case, n_slices: usize) -> (f64, Vec<f32>) {
     let (seconds, ()) = timed(5, run);
     projections.truncate(case.sinogram.len());
     (seconds, projections)
-}
-
-/// Time against error, a row a combination.
-fn work_precision(_: &mut Criterion) {
-    rows(effort_of_groups());
 }
 
 /// Cost against size: the time of an update (slice, view and pixel) should not rise.
@@ -475,15 +470,6 @@ fn projector_rows(effort: Effort) {
     }
 }
 
-criterion_group!(
-    groups,
-    one_slice,
-    many_slices,
-    back_projection,
-    projectors,
-    work_precision
-);
-
 fn rows(effort: Effort) {
     fbp_rows(effort);
     projector_rows(effort);
@@ -491,5 +477,5 @@ fn rows(effort: Effort) {
 }
 
 fn main() {
-    benches::run(rows, groups);
+    benches::run(rows, &[one_slice, many_slices, back_projection, projectors]);
 }

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_4, PI};
 use std::hint::black_box;
 
 use benches::{Effort, Row, on_threads, timed};
-use criterion::{Criterion, Throughput, criterion_group};
+use criterion::{Criterion, Throughput};
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{Body, Meridian, ParallelDetector, ParallelRays, Pose, Sampling, VoxelGrid};
 
@@ -295,13 +295,11 @@ fn voxel_rows(effort: Effort) {
     }
 }
 
-criterion_group!(groups, chords, views, voxels);
-
 fn rows(effort: Effort) {
     chord_rows(effort);
     voxel_rows(effort);
 }
 
 fn main() {
-    benches::run(rows, groups);
+    benches::run(rows, &[chords, views, voxels]);
 }

@@ -1,6 +1,7 @@
 //! Shared by the benches: rows of time beside error, which `cargo xtask report` collects.
 //!
-//! A bench called with `--rows` (and perhaps `--quick`) prints its rows and leaves criterion alone:
+//! `cargo bench` measures criterion's groups, and takes its options and filters. A bench called with `--rows` (and perhaps
+//! `--quick`) prints rows instead, the error of each method beside its time, and leaves criterion alone:
 //!
 //! ```text
 //! cargo bench -p benches --bench membrane -- --rows --quick
@@ -11,7 +12,7 @@
 //!
 //! ```text
 //! fn main() {
-//!     benches::run(rows, groups);
+//!     benches::run(rows, &[one_group, another]);
 //! }
 //! ```
 
@@ -29,24 +30,18 @@ pub enum Effort {
     Full,
 }
 
-/// What the command line asks for: the rows, or the criterion groups and their summary.
-pub fn run(rows: impl FnOnce(Effort), groups: impl FnOnce()) {
+/// What the command line asks for: the rows, or the criterion groups and their summary; with `--test`, which asks for everything
+/// once, some rows and each group.
+pub fn run(rows: fn(Effort), groups: &[fn(&mut Criterion)]) {
     let given = |flag: &str| std::env::args().any(|argument| argument == flag);
-    match (given("--rows"), given("--quick")) {
-        (true, true) => rows(Effort::Quick),
-        (true, false) => rows(Effort::Full),
-        (false, _) => {
-            groups();
-            Criterion::default().configure_from_args().final_summary();
-        }
+    if given("--rows") || given("--test") {
+        let all = given("--rows") && !given("--quick");
+        rows(if all { Effort::Full } else { Effort::Quick });
     }
-}
-
-/// How much a study may cost beside the criterion groups: little where `--test` asks for every bench once.
-pub fn effort_of_groups() -> Effort {
-    match std::env::args().any(|argument| argument == "--test") {
-        true => Effort::Quick,
-        false => Effort::Full,
+    if !given("--rows") {
+        let mut criterion = Criterion::default().configure_from_args();
+        groups.iter().for_each(|group| group(&mut criterion));
+        criterion.final_summary();
     }
 }
 

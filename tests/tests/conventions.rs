@@ -8,7 +8,7 @@ use radon::{
     SliceAxis, StackOrder,
 };
 use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, Sampling, VoxelGrid};
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::FRAC_PI_4;
 
 /// All detector images of a body, `[view][row][bin]`.
 fn projections(
@@ -36,7 +36,7 @@ fn chords_of_a_body_and_line_integrals_of_a_phantom_are_the_same_numbers() {
     let phantom = Phantom3::new([(1.5, Shape3::prism(section, z).unwrap())]).unwrap();
 
     let (n_bins, n_rows, pitch, offset) = (41, 30, 0.21, 0.13);
-    let geometry = ParallelGeometry::uniform(7, 2.0 * PI, n_bins, pitch).unwrap();
+    let geometry = ParallelGeometry::full_turn(7, n_bins, pitch).unwrap();
     let geometry = geometry.with_offset(offset).unwrap();
     let slices = SliceAxis::new(n_rows, 0.17).unwrap();
     let detector = ParallelDetector::new(n_bins, n_rows, [pitch, 0.17]).unwrap();
@@ -114,7 +114,7 @@ fn a_posed_body_is_reconstructed_where_its_voxels_are() {
     let body = Body::new(vec![meridian], pose).unwrap();
 
     let (n, n_slices, pitch) = (64, 48, 0.125);
-    let geometry = ParallelGeometry::uniform(120, PI, n, pitch).unwrap();
+    let geometry = ParallelGeometry::half_turn(120, n, pitch).unwrap();
     let detector = ParallelDetector::new(n, n_slices, [pitch; 2]).unwrap();
     let sinogram = projections(&body, &detector, geometry.angles(), 1.0);
     let image = ImageGrid::square(n, pitch).unwrap();

@@ -71,6 +71,7 @@ pub mod study;
 mod text;
 mod timing;
 mod truth;
+mod view_time;
 mod volume_curve;
 mod work;
 
@@ -84,10 +85,11 @@ pub use error::PhantomError;
 pub use heart::{Balloon, Heart, HeartShape};
 pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
 pub use phantom::{Numbers, Phantom, Thickness};
-pub use run::{GateReport, Progress, RunReport, run};
+pub use run::{GateReport, PictureReport, Progress, RunReport, run};
 pub use scene::Scene;
 pub use text::shown;
 pub use truth::{Measures, Regions, truth};
+pub use view_time::ViewTime;
 pub use volume_curve::{VolumeCurve, VolumeRange};
 pub use work::WorkReport;
 

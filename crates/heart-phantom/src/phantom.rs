@@ -10,7 +10,9 @@ use crate::readout::Readout;
 use crate::scene::{AccuracySettings, ArcSettings, Mode, Scene, WindowSettings};
 use crate::truth::truth_of_slices;
 use crate::work::{Work, WorkReport};
-use crate::{Acquisition, Activity, Camera, Cycle, Heart, HeartShape, Regions, Sinograms};
+use crate::{
+    Acquisition, Activity, Camera, Cycle, Heart, HeartShape, Regions, Sinograms, ViewTime,
+};
 use membrane_newton::membrane_forces::balloon_at_rest;
 use radon::{ArcPolicy, FbpOptions, FbpPlan, Skip, StackOrder, Window};
 use revolve_voxel::nalgebra::Point3;
@@ -185,6 +187,18 @@ impl Phantom {
     pub fn acquisition(&self, gate: usize) -> Result<Acquisition, PhantomError> {
         check_count("gate", gate, 0, self.n_gates() - 1)?;
         Ok(self.acquisition_with(gate, self.steps()?))
+    }
+
+    /// When and from where each view of a gate is taken; nothing is computed for it.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate.
+    pub fn view_times(&self, gate: usize) -> Result<Vec<ViewTime>, PhantomError> {
+        check_count("gate", gate, 0, self.n_gates() - 1)?;
+        let acquisition = self.acquisition_with(gate, STEPS[0]);
+        let interval = self.scene.camera.seconds_per_view;
+        let time = |view_idx| acquisition.view_time(&self.cycle, &self.camera, interval, view_idx);
+        Ok((0..self.camera.n_views()).map(time).collect())
     }
 
     /// One view of a gate, `[row][bin]`, with the scene's blur and noise. Noise of a given total needs all views of the gate

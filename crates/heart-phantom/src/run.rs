@@ -27,6 +27,9 @@ pub struct RunReport {
     pub numbers: Numbers,
     /// One entry for each gate, or one.
     pub gates: Vec<GateReport>,
+    /// What the pictures show, where such were written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pictures: Option<PictureReport>,
     /// What the numbers in label volumes stand for, from 0 on, where such were written.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub labels: Vec<String>,
@@ -47,13 +50,25 @@ pub struct GateReport {
     pub artefacts: Option<Artefacts>,
 }
 
+/// The slice that all pictures of a run show, and its greys.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PictureReport {
+    /// Index of the slice.
+    pub slice: usize,
+    /// Its height in cm.
+    pub z_cm: f64,
+    /// Activity that is black, as is everything below.
+    pub black: f64,
+    /// Activity that is white: the largest of that slice in all gates.
+    pub white: f64,
+}
+
 /// A phantom that writes into a folder.
 struct Writer<'a> {
     phantom: &'a Phantom,
     out: &'a Path,
     files: Vec<PathBuf>,
-    /// The middle slices of the reconstructions, for the moving picture.
-    #[cfg(feature = "figures")]
+    /// The middle slice of each reconstruction, for pictures of one window.
     middle: Vec<Vec<f32>>,
 }
 
@@ -61,12 +76,20 @@ struct Writer<'a> {
 /// `report.json` comes last, and one of an earlier run goes first, so that where it is, all is.
 ///
 /// # Errors
-/// [`PhantomError::File`] if the folder cannot be written to, [`PhantomError::Busy`] if another run writes to it, before any work; whatever the parts of a [`Phantom`] return.
+/// [`PhantomError::File`] if the folder cannot be written to, [`PhantomError::Busy`] if another run writes to it,
+/// [`PhantomError::Unsupported`] for pictures without the feature `figures`, before any work; whatever the parts of a [`Phantom`]
+/// return.
 pub fn run(
     phantom: &Phantom,
     out: &Path,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<RunReport, PhantomError> {
+    if phantom.scene().output.write.contains(&Product::Pictures) && !cfg!(feature = "figures") {
+        return Err(PhantomError::Unsupported {
+            format: "this build, without the feature `figures`,",
+            what: "pictures",
+        });
+    }
     let _held = files::lock_folder(out)?;
     // It is there when everything else is: an older one would speak of files that are about to change.
     files::remove_if_there(&out.join("report.json"))?;
@@ -74,7 +97,6 @@ pub fn run(
         phantom,
         out,
         files: Vec::new(),
-        #[cfg(feature = "figures")]
         middle: Vec::new(),
     };
     // Of the two extreme shapes: a heart that has none is known before any view.
@@ -94,11 +116,12 @@ pub fn run(
         fraction: n_gates as f64 / (n_gates as f64 + 0.5),
     });
     writer.phases()?;
-    writer.moving_picture()?;
+    let pictures = writer.pictures()?;
     let mut report = RunReport {
         scene: phantom.scene().clone(),
         numbers,
         gates,
+        pictures,
         labels: if writer.wants(Product::Labels) {
             phantom.label_names()
         } else {
@@ -149,7 +172,9 @@ impl Writer<'_> {
                     self.write_volume(&self.name("reconstruction", gate), made.as_slice())?;
                 }
                 if pictures {
-                    self.picture(gate, &made)?;
+                    let len = phantom.camera().grid().slice_len();
+                    let from = phantom.camera().n_rows() / 2 * len;
+                    self.middle.push(made[from..from + len].to_vec());
                 }
                 volume = Some(made);
             }
@@ -235,64 +260,45 @@ impl Writer<'_> {
         self.files.extend([Some(file), data].into_iter().flatten());
     }
 
+    /// The middle slice of each gate, and of several the beat once round in its own time; greys from nothing to the largest
+    /// sample of all of them.
     #[cfg(feature = "figures")]
-    fn picture(&mut self, gate: usize, volume: &[f32]) -> Result<(), PhantomError> {
-        let camera = self.phantom.camera();
-        let middle = camera.n_rows() / 2;
-        let file = PathBuf::from(format!("{}.png", self.name("slice", gate)));
-        let section = files::Section::Axial(middle);
-        files::write_png(
-            &self.out.join(&file),
-            &Volume::new(*camera.grid(), volume)?,
-            section,
-            self.grey()?,
-        )?;
-        self.files.push(file);
-        let len = camera.grid().slice_len();
-        self.middle
-            .push(volume[middle * len..(middle + 1) * len].to_vec());
-        Ok(())
+    fn pictures(&mut self) -> Result<Option<PictureReport>, PhantomError> {
+        let frames = std::mem::take(&mut self.middle);
+        if frames.is_empty() {
+            return Ok(None);
+        }
+        let grid = self.phantom.camera().grid();
+        let ([nx, ny, nz], spacing) = (grid.shape(), grid.spacing());
+        let slice = revolve_voxel::VoxelGrid::centred([nx, ny, 1], spacing, [0.0; 3])?;
+        let volumes = (frames.iter())
+            .map(|frame| Volume::new(slice, frame.as_slice()))
+            .collect::<Result<Vec<_>, _>>()?;
+        let most = frames.iter().flatten().copied().fold(0.0f32, f32::max);
+        let white = if most > 0.0 { f64::from(most) } else { 1.0 };
+        let (section, grey) = (files::Section::Axial(0), [0.0, white]);
+        for (gate, volume) in volumes.iter().enumerate() {
+            let file = PathBuf::from(format!("{}.png", self.name("slice", gate)));
+            files::write_png(&self.out.join(&file), volume, section, grey)?;
+            self.files.push(file);
+        }
+        if volumes.len() > 1 {
+            let seconds = self.phantom.cycle().period() / volumes.len() as f64;
+            // GIF counts in hundredths of a second.
+            let seconds = seconds.clamp(0.02, 600.0);
+            files::write_gif(&self.out.join("beat.gif"), &volumes, section, grey, seconds)?;
+            self.files.push("beat.gif".into());
+        }
+        Ok(Some(PictureReport {
+            slice: nz / 2,
+            z_cm: grid.centre(0, 0, nz / 2).z,
+            black: grey[0],
+            white,
+        }))
     }
 
     #[cfg(not(feature = "figures"))]
-    fn picture(&mut self, _gate: usize, _volume: &[f32]) -> Result<(), PhantomError> {
-        Err(PhantomError::Unsupported {
-            format: "this build, without the feature `figures`,",
-            what: "pictures",
-        })
-    }
-
-    /// The beat in the middle slice, once round in its own time.
-    fn moving_picture(&mut self) -> Result<(), PhantomError> {
-        #[cfg(feature = "figures")]
-        if self.middle.len() > 1 {
-            let [nx, ny, _] = self.phantom.camera().grid().shape();
-            let spacing = self.phantom.camera().grid().spacing();
-            let grid = revolve_voxel::VoxelGrid::centred([nx, ny, 1], spacing, [0.0; 3])?;
-            let frames = (self.middle.iter())
-                .map(|slice| Volume::new(grid, slice.as_slice()))
-                .collect::<Result<Vec<_>, _>>()?;
-            let seconds = self.phantom.cycle().period() / frames.len() as f64;
-            let path = self.out.join("beat.gif");
-            // GIF counts in hundredths of a second.
-            files::write_gif(
-                &path,
-                &frames,
-                files::Section::Axial(0),
-                self.grey()?,
-                seconds.clamp(0.02, 600.0),
-            )?;
-            self.files.push("beat.gif".into());
-        }
-        Ok(())
-    }
-
-    /// Black at nothing, white at a little more than the most active region at end-systole.
-    #[cfg(feature = "figures")]
-    fn grey(&self) -> Result<[f64; 2], PhantomError> {
-        let [systole, _] = self.phantom.extreme_phases();
-        let [cavity, wall] = self.phantom.concentrations(systole)?;
-        let most = cavity.max(wall);
-        Ok([0.0, if most > 0.0 { 1.25 * most } else { 1.0 }])
+    fn pictures(&mut self) -> Result<Option<PictureReport>, PhantomError> {
+        Ok(None)
     }
 }

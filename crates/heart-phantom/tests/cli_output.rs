@@ -198,7 +198,7 @@ fn nothing_that_others_wrote_moves_the_terminal() {
         // Not escaped: no TOML, or a comment within.
         format!("[camera]\nviews = {HOSTILE}\n"),
         format!("{HOSTILE}\n"),
-        format!("[camera]\nviews = 'x\u{202e}\u{2066}\u{200b}'\n"),
+        String::from("[camera]\nviews = 'x\u{202e}\u{2066}\u{200b}'\n"),
     ];
     let mut commands: Vec<Vec<String>> = Vec::new();
     for (k, text) in texts.iter().enumerate() {

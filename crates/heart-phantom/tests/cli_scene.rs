@@ -220,9 +220,9 @@ fn truth_and_view_do_their_part_alone() {
         ]);
         assert!(output.status.success() && file.exists(), "{output:?}");
     }
-    let view =
-        npyz::NpyFile::new(std::fs::File::open(folder.path().join("view.npy")).unwrap()).unwrap();
-    assert_eq!(view.shape(), &[20, 24]);
+    let view = std::fs::read(folder.path().join("view.npy")).unwrap();
+    assert!(String::from_utf8_lossy(&view).contains("'shape': (20, 24)"));
+    assert_eq!(view.len(), 128 + 4 * 20 * 24);
     let beyond = heart_phantom(&["view", scene, "--view", "8", "--out", "x.npy"]);
     assert_eq!(beyond.status.code(), Some(2));
     let unknown = heart_phantom(&["view", scene, "--out", "x.tiff"]);

@@ -319,6 +319,8 @@ fn meshes_are_in_millimetres() {
 mod failures;
 #[path = "files/minimal.rs"]
 mod minimal;
+#[path = "files/npy.rs"]
+mod npy;
 #[cfg(feature = "figures")]
 #[path = "files/pictures.rs"]
 mod pictures;

@@ -7,21 +7,23 @@ use membrane_newton::{MembraneError, NewtonError};
 #[non_exhaustive]
 pub enum ImplicitError {
     /// The membrane could not be discretised, or its nodes ran together.
-    #[error("at t = {time}: {error}")]
+    #[error("no forces at t = {time}")]
     Membrane {
         /// Time at which it happened.
         time: f64,
         /// What the forces reported.
+        #[source]
         error: MembraneError,
     },
     /// A linear system of a step could not be factored.
-    #[error("at t = {time}, dt = {dt}: {error}")]
+    #[error("no step from t = {time} with dt = {dt}")]
     Linear {
         /// Time at the start of the step.
         time: f64,
         /// Time step.
         dt: f64,
         /// What the factorisation reported.
+        #[source]
         error: NewtonError,
     },
     /// A number lies outside the range allowed for it.

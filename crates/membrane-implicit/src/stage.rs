@@ -1,7 +1,7 @@
 //! One implicit stage: the velocity w at which momentum balances, and the intensity with it.
 
 use membrane_newton::membrane_forces::FiniteDifferences;
-use membrane_newton::{BandMatrix, BandedLu, Measure};
+use membrane_newton::{BandMatrix, BandedLu, Measure, NewtonError};
 
 use crate::body::MovingMembrane;
 use crate::drive::DriveKind;
@@ -113,7 +113,8 @@ impl Stage {
             self.matrix.add(i, i, diagonal).map_err(membrane)?;
         }
         self.factored = f64::NAN;
-        self.lu
+        let lu = self
+            .lu
             .factor(&self.matrix)
             .map_err(|error| ImplicitError::Linear { time, dt, error })?;
         self.factorisations += 1;
@@ -125,7 +126,7 @@ impl Stage {
             d.pressure_force_into(nodes, -h, &mut self.column)
                 .map_err(membrane)?;
             self.force_calls += 1;
-            self.lu.solve_into(&mut self.column);
+            lu.solve_into(&mut self.column);
             hold_ends(&mut self.column);
             let (measure, factor, corner) = if eq.kind == DriveKind::TotalForce {
                 (
@@ -145,7 +146,7 @@ impl Stage {
             self.pivot = corner - dot(&self.row, &self.column);
         }
         if self.pivot == 0.0 || !self.pivot.is_finite() {
-            let error = membrane_newton::NewtonError::Singular {
+            let error = NewtonError::Singular {
                 row: self.row.len(),
                 pivot: self.pivot,
             };
@@ -215,8 +216,13 @@ impl Stage {
             *rhs = m * v - m_h * w + h * (e + p);
         }
         hold_ends(&mut self.rhs);
+        let lu = self.lu.factored().ok_or(ImplicitError::Linear {
+            time: eq.time,
+            dt: eq.dt,
+            error: NewtonError::NotFactored,
+        })?;
         // Pivoting mixes the held rows with their neighbours; no rounding may move an end.
-        self.lu.solve_into(&mut self.rhs);
+        lu.solve_into(&mut self.rhs);
         hold_ends(&mut self.rhs);
         let defect = match eq.kind {
             DriveKind::Intensity => *intensity - eq.target,
@@ -294,19 +300,21 @@ impl Stage {
     }
 
     /// Filters an error estimate of (position, velocity) through the stage's matrix, so that stiff
-    /// components count for what the scheme makes of them (Hosea and Shampine 1996).
+    /// components count for what the scheme makes of them (Hosea and Shampine 1996). Without a factorisation at hand
+    /// it stays what it is.
     pub(crate) fn filter(
         &mut self,
         body: &MovingMembrane,
         position: &mut [f64],
         velocity: &mut [f64],
     ) {
+        let Some(lu) = self.lu.factored() else { return };
         let h = self.factored;
         self.elastic.mul_into(position, &mut self.rhs);
         for (rhs, v) in self.rhs.iter_mut().zip(velocity.iter()) {
             *rhs = body.mass * v + h * *rhs;
         }
-        self.lu.solve_into(&mut self.rhs);
+        lu.solve_into(&mut self.rhs);
         velocity.copy_from_slice(&self.rhs);
         for (p, v) in position.iter_mut().zip(velocity.iter()) {
             *p += h * v;

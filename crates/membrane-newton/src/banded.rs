@@ -4,10 +4,10 @@ use membrane_forces::BandMatrix;
 
 use crate::error::{NewtonError, length};
 
-/// P A = L U of a band matrix; memory and time O(n lower (lower + upper)).
+/// Room for P A = L U of a band matrix; memory and time O(n lower (lower + upper)).
 ///
-/// The factorisation owns its storage and takes a new matrix of the same shape without
-/// allocating.
+/// It takes one matrix of its shape after the other without allocating. What solves is [`Factored`],
+/// and only a matrix that has been factored gives that.
 ///
 /// ```
 /// use membrane_newton::{BandMatrix, BandedLu};
@@ -17,10 +17,19 @@ use crate::error::{NewtonError, length};
 /// }
 /// a.add(0, 1, 1.0)?;
 /// let mut lu = BandedLu::for_matrix(&a);
-/// lu.factor(&a)?;
+/// assert!(lu.factored().is_none());
 /// let mut x = [5.0, 4.0, 6.0];
-/// lu.solve_into(&mut x);
+/// lu.factor(&a)?.solve_into(&mut x);
 /// assert_eq!(x, [1.5, 2.0, 3.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// There is nothing to solve with before:
+///
+/// ```compile_fail,E0599
+/// # use membrane_newton::{BandMatrix, BandedLu};
+/// let lu = BandedLu::for_matrix(&BandMatrix::zeros(3, 1, 1)?);
+/// lu.solve_into(&mut [5.0, 4.0, 6.0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -33,6 +42,8 @@ pub struct BandedLu {
     /// Column k of L below its diagonal: `lower` multipliers.
     l: Vec<f64>,
     pivots: Vec<u32>,
+    /// Whether the numbers are those of a matrix that could be factored.
+    factored: bool,
     /// Whether any pivot lies off the diagonal.
     swapped: bool,
     /// Whether the determinant is negative.
@@ -40,6 +51,10 @@ pub struct BandedLu {
     /// One over the diagonal of U.
     inverse: Vec<f64>,
 }
+
+/// A matrix factored by [`BandedLu`], ready to solve with.
+#[derive(Debug, Clone, Copy)]
+pub struct Factored<'a>(&'a BandedLu);
 
 impl BandedLu {
     /// Storage for matrices of the shape of `matrix`: n (2 lower + upper + 3) numbers.
@@ -53,18 +68,20 @@ impl BandedLu {
             u: vec![0.0; n * width],
             l: vec![0.0; n * lower],
             pivots: vec![0; n],
+            factored: false,
             swapped: false,
             negative: false,
             inverse: vec![0.0; n],
         }
     }
 
-    /// Factors `matrix`.
+    /// Factors `matrix`; after an error nothing is factored.
     ///
     /// # Errors
     /// A pivot is zero or not finite: [`NewtonError::Singular`]; `matrix` has another shape than the storage:
     /// [`NewtonError::WrongLength`].
-    pub fn factor(&mut self, matrix: &BandMatrix) -> Result<(), NewtonError> {
+    pub fn factor(&mut self, matrix: &BandMatrix) -> Result<Factored<'_>, NewtonError> {
+        self.factored = false;
         let (n, lower, width) = (self.n, self.lower, self.width);
         length("rows", matrix.len(), n)?;
         length("diagonals below the main one", matrix.lower(), lower)?;
@@ -115,26 +132,13 @@ impl BandedLu {
                 row[width - 1] = 0.0;
             }
         }
-        Ok(())
+        self.factored = true;
+        Ok(Factored(self))
     }
 
-    /// Sign of the determinant of the matrix factored last, 1 or -1.
-    pub fn determinant_sign(&self) -> f64 {
-        if self.negative { -1.0 } else { 1.0 }
-    }
-
-    /// Overwrites `b` with A^-1 `b`, A the matrix factored last. Cost O(n (2 lower + upper)).
-    ///
-    /// # Panics
-    /// `b` is not n long.
-    pub fn solve_into(&self, b: &mut [f64]) {
-        assert_eq!(b.len(), self.n, "right-hand side");
-        // The tangents' bands, with and without second neighbours, get loops of fixed length.
-        match (self.lower, self.width) {
-            (3, 7) => self.solve::<3, 7>(b),
-            (4, 9) => self.solve::<4, 9>(b),
-            _ => self.solve_any(b, 0, self.n),
-        }
+    /// The matrix factored last; none before the first one and after one that could not be factored.
+    pub fn factored(&self) -> Option<Factored<'_>> {
+        self.factored.then_some(Factored(self))
     }
 
     /// As [`Self::solve_any`], for `lower` = L and `width` = W.
@@ -190,6 +194,28 @@ impl BandedLu {
     }
 }
 
+impl Factored<'_> {
+    /// Sign of the determinant of the matrix, 1 or -1.
+    pub fn determinant_sign(&self) -> f64 {
+        if self.0.negative { -1.0 } else { 1.0 }
+    }
+
+    /// Overwrites `b` with A^-1 `b`, A the matrix. Cost O(n (2 lower + upper)).
+    ///
+    /// # Panics
+    /// `b` is not n long.
+    pub fn solve_into(&self, b: &mut [f64]) {
+        let lu = self.0;
+        assert_eq!(b.len(), lu.n, "right-hand side");
+        // The tangents' bands, with and without second neighbours, get loops of fixed length.
+        match (lu.lower, lu.width) {
+            (3, 7) => lu.solve::<3, 7>(b),
+            (4, 9) => lu.solve::<4, 9>(b),
+            _ => lu.solve_any(b, 0, lu.n),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -217,7 +243,7 @@ mod tests {
                     let product = &dense * &b;
                     assert!((DVector::from_vec(out) - product).amax() < 1e-13);
                     let mut lu = BandedLu::for_matrix(&band);
-                    lu.factor(&band).unwrap();
+                    let lu = lu.factor(&band).unwrap();
                     assert_eq!(lu.determinant_sign(), dense.determinant().signum());
                     let mut x = b.as_slice().to_vec();
                     lu.solve_into(&mut x);

@@ -1,6 +1,6 @@
 //! One extra unknown and one extra equation, or a rank-one term, around any factorisation.
 
-use crate::error::NewtonError;
+use crate::error::{NewtonError, length};
 
 /// Solves the bordered system
 ///
@@ -19,24 +19,34 @@ use crate::error::NewtonError;
 /// a.add(0, 0, 2.0)?;
 /// a.add(1, 1, 4.0)?;
 /// let mut lu = BandedLu::for_matrix(&a);
-/// lu.factor(&a)?;
+/// let lu = lu.factor(&a)?;
 /// // (A + b g') x = r with b = (1, 0), g = (0, 1): 2 x0 + x1 = 4, 4 x1 = 8
 /// let mut border = Border::new(2);
-/// border.column.copy_from_slice(&[1.0, 0.0]);
-/// border.row.copy_from_slice(&[0.0, 1.0]);
-/// border.eliminate(-1.0, |column| lu.solve_into(column))?;
+/// border.column_mut().copy_from_slice(&[1.0, 0.0]);
+/// border.row_mut().copy_from_slice(&[0.0, 1.0]);
 /// let mut x = [4.0, 8.0];
 /// lu.solve_into(&mut x);
-/// border.correct(&mut x, 0.0);
+/// border.eliminate(-1.0, |column| Ok(lu.solve_into(column)))?.correct(&mut x, 0.0)?;
 /// assert_eq!(x, [1.0, 2.0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Border {
-    /// b before [`Border::eliminate`], A^-1 b after it.
-    pub column: Vec<f64>,
+    /// b.
+    column: Vec<f64>,
     /// g.
-    pub row: Vec<f64>,
+    row: Vec<f64>,
+    /// A^-1 b.
+    solved: Vec<f64>,
+    /// d - g' A^-1 b once it is known.
+    pivot: Option<f64>,
+}
+
+/// A border whose column has been eliminated, ready to correct what A alone has solved.
+#[derive(Debug, Clone, Copy)]
+pub struct Eliminated<'a> {
+    row: &'a [f64],
+    solved: &'a [f64],
     pivot: f64,
 }
 
@@ -46,43 +56,69 @@ impl Border {
         Self {
             column: vec![0.0; n],
             row: vec![0.0; n],
-            pivot: 0.0,
+            solved: vec![0.0; n],
+            pivot: None,
         }
     }
 
-    /// Takes the corner d and a way to overwrite a vector with A^-1 times it; call after `column`
-    /// and `row` are set.
+    /// The column b, to be set; [`Border::eliminate`] is then due.
+    pub fn column_mut(&mut self) -> &mut [f64] {
+        self.pivot = None;
+        &mut self.column
+    }
+
+    /// The row g, to be set; [`Border::eliminate`] is then due.
+    pub fn row_mut(&mut self) -> &mut [f64] {
+        self.pivot = None;
+        &mut self.row
+    }
+
+    /// Takes the corner d and a way to overwrite a vector with A^-1 times it.
     ///
     /// # Errors
-    /// The bordered matrix is singular to working precision.
+    /// Those of `solve`; the bordered matrix is singular to working precision. Nothing is eliminated then.
     pub fn eliminate(
         &mut self,
         corner: f64,
-        solve: impl FnOnce(&mut [f64]),
-    ) -> Result<(), NewtonError> {
-        solve(&mut self.column);
-        self.pivot = corner - dot(&self.row, &self.column);
-        if self.pivot == 0.0 || !self.pivot.is_finite() {
-            return Err(NewtonError::Singular {
-                row: self.row.len(),
-                pivot: self.pivot,
-            });
+        solve: impl FnOnce(&mut [f64]) -> Result<(), NewtonError>,
+    ) -> Result<Eliminated<'_>, NewtonError> {
+        self.pivot = None;
+        self.solved.copy_from_slice(&self.column);
+        solve(&mut self.solved)?;
+        let pivot = corner - dot(&self.row, &self.solved);
+        if pivot == 0.0 || !pivot.is_finite() {
+            let row = self.row.len();
+            return Err(NewtonError::Singular { row, pivot });
         }
-        Ok(())
+        self.pivot = Some(pivot);
+        let Self { row, solved, .. } = self;
+        Ok(Eliminated { row, solved, pivot })
     }
 
+    /// The border as eliminated last; none if its column or row may have changed since, or if that failed.
+    pub fn eliminated(&self) -> Option<Eliminated<'_>> {
+        let Self { row, solved, .. } = self;
+        self.pivot.map(|pivot| Eliminated { row, solved, pivot })
+    }
+}
+
+impl Eliminated<'_> {
     /// Sign of what the border multiplies the determinant by, d - g' A^-1 b: 1 or -1.
-    pub(crate) fn sign(&self) -> f64 {
+    pub fn sign(&self) -> f64 {
         self.pivot.signum()
     }
 
     /// Turns `x` = A^-1 r into the solution's x and returns its y.
-    pub fn correct(&self, x: &mut [f64], q: f64) -> f64 {
-        let y = (q - dot(&self.row, x)) / self.pivot;
-        for (x, column) in x.iter_mut().zip(&self.column) {
-            *x -= y * column;
+    ///
+    /// # Errors
+    /// [`NewtonError::WrongLength`] for an `x` of another length than the border.
+    pub fn correct(&self, x: &mut [f64], q: f64) -> Result<f64, NewtonError> {
+        length("unknowns within a border", x.len(), self.row.len())?;
+        let y = (q - dot(self.row, x)) / self.pivot;
+        for (x, solved) in x.iter_mut().zip(self.solved) {
+            *x -= y * solved;
         }
-        y
+        Ok(y)
     }
 }
 

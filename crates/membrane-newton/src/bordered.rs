@@ -129,15 +129,14 @@ impl ResidualSystem for Bordered<'_> {
         let (nodes, f) = (&x[..n], x[n]);
         if f.abs() >= self.blow_up {
             // past it there are solutions again, but on a branch no inflation leads to
-            return Err(NewtonError::Membrane(MembraneError::PastBlowUp {
+            return Err(MembraneError::PastBlowUp {
                 pressure: f,
                 limit: self.blow_up,
-            }));
+            }
+            .into());
         }
         self.discrete.elastic_force_into(nodes, &mut self.elastic);
-        self.discrete
-            .pressure_force_into(nodes, f, &mut out[..n])
-            .map_err(NewtonError::membrane)?;
+        self.discrete.pressure_force_into(nodes, f, &mut out[..n])?;
         for (out, elastic) in out[..n].iter_mut().zip(&self.elastic) {
             *out += elastic;
         }
@@ -158,37 +157,38 @@ impl ResidualSystem for Bordered<'_> {
             border,
             ..
         } = self;
-        factors.factor(discrete, nodes, f)?;
-        discrete
-            .pressure_force_into(nodes, 1.0, &mut border.column)
-            .map_err(NewtonError::membrane)?;
+        let sign = factors.factor(discrete, nodes, f)?;
+        discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
+        let row = border.row_mut();
         let corner = match self.target {
             Target::Intensity(_) => {
-                border.row.fill(0.0);
+                row.fill(0.0);
                 1.0
             }
             Target::TotalForce(_) => {
-                discrete.measure_gradient_into(Measure::Surface, nodes, &mut border.row);
-                border.row.iter_mut().for_each(|g| *g *= f);
+                discrete.measure_gradient_into(Measure::Surface, nodes, row);
+                row.iter_mut().for_each(|g| *g *= f);
                 discrete.measure(Measure::Surface, nodes)
             }
             Target::Measure(measure, _) => {
-                discrete.measure_gradient_into(measure, nodes, &mut border.row);
+                discrete.measure_gradient_into(measure, nodes, row);
                 0.0
             }
         };
-        border.eliminate(corner, |column| factors.solve_in_place(column))?;
-        self.signs.1 = self.factors.determinant_sign() * self.border.sign();
+        let border = border.eliminate(corner, |column| factors.solve_in_place(column))?;
+        self.signs.1 = sign * border.sign();
         if self.signs.0 == 0.0 {
             self.signs.0 = self.signs.1;
         }
         Ok(())
     }
 
-    fn solve_in_place(&mut self, rhs: &mut [f64]) {
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+        let border = self.border.eliminated().ok_or(NewtonError::NotFactored)?;
         let (head, tail) = rhs.split_at_mut(self.elastic.len());
-        self.factors.solve_in_place(head);
-        tail[0] = self.border.correct(head, tail[0]);
+        self.factors.solve_in_place(head)?;
+        tail[0] = border.correct(head, tail[0])?;
+        Ok(())
     }
 
     fn residual_norm(&self, residual: &[f64]) -> f64 {
@@ -229,10 +229,10 @@ impl Controlled for Bordered<'_> {
         reach.allows(self.discrete.turning(&from[..n], &to[..n]))
     }
 
-    fn rate_into(&mut self, out: &mut [f64]) {
+    fn rate_into(&mut self, out: &mut [f64]) -> Result<(), NewtonError> {
         out.fill(0.0);
         out[self.elastic.len()] = 1.0;
-        self.solve_in_place(out);
+        self.solve_in_place(out)
     }
 
     fn shape_norm(&self, change: &[f64]) -> f64 {
@@ -323,8 +323,10 @@ mod tests {
                     }
                     let dense = matrix.lu().solve(&b).unwrap();
                     let mut solved = b.as_slice().to_vec();
+                    let unfactored = system.solve_in_place(&mut solved.clone());
+                    assert_eq!(unfactored, Err(NewtonError::NotFactored));
                     system.factor(&x).unwrap();
-                    system.solve_in_place(&mut solved);
+                    system.solve_in_place(&mut solved).unwrap();
                     let off = (&dense - DVector::from_vec(solved)).amax() / dense.amax();
                     // differences at 1e-5 are good to 1e-9 or so, the condition number takes the rest
                     assert!(off < 1e-6, "skew {skew}, {n} unknowns, {target:?}: {off:e}");

@@ -20,8 +20,8 @@ pub(crate) struct CondensedLu {
     pivots: Vec<Vec<u32>>,
     ends: BandMatrix,
     lu: BandedLu,
-    /// Sign of the product of the eliminated pivots.
-    sign: f64,
+    /// Whether the numbers are those of a tangent that could be factored.
+    factored: bool,
     held: [[bool; 2]; 2],
     end_values: Vec<f64>,
     scratch: Vec<f64>,
@@ -39,7 +39,7 @@ impl CondensedLu {
             local: vec![vec![0.0; size * size]; count],
             pivots: vec![vec![0; interior]; count],
             lu: BandedLu::for_matrix(&ends),
-            sign: 1.0,
+            factored: false,
             ends,
             held: elements.held(),
             end_values: vec![0.0; 2 * (count + 1)],
@@ -47,22 +47,22 @@ impl CondensedLu {
         }
     }
 
-    /// Computes and factors the tangent at `nodes`.
+    /// Computes and factors the tangent at `nodes`. Returns the sign of its determinant (its rows and columns are
+    /// reordered alike, which does not change it).
     pub(crate) fn factor(
         &mut self,
         elements: &SpectralElements,
         nodes: &[f64],
         intensity: f64,
-    ) -> Result<(), NewtonError> {
+    ) -> Result<f64, NewtonError> {
+        self.factored = false;
         self.ends.clear();
-        self.sign = 1.0;
+        let mut sign = 1.0;
         let (size, interior) = (self.size, self.interior);
         for e in 0..elements.n_elements() {
             let local = &mut self.local[e];
-            elements
-                .element_tangent_into(e, nodes, intensity, local)
-                .map_err(NewtonError::membrane)?;
-            self.sign *= eliminate(local, size, interior, &mut self.pivots[e])?;
+            elements.element_tangent_into(e, nodes, intensity, local)?;
+            sign *= eliminate(local, size, interior, &mut self.pivots[e])?;
             for i in 0..4 {
                 let row = 2 * e + i;
                 if self.is_held(row) {
@@ -70,20 +70,18 @@ impl CondensedLu {
                 }
                 for j in 0..4 {
                     let value = self.local[e][(interior + i) * size + interior + j];
-                    self.ends
-                        .add(row, 2 * e + j, value)
-                        .map_err(NewtonError::membrane)?;
+                    self.ends.add(row, 2 * e + j, value)?;
                 }
             }
         }
         for row in 0..self.ends.len() {
             if self.is_held(row) {
-                self.ends
-                    .add(row, row, 1.0)
-                    .map_err(NewtonError::membrane)?;
+                self.ends.add(row, row, 1.0)?;
             }
         }
-        self.lu.factor(&self.ends)
+        sign *= self.lu.factor(&self.ends)?.determinant_sign();
+        self.factored = true;
+        Ok(sign)
     }
 
     fn is_held(&self, row: usize) -> bool {
@@ -91,13 +89,9 @@ impl CondensedLu {
         (row < 2 && self.held[0][row]) || (row >= last && self.held[1][row - last])
     }
 
-    /// Sign of the determinant of the tangent factored last (its rows and columns are reordered
-    /// alike, which does not change it).
-    pub(crate) fn determinant_sign(&self) -> f64 {
-        self.sign * self.lu.determinant_sign()
-    }
-
-    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) {
+    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+        let lu = self.lu.factored().filter(|_| self.factored);
+        let lu = lu.ok_or(NewtonError::NotFactored)?;
         let (size, interior) = (self.size, self.interior);
         let stride = size - 2;
         let count = self.local.len();
@@ -123,7 +117,7 @@ impl CondensedLu {
                 }
             }
         }
-        self.lu.solve_into(&mut self.end_values);
+        lu.solve_into(&mut self.end_values);
         for e in 0..count {
             let local = &self.local[e];
             let full = &mut self.scratch;
@@ -143,6 +137,7 @@ impl CondensedLu {
         for e in 0..=count {
             rhs[e * stride..e * stride + 2].copy_from_slice(&self.end_values[2 * e..2 * e + 2]);
         }
+        Ok(())
     }
 }
 
@@ -257,14 +252,18 @@ mod tests {
                     let nodes: Vec<f64> = elements.start().iter().enumerate().map(moved).collect();
                     let matrix = assembled(&elements, &nodes, 4.0);
                     let mut lu = CondensedLu::new(&elements);
-                    lu.factor(&elements, &nodes, 4.0).unwrap();
+                    assert_eq!(
+                        lu.solve_in_place(&mut vec![1.0; nodes.len()]),
+                        Err(NewtonError::NotFactored)
+                    );
+                    let found = lu.factor(&elements, &nodes, 4.0).unwrap();
                     let factors = matrix.clone().lu();
                     let signs = factors.u().diagonal().map(f64::signum).product();
                     let sign = signs * factors.p().determinant::<f64>();
-                    assert_eq!(lu.determinant_sign(), sign);
+                    assert_eq!(found, sign);
                     let b = DVector::from_fn(nodes.len(), |i, _| (i as f64 * 0.9).cos());
                     let mut x = b.as_slice().to_vec();
-                    lu.solve_in_place(&mut x);
+                    lu.solve_in_place(&mut x).unwrap();
                     let x = DVector::from_vec(x);
                     // backward stable: the residual is rounding of the matrix times x
                     let size = matrix.abs().row_sum_tr().max() * x.amax();

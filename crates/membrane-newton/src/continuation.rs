@@ -19,7 +19,10 @@ pub(crate) trait Controlled: ResidualSystem {
     fn within(&self, reach: Reach, from: &[f64], to: &[f64]) -> bool;
 
     /// `out` = how fast the state changes with the value, by the tangent factored last.
-    fn rate_into(&mut self, out: &mut [f64]);
+    ///
+    /// # Errors
+    /// No tangent has been factored.
+    fn rate_into(&mut self, out: &mut [f64]) -> Result<(), NewtonError>;
 
     /// Size of what a change of the state does to the curves, free of units.
     fn shape_norm(&self, change: &[f64]) -> f64;
@@ -138,6 +141,7 @@ fn walk<S: Controlled>(
     // The start need not be an equilibrium to the last digit, nor at all if its ends are held.
     state.copy_from_slice(start);
     system.set_control(from);
+    let mut rate = vec![0.0; state.len()];
     let mut on_branch = attempt(
         system,
         state,
@@ -147,15 +151,13 @@ fn walk<S: Controlled>(
         total,
     )
     .and_then(|()| system.factor(state))
+    .and_then(|()| system.rate_into(&mut rate))
     .is_ok();
     if !on_branch {
         state.copy_from_slice(start);
     }
     let (mut last, mut solved) = (state.to_vec(), state.to_vec());
-    let (mut rate, mut change) = (vec![0.0; state.len()], vec![0.0; state.len()]);
-    if on_branch {
-        system.rate_into(&mut rate);
-    }
+    let mut change = vec![0.0; state.len()];
     let (mut here, mut before) = (0.0, 0.0);
     let mut width: f64 = 0.25;
     while here < 1.0 && total.load_steps < options.max_load_steps {
@@ -182,10 +184,10 @@ fn walk<S: Controlled>(
             }
             let by = system.shape_norm(&change) / ((next - here) * (to - from)).abs();
             let before = system.shape_norm(&rate);
-            system.rate_into(&mut change);
+            let known = system.rate_into(&mut change).is_ok();
             let after = system.shape_norm(&change);
             let (least, most) = (before.min(after), before.max(after));
-            !on_branch || (most <= UNEVEN * least && by <= 1.5 * most)
+            !on_branch || (known && most <= UNEVEN * least && by <= 1.5 * most)
         };
         if explained {
             (before, here, on_branch) = (here, next, true);

@@ -178,15 +178,13 @@ pub(crate) fn own<T>(of_state: Result<T, MembraneError>) -> T {
 pub(crate) fn hold_rows(
     differences: &FiniteDifferences,
     tangent: &mut BandMatrix,
-) -> Result<(), NewtonError> {
+) -> Result<(), MembraneError> {
     let [first, end] = differences.held();
     let last = tangent.len() - 2;
     for (node, held) in [(0, first), (last, end)] {
         for k in 0..2 {
             if held[k] {
-                tangent
-                    .add(node + k, node + k, 1.0)
-                    .map_err(NewtonError::membrane)?;
+                tangent.add(node + k, node + k, 1.0)?;
             }
         }
     }
@@ -213,38 +211,33 @@ impl Factors {
         }
     }
 
-    /// Factors the tangent of the forces at fixed intensity.
+    /// Factors the tangent of the forces at fixed intensity; returns the sign of its determinant.
     pub(crate) fn factor(
         &mut self,
         discrete: &Discrete,
         nodes: &[f64],
         intensity: f64,
-    ) -> Result<(), NewtonError> {
+    ) -> Result<f64, NewtonError> {
         match (self, discrete) {
             (Self::Banded { tangent, lu }, Discrete::Differences(d)) => {
                 tangent.clear();
                 d.add_elastic_tangent_into(1.0, tangent);
-                d.add_pressure_tangent_into(nodes, intensity, 1.0, tangent)
-                    .map_err(NewtonError::membrane)?;
+                d.add_pressure_tangent_into(nodes, intensity, 1.0, tangent)?;
                 hold_rows(d, tangent)?;
-                lu.factor(tangent)
+                Ok(lu.factor(tangent)?.determinant_sign())
             }
             (Self::Condensed(lu), Discrete::Spectral(s)) => lu.factor(s, nodes, intensity),
             _ => unreachable!("made for this discretisation"),
         }
     }
 
-    /// Sign of the determinant of the tangent factored last.
-    pub(crate) fn determinant_sign(&self) -> f64 {
+    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
         match self {
-            Self::Banded { lu, .. } => lu.determinant_sign(),
-            Self::Condensed(lu) => lu.determinant_sign(),
-        }
-    }
-
-    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) {
-        match self {
-            Self::Banded { lu, .. } => lu.solve_into(rhs),
+            Self::Banded { lu, .. } => {
+                let lu = lu.factored().ok_or(NewtonError::NotFactored)?;
+                lu.solve_into(rhs);
+                Ok(())
+            }
             Self::Condensed(lu) => lu.solve_in_place(rhs),
         }
     }

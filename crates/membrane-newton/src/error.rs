@@ -1,5 +1,9 @@
 //! The one error type of the crate.
 
+use std::error::Error;
+use std::fmt;
+use std::sync::Arc;
+
 use membrane_forces::MembraneError;
 
 use crate::options::NewtonReport;
@@ -9,8 +13,14 @@ use crate::options::NewtonReport;
 #[non_exhaustive]
 pub enum NewtonError {
     /// The membrane or its state is not one that forces can be computed for.
+    #[error("the membrane cannot be solved for")]
+    Membrane(#[from] MembraneError),
+    /// What a caller's own [`ResidualSystem`](crate::ResidualSystem) failed with: [`NewtonError::user`].
     #[error(transparent)]
-    Membrane(MembraneError),
+    User(UserError),
+    /// A system was to solve before a tangent of it could be factored.
+    #[error("nothing to solve with: no tangent has been factored")]
+    NotFactored,
     /// A pivot vanished: the matrix is singular to working precision.
     #[error("singular matrix: pivot {pivot} in row {row}")]
     Singular {
@@ -79,6 +89,29 @@ pub enum NewtonError {
     },
 }
 
+/// Somebody else's error inside a [`NewtonError`], which it gives as its [`source`](Error::source).
+#[derive(Debug, Clone)]
+pub struct UserError(Arc<dyn Error + Send + Sync>);
+
+/// Whether both are copies of one error.
+impl PartialEq for UserError {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl fmt::Display for UserError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the caller's own equations failed")
+    }
+}
+
+impl Error for UserError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        Some(&*self.0)
+    }
+}
+
 /// Refuses something of size `given` where it must be `needed`.
 pub(crate) fn length(
     quantity: &'static str,
@@ -107,7 +140,16 @@ impl NewtonError {
         }
     }
 
-    pub(crate) fn membrane(error: MembraneError) -> Self {
-        Self::Membrane(error)
+    /// The failure of a caller's own equations, whatever it is.
+    ///
+    /// ```
+    /// use std::error::Error;
+    /// use membrane_newton::NewtonError;
+    /// let ours = "abc".parse::<f64>().unwrap_err();
+    /// let error = NewtonError::user(ours.clone());
+    /// assert_eq!(error.source().and_then(|e| e.downcast_ref()), Some(&ours));
+    /// ```
+    pub fn user(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::User(UserError(Arc::from(error.into())))
     }
 }

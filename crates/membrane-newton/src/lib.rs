@@ -54,16 +54,16 @@ mod solver;
 mod study;
 mod turning;
 
-pub use banded::BandedLu;
-pub use border::Border;
+pub use banded::{BandedLu, Factored};
+pub use border::{Border, Eliminated};
 pub use control::Control;
 pub use equilibrium::Equilibrium;
-pub use error::NewtonError;
+pub use error::{NewtonError, UserError};
 pub use membrane_forces::{
     self, BandMatrix, CurvePiece, CurvePoint, Measure, Measures, Membrane, MembraneError,
     PressureLaw, RestShape, Stiffness,
 };
-pub use newton::{NewtonScratch, ResidualSystem, newton, newton_with};
+pub use newton::{NewtonScratch, ResidualSystem, newton, newton_observed, newton_with};
 pub use options::{LineSearch, NewtonOptions, NewtonReport};
 pub use pair::{Pair, PairEquilibrium};
 pub use sensitivity::Sensitivity;

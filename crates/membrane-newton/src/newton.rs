@@ -1,11 +1,15 @@
 //! Newton's iteration with a line search on any system of equations.
 
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
 use crate::error::{NewtonError, length};
 use crate::options::{LineSearch, NewtonOptions, NewtonReport};
 
 /// n equations in n unknowns whose tangent can be factored.
 ///
-/// A system owns its workspace: none of these calls needs to allocate.
+/// A system owns its workspace: none of these calls needs to allocate. Forces of a membrane go up with `?`; a failure of
+/// another kind becomes [`NewtonError::user`]. References and boxes of a system are systems.
 pub trait ResidualSystem {
     /// Number of unknowns.
     fn len(&self) -> usize;
@@ -18,7 +22,8 @@ pub trait ResidualSystem {
     /// `out` = r(x).
     ///
     /// # Errors
-    /// r is not defined at x.
+    /// r is not defined at x; then, as with numbers in `out` that are not finite, the line search takes a shorter step.
+    /// [`NewtonError::User`] ends the solve.
     fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError>;
 
     /// Computes and factors the tangent dr/dx at x for [`ResidualSystem::solve_in_place`].
@@ -28,7 +33,10 @@ pub trait ResidualSystem {
     fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError>;
 
     /// Overwrites `rhs` with (dr/dx)^-1 `rhs` by the last factorisation.
-    fn solve_in_place(&mut self, rhs: &mut [f64]);
+    ///
+    /// # Errors
+    /// [`NewtonError::NotFactored`], or whatever keeps the system from being solved.
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError>;
 
     /// Size of a residual, free of units: of order one when the equations are not met at all.
     fn residual_norm(&self, residual: &[f64]) -> f64;
@@ -36,6 +44,43 @@ pub trait ResidualSystem {
     /// Size of a change of the unknowns, free of units, relative to their scale.
     fn step_norm(&self, step: &[f64]) -> f64;
 }
+
+macro_rules! forward {
+    ($pointer:ty) => {
+        impl<S: ResidualSystem + ?Sized> ResidualSystem for $pointer {
+            fn len(&self) -> usize {
+                (**self).len()
+            }
+
+            fn is_empty(&self) -> bool {
+                (**self).is_empty()
+            }
+
+            fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+                (**self).residual_into(x, out)
+            }
+
+            fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+                (**self).factor(x)
+            }
+
+            fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+                (**self).solve_in_place(rhs)
+            }
+
+            fn residual_norm(&self, residual: &[f64]) -> f64 {
+                (**self).residual_norm(residual)
+            }
+
+            fn step_norm(&self, step: &[f64]) -> f64 {
+                (**self).step_norm(step)
+            }
+        }
+    };
+}
+
+forward!(&mut S);
+forward!(Box<S>);
 
 /// Vectors that [`newton_with`] works in; reusing them makes it free of allocation.
 #[derive(Debug, Clone, Default)]
@@ -45,13 +90,6 @@ pub struct NewtonScratch {
     step: Vec<f64>,
     correction: Vec<f64>,
     report: NewtonReport,
-}
-
-impl NewtonScratch {
-    /// What the last solve with this scratch did.
-    pub fn report(&self) -> &NewtonReport {
-        &self.report
-    }
 }
 
 /// Solves r(x) = 0 from the given x, which is overwritten.
@@ -66,7 +104,10 @@ impl NewtonScratch {
 ///         Ok(())
 ///     }
 ///     fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> { self.1 = 2.0 * x[0]; Ok(()) }
-///     fn solve_in_place(&mut self, rhs: &mut [f64]) { rhs[0] /= self.1 }
+///     fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+///         rhs[0] /= self.1;
+///         Ok(())
+///     }
 ///     fn residual_norm(&self, r: &[f64]) -> f64 { r[0].abs() / self.0 }
 ///     fn step_norm(&self, step: &[f64]) -> f64 { step[0].abs() }
 /// }
@@ -80,7 +121,7 @@ impl NewtonScratch {
 /// [`NewtonError::NotConverged`] with the report; a tolerance that is no number or infinite;
 /// [`NewtonError::WrongLength`] for an `x` of another length than the system's; errors of the system.
 pub fn newton(
-    system: &mut impl ResidualSystem,
+    system: &mut (impl ResidualSystem + ?Sized),
     x: &mut [f64],
     options: &NewtonOptions,
 ) -> Result<NewtonReport, NewtonError> {
@@ -88,11 +129,6 @@ pub fn newton(
     newton_with(system, x, options, &mut scratch)?;
     Ok(scratch.report)
 }
-
-/// A step this small that no longer shrinks is down to rounding: were it not, the next would be
-/// of the order of its square. (Fine spectral elements of a membrane blown up to a thousand times its size have
-/// steps of 2e-9 left.)
-const ROUNDING: f64 = 1e-7;
 
 /// [`newton`] in the caller's scratch: no allocation once the scratch has been used with a system
 /// of this size (but for the report inside an error).
@@ -103,110 +139,210 @@ const ROUNDING: f64 = 1e-7;
 /// # Errors
 /// As [`newton`]; x is then the last accepted one.
 pub fn newton_with(
-    system: &mut impl ResidualSystem,
+    system: &mut (impl ResidualSystem + ?Sized),
     x: &mut [f64],
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
 ) -> Result<(), NewtonError> {
+    let never = |_: &NewtonReport, _: &[f64]| ControlFlow::<Infallible>::Continue(());
+    newton_observed(system, x, options, scratch, never).map(drop)
+}
+
+/// [`newton_with`] that shows `observe` the report and x after each iteration, and ends with what it breaks off with.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use membrane_newton::{NewtonError, NewtonOptions, NewtonScratch, ResidualSystem, newton_observed};
+/// # struct SquareRoot(f64, f64);
+/// # impl ResidualSystem for SquareRoot {
+/// #     fn len(&self) -> usize { 1 }
+/// #     fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+/// #         out[0] = x[0] * x[0] - self.0;
+/// #         Ok(())
+/// #     }
+/// #     fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> { self.1 = 2.0 * x[0]; Ok(()) }
+/// #     fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+/// #         rhs[0] /= self.1;
+/// #         Ok(())
+/// #     }
+/// #     fn residual_norm(&self, r: &[f64]) -> f64 { r[0].abs() / self.0 }
+/// #     fn step_norm(&self, step: &[f64]) -> f64 { step[0].abs() }
+/// # }
+/// let (mut x, mut scratch) = ([1.0], NewtonScratch::default());
+/// let mut system: Box<dyn ResidualSystem> = Box::new(SquareRoot(2.0, 0.0));
+/// let ended = newton_observed(&mut system, &mut x, &NewtonOptions::default(), &mut scratch, |report, x| {
+///     println!("{}: x = {}", report.iterations, x[0]);
+///     if report.residual < 1e-3 { ControlFlow::Break("good enough") } else { ControlFlow::Continue(()) }
+/// })?;
+/// assert_eq!(ended, ControlFlow::Break("good enough"));
+/// assert!((x[0] - 2.0f64.sqrt()).abs() < 1e-3 && scratch.report().iterations < 3);
+/// # Ok::<(), NewtonError>(())
+/// ```
+///
+/// # Errors
+/// As [`newton_with`].
+pub fn newton_observed<B>(
+    system: &mut (impl ResidualSystem + ?Sized),
+    x: &mut [f64],
+    options: &NewtonOptions,
+    scratch: &mut NewtonScratch,
+    mut observe: impl FnMut(&NewtonReport, &[f64]) -> ControlFlow<B>,
+) -> Result<ControlFlow<B>, NewtonError> {
     let n = system.len();
     length("unknowns", x.len(), n)?;
-    let NewtonScratch {
-        residual,
-        trial,
-        step,
-        correction,
-        report,
-    } = scratch;
-    for vector in [&mut *residual, trial, step, correction] {
-        vector.resize(n, 0.0);
-    }
+    scratch.resize(n);
     options.check()?;
-    report.restart(options.max_iterations);
+    scratch.report.restart(options.max_iterations);
 
-    system.residual_into(x, residual)?;
-    report.evaluated(system.residual_norm(residual));
-    while report.residual > options.residual_tolerance {
-        if report.iterations == options.max_iterations {
-            return Err(NewtonError::NotConverged {
-                report: report.clone(),
-            });
+    system.residual_into(x, &mut scratch.residual)?;
+    let norm = system.residual_norm(&scratch.residual);
+    scratch.report.evaluated(norm);
+    while scratch.report.residual > options.residual_tolerance {
+        let made = scratch.report.iterations;
+        if made == options.max_iterations {
+            return Err(scratch.not_converged());
         }
         system.factor(x)?;
-        report.factorisations += 1;
-        step.copy_from_slice(residual);
-        system.solve_in_place(step);
-        let full = system.step_norm(step);
+        scratch.report.factorisations += 1;
+        scratch.step.copy_from_slice(&scratch.residual);
+        system.solve_in_place(&mut scratch.step)?;
+        let full = system.step_norm(&scratch.step);
         if full <= options.step_tolerance {
-            report.step = full;
+            scratch.report.step = full;
             break;
         }
         if !full.is_finite() {
-            return Err(NewtonError::NotConverged {
-                report: report.clone(),
-            });
+            return Err(scratch.not_converged());
         }
-
-        let LineSearch::Natural { max_halvings } = options.line_search else {
-            subtract(x, 1.0, step, trial);
-            x.copy_from_slice(trial);
-            system.residual_into(x, residual)?;
-            report.stepped(full, system.residual_norm(residual));
-            continue;
+        let done = match options.line_search {
+            LineSearch::FullStep => {
+                scratch.full_step(system, x, full)?;
+                false
+            }
+            LineSearch::Natural { max_halvings } => {
+                scratch.natural_step(system, x, full, max_halvings)? <= options.step_tolerance
+            }
         };
+        if scratch.report.iterations > made
+            && let ControlFlow::Break(value) = observe(&scratch.report, x)
+        {
+            return Ok(ControlFlow::Break(value));
+        }
+        if done {
+            break;
+        }
+    }
+    if scratch.report.residual.is_nan() {
+        return Err(scratch.not_converged());
+    }
+    Ok(ControlFlow::Continue(()))
+}
+
+/// A step this small that no longer shrinks is down to rounding: were it not, the next would be
+/// of the order of its square. (Fine spectral elements of a membrane blown up to a thousand times its size have
+/// steps of 2e-9 left.)
+const ROUNDING: f64 = 1e-7;
+
+impl NewtonScratch {
+    /// What the last solve with this scratch did.
+    pub fn report(&self) -> &NewtonReport {
+        &self.report
+    }
+
+    fn resize(&mut self, n: usize) {
+        let Self {
+            residual,
+            trial,
+            step,
+            correction,
+            ..
+        } = self;
+        for vector in [residual, trial, step, correction] {
+            vector.resize(n, 0.0);
+        }
+    }
+
+    fn not_converged(&self) -> NewtonError {
+        NewtonError::NotConverged {
+            report: self.report.clone(),
+        }
+    }
+
+    /// Takes the whole of `step`, whose size is `full`.
+    fn full_step(
+        &mut self,
+        system: &mut (impl ResidualSystem + ?Sized),
+        x: &mut [f64],
+        full: f64,
+    ) -> Result<(), NewtonError> {
+        subtract(x, 1.0, &self.step, &mut self.trial);
+        x.copy_from_slice(&self.trial);
+        system.residual_into(x, &mut self.residual)?;
+        self.report
+            .stepped(full, system.residual_norm(&self.residual));
+        Ok(())
+    }
+
+    /// Takes as much of `step`, whose size is `full`, as the natural monotonicity test allows, and after a whole step
+    /// the correction that the test has computed. Returns an estimate of the error left: infinite if there is none,
+    /// below everything if it is down to rounding.
+    fn natural_step(
+        &mut self,
+        system: &mut (impl ResidualSystem + ?Sized),
+        x: &mut [f64],
+        full: f64,
+        max_halvings: usize,
+    ) -> Result<f64, NewtonError> {
         let mut length = 1.0;
         let mut next = f64::INFINITY;
         for halvings in 0.. {
-            subtract(x, length, step, trial);
-            let defined = system.residual_into(trial, residual);
-            report.residual_calls += 1;
-            if defined.is_ok() {
-                correction.copy_from_slice(residual);
-                system.solve_in_place(correction);
-                next = system.step_norm(correction);
-                if next <= (1.0 - 0.25 * length) * full || (length == 1.0 && full <= ROUNDING) {
-                    break;
+            subtract(x, length, &self.step, &mut self.trial);
+            let defined = system.residual_into(&self.trial, &mut self.residual);
+            self.report.residual_calls += 1;
+            match defined {
+                Ok(()) => {
+                    self.correction.copy_from_slice(&self.residual);
+                    system.solve_in_place(&mut self.correction)?;
+                    next = system.step_norm(&self.correction);
+                    if next <= (1.0 - 0.25 * length) * full || (length == 1.0 && full <= ROUNDING) {
+                        break;
+                    }
                 }
+                Err(error @ NewtonError::User(_)) => return Err(error),
+                Err(_) => (),
             }
             if halvings == max_halvings {
-                return Err(NewtonError::NotConverged {
-                    report: report.clone(),
-                });
+                return Err(self.not_converged());
             }
             length *= 0.5;
         }
         if full <= ROUNDING && next > 0.25 * full {
-            if report.iterations == 0 {
+            if self.report.iterations == 0 {
                 // as exact as it gets already
-                report.step = full;
+                self.report.step = full;
             } else {
                 // equations that rounding leaves alone, a volume's, profit from the last step too
-                x.copy_from_slice(trial);
-                report.stepped(full, system.residual_norm(residual));
+                x.copy_from_slice(&self.trial);
+                self.report
+                    .stepped(full, system.residual_norm(&self.residual));
             }
-            break;
+            return Ok(f64::NEG_INFINITY);
         }
         let mut left = f64::INFINITY;
         if length == 1.0 && next <= 0.25 * full {
-            subtract(trial, 1.0, correction, x);
-            system.residual_into(x, residual)?;
-            report.residual_calls += 1;
+            subtract(&self.trial, 1.0, &self.correction, x);
+            system.residual_into(x, &mut self.residual)?;
+            self.report.residual_calls += 1;
             // A frozen tangent contracts twice as slowly as the step that was taken with it. That
             // was one direction; another may contract by no more than what the step changed.
             left = 2.0 * next * (next / full).max(full.min(0.01));
         } else {
-            x.copy_from_slice(trial);
+            x.copy_from_slice(&self.trial);
         }
-        report.stepped(length * full, system.residual_norm(residual));
-        if left <= options.step_tolerance {
-            break;
-        }
+        self.report
+            .stepped(length * full, system.residual_norm(&self.residual));
+        Ok(left)
     }
-    if report.residual.is_nan() {
-        return Err(NewtonError::NotConverged {
-            report: report.clone(),
-        });
-    }
-    Ok(())
 }
 
 /// `out` = x - length step

@@ -169,7 +169,7 @@ impl PairEquilibrium {
         let (inner, outer) = (self.inner.state.len(), self.outer.state.len());
         let mut change = vec![0.0; inner + outer];
         change[inner - 1] = rung.inner.target_slope(control);
-        system.solve_in_place(&mut change);
+        system.solve_in_place(&mut change)?;
         let (inner, outer) = change.split_at(inner);
         Ok([rung.inner.sensitivity(inner), rung.outer.sensitivity(outer)])
     }
@@ -291,12 +291,12 @@ impl ResidualSystem for PairSystem<'_> {
         self.outer.factor(&x[split..])
     }
 
-    fn solve_in_place(&mut self, rhs: &mut [f64]) {
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
         let (inner, outer) = rhs.split_at_mut(self.inner.len());
-        self.inner.solve_in_place(inner);
+        self.inner.solve_in_place(inner)?;
         let last = outer.len() - 1;
         outer[last] += dot(&self.volume_row, &inner[..self.volume_row.len()]);
-        self.outer.solve_in_place(outer);
+        self.outer.solve_in_place(outer)
     }
 
     fn residual_norm(&self, residual: &[f64]) -> f64 {
@@ -328,10 +328,10 @@ impl Controlled for PairSystem<'_> {
             && self.outer.within(reach, &from[split..], &to[split..])
     }
 
-    fn rate_into(&mut self, out: &mut [f64]) {
+    fn rate_into(&mut self, out: &mut [f64]) -> Result<(), NewtonError> {
         out.fill(0.0);
         out[self.split() - 1] = 1.0;
-        self.solve_in_place(out);
+        self.solve_in_place(out)
     }
 
     fn shape_norm(&self, change: &[f64]) -> f64 {

@@ -63,7 +63,7 @@ impl Plan {
 
     /// The first rung on which the start itself is resolved.
     pub(crate) fn adaptive(membrane: &Membrane, tolerance: f64) -> Result<Arc<Self>, NewtonError> {
-        let mut rung = Arc::new(Self::rung(membrane, tolerance, 0).map_err(NewtonError::membrane)?);
+        let mut rung = Arc::new(Self::rung(membrane, tolerance, 0)?);
         while let Err(unresolved) = rung.resolution(&rung.start_state()) {
             rung = rung.finer().unwrap_or(Err(unresolved))?;
         }
@@ -107,7 +107,7 @@ impl Plan {
         let made = || Self::rung(&self.membrane, adaptive.tolerance, level).map(Arc::new);
         match adaptive.finer.get_or_init(made).clone() {
             Err(MembraneError::TooMany { .. }) => None,
-            finer => Some(finer.map_err(NewtonError::membrane)),
+            finer => Some(finer.map_err(NewtonError::from)),
         }
     }
 
@@ -211,7 +211,7 @@ impl Plan {
         report: NewtonReport,
     ) -> Result<Equilibrium, NewtonError> {
         let solved = self.equilibrium(state, report);
-        finite(&solved.measures).map_err(NewtonError::membrane)?;
+        finite(&solved.measures)?;
         Ok(solved)
     }
 

@@ -45,7 +45,7 @@ impl Equilibrium {
         let mut change = vec![0.0; self.state.len()];
         let last = change.len() - 1;
         change[last] = self.plan.target_slope(control);
-        system.solve_in_place(&mut change);
+        system.solve_in_place(&mut change)?;
         Ok(self.plan.sensitivity(&change))
     }
 }

@@ -62,10 +62,10 @@ impl Solver {
     pub fn new(membrane: &Membrane, discretisation: Discretisation) -> Result<Self, NewtonError> {
         let plan = match discretisation {
             Discretisation::FiniteDifferences { nodes } => {
-                Plan::differences(membrane, nodes).map(Arc::new)
+                Arc::new(Plan::differences(membrane, nodes)?)
             }
             Discretisation::Spectral { degree, per_piece } => {
-                Plan::spectral(membrane, degree, per_piece).map(Arc::new)
+                Arc::new(Plan::spectral(membrane, degree, per_piece)?)
             }
             Discretisation::SpectralAdaptive { tolerance } => {
                 if !(tolerance.is_finite() && tolerance > 0.0) {
@@ -75,14 +75,10 @@ impl Solver {
                         above: 0.0,
                     });
                 }
-                return Ok(Self {
-                    plan: Plan::adaptive(membrane, tolerance)?,
-                });
+                Plan::adaptive(membrane, tolerance)?
             }
         };
-        Ok(Self {
-            plan: plan.map_err(NewtonError::membrane)?,
-        })
+        Ok(Self { plan })
     }
 
     /// Measures of the start: the rest shape with its ends held.

@@ -94,9 +94,7 @@ impl ResidualSystem for Direct<'_> {
 
     fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
         self.differences.elastic_force_into(x, &mut self.elastic);
-        self.differences
-            .pressure_force_into(x, self.load, out)
-            .map_err(NewtonError::membrane)?;
+        self.differences.pressure_force_into(x, self.load, out)?;
         for (out, elastic) in out.iter_mut().zip(&self.elastic) {
             *out += elastic;
         }
@@ -118,14 +116,16 @@ impl ResidualSystem for Direct<'_> {
             PaperJacobian::AsPrinted => {
                 differences.add_pressure_tangent_as_printed_into(x, self.load, 1.0, tangent)
             }
-        }
-        .map_err(NewtonError::membrane)?;
+        }?;
         hold_rows(differences, tangent)?;
-        self.lu.factor(tangent)
+        self.lu.factor(tangent)?;
+        Ok(())
     }
 
-    fn solve_in_place(&mut self, rhs: &mut [f64]) {
-        self.lu.solve_into(rhs);
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+        let lu = self.lu.factored().ok_or(NewtonError::NotFactored)?;
+        lu.solve_into(rhs);
+        Ok(())
     }
 
     fn residual_norm(&self, residual: &[f64]) -> f64 {

@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
         .collect();
 
-    let geometry = ParallelGeometry::uniform(n_views, std::f64::consts::PI, n_bins, 1.0)?;
+    let geometry = ParallelGeometry::half_turn(n_views, n_bins, 1.0)?;
     let grid = ImageGrid::square(n_bins, 1.0)?;
     let options = FbpOptions {
         window,

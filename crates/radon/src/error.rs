@@ -86,7 +86,8 @@ pub enum RadonError {
     },
     /// The views leave a wedge of directions unmeasured and the policy was [`ArcPolicy::Complete`](crate::ArcPolicy::Complete).
     #[error(
-        "views leave a gap of {gap} rad between neighbouring directions, {ratio} times the mean of the others (at most {allowed} allowed)"
+        "views leave a gap of {gap} rad between neighbouring directions, {ratio} times the mean of the others (at most {allowed} allowed){}",
+        hint(*furthest)
     )]
     ShortArc {
         /// The largest gap between neighbouring directions modulo pi, in radians.
@@ -95,6 +96,30 @@ pub enum RadonError {
         ratio: f64,
         /// The largest ratio that counts as complete.
         allowed: f64,
+        /// The largest angle given, without its sign, in radians.
+        furthest: f64,
+    },
+    /// Views are to be spread over more turns than anybody takes: most likely the arc is in degrees.
+    #[error(
+        "an arc of {arc} rad is {turns} turns (at most {most} allowed); if it is in degrees, say so with `arc_degrees`"
+    )]
+    LongArc {
+        /// The arc given, in radians.
+        arc: f64,
+        /// Turns that it is.
+        turns: f64,
+        /// Turns that are allowed.
+        most: f64,
+    },
+    /// A list of angles has equal steps over 180 or 360 rad, to nine digits: a half or full turn in degrees.
+    #[error(
+        "{n_views} angles in equal steps over {arc} rad look like degrees; if they are, say so with `from_degrees`"
+    )]
+    LikeDegrees {
+        /// Number of angles.
+        n_views: usize,
+        /// What the steps add up to.
+        arc: f64,
     },
     /// An index range is empty, reversed or leaves the array.
     #[error("{name}: range {start}..{end} must be non-empty and lie within 0..{len}")]
@@ -142,6 +167,14 @@ pub enum RadonError {
         /// What was tried.
         report: Box<crate::IterativeReport>,
     },
+}
+
+/// What to say of angles of several turns that leave a gap.
+fn hint(furthest: f64) -> String {
+    match furthest > 2.0 * std::f64::consts::TAU {
+        true => format!("; angles are in radians and go up to {furthest}: are they degrees?"),
+        false => String::new(),
+    }
 }
 
 /// `given` if it is finite.

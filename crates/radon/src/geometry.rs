@@ -17,9 +17,14 @@ use crate::error::{RadonError, at_least, finite, positive, product, zeros};
 ///
 /// ```
 /// # use radon::ParallelGeometry;
-/// let geometry = ParallelGeometry::uniform(90, std::f64::consts::PI, 256, 0.0625)?;
+/// let geometry = ParallelGeometry::half_turn(90, 256, 0.0625)?; // 90 views over pi, 256 bins 0.0625 apart
 /// assert_eq!(geometry.bin_centre(0), -127.5 * 0.0625);
 /// assert_eq!(geometry.sinogram_len(), 90 * 256);
+/// // The same views, for whoever has degrees.
+/// let angles: Vec<f64> = (0..90).map(|k| 2.0 * f64::from(k)).collect();
+/// let listed = ParallelGeometry::from_degrees(&angles, 256, 0.0625)?;
+/// assert!((listed.angles()[45] - geometry.angles()[45]).abs() < 1e-15);
+/// assert!(ParallelGeometry::arc_radians(90, 180.0, 256, 0.0625).is_err()); // 29 turns: degrees by mistake
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -31,20 +36,25 @@ pub struct ParallelGeometry {
 }
 
 impl ParallelGeometry {
-    /// Views at `angles` (radians, in any order, repeated or not), `n_bins` bins `pitch` apart, centred on the axis.
+    /// Views at `angles` in radians (in any order, repeated or not), `n_bins` bins `pitch` apart, centred on the axis.
     ///
     /// # Errors
-    /// No view, no bin, an angle or pitch that is NaN or infinite, `pitch <= 0`, sizes beyond the address space.
+    /// No view, no bin, an angle or pitch that is NaN or infinite, `pitch <= 0`, sizes beyond the address space;
+    /// [`RadonError::LikeDegrees`] for equal steps over 180 or 360 rad, to nine digits.
     pub fn new(angles: impl Into<Vec<f64>>, n_bins: usize, pitch: f64) -> Result<Self, RadonError> {
         let angles = angles.into();
+        for &angle in &angles {
+            finite("angle", angle)?;
+        }
+        if let Some(arc) = whole_turn_in_degrees(&angles) {
+            let n_views = angles.len();
+            return Err(RadonError::LikeDegrees { n_views, arc });
+        }
         at_least("n_views", angles.len(), 1)?;
         at_least("n_bins", n_bins, 1)?;
         positive("pitch", pitch)?;
         product("sinogram", angles.len(), n_bins)?;
         finite("n_bins * pitch", n_bins as f64 * pitch)?;
-        for &angle in &angles {
-            finite("angle", angle)?;
-        }
         Ok(Self {
             angles,
             n_bins,
@@ -53,17 +63,63 @@ impl ParallelGeometry {
         })
     }
 
-    /// View `k` of `n_views` at `k * arc / n_views`: `arc` is pi for a half turn, 2 pi for a full one.
+    /// As [`new`](Self::new), with the angles in degrees.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and an `arc` that is not finite and greater than zero.
-    pub fn uniform(
+    /// As [`new`](Self::new).
+    pub fn from_degrees(angles: &[f64], n_bins: usize, pitch: f64) -> Result<Self, RadonError> {
+        let mut radians = zeros("angles", angles.len(), 1)?;
+        for (to, from) in radians.iter_mut().zip(angles) {
+            *to = from.to_radians();
+        }
+        Self::new(radians, n_bins, pitch)
+    }
+
+    /// View `k` of `n_views` at `k * pi / n_views`: every line once.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn half_turn(n_views: usize, n_bins: usize, pitch: f64) -> Result<Self, RadonError> {
+        Self::arc_radians(n_views, PI, n_bins, pitch)
+    }
+
+    /// View `k` of `n_views` at `k * 2 pi / n_views`: every line from both sides.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn full_turn(n_views: usize, n_bins: usize, pitch: f64) -> Result<Self, RadonError> {
+        Self::arc_radians(n_views, 2.0 * PI, n_bins, pitch)
+    }
+
+    /// View `k` of `n_views` at `k * arc / n_views`, `arc` in degrees.
+    ///
+    /// # Errors
+    /// As [`arc_radians`](Self::arc_radians).
+    pub fn arc_degrees(
         n_views: usize,
         arc: f64,
         n_bins: usize,
         pitch: f64,
     ) -> Result<Self, RadonError> {
-        positive("arc", arc)?;
+        Self::arc_radians(n_views, arc.to_radians(), n_bins, pitch)
+    }
+
+    /// View `k` of `n_views` at `k * arc / n_views`, `arc` in radians.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); an `arc` that is not finite and greater than zero; [`RadonError::LongArc`] beyond
+    /// [`MOST_TURNS`](Self::MOST_TURNS).
+    pub fn arc_radians(
+        n_views: usize,
+        arc: f64,
+        n_bins: usize,
+        pitch: f64,
+    ) -> Result<Self, RadonError> {
+        let turns = positive("arc", arc)? / (2.0 * PI);
+        if turns > Self::MOST_TURNS * (1.0 + f64::EPSILON) {
+            let most = Self::MOST_TURNS;
+            return Err(RadonError::LongArc { arc, turns, most });
+        }
         product("sinogram", n_views, n_bins)?;
         let mut angles = zeros("angles", n_views, 1)?;
         for (k, angle) in angles.iter_mut().enumerate() {
@@ -71,6 +127,10 @@ impl ParallelGeometry {
         }
         Self::new(angles, n_bins, pitch)
     }
+
+    /// Turns that an arc may take. What is longer is most likely in the wrong unit; several turns can be listed one by one with
+    /// [`new`](Self::new).
+    pub const MOST_TURNS: f64 = 2.0;
 
     /// The same views with every bin centre moved by `offset` (a length, towards larger bins).
     ///
@@ -188,11 +248,12 @@ impl ParallelGeometry {
                 ArcPolicy::Complete => {
                     let ratio = gap[widest] / (measured / (n - 1) as f64);
                     if ratio > ArcPolicy::COMPLETE_RATIO {
-                        let (gap, allowed) = (gap[widest], ArcPolicy::COMPLETE_RATIO);
+                        let furthest = self.angles.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
                         return Err(RadonError::ShortArc {
-                            gap,
+                            gap: gap[widest],
                             ratio,
-                            allowed,
+                            allowed: ArcPolicy::COMPLETE_RATIO,
+                            furthest,
                         });
                     }
                 }
@@ -217,6 +278,21 @@ impl ParallelGeometry {
         }
         Ok(weights)
     }
+}
+
+/// 180 or 360 if so many radians are divided by these angles into equal steps, with or without the last one.
+fn whole_turn_in_degrees(angles: &[f64]) -> Option<f64> {
+    let ([first, .., last], n) = (angles, angles.len() as f64) else {
+        return None;
+    };
+    let step = (last - first) / (n - 1.0);
+    let same = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
+    let arc = [180.0, 360.0]
+        .into_iter()
+        .find(|&arc| same(step.abs() * n, arc) || same(step.abs() * (n - 1.0), arc))?;
+    // Two or three views are as far apart by chance, or as little.
+    let equal = angles.windows(2).all(|pair| same(pair[1] - pair[0], step));
+    (angles.len() > 3 && equal).then_some(arc)
 }
 
 /// What to do when the views leave a wedge of directions unmeasured.

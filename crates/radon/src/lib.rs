@@ -13,7 +13,7 @@
 //!
 //! ```
 //! use radon::{BinSampling, FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, Phantom2};
-//! let geometry = ParallelGeometry::uniform(90, std::f64::consts::PI, 96, 0.1)?;
+//! let geometry = ParallelGeometry::half_turn(90, 96, 0.1)?;
 //! let grid = ImageGrid::square(96, 0.1)?;
 //! let phantom = Phantom2::shepp_logan(4.8)?;
 //! let sinogram: Vec<f32> = phantom.sinogram(&geometry, BinSampling::Mean)?;

@@ -43,7 +43,7 @@ fn projection_error(
 
 #[test]
 fn projections_converge_to_exact_sinograms() {
-    let geometry = ParallelGeometry::uniform(24, PI, 40, 0.35).unwrap();
+    let geometry = ParallelGeometry::half_turn(24, 40, 0.35).unwrap();
     let solid = Phantom2::new([
         (1.0, Shape2::ellipse([1.3, -0.9], [2.4, 1.1], 0.4).unwrap()),
         (
@@ -221,7 +221,7 @@ fn an_ellipse_is_reconstructed_where_it_is_at_its_value() {
 
 #[test]
 fn row_sums_are_chords_of_the_grid_and_sirt_finds_the_image() {
-    let geometry = ParallelGeometry::uniform(36, PI, 30, 0.4)
+    let geometry = ParallelGeometry::half_turn(36, 30, 0.4)
         .and_then(|g| g.with_offset(0.1))
         .unwrap();
     for (n, spacing) in [([16, 8], [0.5, 1.0]), ([6, 18], [1.2, 0.4])] {

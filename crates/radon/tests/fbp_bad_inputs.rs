@@ -55,15 +55,15 @@ fn geometry() {
         Err(NotFinite { .. })
     ));
     assert!(matches!(
-        ParallelGeometry::uniform(0, 1.0, 8, 1.0),
+        ParallelGeometry::arc_radians(0, 1.0, 8, 1.0),
         Err(TooFew { .. })
     ));
     assert!(matches!(
-        ParallelGeometry::uniform(3, 0.0, 8, 1.0),
+        ParallelGeometry::arc_radians(3, 0.0, 8, 1.0),
         Err(NotPositive { name: "arc", .. })
     ));
     assert!(matches!(
-        ParallelGeometry::uniform(usize::MAX, 1.0, 8, 1.0),
+        ParallelGeometry::arc_radians(usize::MAX, 1.0, 8, 1.0),
         Err(TooLarge { .. })
     ));
     let geometry = half_turn(4, 8, 1.0);
@@ -201,14 +201,16 @@ fn options() {
 
 #[test]
 fn short_arcs_are_refused_unless_a_policy_says_what_to_do() {
-    let geometry = ParallelGeometry::uniform(60, 2.0, 16, 1.0).unwrap();
+    let geometry = ParallelGeometry::arc_radians(60, 2.0, 16, 1.0).unwrap();
     let grid = ImageGrid::square(16, 1.0).unwrap();
     match FbpPlan::<f64>::new(&geometry, &grid, &FbpOptions::default()) {
         Err(RadonError::ShortArc {
             gap,
             ratio,
             allowed,
+            furthest,
         }) => {
+            assert_eq!(furthest, geometry.angles()[59]);
             assert!(
                 (gap - (std::f64::consts::PI - 59.0 / 30.0)).abs() < 1e-12
                     && ratio > 30.0
@@ -287,7 +289,7 @@ fn extreme_but_finite_geometry_neither_panics_nor_hangs() {
     for pitch in [1e-300, 1e-9, 1e9, 1e300] {
         for spacing in [1e-300, 1e-9, 1e9, 1e300] {
             for centre in [0.0, 1e300] {
-                let Ok(geometry) = ParallelGeometry::uniform(4, 3.0, 5, pitch)
+                let Ok(geometry) = ParallelGeometry::arc_radians(4, 3.0, 5, pitch)
                     .unwrap()
                     .with_offset(centre / 3.0)
                 else {

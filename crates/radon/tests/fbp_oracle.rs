@@ -256,7 +256,7 @@ fn any_complete_list_of_angles_gives_the_same_amplitude() {
 fn a_short_arc_gives_what_its_policy_says() {
     // Inside a disc every filtered view is 1/pi: the mean is the sum of the weights over pi, of which 120 degrees were measured.
     let geometry =
-        ParallelGeometry::uniform(120, 2.0 / 3.0 * std::f64::consts::PI, 128, 1.0).unwrap();
+        ParallelGeometry::arc_radians(120, 2.0 / 3.0 * std::f64::consts::PI, 128, 1.0).unwrap();
     let grid = ImageGrid::square(128, 1.0).unwrap();
     let disc = Ellipse::disc([9.0, -5.0], 30.0);
     for (arc, expected) in [

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use radon::{ArcPolicy, ImageGrid, ParallelGeometry, StackOrder};
+use radon::{ArcPolicy, ImageGrid, ParallelGeometry, RadonError, StackOrder};
 
 fn weights(angles: &[f64], policy: ArcPolicy) -> Vec<f64> {
     ParallelGeometry::new(angles, 4, 1.0)
@@ -46,16 +46,101 @@ fn the_rotation_bin_lies_on_the_axis() {
 #[test]
 fn uniform_half_and_full_turns_weigh_equally_whatever_the_parity() {
     for n in [1, 2, 3, 90, 91] {
-        for arc in [PI, 2.0 * PI] {
-            let geometry = ParallelGeometry::uniform(n, arc, 4, 1.0).unwrap();
+        for turn in [ParallelGeometry::half_turn, ParallelGeometry::full_turn] {
+            let geometry = turn(n, 4, 1.0).unwrap();
             for w in geometry.view_weights(ArcPolicy::Complete).unwrap() {
-                assert!(
-                    (w - PI / n as f64).abs() < 1e-12,
-                    "{n} views over {arc}: {w}"
-                );
+                assert!((w - PI / n as f64).abs() < 1e-12, "{geometry:?}: {w}");
             }
         }
     }
+}
+
+#[test]
+fn each_constructor_has_the_unit_of_its_name() {
+    let same = |a: &ParallelGeometry, b: &ParallelGeometry| {
+        let angles = a.angles().iter().zip(b.angles());
+        assert_eq!((a.n_views(), a.n_bins(), a.pitch()), (7, 4, 0.5));
+        // Rounding of angles up to two turns.
+        assert!({ angles }.all(|(a, b)| (a - b).abs() < 4e-15));
+    };
+    let listed = |arc: f64| {
+        let angles: Vec<f64> = (0..7).map(|k| f64::from(k) * arc / 7.0).collect();
+        ParallelGeometry::new(angles, 4, 0.5).unwrap()
+    };
+    same(
+        &ParallelGeometry::half_turn(7, 4, 0.5).unwrap(),
+        &listed(PI),
+    );
+    same(
+        &ParallelGeometry::full_turn(7, 4, 0.5).unwrap(),
+        &listed(2.0 * PI),
+    );
+    for turns in [0.01, 0.3, 1.0, 1.5, 2.0] {
+        let (arc, degrees) = (2.0 * PI * turns, 360.0 * turns);
+        let radians = ParallelGeometry::arc_radians(7, arc, 4, 0.5).unwrap();
+        same(&radians, &listed(arc));
+        same(
+            &ParallelGeometry::arc_degrees(7, degrees, 4, 0.5).unwrap(),
+            &radians,
+        );
+        let angles: Vec<f64> = radians.angles().iter().map(|a| a.to_degrees()).collect();
+        same(
+            &ParallelGeometry::from_degrees(&angles, 4, 0.5).unwrap(),
+            &radians,
+        );
+    }
+}
+
+#[test]
+fn degrees_taken_for_radians_are_refused_with_the_reason() {
+    // An arc of 180 would be 28.6 turns.
+    match ParallelGeometry::arc_radians(60, 180.0, 4, 1.0) {
+        Err(error @ RadonError::LongArc { arc, turns, most }) => {
+            assert_eq!((arc, most), (180.0, ParallelGeometry::MOST_TURNS));
+            assert!((turns - 90.0 / PI).abs() < 1e-12);
+            assert!(error.to_string().contains("arc_degrees"), "{error}");
+        }
+        other => panic!("{other:?}"),
+    }
+    for arc in [4.0 * PI + 1e-9, 90.0, 360.0] {
+        let refused = ParallelGeometry::arc_radians(60, arc, 4, 1.0);
+        assert!(matches!(refused, Err(RadonError::LongArc { .. })), "{arc}");
+    }
+    assert!(ParallelGeometry::arc_degrees(60, 721.0, 4, 1.0).is_err());
+
+    // Lists: a half or a full turn, the last view left out or not, either sense, any start.
+    for (n, step, arc) in [(60, 3.0, 180.0), (361, 1.0, 360.0), (7, -30.0, 180.0)] {
+        let angles: Vec<f64> = (0..n).map(|k| 5.0 + f64::from(k) * step).collect();
+        match ParallelGeometry::new(angles.clone(), 4, 1.0) {
+            Err(error @ RadonError::LikeDegrees { .. }) => {
+                let n_views = angles.len();
+                assert_eq!(error, RadonError::LikeDegrees { n_views, arc });
+                assert!(error.to_string().contains("from_degrees"), "{error}");
+            }
+            other => panic!("{other:?}"),
+        }
+        ParallelGeometry::from_degrees(&angles, 4, 1.0).unwrap();
+        // The same list in other steps is several turns, which is nobody's business.
+        for factor in [1.0 + 1e-8, 3.0, 10.0] {
+            let several: Vec<f64> = angles.iter().map(|a| a * factor).collect();
+            ParallelGeometry::new(several, 4, 1.0).unwrap();
+        }
+    }
+    for angles in [vec![0.0, 180.0], vec![0.0, 180.0, 360.0], vec![180.0]] {
+        ParallelGeometry::new(angles, 4, 1.0).unwrap();
+    }
+
+    // What leaves a gap, too, says that angles are in radians, if they go so far that it may be news.
+    let message = |angles: &[f64]| {
+        let geometry = ParallelGeometry::new(angles, 4, 1.0).unwrap();
+        let refused = geometry.view_weights(ArcPolicy::Complete).unwrap_err();
+        assert!(matches!(refused, RadonError::ShortArc { .. }));
+        refused.to_string()
+    };
+    let degrees = message(&[0.0, 22.0, 44.0, 66.0, 88.0]);
+    assert!(degrees.contains("radians and go up to 88"), "{degrees}");
+    let radians = message(&[0.0, 0.1, 0.2, 0.3, 12.5]);
+    assert!(!radians.contains("degrees"), "{radians}");
 }
 
 #[test]

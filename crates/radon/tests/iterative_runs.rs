@@ -9,11 +9,10 @@ use radon::{
     Phantom2, Projector, RadonError, SirtOptions, StackOrder, StoppedBy, Stopping, Subset, cgls,
     mlem, osem, sirt,
 };
-use std::f64::consts::PI;
 
 /// A head, 40 views, twice the bins: consistent data for the operator.
 fn scene() -> (Projector, Vec<f64>, Vec<f64>) {
-    let geometry = ParallelGeometry::uniform(40, PI, 36, 1.0).unwrap();
+    let geometry = ParallelGeometry::half_turn(40, 36, 1.0).unwrap();
     let projector = Projector::new(
         &geometry,
         &ImageGrid::new(24, 22, 1.0).unwrap(),

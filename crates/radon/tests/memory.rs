@@ -4,7 +4,6 @@ use peak_alloc::PeakAlloc;
 use radon::{
     FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, RadonError, StackOrder,
 };
-use std::f64::consts::PI;
 
 #[global_allocator]
 static HEAP: PeakAlloc = PeakAlloc;
@@ -23,7 +22,7 @@ fn peak(work: impl FnOnce()) -> usize {
 // One test: the counter is the process's, and tests run side by side.
 #[test]
 fn a_run_takes_what_was_said_and_a_stream_its_budget() {
-    let geometry = ParallelGeometry::uniform(60, PI, 96, 1.0).unwrap();
+    let geometry = ParallelGeometry::half_turn(60, 96, 1.0).unwrap();
     let grid = ImageGrid::square(96, 1.0).unwrap();
     let (n_slices, order) = (80, StackOrder::SliceViewBin);
     let projections = vec![1.0_f32; n_slices * geometry.sinogram_len()];

@@ -15,14 +15,18 @@ fn too_large<T: std::fmt::Debug>(outcome: Result<T, RadonError>) -> bool {
 /// Counts that can be multiplied, of samples that no machine has room for.
 #[test]
 fn what_no_memory_holds_is_refused() {
-    let half_turn = std::f64::consts::PI;
-    let wide = ParallelGeometry::uniform(2, half_turn, 1 << 50, 1.0).unwrap();
+    let wide = ParallelGeometry::half_turn(2, 1 << 50, 1.0).unwrap();
     let large = ImageGrid::square(1 << 26, 1.0).unwrap();
     let (small, grid) = (
-        ParallelGeometry::uniform(2, half_turn, 4, 1.0).unwrap(),
+        ParallelGeometry::half_turn(2, 4, 1.0).unwrap(),
         ImageGrid::square(4, 1.0).unwrap(),
     );
-    assert!(too_large(ParallelGeometry::uniform(1 << 55, 1.0, 1, 1.0)));
+    assert!(too_large(ParallelGeometry::arc_radians(
+        1 << 55,
+        1.0,
+        1,
+        1.0
+    )));
     assert!(too_large(disc_mask(&large, 1.0)));
     assert!(too_large(Blur::new([1 << 50, 1], [1.0; 2], 1e15)));
 
@@ -42,7 +46,7 @@ fn what_no_memory_holds_is_refused() {
         VIEWS_FIRST
     )));
 
-    let narrow = ParallelGeometry::uniform(2, half_turn, 1 << 50, 1e-9).unwrap();
+    let narrow = ParallelGeometry::half_turn(2, 1 << 50, 1e-9).unwrap();
     let projector = Projector::new(&narrow, &grid, Kernel::Joseph).unwrap();
     assert!(too_large(projector.forward(&[1.0f32; 16])));
     let plan = FbpPlan::<f32>::new(&small, &large, &FbpOptions::default()).unwrap();
@@ -57,7 +61,7 @@ fn what_no_memory_holds_is_refused() {
         },
     ] {
         for bins in [(1 << 20) + 1, 1 << 50] {
-            let wide = ParallelGeometry::uniform(2, half_turn, bins, 1.0).unwrap();
+            let wide = ParallelGeometry::half_turn(2, bins, 1.0).unwrap();
             assert!(too_large(FbpPlan::<f32>::new(&wide, &grid, &options)));
         }
     }
@@ -77,7 +81,7 @@ fn what_no_memory_holds_is_refused() {
 /// A stack is as long as its data says, not as the caller does.
 #[test]
 fn numbers_of_slices_without_data_are_refused() {
-    let geometry = ParallelGeometry::uniform(2, 3.0, 4, 1.0).unwrap();
+    let geometry = ParallelGeometry::arc_radians(2, 3.0, 4, 1.0).unwrap();
     let grid = ImageGrid::square(4, 1.0).unwrap();
     let projector = Projector::new(&geometry, &grid, Kernel::Strip).unwrap();
     let plan = FbpPlan::<f64>::new(&geometry, &grid, &FbpOptions::default()).unwrap();

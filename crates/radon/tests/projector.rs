@@ -142,7 +142,7 @@ fn strips_that_tile_the_plane_conserve_the_mass() {
     let mass: f64 = image.iter().sum::<f64>() * 0.4 * 0.25;
     for pitch in [0.07, 0.3, 2.5, 20.0] {
         let n_bins = (16.0f64 / pitch).ceil() as usize + 1;
-        let geometry = ParallelGeometry::uniform(17, 2.0 * PI, n_bins, pitch).unwrap();
+        let geometry = ParallelGeometry::full_turn(17, n_bins, pitch).unwrap();
         let projector = Projector::new(&geometry, &grid, Kernel::Strip).unwrap();
         for view in projector.forward(&image).unwrap().chunks(n_bins) {
             let total = view.iter().sum::<f64>() * pitch;
@@ -352,7 +352,7 @@ fn joseph_and_strip_meet_the_exact_projections_of_a_tilted_shell() {
         ),
     ])
     .unwrap();
-    let geometry = ParallelGeometry::uniform(90, PI, 256, 1.0).unwrap();
+    let geometry = ParallelGeometry::half_turn(90, 256, 1.0).unwrap();
     let grid = ImageGrid::square(256, 1.0).unwrap();
     // The bars are those of published figures, for voxels averaged over 8 x 8 x 4 samples: 0.01841 and 0.00670 for four
     // programs with this interpolation. Exact voxel means blur the edges along z by 1/12 instead of 5/64 of a voxel squared,
@@ -419,7 +419,7 @@ fn joseph_and_strip_meet_the_exact_projections_of_a_tilted_shell() {
 
 #[test]
 fn bad_input_is_refused_with_its_numbers() {
-    let geometry = ParallelGeometry::uniform(3, PI, 5, 1.0).unwrap();
+    let geometry = ParallelGeometry::half_turn(3, 5, 1.0).unwrap();
     let grid = ImageGrid::new(4, 6, 1.0).unwrap();
     let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
     assert_eq!(

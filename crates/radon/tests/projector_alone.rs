@@ -59,7 +59,7 @@ fn check(geometry: &ParallelGeometry, grid: &ImageGrid) -> Result<(), TestCaseEr
 
 #[test]
 fn a_slice_of_the_study_has_the_bits_it_has_in_the_volume() {
-    let geometry = ParallelGeometry::uniform(90, PI, 256, 1.0).unwrap();
+    let geometry = ParallelGeometry::half_turn(90, 256, 1.0).unwrap();
     check(&geometry, &ImageGrid::square(256, 1.0).unwrap()).unwrap();
 }
 

@@ -44,7 +44,7 @@ fn what_is_no_number_enters_nowhere() {
     let torso = EllipticCylinder::new([0.0; 2], [2.0; 2]).expect("a torso");
     let ring = || Meridian::ring(&[[0.0, 1.0], [0.0, 2.0], [1.0, 2.0]]).expect("a ring");
     let sector = Sector::new(ring(), [0.0, 1.0], pose).expect("a sector");
-    let geometry = ParallelGeometry::uniform(2, 3.0, 4, 1.0).expect("a geometry");
+    let geometry = ParallelGeometry::arc_radians(2, 3.0, 4, 1.0).expect("a geometry");
     let at = |layer, s, azimuth| wall.position(&MaterialPoint { layer, s, azimuth });
     let line = |x: f64| Curve::polyline(&[0.0, 1.0], &[[0.0, 1.0], [1.0, x]]);
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -200,8 +200,14 @@ fn what_is_no_number_enters_nowhere() {
                 sector.project_add(&rays, bad, None, one).is_err(),
             ),
             // radon
-            ("arc", ParallelGeometry::uniform(2, bad, 4, 1.0).is_err()),
-            ("pitch", ParallelGeometry::uniform(2, 1.0, 4, bad).is_err()),
+            (
+                "arc",
+                ParallelGeometry::arc_radians(2, bad, 4, 1.0).is_err(),
+            ),
+            (
+                "pitch",
+                ParallelGeometry::arc_radians(2, 1.0, 4, bad).is_err(),
+            ),
             ("pixel", ImageGrid::square(4, bad).is_err()),
             ("FWHM", Blur::new([4; 2], [1.0; 2], bad).is_err()),
             ("blur pitch", Blur::new([4; 2], [bad, 1.0], 1.0).is_err()),
@@ -266,7 +272,7 @@ fn sizes_beyond_memory_are_refused_and_not_tried() {
             .is_err()
     );
     let huge = usize::MAX;
-    assert!(ParallelGeometry::uniform(huge, 1.0, huge, 1.0).is_err());
+    assert!(ParallelGeometry::arc_radians(huge, 1.0, huge, 1.0).is_err());
     assert!(ImageGrid::square(huge, 1.0).is_err());
     assert!(Blur::new([huge; 2], [1.0; 2], 1.0).is_err());
     let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).expect("a balloon"));

@@ -26,7 +26,7 @@ fn acquisition(random: &mut Random, unit: f64) -> Option<(ParallelGeometry, Imag
     let pitch = random.spoiled(pitch);
     let geometry = if random.one_in(2) {
         let arc = random.pick(&[PI, 2.0 * PI, 1.0, 7.0]);
-        ParallelGeometry::uniform(n_views, random.spoiled(arc), n_bins, pitch)
+        ParallelGeometry::arc_radians(n_views, random.spoiled(arc), n_bins, pitch)
     } else {
         let special = [0.0, PI / 4.0, PI / 2.0, PI, -PI, 1e-9];
         let mut angles: Vec<f64> = (0..n_views)

@@ -6,8 +6,8 @@ use nalgebra::{Point3, Vector3};
 use plotters::prelude::RGBColor;
 use revolve_voxel::Pose;
 
-use super::canvas::{Area, Drawn, FINE, Pin, Rect, paint, paint_over, text};
-use super::marks::{arrow, segment};
+use super::canvas::{Area, Drawn, FINE, Pin, Rect, paint, paint_over, text, text_width};
+use super::marks::{arrow, segment, swatch};
 use super::profile::OnProfile;
 use super::render::{Camera, Colour, Seen, View, WHITE, light, mix};
 use super::style::{BLACK, BLUE, CAVITY, CUT, GREEN, GREY, SMALL, SURFACE, TEXT, TITLE, VERMILION};
@@ -18,6 +18,8 @@ use super::{FigureError, Picture, WallState, check};
 const MESH: [f64; 2] = [48.0, 40.0];
 /// Thickness of its lines, cm.
 const LINE: f64 = 0.035;
+/// Height of the row that says what the colours are, pixels.
+const KEY: i32 = 60;
 
 /// Draws each state twice at one scale: on top the wall cut open, below the mesh on its outer side.
 ///
@@ -56,7 +58,7 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
     };
     let size = (
         left + states.len() as i32 * (width + gap),
-        top + 2 * (height + gap),
+        top + 2 * (height + gap) + KEY,
     );
     let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
         for (i, state) in states.iter().enumerate() {
@@ -110,8 +112,23 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
             segment(area, ends[0], ends[1], BLACK, 3)?;
             text(area, "2 cm", SMALL, BLACK, (x + two_cm + 14, y), Pin::Left)?;
         }
-        Ok(())
+        key(area, (left + 20, size.1 - KEY / 2))
     })
+}
+
+/// What the colours are.
+fn key(area: &Area<'_>, (mut x, y): (i32, i32)) -> Drawn {
+    for (words, colour, width) in [
+        ("outside", SURFACE, 16),
+        ("cavity", CAVITY, 16),
+        ("cut, base", CUT, 16),
+        ("equal steps along the wall and around", BLUE, 2),
+    ] {
+        swatch(area, (x, y), colour, width)?;
+        text(area, words, SMALL, BLACK, (x + 58, y), Pin::Left)?;
+        x += 58 + text_width(area, words, SMALL) + 40;
+    }
+    Ok(())
 }
 
 fn seen(camera: &Camera, met: &Met, colour: Colour) -> Seen {

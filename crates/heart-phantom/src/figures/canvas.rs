@@ -127,6 +127,12 @@ impl Axis {
         }
     }
 
+    /// The same with its low end on top.
+    pub(super) fn downwards(mut self) -> Self {
+        (self.low, self.high) = (self.high, self.low);
+        self
+    }
+
     /// A logarithmic axis over whole decades that hold all positive `values`; give the chart log10 of values.
     pub(super) fn decades(values: impl Iterator<Item = f64>, label: &str) -> Self {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);

@@ -8,6 +8,9 @@ use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{BLACK, GREY, SERIES, SMALL};
 use super::{FigureError, Picture, check};
 
+/// Distance of markers, pixels of the picture.
+const APART: i32 = 24;
+
 /// One history: a norm after each iteration, the first entry before any.
 #[derive(Clone, Copy, Debug)]
 pub struct History<'a> {
@@ -75,7 +78,6 @@ pub fn histories(
                 let line = [[x.low, at.log10()], [x.high, at.log10()]];
                 dashed(&chart, &line, GREY, 2, 10.0)?;
             }
-            let inside = chart.plotting_area().strip_coord_spec();
             for (i, history) in histories.iter().enumerate() {
                 let colour = SERIES[i % SERIES.len()];
                 let points: Vec<[f64; 2]> = history
@@ -85,10 +87,17 @@ pub fn histories(
                     .map(|(k, &v)| [k as f64, height(v)])
                     .collect();
                 stroke(&chart, &points, colour, 3)?;
-                // Markers at least 24 pixels apart, so that long histories stay lines.
-                let every = (24 * last).div_ceil(plot.width as usize).max(1);
-                for p in points.iter().step_by(every).chain(points.last()) {
-                    marker(&inside, i, on_plot(&chart, *p), 7, colour)?;
+                // Markers some pixels apart, so that long histories stay lines; a steep one shows each of its points.
+                let mut shown: Option<(i32, i32)> = None;
+                for (k, p) in points.iter().enumerate() {
+                    let at = on_plot(&chart, *p);
+                    let far = shown.is_none_or(|last| apart(last, at) >= APART * FINE);
+                    if far || k + 1 == points.len() {
+                        // On the whole picture: half of one on the edge would be cut off.
+                        let place = (at.0 + plot.left * FINE, at.1 + plot.top * FINE);
+                        marker(area, i, place, 7, colour)?;
+                        shown = Some(at);
+                    }
                 }
                 let middle = 12 + row / 2 + row * i as i32;
                 swatch(area, (plot.left, middle), colour, 3)?;
@@ -119,4 +128,8 @@ pub fn histories(
             Ok(())
         },
     )
+}
+
+fn apart(a: (i32, i32), b: (i32, i32)) -> i32 {
+    (a.0 - b.0).abs().max((a.1 - b.1).abs())
 }

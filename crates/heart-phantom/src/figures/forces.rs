@@ -1,14 +1,17 @@
 //! Frames of the moving membrane with the forces on it (Fig. 9 of the paper).
 
 use super::canvas::{
-    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, on_plot, paint,
-    text,
+    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, number, on_plot,
+    paint, text,
 };
 use super::marks::{arrow, marker, stroke};
-use super::style::{BLACK, FAINT, MAGENTA, RED, SMALL};
+use super::style::{BLACK, FAINT, GREY, MAGENTA, RED, SMALL};
 use super::{FigureError, Picture, check};
 
-/// One frame: nodes and the forces on them.
+/// Width of the row that says what the marks are, pixels.
+const LEGEND: i32 = 1060;
+
+/// One frame: nodes and the forces on them, over the stiffness and per unit of the material coordinate: cm.
 #[derive(Clone, Copy, Debug)]
 pub struct ForceFrame<'a> {
     /// Iteration (time step) that the frame shows.
@@ -24,7 +27,7 @@ pub struct ForceFrame<'a> {
 /// Draws the frames side by side, two in a row: nodes red, elastic forces magenta, pressure forces black.
 ///
 /// About 45 nodes a frame carry arrows. All arrows have one scale, the longest is an eighth of the figure's
-/// longer side.
+/// longer side; a grey one on top has the length of a round force.
 ///
 /// # Errors
 /// [`FigureError`] if there is no frame, a frame has fewer than 3 nodes, lengths differ or a number is not finite.
@@ -70,7 +73,7 @@ pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
     let top = 64;
 
     let size = (
-        step_x * n_columns as i32 + 20,
+        (step_x * n_columns as i32 + 20).max(LEGEND),
         top + step_y * n_rows as i32 + 10,
     );
     paint(size.0 as u32, size.1 as u32, |area| {
@@ -94,6 +97,16 @@ pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
             }
             text(area, words, SMALL, BLACK, (at + 58, 28), Pin::Left)?;
             at += advance;
+        }
+        if longest > 0.0 {
+            let round = round_below(longest);
+            let pixels = round * scale / (x1 - x0) * f64::from(width);
+            let (from, middle) = (f64::from(at + 250), 28 * FINE);
+            let ends = [from, from + pixels].map(|x| [x * f64::from(FINE), f64::from(middle)]);
+            arrow(area, ends[0], ends[1], GREY, 3)?;
+            let words = format!("force/λ of {} cm", number(round, round));
+            let place = ((from + pixels) as i32 + 14, 28);
+            text(area, &words, SMALL, BLACK, place, Pin::Left)?;
         }
         for (i, frame) in frames.iter().enumerate() {
             let (column, row) = ((i % n_columns) as i32, (i / n_columns) as i32);
@@ -129,4 +142,11 @@ pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
         }
         Ok(())
     })
+}
+
+/// The largest of 1, 2 and 5 times a power of ten that is not above a positive number.
+fn round_below(most: f64) -> f64 {
+    let power = 10f64.powf(most.log10().floor());
+    let fits = |digit: &f64| digit * power <= most;
+    power * [5.0, 2.0].into_iter().find(fits).unwrap_or(1.0)
 }

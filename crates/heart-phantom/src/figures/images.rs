@@ -40,7 +40,7 @@ impl Volume<'_> {
 /// A plane of voxels, by the axis across it and the index along that axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Plane {
-    /// Slice of constant z: x to the right, y up.
+    /// Slice of constant z: x to the right, y down; of a patient, seen from the feet, the front on top.
     Z(usize),
     /// Slice of constant y: x to the right, z up.
     Y(usize),
@@ -65,7 +65,7 @@ impl Plane {
     fn sample(self, volume: &Volume<'_>, column: usize, row: usize) -> f32 {
         let [_, ny, nx] = volume.size;
         let (z, y, x) = match self {
-            Self::Z(k) => (k, row, column),
+            Self::Z(k) => (k, ny - 1 - row, column),
             Self::Y(k) => (row, k, column),
             Self::X(k) => (row, column, k),
         };
@@ -77,6 +77,8 @@ impl Plane {
 struct Panels {
     titles: Vec<String>,
     labels: [&'static str; 2],
+    /// Whether the second axis runs downwards.
+    down: bool,
     samples: (usize, usize),
     pitch: f64,
     target: usize,
@@ -92,7 +94,10 @@ impl Panels {
         let n_ticks = (width.min(height) / 45).clamp(2, 9) as usize;
         let (a, b) = (half(self.samples.0), half(self.samples.1));
         let x = Axis::linear(-a, a, n_ticks, self.labels[0]);
-        let y = Axis::linear(-b, b, n_ticks, self.labels[1]);
+        let y = match Axis::linear(-b, b, n_ticks, self.labels[1]) {
+            y if self.down => y.downwards(),
+            y => y,
+        };
         let n_columns = self.titles.len().min(self.per_row);
         let n_rows = self.titles.len().div_ceil(n_columns);
         let step = (width + LABELS_LEFT + 24, height + LABELS_BELOW + 70);
@@ -163,6 +168,7 @@ pub fn projections(
             .map(|i| format!("θ = {}°", number(i.angle.to_degrees(), 1.0)))
             .collect(),
         labels: ["s (cm)", "z (cm)"],
+        down: false,
         samples: (n_bins, n_rows),
         pitch,
         target: 384,
@@ -229,6 +235,7 @@ fn draw_slices(
     let panels = Panels {
         titles,
         labels: [right, up],
+        down: matches!(planes[0], Plane::Z(_)),
         samples: (n_columns, n_rows),
         pitch: volume.spacing,
         target,

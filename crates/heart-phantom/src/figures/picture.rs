@@ -2,11 +2,8 @@
 
 use std::path::Path;
 
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
-
 use super::FigureError;
-use crate::files::write_atomically;
+use crate::files::{put_png, write_atomically};
 
 /// An RGB picture, 8 bits a channel, rows from top to bottom.
 ///
@@ -59,8 +56,8 @@ impl Picture {
     /// [`FigureError::Drawing`] if the encoder refuses.
     pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
         let mut bytes = Vec::new();
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
-            .write_image(&self.rgb, self.width, self.height, ExtendedColorType::Rgb8)
+        let size = [self.width, self.height];
+        put_png(&mut bytes, size, png::ColorType::Rgb, &self.rgb)
             .map_err(|e| FigureError::Drawing(Box::new(e)))?;
         Ok(bytes)
     }

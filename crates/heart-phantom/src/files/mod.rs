@@ -65,6 +65,8 @@ pub use lock::{FolderLock, lock_folder};
 pub use mesh::{write_ply, write_stl};
 pub use npy::write_npy;
 #[cfg(feature = "figures")]
+pub(crate) use picture::put_png;
+#[cfg(feature = "figures")]
 pub use picture::{Section, write_gif, write_png};
 pub use projections::Projections;
 pub use samples::Samples;

@@ -1,23 +1,26 @@
 //! NumPy: single arrays, and archives of named arrays.
 
-use crate::error::PhantomError;
+use crate::error::{PhantomError, check_count};
 use crate::files::atomic::Pending;
 use crate::files::{Projections, Samples, Volume, write_atomically};
-use npyz::{AutoSerialize, WriterBuilder};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
+/// The most axes that NumPy's arrays have.
+const MOST_AXES: usize = 64;
+
 /// Writes `values` as a NumPy `.npy` file of little-endian `f32` in C order.
 ///
 /// `shape` lists the axes from slowest to fastest; the product of its entries is `values.len()`.
 ///
 /// # Errors
-/// [`PhantomError::Length`] if `shape` and `values` disagree; [`PhantomError::File`] if the file
-/// cannot be written.
+/// [`PhantomError::Length`] if `shape` and `values` disagree; [`PhantomError::Count`] if there are more than
+/// 64 axes, the most that NumPy has; [`PhantomError::File`] if the file cannot be written.
 pub fn write_npy(path: &Path, shape: &[usize], values: &[f32]) -> Result<(), PhantomError> {
+    check_count("axes of an npy array", shape.len(), 0, MOST_AXES)?;
     let expected = shape.iter().fold(1, |n: usize, &k| n.saturating_mul(k));
     if values.len() != expected {
         return Err(PhantomError::Length {
@@ -64,7 +67,6 @@ pub(super) fn write_projections_npz(
     })
 }
 
-/// npyz can write archives too, but brings bzip2 and zstd, which are C.
 struct Archive<'a>(ZipWriter<&'a mut BufWriter<File>>);
 
 impl Archive<'_> {
@@ -77,7 +79,7 @@ impl Archive<'_> {
 
     fn array(&mut self, name: &str, values: &[f64]) -> io::Result<()> {
         self.begin(name)?;
-        put_header::<f64>(&mut self.0, &[values.len()])?;
+        put_header(&mut self.0, "<f8", &[values.len()])?;
         values
             .iter()
             .try_for_each(|value| self.0.write_all(&value.to_le_bytes()))
@@ -101,22 +103,32 @@ fn write_npz(
     .commit()
 }
 
-/// The header, then all samples at once: one by one through the writer they would cost ten times the copying.
 fn put_samples(out: &mut dyn Write, shape: &[usize], samples: Samples) -> io::Result<()> {
-    match samples {
-        Samples::F32(_) => put_header::<f32>(out, shape)?,
-        Samples::U8(_) => put_header::<u8>(out, shape)?,
-        Samples::U16(_) => put_header::<u16>(out, shape)?,
-    }
+    let kind = match samples {
+        Samples::F32(_) => "<f4",
+        Samples::U8(_) => "|u1",
+        Samples::U16(_) => "<u2",
+    };
+    put_header(out, kind, shape)?;
     samples.write(out)
 }
 
-fn put_header<T: AutoSerialize>(out: &mut dyn Write, shape: &[usize]) -> io::Result<()> {
-    let shape: Vec<u64> = shape.iter().map(|&n| n as u64).collect();
-    npyz::WriteOptions::new_header_only()
-        .dtype(T::default_dtype())
-        .shape(&shape)
-        .writer(out)
-        .write_header_only()
-        .map(drop)
+/// What stands before the values of an array in C order, in version 1.0 of NumPy's format
+/// (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>): ten bytes (magic, version, length of what follows),
+/// then the type and the shape as a Python dictionary, filled up with spaces and ended as a line at a multiple of 64 bytes.
+fn put_header(out: &mut dyn Write, kind: &str, shape: &[usize]) -> io::Result<()> {
+    let axes = match shape {
+        [only] => format!("{only},"), // else Python reads a number in brackets
+        _ => shape
+            .iter()
+            .map(usize::to_string)
+            .collect::<Vec<_>>()
+            .join(", "),
+    };
+    let array = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({axes}), }}");
+    let length = (10 + array.len() + 1).next_multiple_of(64) - 10;
+    out.write_all(b"\x93NUMPY\x01\x00")?;
+    // At most 64 axes of 20 digits: below 2^16.
+    out.write_all(&(length as u16).to_le_bytes())?;
+    writeln!(out, "{array:<width$}", width = length - 1)
 }

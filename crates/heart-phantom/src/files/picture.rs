@@ -3,9 +3,8 @@
 use crate::error::{PhantomError, check, check_count};
 use crate::files::format::check_extension;
 use crate::files::{Samples, Volume, write_atomically};
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder};
-use std::io;
+use png::{BitDepth, ColorType, Compression, Encoder, EncodingError};
+use std::io::{self, Write};
 use std::path::Path;
 
 /// A section through the voxels of one index, laid out as radiologists do: the patient's left on
@@ -36,10 +35,26 @@ pub fn write_png(
     let picture = Picture::new(volume, section, grey)?;
     let (width, height) = (picture.width as u32, picture.height as u32);
     write_atomically(path, |out| {
-        PngEncoder::new(out)
-            .write_image(&picture.pixels, width, height, ExtendedColorType::L8)
+        put_png(out, [width, height], ColorType::Grayscale, &picture.pixels)
             .map_err(io::Error::other)
     })
+}
+
+/// A PNG file of 8 bits a channel, rows from the top.
+pub(crate) fn put_png(
+    out: impl Write,
+    [width, height]: [u32; 2],
+    colour: ColorType,
+    samples: &[u8],
+) -> Result<(), EncodingError> {
+    let mut encoder = Encoder::new(out, width, height);
+    encoder.set_color(colour);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(Compression::Fast);
+    encoder.set_filter(png::Filter::Adaptive);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(samples)?;
+    writer.finish()
 }
 
 /// Writes the same section of several volumes as an animated GIF that starts over at its end, each

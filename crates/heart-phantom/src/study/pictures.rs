@@ -149,7 +149,7 @@ pub(super) fn evolving(
         "fig09-forces.png",
         &force_frames(&frames)?,
         "Fig. 9: nodes (red), elastic forces (magenta) and pressure forces (black) on the way to \
-         equilibrium, where they balance."
+         equilibrium, where they balance; forces over the stiffness, per unit of the material coordinate."
             .into(),
     )?;
     let series: Vec<History<'_>> = study
@@ -183,7 +183,7 @@ pub(super) fn pair(
         .iter()
         .map(|s| {
             format!(
-                "gain {:.2}: f = {:.2} and {:.2}",
+                "gain {:.2}: f/λ = {:.2} and {:.2} cm",
                 s.gain(),
                 s.solution().inner.intensity,
                 s.solution().outer.intensity
@@ -205,7 +205,9 @@ pub(super) fn pair(
     gallery.picture(
         "fig11-wall.png",
         &wall_meshes(&walls, WALL_MESH.0, WALL_MESH.1)?,
-        "Fig. 11: both membranes and the mesh between them at three pressures.".into(),
+        "Fig. 11: both membranes and the mesh between them at three pressures, f over the stiffness of the inner \
+         and of the outer one."
+            .into(),
     )?;
     gallery.picture(
         "fig12-bodies.png",

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use heart_phantom::figures::*;
-use heart_phantom::{PhantomError, figures};
-use revolve_voxel::Pose;
+use heart_phantom::{PhantomError, figures, files};
+use revolve_voxel::{Pose, VoxelGrid};
 
 use crate::{FRONT, ball, half_ellipse, iso};
 
@@ -22,16 +22,16 @@ fn files_are_written_whole_and_read_back_the_same() {
     .unwrap();
     let path = folder.path().join("a.png");
     picture.write_png(&path).unwrap();
-    let read = image::ImageReader::open(&path)
-        .unwrap()
-        .decode()
-        .unwrap()
-        .to_rgb8();
+    let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut rgb).unwrap();
     assert_eq!(
-        (read.width(), read.height()),
+        (frame.width, frame.height),
         (picture.width(), picture.height())
     );
-    assert!(read.as_raw().as_slice() == picture.rgb());
+    assert_eq!(frame.color_type, png::ColorType::Rgb);
+    assert!(rgb == picture.rgb());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 
     let nowhere = folder.path().join("no/folder/a.png");
@@ -78,7 +78,7 @@ fn geometry_has_one_scale_both_ways() {
 }
 
 #[test]
-fn a_slice_has_x_to_the_right_and_y_up() {
+fn a_slice_has_x_to_the_right_and_the_front_or_the_head_on_top() {
     let (nz, ny, nx) = (4, 6, 8);
     let mut values = vec![0.0f32; nz * ny * nx];
     // One voxel: x = 6 of 8, y = 4 of 6, z = 1 of 4.
@@ -88,43 +88,69 @@ fn a_slice_has_x_to_the_right_and_y_up() {
         size: [nz, ny, nx],
         spacing: 1.0,
     };
-    let lit = |plane: Plane| {
-        let picture = slice(&volume, plane, [0.0, 1.0], "").unwrap();
-        // The panel is the black rectangle; the bar stands to its right, beyond a gap of white.
-        let row_of = |j: u32| {
-            (0..picture.width() - 175)
-                .filter(|&i| picture.pixel(i, j).unwrap() == [0; 3])
-                .collect::<Vec<_>>()
-        };
-        let rows: Vec<(u32, Vec<u32>)> = (0..picture.height())
-            .map(|j| (j, row_of(j)))
-            .filter(|(_, r)| r.len() > 200)
-            .collect();
-        let (top, bottom) = (rows[0].0, rows[rows.len() - 1].0);
-        let (left, right) = (rows[0].1[0], *rows[0].1.last().unwrap());
-        let mut at = Vec::new();
-        for j in top..=bottom {
-            for i in left..=right {
-                if picture.pixel(i, j).unwrap() == [255; 3] {
-                    at.push((f64::from(i - left) + 0.5, f64::from(j - top) + 0.5));
-                }
-            }
-        }
-        let n = at.len() as f64;
-        let (width, height) = (f64::from(right - left + 1), f64::from(bottom - top + 1));
-        (
-            at.iter().map(|p| p.0).sum::<f64>() / n / width,
-            at.iter().map(|p| p.1).sum::<f64>() / n / height,
-        )
-    };
+    let lit = |plane: Plane| lit(&slice(&volume, plane, [0.0, 1.0], "").unwrap());
     // Middles of voxels, as shares of the panel from the left and from the top; one pixel is below 1/300.
     let close = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).abs() < 4e-3 && (a.1 - b.1).abs() < 4e-3;
+    // +y is the back of a patient.
     let found = lit(Plane::Z(1));
-    assert!(close(found, (6.5 / 8.0, 1.0 - 4.5 / 6.0)), "{found:?}");
+    assert!(close(found, (6.5 / 8.0, 4.5 / 6.0)), "{found:?}");
     let found = lit(Plane::Y(4));
     assert!(close(found, (6.5 / 8.0, 1.0 - 1.5 / 4.0)), "{found:?}");
     let found = lit(Plane::X(6));
     assert!(close(found, (4.5 / 6.0, 1.0 - 1.5 / 4.0)), "{found:?}");
+
+    // The plain pictures of the same volume show it the same way up.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    let grid = VoxelGrid::centred([nx, ny, nz], [1.0; 3], [0.0; 3]).unwrap();
+    let plain = files::Volume::new(grid, values.as_slice()).unwrap();
+    for (plane, section) in [
+        (Plane::Z(1), files::Section::Axial(1)),
+        (Plane::Y(4), files::Section::Coronal(4)),
+        (Plane::X(6), files::Section::Sagittal(6)),
+    ] {
+        files::write_png(&path, &plain, section, [0.0, 1.0]).unwrap();
+        let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
+        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        let mut shades = vec![0; reader.output_buffer_size().unwrap()];
+        let frame = reader.next_frame(&mut shades).unwrap();
+        let (width, height) = (frame.width as usize, frame.height as usize);
+        let at = shades.iter().position(|&shade| shade == 255).unwrap();
+        let share = |at: usize, of: usize| (at as f64 + 0.5) / of as f64;
+        let found = (share(at % width, width), share(at / width, height));
+        let figure = lit(plane);
+        assert!(close(found, figure), "{plane:?}: {found:?} {figure:?}");
+    }
+}
+
+/// The middle of the white pixels of a slice's panel, as shares from its left and from its top.
+fn lit(picture: &Picture) -> (f64, f64) {
+    // The panel is the black rectangle; the bar stands to its right, beyond a gap of white.
+    let row_of = |j: u32| {
+        (0..picture.width() - 175)
+            .filter(|&i| picture.pixel(i, j).unwrap() == [0; 3])
+            .collect::<Vec<_>>()
+    };
+    let rows: Vec<(u32, Vec<u32>)> = (0..picture.height())
+        .map(|j| (j, row_of(j)))
+        .filter(|(_, r)| r.len() > 200)
+        .collect();
+    let (top, bottom) = (rows[0].0, rows[rows.len() - 1].0);
+    let (left, right) = (rows[0].1[0], *rows[0].1.last().unwrap());
+    let mut at = Vec::new();
+    for j in top..=bottom {
+        for i in left..=right {
+            if picture.pixel(i, j).unwrap() == [255; 3] {
+                at.push((f64::from(i - left) + 0.5, f64::from(j - top) + 0.5));
+            }
+        }
+    }
+    let n = at.len() as f64;
+    let (width, height) = (f64::from(right - left + 1), f64::from(bottom - top + 1));
+    (
+        at.iter().map(|p| p.0).sum::<f64>() / n / width,
+        at.iter().map(|p| p.1).sum::<f64>() / n / height,
+    )
 }
 
 /// Pixels that are not white within the circle of half the picture's width.
@@ -340,7 +366,7 @@ fn norms_stand_on_a_logarithmic_axis() {
         }],
     )
     .unwrap();
-    // The first colour; markers are the widest runs of it, three of them, below the legend.
+    // The first colour, below the legend; markers are the widest runs of it, three of them.
     let points: Vec<(f64, f64)> = of_colour(&picture, [0xd5, 0x5e, 0x00])
         .into_iter()
         .filter(|p| p.1 > 60.0)
@@ -368,6 +394,24 @@ fn norms_stand_on_a_logarithmic_axis() {
         (b - a - 280.0).abs() < 5.0 && (c - b - 280.0).abs() < 5.0,
         "{a} {b} {c}"
     );
+}
+
+/// Squares are 14 pixels wide, the line is 3.
+#[test]
+fn every_point_of_a_steep_history_has_its_marker() {
+    let (long, steep) = ([10.0; 61], [20.0, 0.3, 7e-6, 1e-10]);
+    let of = |label, norms| History { label, norms };
+    let picture = histories("norm", None, &[of("long", &long), of("steep", &steep)]).unwrap();
+    let blue = of_colour(&picture, [0x00, 0x72, 0xb2]);
+    let wide = |y: f64| blue.iter().filter(|p| p.1 == y && p.0 > 120.0).count() >= 13;
+    // Below the legend of two rows.
+    let rows: Vec<u32> = (100..picture.height())
+        .filter(|&y| wide(f64::from(y) + 0.5))
+        .collect();
+    let squares = rows.iter().filter(|&&y| !rows.contains(&(y + 1))).count();
+    assert_eq!(squares, 4, "{rows:?}");
+    // Each of them whole, also the last one, on the edge of the plot.
+    assert!(rows.len() >= 4 * 13, "{}", rows.len());
 }
 
 #[test]
@@ -400,6 +444,14 @@ fn forces_point_where_they_should_from_their_nodes() {
     let reach = high(&magenta) - (high(&red) - 4.0);
     assert!((reach / per_cm - 1.0).abs() < 0.06, "{reach} {per_cm}");
     assert!(magenta.iter().all(|p| (p.1 - level).abs() < 8.0));
+    // The key on top, in the row of its stem: the longest force is 2 cm, a round number.
+    let grey = |x: u32| picture.pixel(x, 28).unwrap() == [0x75; 3];
+    let runs = (0..picture.width()).scan(0, |run, x| {
+        *run = if grey(x) { *run + 1 } else { 0 };
+        Some(*run)
+    });
+    let key = f64::from(runs.max().unwrap());
+    assert!((key - reach).abs() < 4.0, "{key} {reach}");
     // Half as long and upwards: black above the middle node.
     let middle = 0.5 * (low(&red) + high(&red));
     let black: Vec<f64> = find([0x1c; 3])

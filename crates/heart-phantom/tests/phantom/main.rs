@@ -2,6 +2,7 @@
 
 mod artefacts;
 mod defects;
+mod times;
 mod twin;
 
 use heart_phantom::scene::{

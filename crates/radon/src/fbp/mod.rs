@@ -33,7 +33,7 @@ use rows::RowFilter;
 ///
 /// ```
 /// use radon::{FbpOptions, FbpPlan, ImageGrid, ParallelGeometry};
-/// let geometry = ParallelGeometry::uniform(90, std::f64::consts::PI, 64, 0.1)?;
+/// let geometry = ParallelGeometry::half_turn(90, 64, 0.1)?;
 /// let grid = ImageGrid::square(64, 0.1)?;
 /// let plan = FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default())?;
 /// // A disc of radius 2 and value 1 at the origin: every view holds its chords.
@@ -343,7 +343,7 @@ impl<T: Sample> FbpPlan<T> {
     ///
     /// ```
     /// # use radon::{FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, RadonError};
-    /// let geometry = ParallelGeometry::uniform(30, std::f64::consts::PI, 32, 1.0)?;
+    /// let geometry = ParallelGeometry::half_turn(30, 32, 1.0)?;
     /// let plan = FbpPlan::<f32>::new(&geometry, &ImageGrid::square(32, 1.0)?, &FbpOptions::default())?;
     /// let mut written = 0;
     /// plan.stream(

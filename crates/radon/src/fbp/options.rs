@@ -101,7 +101,7 @@ impl Interpolation {
 ///
 /// ```
 /// use radon::{BinSampling, EdgePolicy, FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, Phantom2, Shape2};
-/// let geometry = ParallelGeometry::uniform(90, std::f64::consts::PI, 64, 0.1)?; // 6.4 wide
+/// let geometry = ParallelGeometry::half_turn(90, 64, 0.1)?; // 6.4 wide
 /// let torso = Phantom2::new([(1.0, Shape2::ellipse([0.2, 0.0], [6.0, 4.0], 0.0)?)])?;
 /// let sinogram: Vec<f64> = torso.sinogram(&geometry, BinSampling::Mean)?;
 /// let options = FbpOptions { edge: EdgePolicy::Ellipse, ..FbpOptions::default() };

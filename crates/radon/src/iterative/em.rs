@@ -57,7 +57,7 @@ pub struct Subset<O> {
 ///
 /// ```
 /// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, mlem};
-/// let geometry = ParallelGeometry::uniform(30, std::f64::consts::PI, 16, 1.0)?;
+/// let geometry = ParallelGeometry::half_turn(30, 16, 1.0)?;
 /// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
 /// let truth: Vec<f64> = (0..121).map(|i| f64::from(i % 3)).collect();
 /// let counts = projector.forward(&truth)?;
@@ -94,7 +94,7 @@ pub fn mlem<T: Sample, O: LinearOperator<T>>(
 ///
 /// ```
 /// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, StackOrder, Stopping, osem};
-/// let geometry = ParallelGeometry::uniform(60, std::f64::consts::PI, 24, 1.0)?;
+/// let geometry = ParallelGeometry::half_turn(60, 24, 1.0)?;
 /// let projector = Projector::new(&geometry, &ImageGrid::square(16, 1.0)?, Kernel::Strip)?;
 /// let counts = projector.forward(&(0..256).map(|i| f64::from(i % 5)).collect::<Vec<_>>())?;
 /// let subsets = projector.stack_operator(1, StackOrder::ViewSliceBin)?.subsets(6)?; // of ten views each

@@ -46,7 +46,7 @@ impl SirtOptions {
 ///
 /// ```
 /// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector, SirtOptions, Stopping, sirt};
-/// let geometry = ParallelGeometry::uniform(30, std::f64::consts::PI, 24, 1.0)?;
+/// let geometry = ParallelGeometry::half_turn(30, 24, 1.0)?;
 /// let projector = Projector::new(&geometry, &ImageGrid::square(16, 1.0)?, Kernel::Joseph)?;
 /// let data = projector.forward(&(0..256).map(|i| f64::from(i % 5)).collect::<Vec<_>>())?;
 /// let options = SirtOptions {

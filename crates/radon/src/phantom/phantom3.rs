@@ -11,7 +11,7 @@ use crate::{ImageGrid, ParallelGeometry, Sample, SliceAxis, StackOrder};
 /// ```
 /// use radon::{BinSampling, ParallelGeometry, Phantom3, SliceAxis, StackOrder};
 /// let head = Phantom3::shepp_logan(10.0)?;
-/// let geometry = ParallelGeometry::uniform(4, std::f64::consts::PI, 40, 0.5)?;
+/// let geometry = ParallelGeometry::half_turn(4, 40, 0.5)?;
 /// let slices = SliceAxis::new(40, 0.5)?;
 /// let sinogram: Vec<f32> = head.sinogram(&geometry, &slices, BinSampling::Mean, StackOrder::ViewSliceBin)?;
 /// let mass = sinogram[..1600].iter().map(|&x| f64::from(x)).sum::<f64>() * 0.25;

@@ -15,7 +15,7 @@ impl Projector {
     ///
     /// ```
     /// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector};
-    /// let geometry = ParallelGeometry::uniform(3, std::f64::consts::PI, 5, 1.0)?;
+    /// let geometry = ParallelGeometry::half_turn(3, 5, 1.0)?;
     /// let projector = Projector::new(&geometry, &ImageGrid::square(5, 1.0)?, Kernel::Strip)?;
     /// let matrix = projector.matrix::<f64>()?;
     /// assert_eq!(matrix.shape(), (15, 25));

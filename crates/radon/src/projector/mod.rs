@@ -47,7 +47,7 @@ pub enum Kernel {
 ///
 /// ```
 /// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector};
-/// let geometry = ParallelGeometry::uniform(12, std::f64::consts::PI, 20, 0.5)?;
+/// let geometry = ParallelGeometry::half_turn(12, 20, 0.5)?;
 /// let projector = Projector::new(&geometry, &ImageGrid::new(16, 14, 0.5)?, Kernel::Joseph)?;
 /// let x: Vec<f64> = (0..16 * 14).map(|i| f64::from(i % 7) - 3.0).collect();
 /// let y: Vec<f64> = (0..12 * 20).map(|i| f64::from(i % 5) - 2.0).collect();

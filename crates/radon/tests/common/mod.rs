@@ -3,8 +3,6 @@
 
 pub(crate) mod dense;
 
-use std::f64::consts::PI;
-
 use radon::{ImageGrid, ParallelGeometry, Sample};
 
 /// An ellipse of value 1: half axes `a`, `b`, the first turned by `phi`.
@@ -93,7 +91,7 @@ pub(crate) fn mean_where(
 }
 
 pub(crate) fn half_turn(n_views: usize, n_bins: usize, pitch: f64) -> ParallelGeometry {
-    ParallelGeometry::uniform(n_views, PI, n_bins, pitch).unwrap()
+    ParallelGeometry::half_turn(n_views, n_bins, pitch).unwrap()
 }
 
 /// Samples in [-1, 1) from a linear congruential generator (Knuth's MMIX constants).

@@ -148,9 +148,13 @@ fn membrane_forces_takes_anything() {
                 let x = vec![1.0; band.len()];
                 band.mul_into(&x, &mut x.clone());
                 let mut lu = BandedLu::for_matrix(&band);
-                back(lu.factor(&band));
-                lu.solve_into(&mut vec![1.0; n]);
-                lu.determinant_sign();
+                assert!(lu.factored().is_none());
+                let factored = back(lu.factor(&band).map(drop)).is_some();
+                assert_eq!(lu.factored().is_some(), factored);
+                if let Some(lu) = lu.factored() {
+                    lu.solve_into(&mut vec![1.0; n]);
+                    lu.determinant_sign();
+                }
             }
         }
     }
@@ -319,10 +323,19 @@ fn membrane_newton_takes_anything() {
     back(pair.solve_from(&solved, Control::VolumeGain(0.2), &options));
     back(solved.sensitivity(Control::VolumeGain(0.1)));
     let mut border = Border::new(3);
-    border.column.clear();
-    border.row.push(f64::NAN);
-    back(border.eliminate(f64::NAN, |column| column.fill(1.0)));
-    border.correct(&mut [1.0; 7], 0.0);
+    for corner in ODD {
+        border.row_mut().fill(corner);
+        assert!(border.eliminated().is_none());
+        let solve = |column: &mut [f64]| {
+            column.fill(1.0);
+            Ok(())
+        };
+        if let Some(eliminated) = back(border.eliminate(corner, solve)) {
+            eliminated.sign();
+            back(eliminated.correct(&mut [1.0; 3], corner));
+            assert!(eliminated.correct(&mut [1.0; 7], corner).is_err());
+        }
+    }
 }
 
 #[test]

@@ -13,9 +13,9 @@ fn radon_takes_anything() {
     let mut geometries = Vec::new();
     let mut grids = Vec::new();
     for [a, b] in pairs() {
-        geometries.extend(back(ParallelGeometry::uniform(3, a, 4, b)));
+        geometries.extend(back(ParallelGeometry::arc_radians(3, a, 4, b)));
         geometries.extend(back(ParallelGeometry::new([a, b], 3, 1.0)));
-        let moved = ParallelGeometry::uniform(3, 3.1, 4, 1.0);
+        let moved = ParallelGeometry::arc_radians(3, 3.1, 4, 1.0);
         geometries.extend(back(
             moved.and_then(|g| g.with_offset(a)?.with_rotation_bin(b)),
         ));
@@ -35,14 +35,14 @@ fn radon_takes_anything() {
         back(rmse_within(&[a], &[b], &[true]));
     }
     for n in SIZES {
-        back(ParallelGeometry::uniform(n, 3.0, 4, 1.0));
-        back(ParallelGeometry::uniform(2, 3.0, n, 1.0));
+        back(ParallelGeometry::arc_radians(n, 3.0, 4, 1.0));
+        back(ParallelGeometry::arc_radians(2, 3.0, n, 1.0));
         back(ImageGrid::square(n, 1.0));
         back(SliceAxis::new(n, 1.0));
         back(Blur::new([n, n], [1.0; 2], 1.0));
         ramp_sample(n as i64);
     }
-    geometries.extend(back(ParallelGeometry::uniform(3, 3.1, 4, 1.0)));
+    geometries.extend(back(ParallelGeometry::arc_radians(3, 3.1, 4, 1.0)));
     grids.extend(back(ImageGrid::square(3, 1.0)));
     let policies = [
         ArcPolicy::Complete,
@@ -159,7 +159,7 @@ fn projections(geometry: &ParallelGeometry, grid: &ImageGrid, kernel: Kernel) {
 
 fn shapes() {
     let (geometry, grid) = (
-        ParallelGeometry::uniform(2, 3.1, 3, 1.0).expect("views"),
+        ParallelGeometry::arc_radians(2, 3.1, 3, 1.0).expect("views"),
         ImageGrid::square(3, 1.0).expect("pixels"),
     );
     let slices = SliceAxis::new(2, 1.0).expect("slices");

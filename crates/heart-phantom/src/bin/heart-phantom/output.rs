@@ -61,11 +61,11 @@ impl Output {
 
     /// The last word: what the command found, or why it did not.
     pub(crate) fn end(&self, outcome: Result<Answer, Failure>) -> ExitCode {
-        let told = outcome.and_then(|answer| self.tell(answer).map_err(Failure::Phantom));
-        match told {
+        let ended = outcome.and_then(|answer| self.tell(answer).map_err(Failure::Phantom));
+        match ended {
             Ok(()) => ExitCode::SUCCESS,
             Err(Failure::Phantom(error)) => {
-                self.refuse(&error.to_string(), as_json(&error));
+                self.refuse(&told(&error), as_json(&error));
                 ExitCode::from(code(&error))
             }
             Err(Failure::Usage(error)) => self.usage(&error),
@@ -141,6 +141,21 @@ fn complain(what: &str) {
     }
 }
 
+/// The error and what led to it, each message once.
+fn told(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let said = error.to_string();
+        // Some messages end with their cause.
+        if !text.ends_with(&said) {
+            text = format!("{text}: {said}");
+        }
+        cause = error.source();
+    }
+    text
+}
+
 /// 2 for what the user can put right in the command or the scene, 1 for what went wrong at work.
 fn code(error: &PhantomError) -> u8 {
     match error {
@@ -158,7 +173,7 @@ fn code(error: &PhantomError) -> u8 {
 }
 
 fn as_json(error: &PhantomError) -> Value {
-    let mut json = json!({ "error": error.to_string(), "code": code(error) });
+    let mut json = json!({ "error": told(error), "code": code(error) });
     if let PhantomError::Scene(scene) = error {
         let file = scene.file.as_ref().map(|file| file.to_string_lossy());
         json["file"] = json!(file);
@@ -167,4 +182,25 @@ fn as_json(error: &PhantomError) -> Value {
         json["column"] = json!(scene.place.map(|[_, column]| column));
     }
     json
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use membrane_newton::{MembraneError, NewtonError};
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let value = f64::NAN;
+        let quantity = "radius";
+        let cause = MembraneError::NotFinite { quantity, value };
+        let error = PhantomError::Membrane(NewtonError::from(cause));
+        let said = "the membrane cannot be solved for: radius must be finite, got NaN";
+        assert_eq!(told(&error), said);
+        assert_eq!(as_json(&error)["error"], said);
+        let path = "a.toml".into();
+        let source = io::Error::from(io::ErrorKind::NotFound);
+        let error = PhantomError::Read { path, source };
+        assert_eq!(told(&error), "cannot read a.toml: entity not found");
+    }
 }

@@ -1,0 +1,92 @@
+//! One rule for time and angle: at time t of view k the camera stands at its angle at t.
+
+use heart_phantom::Phantom;
+use heart_phantom::scene::{Mode, RotationSettings, Scene};
+
+use crate::small;
+
+/// Twelve views of 3 s, 15 degrees apart.
+fn turning(mode: Mode) -> Scene {
+    let mut scene = small(mode);
+    scene.camera.rotation = RotationSettings::Continuous;
+    scene.camera.seconds_per_view = 3.0;
+    scene
+}
+
+#[test]
+fn every_view_says_when_and_from_where_it_is_seen() {
+    let nominal = |k: usize| (k as f64 * 15.0).to_radians();
+    let step = 15.0_f64.to_radians();
+    for (mode, window, share) in [
+        (Mode::Static { phase: 0.25 }, 3.0, 0.5),
+        (Mode::Instants, 0.0, 0.0),
+        (Mode::Exposure { seconds: 0.3 }, 0.3, 0.05),
+        (Mode::Exposure { seconds: 3.0 }, 3.0, 0.5),
+        (Mode::WholeCycle, 3.0, 0.5),
+    ] {
+        let mut scene = turning(mode);
+        let times = Phantom::new(scene.clone()).unwrap().view_times(0).unwrap();
+        for (k, time) in times.iter().enumerate() {
+            assert_eq!(
+                (time.start, time.window),
+                (3.0 * k as f64, window),
+                "{mode:?}"
+            );
+            let expected = nominal(k) + (share - 0.5) * step;
+            assert!((time.angle - expected).abs() < 1e-14, "{mode:?} {k}");
+            let phase = match mode {
+                Mode::Static { phase } => phase,
+                _ => (3.0 * k as f64 * 65.0 / 60.0).fract(),
+            };
+            assert!((time.phase - phase).abs() < 1e-11, "{mode:?} {k}");
+        }
+        scene.camera.rotation = RotationSettings::StepAndShoot;
+        let times = Phantom::new(scene).unwrap().view_times(0).unwrap();
+        assert!(
+            (times.iter().enumerate()).all(|(k, time)| (time.angle - nominal(k)).abs() < 1e-14)
+        );
+    }
+}
+
+/// Gates take the view's time in turns: their seconds sum to it, and their angles average to the view's own.
+#[test]
+fn the_gates_share_the_time_of_a_view() {
+    let gates = 8;
+    let phantom = Phantom::new(turning(Mode::Gated { gates })).unwrap();
+    let times: Vec<_> = (0..gates)
+        .map(|gate| phantom.view_times(gate).unwrap())
+        .collect();
+    for (k, nominal) in phantom.camera().geometry().angles().iter().enumerate() {
+        let seconds: f64 = times.iter().map(|of| of[k].window).sum();
+        assert!((seconds - 3.0).abs() < 1e-11);
+        let mean: f64 = times.iter().map(|of| of[k].window * of[k].angle).sum();
+        assert!((mean / 3.0 - nominal).abs() < 1e-11);
+    }
+    // 3 s are 3.25 beats: the first view sees its first two gates four times, the others three times.
+    let beat = 60.0 / 65.0;
+    assert!((times[0][0].window - 4.0 * beat / 8.0).abs() < 1e-11);
+    assert!((times[7][0].window - 3.0 * beat / 8.0).abs() < 1e-11);
+    // Beats 0, 1, 2 and 3 pass the middle of gate 0 at 1/16, 17/16, ...: 25/16 of 3.25 beats in the mean.
+    let share = (25.0 / 16.0) / 3.25;
+    let angle = (share - 0.5) * 15.0_f64.to_radians();
+    assert!((times[0][0].angle - angle).abs() < 1e-12);
+    assert!(phantom.view_times(gates).is_err());
+    // All of them by brute force: where the camera stands, and in which gate the beat is, at 100 000 moments of a view.
+    let n = 100_000;
+    for k in [0, 5, 11] {
+        let mut sums = vec![[0.0; 2]; gates];
+        for j in 0..n {
+            let share = (f64::from(j) + 0.5) / f64::from(n);
+            let phase = (3.0 * (k as f64 + share) / beat).fract();
+            let sum = &mut sums[(phase * gates as f64) as usize];
+            *sum = [sum[0] + 1.0, sum[1] + share];
+        }
+        for (of, [seen, shares]) in times.iter().zip(sums) {
+            // At each end of at most four passes through a gate one moment may be off.
+            let off = 8.0 / f64::from(n);
+            assert!((of[k].window / 3.0 - seen / f64::from(n)).abs() < off);
+            let angle = (k as f64 + shares / seen - 0.5) * 15.0_f64.to_radians();
+            assert!((of[k].angle - angle).abs() < 8.0 * off, "{angle}");
+        }
+    }
+}

@@ -1,0 +1,338 @@
+//! A caller's own equations: they compose with the crates' errors, come in boxes, fail for reasons of their own, and can
+//! be stopped.
+
+use std::error::Error;
+use std::ops::ControlFlow;
+
+use membrane_forces::{FiniteDifferences, Measure, Membrane, MembraneError, RestShape};
+use membrane_newton::{
+    BandMatrix, BandedLu, Border, Control, Discretisation, NewtonError, NewtonOptions,
+    NewtonScratch, ResidualSystem, Solver, newton, newton_observed, newton_with,
+};
+
+/// A balloon under a spring-loaded lid: its intensity is `fill` / volume, as of a gas.
+struct Gas<'a> {
+    forces: &'a FiniteDifferences,
+    fill: f64,
+    elastic: Vec<f64>,
+    tangent: BandMatrix,
+    lu: BandedLu,
+    border: Border,
+}
+
+impl<'a> Gas<'a> {
+    fn new(forces: &'a FiniteDifferences, fill: f64) -> Self {
+        let tangent = forces.band();
+        Self {
+            forces,
+            fill,
+            elastic: vec![0.0; tangent.len()],
+            lu: BandedLu::for_matrix(&tangent),
+            border: Border::new(tangent.len()),
+            tangent,
+        }
+    }
+}
+
+impl ResidualSystem for Gas<'_> {
+    fn len(&self) -> usize {
+        self.elastic.len()
+    }
+
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+        let volume = self.forces.measure(Measure::Volume, x)?;
+        self.forces.elastic_force_into(x, &mut self.elastic);
+        self.forces
+            .pressure_force_into(x, self.fill / volume, out)?;
+        for (out, elastic) in out.iter_mut().zip(&self.elastic) {
+            *out += elastic;
+        }
+        Ok(())
+    }
+
+    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+        let Self {
+            forces,
+            tangent,
+            lu,
+            border,
+            ..
+        } = self;
+        let volume = forces.measure(Measure::Volume, x)?;
+        let intensity = self.fill / volume;
+        tangent.clear();
+        forces.add_elastic_tangent_into(1.0, tangent);
+        forces.add_pressure_tangent_into(x, intensity, 1.0, tangent)?;
+        let last = tangent.len() - 1;
+        for held in [0, 1, last - 1, last] {
+            tangent.add(held, held, 1.0)?;
+        }
+        // plus n (x) (-fill / V^2 grad V)
+        forces.pressure_force_into(x, 1.0, border.column_mut())?;
+        let row = border.row_mut();
+        forces.measure_gradient_into(Measure::Volume, x, row);
+        for held in [0, 1, last - 1, last] {
+            row[held] = 0.0;
+        }
+        row.iter_mut().for_each(|g| *g *= -intensity / volume);
+        let lu = lu.factor(tangent)?;
+        border.eliminate(-1.0, |column| {
+            lu.solve_into(column);
+            Ok(())
+        })?;
+        Ok(())
+    }
+
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+        let lu = self.lu.factored().ok_or(NewtonError::NotFactored)?;
+        let border = self.border.eliminated().ok_or(NewtonError::NotFactored)?;
+        lu.solve_into(rhs);
+        border.correct(rhs, 0.0)?;
+        Ok(())
+    }
+
+    fn residual_norm(&self, residual: &[f64]) -> f64 {
+        residual.iter().fold(0.0, |m: f64, r| m.max(r.abs())) / 20.0
+    }
+
+    fn step_norm(&self, step: &[f64]) -> f64 {
+        step.iter().fold(0.0, |m: f64, s| m.max(s.abs())) / 20.0
+    }
+}
+
+fn balloon() -> Membrane {
+    Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+}
+
+/// f V = 1500 has one shape; the crate's own solver finds its intensity under the same volume. Boxed, by reference and plain
+/// it is the same system, to the bit.
+#[test]
+fn own_forces_compose_and_may_be_boxed() {
+    let forces = FiniteDifferences::new(&balloon(), 101).unwrap();
+    let options = NewtonOptions::default();
+    let mut plain = forces.start().to_vec();
+    let report = newton(&mut Gas::new(&forces, 1500.0), &mut plain, &options).unwrap();
+    // quadratic: an error in the rank-one part or in the border would show as linear convergence
+    assert!(report.iterations <= 6, "{report:?}");
+
+    let volume = forces.measure(Measure::Volume, &plain).unwrap();
+    let solver = Solver::new(&balloon(), Discretisation::FiniteDifferences { nodes: 101 }).unwrap();
+    let solved = solver.solve(Control::Volume(volume), &options).unwrap();
+    // both stop at corrections of 1e-14 of the size
+    assert!((solved.intensity * volume / 1500.0 - 1.0).abs() < 1e-10);
+
+    let mut boxed: Box<dyn ResidualSystem> = Box::new(Gas::new(&forces, 1500.0));
+    let mut x = forces.start().to_vec();
+    newton(&mut boxed, &mut x, &options).unwrap();
+    assert_eq!(x, plain);
+    let mut x = forces.start().to_vec();
+    newton(boxed.as_mut(), &mut x, &options).unwrap();
+    assert_eq!(x, plain);
+    let mut x = forces.start().to_vec();
+    let mut by_reference = &mut Gas::new(&forces, 1500.0);
+    newton_with(
+        &mut by_reference,
+        &mut x,
+        &options,
+        &mut NewtonScratch::default(),
+    )
+    .unwrap();
+    assert_eq!(x, plain);
+    assert!(!boxed.is_empty() && boxed.len() == 202);
+}
+
+/// Nothing is solved with before a tangent could be factored, nor after one that could not.
+#[test]
+fn an_unfactored_system_says_so() {
+    let forces = FiniteDifferences::new(&balloon(), 11).unwrap();
+    let mut gas = Gas::new(&forces, 1500.0);
+    let solve = |gas: &mut Gas<'_>| gas.solve_in_place(&mut [1.0; 22]);
+    assert_eq!(solve(&mut gas), Err(NewtonError::NotFactored));
+    gas.factor(forces.start()).unwrap();
+    assert_eq!(solve(&mut gas), Ok(()));
+
+    let mut zeros = BandMatrix::zeros(2, 1, 1).unwrap();
+    let mut lu = BandedLu::for_matrix(&zeros);
+    for i in 0..2 {
+        zeros.add(i, i, 1.0).unwrap();
+    }
+    assert!(lu.factor(&zeros).is_ok() && lu.factored().is_some());
+    zeros.clear();
+    assert!(lu.factor(&zeros).is_err() && lu.factored().is_none());
+    let mut border = Border::new(2);
+    let solve = |column: &mut [f64]| {
+        column.fill(1.0);
+        Ok(())
+    };
+    assert!(border.eliminated().is_none());
+    assert!(border.eliminate(1.0, solve).is_ok() && border.eliminated().is_some());
+    border.row_mut()[0] = 1.0;
+    assert!(border.eliminated().is_none());
+    assert!(border.eliminate(1.0, solve).is_err() && border.eliminated().is_none());
+    let failing = |_: &mut [f64]| Err(NewtonError::NotFactored);
+    assert_eq!(
+        border.eliminate(0.5, failing).err(),
+        Some(NewtonError::NotFactored)
+    );
+    let refused = border
+        .eliminate(0.5, solve)
+        .unwrap()
+        .correct(&mut [0.0], 0.0);
+    let (given, needed) = (1, 2);
+    let quantity = "unknowns within a border";
+    let expected = NewtonError::WrongLength {
+        quantity,
+        given,
+        needed,
+    };
+    assert_eq!(refused, Err(expected));
+}
+
+/// x^2 = 2 by a system that fails at the call it is told to, in the way it is told to.
+struct Failing {
+    calls: usize,
+    at: usize,
+    how: fn() -> NewtonError,
+    slope: f64,
+}
+
+#[derive(Debug, PartialEq)]
+struct Unplugged(usize);
+
+impl std::fmt::Display for Unplugged {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "sensor {} is unplugged", self.0)
+    }
+}
+
+impl Error for Unplugged {}
+
+impl ResidualSystem for Failing {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+        self.calls += 1;
+        if self.calls == self.at {
+            return Err((self.how)());
+        }
+        out[0] = x[0] * x[0] - 2.0;
+        Ok(())
+    }
+
+    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+        self.slope = 2.0 * x[0];
+        Ok(())
+    }
+
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+        rhs[0] /= self.slope;
+        Ok(())
+    }
+
+    fn residual_norm(&self, residual: &[f64]) -> f64 {
+        residual[0].abs()
+    }
+
+    fn step_norm(&self, step: &[f64]) -> f64 {
+        step[0].abs()
+    }
+}
+
+/// A failure of the caller's ends the solve where it happens and is there to be found; a state without forces only
+/// shortens the step.
+#[test]
+fn own_failures_end_the_solve() {
+    let run = |at, how| {
+        let (calls, slope) = (0, 0.0);
+        let mut system = Failing {
+            calls,
+            at,
+            how,
+            slope,
+        };
+        let mut x = [1.0];
+        let outcome = newton(&mut system, &mut x, &NewtonOptions::default());
+        (outcome, system.calls, x[0])
+    };
+    for at in 1..=4 {
+        let (outcome, calls, _) = run(at, || NewtonError::user(Unplugged(3)));
+        let error = outcome.unwrap_err();
+        assert_eq!(calls, at);
+        let source = error.source().and_then(|source| source.downcast_ref());
+        assert_eq!(source, Some(&Unplugged(3)));
+        assert_eq!(
+            chain(&error),
+            "the caller's own equations failed: sensor 3 is unplugged"
+        );
+        assert_eq!(error, error.clone());
+        assert_ne!(error, NewtonError::user(Unplugged(3)));
+    }
+    let index = 7;
+    let nowhere = || MembraneError::CoincidentPoints { index: 7 }.into();
+    let (outcome, calls, x) = run(2, nowhere);
+    assert!(outcome.is_ok() && calls > 4 && (x - 2f64.sqrt()).abs() < 1e-14);
+    let (outcome, ..) = run(1, nowhere);
+    let error = outcome.unwrap_err();
+    let source = error.source().and_then(|source| source.downcast_ref());
+    assert_eq!(source, Some(&MembraneError::CoincidentPoints { index }));
+}
+
+/// What a report of an error prints: each message of the chain once.
+fn chain(error: &dyn Error) -> String {
+    let mut said = error.to_string();
+    let mut next = error.source();
+    while let Some(source) = next {
+        said = format!("{said}: {source}");
+        next = source.source();
+    }
+    said
+}
+
+#[test]
+fn a_cause_is_reachable_and_said_once() {
+    let refused = Solver::new(&balloon(), Discretisation::FiniteDifferences { nodes: 2 });
+    let error = refused.unwrap_err();
+    let said = "the membrane cannot be solved for: nodes: 2 given, at least 3 needed";
+    assert_eq!(chain(&error), said);
+}
+
+/// The observer sees every iteration and the unknowns as they are, and what it breaks off with comes back.
+#[test]
+fn an_observer_can_stop_newton() {
+    let forces = FiniteDifferences::new(&balloon(), 101).unwrap();
+    let mut scratch = NewtonScratch::default();
+    let solve = |most: usize, scratch: &mut NewtonScratch| {
+        let mut seen = Vec::new();
+        let mut x = forces.start().to_vec();
+        let ended = newton_observed(
+            &mut Gas::new(&forces, 1500.0),
+            &mut x,
+            &NewtonOptions::default(),
+            scratch,
+            |report, x| {
+                seen.push((report.iterations, report.residual, x.to_vec()));
+                if seen.len() == most {
+                    ControlFlow::Break("enough")
+                } else {
+                    ControlFlow::Continue(())
+                }
+            },
+        );
+        (ended.unwrap(), seen, x)
+    };
+    let (ended, all, x) = solve(usize::MAX, &mut scratch);
+    assert_eq!(ended, ControlFlow::Continue(()));
+    assert_eq!(all.len(), scratch.report().iterations);
+    assert_eq!(all.last().unwrap().2, x);
+    for (k, (iterations, residual, _)) in all.iter().enumerate() {
+        assert_eq!(*iterations, k + 1);
+        assert_eq!(*residual, scratch.report().history[k + 1]);
+    }
+    let (ended, seen, x) = solve(2, &mut scratch);
+    assert_eq!(ended, ControlFlow::Break("enough"));
+    assert_eq!(seen[..], all[..2]);
+    assert_eq!(x, all[1].2);
+    assert_eq!(scratch.report().iterations, 2);
+}
