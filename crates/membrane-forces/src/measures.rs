@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use crate::error::{MembraneError, length};
+
 /// A number that a curve has.
 ///
 /// A curve is given by its nodes [x, y], from (0, +R) over the apex to (0, -R), joined by straight
@@ -89,6 +91,33 @@ impl Measure {
         if self == Self::Area && nodes.len() > 1 {
             spread(nodes.len() - 1, 0);
         }
+    }
+
+    /// How fast the measure of the polyline through `nodes` changes while these move at `velocities`, per unit time: the
+    /// gradient times the velocities. Cost O(n).
+    ///
+    /// ```
+    /// use membrane_forces::Measure;
+    /// // a cone of radius 3 whose apex moves away at 2: pi 3^2 2 / 3
+    /// let (cone, moving) = ([[0.0, 3.0], [4.0, 0.0], [0.0, -3.0]], [[0.0; 2], [2.0, 0.0], [0.0; 2]]);
+    /// assert!((Measure::Volume.rate(&cone, &moving)? - 6.0 * std::f64::consts::PI).abs() < 1e-13);
+    /// # Ok::<(), membrane_forces::MembraneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`MembraneError::WrongLength`] for other velocities than nodes.
+    pub fn rate(self, nodes: &[[f64; 2]], velocities: &[[f64; 2]]) -> Result<f64, MembraneError> {
+        length("velocities", velocities.len(), nodes.len())?;
+        let along = |a: usize, b: usize| {
+            let piece = self.segment(nodes[a], nodes[b]);
+            let ([u, v], [from, to]) = ([velocities[a], velocities[b]], [piece.from, piece.to]);
+            from[0] * u[0] + from[1] * u[1] + to[0] * v[0] + to[1] * v[1]
+        };
+        let sum: f64 = (1..nodes.len()).map(|n| along(n - 1, n)).sum();
+        Ok(match self {
+            Self::Area if nodes.len() > 1 => sum + along(nodes.len() - 1, 0),
+            _ => sum,
+        })
     }
 
     /// [`Measure::of`] for the curve that consists of `nodes` and of their mirror image about the

@@ -248,6 +248,14 @@ fn curves_of_fewer_than_two_nodes_measure_nothing() {
         for measure in [Measure::Length, Measure::Area] {
             measure.gradient_into(nodes, &mut gradient);
             assert!(gradient.iter().all(|g| *g == [0.0; 2]));
+            assert_eq!(measure.rate(nodes, &gradient), Ok(0.0));
+            let (quantity, given, needed) = ("velocities", 2, nodes.len());
+            let expected = MembraneError::WrongLength {
+                quantity,
+                given,
+                needed,
+            };
+            assert_eq!(measure.rate(nodes, &[[0.0; 2]; 2]), Err(expected));
         }
     }
 }

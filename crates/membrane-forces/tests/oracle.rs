@@ -164,6 +164,9 @@ fn gradients_of_measures_are_the_derivatives() {
         let value = |x: &[f64]| vec![differences.measure(measure, x).unwrap()];
         let along = taylor_slope(value, &[slope], &x, &d);
         assert!((along - 2.0).abs() < 0.05, "polyline {measure:?}: {along}");
+        let (points, moving) = (x.as_chunks().0, d.as_chunks().0);
+        let along = taylor_slope(value, &[measure.rate(points, moving).unwrap()], &x, &d);
+        assert!((along - 2.0).abs() < 0.05, "rate of {measure:?}: {along}");
 
         let x = spectral.start();
         let d: Vec<f64> = (0..x.len()).map(|k| 0.3 * (k as f64).sin()).collect();

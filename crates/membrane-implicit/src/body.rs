@@ -4,6 +4,7 @@ use membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_newton::{Measure, Membrane};
 
 use crate::error::{ImplicitError, within};
+use crate::stepper::FARTHEST;
 
 /// A membrane with mass and damping, discretised by the paper's finite differences.
 ///
@@ -30,10 +31,13 @@ impl MovingMembrane {
     /// Discretises `membrane` with `n_nodes` nodes; mass 1 and damping 0.
     ///
     /// # Errors
-    /// Fewer than three nodes, a stiffness that is not positive, coinciding nodes.
+    /// Fewer than three nodes, a stiffness that is not positive, coinciding nodes, or some beyond 1e100 cm.
     pub fn new(membrane: &Membrane, n_nodes: usize) -> Result<Self, ImplicitError> {
         let differences = FiniteDifferences::new(membrane, n_nodes)
             .map_err(|error| ImplicitError::Membrane { time: 0.0, error })?;
+        for value in differences.start() {
+            within("rest position", *value, -FARTHEST, FARTHEST)?;
+        }
         let largest_frequency = largest_eigenvalue(&differences).sqrt();
         Ok(Self {
             differences,

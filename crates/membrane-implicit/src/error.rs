@@ -69,6 +69,9 @@ pub enum ImplicitError {
     /// An explicit scheme has no unknown pressure: it cannot hold a volume.
     #[error("an explicit scheme cannot prescribe the volume")]
     ExplicitVolume,
+    /// A splitting applies the pressure between moves: it cannot answer to the flow.
+    #[error("a splitting cannot answer to the state")]
+    SplitFeedback,
     /// The scheme has no error estimate to choose a step by.
     #[error("this scheme has no error estimate: it takes fixed steps only")]
     NoErrorEstimate,
@@ -89,13 +92,24 @@ pub enum ImplicitError {
         /// Last change of position, cm.
         change: f64,
     },
-    /// The state is no longer finite: the scheme is unstable at this step.
-    #[error("the motion left the finite numbers in the step from t = {time} with dt = {dt}")]
+    /// The motion ran away: the scheme is unstable at this step, or the load has no equilibrium. The state is that
+    /// before the step.
+    #[error(
+        "step {step}, from t = {time} with dt = {dt}, ran away: the {quantity} of node {node} came to {value:e}"
+    )]
     Unstable {
+        /// Which step, from 1.
+        step: usize,
         /// Time at the start of the step.
         time: f64,
         /// Time step.
         dt: f64,
+        /// What ran away, position or velocity.
+        quantity: &'static str,
+        /// Of which node.
+        node: usize,
+        /// To where, cm or cm/s: beyond 1e100 or NaN.
+        value: f64,
     },
     /// The adaptive step fell below what the clock can resolve.
     #[error("step size fell to {dt:e} at t = {time}")]

@@ -1,5 +1,7 @@
 //! The paper's evolving method (section 3.2): step the moving membrane until its forces balance.
 
+use std::ops::ControlFlow;
+
 use membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_newton::{Measure, Membrane};
 
@@ -8,6 +10,7 @@ use crate::drive::DriveKind;
 use crate::error::{ImplicitError, length, within};
 use crate::scheme::{Jacobian, Scheme};
 use crate::stepper::{Stepper, Work};
+use crate::target::Target;
 
 /// Settings of [`evolve`]; the defaults are the paper's where it states them.
 #[derive(Debug, Clone, PartialEq)]
@@ -151,6 +154,22 @@ pub fn evolve(
     total_force: f64,
     options: &EvolvingOptions,
 ) -> Result<Evolution, ImplicitError> {
+    let never = |_, _| ControlFlow::Continue(());
+    evolve_with(membrane, n_nodes, total_force, options, never)
+}
+
+/// [`evolve`], and calls `observe` with the steps made and the norm of the forces, before the first step and after each;
+/// it may break off, which ends the run as `max_steps` does.
+///
+/// # Errors
+/// As [`evolve`].
+pub fn evolve_with(
+    membrane: &Membrane,
+    n_nodes: usize,
+    total_force: f64,
+    options: &EvolvingOptions,
+    mut observe: impl FnMut(usize, f64) -> ControlFlow<()>,
+) -> Result<Evolution, ImplicitError> {
     within("time step", options.dt, f64::MIN_POSITIVE, f64::MAX)?;
     within("tolerance", options.tolerance, 0.0, f64::MAX)?;
     within("total force", total_force, f64::MIN, f64::MAX)?;
@@ -162,22 +181,22 @@ pub fn evolve(
         .with_damping(options.damping)?;
     let mut stepper = Stepper::new(body, Scheme::SemiImplicitEuler, DriveKind::TotalForce);
     stepper.set_jacobian(options.jacobian);
-    stepper.begin(total_force)?;
+    let target = Target::TotalForce(total_force);
+    stepper.begin(target)?;
     let mut norms = vec![stepper.norms()?.0];
     let mut frames = Vec::new();
     let mut converged = norms[0] <= options.tolerance;
     loop {
-        let (steps, last) = (
-            norms.len() - 1,
-            converged || norms.len() > options.max_steps,
-        );
+        let steps = norms.len() - 1;
+        let stopped = observe(steps, norms[steps]).is_break();
+        let last = converged || stopped || steps >= options.max_steps;
         if options.frame_every > 0 && (last || steps.is_multiple_of(options.frame_every)) {
             frames.push(frame(&stepper, steps)?);
         }
         if last {
             break;
         }
-        stepper.attempt(options.dt, &[total_force])?;
+        stepper.attempt(options.dt, &[target])?;
         stepper.accept();
         let (norm, _) = stepper.norms()?;
         converged = norm <= options.tolerance;

@@ -44,12 +44,13 @@ mod scheme;
 mod springs;
 mod stage;
 mod stepper;
+mod target;
 
 pub use body::MovingMembrane;
-pub use drive::{Drive, DriveKind};
+pub use drive::{Drive, DriveKind, Feedback, Moment};
 pub use energy::Energy;
 pub use error::ImplicitError;
-pub use evolving::{Evolution, EvolvingOptions, Frame, evolve};
+pub use evolving::{Evolution, EvolvingOptions, Frame, evolve, evolve_with};
 pub use membrane_newton::{
     self, Measure, Measures, Membrane, MembraneError, PressureLaw, RestShape, Stiffness,
 };

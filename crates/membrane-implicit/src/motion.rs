@@ -1,18 +1,21 @@
 //! A membrane, or a pair with incompressible wall, carried through time.
 
 mod adaptive;
+mod run;
 
 use membrane_newton::Measure;
 
 use crate::body::MovingMembrane;
 use crate::dense;
-use crate::drive::{Drive, DriveKind};
+use crate::drive::{Drive, DriveKind, Moment};
 use crate::energy::Energy;
 pub use adaptive::Tolerance;
+pub use run::{Stop, TimeStep};
 
 use crate::error::{ImplicitError, length, within};
 use crate::scheme::{Jacobian, Scheme};
-use crate::stepper::{Instant, Stepper, Work};
+use crate::stepper::{FARTHEST, Instant, Stepper, Work};
+use crate::target::Target;
 
 /// A motion in progress: an initial-value problem with the state it has reached.
 ///
@@ -65,35 +68,12 @@ impl State<'_> {
     pub fn volume(&self) -> f64 {
         Measure::Volume.of(self.points)
     }
-}
 
-/// How long the steps are.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum TimeStep {
-    /// Always this long, but for a last step cut to end at a [`Stop::Time`].
-    Fixed(f64),
-    /// As long as the local error allows.
-    Adaptive(Tolerance),
-}
-
-/// When a run ends.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Stop {
-    /// At this time, exactly.
-    Time(f64),
-    /// When the (inner) volume passes this value, cm^3; the last step ends there to 1e-10.
-    Volume(f64),
-    /// When the norms over s of the total force F_p + F_e and of the velocity are at most this,
-    /// for both membranes of a pair.
-    Equilibrium {
-        /// Bound on (integral of |F_p + F_e|^2 ds)^(1/2).
-        force: f64,
-        /// Bound on (integral of |v|^2 ds)^(1/2).
-        speed: f64,
-    },
-    /// After this many steps.
-    Steps(usize),
+    /// dV/dt, cm^3/s; not a number if there are other velocities than points.
+    pub fn volume_rate(&self) -> f64 {
+        let rate = Measure::Volume.rate(self.points, self.velocities);
+        rate.unwrap_or(f64::NAN)
+    }
 }
 
 impl Motion {
@@ -101,12 +81,18 @@ impl Motion {
     ///
     /// # Errors
     /// The drive has no finite value at t = 0, or prescribes a volume that the membrane does not
-    /// have, or a volume to an explicit scheme.
+    /// have, or a volume to an explicit scheme, or answers to the state under a splitting.
     pub fn new(body: MovingMembrane, drive: Drive, scheme: Scheme) -> Result<Self, ImplicitError> {
-        if scheme.has_explicit_pressure() && drive.kind == DriveKind::Volume {
-            return Err(ImplicitError::ExplicitVolume);
+        match drive.kind() {
+            DriveKind::Volume if scheme.has_explicit_pressure() => {
+                return Err(ImplicitError::ExplicitVolume);
+            }
+            DriveKind::Feedback if scheme.is_splitting() => {
+                return Err(ImplicitError::SplitFeedback);
+            }
+            _ => (),
         }
-        let inner = Stepper::new(body, scheme, drive.kind);
+        let inner = Stepper::new(body, scheme, drive.kind());
         let mut motion = Self {
             drive,
             inner,
@@ -167,7 +153,7 @@ impl Motion {
     /// where they are held.
     ///
     /// # Errors
-    /// A pair; lists of another length than the membrane's nodes, numbers that are not finite, and
+    /// A pair; lists of another length than the membrane's nodes, numbers that are not finite or beyond 1e100, and
     /// as [`Motion::new`].
     pub fn with_state(
         mut self,
@@ -183,7 +169,7 @@ impl Motion {
         for (quantity, list) in [("points", points), ("velocities", velocities)] {
             length(quantity, list.len(), expected)?;
             for value in list.as_flattened() {
-                within(quantity, *value, f64::MIN, f64::MAX)?;
+                within(quantity, *value, -FARTHEST, FARTHEST)?;
             }
         }
         self.inner
@@ -194,27 +180,37 @@ impl Motion {
 
     /// Intensities and accelerations at the start.
     fn begin(&mut self) -> Result<(), ImplicitError> {
-        let time = self.inner.now().time;
-        let value = self.drive.at(time)?;
-        let value = if self.drive.kind == DriveKind::Volume {
-            let actual = Measure::Volume.of(self.inner.now().nodes.as_chunks().0);
-            if (value - actual).abs() > 1e-9 * actual.abs() {
+        self.tell();
+        let Self {
+            drive,
+            inner,
+            outer,
+            ..
+        } = self;
+        let time = inner.now().time;
+        let mut target = drive.target(time)?;
+        if let Target::Volume(prescribed) = target {
+            let actual = Measure::Volume.of(inner.now().nodes.as_chunks().0);
+            if (prescribed - actual).abs() > 1e-9 * actual.abs() {
                 return Err(ImplicitError::VolumeMismatch {
                     time,
-                    prescribed: value,
+                    prescribed,
                     actual,
                 });
             }
             // V'' looking forward only; the step is a fraction of the membrane's shortest period.
-            let e = 0.1 * self.inner.body.largest_explicit_step();
-            let v = |k: f64| self.drive.at(time + k * e);
-            (2.0 * value - 5.0 * v(1.0)? + 4.0 * v(2.0)? - v(3.0)?) / (e * e)
-        } else {
-            value
-        };
-        self.inner.begin(value)?;
-        if let Some(outer) = &mut self.outer {
-            outer.stepper.begin(self.inner.volume_acceleration())?;
+            let e = 0.1 * inner.body.largest_explicit_step();
+            let v = |k: f64| match drive.target(time + k * e)? {
+                Target::Volume(volume) => Ok(volume),
+                _ => Ok(f64::NAN),
+            };
+            let change = 2.0 * prescribed - 5.0 * v(1.0)? + 4.0 * v(2.0)? - v(3.0)?;
+            target = Target::Volume(change / (e * e));
+        }
+        inner.begin(target)?;
+        if let Some(outer) = outer {
+            let target = Target::Volume(inner.volume_acceleration());
+            outer.stepper.begin(target)?;
         }
         let energy = self.energy();
         self.initial = energy.kinetic + energy.elastic;
@@ -291,7 +287,7 @@ impl Motion {
     pub fn step(&mut self, dt: f64) -> Result<(), ImplicitError> {
         within("time step", dt, f64::MIN_POSITIVE, f64::MAX)?;
         self.attempt(dt)?;
-        self.accept();
+        self.accept(None);
         Ok(())
     }
 
@@ -305,86 +301,8 @@ impl Motion {
         most: f64,
     ) -> Result<f64, ImplicitError> {
         let dt = self.attempt_adaptive(tolerance, most)?;
-        self.accept();
+        self.accept(None);
         Ok(dt)
-    }
-
-    /// Steps until the first of `stops`; returns its index.
-    ///
-    /// # Errors
-    /// As [`Motion::step`]; no stop given.
-    pub fn run(&mut self, steps: TimeStep, stops: &[Stop]) -> Result<usize, ImplicitError> {
-        self.run_with(steps, stops, |_| ())
-    }
-
-    /// As [`Motion::run`], and calls `observe` after every step, where [`Motion::at_into`] gives
-    /// the shape at any time within the step.
-    ///
-    /// # Errors
-    /// As [`Motion::run`].
-    pub fn run_with(
-        &mut self,
-        steps: TimeStep,
-        stops: &[Stop],
-        mut observe: impl FnMut(&Self),
-    ) -> Result<usize, ImplicitError> {
-        within("number of stops", stops.len() as f64, 1.0, f64::MAX)?;
-        match steps {
-            TimeStep::Fixed(dt) => {
-                within("time step", dt, f64::MIN_POSITIVE, f64::MAX)?;
-            }
-            TimeStep::Adaptive(tolerance) => tolerance.check()?,
-        }
-        let first = self.work().steps;
-        let mut end = f64::INFINITY;
-        let mut volumes = false;
-        for stop in stops {
-            match *stop {
-                Stop::Time(time) => end = end.min(within("end time", time, self.time(), f64::MAX)?),
-                Stop::Volume(volume) => {
-                    volumes = true;
-                    within("volume", volume, f64::MIN_POSITIVE, f64::MAX)?;
-                }
-                Stop::Equilibrium { force, speed } => {
-                    within("force at equilibrium", force, 0.0, f64::MAX)?;
-                    within("speed at equilibrium", speed, 0.0, f64::MAX)?;
-                }
-                Stop::Steps(_) => (),
-            }
-        }
-        loop {
-            if let Some(index) = self.stopped(stops, first)? {
-                return Ok(index);
-            }
-            let left = end - self.time();
-            let dt = match steps {
-                // the last step is cut, but not by the rounding of the clock
-                TimeStep::Fixed(dt) if dt * (1.0 - 1e-9) < left => dt,
-                TimeStep::Fixed(_) => left,
-                TimeStep::Adaptive(_) => 0.0,
-            };
-            let before = if volumes { self.state().volume() } else { 0.0 };
-            let dt = match steps {
-                TimeStep::Fixed(_) => {
-                    self.attempt(dt)?;
-                    dt
-                }
-                TimeStep::Adaptive(tolerance) => self.attempt_adaptive(&tolerance, left)?,
-            };
-            for stop in stops {
-                if let Stop::Volume(volume) = *stop {
-                    let after = self.inner.end_volume();
-                    if (before - volume) * (after - volume) < 0.0 {
-                        self.land_on_volume(volume, (before, after), dt)?;
-                    }
-                }
-            }
-            self.accept();
-            if (end - self.time()).abs() <= 1e-9 * dt {
-                self.inner.set_time(end);
-            }
-            observe(self);
-        }
     }
 
     /// Shape and velocity of the (inner) membrane at a time within the last step: cubic Hermite
@@ -423,46 +341,46 @@ impl Motion {
         }
     }
 
-    fn stopped(&mut self, stops: &[Stop], first: usize) -> Result<Option<usize>, ImplicitError> {
-        for (index, stop) in stops.iter().enumerate() {
-            let reached = match *stop {
-                Stop::Time(time) => self.time() >= time,
-                Stop::Volume(volume) => (self.state().volume() / volume - 1.0).abs() <= 1e-10,
-                Stop::Steps(steps) => self.work().steps - first >= steps,
-                Stop::Equilibrium { force, speed } => {
-                    let (f, s) = self.norms()?;
-                    f <= force && s <= speed
-                }
-            };
-            if reached {
-                return Ok(Some(index));
-            }
-        }
-        Ok(None)
-    }
-
     fn attempt(&mut self, dt: f64) -> Result<(), ImplicitError> {
-        let time = self.time();
-        let n = self.inner.stage_times().len();
-        let mut targets = [0.0; MAX_TARGETS];
+        let Self {
+            drive,
+            inner,
+            outer,
+            ..
+        } = self;
+        let time = inner.now().time;
+        let n = inner.stage_times().len();
+        let mut targets = [Target::Intensity(0.0); MAX_TARGETS];
         for i in 0..n {
-            targets[i] = self.drive.at(time + dt * self.inner.stage_times()[i])?;
+            targets[i] = drive.target(time + dt * inner.stage_times()[i])?;
         }
-        self.inner.attempt(dt, &targets[..n])?;
-        if let Some(outer) = &mut self.outer {
+        inner.attempt(dt, &targets[..n])?;
+        if let Some(outer) = outer {
             for i in 0..n {
-                targets[i] = self.inner.stage_volume(i + 1) + outer.wall_volume;
+                targets[i] = Target::Volume(inner.stage_volume(i + 1) + outer.wall_volume);
             }
             outer.stepper.attempt(dt, &targets[..n])?;
         }
         Ok(())
     }
 
-    fn accept(&mut self) {
+    /// Makes the attempted step the present, at `time` if the clock has to be put right.
+    fn accept(&mut self, time: Option<f64>) {
         self.inner.accept();
         if let Some(outer) = &mut self.outer {
             outer.stepper.accept();
         }
+        if let Some(time) = time {
+            self.inner.set_time(time);
+        }
+        self.tell();
+    }
+
+    /// Tells the drive where the motion is.
+    fn tell(&mut self) {
+        let now = self.inner.now();
+        self.drive
+            .accepted(|| Moment::of(now.time, &now.nodes, &now.velocity));
     }
 }
 

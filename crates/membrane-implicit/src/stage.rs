@@ -4,15 +4,16 @@ use membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_newton::{BandMatrix, BandedLu, Measure, NewtonError};
 
 use crate::body::MovingMembrane;
-use crate::drive::DriveKind;
+use crate::drive::Moment;
 use crate::error::ImplicitError;
 use crate::scheme::Jacobian;
+use crate::target::{Answer, Target};
 
 /// Solves, for the velocity w and the intensity f,
 ///
 /// ```text
 /// (m + h mu) w = m v* + h [ F_e(c) + f n(c) ]        c = c* + h w
-/// g(c, f) = 0                                        f = f_t,   f S(c) = F_t   or   V(c) = V_t
+/// g(c, w, f) = 0                       f = f_t,   f S(c) = F_t,   V(c) = V_t   or   f = P(t, V(c), V'(c) w)
 /// ```
 ///
 /// with the matrix (m + h mu) I - h^2 (K + f dn/dc), bordered by g. Every implicit scheme here is
@@ -25,7 +26,7 @@ pub(crate) struct Stage {
     lu: BandedLu,
     /// Inverse matrix times -h n(c).
     column: Vec<f64>,
-    /// h dg/dc, and what elimination leaves of dg/df.
+    /// h dg/dc + dg/dw, and what elimination leaves of dg/df.
     row: Vec<f64>,
     pivot: f64,
     /// h for which `lu` stands, NaN before the first factorisation.
@@ -42,10 +43,11 @@ pub(crate) struct Stage {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Equation<'a> {
     pub(crate) body: &'a MovingMembrane,
-    pub(crate) kind: DriveKind,
-    /// Prescribed value at the end of the stage.
-    pub(crate) target: f64,
+    /// What is prescribed at the end of the stage.
+    pub(crate) target: Target<'a>,
+    /// Time at the start of the step, and at the end of the stage.
     pub(crate) time: f64,
+    pub(crate) end: f64,
     pub(crate) dt: f64,
     /// h = gamma dt.
     pub(crate) h: f64,
@@ -85,12 +87,12 @@ impl Stage {
         self.factored = f64::NAN;
     }
 
-    /// Builds and factors the matrix at (`nodes`, `intensity`).
+    /// Builds and factors the matrix at `nodes`, their velocities and the intensity.
     pub(crate) fn linearise(
         &mut self,
         eq: &Equation<'_>,
         jacobian: Jacobian,
-        nodes: &[f64],
+        (nodes, velocities): (&[f64], &[f64]),
         intensity: f64,
     ) -> Result<(), ImplicitError> {
         let Equation {
@@ -122,24 +124,37 @@ impl Stage {
         self.pivot = 1.0;
         self.column.fill(0.0);
         self.row.fill(0.0);
-        if eq.kind != DriveKind::Intensity {
+        let points = nodes.as_chunks().0;
+        let answering = |answer: Answer| {
+            let slope = -(h * answer.by_volume + answer.by_rate);
+            Some((Some((Measure::Volume, slope)), 1.0))
+        };
+        // g's gradient, which is that of a measure times a factor, and its slope by f
+        let border = match eq.target {
+            Target::Intensity(_) => None,
+            // Without the rank-one part the intensity does not answer to the change of shape.
+            Target::TotalForce(_) if jacobian == Jacobian::Band => {
+                Some((None, Measure::Surface.of(points)))
+            }
+            Target::TotalForce(_) => Some((
+                Some((Measure::Surface, h * intensity)),
+                Measure::Surface.of(points),
+            )),
+            Target::Volume(_) => Some((Some((Measure::Volume, h)), 0.0)),
+            Target::Feedback(drive) => {
+                let at = Moment::of(eq.end, nodes, velocities);
+                answering(Answer::about(drive, at, eq.length, h)?)
+            }
+            Target::Answer(answer) => answering(answer),
+        };
+        if let Some((gradient, corner)) = border {
             d.pressure_force_into(nodes, -h, &mut self.column)
                 .map_err(membrane)?;
             self.force_calls += 1;
             lu.solve_into(&mut self.column);
             hold_ends(&mut self.column);
-            let (measure, factor, corner) = if eq.kind == DriveKind::TotalForce {
-                (
-                    Measure::Surface,
-                    h * intensity,
-                    Measure::Surface.of(nodes.as_chunks().0),
-                )
-            } else {
-                (Measure::Volume, h, 0.0)
-            };
-            // Without the rank-one part the intensity does not answer to the change of shape.
-            if jacobian != Jacobian::Band || eq.kind == DriveKind::Volume {
-                measure.gradient_into(nodes.as_chunks().0, self.row.as_chunks_mut().0);
+            if let Some((measure, factor)) = gradient {
+                measure.gradient_into(points, self.row.as_chunks_mut().0);
                 hold_ends(&mut self.row);
                 self.row.iter_mut().for_each(|g| *g *= factor);
             }
@@ -224,19 +239,20 @@ impl Stage {
         // Pivoting mixes the held rows with their neighbours; no rounding may move an end.
         lu.solve_into(&mut self.rhs);
         hold_ends(&mut self.rhs);
-        let defect = match eq.kind {
-            DriveKind::Intensity => *intensity - eq.target,
-            DriveKind::TotalForce => {
-                *intensity * Measure::Surface.of(nodes.as_chunks().0) - eq.target
-            }
-            DriveKind::Volume => Measure::Volume.of(nodes.as_chunks().0) - eq.target,
+        let points = nodes.as_chunks().0;
+        let defect = match eq.target {
+            Target::TotalForce(target) => *intensity * Measure::Surface.of(points) - target,
+            Target::Volume(target) => Measure::Volume.of(points) - target,
+            Target::Intensity(target) => *intensity - target,
+            Target::Feedback(drive) => *intensity - drive.at(&Moment::of(eq.end, nodes, w))?,
+            Target::Answer(answer) => *intensity - answer.intensity(&Moment::of(eq.end, nodes, w)),
         };
         let df = -(defect + dot(&self.row, &self.rhs)) / self.pivot;
-        // The border's defect counts as if the whole membrane had to move by that fraction.
-        let scale = if eq.kind == DriveKind::Intensity {
-            0.0
-        } else {
-            eq.length / eq.target.abs()
+        // The border's defect counts as if the whole membrane had to move by that fraction; that of an intensity
+        // moves it by what the step below sees.
+        let scale = match eq.target {
+            Target::TotalForce(target) | Target::Volume(target) => eq.length / target.abs(),
+            Target::Intensity(_) | Target::Feedback(_) | Target::Answer(_) => 0.0,
         };
         let mut change = if defect == 0.0 {
             0.0

@@ -11,6 +11,7 @@ use crate::error::ImplicitError;
 use crate::scheme::{Jacobian, Scheme, Tableau};
 use crate::springs::Springs;
 use crate::stage::{Stage, dot, hold_ends};
+use crate::target::Target;
 
 /// Position, velocity and acceleration at one instant, flat.
 #[derive(Debug, Clone)]
@@ -41,6 +42,10 @@ pub struct Work {
     /// Evaluations of the pressure force.
     pub force_calls: usize,
 }
+
+/// Positions (cm) and velocities (cm/s) beyond which volume and energy, their cubes and squares times any stiffness, are
+/// no numbers.
+pub(crate) const FARTHEST: f64 = 1e100;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Stepper {
@@ -138,18 +143,17 @@ impl Stepper {
         self.has_history = false;
     }
 
-    /// Intensity and acceleration at the present state. `value` is what the drive prescribes now:
-    /// intensity, total force, or the second time derivative of the volume.
-    pub(crate) fn begin(&mut self, value: f64) -> Result<(), ImplicitError> {
-        self.evaluate(0, value)
+    /// Intensity and acceleration at the present state. `target` is what the drive prescribes now, but for a volume its
+    /// second time derivative.
+    pub(crate) fn begin(&mut self, target: Target<'_>) -> Result<(), ImplicitError> {
+        self.evaluate(0, target)
     }
 
-    fn evaluate(&mut self, index: usize, value: f64) -> Result<(), ImplicitError> {
+    fn evaluate(&mut self, index: usize, target: Target<'_>) -> Result<(), ImplicitError> {
         let Self {
             body,
             stage,
             instants,
-            kind,
             start: (force, row),
             error: (moved, _),
             ..
@@ -160,23 +164,22 @@ impl Stepper {
         let membrane = |error| ImplicitError::Membrane { time, error };
         d.elastic_force_into(&at.nodes, force);
         stage.force_calls += 1;
-        let intensity = match kind {
-            DriveKind::Intensity => value,
-            DriveKind::TotalForce => value / Measure::Surface.of(at.nodes.as_chunks().0),
-            DriveKind::Volume => {
-                // m V'' = grad V . (F_e + f n - mu v) + m v . H v
-                d.pressure_force_into(&at.nodes, 1.0, &mut at.pressure)
-                    .map_err(membrane)?;
-                Measure::Volume.gradient_into(at.nodes.as_chunks().0, row.as_chunks_mut().0);
-                hold_ends(row);
-                let per_intensity = dot(row, &at.pressure);
-                let rate = dot(row, &at.velocity);
-                let pull = dot(row, force);
-                let bend = curvature_of_volume(&at.nodes, &at.velocity, moved, row);
-                (body.mass * (value - bend) - pull + body.damping * rate) / per_intensity
-            }
+        let intensity = if let Target::Volume(acceleration) = target {
+            // m V'' = grad V . (F_e + f n - mu v) + m v . H v
+            d.pressure_force_into(&at.nodes, 1.0, &mut at.pressure)
+                .map_err(membrane)?;
+            Measure::Volume.gradient_into(at.nodes.as_chunks().0, row.as_chunks_mut().0);
+            hold_ends(row);
+            let per_intensity = dot(row, &at.pressure);
+            let rate = dot(row, &at.velocity);
+            let pull = dot(row, force);
+            let bend = curvature_of_volume(&at.nodes, &at.velocity, moved, row);
+            (body.mass * (acceleration - bend) - pull + body.damping * rate) / per_intensity
+        } else {
+            target.intensity(time, &at.nodes, &at.velocity, f64::NAN)?
         };
         if !intensity.is_finite() {
+            let value = intensity;
             return Err(ImplicitError::BadDrive { time, value });
         }
         at.intensity = intensity;
@@ -216,6 +219,11 @@ impl Stepper {
         Measure::Volume.of(self.instants[index].nodes.as_chunks().0)
     }
 
+    /// Time at the end of the step just attempted.
+    pub(crate) fn end_time(&self) -> f64 {
+        self.instants[self.tableau.stages - 1].time
+    }
+
     /// Volume at the end of the step just attempted.
     pub(crate) fn end_volume(&self) -> f64 {
         self.stage_volume(self.tableau.stages - 1)
@@ -223,30 +231,54 @@ impl Stepper {
 
     /// Makes the stages of a step without accepting it. `targets` are the drive's values at
     /// [`Stepper::stage_times`].
-    pub(crate) fn attempt(&mut self, dt: f64, targets: &[f64]) -> Result<(), ImplicitError> {
-        match self.scheme {
-            Scheme::SemiImplicitEuler => self.linearised_step(dt, targets[0])?,
-            Scheme::ImplicitSplitting2 => self.kick_and_relax(dt, targets[0])?,
-            scheme if scheme.is_splitting() => self.split_step(dt, targets)?,
-            scheme => {
-                for (i, &target) in (1..self.tableau.stages).zip(targets) {
-                    if scheme.has_explicit_pressure() {
-                        self.explicit_stage(i, dt, target)?;
-                    } else {
-                        self.solve_stage(i, dt, target)?;
-                    }
-                }
+    pub(crate) fn attempt(&mut self, dt: f64, targets: &[Target<'_>]) -> Result<(), ImplicitError> {
+        let last = self.tableau.stages - 1;
+        for (index, &target) in (1..=last).zip(targets) {
+            let made = match self.scheme {
+                Scheme::SemiImplicitEuler => self.linearised_step(dt, target),
+                Scheme::ImplicitSplitting2 => self.kick_and_relax(dt, target),
+                scheme if scheme.is_splitting() => self.split_step(dt, targets),
+                scheme if scheme.has_explicit_pressure() => self.explicit_stage(index, dt, target),
+                _ => self.solve_stage(index, dt, target),
+            };
+            made.map_err(|error| self.runaway(index, dt).unwrap_or(error))?;
+        }
+        match self.runaway(last, dt) {
+            Some(error) => {
+                self.stage.forget();
+                Err(error)
             }
+            None => Ok(()),
         }
-        let end = &self.instants[self.tableau.stages - 1];
-        // one number that is not finite makes the sum of squares so
-        if (dot(&end.nodes, &end.nodes) + dot(&end.velocity, &end.velocity)).is_finite() {
-            Ok(())
-        } else {
-            let time = self.now().time;
-            self.stage.forget();
-            Err(ImplicitError::Unstable { time, dt })
+    }
+
+    /// What stage `index` of a step of length `dt` says if it went too far to be a membrane, be it by NaN.
+    fn runaway(&self, index: usize, dt: f64) -> Option<ImplicitError> {
+        let at = &self.instants[index];
+        // any number too large makes the sum of squares so
+        if dot(&at.nodes, &at.nodes) + dot(&at.velocity, &at.velocity) <= FARTHEST * FARTHEST {
+            return None;
         }
+        let positions = at.nodes.iter().map(|value| ("position", value));
+        let velocities = at.velocity.iter().map(|value| ("velocity", value));
+        let size = |value: f64| {
+            if value.is_nan() {
+                f64::INFINITY
+            } else {
+                value.abs()
+            }
+        };
+        let (k, (quantity, &value)) = (positions.enumerate())
+            .chain(velocities.enumerate())
+            .max_by(|(_, (_, a)), (_, (_, b))| size(**a).total_cmp(&size(**b)))?;
+        Some(ImplicitError::Unstable {
+            step: self.work.steps + 1,
+            time: self.now().time,
+            dt,
+            quantity,
+            node: k / 2,
+            value,
+        })
     }
 
     /// Scaled local error of the attempted step (1 is just acceptable); `None` where the scheme

@@ -3,7 +3,8 @@
 use std::alloc::System;
 
 use membrane_implicit::{
-    Drive, Jacobian, Membrane, Motion, MovingMembrane, RestShape, Scheme, Stop, TimeStep, Tolerance,
+    Drive, Jacobian, Membrane, Moment, Motion, MovingMembrane, RestShape, Scheme, Stop, TimeStep,
+    Tolerance,
 };
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
@@ -46,13 +47,15 @@ fn steps_allocate_nothing() {
         Scheme::Trapezoidal,
         Scheme::TrBdf2,
     ] {
-        for kind in ["intensity", "total force", "volume", "pair"] {
+        for kind in ["intensity", "total force", "volume", "feedback", "pair"] {
             let explicit = matches!(scheme, Scheme::ForwardEuler | Scheme::RungeKutta4);
             let splits = matches!(
                 scheme,
                 Scheme::Splitting2 | Scheme::Splitting6 | Scheme::ImplicitSplitting2
             );
-            if (explicit || splits) && matches!(kind, "volume" | "pair") {
+            if ((explicit || splits) && matches!(kind, "volume" | "pair"))
+                || (splits && kind == "feedback")
+            {
                 continue;
             }
             let inner = body(1.75);
@@ -61,6 +64,10 @@ fn steps_allocate_nothing() {
                 "intensity" => Motion::new(inner, Drive::intensity(|_| 17.5), scheme),
                 "total force" => Motion::new(inner, Drive::total_force(|_| 2588.9), scheme),
                 "volume" => Motion::new(inner, pump, scheme),
+                "feedback" => {
+                    let answer = |now: &Moment| 17.5 - 1e-3 * now.volume_rate;
+                    Motion::new(inner, Drive::feedback(answer), scheme)
+                }
                 _ => Motion::pair(inner, body(2.75), pump, scheme),
             }
             .unwrap();

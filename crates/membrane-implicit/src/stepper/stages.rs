@@ -1,12 +1,11 @@
 //! How one stage of each kind of scheme is made.
 
-use membrane_newton::Measure;
-
 use super::{Stepper, add_slopes};
-use crate::drive::DriveKind;
+use crate::drive::Moment;
 use crate::error::ImplicitError;
 use crate::scheme::Jacobian;
 use crate::stage::{Equation, dot};
+use crate::target::{Answer, Target};
 
 const MAX_ITERATIONS: usize = 40;
 /// The next iteration must promise to move positions by less than this fraction of the membrane's
@@ -21,7 +20,7 @@ impl Stepper {
         &mut self,
         index: usize,
         dt: f64,
-        target: f64,
+        target: Target<'_>,
     ) -> Result<(), ImplicitError> {
         let (before, rest) = self.instants.split_at_mut(index);
         let (now, new) = (&before[0], &mut rest[0]);
@@ -42,13 +41,16 @@ impl Stepper {
     ///
     /// A kick changes the kinetic energy by b dt F.(v- + v+)/2; a drift changes the elastic energy
     /// by the mean of the elastic forces at its ends, and takes m/2 (|v-|^2 - |v+|^2) for damping.
-    pub(super) fn split_step(&mut self, dt: f64, targets: &[f64]) -> Result<(), ImplicitError> {
+    pub(super) fn split_step(
+        &mut self,
+        dt: f64,
+        targets: &[Target<'_>],
+    ) -> Result<(), ImplicitError> {
         let (kicks, drifts) = self.scheme.splitting();
         let Self {
             body,
             stage,
             instants,
-            kind,
             start: (force, _),
             pending,
             ..
@@ -80,12 +82,9 @@ impl Stepper {
                     *v *= decay;
                 }
                 reach = drift / decay;
-                new.intensity = match kind {
-                    DriveKind::TotalForce => {
-                        targets[k - 1] / Measure::Surface.of(new.nodes.as_chunks().0)
-                    }
-                    _ => targets[k - 1],
-                };
+                let held = new.intensity;
+                new.intensity =
+                    targets[k - 1].intensity(new.time, &new.nodes, &new.velocity, held)?;
             }
             d.elastic_force_into(&new.nodes, force);
             if k == 0 {
@@ -129,13 +128,16 @@ impl Stepper {
     /// ```
     ///
     /// The midpoint rule changes kinetic and elastic energy by -dt mu |w|^2 and no more.
-    pub(super) fn kick_and_relax(&mut self, dt: f64, target: f64) -> Result<(), ImplicitError> {
+    pub(super) fn kick_and_relax(
+        &mut self,
+        dt: f64,
+        target: Target<'_>,
+    ) -> Result<(), ImplicitError> {
         let Self {
             body,
             stage,
             springs,
             instants,
-            kind,
             start: (force, middle),
             pending,
             ..
@@ -166,10 +168,7 @@ impl Stepper {
             *c = c0 + dt * w;
         }
         new.time = now.time + dt;
-        new.intensity = match kind {
-            DriveKind::TotalForce => target / Measure::Surface.of(new.nodes.as_chunks().0),
-            _ => target,
-        };
+        new.intensity = target.intensity(new.time, &new.nodes, &new.velocity, now.intensity)?;
         d.elastic_force_into(&new.nodes, force);
         d.pressure_force_into(&new.nodes, new.intensity, &mut new.pressure)
             .map_err(|error| ImplicitError::Membrane {
@@ -190,7 +189,11 @@ impl Stepper {
         Ok(())
     }
 
-    pub(super) fn linearised_step(&mut self, dt: f64, target: f64) -> Result<(), ImplicitError> {
+    pub(super) fn linearised_step(
+        &mut self,
+        dt: f64,
+        prescribed: Target<'_>,
+    ) -> Result<(), ImplicitError> {
         let refresh = match self.jacobian {
             Jacobian::Differences { refresh_every } => {
                 self.work.steps.is_multiple_of(refresh_every)
@@ -201,32 +204,37 @@ impl Stepper {
             body,
             stage,
             instants,
-            kind,
             length,
             ..
         } = self;
         let (now, rest) = instants.split_at_mut(1);
         let (now, new) = (&mut now[0], &mut rest[0]);
+        let end = now.time + dt;
+        // A feedback is linearised about the start of the step too.
+        let target = match prescribed {
+            Target::Feedback(drive) => {
+                let at = Moment::of(end, &now.nodes, &now.velocity);
+                Target::Answer(Answer::about(drive, at, *length, dt)?)
+            }
+            known => known,
+        };
         let eq = Equation {
             body,
-            kind: *kind,
             target,
             time: now.time,
+            end,
             dt,
             h: dt,
             length: *length,
         };
-        new.time = now.time + dt;
+        new.time = end;
         new.nodes.copy_from_slice(&now.nodes);
         new.velocity.fill(0.0);
-        new.intensity = match kind {
-            DriveKind::Intensity => target,
-            DriveKind::TotalForce => target / Measure::Surface.of(now.nodes.as_chunks().0),
-            DriveKind::Volume => now.intensity,
-        };
-        let intensity = new.intensity;
+        let intensity = target.intensity(end, &now.nodes, &now.velocity, now.intensity)?;
+        new.intensity = intensity;
         if refresh || !stage.is_factored_for(dt) {
-            stage.linearise(&eq, self.jacobian, &now.nodes, intensity)?;
+            let start = (&now.nodes[..], &now.velocity[..]);
+            stage.linearise(&eq, self.jacobian, start, intensity)?;
         }
         stage.iterate(
             &eq,
@@ -252,9 +260,8 @@ impl Stepper {
         );
         slope(&new.velocity, &now.velocity, dt, &mut new.acceleration);
         new.measure(body.differences.ds());
-        if *kind == DriveKind::TotalForce {
-            new.intensity = target / Measure::Surface.of(new.nodes.as_chunks().0);
-        }
+        // that of the shape reached
+        new.intensity = prescribed.intensity(end, &new.nodes, &new.velocity, new.intensity)?;
         Ok(())
     }
 
@@ -262,13 +269,12 @@ impl Stepper {
         &mut self,
         index: usize,
         dt: f64,
-        target: f64,
+        target: Target<'_>,
     ) -> Result<(), ImplicitError> {
         let Self {
             body,
             stage,
             instants,
-            kind,
             length,
             tableau,
             start,
@@ -283,16 +289,16 @@ impl Stepper {
         velocities.copy_from_slice(&now.velocity);
         add_slopes(before, &tableau.a[index], dt, positions, velocities);
         let h = dt * tableau.a[index][index];
+        new.time = now.time + dt * tableau.c[index];
         let eq = Equation {
             body,
-            kind: *kind,
             target,
             time: now.time,
+            end: new.time,
             dt,
             h,
             length: *length,
         };
-        new.time = now.time + dt * tableau.c[index];
 
         // Predict by Taylor's series where that stays close; a stiff step starts from where it is.
         let ahead = dt * tableau.c[index];
@@ -316,11 +322,8 @@ impl Stepper {
         {
             *node = start + h * w;
         }
-        new.intensity = match kind {
-            DriveKind::Intensity => target,
-            DriveKind::TotalForce => target / Measure::Surface.of(new.nodes.as_chunks().0),
-            DriveKind::Volume => before[index - 1].intensity,
-        };
+        let held = before[index - 1].intensity;
+        new.intensity = target.intensity(new.time, &new.nodes, &new.velocity, held)?;
 
         let refresh = match jacobian {
             Jacobian::Differences { refresh_every } => {
@@ -330,10 +333,17 @@ impl Stepper {
         };
         let mut fresh = false;
         if refresh || !stage.is_factored_for(h) {
-            stage.linearise(&eq, *jacobian, &new.nodes, new.intensity)?;
+            stage.linearise(&eq, *jacobian, (&new.nodes, &new.velocity), new.intensity)?;
             fresh = true;
         }
         let tolerance = SOLVE_TOLERANCE * *length;
+        let time = now.time;
+        let not_solved = |iterations, change| ImplicitError::StepNotSolved {
+            time,
+            dt,
+            iterations,
+            change,
+        };
         let mut last = f64::INFINITY;
         for iteration in 1..=MAX_ITERATIONS {
             let change = stage.iterate(
@@ -348,9 +358,7 @@ impl Stepper {
                 Ok(change) if change.is_finite() => change,
                 _ if fresh => {
                     stage.forget();
-                    return Err(change
-                        .err()
-                        .unwrap_or(ImplicitError::Unstable { time: now.time, dt }));
+                    return Err(change.err().unwrap_or(not_solved(iteration, f64::INFINITY)));
                 }
                 _ => f64::INFINITY,
             };
@@ -363,12 +371,7 @@ impl Stepper {
             }
             if iteration == MAX_ITERATIONS {
                 stage.forget();
-                return Err(ImplicitError::StepNotSolved {
-                    time: now.time,
-                    dt,
-                    iterations: iteration,
-                    change,
-                });
+                return Err(not_solved(iteration, change));
             }
             fresh = false;
             if ratio > 0.05 && iteration > 1 {
@@ -377,7 +380,7 @@ impl Stepper {
                     new.nodes.copy_from_slice(&now.nodes);
                     new.intensity = now.intensity;
                 }
-                stage.linearise(&eq, *jacobian, &new.nodes, new.intensity)?;
+                stage.linearise(&eq, *jacobian, (&new.nodes, &new.velocity), new.intensity)?;
                 fresh = true;
             }
             last = change;

@@ -7,7 +7,8 @@ use membrane_forces::{
     balloon_at_rest,
 };
 use membrane_implicit::{
-    Drive, EvolvingOptions, Motion, MovingMembrane, Scheme, Stop, TimeStep, Tolerance, evolve,
+    Drive, EvolvingOptions, Moment, Motion, MovingMembrane, Scheme, Stop, TimeStep, Tolerance,
+    evolve,
 };
 use membrane_newton::{
     BandedLu, Border, Control, Discretisation, NewtonOptions, Pair, PaperJacobian, Solver,
@@ -360,8 +361,16 @@ fn membrane_implicit_takes_anything() {
                 Drive::total_force(move |t| value * t),
                 Drive::volume(move |_| value),
                 Drive::volume_gain(&body(), move |t| value * t),
+                Drive::feedback(move |now: &Moment| value * now.volume - now.volume_rate),
             ] {
-                back(drive.at(value));
+                for (volume, volume_rate) in [(93.0, value), (value, 1.0)] {
+                    let time = value;
+                    back(drive.at(&Moment {
+                        time,
+                        volume,
+                        volume_rate,
+                    }));
+                }
                 let Some(mut motion) = back(Motion::new(body(), drive, scheme)) else {
                     continue;
                 };

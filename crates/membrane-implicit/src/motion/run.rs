@@ -1,0 +1,169 @@
+//! Steps until something is reached.
+
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+use super::{Motion, Tolerance};
+use crate::error::{ImplicitError, within};
+
+/// How long the steps are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TimeStep {
+    /// Always this long, but for a last step cut to end at a [`Stop::Time`].
+    Fixed(f64),
+    /// As long as the local error allows.
+    Adaptive(Tolerance),
+}
+
+/// When a run ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Stop {
+    /// At this time, exactly.
+    Time(f64),
+    /// When the (inner) volume passes this value, cm^3; the last step ends there to 1e-10.
+    Volume(f64),
+    /// When the norms over s of the total force F_p + F_e and of the velocity are at most this,
+    /// for both membranes of a pair.
+    Equilibrium {
+        /// Bound on (integral of |F_p + F_e|^2 ds)^(1/2).
+        force: f64,
+        /// Bound on (integral of |v|^2 ds)^(1/2).
+        speed: f64,
+    },
+    /// After this many steps.
+    Steps(usize),
+}
+
+impl Motion {
+    /// Steps until the first of `stops`; returns its index.
+    ///
+    /// # Errors
+    /// As [`Motion::step`]; no stop given.
+    pub fn run(&mut self, steps: TimeStep, stops: &[Stop]) -> Result<usize, ImplicitError> {
+        self.run_with(steps, stops, |_| ())
+    }
+
+    /// As [`Motion::run`], and calls `observe` after every step, where [`Motion::at_into`] gives
+    /// the shape at any time within the step.
+    ///
+    /// # Errors
+    /// As [`Motion::run`].
+    pub fn run_with(
+        &mut self,
+        steps: TimeStep,
+        stops: &[Stop],
+        mut observe: impl FnMut(&Self),
+    ) -> Result<usize, ImplicitError> {
+        let on = |motion: &Self| {
+            observe(motion);
+            ControlFlow::<Infallible>::Continue(())
+        };
+        match self.run_observed(steps, stops, on)? {
+            ControlFlow::Continue(index) => Ok(index),
+            ControlFlow::Break(never) => match never {},
+        }
+    }
+
+    /// As [`Motion::run_with`], but what `observe` breaks off with ends the run and comes back.
+    ///
+    /// ```
+    /// use std::ops::ControlFlow;
+    /// # use membrane_implicit::{Drive, Membrane, Motion, MovingMembrane, RestShape, Scheme, Stop, TimeStep};
+    /// # let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+    /// # let body = MovingMembrane::new(&membrane, 51)?.with_damping(1.0)?;
+    /// let mut motion = Motion::new(body, Drive::intensity(|_| 17.5), Scheme::TrBdf2)?;
+    /// let ended = motion.run_observed(TimeStep::Fixed(0.01), &[Stop::Time(10.0)], |motion| {
+    ///     println!("{:.2} s: {:.1} cm^3", motion.time(), motion.state().volume());
+    ///     // the first time it swings back
+    ///     if motion.state().volume_rate() < 0.0 { ControlFlow::Break(motion.time()) } else { ControlFlow::Continue(()) }
+    /// })?;
+    /// assert!(matches!(ended, ControlFlow::Break(time) if (0.2..2.0).contains(&time)), "{ended:?}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Motion::run`].
+    pub fn run_observed<B>(
+        &mut self,
+        steps: TimeStep,
+        stops: &[Stop],
+        mut observe: impl FnMut(&Self) -> ControlFlow<B>,
+    ) -> Result<ControlFlow<B, usize>, ImplicitError> {
+        within("number of stops", stops.len() as f64, 1.0, f64::MAX)?;
+        match steps {
+            TimeStep::Fixed(dt) => {
+                within("time step", dt, f64::MIN_POSITIVE, f64::MAX)?;
+            }
+            TimeStep::Adaptive(tolerance) => tolerance.check()?,
+        }
+        let first = self.work().steps;
+        let mut end = f64::INFINITY;
+        let mut volumes = false;
+        for stop in stops {
+            match *stop {
+                Stop::Time(time) => end = end.min(within("end time", time, self.time(), f64::MAX)?),
+                Stop::Volume(volume) => {
+                    volumes = true;
+                    within("volume", volume, f64::MIN_POSITIVE, f64::MAX)?;
+                }
+                Stop::Equilibrium { force, speed } => {
+                    within("force at equilibrium", force, 0.0, f64::MAX)?;
+                    within("speed at equilibrium", speed, 0.0, f64::MAX)?;
+                }
+                Stop::Steps(_) => (),
+            }
+        }
+        loop {
+            if let Some(index) = self.stopped(stops, first)? {
+                return Ok(ControlFlow::Continue(index));
+            }
+            let left = end - self.time();
+            let dt = match steps {
+                // the last step is cut, but not by the rounding of the clock
+                TimeStep::Fixed(dt) if dt * (1.0 - 1e-9) < left => dt,
+                TimeStep::Fixed(_) => left,
+                TimeStep::Adaptive(_) => 0.0,
+            };
+            let before = if volumes { self.state().volume() } else { 0.0 };
+            let dt = match steps {
+                TimeStep::Fixed(_) => {
+                    self.attempt(dt)?;
+                    dt
+                }
+                TimeStep::Adaptive(tolerance) => self.attempt_adaptive(&tolerance, left)?,
+            };
+            for stop in stops {
+                if let Stop::Volume(volume) = *stop {
+                    let after = self.inner.end_volume();
+                    if (before - volume) * (after - volume) < 0.0 {
+                        self.land_on_volume(volume, (before, after), dt)?;
+                    }
+                }
+            }
+            let reached = self.inner.end_time();
+            self.accept(((end - reached).abs() <= 1e-9 * dt).then_some(end));
+            if let ControlFlow::Break(value) = observe(self) {
+                return Ok(ControlFlow::Break(value));
+            }
+        }
+    }
+
+    fn stopped(&mut self, stops: &[Stop], first: usize) -> Result<Option<usize>, ImplicitError> {
+        for (index, stop) in stops.iter().enumerate() {
+            let reached = match *stop {
+                Stop::Time(time) => self.time() >= time,
+                Stop::Volume(volume) => (self.state().volume() / volume - 1.0).abs() <= 1e-10,
+                Stop::Steps(steps) => self.work().steps - first >= steps,
+                Stop::Equilibrium { force, speed } => {
+                    let (f, s) = self.norms()?;
+                    f <= force && s <= speed
+                }
+            };
+            if reached {
+                return Ok(Some(index));
+            }
+        }
+        Ok(None)
+    }
+}
