@@ -73,6 +73,7 @@ mod timing;
 mod truth;
 mod view_time;
 mod volume_curve;
+mod warning;
 mod work;
 
 pub use acquire::{Acquisition, Sinograms, acquire};
@@ -91,6 +92,7 @@ pub use text::shown;
 pub use truth::{Measures, Regions, truth};
 pub use view_time::ViewTime;
 pub use volume_curve::{VolumeCurve, VolumeRange};
+pub use warning::{Edge, Seen, Warning};
 pub use work::WorkReport;
 
 #[doc = include_str!("../README.md")]

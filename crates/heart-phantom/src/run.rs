@@ -5,6 +5,7 @@ use crate::error::PhantomError;
 use crate::files::{self, Projections, Volume};
 use crate::phantom::{Numbers, Phantom};
 use crate::scene::{Product, Scene};
+use crate::warning::Warning;
 use crate::work::WorkReport;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -23,6 +24,8 @@ pub struct Progress {
 pub struct RunReport {
     /// The scene, defaults filled in.
     pub scene: Scene,
+    /// What may surprise.
+    pub warnings: Vec<Warning>,
     /// Volumes, ejection fraction, wall.
     pub numbers: Numbers,
     /// One entry for each gate, or one.
@@ -101,6 +104,7 @@ pub fn run(
     };
     // Of the two extreme shapes: a heart that has none is known before any view.
     let numbers = phantom.numbers()?;
+    let warnings = phantom.warnings()?;
     let n_gates = phantom.n_gates();
     let mut gates = Vec::with_capacity(n_gates);
     for gate in 0..n_gates {
@@ -119,6 +123,7 @@ pub fn run(
     let pictures = writer.pictures()?;
     let mut report = RunReport {
         scene: phantom.scene().clone(),
+        warnings,
         numbers,
         gates,
         pictures,

@@ -126,7 +126,7 @@ fn a_warning_does_not_break_the_json() {
             command.args(["-c", &limited, PROGRAM]).output().unwrap()
         };
         let found = only_json(&check("--json"));
-        let warning = found["warnings"][0].as_str().unwrap();
+        let warning = found["warnings"][0]["message"].as_str().unwrap();
         assert!(warning.contains("interrupt"), "{warning}");
         let said = String::from_utf8(check("").stderr).unwrap();
         assert!(said.starts_with(&format!("warning: {warning}\n")), "{said}");

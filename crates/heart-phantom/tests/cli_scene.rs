@@ -394,3 +394,32 @@ fn commands_that_make_no_sense_are_refused_before_any_work() {
         assert!(error["error"].as_str().unwrap().contains(says), "{error}");
     }
 }
+
+/// A heart half outside the bins: told before the work, in the report, and as JSON.
+#[test]
+fn what_may_surprise_is_told_by_check_and_by_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small(
+        folder.path(),
+        "[pose]\nshift = [6.0, 0.0, 0.0]\n[acquisition]\nmode = { static = { phase = 0.0 } }\n[output]\nwrite = []\n",
+    );
+    let (scene, out) = (scene.to_str().unwrap(), folder.path().join("out"));
+    let out = out.to_str().unwrap();
+    for command in [vec!["check", scene], vec!["run", scene, "--out", out]] {
+        let output = heart_phantom(&command);
+        let (_, told) = said(&output);
+        assert!(output.status.success());
+        let expected = "warning: the heart needs views ";
+        assert_eq!(told.matches(expected).count(), 1, "{told}");
+        let with_json: Vec<&str> = command.into_iter().chain(["--json"]).collect();
+        let (found, told) = said(&heart_phantom(&with_json));
+        assert!(told.is_empty(), "{told}");
+        let warning = &json(&found)["warnings"][0];
+        assert_eq!(
+            (&warning["what"], &warning["edge"]),
+            (&"heart".into(), &"bins".into())
+        );
+        let [needed, seen] = ["needed_cm", "seen_cm"].map(|key| warning[key].as_f64().unwrap());
+        assert!(needed > seen && (seen - 16.8).abs() < 1e-9, "{warning}");
+    }
+}

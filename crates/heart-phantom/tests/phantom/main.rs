@@ -4,6 +4,7 @@ mod artefacts;
 mod defects;
 mod times;
 mod twin;
+mod warnings;
 
 use heart_phantom::scene::{
     AccuracySettings, ActivitySettings, AttenuationSettings, BackgroundSettings, BlurSettings,

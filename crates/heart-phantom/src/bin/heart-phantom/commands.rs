@@ -1,7 +1,7 @@
 //! What each command does.
 
 use crate::arguments::{Arguments, Command, Paper};
-use crate::output::{Answer, Failure};
+use crate::output::{Answer, Failure, complain};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
@@ -20,7 +20,7 @@ pub(crate) fn run(arguments: &Arguments) -> Done {
     match &arguments.command {
         Command::Paper(options) => paper(arguments, options),
         Command::Init { file } => init(file.as_deref()),
-        Command::Check { scene } => check(scene),
+        Command::Check { scene } => check(arguments, scene),
         Command::Run { scene, out } => in_pool(arguments, || run_scene(arguments, scene, out)),
         Command::Truth { scene, phase, out } => {
             in_pool(arguments, || truth(scene, *phase, out.as_deref()))
@@ -96,13 +96,15 @@ fn init(file: Option<&Path>) -> Done {
     ))
 }
 
-fn check(path: &Path) -> Done {
+fn check(arguments: &Arguments, path: &Path) -> Done {
     let phantom = Phantom::load(path)?;
+    warn(arguments, &phantom)?;
     let camera = phantom.camera();
     let samples = phantom.n_gates() * camera.n_views() * camera.view_len();
     let found = json!({
         "scene": phantom.scene(), "gates": phantom.n_gates(), "samples": samples,
         "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(), "bytes": bytes_to_write(&phantom),
+        "warnings": phantom.warnings()?,
     });
     let ([nx, ny, nz], [x, y, z]) = (camera.grid().shape(), camera.grid().spacing());
     let [low, high] = phantom.cycle().gains();
@@ -145,6 +147,7 @@ fn bytes_to_write(phantom: &Phantom) -> usize {
 
 fn run_scene(arguments: &Arguments, scene: &Path, out: &Path) -> Done {
     let phantom = Phantom::load(scene)?;
+    warn(arguments, &phantom)?;
     let bar = bar(arguments);
     let report = heart_phantom::run(&phantom, out, &|progress| show(&bar, progress));
     bar.finish_and_clear();
@@ -162,6 +165,16 @@ fn run_scene(arguments: &Arguments, scene: &Path, out: &Path) -> Done {
         format!("{} files written to {}", report.files.len(), out.display()),
     ];
     Ok(Answer::Report(json!(report), lines))
+}
+
+/// What is allowed and may surprise, before the work; where the output is JSON it is in there.
+fn warn(arguments: &Arguments, phantom: &Phantom) -> Result<(), PhantomError> {
+    if !arguments.json {
+        for warning in phantom.warnings()? {
+            complain(&format!("warning: {warning}"));
+        }
+    }
+    Ok(())
 }
 
 fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {

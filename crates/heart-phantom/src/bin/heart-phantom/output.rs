@@ -117,7 +117,11 @@ impl Output {
     /// JSON of any object, with the warnings; what a terminal would not show is escaped, as JSON has it.
     fn json_text(&self, mut value: Value) -> String {
         if !self.warnings.is_empty() {
-            value["warnings"] = json!(self.warnings);
+            let others = self.warnings.iter().map(|told| json!({ "message": told }));
+            match value["warnings"].as_array_mut() {
+                Some(warnings) => warnings.extend(others),
+                None => value["warnings"] = others.collect(),
+            }
         }
         let mut text = String::new();
         for c in format!("{value:#}\n").chars() {
@@ -134,7 +138,7 @@ impl Output {
 }
 
 /// To the standard error, line by line; if that is gone, the exit code has to say it all.
-fn complain(what: &str) {
+pub(crate) fn complain(what: &str) {
     let mut to = io::stderr().lock();
     for line in what.lines() {
         let _ = writeln!(to, "{}", shown(line));
