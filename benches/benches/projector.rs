@@ -280,10 +280,7 @@ fn iterative(c: &mut Criterion) {
     let head = radon::Phantom2::shepp_logan(N as f64 / 2.0).unwrap();
     let data: Vec<f32> = head.sinogram(&geometry, BinSampling::Mean).expect("room");
     let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
-    let ten = Stopping {
-        max_iterations: 10,
-        ..Stopping::default()
-    };
+    let ten = Stopping::default().with_max_iterations(10);
     let mut group = c.benchmark_group("iterative/256x256x90/10 iterations");
     group.sample_size(10);
     let run = |name: &str| {

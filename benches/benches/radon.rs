@@ -113,10 +113,7 @@ fn one_slice(c: &mut Criterion) {
         InstructionSet::Neon,
     ] {
         if set.is_available() {
-            let plan = case.plan(FbpOptions {
-                instructions: Some(set),
-                ..Default::default()
-            });
+            let plan = case.plan(FbpOptions::default().with_instructions(set));
             let rmse = case.rmse(&plan.reconstruct(&case.sinogram).unwrap());
             println!("{set:?}: rmse {rmse:.5}");
             // The same discretisation, f32 filtering instead of f64: far less than 1 % of the discretisation's own error.
@@ -171,10 +168,7 @@ fn many_slices(c: &mut Criterion) {
 /// Back-projection alone, by one thread: rows that are filtered already, with the changes of layout on either side.
 fn back_projection(c: &mut Criterion) {
     let case = case(256, 90);
-    let plan = case.plan(FbpOptions {
-        ramp: false,
-        ..Default::default()
-    });
+    let plan = case.plan(FbpOptions::default().without_ramp());
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let one_thread = one_thread.expect("a pool of one thread");
     let projections = case.stack(256);
@@ -370,11 +364,11 @@ fn fbp_rows(effort: Effort) {
         let every = if effort == Effort::Quick { 4 } else { 1 };
         for window in windows.into_iter().step_by(every) {
             for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
-                let plan = case.plan(FbpOptions {
-                    window: window.clone(),
-                    interpolation,
-                    ..Default::default()
-                });
+                let plan = case.plan(
+                    FbpOptions::default()
+                        .with_window(window.clone())
+                        .with_interpolation(interpolation),
+                );
                 let (mut volume, mut scratch) = (vec![0.0; SLICES * n * n], plan.scratch());
                 let order = StackOrder::SliceViewBin;
                 for threads in [1, 2] {

@@ -532,25 +532,25 @@ impl Phantom {
 
     fn reconstruct_slices(&self, views: &[f32], n_slices: usize) -> Result<Vec<f32>, PhantomError> {
         let settings = &self.scene.reconstruction;
-        let options = FbpOptions {
-            window: match settings.window {
-                WindowSettings::RamLak => Window::RamLak,
-                WindowSettings::SheppLogan => Window::SheppLogan,
-                WindowSettings::Cosine => Window::Cosine,
-                WindowSettings::Hamming => Window::Hamming,
-                WindowSettings::Hann => Window::Hann,
-                WindowSettings::Butterworth { order } => Window::Butterworth { order },
-            },
-            cutoff: settings.cutoff,
-            arc: match settings.arc {
-                ArcSettings::Complete => ArcPolicy::Complete,
-                ArcSettings::Extend => ArcPolicy::Extend,
-                ArcSettings::Truncate => ArcPolicy::Truncate,
-                ArcSettings::Rescale => ArcPolicy::Rescale,
-            },
-            skip: self.skip,
-            ..FbpOptions::default()
+        let window = match settings.window {
+            WindowSettings::RamLak => Window::RamLak,
+            WindowSettings::SheppLogan => Window::SheppLogan,
+            WindowSettings::Cosine => Window::Cosine,
+            WindowSettings::Hamming => Window::Hamming,
+            WindowSettings::Hann => Window::Hann,
+            WindowSettings::Butterworth { order } => Window::Butterworth { order },
         };
+        let arc = match settings.arc {
+            ArcSettings::Complete => ArcPolicy::Complete,
+            ArcSettings::Extend => ArcPolicy::Extend,
+            ArcSettings::Truncate => ArcPolicy::Truncate,
+            ArcSettings::Rescale => ArcPolicy::Rescale,
+        };
+        let options = FbpOptions::default()
+            .with_window(window)
+            .with_cutoff(settings.cutoff)
+            .with_arc(arc)
+            .with_skip(self.skip);
         let plan = FbpPlan::new(self.camera.geometry(), self.camera.image(), &options)?;
         let mut volume = vec![0.0f32; n_slices * plan.image_len()];
         let order = StackOrder::ViewSliceBin;

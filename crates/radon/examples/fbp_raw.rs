@@ -54,11 +54,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let geometry = ParallelGeometry::half_turn(n_views, n_bins, 1.0)?;
     let grid = ImageGrid::square(n_bins, 1.0)?;
-    let options = FbpOptions {
-        window,
-        interpolation,
-        ..Default::default()
-    };
+    let options = FbpOptions::default()
+        .with_window(window)
+        .with_interpolation(interpolation);
     let plan = FbpPlan::<f32>::new(&geometry, &grid, &options)?;
     let mut volume = vec![0.0; n_slices * plan.image_len()];
     let mut scratch = plan.scratch();

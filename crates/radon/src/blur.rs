@@ -92,6 +92,12 @@ impl Blur {
     pub fn apply<T: Sample>(&self, samples: &mut [T]) -> Result<(), RadonError> {
         let view = self.size[0] * self.size[1];
         self.check(samples, view)?;
+        T::blur(self, samples);
+        Ok(())
+    }
+
+    pub(crate) fn blur<T: Sample>(&self, samples: &mut [T]) {
+        let view = self.size[0] * self.size[1];
         samples.par_chunks_mut(view).for_each(|image| {
             self.along_bins(image);
             if self.weights[1].len() > 1 {
@@ -99,7 +105,6 @@ impl Blur {
                 weigh(image, &padded, self.size[0], &self.weights[1]);
             }
         });
-        Ok(())
     }
 
     /// The rows of an image that some rows of the blurred image are made of.
@@ -134,6 +139,13 @@ impl Blur {
         let seen = self.rows_seen(rows);
         let view = seen.len() * n_bins;
         self.check(&samples, view)?;
+        Ok(T::blur_rows(self, &mut samples, rows))
+    }
+
+    /// [`Self::rows`] of samples that were looked at.
+    pub(crate) fn blur_rows<T: Sample>(&self, samples: &mut [T], rows: &Range<usize>) -> Vec<T> {
+        let (n_bins, seen) = (self.size[0], self.rows_seen(rows));
+        let view = seen.len() * n_bins;
         let mut out = vec![T::ZERO; samples.len() / view * rows.len() * n_bins];
         (out.par_chunks_mut(rows.len() * n_bins))
             .zip(samples.par_chunks_mut(view))
@@ -142,7 +154,7 @@ impl Blur {
                 let padded = self.padded(image, seen.start, rows.clone());
                 weigh(out, &padded, n_bins, &self.weights[1]);
             });
-        Ok(out)
+        out
     }
 
     fn check<T: Sample>(&self, samples: &[T], view: usize) -> Result<(), RadonError> {

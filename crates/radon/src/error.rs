@@ -1,9 +1,11 @@
 //! The one error type of the crate: each variant carries the numbers that were given and those that are allowed.
 
-use thiserror::Error;
+use std::error::Error;
+use std::fmt;
+use std::sync::Arc;
 
 /// What was measured or given when a plan, a geometry or an input was refused.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RadonError {
     /// A number is NaN or infinite.
@@ -161,12 +163,53 @@ pub enum RadonError {
         /// Largest deviation of their scalar products from 0 and 1.
         deviation: f64,
     },
+    /// What a caller's own [`LinearOperator`](crate::LinearOperator) failed with: [`RadonError::user`].
+    #[error(transparent)]
+    User(UserError),
     /// An iterative solver used up its iterations before a rule that was set was met.
     #[error("no stopping rule was met in {} iterations", report.iterations)]
     NotConverged {
         /// What was tried.
         report: Box<crate::IterativeReport>,
     },
+}
+
+impl RadonError {
+    /// The failure of a caller's own operator, whatever it is, for its solver to stop with.
+    ///
+    /// ```
+    /// use std::error::Error;
+    /// use radon::RadonError;
+    /// let ours = "abc".parse::<f64>().unwrap_err();
+    /// let error = RadonError::user(ours.clone());
+    /// assert_eq!(error.source().and_then(|e| e.downcast_ref()), Some(&ours));
+    /// ```
+    pub fn user(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::User(UserError(Arc::from(error.into())))
+    }
+}
+
+/// Somebody else's error inside a [`RadonError`], which it gives as its [`source`](Error::source).
+#[derive(Debug, Clone)]
+pub struct UserError(Arc<dyn Error + Send + Sync>);
+
+/// Whether both are copies of one error.
+impl PartialEq for UserError {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl fmt::Display for UserError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the caller's own operator failed")
+    }
+}
+
+impl Error for UserError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        Some(&*self.0)
+    }
 }
 
 /// What to say of angles of several turns that leave a gap.

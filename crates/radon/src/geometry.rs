@@ -297,6 +297,7 @@ fn whole_turn_in_degrees(angles: &[f64]) -> Option<f64> {
 
 /// What to do when the views leave a wedge of directions unmeasured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum ArcPolicy {
     /// Refuse: the largest gap between neighbouring directions may be at most [`COMPLETE_RATIO`](Self::COMPLETE_RATIO)
     /// times the mean of the others.

@@ -48,7 +48,10 @@
 //! Kak & Slaney, Principles of Computerized Tomographic Imaging (1988), ch. 3. Joseph 1982, doi:10.1109/TMI.1982.4307572. Siddon
 //! 1985, doi:10.1118/1.595715.
 
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
 mod blur;
+mod compiled;
 mod error;
 mod fbp;
 mod filter;
@@ -64,16 +67,18 @@ mod simd;
 mod slices;
 
 pub use blur::Blur;
-pub use error::RadonError;
+pub use error::{RadonError, UserError};
 pub use fbp::{EdgePolicy, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation, Skip};
 pub use filter::{Window, padded_len, ramp_response, ramp_sample};
 pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry, StackOrder};
 pub use iterative::{
     CglsOptions, EmOptions, Iteration, IterativeReport, LinearOperator, SirtOptions, StoppedBy,
-    Stopping, Subset, cgls, mlem, osem, sirt,
+    Stopping, Subset, cgls, cgls_observed, mlem, mlem_observed, osem, osem_observed, sirt,
+    sirt_observed,
 };
 pub use measure::{MaskedStats, disc_mask, rms_within, rmse_within, sum_within};
 #[cfg(feature = "noise")]
+#[cfg_attr(docsrs, doc(cfg(feature = "noise")))]
 pub use noise::{CountScale, poisson_counts, poisson_counts_into};
 pub use phantom::{BinSampling, Phantom2, Phantom3, Shape2, Shape3};
 pub use projector::{Kernel, Projector, ProjectorReport, ProjectorScratch, StackOperator};
@@ -81,6 +86,7 @@ pub use sample::Sample;
 pub use simd::InstructionSet;
 pub use slices::SliceAxis;
 #[cfg(feature = "sprs")]
+#[cfg_attr(docsrs, doc(cfg(feature = "sprs")))]
 pub use sprs;
 
 #[doc = include_str!("../README.md")]

@@ -3,18 +3,11 @@
 use std::fmt::{Debug, Display};
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
-use std::sync::Arc;
-
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 pub(crate) mod sealed {
     /// What kernels need beyond the public arithmetic. The FFT's own bound stays behind the seal, so that the dependency is not
     /// public.
-    pub trait Sealed: realfft::FftNum + crate::simd::Vectors {
-        /// Transforms of `forward` real samples and back to `inverse`. Planned here, for each of the two types once: in generic
-        /// code every crate that makes a plan would compile all of the FFT again.
-        fn transforms(forward: usize, inverse: usize) -> super::Transforms<Self>;
-
+    pub trait Sealed: realfft::FftNum + crate::simd::Vectors + crate::compiled::Compiled {
         /// `self * a + b` with one rounding.
         fn fused(self, a: Self, b: Self) -> Self;
 
@@ -25,9 +18,6 @@ pub(crate) mod sealed {
         fn whole(i: i32) -> Self;
     }
 }
-
-/// A forward and an inverse transform of real rows.
-pub(crate) type Transforms<T> = (Arc<dyn RealToComplex<T>>, Arc<dyn ComplexToReal<T>>);
 
 /// A stored sample: `f32` or `f64`, and no other type (sealed).
 ///
@@ -96,13 +86,6 @@ pub(crate) fn finite_and_signal<T: Sample>(samples: &[T]) -> (bool, bool) {
 macro_rules! sample {
     ($t:ident) => {
         impl sealed::Sealed for $t {
-            fn transforms(forward: usize, inverse: usize) -> Transforms<Self> {
-                let mut planner = RealFftPlanner::new();
-                (
-                    planner.plan_fft_forward(forward),
-                    planner.plan_fft_inverse(inverse),
-                )
-            }
             #[inline(always)]
             fn fused(self, a: Self, b: Self) -> Self {
                 self.mul_add(a, b)

@@ -240,11 +240,9 @@ fn row_sums_are_chords_of_the_grid_and_sirt_finds_the_image() {
         let truth: Vec<f64> = noise(grid.image_len()).iter().map(|x| 2.0 + x).collect();
         let data = projector.forward(&truth).unwrap();
         let mut image = vec![0.0; truth.len()];
-        let stopping = Stopping {
-            max_iterations: 5000,
-            residual: Some(1e-6),
-            change: None,
-        };
+        let stopping = Stopping::default()
+            .with_max_iterations(5000)
+            .with_residual(1e-6);
         let options = SirtOptions::default().with_stopping(stopping);
         sirt(&projector, &data, &mut image, &options).unwrap();
         for (a, b) in image.iter().zip(&truth) {

@@ -133,19 +133,12 @@ fn options() {
     let with = |window| FbpOptions::default().with_window(window);
     for cutoff in [0.0, -0.5, 1.5, f64::NAN] {
         assert!(
-            plan(FbpOptions {
-                cutoff,
-                ..Default::default()
-            })
-            .is_err(),
+            plan(FbpOptions::default().with_cutoff(cutoff)).is_err(),
             "cutoff {cutoff}"
         );
     }
     assert!(matches!(
-        plan(FbpOptions {
-            cutoff: 1.5,
-            ..Default::default()
-        }),
+        plan(FbpOptions::default().with_cutoff(1.5)),
         Err(OutOfRange {
             given: 1.5,
             most: 1.0,
@@ -172,12 +165,9 @@ fn options() {
         plan(with(Window::Custom(vec![1.0, f64::NAN]))),
         Err(NotFinite { .. })
     ));
-    for region in [(0..0, 0..4), (0..17, 0..4), (0..4, 20..30)] {
+    for (x, y) in [(0..0, 0..4), (0..17, 0..4), (0..4, 20..30)] {
         assert!(matches!(
-            plan(FbpOptions {
-                region: Some(region),
-                ..Default::default()
-            }),
+            plan(FbpOptions::default().with_region(x, y)),
             Err(BadRange { len: 16, .. })
         ));
     }
@@ -189,12 +179,9 @@ fn options() {
     .into_iter()
     .find(|s| !s.is_available());
     // No machine has both AVX and NEON.
-    let instructions = Some(missing.unwrap());
+    let instructions = missing.unwrap();
     assert!(matches!(
-        plan(FbpOptions {
-            instructions,
-            ..Default::default()
-        }),
+        plan(FbpOptions::default().with_instructions(instructions)),
         Err(InstructionSetMissing { .. })
     ));
 }
@@ -221,15 +208,7 @@ fn short_arcs_are_refused_unless_a_policy_says_what_to_do() {
     }
     for arc in [ArcPolicy::Extend, ArcPolicy::Truncate, ArcPolicy::Rescale] {
         assert!(
-            FbpPlan::<f64>::new(
-                &geometry,
-                &grid,
-                &FbpOptions {
-                    arc,
-                    ..Default::default()
-                }
-            )
-            .is_ok()
+            FbpPlan::<f64>::new(&geometry, &grid, &FbpOptions::default().with_arc(arc)).is_ok()
         );
     }
 }

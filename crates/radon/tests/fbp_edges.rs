@@ -57,10 +57,7 @@ impl Scene {
     fn error(&self, edge: EdgePolicy) -> (f64, f64) {
         let geometry = half_turn(180, 128, 1.0);
         let grid = ImageGrid::square(128, 1.0).unwrap();
-        let options = FbpOptions {
-            edge,
-            ..Default::default()
-        };
+        let options = FbpOptions::default().with_edge(edge);
         let image = FbpPlan::<f64>::new(&geometry, &grid, &options)
             .unwrap()
             .reconstruct(&self.sinogram())
@@ -181,10 +178,7 @@ fn short_odd_and_huge_rows_are_continued_to_finite_numbers() {
     for n_bins in [1, 2, 3, 7, 16] {
         let geometry = half_turn(5, n_bins, 1.0);
         let grid = ImageGrid::square(n_bins, 1.0).unwrap();
-        let options = FbpOptions {
-            edge: EdgePolicy::Ellipse,
-            ..Default::default()
-        };
+        let options = FbpOptions::default().with_edge(EdgePolicy::Ellipse);
         let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
         let rows: Vec<f64> = (0..5 * n_bins).map(|i| (i as f64 * 1.7).sin()).collect();
         let image = plan.reconstruct(&rows).unwrap();

@@ -23,11 +23,9 @@ fn amplitude_errors(
         Window::Hann,
         Window::Butterworth { order: 4 },
     ] {
-        let options = FbpOptions {
-            window,
-            interpolation,
-            ..Default::default()
-        };
+        let options = FbpOptions::default()
+            .with_window(window)
+            .with_interpolation(interpolation);
         let image = FbpPlan::<f64>::new(geometry, &grid, &options)
             .unwrap()
             .reconstruct(sinogram)
@@ -93,10 +91,7 @@ fn back_projection_without_a_ramp_is_the_weighted_sum_over_views() {
         .map(|i| f64::from(i * 37 % 101) / 50.0 - 1.0)
         .collect();
     let weights = geometry.view_weights(ArcPolicy::Complete).unwrap();
-    let options = FbpOptions {
-        ramp: false,
-        ..Default::default()
-    };
+    let options = FbpOptions::default().without_ramp();
     let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
     let image = plan.reconstruct(&sinogram).unwrap();
     // Rows of ones give the sum of the weights where every view sees the pixel.
@@ -126,11 +121,9 @@ fn back_projection_without_a_ramp_is_the_weighted_sum_over_views() {
         .collect();
     let grid = ImageGrid::square(64, 1.0).unwrap();
     let image = |interpolation| {
-        let options = FbpOptions {
-            ramp: false,
-            interpolation,
-            ..Default::default()
-        };
+        let options = FbpOptions::default()
+            .without_ramp()
+            .with_interpolation(interpolation);
         let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
         plan.reconstruct(&wave).unwrap()
     };
@@ -202,10 +195,7 @@ fn amplitude(angles: &[f64], arc: ArcPolicy) -> f64 {
         b: 15.0,
         phi: 0.7,
     };
-    let options = FbpOptions {
-        arc,
-        ..Default::default()
-    };
+    let options = FbpOptions::default().with_arc(arc);
     let image = FbpPlan::<f64>::new(&geometry, &grid, &options)
         .unwrap()
         .reconstruct(&ellipse.mean_sinogram(&geometry))
@@ -264,10 +254,7 @@ fn a_short_arc_gives_what_its_policy_says() {
         (ArcPolicy::Truncate, 2.0 / 3.0),
         (ArcPolicy::Rescale, 1.0),
     ] {
-        let options = FbpOptions {
-            arc,
-            ..Default::default()
-        };
+        let options = FbpOptions::default().with_arc(arc);
         let image = FbpPlan::<f64>::new(&geometry, &grid, &options)
             .unwrap()
             .reconstruct(&disc.mean_sinogram(&geometry))

@@ -108,16 +108,12 @@ fn sirt_converges_to_the_weighted_least_squares_solution_within_its_bounds() {
     let expected = least_squares(&a, &weights, &b);
     for relaxation in [0.5, 1.0, 1.9] {
         let mut x = vec![0.0; 4];
-        let stopping = Stopping {
-            max_iterations: 20_000,
-            change: Some(1e-14),
-            residual: None,
-        };
-        let options = SirtOptions {
-            relaxation,
-            stopping,
-            ..SirtOptions::default()
-        };
+        let stopping = Stopping::default()
+            .with_max_iterations(20_000)
+            .with_change(1e-14);
+        let options = SirtOptions::default()
+            .with_relaxation(relaxation)
+            .with_stopping(stopping);
         let report = sirt(&a, &b, &mut x, &options).unwrap();
         assert_eq!(report.stopped_by, Some(StoppedBy::Change));
         // The slowest mode shrinks by about 1 - 0.03 a step: 1e-14 of change is some 1e-12 of distance.
@@ -130,12 +126,10 @@ fn sirt_converges_to_the_weighted_least_squares_solution_within_its_bounds() {
     let (lower, upper) = (-0.1, 0.15);
     assert!(expected.iter().any(|&x| x < lower) && expected.iter().any(|&x| x > upper));
     let mut x = vec![0.0; 4];
-    let bounded = SirtOptions {
-        lower: Some(lower),
-        upper: Some(upper),
-        ..SirtOptions::default()
-    }
-    .with_stopping(many(20_000));
+    let bounded = SirtOptions::default()
+        .with_lower(lower)
+        .with_upper(upper)
+        .with_stopping(many(20_000));
     let report = sirt(&a, &b, &mut x, &bounded).unwrap();
     assert_eq!(
         (report.iterations, report.stopped_by),
@@ -222,10 +216,7 @@ fn mlem_raises_the_likelihood_keeps_the_counts_and_stays_at_the_truth() {
     a.forward_into(&truth, &mut ax).unwrap();
     let data: Vec<f64> = ax.iter().map(|x| x + 0.7).collect();
     let mut x = truth.clone();
-    let rules = Stopping {
-        change: Some(1e-14),
-        ..Stopping::default()
-    };
+    let rules = Stopping::default().with_change(1e-14);
     let options = EmOptions::default()
         .with_background(background)
         .with_stopping(rules);

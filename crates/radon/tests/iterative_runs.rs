@@ -149,11 +149,9 @@ fn subsets_hold_each_datum_once_and_the_rows_of_the_whole() {
 fn rules_stop_where_they_say_and_unmet_ones_are_errors_with_the_report() {
     let (projector, truth, data) = scene();
     let mut x = vec![0.0; truth.len()];
-    let stopping = Stopping {
-        max_iterations: 500,
-        residual: Some(0.02),
-        change: None,
-    };
+    let stopping = Stopping::default()
+        .with_max_iterations(500)
+        .with_residual(0.02);
     let report = sirt(
         &projector,
         &data,
@@ -175,11 +173,9 @@ fn rules_stop_where_they_say_and_unmet_ones_are_errors_with_the_report() {
         / dot(&data, &data).sqrt();
     assert!((residual - report.history[n].residual).abs() < 1e-12);
 
-    let stopping = Stopping {
-        max_iterations: 5,
-        residual: Some(1e-9),
-        change: None,
-    };
+    let stopping = Stopping::default()
+        .with_max_iterations(5)
+        .with_residual(1e-9);
     let unmet = |result: Result<IterativeReport, RadonError>| match result {
         Err(RadonError::NotConverged { report }) => {
             assert_eq!(
@@ -258,11 +254,9 @@ fn every_solver_obeys_every_rule() {
         let off: f64 = ax.iter().zip(&data).map(|(a, b)| (a - b).powi(2)).sum();
         (off / dot(&data, &data)).sqrt()
     };
-    let rule = Stopping {
-        max_iterations: 400,
-        residual: Some(0.03),
-        change: None,
-    };
+    let rule = Stopping::default()
+        .with_max_iterations(400)
+        .with_residual(0.03);
     for (name, result, x) in each(rule, &start) {
         let report = result.unwrap();
         assert_eq!(report.stopped_by, Some(StoppedBy::Residual), "{name}");
@@ -277,11 +271,9 @@ fn every_solver_obeys_every_rule() {
             assert_eq!(last.change, None, "{name}");
         }
     }
-    let rule = Stopping {
-        max_iterations: 4000,
-        residual: None,
-        change: Some(2e-3),
-    };
+    let rule = Stopping::default()
+        .with_max_iterations(4000)
+        .with_change(2e-3);
     for (name, result, _) in each(rule, &start) {
         let report = result.unwrap();
         assert_eq!(report.stopped_by, Some(StoppedBy::Change), "{name}");
@@ -296,11 +288,9 @@ fn every_solver_obeys_every_rule() {
 fn a_solver_given_the_answer_takes_no_step() {
     let (_, truth, _) = scene();
     // No iteration is allowed: the rule has to be met by what was given.
-    let rule = Stopping {
-        max_iterations: 0,
-        residual: Some(1e-14),
-        change: None,
-    };
+    let rule = Stopping::default()
+        .with_max_iterations(0)
+        .with_residual(1e-14);
     for (name, result, x) in each(rule, &truth) {
         if name == "OSEM" {
             // Subsets learn the residual from their pass alone.
@@ -315,10 +305,7 @@ fn a_solver_given_the_answer_takes_no_step() {
         );
         assert_eq!(x, truth, "{name}");
     }
-    let one = Stopping {
-        max_iterations: 1,
-        ..rule
-    };
+    let one = rule.with_max_iterations(1);
     for (name, result, x) in each(one, &truth) {
         assert_eq!(result.unwrap().stopped_by, Some(StoppedBy::Residual));
         let error = x.iter().zip(&truth).map(|(a, b)| (a - b).abs());
@@ -446,17 +433,10 @@ fn bad_input_is_refused_with_its_numbers() {
         }
     ));
     for relaxation in [0.0, -1.0, 2.1, f64::NAN] {
-        let options = SirtOptions {
-            relaxation,
-            ..SirtOptions::default()
-        };
+        let options = SirtOptions::default().with_relaxation(relaxation);
         assert!(sirt(&a, &b, &mut x.clone(), &options).is_err());
     }
-    let crossed = SirtOptions {
-        lower: Some(1.0),
-        upper: Some(0.0),
-        ..SirtOptions::default()
-    };
+    let crossed = SirtOptions::default().with_lower(1.0).with_upper(0.0);
     assert!(matches!(
         sirt(&a, &b, &mut x.clone(), &crossed),
         Err(RadonError::OutOfRange {
@@ -464,10 +444,7 @@ fn bad_input_is_refused_with_its_numbers() {
             ..
         })
     ));
-    let rule = Stopping {
-        residual: Some(f64::NAN),
-        ..Stopping::default()
-    };
+    let rule = Stopping::default().with_residual(f64::NAN);
     assert!(
         cgls(
             &a,

@@ -34,11 +34,9 @@ fn a_run_takes_what_was_said_and_a_stream_its_budget() {
             .unwrap();
         for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
             for memory in [64 << 20, 3 << 20, 3 << 19] {
-                let options = FbpOptions {
-                    memory,
-                    interpolation,
-                    ..Default::default()
-                };
+                let options = FbpOptions::default()
+                    .with_memory(memory)
+                    .with_interpolation(interpolation);
                 let plan = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
                 let said = pool.install(|| plan.work_bytes(n_slices)).unwrap();
                 assert!(said <= memory);

@@ -54,21 +54,16 @@ fn what_no_memory_holds_is_refused() {
     for options in [
         FbpOptions::default(),
         FbpOptions::default().with_window(Window::Hann),
-        FbpOptions {
-            interpolation: Interpolation::BandLimited,
-            edge: EdgePolicy::Ellipse,
-            ..FbpOptions::default()
-        },
+        FbpOptions::default()
+            .with_interpolation(Interpolation::BandLimited)
+            .with_edge(EdgePolicy::Ellipse),
     ] {
         for bins in [(1 << 20) + 1, 1 << 50] {
             let wide = ParallelGeometry::half_turn(2, bins, 1.0).unwrap();
             assert!(too_large(FbpPlan::<f32>::new(&wide, &grid, &options)));
         }
     }
-    let generous = FbpOptions {
-        memory: usize::MAX,
-        ..FbpOptions::default()
-    };
+    let generous = FbpOptions::default().with_memory(usize::MAX);
     let plan = FbpPlan::<f32>::new(&small, &grid, &generous).unwrap();
     let streamed = plan.stream(
         1 << 50,

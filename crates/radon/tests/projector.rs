@@ -96,6 +96,7 @@ fn weight(
                 .unwrap()
                 .bin_mean(theta, s, geometry.pitch())
         }
+        _ => panic!("{kernel:?} has no definition here"),
     }
 }
 

@@ -86,29 +86,27 @@ fn samples(random: &mut Random, len: usize) -> (Vec<f32>, bool) {
 }
 
 fn fbp(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid) -> Outcome {
-    let options = FbpOptions {
-        window: random.pick(&[
+    let options = FbpOptions::default()
+        .with_window(random.pick(&[
             Window::RamLak,
             Window::Hann,
             Window::SheppLogan,
             Window::Butterworth { order: 3 },
-        ]),
-        cutoff: random.pick(&[1.0, 0.5, 0.0, -1.0, 1e-3, f64::NAN]),
-        interpolation: random.pick(&[Interpolation::Linear, Interpolation::BandLimited]),
-        edge: random.pick(&[
+        ]))
+        .with_cutoff(random.pick(&[1.0, 0.5, 0.0, -1.0, 1e-3, f64::NAN]))
+        .with_interpolation(random.pick(&[Interpolation::Linear, Interpolation::BandLimited]))
+        .with_edge(random.pick(&[
             EdgePolicy::Zero,
             EdgePolicy::Repeat,
             EdgePolicy::Fade,
             EdgePolicy::Ellipse,
-        ]),
-        arc: random.pick(&[
+        ]))
+        .with_arc(random.pick(&[
             ArcPolicy::Complete,
             ArcPolicy::Extend,
             ArcPolicy::Truncate,
             ArcPolicy::Rescale,
-        ]),
-        ..FbpOptions::default()
-    };
+        ]));
     let Ok(plan) = FbpPlan::<f32>::new(geometry, grid, &options) else {
         return Outcome::Refused;
     };
@@ -125,10 +123,7 @@ fn fbp(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid) -> Ou
     };
     assert!(finite, "data that are not finite went through");
     let two = run(&plan, 2).expect("as with one thread");
-    let options = FbpOptions {
-        skip: Skip::Nothing,
-        ..options
-    };
+    let options = options.with_skip(Skip::Nothing);
     let all = run(
         &FbpPlan::new(geometry, grid, &options).expect("as before"),
         2,

@@ -57,6 +57,10 @@ impl<T: Sample> Steps<T> {
         Self { views, x, y, n }
     }
 
+    pub(crate) fn region(&self) -> (Range<usize>, Range<usize>) {
+        (self.x.clone(), self.y.clone())
+    }
+
     pub(crate) fn image_len(&self) -> usize {
         self.x.len() * self.y.len()
     }

@@ -6,16 +6,18 @@ use rayon::prelude::*;
 
 use crate::error::{RadonError, length, product, zeros};
 use crate::geometry::{ImageGrid, ParallelGeometry, StackOrder};
-use crate::sample::{Sample, finite_and_signal};
+use crate::sample::Sample;
 use crate::simd::{InstructionSet, interleave};
 
 mod backproject;
 mod options;
 mod rows;
+mod stack;
 
 use backproject::Steps;
 pub use options::{EdgePolicy, FbpOptions, FbpReport, Interpolation, Skip};
 use rows::RowFilter;
+pub(crate) use stack::Stack;
 
 /// Filtered back-projection, planned once and run many times, by many threads (`&self`, `Send + Sync`).
 ///
@@ -44,8 +46,8 @@ use rows::RowFilter;
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 pub struct FbpPlan<T: Sample> {
-    n_views: usize,
-    n_bins: usize,
+    geometry: ParallelGeometry,
+    grid: ImageGrid,
     filter: RowFilter<T>,
     /// Per view: quadrature weight over pitch, which the filter leaves out; without a filter the weight.
     scales: Vec<T>,
@@ -56,16 +58,10 @@ pub struct FbpPlan<T: Sample> {
 
 impl<T: Sample> std::fmt::Debug for FbpPlan<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self {
-            n_views,
-            n_bins,
-            options,
-            ..
-        } = self;
         f.debug_struct("FbpPlan")
-            .field("n_views", n_views)
-            .field("n_bins", n_bins)
-            .field("options", options)
+            .field("geometry", &self.geometry)
+            .field("grid", &self.grid)
+            .field("options", &self.options)
             .finish_non_exhaustive()
     }
 }
@@ -121,8 +117,8 @@ impl<T: Sample> FbpPlan<T> {
         }
         let pitch = if options.ramp { geometry.pitch() } else { 1.0 };
         Ok(Self {
-            n_views: geometry.n_views(),
-            n_bins: geometry.n_bins(),
+            geometry: geometry.clone(),
+            grid: *grid,
             scales: weights.iter().map(|w| T::of(w / pitch)).collect(),
             steps: Steps::new(
                 geometry,
@@ -144,7 +140,23 @@ impl<T: Sample> FbpPlan<T> {
 
     /// Samples of one sinogram.
     pub fn sinogram_len(&self) -> usize {
-        self.n_views * self.n_bins
+        self.geometry.sinogram_len()
+    }
+
+    /// The acquisition.
+    pub fn geometry(&self) -> &ParallelGeometry {
+        &self.geometry
+    }
+
+    /// The grid that the plan was made for, whole.
+    pub fn grid(&self) -> &ImageGrid {
+        &self.grid
+    }
+
+    /// The pixels of a reconstructed image, index ranges of the grid along x and y: all of them without
+    /// [`FbpOptions::region`].
+    pub fn region(&self) -> (Range<usize>, Range<usize>) {
+        self.steps.region()
     }
 
     /// The options the plan was made with.
@@ -232,23 +244,26 @@ impl<T: Sample> FbpPlan<T> {
         slab: &mut [T],
         scratch: &mut FbpScratch<T>,
     ) -> Result<FbpReport, RadonError> {
-        self.run(
+        let memory = self.options.memory;
+        let stack = self.stack(projections, n_slices, order);
+        T::reconstruct(self, &stack, slices, slab, scratch, memory)
+    }
+
+    /// The caller's projections and their shape.
+    fn stack<'a>(&self, projections: &'a [T], n_slices: usize, order: StackOrder) -> Stack<'a, T> {
+        Stack {
             projections,
             n_slices,
             order,
-            slices,
-            slab,
-            scratch,
-            self.options.memory,
-        )
+            n_views: self.geometry.n_views(),
+            n_bins: self.geometry.n_bins(),
+        }
     }
 
-    #[allow(clippy::too_many_arguments)] // the public call's, and the budget
-    fn run(
+    /// The run of all public calls, within `memory` bytes.
+    pub(crate) fn run(
         &self,
-        projections: &[T],
-        n_slices: usize,
-        order: StackOrder,
+        stack: &Stack<'_, T>,
         slices: Range<usize>,
         slab: &mut [T],
         scratch: &mut FbpScratch<T>,
@@ -256,15 +271,15 @@ impl<T: Sample> FbpPlan<T> {
     ) -> Result<FbpReport, RadonError> {
         length(
             "projections",
-            projections.len(),
-            product("projections", self.sinogram_len(), n_slices)?,
+            stack.projections.len(),
+            product("projections", self.sinogram_len(), stack.n_slices)?,
         )?;
-        if slices.start > slices.end || slices.end > n_slices {
+        if slices.start > slices.end || slices.end > stack.n_slices {
             return Err(RadonError::BadRange {
                 name: "slices",
                 start: slices.start,
                 end: slices.end,
-                len: n_slices,
+                len: stack.n_slices,
             });
         }
         length(
@@ -272,13 +287,6 @@ impl<T: Sample> FbpPlan<T> {
             slab.len(),
             product("volume", slices.len(), self.image_len())?,
         )?;
-        let stack = Stack {
-            projections,
-            n_slices,
-            order,
-            n_views: self.n_views,
-            n_bins: self.n_bins,
-        };
         let holds_signal = stack.signal(slices.clone())?;
 
         let mut report = FbpReport::default();
@@ -292,7 +300,7 @@ impl<T: Sample> FbpPlan<T> {
             } else {
                 image.fill(T::ZERO);
                 report.slices_skipped += 1;
-                report.rows_skipped += self.n_views;
+                report.rows_skipped += self.geometry.n_views();
             }
         }
         report.slices_reconstructed = images.len();
@@ -309,8 +317,8 @@ impl<T: Sample> FbpPlan<T> {
             let slices: Vec<usize> = block.iter().map(|(slice, _)| *slice).collect();
             let mut images: Vec<&mut [T]> =
                 block.iter_mut().map(|(_, image)| &mut **image).collect();
-            for start in (0..self.n_views).step_by(views_at_once) {
-                let views = start..(start + views_at_once).min(self.n_views);
+            for start in (0..self.geometry.n_views()).step_by(views_at_once) {
+                let views = start..(start + views_at_once).min(self.geometry.n_views());
                 let filtered = aligned(&mut scratch.filtered, views.len() * row_len);
                 let n_filtered: usize = filtered
                     .par_chunks_exact_mut(row_len)
@@ -318,7 +326,7 @@ impl<T: Sample> FbpPlan<T> {
                     .map_init(
                         || self.filter.scratch(),
                         |rows, (out, view)| {
-                            self.filter_view(&stack, view, &slices, lanes, out, rows)
+                            self.filter_view(stack, view, &slices, lanes, out, rows)
                         },
                     )
                     .sum();
@@ -382,16 +390,9 @@ impl<T: Sample> FbpPlan<T> {
             let projections = &mut projections[..slices.len() * self.sinogram_len()];
             let images = &mut images[..slices.len() * self.image_len()];
             read(slices.clone(), projections)?;
-            let order = StackOrder::SliceViewBin;
-            report += self.run(
-                projections,
-                slices.len(),
-                order,
-                0..slices.len(),
-                images,
-                &mut scratch,
-                self.options.memory / 2,
-            )?;
+            let stack = self.stack(projections, slices.len(), StackOrder::SliceViewBin);
+            let (all, memory) = (0..slices.len(), self.options.memory / 2);
+            report += T::reconstruct(self, &stack, all, images, &mut scratch, memory)?;
             write(slices, images)?;
         }
         Ok(report)
@@ -416,7 +417,7 @@ impl<T: Sample> FbpPlan<T> {
     /// Lanes of the blocks that `n_slices` slices are cut into, and views that are filtered at once, within `memory` bytes.
     fn block(&self, n_slices: usize, memory: usize) -> Result<(usize, usize), RadonError> {
         // Fewer views at once mean more passes over the images; below this many, narrower blocks cost less.
-        let enough = self.n_views.min(32);
+        let enough = self.geometry.n_views().min(32);
         let mut n = n_slices;
         loop {
             let lanes = self.instructions.first_block::<T>(n);
@@ -424,7 +425,7 @@ impl<T: Sample> FbpPlan<T> {
             let views =
                 memory.saturating_sub(fixed) / (self.steps.row_len() * lanes * size_of::<T>());
             if views >= enough || (lanes == 1 && views > 0) {
-                return Ok((lanes, views.min(self.n_views)));
+                return Ok((lanes, views.min(self.geometry.n_views())));
             }
             if lanes == 1 {
                 return Err(RadonError::BudgetTooSmall {
@@ -489,53 +490,4 @@ pub(crate) fn aligned<T: Sample>(samples: &mut Vec<T>, len: usize) -> &mut [T] {
     }
     let start = samples.as_ptr().align_offset(LINE).min(spare);
     &mut samples[start..start + len]
-}
-
-/// The caller's projections and their shape.
-struct Stack<'a, T> {
-    projections: &'a [T],
-    n_slices: usize,
-    order: StackOrder,
-    n_views: usize,
-    n_bins: usize,
-}
-
-impl<'a, T: Sample> Stack<'a, T> {
-    fn row(&self, view: usize, slice: usize) -> &'a [T] {
-        let start = self
-            .order
-            .start_of(view, slice, self.n_views, self.n_slices, self.n_bins);
-        &self.projections[start..start + self.n_bins]
-    }
-
-    /// Whether each slice holds a sample other than zero.
-    fn signal(&self, slices: Range<usize>) -> Result<Vec<bool>, RadonError> {
-        slices
-            .into_par_iter()
-            .map(|slice| {
-                let mut signal = false;
-                for view in 0..self.n_views {
-                    let row = self.row(view, slice);
-                    let (all_finite, any_signal) = finite_and_signal(row);
-                    if !all_finite {
-                        let at = row.iter().position(|p| !p.finite()).unwrap_or(0);
-                        let index = self.order.start_of(
-                            view,
-                            slice,
-                            self.n_views,
-                            self.n_slices,
-                            self.n_bins,
-                        ) + at;
-                        return Err(RadonError::BadSample {
-                            name: "projections",
-                            index,
-                            given: row[at].f64(),
-                        });
-                    }
-                    signal |= any_signal;
-                }
-                Ok(signal)
-            })
-            .collect()
-    }
 }

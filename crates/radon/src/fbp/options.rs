@@ -7,7 +7,22 @@ use crate::geometry::ArcPolicy;
 use crate::simd::InstructionSet;
 
 /// Options of [`FbpPlan`](crate::FbpPlan); `Default` is the Ram-Lak filter at full cutoff with linear interpolation.
+///
+/// ```
+/// use radon::{FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, Window};
+/// // A smoother image, of its middle alone.
+/// let options = FbpOptions::default()
+///     .with_window(Window::Hann)
+///     .with_cutoff(0.8)
+///     .with_interpolation(Interpolation::BandLimited)
+///     .with_region(24..40, 16..48);
+/// let geometry = ParallelGeometry::half_turn(90, 64, 0.1)?;
+/// let plan = FbpPlan::<f32>::new(&geometry, &ImageGrid::square(64, 0.1)?, &options)?;
+/// assert_eq!(plan.image_len(), 16 * 32);
+/// # Ok::<(), radon::RadonError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct FbpOptions {
     /// Whether rows are filtered. Without, window, cutoff and edge are not used and rows are back-projected as they are:
     /// `f(x, y) = sum_v w_v p_v(x cos theta_v + y sin theta_v)`, for rows filtered elsewhere or the unfiltered image.
@@ -52,9 +67,63 @@ impl Default for FbpOptions {
 }
 
 impl FbpOptions {
+    /// The same without the ramp filter: rows are back-projected as they are.
+    pub fn without_ramp(mut self) -> Self {
+        self.ramp = false;
+        self
+    }
+
     /// The same with another window.
     pub fn with_window(mut self, window: Window) -> Self {
         self.window = window;
+        self
+    }
+
+    /// The same with another cutoff, a fraction of the Nyquist frequency.
+    pub fn with_cutoff(mut self, cutoff: f64) -> Self {
+        self.cutoff = cutoff;
+        self
+    }
+
+    /// The same with another way to read filtered rows between bin centres.
+    pub fn with_interpolation(mut self, interpolation: Interpolation) -> Self {
+        self.interpolation = interpolation;
+        self
+    }
+
+    /// The same with another assumption beyond the ends of a row.
+    pub fn with_edge(mut self, edge: EdgePolicy) -> Self {
+        self.edge = edge;
+        self
+    }
+
+    /// The same with another way to treat directions that no view measured.
+    pub fn with_arc(mut self, arc: ArcPolicy) -> Self {
+        self.arc = arc;
+        self
+    }
+
+    /// The same for the pixels of these index ranges alone.
+    pub fn with_region(mut self, x: Range<usize>, y: Range<usize>) -> Self {
+        self.region = Some((x, y));
+        self
+    }
+
+    /// The same, with empty rows and slices passed over or not.
+    pub fn with_skip(mut self, skip: Skip) -> Self {
+        self.skip = skip;
+        self
+    }
+
+    /// The same on an instruction set of the caller's choice.
+    pub fn with_instructions(mut self, instructions: InstructionSet) -> Self {
+        self.instructions = Some(instructions);
+        self
+    }
+
+    /// The same with another budget for work arrays, in bytes.
+    pub fn with_memory(mut self, memory: usize) -> Self {
+        self.memory = memory;
         self
     }
 }
@@ -104,7 +173,7 @@ impl Interpolation {
 /// let geometry = ParallelGeometry::half_turn(90, 64, 0.1)?; // 6.4 wide
 /// let torso = Phantom2::new([(1.0, Shape2::ellipse([0.2, 0.0], [6.0, 4.0], 0.0)?)])?;
 /// let sinogram: Vec<f64> = torso.sinogram(&geometry, BinSampling::Mean)?;
-/// let options = FbpOptions { edge: EdgePolicy::Ellipse, ..FbpOptions::default() };
+/// let options = FbpOptions::default().with_edge(EdgePolicy::Ellipse);
 /// let image = FbpPlan::new(&geometry, &ImageGrid::square(64, 0.1)?, &options)?.reconstruct(&sinogram)?;
 /// assert!((image[32 * 64 + 32] - 1.0).abs() < 0.01);
 /// # Ok::<(), radon::RadonError>(())
@@ -137,6 +206,7 @@ pub enum Skip {
 
 /// What a run did and what it passed over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct FbpReport {
     /// Slices that were back-projected.
     pub slices_reconstructed: usize,

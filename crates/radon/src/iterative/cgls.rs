@@ -1,12 +1,23 @@
 //! Conjugate gradients for least squares.
 
+use std::ops::ControlFlow;
+
+use super::report::{Observer, nobody};
 use super::vectors::{norm, relative, update};
 use super::{Iteration, IterativeReport, LinearOperator, StoppedBy, Stopping, check_input};
 use crate::Sample;
 use crate::error::{RadonError, within};
 
 /// Options of [`cgls`].
+///
+/// ```
+/// use radon::{CglsOptions, Stopping};
+/// let few = CglsOptions::default().with_stopping(Stopping::default().with_max_iterations(8)); // few steps regularise
+/// let exact = CglsOptions::default().with_gradient(1e-10); // an error if fifty steps do not do
+/// assert_eq!((few.stopping.max_iterations, exact.gradient), (8, Some(1e-10)));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct CglsOptions {
     /// When to stop.
     pub stopping: Stopping,
@@ -42,6 +53,31 @@ pub fn cgls<T: Sample, O: LinearOperator<T> + ?Sized>(
     data: &[T],
     image: &mut [T],
     options: &CglsOptions,
+) -> Result<IterativeReport, RadonError> {
+    T::cgls(&operator, data, image, options, &mut nobody)
+}
+
+/// As [`cgls`], with an observer that sees the report so far and the image after each step, and ends the run by
+/// `ControlFlow::Break` ([`StoppedBy::Observer`]); see [`mlem_observed`](crate::mlem_observed).
+///
+/// # Errors
+/// As [`cgls`].
+pub fn cgls_observed<T: Sample, O: LinearOperator<T> + ?Sized>(
+    operator: &O,
+    data: &[T],
+    image: &mut [T],
+    options: &CglsOptions,
+    mut observe: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
+) -> Result<IterativeReport, RadonError> {
+    T::cgls(&operator, data, image, options, &mut observe)
+}
+
+pub(crate) fn run<T: Sample>(
+    operator: &dyn LinearOperator<T>,
+    data: &[T],
+    image: &mut [T],
+    options: &CglsOptions,
+    observe: Observer<'_, T>,
 ) -> Result<IterativeReport, RadonError> {
     let CglsOptions {
         stopping,
@@ -106,12 +142,8 @@ pub fn cgls<T: Sample, O: LinearOperator<T> + ?Sized>(
         let alpha = gradient_sq / curvature;
         update(image, &direction, |x, d| x + T::of(alpha) * d);
         update(&mut residual, &projected, |r, q| r - T::of(alpha) * q);
-        let change = relative(alpha * norm(&direction), norm(image));
-        entry.change = Some(change);
-        report.history.push(entry);
-        report.iterations += 1;
-        if stopping.change.is_some_and(|rule| change <= rule) {
-            report.stopped_by = Some(StoppedBy::Change);
+        entry.change = Some(relative(alpha * norm(&direction), norm(image)));
+        if report.step(entry, &stopping, image, observe) {
             break;
         }
     }

@@ -1,5 +1,8 @@
 //! Expectation maximisation for Poisson data: MLEM and its ordered subsets.
 
+use std::ops::ControlFlow;
+
+use super::report::{Observer, nobody};
 use super::vectors::{check_not_negative, norm, relative, sum2, update};
 use super::{Iteration, IterativeReport, LinearOperator, StoppedBy, Stopping, check_input};
 use crate::Sample;
@@ -7,7 +10,16 @@ use crate::error::{RadonError, length};
 use crate::iterative::check_samples;
 
 /// Options of [`mlem`] and [`osem`].
+///
+/// ```
+/// use radon::{EmOptions, Stopping};
+/// let options = EmOptions::default()
+///     .with_stopping(Stopping::default().with_max_iterations(20))
+///     .with_background(vec![0.5_f32; 90 * 64]); // scatter, the same in every bin of 90 views
+/// assert_eq!(options.stopping.max_iterations, 20);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct EmOptions<T> {
     /// When to stop; an iteration of OSEM is a pass through all subsets.
     pub stopping: Stopping,
@@ -72,18 +84,54 @@ pub struct Subset<O> {
 /// # Errors
 /// A wrong length, NaN or infinity, negative data, image or background, a negative column sum, what the operator refuses,
 /// [`RadonError::NotConverged`]. In each case after the checks `image` holds the last iterate.
-pub fn mlem<T: Sample, O: LinearOperator<T>>(
+pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
     operator: &O,
     data: &[T],
     image: &mut [T],
     options: &EmOptions<T>,
 ) -> Result<IterativeReport, RadonError> {
+    mlem_observed(operator, data, image, options, nobody)
+}
+
+/// As [`mlem`], with an observer that sees the report so far and the image after each step, and ends the run by
+/// `ControlFlow::Break` ([`StoppedBy::Observer`]).
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, StoppedBy, mlem_observed};
+/// let geometry = ParallelGeometry::half_turn(30, 16, 1.0)?;
+/// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
+/// let truth: Vec<f64> = (0..121).map(|i| f64::from(i % 3)).collect();
+/// let counts = projector.forward(&truth)?;
+/// let mut image = vec![1.0; 121];
+/// // Until the largest pixel is above 1.9.
+/// let report = mlem_observed(&projector, &counts, &mut image, &EmOptions::default(), |report, image| {
+///     println!("{} steps, residual {}", report.iterations, report.history[report.iterations - 1].residual);
+///     match image.iter().any(|&x| x > 1.9) {
+///         true => ControlFlow::Break(()),
+///         false => ControlFlow::Continue(()),
+///     }
+/// })?;
+/// assert_eq!(report.stopped_by, Some(StoppedBy::Observer));
+/// assert!(report.iterations < 50 && image.iter().any(|&x| x > 1.9));
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+///
+/// # Errors
+/// As [`mlem`].
+pub fn mlem_observed<T: Sample, O: LinearOperator<T> + ?Sized>(
+    operator: &O,
+    data: &[T],
+    image: &mut [T],
+    options: &EmOptions<T>,
+    mut observe: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
+) -> Result<IterativeReport, RadonError> {
     check_input(operator, data, image)?;
     let all = Part {
-        operator,
+        operator: &operator,
         indices: None,
     };
-    run(&[all], data, image, options)
+    T::em(&[all], data, image, options, &mut observe)
 }
 
 /// OSEM: the step of [`mlem`] with one subset of the data after the other (Hudson & Larkin 1994, doi:10.1109/42.363108).
@@ -98,7 +146,7 @@ pub fn mlem<T: Sample, O: LinearOperator<T>>(
 /// let projector = Projector::new(&geometry, &ImageGrid::square(16, 1.0)?, Kernel::Strip)?;
 /// let counts = projector.forward(&(0..256).map(|i| f64::from(i % 5)).collect::<Vec<_>>())?;
 /// let subsets = projector.stack_operator(1, StackOrder::ViewSliceBin)?.subsets(6)?; // of ten views each
-/// let stopping = Stopping { max_iterations: 4, ..Stopping::default() }; // four passes
+/// let stopping = Stopping::default().with_max_iterations(4); // four passes
 /// let mut image = vec![1.0; 256];
 /// let report = osem(&subsets, &counts, &mut image, &EmOptions::default().with_stopping(stopping))?;
 /// assert!(report.history[3].residual < 0.5 * report.history[0].residual);
@@ -112,6 +160,21 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
     data: &[T],
     image: &mut [T],
     options: &EmOptions<T>,
+) -> Result<IterativeReport, RadonError> {
+    osem_observed(subsets, data, image, options, nobody)
+}
+
+/// As [`osem`], with an observer that sees the report so far and the image after each pass, and ends the run by
+/// `ControlFlow::Break` ([`StoppedBy::Observer`]); see [`mlem_observed`].
+///
+/// # Errors
+/// As [`osem`].
+pub fn osem_observed<T: Sample, O: LinearOperator<T>>(
+    subsets: &[Subset<O>],
+    data: &[T],
+    image: &mut [T],
+    options: &EmOptions<T>,
+    mut observe: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
 ) -> Result<IterativeReport, RadonError> {
     crate::error::at_least("subsets", subsets.len(), 1)?;
     check_samples("data", data)?;
@@ -135,17 +198,18 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
             indices: Some(&subset.data),
         })
         .collect();
-    run(&parts, data, image, options)
+    T::em(&parts, data, image, options, &mut observe)
 }
 
 /// A subset, or all data in their order.
-struct Part<'a, O> {
-    operator: &'a O,
+#[allow(missing_debug_implementations)] // nor does an operator need one
+pub struct Part<'a, T> {
+    operator: &'a dyn LinearOperator<T>,
     indices: Option<&'a [usize]>,
 }
 
-impl<O> Part<'_, O> {
-    fn select<T: Sample>(&self, from: &[T]) -> Vec<T> {
+impl<T: Sample> Part<'_, T> {
+    fn select(&self, from: &[T]) -> Vec<T> {
         match self.indices {
             None => from.to_vec(),
             Some(indices) => indices.iter().map(|&i| from[i]).collect(),
@@ -161,11 +225,12 @@ struct Prepared<T> {
     sensitivity: Vec<T>,
 }
 
-fn run<T: Sample, O: LinearOperator<T>>(
-    parts: &[Part<'_, O>],
+pub(crate) fn run<T: Sample>(
+    parts: &[Part<'_, T>],
     data: &[T],
     image: &mut [T],
     options: &EmOptions<T>,
+    observe: Observer<'_, T>,
 ) -> Result<IterativeReport, RadonError> {
     let EmOptions {
         stopping,
@@ -254,18 +319,11 @@ fn run<T: Sample, O: LinearOperator<T>>(
         if last {
             break;
         }
-        let change = relative(
+        entry.change = Some(relative(
             sum2(image, &start, |a, b| (a - b) * (a - b)).sqrt(),
             norm(image),
-        );
-        entry.change = Some(change);
-        report.history.push(entry);
-        report.iterations += 1;
-        if met {
-            break;
-        }
-        if stopping.change.is_some_and(|rule| change <= rule) {
-            report.stopped_by = Some(StoppedBy::Change);
+        ));
+        if report.step(entry, stopping, image, observe) {
             break;
         }
     }

@@ -1,21 +1,28 @@
 //! Iterative reconstruction on any operator with an adjoint.
 
-mod cgls;
-mod em;
-mod sirt;
+use std::sync::Arc;
+
+pub(crate) mod cgls;
+pub(crate) mod em;
+mod report;
+pub(crate) mod sirt;
 mod vectors;
 
-pub use cgls::{CglsOptions, cgls};
-pub use em::{EmOptions, Subset, mlem, osem};
-pub use sirt::{SirtOptions, sirt};
+pub use cgls::{CglsOptions, cgls, cgls_observed};
+pub use em::{EmOptions, Subset, mlem, mlem_observed, osem, osem_observed};
+pub(crate) use report::Observer;
+pub use report::{Iteration, IterativeReport, StoppedBy, Stopping};
+pub use sirt::{SirtOptions, sirt, sirt_observed};
 
 use crate::Sample;
-use crate::error::{RadonError, length, within};
+use crate::error::{RadonError, length};
 use vectors::check_samples;
 
 /// A linear map A from images to data, with its adjoint; implement it for your own to use the solvers.
 ///
-/// The solvers need <A x, y> = <x, Aᵀ y> to rounding. Lengths are checked before the first call.
+/// The solvers need <A x, y> = <x, Aᵀ y> to rounding. Lengths are checked before the first call. References, boxes and shared
+/// pointers to an operator are operators too, `dyn` ones as well. What goes wrong in an operator of your own, a file that ends
+/// say, is handed on by [`RadonError::user`].
 ///
 /// ```
 /// use radon::{CglsOptions, LinearOperator, RadonError, cgls};
@@ -54,110 +61,25 @@ pub trait LinearOperator<T: Sample> {
     fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError>;
 }
 
-/// When a solver stops. With no rule set it makes `max_iterations` and that is success; with a rule set and not met it
-/// returns [`RadonError::NotConverged`], and the image holds the last iterate all the same.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stopping {
-    /// Most iterations.
-    pub max_iterations: usize,
-    /// Stop at ‖A x - b‖ <= this times ‖b‖: the discrepancy principle, when it is the relative size of the noise.
-    pub residual: Option<f64>,
-    /// Stop after a step with ‖Δx‖ <= this times ‖x‖.
-    pub change: Option<f64>,
-}
-
-impl Default for Stopping {
-    /// Fifty iterations, no rule.
-    fn default() -> Self {
-        Self {
-            max_iterations: 50,
-            residual: None,
-            change: None,
-        }
-    }
-}
-
-/// One iteration: what was known of the image that it started from, and the step it made.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Iteration {
-    /// ‖A x - b‖ / ‖b‖ before the step.
-    pub residual: f64,
-    /// ‖Aᵀ(b - A x)‖ / ‖Aᵀ b‖ before the step (CGLS).
-    pub gradient: Option<f64>,
-    /// Poisson log-likelihood Σ b ln(A x + s) - (A x + s), without the term of b alone, before the step (MLEM, OSEM).
-    pub log_likelihood: Option<f64>,
-    /// ‖Δx‖ / ‖x‖ of the step; `None` when a rule was met before it.
-    pub change: Option<f64>,
-}
-
-/// Why a solver stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum StoppedBy {
-    /// All iterations were made and no rule was set.
-    MaxIterations,
-    /// The residual rule.
-    Residual,
-    /// The gradient rule (CGLS).
-    Gradient,
-    /// The change rule.
-    Change,
-    /// No step was left to make: the image solves the problem exactly.
-    Solved,
-}
-
-/// What a solver did.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct IterativeReport {
-    /// Steps made.
-    pub iterations: usize,
-    /// Why it stopped; `None` when a rule was set and not met.
-    pub stopped_by: Option<StoppedBy>,
-    /// One entry a step, and one more for the image at which the residual or gradient rule was met.
-    pub history: Vec<Iteration>,
-}
-
-impl IterativeReport {
-    fn new() -> Self {
-        Self {
-            iterations: 0,
-            stopped_by: None,
-            history: Vec::new(),
-        }
-    }
-
-    /// Ends a run: an error if a rule was set and not met.
-    fn finish(mut self, any_rule: bool) -> Result<Self, RadonError> {
-        if self.stopped_by.is_none() {
-            if any_rule {
-                let report = Box::new(self);
-                return Err(RadonError::NotConverged { report });
+macro_rules! pointers {
+    ($($pointer:ty),*) => {$(
+        impl<T: Sample, A: LinearOperator<T> + ?Sized> LinearOperator<T> for $pointer {
+            fn image_len(&self) -> usize {
+                (**self).image_len()
             }
-            self.stopped_by = Some(StoppedBy::MaxIterations);
-        }
-        Ok(self)
-    }
-}
-
-impl Stopping {
-    fn check(&self) -> Result<(), RadonError> {
-        for (name, rule) in [
-            ("residual rule", self.residual),
-            ("change rule", self.change),
-        ] {
-            if let Some(rule) = rule {
-                within(name, rule, 0.0, f64::MAX)?;
+            fn data_len(&self) -> usize {
+                (**self).data_len()
+            }
+            fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {
+                (**self).forward_into(image, data)
+            }
+            fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError> {
+                (**self).adjoint_into(data, image)
             }
         }
-        Ok(())
-    }
-
-    fn any_rule(&self) -> bool {
-        self.residual.is_some() || self.change.is_some()
-    }
+    )*};
 }
+pointers!(&A, Box<A>, Arc<A>);
 
 /// Lengths and finiteness of what every solver is given.
 fn check_input<T: Sample>(

@@ -1,12 +1,26 @@
 //! Simultaneous iterative reconstruction.
 
+use std::ops::ControlFlow;
+
+use super::report::{Observer, nobody};
 use super::vectors::{check_not_negative, norm, relative, sum2, update};
 use super::{Iteration, IterativeReport, LinearOperator, StoppedBy, Stopping, check_input};
 use crate::Sample;
 use crate::error::{RadonError, within};
 
 /// Options of [`sirt`].
+///
+/// ```
+/// use radon::{SirtOptions, Stopping};
+/// let options = SirtOptions::default()
+///     .with_stopping(Stopping::default().with_max_iterations(200))
+///     .with_relaxation(1.5)
+///     .with_lower(0.0) // no pixel below zero
+///     .with_upper(1.0);
+/// assert_eq!((options.lower, options.upper), (Some(0.0), Some(1.0)));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SirtOptions {
     /// When to stop.
     pub stopping: Stopping,
@@ -36,6 +50,24 @@ impl SirtOptions {
         self.stopping = stopping;
         self
     }
+
+    /// The same with another factor of each step.
+    pub fn with_relaxation(mut self, relaxation: f64) -> Self {
+        self.relaxation = relaxation;
+        self
+    }
+
+    /// The same with a smallest value of the pixels.
+    pub fn with_lower(mut self, lower: f64) -> Self {
+        self.lower = Some(lower);
+        self
+    }
+
+    /// The same with a largest value of the pixels.
+    pub fn with_upper(mut self, upper: f64) -> Self {
+        self.upper = Some(upper);
+        self
+    }
 }
 
 /// SIRT, from the image given: x ← x + λ C Aᵀ R (b - A x), then the bounds.
@@ -49,11 +81,8 @@ impl SirtOptions {
 /// let geometry = ParallelGeometry::half_turn(30, 24, 1.0)?;
 /// let projector = Projector::new(&geometry, &ImageGrid::square(16, 1.0)?, Kernel::Joseph)?;
 /// let data = projector.forward(&(0..256).map(|i| f64::from(i % 5)).collect::<Vec<_>>())?;
-/// let options = SirtOptions {
-///     lower: Some(0.0),
-///     stopping: Stopping { max_iterations: 500, residual: Some(0.03), change: None },
-///     ..SirtOptions::default()
-/// };
+/// let stopping = Stopping::default().with_max_iterations(500).with_residual(0.03);
+/// let options = SirtOptions::default().with_lower(0.0).with_stopping(stopping);
 /// let mut image = vec![0.0; 256];
 /// let report = sirt(&projector, &data, &mut image, &options)?; // an error if 500 steps did not do
 /// assert!(report.history[report.iterations].residual <= 0.03);
@@ -68,6 +97,31 @@ pub fn sirt<T: Sample, O: LinearOperator<T> + ?Sized>(
     data: &[T],
     image: &mut [T],
     options: &SirtOptions,
+) -> Result<IterativeReport, RadonError> {
+    T::sirt(&operator, data, image, options, &mut nobody)
+}
+
+/// As [`sirt`], with an observer that sees the report so far and the image after each step, and ends the run by
+/// `ControlFlow::Break` ([`StoppedBy::Observer`]); see [`mlem_observed`](crate::mlem_observed).
+///
+/// # Errors
+/// As [`sirt`].
+pub fn sirt_observed<T: Sample, O: LinearOperator<T> + ?Sized>(
+    operator: &O,
+    data: &[T],
+    image: &mut [T],
+    options: &SirtOptions,
+    mut observe: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
+) -> Result<IterativeReport, RadonError> {
+    T::sirt(&operator, data, image, options, &mut observe)
+}
+
+pub(crate) fn run<T: Sample>(
+    operator: &dyn LinearOperator<T>,
+    data: &[T],
+    image: &mut [T],
+    options: &SirtOptions,
+    observe: Observer<'_, T>,
 ) -> Result<IterativeReport, RadonError> {
     let SirtOptions {
         stopping,
@@ -141,10 +195,7 @@ pub fn sirt<T: Sample, O: LinearOperator<T> + ?Sized>(
         );
         image.copy_from_slice(&step);
         entry.change = Some(change);
-        report.history.push(entry);
-        report.iterations += 1;
-        if stopping.change.is_some_and(|rule| change <= rule) {
-            report.stopped_by = Some(StoppedBy::Change);
+        if report.step(entry, &stopping, image, observe) {
             break;
         }
     }

@@ -25,6 +25,7 @@ impl Projector {
     ///
     /// # Errors
     /// [`RadonError::TooLarge`] for more rows than there is memory for.
+    #[cfg_attr(docsrs, doc(cfg(feature = "sprs")))]
     pub fn matrix<T: Sample>(&self) -> Result<CsMat<T>, RadonError> {
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
         // The image within a margin of a pixel.

@@ -18,6 +18,7 @@ use rays::{Rays, View};
 
 /// How a ray's length is divided among the pixels it meets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Kernel {
     /// Linear interpolation at each row (or column) that the ray crosses (Joseph 1982, doi:10.1109/TMI.1982.4307572).
     #[default]
@@ -76,6 +77,7 @@ pub struct ProjectorScratch<T> {
 
 /// What a run did and what it could leave out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct ProjectorReport {
     /// Slices that held signal.
     pub slices_projected: usize,
@@ -142,6 +144,11 @@ impl Projector {
         }
         self.instructions = instructions;
         Ok(self)
+    }
+
+    /// The instruction set that it uses.
+    pub fn instructions(&self) -> InstructionSet {
+        self.instructions
     }
 
     /// The kernel.

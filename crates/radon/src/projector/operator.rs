@@ -62,6 +62,21 @@ impl Projector {
 }
 
 impl<T: Sample> StackOperator<T> {
+    /// The projector of one slice.
+    pub fn projector(&self) -> &Projector {
+        &self.projector
+    }
+
+    /// Number of slices.
+    pub fn n_slices(&self) -> usize {
+        self.n_slices
+    }
+
+    /// Index order of the data.
+    pub fn order(&self) -> StackOrder {
+        self.order
+    }
+
     /// `n_subsets` parts of the views for OSEM: part k holds views k, k + `n_subsets`, k + 2 `n_subsets` ...
     ///
     /// # Errors
@@ -99,7 +114,9 @@ impl<T: Sample> StackOperator<T> {
                     .flat_map(|s| views.iter().flat_map(move |&v| row(v, s)))
                     .collect(),
             };
-            let projector = Projector::new(&part, &self.projector.grid, self.projector.kernel)?;
+            let Projector { grid, kernel, .. } = &self.projector;
+            let projector = Projector::new(&part, grid, *kernel)?
+                .with_instructions(self.projector.instructions)?;
             let operator = projector.stack_operator(self.n_slices, self.order)?;
             Ok(Subset { operator, data })
         };

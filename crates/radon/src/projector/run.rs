@@ -46,6 +46,17 @@ impl Projector {
         projections: &mut [T],
         scratch: &mut ProjectorScratch<T>,
     ) -> Result<ProjectorReport, RadonError> {
+        T::project(self, volume, n_slices, order, projections, scratch)
+    }
+
+    pub(crate) fn project<T: Sample>(
+        &self,
+        volume: &[T],
+        n_slices: usize,
+        order: StackOrder,
+        projections: &mut [T],
+        scratch: &mut ProjectorScratch<T>,
+    ) -> Result<ProjectorReport, RadonError> {
         let (images, sinograms) = self.stacks(n_slices, order);
         images.check_length(volume.len())?;
         sinograms.check_length(projections.len())?;
@@ -192,6 +203,17 @@ impl Projector {
     /// # Errors
     /// A wrong length, a sample that is NaN or infinite.
     pub fn adjoint_stack_into<T: Sample>(
+        &self,
+        projections: &[T],
+        n_slices: usize,
+        order: StackOrder,
+        volume: &mut [T],
+        scratch: &mut ProjectorScratch<T>,
+    ) -> Result<ProjectorReport, RadonError> {
+        T::project_back(self, projections, n_slices, order, volume, scratch)
+    }
+
+    pub(crate) fn project_back<T: Sample>(
         &self,
         projections: &[T],
         n_slices: usize,

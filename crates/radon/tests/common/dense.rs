@@ -44,8 +44,5 @@ pub(crate) fn not_negative(rows: usize, columns: usize, seed: u64) -> Dense {
 
 /// Steps and no rule.
 pub(crate) fn many(max_iterations: usize) -> Stopping {
-    Stopping {
-        max_iterations,
-        ..Stopping::default()
-    }
+    Stopping::default().with_max_iterations(max_iterations)
 }

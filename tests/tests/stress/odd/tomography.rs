@@ -62,14 +62,12 @@ fn radon_takes_anything() {
         }
         geometry.bin_centre(usize::MAX);
         geometry.bin_at(f64::NAN);
-        let options = FbpOptions {
-            arc: ArcPolicy::Rescale,
-            edge: edges[k % 4],
-            cutoff: if k % 3 == 0 { ODD[k % ODD.len()] } else { 1.0 },
-            region: (k % 5 == 0).then(|| (SIZES[k % 6]..SIZES[k / 6 % 6], 0..2)),
-            memory: if k % 7 == 0 { SIZES[k % 6] } else { 1 << 24 },
-            ..FbpOptions::default()
-        };
+        let mut options = FbpOptions::default()
+            .with_arc(ArcPolicy::Rescale)
+            .with_edge(edges[k % 4])
+            .with_cutoff(if k % 3 == 0 { ODD[k % ODD.len()] } else { 1.0 })
+            .with_memory(if k % 7 == 0 { SIZES[k % 6] } else { 1 << 24 });
+        options.region = (k % 5 == 0).then(|| (SIZES[k % 6]..SIZES[k / 6 % 6], 0..2));
         for grid in [&grids[k % grids.len()], &grids[grids.len() - 1]] {
             reconstructions(geometry, grid, &options);
             projections(
@@ -119,11 +117,9 @@ fn projections(geometry: &ParallelGeometry, grid: &ImageGrid, kernel: Kernel) {
         back(projector.adjoint(&data));
         assert!(projector.forward(&image[1..]).is_err());
         assert!(projector.adjoint(&[value; 1][..0]).is_err());
-        let stopping = Stopping {
-            max_iterations: 2,
-            residual: Some(value),
-            change: None,
-        };
+        let stopping = Stopping::default()
+            .with_max_iterations(2)
+            .with_residual(value);
         let start = || vec![1.0; grid.image_len()];
         back(cgls(
             &projector,
@@ -135,12 +131,11 @@ fn projections(geometry: &ParallelGeometry, grid: &ImageGrid, kernel: Kernel) {
             &projector,
             &data,
             &mut start(),
-            &SirtOptions {
-                relaxation: value,
-                lower: Some(value),
-                upper: Some(-value),
-                stopping,
-            },
+            &SirtOptions::default()
+                .with_relaxation(value)
+                .with_lower(value)
+                .with_upper(-value)
+                .with_stopping(stopping),
         ));
         let options = EmOptions::default().with_stopping(stopping);
         back(mlem(&projector, &data, &mut start(), &options));

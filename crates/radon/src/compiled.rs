@@ -1,0 +1,69 @@
+//! What takes long to compile, compiled here for each of the two sample types: generic code that held it would be compiled again in
+//! every crate that calls it.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+
+use crate::error::RadonError;
+use crate::fbp::{FbpPlan, FbpReport, FbpScratch, Stack};
+use crate::iterative::{CglsOptions, EmOptions, IterativeReport, LinearOperator, Observer};
+use crate::iterative::{SirtOptions, cgls, em, sirt};
+use crate::projector::{Projector, ProjectorReport, ProjectorScratch};
+use crate::{Blur, Sample, StackOrder};
+
+/// Declares the trait's methods and gives each of the sample types its own, which is a call of the generic function named behind `=`.
+macro_rules! compiled {
+    ($(fn $name:ident($($argument:ident: $type:ty),*) -> $out:ty = $function:expr;)*) => {
+        /// Entrances to generic code, one for each sample type.
+        pub trait Compiled: Sized {
+            $(fn $name($($argument: $type),*) -> $out where Self: Sample;)*
+        }
+        impl Compiled for f32 {
+            $(fn $name($($argument: $type),*) -> $out where Self: Sample { $function($($argument),*) })*
+        }
+        impl Compiled for f64 {
+            $(fn $name($($argument: $type),*) -> $out where Self: Sample { $function($($argument),*) })*
+        }
+    };
+}
+
+compiled! {
+    fn transforms(forward: usize, inverse: usize) -> Transforms<Self> = transforms;
+    fn reconstruct(
+        plan: &FbpPlan<Self>, stack: &Stack<'_, Self>, slices: Range<usize>, slab: &mut [Self],
+        scratch: &mut FbpScratch<Self>, memory: usize
+    ) -> Result<FbpReport, RadonError> = FbpPlan::run;
+    fn project(
+        projector: &Projector, volume: &[Self], n_slices: usize, order: StackOrder, projections: &mut [Self],
+        scratch: &mut ProjectorScratch<Self>
+    ) -> Result<ProjectorReport, RadonError> = Projector::project;
+    fn project_back(
+        projector: &Projector, projections: &[Self], n_slices: usize, order: StackOrder, volume: &mut [Self],
+        scratch: &mut ProjectorScratch<Self>
+    ) -> Result<ProjectorReport, RadonError> = Projector::project_back;
+    fn em(
+        parts: &[em::Part<'_, Self>], data: &[Self], image: &mut [Self], options: &EmOptions<Self>, observe: Observer<'_, Self>
+    ) -> Result<IterativeReport, RadonError> = em::run;
+    fn cgls(
+        operator: &dyn LinearOperator<Self>, data: &[Self], image: &mut [Self], options: &CglsOptions, observe: Observer<'_, Self>
+    ) -> Result<IterativeReport, RadonError> = cgls::run;
+    fn sirt(
+        operator: &dyn LinearOperator<Self>, data: &[Self], image: &mut [Self], options: &SirtOptions, observe: Observer<'_, Self>
+    ) -> Result<IterativeReport, RadonError> = sirt::run;
+    fn blur(blur: &Blur, samples: &mut [Self]) -> () = Blur::blur;
+    fn blur_rows(blur: &Blur, samples: &mut [Self], rows: &Range<usize>) -> Vec<Self> = Blur::blur_rows;
+}
+
+/// A forward and an inverse transform of real rows.
+pub(crate) type Transforms<T> = (Arc<dyn RealToComplex<T>>, Arc<dyn ComplexToReal<T>>);
+
+/// Plans transforms of `forward` real samples, and back to `inverse`.
+fn transforms<T: realfft::FftNum>(forward: usize, inverse: usize) -> Transforms<T> {
+    let mut planner = RealFftPlanner::new();
+    (
+        planner.plan_fft_forward(forward),
+        planner.plan_fft_inverse(inverse),
+    )
+}
