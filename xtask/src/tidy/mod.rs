@@ -8,6 +8,7 @@ mod manifests;
 mod pages;
 mod rust_text;
 mod source_rules;
+mod test_modules;
 mod text_rules;
 
 use std::fmt;
@@ -73,6 +74,7 @@ fn check(root: &Path) -> Result<Vec<Finding>, String> {
     findings.extend(floors::check(&files));
     findings.extend(manifests::check(&files));
     findings.extend(conventions::check(&files));
+    findings.extend(test_modules::check(&files));
     findings.extend(pages::check(&files, |path| root.join(path).exists()));
     Ok(findings)
 }

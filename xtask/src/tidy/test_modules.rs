@@ -1,0 +1,94 @@
+//! A rule about test programs of several files: each file is a module of its program. Cargo takes a file right under `tests` for a
+//! program; one in a folder below runs only if something there says `mod`, and nothing else tells when nothing does.
+
+use super::{Finding, find};
+use crate::workspace::TextFile;
+
+/// Findings in all files below the `tests` folders of packages.
+pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
+    let is_named = |path: &str| {
+        let Some((folder, name)) = place(path) else {
+            return true;
+        };
+        let above = ["/main.rs", "/mod.rs", ".rs"].map(|end| format!("{folder}{end}"));
+        let declared = format!("mod {name};");
+        above
+            .iter()
+            .filter_map(|path| find(files, path))
+            .any(|file| file.text.lines().any(|line| line.trim() == declared))
+    };
+    files
+        .iter()
+        .filter(|file| !is_named(&file.path))
+        .map(|file| {
+            Finding::new(
+                &file.path,
+                0,
+                "no test program has this file as a module: its tests never run",
+            )
+        })
+        .collect()
+}
+
+/// The folder below `tests` whose program or module has to name this file, and its name; none where cargo finds it by itself.
+fn place(path: &str) -> Option<(&str, &str)> {
+    let module = path.strip_suffix(".rs")?.trim_end_matches("/mod");
+    let (folder, name) = module.rsplit_once('/')?;
+    // A package's folder `tests`: of a crate, or of the package `tests`.
+    let (_, below) = folder.split_once("/tests/")?;
+    let is_ours = !below.is_empty() && !folder.contains("/src/");
+    (is_ours && name != "main").then_some((folder, name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(files: &[(&str, &str)]) -> Vec<String> {
+        let file = |(path, text): &(&str, &str)| TextFile {
+            path: (*path).into(),
+            text: (*text).into(),
+        };
+        let files: Vec<TextFile> = files.iter().map(file).collect();
+        check(&files)
+            .into_iter()
+            .map(|finding| finding.path)
+            .collect()
+    }
+
+    #[test]
+    fn a_file_that_no_program_names_is_found() {
+        let main = (
+            "crates/a/tests/suite/main.rs",
+            "//! x\nmod one;\nmod deep;\n",
+        );
+        let one = ("crates/a/tests/suite/one.rs", "");
+        let two = ("crates/a/tests/suite/two.rs", "");
+        let deep = ("crates/a/tests/suite/deep/mod.rs", "    mod three;\n");
+        let three = ("crates/a/tests/suite/deep/three.rs", "");
+        assert_eq!(found(&[main, one, deep, three]), [""; 0]);
+        assert_eq!(found(&[main, one, two]), [two.0]);
+        assert_eq!(
+            found(&[main, one, deep, ("tests/tests/b/three.rs", "")]),
+            ["tests/tests/b/three.rs"]
+        );
+        // By another way: a program beside its folder.
+        let beside = (
+            "crates/a/tests/files.rs",
+            "#[path = \"files/npy.rs\"]\nmod npy;\n",
+        );
+        assert_eq!(
+            found(&[beside, ("crates/a/tests/files/npy.rs", "")]),
+            [""; 0]
+        );
+        // Programs, what they share, and sources are found by cargo or the compiler.
+        for path in [
+            "crates/a/tests/x.rs",
+            "crates/a/tests/common/mod.rs",
+            "crates/a/src/b/c.rs",
+            "docs/tests/a.md",
+        ] {
+            assert_eq!(found(&[(path, "")]), [""; 0], "{path}");
+        }
+    }
+}
