@@ -11,11 +11,11 @@ pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
             return true;
         };
         let above = ["/main.rs", "/mod.rs", ".rs"].map(|end| format!("{folder}{end}"));
-        let declared = format!("mod {name};");
+        let declared = format!("mod {name};"); // perhaps after `pub(crate)`
         above
             .iter()
             .filter_map(|path| find(files, path))
-            .any(|file| file.text.lines().any(|line| line.trim() == declared))
+            .any(|file| file.text.lines().any(|line| line.trim().ends_with(&declared)))
     };
     files
         .iter()
