@@ -15,7 +15,11 @@ pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
         above
             .iter()
             .filter_map(|path| find(files, path))
-            .any(|file| file.text.lines().any(|line| line.trim().ends_with(&declared)))
+            .any(|file| {
+                file.text
+                    .lines()
+                    .any(|line| line.trim().ends_with(&declared))
+            })
     };
     files
         .iter()

@@ -1,0 +1,244 @@
+//! Every public constructor and run answers bad input with a typed error.
+
+use crate::common;
+
+use common::{balloon, inflate, reference_body};
+use membrane_implicit::{
+    Drive, EvolvingOptions, ImplicitError, Jacobian, Motion, MovingMembrane, Scheme, State, Stop,
+    TimeStep, Tolerance, evolve,
+};
+
+const BAD: [f64; 4] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0];
+
+fn is_range<T: std::fmt::Debug>(result: Result<T, ImplicitError>) -> bool {
+    matches!(result, Err(ImplicitError::OutOfRange { .. }))
+}
+
+#[test]
+fn bodies() {
+    assert!(matches!(
+        MovingMembrane::new(&balloon(), 2),
+        Err(ImplicitError::Membrane { .. })
+    ));
+    for bad in BAD.into_iter().chain([0.0]) {
+        assert!(is_range(reference_body().with_mass(bad)), "{bad}");
+    }
+    for bad in BAD {
+        assert!(is_range(reference_body().with_damping(bad)), "{bad}");
+    }
+    assert_eq!(
+        reference_body()
+            .with_damping(0.0)
+            .unwrap()
+            .forward_euler_step(),
+        0.0
+    );
+}
+
+/// A state anybody can put together, of no nodes, of one, of lists that do not fit each other.
+#[test]
+fn states_of_any_length_have_a_volume() {
+    let points = [[0.0, 1.0], [2.0, 1.0], [2.0, 0.0]];
+    for (n, volume) in [(0, 0.0), (1, 0.0), (2, 1.0), (3, 1.0)] {
+        let state = State {
+            time: f64::NAN,
+            points: &points[..n],
+            velocities: &[],
+            intensity: f64::INFINITY,
+        };
+        // half of pi r^2 h: the other half of the curve is not there
+        let expected = volume * std::f64::consts::PI;
+        assert!((state.volume() - expected).abs() < 1e-14, "{n} nodes");
+    }
+}
+
+#[test]
+fn steps_and_runs() {
+    for bad in BAD.into_iter().chain([0.0]) {
+        let mut motion = inflate(Scheme::TrBdf2);
+        assert!(is_range(motion.step(bad)), "{bad}");
+        assert!(
+            is_range(motion.run(TimeStep::Fixed(bad), &[Stop::Time(1.0)])),
+            "{bad}"
+        );
+        let tolerance = TimeStep::Adaptive(Tolerance::uniform(bad));
+        assert!(is_range(motion.run(tolerance, &[Stop::Time(1.0)])), "{bad}");
+        assert!(
+            is_range(motion.step_adaptive(&Tolerance::uniform(bad), 1.0)),
+            "{bad}"
+        );
+        let longest = Tolerance {
+            longest: bad,
+            ..Tolerance::uniform(1e-3)
+        };
+        if bad != f64::INFINITY {
+            assert!(
+                is_range(motion.step_adaptive(&Tolerance::uniform(1e-3), bad)),
+                "{bad}"
+            );
+            assert!(is_range(motion.step_adaptive(&longest, 1.0)), "{bad}");
+        }
+        if bad != 0.0 {
+            assert!(
+                is_range(motion.run(TimeStep::Fixed(0.1), &[Stop::Time(bad)])),
+                "{bad}"
+            );
+        }
+        assert!(
+            is_range(motion.run(TimeStep::Fixed(0.1), &[Stop::Time(1.0), Stop::Volume(bad)])),
+            "{bad}"
+        );
+        assert_eq!(motion.time(), 0.0);
+    }
+    let adaptive = inflate(Scheme::Splitting6).step_adaptive(&Tolerance::uniform(1e-3), 1.0);
+    assert_eq!(adaptive.err(), Some(ImplicitError::NoErrorEstimate));
+    let mut motion = inflate(Scheme::TrBdf2);
+    assert!(is_range(motion.run(TimeStep::Fixed(0.1), &[])));
+    let nan = Stop::Equilibrium {
+        force: f64::NAN,
+        speed: 1.0,
+    };
+    assert!(is_range(
+        motion.run(TimeStep::Fixed(0.1), &[nan, Stop::Steps(1)])
+    ));
+    assert!(is_range(
+        inflate(Scheme::TrBdf2).with_jacobian(Jacobian::Differences { refresh_every: 0 })
+    ));
+}
+
+#[test]
+fn drives() {
+    let nan = Drive::intensity(|_| f64::NAN);
+    let made = Motion::new(reference_body(), nan, Scheme::TrBdf2);
+    assert!(matches!(
+        made,
+        Err(ImplicitError::BadDrive { time: 0.0, .. })
+    ));
+    let later = Drive::intensity(|t| if t > 0.5 { f64::INFINITY } else { 1.0 });
+    let mut motion = Motion::new(reference_body(), later, Scheme::TrBdf2).unwrap();
+    let run = motion.run(TimeStep::Fixed(0.2), &[Stop::Time(1.0)]);
+    assert!(matches!(run, Err(ImplicitError::BadDrive { .. })));
+    assert!(
+        (motion.time() - 0.4).abs() < 1e-12,
+        "the state before the failed step"
+    );
+    let other = Motion::new(reference_body(), Drive::volume(|_| 50.0), Scheme::TrBdf2);
+    assert!(matches!(
+        other,
+        Err(ImplicitError::VolumeMismatch {
+            prescribed: 50.0,
+            ..
+        })
+    ));
+    let body = reference_body();
+    let empty = Drive::volume_gain(&body, |t| -2.0 * t);
+    let mut motion = Motion::new(body, empty, Scheme::TrBdf2).unwrap();
+    let run = motion.run(TimeStep::Fixed(0.1), &[Stop::Time(1.0)]);
+    assert!(run.is_err(), "a volume that runs out");
+    for scheme in [Scheme::ForwardEuler, Scheme::RungeKutta4] {
+        let body = reference_body();
+        let pump = Drive::volume_gain(&body, |_| 0.0);
+        assert_eq!(
+            Motion::new(body, pump, scheme).err(),
+            Some(ImplicitError::ExplicitVolume)
+        );
+    }
+}
+
+#[test]
+fn pairs_and_states() {
+    // the outer membrane must enclose the inner one
+    let pair = Motion::pair(
+        reference_body(),
+        reference_body(),
+        Drive::intensity(|_| 1.0),
+        Scheme::TrBdf2,
+    );
+    assert!(is_range(pair));
+    let points = vec![[0.0; 2]; 100];
+    let state = inflate(Scheme::TrBdf2).with_state(0.0, &points, &points);
+    let expected = ImplicitError::WrongLength {
+        quantity: "points",
+        given: 100,
+        expected: 101,
+    };
+    assert_eq!(state.err(), Some(expected));
+    let mut points = inflate(Scheme::TrBdf2).state().points.to_vec();
+    let zero = vec![[0.0; 2]; 101];
+    points[3][1] = f64::NAN;
+    assert!(is_range(
+        inflate(Scheme::TrBdf2).with_state(0.0, &points, &zero)
+    ));
+    let outer =
+        membrane_implicit::Membrane::new(membrane_implicit::RestShape::balloon(8.5, 2.75).unwrap());
+    let outer = MovingMembrane::new(&outer, 101).unwrap();
+    let drive = Drive::intensity(|_| 1.0);
+    let pair = Motion::pair(reference_body(), outer, drive, Scheme::TrBdf2).unwrap();
+    let state = pair.with_state(0.0, &zero, &zero);
+    assert_eq!(state.err(), Some(ImplicitError::StateOfPair));
+    // all nodes in one place: no normal
+    let state = inflate(Scheme::TrBdf2).with_state(0.0, &zero, &zero);
+    assert!(matches!(state, Err(ImplicitError::Membrane { .. })));
+}
+
+#[test]
+fn evolving_method() {
+    let run = |options: EvolvingOptions, force: f64| evolve(&balloon(), 51, force, &options);
+    for bad in BAD.into_iter().chain([0.0]) {
+        assert!(
+            is_range(run(
+                EvolvingOptions {
+                    dt: bad,
+                    ..Default::default()
+                },
+                1.0
+            )),
+            "{bad}"
+        );
+        assert!(
+            is_range(run(
+                EvolvingOptions {
+                    mass: bad,
+                    ..Default::default()
+                },
+                1.0
+            )),
+            "{bad}"
+        );
+    }
+    for bad in BAD {
+        assert!(
+            is_range(run(
+                EvolvingOptions {
+                    damping: bad,
+                    ..Default::default()
+                },
+                1.0
+            )),
+            "{bad}"
+        );
+        assert!(
+            is_range(run(
+                EvolvingOptions {
+                    tolerance: bad,
+                    ..Default::default()
+                },
+                1.0
+            )),
+            "{bad}"
+        );
+        if bad != -1.0 {
+            assert!(is_range(run(EvolvingOptions::default(), bad)), "{bad}");
+        }
+    }
+    let never =
+        EvolvingOptions::default().with_jacobian(Jacobian::Differences { refresh_every: 0 });
+    assert!(is_range(run(never, 1.0)));
+    // no load: at rest it is at equilibrium, after no step
+    let still = run(EvolvingOptions::default(), 0.0).unwrap();
+    assert!(still.converged && still.steps == 0 && still.residual() == 0.0);
+    // whoever empties the list finds none
+    let mut emptied = still;
+    emptied.norms.clear();
+    assert!(emptied.residual().is_nan() && emptied.is_monotone());
+}

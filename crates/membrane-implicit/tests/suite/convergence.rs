@@ -1,0 +1,224 @@
+//! Trajectories: the published reference, and the order of every scheme.
+
+use crate::common;
+
+use common::{apex, inflate, reference_body};
+use membrane_implicit::{Drive, Jacobian, Measure, Motion, Scheme, Stop, TimeStep, Tolerance};
+
+/// Independent method of lines at N = 101 with an explicit scheme of order 8, rtol 1e-11: apex and
+/// volume at t = 0.5 and t = 2.
+const REFERENCE: [(f64, f64, f64); 2] = [
+    (0.5, 10.839353069994, 193.8640169874),
+    (2.0, 10.674236910228, 126.3119350064),
+];
+
+#[test]
+fn reference_trajectory_is_reached() {
+    let mut motion = inflate(Scheme::TrBdf2);
+    let mut previous: Option<[f64; 4]> = None;
+    for dt in [2e-4, 1e-4] {
+        motion = inflate(Scheme::TrBdf2);
+        let mut found = Vec::new();
+        for (time, _, _) in REFERENCE {
+            motion
+                .run(TimeStep::Fixed(dt), &[Stop::Time(time)])
+                .unwrap();
+            found.extend([apex(&motion), motion.state().volume()]);
+        }
+        let found: [f64; 4] = found.try_into().unwrap();
+        if let Some(coarse) = previous {
+            // order 2: the limit is found + (found - coarse) / 3
+            let expected = REFERENCE.map(|(_, x, v)| [x, v]);
+            for (k, expected) in expected.as_flattened().iter().enumerate() {
+                let limit = found[k] + (found[k] - coarse[k]) / 3.0;
+                println!(
+                    "{k}: {limit:.12} against {expected}, plain {:e}",
+                    found[k] - expected
+                );
+                // the reference's own rtol of 1e-11 over some 1e3 steps
+                assert!(
+                    (limit / expected - 1.0).abs() < 2e-9,
+                    "{k}: {limit} {expected}"
+                );
+            }
+        }
+        previous = Some(found);
+    }
+    assert_eq!(motion.time(), 2.0);
+}
+
+/// Largest distance over the nodes between a run and a much finer one.
+fn errors(scheme: Scheme, steps: &[usize], end: f64, truth: &[[f64; 2]]) -> Vec<f64> {
+    steps
+        .iter()
+        .map(|&n| {
+            let mut motion = inflate(scheme);
+            motion
+                .run(TimeStep::Fixed(end / n as f64), &[Stop::Time(end)])
+                .unwrap();
+            let points = motion.state().points;
+            let pairs = points.iter().zip(truth);
+            pairs
+                .map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]))
+                .fold(0.0, f64::max)
+        })
+        .collect()
+}
+
+#[test]
+fn every_scheme_converges_with_its_order() {
+    let end = 0.5;
+    // the truth: the trapezoidal rule, extrapolated from 20 000 and 40 000 steps
+    let run = |n: usize| {
+        let mut motion = inflate(Scheme::Trapezoidal);
+        motion
+            .run(TimeStep::Fixed(end / n as f64), &[Stop::Time(end)])
+            .unwrap();
+        motion.state().points.to_vec()
+    };
+    let (coarse, fine) = (run(4_000), run(8_000));
+    let truth: Vec<[f64; 2]> = coarse
+        .iter()
+        .zip(&fine)
+        .map(|(c, f)| [f[0] + (f[0] - c[0]) / 3.0, f[1] + (f[1] - c[1]) / 3.0])
+        .collect();
+    for (scheme, steps) in [
+        // stable from 40 000 steps a second on: mu / k = ds^2 / 4
+        (Scheme::ForwardEuler, [24_000, 48_000]),
+        (Scheme::SemiImplicitEuler, [16_000, 32_000]),
+        (Scheme::BackwardEuler, [16_000, 32_000]),
+        (Scheme::RungeKutta4, [100, 200]),
+        (Scheme::Splitting2, [400, 800]),
+        (Scheme::Splitting6, [40, 80]),
+        (Scheme::ImplicitSplitting2, [500, 1_000]),
+        (Scheme::Trapezoidal, [500, 1_000]),
+        (Scheme::TrBdf2, [500, 1_000]),
+    ] {
+        let e = errors(scheme, &steps, end, &truth);
+        let slope = (e[0] / e[1]).log2();
+        println!("{scheme:?}: errors {e:?}, slope {slope:.3}");
+        assert!(
+            (slope - scheme.order() as f64).abs() < 0.2,
+            "{scheme:?}: {e:?} slope {slope}"
+        );
+    }
+}
+
+#[test]
+fn adaptive_steps_keep_the_error_near_the_tolerance() {
+    let (time, x, v) = REFERENCE[1];
+    for scheme in [
+        Scheme::TrBdf2,
+        Scheme::Trapezoidal,
+        Scheme::RungeKutta4,
+        Scheme::Splitting2,
+        Scheme::ImplicitSplitting2,
+    ] {
+        let mut last = f64::INFINITY;
+        for tolerance in [1e-4, 1e-6, 1e-8] {
+            let mut motion = inflate(scheme);
+            motion
+                .run(
+                    TimeStep::Adaptive(Tolerance::uniform(tolerance)),
+                    &[Stop::Time(time)],
+                )
+                .unwrap();
+            let error = (apex(&motion) - x)
+                .abs()
+                .max((motion.state().volume() / v - 1.0).abs());
+            println!("{scheme:?} {tolerance:e}: {error:e}, {:?}", motion.work());
+            assert_eq!(motion.time(), time);
+            // errors of the steps add up, and a velocity's error grows into a position's
+            assert!(
+                error < 300.0 * tolerance && (error < last || error < 1e-7),
+                "{scheme:?} {tolerance}: {error:e}"
+            );
+            last = error;
+        }
+    }
+}
+
+#[test]
+fn dense_output_is_as_good_as_the_steps() {
+    // fourth order between steps: halving them gains 16 against the same scheme's own steps
+    let mut worst = Vec::new();
+    for n in [200, 400] {
+        let dt = 0.5 / n as f64;
+        let (mut motion, mut fine) = (inflate(Scheme::TrBdf2), inflate(Scheme::TrBdf2));
+        let mut points = vec![[0.0; 2]; 101];
+        let mut velocities = points.clone();
+        let mut error = 0.0f64;
+        let mut half = Vec::new();
+        fine.run_with(TimeStep::Fixed(6.25e-5), &[Stop::Time(0.5)], |m| {
+            half.push((m.time(), m.state().points.to_vec()));
+        })
+        .unwrap();
+        motion
+            .run_with(TimeStep::Fixed(dt), &[Stop::Time(0.5)], |m| {
+                let time = m.time() - 0.5 * dt;
+                let Some((_, truth)) = half.iter().find(|(t, _)| (t - time).abs() < 1e-9) else {
+                    return;
+                };
+                m.at_into(time, &mut points, &mut velocities).unwrap();
+                for (a, b) in points.iter().zip(truth) {
+                    error = error.max((a[0] - b[0]).hypot(a[1] - b[1]));
+                }
+            })
+            .unwrap();
+        worst.push(error);
+        assert!(motion.at_into(0.0, &mut points, &mut velocities).is_err());
+    }
+    let slope = (worst[0] / worst[1]).log2();
+    println!("{worst:?} slope {slope}");
+    // the scheme's own error, order 2, is what remains
+    assert!(slope > 1.8, "{worst:?}");
+}
+
+#[test]
+fn pumped_volume_converges_with_order_two() {
+    let run = |n: usize| {
+        let body = reference_body();
+        let drive = Drive::volume_gain(&body, |t| 0.3 * (1.0 - (3.0 * t).cos()));
+        let mut motion = Motion::new(body, drive, Scheme::TrBdf2).unwrap();
+        motion
+            .run(TimeStep::Fixed(1.0 / n as f64), &[Stop::Time(1.0)])
+            .unwrap();
+        let rest = Measure::Volume.of(motion.body().differences().start().as_chunks().0);
+        let volume = rest * (1.0 + 0.3 * (1.0 - 3.0f64.cos()));
+        assert!((motion.state().volume() / volume - 1.0).abs() < 1e-12);
+        (motion.state().points.to_vec(), motion.state().intensity)
+    };
+    let [a, b, c] = [1_000, 2_000, 4_000].map(run);
+    let distance = |p: &[[f64; 2]], q: &[[f64; 2]]| {
+        p.iter()
+            .zip(q)
+            .map(|(p, q)| (p[0] - q[0]).hypot(p[1] - q[1]))
+            .fold(0.0, f64::max)
+    };
+    let slope = (distance(&a.0, &b.0) / distance(&b.0, &c.0)).log2();
+    let pressure = ((a.1 - b.1) / (b.1 - c.1)).abs().log2();
+    println!(
+        "shape {slope}, pressure {pressure}: {} {} {}",
+        a.1, b.1, c.1
+    );
+    assert!((slope - 2.0).abs() < 0.2, "{slope}");
+}
+
+#[test]
+fn differences_converge_like_the_exact_jacobian() {
+    let run = |jacobian| {
+        let mut motion = inflate(Scheme::SemiImplicitEuler)
+            .with_jacobian(jacobian)
+            .unwrap();
+        motion
+            .run(TimeStep::Fixed(0.01), &[Stop::Time(0.5)])
+            .unwrap();
+        (apex(&motion), motion.work().factorisations)
+    };
+    let (exact, often) = run(Jacobian::Exact);
+    let (every, _) = run(Jacobian::Differences { refresh_every: 1 });
+    let (ten, seldom) = run(Jacobian::Differences { refresh_every: 10 });
+    assert!((exact - every).abs() < 1e-8, "{exact} {every}");
+    assert!((exact - ten).abs() < 1e-2 && exact != ten, "{exact} {ten}");
+    assert_eq!((often, seldom), (50, 5));
+}

@@ -1,0 +1,192 @@
+//! The energy report adds up, and each of its terms is what it says.
+
+use crate::common;
+
+use common::{balloon, inflate, reference_body};
+use membrane_implicit::{
+    Drive, Jacobian, Measure, Motion, MovingMembrane, PressureLaw, Scheme, Stiffness, Stop,
+    TimeStep, Tolerance,
+};
+
+const IMPLICIT: [Scheme; 4] = [
+    Scheme::SemiImplicitEuler,
+    Scheme::BackwardEuler,
+    Scheme::Trapezoidal,
+    Scheme::TrBdf2,
+];
+
+#[track_caller]
+fn assert_balanced(motion: &Motion, label: &str) {
+    let energy = motion.energy();
+    let scale = energy.pressure_work.abs()
+        + energy.damping_loss
+        + energy.numerical_loss.abs()
+        + energy.initial
+        + energy.kinetic
+        + energy.elastic;
+    // Rounding: elastic forces of 1e-16 c/ds^2 = 1e-11 per node, over some hundred steps; the
+    // stages are solved to 1e-13 of the length.
+    let relative = energy.imbalance().abs() / scale;
+    println!("{label}: {relative:e} {energy:?}");
+    assert!(relative < 2e-11, "{label}: {energy:?}");
+}
+
+#[test]
+fn terms_add_up_for_every_scheme_and_drive() {
+    for scheme in IMPLICIT {
+        for dt in [0.004, 0.3] {
+            for (kind, law) in [
+                ("intensity", PressureLaw::PerMaterialLength),
+                ("total force", PressureLaw::TotalForce),
+                ("current length", PressureLaw::PerCurrentLength),
+                ("volume", PressureLaw::PerMaterialLength),
+            ] {
+                let membrane = balloon()
+                    .with_law(law)
+                    .with_stiffness(
+                        Stiffness::function(|s| 1.0 + 0.5 * (5.0 * s).sin(), &[]).unwrap(),
+                    )
+                    .with_second_neighbours(Stiffness::constant(0.2).unwrap());
+                let body = MovingMembrane::new(&membrane, 61)
+                    .unwrap()
+                    .with_mass(1.5)
+                    .unwrap()
+                    .with_damping(0.7)
+                    .unwrap();
+                let drive = match kind {
+                    "intensity" => Drive::intensity(|t| 10.0 + 5.0 * t.sin()),
+                    "total force" => Drive::total_force(|t| 2000.0 + 300.0 * t),
+                    "current length" => Drive::intensity(|t| 1.0 + 0.5 * t.cos()),
+                    _ => Drive::volume_gain(&body, |t| 0.3 * (1.0 - (2.0 * t).cos())),
+                };
+                let mut motion = Motion::new(body, drive, scheme).unwrap();
+                motion
+                    .run(TimeStep::Fixed(dt), &[Stop::Steps(200)])
+                    .unwrap();
+                assert_balanced(&motion, &format!("{scheme:?} {kind} {dt}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn terms_add_up_for_other_jacobians_and_adaptive_steps() {
+    for jacobian in [Jacobian::Band, Jacobian::Differences { refresh_every: 7 }] {
+        let drive = Drive::total_force(|_| 2588.9);
+        let mut motion = Motion::new(reference_body(), drive, Scheme::SemiImplicitEuler)
+            .unwrap()
+            .with_jacobian(jacobian)
+            .unwrap();
+        motion
+            .run(TimeStep::Fixed(0.05), &[Stop::Steps(100)])
+            .unwrap();
+        assert_balanced(&motion, &format!("{jacobian:?}"));
+    }
+    for scheme in IMPLICIT.into_iter().chain([Scheme::RungeKutta4]) {
+        let mut motion = inflate(scheme);
+        let steps = TimeStep::Adaptive(Tolerance::uniform(1e-3));
+        motion.run(steps, &[Stop::Time(2.0)]).unwrap();
+        assert_balanced(&motion, &format!("{scheme:?} adaptive"));
+    }
+}
+
+#[test]
+fn terms_add_up_for_the_splittings() {
+    for (mu, mass) in [(0.0, 1.0), (0.7, 1.5), (50.0, 1.0)] {
+        let body = reference_body()
+            .with_damping(mu)
+            .unwrap()
+            .with_mass(mass)
+            .unwrap();
+        let drive = Drive::total_force(|t| 2000.0 + 300.0 * t.sin());
+        let mut coarse = Motion::new(body.clone(), drive.clone(), Scheme::Splitting2).unwrap();
+        coarse
+            .run(TimeStep::Fixed(0.009), &[Stop::Time(2.0)])
+            .unwrap();
+        assert_balanced(&coarse, &format!("splitting of order 2, mu {mu}"));
+        // far past the explicit limit, where the springs are carried exactly all the same
+        for dt in [0.009, 0.1] {
+            let scheme = Scheme::ImplicitSplitting2;
+            let mut implicit = Motion::new(body.clone(), drive.clone(), scheme).unwrap();
+            implicit
+                .run(TimeStep::Fixed(dt), &[Stop::Time(2.0)])
+                .unwrap();
+            assert_balanced(&implicit, &format!("implicit splitting, dt {dt}, mu {mu}"));
+        }
+        let mut motion = Motion::new(body, drive, Scheme::Splitting6).unwrap();
+        motion
+            .run(TimeStep::Fixed(0.01), &[Stop::Time(2.0)])
+            .unwrap();
+        assert_balanced(&motion, &format!("splitting of order 6, mu {mu}"));
+        assert!(motion.energy().numerical_loss.abs() < 1e-4 * motion.energy().pressure_work);
+    }
+}
+
+#[test]
+fn forward_euler_feeds_energy_in_and_backward_euler_takes_it_out() {
+    let mut explicit = inflate(Scheme::ForwardEuler);
+    let dt = 0.9 * explicit.body().forward_euler_step();
+    explicit
+        .run(TimeStep::Fixed(dt), &[Stop::Steps(2000)])
+        .unwrap();
+    assert_balanced(&explicit, "forward");
+    assert!(explicit.energy().numerical_loss < 0.0);
+    let mut implicit = inflate(Scheme::BackwardEuler);
+    let mut last = 0.0;
+    implicit
+        .run_with(TimeStep::Fixed(0.1), &[Stop::Steps(100)], |motion| {
+            let loss = motion.energy().numerical_loss;
+            assert!(loss >= last, "{loss} after {last}");
+            last = loss;
+        })
+        .unwrap();
+    assert!(last > 0.0);
+}
+
+#[test]
+fn numerical_loss_vanishes_with_the_order() {
+    for (scheme, order) in [(Scheme::BackwardEuler, 1.0), (Scheme::TrBdf2, 2.0)] {
+        let loss = [4_000, 8_000].map(|n| {
+            let mut motion = inflate(scheme);
+            motion
+                .run(TimeStep::Fixed(1.0 / f64::from(n)), &[Stop::Time(1.0)])
+                .unwrap();
+            motion.energy().numerical_loss
+        });
+        let slope = (loss[0] / loss[1]).log2();
+        println!("{scheme:?} {loss:?} {slope}");
+        assert!(
+            (slope - order).abs() < 0.2,
+            "{scheme:?}: {loss:?}, slope {slope}"
+        );
+    }
+}
+
+/// Under a constant pressure per current length the work is pressure times the 2-D area gained:
+/// the discrete force is the gradient of the polygon's area.
+#[test]
+fn pressure_work_is_pressure_times_area_gained() {
+    let p = 1.3;
+    let error = [400, 800].map(|n| {
+        let membrane = balloon().with_law(PressureLaw::PerCurrentLength);
+        let body = MovingMembrane::new(&membrane, 101)
+            .unwrap()
+            .with_damping(1.0)
+            .unwrap();
+        let mut motion =
+            Motion::new(body, Drive::intensity(move |_| p), Scheme::Trapezoidal).unwrap();
+        let area = |m: &Motion| Measure::Area.of(m.state().points);
+        let before = area(&motion);
+        motion
+            .run(TimeStep::Fixed(1.0 / f64::from(n)), &[Stop::Time(1.0)])
+            .unwrap();
+        let gained = p * (area(&motion) - before);
+        motion.energy().pressure_work - gained
+    });
+    let slope = (error[0] / error[1]).abs().log2();
+    println!("{error:?} slope {slope}");
+    assert!(
+        (slope - 2.0).abs() < 0.2 && error[1].abs() < 1e-2,
+        "{error:?} slope {slope}"
+    );
+}

@@ -1,0 +1,13 @@
+//! Everything about this crate, in one program: what is generic is compiled once. What counts allocations is in `allocation.rs`.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bad_inputs;
+mod convergence;
+mod energy;
+mod equilibrium;
+mod feedback;
+mod paper;
+mod pump;
+mod stability;

@@ -1,0 +1,263 @@
+//! Steps far past the explicit limit, stiffnesses and dampings of any size.
+//!
+//! `MEMBRANE_STEPS` sets the number of steps of the long runs (default 2 000; the full count is
+//! 1 000 000).
+
+use crate::common;
+
+use std::error::Error;
+
+use common::balloon;
+use membrane_implicit::membrane_newton::NewtonError;
+use membrane_implicit::{
+    Drive, ImplicitError, Membrane, MembraneError, Motion, MovingMembrane, PressureLaw, RestShape,
+    Scheme, Stiffness, Stop, TimeStep,
+};
+
+fn long_run() -> usize {
+    std::env::var("MEMBRANE_STEPS")
+        .ok()
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(2_000)
+}
+
+const IMPLICIT: [Scheme; 4] = [
+    Scheme::SemiImplicitEuler,
+    Scheme::BackwardEuler,
+    Scheme::Trapezoidal,
+    Scheme::TrBdf2,
+];
+
+#[test]
+fn any_step_stiffness_and_damping_stays_finite() {
+    for scheme in IMPLICIT {
+        for lambda in [1.0, 1e6, 1e12] {
+            for mu in [0.0, 1.0, 1e6] {
+                for multiple in [1.0, 1e3, 1e6] {
+                    let membrane = balloon().with_stiffness(Stiffness::constant(lambda).unwrap());
+                    let body = MovingMembrane::new(&membrane, 21)
+                        .unwrap()
+                        .with_damping(mu)
+                        .unwrap();
+                    let dt = multiple * body.largest_explicit_step();
+                    let load = 17.5 * lambda;
+                    let mut motion =
+                        Motion::new(body, Drive::intensity(move |_| load), scheme).unwrap();
+                    for step in 0..long_run() {
+                        if let Err(error) = motion.step(dt) {
+                            panic!(
+                                "{scheme:?} lambda {lambda:e} mu {mu:e} dt {dt:e} step {step}: {error}"
+                            );
+                        }
+                    }
+                    let far = motion
+                        .state()
+                        .points
+                        .as_flattened()
+                        .iter()
+                        .fold(0.0, |m: f64, x| m.max(x.abs()));
+                    // the equilibrium reaches 10.9 cm; a wave without damping overshoots it
+                    assert!(
+                        far < 100.0,
+                        "{scheme:?} lambda {lambda:e} mu {mu:e} dt {dt:e}: {far}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn midpoint_rules_keep_the_energy_of_the_linear_membrane() {
+    let schemes = [Scheme::Trapezoidal, Scheme::ImplicitSplitting2];
+    for (lambda, scheme) in schemes.iter().flat_map(|s| [(1.0, *s), (1e12, *s)]) {
+        for multiple in [0.1, 10.0, 1e6] {
+            let membrane = balloon()
+                .with_stiffness(Stiffness::constant(lambda).unwrap())
+                .with_second_neighbours(Stiffness::constant(0.1 * lambda).unwrap());
+            let body = MovingMembrane::new(&membrane, 41).unwrap();
+            let dt = multiple * body.largest_explicit_step();
+            let mut motion = Motion::new(body, Drive::intensity(|_| 0.0), scheme).unwrap();
+            let points: Vec<[f64; 2]> = motion
+                .state()
+                .points
+                .iter()
+                .enumerate()
+                .map(|(n, p)| {
+                    let s = n as f64 / 40.0;
+                    [
+                        p[0] + (3.0 * s).sin() * s * (1.0 - s),
+                        p[1] + 0.3 * (std::f64::consts::PI * s).sin(),
+                    ]
+                })
+                .collect();
+            let velocities: Vec<[f64; 2]> = (0..41)
+                .map(|n| [lambda.sqrt() * (n as f64).sin(), 0.0])
+                .collect();
+            motion = motion.with_state(0.0, &points, &velocities).unwrap();
+            let before = motion.energy().kinetic + motion.energy().elastic;
+            let mut worst = 0.0f64;
+            motion
+                .run_with(TimeStep::Fixed(dt), &[Stop::Steps(long_run())], |m| {
+                    if m.work().steps.is_multiple_of(97) {
+                        let energy = m.energy();
+                        worst = worst.max(((energy.kinetic + energy.elastic) / before - 1.0).abs());
+                    }
+                })
+                .unwrap();
+            println!(
+                "{scheme:?}, lambda {lambda:e}, {multiple:e} times the explicit step: {worst:e}"
+            );
+            assert!(
+                worst < 1e-9,
+                "{scheme:?}, lambda {lambda:e}, {multiple:e}: {worst:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn forward_euler_is_stable_up_to_its_step_and_not_beyond() {
+    let run = |multiple: f64| {
+        // mu / k = 50 / 40 000: past it the stiffest mode grows by mu^2 / 2k = 3 % of the excess
+        // a step, below it every mode decays
+        let body = MovingMembrane::new(&balloon(), 101)
+            .unwrap()
+            .with_damping(50.0)
+            .unwrap();
+        let dt = multiple * body.forward_euler_step();
+        let mut motion =
+            Motion::new(body, Drive::intensity(|_| 17.5), Scheme::ForwardEuler).unwrap();
+        let result = motion.run(TimeStep::Fixed(dt), &[Stop::Steps(20_000)]);
+        let velocities = motion.state().velocities.as_flattened();
+        result.map(|_| velocities.iter().fold(0.0, |m: f64, v| m.max(v.abs())))
+    };
+    assert!(run(0.98).unwrap() < 1.0);
+    match run(1.1) {
+        Ok(speed) => assert!(speed > 1e6, "{speed}"),
+        Err(error) => assert!(matches!(error, ImplicitError::Unstable { .. }), "{error}"),
+    }
+}
+
+/// Explicit schemes far beyond their step run away. Whatever a step returns `Ok` for can be measured: volume, flow, energy
+/// and norms are numbers; then an error says which step, from when, and what ran away, and the state before it stays.
+#[test]
+fn what_runs_away_says_so_in_time() {
+    let laws = [
+        PressureLaw::PerMaterialLength,
+        PressureLaw::TotalForce,
+        PressureLaw::PerCurrentLength,
+    ];
+    let schemes = [
+        Scheme::ForwardEuler,
+        Scheme::RungeKutta4,
+        Scheme::Splitting2,
+        Scheme::Splitting6,
+    ];
+    for (law, scheme) in laws.iter().flat_map(|law| schemes.map(|s| (*law, s))) {
+        for dt in [0.1, 1.0, 1e10, 1e60, 1e100, 1e300] {
+            let body = MovingMembrane::new(&balloon().with_law(law), 51).unwrap();
+            let drive = match law {
+                PressureLaw::TotalForce => Drive::total_force(|_| 2000.0),
+                _ => Drive::intensity(|_| 17.5),
+            };
+            let mut motion = Motion::new(body, drive, scheme).unwrap();
+            let case = format!("{law:?} {scheme:?} {dt:e}");
+            let mut ran_away = None;
+            for step in 1..5000 {
+                let (time, before) = (motion.time(), motion.state().points.to_vec());
+                if let Err(error) = motion.step(dt) {
+                    assert_eq!(motion.time(), time, "{case}");
+                    assert_eq!(motion.state().points, before, "{case}");
+                    ran_away = Some((step, time, error));
+                    break;
+                }
+                let (force, speed) = motion.norms().unwrap();
+                let (state, energy) = (motion.state(), motion.energy());
+                let numbers = [
+                    force,
+                    speed,
+                    state.volume(),
+                    state.volume_rate(),
+                    state.intensity,
+                    energy.kinetic,
+                    energy.elastic,
+                    energy.pressure_work,
+                    energy.damping_loss,
+                    energy.numerical_loss,
+                ];
+                assert!(numbers.iter().all(|v| v.is_finite()), "{case}, step {step}");
+                // the longest chord of a curve within the bound
+                let size = state
+                    .points
+                    .as_flattened()
+                    .iter()
+                    .fold(0.0, |m: f64, v| m.max(v.abs()));
+                assert!(size <= 1e100, "{case}, step {step}: {size:e}");
+            }
+            match ran_away {
+                Some((
+                    wanted,
+                    start,
+                    ImplicitError::Unstable {
+                        step,
+                        time,
+                        dt: by,
+                        node,
+                        value,
+                        quantity,
+                    },
+                )) => {
+                    assert_eq!((step, time, by), (wanted, start, dt), "{case}");
+                    assert!(
+                        node < 51 && !(value.abs() < 1e98),
+                        "{case}: {quantity} {value:e}"
+                    );
+                }
+                other => panic!("{case}: {other:?}"),
+            }
+        }
+    }
+}
+
+/// A curve so large that its volume is no number is refused before it moves.
+#[test]
+fn too_large_to_move() {
+    let huge = Membrane::new(RestShape::balloon(1e101, 1e101).unwrap());
+    let refused = MovingMembrane::new(&huge, 11).err();
+    assert!(matches!(
+        refused,
+        Some(ImplicitError::OutOfRange { most: 1e100, .. })
+    ));
+    let motion = common::inflate(Scheme::TrBdf2);
+    let mut points = motion.state().points.to_vec();
+    points[3][0] = 1e101;
+    let velocities = vec![[0.0; 2]; 101];
+    let refused = motion.clone().with_state(0.0, &points, &velocities).err();
+    assert!(matches!(
+        refused,
+        Some(ImplicitError::OutOfRange { most: 1e100, .. })
+    ));
+}
+
+/// What led to an error is its source, and the chain says each thing once.
+#[test]
+fn causes_are_reachable_and_said_once() {
+    let few = MovingMembrane::new(&balloon(), 2).unwrap_err();
+    let source = few.source().and_then(|source| source.downcast_ref());
+    let (quantity, given, least) = ("nodes", 2, 3);
+    let expected = MembraneError::TooFew {
+        quantity,
+        given,
+        least,
+    };
+    assert_eq!(source, Some(&expected));
+    assert_eq!(few.to_string(), "no forces at t = 0");
+    let (row, pivot) = (3, 0.0);
+    let singular = NewtonError::Singular { row, pivot };
+    let (time, dt, error) = (0.5, 0.1, singular.clone());
+    let stuck = ImplicitError::Linear { time, dt, error };
+    let source = stuck.source().and_then(|source| source.downcast_ref());
+    assert_eq!(source, Some(&singular));
+    assert!(!stuck.to_string().contains("singular"));
+}

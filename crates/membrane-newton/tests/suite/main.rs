@@ -1,0 +1,12 @@
+//! Everything about this crate, in one program: what is generic is compiled once.
+
+mod bad_inputs;
+mod branches;
+mod convergence;
+mod half;
+mod odd_inputs;
+mod oracle;
+mod own_systems;
+mod properties;
+mod robustness;
+mod sensitivity;

@@ -1,0 +1,286 @@
+//! Every bad input is a typed error with its numbers, before any work.
+
+use crate::common;
+
+use common::half_turn;
+use radon::{
+    ArcPolicy, FbpOptions, FbpPlan, ImageGrid, InstructionSet, ParallelGeometry, RadonError,
+    StackOrder, Window,
+};
+
+fn plan(options: FbpOptions) -> Result<FbpPlan<f32>, RadonError> {
+    FbpPlan::new(
+        &half_turn(10, 16, 1.0),
+        &ImageGrid::square(16, 1.0).unwrap(),
+        &options,
+    )
+}
+
+#[test]
+fn geometry() {
+    use RadonError::*;
+    assert!(matches!(
+        ParallelGeometry::new([], 8, 1.0),
+        Err(TooFew {
+            name: "n_views",
+            given: 0,
+            least: 1
+        })
+    ));
+    assert!(matches!(
+        ParallelGeometry::new([0.0], 0, 1.0),
+        Err(TooFew {
+            name: "n_bins",
+            given: 0,
+            ..
+        })
+    ));
+    assert!(matches!(
+        ParallelGeometry::new([0.0], 8, 0.0),
+        Err(NotPositive {
+            name: "pitch",
+            given: 0.0
+        })
+    ));
+    assert!(matches!(
+        ParallelGeometry::new([0.0], 8, -1.0),
+        Err(NotPositive { .. })
+    ));
+    assert!(matches!(
+        ParallelGeometry::new([0.0, f64::NAN], 8, 1.0),
+        Err(NotFinite { name: "angle", .. })
+    ));
+    assert!(matches!(
+        ParallelGeometry::new([0.0], 8, f64::INFINITY),
+        Err(NotFinite { .. })
+    ));
+    assert!(matches!(
+        ParallelGeometry::arc_radians(0, 1.0, 8, 1.0),
+        Err(TooFew { .. })
+    ));
+    assert!(matches!(
+        ParallelGeometry::arc_radians(3, 0.0, 8, 1.0),
+        Err(NotPositive { name: "arc", .. })
+    ));
+    assert!(matches!(
+        ParallelGeometry::arc_radians(usize::MAX, 1.0, 8, 1.0),
+        Err(TooLarge { .. })
+    ));
+    let geometry = half_turn(4, 8, 1.0);
+    assert!(matches!(
+        geometry.clone().with_offset(f64::NAN),
+        Err(NotFinite { name: "offset", .. })
+    ));
+    assert!(matches!(
+        geometry.with_rotation_bin(f64::INFINITY),
+        Err(NotFinite { .. })
+    ));
+}
+
+#[test]
+fn grid() {
+    use RadonError::*;
+    assert!(matches!(
+        ImageGrid::new(0, 4, 1.0),
+        Err(TooFew { name: "nx", .. })
+    ));
+    assert!(matches!(
+        ImageGrid::new(4, 0, 1.0),
+        Err(TooFew { name: "ny", .. })
+    ));
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for spacing in [[bad, 1.0], [1.0, bad]] {
+            assert!(matches!(
+                ImageGrid::anisotropic(4, 4, spacing),
+                Err(NotFinite {
+                    name: "spacing",
+                    ..
+                })
+            ));
+        }
+        assert!(matches!(ImageGrid::new(4, 4, bad), Err(NotFinite { .. })));
+    }
+    for given in [0.0, -0.0, -2.0] {
+        for spacing in [[given, 1.0], [1.0, given]] {
+            assert_eq!(
+                ImageGrid::anisotropic(4, 4, spacing).unwrap_err(),
+                NotPositive {
+                    name: "spacing",
+                    given
+                }
+            );
+        }
+    }
+    assert!(matches!(
+        ImageGrid::anisotropic(4, 4, [1.0, 1e308]),
+        Err(NotFinite { name: "extent", .. })
+    ));
+    assert!(matches!(
+        ImageGrid::new(usize::MAX, 2, 1.0),
+        Err(TooLarge { .. })
+    ));
+    assert!(matches!(
+        ImageGrid::new(4, 4, 1.0)
+            .unwrap()
+            .with_centre([0.0, f64::NAN]),
+        Err(NotFinite { .. })
+    ));
+}
+
+#[test]
+fn options() {
+    use RadonError::*;
+    let with = |window| FbpOptions::default().with_window(window);
+    for cutoff in [0.0, -0.5, 1.5, f64::NAN] {
+        assert!(
+            plan(FbpOptions::default().with_cutoff(cutoff)).is_err(),
+            "cutoff {cutoff}"
+        );
+    }
+    assert!(matches!(
+        plan(FbpOptions::default().with_cutoff(1.5)),
+        Err(OutOfRange {
+            given: 1.5,
+            most: 1.0,
+            ..
+        })
+    ));
+    assert!(matches!(
+        plan(with(Window::Butterworth { order: 0 })),
+        Err(TooFew {
+            given: 0,
+            least: 1,
+            ..
+        })
+    ));
+    assert!(matches!(
+        plan(with(Window::Custom(vec![1.0]))),
+        Err(TooFew {
+            given: 1,
+            least: 2,
+            ..
+        })
+    ));
+    assert!(matches!(
+        plan(with(Window::Custom(vec![1.0, f64::NAN]))),
+        Err(NotFinite { .. })
+    ));
+    for (x, y) in [(0..0, 0..4), (0..17, 0..4), (0..4, 20..30)] {
+        assert!(matches!(
+            plan(FbpOptions::default().with_region(x, y)),
+            Err(BadRange { len: 16, .. })
+        ));
+    }
+    let missing = [
+        InstructionSet::Avx2,
+        InstructionSet::Avx512,
+        InstructionSet::Neon,
+    ]
+    .into_iter()
+    .find(|s| !s.is_available());
+    // No machine has both AVX and NEON.
+    let instructions = missing.unwrap();
+    assert!(matches!(
+        plan(FbpOptions::default().with_instructions(instructions)),
+        Err(InstructionSetMissing { .. })
+    ));
+}
+
+#[test]
+fn short_arcs_are_refused_unless_a_policy_says_what_to_do() {
+    let geometry = ParallelGeometry::arc_radians(60, 2.0, 16, 1.0).unwrap();
+    let grid = ImageGrid::square(16, 1.0).unwrap();
+    match FbpPlan::<f64>::new(&geometry, &grid, &FbpOptions::default()) {
+        Err(RadonError::ShortArc {
+            gap,
+            ratio,
+            allowed,
+            furthest,
+        }) => {
+            assert_eq!(furthest, geometry.angles()[59]);
+            assert!(
+                (gap - (std::f64::consts::PI - 59.0 / 30.0)).abs() < 1e-12
+                    && ratio > 30.0
+                    && allowed == 4.0
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+    for arc in [ArcPolicy::Extend, ArcPolicy::Truncate, ArcPolicy::Rescale] {
+        assert!(
+            FbpPlan::<f64>::new(&geometry, &grid, &FbpOptions::default().with_arc(arc)).is_ok()
+        );
+    }
+}
+
+#[test]
+fn data() {
+    use RadonError::*;
+    let plan = plan(FbpOptions::default()).unwrap();
+    assert!(matches!(
+        plan.reconstruct(&[0.0; 159]),
+        Err(WrongLength {
+            given: 159,
+            expected: 160,
+            ..
+        })
+    ));
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut sinogram = [1.0; 160];
+        sinogram[77] = bad;
+        assert!(matches!(
+            plan.reconstruct(&sinogram),
+            Err(BadSample { index: 77, .. })
+        ));
+    }
+    let order = StackOrder::ViewSliceBin;
+    let mut scratch = plan.scratch();
+    let wrong = plan.reconstruct_stack_into(&[0.0; 320], 2, order, &mut [0.0; 511], &mut scratch);
+    assert!(matches!(
+        wrong,
+        Err(WrongLength {
+            given: 511,
+            expected: 512,
+            ..
+        })
+    ));
+    let wrong =
+        plan.reconstruct_slab_into(&[0.0; 320], 2, order, 1..3, &mut [0.0; 512], &mut scratch);
+    assert!(matches!(
+        wrong,
+        Err(BadRange {
+            start: 1,
+            end: 3,
+            len: 2,
+            ..
+        })
+    ));
+    assert!(matches!(
+        plan.reconstruct_stack(&[0.0; 160], usize::MAX, order),
+        Err(TooLarge { .. })
+    ));
+    assert_eq!(plan.reconstruct_stack(&[], 0, order), Ok(vec![]));
+}
+
+#[test]
+fn extreme_but_finite_geometry_neither_panics_nor_hangs() {
+    let sinogram = [1.0_f32; 4 * 5];
+    for pitch in [1e-300, 1e-9, 1e9, 1e300] {
+        for spacing in [1e-300, 1e-9, 1e9, 1e300] {
+            for centre in [0.0, 1e300] {
+                let Ok(geometry) = ParallelGeometry::arc_radians(4, 3.0, 5, pitch)
+                    .unwrap()
+                    .with_offset(centre / 3.0)
+                else {
+                    continue;
+                };
+                let grid = ImageGrid::new(33, 3, spacing)
+                    .unwrap()
+                    .with_centre([centre, -centre])
+                    .unwrap();
+                let plan = FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
+                assert_eq!(plan.reconstruct(&sinogram).unwrap().len(), 99);
+            }
+        }
+    }
+}

@@ -1,0 +1,376 @@
+//! FBP: what may not change the result, bit for bit.
+
+use crate::common;
+
+use common::{Ellipse, half_turn};
+use radon::{
+    FbpOptions, FbpPlan, ImageGrid, InstructionSet, Interpolation, ParallelGeometry, RadonError,
+    Skip, StackOrder,
+};
+
+/// `n_slices` different ellipses, every third slice empty, as `[slice][view][bin]`.
+fn stack(geometry: &ParallelGeometry, n_slices: usize) -> Vec<f32> {
+    (0..n_slices)
+        .flat_map(|z| {
+            let ellipse = Ellipse {
+                centre: [3.0 + 0.1 * z as f64, -2.0],
+                a: 9.0,
+                b: 4.0 + 0.05 * z as f64,
+                phi: 0.3,
+            };
+            let value = if z % 3 == 2 { 0.0 } else { 1.0 + z as f64 };
+            ellipse
+                .sinogram(geometry)
+                .into_iter()
+                .map(move |p| (value * p) as f32)
+        })
+        .collect()
+}
+
+fn bits(volume: &[f32]) -> Vec<u32> {
+    volume.iter().map(|v| v.to_bits()).collect()
+}
+
+#[test]
+fn a_slice_alone_among_others_and_in_either_order_has_the_same_bits() {
+    let geometry = half_turn(23, 41, 1.0);
+    let grid = ImageGrid::new(37, 29, 1.1).unwrap();
+    let plan = FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
+    for n_slices in [2, 5, 16, 17, 40, 70, 131] {
+        let by_slice = stack(&geometry, n_slices);
+        let mut by_view = vec![0.0; by_slice.len()];
+        for v in 0..23 {
+            for z in 0..n_slices {
+                let row = &by_slice[(z * 23 + v) * 41..][..41];
+                by_view[(v * n_slices + z) * 41..][..41].copy_from_slice(row);
+            }
+        }
+        let volume = plan
+            .reconstruct_stack(&by_slice, n_slices, StackOrder::SliceViewBin)
+            .unwrap();
+        let other = plan
+            .reconstruct_stack(&by_view, n_slices, StackOrder::ViewSliceBin)
+            .unwrap();
+        assert_eq!(bits(&volume), bits(&other), "{n_slices} slices");
+        for z in 0..n_slices {
+            let alone = plan
+                .reconstruct(&by_slice[z * 23 * 41..][..23 * 41])
+                .unwrap();
+            assert_eq!(
+                bits(&volume[z * grid.image_len()..][..grid.image_len()]),
+                bits(&alone),
+                "slice {z} of {n_slices}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_slice_alone_has_the_same_bits_with_every_instruction_set_interpolation_and_sample_type() {
+    // Up-sampled rows spread the samples of neighbouring pixels, which other loads fetch than those of neighbouring samples.
+    fn check<T: radon::Sample>(set: InstructionSet, interpolation: Interpolation, spacing: f64) {
+        let geometry = half_turn(19, 41, 1.0);
+        let grid = ImageGrid::new(37, 21, spacing).unwrap();
+        let options = FbpOptions::default()
+            .with_instructions(set)
+            .with_interpolation(interpolation);
+        let plan = FbpPlan::<T>::new(&geometry, &grid, &options).unwrap();
+        let n_slices = 10;
+        let projections: Vec<T> = stack(&geometry, n_slices)
+            .into_iter()
+            .map(|p| T::of(f64::from(p)))
+            .collect();
+        let volume = plan
+            .reconstruct_stack(&projections, n_slices, StackOrder::SliceViewBin)
+            .unwrap();
+        let slices = volume.chunks_exact(grid.image_len());
+        for (one, image) in projections
+            .chunks_exact(geometry.sinogram_len())
+            .zip(slices)
+        {
+            let alone = plan.reconstruct(one).unwrap();
+            let same = |(a, b): (&T, &T)| a.f64().to_bits() == b.f64().to_bits();
+            assert!(
+                alone.iter().zip(image).all(same),
+                "{set:?}, {interpolation:?}, {spacing}"
+            );
+        }
+    }
+    for set in [
+        InstructionSet::Baseline,
+        InstructionSet::Avx2,
+        InstructionSet::Avx512,
+        InstructionSet::Neon,
+    ] {
+        for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
+            for spacing in [0.4, 1.0, 1.8, 2.5] {
+                if set.is_available() {
+                    check::<f32>(set, interpolation, spacing);
+                    check::<f64>(set, interpolation, spacing);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn skipping_changes_no_bit_and_is_counted() {
+    let geometry = half_turn(23, 41, 1.0);
+    let grid = ImageGrid::square(32, 1.0).unwrap();
+    let mut projections = stack(&geometry, 20);
+    projections[3 * 41..4 * 41].fill(0.0); // one row of slice 0
+    let run = |skip| {
+        let plan =
+            FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default().with_skip(skip)).unwrap();
+        let mut volume = vec![f32::NAN; 20 * grid.image_len()];
+        let order = StackOrder::SliceViewBin;
+        let report = plan
+            .reconstruct_stack_into(&projections, 20, order, &mut volume, &mut plan.scratch())
+            .unwrap();
+        (bits(&volume), report)
+    };
+    let ((with, skipped), (without, all)) = (run(Skip::Empty), run(Skip::Nothing));
+    assert_eq!(with, without);
+    assert_eq!(
+        (skipped.slices_reconstructed, skipped.slices_skipped),
+        (14, 6)
+    );
+    assert_eq!(
+        (skipped.rows_filtered, skipped.rows_skipped),
+        (14 * 23 - 1, 6 * 23 + 1)
+    );
+    assert_eq!((all.slices_reconstructed, all.rows_filtered), (20, 20 * 23));
+}
+
+#[test]
+fn a_region_is_the_cut_from_the_whole() {
+    let geometry = half_turn(31, 50, 1.0);
+    let grid = ImageGrid::anisotropic(45, 38, [0.9, 1.2]).unwrap();
+    let projections = stack(&geometry, 3);
+    let whole = FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
+    let options = FbpOptions::default().with_region(5..41, 9..30);
+    let part = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
+    let whole = whole
+        .reconstruct_stack(&projections, 3, StackOrder::SliceViewBin)
+        .unwrap();
+    let part = part
+        .reconstruct_stack(&projections, 3, StackOrder::SliceViewBin)
+        .unwrap();
+    let cut: Vec<f32> = (0..3)
+        .flat_map(|z| (9..30).flat_map(move |y| (5..41).map(move |x| (z, y, x))))
+        .map(|(z, y, x)| whole[(z * 38 + y) * 45 + x])
+        .collect();
+    assert_eq!(bits(&part), bits(&cut));
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let geometry = half_turn(23, 41, 1.0);
+    let grid = ImageGrid::square(40, 1.0).unwrap();
+    let projections = stack(&geometry, 37);
+    let plan = FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        bits(
+            &pool
+                .install(|| plan.reconstruct_stack(&projections, 37, StackOrder::SliceViewBin))
+                .unwrap(),
+        )
+    };
+    let one = run(1);
+    for threads in [2, 3, 8] {
+        assert_eq!(one, run(threads), "{threads} threads");
+    }
+}
+
+#[test]
+fn every_instruction_set_computes_the_same_image_to_rounding() {
+    let geometry = half_turn(23, 41, 1.0);
+    let grid = ImageGrid::square(40, 0.9).unwrap();
+    let projections = stack(&geometry, 37);
+    let run = |set, projections: &[f32], n_slices| {
+        let options = FbpOptions::default().with_instructions(set);
+        let plan = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
+        plan.reconstruct_stack(projections, n_slices, StackOrder::SliceViewBin)
+            .unwrap()
+    };
+    let sets: Vec<_> = [
+        InstructionSet::Avx2,
+        InstructionSet::Avx512,
+        InstructionSet::Neon,
+    ]
+    .into_iter()
+    .filter(|set| set.is_available())
+    .collect();
+    for n_slices in [1, 2, 9, 37] {
+        let part = &projections[..n_slices * geometry.sinogram_len()];
+        let plain = run(InstructionSet::Baseline, part, n_slices);
+        let largest = plain.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
+        for &set in &sets {
+            let other = run(set, part, n_slices);
+            for (a, b) in plain.iter().zip(&other) {
+                // 46 additions of terms no larger than the sum of their moduli: well under 46 half-units in the last place.
+                assert!(
+                    (a - b).abs() <= 46.0 * f32::EPSILON * largest,
+                    "{set:?}: {a} {b}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_memory_budget_changes_no_bit_and_is_kept() {
+    let geometry = half_turn(50, 41, 1.0);
+    let grid = ImageGrid::square(40, 1.0).unwrap();
+    let projections = stack(&geometry, 70);
+    let plan = |memory| {
+        FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default().with_memory(memory)).unwrap()
+    };
+    let order = StackOrder::SliceViewBin;
+    let whole = bits(
+        &plan(64 << 20)
+            .reconstruct_stack(&projections, 70, order)
+            .unwrap(),
+    );
+    let largest = plan(64 << 20).work_bytes(70).unwrap();
+    // Fewer views at once, narrower blocks, one slice at a time, one view of it at a time.
+    let smallest = match plan(0).work_bytes(70) {
+        Err(RadonError::BudgetTooSmall { needed, budget: 0 }) => needed,
+        other => panic!("{other:?}"),
+    };
+    for memory in [
+        largest - 1,
+        largest / 2,
+        largest / 8,
+        smallest + 10_000,
+        smallest,
+    ] {
+        let plan = plan(memory);
+        assert!(plan.work_bytes(70).unwrap() <= memory);
+        assert_eq!(
+            whole,
+            bits(&plan.reconstruct_stack(&projections, 70, order).unwrap()),
+            "{memory} bytes"
+        );
+    }
+    assert!(
+        plan(smallest - 1)
+            .reconstruct_stack(&projections, 70, order)
+            .is_err()
+    );
+}
+
+#[test]
+fn slabs_streamed_within_a_budget_have_the_same_bits() {
+    let geometry = half_turn(23, 41, 1.0);
+    let grid = ImageGrid::square(40, 1.0).unwrap();
+    let (n_sinogram, n_image) = (geometry.sinogram_len(), grid.image_len());
+    let projections = stack(&geometry, 70);
+    let memory = 2 * 9 * 4 * (n_sinogram + n_image) + 1; // nine slices a slab
+    let plan = FbpPlan::<f32>::new(
+        &geometry,
+        &grid,
+        &FbpOptions::default().with_memory(memory.max(1 << 19)),
+    )
+    .unwrap();
+    let mut streamed = Vec::new();
+    let mut ranges = Vec::new();
+    let report = plan
+        .stream(
+            70,
+            |slices, slab| {
+                assert_eq!(slab.len(), slices.len() * n_sinogram);
+                slab.copy_from_slice(
+                    &projections[slices.start * n_sinogram..slices.end * n_sinogram],
+                );
+                ranges.push(slices);
+                Ok::<(), RadonError>(())
+            },
+            |slices, images| {
+                assert_eq!(slices.start * n_image, streamed.len());
+                streamed.extend_from_slice(images);
+                Ok(())
+            },
+        )
+        .unwrap();
+    assert!(
+        ranges.len() > 1 && ranges.first().unwrap().start == 0 && ranges.last().unwrap().end == 70
+    );
+    let mut whole = vec![0.0; 70 * n_image];
+    let order = StackOrder::SliceViewBin;
+    let at_once = plan
+        .reconstruct_stack_into(&projections, 70, order, &mut whole, &mut plan.scratch())
+        .unwrap();
+    assert_eq!(bits(&whole), bits(&streamed));
+    assert_eq!(report, at_once);
+    assert_eq!(
+        (report.slices_reconstructed, report.slices_skipped),
+        (47, 23)
+    );
+    assert_eq!(
+        (report.rows_filtered, report.rows_skipped),
+        (47 * 23, 23 * 23)
+    );
+}
+
+#[test]
+fn a_dirty_and_oversized_scratch_changes_no_bit() {
+    let (large, small) = (half_turn(23, 41, 1.0), half_turn(7, 12, 1.0));
+    let grid = ImageGrid::square(20, 1.0).unwrap();
+    let plan = |geometry| FbpPlan::<f32>::new(geometry, &grid, &FbpOptions::default()).unwrap();
+    let mut scratch = plan(&large).scratch();
+    let order = StackOrder::SliceViewBin;
+    plan(&large)
+        .reconstruct_stack_into(
+            &stack(&large, 20),
+            20,
+            order,
+            &mut vec![0.0; 20 * 400],
+            &mut scratch,
+        )
+        .unwrap();
+    let (mut used, projections) = (vec![f32::NAN; 5 * 400], stack(&small, 5));
+    plan(&small)
+        .reconstruct_stack_into(&projections, 5, order, &mut used, &mut scratch)
+        .unwrap();
+    assert_eq!(
+        bits(&used),
+        bits(
+            &plan(&small)
+                .reconstruct_stack(&projections, 5, order)
+                .unwrap()
+        )
+    );
+}
+
+#[test]
+fn one_plan_serves_many_threads() {
+    let geometry = half_turn(23, 41, 1.0);
+    let plan = FbpPlan::<f32>::new(
+        &geometry,
+        &ImageGrid::square(32, 1.0).unwrap(),
+        &FbpOptions::default(),
+    )
+    .unwrap();
+    let projections = stack(&geometry, 4);
+    let slice = &|z: usize| {
+        bits(
+            &plan
+                .reconstruct(&projections[z * 23 * 41..][..23 * 41])
+                .unwrap(),
+        )
+    };
+    let one_by_one: Vec<_> = (0..4).map(slice).collect();
+    let at_once: Vec<_> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..4).map(|z| scope.spawn(move || slice(z))).collect();
+        threads
+            .into_iter()
+            .map(|thread| thread.join().unwrap())
+            .collect()
+    });
+    assert_eq!(one_by_one, at_once);
+}

@@ -1,0 +1,509 @@
+//! Iterative solvers on projectors: recovery, subsets, stopping rules, threads, bad input.
+
+use crate::common;
+
+use common::dense::{Dense, dot, many, not_negative};
+use common::noise;
+use radon::{
+    CglsOptions, EmOptions, ImageGrid, IterativeReport, Kernel, LinearOperator, ParallelGeometry,
+    Phantom2, Projector, RadonError, SirtOptions, StackOrder, StoppedBy, Stopping, Subset, cgls,
+    mlem, osem, sirt,
+};
+
+/// A head, 40 views, twice the bins: consistent data for the operator.
+fn scene() -> (Projector, Vec<f64>, Vec<f64>) {
+    let geometry = ParallelGeometry::half_turn(40, 36, 1.0).unwrap();
+    let projector = Projector::new(
+        &geometry,
+        &ImageGrid::new(24, 22, 1.0).unwrap(),
+        Kernel::Strip,
+    )
+    .unwrap();
+    let mut truth: Vec<f64> = Phantom2::shepp_logan(11.0)
+        .unwrap()
+        .image(projector.grid())
+        .unwrap();
+    // 1 - 0.8 - 0.2 is -6e-17.
+    truth.iter_mut().for_each(|x| *x = x.max(0.0));
+    let data = projector.forward(&truth).unwrap();
+    (projector, truth, data)
+}
+
+#[test]
+fn every_solver_recovers_a_head_from_consistent_data() {
+    let (projector, truth, data) = scene();
+    let error = |x: &[f64]| {
+        let off: f64 = x.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
+        (off / dot(&truth, &truth)).sqrt()
+    };
+    let start = vec![0.0; truth.len()];
+    let mut x = start.clone();
+    let report = cgls(
+        &projector,
+        &data,
+        &mut x,
+        &CglsOptions::default().with_stopping(many(200)),
+    )
+    .unwrap();
+    println!("CGLS {} steps: {:.2e}", report.iterations, error(&x));
+    // What is left are the modes that strips blur away.
+    assert!(error(&x) < 0.03);
+    let mut x = start.clone();
+    sirt(
+        &projector,
+        &data,
+        &mut x,
+        &SirtOptions::default().with_stopping(many(300)),
+    )
+    .unwrap();
+    println!("SIRT 300 steps: {:.2e}", error(&x));
+    assert!(error(&x) < 0.15);
+    let mut by_mlem = vec![1.0; truth.len()];
+    let report = mlem(
+        &projector,
+        &data,
+        &mut by_mlem,
+        &EmOptions::default().with_stopping(many(30)),
+    )
+    .unwrap();
+    println!("MLEM 30 steps: {:.2e}", error(&by_mlem));
+    assert!(error(&by_mlem) < 0.2);
+    // Ten subsets: three passes do the work of thirty steps (of the same residual within a tenth).
+    let subsets = projector
+        .stack_operator(1, StackOrder::ViewSliceBin)
+        .unwrap()
+        .subsets(10)
+        .unwrap();
+    let mut x = vec![1.0; truth.len()];
+    let passes = osem(
+        &subsets,
+        &data,
+        &mut x,
+        &EmOptions::default().with_stopping(many(4)),
+    )
+    .unwrap();
+    println!("OSEM 10 x 4: {:.2e}", error(&x));
+    assert!(error(&x) < 1.2 * error(&by_mlem));
+    assert!(passes.history[3].residual < report.history[20].residual);
+    assert!(x.iter().all(|&x| x >= 0.0));
+}
+
+#[test]
+fn subsets_hold_each_datum_once_and_the_rows_of_the_whole() {
+    let geometry = ParallelGeometry::new([0.1, 0.9, 1.4, 2.0, 2.9], 7, 1.0)
+        .and_then(|g| g.with_offset(0.3))
+        .unwrap();
+    let projector = Projector::new(
+        &geometry,
+        &ImageGrid::square(5, 1.0).unwrap(),
+        Kernel::Joseph,
+    )
+    .unwrap();
+    for order in [StackOrder::ViewSliceBin, StackOrder::SliceViewBin] {
+        let whole = projector.stack_operator::<f64>(3, order).unwrap();
+        let image = noise(75, 1);
+        let mut data = vec![0.0; 105];
+        whole.forward_into(&image, &mut data).unwrap();
+        let subsets = whole.subsets(2).unwrap();
+        let mut seen = vec![0; 105];
+        for Subset {
+            operator,
+            data: indices,
+        } in &subsets
+        {
+            let mut part = vec![0.0; operator.data_len()];
+            operator.forward_into(&image, &mut part).unwrap();
+            for (value, &i) in part.iter().zip(indices) {
+                assert_eq!(*value, data[i], "{order:?}");
+                seen[i] += 1;
+            }
+        }
+        assert!(seen.iter().all(|&n| n == 1));
+        // One subset is MLEM itself.
+        let counts: Vec<f64> = data.iter().map(|x| x.abs()).collect();
+        let (mut a, mut b) = (vec![1.0; 75], vec![1.0; 75]);
+        osem(
+            &whole.subsets(1).unwrap(),
+            &counts,
+            &mut a,
+            &EmOptions::default().with_stopping(many(3)),
+        )
+        .unwrap();
+        mlem(
+            &whole,
+            &counts,
+            &mut b,
+            &EmOptions::default().with_stopping(many(3)),
+        )
+        .unwrap();
+        assert_eq!(a, b);
+        assert!(matches!(
+            whole.subsets(6),
+            Err(RadonError::OutOfRange { .. })
+        ));
+        assert!(matches!(whole.subsets(0), Err(RadonError::TooFew { .. })));
+    }
+}
+
+#[test]
+fn rules_stop_where_they_say_and_unmet_ones_are_errors_with_the_report() {
+    let (projector, truth, data) = scene();
+    let mut x = vec![0.0; truth.len()];
+    let stopping = Stopping::default()
+        .with_max_iterations(500)
+        .with_residual(0.02);
+    let report = sirt(
+        &projector,
+        &data,
+        &mut x,
+        &SirtOptions::default().with_stopping(stopping),
+    )
+    .unwrap();
+    let n = report.iterations;
+    assert_eq!(report.stopped_by, Some(StoppedBy::Residual));
+    assert!(report.history[n].residual <= 0.02 && report.history[n - 1].residual > 0.02);
+    assert_eq!(report.history[n].change, None);
+    let ax = projector.forward(&x).unwrap();
+    let residual = ax
+        .iter()
+        .zip(&data)
+        .map(|(a, b)| (a - b).powi(2))
+        .sum::<f64>()
+        .sqrt()
+        / dot(&data, &data).sqrt();
+    assert!((residual - report.history[n].residual).abs() < 1e-12);
+
+    let stopping = Stopping::default()
+        .with_max_iterations(5)
+        .with_residual(1e-9);
+    let unmet = |result: Result<IterativeReport, RadonError>| match result {
+        Err(RadonError::NotConverged { report }) => {
+            assert_eq!(
+                (report.iterations, report.history.len(), report.stopped_by),
+                (5, 5, None)
+            );
+        }
+        other => panic!("{other:?}"),
+    };
+    let start = vec![1.0; truth.len()];
+    unmet(sirt(
+        &projector,
+        &data,
+        &mut start.clone(),
+        &SirtOptions::default().with_stopping(stopping),
+    ));
+    unmet(cgls(
+        &projector,
+        &data,
+        &mut start.clone(),
+        &CglsOptions::default().with_stopping(stopping),
+    ));
+    unmet(mlem(
+        &projector,
+        &data,
+        &mut start.clone(),
+        &EmOptions::default().with_stopping(stopping),
+    ));
+    let none = mlem(
+        &projector,
+        &data,
+        &mut start.clone(),
+        &EmOptions::default().with_stopping(many(0)),
+    )
+    .unwrap();
+    assert_eq!(
+        (none.iterations, none.stopped_by),
+        (0, Some(StoppedBy::MaxIterations))
+    );
+}
+
+/// Each solver from the image `start`: its name, its result and the image it leaves.
+fn each(
+    stopping: Stopping,
+    start: &[f64],
+) -> Vec<(&'static str, Result<IterativeReport, RadonError>, Vec<f64>)> {
+    let (projector, _, data) = scene();
+    let stack = projector
+        .stack_operator(1, StackOrder::ViewSliceBin)
+        .unwrap();
+    let em = EmOptions::default().with_stopping(stopping);
+    let run = |name, solve: &dyn Fn(&mut [f64]) -> Result<IterativeReport, RadonError>| {
+        let mut x = start.to_vec();
+        (name, solve(&mut x), x)
+    };
+    vec![
+        run("SIRT", &|x| {
+            let options = SirtOptions::default().with_stopping(stopping);
+            sirt(&projector, &data, x, &options)
+        }),
+        run("CGLS", &|x| {
+            let options = CglsOptions::default().with_stopping(stopping);
+            cgls(&projector, &data, x, &options)
+        }),
+        run("MLEM", &|x| mlem(&projector, &data, x, &em)),
+        run("OSEM", &|x| osem(&stack.subsets(4).unwrap(), &data, x, &em)),
+    ]
+}
+
+#[test]
+fn every_solver_obeys_every_rule() {
+    let (projector, truth, data) = scene();
+    let start = vec![1.0; truth.len()];
+    let residual = |x: &[f64]| {
+        let ax = projector.forward(x).unwrap();
+        let off: f64 = ax.iter().zip(&data).map(|(a, b)| (a - b).powi(2)).sum();
+        (off / dot(&data, &data)).sqrt()
+    };
+    let rule = Stopping::default()
+        .with_max_iterations(400)
+        .with_residual(0.03);
+    for (name, result, x) in each(rule, &start) {
+        let report = result.unwrap();
+        assert_eq!(report.stopped_by, Some(StoppedBy::Residual), "{name}");
+        let (last, before) = report.history.split_last().unwrap();
+        assert!(last.residual <= 0.03, "{name}");
+        assert!(before.iter().all(|entry| entry.residual > 0.03), "{name}");
+        // The image that met the rule; subsets go on to the end of their pass.
+        if name == "OSEM" {
+            assert!(residual(&x) < 0.03);
+        } else {
+            assert!((residual(&x) - last.residual).abs() < 1e-12, "{name}");
+            assert_eq!(last.change, None, "{name}");
+        }
+    }
+    let rule = Stopping::default()
+        .with_max_iterations(4000)
+        .with_change(2e-3);
+    for (name, result, _) in each(rule, &start) {
+        let report = result.unwrap();
+        assert_eq!(report.stopped_by, Some(StoppedBy::Change), "{name}");
+        let (last, before) = report.history.split_last().unwrap();
+        assert_eq!(report.iterations, report.history.len(), "{name}");
+        assert!(last.change.unwrap() <= 2e-3, "{name}");
+        assert!(before.iter().all(|e| e.change.unwrap() > 2e-3), "{name}");
+    }
+}
+
+#[test]
+fn a_solver_given_the_answer_takes_no_step() {
+    let (_, truth, _) = scene();
+    // No iteration is allowed: the rule has to be met by what was given.
+    let rule = Stopping::default()
+        .with_max_iterations(0)
+        .with_residual(1e-14);
+    for (name, result, x) in each(rule, &truth) {
+        if name == "OSEM" {
+            // Subsets learn the residual from their pass alone.
+            assert!(matches!(result, Err(RadonError::NotConverged { .. })));
+            continue;
+        }
+        let report = result.unwrap();
+        assert_eq!(
+            (report.iterations, report.stopped_by),
+            (0, Some(StoppedBy::Residual)),
+            "{name}"
+        );
+        assert_eq!(x, truth, "{name}");
+    }
+    let one = rule.with_max_iterations(1);
+    for (name, result, x) in each(one, &truth) {
+        assert_eq!(result.unwrap().stopped_by, Some(StoppedBy::Residual));
+        let error = x.iter().zip(&truth).map(|(a, b)| (a - b).abs());
+        assert!(error.fold(0.0, f64::max) < 1e-12, "{name}");
+    }
+}
+
+#[test]
+fn any_thread_count_gives_the_same_bits() {
+    let (projector, truth, data) = scene();
+    let operator = projector
+        .stack_operator::<f32>(1, StackOrder::ViewSliceBin)
+        .unwrap();
+    let data: Vec<f32> = data.iter().map(|&x| x as f32).collect();
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let mut x = vec![vec![1.0f32; truth.len()]; 4];
+            let em = EmOptions::default().with_stopping(many(4));
+            sirt(
+                &operator,
+                &data,
+                &mut x[0],
+                &SirtOptions::default().with_stopping(many(4)),
+            )
+            .unwrap();
+            cgls(
+                &operator,
+                &data,
+                &mut x[1],
+                &CglsOptions::default().with_stopping(many(4)),
+            )
+            .unwrap();
+            let report = mlem(&operator, &data, &mut x[2], &em).unwrap();
+            osem(&operator.subsets(5).unwrap(), &data, &mut x[3], &em).unwrap();
+            (x, report)
+        })
+    };
+    assert_eq!(run(1), run(3));
+}
+
+#[test]
+fn bad_input_is_refused_with_its_numbers() {
+    let a = not_negative(4, 3, 1);
+    let (b, x) = (vec![1.0; 4], vec![1.0; 3]);
+    let all = |b: &[f64], x: &[f64]| {
+        let x = || x.to_vec();
+        [
+            sirt(&a, b, &mut x(), &SirtOptions::default()).unwrap_err(),
+            cgls(&a, b, &mut x(), &CglsOptions::default()).unwrap_err(),
+            mlem(&a, b, &mut x(), &EmOptions::default()).unwrap_err(),
+        ]
+    };
+    for error in all(&b[1..], &x) {
+        assert_eq!(
+            error,
+            RadonError::WrongLength {
+                name: "data",
+                given: 3,
+                expected: 4
+            }
+        );
+    }
+    for error in all(&b, &x[..2]) {
+        assert_eq!(
+            error,
+            RadonError::WrongLength {
+                name: "image",
+                given: 2,
+                expected: 3
+            }
+        );
+    }
+    for error in all(&[1.0, 1.0, f64::NAN, 1.0], &x) {
+        assert!(matches!(
+            error,
+            RadonError::BadSample {
+                name: "data",
+                index: 2,
+                ..
+            }
+        ));
+    }
+    for error in all(&b, &[1.0, f64::INFINITY, 1.0]) {
+        assert!(matches!(
+            error,
+            RadonError::BadSample {
+                name: "image",
+                index: 1,
+                ..
+            }
+        ));
+    }
+    let em = |b: &[f64], x: &[f64], s: Vec<f64>| {
+        mlem(
+            &a,
+            b,
+            &mut x.to_vec(),
+            &EmOptions::default().with_background(s),
+        )
+        .unwrap_err()
+    };
+    let negative = |name, index, given| RadonError::NegativeSample { name, index, given };
+    assert_eq!(
+        em(&[1.0, -2.0, 1.0, 1.0], &x, vec![]),
+        negative("data", 1, -2.0)
+    );
+    assert_eq!(
+        em(&b, &[1.0, 1.0, -0.5], vec![]),
+        negative("image", 2, -0.5)
+    );
+    assert_eq!(
+        em(&b, &x, vec![0.0, 0.0, 0.0, -1.0]),
+        negative("background", 3, -1.0)
+    );
+    assert!(matches!(
+        em(&b, &x, vec![1.0]),
+        RadonError::WrongLength {
+            name: "background",
+            given: 1,
+            expected: 4
+        }
+    ));
+    for relaxation in [0.0, -1.0, 2.1, f64::NAN] {
+        let options = SirtOptions::default().with_relaxation(relaxation);
+        assert!(sirt(&a, &b, &mut x.clone(), &options).is_err());
+    }
+    let crossed = SirtOptions::default().with_lower(1.0).with_upper(0.0);
+    assert!(matches!(
+        sirt(&a, &b, &mut x.clone(), &crossed),
+        Err(RadonError::OutOfRange {
+            name: "upper bound",
+            ..
+        })
+    ));
+    let rule = Stopping::default().with_residual(f64::NAN);
+    assert!(
+        cgls(
+            &a,
+            &b,
+            &mut x.clone(),
+            &CglsOptions::default().with_stopping(rule)
+        )
+        .is_err()
+    );
+    assert!(
+        cgls(
+            &a,
+            &b,
+            &mut x.clone(),
+            &CglsOptions::default().with_gradient(-1.0)
+        )
+        .is_err()
+    );
+    let mixed = Dense(vec![vec![1.0, -3.0]]);
+    assert!(matches!(
+        sirt(&mixed, &[1.0], &mut [0.0; 2], &SirtOptions::default()),
+        Err(RadonError::NegativeSample {
+            name: "row sums",
+            ..
+        })
+    ));
+    assert!(matches!(
+        mlem(&mixed, &[1.0], &mut [1.0; 2], &EmOptions::default()),
+        Err(RadonError::NegativeSample {
+            name: "column sums",
+            ..
+        })
+    ));
+    let none: [Subset<Dense>; 0] = [];
+    assert!(matches!(
+        osem(&none, &b, &mut x.clone(), &EmOptions::default()),
+        Err(RadonError::TooFew { .. })
+    ));
+    let subset = |data| {
+        [Subset {
+            operator: not_negative(2, 3, 1),
+            data,
+        }]
+    };
+    assert!(matches!(
+        osem(
+            &subset(vec![0, 4]),
+            &b,
+            &mut x.clone(),
+            &EmOptions::default()
+        ),
+        Err(RadonError::BadRange {
+            start: 4,
+            len: 4,
+            ..
+        })
+    ));
+    assert!(matches!(
+        osem(&subset(vec![0]), &b, &mut x.clone(), &EmOptions::default()),
+        Err(RadonError::WrongLength { name: "subset", .. })
+    ));
+}

@@ -1,0 +1,21 @@
+//! Everything about this crate, in one program: what is generic is compiled once. What counts the heap is in `memory.rs`.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod anisotropic;
+mod blur;
+mod fbp_bad_inputs;
+mod fbp_edges;
+mod fbp_oracle;
+mod fbp_properties;
+mod filter;
+mod geometry;
+mod iterative;
+mod iterative_runs;
+mod noise;
+mod odd_inputs;
+mod operators;
+mod phantom;
+mod projector;
+mod projector_alone;

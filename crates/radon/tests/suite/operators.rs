@@ -1,0 +1,281 @@
+//! Operators behind pointers, operators that fail, observers that end a run, and options put together.
+
+use crate::common;
+
+use std::error::Error;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use common::dense::{Dense, many, not_negative};
+use common::noise;
+use radon::{
+    ArcPolicy, CglsOptions, EdgePolicy, EmOptions, FbpOptions, FbpPlan, ImageGrid, InstructionSet,
+    Interpolation, IterativeReport, Kernel, LinearOperator, ParallelGeometry, Projector,
+    RadonError, SirtOptions, Skip, StackOrder, StoppedBy, Stopping, Subset, Window, cgls,
+    cgls_observed, mlem, mlem_observed, osem, osem_observed, sirt, sirt_observed,
+};
+
+/// A problem with counts, and its operator in two halves.
+fn problem() -> (Dense, [Subset<Dense>; 2], Vec<f64>) {
+    let whole = not_negative(12, 5, 3);
+    let half = |first: usize| Subset {
+        operator: Dense(whole.0.iter().skip(first).step_by(2).cloned().collect()),
+        data: (first..12).step_by(2).collect(),
+    };
+    let halves = [half(0), half(1)];
+    let data = noise(12, 9).iter().map(|x: &f64| 2.0 + x).collect();
+    (whole, halves, data)
+}
+
+/// Every solver through `dyn`, `&`, `Box`, `Arc` and pointers to those gives the bits that it gives on the operator itself.
+#[test]
+fn a_pointer_to_an_operator_is_one() {
+    fn all<O: LinearOperator<f64> + ?Sized>(operator: &O, data: &[f64]) -> Vec<Vec<f64>> {
+        let (cg, em, si) = (
+            CglsOptions::default().with_stopping(many(3)),
+            EmOptions::default().with_stopping(many(3)),
+            SirtOptions::default().with_stopping(many(3)),
+        );
+        let mut x = vec![vec![1.0; 5]; 3];
+        cgls(operator, data, &mut x[0], &cg).unwrap();
+        mlem(operator, data, &mut x[1], &em).unwrap();
+        sirt(operator, data, &mut x[2], &si).unwrap();
+        x
+    }
+    let (whole, halves, data) = problem();
+    let expected = all(&whole, &data);
+    let object: &dyn LinearOperator<f64> = &whole;
+    assert_eq!(all(object, &data), expected);
+    assert_eq!(all(&object, &data), expected);
+    assert_eq!(all(&&whole, &data), expected);
+
+    let options = EmOptions::default().with_stopping(many(3));
+    let mut expected_osem = vec![1.0; 5];
+    osem(&halves, &data, &mut expected_osem, &options).unwrap();
+    let borrowed = [&halves[0], &halves[1]].map(|half| Subset {
+        operator: &half.operator as &dyn LinearOperator<f64>,
+        data: half.data.clone(),
+    });
+    let mut x = vec![1.0; 5];
+    osem(&borrowed, &data, &mut x, &options).unwrap();
+    assert_eq!(x, expected_osem);
+    let boxed = halves.map(|half| Subset {
+        operator: Box::new(half.operator) as Box<dyn LinearOperator<f64>>,
+        data: half.data,
+    });
+    let mut x = vec![1.0; 5];
+    osem(&boxed, &data, &mut x, &options).unwrap();
+    assert_eq!(x, expected_osem);
+
+    let shared: Arc<dyn LinearOperator<f64> + Send + Sync> = Arc::new(whole);
+    assert_eq!(all(&shared, &data), expected);
+    assert_eq!(all(&Box::new(shared), &data), expected);
+}
+
+/// What each solver shows its observer, and where it stops when told to after `most` steps.
+fn observed(most: usize) -> Vec<(IterativeReport, Vec<f64>, usize)> {
+    let (whole, halves, data) = problem();
+    let run = |solve: &dyn Fn(
+        &mut [f64],
+        &mut dyn FnMut(&IterativeReport, &[f64]) -> ControlFlow<()>,
+    ) -> Result<IterativeReport, RadonError>| {
+        let (mut x, mut calls, mut shown) = (vec![1.0; 5], 0, Vec::new());
+        let report = solve(&mut x, &mut |report, image| {
+            calls += 1;
+            assert_eq!((report.iterations, report.history.len()), (calls, calls));
+            assert!(report.history[calls - 1].change.is_some());
+            shown = image.to_vec();
+            match calls < most {
+                true => ControlFlow::Continue(()),
+                false => ControlFlow::Break(()),
+            }
+        });
+        assert_eq!(shown, x);
+        (report.unwrap(), x, calls)
+    };
+    let stopping = many(7);
+    let em = EmOptions::default().with_stopping(stopping);
+    let cg = CglsOptions::default().with_stopping(stopping.with_max_iterations(4));
+    let si = SirtOptions::default().with_stopping(stopping);
+    vec![
+        run(&|x, see| mlem_observed(&whole, &data, x, &em, see)),
+        run(&|x, see| osem_observed(&halves, &data, x, &em, see)),
+        run(&|x, see| cgls_observed(&whole, &data, x, &cg, see)),
+        run(&|x, see| sirt_observed(&whole, &data, x, &si, see)),
+    ]
+}
+
+#[test]
+fn an_observer_sees_every_step_and_may_end_the_run() {
+    for (report, _, calls) in observed(usize::MAX) {
+        assert_eq!(report.stopped_by, Some(StoppedBy::MaxIterations));
+        assert_eq!(calls, report.iterations);
+    }
+    for (k, (report, x, calls)) in observed(3).into_iter().enumerate() {
+        assert_eq!(report.stopped_by, Some(StoppedBy::Observer));
+        assert_eq!((calls, report.iterations, report.history.len()), (3, 3, 3));
+        // The image of three steps by the rules.
+        let (whole, halves, data) = problem();
+        let (three, mut expected) = (many(3), vec![1.0; 5]);
+        let em = EmOptions::default().with_stopping(three);
+        match k {
+            0 => mlem(&whole, &data, &mut expected, &em),
+            1 => osem(&halves, &data, &mut expected, &em),
+            2 => {
+                let options = CglsOptions::default().with_stopping(three);
+                cgls(&whole, &data, &mut expected, &options)
+            }
+            _ => {
+                let options = SirtOptions::default().with_stopping(three);
+                sirt(&whole, &data, &mut expected, &options)
+            }
+        }
+        .unwrap();
+        assert_eq!(x, expected);
+    }
+}
+
+/// A rule that is met goes before what the observer says; a rule that is not met is no error once the observer ends the run.
+#[test]
+fn rules_and_observers() {
+    let (whole, _, data) = problem();
+    let run = |stopping: Stopping| {
+        let options = SirtOptions::default().with_stopping(stopping);
+        let stop = |_: &IterativeReport, _: &[f64]| ControlFlow::Break(());
+        sirt_observed(&whole, &data, &mut [1.0; 5], &options, stop).unwrap()
+    };
+    let report = run(Stopping::default().with_change(1e9));
+    assert_eq!(report.stopped_by, Some(StoppedBy::Change));
+    let report = run(Stopping::default().with_residual(1e-9));
+    assert_eq!(report.stopped_by, Some(StoppedBy::Observer));
+    assert_eq!(report.iterations, 1);
+}
+
+/// An operator whose data are gone.
+struct Torn;
+
+impl LinearOperator<f32> for Torn {
+    fn image_len(&self) -> usize {
+        2
+    }
+    fn data_len(&self) -> usize {
+        3
+    }
+    fn forward_into(&self, _: &[f32], _: &mut [f32]) -> Result<(), RadonError> {
+        Err(RadonError::user(std::io::Error::other("no disk")))
+    }
+    fn adjoint_into(&self, _: &[f32], image: &mut [f32]) -> Result<(), RadonError> {
+        image.fill(1.0);
+        Ok(())
+    }
+}
+
+#[test]
+fn the_callers_failure_comes_back_whole_and_is_told_once() {
+    let failed = mlem(&Torn, &[1.0; 3], &mut [1.0; 2], &EmOptions::default()).unwrap_err();
+    let mut chain = vec![failed.to_string()];
+    let mut next = failed.source();
+    assert!(next.is_some_and(|source| source.is::<std::io::Error>()));
+    while let Some(source) = next {
+        chain.push(source.to_string());
+        next = source.source();
+    }
+    assert_eq!(chain, ["the caller's own operator failed", "no disk"]);
+    assert_eq!(failed, failed.clone());
+    assert_ne!(failed, RadonError::user("no disk"));
+}
+
+#[test]
+fn a_plan_tells_what_it_was_made_for() {
+    let geometry = ParallelGeometry::full_turn(7, 9, 0.3)
+        .unwrap()
+        .with_offset(0.1)
+        .unwrap();
+    let grid = ImageGrid::new(12, 10, 0.2).unwrap();
+    let plain = FbpOptions::default();
+    let cut = plain.clone().with_region(2..7, 1..10);
+    let whole = FbpPlan::<f32>::new(&geometry, &grid, &plain).unwrap();
+    let part = FbpPlan::<f64>::new(&geometry, &grid, &cut).unwrap();
+    assert_eq!((whole.geometry(), whole.grid()), (&geometry, &grid));
+    assert_eq!((part.geometry(), part.grid()), (&geometry, &grid));
+    assert_eq!((whole.options(), part.options()), (&plain, &cut));
+    assert_eq!(
+        (whole.region(), part.region()),
+        ((0..12, 0..10), (2..7, 1..10))
+    );
+    assert_eq!((whole.image_len(), part.image_len()), (120, 45));
+    assert_eq!(whole.sinogram_len(), 63);
+
+    let projector = Projector::new(&geometry, &grid, Kernel::Siddon).unwrap();
+    let projector = projector
+        .with_instructions(InstructionSet::Baseline)
+        .unwrap();
+    let stack = projector.stack_operator::<f32>(3, StackOrder::SliceViewBin);
+    let stack = stack.unwrap();
+    let within = stack.projector();
+    assert_eq!((within.geometry(), within.grid()), (&geometry, &grid));
+    assert_eq!(
+        (within.kernel(), within.instructions()),
+        (Kernel::Siddon, InstructionSet::Baseline)
+    );
+    assert_eq!(
+        (stack.n_slices(), stack.order()),
+        (3, StackOrder::SliceViewBin)
+    );
+    for part in stack.subsets(2).unwrap() {
+        let within = part.operator.projector();
+        assert_eq!(within.instructions(), InstructionSet::Baseline);
+        assert_eq!((within.grid(), within.kernel()), (&grid, Kernel::Siddon));
+        assert!(within.geometry().n_views() < 5 && within.geometry().offset() == 0.1);
+    }
+}
+
+/// Each builder sets its field and leaves the others.
+#[test]
+fn options_are_put_together_field_by_field() {
+    let changes: [fn(FbpOptions) -> FbpOptions; 10] = [
+        |o| o.without_ramp(),
+        |o| o.with_window(Window::Hann),
+        |o| o.with_cutoff(0.5),
+        |o| o.with_interpolation(Interpolation::BandLimited),
+        |o| o.with_edge(EdgePolicy::Fade),
+        |o| o.with_arc(ArcPolicy::Extend),
+        |o| o.with_region(1..2, 3..4),
+        |o| o.with_skip(Skip::Nothing),
+        |o| o.with_instructions(InstructionSet::Baseline),
+        |o| o.with_memory(7),
+    ];
+    let mut expected = FbpOptions::default();
+    let mut built = FbpOptions::default();
+    for (k, change) in changes.into_iter().enumerate() {
+        match k {
+            0 => expected.ramp = false,
+            1 => expected.window = Window::Hann,
+            2 => expected.cutoff = 0.5,
+            3 => expected.interpolation = Interpolation::BandLimited,
+            4 => expected.edge = EdgePolicy::Fade,
+            5 => expected.arc = ArcPolicy::Extend,
+            6 => expected.region = Some((1..2, 3..4)),
+            7 => expected.skip = Skip::Nothing,
+            8 => expected.instructions = Some(InstructionSet::Baseline),
+            _ => expected.memory = 7,
+        }
+        built = change(built);
+        assert_eq!(built, expected);
+    }
+    let stopping = Stopping::default()
+        .with_max_iterations(3)
+        .with_residual(0.1)
+        .with_change(0.2);
+    assert_eq!(
+        (stopping.max_iterations, stopping.residual, stopping.change),
+        (3, Some(0.1), Some(0.2))
+    );
+    let options = SirtOptions::default()
+        .with_stopping(stopping)
+        .with_relaxation(1.5)
+        .with_lower(-1.0)
+        .with_upper(2.0);
+    assert_eq!((options.stopping, options.relaxation), (stopping, 1.5));
+    assert_eq!((options.lower, options.upper), (Some(-1.0), Some(2.0)));
+}

@@ -1,0 +1,311 @@
+//! Attenuated line integrals against closed forms and quadrature; the torso's voxels against its area.
+
+use crate::support;
+
+use nalgebra::{Point3, Vector3};
+use proptest::prelude::*;
+use revolve_voxel::{
+    Attenuator, Body, EllipticCylinder, Error, Medium, Meridian, ParallelDetector, ParallelRays,
+    Pose, Ray, VoxelGrid,
+};
+use std::f64::consts::PI;
+
+fn torso() -> EllipticCylinder {
+    EllipticCylinder::new([1.0, -0.5], [7.0, 5.0]).unwrap()
+}
+
+/// A blunt cone within a larger one, off the axis and tilted.
+fn body() -> Body {
+    let layer = |scale: f64| {
+        let points = [[0.0, 1.5], [3.0, 1.2], [4.0, 0.0]].map(|p| p.map(|v| v * scale));
+        Meridian::new(&points).unwrap()
+    };
+    let pose = Pose::axis_along_z(2.0)
+        .unwrap()
+        .turned_x(0.8)
+        .unwrap()
+        .turned_z(0.3)
+        .unwrap();
+    let pose = pose.shifted(Vector3::new(1.5, -1.0, 0.4)).unwrap();
+    Body::new(vec![layer(0.6), layer(1.0)], pose).unwrap()
+}
+
+fn rays(theta: f64) -> ParallelRays {
+    ParallelDetector::new(24, 20, [0.4, 0.4])
+        .unwrap()
+        .rays(theta)
+        .unwrap()
+}
+
+fn attenuated(
+    body: &Body,
+    rays: &ParallelRays,
+    activity: &[f64],
+    mu: f64,
+    medium: Medium,
+) -> Vec<f64> {
+    let attenuator = Attenuator::new(mu, medium).unwrap();
+    let mut out = vec![0.0; rays.n_bins() * rays.n_rows()];
+    body.project_attenuated_add(rays, activity, 1.0, &attenuator, &mut out)
+        .unwrap();
+    out
+}
+
+#[test]
+fn without_attenuation_the_image_is_the_plain_one() {
+    let (body, rays) = (body(), rays(0.7));
+    let (plain, _) = body.project::<f64>(&rays, &[0.3, 1.0]).unwrap();
+    for medium in [Medium::Torso(torso()), Medium::Layer(&body, 1)] {
+        let zero = attenuated(&body, &rays, &[0.3, 1.0], 0.0, medium);
+        let tiny = attenuated(&body, &rays, &[0.3, 1.0], 1e-9, medium);
+        for ((a, b), c) in plain.iter().zip(&zero).zip(&tiny) {
+            // The ends are those of the ray, not of the body: rounding.
+            assert!((a - b).abs() < 1e-13);
+            // At most 12 cm of medium.
+            assert!((a - c).abs() <= 1.3e-8 * a + 1e-13, "{a} {c}");
+        }
+    }
+}
+
+#[test]
+fn a_ball_in_the_middle_of_a_round_torso_is_a_closed_form() {
+    let (radius, around, mu) = (1.5, 6.0, 0.17);
+    // A half-circle as a polyline of many points.
+    let n = 2000;
+    let angle = |k: usize| PI * k as f64 / n as f64;
+    let points: Vec<[f64; 2]> = (0..=n)
+        .map(|k| {
+            [
+                -radius * angle(k).cos(),
+                if k % n == 0 {
+                    0.0
+                } else {
+                    radius * angle(k).sin()
+                },
+            ]
+        })
+        .collect();
+    let pose = Pose::axis_along_z(0.0).unwrap().turned_x(1.1).unwrap();
+    let ball = Body::new(vec![Meridian::new(&points).unwrap()], pose).unwrap();
+    let cylinder = EllipticCylinder::new([0.0; 2], [around; 2]).unwrap();
+    for theta in [0.0, 1.0, 4.0] {
+        let rays = rays(theta);
+        let seen = attenuated(&ball, &rays, &[2.0], mu, Medium::Torso(cylinder));
+        for (k, value) in seen.iter().enumerate() {
+            let (bin, row) = (k % 24, k / 24);
+            let (s, z) = ((bin as f64 - 11.5) * 0.4, (row as f64 - 9.5) * 0.4);
+            let half = (radius * radius - s * s - z * z).max(0.0).sqrt();
+            let out = (around * around - s * s).sqrt();
+            // From -half to half, the detector beyond `out`.
+            let exact = 2.0 * (-mu * (out - half)).exp() * (1.0 - (-2.0 * mu * half).exp()) / mu;
+            // The polyline's depth, 2e-6, and its root at grazing rays.
+            assert!((value - exact).abs() < 2e-5, "{s} {z}: {value} {exact}");
+        }
+    }
+}
+
+#[test]
+fn the_detector_is_ahead_of_the_rays() {
+    // A rod near the torso's edge at +y: seen well from theta = 0 (rays run to +y), badly from behind.
+    let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]]).unwrap();
+    let pose = Pose::axis_along_z(0.0)
+        .unwrap()
+        .shifted(Vector3::new(0.0, 4.0, 0.0))
+        .unwrap();
+    let rod = Body::new(vec![rod], pose).unwrap();
+    let torso = EllipticCylinder::new([0.0; 2], [6.0, 5.0]).unwrap();
+    let one = ParallelDetector::new(1, 1, [1.0; 2]).unwrap();
+    let [front, back] = [0.0, PI].map(|theta| {
+        attenuated(
+            &rod,
+            &one.rays(theta).unwrap(),
+            &[1.0],
+            0.2,
+            Medium::Torso(torso),
+        )[0]
+    });
+    let own = (1.0 - (-0.2_f64).exp()) / 0.2;
+    assert!((front - (-0.2_f64 * 0.5).exp() * own).abs() < 1e-13);
+    assert!((back - (-0.2_f64 * 8.5).exp() * own).abs() < 1e-13);
+}
+
+/// Midpoint rule along a ray, by point tests only.
+fn quadrature(body: &Body, ray: &Ray, activity: &[f64], mu: f64, medium: Medium) -> f64 {
+    let (n, from, to) = (40_000, -15.0, 15.0);
+    let h = (to - from) / n as f64;
+    let (mut sum, mut path) = (0.0, 0.0);
+    for k in (0..n).rev() {
+        let p = ray.at(from + (k as f64 + 0.5) * h);
+        let weakens = match medium {
+            Medium::Layer(body, layer) => body.signed_distance(layer, &p) < 0.0,
+            Medium::Torso(torso) => {
+                let [c, a] = [torso.centre(), torso.semi_axes()];
+                ((p.x - c[0]) / a[0]).hypot((p.y - c[1]) / a[1]) < 1.0
+            }
+            _ => unreachable!(),
+        };
+        let step = if weakens { mu * h } else { 0.0 };
+        let inside = (0..2).find(|&layer| body.signed_distance(layer, &p) < 0.0);
+        if let Some(region) = inside {
+            sum += activity[region] * (-(path + 0.5 * step)).exp() * h;
+        }
+        path += step;
+    }
+    sum
+}
+
+#[test]
+fn quadrature_by_point_tests_finds_the_same() {
+    let body = body();
+    // The second torso cuts through the body: it is partly outside.
+    let small = EllipticCylinder::new([1.5, -2.0], [2.0, 1.2]).unwrap();
+    for medium in [
+        Medium::Torso(torso()),
+        Medium::Torso(small),
+        Medium::Layer(&body, 1),
+        Medium::Layer(&body, 0),
+    ] {
+        for theta in [0.2, 2.9] {
+            let rays = rays(theta);
+            let seen = attenuated(&body, &rays, &[0.4, 1.0], 0.35, medium);
+            for (bin, row) in [(15, 10), (13, 11), (16, 8), (12, 13), (17, 10)] {
+                let other = quadrature(
+                    &body,
+                    &rays.ray(bin, row).unwrap(),
+                    &[0.4, 1.0],
+                    0.35,
+                    medium,
+                );
+                // Four ends of stretches, each off by half a step of 7.5e-4, in either sense.
+                assert!((seen[row * 24 + bin] - other).abs() < 2e-3, "{medium:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_bent_body_weakens_piece_by_piece() {
+    // A ring seen across: two stretches, a gap between them.
+    let ring = Meridian::ring(&[[-0.5, 2.0], [-0.5, 3.0], [0.5, 3.0], [0.5, 2.0]]).unwrap();
+    let body = Body::new(vec![ring], Pose::axis_along_z(0.0).unwrap()).unwrap();
+    let one = ParallelDetector::new(1, 1, [1.0; 2])
+        .unwrap()
+        .rays(0.3)
+        .unwrap();
+    let mu: f64 = 0.4;
+    let seen = attenuated(&body, &one, &[1.0], mu, Medium::Layer(&body, 0))[0];
+    let single = (1.0 - (-mu).exp()) / mu;
+    assert!((seen - single * (1.0 + (-mu).exp())).abs() < 1e-13);
+}
+
+#[test]
+fn the_torso_fills_its_area() {
+    let grid = VoxelGrid::new([40, 31, 3], [0.4, 0.43, 1.0], [-7.1, -6.7, 0.0]).unwrap();
+    let mut map = vec![0.0_f64; grid.len()];
+    torso().voxelize_add(&grid, 0..3, 0.15, &mut map).unwrap();
+    let total: f64 = map.iter().sum::<f64>() * grid.voxel_volume();
+    assert!((total / (0.15 * 3.0 * PI * 35.0) - 1.0).abs() < 1e-13);
+    assert!(map.iter().all(|v| (0.0..=0.15).contains(v)));
+    let mut one = vec![0.0_f64; grid.slice_len()];
+    torso().voxelize_add(&grid, 1..2, 0.15, &mut one).unwrap();
+    assert_eq!(one[..], map[..grid.slice_len()]);
+    // One voxel that holds all of it, and one that is held.
+    for (h, share) in [(20.0, PI * 35.0 / 400.0), (1.0, 1.0)] {
+        let grid = VoxelGrid::centred([1; 3], [h; 3], [1.0, -0.5, 0.0]).unwrap();
+        let mut map = [0.0_f64];
+        torso().voxelize_add(&grid, 0..1, 1.0, &mut map).unwrap();
+        assert!((map[0] - share).abs() < 1e-14);
+    }
+}
+
+#[test]
+fn nonsense_is_refused() {
+    for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
+        assert!(EllipticCylinder::new([0.0; 2], [bad, 1.0]).is_err());
+        assert!(EllipticCylinder::new([0.0; 2], [1.0, bad]).is_err());
+    }
+    assert!(EllipticCylinder::new([f64::NAN, 0.0], [1.0; 2]).is_err());
+    let body = body();
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert!(matches!(
+            Attenuator::new(bad, Medium::Torso(torso())),
+            Err(Error::NotFinite { .. })
+        ));
+    }
+    assert!(matches!(
+        Attenuator::new(-0.1, Medium::Torso(torso())),
+        Err(Error::Negative { .. })
+    ));
+    assert!(matches!(
+        Attenuator::new(0.1, Medium::Layer(&body, 2)),
+        Err(Error::NoSuchLayer {
+            given: 2,
+            layers: 2
+        })
+    ));
+    let attenuator = Attenuator::new(0.1, Medium::Torso(torso())).unwrap();
+    let along = ParallelRays::new(
+        [2, 2],
+        Point3::origin(),
+        Vector3::x(),
+        Vector3::y(),
+        Vector3::z(),
+    )
+    .unwrap();
+    let mut out = [0.0_f32; 4];
+    let mut add = |activity: &[f64], rays: &ParallelRays| {
+        body.project_attenuated_add(rays, activity, 1.0, &attenuator, &mut out)
+    };
+    assert!(matches!(
+        add(&[0.0, 1.0], &along),
+        Err(Error::NotPositive { .. })
+    ));
+    assert!(add(&[1.0], &rays(0.0)).is_err());
+    assert!(add(&[1.0, f64::NAN], &rays(0.0)).is_err());
+    assert!(add(&[1.0, 1.0], &rays(0.0)).is_err()); // a wrong image
+    let grid = VoxelGrid::cube(2, 1.0).unwrap();
+    assert!(
+        torso()
+            .voxelize_add(&grid, 0..3, 1.0, &mut [0.0_f64; 12])
+            .is_err()
+    );
+    assert!(
+        torso()
+            .voxelize_add(&grid, 0..2, f64::NAN, &mut [0.0_f64; 8])
+            .is_err()
+    );
+    assert!(
+        torso()
+            .voxelize_add(&grid, 0..2, 1.0, &mut [0.0_f64; 7])
+            .is_err()
+    );
+}
+
+proptest! {
+    #[test]
+    fn weakening_grows_with_mu_and_never_strengthens(theta in -7.0..7.0f64, mu in 0.0..30.0f64, more in 0.0..5.0f64) {
+        let (body, rays) = (body(), rays(theta));
+        let seen = |mu| attenuated(&body, &rays, &[0.4, 1.0], mu, Medium::Torso(torso()));
+        let (plain, some, stronger) = (seen(0.0), seen(mu), seen(mu + more));
+        for k in 0..plain.len() {
+            prop_assert!(stronger[k] >= 0.0 && stronger[k] <= some[k] + 1e-13 && some[k] <= plain[k] + 1e-13);
+        }
+    }
+
+    #[test]
+    fn a_span_ends_on_the_ellipse(x in -9.0..9.0f64, y in -9.0..9.0f64, d in support::direction()) {
+        let ray = Ray::new(Point3::new(x, y, 0.3), d).unwrap();
+        let across = ray.direction().x.hypot(ray.direction().y);
+        if let Some(span) = torso().span(&ray) {
+            for t in [span.enter, span.exit] {
+                let p = ray.at(t);
+                let off = ((p.x - 1.0) / 7.0).hypot((p.y + 0.5) / 5.0) - 1.0;
+                // Rounding of a parameter that grows as the ray turns to the axis.
+                prop_assert!(off.abs() < 1e-13 / across, "{off}");
+            }
+        } else {
+            let inside = ((x - 1.0) / 7.0).hypot((y + 0.5) / 5.0) < 1.0;
+            prop_assert!(!inside || across < 1e-15);
+        }
+    }
+}

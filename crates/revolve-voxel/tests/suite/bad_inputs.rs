@@ -1,0 +1,577 @@
+//! Every constructor and every batch call refuses bad input with the numbers that show why.
+
+use crate::support;
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use revolve_voxel::{
+    Body, Curve, EllipticCylinder, Error, Mask, Meridian, Mesh, ParallelDetector, ParallelRays,
+    Piece, Pose, Ray, Sampling, Shell, VoxelGrid,
+};
+use support::*;
+
+#[test]
+fn meridians() {
+    assert!(matches!(
+        Meridian::new(&[]),
+        Err(Error::TooFewPoints { given: 0, .. })
+    ));
+    assert!(matches!(
+        Meridian::new(&[[0.0, 1.0]]),
+        Err(Error::TooFewPoints { given: 1, .. })
+    ));
+    assert!(matches!(
+        Meridian::new(&[[0.0, 1.0], [0.0, 1.0]]),
+        Err(Error::TooFewPoints { given: 1, .. })
+    ));
+    assert!(matches!(
+        Meridian::new(&[[0.0, 1.0], [f64::NAN, 1.0]]),
+        Err(Error::NotFinitePoint { index: 1, .. })
+    ));
+    assert!(matches!(
+        Meridian::new(&[[0.0, 1.0], [1.0, f64::INFINITY]]),
+        Err(Error::NotFinitePoint { index: 1, .. })
+    ));
+    assert!(matches!(
+        Meridian::new(&[[0.0, 1.0], [1.0, -0.5]]),
+        Err(Error::NegativeRadius { index: 1, .. })
+    ));
+    assert!(matches!(
+        Meridian::new(&[[0.0, 0.0], [1.0, 0.0]]),
+        Err(Error::NoVolume { .. })
+    ));
+    assert!(matches!(
+        Meridian::new(&[[0.0, 1.0], [0.0, 2.0]]),
+        Err(Error::NoVolume { .. })
+    ));
+    // A loop in the path; a path through its own closing disc; one that runs back over itself.
+    let knot = [
+        [0.0, 0.0],
+        [2.0, 1.0],
+        [2.0, 2.0],
+        [1.0, 2.0],
+        [1.0, 0.2],
+        [3.0, 0.0],
+    ];
+    assert!(matches!(
+        Meridian::new(&knot),
+        Err(Error::SelfCrossing { .. })
+    ));
+    assert!(matches!(
+        Meridian::new(&[[0.0, 1.0], [-1.0, 0.5], [3.0, 0.2]]),
+        Err(Error::SelfCrossing { .. })
+    ));
+    let back = [[0.0, 1.0], [2.0, 1.0], [1.0, 1.0], [1.0, 0.5], [3.0, 0.0]];
+    assert!(matches!(
+        Meridian::new(&back),
+        Err(Error::SelfCrossing { .. })
+    ));
+    // Parts that overlap and meet on the axis only: a cone within the rest; two that come down to one point, crossed over.
+    let cone_within = [[0.0, 1.0], [1.0, 0.0], [-2.0, 0.0], [-2.0, 4.0], [5.0, 2.0]];
+    let crossed = [[0.0, 0.0], [0.4, 2.0], [0.6, 6.0], [0.0, 0.0], [4.0, 1.0]];
+    for overlapping in [&cone_within[..], &crossed] {
+        assert!(matches!(
+            Meridian::new(overlapping),
+            Err(Error::SelfCrossing { .. })
+        ));
+    }
+    // The same parts side by side are a solid, and so is a ring that touches the axis.
+    for fine in [
+        Meridian::new(&[[0.0, 1.0], [1.0, 0.0], [2.0, 0.0], [2.0, 4.0], [5.0, 2.0]]),
+        Meridian::new(&[[0.0, 0.0], [0.4, 2.0], [1.0, 0.0], [4.0, 1.0]]),
+        Meridian::ring(&[[0.0, 0.0], [-1.0, 1.0], [0.0, 2.0], [1.0, 1.0]]),
+    ] {
+        assert!(fine.is_ok(), "{fine:?}");
+    }
+    // An edge that comes back at an angle below rounding.
+    let slit = [
+        [0.0, 0.0],
+        [2.0, 1.0],
+        [0.5, 1.0],
+        [1e-300, 3.0],
+        [1e-300, 1.0],
+        [0.0, 3.1],
+        [4.0, 2.0],
+    ];
+    assert!(matches!(
+        Meridian::new(&slit),
+        Err(Error::SelfCrossing { .. })
+    ));
+    assert!(matches!(
+        Meridian::ring(&[[0.0, 1.0], [1.0, 1.0]]),
+        Err(Error::TooFewPoints { needed: 3, .. })
+    ));
+    assert!(matches!(
+        Meridian::from_full_curve(&[[0.0, -1.0], [1.0, 1.0]]),
+        Err(Error::NegativeRadius { .. })
+    ));
+    assert!(matches!(
+        Meridian::from_full_curve(&[[0.0, 1.0], [1.0, f64::NAN]]),
+        Err(Error::NotFinitePoint { .. })
+    ));
+    // Apex to base is turned round.
+    let a = Meridian::new(&[[3.0, 0.0], [0.0, 1.0]]).unwrap();
+    assert_eq!(a, Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).unwrap());
+}
+
+#[test]
+fn the_upper_half_of_a_full_curve() {
+    // A node at the apex, and none: the apex is then interpolated.
+    let with = Meridian::from_full_curve(&[[0.0, 1.0], [2.0, 0.0], [0.0, -1.0]]).unwrap();
+    let without =
+        Meridian::from_full_curve(&[[0.0, 1.0], [2.0, 0.5], [2.0, -0.5], [0.0, -1.0]]).unwrap();
+    assert_eq!(with, Meridian::new(&[[0.0, 1.0], [2.0, 0.0]]).unwrap());
+    assert_eq!(
+        without,
+        Meridian::new(&[[0.0, 1.0], [2.0, 0.5], [2.0, 0.0]]).unwrap()
+    );
+}
+
+#[test]
+fn smooth_pieces() {
+    let line = |x0: f64, x1: f64| Piece::Power {
+        x: vec![x0, x1 - x0],
+        r: vec![1.0],
+    };
+    assert!(matches!(
+        Meridian::smooth(&[], 1e-3),
+        Err(Error::TooFewPoints { .. })
+    ));
+    assert!(matches!(
+        Meridian::smooth(&[line(0.0, 1.0)], 0.0),
+        Err(Error::NotPositive { .. })
+    ));
+    assert!(matches!(
+        Meridian::smooth(&[line(0.0, f64::NAN)], 1e-3),
+        Err(Error::NotFinite { .. })
+    ));
+    let gap = Meridian::smooth(&[line(0.0, 1.0), line(1.5, 2.0)], 1e-3);
+    assert!(matches!(gap, Err(Error::Gap { piece: 1, gap, .. }) if (gap - 0.5).abs() < 1e-12));
+    let dips = Piece::Power {
+        x: vec![0.0, 1.0],
+        r: vec![0.5, -2.0, 2.0],
+    };
+    assert!(Meridian::smooth(&[dips], 1e-3).is_ok());
+    let below = Piece::Power {
+        x: vec![0.0, 1.0],
+        r: vec![0.3, -2.0, 2.0],
+    };
+    assert!(matches!(
+        Meridian::smooth(&[below], 1e-3),
+        Err(Error::NegativeRadius { .. })
+    ));
+    let round = Piece::Chebyshev {
+        x: vec![0.0, 1.0],
+        r: vec![0.5, 0.0, -0.5],
+    };
+    assert!(matches!(
+        Meridian::smooth(&[round], 1e-18),
+        Err(Error::TooFine { .. })
+    ));
+}
+
+#[test]
+fn poses_rays_grids_detectors() {
+    let nan = f64::NAN;
+    assert!(Pose::axis_along_z(nan).is_err());
+    assert!(Pose::identity().turned_x(f64::INFINITY).is_err());
+    assert!(
+        Pose::identity()
+            .shifted(Vector3::new(0.0, nan, 0.0))
+            .is_err()
+    );
+    assert!(Pose::new(Isometry3::translation(nan, 0.0, 0.0)).is_err());
+    let zero = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.0, 0.0, 0.0, 0.0));
+    assert!(Pose::new(Isometry3::from_parts(Vector3::zeros().into(), zero)).is_err());
+    assert!(matches!(
+        Ray::new(Point3::origin(), Vector3::zeros()),
+        Err(Error::NotPositive { .. })
+    ));
+    assert!(Ray::new(Point3::new(nan, 0.0, 0.0), Vector3::x()).is_err());
+    assert!(Ray::new(Point3::origin(), Vector3::new(1e-300, 0.0, 0.0)).is_ok());
+    assert!(Ray::new(Point3::origin(), Vector3::new(1e300, 1e300, 0.0)).is_ok());
+    assert!(VoxelGrid::cube(0, 1.0).is_err());
+    assert!(VoxelGrid::cube(4, -1.0).is_err());
+    assert!(VoxelGrid::new([1; 3], [1.0; 3], [nan; 3]).is_err());
+    assert!(ParallelDetector::new(0, 4, [1.0; 2]).is_err());
+    assert!(ParallelDetector::new(4, 4, [1.0, 0.0]).is_err());
+    let detector = ParallelDetector::new(4, 4, [1.0; 2]).unwrap();
+    assert!(detector.with_offset([nan, 0.0]).is_err());
+    assert!(detector.rays(nan).is_err());
+    let x = Vector3::x();
+    assert!(ParallelRays::new([0, 1], Point3::origin(), x, x, x).is_err());
+    assert!(ParallelRays::new([1, 1], Point3::origin(), x * nan, x, x).is_err());
+    assert!(ParallelRays::new([1, 1], Point3::origin(), x, x, x * 0.0).is_err());
+}
+
+#[test]
+fn bodies_and_batches() {
+    assert!(matches!(
+        Body::new(vec![], Pose::identity()),
+        Err(Error::Length { given: 0, .. })
+    ));
+    let body = heart(20);
+    let rays = ParallelDetector::new(4, 4, [1.0; 2])
+        .unwrap()
+        .rays(0.0)
+        .unwrap();
+    assert!(matches!(
+        body.project::<f32>(&rays, &[1.0]),
+        Err(Error::Length {
+            expected: 2,
+            given: 1,
+            ..
+        })
+    ));
+    assert!(matches!(
+        body.project::<f32>(&rays, &[1.0, f64::NAN]),
+        Err(Error::NotFinite { .. })
+    ));
+    let mut short = vec![0.0f32; 15];
+    assert!(matches!(
+        body.project_add(&rays, &[1.0; 2], 1.0, &mut short),
+        Err(Error::Length {
+            expected: 16,
+            given: 15,
+            ..
+        })
+    ));
+    assert!(
+        body.project_add(&rays, &[1.0; 2], f64::NAN, &mut [0.0f32; 16])
+            .is_err()
+    );
+    let grid = VoxelGrid::cube(2, 1.0).unwrap();
+    let voxels = |slices, sampling, n| {
+        body.voxelize_add(
+            &grid,
+            slices,
+            sampling,
+            &[1.0; 2],
+            1.0,
+            &mut vec![0.0f32; n],
+        )
+    };
+    assert!(matches!(
+        voxels(0..3, Sampling::Centre, 12),
+        Err(Error::Length { .. })
+    ));
+    assert!(matches!(
+        voxels(0..2, Sampling::Centre, 7),
+        Err(Error::Length { .. })
+    ));
+    assert!(matches!(
+        voxels(0..2, Sampling::Supersampled(0), 8),
+        Err(Error::NotPositive { .. })
+    ));
+    assert!(matches!(
+        voxels(0..2, Sampling::Coverage { tolerance: 0.0 }, 8),
+        Err(Error::NotPositive { .. })
+    ));
+    assert!(voxels(2..2, Sampling::Centre, 0).is_ok());
+    assert!(body.mesh(0, -1.0).is_err());
+    assert!(matches!(body.mesh(0, 1e-30), Err(Error::TooFine { .. })));
+}
+
+#[test]
+fn layers_that_are_not_nested_are_reported() {
+    let cylinder = |r: f64| Meridian::new(&[[0.0, r], [2.0, r]]).unwrap();
+    let body = |a, b| Body::new(vec![cylinder(a), cylinder(b)], Pose::identity()).unwrap();
+    assert!(body(1.0, 2.0).check_nested(0.0).is_ok());
+    let found = body(2.0, 1.5).check_nested(1e-9);
+    assert!(
+        matches!(found, Err(Error::NotNested { layer: 0, depth, .. }) if (depth - 0.5).abs() < 1e-12)
+    );
+}
+
+#[test]
+fn sizes_beyond_memory_are_refused() {
+    let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).unwrap();
+    let body = Body::new(vec![cone], Pose::axis_along_z(1.0).unwrap()).unwrap();
+    for n in [usize::MAX, 1 << 32] {
+        assert!(matches!(
+            VoxelGrid::cube(n, 1.0),
+            Err(Error::TooLarge { .. })
+        ));
+        assert!(matches!(
+            ParallelDetector::new(n, n, [1.0; 2]),
+            Err(Error::TooLarge { .. })
+        ));
+    }
+    // Countable, but no amount of memory.
+    let grid = VoxelGrid::cube(1 << 19, 1.0).unwrap();
+    let volume = body.voxelize::<f32>(&grid, Sampling::Centre, &[1.0]);
+    assert!(matches!(volume, Err(Error::TooLarge { .. })));
+    let rays = ParallelDetector::new(1 << 28, 1 << 29, [1.0; 2])
+        .unwrap()
+        .rays(0.0)
+        .unwrap();
+    assert!(matches!(
+        body.project::<f32>(&rays, &[1.0]),
+        Err(Error::TooLarge { .. })
+    ));
+}
+
+#[test]
+fn a_layer_that_is_not_there_is_empty() {
+    let body = Body::new(
+        vec![Meridian::new(&[[0.0, 1.0], [1.0, 1.0]]).unwrap()],
+        Pose::identity(),
+    )
+    .unwrap();
+    let ray = Ray::new(Point3::new(0.5, -3.0, 0.0), Vector3::y()).unwrap();
+    assert!((body.chord(0, &ray) - 2.0).abs() < 1e-14);
+    for absent in [1, usize::MAX] {
+        assert_eq!(body.chord(absent, &ray), 0.0);
+        assert!(body.spans(absent, &ray).is_empty());
+        assert!(body.first_hit(absent, &ray).is_none());
+        assert!(body.bounding_box(absent).is_none());
+        assert_eq!(
+            body.signed_distance(absent, &Point3::origin()),
+            f64::INFINITY
+        );
+        assert_eq!(body.region_measures(absent).volume, 0.0);
+        assert!(matches!(
+            body.mesh(absent, 0.1),
+            Err(Error::NoSuchLayer { given, layers: 1 }) if given == absent
+        ));
+    }
+}
+
+fn cylinder() -> Body {
+    let rod = Meridian::new(&[[0.0, 1.0], [1.0, 1.0]]).unwrap();
+    Body::new(vec![rod], Pose::identity()).unwrap()
+}
+
+#[test]
+fn a_tolerance_that_is_no_number_settles_no_nesting() {
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert!(matches!(
+            cylinder().check_nested(bad),
+            Err(Error::NotFinite { .. })
+        ));
+    }
+}
+
+#[test]
+fn rays_beyond_a_raster() {
+    let rays = ParallelDetector::new(4, 3, [1.0; 2])
+        .and_then(|detector| detector.rays(0.3))
+        .unwrap();
+    let some = rays.rows(1..3).unwrap();
+    assert_eq!(some.ray(3, 1), rays.ray(3, 2));
+    assert!(some.ray(3, 1).is_some());
+    for (bin, row) in [(4, 0), (0, 2), (usize::MAX, 0), (0, usize::MAX)] {
+        assert_eq!(some.ray(bin, row), None);
+    }
+    // The first and the last ray are numbers, but one between the steps' sums is none.
+    let raster = |count: usize, step: f64| {
+        let (bin, row) = (Vector3::x() * step, Vector3::x() * -step);
+        ParallelRays::new([count; 2], Point3::origin(), bin, row, Vector3::z())
+    };
+    assert!(raster(1000, 1e300).is_ok());
+    assert!(matches!(
+        raster(1 << 28, 1e300),
+        Err(Error::NotFinite { .. })
+    ));
+}
+
+#[test]
+fn slices_out_of_order_and_samples_without_number() {
+    let (body, grid) = (cylinder(), VoxelGrid::cube(4, 1.0).unwrap());
+    let torso = EllipticCylinder::new([0.0; 2], [1.0; 2]).unwrap();
+    let curve = |r| Curve::polyline(&[0.0, 1.0], &[[0.0, r], [1.0, r]]).unwrap();
+    let shell = Shell::new(curve(1.0), curve(2.0), [0.0, 1.0]).unwrap();
+    let pose = Pose::identity();
+    for (start, end) in [(3, 1), (usize::MAX, 2), (1 << 62, 4)] {
+        let slices = start..end;
+        let refused = |outcome: Option<Error>| {
+            let Some(Error::Length { given, .. }) = outcome else {
+                return false;
+            };
+            given == start
+        };
+        let none: &mut [f64] = &mut [];
+        let add = body.voxelize_add(&grid, slices.clone(), Sampling::Centre, &[1.0], 1.0, none);
+        assert!(refused(add.err()));
+        let regions = body.regions::<f64>(&grid, slices.clone(), Sampling::Centre);
+        assert!(refused(regions.err()));
+        let map = torso.voxelize_add(&grid, slices.clone(), 1.0, none);
+        assert!(refused(map.err()));
+        let voxels = shell.map_voxels(&pose, &grid, slices, |_, _| ());
+        assert!(refused(voxels.err()));
+    }
+    for n in [1 << 22, usize::MAX] {
+        let sampling = Sampling::Supersampled(n);
+        assert!(matches!(
+            body.voxelize::<f64>(&grid, sampling, &[1.0]),
+            Err(Error::TooLarge { .. })
+        ));
+    }
+    // Nothing asked of a grid of 2^56 voxels to a slice takes no memory.
+    let wide = VoxelGrid::new([1 << 28, 1 << 28, 1], [1.0; 3], [0.0; 3]).unwrap();
+    torso
+        .voxelize_add::<f64>(&wide, 0..0, 1.0, &mut [])
+        .unwrap();
+}
+
+#[test]
+fn profiles_of_any_length() {
+    let grid = VoxelGrid::cube(2, 1.0).unwrap();
+    let ends = [Point3::origin(), Point3::new(1.0, 0.0, 0.0)];
+    for n in [usize::MAX, 1 << 60, 1 << 45] {
+        assert!(matches!(
+            grid.profile(&[1.0f32; 8], ends, n),
+            Err(Error::TooLarge { .. })
+        ));
+    }
+    for bad in [f64::NAN, f64::INFINITY] {
+        let ends = [Point3::origin(), Point3::new(1.0, bad, 0.0)];
+        assert!(matches!(
+            grid.profile(&[1.0f32; 8], ends, 3),
+            Err(Error::NotFinite { .. })
+        ));
+    }
+}
+
+#[test]
+fn masks_with_a_side_of_zero() {
+    for shape in [[0, usize::MAX, 2], [usize::MAX, 0, 2], [2, usize::MAX, 0]] {
+        assert!(matches!(
+            Mask::new(shape, vec![]),
+            Err(Error::TooLarge { .. })
+        ));
+    }
+    let mut long = Mask::new([0, 1 << 40, 1], vec![]).unwrap();
+    long.erode(3);
+    assert_eq!(long.farther_than(f64::INFINITY).count(), 0);
+    assert!(long.intersect_slices(&[]).is_err());
+    // A reach beyond a long, thin grid does not look at all places of a ball of that radius.
+    let mut set = vec![false; 1_000_000];
+    set[17] = true;
+    let mask = Mask::new([1, 1, 1_000_000], set).unwrap();
+    assert_eq!(mask.farther_than(f64::INFINITY).count(), 0);
+    assert_eq!(mask.farther_than(10.0).count(), 1_000_000 - 21);
+}
+
+#[test]
+fn meshes_put_together_by_hand() {
+    let mesh = |triangle: [u32; 3], n_normals: usize| Mesh {
+        vertices: vec![Point3::origin(); 3],
+        normals: vec![Vector3::x(); n_normals],
+        triangles: vec![triangle],
+    };
+    let whole = mesh([0, 1, 2], 3);
+    assert_eq!(whole.volume(), 0.0);
+    assert!(whole.write_stl(Vec::new()).is_ok() && whole.write_ply(Vec::new()).is_ok());
+    for broken in [mesh([0, 1, 3], 3), mesh([u32::MAX, 0, 0], 3)] {
+        assert!(broken.volume().is_nan());
+        for written in [
+            broken.write_stl(Vec::new()),
+            broken.write_ply(Vec::new()),
+            mesh([0, 1, 2], 2).write_ply(Vec::new()),
+        ] {
+            assert_eq!(
+                written.unwrap_err().kind(),
+                std::io::ErrorKind::InvalidInput
+            );
+        }
+    }
+    // Tens of thousands of millions of points at the finest.
+    let fine = cylinder().mesh(0, 1e-17);
+    assert!(matches!(
+        fine,
+        Err(Error::TooFine { .. } | Error::TooLarge { .. })
+    ));
+}
+
+#[test]
+fn regions_whose_lists_were_changed() {
+    let grid = VoxelGrid::cube(2, 1.0).unwrap();
+    let mut regions = cylinder()
+        .regions::<f64>(&grid, 0..2, Sampling::Centre)
+        .unwrap();
+    let none = regions.label_pieces(usize::MAX, &[], &grid, 0..2, Sampling::Centre);
+    assert!(matches!(none, Err(Error::Length { .. })));
+    regions.coverage[0].pop();
+    assert!(matches!(
+        regions.mean_of(&[1.0]),
+        Err(Error::Length {
+            expected: 8,
+            given: 7,
+            ..
+        })
+    ));
+}
+
+/// Two points on the axis as curves: no wall, but of the least degree there is.
+#[test]
+fn a_wall_of_constants_on_the_axis_has_no_volume() {
+    let point = |x: f64| {
+        let piece = Piece::Power {
+            x: vec![x],
+            r: vec![0.0],
+        };
+        Curve::new(vec![0.0, 1.0], vec![piece]).unwrap()
+    };
+    assert!(matches!(
+        Shell::new(point(0.0), point(1.0), [0.0, 1.0]),
+        Err(Error::NotPositive { .. } | Error::NotFinite { .. })
+    ));
+}
+
+/// What is below rounding is not looked for: it would take a million sections of each voxel that the surface cuts.
+#[test]
+fn a_tolerance_of_nothing_costs_no_more_than_rounding() {
+    let rod = Meridian::new(&[[0.0, 1.0], [2.0, 0.6]]).unwrap();
+    let pose = Pose::axis_along_z(1.0).and_then(|p| p.turned_x(0.5));
+    let body = Body::new(vec![rod], pose.unwrap()).unwrap();
+    let grid = VoxelGrid::cube(4, 0.8).unwrap();
+    let fill = |tolerance| {
+        let sampling = Sampling::Coverage { tolerance };
+        body.voxelize::<f64>(&grid, sampling, &[1.0]).unwrap()
+    };
+    let ((fine, work), (finest, most)) = (fill(1e-12), fill(5e-324));
+    assert!(fine.iter().zip(&finest).all(|(a, b)| (a - b).abs() < 2e-12));
+    let ratio = most.evaluations as f64 / work.evaluations as f64;
+    assert!(ratio < 100.0, "{ratio} times the work");
+}
+
+/// Two discs nearer to each other than rounding: no distance can tell which side of the sheet between them is within. Such a
+/// profile was taken, and had a fifth more volume in its voxels than in its measures.
+#[test]
+fn faces_no_farther_apart_than_rounding_are_refused() {
+    let profile = |gap: f64, size: f64| {
+        let points = [[0.0, 0.5], [0.0, 1.3], [0.9, 0.6], [gap, 1.2]];
+        Meridian::new(&points.map(|p| p.map(|v| v * size)))
+    };
+    for size in [1e-3, 1.0, 1e6] {
+        for gap in [1e-200, 1e-17, 1e-15] {
+            assert!(matches!(
+                profile(gap, size),
+                Err(Error::SelfCrossing { .. })
+            ));
+        }
+        // Farther apart they are two, and the voxels hold what the measures say.
+        for gap in [1e-13, 1e-9, 1e-3] {
+            let pose = Pose::axis_along_z(0.4 * size).and_then(|p| p.turned_x(0.7));
+            let body = Body::new(vec![profile(gap, size).unwrap()], pose.unwrap()).unwrap();
+            let grid = VoxelGrid::cube(20, 0.15 * size).unwrap();
+            let sampling = Sampling::Coverage { tolerance: 1e-6 };
+            let (voxels, _) = body.voxelize::<f64>(&grid, sampling, &[1.0]).unwrap();
+            let volume = voxels.iter().sum::<f64>() * grid.voxel_volume();
+            let exact = body.layers()[0].measures().volume;
+            assert!(
+                (volume / exact - 1.0).abs() < 1e-4,
+                "{gap:e}: {volume} {exact}"
+            );
+        }
+    }
+    // Points nearer to each other than that along the profile are only many points.
+    let many = [
+        [0.0, 1.0],
+        [1.0, 1.0],
+        [1.0 + 1e-16, 1.0 - 1e-16],
+        [1.0 + 3e-16, 0.9],
+        [2.0, 0.5],
+    ];
+    assert!(Meridian::new(&many).is_ok());
+}

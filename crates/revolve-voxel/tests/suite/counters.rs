@@ -1,0 +1,88 @@
+//! Work is proportional to the surface, not to the volume.
+
+use crate::support;
+
+use revolve_voxel::{ParallelDetector, Sampling, VoxelCounters, VoxelGrid};
+use support::*;
+
+#[test]
+fn voxels_looked_at_grow_with_the_surface() {
+    let body = heart(200);
+    let count = |n: usize| {
+        // A grid that no plane mirrors, so that every voxel is looked at.
+        let grid = VoxelGrid::centred([n; 3], [16.0 / n as f64; 3], [0.01, 0.02, 0.0]).unwrap();
+        let sampling = Sampling::Coverage { tolerance: 1e-2 };
+        let mut slab = vec![0.0f32; grid.slice_len() * n];
+        body.voxelize_add(&grid, 0..n, sampling, &[0.0, 1.0], 1.0, &mut slab)
+            .unwrap()
+    };
+    let (a, b) = (count(64), count(128));
+    // Twice the resolution: four times the surface, eight times the volume.
+    let ratio = |x: u64, y: u64| y as f64 / x as f64;
+    assert!((3.5..4.5).contains(&ratio(a.cut, b.cut)), "{a:?} {b:?}");
+    assert!(ratio(a.evaluations, b.evaluations) < 4.5, "{a:?} {b:?}");
+    // What of the two solids is not filled in blocks is a layer of so many voxels: it grows with the surface too.
+    let volume: f64 = body.layers().iter().map(|m| m.measures().volume).sum();
+    let rest = |c: VoxelCounters, n: f64| volume / (16.0f64 / n).powi(3) - c.filled as f64;
+    let growth = rest(b, 128.0) / rest(a, 64.0);
+    assert!((3.0..4.5).contains(&growth), "{growth} {a:?} {b:?}");
+    // A plane cuts about 3/2 voxels for each voxel face of its area; a voxel counts as cut if its circumscribed ball is:
+    // at most sqrt(3).
+    let area: f64 = body.layers().iter().map(|m| m.measures().surface).sum();
+    assert!((b.cut as f64) < 1.9 * area / (16.0f64 / 128.0).powi(2));
+}
+
+#[test]
+fn one_of_two_mirror_images_is_looked_at() {
+    let body = heart(200);
+    let count = |offset: f64| {
+        let grid = VoxelGrid::centred([96; 3], [0.16; 3], [offset, 0.0, 0.0]).unwrap();
+        let sampling = Sampling::Coverage { tolerance: 1e-2 };
+        let (_, counters) = body.voxelize::<f32>(&grid, sampling, &[0.0, 1.0]).unwrap();
+        counters
+    };
+    let (half, all) = (count(0.0), count(1e-9));
+    assert_eq!(all.mirrored, 0);
+    // Blocks on the plane, one in twelve of those through the axis, are looked at whole.
+    for (some, whole) in [
+        (half.cut, all.cut),
+        (half.filled, all.filled),
+        (half.evaluations, all.evaluations),
+    ] {
+        let share = some as f64 / whole as f64;
+        assert!((0.5..0.63).contains(&share), "{share} {half:?} {all:?}");
+    }
+    // Each cut voxel that is not looked at has the value of one that is.
+    assert!(half.cut + half.mirrored > all.cut);
+}
+
+#[test]
+fn rays_outside_the_silhouette_are_skipped() {
+    let body = heart(200);
+    let rays = ParallelDetector::new(256, 256, [0.0625; 2])
+        .unwrap()
+        .rays(0.7)
+        .unwrap();
+    let (_, c) = body.project::<f32>(&rays, &[1.0, 1.0]).unwrap();
+    let (_, outer) = body.project::<f32>(&rays, &[0.5, 0.5]).unwrap();
+    assert_eq!(c.cast + c.skipped, 256 * 256);
+    assert!(outer.cast as f64 <= 1.1 * outer.hit as f64, "{outer:?}");
+    assert!(outer.skipped > 3 * outer.cast);
+}
+
+#[test]
+fn a_digit_more_of_coverage_costs_little() {
+    let body = heart(200);
+    let grid = VoxelGrid::cube(64, 0.25).unwrap();
+    let work = |tolerance| {
+        let sampling = Sampling::Coverage { tolerance };
+        let (_, counters) = body.voxelize::<f32>(&grid, sampling, &[0.0, 1.0]).unwrap();
+        counters.evaluations as f64
+    };
+    // Supersampling needs a thousand times the points for ten times less error. A quadratic in place of the sections' areas,
+    // or a missing break, would show as growth.
+    for log in 3..8 {
+        let growth = work(10f64.powi(-log - 1)) / work(10f64.powi(-log));
+        assert!(growth < 2.0, "{log} {growth}");
+    }
+}

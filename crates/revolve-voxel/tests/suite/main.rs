@@ -1,0 +1,16 @@
+//! Everything about this crate, in one program: what is generic is compiled once.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod attenuation;
+mod bad_inputs;
+mod convergence;
+mod counters;
+mod moments;
+mod oracle;
+mod properties;
+mod sector;
+mod shell;
+mod sweep;
+mod threads;

@@ -1,0 +1,161 @@
+//! Many moments at once against one by one; mirror images against voxels that are alone on their grid.
+
+use crate::support;
+
+use nalgebra::Vector3;
+use revolve_voxel::{Body, Error, Moment, Pose, Sampling, VoxelGrid};
+use std::f64::consts::FRAC_PI_4;
+use support::*;
+
+const SAMPLING: Sampling = Sampling::Coverage { tolerance: 1e-3 };
+
+/// The balloon in three poses with a mirror plane each, on a grid that they map onto itself.
+fn mirrored() -> [(Body, VoxelGrid); 3] {
+    let cube = VoxelGrid::cube(44, 0.3).unwrap();
+    let flat = VoxelGrid::centred([40, 44, 44], [0.34, 0.3, 0.3], [0.07, 0.2, 0.2]).unwrap();
+    let along_z = Pose::axis_along_z(5.6).unwrap();
+    let tilted = along_z.turned_x(FRAC_PI_4).unwrap();
+    let body = |pose| Body::new(heart(150).layers().to_vec(), pose).unwrap();
+    [
+        (body(tilted.turned_y(FRAC_PI_4).unwrap()), cube),
+        (body(along_z), cube),
+        (
+            // The axis along (0, -1, 1) turned to (0, 1, 1), through the middle of the grid.
+            body(
+                along_z
+                    .turned_x(-FRAC_PI_4)
+                    .unwrap()
+                    .shifted(Vector3::new(0.4, 0.2, 0.2))
+                    .unwrap(),
+            ),
+            flat,
+        ),
+    ]
+}
+
+#[test]
+fn mirror_images_are_what_a_voxel_alone_has() {
+    for (body, grid) in mirrored() {
+        let (volume, counters) = body.voxelize::<f64>(&grid, SAMPLING, &[0.3, 1.0]).unwrap();
+        assert!(counters.mirrored > 0);
+        let [nx, ny, nz] = grid.shape();
+        let (mut looked_at, mut partial) = (0, 0);
+        for k in (0..nx * ny * nz).step_by(13) {
+            let (x, y, z) = (k % nx, k / nx % ny, k / (nx * ny));
+            // The surface is where voxels are neither full nor empty; of the others a few will do.
+            let cut = ![0.0, 0.3, 1.0].contains(&volume[k]);
+            if !cut && k % 10 != 0 {
+                continue;
+            }
+            let own: [f64; 3] = grid.centre(x, y, z).coords.into();
+            let alone = VoxelGrid::new([1; 3], grid.spacing(), own).unwrap();
+            let (one, _) = body.voxelize::<f64>(&alone, SAMPLING, &[0.3, 1.0]).unwrap();
+            // The same arithmetic on coordinates that differ by rounding.
+            assert!((one[0] - volume[k]).abs() < 1e-11, "{x} {y} {z}");
+            looked_at += 1;
+            partial += usize::from(cut);
+        }
+        assert!(looked_at > 500 && partial > 200, "{looked_at} {partial}");
+    }
+}
+
+#[test]
+fn all_moments_at_once_are_their_sum() {
+    let bodies = [heart(60), heart(80), heart(100)];
+    let grid = VoxelGrid::cube(40, 0.32).unwrap();
+    let activities = [[0.0, 1.0], [0.4, 0.9], [1.0, 0.0]];
+    let moments: Vec<Moment> = (bodies.iter().zip(&activities))
+        .zip([0.2, 0.5, 0.3])
+        .map(|((body, activity), weight)| Moment {
+            body,
+            activity,
+            weight,
+        })
+        .collect();
+    for sampling in [SAMPLING, Sampling::Centre, Sampling::Supersampled(2)] {
+        let mut sum = vec![1.0f64; grid.len()];
+        let together = Moment::voxelize_add(&moments, &grid, 0..40, sampling, &mut sum).unwrap();
+        let (mut one_by_one, mut counters) = (vec![1.0f64; grid.len()], vec![]);
+        for m in &moments {
+            counters.push(
+                m.body
+                    .voxelize_add(
+                        &grid,
+                        0..40,
+                        sampling,
+                        m.activity,
+                        m.weight,
+                        &mut one_by_one,
+                    )
+                    .unwrap(),
+            );
+        }
+        for (a, b) in sum.iter().zip(&one_by_one) {
+            assert!((a - b).abs() < 1e-14);
+        }
+        let total = |of: fn(&revolve_voxel::VoxelCounters) -> u64| {
+            assert_eq!(of(&together), counters.iter().map(of).sum::<u64>());
+        };
+        total(|c| c.cut);
+        total(|c| c.filled);
+        total(|c| c.evaluations);
+    }
+}
+
+#[test]
+fn slabs_and_threads_give_the_same_bits_where_half_is_mirrored() {
+    let (body, grid) = &mirrored()[0];
+    let moments = [0.25, 0.5].map(|weight| Moment {
+        body,
+        activity: &[0.2, 1.0],
+        weight,
+    });
+    let run = |threads: usize, slices: std::ops::Range<usize>| {
+        let mut out = vec![0.0f32; grid.slice_len() * slices.len()];
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let counters = pool
+            .build()
+            .unwrap()
+            .install(|| Moment::voxelize_add(&moments, grid, slices, SAMPLING, &mut out).unwrap());
+        (out, counters)
+    };
+    let whole = run(1, 0..44);
+    assert_eq!(whole, run(3, 0..44));
+    let mut at = 0;
+    for end in [0, 1, 5, 21, 24, 40, 44] {
+        let (slab, _) = run(2, at..end);
+        assert!(slab == whole.0[at * grid.slice_len()..end * grid.slice_len()]);
+        at = end;
+    }
+}
+
+#[test]
+fn bad_moments_are_refused() {
+    let body = heart(40);
+    let grid = VoxelGrid::cube(4, 1.0).unwrap();
+    let mut out = vec![0.0f32; 64];
+    let mut add = |activity: &[f64], weight, slices| {
+        let moment = Moment {
+            body: &body,
+            activity,
+            weight,
+        };
+        Moment::voxelize_add(&[moment], &grid, slices, SAMPLING, &mut out)
+    };
+    assert!(matches!(add(&[1.0], 1.0, 0..4), Err(Error::Length { .. })));
+    assert!(matches!(
+        add(&[1.0, f64::NAN], 1.0, 0..4),
+        Err(Error::NotFinite { .. })
+    ));
+    assert!(matches!(
+        add(&[1.0, 1.0], f64::INFINITY, 0..4),
+        Err(Error::NotFinite { .. })
+    ));
+    assert!(add(&[1.0, 1.0], 1.0, 0..3).is_err());
+    assert!(add(&[1.0, 1.0], 1.0, 2..6).is_err());
+    assert!(out.iter().all(|v| *v == 0.0));
+    assert_eq!(
+        Moment::voxelize_add(&[], &grid, 0..4, SAMPLING, &mut out),
+        Ok(revolve_voxel::VoxelCounters::default())
+    );
+}

@@ -1,0 +1,322 @@
+//! Chords, measures, distances and hits against closed forms that share no code with the crate.
+
+use crate::support;
+
+use nalgebra::{Point3, Vector3};
+use proptest::prelude::*;
+use revolve_voxel::{Body, Meridian, Piece, Pose, Ray};
+use std::f64::consts::PI;
+use support::*;
+
+/// Overlap with a slab 0 <= x <= h.
+fn slab(o: Point3<f64>, d: Vector3<f64>, h: f64) -> [f64; 2] {
+    if d.x != 0.0 {
+        let (t0, t1) = (-o.x / d.x, (h - o.x) / d.x);
+        [t0.min(t1), t0.max(t1)]
+    } else if (0.0..=h).contains(&o.x) {
+        [f64::NEG_INFINITY, f64::INFINITY]
+    } else {
+        [0.0, 0.0]
+    }
+}
+
+/// Chord of a finite cylinder 0 <= x <= h, radius a: the overlap of two intervals.
+fn cylinder_chord(o: Point3<f64>, d: Vector3<f64>, h: f64, a: f64) -> f64 {
+    let [mut lo, mut hi] = slab(o, d, h);
+    let s2 = d.y * d.y + d.z * d.z;
+    let cross = o.y * d.z - o.z * d.y;
+    if s2 > 0.0 {
+        let disc = a * a * s2 - cross * cross;
+        if disc <= 0.0 {
+            return 0.0;
+        }
+        let mid = -(o.y * d.y + o.z * d.z) / s2;
+        lo = lo.max(mid - disc.sqrt() / s2);
+        hi = hi.min(mid + disc.sqrt() / s2);
+    } else if o.y * o.y + o.z * o.z > a * a {
+        return 0.0;
+    }
+    (hi - lo).max(0.0)
+}
+
+/// Chebyshev coefficients of a function on [-1, 1], by interpolation.
+fn chebyshev(f: impl Fn(f64) -> f64) -> Vec<f64> {
+    let n = 24;
+    (0..n)
+        .map(|k| {
+            let scale = if k == 0 { 1.0 } else { 2.0 } / n as f64;
+            (0..n)
+                .map(|j| {
+                    let a = PI * (j as f64 + 0.5) / n as f64;
+                    scale * f(a.cos()) * (k as f64 * a).cos()
+                })
+                .sum()
+        })
+        .collect()
+}
+
+/// Half an ellipse, semi-axes a (along x) and 1.
+fn ellipse(a: f64) -> Piece {
+    Piece::Chebyshev {
+        x: chebyshev(|u| a * (0.5 * PI * u).sin()),
+        r: chebyshev(|u| (0.5 * PI * u).cos()),
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_cylinder_in_many_segments_has_the_closed_form_chord(
+        d in direction(), p in prop::array::uniform3(-1.2..1.2f64), n in 1usize..30, place in 0..5,
+    ) {
+        let (h, a) = (2.0, 1.0);
+        let points: Vec<_> = (0..=n).map(|k| [h * k as f64 / n as f64, a]).collect();
+        let p = match place {
+            0 => [p[0], 0.0, 0.0], // through the axis
+            1 => [h * (n / 2) as f64 / n as f64 - 1.0, p[1], p[2]], // at a vertex's plane
+            _ => p,
+        };
+        let o = Point3::new(1.0 + p[0], p[1], p[2]);
+        let expected = cylinder_chord(o, d, h, a);
+        let got = solid(&points).chord(0, &Ray::new(o, d).unwrap());
+        let tolerance = chord_tolerance(&[[0.0, a], [h, a]], o, d);
+        prop_assert!((got - expected).abs() < tolerance, "{got} {expected} {o:?} {d:?}");
+    }
+
+    #[test]
+    fn a_square_ring_is_a_cylinder_less_a_cylinder(d in direction(), p in prop::array::uniform3(-1.2..1.2f64)) {
+        let ring = Meridian::ring(&[[0.0, 0.5], [0.0, 1.0], [2.0, 1.0], [2.0, 0.5]]).unwrap();
+        let body = Body::new(vec![ring], Pose::identity()).unwrap();
+        let o = Point3::new(1.0 + p[0], p[1], p[2]);
+        let expected = cylinder_chord(o, d, 2.0, 1.0) - cylinder_chord(o, d, 2.0, 0.5);
+        let got = body.chord(0, &Ray::new(o, d).unwrap());
+        let tolerance = chord_tolerance(&[[0.0, 1.0], [2.0, 1.0]], o, d) + chord_tolerance(&[[0.0, 0.5], [2.0, 0.5]], o, d);
+        prop_assert!((got - expected).abs() < tolerance, "{got} {expected}");
+    }
+
+    #[test]
+    fn a_smooth_ellipsoid_has_its_chord_to_the_tolerance(
+        d in direction(), p in prop::array::uniform3(-1.2..1.2f64), log in 3..10i32, a in 0.5..3.0f64,
+    ) {
+        let tolerance = 10f64.powi(-log);
+        let body = Body::new(vec![Meridian::smooth(&[ellipse(a)], tolerance).unwrap()], Pose::identity()).unwrap();
+        let o = Point3::new(a * p[0], p[1], p[2]);
+        // In coordinates where the ellipsoid is a unit sphere.
+        let (os, ds) = (Vector3::new(o.x / a, o.y, o.z), Vector3::new(d.x / a, d.y, d.z));
+        let b = os.dot(&ds) / ds.norm_squared();
+        let impact = (os - ds * b).norm();
+        let half = |radius: f64| (radius * radius - impact * impact).max(0.0).sqrt() / ds.norm();
+        // The polyline lies between two ellipsoids: the chord lies between theirs, for a grazing line too.
+        // Displacement in the scaled coordinates: at most the tolerance over the shorter semi-axis.
+        let off = tolerance / a.min(1.0) + 1e-13;
+        let got = body.chord(0, &Ray::new(o, d).unwrap());
+        prop_assert!(got <= 2.0 * half(1.0 + off) + 1e-12, "{got}");
+        prop_assert!(got >= 2.0 * half(1.0 - off) - 1e-12, "{got} {}", 2.0 * half(1.0));
+    }
+}
+
+#[test]
+fn a_cone_has_the_closed_form_chords() {
+    // Apex at the origin, opening towards +x to radius 1 at x = 1; open end closed by a disc.
+    let cone = solid(&[[0.0, 0.0], [1.0, 1.0]]);
+    let chord = |o: [f64; 3], d: [f64; 3]| {
+        cone.chord(0, &Ray::new(Point3::from(o), Vector3::from(d)).unwrap())
+    };
+    // Across at height x, distance q from the axis: 2 sqrt(x^2 - q^2).
+    assert!((chord([0.5, 0.0, 0.3], [0.0, 1.0, 0.0]) - 0.8).abs() < 1e-15);
+    // Along the axis, parallel to it, along a generator inside by a shift.
+    assert!((chord([0.0, 0.0, 0.0], [1.0, 0.0, 0.0]) - 1.0).abs() < 1e-15);
+    assert!((chord([0.0, 0.6, 0.0], [-2.0, 0.0, 0.0]) - 0.4).abs() < 1e-15);
+    // Parallel to a generator, entering at (0.5, -0.5) in the plane z = 0 and leaving at the disc.
+    let s = 0.5f64.sqrt();
+    assert!((chord([0.5, -0.5, 0.0], [1.0, 1.0, 0.0]) - 0.5 / s).abs() < 1e-14);
+    // Through the apex only; past it.
+    assert_eq!(chord([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]), 0.0);
+    assert_eq!(chord([-0.1, 0.0, 0.0], [0.0, 1.0, 0.0]), 0.0);
+    // A frustum from radius 1 to 2, across half-way.
+    let frustum = solid(&[[0.0, 1.0], [2.0, 2.0]]);
+    let across = frustum.chord(
+        0,
+        &Ray::new(Point3::new(1.0, 0.0, 0.9), Vector3::y()).unwrap(),
+    );
+    assert!((across - 2.4).abs() < 1e-14);
+}
+
+#[test]
+fn a_chord_along_the_axis_is_the_same_both_ways_where_the_profile_touches_the_axis() {
+    // Two cones tip to tip, their common tip in the middle and off it, and a cone that ends in the middle of the others.
+    for tip in [0.5, 0.3] {
+        let double = solid(&[[0.0, 1.0], [tip, 0.0], [1.0, 1.0]]);
+        let single = solid(&[[0.0, 0.0], [tip, 0.0], [1.0, 1.0]]);
+        for d in [Vector3::x(), -Vector3::x()] {
+            for x in [-1.0, 0.0, tip, 0.7] {
+                let ray = Ray::new(Point3::new(x, 0.0, 0.0), d).unwrap();
+                assert!((double.chord(0, &ray) - 1.0).abs() < 1e-15);
+                assert!((single.chord(0, &ray) - (1.0 - tip)).abs() < 1e-15);
+            }
+        }
+    }
+}
+
+#[test]
+fn measures_of_textbook_solids() {
+    let (a, h) = (1.3, 2.1);
+    let m = Meridian::new(&[[0.0, a], [h, 0.0]]).unwrap().measures();
+    let volume = PI * a * a * h / 3.0;
+    let slant = (a * a + h * h).sqrt();
+    assert!((m.volume / volume - 1.0).abs() < 1e-14);
+    assert!((m.surface / (PI * a * (a + slant)) - 1.0).abs() < 1e-14);
+    assert!((m.centroid() / (h / 4.0) - 1.0).abs() < 1e-14);
+    assert!((m.polar_inertia / (0.3 * volume * a * a) - 1.0).abs() < 1e-14);
+    // About the centroid, across the axis: 3/80 V (4 a^2 + h^2).
+    let across = 3.0 / 80.0 * volume * (4.0 * a * a + h * h);
+    assert!((m.transverse_inertia() / across - 1.0).abs() < 1e-13);
+
+    // Smooth: the prolate spheroid, errors of the order of the tolerance.
+    let m = Meridian::smooth(&[ellipse(2.0)], 1e-8).unwrap().measures();
+    let volume = 8.0 * PI / 3.0;
+    assert!((m.volume / volume - 1.0).abs() < 4e-8);
+    assert!(m.centroid().abs() < 1e-12);
+    let e = 0.75f64.sqrt();
+    let surface = 2.0 * PI * (1.0 + 2.0 / e * e.asin());
+    assert!((m.surface / surface - 1.0).abs() < 4e-8);
+    assert!((m.transverse_inertia() / (volume * 5.0 / 5.0) - 1.0).abs() < 1e-7);
+}
+
+#[test]
+fn a_smooth_profile_is_as_near_as_promised_and_no_finer_than_it_need_be() {
+    for log in 2..9 {
+        let tolerance = 10f64.powi(-log);
+        let m = Meridian::smooth(&[ellipse(1.0)], tolerance).unwrap();
+        // Distance of circle points from the polyline, by the signed distance.
+        let worst = (1..2000)
+            .map(|k| {
+                let a = PI * k as f64 / 2000.0;
+                m.signed_distance(&Point3::new(a.cos(), a.sin(), 0.0)).abs()
+            })
+            .fold(0.0, f64::max);
+        assert!(worst <= tolerance, "{worst} {tolerance}");
+        // A chord of sagitta e on the unit circle spans an angle sqrt(8 e); halving leaves up to 2 times as many, and
+        // the first cut is into 24 stretches.
+        let ideal = PI / (8.0 * tolerance).sqrt();
+        assert!(
+            (m.n_segments() as f64) < 4.0 * ideal.max(24.0),
+            "{} {ideal}",
+            m.n_segments()
+        );
+    }
+}
+
+#[test]
+fn distances_are_those_of_the_definition() {
+    let body = heart(300);
+    let m = &body.layers()[1];
+    // Sampled surface, no nearer than the true distance and within the sampling of it.
+    let mut path = Vec::new();
+    let n = 300;
+    let point = |u: f64| {
+        let k = ((u * n as f64) as usize).min(n - 1);
+        let at = |k: usize| {
+            let u = k as f64 / n as f64;
+            [
+                12.25 * (1.0 - (0.5 * PI * u).cos()) - 0.5 * (PI * u).sin(),
+                2.75 * (0.5 * PI * u).cos() + 1.6 * (PI * u).sin(),
+            ]
+        };
+        let f = u * n as f64 - k as f64;
+        let (a, b) = (at(k), at(k + 1));
+        [a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1])]
+    };
+    path.extend((0..=100_000).map(|k| point(f64::from(k) * 1e-5)));
+    path.extend((0..=2000).map(|k| [0.0, 2.75 * f64::from(k) / 2000.0]));
+    for (x, r) in [
+        (3.0, 0.5),
+        (-0.1, 2.8),
+        (-0.1, 1.0),
+        (6.0, 4.0),
+        (13.0, 0.0),
+        (11.0, 0.1),
+        (-0.4, 3.2),
+        (5.0, 2.8),
+    ] {
+        let sampled = path
+            .iter()
+            .map(|p| (p[0] - x).hypot(p[1] - r))
+            .fold(f64::INFINITY, f64::min);
+        let got = m.signed_distance(&Point3::new(x, 0.6 * r, -0.8 * r));
+        assert!(
+            (got.abs() - sampled).abs() < 1e-6,
+            "{x} {r}: {got} {sampled}"
+        );
+    }
+    for (x, r, inside) in [
+        (3.0, 0.5, true),
+        (-0.02, 3.0, true),
+        (-0.1, 1.0, false),
+        (6.0, 4.5, false),
+        (12.2499, 0.0, true),
+    ] {
+        assert_eq!(m.contains(&Point3::new(x, 0.0, r)), inside, "{x} {r}");
+    }
+}
+
+#[test]
+fn a_hit_knows_its_point_and_normal() {
+    let body = solid(&[[0.0, 1.0], [2.0, 1.0]]);
+    let ray = |o: [f64; 3], d: [f64; 3]| Ray::new(Point3::from(o), Vector3::from(d)).unwrap();
+    let hit = body
+        .first_hit(0, &ray([1.0, -5.0, 0.0], [0.0, 1.0, 0.0]))
+        .unwrap();
+    assert!((hit.t - 4.0).abs() < 1e-14);
+    assert!((hit.normal + Vector3::y()).norm() < 1e-14);
+    // The discs.
+    let hit = body
+        .first_hit(0, &ray([-3.0, 0.5, 0.0], [1.0, 0.0, 0.0]))
+        .unwrap();
+    assert!((hit.t - 3.0).abs() < 1e-14 && (hit.normal + Vector3::x()).norm() < 1e-14);
+    let hit = body
+        .first_hit(0, &ray([5.0, 0.5, 0.0], [-1.0, 0.0, 0.0]))
+        .unwrap();
+    assert!((hit.t - 3.0).abs() < 1e-14 && (hit.normal - Vector3::x()).norm() < 1e-14);
+    // Behind the origin of the ray there is nothing to hit.
+    assert!(
+        body.first_hit(0, &ray([1.0, 5.0, 0.0], [0.0, 1.0, 0.0]))
+            .is_none()
+    );
+    // A sphere's normal is its radius, in any pose.
+    let sphere = Body::new(
+        vec![Meridian::smooth(&[ellipse(1.0)], 1e-9).unwrap()],
+        study_pose(),
+    )
+    .unwrap();
+    let centre = sphere.pose().to_lab(&Point3::origin());
+    let hit = sphere
+        .first_hit(
+            0,
+            &Ray::new(centre + Vector3::new(0.3, -9.0, 0.2), Vector3::y()).unwrap(),
+        )
+        .unwrap();
+    // A chord of sagitta e is turned from the arc by at most 2 sqrt(2 e).
+    assert!((hit.normal - (hit.point - centre)).norm() < 1e-4);
+}
+
+#[test]
+fn the_study_pose_points_where_the_conventions_say() {
+    let pose = study_pose();
+    let expected = Vector3::new(0.5, -(0.5f64.sqrt()), 0.5);
+    assert!((pose.axis() - expected).norm() < 1e-15);
+    assert!(pose.to_lab(&Point3::new(5.625, 0.0, 0.0)).coords.norm() < 1e-14);
+}
+
+#[test]
+fn bounding_box_of_a_tilted_cylinder() {
+    let body = Body::new(
+        vec![Meridian::new(&[[0.0, 1.0], [2.0, 1.0]]).unwrap()],
+        Pose::identity().turned_z(0.3).unwrap(),
+    )
+    .unwrap();
+    let [low, high] = body.bounding_box(0).unwrap();
+    let (sin, cos) = 0.3f64.sin_cos();
+    let expected = [[-sin, -cos, -1.0], [2.0 * cos + sin, 2.0 * sin + cos, 1.0]];
+    assert!((low - Point3::from(expected[0])).norm() < 1e-14);
+    assert!((high - Point3::from(expected[1])).norm() < 1e-14);
+}

@@ -1,0 +1,217 @@
+//! Random profiles, rays and poses: the slow twin, and the identities that tie chords, voxels, meshes and measures.
+
+use crate::support;
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use revolve_voxel::{Body, ParallelRays, Pose, Ray, Sampling, VoxelGrid};
+use std::collections::HashMap;
+use support::*;
+
+proptest! {
+    #[test]
+    fn the_chord_is_the_twins((path, meridian) in profile(), d in direction(), p in prop::array::uniform3(-1.2..1.2f64), place in 0..5, pick in 0..100usize) {
+        let v = path[pick % path.len()];
+        let o = Point3::from(match place {
+            0 => [p[0], 0.0, 0.0], // through the axis
+            1 => [v[0], p[1], p[2]], // through a vertex's plane
+            2 => [v[0], 0.6 * v[1], 0.8 * v[1]], // through a vertex: grazing an edge or cutting it
+            _ => p,
+        });
+        let body = Body::new(vec![meridian], Pose::identity()).unwrap();
+        let expected = naive_chord(&path, o, d).abs();
+        let got = body.chord(0, &Ray::new(o, d).unwrap());
+        let tolerance = chord_tolerance(&path, o, d);
+        prop_assert!((got - expected).abs() <= tolerance, "{got} {expected} {tolerance:e} {o:?} {d:?}");
+        let spans = body.spans(0, &Ray::new(o, d).unwrap());
+        let total: f64 = spans.iter().map(|s| s.length()).sum();
+        prop_assert!((total - got).abs() <= tolerance, "{spans:?} {got}");
+        for pair in spans.windows(2) {
+            prop_assert!(pair[0].exit < pair[1].enter);
+        }
+        // A span's middle is inside, a gap's outside, unless they are slivers.
+        for s in spans.iter().filter(|s| s.length() > 1e-6) {
+            let middle = o + d * (0.5 * (s.enter + s.exit));
+            prop_assert!(body.signed_distance(0, &middle) < 1e-9);
+        }
+        for w in spans.windows(2).filter(|w| w[1].enter - w[0].exit > 1e-6) {
+            let middle = o + d * (0.5 * (w[0].exit + w[1].enter));
+            prop_assert!(body.signed_distance(0, &middle) > -1e-9);
+        }
+    }
+
+    #[test]
+    fn turning_body_and_ray_together_changes_nothing((_, meridian) in profile(), turn in pose(), d in direction(), p in prop::array::uniform3(-1.0..1.0f64)) {
+        let still = Body::new(vec![meridian.clone()], Pose::identity()).unwrap();
+        let turned = Body::new(vec![meridian], turn).unwrap();
+        let o = Point3::from(p);
+        let a = still.chord(0, &Ray::new(o, d).unwrap());
+        let b = turned.chord(0, &Ray::new(turn.to_lab(&o), turn.isometry().rotation * d).unwrap());
+        // Degenerate rays are grazing ones after a rounding: compare where the chord is well-conditioned.
+        let near: Vec<f64> = [1e-9, -1e-9].iter().flat_map(|e| [Vector3::x(), Vector3::y(), Vector3::z()].map(|v| {
+            still.chord(0, &Ray::new(o + v * *e, d).unwrap())
+        })).collect();
+        let spread = near.iter().fold(0.0f64, |m, c| m.max((c - a).abs()));
+        prop_assert!((a - b).abs() <= 1e-12 + 10.0 * spread, "{a} {b} {spread}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(8))]
+
+    #[test]
+    fn volume_is_the_sum_of_coverage_and_the_integral_of_chords((_, meridian) in profile(), at in pose(), d in direction()) {
+        let volume = meridian.measures().volume;
+        let body = Body::new(vec![meridian], at).unwrap();
+        let grid = VoxelGrid::centred([40, 36, 44], [0.11, 0.12, 0.1], [0.01, -0.02, 0.005]).unwrap();
+        for tolerance in [1e-3, 1e-6] {
+            let (v, c) = body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[1.0]).unwrap();
+            let sum = v.iter().sum::<f64>() * grid.voxel_volume();
+            // Every cut voxel within the tolerance.
+            prop_assert!((sum - volume).abs() <= tolerance * c.cut as f64 * grid.voxel_volume() + 1e-12, "{sum} {volume}");
+        }
+
+        let u = d.cross(&Vector3::new(0.3, -0.5, 0.8)).normalize();
+        let w = d.cross(&u);
+        // Midpoint rule: four rasters half a step apart, and their mean, which is the raster twice as fine. Chords jump where
+        // a wall is seen edge-on, so each errs by the pixels of an outline with changing sign, and the mean by less than
+        // the largest of the four differs from it.
+        let (n, pitch) = (200, 0.025);
+        let sums = [[-0.25, -0.25], [-0.25, 0.25], [0.25, -0.25], [0.25, 0.25]].map(|[a, b]| {
+            let middle = 0.5 * (n as f64 - 1.0);
+            let first = Point3::from(u * ((a - middle) * pitch) + w * ((b - middle) * pitch));
+            let rays = ParallelRays::new([n, n], first, u * pitch, w * pitch, d).unwrap();
+            let (image, _) = body.project::<f64>(&rays, &[1.0]).unwrap();
+            image.iter().sum::<f64>() * pitch * pitch
+        });
+        let mean = sums.iter().sum::<f64>() / 4.0;
+        let spread = sums.iter().map(|s| (s - mean).abs()).fold(0.0, f64::max);
+        prop_assert!((mean - volume).abs() <= 2.0 * spread + 2e-4 * volume.max(1.0), "{mean} {volume} {spread}");
+    }
+
+    #[test]
+    fn a_voxel_is_the_mean_of_its_eighths((_, meridian) in profile(), at in pose(), axis_aligned in any::<bool>()) {
+        // Creases, thin walls and the axis, cut by other planes: the parts know nothing of the whole.
+        let at = if axis_aligned { Pose::axis_along_z(0.1).unwrap() } else { at };
+        let body = Body::new(vec![meridian], at).unwrap();
+        let (n, h, tolerance) = (7, 0.5, 1e-6);
+        let offset = [0.013, -0.021, 0.007];
+        let voxels = |n: usize, h: f64, tolerance: f64| {
+            let grid = VoxelGrid::centred([n; 3], [h; 3], offset).unwrap();
+            body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[1.0]).unwrap().0
+        };
+        let (whole, parts) = (voxels(n, h, tolerance), voxels(2 * n, 0.5 * h, tolerance));
+        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
+            for (a, b) in whole.iter().zip(&voxels(n, h, tolerance)) {
+                prop_assert!((a - b).abs() <= tolerance + 1e-6, "{a} {b} {tolerance}");
+            }
+        }
+        for (k, v) in whole.iter().enumerate() {
+            let (i, j, l) = (k % n, k / n % n, k / (n * n));
+            let mut sum = 0.0;
+            for part in 0..8 {
+                let (i, j, l) = (2 * i + (part & 1), 2 * j + (part >> 1 & 1), 2 * l + (part >> 2));
+                sum += parts[(l * 2 * n + j) * 2 * n + i];
+            }
+            prop_assert!((v - sum / 8.0).abs() <= 2.0 * tolerance, "{v} {}", sum / 8.0);
+        }
+    }
+
+    #[test]
+    fn turning_body_and_grid_together_changes_nothing((_, meridian) in profile(), at in pose()) {
+        // A quarter turn about z maps the grid onto itself: voxel (i, j) to (n-1-j, i).
+        let turned = at.turned_z(std::f64::consts::FRAC_PI_2).unwrap();
+        let grid = VoxelGrid::cube(24, 0.18).unwrap();
+        let tolerance = 1e-2;
+        let volume = |pose| {
+            let body = Body::new(vec![meridian.clone()], pose).unwrap();
+            body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[1.0]).unwrap().0
+        };
+        let (a, b) = (volume(at), volume(turned));
+        for z in 0..24 {
+            for j in 0..24 {
+                for i in 0..24 {
+                    let (p, q) = (a[(z * 24 + j) * 24 + i], b[(z * 24 + i) * 24 + 23 - j]);
+                    // Rounding may tip a decision to split: then both still keep the tolerance.
+                    prop_assert!((p - q).abs() <= 2.0 * tolerance, "{p} {q}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_mesh_is_closed_and_holds_the_volume((_, meridian) in profile(), at in pose()) {
+        let m = meridian.measures();
+        let body = Body::new(vec![meridian], at).unwrap();
+        let tolerance = 1e-3;
+        let mesh = body.mesh(0, tolerance).unwrap();
+        // Every directed edge once, its reverse once.
+        let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
+        for t in &mesh.triangles {
+            for k in 0..3 {
+                *edges.entry((t[k], t[(k + 1) % 3])).or_default() += 1;
+            }
+        }
+        for (&(a, b), &n) in &edges {
+            prop_assert_eq!(n, 1);
+            prop_assert_eq!(edges.get(&(b, a)), Some(&1));
+        }
+        prop_assert!((mesh.volume() - m.volume).abs() <= tolerance * m.surface);
+        for t in &mesh.triangles {
+            let centre = t.iter().fold(Vector3::zeros(), |s, &k| s + mesh.vertices[k as usize].coords) / 3.0;
+            prop_assert!(body.signed_distance(0, &Point3::from(centre)).abs() <= tolerance * (1.0 + 1e-9));
+        }
+        for v in &mesh.vertices {
+            prop_assert!(body.signed_distance(0, v).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn a_wall_is_outer_less_inner_in_every_measure() {
+    let body = heart(60);
+    let ray = Ray::new(Point3::new(0.3, -20.0, 0.1), Vector3::new(0.0, 1.0, 0.02)).unwrap();
+    let wall = body.line_integral(&ray, &[0.0, 1.0]).unwrap();
+    assert!((wall - (body.chord(1, &ray) - body.chord(0, &ray))).abs() < 1e-14);
+    assert!(wall > 1.0);
+    let both = body.line_integral(&ray, &[2.0, 1.0]).unwrap();
+    assert!((both - (body.chord(1, &ray) + body.chord(0, &ray))).abs() < 1e-13);
+    let grid = VoxelGrid::cube(48, 0.35).unwrap();
+    let r = body
+        .regions::<f64>(&grid, 0..48, Sampling::Coverage { tolerance: 1e-3 })
+        .unwrap();
+    let (wall, _) = body
+        .voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[0.0, 1.0])
+        .unwrap();
+    // A plane mirrors body and grid: half of the wall's voxels are computed at places that differ by rounding.
+    let rounding = 1e-13;
+    for (a, b) in r.coverage[1].iter().zip(&wall) {
+        assert!((a - b).abs() < rounding);
+    }
+    // One pass, any quantity: linear in the regions' values.
+    let (both, _) = body
+        .voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[2.0, 1.0])
+        .unwrap();
+    let means = r.mean_of(&[2.0, 1.0]).unwrap();
+    assert!(
+        means
+            .iter()
+            .zip(&both)
+            .all(|(a, b)| (a - b).abs() < rounding)
+    );
+    assert!(r.mean_of(&[1.0]).is_err() && r.mean_of(&[1.0, f64::NAN]).is_err());
+    let labelled = r.labels.iter().filter(|&&l| l == 2).count() as f64 * grid.voxel_volume();
+    assert!((labelled / body.region_measures(1).volume - 1.0).abs() < 0.03);
+    assert!(body.check_nested(1e-9).is_ok() || body.check_nested(1.0).is_ok());
+}
+
+#[test]
+fn a_pose_is_rigid() {
+    let isometry = Isometry3::from_parts(
+        Translation3::new(1.0, 2.0, 3.0),
+        UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3),
+    );
+    let pose = Pose::new(isometry).unwrap();
+    let p = Point3::new(0.3, -0.4, 0.5);
+    assert!((pose.to_body(&pose.to_lab(&p)) - p).norm() < 1e-15);
+}

@@ -1,0 +1,386 @@
+//! Solids cut by a wedge: against whole solids, closed forms, point tests and each other.
+
+use crate::support;
+
+use nalgebra::{Point3, Vector3};
+use proptest::prelude::*;
+use revolve_voxel::{
+    Attenuator, Body, EllipticCylinder, Error, Medium, Meridian, ParallelDetector, ParallelRays,
+    Pose, Ray, Sampling, Sector, VoxelGrid,
+};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+fn pose() -> Pose {
+    let pose = Pose::axis_along_z(1.0)
+        .unwrap()
+        .turned_x(0.8)
+        .unwrap()
+        .turned_y(-0.4)
+        .unwrap();
+    pose.shifted(Vector3::new(0.3, -0.2, 0.1)).unwrap()
+}
+
+/// A bent ring that does not touch the axis.
+fn ring() -> Meridian {
+    Meridian::ring(&[
+        [0.0, 1.0],
+        [-0.2, 1.9],
+        [1.2, 2.4],
+        [2.3, 1.6],
+        [2.1, 0.8],
+        [1.1, 1.4],
+    ])
+    .unwrap()
+}
+
+fn rays(theta: f64) -> ParallelRays {
+    ParallelDetector::new(40, 36, [0.15, 0.15])
+        .unwrap()
+        .rays(theta)
+        .unwrap()
+}
+
+fn image(sector: &Sector, rays: &ParallelRays, attenuator: Option<&Attenuator>) -> Vec<f64> {
+    let mut out = vec![0.0; rays.n_bins() * rays.n_rows()];
+    sector.project_add(rays, 2.0, attenuator, &mut out).unwrap();
+    out
+}
+
+fn voxels(sector: &Sector, grid: &VoxelGrid, tolerance: f64) -> Vec<f64> {
+    let mut out = vec![0.0; grid.len()];
+    let sampling = Sampling::Coverage { tolerance };
+    sector
+        .voxelize_add(grid, 0..grid.shape()[2], sampling, 1.0, &mut out)
+        .unwrap();
+    out
+}
+
+#[test]
+fn all_round_it_is_the_ring() {
+    let body = Body::new(vec![ring()], pose()).unwrap();
+    let grid = VoxelGrid::cube(30, 0.2).unwrap();
+    let (volume, _) = body
+        .voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[1.0])
+        .unwrap();
+    for azimuths in [[0.0, TAU], [-1.0, TAU - 1.0]] {
+        let sector = Sector::new(ring(), azimuths, pose()).unwrap();
+        assert!((sector.volume() - body.region_measures(0).volume).abs() < 1e-12);
+        let rays = rays(0.4);
+        let (plain, _) = body.project::<f64>(&rays, &[2.0]).unwrap();
+        let seen = image(&sector, &rays, None);
+        // The stretches are moved along the ray before their lengths are taken: rounding.
+        assert!(plain.iter().zip(&seen).all(|(a, b)| (a - b).abs() < 1e-13));
+        // On another part of the grid: each to the tolerance.
+        let again = voxels(&sector, &grid, 1e-3);
+        assert!(again.iter().zip(&volume).all(|(a, b)| (a - b).abs() < 1e-3));
+    }
+}
+
+#[test]
+fn wedges_side_by_side_add_up_to_the_ring() {
+    let torso = EllipticCylinder::new([0.0; 2], [6.0, 5.0]).unwrap();
+    let attenuator = Attenuator::new(0.2, Medium::Torso(torso)).unwrap();
+    let cuts = [0.3, 0.9, 2.0, 5.5, 0.3 + TAU];
+    let grid = VoxelGrid::cube(24, 0.25).unwrap();
+    let whole = Sector::new(ring(), [0.0, TAU], pose()).unwrap();
+    for attenuator in [None, Some(&attenuator)] {
+        for theta in [0.0, 1.3, FRAC_PI_2] {
+            let rays = rays(theta);
+            let mut sum = vec![0.0; 40 * 36];
+            for pair in cuts.windows(2) {
+                let part = Sector::new(ring(), [pair[0], pair[1]], pose()).unwrap();
+                part.project_add(&rays, 2.0, attenuator, &mut sum).unwrap();
+            }
+            let exact = image(&whole, &rays, attenuator);
+            assert!(sum.iter().zip(&exact).all(|(a, b)| (a - b).abs() < 1e-12));
+        }
+    }
+    let mut sum = vec![0.0; grid.len()];
+    for pair in cuts.windows(2) {
+        let part = Sector::new(ring(), [pair[0], pair[1]], pose()).unwrap();
+        for (v, add) in sum.iter_mut().zip(voxels(&part, &grid, 1e-3)) {
+            *v += add;
+        }
+    }
+    let exact = voxels(&whole, &grid, 1e-3);
+    for (a, b) in sum.iter().zip(&exact) {
+        // Each part and the whole to the tolerance; near the axis up to four parts share a voxel.
+        assert!((a - b).abs() < 4e-3, "{a} {b}");
+    }
+}
+
+#[test]
+fn half_a_ball_and_a_quarter_of_a_cylinder_are_closed_forms() {
+    let n = 1000;
+    let angle = |k: usize| PI * k as f64 / n as f64;
+    let points: Vec<[f64; 2]> = (0..=n)
+        .map(|k| {
+            [
+                -2.0 * angle(k).cos(),
+                if k % n == 0 {
+                    0.0
+                } else {
+                    2.0 * angle(k).sin()
+                },
+            ]
+        })
+        .collect();
+    let ball = Meridian::new(&points).unwrap();
+    let upright = Pose::axis_along_z(0.0).unwrap();
+    // Body y is lab x, body z is lab y: the half with lab y > 0.
+    let half = Sector::new(ball, [0.0, PI], upright).unwrap();
+    let chord = |o: [f64; 3], d: [f64; 3]| half.chord(&Ray::new(o.into(), d.into()).unwrap());
+    // The polyline is 1e-5 within the ball.
+    assert!((chord([0.3, 0.0, 0.4], [0.0, 1.0, 0.0]) - (4.0_f64 - 0.25).sqrt()).abs() < 2e-5);
+    assert!((chord([0.0, 0.5, 0.4], [1.0, 0.0, 0.0]) - 2.0 * (4.0_f64 - 0.41).sqrt()).abs() < 2e-5);
+    assert_eq!(chord([0.0, -0.5, 0.4], [1.0, 0.0, 0.0]), 0.0);
+    assert_eq!(chord([0.0, 3.0, 0.4], [1.0, 0.0, 0.0]), 0.0);
+    assert!((half.volume() / (16.0 * PI / 3.0) - 1.0).abs() < 1e-5);
+
+    let cylinder = || Meridian::new(&[[-1.0, 2.0], [1.0, 2.0]]).unwrap();
+    let quarter = Sector::new(cylinder(), [0.0, FRAC_PI_2], upright).unwrap();
+    let chord = |sector: &Sector, o: [f64; 3], d: [f64; 3]| {
+        sector.chord(&Ray::new(o.into(), d.into()).unwrap())
+    };
+    assert!((chord(&quarter, [0.5, 0.0, 0.0], [0.0, 1.0, 0.0]) - 3.75_f64.sqrt()).abs() < 1e-14);
+    assert!((chord(&quarter, [0.5, 0.0, 0.0], [0.0, -1.0, 0.0]) - 3.75_f64.sqrt()).abs() < 1e-14);
+    // Along the axis through its inside: the whole height.
+    assert!((chord(&quarter, [0.5, 0.5, 0.0], [0.0, 0.0, 1.0]) - 2.0).abs() < 1e-14);
+    assert_eq!(chord(&quarter, [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]), 0.0);
+    // Through the axis at 45 degrees: from it to the surface.
+    assert!((chord(&quarter, [0.0, 0.0, 0.0], [1.0, 1.0, 0.0]) - 2.0).abs() < 1e-14);
+    // The rest of the cylinder, more than half a turn.
+    let rest = Sector::new(cylinder(), [FRAC_PI_2, TAU], upright).unwrap();
+    assert!((chord(&rest, [0.5, 0.0, 0.0], [0.0, 1.0, 0.0]) - 3.75_f64.sqrt()).abs() < 1e-14);
+    assert!((chord(&rest, [0.0, 0.0, 0.0], [1.0, 1.0, 0.0]) - 2.0).abs() < 1e-14);
+    assert!(
+        (chord(&rest, [-0.5, 0.0, 0.0], [0.0, 1.0, 0.0]) - 2.0 * 3.75_f64.sqrt()).abs() < 1e-14
+    );
+    assert_eq!(chord(&rest, [0.5, 0.5, 0.0], [0.0, 0.0, 1.0]), 0.0);
+
+    // Voxels aligned with the cuts: exact halves and quarters along them.
+    let grid = VoxelGrid::centred([5, 5, 1], [0.5; 3], [0.0; 3]).unwrap();
+    let volume = voxels(&quarter, &grid, 1e-4);
+    let at = |x: usize, y: usize| volume[y * 5 + x];
+    assert!(
+        (at(2, 2) - 0.25).abs() < 1e-12
+            && (at(3, 2) - 0.5).abs() < 1e-12
+            && (at(2, 4) - 0.5).abs() < 1e-12
+    );
+    assert_eq!(
+        (at(3, 3), at(1, 3), at(1, 1), at(3, 1)),
+        (1.0, 0.0, 0.0, 0.0)
+    );
+}
+
+#[test]
+fn coverage_adds_up_to_the_volume() {
+    // The tolerance bounds a voxel; their sum is far better, and falls with it.
+    for azimuths in [[0.2, 1.1], [1.0, 1.0 + PI], [0.5, 5.0]] {
+        let sector = Sector::new(ring(), azimuths, pose()).unwrap();
+        for (n, tolerance) in [(16, 1e-2), (40, 1e-3)] {
+            let grid = VoxelGrid::cube(n, 6.4 / n as f64).unwrap();
+            let volume = voxels(&sector, &grid, tolerance);
+            let sum = volume.iter().sum::<f64>() * grid.voxel_volume();
+            let exact = sector.volume();
+            assert!(
+                (sum / exact - 1.0).abs() < 0.5 * tolerance,
+                "{azimuths:?} {n}: {sum} {exact}"
+            );
+            assert!(volume.iter().all(|v| (0.0..=1.0 + 1e-12).contains(v)));
+        }
+    }
+}
+
+#[test]
+fn a_voxel_of_any_size_keeps_the_tolerance() {
+    // Thin and thick wedges, of more than half a turn too, in voxels up to the size of the whole piece.
+    for azimuths in [
+        [0.2, 0.25],
+        [0.2, 1.1],
+        [1.0, 1.0 + PI],
+        [0.5, 5.0],
+        [3.0, 9.2],
+    ] {
+        let sector = Sector::new(ring(), azimuths, pose()).unwrap();
+        for n in [1, 2, 3, 5] {
+            let grid = VoxelGrid::cube(n, 7.0 / n as f64).unwrap();
+            for tolerance in [1e-1, 1e-3, 1e-6, 1e-9] {
+                let volume = voxels(&sector, &grid, tolerance);
+                let cut = volume.iter().filter(|v| **v > 0.0 && **v < 1.0).count();
+                let off = volume.iter().sum::<f64>() - sector.volume() / grid.voxel_volume();
+                assert!(
+                    off.abs() <= tolerance * cut as f64,
+                    "{azimuths:?} {n} {tolerance:e}: {off:e} in {cut}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn voxels_cut_into_smaller_ones_keep_their_sum() {
+    // Eight voxels in one, by other sections: of the ring where the axis passes through voxels too.
+    let ball = Meridian::ring(&[[-1.5, 0.0], [-1.0, 1.3], [0.9, 1.6], [1.2, 0.0]]).unwrap();
+    for (profile, azimuths) in [(ball, [0.4, 1.0]), (ring(), [0.3, 4.0])] {
+        let sector = Sector::new(profile, azimuths, pose()).unwrap();
+        let grids = [5, 10].map(|n| VoxelGrid::cube(n, 6.0 / n as f64).unwrap());
+        let [coarse, fine] = grids.map(|grid| voxels(&sector, &grid, 1e-8));
+        let mut sums = [0.0; 125];
+        for (k, v) in fine.iter().enumerate() {
+            let [x, y, z] = [k % 10, k / 10 % 10, k / 100].map(|j| j / 2);
+            sums[(z * 5 + y) * 5 + x] += v / 8.0;
+        }
+        for (a, b) in coarse.iter().zip(&sums) {
+            assert!((a - b).abs() < 2e-8, "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn coverage_is_what_point_tests_find() {
+    let sector = Sector::new(ring(), [0.3, 1.4], pose()).unwrap();
+    let grid = VoxelGrid::cube(16, 0.4).unwrap();
+    let (tolerance, m) = (2e-3, 48);
+    let volume = voxels(&sector, &grid, tolerance);
+    let (mut looked, mut worst) = (0, 0.0_f64);
+    for (k, v) in volume.iter().enumerate() {
+        if !(*v > 0.0 && *v < 1.0) || k % 3 != 0 {
+            continue;
+        }
+        let c = grid.centre(k % 16, k / 16 % 16, k / 256);
+        let at = |j: usize| ((j as f64 + 0.5) / m as f64 - 0.5) * 0.4;
+        let inside = (0..m * m * m)
+            .filter(|&j| {
+                sector.contains(&(c + Vector3::new(at(j % m), at(j / m % m), at(j / (m * m)))))
+            })
+            .count();
+        let share = inside as f64 / (m * m * m) as f64;
+        looked += 1;
+        worst = worst.max((v - share).abs());
+    }
+    println!("{looked} voxels, worst {worst:.1e}");
+    // Points know a face to a fraction of 1 / 48 of its area over 48: some 2e-3.
+    assert!(looked > 30 && worst < tolerance + 3e-3, "{worst}");
+}
+
+#[test]
+fn pieces_have_labels_of_their_own() {
+    // A cylinder within another; two quarters of the ring between them, and voxels along their sides cut in halves.
+    let upright = Pose::axis_along_z(0.0).unwrap();
+    let cylinder = |r: f64| Meridian::new(&[[-1.0, r], [1.0, r]]).unwrap();
+    let body = Body::new(vec![cylinder(1.0), cylinder(3.0)], upright).unwrap();
+    let ring = Meridian::ring(&[[-1.0, 1.0], [-1.0, 3.0], [1.0, 3.0], [1.0, 1.0]]).unwrap();
+    let quarter = |k: f64| {
+        let azimuths = [k * FRAC_PI_2, (k + 1.0) * FRAC_PI_2];
+        Sector::new(ring.clone(), azimuths, upright).unwrap()
+    };
+    let grid = VoxelGrid::centred([15, 15, 1], [0.5; 3], [0.0; 3]).unwrap();
+    let sampling = Sampling::Coverage { tolerance: 1e-4 };
+    let plain = body.regions::<f32>(&grid, 0..1, sampling).unwrap();
+    let mut marked = plain.clone();
+    let pieces = [quarter(0.0), quarter(1.0), quarter(1.0)];
+    let list: Vec<&Sector> = pieces.iter().collect();
+    marked
+        .label_pieces(1, &list, &grid, 0..1, sampling)
+        .unwrap();
+    let at = |x: usize, y: usize| marked.labels[y * 15 + x];
+    // Body y is lab x, body z is lab y. The first of two equals; nothing for the third, which the second hides.
+    assert_eq!((at(10, 10), at(4, 10), at(4, 4), at(10, 4)), (3, 4, 2, 2));
+    assert_eq!((at(11, 7), at(7, 11), at(3, 7), at(7, 3)), (3, 3, 4, 2));
+    assert_eq!((at(7, 7), at(0, 0), at(14, 7)), (1, 0, 0));
+    for (a, b) in marked.labels.iter().zip(&plain.labels) {
+        assert!(a == b || (*b == 2 && *a > 2 && *a < 5));
+    }
+    assert_eq!(marked.coverage, plain.coverage);
+    let many = vec![&pieces[0]; 253];
+    assert!(
+        marked
+            .label_pieces(1, &many, &grid, 0..1, sampling)
+            .is_err()
+    );
+    assert!(
+        marked
+            .label_pieces(2, &list, &grid, 0..1, sampling)
+            .is_err()
+    );
+}
+
+#[test]
+fn slices_are_those_of_the_whole_and_threads_change_nothing() {
+    let sector = Sector::new(ring(), [0.3, 4.4], pose()).unwrap();
+    let grid = VoxelGrid::new([20, 17, 14], [0.3, 0.35, 0.4], [-2.6, -2.9, -2.7]).unwrap();
+    let pool = |n| {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(n)
+            .build()
+            .unwrap()
+    };
+    let [one, two] = [1, 2].map(|n| pool(n).install(|| voxels(&sector, &grid, 1e-3)));
+    assert!(one == two);
+    let mut part = vec![0.0_f64; 3 * 20 * 17];
+    let sampling = Sampling::Coverage { tolerance: 1e-3 };
+    sector
+        .voxelize_add(&grid, 5..8, sampling, 1.0, &mut part)
+        .unwrap();
+    assert!(part.iter().any(|v| *v > 0.0));
+    assert!(part[..] == one[5 * 340..8 * 340]);
+    let rays = rays(1.0);
+    let [one, two] = [1, 2].map(|n| pool(n).install(|| image(&sector, &rays, None)));
+    assert!(one == two);
+}
+
+#[test]
+fn nonsense_is_refused() {
+    for (azimuths, wide) in [
+        ([0.0, 0.0], false),
+        ([1.0, 0.5], false),
+        ([f64::NAN, 1.0], false),
+        ([0.0, f64::INFINITY], false),
+        ([0.0, 6.3], true),
+    ] {
+        let error = Sector::new(ring(), azimuths, pose()).unwrap_err();
+        assert_eq!(matches!(error, Error::TooWide { .. }), wide, "{error}");
+    }
+    let sector = Sector::new(ring(), [0.0, 1.0], pose()).unwrap();
+    assert!(
+        sector
+            .project_add(&rays(0.0), f64::NAN, None, &mut [0.0_f64; 1440])
+            .is_err()
+    );
+    assert!(
+        sector
+            .project_add(&rays(0.0), 1.0, None, &mut [0.0_f64; 1439])
+            .is_err()
+    );
+    let grid = VoxelGrid::cube(2, 1.0).unwrap();
+    for (slices, sampling, activity, n) in [
+        (0..3, Sampling::Centre, 1.0, 12),
+        (0..2, Sampling::Centre, f64::NAN, 8),
+        (0..2, Sampling::Centre, 1.0, 7),
+        (0..2, Sampling::Coverage { tolerance: 0.0 }, 1.0, 8),
+        (0..2, Sampling::Supersampled(0), 1.0, 8),
+    ] {
+        assert!(
+            sector
+                .voxelize_add(&grid, slices, sampling, activity, &mut vec![0.0_f64; n])
+                .is_err()
+        );
+    }
+}
+
+proptest! {
+    #[test]
+    fn chords_are_what_point_tests_find(
+        from in -4.0..4.0f64, opening in 0.05..6.2f64, d in support::direction(),
+        o in (-2.0..2.0f64, -2.0..2.0f64, -2.0..2.0f64),
+    ) {
+        let sector = Sector::new(ring(), [from, from + opening], pose()).unwrap();
+        let ray = Ray::new(Point3::new(o.0, o.1, o.2), d).unwrap();
+        let (n, reach) = (8000, 6.0);
+        let h = 2.0 * reach / n as f64;
+        let inside = (0..n).filter(|&k| sector.contains(&ray.at((k as f64 + 0.5) * h - reach))).count();
+        // At most eight ends, each off by half a step.
+        prop_assert!((sector.chord(&ray) - inside as f64 * h).abs() < 4.0 * h, "{} {}", sector.chord(&ray), inside as f64 * h);
+    }
+}
