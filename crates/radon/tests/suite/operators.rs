@@ -72,13 +72,15 @@ fn a_pointer_to_an_operator_is_one() {
     assert_eq!(all(&Box::new(shared), &data), expected);
 }
 
+/// What is told after each step.
+type Observer<'a> = &'a mut dyn FnMut(&IterativeReport, &[f64]) -> ControlFlow<()>;
+/// A run of a solver that is observed.
+type Solve<'a> = &'a dyn Fn(&mut [f64], Observer<'_>) -> Result<IterativeReport, RadonError>;
+
 /// What each solver shows its observer, and where it stops when told to after `most` steps.
 fn observed(most: usize) -> Vec<(IterativeReport, Vec<f64>, usize)> {
     let (whole, halves, data) = problem();
-    let run = |solve: &dyn Fn(
-        &mut [f64],
-        &mut dyn FnMut(&IterativeReport, &[f64]) -> ControlFlow<()>,
-    ) -> Result<IterativeReport, RadonError>| {
+    let run = |solve: Solve<'_>| {
         let (mut x, mut calls, mut shown) = (vec![1.0; 5], 0, Vec::new());
         let report = solve(&mut x, &mut |report, image| {
             calls += 1;
