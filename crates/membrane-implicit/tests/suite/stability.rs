@@ -210,7 +210,7 @@ fn what_runs_away_says_so_in_time() {
                 )) => {
                     assert_eq!((step, time, by), (wanted, start, dt), "{case}");
                     assert!(
-                        node < 51 && !(value.abs() < 1e98),
+                        node < 51 && (value.is_nan() || value.abs() >= 1e98),
                         "{case}: {quantity} {value:e}"
                     );
                 }
