@@ -1,7 +1,7 @@
 //! Files: every sample is where it was, in every format; nothing half written; bad input refused before a byte is written.
 //!
 //! The readers here are minimal and know nothing of the writers. `readers/check.py` does the same with nibabel, SimpleITK, numpy
-//! and pynrrd, and is run from here when they can be imported.
+//! and pynrrd, PyTomography's parsers for SIMIND's files besides, and is run from here when they can be imported.
 
 use heart_phantom::PhantomError;
 use heart_phantom::files::{
@@ -196,19 +196,24 @@ fn read_stack(path: &Path, format: Format) -> (Vec<f64>, [f64; 2], [f64; 2], Vec
                     -number("extent of rotation")
                 }
             };
-            let half_turn = if format == Format::InterfileSimind {
-                180.0
-            } else {
-                0.0
-            };
-            let start = number("start angle") - half_turn;
             assert_eq!(number("Radius"), 10.0 * RADIUS);
             assert_eq!(indexed(&header, "matrix size"), [BINS as f64, ROWS as f64]);
             let pitch = indexed(&header, "scaling factor (mm/pixel)");
-            let step = [pitch[0] / 10.0, -pitch[1] / 10.0]; // rows from head to feet
-            let angles = (0..n as usize)
-                .map(|k| (start + k as f64 * turned / n).to_radians())
-                .collect();
+            let mut step = [pitch[0] / 10.0, -pitch[1] / 10.0]; // rows from head to feet
+            let start = number("start angle");
+            let angle = |k: f64| match format {
+                // Seen from the front of the patient, and turning the other way: beta = 180 degrees - theta, where
+                // beta = -start + k step, or start - k step if CW.
+                Format::InterfileSimind if turned < 0.0 => 180.0 - (start + k * turned / n),
+                Format::InterfileSimind => 180.0 - (k * turned / n - start),
+                _ => start + k * turned / n,
+            };
+            let angles = (0..n as usize).map(|k| angle(k as f64).to_radians());
+            let angles = angles.collect();
+            if format == Format::InterfileSimind {
+                assert_eq!(header["program version"], "V8.0"); // the radius is in mm
+                step[0] = -step[0];
+            }
             let first = [
                 -0.5 * (BINS - 1) as f64 * step[0],
                 -0.5 * (ROWS - 1) as f64 * step[1],

@@ -10,11 +10,14 @@
 //!   `write_basic_interfile_PDFS_header`. At angle phi the bins lie along (cos phi, sin phi), the detector's face on
 //!   radius * (-sin phi, cos phi): `fill_ang` of `SPECTUB_Tools.cxx`. That is the lab's own rule with phi = theta.
 //!   STIR takes the detector as centred on the axis; its SPECT projector takes the image as centred, too (STIR issue 1235).
-//! - SIMIND: the keys of the `.h00` files that it writes (versions 6 and 7): `short float`, rows from the top down (`Image
-//!   Orientation` 1 0 0 0 0 -1), and the first slice of a map towards the head
-//!   (<http://www.radfys.lu.se/simind/Change.html>: "first ... image is located towards +X", X being its long axis).
-//!   Its start angle is half a turn from STIR's, as converters from one to the other have it
-//!   (`simind_to_stir.py` of <https://github.com/samdporter/simind-python-connector>).
+//! - SIMIND: the keys of the `.h00` files that it writes: `short float`, rows from the top down (`Image Orientation` 1 0 0 0 0 -1),
+//!   and the first slice of a map towards the head (<http://www.radfys.lu.se/simind/Change.html>: "first ... image is located
+//!   towards +X", X being its long axis). Readers look at `program version`: from 8 on the radius is in mm, before in cm.
+//! - PyTomography 3.4.0 (<https://pypi.org/project/pytomography/3.4.0>), which reads these files: view k of a step d is at
+//!   `-start + k d`, of CW at `start - k d` (`io/SPECT/simind.py`); from angle beta the bins of an image array `[x][y]` lie along
+//!   (cos beta, -sin beta), the detector towards (-sin beta, -cos beta) (`utils/spatial.py`, `rotate_detector_z`, and kornia's
+//!   `rotate`, counter-clockwise as displayed). With beta = 180 degrees - theta and the bins the other way round, as a camera
+//!   in front of the patient shows them, arrays of volumes and of maps are the lab's. Growing angles are then CW.
 
 use crate::error::{PhantomError, check};
 use crate::files::atomic::write_with_header;
@@ -110,7 +113,7 @@ pub(super) fn write_projections_stir(
     let (data, name) = data_beside(path, "s");
     let turn = Turn::new(projections)?;
     let number = number_format(projections.samples(), "float");
-    let acquired = acquired(projections, &turn, turn.start);
+    let acquired = acquired(projections, &turn);
     let header = format!(
         "!INTERFILE :=\n\
          !imaging modality := nucmed\n\
@@ -127,7 +130,11 @@ pub(super) fn write_projections_stir(
          {number}\
          {acquired}"
     );
-    write_stack(path, &header, &data, projections)
+    // Rows from head to feet, as the slices.
+    let [_, rows, bins] = projections.shape();
+    write_with_header(path, header.as_bytes(), &data, |out| {
+        projections.samples().write_reversed(bins, rows, out)
+    })
 }
 
 pub(super) fn write_projections_simind(
@@ -139,8 +146,16 @@ pub(super) fn write_projections_simind(
     let [views, ..] = projections.shape();
     let head = simind_head(&name, views);
     let number = number_format(projections.samples(), "short float");
-    let start = (turn.start + 180.0).rem_euclid(360.0);
-    let acquired = acquired(projections, &turn, start);
+    let (start, direction) = match turn.direction {
+        Direction::Ccw => (180.0 - turn.start, Direction::Cw),
+        Direction::Cw => (turn.start - 180.0, Direction::Ccw),
+    };
+    let turn = Turn {
+        start: start.rem_euclid(360.0),
+        direction,
+        ..turn
+    };
+    let acquired = acquired(projections, &turn);
     let header = format!(
         "{head}\
          ;# Image Orientation := 1.000 0.000 0.000 0.000 0.000 -1.000\n\
@@ -150,15 +165,20 @@ pub(super) fn write_projections_simind(
          !number of images/energy window := {views}\n\
          {acquired}"
     );
-    write_stack(path, &header, &data, projections)
+    // Rows from head to feet, bins from s = +.
+    let [_, rows, bins] = projections.shape();
+    write_with_header(path, header.as_bytes(), &data, |out| {
+        projections.samples().write_backwards(rows * bins, out)
+    })
 }
 
-/// What SIMIND's headers begin with.
+/// What SIMIND's headers begin with; the version is that whose units they are in.
 fn simind_head(data: &str, images: usize) -> String {
     format!(
         "!INTERFILE :=\n\
          !imaging modality := nucmed\n\
          !originating system := heart-phantom\n\
+         program version := V8.0\n\
          !version of keys := 3.3\n\
          !GENERAL DATA :=\n\
          !data offset in bytes := 0\n\
@@ -174,13 +194,15 @@ fn simind_head(data: &str, images: usize) -> String {
 }
 
 /// The keys of projections that both flavours share, from the number of views to the end.
-fn acquired(projections: &Projections, turn: &Turn, start: f64) -> String {
+fn acquired(projections: &Projections, turn: &Turn) -> String {
     let [views, rows, bins] = projections.shape();
     let [pitch_bin, pitch_row] = projections.detector().pitch().map(|cm| 10.0 * cm);
     let radius = 10.0 * projections.radius();
-    let Turn {
-        extent, direction, ..
-    } = turn;
+    let Turn { start, extent, .. } = turn;
+    let direction = match turn.direction {
+        Direction::Cw => "CW",
+        Direction::Ccw => "CCW",
+    };
     format!(
         "!number of projections := {views}\n\
          !extent of rotation := {extent}\n\
@@ -198,24 +220,17 @@ fn acquired(projections: &Projections, turn: &Turn, start: f64) -> String {
     )
 }
 
-/// Rows from head to feet, as the slices.
-fn write_stack(
-    path: &Path,
-    header: &str,
-    data: &Path,
-    projections: &Projections,
-) -> Result<(), PhantomError> {
-    let [_, rows, bins] = projections.shape();
-    write_with_header(path, header.as_bytes(), data, |out| {
-        projections.samples().write_reversed(bins, rows, out)
-    })
-}
-
 /// How the camera turns, in degrees.
 struct Turn {
     start: f64,
     extent: f64,
-    direction: &'static str,
+    direction: Direction,
+}
+
+/// Which way a header says that the camera turns.
+enum Direction {
+    Cw,
+    Ccw,
 }
 
 impl Turn {
@@ -245,7 +260,10 @@ impl Turn {
         Ok(Self {
             start: angles[0].to_degrees().rem_euclid(360.0),
             extent: step.abs().to_degrees() * angles.len() as f64,
-            direction: if step < 0.0 { "CW" } else { "CCW" },
+            direction: match step < 0.0 {
+                true => Direction::Cw,
+                false => Direction::Ccw,
+            },
         })
     }
 }

@@ -19,7 +19,7 @@
 //! | `MetaImage`, `MetaImageSingle` | `.mhd` + `.raw`, `.mha` | LPS, mm: (x, y, z) | yes | no |
 //! | `Nrrd` | `.nrrd` | LPS, mm: (x, y, z) | yes | yes, with angles |
 //! | `InterfileStir` | `.hv` + `.v`, `.hs` + `.s` | STIR, mm: (x, y, -z), head first | yes | even steps, centred |
-//! | `InterfileSimind` | `.h00` + `.a00` | centred, mm, head first | centred | even steps, centred |
+//! | `InterfileSimind` | `.h00` + `.a00` | centred, mm, head first, bins as seen from in front | centred | even steps, centred |
 //! | `RawJson` | `.json` + `.bin` | lab, cm | yes | yes, with angles |
 //!
 //! Samples are little-endian. What a format cannot hold is refused ([`PhantomError`]) before anything is written, never

@@ -86,6 +86,19 @@ impl Samples<'_> {
         Ok(())
     }
 
+    /// Writes the samples of each block of `len` from the last to the first.
+    pub(super) fn write_backwards(&self, len: usize, out: &mut dyn Write) -> io::Result<()> {
+        for from in (0..self.len()).step_by(len) {
+            let block = from..from + len;
+            match self {
+                Self::F32(values) => Samples::F32(&backwards(&values[block])).write(out)?,
+                Self::U8(values) => Samples::U8(&backwards(&values[block])).write(out)?,
+                Self::U16(values) => Samples::U16(&backwards(&values[block])).write(out)?,
+            }
+        }
+        Ok(())
+    }
+
     fn write_range(&self, range: Range<usize>, out: &mut dyn Write) -> io::Result<()> {
         match self {
             Self::F32(values) => write_bytes(&values[range], |v| v.to_le_bytes(), out),
@@ -93,6 +106,10 @@ impl Samples<'_> {
             Self::U16(values) => write_bytes(&values[range], |v| v.to_le_bytes(), out),
         }
     }
+}
+
+fn backwards<T: Copy>(values: &[T]) -> Vec<T> {
+    values.iter().rev().copied().collect()
 }
 
 fn write_bytes<T: Copy, const N: usize>(

@@ -29,21 +29,25 @@ fn independent_readers_agree() {
             }));
         }
     }
-    let angles: Vec<f64> = (0..6).map(|k| 0.5 + 0.25 * f64::from(k)).collect();
-    let (detector, samples) = stack(&angles, [0.0; 2]);
-    let projections = Projections::new(detector, &angles, RADIUS, samples.as_slice()).unwrap();
+    // Either way round, from an angle of which no sign, no half turn and no multiple of a quarter looks like another.
+    let growing: Vec<f64> = (0..6).map(|k| 0.5 + 0.25 * f64::from(k)).collect();
+    let falling: Vec<f64> = growing.iter().rev().copied().collect();
     let mut stacks = Vec::new();
-    for format in Format::ALL {
-        let Some(extension) = format.projections_extension() else {
-            continue;
-        };
-        let name = format!("{format:?}-stack.{extension}");
-        write_projections(&folder.path().join(&name), &projections, format).unwrap();
-        stacks.push(serde_json::json!({"name": name, "format": format}));
+    for (way, angles) in [("growing", &growing), ("falling", &falling)] {
+        let (detector, samples) = stack(angles, [0.0; 2]);
+        let projections = Projections::new(detector, angles, RADIUS, samples.as_slice()).unwrap();
+        for format in Format::ALL {
+            let Some(extension) = format.projections_extension() else {
+                continue;
+            };
+            let name = format!("{format:?}-{way}.{extension}");
+            write_projections(&folder.path().join(&name), &projections, format).unwrap();
+            stacks.push(serde_json::json!({"name": name, "format": format, "angles": angles}));
+        }
     }
     let scene = serde_json::json!({
         "shape": SHAPE, "spacing": SPACING, "field": [1.0, 8.0, 64.0], "files": files,
-        "angles": angles, "bins": BINS, "rows": ROWS, "pitch": PITCH, "radius": RADIUS,
+        "bins": BINS, "rows": ROWS, "pitch": PITCH, "radius": RADIUS,
         "seen": [0.125, 0.015625], "stacks": stacks,
     });
     fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();

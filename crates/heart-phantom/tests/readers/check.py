@@ -5,12 +5,15 @@
 
 Every voxel of the volume has a value of its own, a linear function of its place in the lab (cm): each reader says where
 it puts each voxel, and that place has to have that value. No flip, shift, swapped axis or other unit passes.
-There is no reader for Interfile here that others wrote: its keys are read by hand, by the rules of STIR and SIMIND.
+SIMIND's Interfile is read by the parsers of PyTomography, if it is installed (by itself: neither torch nor anything else that
+it wants is needed). Of STIR's, whose reader is a C++ library, the keys are read by hand, by its rules.
 """
 
+import importlib.util
 import json
 import pathlib
 import sys
+import types
 
 import nibabel
 import nrrd
@@ -95,6 +98,76 @@ def stir_places(path):
     return samples, lpi * [0.1, 0.1, -0.1]
 
 
+def pytomography():
+    """PyTomography's module for SIMIND's files, with stand-ins for what it imports and the parsers do not need; None without it."""
+    found = importlib.util.find_spec("pytomography")
+    if found is None:
+        return None
+    root = pathlib.Path(found.origin).parent
+
+    class Array(np.ndarray):
+        def to(self, _):
+            return self
+
+    class Meta:
+        def __init__(self, *fields, **named):
+            self.fields = fields
+
+    def stand_in(name, **content):
+        module = types.ModuleType(name)
+        module.__path__ = []
+        vars(module).update(content)
+        sys.modules[name] = module
+
+    def load(name, path):
+        spec = importlib.util.spec_from_file_location(name, root / path)
+        module = sys.modules[name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module
+
+    stand_in("torch", tensor=lambda values: np.asarray(values).view(Array), Tensor=Array)
+    stand_in("torch.nn")
+    stand_in("pydicom")
+    stand_in("pytomography", device=None)
+    stand_in("pytomography.io")
+    stand_in("pytomography.io.SPECT")
+    stand_in("pytomography.metadata")
+    stand_in("pytomography.metadata.SPECT", SPECTObjectMeta=Meta, SPECTProjMeta=Meta, SPECTPSFMeta=Meta)
+    stand_in("pytomography.utils", get_mu_from_spectrum_interp=None, compute_EW_scatter=None)
+    load("pytomography.io.shared", "io/shared/interfile.py")
+    return load("pytomography.io.SPECT.simind", "io/SPECT/simind.py")
+
+
+PYTOMOGRAPHY = pytomography()
+
+
+def pytomography_places(path):
+    """Arrays [x][y][z] of a map; the object that it reconstructs has the same axes."""
+    samples = np.asarray(PYTOMOGRAPHY.get_attenuation_map(str(path)))
+    assert samples.shape == tuple(SHAPE)
+    return samples.ravel(order="F"), (indices() - (SHAPE - 1) / 2) * SPACING
+
+
+def check_pytomography_stack(path, expected, angles, pitch):
+    """Each sample is where its projector has it (`rotate_detector_z` and a sum along x): from angle beta the detector is at
+    (-sin beta, -cos beta) of the array [x][y], which is the lab, and bins lie along (cos beta, -sin beta)."""
+    samples = np.asarray(PYTOMOGRAPHY.get_projections(str(path)))  # [view][bin][row]
+    _, projections = PYTOMOGRAPHY.get_metadata(str(path))
+    (bins, rows), spacing, beta, radii = projections.fields
+    assert (bins, rows) == (scene["bins"], scene["rows"])
+    np.testing.assert_allclose(spacing, pitch, rtol=1e-6)
+    np.testing.assert_allclose(radii, scene["radius"], rtol=1e-6)  # cm
+    beta = np.radians(beta)
+    # Angles are read in single precision.
+    np.testing.assert_allclose(-np.sin(beta), -np.sin(angles), atol=1e-6)
+    np.testing.assert_allclose(-np.cos(beta), np.cos(angles), atol=1e-6)
+    along = np.cos(beta) * np.cos(angles) - np.sin(beta) * np.sin(angles)  # theirs in the direction of ours
+    for view, seen in enumerate(samples):
+        way = int(np.rint(along[view]))
+        assert abs(along[view] - way) < 1e-6
+        np.testing.assert_allclose(seen[::way].T, expected[view], atol=2e-5)
+
+
 def simind_places(path):
     """Centred; the first slice is the one towards the head."""
     header, samples = interfile(path)
@@ -138,7 +211,7 @@ READERS = {
 
 def check_stack(entry, path):
     bins, rows, pitch = scene["bins"], scene["rows"], np.array(scene["pitch"])
-    angles = np.array(scene["angles"])
+    angles = np.array(entry["angles"])
     s = (np.arange(bins) - (bins - 1) / 2) * pitch[0]
     z = (np.arange(rows) - (rows - 1) / 2) * pitch[1]
     expected = (
@@ -171,12 +244,17 @@ def check_stack(entry, path):
         mm = [float(header[f"scaling factor (mm/pixel) [{a}]"]) for a in (1, 2)]
         np.testing.assert_allclose(mm, 10 * pitch)
         n = int(header["number of projections"])
-        assert header["direction of rotation"] == "CCW"
-        start = float(header["start angle"]) - (180 if entry["format"] == "interfile-simind" else 0)
-        degrees = start + np.arange(n) * float(header["extent of rotation"]) / n
-        np.testing.assert_allclose((degrees - np.degrees(angles) + 180) % 360, 180)
+        turned = np.arange(n) * float(header["extent of rotation"]) / n
+        turned *= {"CCW": 1, "CW": -1}[header["direction of rotation"]]
+        start = float(header["start angle"])
         assert float(header["radius"]) == 10 * scene["radius"]
         samples = samples.reshape(shape)[:, ::-1]  # rows from head to feet
+        if entry["format"] == "interfile-simind":
+            samples = samples[:, :, ::-1]  # as a camera in front of the patient shows them
+            if PYTOMOGRAPHY:
+                check_pytomography_stack(path, expected, angles, pitch)
+        else:
+            np.testing.assert_allclose((start + turned - np.degrees(angles) + 180) % 360, 180)
     assert samples.shape == shape and samples.dtype == np.float32, entry
     np.testing.assert_allclose(samples, expected, atol=2e-5)
 
@@ -185,8 +263,12 @@ for entry in scene["files"]:
     path = folder / entry["name"]
     for reader in READERS[entry["format"]]:
         check_volume(entry, *reader(path))
+    if PYTOMOGRAPHY and (entry["format"], entry["type"]) == ("interfile-simind", "float32"):
+        check_volume(entry, *pytomography_places(path))
     if entry["format"] == "npy":
         check_volume(entry, *npy_places(path, entry))
 for entry in scene["stacks"]:
     check_stack(entry, folder / entry["name"])
+if not PYTOMOGRAPHY:
+    print("without PyTomography: SIMIND's angles are not checked")
 print(f"{len(scene['files']) + len(scene['stacks'])} files agree")
