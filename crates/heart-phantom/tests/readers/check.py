@@ -1,4 +1,4 @@
-"""Reads what `tests/files.rs` wrote with readers that share no code with the writers.
+"""Reads what `tests/suite/files.rs` wrote with readers that share no code with the writers.
 
     pip install -r requirements.txt
     python3 check.py FOLDER          (FOLDER holds scene.json and the files it lists)

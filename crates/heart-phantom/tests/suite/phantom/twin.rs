@@ -1,7 +1,7 @@
 //! A scene in cm and its twin in mm, ten times as large in numbers, are the same heart.
 
-use crate::defects::infarct;
-use crate::small;
+use super::defects::infarct;
+use super::small;
 use heart_phantom::scene::{
     AccuracySettings, AttenuationSettings, BackgroundSettings, BlurSettings, CountSettings,
     DiscretisationSettings, MediumSettings, Mode, NoiseSettings, PixelRange, RotationSettings,

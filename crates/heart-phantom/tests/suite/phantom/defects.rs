@@ -4,7 +4,7 @@ use heart_phantom::scene::*;
 use heart_phantom::*;
 use revolve_voxel::nalgebra::{Point3, Vector3};
 
-use crate::small;
+use super::small;
 
 pub(crate) fn infarct() -> DefectSettings {
     DefectSettings {

@@ -244,7 +244,7 @@ fn a_write_cut_short_leaves_the_older_file_and_no_litter() {
         .arg(std::env::current_exe().unwrap())
         .args([
             "--exact",
-            "failures::a_write_cut_short_leaves_the_older_file_and_no_litter",
+            "files::failures::a_write_cut_short_leaves_the_older_file_and_no_litter",
         ])
         .env(FOLDER, folder.path())
         .output()

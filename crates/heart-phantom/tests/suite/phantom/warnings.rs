@@ -1,6 +1,6 @@
 //! What a camera is warned not to see is what a larger one sees beyond it.
 
-use crate::small;
+use super::small;
 use heart_phantom::scene::{
     AttenuationSettings, BackgroundSettings, MediumSettings, Mode, RotationSettings, Scene,
 };

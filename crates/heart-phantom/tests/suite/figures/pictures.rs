@@ -6,7 +6,7 @@ use heart_phantom::figures::*;
 use heart_phantom::{PhantomError, figures, files};
 use revolve_voxel::{Pose, VoxelGrid};
 
-use crate::{FRONT, ball, half_ellipse, iso};
+use super::{FRONT, ball, half_ellipse, iso};
 
 #[test]
 fn files_are_written_whole_and_read_back_the_same() {

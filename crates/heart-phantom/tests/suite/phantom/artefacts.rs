@@ -1,6 +1,6 @@
 //! What the measures of a reconstruction say of volumes for which it is known.
 
-use crate::small;
+use super::small;
 use heart_phantom::scene::{BlurSettings, Mode, Scene};
 use heart_phantom::{Artefacts, Phantom};
 

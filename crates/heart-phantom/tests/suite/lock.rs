@@ -77,7 +77,7 @@ fn many_take_turns() {
     let children: Vec<_> = (0..PROCESSES)
         .map(|_| {
             let mut command = Command::new(std::env::current_exe().unwrap());
-            command.args(["--exact", "many_take_turns"]);
+            command.args(["--exact", "lock::many_take_turns"]);
             command.env(FOLDER, folder.path()).stdout(Stdio::piped());
             command.spawn().unwrap()
         })
@@ -104,7 +104,7 @@ fn the_lock_of_a_process_that_was_killed_is_taken_over() {
     let folder = tempfile::tempdir().unwrap();
     let mut child = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "--nocapture"])
-        .arg("the_lock_of_a_process_that_was_killed_is_taken_over")
+        .arg("lock::the_lock_of_a_process_that_was_killed_is_taken_over")
         .env(HELD, folder.path())
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

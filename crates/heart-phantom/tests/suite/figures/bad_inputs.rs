@@ -3,7 +3,7 @@
 use heart_phantom::figures::*;
 use revolve_voxel::Pose;
 
-use crate::{FRONT, ball, half_ellipse, iso};
+use super::{FRONT, ball, half_ellipse, iso};
 
 #[test]
 fn bad_input_is_refused_with_its_numbers() {

@@ -14,7 +14,7 @@ use heart_phantom::scene::{
 use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
 use radon::Skip;
 
-use crate::defects::infarct;
+use defects::infarct;
 
 fn small(mode: Mode) -> Scene {
     let mut scene = Scene::default().with_size(40).with_mode(mode);
