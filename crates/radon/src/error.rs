@@ -4,12 +4,13 @@ use std::error::Error;
 use std::fmt;
 use std::sync::Arc;
 
-/// What was measured or given when a plan, a geometry or an input was refused.
+/// What was measured or given when a plan, a geometry or an input was refused. Messages give large and small numbers by their powers
+/// of ten.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RadonError {
     /// A number is NaN or infinite.
-    #[error("{name} must be finite, got {given}")]
+    #[error("{name} must be finite, got {given:?}")]
     NotFinite {
         /// Name of the parameter.
         name: &'static str,
@@ -17,7 +18,7 @@ pub enum RadonError {
         given: f64,
     },
     /// A number that must be greater than zero is not.
-    #[error("{name} must be greater than zero, got {given}")]
+    #[error("{name} must be greater than zero, got {given:?}")]
     NotPositive {
         /// Name of the parameter.
         name: &'static str,
@@ -35,7 +36,7 @@ pub enum RadonError {
         least: usize,
     },
     /// A number lies outside its interval.
-    #[error("{name} must lie in [{least}, {most}], got {given}")]
+    #[error("{name} must lie in [{least:?}, {most:?}], got {given:?}")]
     OutOfRange {
         /// Name of the parameter.
         name: &'static str,
@@ -57,7 +58,7 @@ pub enum RadonError {
         expected: usize,
     },
     /// A stored sample is NaN or infinite.
-    #[error("{name} holds {given} at index {index}")]
+    #[error("{name} holds {given:?} at index {index}")]
     BadSample {
         /// Name of the array.
         name: &'static str,
@@ -67,7 +68,7 @@ pub enum RadonError {
         given: f64,
     },
     /// A stored sample is negative where only values >= 0 make sense.
-    #[error("{name} holds the negative value {given} at index {index}")]
+    #[error("{name} holds the negative value {given:?} at index {index}")]
     NegativeSample {
         /// Name of the array.
         name: &'static str,
@@ -88,7 +89,7 @@ pub enum RadonError {
     },
     /// The views leave a wedge of directions unmeasured and the policy was [`ArcPolicy::Complete`](crate::ArcPolicy::Complete).
     #[error(
-        "views leave a gap of {gap} rad between neighbouring directions, {ratio} times the mean of the others (at most {allowed} allowed){}",
+        "views leave a gap of {gap:?} rad between neighbouring directions, {ratio:?} times the mean of the others (at most {allowed:?} allowed){}",
         hint(*furthest)
     )]
     ShortArc {
@@ -103,7 +104,7 @@ pub enum RadonError {
     },
     /// Views are to be spread over more turns than anybody takes: most likely the arc is in degrees.
     #[error(
-        "an arc of {arc} rad is {turns} turns (at most {most} allowed); if it is in degrees, say so with `arc_degrees`"
+        "an arc of {arc:?} rad is {turns:?} turns (at most {most:?} allowed); if it is in degrees, say so with `arc_degrees`"
     )]
     LongArc {
         /// The arc given, in radians.
@@ -150,7 +151,7 @@ pub enum RadonError {
         budget: usize,
     },
     /// The corners do not bound an area: fewer than three, collinear, or edges that cross.
-    #[error("polygon of {corners} corners and signed area {area} is not simple")]
+    #[error("polygon of {corners} corners and signed area {area:?} is not simple")]
     DegeneratePolygon {
         /// Number of corners.
         corners: usize,
@@ -158,7 +159,7 @@ pub enum RadonError {
         area: f64,
     },
     /// The three axes are not perpendicular unit vectors.
-    #[error("axes differ from perpendicular unit vectors by {deviation} (at most 1e-9 allowed)")]
+    #[error("axes differ from perpendicular unit vectors by {deviation:?} (at most 1e-9 allowed)")]
     NotOrthonormal {
         /// Largest deviation of their scalar products from 0 and 1.
         deviation: f64,
@@ -215,7 +216,7 @@ impl Error for UserError {
 /// What to say of angles of several turns that leave a gap.
 fn hint(furthest: f64) -> String {
     match furthest > 2.0 * std::f64::consts::TAU {
-        true => format!("; angles are in radians and go up to {furthest}: are they degrees?"),
+        true => format!("; angles are in radians and go up to {furthest:?}: are they degrees?"),
         false => String::new(),
     }
 }

@@ -9,6 +9,8 @@ mod shape2;
 mod shape3;
 mod shepp_logan;
 
+use crate::error::{RadonError, positive, within};
+
 pub use phantom2::Phantom2;
 pub use phantom3::Phantom3;
 pub use shape2::Shape2;
@@ -22,4 +24,15 @@ pub enum BinSampling {
     Centre,
     /// The mean of the line integrals over the whole bin, as a detector measures it.
     Mean,
+}
+
+/// Positions and sizes of shapes go up to here, and sizes down to one over it: products of six of them are numbers.
+const LARGEST: f64 = 1e50;
+
+fn place(name: &'static str, given: f64) -> Result<(), RadonError> {
+    within(name, given, -LARGEST, LARGEST)
+}
+
+fn size(name: &'static str, given: f64) -> Result<(), RadonError> {
+    within(name, positive(name, given)?, 1.0 / LARGEST, LARGEST)
 }

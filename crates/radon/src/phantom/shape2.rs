@@ -2,13 +2,14 @@
 
 use super::round::{Vec2, Vec3};
 use super::{gaussian, polygon, round};
-use crate::error::{RadonError, finite, positive};
+use super::{place, size};
+use crate::error::RadonError;
 use std::f64::consts::PI;
 
 /// A plane shape of height 1: a filled ellipse, rectangle or polygon, or a Gaussian hill.
 ///
 /// Lengths in cm, angles in radians counter-clockwise from x. A line along an edge of a polygon gets the mean of the
-/// limits from both sides.
+/// limits from both sides. Sizes between 1e-50 and 1e50, positions up to 1e50: beyond, areas and squares are no numbers.
 ///
 /// ```
 /// use radon::Shape2;
@@ -41,7 +42,7 @@ impl Shape2 {
     /// The ellipse with semi-axis `semi_axes[0]` turned by `angle` from x, and `semi_axes[1]` perpendicular to it.
     ///
     /// # Errors
-    /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a semi-axis.
+    /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a semi-axis, [`RadonError::OutOfRange`] beyond 1e-50 and 1e50.
     pub fn ellipse(centre: [f64; 2], semi_axes: [f64; 2], angle: f64) -> Result<Self, RadonError> {
         let rows = frame(centre, semi_axes, angle, "ellipse semi-axis")?;
         Ok(Self {
@@ -54,7 +55,7 @@ impl Shape2 {
     /// The Gaussian hill exp(-u²/2σ₀² - v²/2σ₁²), u turned by `angle` from x; peak 1.
     ///
     /// # Errors
-    /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a standard deviation.
+    /// As [`ellipse`](Self::ellipse), for a standard deviation.
     pub fn gaussian(centre: [f64; 2], sigmas: [f64; 2], angle: f64) -> Result<Self, RadonError> {
         let rows = frame(centre, sigmas, angle, "Gaussian standard deviation")?;
         Ok(Self {
@@ -67,7 +68,7 @@ impl Shape2 {
     /// The rectangle of the given full sides, turned by `angle`.
     ///
     /// # Errors
-    /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a side.
+    /// As [`ellipse`](Self::ellipse), for a side; as [`polygon`](Self::polygon) where rounding leaves no area.
     pub fn rectangle(centre: [f64; 2], sides: [f64; 2], angle: f64) -> Result<Self, RadonError> {
         frame(centre, sides, angle, "rectangle side")?;
         let (sin, cos) = angle.sin_cos();
@@ -81,11 +82,11 @@ impl Shape2 {
     /// The simple polygon with the given corners, in either sense; it need not be convex.
     ///
     /// # Errors
-    /// [`RadonError::NotFinite`], [`RadonError::DegeneratePolygon`] when there are fewer than three corners, no area, or edges that
+    /// [`RadonError::NotFinite`], [`RadonError::OutOfRange`] for a corner, [`RadonError::DegeneratePolygon`] when there are fewer than three corners, no area, or edges that
     /// cross. Cost of the check: the square of the number of corners.
     pub fn polygon(mut corners: Vec<[f64; 2]>) -> Result<Self, RadonError> {
         for &x in corners.iter().flatten() {
-            finite("polygon corner", x)?;
+            place("polygon corner", x)?;
         }
         let degenerate = |area| RadonError::DegeneratePolygon {
             corners: corners.len(),
@@ -172,13 +173,17 @@ impl Shape2 {
         }
     }
 
-    /// Mean of [`line_integral`](Self::line_integral) over the bin of width `width` about `s`, in closed form.
+    /// Mean of [`line_integral`](Self::line_integral) over the bin of width `width` about `s`, in closed form; over a bin narrower than
+    /// rounding, the line integral at `s`.
     pub fn bin_mean(&self, theta: f64, s: f64, width: f64) -> f64 {
         let (low, high) = (s - 0.5 * width, s + 0.5 * width);
         match &self.kind {
             Kind::Ellipse(rows) => {
                 let (shadow, t0) = self.shadow(rows, theta, low);
                 let t1 = self.shadow(rows, theta, high).1;
+                if t0 == t1 {
+                    return self.line_integral(theta, s);
+                }
                 let primitive = |t: f64| {
                     let t = t.clamp(-1.0, 1.0);
                     t * (1.0 - t * t).sqrt() + t.asin()
@@ -190,6 +195,9 @@ impl Shape2 {
                 let half = [0.5 * width / shadow, 0.0, 0.0];
                 (2.0 * PI).sqrt() / (shadow * det(rows)) * gaussian::mean([t, 0.0, 0.0], &[half])
             }
+            Kind::Polygon(corners) if low == high => {
+                polygon::chord(&polygon::turned(corners, theta), s)
+            }
             Kind::Polygon(corners) => {
                 let everything = [f64::NEG_INFINITY, f64::INFINITY];
                 polygon::area_in(&polygon::turned(corners, theta), [low, high], everything) / width
@@ -198,7 +206,8 @@ impl Shape2 {
     }
 
     /// Mean over the axis-parallel rectangle with centre `centre` and full sides `sides`: exact for ellipses and polygons;
-    /// Gaussians to 1e-15 of the peak. NaN where a number is NaN.
+    /// Gaussians to 1e-15 of the peak. A rectangle without area, or whose area is no number, has the value at its centre. NaN where
+    /// a number is NaN.
     pub fn rectangle_mean(&self, centre: [f64; 2], sides: [f64; 2]) -> f64 {
         let [hx, hy] = sides.map(|s| 0.5 * s.abs());
         if [centre, sides].as_flattened().iter().any(|v| v.is_nan()) {
@@ -222,6 +231,9 @@ impl Shape2 {
                     return 1.0;
                 }
                 let area = 4.0 * (ex[0] * ey[1] - ex[1] * ey[0]).abs();
+                if area == 0.0 {
+                    return self.value(centre);
+                }
                 (round::disc_in_polygon(&corners).abs() / area).clamp(0.0, 1.0)
             }
             Kind::Gaussian(rows) => {
@@ -237,7 +249,11 @@ impl Shape2 {
                     [centre[0] - hx, centre[0] + hx],
                     [centre[1] - hy, centre[1] + hy],
                 );
-                (polygon::area_in(corners, x, y) / (4.0 * hx * hy)).clamp(0.0, 1.0)
+                let area = 4.0 * hx * hy;
+                if area == 0.0 {
+                    return self.value(centre);
+                }
+                (polygon::area_in(corners, x, y) / area).clamp(0.0, 1.0)
             }
         }
     }
@@ -282,10 +298,10 @@ fn frame(
     what: &'static str,
 ) -> Result<[Vec2; 2], RadonError> {
     for x in [centre[0], centre[1], angle] {
-        finite("shape position or angle", x)?;
+        place("shape position or angle", x)?;
     }
     for l in lengths {
-        positive(what, l)?;
+        size(what, l)?;
     }
     let (sin, cos) = angle.sin_cos();
     Ok([

@@ -2,13 +2,14 @@
 
 use super::round::{Vec3, add, cross, dot, norm};
 use super::shape2::GAUSSIAN_REACH;
-use super::{Shape2, gaussian, round};
-use crate::error::{RadonError, finite, positive};
+use super::{Shape2, gaussian, place, round, size};
+use crate::error::{RadonError, positive};
 use std::f64::consts::PI;
 
 /// A solid shape of height 1: an ellipsoid, a Gaussian hill, or an upright prism on any [`Shape2`].
 ///
-/// Rays lie in planes of constant z, as in parallel-beam tomography about z. Lengths in cm.
+/// Rays lie in planes of constant z, as in parallel-beam tomography about z. Lengths in cm; sizes between 1e-50 and 1e50, positions
+/// up to 1e50: beyond, volumes and squares are no numbers.
 ///
 /// ```
 /// use radon::Shape3;
@@ -39,8 +40,8 @@ impl Shape3 {
     /// The ellipsoid with semi-axis `semi_axes[k]` along the unit vector `axes[k]`.
     ///
     /// # Errors
-    /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a semi-axis, [`RadonError::NotOrthonormal`] when the axes are not
-    /// perpendicular unit vectors to 1e-9.
+    /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a semi-axis, [`RadonError::OutOfRange`] beyond 1e-50 and 1e50,
+    /// [`RadonError::NotOrthonormal`] when the axes are not perpendicular unit vectors to 1e-9.
     pub fn ellipsoid(
         centre: [f64; 3],
         semi_axes: [f64; 3],
@@ -75,10 +76,10 @@ impl Shape3 {
     /// The upright prism on `section` between the heights `z[0]` < `z[1]`: boxes, elliptical cylinders, polygonal prisms.
     ///
     /// # Errors
-    /// [`RadonError::NotFinite`]; [`RadonError::NotPositive`] when the height is not positive.
+    /// [`RadonError::NotFinite`], [`RadonError::OutOfRange`]; [`RadonError::NotPositive`] when the height is not positive.
     pub fn prism(section: Shape2, z: [f64; 2]) -> Result<Self, RadonError> {
-        finite("prism height", z[0])?;
-        finite("prism height", z[1])?;
+        place("prism height", z[0])?;
+        place("prism height", z[1])?;
         positive("prism height", z[1] - z[0])?;
         let ([x, y], radius) = section.bounding_circle();
         Ok(Self {
@@ -127,7 +128,8 @@ impl Shape3 {
     }
 
     /// Mean of [`line_integral`](Self::line_integral) over the detector cell of size `size` = (along s, along z) about
-    /// (`s`, `z`): exact for ellipsoids and prisms; Gaussians to 1e-15 of the peak.
+    /// (`s`, `z`): exact for ellipsoids and prisms; Gaussians to 1e-15 of the peak. A cell too thin for its area to be a number has
+    /// the line integral at its centre.
     pub fn bin_mean(&self, theta: f64, [s, z]: [f64; 2], size: [f64; 2]) -> f64 {
         match &self.kind {
             Kind::Ellipsoid(rows) => {
@@ -146,6 +148,9 @@ impl Shape3 {
                     [dot(p, first), dot(p, second)]
                 });
                 let area = 4.0 * norm(a) * height;
+                if area.is_nan() || area == 0.0 {
+                    return self.line_integral(theta, s, z);
+                }
                 2.0 / ray.speed * (round::hemisphere_over_polygon(&corners) / area).clamp(0.0, 1.0)
             }
             Kind::Gaussian(rows) => {
@@ -164,7 +169,7 @@ impl Shape3 {
     }
 
     /// Mean over the axis-parallel box with centre `centre` and full sides `sides`: exact for ellipsoids and prisms;
-    /// Gaussians to 1e-15 of the peak.
+    /// Gaussians to 1e-15 of the peak. A box too thin for its volume to be a number has the value at its centre.
     pub fn box_mean(&self, centre: [f64; 3], sides: [f64; 3]) -> f64 {
         match &self.kind {
             Kind::Ellipsoid(rows) => {
@@ -182,6 +187,9 @@ impl Shape3 {
                     1.0
                 } else {
                     let cell = 8.0 * dot(cross(e[0], e[1]), e[2]).abs();
+                    if cell == 0.0 || e.iter().any(|&e| dot(e, e) == 0.0) {
+                        return self.value(centre);
+                    }
                     (round::ball_in_parallelepiped(c, e) / cell).clamp(0.0, 1.0)
                 }
             }
@@ -258,10 +266,10 @@ fn frame(
     what: &'static str,
 ) -> Result<[Vec3; 3], RadonError> {
     for x in centre.into_iter().chain(axes.into_iter().flatten()) {
-        finite("shape position or axis", x)?;
+        place("shape position or axis", x)?;
     }
     for l in lengths {
-        positive(what, l)?;
+        size(what, l)?;
     }
     let mut deviation: f64 = 0.0;
     for i in 0..3 {

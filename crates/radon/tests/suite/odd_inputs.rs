@@ -210,3 +210,86 @@ fn means_over_odd_rectangles() {
         assert_eq!(at(-0.8), at(0.8));
     }
 }
+
+/// Sizes and places whose products are numbers give numbers, wherever they are looked at; others are refused.
+#[test]
+fn shapes_of_any_size_give_numbers_or_are_refused() {
+    let upright = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let plane = |centre: [f64; 2], sizes: [f64; 2], angle: f64| {
+        let shapes = [
+            Shape2::ellipse(centre, sizes, angle),
+            Shape2::gaussian(centre, sizes, angle),
+            Shape2::rectangle(centre, sizes, angle),
+        ];
+        shapes.into_iter()
+    };
+    let solid = |centre: [f64; 2], [a, b]: [f64; 2]| {
+        let centre = [centre[0], centre[1], -centre[0]];
+        let shapes = [
+            Shape3::ellipsoid(centre, [a, b, a], upright),
+            Shape3::gaussian(centre, [a, b, b], upright),
+        ];
+        shapes.into_iter()
+    };
+    for bad in [5e-324, 1e-300, 1e-51, 1e51, 1e200, f64::MAX] {
+        assert!(
+            plane([0.0; 2], [bad, 1.0], 0.3).all(|s| s.is_err()),
+            "{bad}"
+        );
+        assert!(solid([0.0; 2], [1.0, bad]).all(|s| s.is_err()), "{bad}");
+        if bad > 1.0 {
+            assert!(
+                plane([0.0, -bad], [1.0; 2], 0.3).all(|s| s.is_err()),
+                "{bad}"
+            );
+            assert!(solid([bad, 0.0], [1.0; 2]).all(|s| s.is_err()), "{bad}");
+            assert!(Shape2::polygon(vec![[0.0, 0.0], [bad, 0.0], [0.0, 1.0]]).is_err());
+            let disc = Shape2::ellipse([0.0; 2], [1.0; 2], 0.0).unwrap();
+            assert!(Shape3::prism(disc, [-1.0, bad]).is_err());
+        }
+    }
+    let refused = Shape2::ellipse([1e200, 0.0], [1.0; 2], 0.0).unwrap_err();
+    let expected = "shape position or angle must lie in [-1e50, 1e50], got 1e200";
+    assert_eq!(refused.to_string(), expected);
+    let sizes = [1e-50, 1.0, 1e50];
+    let places = [0.0, 1.0, -1e50];
+    let widths = [0.0, 1e-300, 1e-12, 1e50];
+    let pairs = |of: &[f64]| -> Vec<[f64; 2]> {
+        let pair = |&a: &f64| of.iter().map(move |&b| [a, b]);
+        of.iter().flat_map(pair).collect()
+    };
+    fn positive(x: f64, of: impl std::fmt::Debug) {
+        assert!(x >= 0.0 && x.is_finite(), "{x} {of:?}");
+    }
+    fn share(x: f64, of: impl std::fmt::Debug) {
+        assert!((0.0..=1.0 + 1e-12).contains(&x), "{x} {of:?}");
+    }
+    for size in pairs(&sizes) {
+        for centre in pairs(&places) {
+            for shape in plane(centre, size, 0.7).flatten() {
+                positive(shape.integral(), &shape);
+                for at in pairs(&places) {
+                    share(shape.value(at), (&shape, at));
+                    positive(shape.line_integral(at[0], at[1]), (&shape, at));
+                    for width in pairs(&widths) {
+                        share(shape.rectangle_mean(at, width), (&shape, at, width));
+                    }
+                    for width in widths {
+                        positive(shape.bin_mean(at[0], at[1], width), (&shape, at, width));
+                    }
+                }
+            }
+            for shape in solid(centre, size).flatten() {
+                positive(shape.integral(), &shape);
+                for [s, z] in pairs(&places) {
+                    share(shape.value([s, z, z]), (&shape, s, z));
+                    positive(shape.line_integral(0.3, s, z), (&shape, s, z));
+                    for [a, b] in pairs(&widths) {
+                        share(shape.box_mean([s, z, z], [a, b, b]), (&shape, s, z, a, b));
+                        positive(shape.bin_mean(0.3, [s, z], [a, b]), (&shape, s, z, a, b));
+                    }
+                }
+            }
+        }
+    }
+}
