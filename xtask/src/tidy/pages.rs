@@ -1,4 +1,5 @@
-//! Pages do not lie about the tree: what they link to exists, and the tests that the errata and the pitfalls name do too.
+//! Pages do not lie about the tree: what they link to exists, and the tests that the errata and the pitfalls name do too. Drawings
+//! bring their own background, so that black lines can be seen on a dark page.
 
 use std::collections::BTreeSet;
 
@@ -25,6 +26,12 @@ pub(crate) fn check(files: &[TextFile], exists: impl Fn(&str) -> bool) -> Vec<Fi
             }
         }
     }
+    for drawing in files.iter().filter(|file| file.path.ends_with(".svg")) {
+        if !has_background(&drawing.text) {
+            let message = "no white rectangle of the drawing's size comes first";
+            findings.push(Finding::new(&drawing.path, 0, message));
+        }
+    }
     let tests: BTreeSet<&str> = files
         .iter()
         .filter(|file| file.path.ends_with(".rs"))
@@ -49,6 +56,21 @@ pub(crate) fn check(files: &[TextFile], exists: impl Fn(&str) -> bool) -> Vec<Fi
         }
     }
     findings
+}
+
+/// Whether a drawing's first rectangle fills its view box with white.
+fn has_background(drawing: &str) -> bool {
+    let value = |tag: &str, name: &str| -> Option<String> {
+        let (_, rest) = tag.split_once(&format!(" {name}=\""))?;
+        Some(rest.split_once('"')?.0.to_lowercase())
+    };
+    let tag = |name: &str| Some(drawing.split_once(name)?.1.split_once('>')?.0);
+    let (Some(svg), Some(rect)) = (tag("<svg"), tag("<rect")) else {
+        return false;
+    };
+    let [width, height] = ["width", "height"].map(|side| value(rect, side).unwrap_or_default());
+    value(svg, "viewBox") == Some(format!("0 0 {width} {height}"))
+        && value(rect, "fill").is_some_and(|fill| fill == "white" || fill == "#ffffff")
 }
 
 /// Targets of the Markdown links of a line that lead into the tree.
@@ -107,6 +129,26 @@ mod tests {
             .iter()
             .map(|finding| finding.line)
             .collect()
+    }
+
+    #[test]
+    fn drawings_have_a_background() {
+        let drawing =
+            |rect: &str| format!("<svg viewBox=\"0 0 7 5\">\n{rect}<text>s</text></svg>\n");
+        for good in [
+            "<rect width=\"7\" height=\"5\" fill=\"white\"/>",
+            "<rect x=\"0\" width=\"7\" height=\"5\" fill=\"#FFFFFF\" stroke=\"none\"/>",
+        ] {
+            assert!(findings("img/a.svg", &drawing(good)).is_empty());
+        }
+        for bad in [
+            "",
+            "<rect width=\"7\" height=\"5\" fill=\"none\"/>",
+            "<rect width=\"6\" height=\"5\" fill=\"white\"/>",
+            "<rect width=\"1\" height=\"1\"/><rect width=\"7\" height=\"5\" fill=\"white\"/>",
+        ] {
+            assert_eq!(findings("img/a.svg", &drawing(bad)), [0]);
+        }
     }
 
     #[test]
