@@ -17,6 +17,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use crate::chord::ROUNDING;
 use crate::coverage::check_range;
 use crate::error::{finite, length, positive};
 use crate::{Body, Error, ParallelRays, Ray, RayCounters, Sample, Span, VoxelGrid};
@@ -75,7 +76,7 @@ impl EllipticCylinder {
         let p = [0, 1].map(|k| (o[k] - self.centre[k]) / self.semi_axes[k]);
         let v = [0, 1].map(|k| d[k] / self.semi_axes[k]);
         let vv = v[0] * v[0] + v[1] * v[1];
-        if vv <= 0.0 {
+        if across(&d) == 0.0 {
             return None;
         }
         let cross = p[0] * v[1] - p[1] * v[0];
@@ -165,7 +166,7 @@ impl<'a> Attenuator<'a> {
     pub(crate) fn check_direction(&self, d: &Vector3<f64>) -> Result<(), Error> {
         match self.medium {
             Medium::Layer(..) => Ok(()),
-            Medium::Torso(_) => positive("rays' part across the torso", d.x.hypot(d.y)).map(drop),
+            Medium::Torso(_) => positive("rays' part across the torso", across(d)).map(drop),
         }
     }
 
@@ -179,6 +180,12 @@ impl<'a> Attenuator<'a> {
             },
         }
     }
+}
+
+/// How much of a unit direction is across a torso: none if it is along its axis but for rounding.
+pub(crate) fn across(d: &Vector3<f64>) -> f64 {
+    let across = d.x.hypot(d.y);
+    if across > ROUNDING { across } else { 0.0 }
 }
 
 /// The way of one ray through a medium.

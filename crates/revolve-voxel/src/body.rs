@@ -144,6 +144,9 @@ impl Body {
 
     /// Length of the line inside one layer; 0 for a layer that the body does not have.
     ///
+    /// A continuous function of the line but for lines along the surface, which count as if just beside it
+    /// ([conventions](crate#conventions)).
+    ///
     /// Cost: the logarithm of the number of segments.
     pub fn chord(&self, layer: usize, ray: &Ray) -> f64 {
         let mut sum = 0.0;
@@ -206,7 +209,9 @@ impl Body {
         let Some(meridian) = self.layers.get(layer) else {
             return;
         };
-        let direction = Direction::new(meridian.mid(), &self.pose.vector_to_body(&ray.direction()));
+        let farthest = self.pose.farthest(ray.origin().coords.amax());
+        let d = self.pose.vector_to_body(&ray.direction());
+        let direction = Direction::new(meridian, farthest, &d);
         let [w, q, shift] = direction.coordinates(&self.pose.to_body(&ray.origin()));
         let mut hints = vec![Hint::default(); meridian.chains().len()];
         for (sign, faces) in direction.intervals(meridian, [w, q], &mut hints) {

@@ -5,6 +5,7 @@
 //! minus where the profile runs backward: `chord = sum of sign * length`. No parity of crossings enters, so no line,
 //! however degenerate, can be off by more than rounding.
 
+use crate::chord::ROUNDING;
 use crate::meridian::Segment;
 
 /// A vertex of a chain and the cone to its right (x grows along a chain, so `tx > 0`).
@@ -22,7 +23,8 @@ pub(crate) struct Vertex {
 pub(crate) struct Chain {
     /// x ascending; at least two; the last one's tangent is not used.
     pub(crate) vertices: Vec<Vertex>,
-    /// Of the vertices, x and the square of r, side by side for the searches.
+    /// Of the vertices, x and the square of r less rounding, side by side for the searches: a line along the surface is not
+    /// inside.
     pub(crate) x: Vec<f64>,
     pub(crate) r2: Vec<f64>,
     /// +1 where the profile runs forward, -1 where it runs backward (the solid is then outside).
@@ -32,7 +34,7 @@ pub(crate) struct Chain {
 /// A binary tree over a profile's chains, in the profile's order: whole stretches are met inside, or not at all.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Node {
-    /// Range of the axial coordinate and of the radius.
+    /// Range of the axial coordinate and of the radius' square, that of the axis too if the profile runs along it.
     pub(crate) x: [f64; 2],
     pub(crate) r2: [f64; 2],
     /// Axial coordinates at which the profile enters and leaves the stretch.
@@ -62,9 +64,16 @@ pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
             let (a, b) = (c.vertices[0].x, c.vertices[c.vertices.len() - 1].x);
             if c.sign > 0.0 { [a, b] } else { [b, a] }
         };
+        // Between two of them the profile may have run along the axis.
+        let whole = chains.windows(2).all(|c| ends(&c[0])[1] == ends(&c[1])[0]);
+        let least = if whole {
+            fold(f64::min, |c| &c.r2)
+        } else {
+            0.0
+        };
         nodes.push(Node {
             x: [fold(f64::min, |c| &c.x), fold(f64::max, |c| &c.x)],
-            r2: [fold(f64::min, |c| &c.r2), fold(f64::max, |c| &c.r2)],
+            r2: [least, fold(f64::max, |c| &c.r2)],
             path: [ends(&chains[0])[0], ends(&chains[chains.len() - 1])[1]],
             kind: Kind::Leaf(first),
             after: at + 1,
@@ -96,13 +105,15 @@ pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
 /// are collinear only to rounding. The surface is then displaced by at most this times its length.
 const COLLINEAR: f64 = 1e-13;
 
-/// The chains of a profile, in its order.
-pub(crate) fn chains(segments: &[Segment], mid: f64) -> Vec<Chain> {
+/// The chains of a profile of some size, in its order.
+pub(crate) fn chains(segments: &[Segment], mid: f64, size: f64) -> Vec<Chain> {
+    // Lines begin some sizes from the body.
+    let near = 4.0 * ROUNDING * size;
     let mut chains: Vec<Chain> = Vec::new();
     let mut run: Vec<&Segment> = Vec::new();
     let mut flush = |run: &mut Vec<&Segment>| {
         if !run.is_empty() {
-            chains.push(Chain::new(run, mid));
+            chains.push(Chain::new(run, mid, near));
             run.clear();
         }
     };
@@ -126,7 +137,7 @@ pub(crate) fn chains(segments: &[Segment], mid: f64) -> Vec<Chain> {
 }
 
 impl Chain {
-    fn new(run: &[&Segment], mid: f64) -> Self {
+    fn new(run: &[&Segment], mid: f64, near: f64) -> Self {
         let forward = run[0].tx > 0.0;
         let vertex = |x: f64, r: f64, tx: f64, tr: f64| Vertex {
             x: x - mid,
@@ -145,7 +156,10 @@ impl Chain {
         }
         Self {
             x: vertices.iter().map(|v| v.x).collect(),
-            r2: vertices.iter().map(|v| v.r * v.r).collect(),
+            r2: vertices
+                .iter()
+                .map(|v| v.r * (v.r - 2.0 * near).max(0.0))
+                .collect(),
             vertices,
             sign: if forward { 1.0 } else { -1.0 },
         }

@@ -1,4 +1,13 @@
 //! A line through the convex solid under a chain: through which faces it enters and leaves.
+//!
+//! Where a line crosses a plane across the axis is known to rounding over c, the cosine of its angle with the axis: not at all
+//! if it lies in the plane. So one number for each vertex, u, tells on which side of its plane the line passes the axis and
+//! whether it crosses the plane inside the solid, for all pieces of surface that meet there; an error of u is one of the
+//! vertex' place. The ends of an interval are then found on cones alone, which know nothing of planes.
+//!
+//! A line that is across the axis but for rounding is taken across it, and lies in no plane of a vertex: of two pieces it is
+//! in the one further up the axis. A line along a cone or a cylinder is outside: circles of the surface count as smaller by
+//! rounding.
 
 use nalgebra::{Point3, Vector3};
 
@@ -20,6 +29,12 @@ pub(crate) struct Direction {
     pub(crate) inv_sc: f64,
     /// Sign of c, never zero.
     along: f64,
+    /// What rounding may have moved a line by.
+    pub(crate) near: f64,
+    /// By how much further up the axis a line counts as.
+    beyond: f64,
+    /// How far beyond its planes a cone is met; no planes bound a line across the axis.
+    slack: f64,
     /// Parameter of a vertex plane from `w + s x` rather than from x: the one that keeps digits.
     pub(crate) steep: bool,
 }
@@ -28,12 +43,18 @@ pub(crate) struct Direction {
 #[derive(Debug, Clone, Copy)]
 struct Line {
     w: f64,
+    /// Of the plane through the body's middle.
+    u: f64,
     q: f64,
     q2: f64,
     /// c^2 and c^2 q^2.
     c2: f64,
     c2q2: f64,
 }
+
+/// What poses, angles and the places of rays are rounded by, as a share of their sizes: directions this near to along or
+/// across the axis are along or across it.
+pub(crate) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Vertices about a guess that are looked at together.
 const WINDOW: usize = 4;
@@ -69,22 +90,32 @@ impl Guess {
 }
 
 impl Direction {
-    /// From a unit direction in the body frame; `mid` is the middle of the x range.
-    pub(crate) fn new(mid: f64, direction: &Vector3<f64>) -> Self {
-        let c = direction.x;
-        let s = direction.y.hypot(direction.z);
+    /// Of lines through a profile's solid, from a unit direction in the body frame; `farthest` is the largest coordinate, of
+    /// rays and pose, that the lines' places were computed from.
+    pub(crate) fn new(profile: &Meridian, farthest: f64, direction: &Vector3<f64>) -> Self {
+        let (mut c, mut s) = (direction.x, direction.y.hypot(direction.z));
+        if c.abs() <= ROUNDING {
+            (c, s) = (0.0, 1.0);
+        } else if s <= ROUNDING {
+            (c, s) = (c.signum(), 0.0);
+        }
+        let near = ROUNDING * (profile.size() + farthest);
         Self {
             c,
             s,
             e1: if s > 0.0 {
-                [direction.y / s, direction.z / s]
+                let across = direction.y.hypot(direction.z);
+                [direction.y / across, direction.z / across]
             } else {
                 [1.0, 0.0]
             },
-            mid,
+            mid: profile.mid(),
             inv_c: 1.0 / c,
             inv_sc: 1.0 / (s * c),
             along: if c < 0.0 { -1.0 } else { 1.0 },
+            near,
+            beyond: if c == 0.0 { near } else { 0.0 },
+            slack: if c == 0.0 { f64::INFINITY } else { near },
             steep: s >= c.abs(),
         }
     }
@@ -105,6 +136,7 @@ impl Direction {
         let (c2, q2) = (self.c * self.c, q * q);
         Line {
             w,
+            u: w - self.beyond,
             q,
             q2,
             c2,
@@ -112,20 +144,26 @@ impl Direction {
         }
     }
 
+    /// How far from the axis' height the line passes the plane at x, times c and with a sign.
+    #[inline(always)]
+    fn u(&self, line: &Line, x: f64) -> f64 {
+        line.u + self.s * x
+    }
+
     /// Does the line meet the plane at x inside a parallel? One rounding of one number decides, for all who ask.
     #[inline(always)]
     fn inside(&self, line: &Line, x: f64, r2: f64) -> bool {
-        let u = line.w + self.s * x;
+        let u = self.u(line, x);
         u * u < line.c2 * r2 - line.c2q2
     }
 
-    /// Does the distance from the surface, convex along the line, still fall to the right of this vertex?
-    fn falls(&self, line: &Line, v: &Vertex) -> bool {
-        let u = line.w + self.s * v.x;
+    /// Does the distance from a vertex's cone, convex along the line, still fall to the right of x?
+    fn falls(&self, line: &Line, cone: &Vertex, x: f64) -> bool {
+        let u = self.u(line, x);
         let rho = (u * u + line.c2q2).sqrt();
         // On the axis itself the distance from it rises to the right.
         let (u, rho) = if rho > 0.0 { (u, rho) } else { (1.0, 1.0) };
-        v.tx * self.s * u < v.tr * self.c.abs() * rho
+        cone.tx * self.s * u < cone.tr * self.c.abs() * rho
     }
 
     /// The intervals that the line (w, q) has in the chains' solids; `hints`, one per chain, carry what the last line found.
@@ -181,7 +219,7 @@ impl Direction {
                 self.near(line, chain, hint.high.next(), false)
             };
             if let (Some(low), Some(high)) = (low, high) {
-                return Some(hint.found(chain, [low, high], [first, last], false));
+                return Some(self.found(hint, chain, [low, high], [first, last], false));
             }
         }
         // A vertex plane that the line meets inside: the search for either end starts there.
@@ -196,7 +234,7 @@ impl Direction {
             } else {
                 // The segment in which the line comes nearest the surface, or deepest under it.
                 let right = boundary(
-                    |k| !self.falls(line, &chain.vertices[k]),
+                    |k| !self.falls(line, &chain.vertices[k], xs[k]),
                     -1,
                     end as isize,
                     hint.valley as isize,
@@ -211,18 +249,16 @@ impl Direction {
                 } else if inside(right - 1) {
                     right - 1
                 } else {
+                    // All of it is in the segment, or beyond its right end.
                     let vertex = &chain.vertices[right - 1];
                     let cone = Cone::new(self, line.w, line.q, vertex);
-                    let x = cone.middle(self.c)?;
-                    // The chord's middle tells whether it lies in the segment; its ends may be on the very plane.
-                    let sw = self.s * line.w;
-                    if x < xs[right - 1] + sw || x > xs[right] + sw {
+                    if self.falls(line, vertex, xs[right]) || !cone.is_met(vertex.tx * self.near) {
                         return None;
                     }
                     hint.low.found(right - 1, !met);
                     hint.high.found(right, !met);
                     hint.met = true;
-                    return Some([Face::whole(vertex); 2]);
+                    return Some([self.face(vertex, xs[right]); 2]);
                 }
             }
         };
@@ -237,7 +273,35 @@ impl Direction {
             let guess = hint.high.next() as isize;
             boundary(|k| !inside(k), seed as isize, end as isize, guess)
         };
-        Some(hint.found(chain, [low, high], [first, last], !met))
+        Some(self.found(hint, chain, [low, high], [first, last], !met))
+    }
+
+    /// The faces at the boundaries before vertices `at`, or the end planes; the next line will find them near here.
+    #[inline(always)]
+    fn found<'a>(
+        &self,
+        hint: &mut Hint,
+        chain: &'a Chain,
+        [low, high]: [usize; 2],
+        planes: [bool; 2],
+        fresh: bool,
+    ) -> [Face<'a>; 2] {
+        hint.met = true;
+        hint.low.found(low, fresh);
+        hint.high.found(high, fresh);
+        let vs = &chain.vertices[..];
+        let face = |k: usize, plane: bool| match plane {
+            true => Face::plane(&vs[k], vs[k].x),
+            false => self.face(&vs[k - 1], vs[k].x),
+        };
+        [face(low, planes[0]), face(high, planes[1])]
+    }
+
+    /// The cone between a vertex and the plane of the next, and rounding beyond: its planes may not cut off what the next
+    /// cone does not have.
+    #[inline(always)]
+    fn face<'a>(&self, vertex: &'a Vertex, next: f64) -> Face<'a> {
+        Face::cone(vertex, [vertex.x - self.slack, next + self.slack])
     }
 
     /// The first vertex plane beyond the boundary between planes met outside and inside (`enters`), or inside and outside, if
@@ -278,7 +342,7 @@ impl<'a> Iterator for Intervals<'a> {
         let (direction, line) = (self.direction, &self.line);
         while let Some(node) = self.profile.tree().get(self.at) {
             self.at += 1;
-            let [u0, u1] = node.x.map(|x| line.w + direction.s * x);
+            let [u0, u1] = node.x.map(|x| direction.u(line, x));
             let (near, far) = ordered(u0 * u0, u1 * u1);
             // Nearest the axis: at an end plane, or between them if the line passes the axis there.
             let least = if u0 * u1 > 0.0 { near } else { 0.0 };
@@ -306,31 +370,6 @@ impl<'a> Iterator for Intervals<'a> {
             }
         }
         None
-    }
-}
-
-impl Hint {
-    /// The faces at the boundaries before vertices `at`, or the end planes; the next line will find them near here.
-    #[inline(always)]
-    fn found<'a>(
-        &mut self,
-        chain: &'a Chain,
-        [low, high]: [usize; 2],
-        planes: [bool; 2],
-        fresh: bool,
-    ) -> [Face<'a>; 2] {
-        self.met = true;
-        self.low.found(low, fresh);
-        self.high.found(high, fresh);
-        let face = |k: usize, plane: bool| {
-            let vs = &chain.vertices;
-            if plane {
-                Face::plane(&vs[k], vs[k].x)
-            } else {
-                Face::cone(&vs[k - 1], vs[k].x)
-            }
-        };
-        [face(low, planes[0]), face(high, planes[1])]
     }
 }
 
@@ -393,7 +432,7 @@ mod tests {
         for k in 0..60 {
             let angle = 0.05 + 0.1 * k as f64;
             let direction =
-                Direction::new(body.mid(), &Vector3::new(angle.cos(), angle.sin(), 0.0));
+                Direction::new(&body, 0.0, &Vector3::new(angle.cos(), angle.sin(), 0.0));
             let mut hints = vec![Hint::default(); body.chains().len()];
             for n in 0..300 {
                 // Now and then a jump.

@@ -17,20 +17,11 @@ pub(crate) struct Face<'a> {
 }
 
 impl<'a> Face<'a> {
-    /// The cone from a vertex to the plane of the next.
-    pub(crate) fn cone(vertex: &'a Vertex, next: f64) -> Self {
+    /// A vertex's cone, between two planes or all of it.
+    pub(crate) fn cone(vertex: &'a Vertex, planes: [f64; 2]) -> Self {
         Self {
             vertex,
-            planes: [vertex.x, next],
-            is_plane: false,
-        }
-    }
-
-    /// All of a vertex's cone.
-    pub(crate) fn whole(vertex: &'a Vertex) -> Self {
-        Self {
-            vertex,
-            planes: [f64::NEG_INFINITY, f64::INFINITY],
+            planes,
             is_plane: false,
         }
     }
@@ -124,7 +115,8 @@ impl<T: Copy> Batch<T> {
         for lane in 0..LANES {
             let (w, q) = (self.w[lane], self.q[lane]);
             ends[0][lane] = direction.enter(w, q, &entry.vertex(lane), entry.planes(lane));
-            ends[1][lane] = direction.leave(w, q, &exit.vertex(lane), exit.planes(lane));
+            let leave = direction.leave(w, q, &exit.vertex(lane), exit.planes(lane));
+            ends[1][lane] = ordered(ends[0][lane], leave).1;
         }
         let len = std::mem::take(&mut self.len);
         (0..len).map(move |lane| (self.of[lane], ends.map(|t| t[lane])))
@@ -132,12 +124,11 @@ impl<T: Copy> Batch<T> {
 }
 
 impl Direction {
-    /// Parameters at which the line (w, q) enters through one face and leaves through another.
+    /// Parameters at which the line (w, q) enters through one face and leaves through another, no sooner.
     pub(crate) fn ends(&self, [w, q]: [f64; 2], [entry, exit]: &[Face<'_>; 2]) -> [f64; 2] {
-        [
-            self.enter(w, q, entry.vertex, entry.planes),
-            self.leave(w, q, exit.vertex, exit.planes),
-        ]
+        let enter = self.enter(w, q, entry.vertex, entry.planes);
+        let leave = self.leave(w, q, exit.vertex, exit.planes);
+        [enter, ordered(enter, leave).1]
     }
 
     #[inline(always)]
@@ -215,9 +206,9 @@ impl Cone {
         }
     }
 
-    /// Of a chord through the cone, c times the parameter of its middle.
-    pub(crate) fn middle(&self, c: f64) -> Option<f64> {
-        (self.a > 0.0 && self.root > 0.0).then(|| c * (-self.b / self.a))
+    /// Does the line enter and leave through the cone, by more than `least` of the root?
+    pub(crate) fn is_met(&self, least: f64) -> bool {
+        self.a > 0.0 && self.root > least
     }
 }
 
@@ -230,6 +221,7 @@ pub(crate) fn ordered(a: f64, b: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Meridian;
     use nalgebra::Vector3;
 
     /// The work, compiled for each kind of processor.
@@ -247,11 +239,12 @@ mod tests {
     /// Steep and flat lines either way, cones that widen and narrow, planes, lines that miss.
     #[test]
     fn side_by_side_and_alone_give_the_same_bits() {
+        let profile = Meridian::new(&[[-0.7, 1.0], [1.3, 2.0]]).unwrap();
         let mut compared = 0;
         for k in 0..400 {
             let at = |a: f64| (k as f64 * a).sin();
-            let direction =
-                Direction::new(0.3, &Vector3::new(at(0.7), at(1.1), at(1.9)).normalize());
+            let d = Vector3::new(at(0.7), at(1.1), at(1.9)).normalize();
+            let direction = Direction::new(&profile, 0.0, &d);
             let turn = 1.5 * at(2.3);
             let vertex = Vertex {
                 x: at(2.9),
@@ -260,9 +253,9 @@ mod tests {
                 tr: turn.sin(),
             };
             let faces = [
-                Face::cone(&vertex, vertex.x + 0.3),
+                Face::cone(&vertex, [vertex.x, vertex.x + 0.3]),
                 Face::plane(&vertex, vertex.x),
-                Face::whole(&vertex),
+                Face::cone(&vertex, [f64::NEG_INFINITY, f64::INFINITY]),
             ];
             let mut batch = Batch::default();
             let lines = [0, 1, 2, 3, 4].map(|n| {

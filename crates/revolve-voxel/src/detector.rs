@@ -98,6 +98,8 @@ pub struct ParallelRays {
     n_rows: usize,
     /// Rows of the raster before the first of these.
     first_row: usize,
+    /// Bound of all coordinates, those of rows left out too.
+    farthest: f64,
     first: Point3<f64>,
     bin_step: Vector3<f64>,
     row_step: Vector3<f64>,
@@ -122,15 +124,17 @@ impl ParallelRays {
             finite("step between rays", *v)?;
         }
         let direction = Ray::new(first, direction)?.direction();
+        let mut farthest = 0.0f64;
         for k in 0..3 {
             let (bins, rows) = (bin_step[k].abs(), row_step[k].abs());
-            let farthest = first[k].abs() + bins * n_bins as f64 + rows * n_rows as f64;
-            finite("place of the farthest ray", farthest)?;
+            let reach = first[k].abs() + bins * n_bins as f64 + rows * n_rows as f64;
+            farthest = farthest.max(finite("place of the farthest ray", reach)?);
         }
         Ok(Self {
             n_bins,
             n_rows,
             first_row: 0,
+            farthest,
             first,
             bin_step,
             row_step,
@@ -239,10 +243,11 @@ impl Body {
             pose.vector_to_body(&rays.bin_step),
             pose.vector_to_body(&rays.row_step),
         ];
+        let farthest = pose.farthest(rays.farthest);
         let views: Vec<LayerView> = (0..self.layers().len())
             .filter(|&k| weights[k] != 0.0)
             .map(|k| {
-                let direction = Direction::new(self.layers()[k].mid(), &d);
+                let direction = Direction::new(&self.layers()[k], farthest, &d);
                 LayerView {
                     shadow: Shadow::new(&self.layers()[k], &direction),
                     layer: k,

@@ -34,6 +34,11 @@
 //! `(k - (n-1)/2) * pitch + offset`. Images are indexed `[row][bin]`, volumes `[z][y][x]`, the last fastest. Results are the
 //! same, bit for bit, for any number of threads. Batch calls return counters of what they did and skipped.
 //!
+//! A ray along the surface counts as one just beside it, for any pose and view: along a plane face (a base, a step) as one
+//! further up the axis, so that a ray in the plane of the base sees the base and one in that of a face at the other end
+//! nothing; along a cone or a cylinder as one farther from the axis; along a side of a [`Sector`] as one at a larger azimuth.
+//! Along the surface is what is so to 1e-14 of the sizes of body, pose and rays.
+//!
 #![doc = include_str!("../img/pose.svg")]
 //!
 //! # Accuracy

@@ -192,7 +192,8 @@ impl Meridian {
         let x_min = fold(f64::min, f64::INFINITY, 0);
         let x_max = fold(f64::max, f64::NEG_INFINITY, 0);
         let mid = 0.5 * (x_min + x_max);
-        let chains = chains(&segments, mid);
+        let r_max = fold(f64::max, 0.0, 1);
+        let chains = chains(&segments, mid, 0.5 * (x_max - x_min) + r_max);
         let blocks = segments
             .chunks(segments.len().div_ceil(N_BLOCKS).max(1))
             .map(|chunk| {
@@ -212,7 +213,7 @@ impl Meridian {
             boxes,
             blocks,
             chains,
-            r_max: fold(f64::max, 0.0, 1),
+            r_max,
             x_min,
             x_max,
             segments,
@@ -232,6 +233,11 @@ impl Meridian {
     /// Largest radius.
     pub fn r_max(&self) -> f64 {
         self.r_max
+    }
+
+    /// How far from the middle of the axis the solid reaches, at most.
+    pub(crate) fn size(&self) -> f64 {
+        0.5 * (self.x_max - self.x_min) + self.r_max
     }
 
     /// Exact volume, surface, centroid and inertia of the solid.

@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use crate::Error;
+use crate::chord::ROUNDING;
 use crate::error::finite;
 
 /// A rigid motion from the body frame (x = axis of revolution, base to apex) to the lab frame.
@@ -129,6 +130,16 @@ impl Pose {
     /// A lab point in the body frame.
     pub fn to_body(&self, lab: &Point3<f64>) -> Point3<f64> {
         self.isometry.inverse_transform_point(lab)
+    }
+
+    /// The largest coordinate that places in the body frame are computed from, of lab points with coordinates up to `lab`.
+    pub(crate) fn farthest(&self, lab: f64) -> f64 {
+        self.isometry.translation.vector.amax().max(lab)
+    }
+
+    /// What the place of a lab point in the body frame may be off by.
+    pub(crate) fn rounding(&self, lab: &Point3<f64>) -> f64 {
+        ROUNDING * self.farthest(lab.coords.amax())
     }
 
     /// A lab vector in the body frame.

@@ -18,7 +18,7 @@ use crate::{
 /// The part of a solid of revolution between two half-planes that start at its axis, standing in the lab.
 ///
 /// Azimuth is the angle from body y to body z. Of two sectors side by side, the plane between them belongs to the one it
-/// begins.
+/// begins, for points and for rays in that plane; the axis itself belongs to the one that holds azimuth 0.
 ///
 /// ```
 /// use revolve_voxel::{Meridian, Pose, Sector};
@@ -57,7 +57,9 @@ impl Sector {
 
     /// Does the sector hold a lab point?
     pub fn contains(&self, p: &Point3<f64>) -> bool {
-        self.ring.signed_distance(0, p) < 0.0 && self.wedge.contains(&self.ring.pose().to_body(p))
+        let pose = self.ring.pose();
+        self.ring.signed_distance(0, p) < 0.0
+            && self.wedge.contains(&pose.to_body(p), pose.rounding(p))
     }
 
     /// Length of a line inside the sector.
@@ -216,6 +218,7 @@ impl Sector {
         self.wedge.clip(
             &pose.to_body(&ray.origin()),
             &pose.vector_to_body(&ray.direction()),
+            pose.rounding(&ray.origin()),
         )
     }
 }

@@ -21,7 +21,8 @@ impl Shadow {
         let r_max = profile.r_max();
         let (s, c) = (direction.s, direction.c.abs());
         // Outward by more than the rounding of w.
-        let margin = 1e-12 * (profile.x_range()[1] - profile.x_range()[0] + r_max);
+        let [low, high] = profile.x_range();
+        let margin = 1e-12 * (high - low + r_max) + direction.near;
         let bands = (0..=N_BANDS)
             .map(|k| {
                 let q = (k as f64 - 1e-6) * r_max / N_BANDS as f64;

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::attenuation::across;
 use crate::error::{finite, length, positive};
 use crate::{Attenuator, EllipticCylinder, Error, ParallelRays, Sample};
 
@@ -36,8 +37,7 @@ impl EllipticCylinder {
     ) -> Result<(), Error> {
         finite("activity", activity)?;
         length("image", rays.n_bins() * rays.n_rows(), out.len())?;
-        let d = rays.direction();
-        positive("rays' part across the torso", d.x.hypot(d.y))?;
+        positive("rays' part across the torso", across(&rays.direction()))?;
         out.par_chunks_mut(rays.n_bins())
             .enumerate()
             .for_each(|(row, image)| {

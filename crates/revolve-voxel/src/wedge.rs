@@ -4,6 +4,7 @@ use nalgebra::{Point3, Vector3};
 use std::f64::consts::{PI, TAU};
 
 use crate::Error;
+use crate::chord::ROUNDING;
 use crate::error::{finite, positive};
 
 /// A wedge of azimuth in the body frame: from y to z, between two angles.
@@ -61,23 +62,25 @@ impl Wedge {
         })
     }
 
-    /// Does it hold a body point? The first plane belongs to a wedge, the last does not.
-    pub(crate) fn contains(&self, p: &Point3<f64>) -> bool {
-        match self {
-            Self::Whole => true,
-            Self::Within(sides) => sides.contains(p),
-            Self::Without(sides) => !sides.contains(p),
-        }
+    /// Does it hold a body point, known to within `near`? The first plane belongs to a wedge, the last does not.
+    pub(crate) fn contains(&self, p: &Point3<f64>, near: f64) -> bool {
+        let (sides, inverted) = self.sides();
+        sides.is_none_or(|sides| {
+            let held = (0..2).all(|k| sides.course(k, p, &Vector3::zeros(), near)[0] > 0.0);
+            held != inverted
+        })
     }
 
-    /// Reads the measure of the part of a stretch [low, high] of a line (in the body frame) that the wedge holds.
+    /// Reads the measure of the part of a stretch [low, high] of a line (in the body frame, its origin known to within
+    /// `near`) that the wedge holds.
     pub(crate) fn clip(
         &self,
         origin: &Point3<f64>,
         direction: &Vector3<f64>,
+        near: f64,
     ) -> impl Fn(f64, f64, &dyn Fn(f64, f64) -> f64) -> f64 + use<> {
         let (sides, inverted) = self.sides();
-        let held = sides.map(|sides| sides.interval(origin, direction));
+        let held = sides.map(|sides| sides.interval(origin, direction, near));
         move |low, high, measure| {
             let Some(held) = held else {
                 return measure(low, high);
@@ -134,11 +137,7 @@ impl Wedge {
 
     /// Unit vectors (y, z) along its sides, from the axis outward.
     pub(crate) fn directions(&self) -> impl Iterator<Item = [f64; 2]> + use<> {
-        let along = |sides: &Sides| {
-            let [[a, b], [c, d]] = sides.normals;
-            [[b, -a], [-d, c]]
-        };
-        self.sides().0.map(along).into_iter().flatten()
+        self.sides().0.map(Sides::directions).into_iter().flatten()
     }
 
     /// The wedge of at most half a turn, and whether this one is what that leaves.
@@ -156,24 +155,64 @@ impl Sides {
         self.normals.map(|[y, z]| y * p.y + z * p.z)
     }
 
-    fn contains(&self, p: &Point3<f64>) -> bool {
-        let [first, last] = self.depth(p);
-        first >= 0.0 && last > 0.0
+    /// Unit vectors (y, z) along the sides, from the axis outward.
+    fn directions(&self) -> [[f64; 2]; 2] {
+        let [[a, b], [c, d]] = self.normals;
+        [[b, -a], [-d, c]]
+    }
+
+    /// How deep under side `k` a line begins, and how fast it comes deeper.
+    ///
+    /// A line in the plane of a side counts as one turned on about the axis by next to nothing, so that the plane belongs to
+    /// the wedge that it begins, and to that alone; the axis itself counts as at azimuth 0.
+    fn course(
+        &self,
+        k: usize,
+        origin: &Point3<f64>,
+        direction: &Vector3<f64>,
+        near: f64,
+    ) -> [f64; 2] {
+        let [normal, along] = [self.normals[k], self.directions()[k]];
+        let forward = if k == 0 { 1.0 } else { -1.0 };
+        let dot = |[y, z]: [f64; 2]| {
+            [
+                y * origin.y + z * origin.z,
+                y * direction.y + z * direction.z,
+            ]
+        };
+        let [depth, rate] = dot(normal);
+        if rate.abs() > ROUNDING {
+            return [depth, rate];
+        } else if depth.abs() > near {
+            return [depth, 0.0];
+        }
+        let [depth, rate] = dot(along).map(|v| v * forward);
+        if rate.abs() > ROUNDING {
+            [depth, rate]
+        } else if depth.abs() > near {
+            [depth, 0.0]
+        } else if normal[0].abs() > ROUNDING {
+            [normal[0], 0.0]
+        } else {
+            [along[0] * forward, 0.0]
+        }
     }
 
     /// The parameters between which a line is in the wedge.
-    fn interval(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<[f64; 2]> {
+    fn interval(
+        &self,
+        origin: &Point3<f64>,
+        direction: &Vector3<f64>,
+        near: f64,
+    ) -> Option<[f64; 2]> {
         let mut ends = [f64::NEG_INFINITY, f64::INFINITY];
-        let depth = self.depth(origin);
         for k in 0..2 {
-            let [y, z] = self.normals[k];
-            let rate = y * direction.y + z * direction.z;
+            let [depth, rate] = self.course(k, origin, direction, near);
             if rate > 0.0 {
-                ends[0] = ends[0].max(-depth[k] / rate);
+                ends[0] = ends[0].max(-depth / rate);
             } else if rate < 0.0 {
-                ends[1] = ends[1].min(-depth[k] / rate);
-            } else if depth[k] < 0.0 || (depth[k] == 0.0 && k == 1) {
-                // Within the plane itself: the first one belongs to the wedge, so that wedges side by side do not overlap.
+                ends[1] = ends[1].min(-depth / rate);
+            } else if depth < 0.0 {
                 return None;
             }
         }

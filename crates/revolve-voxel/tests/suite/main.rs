@@ -5,6 +5,7 @@ mod support;
 
 mod attenuation;
 mod bad_inputs;
+mod coincidence;
 mod convergence;
 mod counters;
 mod moments;

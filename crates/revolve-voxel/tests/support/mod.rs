@@ -1,6 +1,8 @@
 //! Shared by the tests: the slow twin of the chord, random profiles, a balloon.
 #![allow(dead_code)] // each test file uses a part
 
+pub(crate) mod brute;
+
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{Body, Meridian, Pose};

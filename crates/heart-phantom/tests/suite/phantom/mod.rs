@@ -4,6 +4,7 @@ mod artefacts;
 mod defects;
 mod times;
 mod twin;
+mod upright;
 mod warnings;
 
 use heart_phantom::scene::{
