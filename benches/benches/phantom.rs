@@ -213,7 +213,7 @@ fn gated_studies(effort: Effort) {
             let (seconds, (phantom, made)) = on_threads(threads, || timed(3, volumes));
             let truth = phantom.truth(0).expect("a gate");
             let found = phantom
-                .artefacts(&made[0], &truth)
+                .artefacts(0, &made[0], &truth)
                 .expect("volumes that fit");
             Row {
                 study: "whole study",

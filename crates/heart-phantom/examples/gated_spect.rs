@@ -40,7 +40,7 @@ fn main() -> Result<(), PhantomError> {
     for (gate, volume) in volumes.iter().enumerate().step_by(4) {
         let middle = (gate as f64 + 0.5) / phantom.n_gates() as f64;
         let cavity = phantom.shape(middle)?.volumes()[0];
-        let found = phantom.artefacts(volume, &phantom.truth(gate)?)?;
+        let found = phantom.artefacts(gate, volume, &phantom.truth(gate)?)?;
         let number = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.3}"));
         println!(
             "{gate:4}   {cavity:11.2}   {}     {}          {}  {}",

@@ -14,7 +14,7 @@ fn main() -> Result<(), PhantomError> {
         let phantom = Phantom::new(scene)?;
         let views = phantom.sinograms(0, &|_| ())?;
         let volume = phantom.reconstruct(&views.samples)?;
-        let found = phantom.artefacts(&volume, &phantom.truth(0)?)?;
+        let found = phantom.artefacts(0, &volume, &phantom.truth(0)?)?;
         println!(
             "{beats_per_minute:9}   {:6}   {:15.4}   {:12.4}   {:14.2}",
             views.distinct_phases,

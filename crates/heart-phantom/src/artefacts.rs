@@ -1,11 +1,17 @@
 //! What motion, few views, noise and blur do to a reconstruction.
 
 use crate::error::PhantomError;
-use crate::{Measures, Phantom};
+use crate::scene::Mode;
+use crate::truth::swept;
+use crate::{HeartShape, Measures, Phantom, Regions};
+use revolve_voxel::Mask;
 use revolve_voxel::nalgebra::{Point3, Vector3};
 use serde::Serialize;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
+/// Fewest voxels of a wall whose mean is worth something.
+const FEWEST: usize = 100;
 /// Lines on which the blur of the wall is measured; the median counts.
 const AZIMUTHS: usize = 16;
 
@@ -14,10 +20,13 @@ const AZIMUTHS: usize = 16;
 pub struct Artefacts {
     /// Root mean square more than three voxels outside the heart at all phases, where nothing should be.
     pub streaks_outside: Option<f64>,
-    /// Standard deviation over mean of the voxels that are in the wall at all phases.
+    /// Standard deviation over mean of the voxels that are in the wall at all phases that the views see, those near its faces
+    /// left out.
     pub wall_unevenness: Option<f64>,
     /// Mean of those voxels.
     pub wall_mean: Option<f64>,
+    /// How many they are; none if the wall moves by more than its thickness, or has too few voxels.
+    pub wall_voxels: usize,
     /// Width of the outer edge at the apex, from 90 to 10 % along the axis, mm.
     pub apex_blur_mm: Option<f64>,
     /// The same at the middle of the wall's side, median of 16 azimuths, mm.
@@ -27,12 +36,37 @@ pub struct Artefacts {
 }
 
 impl Phantom {
+    /// The voxels over which a gate is judged: those of [`Phantom::regions`], but wall and cavity of a gate or of a static scene
+    /// are what is in them at its own phases. They are eroded by two voxels, or by one or none where fewer than 100 would be
+    /// left.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate; what solving the shapes can return.
+    pub fn regions_of(&self, gate: usize) -> Result<Regions, PhantomError> {
+        let acquisition = self.acquisition(gate)?;
+        let mut regions = self.regions()?.clone();
+        if let Mode::Static { .. } | Mode::Gated { .. } = self.scene().acquisition.mode {
+            let exposures = self.scan(self.camera(), acquisition).exposures()?;
+            let shapes: Vec<Arc<HeartShape>> =
+                exposures.into_iter().map(|(shape, _)| shape).collect();
+            let (always, _) = swept(&shapes, self.heart().pose(), self.camera())?;
+            [regions.cavity, regions.wall] = always.map(inside);
+        }
+        Ok(regions)
+    }
+
     /// How a volume of a gate compares with the truth: streaks outside the heart, unevenness of the wall, blur.
     ///
     /// # Errors
-    /// As [`Phantom::regions`]; [`PhantomError::Radon`] or [`PhantomError::Solid`] for a volume of the wrong length.
-    pub fn artefacts(&self, volume: &[f32], truth: &[f32]) -> Result<Artefacts, PhantomError> {
-        let measures = Measures::of(volume, Some(truth), self.regions()?, self.camera())?;
+    /// As [`Phantom::regions_of`]; [`PhantomError::Radon`] or [`PhantomError::Solid`] for a volume of the wrong length.
+    pub fn artefacts(
+        &self,
+        gate: usize,
+        volume: &[f32],
+        truth: &[f32],
+    ) -> Result<Artefacts, PhantomError> {
+        let regions = self.regions_of(gate)?;
+        let measures = Measures::of(volume, Some(truth), &regions, self.camera())?;
         let shape = self.shape_at_gain(self.cycle().gains()[0])?;
         let solution = shape.solution();
         let pose = self.heart().pose();
@@ -62,9 +96,22 @@ impl Phantom {
             wall_unevenness: (measures.wall_std.zip(measures.wall_mean))
                 .map(|(std, mean)| std / mean),
             wall_mean: measures.wall_mean,
+            wall_voxels: regions.wall.count(),
             apex_blur_mm: width(Vector3::x(), [tip[0], 0.0], [outer_tip[0], 0.0])?,
             wall_blur_mm: widths.get(widths.len() / 2).copied(),
             rmse: measures.rmse_truth,
         })
     }
+}
+
+/// A mask without its outermost voxels: two of them, or as many as leave enough.
+fn inside(mask: Mask) -> Mask {
+    for steps in [2, 1] {
+        let mut eroded = mask.clone();
+        eroded.erode(steps);
+        if eroded.count() >= FEWEST {
+            return eroded;
+        }
+    }
+    mask
 }

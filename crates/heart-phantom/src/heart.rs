@@ -6,7 +6,7 @@ use membrane_newton::{
     Stiffness,
 };
 use rayon::prelude::*;
-use revolve_voxel::{Body, Meridian, Piece, Pose};
+use revolve_voxel::{Body, Meridian, Mesh, Piece, Pose};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_4;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -255,6 +255,26 @@ impl HeartShape {
     /// Relative change of the wall's volume since rest.
     pub fn wall_volume_error(&self) -> f64 {
         self.solution.wall_volume_error
+    }
+
+    /// The surface of the inner (0) or the outer membrane (1) in the lab, cm: triangles that enclose the body's volume to a relative
+    /// error `tolerance`.
+    ///
+    /// # Errors
+    /// [`PhantomError::Solid`] if there is no such layer, for a tolerance that is not positive, or one that needs too many triangles.
+    pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, PhantomError> {
+        let Some(solid) = self.body.layers().get(layer).map(Meridian::measures) else {
+            return Ok(self.body.mesh(layer, tolerance)?);
+        };
+        // A surface that is off by this everywhere is off by so much of the volume.
+        let mut distance = tolerance * solid.volume / solid.surface;
+        loop {
+            let mesh = self.body.mesh(layer, distance)?;
+            if (mesh.volume() / solid.volume - 1.0).abs() <= tolerance {
+                return Ok(mesh);
+            }
+            distance *= 0.5;
+        }
     }
 
     /// The solid in the lab: region 0 is the cavity, region 1 the wall.

@@ -349,17 +349,15 @@ impl Phantom {
         attenuation.map(self.shape(phase)?.body(), self.camera.grid(), tolerance)
     }
 
-    /// The inner and the outer surface at a phase, in the lab, cm; nowhere farther from the body than a tenth of a voxel.
+    /// The inner and the outer surface at a phase, in the lab, cm. They enclose the body's volume to the scene's
+    /// `output.mesh_tolerance`, whatever the voxels are; the number of triangles goes as one over that.
     ///
     /// # Errors
     /// As [`Phantom::shape`].
     pub fn meshes(&self, phase: f64) -> Result<[Mesh; 2], PhantomError> {
         let shape = self.shape(phase)?;
-        let tolerance = 0.1 * self.camera.grid().spacing()[0];
-        Ok([
-            shape.body().mesh(0, tolerance)?,
-            shape.body().mesh(1, tolerance)?,
-        ])
+        let tolerance = self.scene.output.mesh_tolerance;
+        Ok([shape.mesh(0, tolerance)?, shape.mesh(1, tolerance)?])
     }
 
     /// Volumes, ejection fraction, wall.
@@ -436,8 +434,12 @@ impl Phantom {
         Ok(taken)
     }
 
-    /// Mean counts of a sample of 1 in a gate; `None` without noise.
-    fn counts_per_unit(&self, gate: usize) -> Result<Option<f64>, PhantomError> {
+    /// Mean counts of a sample of 1 in a gate; `None` without noise. Of a given total it takes all views of the gate, once.
+    ///
+    /// # Errors
+    /// As [`Phantom::view`].
+    pub fn counts_per_unit(&self, gate: usize) -> Result<Option<f64>, PhantomError> {
+        check_count("gate", gate, 0, self.n_gates() - 1)?;
         if let Some(&known) = self.counts[gate].get() {
             return Ok(Some(known));
         }
@@ -447,7 +449,7 @@ impl Phantom {
         Ok(made.map(|made| *self.counts[gate].get_or_init(|| made)))
     }
 
-    fn scan<'a>(&'a self, camera: &'a Camera, acquisition: Acquisition) -> Scan<'a> {
+    pub(crate) fn scan<'a>(&'a self, camera: &'a Camera, acquisition: Acquisition) -> Scan<'a> {
         Scan {
             heart: &self.heart,
             camera,
@@ -582,7 +584,7 @@ impl Phantom {
         inner.length / (2.0 * inner.length + std::f64::consts::PI * inner.radius)
     }
 
-    fn thickness_of(&self, shape: &HeartShape) -> Thickness {
+    pub(crate) fn thickness_of(&self, shape: &HeartShape) -> Thickness {
         let distance = |s: f64| {
             let [x, r] = shape.solution().inner.at(s).position;
             let place = self.heart.pose().to_lab(&Point3::new(x, r.max(0.0), 0.0));

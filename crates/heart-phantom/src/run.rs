@@ -4,6 +4,7 @@ use crate::artefacts::Artefacts;
 use crate::error::PhantomError;
 use crate::files::{self, Projections, Volume};
 use crate::phantom::{Numbers, Phantom};
+use crate::phases::{PhaseOf, PhaseReport, ScenePhase};
 use crate::scene::{Product, Scene};
 use crate::warning::Warning;
 use crate::work::WorkReport;
@@ -28,6 +29,8 @@ pub struct RunReport {
     pub warnings: Vec<Warning>,
     /// Volumes, ejection fraction, wall.
     pub numbers: Numbers,
+    /// The heart at the phases that stand for the views, and at end-diastole and end-systole.
+    pub phases: Vec<PhaseReport>,
     /// One entry for each gate, or one.
     pub gates: Vec<GateReport>,
     /// What the pictures show, where such were written.
@@ -48,6 +51,9 @@ pub struct GateReport {
     /// Estimated relative error of the quadrature over time, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature_error: Option<f64>,
+    /// Mean counts of a sample of 1, where views with noise were made.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub counts_per_unit: Option<f64>,
     /// The reconstruction against the truth, where both were made.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub artefacts: Option<Artefacts>,
@@ -105,6 +111,7 @@ pub fn run(
     // Of the two extreme shapes: a heart that has none is known before any view.
     let numbers = phantom.numbers()?;
     let warnings = phantom.warnings()?;
+    let phases = phantom.phase_reports()?;
     let n_gates = phantom.n_gates();
     let mut gates = Vec::with_capacity(n_gates);
     for gate in 0..n_gates {
@@ -125,6 +132,7 @@ pub fn run(
         scene: phantom.scene().clone(),
         warnings,
         numbers,
+        phases,
         gates,
         pictures,
         labels: if writer.wants(Product::Labels) {
@@ -159,6 +167,7 @@ impl Writer<'_> {
         let reconstruct = self.wants(Product::Reconstruction) || pictures;
         let mut report = GateReport {
             quadrature_error: None,
+            counts_per_unit: None,
             artefacts: None,
         };
         let mut volume = None;
@@ -167,6 +176,7 @@ impl Writer<'_> {
             let views =
                 phantom.sinograms(gate, &|done| progress("views", 0.5 * done as f64 / n_views))?;
             report.quadrature_error = views.quadrature_error;
+            report.counts_per_unit = phantom.counts_per_unit(gate)?;
             if self.wants(Product::Projections) {
                 self.write_projections(&self.name("projections", gate), &views.samples)?;
             }
@@ -190,28 +200,31 @@ impl Writer<'_> {
             self.write_volume(&self.name("truth", gate), truth.as_slice())?;
             if let Some(volume) = &volume {
                 progress("measures", 0.95);
-                report.artefacts = Some(phantom.artefacts(volume, &truth)?);
+                report.artefacts = Some(phantom.artefacts(gate, volume, &truth)?);
             }
         }
         Ok(report)
     }
 
-    /// Labels and surfaces at end-diastole and end-systole.
+    /// Labels, maps and surfaces at the phases that stand for the views.
     fn phases(&mut self) -> Result<(), PhantomError> {
-        let [systole, diastole] = self.phantom.extreme_phases();
-        for (name, phase) in [("end-diastole", diastole), ("end-systole", systole)] {
+        for ScenePhase { of, phase } in self.phantom.phases() {
+            let named = |what: &str| match of {
+                PhaseOf::Static | PhaseOf::Gate { gates: 1, .. } => what.to_owned(),
+                _ => format!("{what}-{of}"),
+            };
             if self.wants(Product::Labels) {
                 let labels = self.phantom.labels(phase)?;
-                self.write_volume(&format!("labels-{name}"), labels.as_slice())?;
+                self.write_volume(&named("labels"), labels.as_slice())?;
             }
             if self.wants(Product::Attenuation) {
                 let map = self.phantom.attenuation(phase)?;
-                self.write_volume(&format!("attenuation-{name}"), map.as_slice())?;
+                self.write_volume(&named("attenuation"), map.as_slice())?;
             }
             if self.wants(Product::Meshes) {
                 let meshes = self.phantom.meshes(phase)?;
                 for (surface, mesh) in ["inner", "outer"].iter().zip(&meshes) {
-                    let file = PathBuf::from(format!("{surface}-{name}.stl"));
+                    let file = PathBuf::from(format!("{}.stl", named(surface)));
                     files::write_stl(&self.out.join(&file), mesh)?;
                     self.files.push(file);
                 }
@@ -220,14 +233,11 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// `what`, or `what-gate-03`, with as many digits as sort by name.
+    /// `what`, or `what-gate-03`.
     fn name(&self, what: &str, gate: usize) -> String {
         match self.phantom.n_gates() {
             1 => what.to_owned(),
-            n => {
-                let digits = (n - 1).to_string().len().max(2);
-                format!("{what}-gate-{gate:0digits$}")
-            }
+            gates => format!("{what}-{}", PhaseOf::Gate { gate, gates }),
         }
     }
 

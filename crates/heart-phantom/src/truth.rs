@@ -3,10 +3,11 @@
 use crate::acquire::Scan;
 use crate::activity::Activity;
 use crate::error::PhantomError;
-use crate::{Acquisition, Camera, Cycle, Heart};
+use crate::{Acquisition, Camera, Cycle, Heart, HeartShape};
 use radon::{MaskedStats, disc_mask, rms_within, rmse_within, sum_within};
-use revolve_voxel::{Mask, Meridian, Moment, Sampling, Sweep, VoxelCounters};
+use revolve_voxel::{Mask, Meridian, Moment, Pose, Sampling, Sweep, VoxelCounters};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Phases over which "at all phases" and "at any phase" are taken.
 const MASK_PHASES: usize = 24;
@@ -112,10 +113,8 @@ impl Regions {
         let last = gains.len() - 1;
         gains.swap(last, last.min(1));
         let shapes = heart.shapes(&gains)?;
-        let layers: Vec<&[Meridian]> = shapes.iter().map(|s| s.body().layers()).collect();
-        let Sweep { always, ever, .. } = Sweep::of(&layers, heart.pose(), camera.grid())?;
-        let [mut cavity, mut wall] = <[Mask; 2]>::try_from(always)
-            .unwrap_or_else(|_| unreachable!("a heart has two layers"));
+        let (always, ever) = swept(&shapes, heart.pose(), camera)?;
+        let [mut cavity, mut wall] = always;
         wall.erode(2);
         cavity.erode(2);
         let disc = disc_mask(camera.image(), camera.field_radius())?;
@@ -127,6 +126,20 @@ impl Regions {
             cavity,
             background,
         })
+    }
+}
+
+/// What is in the cavity and in the wall at all of some shapes, and what is in the heart at any of them.
+pub(crate) fn swept(
+    shapes: &[Arc<HeartShape>],
+    pose: &Pose,
+    camera: &Camera,
+) -> Result<([Mask; 2], Mask), PhantomError> {
+    let layers: Vec<&[Meridian]> = shapes.iter().map(|s| s.body().layers()).collect();
+    let Sweep { always, ever, .. } = Sweep::of(&layers, pose, camera.grid())?;
+    match <[Mask; 2]>::try_from(always) {
+        Ok(always) => Ok((always, ever)),
+        Err(_) => unreachable!("a heart has two layers"),
     }
 }
 

@@ -151,7 +151,8 @@ fn thin(points: &[[f64; 2]], a: usize, b: usize, tolerance: f64, kept: &mut Vec<
             let (px, pr) = (points[k][0] - points[a][0], points[k][1] - points[a][1]);
             let along = ((px * dx + pr * dr) / (length * length)).clamp(0.0, 1.0);
             let off = (px - along * dx).hypot(pr - along * dr);
-            if off > worst.0 {
+            // Of equals the first, whatever rounding says: an arc has two.
+            if off > worst.0 * (1.0 + 1e-9) {
                 worst = (off, k);
             }
         }

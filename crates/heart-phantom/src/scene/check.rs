@@ -460,6 +460,8 @@ fn region_has_a_place(scene: &Scene) -> Checked {
 }
 
 fn output(output: &OutputSettings) -> Checked {
+    // Finer ones would have millions of triangles.
+    within("output.mesh_tolerance", output.mesh_tolerance, [1e-5, 0.1])?;
     if output.projections.projections_extension().is_none() {
         let names: Vec<String> = (Format::ALL.into_iter())
             .filter(|format| format.projections_extension().is_some())

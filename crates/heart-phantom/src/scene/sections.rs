@@ -482,6 +482,8 @@ pub struct OutputSettings {
     pub volumes: Format,
     /// Format of projections.
     pub projections: Format,
+    /// Largest relative error of the volume that a surface encloses.
+    pub mesh_tolerance: f64,
 }
 
 impl Default for OutputSettings {
@@ -494,6 +496,7 @@ impl Default for OutputSettings {
             ],
             volumes: Format::Npy,
             projections: Format::Npy,
+            mesh_tolerance: 1e-3,
         }
     }
 }
@@ -508,11 +511,12 @@ pub enum Product {
     Reconstruction,
     /// The exact volume.
     Truth,
-    /// Labels at end-diastole and end-systole: 0 background, 1 cavity, 2 wall, from 3 on the defects in their order.
+    /// Labels at the phases that stand for the views ([`Phantom::phases`](crate::Phantom::phases)): 0 background, 1 cavity,
+    /// 2 wall, from 3 on the defects in their order.
     Labels,
-    /// Attenuation map at end-diastole and end-systole.
+    /// Attenuation map at the same phases.
     Attenuation,
-    /// Surfaces (STL) at end-diastole and end-systole.
+    /// Surfaces (STL) at the same phases.
     Meshes,
     /// Pictures of the middle slice; of gates also a moving one.
     Pictures,

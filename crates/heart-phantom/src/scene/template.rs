@@ -165,7 +165,7 @@ pub(super) fn write(scene: &Scene) -> String {
     page.field(
         "write",
         &output.write,
-        "projections, reconstruction, truth, labels (0 background, 1 cavity, 2 wall, 3 the first defect, ...), attenuation, meshes, pictures",
+        "projections, reconstruction, truth, pictures, and of the static phase, the middle of each gate or else end-diastole and end-systole: labels (0 background, 1 cavity, 2 wall, 3 the first defect, ...), attenuation, meshes",
     );
     page.field(
         "volumes",
@@ -176,6 +176,11 @@ pub(super) fn write(scene: &Scene) -> String {
         "projections",
         &output.projections,
         "npy, npz, nrrd, interfile-stir, interfile-simind or raw-json",
+    );
+    page.field(
+        "mesh_tolerance",
+        &output.mesh_tolerance,
+        "largest relative error of the volume that a surface (STL) encloses",
     );
     page.0
 }

@@ -78,12 +78,12 @@ fn run_writes_what_the_scene_asks_for() {
     listed.sort_unstable();
     let expected = [
         "beat.gif",
-        "inner-end-diastole.stl",
-        "inner-end-systole.stl",
-        "labels-end-diastole.nrrd",
-        "labels-end-systole.nrrd",
-        "outer-end-diastole.stl",
-        "outer-end-systole.stl",
+        "inner-gate-00.stl",
+        "inner-gate-01.stl",
+        "labels-gate-00.nrrd",
+        "labels-gate-01.nrrd",
+        "outer-gate-00.stl",
+        "outer-gate-01.stl",
         "projections-gate-00.hs",
         "projections-gate-00.s",
         "projections-gate-01.hs",

@@ -2,11 +2,12 @@
 #![cfg(feature = "figures")]
 
 use heart_phantom::scene::{
-    AccuracySettings, AttenuationSettings, DiscretisationSettings, MediumSettings, Mode, Product,
-    Scene,
+    AccuracySettings, AttenuationSettings, CountSettings, DiscretisationSettings, Law,
+    MediumSettings, Mode, NoiseSettings, Product, Scene,
 };
-use heart_phantom::{Phantom, RunReport, run};
-use std::path::Path;
+use heart_phantom::{Phantom, RunReport, VolumeCurve, VolumeRange, run};
+use std::f64::consts::{PI, TAU};
+use std::path::{Path, PathBuf};
 
 /// A scene that takes no time.
 fn small(mode: Mode, write: &[Product]) -> Scene {
@@ -59,4 +60,243 @@ fn pictures_have_the_window_of_their_slices() {
     }
     assert_eq!(most, shown.white);
     assert!(most < 0.5, "{most} is dark in a window up to 1.25");
+}
+
+fn npy(path: &Path) -> Vec<u8> {
+    let bytes = std::fs::read(path).unwrap();
+    bytes[bytes.len() - 32 * 32 * 32..].to_vec()
+}
+
+/// Enclosed volume of a binary STL file in mL: sums of tetrahedra over the origin.
+fn stl_volume(path: &Path) -> (usize, f64) {
+    let bytes = std::fs::read(path).unwrap();
+    let triangles = bytes[84..].chunks_exact(50).map(|facet| {
+        let at = |k: usize| {
+            let b = facet[12 + 4 * k..16 + 4 * k].try_into().unwrap();
+            f64::from(f32::from_le_bytes(b)) / 10.0
+        };
+        let [a, b, c] = [0, 3, 6].map(|k| [at(k), at(k + 1), at(k + 2)]);
+        let cross = |i: usize| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            b[j] * c[k] - b[k] * c[j]
+        };
+        (0..3).map(|i| a[i] * cross(i)).sum::<f64>() / 6.0
+    });
+    let n = (bytes.len() - 84) / 50;
+    (n, triangles.sum())
+}
+
+/// The cavity's volume at a phase of the sinusoid, from its closed form.
+fn cavity(phase: f64) -> f64 {
+    let rest = PI * 1.75f64.powi(2) * (8.5 + 2.0 * 1.75 / 3.0);
+    rest * (1.0 + 0.3 * (1.0 - (TAU * phase).cos()))
+}
+
+#[test]
+fn labels_maps_and_surfaces_are_those_of_the_mode() {
+    let write = [Product::Labels, Product::Attenuation, Product::Meshes];
+    let gate = |k: usize| (format!("-gate-0{k}"), (k as f64 + 0.5) / 4.0);
+    let ends = [("-end-diastole".into(), 0.5), ("-end-systole".into(), 0.0)];
+    let modes = [
+        (Mode::Static { phase: 0.2 }, vec![(String::new(), 0.2)]),
+        (Mode::Gated { gates: 4 }, (0..4).map(gate).collect()),
+        (Mode::WholeCycle, ends.to_vec()),
+        (Mode::Instants, ends.to_vec()),
+    ];
+    for (mode, expected) in modes {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = small(mode, &write).with_attenuation(AttenuationSettings {
+            coefficient: 0.5,
+            medium: MediumSettings::Heart,
+        });
+        let report = done(scene, folder.path());
+        let mut files: Vec<PathBuf> = Vec::new();
+        for (k, (name, phase)) in expected.iter().enumerate() {
+            let file =
+                |what: &str, ending: &str| folder.path().join(format!("{what}{name}.{ending}"));
+            // Voxels of 0.125 mL that hold more of the cavity than of the wall: some hundredths of it.
+            let labels = npy(&file("labels", "npy"));
+            let inside = labels.iter().filter(|label| **label == 1).count();
+            let found = 0.125 * inside as f64;
+            assert!(
+                (found / cavity(*phase) - 1.0).abs() < 0.04,
+                "{mode:?} {name} {found}"
+            );
+            // The whole heart attenuates: the cavity and the wall, which keeps its volume.
+            let wall = report.numbers.wall_volume;
+            let bytes = std::fs::read(file("attenuation", "npy")).unwrap();
+            let sum: f64 = bytes[bytes.len() - 4 * labels.len()..]
+                .chunks_exact(4)
+                .map(|b| f64::from(f32::from_le_bytes(b.try_into().unwrap())))
+                .sum();
+            let held = 0.125 * sum / 0.5;
+            assert!(
+                (held / (cavity(*phase) + wall) - 1.0).abs() < 2e-3,
+                "{held}"
+            );
+            for (surface, volume) in [("inner", cavity(*phase)), ("outer", cavity(*phase) + wall)] {
+                // A thousandth by default, and 101 nodes.
+                let (_, found) = stl_volume(&file(surface, "stl"));
+                assert!(
+                    (found / volume - 1.0).abs() < 2e-3,
+                    "{mode:?} {name} {found}"
+                );
+            }
+            // The report says the same of these phases.
+            let said = &report.phases[k];
+            assert_eq!(said.phase, *phase);
+            assert!(name.is_empty() || *name == format!("-{}", said.of));
+            assert!((said.cavity_ml / cavity(*phase) - 1.0).abs() < 1e-3);
+            let endings = [
+                ("labels", "npy"),
+                ("attenuation", "npy"),
+                ("inner", "stl"),
+                ("outer", "stl"),
+            ];
+            files.extend(endings.map(|(what, ending)| format!("{what}{name}.{ending}").into()));
+        }
+        files.push("report.json".into());
+        assert_eq!(report.files, files);
+    }
+}
+
+/// The study's pressures, and that of a beat's other phases: rising with the volume, none at rest.
+#[test]
+fn pressures_are_told_by_phase() {
+    let folder = tempfile::tempdir().unwrap();
+    let report = done(small(Mode::Gated { gates: 8 }, &[]), folder.path());
+    let told: Vec<&str> = report
+        .phases
+        .iter()
+        .map(|phase| phase.of.as_str())
+        .collect();
+    assert_eq!(
+        (told.len(), told[3], &told[8..]),
+        (10, "gate-03", &["end-diastole", "end-systole"][..])
+    );
+    let [diastole, systole] = [&report.phases[8], &report.phases[9]];
+    // Second-order differences: with 101 nodes four digits of the limit.
+    assert!((diastole.f_inner / 17.48357527761 - 1.0).abs() < 1e-3);
+    assert!((diastole.f_outer / 10.30942447850 - 1.0).abs() < 1e-3);
+    assert!(systole.f_inner.abs() < 1e-9 && systole.f_outer.abs() < 1e-9);
+    assert_eq!(diastole.thickness, report.numbers.diastolic_thickness);
+    for pair in report.phases[..4].windows(2) {
+        assert!(pair[0].f_inner < pair[1].f_inner && pair[0].gain < pair[1].gain);
+    }
+}
+
+/// Counts over their mean for a sample of 1 are the samples: a total is met by the sum of the means.
+#[test]
+fn counts_per_unit_are_told_by_gate() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small(Mode::Gated { gates: 2 }, &[Product::Projections]);
+    let means = Phantom::new(scene.clone()).unwrap();
+    let silent = done(scene.clone(), folder.path());
+    assert!(
+        silent
+            .gates
+            .iter()
+            .all(|gate| gate.counts_per_unit.is_none())
+    );
+    for (counts, of_gate) in [
+        (CountSettings::Total(1e5), [true; 2]),
+        (CountSettings::PerUnit(7.0), [false; 2]),
+    ] {
+        let noise = NoiseSettings { counts, seed: 3 };
+        let report = done(scene.clone().with_noise(noise), folder.path());
+        for (gate, total) in of_gate.into_iter().enumerate() {
+            let per_unit = report.gates[gate].counts_per_unit.unwrap();
+            let views = means.sinograms(gate, &|_| ()).unwrap().samples;
+            let sum: f64 = views.iter().map(|v| f64::from(*v)).sum();
+            // Sums of f32 samples.
+            let expected = if total { 1e5 / sum } else { 7.0 };
+            assert!(
+                (per_unit / expected - 1.0).abs() < 1e-6,
+                "{per_unit} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn surfaces_keep_their_volume_to_the_tolerance_asked_for() {
+    let mut triangles = Vec::new();
+    for tolerance in [0.05, 1e-3, 3e-5] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut scene = small(Mode::Static { phase: 0.5 }, &[Product::Meshes]);
+        scene.heart.discretisation = DiscretisationSettings::Spectral {
+            degree: 12,
+            per_piece: 1,
+            tolerance: 1e-6,
+        };
+        scene.output.mesh_tolerance = tolerance;
+        let report = done(scene, folder.path());
+        let (n, found) = stl_volume(&folder.path().join("inner.stl"));
+        let off = (found / report.numbers.edv - 1.0).abs();
+        // Coordinates of 32 bits, and the body that follows the membrane to 1e-6 cm.
+        assert!(off < tolerance + 5e-6, "{tolerance} {off}");
+        triangles.push(n);
+    }
+    // One over the tolerance: twenty times finer, some twenty times as many.
+    let grown = [triangles[1] / triangles[0], triangles[2] / triangles[1]];
+    assert!(
+        grown.iter().all(|times| (5..=80).contains(times)),
+        "{triangles:?}"
+    );
+}
+
+/// No voxel of 3 mm stays in a wall that throws out 45 % of its cavity, but each gate has a wall of its own.
+#[test]
+fn each_gate_has_its_own_wall() {
+    let mut scene = small(Mode::Gated { gates: 16 }, &[]).with_size(64);
+    scene.camera.pitch = [0.3; 2];
+    scene.cycle.curve = VolumeCurve::Physiological;
+    scene.cycle.volume = VolumeRange::EjectionFraction(0.45);
+    scene.acquisition.accuracy = AccuracySettings::Steps(32);
+    let phantom = Phantom::new(scene).unwrap();
+    assert_eq!(phantom.regions().unwrap().wall.count(), 0);
+    for gate in [0, 3, 9, 15] {
+        let truth = phantom.truth(gate).unwrap();
+        let found = phantom.artefacts(gate, &truth, &truth).unwrap();
+        assert!(found.wall_voxels >= 100);
+        assert_eq!(found.rmse, Some(0.0));
+        assert_eq!(found.streaks_outside, Some(0.0));
+        // Activity 1: a voxel from the faces next to nothing else is in a voxel.
+        assert!((found.wall_mean.unwrap() - 1.0).abs() < 1e-3);
+        assert!(found.wall_unevenness.unwrap() < 1e-3);
+    }
+}
+
+/// Volumes are given: what the stiffness and the law change is the pressure. The guide's numbers.
+#[test]
+fn stiffness_and_the_law_change_the_pressure_and_little_else() {
+    let of = |law: Law, stiffness: f64| {
+        let mut scene = small(Mode::Static { phase: 0.5 }, &[]);
+        scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 401 };
+        (scene.heart.law, scene.heart.inner.stiffness) = (law, stiffness);
+        let phantom = Phantom::new(scene).unwrap();
+        let phase = phantom.phase_reports().unwrap().remove(0);
+        (phase, phantom.view(0, 3).unwrap())
+    };
+    let (plain, view) = of(Law::PerMaterialLength, 1.0);
+    let (stiff, of_stiff) = of(Law::PerMaterialLength, 3.0);
+    let (total, of_total) = of(Law::TotalForce, 1.0);
+    let (current, _) = of(Law::PerCurrentLength, 1.0);
+    // Newton stops at some 1e-10 of the size.
+    let same = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-8;
+    assert!(same(stiff.f_inner, 3.0 * plain.f_inner) && same(stiff.f_outer, plain.f_outer));
+    assert!(same(total.f_inner, plain.f_inner) && same(total.f_outer, plain.f_outer));
+    for other in [of_stiff, of_total] {
+        let apart = view.iter().zip(&other).map(|(a, b)| (a - b).abs());
+        // Single precision of chords of a few cm.
+        assert!(apart.fold(0.0, f32::max) < 2e-6);
+    }
+    let mm = |a: f64, b: f64| 10.0 * (a - b);
+    let apex = mm(current.thickness.apex, plain.thickness.apex);
+    let side = mm(current.thickness.side, plain.thickness.side);
+    assert!(
+        (apex + 0.24).abs() < 0.005 && (side - 0.03).abs() < 0.005,
+        "{apex} {side}"
+    );
+    assert!((10.0 * plain.thickness.apex - 8.3).abs() < 0.05);
 }

@@ -158,7 +158,7 @@ fn phantoms() {
         back(phantom.meshes(phase));
         back(phantom.thickness(phase));
     }
-    assert!(phantom.artefacts(&[], &[]).is_err());
+    assert!(phantom.artefacts(0, &[], &[]).is_err());
     for text in [
         "",
         "=",

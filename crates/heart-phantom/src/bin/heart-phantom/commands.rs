@@ -137,9 +137,8 @@ fn bytes_to_write(phantom: &Phantom) -> usize {
     let of = |product: &Product| match product {
         Product::Projections => 4 * gates * camera.n_views() * camera.view_len(),
         Product::Reconstruction | Product::Truth => 4 * gates * voxels,
-        // At two phases each.
-        Product::Labels => 2 * voxels,
-        Product::Attenuation => 2 * 4 * voxels,
+        Product::Labels => phantom.phases().len() * voxels,
+        Product::Attenuation => 4 * phantom.phases().len() * voxels,
         Product::Meshes | Product::Pictures => 0,
     };
     phantom.scene().output.write.iter().map(of).sum()

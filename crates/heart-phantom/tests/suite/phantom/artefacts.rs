@@ -8,7 +8,7 @@ fn of_reconstruction(scene: Scene) -> Artefacts {
     let phantom = Phantom::new(scene).unwrap();
     let volume = phantom.volume(0).unwrap();
     let truth = phantom.truth(0).unwrap();
-    phantom.artefacts(&volume, &truth).unwrap()
+    phantom.artefacts(0, &volume, &truth).unwrap()
 }
 
 /// An edge blurred by a Gaussian falls from 90 to 10 % within 2 * 1.28155 standard deviations, here between the middle of a
@@ -45,7 +45,7 @@ fn the_truth_is_even_and_what_is_added_is_measured() {
     let truth = phantom.truth(0).unwrap();
     let measured = |change: &dyn Fn(f32) -> f32| {
         let volume: Vec<f32> = truth.iter().map(|&v| change(v)).collect();
-        phantom.artefacts(&volume, &truth).unwrap()
+        phantom.artefacts(0, &volume, &truth).unwrap()
     };
     // Voxels two inside the wall hold nothing else; those three outside hold nothing. Sums are of f32.
     let near = |found: Option<f64>, expected: f64| {

@@ -88,7 +88,7 @@ fn skipping_and_threads_change_no_bit() {
             let phantom = Phantom::new(scene.clone()).unwrap().with_skip(skip);
             let volume = phantom.volume(0).unwrap();
             let truth = phantom.truth(0).unwrap();
-            let artefacts = phantom.artefacts(&volume, &truth).unwrap();
+            let artefacts = phantom.artefacts(0, &volume, &truth).unwrap();
             (
                 volume,
                 truth,

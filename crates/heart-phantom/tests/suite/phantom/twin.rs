@@ -110,8 +110,8 @@ fn agree(scene: &Scene) {
     let differing = labels.iter().zip(&large_labels).filter(|(a, b)| a != b);
     assert_eq!(differing.count(), 0);
     let [found, large_found] = [
-        a.artefacts(&image, &truth).unwrap(),
-        b.artefacts(&large, &truth_large).unwrap(),
+        a.artefacts(0, &image, &truth).unwrap(),
+        b.artefacts(0, &large, &truth_large).unwrap(),
     ];
     for (found, large, scale) in [
         (found.streaks_outside, large_found.streaks_outside, 1.0),

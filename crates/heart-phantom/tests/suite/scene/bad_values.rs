@@ -376,6 +376,11 @@ const BAD: &[(&str, &str, &str)] = &[
     ),
     ("[output]\nvolumes = 'dicom'", "output.volumes", "nrrd"),
     (
+        "[output]\nmesh_tolerance = 1e-9",
+        "output.mesh_tolerance",
+        "between 0.00001 and 0.1",
+    ),
+    (
         "[reconstruction]\nregion = { x = [56, 200], y = [50, 200] }\n[output]\nvolumes = 'interfile-simind'",
         "output.volumes",
         "from + to = 256",
