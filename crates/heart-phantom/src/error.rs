@@ -118,7 +118,9 @@ pub enum PhantomError {
     },
     /// More steps did not bring the quadrature over time below its tolerance.
     #[error(
-        "the quadrature over time is right to {reached} with {steps} steps a cycle, asked for {tolerance}"
+        "the quadrature over time is right to {} with {steps} steps a cycle, asked for {}",
+        Number(*reached),
+        Number(*tolerance)
     )]
     Quadrature {
         /// Estimated relative error.

@@ -74,8 +74,10 @@ impl VolumeRange {
     /// Gains over the rest volume at end-systole and at end-diastole.
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`] unless `0 <= gain <= 20`, `0 <= fraction <= 20/21`, `V_rest <= ESV <= EDV <= 21 V_rest`.
+    /// [`PhantomError::OutOfRange`] unless `0 <= gain <= 20`, `0 <= fraction <= 20/21`, `V_rest <= ESV <= EDV <= 21 V_rest`, and
+    /// `V_rest` is that of a balloon: 1e-30 to 1e30 mL.
     pub fn gains(&self, rest_volume: f64) -> Result<[f64; 2], PhantomError> {
+        check("rest volume", rest_volume, 1e-30, 1e30)?;
         match *self {
             Self::Gain(gain) => Ok([0.0, check("gain", gain, 0.0, MAX_GAIN)?]),
             Self::EjectionFraction(fraction) => {
@@ -301,6 +303,15 @@ mod tests {
         ];
         for range in bad {
             assert!(range.gains(93.0).is_err(), "{range:?}");
+        }
+        // No balloon: nothing to be a part or a multiple of.
+        for volume in [0.0, -93.0, f64::MIN_POSITIVE, f64::NAN, f64::INFINITY] {
+            let (edv, esv) = (volume, volume);
+            let ranges = [VolumeRange::Gain(0.6), VolumeRange::Volumes { edv, esv }];
+            for range in ranges {
+                assert!(range.gains(volume).is_err(), "{range:?}, {volume}");
+                assert!(range.ejection_fraction(volume).is_err());
+            }
         }
     }
 

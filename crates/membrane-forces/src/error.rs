@@ -7,7 +7,7 @@
 #[non_exhaustive]
 pub enum MembraneError {
     /// A number that must be finite is NaN or infinite.
-    #[error("{quantity} must be finite, got {value}")]
+    #[error("{quantity} must be finite, got {value:?}")]
     NotFinite {
         /// The argument's name.
         quantity: &'static str,
@@ -15,7 +15,7 @@ pub enum MembraneError {
         value: f64,
     },
     /// A number that must be positive is not.
-    #[error("{quantity} must be positive, got {value}")]
+    #[error("{quantity} must be positive, got {value:?}")]
     NotPositive {
         /// The argument's name.
         quantity: &'static str,
@@ -23,7 +23,7 @@ pub enum MembraneError {
         value: f64,
     },
     /// The stiffness is zero, negative, NaN or infinite somewhere.
-    #[error("stiffness must be positive and finite, got {value} at s = {s}")]
+    #[error("stiffness must be positive and finite, got {value:?} at s = {s:?}")]
     BadStiffness {
         /// Material coordinate of the offending value.
         s: f64,
@@ -85,7 +85,7 @@ pub enum MembraneError {
         count: usize,
     },
     /// Breakpoints must rise strictly inside (0, 1).
-    #[error("breakpoint {index} is {value}: breakpoints must rise strictly inside (0, 1)")]
+    #[error("breakpoint {index} is {value:?}: breakpoints must rise strictly inside (0, 1)")]
     BadBreakpoint {
         /// Position in the list.
         index: usize,
@@ -107,7 +107,7 @@ pub enum MembraneError {
         second: usize,
     },
     /// Pressure per current length at or past the value at which the equilibrium runs to infinity.
-    #[error("no equilibrium: the pressure is {pressure}, must stay below {limit} in size")]
+    #[error("no equilibrium: the pressure is {pressure:?}, must stay below {limit:?} in size")]
     PastBlowUp {
         /// Force per unit of current length that was asked for.
         pressure: f64,

@@ -7,7 +7,7 @@ use membrane_newton::{MembraneError, NewtonError};
 #[non_exhaustive]
 pub enum ImplicitError {
     /// The membrane could not be discretised, or its nodes ran together.
-    #[error("no forces at t = {time}")]
+    #[error("no forces at t = {time:?}")]
     Membrane {
         /// Time at which it happened.
         time: f64,
@@ -16,7 +16,7 @@ pub enum ImplicitError {
         error: MembraneError,
     },
     /// A linear system of a step could not be factored.
-    #[error("no step from t = {time} with dt = {dt}")]
+    #[error("no step from t = {time:?} with dt = {dt:?}")]
     Linear {
         /// Time at the start of the step.
         time: f64,
@@ -27,7 +27,7 @@ pub enum ImplicitError {
         error: NewtonError,
     },
     /// A number lies outside the range allowed for it.
-    #[error("{quantity} is {value}, must lie in [{least}, {most}] and be finite")]
+    #[error("{quantity} is {value:?}, must {}", allowed(*least, *most))]
     OutOfRange {
         /// The argument's name.
         quantity: &'static str,
@@ -49,7 +49,7 @@ pub enum ImplicitError {
         expected: usize,
     },
     /// The drive gave a value that is not finite, or a volume that is not positive.
-    #[error("the drive gives {value} at t = {time}")]
+    #[error("the drive gives {value:?} at t = {time:?}")]
     BadDrive {
         /// Time asked for.
         time: f64,
@@ -57,7 +57,9 @@ pub enum ImplicitError {
         value: f64,
     },
     /// The prescribed volume is not the one the membrane has to begin with.
-    #[error("at t = {time} the drive prescribes {prescribed} cm^3, the membrane encloses {actual}")]
+    #[error(
+        "at t = {time:?} the drive prescribes {prescribed:?} cm^3, the membrane encloses {actual:?}"
+    )]
     VolumeMismatch {
         /// Time at the beginning.
         time: f64,
@@ -80,7 +82,7 @@ pub enum ImplicitError {
     StateOfPair,
     /// The equations of a step were not solved.
     #[error(
-        "step from t = {time} with dt = {dt}: last change {change:e} cm after {iterations} iterations"
+        "step from t = {time:?} with dt = {dt:?}: last change {change:e} cm after {iterations} iterations"
     )]
     StepNotSolved {
         /// Time at the start of the step.
@@ -95,7 +97,7 @@ pub enum ImplicitError {
     /// The motion ran away: the scheme is unstable at this step, or the load has no equilibrium. The state is that
     /// before the step.
     #[error(
-        "step {step}, from t = {time} with dt = {dt}, ran away: the {quantity} of node {node} came to {value:e}"
+        "step {step}, from t = {time:?} with dt = {dt:?}, ran away: the {quantity} of node {node} came to {value:e}"
     )]
     Unstable {
         /// Which step, from 1.
@@ -112,13 +114,23 @@ pub enum ImplicitError {
         value: f64,
     },
     /// The adaptive step fell below what the clock can resolve.
-    #[error("step size fell to {dt:e} at t = {time}")]
+    #[error("step size fell to {dt:e} at t = {time:?}")]
     StepTooSmall {
         /// Time reached.
         time: f64,
         /// Last step tried.
         dt: f64,
     },
+}
+
+/// A range in words, without the bounds that every finite number has.
+fn allowed(least: f64, most: f64) -> String {
+    match (least, most) {
+        (f64::MIN, f64::MAX) => "be finite".into(),
+        (f64::MIN_POSITIVE, f64::MAX) => "be positive and finite".into(),
+        (least, f64::MAX) => format!("be at least {least:?} and finite"),
+        (least, most) => format!("lie in [{least:?}, {most:?}]"),
+    }
 }
 
 /// Refuses a list of `given` nodes where the membrane has `expected`.

@@ -63,12 +63,6 @@ impl<'a> Bordered<'a> {
         }
     }
 
-    /// Whether state `x` has the prescribed value, to far more than any tolerance asks for.
-    pub(crate) fn meets_target(&self, x: &[f64]) -> bool {
-        let wanted = self.target.value();
-        (self.target_value(x) - wanted).abs() <= 1e-6 * wanted.abs().max(self.target_scale())
-    }
-
     fn force_scale(&self) -> f64 {
         self.stiffness_scale * self.length_scale
     }
@@ -218,6 +212,11 @@ impl Controlled for Bordered<'_> {
     fn set_control(&mut self, value: f64) {
         self.target = self.target.with_value(value);
         self.signs.1 = self.signs.0;
+    }
+
+    fn misses(&mut self, x: &[f64]) -> f64 {
+        let wanted = self.target.value();
+        (self.target_value(x) - wanted).abs() / wanted.abs().max(0.01 * self.target_scale())
     }
 
     fn keeps_sign(&self) -> bool {

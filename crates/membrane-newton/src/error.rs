@@ -22,7 +22,7 @@ pub enum NewtonError {
     #[error("nothing to solve with: no tangent has been factored")]
     NotFactored,
     /// A pivot vanished: the matrix is singular to working precision.
-    #[error("singular matrix: pivot {pivot} in row {row}")]
+    #[error("singular matrix: pivot {pivot:?} in row {row}")]
     Singular {
         /// Row of the vanishing pivot.
         row: usize,
@@ -30,7 +30,7 @@ pub enum NewtonError {
         pivot: f64,
     },
     /// A control or option has a value that nothing can be solved for.
-    #[error("{quantity} is {value}, must exceed {above} and be finite")]
+    #[error("{quantity} is {value:?}, must be finite{}", beyond(*above))]
     OutOfRange {
         /// What was given.
         quantity: &'static str,
@@ -52,7 +52,7 @@ pub enum NewtonError {
     /// The control was raised from the start but not to the value wanted: past `reached` (within
     /// about 1e-4 of it) this branch of equilibria turns back, or the load steps ran out. A control that does not turn
     /// back there, often area or volume, goes on.
-    #[error("no equilibrium found past control value {reached}, {wanted} wanted, {} load steps", report.load_steps)]
+    #[error("no equilibrium found past control value {reached:?}, {wanted:?} wanted, {} load steps", report.load_steps)]
     LimitPoint {
         /// Last value of the control that was solved for, in the unit of the control; a volume for a
         /// volume gain.
@@ -109,6 +109,14 @@ impl fmt::Display for UserError {
 impl Error for UserError {
     fn source(&self) -> Option<&(dyn Error + 'static)> {
         Some(&*self.0)
+    }
+}
+
+/// A bound in words, if there is one.
+fn beyond(above: f64) -> String {
+    match above {
+        f64::NEG_INFINITY => String::new(),
+        above => format!(" and exceed {above:?}"),
     }
 }
 

@@ -241,7 +241,7 @@ pub fn newton_observed<B>(
 /// A step this small that no longer shrinks is down to rounding: were it not, the next would be
 /// of the order of its square. (Fine spectral elements of a membrane blown up to a thousand times its size have
 /// steps of 2e-9 left.)
-const ROUNDING: f64 = 1e-7;
+pub(crate) const ROUNDING: f64 = 1e-7;
 
 impl NewtonScratch {
     /// What the last solve with this scratch did.

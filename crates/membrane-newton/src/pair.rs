@@ -215,16 +215,7 @@ impl Rung {
         let target = self.inner.target(control)?;
         let mut system = self.system(target);
         let from = system.inner.target_value(&start[..self.split()]);
-        let report =
-            continuation::solve(&mut system, state, start, (from, target.value()), options)?;
-        let (inner, outer) = state.split_at(self.split());
-        let volume = system.inner.volume(&inner[..inner.len() - 1]);
-        system.outer.target = Target::Measure(Measure::Volume, volume + self.wall_volume());
-        if system.inner.meets_target(inner) && system.outer.meets_target(outer) {
-            Ok(report)
-        } else {
-            Err(NewtonError::NotConverged { report })
-        }
+        continuation::solve(&mut system, state, start, (from, target.value()), options)
     }
 
     fn resolution(&self, state: &[f64]) -> Result<(), NewtonError> {
@@ -268,6 +259,12 @@ impl PairSystem<'_> {
     fn split(&self) -> usize {
         self.inner.len()
     }
+
+    /// The outer volume that goes with the inner one in state `x`.
+    fn couple(&mut self, x: &[f64]) {
+        let volume = self.inner.volume(&x[..self.split() - 1]);
+        self.outer.target = Target::Measure(Measure::Volume, volume + self.wall_volume);
+    }
 }
 
 impl ResidualSystem for PairSystem<'_> {
@@ -277,8 +274,7 @@ impl ResidualSystem for PairSystem<'_> {
 
     fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
         let split = self.split();
-        let volume = self.inner.volume(&x[..split - 1]);
-        self.outer.target = Target::Measure(Measure::Volume, volume + self.wall_volume);
+        self.couple(x);
         self.inner.residual_into(&x[..split], &mut out[..split])?;
         self.outer.residual_into(&x[split..], &mut out[split..])
     }
@@ -316,6 +312,12 @@ impl ResidualSystem for PairSystem<'_> {
 impl Controlled for PairSystem<'_> {
     fn set_control(&mut self, value: f64) {
         self.inner.set_control(value);
+    }
+
+    fn misses(&mut self, x: &[f64]) -> f64 {
+        self.couple(x);
+        let (inner, outer) = x.split_at(self.split());
+        nan_max(self.inner.misses(inner), self.outer.misses(outer))
     }
 
     fn keeps_sign(&self) -> bool {

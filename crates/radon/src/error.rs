@@ -116,7 +116,7 @@ pub enum RadonError {
     },
     /// A list of angles has equal steps over 180 or 360 rad, to nine digits: a half or full turn in degrees.
     #[error(
-        "{n_views} angles in equal steps over {arc} rad look like degrees; if they are, say so with `from_degrees`"
+        "{n_views} angles in equal steps over {arc:?} rad look like degrees; if they are, say so with `from_degrees`"
     )]
     LikeDegrees {
         /// Number of angles.

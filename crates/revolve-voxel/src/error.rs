@@ -15,7 +15,7 @@ pub enum Error {
         needed: usize,
     },
     /// A NaN or infinite coordinate.
-    #[error("point {index} is not finite: ({x}, {r})")]
+    #[error("point {index} is not finite: ({x:?}, {r:?})")]
     NotFinitePoint {
         /// Index of the point.
         index: usize,
@@ -25,7 +25,7 @@ pub enum Error {
         r: f64,
     },
     /// A radius below zero.
-    #[error("point {index} has a negative radius {r}")]
+    #[error("point {index} has a negative radius {r:?}")]
     NegativeRadius {
         /// Index of the point.
         index: usize,
@@ -41,7 +41,7 @@ pub enum Error {
         second: usize,
     },
     /// Two pieces of a smooth meridian do not meet.
-    #[error("piece {piece} starts {gap} from the end of the one before, more than {tolerance}")]
+    #[error("piece {piece} starts {gap:?} from the end of the one before, more than {tolerance:?}")]
     Gap {
         /// Index of the second piece.
         piece: usize,
@@ -51,7 +51,7 @@ pub enum Error {
         tolerance: f64,
     },
     /// A tolerance asks for more pieces than can be held.
-    #[error("tolerance {tolerance} needs more than {most} pieces")]
+    #[error("tolerance {tolerance:?} needs more than {most} pieces")]
     TooFine {
         /// The tolerance given.
         tolerance: f64,
@@ -59,13 +59,13 @@ pub enum Error {
         most: usize,
     },
     /// The meridian encloses no volume.
-    #[error("the meridian encloses no volume ({volume})")]
+    #[error("the meridian encloses no volume ({volume:?})")]
     NoVolume {
         /// The volume found.
         volume: f64,
     },
     /// A number that must be finite is not.
-    #[error("{what} must be finite, got {given}")]
+    #[error("{what} must be finite, got {given:?}")]
     NotFinite {
         /// Which number.
         what: &'static str,
@@ -73,7 +73,7 @@ pub enum Error {
         given: f64,
     },
     /// A number that must be positive is not.
-    #[error("{what} must be positive, got {given}")]
+    #[error("{what} must be positive, got {given:?}")]
     NotPositive {
         /// Which number.
         what: &'static str,
@@ -81,7 +81,7 @@ pub enum Error {
         given: f64,
     },
     /// A number that must not be negative is.
-    #[error("{what} must not be negative, got {given}")]
+    #[error("{what} must not be negative, got {given:?}")]
     Negative {
         /// Which number.
         what: &'static str,
@@ -89,7 +89,7 @@ pub enum Error {
         given: f64,
     },
     /// A wedge of more than a turn.
-    #[error("a wedge opens {given} radians, at most {most}")]
+    #[error("a wedge opens {given:?} radians, at most {most:?}")]
     TooWide {
         /// The opening given.
         given: f64,
@@ -123,7 +123,7 @@ pub enum Error {
         given: usize,
     },
     /// Two curves that bound no wall: lines between their points of equal parameter cross, or a radius is negative.
-    #[error("no wall at s = {s}: radius {r}, area for each unit of s and t {jacobian}")]
+    #[error("no wall at s = {s:?}: radius {r:?}, area for each unit of s and t {jacobian:?}")]
     Folded {
         /// Where.
         s: f64,
@@ -133,7 +133,9 @@ pub enum Error {
         jacobian: f64,
     },
     /// An inner layer reaches outside the layer around it.
-    #[error("layer {layer} reaches {depth} outside the layer around it at (x, r) = ({x}, {r})")]
+    #[error(
+        "layer {layer} reaches {depth:?} outside the layer around it at (x, r) = ({x:?}, {r:?})"
+    )]
     NotNested {
         /// Index of the inner layer.
         layer: usize,

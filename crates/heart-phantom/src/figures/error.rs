@@ -35,7 +35,7 @@ pub enum FigureError {
         expected: usize,
     },
     /// A size, spacing, radius or error that must be positive is not.
-    #[error("{what}: {given}, must be positive")]
+    #[error("{what}: {given:?}, must be positive")]
     NotPositive {
         /// The input's name.
         what: &'static str,
@@ -53,7 +53,7 @@ pub enum FigureError {
         len: usize,
     },
     /// An interval of grey values or coordinates that is empty, reversed or not finite.
-    #[error("{what}: from {low} to {high} is not an interval")]
+    #[error("{what}: from {low:?} to {high:?} is not an interval")]
     Interval {
         /// The input's name.
         what: &'static str,

@@ -35,6 +35,27 @@ fn bodies() {
     );
 }
 
+/// Bounds that every finite number has are not printed, and no number with three hundred digits.
+#[test]
+fn messages_are_short() {
+    let said = |step: f64| inflate(Scheme::TrBdf2).step(step).unwrap_err().to_string();
+    assert_eq!(
+        said(-1e300),
+        "time step is -1e300, must be positive and finite"
+    );
+    let damped = reference_body().with_damping(-0.5).unwrap_err();
+    let expected = "damping is -0.5, must be at least 0.0 and finite";
+    assert_eq!(damped.to_string(), expected);
+    let body = MovingMembrane::new(
+        &membrane_implicit::Membrane::new(
+            membrane_implicit::RestShape::balloon(1e200, 1.0).unwrap(),
+        ),
+        5,
+    );
+    let expected = "rest position is 2.5e199, must lie in [-1e100, 1e100]";
+    assert_eq!(body.unwrap_err().to_string()[..17], expected[..17]);
+}
+
 /// A state anybody can put together, of no nodes, of one, of lists that do not fit each other.
 #[test]
 fn states_of_any_length_have_a_volume() {

@@ -252,7 +252,7 @@ fn causes_are_reachable_and_said_once() {
         least,
     };
     assert_eq!(source, Some(&expected));
-    assert_eq!(few.to_string(), "no forces at t = 0");
+    assert_eq!(few.to_string(), "no forces at t = 0.0");
     let (row, pivot) = (3, 0.0);
     let singular = NewtonError::Singular { row, pivot };
     let (time, dt, error) = (0.5, 0.1, singular.clone());
