@@ -7,6 +7,9 @@ use super::rust_text::{self, Line, comments_for, token_positions};
 const MAX_LINES: usize = 600;
 /// The only folder where `unsafe` may stand.
 const UNSAFE_FOLDER: &str = "crates/radon/src/simd/";
+/// Where transforms are planned, for types that are known: in generic code every crate that makes a plan would compile all of the FFT
+/// again.
+const FFT_FILES: [&str; 2] = ["crates/radon/src/compiled.rs", "crates/radon/src/filter.rs"];
 /// Comment that lets one error variant hold a `String`, followed by the reason.
 const ALLOW_STRING: &str = "tidy: allow string:";
 
@@ -18,6 +21,7 @@ pub(crate) fn check(path: &str, text: &str) -> Vec<Finding> {
         begins_with_doc,
         not_too_long,
         unsafe_in_its_place,
+        transforms_are_planned_once,
         panics_have_reasons,
         nothing_left_behind,
         errors_are_typed,
@@ -92,6 +96,18 @@ fn unsafe_in_its_place(path: &str, lines: &[Line]) -> Vec<Finding> {
         }
     }
     findings
+}
+
+fn transforms_are_planned_once(path: &str, lines: &[Line]) -> Vec<Finding> {
+    if !is_library_source(path) || FFT_FILES.contains(&path) {
+        return Vec::new();
+    }
+    let plans = |line: &Line| line.has_token("FftPlanner") || line.has_token("RealFftPlanner");
+    let lines = lines.iter().enumerate().filter(|(_, line)| plans(line));
+    let message = format!("transforms are planned in {}", FFT_FILES.join(" and "));
+    lines
+        .map(|(at, _)| Finding::new(path, at + 1, message.clone()))
+        .collect()
 }
 
 fn panics_have_reasons(path: &str, lines: &[Line]) -> Vec<Finding> {
@@ -227,6 +243,17 @@ mod tests {
             &format!("{limit}#[cfg(test)]\nmod tests {{\n{limit}}}\n"),
         );
         keeps(not_too_long, "crates/a/tests/x.rs", &limit.repeat(2));
+    }
+
+    #[test]
+    fn transforms_are_planned_where_types_are_known() {
+        let rule = transforms_are_planned_once;
+        let plan = "use realfft::RealFftPlanner;\nlet p = FftPlanner::new();\n";
+        let found = rule("crates/radon/src/fbp/rows.rs", &rust_text::lines(plan));
+        assert_eq!(found.len(), 2);
+        keeps(rule, "crates/radon/src/compiled.rs", plan);
+        keeps(rule, "crates/radon/tests/suite/filter.rs", plan);
+        keeps(rule, "crates/radon/src/fbp/rows.rs", "// FftPlanner\n");
     }
 
     #[test]
