@@ -212,9 +212,21 @@ impl Scan<'_> {
         })
     }
 
-    /// The defects in each of the shapes.
+    /// The defects in each of the shapes, all of which the background surrounds: from it they are taken away.
     pub(crate) fn placed(&self, gains: &[f64]) -> Result<Placed, PhantomError> {
+        if let Some(background) = &self.background {
+            background.check_surrounds(&self.heart.shapes(gains)?)?;
+        }
         Placed::new(self.heart, self.defects, self.tolerance, gains)
+    }
+
+    /// Where something is taken away that is there, as much as there is, rounding may leave less than nothing.
+    pub(crate) fn no_negatives(&self, samples: &mut [f32]) {
+        if self.background.is_some() || !self.defects.is_empty() {
+            samples
+                .iter_mut()
+                .for_each(|sample| *sample = sample.max(0.0));
+        }
     }
 
     /// The quadrature of each view, or one for all of them.
@@ -317,6 +329,7 @@ impl Scan<'_> {
             *even += odd;
             view.square += f64::from(*even).powi(2);
         }
+        self.no_negatives(image);
         Ok(view)
     }
 }

@@ -4,6 +4,8 @@ use crate::HeartShape;
 use crate::error::{PhantomError, check};
 use revolve_voxel::EllipticCylinder;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Activities beyond this are no activities; it keeps sums within `f32`.
 pub(crate) const MAX_ACTIVITY: f64 = 1e12;
@@ -40,6 +42,26 @@ impl Uptake {
 pub(crate) struct Background {
     pub(crate) torso: EllipticCylinder,
     pub(crate) concentration: f64,
+}
+
+impl Background {
+    /// Whether there is background wherever one of the shapes takes its place.
+    pub(crate) fn check_surrounds(&self, shapes: &[Arc<HeartShape>]) -> Result<(), PhantomError> {
+        if self.concentration == 0.0 {
+            return Ok(());
+        }
+        let distinct: BTreeMap<u64, &Arc<HeartShape>> = (shapes.iter())
+            .map(|shape| (shape.gain().to_bits(), shape))
+            .collect();
+        distinct.into_values().try_for_each(|shape| {
+            let times = self.torso.growth_to_hold(shape.body());
+            let gain = shape.gain();
+            match times < 1.0 {
+                true => Ok(()),
+                false => Err(PhantomError::Uncovered { gain, times }),
+            }
+        })
+    }
 }
 
 /// Activity of the cavity and of the wall.

@@ -81,6 +81,35 @@ pub enum PhantomError {
         /// Radius there, cm.
         r: f64,
     },
+    /// The wall has no material coordinates, which defects are given in: lines between points of equal s cross in it.
+    #[error("at a volume gain of {} the wall has no place for defects: {source}", Number(*gain))]
+    NoMaterial {
+        /// Volume gain of the cavity.
+        gain: f64,
+        /// Where and why.
+        source: Box<PhantomError>,
+    },
+    /// A defect, or what later ones leave of it, is no solid.
+    #[error("defect {} at a volume gain of {}: {source}", defect + 1, Number(*gain))]
+    NoDefect {
+        /// Its number, from 0.
+        defect: usize,
+        /// Volume gain of the cavity.
+        gain: f64,
+        /// Why.
+        source: Box<PhantomError>,
+    },
+    /// The heart reaches beyond the background that is to surround it.
+    #[error(
+        "at a volume gain of {} the heart reaches beyond the background around it, {times} times as far as its surface",
+        Number(*gain)
+    )]
+    Uncovered {
+        /// Volume gain of the cavity.
+        gain: f64,
+        /// How much wider the background has to be, about its axis.
+        times: f64,
+    },
     /// A solid, its rays or its voxels could not be made.
     #[error(transparent)]
     Solid(#[from] revolve_voxel::Error),

@@ -174,6 +174,11 @@ impl Heart {
         &self.pair
     }
 
+    /// How far bodies may be from membranes that are no polygons, cm.
+    pub(crate) fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
     /// Where the heart stands.
     pub fn pose(&self) -> &Pose {
         &self.pose

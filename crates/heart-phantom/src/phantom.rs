@@ -16,7 +16,7 @@ use crate::{
 use membrane_newton::membrane_forces::balloon_at_rest;
 use radon::{ArcPolicy, FbpOptions, FbpPlan, Skip, StackOrder, Window};
 use revolve_voxel::nalgebra::Point3;
-use revolve_voxel::{Mesh, Sampling, Sector};
+use revolve_voxel::{Mesh, Sampling};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -308,8 +308,8 @@ impl Phantom {
     /// What every voxel holds most of at a phase, `[z][y][x]`: 0 background, 1 cavity, 2 wall; of the wall's voxels 3 are those
     /// of the scene's first defect, 4 those of the second, and so on.
     ///
-    /// A voxel of the wall is a defect's if that fills more of it than any other defect or the rest of the wall, and the first
-    /// one's of equals. [`Phantom::label_names`] lists the names.
+    /// A voxel of the wall is a defect's if that, without what later ones replace of it, fills more of it than any other defect or
+    /// the rest of the wall, and the first one's of equals. [`Phantom::label_names`] lists the names.
     ///
     /// # Errors
     /// As [`Phantom::shape`].
@@ -322,7 +322,7 @@ impl Phantom {
         let mut regions = (shape.body()).regions::<f32>(grid, slices.clone(), sampling)?;
         let scan = self.scan(&self.camera, Acquisition::Static { phase });
         let placed = scan.placed(&[shape.gain()])?;
-        let defects: Vec<&Sector> = placed.of(&shape).iter().map(|(piece, _)| piece).collect();
+        let defects = placed.by_defect(&shape, self.defects.len());
         regions.label_pieces(WALL, &defects, grid, slices, sampling)?;
         self.work.voxels(regions.counters);
         Ok(regions.labels)

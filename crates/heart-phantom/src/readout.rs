@@ -43,8 +43,7 @@ impl Readout {
             None => None,
             Some(CountSettings::PerUnit(counts)) => Some(counts),
             Some(CountSettings::Total(counts)) => {
-                let mut samples = all()?;
-                no_negatives(&mut samples);
+                let samples = all()?;
                 if samples.iter().all(|&sample| sample == 0.0) {
                     return Err(PhantomError::Absent {
                         what: "counts: the camera sees no activity",
@@ -67,7 +66,6 @@ impl Readout {
         let (Some(per_unit), Some(noise)) = (per_unit, self.noise) else {
             return Ok(());
         };
-        no_negatives(samples);
         let [bins, n_rows] = self.size;
         let mut counts = vec![0.0f32; samples.len()];
         let len = (rows.len() * bins).max(1);
@@ -90,11 +88,4 @@ impl Readout {
         *samples = counts;
         Ok(())
     }
-}
-
-/// A cold defect is a difference: rounding may leave it a little below nothing.
-fn no_negatives(samples: &mut [f32]) {
-    samples
-        .iter_mut()
-        .for_each(|sample| *sample = sample.max(0.0));
 }

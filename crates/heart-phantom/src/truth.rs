@@ -40,6 +40,7 @@ pub(crate) fn truth_of_slices(
 ) -> Result<(Vec<f32>, VoxelCounters), PhantomError> {
     let mut volume = vec![0.0f32; scan.camera.grid().slice_len() * slices.len()];
     let counters = add_truth(scan, tolerance, slices, &mut volume)?;
+    scan.no_negatives(&mut volume);
     Ok((volume, counters))
 }
 

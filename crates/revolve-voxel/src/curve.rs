@@ -82,6 +82,32 @@ impl Curve {
         Self::new(knots.to_vec(), pieces.collect())
     }
 
+    /// The polyline that [`Meridian::smooth`](crate::Meridian::smooth) makes of the same pieces, point by point, each with its
+    /// parameter: a wall between such curves ends where the body does. A polyline is its own.
+    ///
+    /// # Errors
+    /// [`Error::NotPositive`] for the tolerance, [`Error::TooFine`] if more than ten million points would be needed for a piece.
+    pub fn drawn(&self, tolerance: f64) -> Result<Self, Error> {
+        if self.degree() <= 1 {
+            return Ok(self.clone());
+        }
+        crate::error::positive("tolerance", tolerance)?;
+        let mut points = vec![(self.knots[0], self.pieces[0].at(0.0))];
+        for (pair, piece) in self.knots.windows(2).zip(&self.pieces) {
+            let first = points.len();
+            piece.draw(tolerance, &mut points)?;
+            for (at, _) in &mut points[first..] {
+                *at = if *at < 1.0 {
+                    pair[0] + *at * (pair[1] - pair[0])
+                } else {
+                    pair[1]
+                };
+            }
+        }
+        let (knots, points): (Vec<f64>, Vec<[f64; 2]>) = points.into_iter().unzip();
+        Self::polyline(&knots, &points)
+    }
+
     /// Where the pieces begin and end.
     pub fn knots(&self) -> &[f64] {
         &self.knots

@@ -41,6 +41,19 @@ impl Piece {
         }
     }
 
+    /// Appends the points after the first of a polyline that stays within `tolerance`, each with its fraction.
+    pub(crate) fn draw(&self, tolerance: f64, points: &mut Vec<Drawn>) -> Result<(), Error> {
+        // As many stretches as the degree: none can then hide a wiggle between the points looked at.
+        let degree = self.coefficients().iter().fold(1, |m, c| c.len().max(m));
+        let at = |k: usize| k as f64 / degree as f64;
+        for k in 0..degree {
+            let ends = [at(k), at(k + 1)];
+            let places = ends.map(|fraction| self.at(fraction));
+            flatten(&|f| self.at(f), ends, places, tolerance, points)?;
+        }
+        Ok(())
+    }
+
     pub(crate) fn coefficients(&self) -> [&[f64]; 2] {
         match self {
             Piece::Chebyshev { x, r } | Piece::Power { x, r } => [x, r],
@@ -89,19 +102,9 @@ impl Meridian {
                     }
                 }
             }
-            // As many stretches as the degree: none can then hide a wiggle between the points looked at.
-            let degree = piece.coefficients().iter().fold(1, |m, c| c.len().max(m));
-            for k in 0..degree {
-                let at = |k: usize| k as f64 / degree as f64;
-                let from = if k == 0 { start } else { piece.at(at(k)) };
-                flatten(
-                    &|f| piece.at(f),
-                    [at(k), at(k + 1)],
-                    [from, piece.at(at(k + 1))],
-                    tolerance,
-                    &mut points,
-                )?;
-            }
+            let mut rest = Vec::new();
+            piece.draw(tolerance, &mut rest)?;
+            points.extend(rest.into_iter().map(|(_, point)| point));
         }
         for p in &mut points {
             if p[1].abs() <= tolerance {
@@ -125,13 +128,16 @@ impl Meridian {
 /// More would not fit a machine's memory in any useful way.
 const MOST_SEGMENTS: usize = 10_000_000;
 
+/// A point of a drawn curve: its parameter and its place.
+pub(crate) type Drawn = (f64, [f64; 2]);
+
 /// Appends points after the first so that the curve stays within `tolerance` of the chords.
 pub(crate) fn flatten(
     curve: &impl Fn(f64) -> [f64; 2],
     u: [f64; 2],
     ends: [[f64; 2]; 2],
     tolerance: f64,
-    points: &mut Vec<[f64; 2]>,
+    points: &mut Vec<Drawn>,
 ) -> Result<(), Error> {
     let (dx, dr) = (ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]);
     let length = dx.hypot(dr);
@@ -156,7 +162,7 @@ pub(crate) fn flatten(
                 most: MOST_SEGMENTS,
             });
         }
-        points.push(ends[1]);
+        points.push((u[1], ends[1]));
         return Ok(());
     }
     let m = 0.5 * (u[0] + u[1]);

@@ -76,7 +76,8 @@ impl Body {
 }
 
 impl<T: Sample> RegionVolumes<T> {
-    /// Labels pieces of a region: with n regions, n + 1 + k for those of its voxels of which piece k covers most.
+    /// Labels pieces of a region, each of parts that do not overlap: with n regions, n + 1 + k for those of its voxels of which
+    /// piece k covers most.
     ///
     /// The region's other voxels keep its label: those of which more is left than any piece covers. Of equals a piece comes
     /// before what is left, the first piece before the second. No other region's voxel changes.
@@ -88,7 +89,7 @@ impl<T: Sample> RegionVolumes<T> {
     pub fn label_pieces(
         &mut self,
         region: usize,
-        pieces: &[&Sector],
+        pieces: &[Vec<&Sector>],
         grid: &VoxelGrid,
         slices: Range<usize>,
         sampling: Sampling,
@@ -108,8 +109,10 @@ impl<T: Sample> RegionVolumes<T> {
         let mut most: Vec<(T, u8)> = zeros("voxels", len)?;
         for (k, piece) in pieces.iter().enumerate() {
             let mut own: Vec<T> = zeros("voxels", len)?;
-            let done = piece.voxelize_add(grid, slices.clone(), sampling, 1.0, &mut own)?;
-            self.counters = self.counters + done;
+            for part in piece {
+                let done = part.voxelize_add(grid, slices.clone(), sampling, 1.0, &mut own)?;
+                self.counters = self.counters + done;
+            }
             let best = all.par_iter_mut().zip(&mut most).zip(&own);
             best.for_each(|((all, most), own)| {
                 *all += *own;

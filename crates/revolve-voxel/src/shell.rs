@@ -205,7 +205,7 @@ impl Shell {
         let mut stops = vec![s[0]];
         stops.extend(self.knots.iter().filter(|&&k| k > s[0] && k < s[1]));
         stops.push(s[1]);
-        let mut points = vec![self.point(layer, s[0])];
+        let mut points = vec![(s[0], self.point(layer, s[0]))];
         let at = |s: f64| self.point(layer, s);
         for pair in stops.windows(2) {
             // Stretches short enough that none can hide a wiggle between the places looked at.
@@ -213,11 +213,11 @@ impl Shell {
             let n = inner.degree().max(outer.degree()).max(1);
             for k in 0..n {
                 let s = |k: usize| pair[0] + (pair[1] - pair[0]) * k as f64 / n as f64;
-                let ends = [points[points.len() - 1], at(s(k + 1))];
+                let ends = [points[points.len() - 1].1, at(s(k + 1))];
                 crate::pieces::flatten(&at, [s(k), s(k + 1)], ends, tolerance, &mut points)?;
             }
         }
-        Ok(points)
+        Ok(points.into_iter().map(|(_, point)| point).collect())
     }
 
     /// The inner and the outer curve.

@@ -1,12 +1,56 @@
-//! Views of a torso: what surrounds the body and is active, too.
+//! A torso that is active, too: whether it surrounds the body, and its views.
 
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::attenuation::across;
 use crate::error::{finite, length, positive};
-use crate::{Attenuator, EllipticCylinder, Error, ParallelRays, Sample};
+use crate::{Attenuator, Body, EllipticCylinder, Error, Meridian, ParallelRays, Sample};
+
+/// Corners of the polygon that stands for a circle round the axis: it reaches beyond it by 1 / cos(pi / 256) - 1 = 7.5e-5.
+const CORNERS: usize = 256;
 
 impl EllipticCylinder {
+    /// How many times as wide the cylinder would have to be, about its axis, to hold the body: it holds it if that is less than 1.
+    /// Never too small, and too large by less than 1e-4 of itself.
+    ///
+    /// ```
+    /// use revolve_voxel::{Body, EllipticCylinder, Meridian, Pose};
+    /// let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]])?;
+    /// let body = Body::new(vec![rod], Pose::axis_along_z(0.0)?)?; // of radius 1/2
+    /// let torso = EllipticCylinder::new([0.1, 0.0], [0.8, 0.9])?;
+    /// let growth = torso.growth_to_hold(&body);
+    /// assert!(growth >= 0.6 / 0.8 && growth < 0.6 / 0.8 + 1e-4);
+    /// # Ok::<(), revolve_voxel::Error>(())
+    /// ```
+    pub fn growth_to_hold(&self, body: &Body) -> f64 {
+        let (centre, semi_axes) = (self.centre(), self.semi_axes());
+        // The section is convex, and the body lies within what the circles through the profile's points span: they are enough, and
+        // of each a polygon round it.
+        let out = 1.0 / (PI / CORNERS as f64).cos();
+        let corners: Vec<Vector3<f64>> = (0..CORNERS)
+            .map(|k| (TAU * k as f64 / CORNERS as f64).sin_cos())
+            .map(|(sin, cos)| body.pose().isometry().rotation * Vector3::new(0.0, cos, sin) * out)
+            .collect();
+        let segments = body.layers().iter().flat_map(Meridian::segments);
+        let points = segments.flat_map(|segment| [segment.start(), segment.end()]);
+        let share = |place: Vector3<f64>| {
+            let share = [0, 1].map(|k| (place[k] - centre[k]) / semi_axes[k]);
+            share[0].hypot(share[1])
+        };
+        points.fold(0.0, |most: f64, [x, r]| {
+            let middle = body.pose().to_lab(&Point3::new(x, 0.0, 0.0)).coords;
+            // Most circles are too far within to be looked at.
+            if share(middle) + r * out / semi_axes[0].min(semi_axes[1]) <= most {
+                return most;
+            }
+            let corners = corners.iter().map(|corner| share(middle + r * corner));
+            corners.fold(most, f64::max)
+        })
+    }
+
     /// Adds `activity` times the integral along the rays within the cylinder to an image `[row][bin]`, weakened by an
     /// attenuator if there is one (the detector is ahead of the rays).
     ///

@@ -100,12 +100,24 @@ impl Wall {
     /// # Errors
     /// As [`Wall::new`].
     pub fn of(pair: &PairEquilibrium, pose: Pose) -> Result<Self, PhantomError> {
-        let shell = Shell::new(curve(&pair.inner)?, curve(&pair.outer)?, [0.0, APEX])?;
+        Self::between(curve(&pair.inner)?, curve(&pair.outer)?, pose)
+    }
+
+    fn between(inner: Curve, outer: Curve, pose: Pose) -> Result<Self, PhantomError> {
         Ok(Self {
-            shell: Arc::new(shell),
+            shell: Arc::new(Shell::new(inner, outer, [0.0, APEX])?),
             pose,
             rest: None,
         })
+    }
+
+    /// The wall of a shape between the polygons that bound its body, which follow the membranes to `tolerance` cm: what fills it
+    /// ends where the body does.
+    pub(crate) fn drawn(shape: &HeartShape, tolerance: f64) -> Result<Self, PhantomError> {
+        let pair = shape.solution();
+        let [inner, outer] = [&pair.inner, &pair.outer]
+            .map(|membrane| -> Result<_, PhantomError> { Ok(curve(membrane)?.drawn(tolerance)?) });
+        Self::between(inner?, outer?, *shape.body().pose())
     }
 
     /// The wall of a shape, sliding along its membranes so that each element keeps the volume it has in `rest`.

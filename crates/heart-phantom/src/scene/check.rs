@@ -2,7 +2,9 @@
 
 use super::*;
 use crate::activity::MAX_ACTIVITY;
+use crate::build::defect_of;
 use crate::camera::MOST_SAMPLES;
+use crate::defect::{MOST_PIECES, without_overlap};
 use crate::files::Format;
 use crate::text::Number;
 use crate::timing::MAX_POINTS_OF_ALL;
@@ -88,6 +90,14 @@ pub(super) fn scene(scene: &Scene) -> Checked {
     count("defects", scene.defects.len(), [0, MOST_DEFECTS])?;
     for (k, settings) in scene.defects.iter().enumerate() {
         defect(&format!("defects.{k}"), settings)?;
+    }
+    let regions = scene
+        .defects
+        .iter()
+        .map(|settings| defect_of(settings).region);
+    if without_overlap(regions).is_none() {
+        let wanted = format!("overlap in more than {MOST_PIECES} pieces");
+        return Err(fault("defects", scene.defects.len(), wanted));
     }
     detector(scene)?;
     if let Some(settings) = &scene.attenuation {

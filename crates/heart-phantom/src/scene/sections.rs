@@ -186,7 +186,8 @@ impl Default for ActivitySettings {
     }
 }
 
-/// `[background]`: activity around the heart, in a cylinder of elliptic section along z, without ends.
+/// `[background]`: activity around the heart, in a cylinder of elliptic section along z, without ends, that holds the heart at every
+/// phase.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BackgroundSettings {
@@ -200,7 +201,8 @@ pub struct BackgroundSettings {
     pub semi_axes: [f64; 2],
 }
 
-/// One of `[[defects]]`: a piece of the wall with another activity. It moves with the wall and keeps its volume.
+/// One of `[[defects]]`: a piece of the wall with another activity. It moves with the wall and keeps its volume. Where defects overlap,
+/// the last one counts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DefectSettings {

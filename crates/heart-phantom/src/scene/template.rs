@@ -198,7 +198,7 @@ impl Page {
     }
 
     fn background(&mut self, scene: &Scene) {
-        let comment = "Activity around the heart in an elliptic torso along z; none if this section is left out.";
+        let comment = "Activity around the heart, in an elliptic torso along z that holds it at every phase; none if this section is left out.";
         match &scene.background {
             Some(background) => {
                 self.section("background", comment);
@@ -219,7 +219,7 @@ impl Page {
     }
 
     fn defects(&mut self, scene: &Scene) {
-        let comment = "A piece of the wall with another activity, as many as there are such sections; it moves with the wall.";
+        let comment = "A piece of the wall with another activity, as many as there are such sections; it moves with the wall. Where they overlap the last one counts.";
         for defect in &scene.defects {
             self.section("[defects]", comment);
             self.field(

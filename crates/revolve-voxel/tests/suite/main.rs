@@ -15,3 +15,4 @@ mod sector;
 mod shell;
 mod sweep;
 mod threads;
+mod torso;

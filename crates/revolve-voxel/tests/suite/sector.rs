@@ -280,7 +280,7 @@ fn pieces_have_labels_of_their_own() {
     let plain = body.regions::<f32>(&grid, 0..1, sampling).unwrap();
     let mut marked = plain.clone();
     let pieces = [quarter(0.0), quarter(1.0), quarter(1.0)];
-    let list: Vec<&Sector> = pieces.iter().collect();
+    let list: Vec<Vec<&Sector>> = pieces.iter().map(|piece| vec![piece]).collect();
     marked
         .label_pieces(1, &list, &grid, 0..1, sampling)
         .unwrap();
@@ -293,7 +293,16 @@ fn pieces_have_labels_of_their_own() {
         assert!(a == b || (*b == 2 && *a > 2 && *a < 5));
     }
     assert_eq!(marked.coverage, plain.coverage);
-    let many = vec![&pieces[0]; 253];
+    // A piece of two parts is what they are together; without any it is nowhere.
+    let mut halves = plain.clone();
+    let parts = [vec![], vec![&pieces[0], &pieces[1]]];
+    halves
+        .label_pieces(1, &parts, &grid, 0..1, sampling)
+        .unwrap();
+    for (a, b) in halves.labels.iter().zip(&marked.labels) {
+        assert_eq!(*a, if *b == 3 { 4 } else { *b });
+    }
+    let many = vec![vec![&pieces[0]]; 253];
     assert!(
         marked
             .label_pieces(1, &many, &grid, 0..1, sampling)

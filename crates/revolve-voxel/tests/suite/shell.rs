@@ -1,13 +1,18 @@
 //! The wall between two curves: its layers, its coordinates and their inverse, against closed forms and finite differences.
 
 use proptest::prelude::*;
-use revolve_voxel::{Curve, Error, Piece, Pose, Shell, VoxelGrid};
+use revolve_voxel::nalgebra::{Point3, Vector3};
+use revolve_voxel::{Body, Curve, Error, Meridian, Piece, Pose, Ray, Sector, Shell, VoxelGrid};
 use std::f64::consts::PI;
 
 /// A cylinder closed by a half-ball, its parameter the share of the length: as polynomials of high degree for the cap.
 fn balloon(length: f64, radius: f64, stretch: f64) -> Curve {
     let cap = 0.5 * PI * radius;
     let knee = length / (length + cap);
+    Curve::new(vec![0.0, knee, 1.0], pieces(length, radius, stretch)).unwrap()
+}
+
+fn pieces(length: f64, radius: f64, stretch: f64) -> Vec<Piece> {
     // Chebyshev coefficients of the cap by interpolation at 24 points: right to rounding.
     let n = 24;
     let node = |j: usize| PI * (j as f64 + 0.5) / n as f64;
@@ -22,20 +27,16 @@ fn balloon(length: f64, radius: f64, stretch: f64) -> Curve {
             .collect()
     };
     let angle = |u: f64| 0.25 * PI * (1.0 + u);
-    Curve::new(
-        vec![0.0, knee, 1.0],
-        vec![
-            Piece::Power {
-                x: vec![0.0, length * stretch],
-                r: vec![radius],
-            },
-            Piece::Chebyshev {
-                x: series(&|u| length * stretch + radius * stretch * angle(u).sin()),
-                r: series(&|u| radius * angle(u).cos()),
-            },
-        ],
-    )
-    .unwrap()
+    vec![
+        Piece::Power {
+            x: vec![0.0, length * stretch],
+            r: vec![radius],
+        },
+        Piece::Chebyshev {
+            x: series(&|u| length * stretch + radius * stretch * angle(u).sin()),
+            r: series(&|u| radius * angle(u).cos()),
+        },
+    ]
 }
 
 fn study() -> Shell {
@@ -51,6 +52,41 @@ fn within(length: f64, radius: f64) -> f64 {
 fn the_volume_is_that_of_the_outer_less_that_of_the_inner_balloon() {
     let exact = within(8.5, 2.75) - within(8.5, 1.75);
     assert!((study().volume() / exact - 1.0).abs() < 1e-13);
+}
+
+/// A body between polygons 0.02 cm off the curves: what fills the wall between the drawn curves ends where the body does, to
+/// rounding; what fills that between the curves themselves sticks out, most where rays are tangent.
+#[test]
+fn a_wall_between_drawn_curves_ends_where_the_body_does() {
+    let curves = [1.75, 2.75].map(|radius| balloon(8.5, radius, 1.0));
+    let tolerance = 0.02;
+    let pose = Pose::axis_along_z(5.0).unwrap();
+    // The same pieces, one after the other, as a profile.
+    let profile = |radius: f64| Meridian::smooth(&pieces(8.5, radius, 1.0), tolerance).unwrap();
+    let body = Body::new(vec![profile(1.75), profile(2.75)], pose).unwrap();
+    let drawn = curves
+        .each_ref()
+        .map(|curve| curve.drawn(tolerance).unwrap());
+    let worst = |[inner, outer]: [Curve; 2]| {
+        let shell = Shell::new(inner, outer, [0.0, 1.0]).unwrap();
+        let ring = shell.region([0.0, 1.0], [0.0, 1.0], 1e-6).unwrap();
+        let wall = Sector::new(ring, [0.0, 2.0 * PI], pose).unwrap();
+        let rays = (0..4000).map(|k| {
+            let (sin, cos) = (f64::from(k) * 0.37).sin_cos();
+            let across = Vector3::new(-sin, cos, 0.3 * (f64::from(k) * 0.11).sin());
+            let aside = 2.76 * (f64::from(k) / 2000.0 - 1.0);
+            let from = Point3::new(
+                aside * cos,
+                aside * sin,
+                -5.0 + 11.3 * f64::from(k % 61) / 61.0,
+            );
+            Ray::new(from, across).unwrap()
+        });
+        let off = |ray: Ray| (wall.chord(&ray) - (body.chord(1, &ray) - body.chord(0, &ray))).abs();
+        rays.map(off).fold(0.0, f64::max)
+    };
+    assert!(worst(drawn) < 1e-9);
+    assert!(worst(curves) > 0.05);
 }
 
 #[test]

@@ -25,14 +25,14 @@ fn labels_mark_defects() {
         azimuths: [90.0, 200.0],
         activity: 2.0,
     };
-    // The second lies within the first and is hidden by it; the third is beside and in part behind it.
+    // The first lies within the second and is replaced by it; the third is beside that and takes a part of it.
     let hidden = DefectSettings {
         s: [0.25, 0.3],
         layers: [0.1, 0.5],
         azimuths: [40.0, 80.0],
         ..infarct()
     };
-    scene.defects = vec![infarct(), hidden, lateral];
+    scene.defects = vec![hidden, infarct(), lateral];
     let phantom = Phantom::new(scene.clone()).unwrap();
     assert_eq!(
         phantom.label_names()[2..],
@@ -73,13 +73,13 @@ fn labels_mark_defects() {
             }
             match at(c) {
                 None => assert!(label < 2, "{label}"),
-                Some([true, ..]) => assert_eq!(label, 3),
-                Some([false, _, true]) => assert_eq!(label, 5),
+                Some([_, _, true]) => assert_eq!(label, 5),
+                Some([_, true, false]) => assert_eq!(label, 4),
                 Some(_) => assert_eq!(label, 2),
             }
         }
         assert!(
-            seen[2] > 1000 && seen[3] > 100 && seen[4] == 0 && seen[5] > 100,
+            seen[2] > 1000 && seen[3] == 0 && seen[4] > 100 && seen[5] > 100,
             "{seen:?}"
         );
         // The exact volume says the same: a voxel of a cold defect is dark, one of a hot one bright.
@@ -92,9 +92,9 @@ fn labels_mark_defects() {
             sum / n
         };
         assert!(
-            mean(3) < 0.4 && mean(5) > 1.5 && mean(2) > 0.8,
+            mean(4) < 0.4 && mean(5) > 1.5 && mean(2) > 0.8,
             "{} {} {}",
-            mean(3),
+            mean(4),
             mean(5),
             mean(2)
         );
@@ -117,7 +117,7 @@ fn a_defect_moves_with_the_wall_and_keeps_its_volume() {
         .into_iter()
         .map(|phase| {
             let [all, less] = [&whole, &cold].map(|phantom| phantom.activity(phase).unwrap());
-            assert!(less.iter().all(|&v| v > -2e-3)); // the tolerance of two coverages
+            assert!(less.iter().all(|&v| v >= 0.0));
             all.iter()
                 .zip(&less)
                 .map(|(a, b)| f64::from(a - b))

@@ -2,6 +2,7 @@
 
 mod artefacts;
 mod defects;
+mod overlaps;
 mod times;
 mod twin;
 mod upright;

@@ -103,8 +103,8 @@ fn a_heart_that_is_truncated_is_told_with_the_width_it_needs() {
 fn a_background_and_a_torso_wider_than_the_bins_are_told() {
     let around = BackgroundSettings {
         concentration: 0.1,
-        centre: [1.0, -2.0],
-        semi_axes: [9.0, 5.0],
+        centre: [1.0, -0.5],
+        semi_axes: [9.5, 7.5],
     };
     let mut scene = small(Mode::Static { phase: 0.0 }).with_background(around);
     scene.camera.rotation = RotationSettings::Continuous;
