@@ -13,7 +13,7 @@ fn main() -> Result<(), PhantomError> {
         scene.cycle.beats_per_minute = beats_per_minute;
         let phantom = Phantom::new(scene)?;
         let views = phantom.sinograms(0, &|_| ())?;
-        let volume = phantom.reconstruct(&views.samples)?;
+        let volume = phantom.reconstruct(0, &views.samples)?;
         let found = phantom.artefacts(0, &volume, &phantom.truth(0)?)?;
         println!(
             "{beats_per_minute:9}   {:6}   {:15.4}   {:12.4}   {:14.2}",

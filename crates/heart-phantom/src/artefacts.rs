@@ -2,13 +2,12 @@
 
 use crate::error::PhantomError;
 use crate::scene::Mode;
-use crate::truth::swept;
-use crate::{HeartShape, Measures, Phantom, Regions};
+use crate::truth::{MOST_IN_PASS, swept};
+use crate::{Measures, Phantom, Regions};
 use revolve_voxel::Mask;
 use revolve_voxel::nalgebra::{Point3, Vector3};
 use serde::Serialize;
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 /// Fewest voxels of a wall whose mean is worth something.
 const FEWEST: usize = 100;
@@ -31,7 +30,7 @@ pub struct Artefacts {
     pub apex_blur_mm: Option<f64>,
     /// The same at the middle of the wall's side, median of 16 azimuths, mm.
     pub wall_blur_mm: Option<f64>,
-    /// Root mean square difference from the truth within the field of view.
+    /// Root mean square difference from the truth within the field of view; from which, [`Phantom::truth_of`] tells.
     pub rmse: Option<f64>,
 }
 
@@ -46,9 +45,8 @@ impl Phantom {
         let acquisition = self.acquisition(gate)?;
         let mut regions = self.regions()?.clone();
         if let Mode::Static { .. } | Mode::Gated { .. } = self.scene().acquisition.mode {
-            let exposures = self.scan(self.camera(), acquisition).exposures()?;
-            let shapes: Vec<Arc<HeartShape>> =
-                exposures.into_iter().map(|(shape, _)| shape).collect();
+            let times = self.scan(self.camera(), acquisition).times()?;
+            let shapes = self.heart().shapes(&some_of(times))?;
             let (always, _) = swept(&shapes, self.heart().pose(), self.camera())?;
             [regions.cavity, regions.wall] = always.map(inside);
         }
@@ -102,6 +100,19 @@ impl Phantom {
             rmse: measures.rmse_truth,
         })
     }
+}
+
+/// The gains, or of very many as many as one pass takes, the first and the last in volume among them.
+fn some_of(times: Vec<(f64, f64)>) -> Vec<f64> {
+    let mut gains: Vec<f64> = times.into_iter().map(|(gain, _)| gain).collect();
+    if gains.len() > MOST_IN_PASS {
+        gains.sort_by(f64::total_cmp);
+        let last = (gains.len() - 1) as f64 / (MOST_IN_PASS - 1) as f64;
+        gains = (0..MOST_IN_PASS)
+            .map(|k| gains[(k as f64 * last).round() as usize])
+            .collect();
+    }
+    gains
 }
 
 /// A mask without its outermost voxels: two of them, or as many as leave enough.

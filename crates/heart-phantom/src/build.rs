@@ -8,8 +8,8 @@ use crate::scene::{
     BackgroundSettings, BlurSettings, DefectSettings, DiscretisationSettings, Law, Mode,
     RotationSettings, Scene,
 };
-use crate::{Balloon, Defect, Heart, WallRegion};
-use membrane_newton::membrane_forces::PressureLaw;
+use crate::{Acquisition, Balloon, Cycle, Defect, Heart, WallRegion};
+use membrane_newton::membrane_forces::{PressureLaw, balloon_at_rest};
 use membrane_newton::{Discretisation, Membrane};
 use revolve_voxel::nalgebra::Vector3;
 use revolve_voxel::{EllipticCylinder, Pose};
@@ -59,6 +59,33 @@ pub(crate) fn gates_of(scene: &Scene) -> usize {
         Mode::Gated { gates } => gates,
         _ => 1,
     }
+}
+
+/// The acquisition of a gate, with a number of steps a cycle.
+pub(crate) fn acquisition_of(scene: &Scene, gate: usize, points: usize) -> Acquisition {
+    let interval = scene.camera.seconds_per_view;
+    match scene.acquisition.mode {
+        Mode::Static { phase } => Acquisition::Static { phase },
+        Mode::Instants => Acquisition::Instants { interval },
+        Mode::Exposure { seconds } => Acquisition::Exposure {
+            interval,
+            window: seconds,
+            points,
+        },
+        Mode::WholeCycle => Acquisition::WholeCycle { points },
+        Mode::Gated { gates } => Acquisition::Gate {
+            gate,
+            gates,
+            points,
+        },
+    }
+}
+
+pub(crate) fn cycle_of(scene: &Scene) -> Result<Cycle, PhantomError> {
+    let inner = scene.heart.inner;
+    let rest = balloon_at_rest(inner.length, inner.radius)?.volume;
+    let (cycle, gains) = (&scene.cycle, scene.cycle.volume.gains(rest)?);
+    Cycle::with_curve(cycle.beats_per_minute, &cycle.curve, gains)
 }
 
 pub(crate) fn background_of(settings: &BackgroundSettings) -> Result<Background, PhantomError> {

@@ -13,7 +13,7 @@ pub(crate) const MOST_SAMPLES: f64 = 2_147_483_648.0;
 pub enum Rotation {
     /// It stands still while it takes a view.
     StepAndShoot,
-    /// It turns all the time: a view's exposure is spread over the angles up to the next view's.
+    /// It turns all the time, and passes a view's angle in the middle of its time ([`ViewTime`](crate::ViewTime)).
     Continuous {
         /// Seconds from the start of a view to the start of the next.
         interval: f64,
@@ -121,8 +121,9 @@ impl Camera {
         })
     }
 
-    /// Angles and bins, as the reconstruction needs them. A camera that turns all the time is taken to have stood at the
-    /// middle of each view's arc.
+    /// Angles and bins. A camera that turns all the time stands at these angles in the middle of each view's time; what it saw in a
+    /// part of it is reconstructed from the mean angle of that ([`Sinograms::angles`](crate::Sinograms::angles),
+    /// [`Phantom::geometry`](crate::Phantom::geometry)).
     pub fn geometry(&self) -> &radon::ParallelGeometry {
         &self.geometry
     }

@@ -82,8 +82,18 @@ impl Cycle {
 
     /// Volume gain of the cavity at a phase (any real number; whole cycles are dropped); NaN for one that is no number or infinite.
     pub fn gain(&self, phase: f64) -> f64 {
+        self.gain_at_height(self.height.at(wrap(phase)))
+    }
+
+    /// The gain at a height of the curve.
+    pub(crate) fn gain_at_height(&self, height: f64) -> f64 {
         let [low, high] = self.gains;
-        low + (high - low) * self.height.at(wrap(phase))
+        low + (high - low) * height
+    }
+
+    /// The form of the curve.
+    pub(crate) fn height(&self) -> &Height {
+        &self.height
     }
 
     /// Length of one cycle in seconds.

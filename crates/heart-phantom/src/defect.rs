@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use revolve_voxel::Sector;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Most pieces without overlap that all defects together may be made of.
 pub(crate) const MOST_PIECES: usize = 1000;
@@ -107,12 +108,12 @@ pub(crate) struct Placed {
 }
 
 impl Placed {
-    /// The defects in each of the shapes, drawn to `tolerance` cm. Solves the shape at rest, if there are any defects.
+    /// The defects in each of some distinct shapes, drawn to `tolerance` cm. Solves the shape at rest, if there are any defects.
     pub(crate) fn new(
         heart: &Heart,
         defects: &[Defect],
         tolerance: f64,
-        gains: &[f64],
+        shapes: &[Arc<HeartShape>],
     ) -> Result<Self, PhantomError> {
         if defects.is_empty() {
             return Ok(Self::default());
@@ -132,10 +133,6 @@ impl Placed {
             })
         };
         let rest = wall(&heart.shapes(&[0.0])?[0])?;
-        let mut distinct = gains.to_vec();
-        distinct.sort_by(f64::total_cmp);
-        distinct.dedup_by_key(|gain| gain.to_bits());
-        let shapes = heart.shapes(&distinct)?;
         let shapes = shapes
             .par_iter()
             .map(|shape| {

@@ -39,6 +39,16 @@ pub enum PhantomError {
         /// The value given.
         given: usize,
     },
+    /// A gate does not come in the time of a view.
+    #[error(
+        "gate {gate} does not come in the time of view {view_idx}; a view of a turning camera that lasts a beat sees every gate"
+    )]
+    Unseen {
+        /// The gate, from 0.
+        gate: usize,
+        /// The first view without it.
+        view_idx: usize,
+    },
     /// An array has the wrong length.
     #[error("{what}: {given} values given, {expected} expected")]
     Length {

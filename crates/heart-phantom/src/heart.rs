@@ -1,15 +1,15 @@
 //! The heart: two balloons with the wall between them, and its shape at any volume gain.
 
 use crate::error::PhantomError;
+use crate::kept::{Kept, Life};
 use membrane_newton::{
     Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, PairEquilibrium, RestShape, Solver,
     Stiffness,
 };
 use rayon::prelude::*;
 use revolve_voxel::{Body, Meridian, Mesh, Piece, Pose};
-use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_4;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, OnceLock};
 
 /// Dimensions of a balloon at rest: a cylinder closed by a hemisphere (Rohmer et al. 2006, Table 1).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,8 @@ impl Balloon {
     }
 }
 
-/// Two concentric balloons standing in the lab. Shapes are solved when first asked for and kept.
+/// Two concentric balloons standing in the lab. Shapes are solved when first asked for and kept, as many as fit into
+/// [512 MiB](Heart::DEFAULT_MEMORY) or [what it is given](Heart::with_memory).
 ///
 /// ```
 /// use heart_phantom::Heart;
@@ -65,9 +66,17 @@ pub struct Heart {
     /// How far the body may be from membranes that are no polygons.
     tolerance: f64,
     pose: Pose,
-    solved: Mutex<BTreeMap<u64, Arc<HeartShape>>>,
+    memory: usize,
+    shape_bytes: OnceLock<usize>,
+    kept: Kept,
 }
 
+/// Memory of a cone of a body's surface with all that finds it: 96 bytes, 48 in its chain, some 20 of boxes; and of a node of a
+/// curve, as a point and as half of a node of the solution. `tests/memory.rs` measures them.
+const CONE_BYTES: f64 = 164.0;
+const NODE_BYTES: f64 = 24.0;
+/// Cones that follow a smooth surface to a tolerance when it is dilated, for one at rest, where the sides are straight.
+const DILATED: f64 = 1.6;
 /// What rounding may put of one membrane outside the other, as a share of the length.
 const ROUNDING: f64 = 1e-9;
 
@@ -78,9 +87,13 @@ pub struct HeartShape {
     solution: PairEquilibrium,
     curves: [Vec<[f64; 2]>; 2],
     body: Body,
+    _life: Life,
 }
 
 impl Heart {
+    /// Memory for shapes, in bytes, if nothing else is said.
+    pub const DEFAULT_MEMORY: usize = 512 << 20;
+
     /// Two balloons under the pressure law of Eq. 3, discretised with `nodes` nodes each, standing
     /// in `pose` (body frame: x from the base to the apex).
     ///
@@ -117,8 +130,30 @@ impl Heart {
             pair: Pair::new(solver(inner)?, solver(outer)?)?,
             tolerance,
             pose,
-            solved: Mutex::default(),
+            memory: Self::DEFAULT_MEMORY,
+            shape_bytes: OnceLock::new(),
+            kept: Kept::default(),
         })
+    }
+
+    /// The same with another bound, in bytes, on the memory of its shapes: no more of them are kept, and views that need more are
+    /// taken part by part. It changes no bit of any result. A shape that is needed again after others had to take its place is
+    /// solved again.
+    ///
+    /// ```
+    /// use heart_phantom::Heart;
+    /// let heart = Heart::study(201)?;
+    /// let two = 2 * heart.shape_bytes();
+    /// let heart = heart.with_memory(two);
+    /// for gain in [0.0, 0.1, 0.2, 0.3] {
+    ///     heart.shapes(&[gain])?;
+    /// }
+    /// assert_eq!((heart.shapes_solved(), heart.shapes_alive()), (4, 2));
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    pub fn with_memory(mut self, bytes: usize) -> Self {
+        self.memory = bytes;
+        self
     }
 
     /// The study's heart: the balloons of Table 1, the axis turned by 45 degrees about x and then
@@ -143,30 +178,61 @@ impl Heart {
     /// [`PhantomError::Membrane`] if a gain cannot be reached; [`PhantomError::Crossed`] if no wall is left somewhere, as between
     /// balloons of very different form.
     pub fn shapes(&self, gains: &[f64]) -> Result<Vec<Arc<HeartShape>>, PhantomError> {
-        let mut missing: Vec<f64> = {
-            let solved = self.lock();
-            let is_missing = |gain: &&f64| !solved.contains_key(&gain.to_bits());
-            gains.iter().filter(is_missing).copied().collect()
-        };
-        missing.sort_by(f64::total_cmp);
-        missing.dedup_by_key(|gain| gain.to_bits());
+        let (mut there, missing) = self.kept.take(gains, self.most_shapes());
         let new: Vec<Arc<HeartShape>> = missing
             .par_iter()
             .map(|&gain| self.solve(gain).map(Arc::new))
             .collect::<Result<_, _>>()?;
-        let mut solved = self.lock();
-        for shape in new {
-            solved.entry(shape.gain.to_bits()).or_insert(shape);
-        }
+        self.kept.add(&new);
+        there.extend(new.into_iter().map(|shape| (shape.gain.to_bits(), shape)));
         Ok(gains
             .iter()
-            .map(|gain| solved[&gain.to_bits()].clone())
+            .map(|gain| there[&gain.to_bits()].clone())
             .collect())
     }
 
     /// How many shapes have been solved so far.
     pub fn shapes_solved(&self) -> usize {
-        self.lock().len()
+        self.kept.solved()
+    }
+
+    /// How many shapes there are at the moment, kept by the heart or held by others.
+    pub fn shapes_alive(&self) -> usize {
+        self.kept.alive()[0]
+    }
+
+    /// The most shapes that there were at a time.
+    pub fn most_shapes_alive(&self) -> usize {
+        self.kept.alive()[1]
+    }
+
+    /// How many shapes fit into its memory; one at least.
+    pub fn most_shapes(&self) -> usize {
+        (self.memory / self.shape_bytes()).max(1)
+    }
+
+    /// About how many bytes a shape takes, from the shape at rest; nothing is solved for it.
+    pub fn shape_bytes(&self) -> usize {
+        *self.shape_bytes.get_or_init(|| {
+            let of = |solver: &Solver| {
+                let start = solver.start();
+                let curve = start.points();
+                let cones = (self.meridian(&start, &curve)).map_or(curve.len(), |m| m.n_segments());
+                let dilated = if start.pieces().is_empty() {
+                    1.0
+                } else {
+                    DILATED
+                };
+                NODE_BYTES * curve.len() as f64 + CONE_BYTES * dilated * cones as f64
+            };
+            (of(self.pair.inner()) + of(self.pair.outer())) as usize
+        })
+    }
+
+    /// Length and radius of the heart at rest, cm.
+    pub(crate) fn rest_extent(&self) -> [f64; 2] {
+        let most = |[x, r]: [f64; 2], [px, py]: [f64; 2]| [f64::max(x, px), f64::max(r, py)];
+        (self.pair.outer().start().points().into_iter()).fold([0.0; 2], most)
     }
 
     /// The two membranes, ready to be solved.
@@ -202,6 +268,7 @@ impl Heart {
                 solution,
                 curves,
                 body,
+                _life: self.kept.life(),
             })?),
         }
     }
@@ -224,11 +291,6 @@ impl Heart {
         } else {
             Meridian::smooth(&pieces, self.tolerance)?
         })
-    }
-
-    /// A map that is only ever added to is whole even after a panic elsewhere.
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<u64, Arc<HeartShape>>> {
-        self.solved.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

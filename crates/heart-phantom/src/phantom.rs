@@ -1,35 +1,31 @@
 //! A scene come to life: everything on demand, and nothing twice.
 
-use crate::acquire::Scan;
 use crate::activity::Background;
 use crate::attenuation::Attenuation;
-use crate::build::{background_of, defect_of, gates_of, geometry_of, heart_of, readout_of};
+use crate::build::{
+    acquisition_of, background_of, cycle_of, defect_of, gates_of, geometry_of, heart_of, readout_of,
+};
 use crate::defect::Defect;
 use crate::error::{PhantomError, check_count};
 use crate::readout::Readout;
-use crate::scene::{AccuracySettings, ArcSettings, Mode, Scene, WindowSettings};
+use crate::scan::Scan;
+use crate::scene::{ArcSettings, Scene, WindowSettings};
+use crate::steps::STEPS;
 use crate::truth::truth_of_slices;
 use crate::work::{Work, WorkReport};
 use crate::{
-    Acquisition, Activity, Camera, Cycle, Heart, HeartShape, Regions, Sinograms, ViewTime,
+    Acquisition, Activity, Camera, Cycle, Heart, HeartShape, Regions, Sinograms, TruthOf, ViewTime,
 };
-use membrane_newton::membrane_forces::balloon_at_rest;
-use radon::{ArcPolicy, FbpOptions, FbpPlan, Skip, StackOrder, Window};
+use radon::{ArcPolicy, FbpOptions, FbpPlan, ParallelGeometry, Skip, StackOrder, Window};
 use revolve_voxel::nalgebra::Point3;
 use revolve_voxel::{Mesh, Sampling};
 use serde::Serialize;
-use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 /// The body's region that holds the defects.
 const WALL: usize = 1;
-/// Fewest and most steps a cycle that a tolerance is met with.
-const STEPS: [usize; 2] = [8, 4096];
-/// Bins and rows of the coarse views on which that is tried.
-const PROBE: usize = 48;
-
 /// A phantom: what a [`Scene`] describes, computed when it is asked for.
 ///
 /// [`Phantom::new`] computes nothing. Every part (a view, a slice, a phase) does its own work only and has the bits that it has in
@@ -63,9 +59,9 @@ pub struct Phantom {
     /// Mean counts of a sample of 1, by gate.
     counts: Vec<OnceLock<f64>>,
     skip: Skip,
-    steps: OnceLock<usize>,
+    pub(crate) steps: OnceLock<usize>,
     regions: OnceLock<Regions>,
-    work: Work,
+    pub(crate) work: Work,
 }
 
 /// The numbers of a heart, as a clinic would measure them.
@@ -108,13 +104,10 @@ impl Phantom {
     pub fn new(scene: Scene) -> Result<Self, PhantomError> {
         scene.check()?;
         let heart = heart_of(&scene)?;
-        let inner = scene.heart.inner;
-        let rest = balloon_at_rest(inner.length, inner.radius)?.volume;
-        let gains = scene.cycle.volume.gains(rest)?;
         Ok(Self {
             heart,
             camera: Camera::with_geometry(&geometry_of(&scene))?,
-            cycle: Cycle::with_curve(scene.cycle.beats_per_minute, &scene.cycle.curve, gains)?,
+            cycle: cycle_of(&scene)?,
             activity: Activity {
                 cavity: scene.activity.cavity,
                 wall: scene.activity.wall,
@@ -150,6 +143,13 @@ impl Phantom {
         self
     }
 
+    /// The same with another bound, in bytes, on the memory of the heart's shapes ([`Heart::with_memory`]); it changes no bit of any
+    /// result.
+    pub fn with_memory(mut self, bytes: usize) -> Self {
+        self.heart = self.heart.with_memory(bytes);
+        self
+    }
+
     /// The scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -177,7 +177,8 @@ impl Phantom {
 
     /// What has been done so far.
     pub fn work(&self) -> WorkReport {
-        self.work.report(self.heart.shapes_solved())
+        let heart = &self.heart;
+        (self.work).report(heart.shapes_solved(), heart.most_shapes_alive())
     }
 
     /// The time that the views of a gate see, with the steps that meet the scene's tolerance.
@@ -186,7 +187,7 @@ impl Phantom {
     /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Quadrature`] if no number of steps suffices.
     pub fn acquisition(&self, gate: usize) -> Result<Acquisition, PhantomError> {
         check_count("gate", gate, 0, self.n_gates() - 1)?;
-        Ok(self.acquisition_with(gate, self.steps()?))
+        Ok(acquisition_of(&self.scene, gate, self.steps()?))
     }
 
     /// When and from where each view of a gate is taken; nothing is computed for it.
@@ -195,7 +196,7 @@ impl Phantom {
     /// [`PhantomError::Count`] if there is no such gate.
     pub fn view_times(&self, gate: usize) -> Result<Vec<ViewTime>, PhantomError> {
         check_count("gate", gate, 0, self.n_gates() - 1)?;
-        let acquisition = self.acquisition_with(gate, STEPS[0]);
+        let acquisition = acquisition_of(&self.scene, gate, STEPS[0]);
         let interval = self.scene.camera.seconds_per_view;
         let time = |view_idx| acquisition.view_time(&self.cycle, &self.camera, interval, view_idx);
         Ok((0..self.camera.n_views()).map(time).collect())
@@ -238,7 +239,7 @@ impl Phantom {
     pub fn slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
         check_count("slice", z, 0, self.camera.n_rows() - 1)?;
         let sinogram = self.take(gate, 0..self.camera.n_views(), z..z + 1, &|_| ())?;
-        self.reconstruct_slices(&sinogram.samples, 1)
+        self.reconstruct_slices(gate, &sinogram.samples, 1)
     }
 
     /// The reconstruction of a gate, `[z][y][x]`.
@@ -246,20 +247,42 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::slice`].
     pub fn volume(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
-        self.reconstruct(&self.sinograms(gate, &|_| ())?.samples)
+        self.reconstruct(gate, &self.sinograms(gate, &|_| ())?.samples)
     }
 
     /// The reconstruction of any views `[view][row][bin]` of this camera, `[z][y][x]`: those of
-    /// [`Phantom::sinograms`], or those with noise or blur added.
+    /// [`Phantom::sinograms`], or those with noise or blur added. They count as seen from where those of the gate are
+    /// ([`Phantom::geometry`]).
     ///
     /// # Errors
-    /// [`PhantomError::Radon`] for a wrong length, a sample that is not finite, or an arc that is too short.
-    pub fn reconstruct(&self, views: &[f32]) -> Result<Vec<f32>, PhantomError> {
-        self.reconstruct_slices(views, self.camera.n_rows())
+    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Radon`] for a wrong length, a sample that is not finite, or
+    /// an arc that is too short.
+    pub fn reconstruct(&self, gate: usize, views: &[f32]) -> Result<Vec<f32>, PhantomError> {
+        self.reconstruct_slices(gate, views, self.camera.n_rows())
     }
 
-    /// The exact volume of a gate, `[z][y][x]`: the mean over each voxel and over the time of the views (of the first, where
-    /// they differ).
+    /// The angles from which the views of a gate are seen, each in the mean over its time, and the bins. Of a camera that turns
+    /// all the time they are not those of [`Camera::geometry`], unless the views see all of their time.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate.
+    pub fn geometry(&self, gate: usize) -> Result<ParallelGeometry, PhantomError> {
+        let angles: Vec<f64> = self
+            .view_times(gate)?
+            .iter()
+            .map(|time| time.angle)
+            .collect();
+        let (bins, pitch) = (self.camera.n_bins(), self.camera.pitch());
+        Ok(ParallelGeometry::new(angles, bins, pitch)?)
+    }
+
+    /// What the exact volumes are the mean over.
+    pub fn truth_of(&self) -> TruthOf {
+        acquisition_of(&self.scene, 0, STEPS[0]).truth_of(&self.cycle, &self.camera)
+    }
+
+    /// The exact volume of a gate, `[z][y][x]`: the mean over each voxel and over the time that the views see together, see
+    /// [`Phantom::truth_of`].
     ///
     /// # Errors
     /// As [`Phantom::view`].
@@ -321,7 +344,7 @@ impl Phantom {
         let shape = self.shape(phase)?;
         let mut regions = (shape.body()).regions::<f32>(grid, slices.clone(), sampling)?;
         let scan = self.scan(&self.camera, Acquisition::Static { phase });
-        let placed = scan.placed(&[shape.gain()])?;
+        let placed = scan.placed(std::slice::from_ref(&shape))?;
         let defects = placed.by_defect(&shape, self.defects.len());
         regions.label_pieces(WALL, &defects, grid, slices, sampling)?;
         self.work.voxels(regions.counters);
@@ -464,75 +487,12 @@ impl Phantom {
         }
     }
 
-    fn acquisition_with(&self, gate: usize, points: usize) -> Acquisition {
-        let interval = self.scene.camera.seconds_per_view;
-        match self.scene.acquisition.mode {
-            Mode::Static { phase } => Acquisition::Static { phase },
-            Mode::Instants => Acquisition::Instants { interval },
-            Mode::Exposure { seconds } => Acquisition::Exposure {
-                interval,
-                window: seconds,
-                points,
-            },
-            Mode::WholeCycle => Acquisition::WholeCycle { points },
-            Mode::Gated { gates } => Acquisition::Gate {
-                gate,
-                gates,
-                points,
-            },
-        }
-    }
-
-    /// Steps a cycle: as given, or doubled until coarse views of the first and the middle angle, and of the time that is hardest to
-    /// sample, change by no more than the tolerance. What the difference between two numbers of steps bounds is the error of the
-    /// larger one.
-    fn steps(&self) -> Result<usize, PhantomError> {
-        let tolerance = match self.scene.acquisition.accuracy {
-            AccuracySettings::Steps(steps) => return Ok(steps),
-            AccuracySettings::Tolerance(tolerance) => tolerance,
-        };
-        if matches!(
-            self.scene.acquisition.mode,
-            Mode::Static { .. } | Mode::Instants
-        ) {
-            return Ok(STEPS[0]);
-        }
-        if let Some(&steps) = self.steps.get() {
-            return Ok(steps);
-        }
-        let mut coarse = geometry_of(&self.scene);
-        let [bins, rows] = [coarse.bins.min(PROBE), coarse.rows.min(PROBE)];
-        coarse.pitch[0] *= coarse.bins as f64 / bins as f64;
-        coarse.pitch[1] *= coarse.rows as f64 / rows as f64;
-        (coarse.bins, coarse.rows) = (bins, rows);
-        let camera = Camera::with_geometry(&coarse)?;
-        let mut steps = STEPS[0];
-        loop {
-            let mut reached = 0.0f64;
-            for gate in 0..self.n_gates() {
-                let scan = self.scan(&camera, self.acquisition_with(gate, steps));
-                let views = [0, camera.n_views() / 2, scan.hardest_view()];
-                for view_idx in BTreeSet::from(views) {
-                    let taken = scan.rows(view_idx..view_idx + 1, 0..rows, &|_| ())?;
-                    self.work.rays(taken.rays);
-                    reached = reached.max(taken.quadrature_error.unwrap_or(0.0));
-                }
-            }
-            if reached <= tolerance {
-                return Ok(*self.steps.get_or_init(|| steps));
-            }
-            if steps >= STEPS[1] {
-                return Err(PhantomError::Quadrature {
-                    reached,
-                    tolerance,
-                    steps,
-                });
-            }
-            steps *= 2;
-        }
-    }
-
-    fn reconstruct_slices(&self, views: &[f32], n_slices: usize) -> Result<Vec<f32>, PhantomError> {
+    fn reconstruct_slices(
+        &self,
+        gate: usize,
+        views: &[f32],
+        n_slices: usize,
+    ) -> Result<Vec<f32>, PhantomError> {
         let settings = &self.scene.reconstruction;
         let window = match settings.window {
             WindowSettings::RamLak => Window::RamLak,
@@ -553,7 +513,7 @@ impl Phantom {
             .with_cutoff(settings.cutoff)
             .with_arc(arc)
             .with_skip(self.skip);
-        let plan = FbpPlan::new(self.camera.geometry(), self.camera.image(), &options)?;
+        let plan = FbpPlan::new(&self.geometry(gate)?, self.camera.image(), &options)?;
         let mut volume = vec![0.0f32; n_slices * plan.image_len()];
         let order = StackOrder::ViewSliceBin;
         let report =

@@ -3,9 +3,11 @@
 use crate::artefacts::Artefacts;
 use crate::error::PhantomError;
 use crate::files::{self, Projections, Volume};
+use crate::memory::Memory;
 use crate::phantom::{Numbers, Phantom};
 use crate::phases::{PhaseOf, PhaseReport, ScenePhase};
 use crate::scene::{Product, Scene};
+use crate::truth::TruthOf;
 use crate::warning::Warning;
 use crate::work::WorkReport;
 use serde::Serialize;
@@ -39,6 +41,8 @@ pub struct RunReport {
     /// What the numbers in label volumes stand for, from 0 on, where such were written.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub labels: Vec<String>,
+    /// Memory that this was said to take at most.
+    pub memory: Memory,
     /// Work done.
     pub work: WorkReport,
     /// Files written, relative to the folder.
@@ -54,6 +58,10 @@ pub struct GateReport {
     /// Mean counts of a sample of 1, where views with noise were made.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub counts_per_unit: Option<f64>,
+    /// What the exact volume is the mean over, where it was written: its file is `truth`, or `truth-mean-of-views`, and `rmse` below
+    /// is the difference from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truth: Option<TruthOf>,
     /// The reconstruction against the truth, where both were made.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub artefacts: Option<Artefacts>,
@@ -140,6 +148,7 @@ pub fn run(
         } else {
             Vec::new()
         },
+        memory: phantom.memory(),
         work: phantom.work(),
         files: writer.files,
     };
@@ -168,6 +177,7 @@ impl Writer<'_> {
         let mut report = GateReport {
             quadrature_error: None,
             counts_per_unit: None,
+            truth: None,
             artefacts: None,
         };
         let mut volume = None;
@@ -178,11 +188,11 @@ impl Writer<'_> {
             report.quadrature_error = views.quadrature_error;
             report.counts_per_unit = phantom.counts_per_unit(gate)?;
             if self.wants(Product::Projections) {
-                self.write_projections(&self.name("projections", gate), &views.samples)?;
+                self.write_projections(gate, &views.samples)?;
             }
             if reconstruct {
                 progress("reconstruction", 0.5);
-                let made = phantom.reconstruct(&views.samples)?;
+                let made = phantom.reconstruct(gate, &views.samples)?;
                 if self.wants(Product::Reconstruction) {
                     self.write_volume(&self.name("reconstruction", gate), made.as_slice())?;
                 }
@@ -196,8 +206,9 @@ impl Writer<'_> {
         }
         if self.wants(Product::Truth) {
             progress("truth", 0.65);
-            let truth = phantom.truth(gate)?;
-            self.write_volume(&self.name("truth", gate), truth.as_slice())?;
+            let (truth, of) = (phantom.truth(gate)?, phantom.truth_of());
+            self.write_volume(&self.name(of.file_name(), gate), truth.as_slice())?;
+            report.truth = Some(of);
             if let Some(volume) = &volume {
                 progress("measures", 0.95);
                 report.artefacts = Some(phantom.artefacts(gate, volume, &truth)?);
@@ -241,16 +252,16 @@ impl Writer<'_> {
         }
     }
 
-    fn write_projections(&mut self, name: &str, samples: &[f32]) -> Result<(), PhantomError> {
+    fn write_projections(&mut self, gate: usize, samples: &[f32]) -> Result<(), PhantomError> {
         let (camera, settings) = (self.phantom.camera(), self.phantom.scene());
         let format = settings.output.projections;
-        let angles = camera.geometry().angles();
+        let angles = self.phantom.written_angles(gate)?;
         let projections =
-            Projections::new(*camera.detector(), angles, settings.camera.radius, samples)?;
+            Projections::new(*camera.detector(), &angles, settings.camera.radius, samples)?;
         let Some(extension) = format.projections_extension() else {
             unreachable!("the scene was checked")
         };
-        let file = PathBuf::from(format!("{name}.{extension}"));
+        let file = PathBuf::from(format!("{}.{extension}", self.name("projections", gate)));
         files::write_projections(&self.out.join(&file), &projections, format)?;
         self.wrote(file, format.projections_data_extension());
         Ok(())

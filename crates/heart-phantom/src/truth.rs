@@ -1,22 +1,49 @@
 //! What the voxels really hold, and where measures are taken.
 
-use crate::acquire::Scan;
 use crate::activity::Activity;
 use crate::error::PhantomError;
+use crate::scan::Scan;
 use crate::{Acquisition, Camera, Cycle, Heart, HeartShape};
 use radon::{MaskedStats, disc_mask, rms_within, rmse_within, sum_within};
 use revolve_voxel::{Mask, Meridian, Moment, Pose, Sampling, Sweep, VoxelCounters};
+use serde::Serialize;
 use std::ops::Range;
 use std::sync::Arc;
 
 /// Phases over which "at all phases" and "at any phase" are taken.
 const MASK_PHASES: usize = 24;
+/// Most shapes that one pass over the volume adds up, and most bytes that they take in it.
+pub(crate) const MOST_IN_PASS: usize = 256;
+const BYTES_OF_PASS: usize = 256 << 20;
+/// Most shapes that a mean is made of: as many as the finest whole beat of a scene has.
+const MOST_SHAPES: usize = 2049;
 
-/// The activity of every voxel, averaged over the voxel and over the time of the acquisition;
-/// index order `[z][y][x]`.
+/// What an exact volume is the mean over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TruthOf {
+    /// What every view sees: a phase, a whole beat, a gate. All views see the same.
+    EachView,
+    /// What all views see together, each for its share: they see different parts of the beat, instants or parts of beats, so that no
+    /// one heart is behind all of them.
+    MeanOfViews,
+}
+
+impl TruthOf {
+    /// The name of its file, without what all files of a kind have in common.
+    pub(crate) fn file_name(self) -> &'static str {
+        match self {
+            Self::EachView => "truth",
+            Self::MeanOfViews => "truth-mean-of-views",
+        }
+    }
+}
+
+/// The activity of every voxel, averaged over the voxel and over the time that the views see together
+/// ([`Acquisition::truth_of`]); index order `[z][y][x]`.
 ///
-/// Covered fractions of a voxel are right to `tolerance`. Instants and exposures of part of a beat have no
-/// single truth: their volume is the one of their first view.
+/// Covered fractions of a voxel are right to `tolerance`. Where the views see more than 2 049 shapes, as many stand for them, each
+/// for neighbours in volume: of a surface that passes a voxel once each way that changes its share by a thousandth at most.
 ///
 /// # Errors
 /// As [`acquire`](crate::acquire()); [`PhantomError::Solid`] for a bad tolerance.
@@ -52,29 +79,63 @@ pub(crate) fn add_truth(
     volume: &mut [f32],
 ) -> Result<VoxelCounters, PhantomError> {
     scan.activity.validate()?;
+    let times = thinned(scan.times()?);
     let grid = scan.camera.grid();
-    let around = scan
-        .background
-        .map_or(0.0, |background| background.concentration);
     if let Some(background) = &scan.background {
-        (background.torso).voxelize_add(grid, slices.clone(), around, volume)?;
+        let concentration = background.concentration;
+        (background.torso).voxelize_add(grid, slices.clone(), concentration, volume)?;
     }
-    let exposures = scan.exposures()?;
-    let gains: Vec<f64> = exposures.iter().map(|(shape, _)| shape.gain()).collect();
-    let placed = scan.placed(&gains)?;
+    let mut counters = VoxelCounters::default();
+    for part in times.chunks(in_pass(scan)) {
+        counters = counters + add_shapes(scan, part, tolerance, slices.clone(), volume)?;
+    }
+    Ok(counters)
+}
+
+/// How many shapes one pass adds up. It does not depend on the heart's memory, so that the sums have the same bits whatever that is.
+pub(crate) fn in_pass(scan: &Scan<'_>) -> usize {
+    let bytes = scan.heart.shape_bytes() + finder_bytes(scan);
+    (BYTES_OF_PASS / bytes).clamp(1, MOST_IN_PASS)
+}
+
+/// About how many bytes finding the surfaces of a shape in the voxels takes: for each layer cells of 24 bytes, as large as the
+/// least side of a voxel, a quarter of a million at most.
+pub(crate) fn finder_bytes(scan: &Scan<'_>) -> usize {
+    let spacing = scan.camera.grid().spacing();
+    let size = spacing.into_iter().fold(f64::INFINITY, f64::min);
+    // A heart twice as large as at rest, with a margin.
+    let cells: f64 = (scan.heart.rest_extent().into_iter())
+        .map(|side| 2f64.sqrt() * side / size + 8.0)
+        .product();
+    2 * 24 * cells.min(250_000.0) as usize
+}
+
+/// Adds the shapes of some gains, each for its share of the time.
+fn add_shapes(
+    scan: &Scan<'_>,
+    times: &[(f64, f64)],
+    tolerance: f64,
+    slices: Range<usize>,
+    volume: &mut [f32],
+) -> Result<VoxelCounters, PhantomError> {
+    let (gains, weights): (Vec<f64>, Vec<f64>) = times.iter().copied().unzip();
+    let shapes = scan.heart.shapes(&gains)?;
+    let placed = scan.placed(&shapes)?;
+    let grid = scan.camera.grid();
+    let around = (scan.background).map_or(0.0, |background| background.concentration);
     let sampling = Sampling::Coverage { tolerance };
-    let held: Vec<[f64; 2]> = (exposures.iter())
-        .map(|(shape, _)| scan.activity.of(shape).map(|held| held - around))
+    let held: Vec<[f64; 2]> = (shapes.iter())
+        .map(|shape| scan.activity.of(shape).map(|held| held - around))
         .collect();
-    let moments: Vec<Moment> = (exposures.iter().zip(&held))
-        .map(|((shape, weight), activity)| Moment {
+    let moments: Vec<Moment> = (shapes.iter().zip(&held).zip(&weights))
+        .map(|((shape, activity), &weight)| Moment {
             body: shape.body(),
             activity,
-            weight: *weight,
+            weight,
         })
         .collect();
     let mut counters = Moment::voxelize_add(&moments, grid, slices.clone(), sampling, volume)?;
-    for (shape, weight) in &exposures {
+    for (shape, weight) in shapes.iter().zip(&weights) {
         let [_, wall] = scan.activity.of(shape);
         for (sector, factor) in placed.of(shape) {
             let difference = weight * factor * wall;
@@ -83,6 +144,34 @@ pub(crate) fn add_truth(
         }
     }
     Ok(counters)
+}
+
+/// Gains with their shares, or where there are very many, fewer of about equal shares that stand for them.
+fn thinned(mut times: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    if times.len() <= MOST_SHAPES {
+        return times;
+    }
+    times.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut passed = 0.0;
+    let group = |&(_, weight): &(f64, f64)| {
+        let at = (passed * MOST_SHAPES as f64) as usize;
+        passed += weight;
+        at.min(MOST_SHAPES - 1)
+    };
+    let groups: Vec<usize> = times.iter().map(group).collect();
+    let mut thinned: Vec<(usize, f64, f64)> = Vec::with_capacity(MOST_SHAPES);
+    for (group, (gain, weight)) in groups.into_iter().zip(times) {
+        match thinned.last_mut() {
+            Some((last, moment, sum)) if *last == group => {
+                *moment += weight * gain;
+                *sum += weight;
+            }
+            _ => thinned.push((group, weight * gain, weight)),
+        }
+    }
+    (thinned.into_iter())
+        .map(|(_, moment, sum)| (moment / sum, sum))
+        .collect()
 }
 
 /// The sets of voxels over which a reconstruction is judged. They do not depend on the

@@ -27,56 +27,85 @@ pub struct ViewTime {
 
 /// The part of a view's time that counts, in beats: all between two ends that is in a gate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Seen {
+pub(crate) struct TimeSeen {
     /// The phase at which it starts, and that plus the beats to its end.
     pub(crate) ends: [f64; 2],
+    /// The beats between the two, before rounding.
+    pub(crate) beats: f64,
     /// Phases of every beat that count.
     pub(crate) gate: [f64; 2],
 }
 
-impl Seen {
+impl TimeSeen {
     /// Beats seen, and their first moment about beat 0.
     pub(crate) fn moments(&self) -> [f64; 2] {
-        let [a, b] = self.gate;
-        let up_to = |end: f64| {
-            let whole = end.floor();
-            let part = (end - whole - a).clamp(0.0, b - a);
-            let beats = whole * (b - a) + part;
-            let of_whole = 0.5 * whole * ((whole - 1.0) * (b - a) + (b * b - a * a));
-            [beats, of_whole + part * (whole + a + 0.5 * part)]
-        };
-        let ([beats, moment], [to, moment_to]) = (up_to(self.ends[0]), up_to(self.ends[1]));
+        let ([beats, moment], [to, moment_to]) =
+            (self.up_to(self.ends[0]), self.up_to(self.ends[1]));
         [to - beats, moment_to - moment]
+    }
+
+    /// The ends of parts in which equally much is seen.
+    pub(crate) fn parts(&self, n: usize) -> Vec<f64> {
+        let [a, b] = self.gate;
+        let [from, to] = self.ends.map(|end| self.up_to(end)[0]);
+        let inner = (1..n).map(|k| {
+            let seen = from + (to - from) * k as f64 / n as f64;
+            let whole = (seen / (b - a)).floor();
+            whole + a + (seen - whole * (b - a))
+        });
+        let [from, to] = self.ends;
+        std::iter::once(from).chain(inner).chain([to]).collect()
+    }
+
+    /// The same from phase 0 of beat 0 on.
+    fn up_to(&self, end: f64) -> [f64; 2] {
+        let [a, b] = self.gate;
+        let whole = end.floor();
+        let part = (end - whole - a).clamp(0.0, b - a);
+        let of_whole = 0.5 * whole * ((whole - 1.0) * (b - a) + (b * b - a * a));
+        [
+            whole * (b - a) + part,
+            of_whole + part * (whole + a + 0.5 * part),
+        ]
     }
 }
 
 impl Acquisition {
     /// What a view sees of the beat.
-    pub(crate) fn seen(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> Seen {
-        let from = |interval: f64, seconds: f64| {
+    pub(crate) fn seen(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> TimeSeen {
+        let whole = [0.0, 1.0];
+        let from = |interval: f64, seconds: f64, gate: [f64; 2]| {
             let phase = cycle.phase(view_idx as f64 * interval);
-            [phase, phase + seconds / cycle.period()]
+            let beats = seconds / cycle.period();
+            TimeSeen {
+                ends: [phase, phase + beats],
+                beats,
+                gate,
+            }
         };
-        let (ends, gate) = match *self {
-            Self::Static { phase } => ([phase; 2], [0.0, 1.0]),
-            Self::Instants { interval } => (from(interval, 0.0), [0.0, 1.0]),
+        // The beat itself, once, for a camera that waits; all of the view's time for one that turns.
+        let of_beats = |gate: [f64; 2]| match camera.rotation() {
+            Rotation::Continuous { interval } => from(interval, interval, gate),
+            Rotation::StepAndShoot => TimeSeen {
+                ends: gate,
+                beats: gate[1] - gate[0],
+                gate,
+            },
+        };
+        match *self {
+            Self::Static { phase } => TimeSeen {
+                ends: [phase; 2],
+                beats: 0.0,
+                gate: whole,
+            },
+            Self::Instants { interval } => from(interval, 0.0, whole),
             Self::Exposure {
                 interval, window, ..
-            } => (from(interval, window), [0.0, 1.0]),
-            Self::WholeCycle { .. } => ([0.0, 1.0], [0.0, 1.0]),
+            } => from(interval, window, whole),
+            Self::WholeCycle { .. } => of_beats(whole),
             Self::Gate { gate, gates, .. } => {
-                let ends = [gate, gate + 1].map(|g| g as f64 / gates as f64);
-                (ends, ends)
+                of_beats([gate, gate + 1].map(|g| g as f64 / gates as f64))
             }
-        };
-        match (self, camera.rotation()) {
-            (Self::WholeCycle { .. } | Self::Gate { .. }, Rotation::Continuous { interval }) => {
-                Seen {
-                    ends: from(interval, interval),
-                    gate,
-                }
-            }
-            _ => Seen { ends, gate },
         }
     }
 
@@ -89,30 +118,39 @@ impl Acquisition {
         view_idx: usize,
     ) -> ViewTime {
         let start = view_idx as f64 * interval;
-        let seen = self.seen(cycle, camera, view_idx);
-        let [beats, moment] = seen.moments();
-        let (window, share) = match (self, camera.rotation()) {
-            (Self::Static { .. } | Self::WholeCycle { .. }, _) => (interval, 0.5),
-            (Self::Instants { .. }, _) => (0.0, 0.0),
-            (&Self::Exposure { window, .. }, _) if window > 0.0 => {
-                (window, 0.5 * window / interval)
-            }
-            (Self::Exposure { .. }, _) => (0.0, 0.0),
-            (Self::Gate { .. }, Rotation::StepAndShoot) => (interval * beats, 0.5),
-            (Self::Gate { .. }, Rotation::Continuous { .. }) => {
-                let per_view = interval / cycle.period();
-                let share = (moment / beats - seen.ends[0]) / per_view;
-                (beats * cycle.period(), share)
-            }
-        };
+        let [beats, _] = self.seen(cycle, camera, view_idx).moments();
         ViewTime {
             start,
-            window,
+            window: match (self, camera.rotation()) {
+                (Self::Static { .. } | Self::WholeCycle { .. }, _) => interval,
+                (Self::Instants { .. }, _) => 0.0,
+                (&Self::Exposure { window, .. }, _) => window,
+                (Self::Gate { .. }, Rotation::StepAndShoot) => interval * beats,
+                (Self::Gate { .. }, Rotation::Continuous { .. }) => beats * cycle.period(),
+            },
             phase: match *self {
                 Self::Static { phase } => phase,
                 _ => cycle.phase(start),
             },
-            angle: camera.angle(view_idx, share),
+            angle: self.angle(cycle, camera, view_idx),
         }
+    }
+
+    /// The mean angle of the camera over the time that a view sees.
+    pub(crate) fn angle(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> f64 {
+        let Rotation::Continuous { interval } = camera.rotation() else {
+            return camera.angle(view_idx, 0.5);
+        };
+        let share = match *self {
+            Self::Static { .. } | Self::WholeCycle { .. } => 0.5,
+            Self::Instants { .. } => 0.0,
+            Self::Exposure { window, .. } => 0.5 * window / interval,
+            Self::Gate { .. } => {
+                let seen = self.seen(cycle, camera, view_idx);
+                let [beats, moment] = seen.moments();
+                (moment / beats - seen.ends[0]) * cycle.period() / interval
+            }
+        };
+        camera.angle(view_idx, share)
     }
 }

@@ -185,7 +185,24 @@ impl Height {
         }
     }
 
-    /// The height at a phase in [0, 1), NaN at a NaN.
+    /// The phases between two others, strictly, at which the curve may turn round or change its formula.
+    pub(crate) fn knots_between(&self, from: f64, to: f64) -> Vec<f64> {
+        let inside = |phase: &f64| *phase > from && *phase < to;
+        match self {
+            // More of them than turns, so that low polynomials follow the cosine in between.
+            Self::Sinusoid => (0..=16)
+                .map(|k| f64::from(k) / 16.0)
+                .filter(inside)
+                .collect(),
+            Self::Monotone(knots) => {
+                let first = knots.partition_point(|knot| knot.phase <= from);
+                let phases = knots[first..].iter().map(|knot| knot.phase);
+                phases.take_while(|phase| *phase < to).collect()
+            }
+        }
+    }
+
+    /// The height at a phase in [0, 1], NaN at a NaN.
     pub(crate) fn at(&self, phase: f64) -> f64 {
         match self {
             Self::Sinusoid => {

@@ -1,7 +1,8 @@
 //! What is allowed and yet may surprise: said before any work, and in the report.
 
 use crate::error::PhantomError;
-use crate::scene::{MediumSettings, Mode};
+use crate::files::Format;
+use crate::scene::{MediumSettings, Mode, Product};
 use crate::{HeartShape, Phantom, Rotation};
 use revolve_voxel::Body;
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -9,7 +10,8 @@ use std::fmt;
 
 /// Something allowed that a user may not expect; its text says what it does, with the numbers.
 ///
-/// In `report.json` an object with the fields `what`, `edge`, `needed_cm`, `seen_cm`, `angle_degrees` and `message`.
+/// In `report.json` an object with a `message` and with the fields `what`, `edge`, `needed_cm`, `seen_cm`, `angle_degrees` of what is
+/// truncated, or `off_degrees` of uneven angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -25,6 +27,12 @@ pub enum Warning {
         seen: f64,
         /// Of bins: from where most is missing, in radians.
         angle: Option<f64>,
+    },
+    /// A turning camera sees gates from uneven angles, and the format of the projections has room for even ones only: their mean
+    /// is right.
+    UnevenAngles {
+        /// How far a view is from where its file says it is, at most; in radians.
+        off: f64,
     },
 }
 
@@ -114,7 +122,36 @@ impl Phantom {
             let widest = self.widest_ellipse(centre, semi_axes);
             found.extend(self.beyond_bins(Seen::Torso, widest));
         }
+        if scene.output.write.contains(&Product::Projections) {
+            found.extend(self.uneven_angles()?);
+        }
         Ok(found)
+    }
+
+    fn uneven_angles(&self) -> Result<Option<Warning>, PhantomError> {
+        let mut off = 0.0f64;
+        for gate in 0..self.n_gates() {
+            let times = self.view_times(gate)?;
+            for (time, written) in times.iter().zip(self.written_angles(gate)?) {
+                off = off.max((time.angle - written).abs());
+            }
+        }
+        // Below what a header in degrees tells.
+        Ok((off > 1e-9).then_some(Warning::UnevenAngles { off }))
+    }
+
+    /// The angles of the views of a gate as the format of the projections has them: Interfile knows of even steps only.
+    pub(crate) fn written_angles(&self, gate: usize) -> Result<Vec<f64>, PhantomError> {
+        let angles = self.view_times(gate)?.into_iter().map(|time| time.angle);
+        Ok(match self.scene().output.projections {
+            Format::InterfileStir | Format::InterfileSimind => {
+                let nominal = self.camera().geometry().angles();
+                let off: f64 = angles.zip(nominal).map(|(a, b)| a - b).sum();
+                let off = off / nominal.len() as f64;
+                nominal.iter().map(|angle| angle + off).collect()
+            }
+            _ => angles.collect(),
+        })
     }
 
     /// The angles of the views; of a camera that turns, those at which each begins and ends besides.
@@ -193,13 +230,23 @@ fn half_extents(body: &Body) -> [f64; 3] {
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self::Truncated {
-            what,
-            edge,
-            needed,
-            seen,
-            angle,
-        } = *self;
+        let (what, edge, needed, seen, angle) = match *self {
+            Self::Truncated {
+                what,
+                edge,
+                needed,
+                seen,
+                angle,
+            } => (what, edge, needed, seen, angle),
+            Self::UnevenAngles { off } => {
+                return write!(
+                    f,
+                    "the gates of a turning camera are seen from uneven angles, up to {:.3} degrees from where Interfile puts them; \
+                     other formats hold each angle, and report.json does",
+                    off.to_degrees()
+                );
+            }
+        };
         let (name, then) = match (what, edge) {
             (Seen::Heart, Edge::Bins) => (
                 "the heart",
@@ -229,13 +276,22 @@ impl fmt::Display for Warning {
 
 impl Serialize for Warning {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        let Self::Truncated {
-            what,
-            edge,
-            needed,
-            seen,
-            angle,
-        } = *self;
+        let mut map = to.serialize_map(None)?;
+        let (what, edge, needed, seen, angle) = match *self {
+            Self::Truncated {
+                what,
+                edge,
+                needed,
+                seen,
+                angle,
+            } => (what, edge, needed, seen, angle),
+            Self::UnevenAngles { off } => {
+                map.serialize_entry("what", "angles")?;
+                map.serialize_entry("off_degrees", &off.to_degrees())?;
+                map.serialize_entry("message", &self.to_string())?;
+                return map.end();
+            }
+        };
         let what = match what {
             Seen::Heart => "heart",
             Seen::Background => "background",
@@ -245,7 +301,6 @@ impl Serialize for Warning {
             Edge::Bins => "bins",
             Edge::Rows => "rows",
         };
-        let mut map = to.serialize_map(None)?;
         map.serialize_entry("what", what)?;
         map.serialize_entry("edge", edge)?;
         map.serialize_entry("needed_cm", &needed)?;

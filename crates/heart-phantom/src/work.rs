@@ -10,6 +10,8 @@ use std::sync::{Mutex, PoisonError};
 pub struct WorkReport {
     /// Equilibria of the pair of membranes.
     pub shapes_solved: usize,
+    /// The most of them that were in memory at a time.
+    pub shapes_at_once: usize,
     /// Rays whose crossings with the surfaces were searched.
     pub rays_cast: u64,
     /// Rays that pass the body by and were never looked at.
@@ -35,10 +37,10 @@ pub struct WorkReport {
 pub(crate) struct Work(Mutex<WorkReport>);
 
 impl Work {
-    pub(crate) fn report(&self, shapes_solved: usize) -> WorkReport {
+    pub(crate) fn report(&self, shapes_solved: usize, shapes_at_once: usize) -> WorkReport {
         let mut report = WorkReport::default();
         self.add(|sum| report = *sum);
-        report.shapes_solved = shapes_solved;
+        (report.shapes_solved, report.shapes_at_once) = (shapes_solved, shapes_at_once);
         report
     }
 

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::activity::MAX_ACTIVITY;
-use crate::build::defect_of;
-use crate::camera::MOST_SAMPLES;
+use crate::build::{acquisition_of, cycle_of, defect_of, gates_of, geometry_of};
+use crate::camera::{Camera, MOST_SAMPLES, Rotation};
 use crate::defect::{MOST_PIECES, without_overlap};
 use crate::files::Format;
 use crate::text::Number;
@@ -18,8 +18,6 @@ type Checked = Result<(), SceneError>;
 
 /// Samples of all sets of views, or of all their volumes: 1 TiB of `f32`.
 const MOST_SAMPLES_OF_ALL: f64 = 274_877_906_944.0;
-/// Points of the quadrature over time in all views.
-const MOST_POINTS: f64 = MAX_POINTS_OF_ALL as f64;
 /// Each defect has a label of its own, above those of background, cavity and wall.
 const MOST_DEFECTS: usize = 252;
 /// Lengths in cm.
@@ -106,6 +104,7 @@ pub(super) fn scene(scene: &Scene) -> Checked {
     camera(&scene.camera)?;
     acquisition(scene)?;
     reconstruction(scene)?;
+    turning(scene)?;
     within("truth.tolerance", scene.truth.tolerance, [1e-7, 0.5])?;
     if scene.attenuation.is_none() && scene.output.write.contains(&Product::Attenuation) {
         let wanted = "needs a section [attenuation]";
@@ -333,17 +332,6 @@ fn acquisition(scene: &Scene) -> Checked {
         Mode::Gated { gates } => all_gates(scene, gates)?,
         Mode::Instants | Mode::WholeCycle => {}
     }
-    let whole_beats = matches!(
-        scene.acquisition.mode,
-        Mode::WholeCycle | Mode::Gated { .. }
-    );
-    let period = 60.0 / scene.cycle.beats_per_minute;
-    if whole_beats && scene.camera.rotation == RotationSettings::Continuous && interval < period {
-        let wanted = format!(
-            "must be at least one beat, {period} s, when a turning camera sees whole beats"
-        );
-        return Err(fault("camera.seconds_per_view", interval, wanted));
-    }
     match scene.acquisition.accuracy {
         AccuracySettings::Steps(steps) => {
             count("acquisition.accuracy.steps", steps, [2, 4096])?;
@@ -355,33 +343,43 @@ fn acquisition(scene: &Scene) -> Checked {
         AccuracySettings::Tolerance(tolerance) => {
             within("acquisition.accuracy.tolerance", tolerance, [1e-6, 1.0])
         }
-    }?;
-    turning(scene, period)
+    }
 }
 
-/// A turning camera sees every beat from elsewhere. Of a tolerance it is known at work only how many steps it takes.
-fn turning(scene: &Scene, period: f64) -> Checked {
-    let camera = &scene.camera;
-    let (seconds, gates) = match scene.acquisition.mode {
-        Mode::Exposure { seconds } => (seconds, 1),
-        Mode::WholeCycle => (camera.seconds_per_view, 1),
-        Mode::Gated { gates } => (camera.seconds_per_view, gates),
-        Mode::Static { .. } | Mode::Instants => return Ok(()),
+/// A view of a turning camera sees what comes in its time. Of a tolerance it is known at work only how many steps it takes.
+fn turning(scene: &Scene) -> Checked {
+    let (field, interval) = ("camera.seconds_per_view", scene.camera.seconds_per_view);
+    let refuse = |wanted: String| Err(fault(field, interval, wanted));
+    // What is wrong with either of them has been said.
+    let (Ok(cycle), Ok(camera)) = (cycle_of(scene), Camera::with_geometry(&geometry_of(scene)))
+    else {
+        return Ok(());
     };
+    let (gates, period) = (gates_of(scene), cycle.period());
+    if camera.rotation() == Rotation::StepAndShoot {
+        return Ok(());
+    }
+    if scene.acquisition.mode == Mode::WholeCycle && interval < period {
+        return refuse(format!(
+            "must be at least one beat, {period} s, when a turning camera sees whole beats"
+        ));
+    }
     let steps = match scene.acquisition.accuracy {
-        AccuracySettings::Steps(steps) => steps as f64 / gates as f64,
-        AccuracySettings::Tolerance(_) => 0.0,
+        AccuracySettings::Steps(steps) => steps,
+        AccuracySettings::Tolerance(_) => 2,
     };
-    let beats = camera.views as f64 * seconds / period;
-    let points = beats * steps.max(2.0);
-    if camera.rotation == RotationSettings::Continuous && points > MOST_POINTS {
-        let wanted = format!(
-            "{points:e} points of {beats:e} beats, each seen from elsewhere, must be at most {MOST_POINTS:e}"
-        );
-        return Err(fault(
-            "camera.seconds_per_view",
-            camera.seconds_per_view,
-            wanted,
+    for gate in 0..gates {
+        let acquisition = acquisition_of(scene, gate, steps);
+        if let Some(view_idx) = acquisition.unseen(&cycle, &camera) {
+            return refuse(format!(
+                "gate {gate} of {gates} does not come in the time of view {view_idx}; one beat, {period} s, is always enough"
+            ));
+        }
+    }
+    let points = acquisition_of(scene, 0, steps).points_of_all(&cycle, &camera);
+    if points > MAX_POINTS_OF_ALL as f64 {
+        return refuse(format!(
+            "{points:e} points of its quadrature, seen by a turning camera, must be at most {MAX_POINTS_OF_ALL:e}"
         ));
     }
     Ok(())

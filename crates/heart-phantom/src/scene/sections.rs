@@ -321,7 +321,7 @@ impl Default for CameraSettings {
 pub enum RotationSettings {
     /// It stands still during a view.
     StepAndShoot,
-    /// It turns all the time.
+    /// It turns all the time, and passes a view's angle in the middle of its time.
     Continuous,
 }
 
@@ -360,7 +360,7 @@ pub enum Mode {
         /// How many.
         seconds: f64,
     },
-    /// Whole beats.
+    /// Whole beats; all of a view's time if the camera turns.
     WholeCycle,
     /// One set of views for each of some equal parts of the beat.
     Gated {
@@ -373,7 +373,8 @@ pub enum Mode {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AccuracySettings {
-    /// Steps a cycle, even.
+    /// Steps a cycle, even: of time for a sinusoid before a camera that stands still, else half of them of volume on the way up, and
+    /// half on the way down.
     Steps(usize),
     /// As many steps as keep the relative error of the sinograms (Euclidean norm) below this.
     Tolerance(f64),

@@ -204,7 +204,7 @@ pub fn summary(report: &Report) -> String {
         report.direct.f_inner, report.direct.f_outer, report.direct.wall_volume_error
     );
     let cell = |v: Option<f64>| v.map_or("      -".into(), |v| format!("{v:.5}"));
-    text += "            rmse     wall mean  wall std  background  cavity\n";
+    text += "            rmse*    wall mean  wall std  background  cavity\n";
     for (name, a) in [
         ("static", &report.static_),
         ("short", &report.short),
@@ -219,6 +219,7 @@ pub fn summary(report: &Report) -> String {
             cell(a.cavity_mean)
         );
     }
+    text += "* from the exact volume; of the short scan, whose views see different hearts, from the mean of all views\n";
     let t = &report.time;
     text += &format!(
         "solve {:.2} s  project {:.2} s  reconstruct {:.2} s  truth and files {:.2} s  total {:.2} s  memory {} MiB",

@@ -328,7 +328,8 @@ pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
         "What motion does",
         vec![
             "The wall's activity is 1, everything else 0. Wall and background are the same voxels \
-             for the three acquisitions."
+             for the three acquisitions. The RMSE is from the exact volume; the views of the short scan see \
+             different hearts, and it is from the mean of what all of them see."
                 .into(),
         ],
     );

@@ -3,6 +3,7 @@
 //! Lengths in cm, areas in cm^2, volumes in cm^3, times in seconds, activities per cm^3 relative
 //! to the wall's. A measure whose set of voxels is empty (tiny volumes) is left out.
 
+use crate::TruthOf;
 use serde::Serialize;
 
 /// The whole report.
@@ -162,7 +163,10 @@ pub struct Acquisition {
     pub rays_cast: u64,
     /// Rays that miss the body's bounds and were never looked at.
     pub rays_skipped: u64,
-    /// Root mean square difference from the voxel-averaged body within the inscribed circle.
+    /// What the exact volume is the mean over: of instants, which see different hearts, all views together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truth: Option<TruthOf>,
+    /// Root mean square difference from that volume within the inscribed circle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rmse_truth: Option<f64>,
     /// Mean over the wall's voxels (in the wall at all phases, eroded by two voxels).

@@ -2,8 +2,9 @@
 
 use super::report;
 use super::run::Run;
-use crate::acquire::{Acquisition, Scan, Sinograms, acquire};
+use crate::acquire::{Acquisition, Sinograms, acquire};
 use crate::error::PhantomError;
+use crate::scan::Scan;
 use crate::truth::{Measures, Regions, add_truth};
 use radon::{FbpOptions, FbpPlan, StackOrder, Window};
 
@@ -80,6 +81,7 @@ pub(super) fn reconstruct(
 
     let clock = run.clock();
     run.stage("truth");
+    let truth_of = acquisition.truth_of(&run.cycle, &run.camera);
     let cube = [n; 3];
     let Volumes {
         ram_lak,
@@ -89,16 +91,12 @@ pub(super) fn reconstruct(
     let truth = beside(
         || run.write(name, "sinogram", &[views, n, n], &sinograms.samples),
         || {
-            if matches!(acquisition, Acquisition::Instants { .. }) {
-                // A scan of instants has no one truth.
-                return Ok(None);
-            }
             let (heart, camera, cycle) = (&run.heart, &run.camera, &run.cycle);
             let scan = Scan::plain(heart, camera, cycle, acquisition, ACTIVITY.into());
             truth.clear();
             truth.resize(n * n * n, 0.0);
             add_truth(&scan, TRUTH_TOLERANCE, 0..n, truth)?;
-            Ok(Some(&truth[..]))
+            Ok(&truth[..])
         },
     )?;
 
@@ -116,13 +114,10 @@ pub(super) fn reconstruct(
         )?;
         Ok(clock.seconds())
     };
-    let measure = |volume: &[f32]| Measures::of(volume, truth, regions, &run.camera);
+    let measure = |volume: &[f32]| Measures::of(volume, Some(truth), regions, &run.camera);
     run.stage("reconstructing");
     let first = beside(
-        || match truth {
-            Some(truth) => run.write(name, "truth", &cube, truth),
-            None => Ok(()),
-        },
+        || run.write(name, truth_of.file_name(), &cube, truth),
         || fbp(Window::Hann, hann),
     )?;
     let (second, of_hann) = beside(
@@ -173,6 +168,7 @@ fn summarise(
         shapes_solved: run.heart.shapes_solved() - solved_before,
         rays_cast: sinograms.rays.cast,
         rays_skipped: sinograms.rays.skipped,
+        truth: Some(acquisition.truth_of(&run.cycle, &run.camera)),
         rmse_truth: measures.rmse_truth,
         wall_mean: measures.wall_mean,
         wall_std: measures.wall_std,

@@ -11,3 +11,4 @@ mod material;
 mod phantom;
 mod report;
 mod scene;
+mod time;

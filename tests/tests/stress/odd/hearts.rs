@@ -146,7 +146,7 @@ fn phantoms() {
         back(phantom.slice(n.max(1), 0));
         back(phantom.truth_slice(n.max(1), n));
         back(phantom.acquisition(n));
-        assert!(phantom.reconstruct(&vec![0.0; n.min(5)]).is_err());
+        assert!(phantom.reconstruct(0, &vec![0.0; n.min(5)]).is_err());
         back(Phantom::new(Scene::default().with_size(n.max(1 << 33))));
     }
     for phase in ODD {

@@ -22,6 +22,9 @@ pub(crate) struct Arguments {
     /// Threads to use; all cores if not given. The results do not depend on it.
     #[arg(long, global = true, value_name = "N", value_parser = threads())]
     pub(crate) threads: Option<usize>,
+    /// Memory for shapes of the heart in MiB, 512 if not given. The results do not depend on it.
+    #[arg(long, global = true, value_name = "MIB", value_parser = memory())]
+    pub(crate) memory: Option<usize>,
     /// No progress bar, no summary.
     #[arg(long, global = true)]
     pub(crate) quiet: bool,
@@ -90,6 +93,10 @@ pub(crate) enum Command {
 }
 
 /// The limit is that of the study's options.
+fn memory() -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(1..=1 << 30)
+}
+
 fn threads() -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=4096)
 }

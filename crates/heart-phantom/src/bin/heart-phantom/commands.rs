@@ -96,14 +96,24 @@ fn init(file: Option<&Path>) -> Done {
     ))
 }
 
+/// The phantom of a scene, with the memory that it was given.
+fn load(arguments: &Arguments, scene: &Path) -> Result<Phantom, PhantomError> {
+    let phantom = Phantom::load(scene)?;
+    Ok(match arguments.memory {
+        Some(mib) => phantom.with_memory(mib << 20),
+        None => phantom,
+    })
+}
+
 fn check(arguments: &Arguments, path: &Path) -> Done {
-    let phantom = Phantom::load(path)?;
+    let phantom = load(arguments, path)?;
     warn(arguments, &phantom)?;
     let camera = phantom.camera();
     let samples = phantom.n_gates() * camera.n_views() * camera.view_len();
     let found = json!({
         "scene": phantom.scene(), "gates": phantom.n_gates(), "samples": samples,
         "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(), "bytes": bytes_to_write(&phantom),
+        "memory": phantom.memory(),
         "warnings": phantom.warnings()?,
     });
     let ([nx, ny, nz], [x, y, z]) = (camera.grid().shape(), camera.grid().spacing());
@@ -126,6 +136,10 @@ fn check(arguments: &Arguments, path: &Path) -> Done {
             "  arrays of {:.1} MiB to write",
             bytes_to_write(&phantom) as f64 / f64::from(1 << 20)
         ),
+        format!(
+            "  {:.0} MiB of memory at most",
+            phantom.memory().total() as f64 / f64::from(1 << 20)
+        ),
     ];
     Ok(Answer::Report(found, lines))
 }
@@ -145,7 +159,7 @@ fn bytes_to_write(phantom: &Phantom) -> usize {
 }
 
 fn run_scene(arguments: &Arguments, scene: &Path, out: &Path) -> Done {
-    let phantom = Phantom::load(scene)?;
+    let phantom = load(arguments, scene)?;
     warn(arguments, &phantom)?;
     let bar = bar(arguments);
     let report = heart_phantom::run(&phantom, out, &|progress| show(&bar, progress));

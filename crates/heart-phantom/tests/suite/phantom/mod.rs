@@ -3,7 +3,6 @@
 mod artefacts;
 mod defects;
 mod overlaps;
-mod times;
 mod twin;
 mod upright;
 mod warnings;
@@ -16,9 +15,9 @@ use heart_phantom::scene::{
 use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
 use radon::Skip;
 
-use defects::infarct;
+pub(crate) use defects::infarct;
 
-fn small(mode: Mode) -> Scene {
+pub(crate) fn small(mode: Mode) -> Scene {
     let mut scene = Scene::default().with_size(40).with_mode(mode);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
     scene.camera.views = 12;

@@ -273,9 +273,14 @@ const BAD: &[(&str, &str, &str)] = &[
         "one beat",
     ),
     (
-        "[camera]\nrotation = 'continuous'\nseconds_per_view = 1e6",
+        "[camera]\nrotation = 'continuous'\nseconds_per_view = 1e6\n[acquisition]\naccuracy = { steps = 4096 }",
         "camera.seconds_per_view",
         "at most 1.6777216e7",
+    ),
+    (
+        "[camera]\nrotation = 'continuous'\nseconds_per_view = 0.8\n[acquisition]\nmode = { gated = { gates = 8 } }",
+        "camera.seconds_per_view",
+        "gate 0 of 8 does not come in the time of view 14; one beat, 0.923",
     ),
     ("[camera]\nradius = -1.0", "camera.radius", "between"),
     (

@@ -3,7 +3,7 @@
 use heart_phantom::Phantom;
 use heart_phantom::scene::{Mode, RotationSettings, Scene};
 
-use super::small;
+use crate::phantom::small;
 
 /// Twelve views of 3 s, 15 degrees apart.
 fn turning(mode: Mode) -> Scene {

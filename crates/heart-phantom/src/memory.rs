@@ -1,0 +1,109 @@
+//! How much memory a scene needs, before any work.
+
+use crate::Phantom;
+use crate::build::{acquisition_of, defect_of};
+use crate::defect::without_overlap;
+use crate::scene::{AccuracySettings, Product};
+use crate::steps::STEPS;
+use crate::truth::{MOST_IN_PASS, finder_bytes, in_pass};
+use serde::Serialize;
+use std::collections::BTreeSet;
+
+/// Shapes that the masks of a comparison are made from.
+const MASK_SHAPES: usize = 24;
+/// Work arrays of a reconstruction ([`radon::FbpOptions`]).
+const WORK_BYTES: u64 = 64 << 20;
+
+/// Memory that [`run`](crate::run()) of a scene takes at most, in bytes: an estimate, some tens of per cent above what is taken as a
+/// rule, more where a tolerance leaves open how many shapes it takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct Memory {
+    /// Shapes of the heart, with the defects in them and with what finds their surfaces in voxels.
+    pub shapes: u64,
+    /// The views of one gate.
+    pub views: u64,
+    /// Reconstruction, exact volume and masks of one gate.
+    pub volumes: u64,
+}
+
+impl Memory {
+    /// All of it.
+    pub fn total(&self) -> u64 {
+        self.shapes + self.views + self.volumes
+    }
+}
+
+impl Phantom {
+    /// The memory that a run takes at most; no shape is solved and no ray cast for it. What shapes take while views are taken can be
+    /// bounded ([`Phantom::with_memory`]).
+    ///
+    /// ```
+    /// use heart_phantom::{Phantom, Scene};
+    /// let memory = Phantom::new(Scene::default())?.memory();
+    /// // 90 views of 256 x 256 samples, four bytes each, and two volumes of 256^3 voxels.
+    /// assert!(memory.views >= 4 * 90 * 256 * 256 && memory.volumes >= 2 * 4 * 256 * 256 * 256);
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    pub fn memory(&self) -> Memory {
+        let (heart, camera, scene) = (self.heart(), self.camera(), self.scene());
+        let wants = |product| scene.output.write.contains(&product);
+        let reconstructs = wants(Product::Reconstruction) || wants(Product::Pictures);
+        let sees = wants(Product::Projections) || reconstructs;
+        let judges = reconstructs && wants(Product::Truth);
+
+        let seen = self.distinct_shapes();
+        let kept = seen.min(heart.most_shapes());
+        let scan = self.scan(camera, acquisition_of(scene, 0, STEPS[0]));
+        let passed = if wants(Product::Truth) {
+            seen.min(in_pass(&scan))
+        } else {
+            0
+        };
+        let judged = if judges {
+            seen.clamp(MASK_SHAPES, MOST_IN_PASS)
+        } else {
+            0
+        };
+        let alive = kept.max(passed).max(judged).max(2) as u64;
+        let shape = heart.shape_bytes() as u64;
+        let regions = scene.defects.iter().map(|defect| defect_of(defect).region);
+        let defects = without_overlap(regions).map_or(0, |pieces| pieces.len()) as u64 * shape;
+        let fields = (passed * finder_bytes(&scan)) as u64;
+
+        let samples = 4 * (camera.n_views() * camera.view_len()) as u64;
+        // Noise is counted beside what it is the noise of.
+        let copies = 1 + u64::from(scene.noise.is_some());
+        let voxels = camera.grid().len() as u64;
+        Memory {
+            shapes: alive * (shape + defects) + fields,
+            views: if sees { copies * samples } else { 0 },
+            volumes: voxels
+                * (4 * u64::from(reconstructs)
+                    + 4 * u64::from(wants(Product::Truth))
+                    + 4 * u64::from(judges)
+                    + u64::from(wants(Product::Labels))
+                    + 4 * u64::from(wants(Product::Attenuation)))
+                + if reconstructs {
+                    WORK_BYTES.min(8 * voxels)
+                } else {
+                    0
+                },
+        }
+    }
+
+    /// Shapes that the views of all gates need, no more than are kept at most; with a tolerance those of the finest steps.
+    fn distinct_shapes(&self) -> usize {
+        let steps = match self.scene().acquisition.accuracy {
+            AccuracySettings::Steps(steps) => steps,
+            AccuracySettings::Tolerance(_) => STEPS[1],
+        };
+        let most = self.heart().most_shapes().max(MOST_IN_PASS);
+        let mut gains = BTreeSet::new();
+        for gate in 0..self.n_gates() {
+            let scan = self.scan(self.camera(), acquisition_of(self.scene(), gate, steps));
+            scan.collect_gains(&mut gains, most);
+        }
+        gains.len()
+    }
+}

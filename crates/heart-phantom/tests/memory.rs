@@ -1,0 +1,98 @@
+//! What a run takes from the heap at most, against what was said before. A program of its own: the counter is the process's.
+
+use heart_phantom::scene::{
+    AccuracySettings, CountSettings, DiscretisationSettings, Mode, NoiseSettings, Product, Scene,
+};
+use heart_phantom::{Phantom, run};
+use peak_alloc::PeakAlloc;
+
+#[global_allocator]
+static HEAP: PeakAlloc = PeakAlloc;
+
+/// Most bytes on the heap during `work` beyond those before.
+fn peak(work: impl FnOnce()) -> u64 {
+    HEAP.reset_peak_usage();
+    let before = HEAP.current_usage();
+    work();
+    (HEAP.peak_usage() - before) as u64
+}
+
+fn scene(mode: Mode, size: usize) -> Scene {
+    let mut scene = Scene::default().with_size(size).with_mode(mode);
+    scene.camera.views = 60;
+    scene.acquisition.accuracy = AccuracySettings::Steps(8);
+    scene
+}
+
+/// One test: tests run side by side.
+#[test]
+fn memory_is_what_was_said() {
+    shapes_are_as_large_as_was_said();
+    let mut noisy = scene(Mode::WholeCycle, 64);
+    noisy.noise = Some(NoiseSettings {
+        counts: CountSettings::Total(1e6),
+        seed: 1,
+    });
+    let mut one = scene(Mode::Exposure { seconds: 0.3 }, 16);
+    one.cycle.beats_per_minute = 61.73456789;
+    one.output.write = vec![Product::Projections];
+    let mut all = scene(Mode::Gated { gates: 2 }, 48);
+    all.output.write.push(Product::Labels);
+    let mut fine = scene(Mode::WholeCycle, 32);
+    fine.acquisition.accuracy = AccuracySettings::Steps(256);
+    for (name, scene, bound) in [
+        ("static", scene(Mode::Static { phase: 0.0 }, 96), usize::MAX),
+        ("whole cycle", scene(Mode::WholeCycle, 96), usize::MAX),
+        ("noise", noisy, usize::MAX),
+        ("exposures", one.clone(), usize::MAX),
+        ("exposures in 2 MB", one, 2_000_000),
+        ("gates", all, usize::MAX),
+        ("fine steps", fine, usize::MAX),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let phantom = Phantom::new(scene).unwrap().with_memory(bound);
+        let said = phantom.memory();
+        let found = peak(|| {
+            run(&phantom, folder.path(), &|_| ()).unwrap();
+        });
+        println!("{name}: {found} of {said:?} = {}", said.total());
+        // Work arrays of some 2 MB a thread are no part of it.
+        assert!(
+            found <= said.total() + (8 << 20),
+            "{name}: {found} of {said:?}"
+        );
+        assert!(said.total() <= 3 * found, "{name}: {found} of {said:?}");
+    }
+}
+
+fn shapes_are_as_large_as_was_said() {
+    let differences = |nodes| DiscretisationSettings::Differences { nodes };
+    let spectral = |tolerance| DiscretisationSettings::Spectral {
+        degree: 16,
+        per_piece: 1,
+        tolerance,
+    };
+    for discretisation in [
+        differences(101),
+        differences(801),
+        differences(3201),
+        spectral(1e-2),
+        spectral(1e-4),
+        spectral(1e-6),
+    ] {
+        let mut scene = Scene::default();
+        scene.heart.discretisation = discretisation;
+        let phantom = Phantom::new(scene).unwrap();
+        let heart = phantom.heart();
+        let said = heart.shape_bytes();
+        heart.shapes(&[0.5]).unwrap();
+        let before = HEAP.current_usage();
+        heart.shapes(&[0.1, 0.3, 0.6]).unwrap();
+        let found = (HEAP.current_usage() - before) / 3;
+        println!("{discretisation:?}: {found} of {said}");
+        assert!(
+            found < said + 4096 && said < 2 * found,
+            "{discretisation:?}: {found} of {said}"
+        );
+    }
+}

@@ -1,0 +1,97 @@
+//! Shapes take no more memory than they are given, and whatever that is the results have the same bits.
+
+use crate::phantom::{infarct, small};
+use heart_phantom::scene::{AccuracySettings, Mode, RotationSettings, Scene};
+use heart_phantom::{Phantom, Sinograms};
+
+fn taken(scene: &Scene, shapes: usize) -> (Sinograms, Phantom) {
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let bytes = shapes * phantom.heart().shape_bytes();
+    let phantom = phantom.with_memory(bytes);
+    assert_eq!(phantom.heart().most_shapes(), shapes);
+    (phantom.sinograms(0, &|_| ()).unwrap(), phantom)
+}
+
+/// Views of which each sees phases of its own: shapes are let go when their view has been taken.
+#[test]
+fn shapes_are_kept_no_longer_than_there_is_room() {
+    let mut scene = small(Mode::Exposure { seconds: 0.3 }).with_size(4);
+    scene.camera.views = 200;
+    scene.cycle.beats_per_minute = 61.73456789;
+    let (all, phantom) = taken(&scene, 1_000_000);
+    // 0.3 s are 0.31 beats: 4 steps, of which a few views see two in mirror images.
+    assert!(all.distinct_shapes > 950, "{}", all.distinct_shapes);
+    assert_eq!(phantom.work().shapes_at_once, all.distinct_shapes);
+    for most in [1, 7, 40] {
+        let (few, phantom) = taken(&scene, most);
+        assert!(few.samples == all.samples, "{most}");
+        assert_eq!(few.quadrature_error, all.quadrature_error);
+        assert_eq!(few.distinct_shapes, all.distinct_shapes);
+        let work = phantom.work();
+        assert!(work.shapes_at_once <= most && phantom.heart().shapes_alive() <= most);
+        // A view needs five: with room for them none is solved twice.
+        assert!(
+            most < 5 || work.shapes_solved == all.distinct_shapes,
+            "{work:?}"
+        );
+    }
+}
+
+/// One list of points for all views, with more shapes than there is room for, and with what turns, has levels or defects.
+#[test]
+fn a_view_that_needs_more_is_taken_part_by_part() {
+    let mut scene = small(Mode::WholeCycle).with_size(12);
+    scene.acquisition.accuracy = AccuracySettings::Steps(32);
+    let mut turning = scene.clone();
+    turning.camera.rotation = RotationSettings::Continuous;
+    let mut gated = turning.clone();
+    gated.acquisition.mode = Mode::Gated { gates: 3 };
+    gated.cycle.curve = heart_phantom::VolumeCurve::Physiological;
+    let mut defect = scene.clone();
+    defect.defects = vec![infarct()];
+    for scene in [scene, turning, gated, defect] {
+        let (all, phantom) = taken(&scene, 100);
+        let solved = phantom.work().shapes_solved;
+        for most in [1, 4] {
+            let (few, phantom) = taken(&scene, most);
+            assert!(few.samples == all.samples && few.quadrature_error == all.quadrature_error);
+            let work = phantom.work();
+            // The shape at rest besides, where there are defects: they are told by it.
+            let besides = scene.defects.len();
+            assert!(work.shapes_at_once <= most + besides, "{work:?}");
+            assert!(work.shapes_solved >= solved);
+        }
+    }
+}
+
+#[test]
+fn what_was_used_last_is_kept() {
+    let heart = heart_phantom::Heart::study(51).unwrap();
+    let three = 3 * heart.shape_bytes();
+    let heart = heart.with_memory(three);
+    for (gains, solved, alive) in [
+        (&[0.1, 0.2, 0.3][..], 3, 3),
+        (&[0.1][..], 3, 3),
+        (&[0.4][..], 4, 3),      // in place of 0.2
+        (&[0.1, 0.3][..], 4, 3), // still there
+        (&[0.2][..], 5, 3),
+        (&[0.5, 0.6, 0.7, 0.8, 0.9][..], 10, 5), // more than there is room for, asked for at once
+        (&[0.9][..], 10, 3),                     // let go as soon as something else is asked for
+        (&[0.1][..], 11, 3),
+    ] {
+        let shapes = heart.shapes(gains).unwrap();
+        assert_eq!(shapes.len(), gains.len());
+        assert_eq!(
+            (heart.shapes_solved(), heart.shapes_alive()),
+            (solved, alive),
+            "{gains:?}"
+        );
+    }
+    assert_eq!(heart.most_shapes_alive(), 5);
+    // What others hold is alive, too.
+    let held = heart.shapes(&[0.01]).unwrap();
+    heart.shapes(&[0.02, 0.03, 0.04]).unwrap();
+    assert_eq!(heart.shapes_alive(), 4);
+    drop(held);
+    assert_eq!(heart.shapes_alive(), 3);
+}

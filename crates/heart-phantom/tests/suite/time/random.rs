@@ -1,0 +1,163 @@
+//! Random scenes, beats with spikes among them: the stated error of the quadrature over time bounds the true one.
+
+use super::brute;
+use heart_phantom::scene::{
+    AccuracySettings, BalloonSettings, DiscretisationSettings, Mode, PoseSettings,
+    RotationSettings, Scene,
+};
+use heart_phantom::{Phantom, Uptake, VolumeCurve, VolumeRange};
+
+/// SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2660193.2660195).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+}
+
+/// A beat: smooth, spiky, like blocks, noise, or the same several times.
+fn curve(random: &mut Random) -> VolumeCurve {
+    let n = 3 + random.below(60);
+    let volumes: Vec<f64> = match random.below(7) {
+        0 => return VolumeCurve::Sinusoid,
+        1 => return VolumeCurve::Physiological,
+        2 => {
+            let mut volumes = vec![100.0; n];
+            for _ in 0..=random.below(3) {
+                volumes[random.below(n)] = random.uniform(40.0, 140.0);
+            }
+            volumes[0] = 101.0;
+            volumes
+        }
+        3 => {
+            let cut = 1 + random.below(n - 1);
+            (0..n).map(|k| if k < cut { 100.0 } else { 50.0 }).collect()
+        }
+        4 => (0..n).map(|_| random.uniform(50.0, 100.0)).collect(),
+        5 => {
+            let (repeats, each) = (2 + random.below(8), 3 + random.below(6));
+            let one: Vec<f64> = (0..each).map(|_| random.uniform(50.0, 100.0)).collect();
+            one.repeat(repeats)
+        }
+        _ => {
+            let turns = 1.0 + random.below(9) as f64;
+            let samples = 8 * turns as usize + random.below(20);
+            let angle = |k: usize| std::f64::consts::TAU * turns * k as f64 / samples as f64;
+            (0..samples).map(|k| 75.0 - 25.0 * angle(k).cos()).collect()
+        }
+    };
+    VolumeCurve::Sampled(volumes)
+}
+
+fn scene(random: &mut Random) -> Scene {
+    let mut scene = Scene::default();
+    let (length, radius) = (random.uniform(4.0, 9.0), random.uniform(1.0, 2.2));
+    let balloon = |length, radius, stiffness| BalloonSettings {
+        length,
+        radius,
+        stiffness,
+    };
+    scene.heart.inner = balloon(length, radius, 1.0);
+    scene.heart.outer = balloon(
+        length,
+        radius + random.uniform(0.5, 1.2),
+        random.uniform(0.5, 2.0),
+    );
+    scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
+    scene.cycle.curve = curve(random);
+    scene.cycle.beats_per_minute = random.uniform(36.0, 139.0);
+    scene.cycle.volume = VolumeRange::Gain(random.uniform(0.05, 1.0));
+    scene.pose = PoseSettings {
+        turn_x: random.uniform(-180.0, 180.0),
+        turn_y: random.uniform(-180.0, 180.0),
+        shift: [0, 1, 2].map(|_| random.uniform(-1.0, 1.0)),
+        ..PoseSettings::default()
+    };
+    if random.below(3) == 0 {
+        scene.activity.cavity = Uptake::Total(random.uniform(1.0, 100.0));
+    }
+    let camera = &mut scene.camera;
+    (camera.views, camera.bins, camera.rows) = (3, 20, 14);
+    camera.pitch = [random.uniform(0.6, 1.0), random.uniform(0.6, 1.4)];
+    camera.start = random.uniform(-90.0, 90.0);
+    camera.arc = [180.0, 12.0, 360.0][random.below(3)];
+    scene.reconstruction.arc = heart_phantom::scene::ArcSettings::Extend;
+    let period = 60.0 / scene.cycle.beats_per_minute;
+    camera.seconds_per_view = period * random.uniform(1.0, 6.0);
+    if random.below(2) == 0 {
+        camera.rotation = RotationSettings::Continuous;
+        camera.arc = 12.0;
+    }
+    let seconds = camera.seconds_per_view;
+    scene.acquisition.mode = match random.below(3) {
+        0 => Mode::Exposure {
+            seconds: seconds * random.uniform(0.01, 1.0),
+        },
+        1 => Mode::WholeCycle,
+        _ => Mode::Gated {
+            gates: 1 + random.below(12),
+        },
+    };
+    scene.acquisition.accuracy =
+        AccuracySettings::Steps([2, 4, 8, 8, 16, 16, 32, 32, 64][random.below(9)]);
+    scene
+}
+
+#[test]
+fn the_stated_error_bounds_the_true_one() {
+    let from = |name: &str, otherwise: u64| {
+        std::env::var(name).map_or(otherwise, |text| text.parse().expect("a number"))
+    };
+    let (first, n) = (from("TIME_SEED", 1), from("TIME_SCENES", 12));
+    let (mut seen, mut worst) = (0, 0.0f64);
+    for seed in first..first + n {
+        let mut random = Random(seed);
+        let scene = scene(&mut random);
+        let phantom = match Phantom::new(scene.clone()) {
+            Ok(phantom) => phantom,
+            Err(_) => continue,
+        };
+        let gate = random.below(phantom.n_gates());
+        // A heart of two balloons that cross is none.
+        let Ok(taken) = phantom.sinograms(gate, &|_| ()) else {
+            continue;
+        };
+        let len = phantom.camera().view_len();
+        let exact: Vec<f64> = (0..3)
+            .flat_map(|k| brute::view(&phantom, gate, k, 6_000))
+            .collect();
+        assert_eq!(exact.len(), 3 * len);
+        let (error, stated) = (
+            brute::distance(&taken.samples, &exact),
+            taken.quadrature_error.unwrap_or(0.0),
+        );
+        seen += 1;
+        let ratio = error / (stated + 1e-5);
+        if std::env::var("TIME_SCENES").is_ok() {
+            println!(
+                "{seed} {error:.2e} {stated:.2e} {:.2} {:?} {:?} {:?} {:?}",
+                error / stated,
+                scene.acquisition,
+                scene.camera.rotation,
+                matches!(scene.cycle.curve, VolumeCurve::Sinusoid),
+                scene.cycle.volume
+            );
+        }
+        worst = worst.max(ratio);
+    }
+    println!("{seen} scenes, worst {worst}");
+    assert!(worst <= 1.0);
+}

@@ -1,0 +1,151 @@
+//! What an exact volume is the mean over, and that it says so.
+
+use crate::phantom::small;
+use heart_phantom::scene::{Mode, Product, RotationSettings, Scene};
+use heart_phantom::{Phantom, TruthOf, run};
+
+/// The mean over all views of the heart at each one's phase, with every voxel added up in f64.
+fn mean_of_instants(scene: &Scene) -> Vec<f64> {
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let times = phantom.view_times(0).unwrap();
+    let mut mean = vec![0.0; phantom.camera().grid().len()];
+    for time in &times {
+        for (sum, value) in mean.iter_mut().zip(phantom.activity(time.phase).unwrap()) {
+            *sum += f64::from(value) / times.len() as f64;
+        }
+    }
+    mean
+}
+
+fn farthest(a: &[f32], b: &[f64]) -> f64 {
+    let apart = a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs());
+    apart.fold(0.0, f64::max)
+}
+
+#[test]
+fn the_truth_of_instants_is_the_mean_over_all_views() {
+    let mut scene = small(Mode::Instants);
+    scene.cycle.beats_per_minute = 73.0;
+    let mean = mean_of_instants(&scene);
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    assert_eq!(phantom.truth_of(), TruthOf::MeanOfViews);
+    let truth = phantom.truth(0).unwrap();
+    // Twelve additions in f32.
+    assert!(farthest(&truth, &mean) < 1e-6);
+    // Which the first view alone is far from.
+    let first: Vec<f32> = phantom.activity(0.0).unwrap();
+    assert!(farthest(&first, &mean) > 0.3);
+    // So it is of exposures, the shorter the closer; half of the way that a surface goes in one of 1 ms is that of its voxels.
+    scene.acquisition.mode = Mode::Exposure { seconds: 1e-3 };
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    assert_eq!(phantom.truth_of(), TruthOf::MeanOfViews);
+    let apart = farthest(&phantom.truth(0).unwrap(), &mean);
+    assert!(apart < 2e-2, "{apart}");
+    // Where all views see the same heart it is that.
+    scene.cycle.beats_per_minute = 60.0;
+    scene.acquisition.mode = Mode::Instants;
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    assert_eq!(phantom.truth_of(), TruthOf::EachView);
+    assert!(phantom.truth(0).unwrap() == phantom.activity(0.0).unwrap());
+}
+
+#[test]
+fn what_every_view_sees_is_the_truth_of_each() {
+    for (mode, rotation, seconds, of) in [
+        (
+            Mode::Static { phase: 0.2 },
+            RotationSettings::Continuous,
+            1.5,
+            TruthOf::EachView,
+        ),
+        (
+            Mode::WholeCycle,
+            RotationSettings::StepAndShoot,
+            1.5,
+            TruthOf::EachView,
+        ),
+        (
+            Mode::WholeCycle,
+            RotationSettings::Continuous,
+            1.5,
+            TruthOf::MeanOfViews,
+        ),
+        (
+            Mode::WholeCycle,
+            RotationSettings::Continuous,
+            2.0,
+            TruthOf::EachView,
+        ),
+        (
+            Mode::Gated { gates: 3 },
+            RotationSettings::Continuous,
+            2.0,
+            TruthOf::EachView,
+        ),
+        (
+            Mode::Gated { gates: 3 },
+            RotationSettings::Continuous,
+            1.5,
+            TruthOf::MeanOfViews,
+        ),
+        (
+            Mode::Exposure { seconds: 2.0 },
+            RotationSettings::StepAndShoot,
+            2.1,
+            TruthOf::EachView,
+        ),
+        (
+            Mode::Exposure { seconds: 0.4 },
+            RotationSettings::StepAndShoot,
+            2.1,
+            TruthOf::MeanOfViews,
+        ),
+    ] {
+        let mut scene = small(mode);
+        scene.cycle.beats_per_minute = 60.0;
+        (scene.camera.rotation, scene.camera.seconds_per_view) = (rotation, seconds);
+        let phantom = Phantom::new(scene).unwrap();
+        assert_eq!(phantom.truth_of(), of, "{mode:?} {rotation:?} {seconds}");
+    }
+}
+
+/// More shapes than one volume is made of: neighbours stand for each other.
+#[test]
+fn very_many_instants_are_thinned_out() {
+    let mut scene = small(Mode::Instants).with_size(6);
+    scene.camera.views = 2500;
+    scene.cycle.beats_per_minute = 61.73456789;
+    let mean = mean_of_instants(&scene);
+    let phantom = Phantom::new(scene).unwrap();
+    let truth = phantom.truth(0).unwrap();
+    let solved = phantom.work().shapes_solved;
+    assert!((1500..=2049).contains(&solved), "{solved}");
+    // Documented: a thousandth of a surface that passes once each way, and 2049 additions in f32.
+    let apart = farthest(&truth, &mean);
+    assert!(apart < 1e-3, "{apart}");
+}
+
+#[test]
+fn files_and_report_say_which_truth_it_is() {
+    for (mode, file, name) in [
+        (Mode::Instants, "truth-mean-of-views.npy", "mean-of-views"),
+        (Mode::WholeCycle, "truth.npy", "each-view"),
+    ] {
+        let mut scene = small(mode).with_size(16);
+        scene.output.write = vec![Product::Reconstruction, Product::Truth];
+        let folder = tempfile::tempdir().unwrap();
+        let phantom = Phantom::new(scene).unwrap();
+        let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+        assert!(report.files.iter().any(|path| path.to_str() == Some(file)));
+        assert!(folder.path().join(file).exists());
+        let text = std::fs::read_to_string(folder.path().join("report.json")).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(json["gates"][0]["truth"], name);
+        // The difference is from what was written.
+        let volume = phantom.volume(0).unwrap();
+        let artefacts = phantom
+            .artefacts(0, &volume, &phantom.truth(0).unwrap())
+            .unwrap();
+        assert_eq!(report.gates[0].artefacts, Some(artefacts));
+    }
+}
