@@ -398,7 +398,10 @@ impl Group {
     /// The points of all views at once; or, where one list of points alone needs more shapes, part by part.
     fn batches(&self, most: usize) -> Vec<Range<usize>> {
         let [plan] = &self.plans[..] else {
-            return vec![0..usize::MAX];
+            return vec![Range {
+                start: 0,
+                end: usize::MAX,
+            }];
         };
         let (mut batches, mut gains, mut start) = (Vec::new(), BTreeSet::new(), 0);
         for (k, gain) in plan.gains().enumerate() {
