@@ -317,7 +317,7 @@ impl Writer<'_> {
         }
         Ok(Some(PictureReport {
             slice: nz / 2,
-            z_cm: grid.centre(0, 0, nz / 2).z,
+            z_cm: ((nz / 2) as f64 - 0.5 * (nz - 1) as f64) * spacing[2],
             black: grey[0],
             white,
         }))

@@ -23,6 +23,7 @@ use crate::error::{PhantomError, check};
 use crate::files::atomic::write_with_header;
 use crate::files::format::data_beside;
 use crate::files::{Projections, Samples, Volume};
+use crate::files::{millimetres, short};
 use std::path::Path;
 
 pub(super) fn write_volume_stir(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
@@ -196,8 +197,8 @@ fn simind_head(data: &str, images: usize) -> String {
 /// The keys of projections that both flavours share, from the number of views to the end.
 fn acquired(projections: &Projections, turn: &Turn) -> String {
     let [views, rows, bins] = projections.shape();
-    let [pitch_bin, pitch_row] = projections.detector().pitch().map(|cm| 10.0 * cm);
-    let radius = 10.0 * projections.radius();
+    let [pitch_bin, pitch_row] = projections.detector().pitch().map(millimetres);
+    let radius = millimetres(projections.radius());
     let Turn { start, extent, .. } = turn;
     let direction = match turn.direction {
         Direction::Cw => "CW",
@@ -258,8 +259,8 @@ impl Turn {
             check("step between views", pair[1] - pair[0], low, high)?;
         }
         Ok(Self {
-            start: angles[0].to_degrees().rem_euclid(360.0),
-            extent: step.abs().to_degrees() * angles.len() as f64,
+            start: short(angles[0].to_degrees()).rem_euclid(360.0),
+            extent: short((step.abs() * angles.len() as f64).to_degrees()),
             direction: match step < 0.0 {
                 true => Direction::Cw,
                 false => Direction::Ccw,

@@ -58,6 +58,16 @@ mod raw_json;
 mod samples;
 mod volume;
 
+/// A number without the digits that only rounding has put there, for headers that people read: 180, not 180.00000000000003.
+fn short(value: f64) -> f64 {
+    // Thirteen digits are one more than any grid of our making is known to.
+    format!("{value:.12e}").parse().unwrap_or(value)
+}
+
+fn millimetres(cm: f64) -> f64 {
+    short(10.0 * cm)
+}
+
 pub(crate) use atomic::remove_if_there;
 pub use atomic::{HeldWrites, create_writable_folder, remove_unfinished, write_atomically};
 pub use format::{Format, write_projections, write_volume};

@@ -1,6 +1,7 @@
 //! NRRD with its data inside, raw. Fields as in <https://teem.sourceforge.net/nrrd/format.html>.
 
 use crate::error::PhantomError;
+use crate::files::millimetres;
 use crate::files::{Projections, Samples, Volume, write_atomically};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -27,8 +28,8 @@ pub(super) fn write_projections(
     projections: &Projections,
 ) -> Result<(), PhantomError> {
     let [views, rows, bins] = projections.shape();
-    let [pitch_bin, pitch_row] = projections.detector().pitch().map(|cm| 10.0 * cm);
-    let [bin, row] = projections.first().map(|cm| 10.0 * cm);
+    let [pitch_bin, pitch_row] = projections.detector().pitch().map(millimetres);
+    let [bin, row] = projections.first().map(millimetres);
     let mut fields = format!(
         "sizes: {bins} {rows} {views}\n\
          spacings: {pitch_bin} {pitch_row} 1\n\
@@ -39,7 +40,7 @@ pub(super) fn write_projections(
          first_row_mm:={row}\n\
          radius_mm:={}\n\
          angles_rad:=",
-        10.0 * projections.radius()
+        millimetres(projections.radius())
     );
     for (k, angle) in projections.angles().iter().enumerate() {
         let gap = if k == 0 { "" } else { " " };

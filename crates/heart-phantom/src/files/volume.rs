@@ -2,6 +2,7 @@
 
 use crate::error::{PhantomError, check};
 use crate::files::Samples;
+use crate::files::millimetres;
 use revolve_voxel::VoxelGrid;
 
 /// Samples on a voxel grid, index order `[z][y][x]`; lab frame, centimetres, axes along x, y, z.
@@ -42,11 +43,11 @@ impl<'a> Volume<'a> {
 
     /// Step between voxels `[x, y, z]` in mm.
     pub(super) fn spacing_mm(&self) -> [f64; 3] {
-        self.grid.spacing().map(|cm| 10.0 * cm)
+        self.grid.spacing().map(millimetres)
     }
 
     /// Centre of the first voxel `[x, y, z]` in mm.
     pub(super) fn origin_mm(&self) -> [f64; 3] {
-        self.grid.origin().map(|cm| 10.0 * cm)
+        self.grid.origin().map(millimetres)
     }
 }

@@ -303,15 +303,17 @@ fn completions_and_manual_are_written() {
     }
     let (page, _) = said(&heart_phantom(&["man"]));
     assert!(
-        page.contains(".TH heart-phantom") && page.contains("Exit codes"),
+        page.contains(".TH HEART-PHANTOM 1") && page.contains("Exit codes"),
         "{page}"
     );
     // The page names those of the commands: they can be had too.
     for command in ["paper", "init", "check", "run", "truth", "view"] {
         assert!(page.contains(&format!("heart\\-phantom\\-{command}(1)")));
         let (page, _) = said(&heart_phantom(&["man", command]));
+        let title = format!(".TH HEART-PHANTOM-{} 1", command.to_uppercase());
+        assert!(page.contains(&title), "{page}");
         assert!(
-            page.contains(&format!(".TH heart-phantom-{command}")) && page.contains("threads"),
+            page.contains("threads") && page.contains("\"heart-phantom 0."),
             "{page}"
         );
     }

@@ -331,3 +331,22 @@ mod npy;
 mod pictures;
 #[path = "files/readers.rs"]
 mod readers;
+
+/// Ninety views of two degrees are 180 degrees, and 0.7 cm are 7 mm.
+#[test]
+fn headers_have_no_digits_of_rounding() {
+    let folder = tempfile::tempdir().unwrap();
+    let angles: Vec<f64> = (0..90)
+        .map(|k| f64::from(k) * std::f64::consts::PI / 90.0)
+        .collect();
+    let detector = ParallelDetector::new(3, 1, [0.7, 1.1]).unwrap();
+    let samples = vec![0.0f32; 3 * 90];
+    let projections = Projections::new(detector, &angles, 14.1, samples.as_slice()).unwrap();
+    let path = folder.path().join("a.hs");
+    write_projections(&path, &projections, Format::InterfileStir).unwrap();
+    let (header, _) = read_interfile(&path);
+    assert_eq!(header["extent of rotation"], "180");
+    assert_eq!(header["scaling factor (mm/pixel) [1]"], "7");
+    assert_eq!(header["scaling factor (mm/pixel) [2]"], "11");
+    assert_eq!(header["Radius"], "141");
+}

@@ -11,4 +11,5 @@ mod material;
 mod phantom;
 mod report;
 mod scene;
+mod scenes;
 mod time;

@@ -121,15 +121,18 @@ fn check(arguments: &Arguments, path: &Path) -> Done {
     let lines = vec![
         format!("{} is a scene", path.display()),
         format!(
-            "  {} set(s) of {} views, {} rows x {} bins",
-            phantom.n_gates(),
+            "  {} of {} views, {} rows x {} bins",
+            match phantom.n_gates() {
+                1 => "one set".to_owned(),
+                n => format!("{n} sets"),
+            },
             camera.n_views(),
             camera.n_rows(),
             camera.n_bins()
         ),
-        format!("  {nx} x {ny} x {nz} voxels of {x} x {y} x {z} cm"),
+        format!("  {nx} x {ny} x {nz} voxels of {x:.4} x {y:.4} x {z:.4} cm"),
         format!(
-            "  volume gain {low} to {high}, ejection fraction {:.4}",
+            "  volume gain {low:.4} to {high:.4}, ejection fraction {:.4}",
             (high - low) / (1.0 + high)
         ),
         format!(
@@ -284,6 +287,8 @@ fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
 fn man(command: Option<&str>) -> Done {
     let mut whole = Arguments::command();
     whole.build();
+    // A command has no version of its own.
+    let source = whole.render_version();
     let page = match command {
         None => whole,
         Some(name) => match whole.find_subcommand(name) {
@@ -295,7 +300,10 @@ fn man(command: Option<&str>) -> Done {
         },
     };
     let mut roff = Vec::new();
-    clap_mangen::Man::new(page)
+    let title = page.get_display_name().unwrap_or(page.get_name());
+    clap_mangen::Man::new(page.clone())
+        .title(title.to_uppercase())
+        .source(source.trim_end())
         .render(&mut roff)
         .map_err(|source| PhantomError::File {
             path: "the page".into(),

@@ -1,0 +1,127 @@
+//! The scenes that come with the crate: each runs, as a stranger would run it, and is what it says.
+#![cfg(feature = "figures")]
+
+use heart_phantom::scene::Scene;
+use heart_phantom::{Phantom, run};
+use std::path::{Path, PathBuf};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
+}
+
+fn load(name: &str) -> Scene {
+    Scene::load(&folder().join(name)).unwrap()
+}
+
+/// The same with fewer and larger bins, and rough times: all that it asks for, in no time.
+fn rough(scene: Scene) -> Scene {
+    let mut scene = scene.with_size(20);
+    scene.camera.views = 8;
+    scene.acquisition.accuracy = heart_phantom::scene::AccuracySettings::Steps(8);
+    scene.heart.discretisation =
+        heart_phantom::scene::DiscretisationSettings::Differences { nodes: 51 };
+    scene
+}
+
+#[test]
+fn every_scene_runs_without_a_warning() {
+    let mut n = 0;
+    for entry in std::fs::read_dir(folder()).unwrap() {
+        let path = entry.unwrap().path();
+        let scene = Scene::load(&path).unwrap();
+        let whole = Phantom::new(scene.clone()).unwrap();
+        assert_eq!(whole.warnings().unwrap(), [], "{}", path.display());
+        let out = tempfile::tempdir().unwrap();
+        let report = run(&Phantom::new(rough(scene)).unwrap(), out.path(), &|_| ()).unwrap();
+        for file in &report.files {
+            assert!(out.path().join(file).exists(), "{}", file.display());
+        }
+        n += 1;
+    }
+    assert_eq!(n, 2);
+}
+
+/// The guide's example is the file, so that both run.
+#[test]
+fn the_guide_shows_the_gated_study() {
+    let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/guide-physicists.md");
+    // Not there in a package of this crate alone.
+    let Ok(guide) = std::fs::read_to_string(guide) else {
+        return;
+    };
+    let scene = std::fs::read_to_string(folder().join("gated-spect.toml")).unwrap();
+    assert!(guide.contains(&format!("```toml\n{scene}```")));
+}
+
+/// Apex left, front and down by the angles of the literature, and walls where their names say; found in the label volume.
+#[test]
+fn the_clinical_pose_is_that_of_a_patient() {
+    let mut scene = load("clinical-pose.toml");
+    let axis = Phantom::new(scene.clone()).unwrap().heart().pose().axis();
+    // +x left, +y back, +z head.
+    let (left, front, down) = (axis.x, -axis.y, -axis.z);
+    assert!(left > 0.0 && front > 0.0 && down > 0.0);
+    assert!((down.atan2(left).to_degrees() - 38.0).abs() < 0.1);
+    assert!((front.atan2(left).to_degrees() - 46.0).abs() < 0.1);
+
+    // A piece of the wall about each azimuth, seen from the middle of the wall, across the axis.
+    let defect = scene.defects[0];
+    scene.defects = [45.0, 135.0, 225.0, 315.0]
+        .map(|middle| {
+            let azimuths = [middle - 20.0, middle + 20.0];
+            heart_phantom::scene::DefectSettings { azimuths, ..defect }
+        })
+        .to_vec();
+    let phantom = Phantom::new(scene).unwrap();
+    let labels = phantom.labels(0.0).unwrap();
+    let centre_of = |wanted: &dyn Fn(u8) -> bool| {
+        let grid = phantom.camera().grid();
+        let [nx, ny, _] = grid.shape();
+        let (mut sum, mut n) = ([0.0; 3], 0.0);
+        for (k, _) in labels
+            .iter()
+            .enumerate()
+            .filter(|(_, label)| wanted(**label))
+        {
+            let at = grid.centre(k % nx, k / nx % ny, k / nx / ny);
+            (sum, n) = ([sum[0] + at.x, sum[1] + at.y, sum[2] + at.z], n + 1.0);
+        }
+        sum.map(|sum| sum / n)
+    };
+    let middle = centre_of(&|label| label >= 3);
+    let towards = |label: u8| {
+        let piece = centre_of(&|found| found == label);
+        [0, 1, 2].map(|a| piece[a] - middle[a])
+    };
+    // By the largest component of each: down, left, up, right. Of several centimetres, where a voxel is 6.4 mm.
+    let [inferior, lateral, anterior, septal] = [3, 4, 5, 6].map(towards);
+    assert!(
+        inferior[2] < -1.0 && anterior[2] > 1.0,
+        "{inferior:?} {anterior:?}"
+    );
+    assert!(
+        lateral[0] > 1.0 && septal[0] < -1.0,
+        "{lateral:?} {septal:?}"
+    );
+    // The anterior wall is before the inferior one, the septum before the lateral wall.
+    assert!(anterior[1] < inferior[1] && septal[1] < lateral[1]);
+    // The first of the scene's own: an infarct of the inferior wall.
+    assert!((defect.azimuths[0] + defect.azimuths[1] - 90.0).abs() < 1e-9);
+}
+
+/// From right before the patient over the front and the left to left behind: detectors are ahead of the rays.
+#[test]
+fn the_clinical_camera_goes_from_the_right_front_to_the_left_back() {
+    let phantom = Phantom::new(load("clinical-pose.toml")).unwrap();
+    let angles = phantom.camera().geometry().angles();
+    let detector = |theta: f64| [-theta.sin(), theta.cos()];
+    let near = |theta: f64, [x, y]: [f64; 2]| {
+        let [a, b] = detector(theta);
+        (a - x).hypot(b - y) < 1e-9
+    };
+    let diagonal = 0.5f64.sqrt();
+    assert!(near(angles[0], [-diagonal, -diagonal]));
+    assert!(near(angles[16], [0.0, -1.0]) && near(angles[48], [1.0, 0.0]));
+    let end = angles[63] + (angles[1] - angles[0]);
+    assert!(near(end, [diagonal, diagonal]));
+}
