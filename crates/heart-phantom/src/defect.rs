@@ -133,7 +133,7 @@ impl Placed {
             })
         };
         let rest = wall(&heart.shapes(&[0.0])?[0])?;
-        let shapes = shapes
+        let placed: Vec<Result<_, PhantomError>> = shapes
             .par_iter()
             .map(|shape| {
                 let wall = wall(shape)?.sliding_from(&rest);
@@ -150,7 +150,9 @@ impl Placed {
                     .collect::<Result<_, PhantomError>>()?;
                 Ok((shape.gain().to_bits(), sectors))
             })
-            .collect::<Result<_, PhantomError>>()?;
+            .collect();
+        // Of several errors the first, whichever thread was faster.
+        let shapes = placed.into_iter().collect::<Result<_, PhantomError>>()?;
         let owners = pieces.into_iter().map(|(owner, _)| owner).collect();
         Ok(Self { shapes, owners })
     }

@@ -1,5 +1,6 @@
 //! What can go wrong, with the numbers that show why.
 
+use crate::scene::place_in;
 use crate::text::{Number, shown, shown_path};
 use std::path::PathBuf;
 
@@ -149,6 +150,19 @@ pub enum PhantomError {
     /// A scene makes no sense.
     #[error(transparent)]
     Scene(Box<crate::scene::SceneError>),
+    /// A scene makes sense, and yet there is a reason for which it cannot be run.
+    #[error("{}{field}: {source}", place_in(file.as_deref(), *place))]
+    Refused {
+        /// The file, if it came from one.
+        file: Option<PathBuf>,
+        /// Line and column of the field, from 1; `None` for a scene without a text, or a field that its text leaves out.
+        place: Option<[usize; 2]>,
+        /// The field that is to blame, such as `defects.0`.
+        // tidy: allow string: the path of a field in the file
+        field: String,
+        /// The reason.
+        source: Box<PhantomError>,
+    },
     /// There is nothing that a scene does not make.
     #[error("the scene makes no {what}")]
     Absent {

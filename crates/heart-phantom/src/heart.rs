@@ -179,10 +179,12 @@ impl Heart {
     /// balloons of very different form.
     pub fn shapes(&self, gains: &[f64]) -> Result<Vec<Arc<HeartShape>>, PhantomError> {
         let (mut there, missing) = self.kept.take(gains, self.most_shapes());
-        let new: Vec<Arc<HeartShape>> = missing
+        let new: Vec<Result<_, _>> = missing
             .par_iter()
             .map(|&gain| self.solve(gain).map(Arc::new))
-            .collect::<Result<_, _>>()?;
+            .collect();
+        // Of several errors the first, whichever thread was faster.
+        let new: Vec<Arc<HeartShape>> = new.into_iter().collect::<Result<_, _>>()?;
         self.kept.add(&new);
         there.extend(new.into_iter().map(|shape| (shape.gain.to_bits(), shape)));
         Ok(gains

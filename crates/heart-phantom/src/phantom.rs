@@ -7,16 +7,17 @@ use crate::build::{
 };
 use crate::defect::Defect;
 use crate::error::{PhantomError, check_count};
+use crate::prepare::Source;
 use crate::readout::Readout;
 use crate::scan::Scan;
-use crate::scene::{ArcSettings, Scene, WindowSettings};
+use crate::scene::{Scene, WindowSettings};
 use crate::steps::STEPS;
 use crate::truth::truth_of_slices;
 use crate::work::{Work, WorkReport};
 use crate::{
     Acquisition, Activity, Camera, Cycle, Heart, HeartShape, Regions, Sinograms, TruthOf, ViewTime,
 };
-use radon::{ArcPolicy, FbpOptions, FbpPlan, ParallelGeometry, Skip, StackOrder, Window};
+use radon::{FbpOptions, FbpPlan, ParallelGeometry, Skip, StackOrder, Window};
 use revolve_voxel::nalgebra::Point3;
 use revolve_voxel::{Mesh, Sampling};
 use serde::Serialize;
@@ -62,6 +63,7 @@ pub struct Phantom {
     pub(crate) steps: OnceLock<usize>,
     regions: OnceLock<Regions>,
     pub(crate) work: Work,
+    source: Option<Source>,
 }
 
 /// The numbers of a heart, as a clinic would measure them.
@@ -125,6 +127,7 @@ impl Phantom {
             steps: OnceLock::new(),
             regions: OnceLock::new(),
             work: Work::default(),
+            source: None,
             scene,
         })
     }
@@ -134,7 +137,16 @@ impl Phantom {
     /// # Errors
     /// As [`Scene::load`] and [`Phantom::new`].
     pub fn load(path: &Path) -> Result<Self, PhantomError> {
-        Self::new(Scene::load(path)?)
+        let (scene, text) = Scene::read(path)?;
+        let path = path.to_path_buf();
+        Ok(Self {
+            source: Some(Source { path, text }),
+            ..Self::new(scene)?
+        })
+    }
+
+    pub(crate) fn source(&self) -> Option<&Source> {
+        self.source.as_ref()
     }
 
     /// The same with work on empty slices done or not; it changes no bit of any result.
@@ -487,12 +499,8 @@ impl Phantom {
         }
     }
 
-    fn reconstruct_slices(
-        &self,
-        gate: usize,
-        views: &[f32],
-        n_slices: usize,
-    ) -> Result<Vec<f32>, PhantomError> {
+    /// What reconstructs a slice of a gate.
+    pub(crate) fn plan(&self, gate: usize) -> Result<FbpPlan<f32>, PhantomError> {
         let settings = &self.scene.reconstruction;
         let window = match settings.window {
             WindowSettings::RamLak => Window::RamLak,
@@ -502,18 +510,22 @@ impl Phantom {
             WindowSettings::Hann => Window::Hann,
             WindowSettings::Butterworth { order } => Window::Butterworth { order },
         };
-        let arc = match settings.arc {
-            ArcSettings::Complete => ArcPolicy::Complete,
-            ArcSettings::Extend => ArcPolicy::Extend,
-            ArcSettings::Truncate => ArcPolicy::Truncate,
-            ArcSettings::Rescale => ArcPolicy::Rescale,
-        };
         let options = FbpOptions::default()
             .with_window(window)
             .with_cutoff(settings.cutoff)
-            .with_arc(arc)
+            .with_arc(settings.arc.policy())
             .with_skip(self.skip);
-        let plan = FbpPlan::new(&self.geometry(gate)?, self.camera.image(), &options)?;
+        let geometry = self.geometry(gate)?;
+        Ok(FbpPlan::new(&geometry, self.camera.image(), &options)?)
+    }
+
+    fn reconstruct_slices(
+        &self,
+        gate: usize,
+        views: &[f32],
+        n_slices: usize,
+    ) -> Result<Vec<f32>, PhantomError> {
+        let plan = self.plan(gate)?;
         let mut volume = vec![0.0f32; n_slices * plan.image_len()];
         let order = StackOrder::ViewSliceBin;
         let report =

@@ -5,7 +5,10 @@ use crate::error::PhantomError;
 use crate::files::{self, Projections, Volume};
 use crate::memory::Memory;
 use crate::phantom::{Numbers, Phantom};
-use crate::phases::{PhaseOf, PhaseReport, ScenePhase};
+use crate::phases::{PhaseReport, ScenePhase};
+#[cfg(feature = "figures")]
+use crate::planned::MOVING;
+use crate::planned::{ATTENUATION, LABELS, RECONSTRUCTION, SURFACES, phase_name, surface_name};
 use crate::scene::{Product, Scene};
 use crate::truth::TruthOf;
 use crate::warning::Warning;
@@ -90,26 +93,23 @@ struct Writer<'a> {
 }
 
 /// Computes and writes what the scene's `[output]` asks for, and `report.json`. Every file is written whole or not at all;
-/// `report.json` comes last, and one of an earlier run goes first, so that where it is, all is.
+/// `report.json` comes last. One of an earlier run goes first, and then what it lists and this run does not write again, so that where
+/// it is, all is, and nothing of another run.
 ///
 /// # Errors
-/// [`PhantomError::File`] if the folder cannot be written to, [`PhantomError::Busy`] if another run writes to it,
-/// [`PhantomError::Unsupported`] for pictures without the feature `figures`, before any work; whatever the parts of a [`Phantom`]
-/// return.
+/// Before any view: [`PhantomError::File`] if the folder cannot be written to, [`PhantomError::Busy`] if another run writes to it,
+/// [`PhantomError::Refused`] for what [`Phantom::prepare`] finds. Later [`PhantomError::File`] only, but for a shape that was not tried
+/// before.
 pub fn run(
     phantom: &Phantom,
     out: &Path,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<RunReport, PhantomError> {
-    if phantom.scene().output.write.contains(&Product::Pictures) && !cfg!(feature = "figures") {
-        return Err(PhantomError::Unsupported {
-            format: "this build, without the feature `figures`,",
-            what: "pictures",
-        });
-    }
     let _held = files::lock_folder(out)?;
-    // It is there when everything else is: an older one would speak of files that are about to change.
-    files::remove_if_there(&out.join("report.json"))?;
+    phantom.prepare()?;
+    let planned: Vec<PathBuf> = phantom.files()?.into_iter().map(|file| file.name).collect();
+    files::check_no_folder(out, &planned)?;
+    files::remove_older(out, &planned)?;
     let mut writer = Writer {
         phantom,
         out,
@@ -152,8 +152,8 @@ pub fn run(
         work: phantom.work(),
         files: writer.files,
     };
-    report.files.push("report.json".into());
-    files::write_atomically(&out.join("report.json"), |file| {
+    report.files.push(files::REPORT.into());
+    files::write_atomically(&out.join(files::REPORT), |file| {
         serde_json::to_writer_pretty(&mut *file, &report)?;
         file.write_all(b"\n")
     })?;
@@ -194,7 +194,8 @@ impl Writer<'_> {
                 progress("reconstruction", 0.5);
                 let made = phantom.reconstruct(gate, &views.samples)?;
                 if self.wants(Product::Reconstruction) {
-                    self.write_volume(&self.name("reconstruction", gate), made.as_slice())?;
+                    let name = phantom.gate_name(RECONSTRUCTION, gate);
+                    self.write_volume(&name, made.as_slice())?;
                 }
                 if pictures {
                     let len = phantom.camera().grid().slice_len();
@@ -207,7 +208,7 @@ impl Writer<'_> {
         if self.wants(Product::Truth) {
             progress("truth", 0.65);
             let (truth, of) = (phantom.truth(gate)?, phantom.truth_of());
-            self.write_volume(&self.name(of.file_name(), gate), truth.as_slice())?;
+            self.write_volume(&phantom.gate_name(of.file_name(), gate), truth.as_slice())?;
             report.truth = Some(of);
             if let Some(volume) = &volume {
                 progress("measures", 0.95);
@@ -220,22 +221,18 @@ impl Writer<'_> {
     /// Labels, maps and surfaces at the phases that stand for the views.
     fn phases(&mut self) -> Result<(), PhantomError> {
         for ScenePhase { of, phase } in self.phantom.phases() {
-            let named = |what: &str| match of {
-                PhaseOf::Static | PhaseOf::Gate { gates: 1, .. } => what.to_owned(),
-                _ => format!("{what}-{of}"),
-            };
             if self.wants(Product::Labels) {
                 let labels = self.phantom.labels(phase)?;
-                self.write_volume(&named("labels"), labels.as_slice())?;
+                self.write_volume(&phase_name(LABELS, of), labels.as_slice())?;
             }
             if self.wants(Product::Attenuation) {
                 let map = self.phantom.attenuation(phase)?;
-                self.write_volume(&named("attenuation"), map.as_slice())?;
+                self.write_volume(&phase_name(ATTENUATION, of), map.as_slice())?;
             }
             if self.wants(Product::Meshes) {
                 let meshes = self.phantom.meshes(phase)?;
-                for (surface, mesh) in ["inner", "outer"].iter().zip(&meshes) {
-                    let file = PathBuf::from(format!("{}.stl", named(surface)));
+                for (surface, mesh) in SURFACES.iter().zip(&meshes) {
+                    let file = surface_name(surface, of);
                     files::write_stl(&self.out.join(&file), mesh)?;
                     self.files.push(file);
                 }
@@ -244,26 +241,15 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// `what`, or `what-gate-03`.
-    fn name(&self, what: &str, gate: usize) -> String {
-        match self.phantom.n_gates() {
-            1 => what.to_owned(),
-            gates => format!("{what}-{}", PhaseOf::Gate { gate, gates }),
-        }
-    }
-
     fn write_projections(&mut self, gate: usize, samples: &[f32]) -> Result<(), PhantomError> {
         let (camera, settings) = (self.phantom.camera(), self.phantom.scene());
-        let format = settings.output.projections;
         let angles = self.phantom.written_angles(gate)?;
         let projections =
             Projections::new(*camera.detector(), &angles, settings.camera.radius, samples)?;
-        let Some(extension) = format.projections_extension() else {
-            unreachable!("the scene was checked")
-        };
-        let file = PathBuf::from(format!("{}.{extension}", self.name("projections", gate)));
-        files::write_projections(&self.out.join(&file), &projections, format)?;
-        self.wrote(file, format.projections_data_extension());
+        let names = self.phantom.projection_names(gate);
+        let format = settings.output.projections;
+        files::write_projections(&self.out.join(&names[0]), &projections, format)?;
+        self.files.extend(names);
         Ok(())
     }
 
@@ -274,16 +260,10 @@ impl Writer<'_> {
     ) -> Result<(), PhantomError> {
         let format = self.phantom.scene().output.volumes;
         let volume = Volume::new(*self.phantom.camera().grid(), samples)?;
-        let file = PathBuf::from(format!("{name}.{}", format.volume_extension()));
-        files::write_volume(&self.out.join(&file), &volume, format)?;
-        self.wrote(file, format.volume_data_extension());
+        let names = self.phantom.volume_names(name);
+        files::write_volume(&self.out.join(&names[0]), &volume, format)?;
+        self.files.extend(names);
         Ok(())
-    }
-
-    /// Notes a file, and the one with its data beside it, if there is one.
-    fn wrote(&mut self, file: PathBuf, data: Option<&str>) {
-        let data = data.map(|extension| file.with_extension(extension));
-        self.files.extend([Some(file), data].into_iter().flatten());
     }
 
     /// The middle slice of each gate, and of several the beat once round in its own time; greys from nothing to the largest
@@ -304,7 +284,7 @@ impl Writer<'_> {
         let white = if most > 0.0 { f64::from(most) } else { 1.0 };
         let (section, grey) = (files::Section::Axial(0), [0.0, white]);
         for (gate, volume) in volumes.iter().enumerate() {
-            let file = PathBuf::from(format!("{}.png", self.name("slice", gate)));
+            let file = self.phantom.picture_name(gate);
             files::write_png(&self.out.join(&file), volume, section, grey)?;
             self.files.push(file);
         }
@@ -312,8 +292,8 @@ impl Writer<'_> {
             let seconds = self.phantom.cycle().period() / volumes.len() as f64;
             // GIF counts in hundredths of a second.
             let seconds = seconds.clamp(0.02, 600.0);
-            files::write_gif(&self.out.join("beat.gif"), &volumes, section, grey, seconds)?;
-            self.files.push("beat.gif".into());
+            files::write_gif(&self.out.join(MOVING), &volumes, section, grey, seconds)?;
+            self.files.push(MOVING.into());
         }
         Ok(Some(PictureReport {
             slice: nz / 2,

@@ -195,10 +195,7 @@ impl Regions {
     /// # Errors
     /// What solving the shapes can return.
     pub fn new(heart: &Heart, camera: &Camera, cycle: &Cycle) -> Result<Self, PhantomError> {
-        let phases = (0..MASK_PHASES).map(|j| j as f64 / MASK_PHASES as f64);
-        let mut gains: Vec<f64> = phases.map(|phase| cycle.gain(phase)).collect();
-        gains.sort_by(f64::total_cmp);
-        gains.dedup();
+        let mut gains = Self::gains(cycle);
         // The most dilated shape second: with the smallest it settles most voxels.
         let last = gains.len() - 1;
         gains.swap(last, last.min(1));
@@ -216,6 +213,15 @@ impl Regions {
             cavity,
             background,
         })
+    }
+
+    /// The distinct volume gains of those phases, from the smallest on.
+    pub(crate) fn gains(cycle: &Cycle) -> Vec<f64> {
+        let phases = (0..MASK_PHASES).map(|j| j as f64 / MASK_PHASES as f64);
+        let mut gains: Vec<f64> = phases.map(|phase| cycle.gain(phase)).collect();
+        gains.sort_by(f64::total_cmp);
+        gains.dedup();
+        gains
     }
 }
 

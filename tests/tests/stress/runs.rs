@@ -81,7 +81,11 @@ fn ran(scene: &Scene) -> Outcome {
         let folder = tempfile::tempdir().expect("a folder");
         let end = with_threads(threads, || {
             let phantom = Phantom::new(scene.clone()).map_err(|error| error.to_string())?;
-            run(&phantom, folder.path(), &|_| ()).map_err(|error| error.to_string())
+            let found = phantom.prepare().map_err(|error| error.to_string());
+            let ran = run(&phantom, folder.path(), &|_| ()).map_err(|error| error.to_string());
+            // What is refused is found before any work, and what is not can be run.
+            assert_eq!(found.as_ref().err(), ran.as_ref().err());
+            ran
         });
         (end, files(folder.path()))
     });

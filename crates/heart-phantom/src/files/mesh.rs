@@ -26,6 +26,11 @@ pub fn write_ply(path: &Path, mesh: &Mesh) -> Result<(), PhantomError> {
     write_atomically(path, |out| mesh.write_ply(out))
 }
 
+/// Bytes of a surface as STL: a header, and 50 of each triangle.
+pub(crate) fn stl_bytes(mesh: &Mesh) -> u64 {
+    84 + 50 * mesh.triangles.len() as u64
+}
+
 fn in_millimetres(mesh: &Mesh) -> Mesh {
     let mut mesh = mesh.clone();
     for vertex in &mut mesh.vertices {

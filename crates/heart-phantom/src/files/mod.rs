@@ -51,6 +51,7 @@ mod metaimage;
 mod nifti;
 mod npy;
 mod nrrd;
+mod older;
 #[cfg(feature = "figures")]
 mod picture;
 mod projections;
@@ -68,12 +69,13 @@ fn millimetres(cm: f64) -> f64 {
     short(10.0 * cm)
 }
 
-pub(crate) use atomic::remove_if_there;
 pub use atomic::{HeldWrites, create_writable_folder, remove_unfinished, write_atomically};
 pub use format::{Format, write_projections, write_volume};
 pub use lock::{FolderLock, lock_folder};
+pub(crate) use mesh::stl_bytes;
 pub use mesh::{write_ply, write_stl};
 pub use npy::write_npy;
+pub(crate) use older::{REPORT, check_no_folder, remove_older};
 #[cfg(feature = "figures")]
 pub(crate) use picture::put_png;
 #[cfg(feature = "figures")]

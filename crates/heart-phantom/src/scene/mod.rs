@@ -5,6 +5,7 @@ mod place;
 mod sections;
 mod template;
 
+pub(crate) use place::of_field as place_of;
 pub use sections::{
     AccuracySettings, AcquisitionSettings, ActivitySettings, ArcSettings, AttenuationSettings,
     BackgroundSettings, BalloonSettings, BlurSettings, CameraSettings, CountSettings,
@@ -98,6 +99,11 @@ impl Scene {
     /// # Errors
     /// [`PhantomError::Read`] if the file cannot be read or has more than 16 MiB; [`PhantomError::Scene`] that names the file besides.
     pub fn load(path: &Path) -> Result<Self, PhantomError> {
+        Ok(Self::read(path)?.0)
+    }
+
+    /// A scene and the text that it was read from.
+    pub(crate) fn read(path: &Path) -> Result<(Self, String), PhantomError> {
         let read = |path| {
             let mut bytes = Vec::new();
             let file = File::open(path)?;
@@ -111,9 +117,9 @@ impl Scene {
             path: path.to_path_buf(),
             source,
         })?;
-        let parsed = match str::from_utf8(&bytes) {
-            Ok(text) => Self::parse(text),
-            Err(error) => Err(place::not_text(&bytes, error)),
+        let parsed = match String::from_utf8(bytes) {
+            Ok(text) => Self::parse(&text).map(|scene| (scene, text)),
+            Err(error) => Err(place::not_text(error.as_bytes(), error.utf8_error())),
         };
         parsed.map_err(|mut error| {
             error.file = Some(path.to_path_buf());
@@ -245,6 +251,16 @@ impl Scene {
     }
 }
 
+/// Where in which file, before a message.
+pub(crate) fn place_in(file: Option<&Path>, place: Option<[usize; 2]>) -> String {
+    match (file.map(shown_path), place) {
+        (Some(file), Some([line, column])) => format!("{file}:{line}:{column}: "),
+        (Some(file), None) => format!("{file}: "),
+        (None, Some([line, column])) => format!("line {line}, column {column}: "),
+        (None, None) => String::new(),
+    }
+}
+
 /// What is wrong with a scene, and where. Shown on one line, with escapes for what a terminal would not show; what stands in the
 /// file is cut where it is long.
 #[derive(Debug, Clone, PartialEq)]
@@ -266,13 +282,7 @@ pub struct SceneError {
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let file = self.file.as_deref().map(shown_path);
-        match (file, self.place) {
-            (Some(file), Some([line, column])) => write!(f, "{file}:{line}:{column}: ")?,
-            (Some(file), None) => write!(f, "{file}: ")?,
-            (None, Some([line, column])) => write!(f, "line {line}, column {column}: ")?,
-            (None, None) => {}
-        }
+        f.write_str(&place_in(self.file.as_deref(), self.place))?;
         let [field, given, wanted] =
             [&self.field, &self.given, &self.wanted].map(|text| shown(text));
         match (field.as_str(), given.as_str()) {

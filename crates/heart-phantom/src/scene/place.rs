@@ -78,7 +78,7 @@ fn plain(message: &str) -> String {
 
 /// Line and column of a field such as `camera.pitch` or `defects.0.s`, or of the innermost table that would hold it; `None` if
 /// there is neither.
-pub(super) fn of_field(text: &str, field: &str) -> Option<[usize; 2]> {
+pub(crate) fn of_field(text: &str, field: &str) -> Option<[usize; 2]> {
     let root = DeTable::parse(text).ok()?;
     let mut entries = of_table(root.get_ref());
     let mut found = None;

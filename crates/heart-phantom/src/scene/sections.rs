@@ -461,6 +461,17 @@ pub enum ArcSettings {
     Rescale,
 }
 
+impl ArcSettings {
+    pub(crate) fn policy(self) -> radon::ArcPolicy {
+        match self {
+            Self::Complete => radon::ArcPolicy::Complete,
+            Self::Extend => radon::ArcPolicy::Extend,
+            Self::Truncate => radon::ArcPolicy::Truncate,
+            Self::Rescale => radon::ArcPolicy::Rescale,
+        }
+    }
+}
+
 /// `[truth]`: the exact volumes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

@@ -92,8 +92,7 @@ pub fn run(
 ) -> Result<Report, PhantomError> {
     options.validate()?;
     let _held = files::lock_folder(out)?;
-    // It is there when everything else is: an older one would speak of files that are about to change.
-    files::remove_if_there(&out.join("report.json"))?;
+    files::remove_older(out, &[])?;
     let given = options.threads.unwrap_or(0);
     let threads = rayon::ThreadPoolBuilder::new()
         .num_threads(given)
@@ -157,7 +156,7 @@ fn run_in_pool(
     run.time.total = total.seconds();
     report.time = run.time;
     report.peak_memory_bytes = run::peak_memory();
-    files::write_atomically(&out.join("report.json"), |file| {
+    files::write_atomically(&out.join(files::REPORT), |file| {
         serde_json::to_writer_pretty(&mut *file, &report)?;
         file.write_all(b"\n")
     })?;

@@ -184,7 +184,7 @@ fn check_tells_how_much_run_will_write() {
         .sum();
     assert_eq!(told, written);
     let (shown, _) = said(&heart_phantom(&["check", scene]));
-    assert!(shown.contains("MiB to write"), "{shown}");
+    assert!(shown.contains(" to write:"), "{shown}");
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod files;
 mod lock;
 mod material;
 mod phantom;
+mod prepare;
 mod report;
 mod scene;
 mod scenes;

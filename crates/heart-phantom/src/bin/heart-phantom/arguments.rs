@@ -8,8 +8,8 @@ use std::path::PathBuf;
 
 /// Shown after the help.
 const AFTER: &str = "\
-Exit codes: 0 done, 1 failed at work (a disk that is full, a shape that cannot be solved), 2 a command or a scene that makes no
-sense; 128 and the number of a signal that ended it (130 after Ctrl-C), as shells count. Files have their names when they are
+Exit codes: 0 done, 1 failed at work (a disk that is full, a folder that another run writes to), 2 a command or a scene that makes
+no sense or cannot be run; 128 and the number of a signal that ended it (130 after Ctrl-C), as shells count. Files have their names when they are
 whole, report.json when all the others do; a signal leaves nothing else behind, save one that kills at once. Errors of a scene
 name file, line, column and field, and say what would be right.";
 
@@ -42,7 +42,7 @@ pub(crate) enum Command {
         /// The file; it must not exist yet.
         file: Option<PathBuf>,
     },
-    /// Check a scene and say what it makes, computing nothing.
+    /// Find everything that a run of the scene could be refused for, and say what it makes.
     Check {
         /// The scene.
         scene: PathBuf,

@@ -5,9 +5,9 @@ use crate::output::{Answer, Failure, complain};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
-use heart_phantom::scene::{Product, Scene};
+use heart_phantom::scene::Scene;
 use heart_phantom::study::{self, StudyOptions};
-use heart_phantom::{Phantom, PhantomError, Progress};
+use heart_phantom::{Phantom, PhantomError, PlannedFile, Progress};
 use indicatif::{ProgressBar, ProgressStyle};
 use revolve_voxel::VoxelGrid;
 use serde_json::json;
@@ -20,7 +20,7 @@ pub(crate) fn run(arguments: &Arguments) -> Done {
     match &arguments.command {
         Command::Paper(options) => paper(arguments, options),
         Command::Init { file } => init(file.as_deref()),
-        Command::Check { scene } => check(arguments, scene),
+        Command::Check { scene } => in_pool(arguments, || check(arguments, scene)),
         Command::Run { scene, out } => in_pool(arguments, || run_scene(arguments, scene, out)),
         Command::Truth { scene, phase, out } => {
             in_pool(arguments, || truth(scene, *phase, out.as_deref()))
@@ -107,58 +107,71 @@ fn load(arguments: &Arguments, scene: &Path) -> Result<Phantom, PhantomError> {
 
 fn check(arguments: &Arguments, path: &Path) -> Done {
     let phantom = load(arguments, path)?;
+    phantom.prepare()?;
     warn(arguments, &phantom)?;
-    let camera = phantom.camera();
+    let (camera, numbers, files) = (phantom.camera(), phantom.numbers()?, phantom.files()?);
     let samples = phantom.n_gates() * camera.n_views() * camera.view_len();
+    let bytes: u64 = files.iter().map(|file| file.bytes).sum();
     let found = json!({
         "scene": phantom.scene(), "gates": phantom.n_gates(), "samples": samples,
-        "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(), "bytes": bytes_to_write(&phantom),
-        "memory": phantom.memory(),
-        "warnings": phantom.warnings()?,
+        "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(), "numbers": numbers,
+        "files": files, "bytes": bytes, "memory": phantom.memory(), "warnings": phantom.warnings()?,
     });
     let ([nx, ny, nz], [x, y, z]) = (camera.grid().shape(), camera.grid().spacing());
     let [low, high] = phantom.cycle().gains();
-    let lines = vec![
+    let sets = match phantom.n_gates() {
+        1 => String::new(),
+        n => format!("{n} sets of "),
+    };
+    let mut lines = vec![
         format!("{} is a scene", path.display()),
         format!(
-            "  {} of {} views, {} rows x {} bins",
-            match phantom.n_gates() {
-                1 => "one set".to_owned(),
-                n => format!("{n} sets"),
-            },
+            "  {sets}{} views, {} rows x {} bins",
             camera.n_views(),
             camera.n_rows(),
             camera.n_bins()
         ),
         format!("  {nx} x {ny} x {nz} voxels of {x:.4} x {y:.4} x {z:.4} cm"),
         format!(
-            "  volume gain {low:.4} to {high:.4}, ejection fraction {:.4}",
-            (high - low) / (1.0 + high)
+            "  EDV {:.2} mL, ESV {:.2} mL, ejection fraction {:.4} (volume gain {low:.4} to {high:.4})",
+            numbers.edv, numbers.esv, numbers.ejection_fraction
         ),
         format!(
-            "  arrays of {:.1} MiB to write",
-            bytes_to_write(&phantom) as f64 / f64::from(1 << 20)
-        ),
-        format!(
-            "  {:.0} MiB of memory at most",
-            phantom.memory().total() as f64 / f64::from(1 << 20)
+            "  {} of memory at most, {} to write:",
+            size(phantom.memory().total()),
+            size(bytes)
         ),
     ];
+    lines.extend(listed(&files));
     Ok(Answer::Report(found, lines))
 }
 
-/// What `run` would write in arrays before compression: four bytes a sample, one a label.
-fn bytes_to_write(phantom: &Phantom) -> usize {
-    let (camera, gates) = (phantom.camera(), phantom.n_gates());
-    let voxels = camera.grid().len();
-    let of = |product: &Product| match product {
-        Product::Projections => 4 * gates * camera.n_views() * camera.view_len(),
-        Product::Reconstruction | Product::Truth => 4 * gates * voxels,
-        Product::Labels => phantom.phases().len() * voxels,
-        Product::Attenuation => 4 * phantom.phases().len() * voxels,
-        Product::Meshes | Product::Pictures => 0,
+/// Bytes in the largest unit of which there is one.
+fn size(bytes: u64) -> String {
+    let (mut amount, mut unit) = (bytes as f64, "bytes");
+    for larger in ["KiB", "MiB", "GiB", "TiB"] {
+        if amount >= 1024.0 {
+            (amount, unit) = (amount / 1024.0, larger);
+        }
+    }
+    let digits = if unit == "bytes" { 0 } else { 1 };
+    format!("{amount:.digits$} {unit}")
+}
+
+/// The files by their sizes; of those of many gates the first and the last.
+fn listed(files: &[PlannedFile]) -> Vec<String> {
+    const MOST: usize = 20;
+    let line = |file: &PlannedFile| match file.bytes {
+        0 => format!("    {}", file.name.display()),
+        bytes => format!("    {} {}", file.name.display(), size(bytes)),
     };
-    phantom.scene().output.write.iter().map(of).sum()
+    if files.len() <= MOST {
+        return files.iter().map(line).collect();
+    }
+    let (first, last) = (&files[..MOST / 2], &files[files.len() - MOST / 2..]);
+    let between = format!("    ... ({} files)", files.len() - MOST);
+    let first = first.iter().map(line).chain([between]);
+    first.chain(last.iter().map(line)).collect()
 }
 
 fn run_scene(arguments: &Arguments, scene: &Path, out: &Path) -> Done {

@@ -164,9 +164,16 @@ fn told(error: &dyn std::error::Error) -> String {
 fn code(error: &PhantomError) -> u8 {
     match error {
         PhantomError::Scene(_)
+        | PhantomError::Refused { .. }
         | PhantomError::Read { .. }
         | PhantomError::Absent { .. }
+        | PhantomError::Balloon(_)
+        | PhantomError::Membrane(_)
         | PhantomError::Crossed { .. }
+        | PhantomError::NoMaterial { .. }
+        | PhantomError::NoDefect { .. }
+        | PhantomError::Uncovered { .. }
+        | PhantomError::Quadrature { .. }
         | PhantomError::OutOfRange { .. }
         | PhantomError::Count { .. }
         | PhantomError::Odd { .. }
@@ -178,12 +185,18 @@ fn code(error: &PhantomError) -> u8 {
 
 fn as_json(error: &PhantomError) -> Value {
     let mut json = json!({ "error": told(error), "code": code(error) });
-    if let PhantomError::Scene(scene) = error {
-        let file = scene.file.as_ref().map(|file| file.to_string_lossy());
-        json["file"] = json!(file);
-        json["field"] = json!(scene.field);
-        json["line"] = json!(scene.place.map(|[line, _]| line));
-        json["column"] = json!(scene.place.map(|[_, column]| column));
+    let at = match error {
+        PhantomError::Scene(scene) => Some((&scene.file, &scene.field, scene.place)),
+        PhantomError::Refused {
+            file, field, place, ..
+        } => Some((file, field, *place)),
+        _ => None,
+    };
+    if let Some((file, field, place)) = at {
+        json["file"] = json!(file.as_ref().map(|file| file.to_string_lossy()));
+        json["field"] = json!(field);
+        json["line"] = json!(place.map(|[line, _]| line));
+        json["column"] = json!(place.map(|[_, column]| column));
     }
     json
 }

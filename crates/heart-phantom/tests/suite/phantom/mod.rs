@@ -493,7 +493,10 @@ fn membranes_that_cross_make_no_heart() {
         // Found before any view is taken, though the views are of the heart at rest.
         let folder = tempfile::tempdir().unwrap();
         let refused = heart_phantom::run(&phantom, folder.path(), &|_| ());
-        assert!(matches!(refused, Err(PhantomError::Crossed { .. })));
+        let Err(PhantomError::Refused { source, .. }) = refused else {
+            panic!("{refused:?}")
+        };
+        assert!(matches!(*source, PhantomError::Crossed { .. }));
         assert_eq!(phantom.work().rays_cast, 0);
     }
 }

@@ -1,0 +1,383 @@
+//! What can be refused is refused before any view, with the field; what is promised is written, and no more.
+
+use heart_phantom::files::Format;
+use heart_phantom::scene::*;
+use heart_phantom::{Phantom, PhantomError, Uptake, run};
+use proptest::prelude::*;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn small(mode: Mode) -> Scene {
+    let mut scene = Scene::default().with_size(12).with_mode(mode);
+    scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 41 };
+    scene.camera.views = 6;
+    scene.acquisition.accuracy = AccuracySettings::Steps(4);
+    scene
+}
+
+fn defect() -> DefectSettings {
+    DefectSettings {
+        layers: [0.2, 0.8],
+        s: [0.1, 0.4],
+        azimuths: [0.0, 90.0],
+        activity: 0.5,
+    }
+}
+
+/// Scenes whose every field is in its range, and which cannot be run; the field that is to blame.
+fn hopeless() -> Vec<(Scene, &'static str)> {
+    let with = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = small(Mode::WholeCycle);
+        change(&mut scene);
+        scene
+    };
+    vec![
+        // Directions of 0 and 181 degrees: nearly the same.
+        (
+            with(&|scene| (scene.camera.views, scene.camera.arc) = (2, 362.0)),
+            "camera.arc",
+        ),
+        (
+            with(&|scene| {
+                scene.heart.inner.length = 1.7623;
+                scene.heart.inner.radius = 2.4789;
+                scene.defects = vec![defect()];
+            }),
+            "defects",
+        ),
+        (
+            with(&|scene| {
+                // Thinner than rounding.
+                let layers = [0.5, 0.5 + 1e-15];
+                scene.defects = vec![defect(), DefectSettings { layers, ..defect() }];
+            }),
+            "defects.1",
+        ),
+        (
+            with(&|scene| {
+                scene.background = Some(BackgroundSettings {
+                    concentration: 0.1,
+                    centre: [0.0; 2],
+                    semi_axes: [7.0, 3.0],
+                });
+            }),
+            "background.semi_axes",
+        ),
+        (
+            with(&|scene| {
+                (scene.heart.outer.length, scene.heart.outer.radius) = (14.0, 1.77);
+            }),
+            "heart",
+        ),
+        (
+            with(&|scene| scene.acquisition.accuracy = AccuracySettings::Tolerance(1e-6)),
+            "acquisition.accuracy.tolerance",
+        ),
+        (
+            with(&|scene| {
+                scene.noise = Some(NoiseSettings {
+                    counts: CountSettings::Total(1e6),
+                    seed: 1,
+                });
+                scene.pose.shift = [0.0, 0.0, 100.0];
+            }),
+            "noise.counts.total",
+        ),
+        (
+            with(&|scene| {
+                scene.noise = Some(NoiseSettings {
+                    counts: CountSettings::Total(1e6),
+                    seed: 1,
+                });
+                scene.activity.wall = Uptake::Concentration(0.0);
+            }),
+            "noise.counts.total",
+        ),
+    ]
+}
+
+#[test]
+fn what_cannot_be_run_is_refused_before_any_view_with_the_field() {
+    for (scene, expected) in hopeless() {
+        scene.check().unwrap();
+        let phantom = Phantom::new(scene.clone()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out");
+        fs::create_dir(&out).unwrap();
+        fs::write(out.join("report.json"), "{\"files\": [\"truth.npy\"]}").unwrap();
+        fs::write(out.join("truth.npy"), "older").unwrap();
+        let error = run(&phantom, &out, &|_| ()).unwrap_err();
+        let PhantomError::Refused {
+            field,
+            file: None,
+            place: None,
+            ..
+        } = &error
+        else {
+            panic!("{expected}: {error:?}")
+        };
+        assert_eq!(field, expected, "{error}");
+        assert!(error.to_string().starts_with(&format!("{expected}: ")));
+        // No ray for nothing (a tolerance is tried on coarse views, a total of counts on as many views as there are), and what
+        // an earlier run has left is as it was.
+        let tried = expected.starts_with("acquisition") || expected.starts_with("noise");
+        assert!(tried || phantom.work().rays_cast == 0, "{expected}");
+        assert_eq!(phantom.work().slices_reconstructed, 0);
+        assert_eq!(fs::read_to_string(out.join("truth.npy")).unwrap(), "older");
+        assert!(out.join("report.json").exists());
+        // The same from a file, with its place.
+        let path = folder.path().join("scene.toml");
+        fs::write(&path, scene.to_toml()).unwrap();
+        let again = Phantom::load(&path).unwrap().prepare().unwrap_err();
+        let PhantomError::Refused {
+            field: same,
+            file: Some(file),
+            place: Some([line, _]),
+            ..
+        } = &again
+        else {
+            panic!("{again:?}")
+        };
+        assert_eq!((same, file), (field, &path));
+        let text = scene.to_toml();
+        let at = text.lines().nth(line - 1).unwrap();
+        let name = expected
+            .split('.')
+            .rfind(|part| part.parse::<usize>().is_err());
+        let last = name.unwrap();
+        assert!(
+            at.contains(last) || at.contains("counts"),
+            "{expected}: {at}"
+        );
+    }
+}
+
+/// The same scenes with what is to blame taken away can be run.
+#[test]
+fn what_is_no_reason_is_no_refusal() {
+    let mut scene = small(Mode::Gated { gates: 2 });
+    scene.defects = vec![defect(), defect()];
+    scene.camera.arc = 360.0;
+    scene.background = Some(BackgroundSettings {
+        concentration: 0.1,
+        centre: [0.0; 2],
+        semi_axes: [8.0, 9.0],
+    });
+    scene.noise = Some(NoiseSettings {
+        counts: CountSettings::Total(1e4),
+        seed: 1,
+    });
+    scene.acquisition.accuracy = AccuracySettings::Tolerance(0.05);
+    let phantom = Phantom::new(scene).unwrap();
+    phantom.prepare().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    run(&phantom, folder.path(), &|_| ()).unwrap();
+}
+
+/// What a reconstruction alone would be refused for does not keep a run from what needs none.
+#[test]
+fn only_what_is_asked_for_is_tried() {
+    let folder = tempfile::tempdir().unwrap();
+    for (scene, field) in hopeless() {
+        let needs = [
+            "camera.arc",
+            "noise.counts.total",
+            "acquisition.accuracy.tolerance",
+        ];
+        let needs = needs.contains(&field);
+        let mut scene = scene;
+        scene.output.write = vec![Product::Labels];
+        let phantom = Phantom::new(scene).unwrap();
+        let out = folder.path().join(field);
+        assert_eq!(run(&phantom, &out, &|_| ()).is_ok(), needs, "{field}");
+    }
+}
+
+fn names(folder: &Path) -> Vec<PathBuf> {
+    let mut names: Vec<PathBuf> = (fs::read_dir(folder).unwrap())
+        .map(|entry| entry.unwrap().file_name().into())
+        .collect();
+    names.sort();
+    names
+}
+
+fn any_output() -> impl Strategy<Value = OutputSettings> {
+    let all = vec![
+        Product::Projections,
+        Product::Reconstruction,
+        Product::Truth,
+        Product::Labels,
+        Product::Attenuation,
+        Product::Meshes,
+        Product::Pictures,
+    ];
+    let n = all.len();
+    let projections: Vec<Format> = (Format::ALL.into_iter())
+        .filter(|format| format.projections_extension().is_some())
+        .collect();
+    let volumes = prop::sample::select(Format::ALL.to_vec());
+    (
+        prop::sample::subsequence(all, 0..=n),
+        volumes,
+        prop::sample::select(projections),
+    )
+        .prop_map(|(write, volumes, projections)| OutputSettings {
+            write,
+            volumes,
+            projections,
+            ..OutputSettings::default()
+        })
+}
+
+fn any_mode() -> impl Strategy<Value = Mode> {
+    prop_oneof![
+        Just(Mode::Static { phase: 0.3 }),
+        Just(Mode::Instants),
+        Just(Mode::WholeCycle),
+        Just(Mode::Gated { gates: 1 }),
+        Just(Mode::Gated { gates: 3 }),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// Into one folder, one run after the other: it always holds what the last one has planned, and what is not the program's.
+    #[test]
+    fn a_folder_holds_what_was_planned(
+        runs in prop::collection::vec((any_mode(), any_output()), 1..4),
+    ) {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("notes.txt"), "mine").unwrap();
+        for (mode, output) in runs {
+            let scene = small(mode).with_output(output).with_attenuation(AttenuationSettings {
+                coefficient: 0.1,
+                medium: MediumSettings::Heart,
+            });
+            let phantom = Phantom::new(scene).unwrap();
+            let planned = phantom.files().unwrap();
+            let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+            let mut expected: Vec<PathBuf> = planned.iter().map(|file| file.name.clone()).collect();
+            expected.sort();
+            let mut written = report.files.clone();
+            written.sort();
+            prop_assert_eq!(&written, &expected);
+            expected.push("notes.txt".into());
+            expected.sort();
+            prop_assert_eq!(names(folder.path()), expected);
+            for file in planned {
+                let size = fs::metadata(folder.path().join(&file.name)).unwrap().len();
+                let ending = file.name.extension().unwrap().to_str().unwrap();
+                match ending {
+                    // Not known before.
+                    _ if file.bytes == 0 => {}
+                    "stl" => prop_assert_eq!(size, file.bytes),
+                    // Compressed; what cannot be made smaller has the frame of its format.
+                    "gz" | "png" | "gif" => prop_assert!(size < file.bytes * 9 / 8 + 2048),
+                    // An archive has a header for each of its arrays, and a list of them.
+                    "npz" => prop_assert!((file.bytes..file.bytes + 4096).contains(&size)),
+                    _ => prop_assert!((file.bytes..file.bytes + 1024).contains(&size), "{file:?} {size}"),
+                }
+            }
+        }
+    }
+}
+
+/// A folder where a file is to go is found before there is anything to write.
+#[test]
+fn a_folder_in_the_way_is_found_before_any_view() {
+    for name in ["projections.npy", "truth.npy", "report.json"] {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join(name)).unwrap();
+        let phantom = Phantom::new(small(Mode::WholeCycle)).unwrap();
+        let error = run(&phantom, folder.path(), &|_| ()).unwrap_err();
+        assert!(error.to_string().contains(name), "{error}");
+        assert_eq!(phantom.work().rays_cast, 0);
+        assert_eq!(names(folder.path()), [PathBuf::from(name)]);
+    }
+}
+
+#[cfg(feature = "cli")]
+mod program {
+    use super::*;
+    use std::process::Command;
+
+    fn check(folder: &Path, scene: &Scene, words: &[&str]) -> (Option<i32>, String, String) {
+        let path = folder.join("scene.toml");
+        fs::write(&path, scene.to_toml()).unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
+            .current_dir(folder)
+            .args(["check", "scene.toml"])
+            .args(words)
+            .output()
+            .unwrap();
+        let [out, err] =
+            [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
+        (output.status.code(), out, err)
+    }
+
+    #[test]
+    fn check_finds_what_run_would_refuse_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        for (scene, field) in hopeless() {
+            let (code, out, said) = check(folder.path(), &scene, &[]);
+            assert_eq!((code, out.as_str()), (Some(2), ""), "{said}");
+            assert!(said.starts_with("error: scene.toml:"), "{said}");
+            assert!(said.contains(&format!(": {field}: ")), "{said}");
+            let (_, out, said) = check(folder.path(), &scene, &["--json"]);
+            assert!(out.is_empty());
+            let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+            assert_eq!(said["field"], field);
+            assert_eq!(said["file"], "scene.toml");
+            assert!(said["line"].as_u64().unwrap() > 1);
+        }
+    }
+
+    #[test]
+    fn check_tells_volumes_memory_and_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut scene = small(Mode::Gated { gates: 8 });
+        scene.output.write.push(Product::Labels);
+        let phantom = Phantom::new(scene.clone()).unwrap();
+        let report = run(&phantom, &folder.path().join("out"), &|_| ()).unwrap();
+        let (code, said, warned) = check(folder.path(), &scene, &["--json"]);
+        assert_eq!((code, warned.as_str()), (Some(0), ""));
+        let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+        let numbers = serde_json::to_value(report.numbers).unwrap();
+        assert_eq!(said["numbers"], numbers);
+        let files = said["files"].as_array().unwrap();
+        let listed: Vec<_> = files
+            .iter()
+            .map(|file| file["name"].as_str().unwrap())
+            .collect();
+        let written: Vec<_> = report
+            .files
+            .iter()
+            .map(|file| file.to_str().unwrap())
+            .collect();
+        assert_eq!(listed.len(), written.len());
+        assert!(written.iter().all(|name| listed.contains(name)));
+        // 8 sets of 6 views, 8 reconstructions and truths of four bytes a sample, 8 volumes of one.
+        let bytes = 8 * (4 * 6 * 12 * 12 + (4 + 4 + 1) * 12 * 12 * 12);
+        assert_eq!(said["bytes"], bytes);
+        assert_eq!(
+            said["memory"],
+            serde_json::to_value(phantom.memory()).unwrap()
+        );
+        let (_, said, _) = check(folder.path(), &scene, &[]);
+        let edv = format!(
+            "EDV {:.2} mL, ESV {:.2} mL",
+            report.numbers.edv, report.numbers.esv
+        );
+        for part in [
+            "8 sets of 6 views",
+            &edv,
+            "projections-gate-00.npy 3.4 KiB",
+            "report.json",
+            "(13 files)",
+        ] {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+        assert!(said.lines().count() < 30);
+    }
+}
