@@ -1,8 +1,102 @@
-//! What `docs/guide-physicists.md` shows is what the program takes and says.
+//! What `docs/guide-physicists.md` and `docs/pressure.md` show is what the program takes and says, and the crates compute.
 
 use heart_phantom::scene::Scene;
+use membrane_newton::{
+    Control, Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, PairEquilibrium,
+    PressureLaw, RestShape, Solver, Stiffness,
+};
 
 const GUIDE: &str = include_str!("../../docs/guide-physicists.md");
+const PRESSURE: &str = include_str!("../../docs/pressure.md");
+
+/// The heart of the study at a gain of 0.6.
+fn dilated(law: PressureLaw, stiffness: f64) -> PairEquilibrium {
+    let solver = |radius: f64| {
+        let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap())
+            .with_law(law)
+            .with_stiffness(Stiffness::constant(stiffness).unwrap());
+        let (degree, per_piece) = (16, 1);
+        Solver::new(&membrane, Discretisation::Spectral { degree, per_piece }).unwrap()
+    };
+    let pair = Pair::new(solver(1.75), solver(2.75)).unwrap();
+    let options = NewtonOptions::default();
+    pair.solve(Control::VolumeGain(0.6), &options).unwrap()
+}
+
+/// Every number of the page's example, from the equilibria and from the definition of a millimetre of mercury.
+#[test]
+fn pressures_are_those_of_the_page() {
+    let shown = |text: String| assert!(PRESSURE.contains(&text), "{text}");
+    let row =
+        |name: &str, digits: usize, pair: &PairEquilibrium, of: &dyn Fn(&Equilibrium) -> f64| {
+            let [inner, outer] = [&pair.inner, &pair.outer].map(of);
+            shown(format!("| {name} | {inner:.digits$} | {outer:.digits$} |"));
+        };
+    // mercury 13 595.1 kg/m^3, 9.80665 m/s^2, 1 mm; in kPa
+    let mmhg = 13_595.1 * 9.80665 * 1e-6;
+    shown(format!("1 kPa = {:.6} mmHg", 1.0 / mmhg));
+    shown(format!("{:.9} Pa", 1000.0 * mmhg));
+
+    let one = dilated(PressureLaw::PerMaterialLength, 1.0);
+    row("intensity f", 6, &one, &|e| e.intensity);
+    row("current length L, cm", 6, &one, &|e| e.measures.length);
+    row("mean pressure f / L", 6, &one, &|e| e.pressure());
+    let across = one.inner.pressure() + one.outer.pressure();
+    let stiffness = 10.0 * mmhg / across;
+    shown(format!("Across both it is {across:.6} lambda"));
+    shown(format!(
+        "10 mmHg = {:.6} kPa: lambda = {stiffness:.6} kPa",
+        10.0 * mmhg
+    ));
+
+    // solved again in these units, by the law of total force
+    let pair = dilated(PressureLaw::TotalForce, stiffness);
+    let local = |e: &Equilibrium, s: f64| {
+        let [x, y] = e.at(s).first;
+        e.intensity / x.hypot(y) / mmhg
+    };
+    row("intensity f, kPa cm", 6, &pair, &|e| e.intensity);
+    row("total force F, kPa cm^3", 4, &pair, &|e| e.load);
+    row("mean pressure, kPa", 6, &pair, &|e| e.pressure());
+    row("mean pressure, mmHg", 6, &pair, &|e| e.pressure() / mmhg);
+    row("pressure at the apex, mmHg", 6, &pair, &|e| local(e, 0.5));
+    row("pressure on the cylinder, mmHg", 6, &pair, &|e| {
+        local(e, 0.1)
+    });
+    // the mean over the curve is that of p(s) along its length, and the sum is what was asked for
+    for e in [&pair.inner, &pair.outer] {
+        let n = 2000;
+        let points: Vec<_> = (0..n)
+            .map(|k| e.at((f64::from(k) + 0.5) / f64::from(n)))
+            .collect();
+        let speed = |k: usize| points[k].first[0].hypot(points[k].first[1]);
+        let length: f64 = (0..points.len()).map(speed).sum();
+        let mean: f64 = (0..points.len())
+            .map(|k| e.intensity / speed(k) * speed(k))
+            .sum();
+        // midpoints, of second order: 1e-7 of the whole
+        assert!((mean / length / e.pressure() - 1.0).abs() < 1e-6);
+    }
+    let sum = pair.inner.pressure() + pair.outer.pressure();
+    assert!((sum / (10.0 * mmhg) - 1.0).abs() < 1e-12);
+
+    let rest = 17.0 + 1.75 * std::f64::consts::PI;
+    let sheet = 10.0 * stiffness * rest; // N/m
+    shown(format!("lambda times {rest:.6} cm = {sheet:.1} N/m"));
+    shown(format!("({:.2} mm)", sheet / 1e6 * 1e3));
+
+    let even = dilated(PressureLaw::PerCurrentLength, 1.0);
+    let [inner, outer] = [&even.inner, &even.outer].map(Equilibrium::pressure);
+    shown(format!("{inner:.6} and {outer:.6} lambda"));
+    shown(format!(
+        "lambda = {:.6} kPa.",
+        10.0 * mmhg / (inner + outer)
+    ));
+    assert!((one.inner.pressure() / inner - 1.0).abs() < 2e-3);
+    assert!((one.outer.pressure() / outer - 1.0).abs() < 2e-3);
+    // water of 1 g/cm^3
+    assert!((1000.0 * 9.80665 * 0.1 / 1000.0 / mmhg - 7.0).abs() < 0.5);
+}
 
 #[test]
 fn its_scenes_are_scenes() {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{CurvePiece, CurvePoint, Measures};
+use membrane_forces::{CurvePiece, CurvePoint, Measures, PressureLaw};
 
 use crate::discrete::{Discrete, own};
 use crate::options::NewtonReport;
@@ -27,6 +27,33 @@ pub struct Equilibrium {
 impl Equilibrium {
     fn nodes(&self) -> &[f64] {
         &self.state[..self.state.len() - 1]
+    }
+
+    /// Pressure across the membrane (inside minus outside), force per area of the surface as it is, in the unit of the
+    /// stiffness: p under the law per current length; under the others, whose force is even over the material, the mean
+    /// over the curve, intensity over current length.
+    ///
+    /// With the stiffness in kPa it is in kPa; `docs/pressure.md` has the units of everything else.
+    ///
+    /// ```
+    /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, PressureLaw, RestShape, Solver};
+    /// let balloon = Membrane::new(RestShape::balloon(8.5, 1.75)?); // stiffness 1
+    /// let spectral = Discretisation::Spectral { degree: 16, per_piece: 1 };
+    /// let options = NewtonOptions::default();
+    /// let by_material = Solver::new(&balloon, spectral)?.solve(Control::VolumeGain(0.6), &options)?;
+    /// let by_area = Solver::new(&balloon.with_law(PressureLaw::PerCurrentLength), spectral)?;
+    /// let by_area = by_area.solve(Control::VolumeGain(0.6), &options)?;
+    /// assert!((by_material.pressure() - 0.717148).abs() < 1e-6);
+    /// assert!((by_area.pressure() - 0.716189).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn pressure(&self) -> f64 {
+        match self.plan.discrete.law() {
+            PressureLaw::PerCurrentLength => self.intensity,
+            PressureLaw::PerMaterialLength | PressureLaw::TotalForce => {
+                self.intensity / self.measures.length
+            }
+        }
     }
 
     /// Nodes [x, y] of the discretisation from s = 0 to s = 1, cm.
