@@ -2,7 +2,7 @@
 
 use crate::artefacts::Artefacts;
 use crate::error::PhantomError;
-use crate::files::{self, Projections, Volume};
+use crate::files::{self, Projections, SliceOrder, Volume};
 use crate::memory::Memory;
 use crate::phantom::{Numbers, Phantom};
 use crate::phases::{PhaseReport, ScenePhase};
@@ -11,6 +11,7 @@ use crate::planned::MOVING;
 use crate::planned::{ATTENUATION, LABELS, RECONSTRUCTION, SURFACES, phase_name, surface_name};
 use crate::scene::{Product, Scene};
 use crate::truth::TruthOf;
+use crate::view_time::ViewReport;
 use crate::warning::Warning;
 use crate::work::WorkReport;
 use serde::Serialize;
@@ -41,6 +42,8 @@ pub struct RunReport {
     /// What the pictures show, where such were written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pictures: Option<PictureReport>,
+    /// Rows and slices in the files of the formats chosen.
+    pub slice_order: SliceOrders,
     /// What the numbers in label volumes stand for, from 0 on, where such were written.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub labels: Vec<String>,
@@ -52,9 +55,20 @@ pub struct RunReport {
     pub files: Vec<PathBuf>,
 }
 
+/// The order of what follows each other along z, in the files of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct SliceOrders {
+    /// Rows of the projections.
+    pub projections: SliceOrder,
+    /// Slices of the volumes.
+    pub volumes: SliceOrder,
+}
+
 /// One set of views.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GateReport {
+    /// When and from where its views are taken.
+    pub views: ViewReport,
     /// Estimated relative error of the quadrature over time, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature_error: Option<f64>,
@@ -143,6 +157,10 @@ pub fn run(
         phases,
         gates,
         pictures,
+        slice_order: SliceOrders {
+            projections: phantom.scene().output.projections.slice_order(),
+            volumes: phantom.scene().output.volumes.slice_order(),
+        },
         labels: if writer.wants(Product::Labels) {
             phantom.label_names()
         } else {
@@ -175,6 +193,7 @@ impl Writer<'_> {
         let pictures = self.wants(Product::Pictures);
         let reconstruct = self.wants(Product::Reconstruction) || pictures;
         let mut report = GateReport {
+            views: ViewReport::of(&phantom.view_times(gate)?),
             quadrature_error: None,
             counts_per_unit: None,
             truth: None,

@@ -2,6 +2,7 @@
 
 use crate::acquire::Acquisition;
 use crate::camera::Rotation;
+use crate::files::short;
 use crate::{Camera, Cycle};
 use serde::Serialize;
 
@@ -23,6 +24,32 @@ pub struct ViewTime {
     pub phase: f64,
     /// Mean angle of the camera over the time seen, in radians. What was seen is reconstructed as seen from there.
     pub angle: f64,
+}
+
+/// The views of a gate as `report.json` has them, one number a view.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[non_exhaustive]
+pub struct ViewReport {
+    /// [`ViewTime::start`] in seconds.
+    pub start_s: Vec<f64>,
+    /// [`ViewTime::window`] in seconds.
+    pub window_s: Vec<f64>,
+    /// [`ViewTime::phase`].
+    pub phase: Vec<f64>,
+    /// [`ViewTime::angle`] in degrees, as angles of scenes are.
+    pub angle_deg: Vec<f64>,
+}
+
+impl ViewReport {
+    pub(crate) fn of(times: &[ViewTime]) -> Self {
+        let column = |of: fn(&ViewTime) -> f64| times.iter().map(|time| short(of(time))).collect();
+        Self {
+            start_s: column(|time| time.start),
+            window_s: column(|time| time.window),
+            phase: column(|time| time.phase),
+            angle_deg: column(|time| time.angle.to_degrees()),
+        }
+    }
 }
 
 /// The part of a view's time that counts, in beats: all between two ends that is in a gate.

@@ -32,6 +32,16 @@ pub enum Format {
     RawJson,
 }
 
+/// From which end rows of projections and slices of volumes follow each other in a file, the patient's head at +z.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SliceOrder {
+    /// From -z to +z, as in memory.
+    FeetToHead,
+    /// From +z to -z.
+    HeadToFeet,
+}
+
 impl Format {
     /// Every format.
     pub const ALL: [Self; 10] = [
@@ -58,6 +68,21 @@ impl Format {
             Self::InterfileStir => "Interfile (STIR)",
             Self::InterfileSimind => "Interfile (SIMIND)",
             Self::RawJson => "raw with JSON",
+        }
+    }
+
+    /// The order of rows and slices in its files.
+    pub fn slice_order(self) -> SliceOrder {
+        match self {
+            Self::InterfileStir | Self::InterfileSimind => SliceOrder::HeadToFeet,
+            Self::Npy
+            | Self::Npz
+            | Self::Nifti
+            | Self::NiftiGz
+            | Self::MetaImage
+            | Self::MetaImageSingle
+            | Self::Nrrd
+            | Self::RawJson => SliceOrder::FeetToHead,
         }
     }
 

@@ -59,8 +59,8 @@ mod raw_json;
 mod samples;
 mod volume;
 
-/// A number without the digits that only rounding has put there, for headers that people read: 180, not 180.00000000000003.
-fn short(value: f64) -> f64 {
+/// A number without the digits that only rounding has put there, for headers and reports that people read: 180, not 180.00000000000003.
+pub(crate) fn short(value: f64) -> f64 {
     // Thirteen digits are one more than any grid of our making is known to.
     format!("{value:.12e}").parse().unwrap_or(value)
 }
@@ -70,7 +70,7 @@ fn millimetres(cm: f64) -> f64 {
 }
 
 pub use atomic::{HeldWrites, create_writable_folder, remove_unfinished, write_atomically};
-pub use format::{Format, write_projections, write_volume};
+pub use format::{Format, SliceOrder, write_projections, write_volume};
 pub use lock::{FolderLock, lock_folder};
 pub(crate) use mesh::stl_bytes;
 pub use mesh::{write_ply, write_stl};

@@ -106,6 +106,7 @@ fn run_writes_what_the_scene_asks_for() {
     assert!((report["numbers"]["ejection_fraction"].as_f64().unwrap() - 0.375).abs() < 1e-9);
     assert_eq!(report["work"]["shapes_solved"], 13); // 5 for the gates of 8 steps, 13 in all for the 24 phases of the masks
     assert!(report["gates"][1]["quadrature_error"].as_f64().unwrap() > 0.0);
+    check_views(&report);
     // The summary for people, and silence.
     let again = folder.path().join("again");
     let (shown, _) = said(&heart_phantom(&[
@@ -129,6 +130,31 @@ fn run_writes_what_the_scene_asks_for() {
     }
     let quiet = heart_phantom(&["--quiet", "run", scene, "--out", again.to_str().unwrap()]);
     assert!(quiet.status.success() && quiet.stdout.is_empty() && quiet.stderr.is_empty());
+}
+
+/// A camera that stops, 65 beats a minute, views a second apart, two gates: each sees half of its second.
+fn check_views(report: &serde_json::Value) {
+    assert_eq!(report["slice_order"]["projections"], "head-to-feet");
+    assert_eq!(report["slice_order"]["volumes"], "feet-to-head");
+    let n = report["scene"]["camera"]["views"].as_u64().unwrap() as usize;
+    for gate in 0..2 {
+        let column = |name: &str| -> Vec<f64> {
+            let column = report["gates"][gate]["views"][name].as_array().unwrap();
+            column.iter().map(|x| x.as_f64().unwrap()).collect()
+        };
+        let [start, window, phase, angle] =
+            ["start_s", "window_s", "phase", "angle_deg"].map(column);
+        assert_eq!(
+            [start.len(), window.len(), phase.len(), angle.len()],
+            [n; 4]
+        );
+        for k in 0..n {
+            let beats = k as f64 * 65.0 / 60.0;
+            assert_eq!([start[k], window[k]], [k as f64, 0.5]);
+            assert!((phase[k] - beats.fract()).abs() < 1e-11); // 13 digits
+            assert!((angle[k] - 180.0 * k as f64 / n as f64).abs() < 1e-10);
+        }
+    }
 }
 
 /// The report lists what is in the folder, data beside their headers too.
