@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use benches::{Effort, Row, on_threads, timed};
 use criterion::Criterion;
-use heart_phantom::study::{self, StudyOptions};
 use heart_phantom::{Acquisition, Camera, Cycle, Heart, Phantom, acquire, scene, truth};
+use heart_study::StudyOptions;
 use radon::{Kernel, Projector, StackOrder};
 
 const WALL: [f64; 2] = [0.0, 1.0];
@@ -173,7 +173,7 @@ fn papers(effort: Effort) {
                 figures: false,
                 ..StudyOptions::default()
             };
-            let run = || study::run(&options, &folder, &|_| ()).expect("a study");
+            let run = || heart_study::run(&options, &folder, &|_| ()).expect("a study");
             let (seconds, report) = timed(3, run);
             Row {
                 study: "whole study",

@@ -12,6 +12,7 @@ pub(crate) const PUBLISHED: &[&str] = &[
     "revolve-voxel",
     "radon",
     "heart-phantom",
+    "heart-study",
 ];
 
 /// The name under which the crate in `folder` is published.

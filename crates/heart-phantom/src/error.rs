@@ -127,10 +127,6 @@ pub enum PhantomError {
     /// A reconstruction could not be made.
     #[error(transparent)]
     Radon(#[from] radon::RadonError),
-    /// A figure could not be drawn.
-    #[cfg(feature = "figures")]
-    #[error(transparent)]
-    Figure(Box<crate::figures::FigureError>),
     /// A file format has no place for what it was to hold.
     #[error("{format} cannot hold {what}")]
     Unsupported {
@@ -208,16 +204,6 @@ pub enum PhantomError {
         /// What the operating system said.
         source: std::io::Error,
     },
-}
-
-#[cfg(feature = "figures")]
-impl From<crate::figures::FigureError> for PhantomError {
-    fn from(error: crate::figures::FigureError) -> Self {
-        match error {
-            crate::figures::FigureError::File(error) => error,
-            error => Self::Figure(Box::new(error)),
-        }
-    }
 }
 
 /// The threads of [`PhantomError::Threads`].

@@ -46,7 +46,11 @@
 //! [`files`] writes volumes and projections whole or not at all: npy, npz, NIfTI, MetaImage, NRRD, Interfile, raw with JSON.
 //!
 //! # Features
-//! `figures`: pictures (`figures`) and the whole study (`study`). `cli`: the binary `heart-phantom`. None by default.
+//! `files`, on by default: pictures of slices, PNG and GIF.
+//!
+//! The paper's figures, its study as a whole and the command line are in the crate `heart-study`, above this one.
+
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod acquire;
 mod activity;
@@ -57,8 +61,6 @@ mod camera;
 mod cycle;
 mod defect;
 mod error;
-#[cfg(feature = "figures")]
-pub mod figures;
 pub mod files;
 mod heart;
 mod kept;
@@ -75,8 +77,6 @@ mod run;
 mod scan;
 pub mod scene;
 mod steps;
-#[cfg(feature = "figures")]
-pub mod study;
 mod text;
 mod timing;
 mod truth;
@@ -84,6 +84,12 @@ mod view_time;
 mod volume_curve;
 mod warning;
 mod work;
+
+pub use membrane_forces;
+pub use membrane_implicit;
+pub use membrane_newton;
+pub use radon;
+pub use revolve_voxel;
 
 pub use acquire::{Acquisition, Sinograms, acquire};
 pub use activity::{Activity, Uptake};

@@ -43,9 +43,9 @@ impl Phantom {
 
     fn try_all(&self) -> Result<(), PhantomError> {
         let wants = |product| self.scene().output.write.contains(&product);
-        if wants(Product::Pictures) && !cfg!(feature = "figures") {
+        if wants(Product::Pictures) && !cfg!(feature = "files") {
             return Err(PhantomError::Unsupported {
-                format: "this build, without the feature `figures`,",
+                format: "this build, without the feature `files`,",
                 what: "pictures",
             });
         }

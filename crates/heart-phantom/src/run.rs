@@ -6,7 +6,7 @@ use crate::files::{self, Projections, SliceOrder, Volume};
 use crate::memory::Memory;
 use crate::phantom::{Numbers, Phantom};
 use crate::phases::{PhaseReport, ScenePhase};
-#[cfg(feature = "figures")]
+#[cfg(feature = "files")]
 use crate::planned::MOVING;
 use crate::planned::{ATTENUATION, LABELS, RECONSTRUCTION, SURFACES, phase_name, surface_name};
 use crate::scene::{Product, Scene};
@@ -287,7 +287,7 @@ impl Writer<'_> {
 
     /// The middle slice of each gate, and of several the beat once round in its own time; greys from nothing to the largest
     /// sample of all of them.
-    #[cfg(feature = "figures")]
+    #[cfg(feature = "files")]
     fn pictures(&mut self) -> Result<Option<PictureReport>, PhantomError> {
         let frames = std::mem::take(&mut self.middle);
         if frames.is_empty() {
@@ -322,7 +322,7 @@ impl Writer<'_> {
         }))
     }
 
-    #[cfg(not(feature = "figures"))]
+    #[cfg(not(feature = "files"))]
     fn pictures(&mut self) -> Result<Option<PictureReport>, PhantomError> {
         Ok(None)
     }

@@ -31,7 +31,7 @@ pub enum TruthOf {
 
 impl TruthOf {
     /// The name of its file, without what all files of a kind have in common.
-    pub(crate) fn file_name(self) -> &'static str {
+    pub fn file_name(self) -> &'static str {
         match self {
             Self::EachView => "truth",
             Self::MeanOfViews => "truth-mean-of-views",

@@ -1,10 +1,10 @@
-//! Every figure from made-up data, to see how each looks: `cargo run --release --example figures --features figures -- DIR`.
+//! Every figure from made-up data, to see how each looks: `cargo run --release -p heart-study --example figures -- DIR`.
 
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
-use heart_phantom::figures::*;
-use revolve_voxel::Pose;
+use heart_phantom::revolve_voxel::Pose;
+use heart_study::figures::*;
 
 /// A cylinder with a spherical cap, blown up by `g`; nodes at equal steps of arc length.
 fn balloon(radius: f64, g: f64, n: usize) -> Vec<[f64; 2]> {

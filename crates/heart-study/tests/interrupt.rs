@@ -1,62 +1,10 @@
-//! What is left when a program is ended while it writes: whole files, and nothing else. Nothing here waits for a time to pass:
+//! What is left when the program is ended while it writes: whole files, and nothing else. Nothing here waits for a time to pass:
 //! whoever is to be interrupted waits itself, for something that never comes.
 #![cfg(unix)]
 
-use heart_phantom::files::{self, write_atomically};
+use heart_phantom::files::write_atomically;
 use std::fs;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc;
-use std::thread;
-
-/// The test of the library itself is the only one here that writes through it: what is held is held for the whole process.
-#[test]
-fn what_is_unfinished_goes_and_what_was_there_stays() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.txt");
-    fs::write(&path, "old").unwrap();
-    let (begun, has_begun) = mpsc::channel();
-    let (go_on, may_go_on) = mpsc::channel();
-    let released = AtomicBool::new(false);
-    thread::scope(|scope| {
-        let go_on = go_on; // dropped by a panic, which then ends the wait
-        let writer = scope.spawn(|| {
-            let written = write_atomically(&path, move |out| {
-                out.write_all(b"half")?;
-                begun.send(()).unwrap();
-                may_go_on.recv().unwrap();
-                out.write_all(b" and half")
-            });
-            (written, released.load(Ordering::SeqCst))
-        });
-        has_begun.recv().unwrap();
-        assert_eq!(names(folder.path()).len(), 2);
-        let held = files::remove_unfinished();
-        assert_eq!(names(folder.path()), ["a.txt"]);
-        // Neither the end of that write nor the beginning of another one comes through, however long they are given.
-        go_on.send(()).unwrap();
-        let second = scope.spawn(|| {
-            write_atomically(&folder.path().join("b.txt"), |_| {
-                assert!(released.load(Ordering::SeqCst), "began while held");
-                Ok(())
-            })
-        });
-        for _ in 0..1000 {
-            thread::yield_now();
-            assert!(!writer.is_finished() && !second.is_finished());
-        }
-        assert_eq!(names(folder.path()), ["a.txt"]);
-        released.store(true, Ordering::SeqCst);
-        drop(held);
-        let (written, ended_after) = writer.join().unwrap();
-        assert!(ended_after, "ended while held");
-        let error = written.unwrap_err();
-        assert!(error.to_string().contains("a.txt"), "{error}");
-        second.join().unwrap().unwrap();
-    });
-    assert_eq!(names(folder.path()), ["a.txt", "b.txt"]);
-    assert_eq!(fs::read_to_string(&path).unwrap(), "old");
-}
 
 fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = (fs::read_dir(folder).unwrap())
@@ -67,11 +15,9 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 /// The program's own.
-#[cfg(feature = "cli")]
 #[path = "../src/bin/heart-phantom/signals.rs"]
 mod signals;
 
-#[cfg(feature = "cli")]
 mod program {
     use super::{names, signals, write_atomically};
     use std::fs::{self, File};

@@ -19,7 +19,7 @@ const COLOURS: [RGBColor; 8] = [
 ];
 
 /// What letters are measured with; the page's reader sees a font of his own.
-const FONT: &[u8] = include_bytes!("../../../crates/heart-phantom/assets/DejaVuSans-subset.ttf");
+const FONT: &[u8] = include_bytes!("../../../crates/heart-study/assets/DejaVuSans-subset.ttf");
 
 /// The plot of `group`.
 pub(super) fn svg(group: &Group<'_>) -> Result<String, String> {

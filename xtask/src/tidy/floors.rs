@@ -15,10 +15,19 @@ const FLOORS: &[(&str, &[&str])] = &[
         "crates/membrane-implicit",
         &["membrane-forces", "membrane-newton"],
     ),
-    ("crates/heart-phantom", ALL),
+    ("crates/heart-phantom", BELOW),
+    ("crates/heart-study", &["heart-phantom"]),
     ("tests", ALL),
     ("benches", ALL),
     ("xtask", &[]),
+];
+/// Everything below `heart-phantom`.
+const BELOW: &[&str] = &[
+    "membrane-forces",
+    "membrane-newton",
+    "membrane-implicit",
+    "revolve-voxel",
+    "radon",
 ];
 const ALL: &[&str] = &[
     "membrane-forces",
@@ -27,6 +36,7 @@ const ALL: &[&str] = &[
     "revolve-voxel",
     "radon",
     "heart-phantom",
+    "heart-study",
 ];
 
 /// Findings in all manifests of the workspace.

@@ -52,7 +52,7 @@ mod nifti;
 mod npy;
 mod nrrd;
 mod older;
-#[cfg(feature = "figures")]
+#[cfg(feature = "files")]
 mod picture;
 mod projections;
 mod raw_json;
@@ -75,10 +75,10 @@ pub use lock::{FolderLock, lock_folder};
 pub(crate) use mesh::stl_bytes;
 pub use mesh::{write_ply, write_stl};
 pub use npy::write_npy;
-pub(crate) use older::{REPORT, check_no_folder, remove_older};
-#[cfg(feature = "figures")]
-pub(crate) use picture::put_png;
-#[cfg(feature = "figures")]
+pub(crate) use older::check_no_folder;
+pub use older::{REPORT, remove_older};
+#[cfg(feature = "files")]
+#[cfg_attr(docsrs, doc(cfg(feature = "files")))]
 pub use picture::{Section, write_gif, write_png};
 pub use projections::Projections;
 pub use samples::Samples;

@@ -8,8 +8,8 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
-/// The report of a run, which lists its files.
-pub(crate) const REPORT: &str = "report.json";
+/// The name of a run's report, which lists its files.
+pub const REPORT: &str = "report.json";
 /// No report is longer.
 const MOST_BYTES: u64 = 1 << 26;
 
@@ -24,7 +24,10 @@ struct Listed {
 ///
 /// Whoever has written the report, only what is a file, by a name without a way to it, in the folder itself is removed: no folder, no
 /// link, nothing elsewhere.
-pub(crate) fn remove_older(folder: &Path, kept: &[PathBuf]) -> Result<(), PhantomError> {
+///
+/// # Errors
+/// [`PhantomError::File`] for one that cannot be removed.
+pub fn remove_older(folder: &Path, kept: &[PathBuf]) -> Result<(), PhantomError> {
     let report = folder.join(REPORT);
     let older = listed(&report);
     // First of all: where it is, all that it lists is.

@@ -33,27 +33,18 @@ pub fn write_png(
 ) -> Result<(), PhantomError> {
     check_extension(path, "png")?;
     let picture = Picture::new(volume, section, grey)?;
-    let (width, height) = (picture.width as u32, picture.height as u32);
-    write_atomically(path, |out| {
-        put_png(out, [width, height], ColorType::Grayscale, &picture.pixels)
-            .map_err(io::Error::other)
-    })
+    write_atomically(path, |out| put_png(out, &picture).map_err(io::Error::other))
 }
 
-/// A PNG file of 8 bits a channel, rows from the top.
-pub(crate) fn put_png(
-    out: impl Write,
-    [width, height]: [u32; 2],
-    colour: ColorType,
-    samples: &[u8],
-) -> Result<(), EncodingError> {
-    let mut encoder = Encoder::new(out, width, height);
-    encoder.set_color(colour);
+/// Grey pixels of 8 bits, rows from the top.
+fn put_png(out: impl Write, picture: &Picture) -> Result<(), EncodingError> {
+    let mut encoder = Encoder::new(out, picture.width as u32, picture.height as u32);
+    encoder.set_color(ColorType::Grayscale);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::Fast);
     encoder.set_filter(png::Filter::Adaptive);
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(samples)?;
+    writer.write_image_data(&picture.pixels)?;
     writer.finish()
 }
 

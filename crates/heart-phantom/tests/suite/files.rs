@@ -326,7 +326,7 @@ mod failures;
 mod minimal;
 #[path = "files/npy.rs"]
 mod npy;
-#[cfg(feature = "figures")]
+#[cfg(feature = "files")]
 #[path = "files/pictures.rs"]
 mod pictures;
 #[path = "files/readers.rs"]

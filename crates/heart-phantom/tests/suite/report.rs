@@ -1,5 +1,5 @@
 //! What a run says of itself: the report's entries against what was written.
-#![cfg(feature = "figures")]
+#![cfg(feature = "files")]
 
 use heart_phantom::scene::{
     AccuracySettings, AttenuationSettings, CountSettings, DiscretisationSettings, Law,

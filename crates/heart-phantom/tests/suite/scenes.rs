@@ -1,5 +1,5 @@
 //! The scenes that come with the crate: each runs, as a stranger would run it, and is what it says.
-#![cfg(feature = "figures")]
+#![cfg(feature = "files")]
 
 use heart_phantom::scene::Scene;
 use heart_phantom::{Phantom, run};

@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Point3, Vector3};
+use heart_phantom::revolve_voxel::Pose;
+use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3, center};
 use plotters::prelude::RGBColor;
-use revolve_voxel::Pose;
 
 use super::canvas::{Area, Drawn, FINE, Pin, Rect, paint, paint_over, text, text_width};
 use super::marks::{arrow, segment, swatch};
@@ -304,10 +304,10 @@ impl Scene<'_, '_> {
 
     fn line(&self, points: &[Point3<f64>], colour: RGBColor, width: i32) -> Drawn {
         for pair in points.windows(2) {
-            let middle = nalgebra::center(&pair[0], &pair[1]);
+            let middle = center(&pair[0], &pair[1]);
             if self.hidden(&middle) {
                 // Through the body only a trace, to tell where the line goes on.
-                let trace = nalgebra::center(&pair[0], &middle);
+                let trace = center(&pair[0], &middle);
                 segment(self.area, self.at(&pair[0]), self.at(&trace), colour, 1)?;
             } else {
                 segment(

@@ -1,6 +1,6 @@
 //! What can go wrong while drawing: bad input, found before any work starts, and files that cannot be written.
 
-use crate::PhantomError;
+use heart_phantom::PhantomError;
 
 /// Why a figure could not be drawn or written.
 #[derive(Debug, thiserror::Error)]
@@ -64,7 +64,7 @@ pub enum FigureError {
     },
     /// A membrane is not the meridian of a solid.
     #[error("no solid of revolution")]
-    Body(#[source] revolve_voxel::Error),
+    Body(#[source] heart_phantom::revolve_voxel::Error),
     /// The plotting library refused; the buffer is in memory, so this is not about files.
     #[error("drawing failed")]
     Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),

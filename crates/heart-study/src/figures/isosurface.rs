@@ -1,6 +1,6 @@
 //! Shaded iso-surface of a volume, cut open if asked (Fig. 15 to 17, c, of the paper).
 
-use nalgebra::{Point3, Vector3};
+use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 
 use super::canvas::{FINE, Pin, Rect, paint, paint_over, text};
 use super::marks::arrow;

@@ -20,11 +20,11 @@
 //! number of threads; the functions are independent of one another and may run side by side.
 //!
 //! ```
-//! use heart_phantom::figures::{History, histories};
+//! use heart_study::figures::{History, histories};
 //! let newton = [18.0, 0.27, 6.6e-6, 3e-14];
 //! let picture = histories("‖F‖", Some(1e-10), &[History { label: "Newton", norms: &newton }])?;
 //! assert_eq!(picture.pixel(0, 0), Some([255, 255, 255]));
-//! # Ok::<(), heart_phantom::figures::FigureError>(())
+//! # Ok::<(), heart_study::figures::FigureError>(())
 //! ```
 
 mod bodies;

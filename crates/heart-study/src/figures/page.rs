@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::{FigureError, check};
-use crate::files::write_atomically;
+use heart_phantom::files::write_atomically;
 
 /// A page of figures and tables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

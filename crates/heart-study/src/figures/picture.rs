@@ -1,9 +1,9 @@
 //! A finished picture in memory, and its way to a PNG file.
 
-use std::path::Path;
-
 use super::FigureError;
-use crate::files::{put_png, write_atomically};
+use heart_phantom::files::write_atomically;
+use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
+use std::path::Path;
 
 /// An RGB picture, 8 bits a channel, rows from top to bottom.
 ///
@@ -55,10 +55,20 @@ impl Picture {
     /// # Errors
     /// [`FigureError::Drawing`] if the encoder refuses.
     pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
+        self.encode()
+            .map_err(|error| FigureError::Drawing(Box::new(error)))
+    }
+
+    fn encode(&self) -> Result<Vec<u8>, EncodingError> {
         let mut bytes = Vec::new();
-        let size = [self.width, self.height];
-        put_png(&mut bytes, size, png::ColorType::Rgb, &self.rgb)
-            .map_err(|e| FigureError::Drawing(Box::new(e)))?;
+        let mut encoder = Encoder::new(&mut bytes, self.width, self.height);
+        encoder.set_color(ColorType::Rgb);
+        encoder.set_depth(BitDepth::Eight);
+        encoder.set_compression(Compression::Fast);
+        encoder.set_filter(Filter::Adaptive);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&self.rgb)?;
+        writer.finish()?;
         Ok(bytes)
     }
 

@@ -1,6 +1,6 @@
 //! Shaded views: an orthographic camera, two lights, and anti-aliasing where neighbouring pixels differ.
 
-use nalgebra::{Point3, Vector3};
+use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use plotters::style::RGBColor;
 use rayon::prelude::*;
 

@@ -1,6 +1,6 @@
 //! Iso-surfaces of a volume: where along a ray the interpolated volume first reaches a level, and the normal there.
 
-use nalgebra::{Point3, Vector3};
+use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::Volume;

@@ -1,7 +1,7 @@
 //! The heart wall as a solid to look at: rays cast at the exact body, cut open by a wedge if asked.
 
-use nalgebra::{Point3, Vector3};
-use revolve_voxel::{Body, Meridian, Pose, Ray, Span};
+use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
+use heart_phantom::revolve_voxel::{Body, Meridian, Pose, Ray, Span};
 
 use super::profile::{OnProfile, Profile};
 use super::{FigureError, WallState};

@@ -1,6 +1,6 @@
 //! The figures as they come, and the page that shows them in order.
 
-use crate::error::PhantomError;
+use crate::StudyError;
 use crate::figures::{Illustration, Page, Picture, Section, Table};
 use std::path::Path;
 
@@ -34,7 +34,7 @@ impl<'a> Gallery<'a> {
         file: &str,
         picture: &Picture,
         caption: String,
-    ) -> Result<(), PhantomError> {
+    ) -> Result<(), StudyError> {
         picture.write_png(self.out.join(file))?;
         let illustration = Illustration {
             file: file.into(),
@@ -56,7 +56,7 @@ impl<'a> Gallery<'a> {
     }
 
     /// Writes the page.
-    pub(super) fn finish(self, title: &str, introduction: Vec<String>) -> Result<(), PhantomError> {
+    pub(super) fn finish(self, title: &str, introduction: Vec<String>) -> Result<(), StudyError> {
         let page = Page {
             title: title.into(),
             introduction,

@@ -2,10 +2,12 @@
 
 use super::report::{self, Circle, Direct};
 use super::run::Run;
-use crate::Balloon;
-use crate::error::PhantomError;
-use membrane_newton::membrane_forces::{CircleEquilibrium, FiniteDifferences, balloon_at_rest};
-use membrane_newton::{
+use heart_phantom::Balloon;
+use heart_phantom::PhantomError;
+use heart_phantom::membrane_newton::membrane_forces::{
+    CircleEquilibrium, FiniteDifferences, balloon_at_rest,
+};
+use heart_phantom::membrane_newton::{
     Control, Discretisation, Measures, Membrane, NewtonOptions, Pair, PaperJacobian, RestShape,
     Solver, paper_newton,
 };

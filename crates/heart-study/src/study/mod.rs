@@ -5,19 +5,14 @@ mod evolving;
 mod gallery;
 mod membranes;
 mod pictures;
-mod report;
+pub mod report;
 mod run;
 mod tomography;
 
-pub use crate::run::Progress;
-pub use report::{
-    Acquisition, Circle, Direct, Evolving, Hann, Limit, Report, Rest, RestShape, Settings, Time,
-};
-
-use crate::error::{PhantomError, check, check_count};
-use crate::files;
-use crate::truth::Regions;
+use crate::StudyError;
 use gallery::Gallery;
+use heart_phantom::{PhantomError, Progress, Regions, files};
+use report::{Report, Settings};
 use run::Run;
 use std::path::Path;
 use tomography::Volumes;
@@ -80,16 +75,42 @@ impl StudyOptions {
     }
 }
 
+fn check(what: &'static str, given: f64, min: f64, max: f64) -> Result<(), PhantomError> {
+    let refused = PhantomError::OutOfRange {
+        what,
+        given,
+        min,
+        max,
+    };
+    // A NaN fails both comparisons.
+    (given >= min && given <= max).then_some(()).ok_or(refused)
+}
+
+fn check_count(
+    what: &'static str,
+    given: usize,
+    min: usize,
+    max: usize,
+) -> Result<(), PhantomError> {
+    let refused = PhantomError::Count {
+        what,
+        given,
+        min,
+        max,
+    };
+    (min..=max).contains(&given).then_some(()).ok_or(refused)
+}
+
 /// Runs the study and writes everything it produces into the folder `out`, `report.json` last.
 ///
 /// # Errors
 /// An option out of range or a folder that cannot be written to is reported before any work
-/// starts; see [`PhantomError`].
+/// starts; see [`StudyError`].
 pub fn run(
     options: &StudyOptions,
     out: &Path,
     progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Report, PhantomError> {
+) -> Result<Report, StudyError> {
     options.validate()?;
     let _held = files::lock_folder(out)?;
     files::remove_older(out, &[])?;
@@ -105,7 +126,7 @@ fn run_in_pool(
     options: &StudyOptions,
     out: &Path,
     progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Report, PhantomError> {
+) -> Result<Report, StudyError> {
     let mut run = Run::new(options, out, progress)?;
     let total = run.clock();
     let mut gallery = options.figures.then(|| Gallery::new(out));
@@ -168,7 +189,7 @@ fn solve(
     run: &mut Run<'_>,
     report: &mut Report,
     mut gallery: Option<&mut Gallery<'_>>,
-) -> Result<membranes::CircleStudy, PhantomError> {
+) -> Result<membranes::CircleStudy, StudyError> {
     let clock = run.clock();
     run.stage("rest shapes");
     report.rest = membranes::rest(run)?;

@@ -5,14 +5,14 @@ use super::gallery::Gallery;
 use super::membranes::{CircleStudy, DirectStudy};
 use super::report::{self, Report};
 use super::run::Run;
-use crate::error::PhantomError;
+use crate::StudyError;
 use crate::figures::{
     self, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume, WallState, bodies,
     force_frames, histories, isosurface, poses, projections, shapes, slice, slices, wall_meshes,
 };
-use crate::{Balloon, HeartShape};
-use revolve_voxel::Pose;
-use revolve_voxel::nalgebra::Vector3;
+use heart_phantom::revolve_voxel::Pose;
+use heart_phantom::revolve_voxel::nalgebra::Vector3;
+use heart_phantom::{Balloon, HeartShape, PhantomError};
 use std::sync::Arc;
 
 /// Grey values of the reconstructions: the same for all three, so that streaks can be compared.
@@ -30,7 +30,7 @@ pub(super) fn direct(
     gallery: &mut Gallery<'_>,
     rest: &report::Rest,
     study: &DirectStudy,
-) -> Result<(), PhantomError> {
+) -> Result<(), StudyError> {
     gallery.section(
         "Rest shapes",
         vec![
@@ -121,10 +121,7 @@ pub(super) fn direct(
 }
 
 /// The evolving method: Fig. 9 and 10.
-pub(super) fn evolving(
-    gallery: &mut Gallery<'_>,
-    study: &EvolvingStudy,
-) -> Result<(), PhantomError> {
+pub(super) fn evolving(gallery: &mut Gallery<'_>, study: &EvolvingStudy) -> Result<(), StudyError> {
     let figures = &study.figures;
     gallery.section(
         "Evolving method",
@@ -170,7 +167,7 @@ pub(super) fn evolving(
 pub(super) fn pair(
     gallery: &mut Gallery<'_>,
     states: &[Arc<HeartShape>],
-) -> Result<(), PhantomError> {
+) -> Result<(), StudyError> {
     gallery.section(
         "Two membranes",
         vec![
@@ -219,7 +216,7 @@ pub(super) fn pair(
 }
 
 /// How the heart stands before the camera: Fig. 13.
-pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), PhantomError> {
+pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), StudyError> {
     gallery.section(
         "Tomography",
         vec![format!(
@@ -242,7 +239,7 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Phant
         outer,
     };
     let middle = (Balloon::OUTER.length + Balloon::OUTER.radius) / 2.0;
-    let upright = Pose::axis_along_z(middle)?;
+    let upright = Pose::axis_along_z(middle).map_err(PhantomError::from)?;
     gallery.picture(
         "fig13-pose.png",
         &poses(
@@ -263,7 +260,7 @@ pub(super) fn projection_images(
     gallery: &mut Gallery<'_>,
     run: &Run<'_>,
     samples: &[f32],
-) -> Result<(), PhantomError> {
+) -> Result<(), StudyError> {
     let n = run.camera.n_bins();
     let angles = run.camera.geometry().angles();
     let images: Vec<Projection<'_>> = [0, angles.len() / 3, 2 * angles.len() / 3]
@@ -287,7 +284,7 @@ pub(super) fn reconstruction(
     run: &Run<'_>,
     (number, name): (usize, &str),
     volume: &[f32],
-) -> Result<(), PhantomError> {
+) -> Result<(), StudyError> {
     let n = run.camera.n_bins();
     let volume = Volume {
         values: volume,
@@ -368,7 +365,7 @@ pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
 }
 
 /// The circle of the appendix: Fig. 18.
-pub(super) fn circle(gallery: &mut Gallery<'_>, study: &CircleStudy) -> Result<(), PhantomError> {
+pub(super) fn circle(gallery: &mut Gallery<'_>, study: &CircleStudy) -> Result<(), StudyError> {
     gallery.section(
         "Appendix: the circle",
         vec![

@@ -3,7 +3,7 @@
 //! Lengths in cm, areas in cm^2, volumes in cm^3, times in seconds, activities per cm^3 relative
 //! to the wall's. A measure whose set of voxels is empty (tiny volumes) is left out.
 
-use crate::TruthOf;
+use heart_phantom::TruthOf;
 use serde::Serialize;
 
 /// The whole report.

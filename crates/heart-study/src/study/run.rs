@@ -1,8 +1,7 @@
 //! What the stages of the study share: the scene, the clock, the folder.
 
-use super::{Progress, StudyOptions, report};
-use crate::error::PhantomError;
-use crate::{Camera, Cycle, Heart, files};
+use super::{StudyOptions, report};
+use heart_phantom::{Camera, Cycle, Heart, PhantomError, Progress, files};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;

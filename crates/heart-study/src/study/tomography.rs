@@ -2,11 +2,8 @@
 
 use super::report;
 use super::run::Run;
-use crate::acquire::{Acquisition, Sinograms, acquire};
-use crate::error::PhantomError;
-use crate::scan::Scan;
-use crate::truth::{Measures, Regions, add_truth};
-use radon::{FbpOptions, FbpPlan, StackOrder, Window};
+use heart_phantom::radon::{FbpOptions, FbpPlan, StackOrder, Window};
+use heart_phantom::{Acquisition, Measures, PhantomError, Regions, Sinograms, acquire};
 
 /// Activity of the cavity and of the wall.
 pub(super) const ACTIVITY: [f64; 2] = [0.0, 1.0];
@@ -44,7 +41,7 @@ pub(super) struct Reconstructed {
     pub(super) hann: report::Acquisition,
 }
 
-/// The reconstructions and the truth of one acquisition, `[z][y][x]`, in memory that the next one uses again.
+/// The reconstructions and the truth of one acquisition, `[z][y][x]`; the reconstructions' memory is used again by the next one.
 #[derive(Default)]
 pub(super) struct Volumes {
     pub(super) ram_lak: Vec<f32>,
@@ -92,10 +89,9 @@ pub(super) fn reconstruct(
         || run.write(name, "sinogram", &[views, n, n], &sinograms.samples),
         || {
             let (heart, camera, cycle) = (&run.heart, &run.camera, &run.cycle);
-            let scan = Scan::plain(heart, camera, cycle, acquisition, ACTIVITY.into());
-            truth.clear();
-            truth.resize(n * n * n, 0.0);
-            add_truth(&scan, TRUTH_TOLERANCE, 0..n, truth)?;
+            *truth = Vec::new(); // gone before the next one comes
+            *truth =
+                heart_phantom::truth(heart, camera, cycle, acquisition, ACTIVITY, TRUTH_TOLERANCE)?;
             Ok(&truth[..])
         },
     )?;

@@ -1,5 +1,4 @@
 //! The command line: the whole study, small, and what it says to bad input.
-#![cfg(feature = "cli")]
 
 use std::path::Path;
 use std::process::{Command, Output};

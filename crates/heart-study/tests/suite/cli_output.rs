@@ -1,6 +1,5 @@
 //! What the program says, to people and to programs: JSON and nothing else where that is asked for, nothing that moves a terminal,
 //! nothing longer than anybody reads.
-#![cfg(feature = "cli")]
 
 use std::ffi::OsStr;
 use std::fs;

@@ -1,5 +1,4 @@
 //! The command line on scenes: what is written, what is said, exit codes.
-#![cfg(feature = "cli")]
 
 use heart_phantom::files::Format;
 use std::collections::BTreeSet;

@@ -1,7 +1,7 @@
 //! Pictures of what cannot be drawn.
 
 use super::{ODD, SIZES, back, pairs};
-use heart_phantom::figures::{
+use heart_study::figures::{
     CircleStudy, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume, circle,
     force_frames, histories, isosurface, projections, shapes, slice, slices,
 };

@@ -3,7 +3,7 @@
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use heart_phantom::study::StudyOptions;
+use heart_study::StudyOptions;
 use std::path::PathBuf;
 
 /// Shown after the help.
@@ -15,7 +15,7 @@ name file, line, column and field, and say what would be right.";
 
 /// A beating heart phantom with exact ground truth.
 #[derive(Debug, Parser)]
-#[command(version, about, bin_name = "heart-phantom", arg_required_else_help = true, after_help = AFTER)]
+#[command(name = "heart-phantom", version, about, arg_required_else_help = true, after_help = AFTER)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,

@@ -5,11 +5,11 @@ use crate::output::{Answer, Failure, complain};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
+use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::scene::Scene;
-use heart_phantom::study::{self, StudyOptions};
 use heart_phantom::{Phantom, PhantomError, PlannedFile, Progress};
+use heart_study::StudyOptions;
 use indicatif::{ProgressBar, ProgressStyle};
-use revolve_voxel::VoxelGrid;
 use serde_json::json;
 use std::io;
 use std::path::Path;
@@ -61,7 +61,7 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
         figures: !paper.no_figures,
     };
     let bar = bar(arguments);
-    let report = study::run(&options, &paper.out, &|progress| show(&bar, progress));
+    let report = heart_study::run(&options, &paper.out, &|progress| show(&bar, progress));
     bar.finish_and_clear();
     let report = report?;
     let shown = if options.figures {
@@ -69,7 +69,10 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
     } else {
         "report.json"
     };
-    let lines = study::summary(&report).lines().map(String::from).collect();
+    let lines = heart_study::summary(&report)
+        .lines()
+        .map(String::from)
+        .collect();
     let lines = [
         lines,
         vec![format!("written to {}", paper.out.join(shown).display())],

@@ -1,6 +1,7 @@
 //! How the program answers: in words, or as JSON and nothing else, on either output.
 
 use heart_phantom::{PhantomError, shown};
+use heart_study::StudyError;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -16,6 +17,8 @@ pub(crate) enum Answer {
 /// Why there is no answer.
 pub(crate) enum Failure {
     Phantom(PhantomError),
+    /// A figure that could not be drawn.
+    Study(StudyError),
     /// A command line that cannot be understood, or that asks for help.
     Usage(clap::Error),
 }
@@ -23,6 +26,15 @@ pub(crate) enum Failure {
 impl From<PhantomError> for Failure {
     fn from(error: PhantomError) -> Self {
         Self::Phantom(error)
+    }
+}
+
+impl From<StudyError> for Failure {
+    fn from(error: StudyError) -> Self {
+        match error {
+            StudyError::Phantom(error) => Self::Phantom(error),
+            error => Self::Study(error),
+        }
     }
 }
 
@@ -67,6 +79,11 @@ impl Output {
             Err(Failure::Phantom(error)) => {
                 self.refuse(&told(&error), as_json(&error));
                 ExitCode::from(code(&error))
+            }
+            Err(Failure::Study(error)) => {
+                let text = told(&error);
+                self.refuse(&text, json!({ "error": text, "code": 1 }));
+                ExitCode::FAILURE
             }
             Err(Failure::Usage(error)) => self.usage(&error),
         }
@@ -204,7 +221,7 @@ fn as_json(error: &PhantomError) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use membrane_newton::{MembraneError, NewtonError};
+    use heart_phantom::membrane_newton::{MembraneError, NewtonError};
 
     #[test]
     fn a_cause_is_told_once() {

@@ -1,7 +1,7 @@
 //! Figures refuse bad input with the numbers that show why, and accept what is merely unusual.
 
-use heart_phantom::figures::*;
-use revolve_voxel::Pose;
+use heart_phantom::revolve_voxel::Pose;
+use heart_study::figures::*;
 
 use super::{FRONT, ball, half_ellipse, iso};
 

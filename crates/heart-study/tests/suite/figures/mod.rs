@@ -1,12 +1,11 @@
 //! Figures: what they show, and what they refuse.
-#![cfg(feature = "figures")]
 
 mod bad_inputs;
 mod pictures;
 
 use std::f64::consts::PI;
 
-use heart_phantom::figures::*;
+use heart_study::figures::*;
 
 /// Half an ellipse [x, y] from (0, b) over the apex (a, 0) to (0, -b).
 fn half_ellipse(a: f64, b: f64) -> Vec<[f64; 2]> {

@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
-use heart_phantom::figures::*;
-use heart_phantom::{PhantomError, figures, files};
-use revolve_voxel::{Pose, VoxelGrid};
+use heart_phantom::revolve_voxel::{Pose, VoxelGrid};
+use heart_phantom::{PhantomError, files};
+use heart_study::figures;
+use heart_study::figures::*;
 
 use super::{FRONT, ball, half_ellipse, iso};
 

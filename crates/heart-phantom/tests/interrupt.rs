@@ -1,0 +1,66 @@
+//! What is left when writes are cut short: what was there. A program of its own: what is held is held for the whole process. Nothing
+//! here waits for a time to pass.
+#![cfg(unix)] // where a file that is open can be removed
+
+use heart_phantom::files::{self, write_atomically};
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+use std::thread;
+
+#[test]
+fn what_is_unfinished_goes_and_what_was_there_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.txt");
+    fs::write(&path, "old").unwrap();
+    let (begun, has_begun) = mpsc::channel();
+    let (go_on, may_go_on) = mpsc::channel();
+    let released = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let go_on = go_on; // dropped by a panic, which then ends the wait
+        let writer = scope.spawn(|| {
+            let written = write_atomically(&path, move |out| {
+                out.write_all(b"half")?;
+                begun.send(()).unwrap();
+                may_go_on.recv().unwrap();
+                out.write_all(b" and half")
+            });
+            (written, released.load(Ordering::SeqCst))
+        });
+        has_begun.recv().unwrap();
+        assert_eq!(names(folder.path()).len(), 2);
+        let held = files::remove_unfinished();
+        assert_eq!(names(folder.path()), ["a.txt"]);
+        // Neither the end of that write nor the beginning of another one comes through, however long they are given.
+        go_on.send(()).unwrap();
+        let second = scope.spawn(|| {
+            write_atomically(&folder.path().join("b.txt"), |_| {
+                assert!(released.load(Ordering::SeqCst), "began while held");
+                Ok(())
+            })
+        });
+        for _ in 0..1000 {
+            thread::yield_now();
+            assert!(!writer.is_finished() && !second.is_finished());
+        }
+        assert_eq!(names(folder.path()), ["a.txt"]);
+        released.store(true, Ordering::SeqCst);
+        drop(held);
+        let (written, ended_after) = writer.join().unwrap();
+        assert!(ended_after, "ended while held");
+        let error = written.unwrap_err();
+        assert!(error.to_string().contains("a.txt"), "{error}");
+        second.join().unwrap().unwrap();
+    });
+    assert_eq!(names(folder.path()), ["a.txt", "b.txt"]);
+    assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = (fs::read_dir(folder).unwrap())
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}

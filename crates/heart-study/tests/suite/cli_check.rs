@@ -1,0 +1,132 @@
+//! `check`: what `run` would refuse, with its line, or what it makes.
+
+use heart_phantom::scene::Scene;
+use heart_phantom::{Phantom, run};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+const SMALL: &str = "heart.discretisation = { differences = { nodes = 41 } }\n\
+    acquisition.accuracy = { steps = 4 }\n\
+    camera.bins = 12\ncamera.rows = 12\ncamera.pitch = [1.3333333333333333, 1.3333333333333333]\n";
+
+fn check(folder: &Path, scene: &str, words: &[&str]) -> (Option<i32>, String, String) {
+    fs::write(folder.join("scene.toml"), scene).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
+        .current_dir(folder)
+        .args(["check", "scene.toml"])
+        .args(words)
+        .output()
+        .unwrap();
+    let [out, err] = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
+    (output.status.code(), out, err)
+}
+
+/// Fields in their ranges that make a scene which cannot be run, and the field that is to blame.
+const HOPELESS: [(&str, &str); 8] = [
+    // Directions of 0 and 181 degrees: nearly the same.
+    ("camera.views = 2\ncamera.arc = 362.0", "camera.arc"),
+    (
+        "heart.inner = { length = 1.7623, radius = 2.4789 }\n\
+         [[defects]]\nlayers = [0.2, 0.8]\ns = [0.1, 0.4]\nazimuths = [0.0, 90.0]\nactivity = 0.5",
+        "defects",
+    ),
+    (
+        // Thinner than rounding.
+        "[[defects]]\nlayers = [0.2, 0.8]\ns = [0.1, 0.4]\nazimuths = [0.0, 90.0]\nactivity = 0.5\n\
+         [[defects]]\nlayers = [0.5, 0.500000000000001]\ns = [0.1, 0.4]\nazimuths = [0.0, 90.0]\nactivity = 0.5",
+        "defects.1",
+    ),
+    (
+        "background = { concentration = 0.1, centre = [0.0, 0.0], semi_axes = [7.0, 3.0] }",
+        "background.semi_axes",
+    ),
+    ("heart.outer = { length = 14.0, radius = 1.77 }", "heart"),
+    (
+        "camera.views = 6\n[acquisition.accuracy]\ntolerance = 1e-6",
+        "acquisition.accuracy.tolerance",
+    ),
+    (
+        "pose.shift = [0.0, 0.0, 100.0]\n[noise]\ncounts = { total = 1e6 }\nseed = 1",
+        "noise.counts.total",
+    ),
+    (
+        "activity.wall = { concentration = 0.0 }\n[noise]\ncounts = { total = 1e6 }\nseed = 1",
+        "noise.counts.total",
+    ),
+];
+
+#[test]
+fn check_finds_what_run_would_refuse_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    for (fields, field) in HOPELESS {
+        // A field is given once.
+        let small = match field {
+            "acquisition.accuracy.tolerance" => {
+                SMALL.replace("acquisition.accuracy = { steps = 4 }\n", "")
+            }
+            _ => SMALL.to_owned(),
+        };
+        let scene = format!("{small}{fields}\n");
+        let (code, out, said) = check(folder.path(), &scene, &[]);
+        assert_eq!((code, out.as_str()), (Some(2), ""), "{said}");
+        assert!(said.starts_with("error: scene.toml:"), "{said}");
+        assert!(said.contains(&format!(": {field}: ")), "{said}");
+        let (_, out, said) = check(folder.path(), &scene, &["--json"]);
+        assert!(out.is_empty());
+        let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+        assert_eq!(said["field"], field);
+        assert_eq!(said["file"], "scene.toml");
+        assert!(said["line"].as_u64().unwrap() >= 1);
+    }
+}
+
+#[test]
+fn check_tells_volumes_memory_and_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(
+        "{SMALL}camera.views = 6\nacquisition.mode = {{ gated = {{ gates = 8 }} }}\n\
+         output.write = ['projections', 'reconstruction', 'truth', 'labels']\n"
+    );
+    let phantom = Phantom::new(Scene::from_toml(&text).unwrap()).unwrap();
+    let report = run(&phantom, &folder.path().join("out"), &|_| ()).unwrap();
+    let (code, said, warned) = check(folder.path(), &text, &["--json"]);
+    assert_eq!((code, warned.as_str()), (Some(0), ""));
+    let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let numbers = serde_json::to_value(report.numbers).unwrap();
+    assert_eq!(said["numbers"], numbers);
+    let files = said["files"].as_array().unwrap();
+    let listed: Vec<_> = files
+        .iter()
+        .map(|file| file["name"].as_str().unwrap())
+        .collect();
+    let written: Vec<_> = report
+        .files
+        .iter()
+        .map(|file| file.to_str().unwrap())
+        .collect();
+    assert_eq!(listed.len(), written.len());
+    assert!(written.iter().all(|name| listed.contains(name)));
+    // 8 sets of 6 views, 8 reconstructions and truths of four bytes a sample, 8 volumes of one.
+    let bytes = 8 * (4 * 6 * 12 * 12 + (4 + 4 + 1) * 12 * 12 * 12);
+    assert_eq!(said["bytes"], bytes);
+    assert_eq!(
+        said["memory"],
+        serde_json::to_value(phantom.memory()).unwrap()
+    );
+    let (_, said, _) = check(folder.path(), &text, &[]);
+    let edv = format!(
+        "EDV {:.2} mL, ESV {:.2} mL",
+        report.numbers.edv, report.numbers.esv
+    );
+    for part in [
+        "8 sets of 6 views",
+        &edv,
+        "projections-gate-00.npy 3.4 KiB",
+        "report.json",
+        "(13 files)",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    assert!(said.lines().count() < 30);
+}

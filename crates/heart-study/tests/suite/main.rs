@@ -1,0 +1,7 @@
+//! Everything about this crate, in one program: what is generic is compiled once. What ends a process is in `interrupt.rs`.
+
+mod cli;
+mod cli_check;
+mod cli_output;
+mod cli_scene;
+mod figures;
