@@ -6,7 +6,11 @@
 use std::fs;
 use std::path::Path;
 
-use super::{Finding, find, rust_text};
+use proc_macro2::{TokenStream, TokenTree};
+use quote::ToTokens;
+
+use super::source_rules::is_test_item;
+use super::{Finding, find};
 use crate::workspace::{self, TextFile};
 
 const PAGE: &str = "docs/conventions.md";
@@ -89,17 +93,48 @@ fn parse(line: &str) -> Option<(&str, &str)> {
 
 /// FNV-1a, 64 bits, of the code without comments, white space and tests.
 fn hash_of_code(text: &str) -> String {
-    let lines = rust_text::lines(text);
-    let code = lines
-        .iter()
-        .filter(|line| !line.is_test)
-        .flat_map(|line| line.code.bytes());
-    let hash = code
-        .filter(|byte| !byte.is_ascii_whitespace())
-        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-        });
+    let mut code = String::new();
+    if let Ok(mut file) = syn::parse_file(text) {
+        file.items.retain(|item| !is_test_item(item));
+        add_code(file.into_token_stream(), &mut code);
+    }
+    let hash = code.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    });
     format!("{hash:016x}")
+}
+
+/// The tokens one after the other; a comment that documents is an attribute to the compiler, and left out.
+fn add_code(tokens: TokenStream, code: &mut String) {
+    let mut tokens = tokens.into_iter().peekable();
+    while let Some(token) = tokens.next() {
+        let is_doc = |token: &TokenTree| {
+            let text = token.to_string();
+            text.starts_with("[doc =") || text.starts_with("[doc=")
+        };
+        if matches!(&token, TokenTree::Punct(mark) if mark.as_char() == '#') {
+            let inner =
+                |t: &TokenTree| matches!(t, TokenTree::Punct(mark) if mark.as_char() == '!');
+            let mark = tokens.next_if(inner);
+            if tokens.next_if(is_doc).is_some() {
+                continue;
+            }
+            code.push('#');
+            code.push_str(if mark.is_some() { "!" } else { "" });
+            continue;
+        }
+        match token {
+            TokenTree::Group(group) => {
+                code.push('(');
+                add_code(group.stream(), code);
+                code.push(')');
+            }
+            token => {
+                code.push_str(&token.to_string());
+                code.push(' ');
+            }
+        }
+    }
 }
 
 #[cfg(test)]

@@ -2,11 +2,11 @@
 //!
 //! Each rule is a pure function from text to findings, so that its tests are two snippets: one that breaks it, one that keeps it.
 
+mod circles;
 mod conventions;
 mod floors;
 mod manifests;
 mod pages;
-mod rust_text;
 mod source_rules;
 mod test_modules;
 mod text_rules;
@@ -71,6 +71,7 @@ fn check(root: &Path) -> Result<Vec<Finding>, String> {
             findings.extend(source_rules::check(path, text));
         }
     }
+    findings.extend(circles::check(&files));
     findings.extend(floors::check(&files));
     findings.extend(manifests::check(&files));
     findings.extend(conventions::check(&files));
