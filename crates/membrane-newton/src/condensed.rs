@@ -31,7 +31,10 @@ impl CondensedLu {
     pub(crate) fn new(elements: &SpectralElements) -> Self {
         let (count, p) = (elements.n_elements(), elements.degree());
         let (size, interior) = (2 * (p + 1), 2 * (p - 1));
-        // `SpectralElements` allows a third of the elements for which this would be too large.
+        #[expect(
+            clippy::expect_used,
+            reason = "`SpectralElements` allows a third of the elements for which this would be too large"
+        )]
         let ends = BandMatrix::zeros(2 * (count + 1), 3, 3).expect("few elements");
         Self {
             size,

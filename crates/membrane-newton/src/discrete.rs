@@ -169,8 +169,11 @@ impl Discrete {
 }
 
 /// What a discretisation says of one of its own states.
+#[expect(
+    clippy::expect_used,
+    reason = "nobody outside this crate makes a state, so that its length is right"
+)]
 pub(crate) fn own<T>(of_state: Result<T, MembraneError>) -> T {
-    // Nobody outside this crate makes a state, so that its length is right.
     of_state.expect("a state of this discretisation")
 }
 
@@ -227,6 +230,7 @@ impl Factors {
                 Ok(lu.factor(tangent)?.determinant_sign())
             }
             (Self::Condensed(lu), Discrete::Spectral(s)) => lu.factor(s, nodes, intensity),
+            #[expect(clippy::unreachable, reason = "made together with its discretisation")]
             _ => unreachable!("made for this discretisation"),
         }
     }

@@ -89,7 +89,7 @@ impl Equilibrium {
         let mut out = rest.at(s);
         for k in 0..2 {
             let u = |m: usize| {
-                // its own state, and m <= last
+                #[expect(clippy::expect_used, reason = "its own state, and m <= last")]
                 let here = differences.point(self.nodes(), m).expect("a node");
                 here[k] - rest.at(m as f64 * ds).position[k]
             };

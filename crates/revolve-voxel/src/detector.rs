@@ -181,10 +181,10 @@ impl ParallelRays {
     }
 
     /// The line of a ray of the raster.
+    #[expect(clippy::expect_used, reason = "validated when the raster was made")]
     pub(crate) fn line(&self, bin: usize, row: usize) -> Ray {
         let row = (self.first_row + row) as f64;
         let origin = self.first + self.bin_step * bin as f64 + self.row_step * row;
-        // Validated when the raster was made.
         Ray::new(origin, self.direction).expect("finite raster")
     }
 }

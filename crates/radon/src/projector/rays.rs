@@ -288,6 +288,7 @@ impl View {
                     rays.pairs
                         .extend(set, &ray, steps.start, steps.len(), place);
                 }
+                #[expect(clippy::unreachable, reason = "a box has its ray")]
                 (Spread::Box(_), None) => unreachable!("a box has its ray"),
             }
             rays.ends.push((bin, rays.pairs.len()));

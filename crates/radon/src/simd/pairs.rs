@@ -345,6 +345,7 @@ unsafe fn gather_lanes<T: Sample, V: Vector<T>>(pixels: &[T], steps: Steps<'_, T
             1 => gather_block::<T, V, 1>(pixels, steps, sums),
             2 => gather_block::<T, V, 2>(pixels, steps, sums),
             4 => gather_block::<T, V, 4>(pixels, steps, sums),
+            #[expect(clippy::unreachable, reason = "callers pass 1, 2 or 4 vectors")]
             _ => unreachable!("{} lanes", sums.len()),
         }
     }
@@ -397,6 +398,7 @@ unsafe fn scatter_lanes<T: Sample, V: Vector<T>>(pixels: &mut [T], steps: Steps<
             1 => scatter_block::<T, V, 1>(pixels, steps, ray),
             2 => scatter_block::<T, V, 2>(pixels, steps, ray),
             4 => scatter_block::<T, V, 4>(pixels, steps, ray),
+            #[expect(clippy::unreachable, reason = "callers pass 1, 2 or 4 vectors")]
             _ => unreachable!("{} lanes", ray.len()),
         }
     }

@@ -115,6 +115,7 @@ unsafe fn add_lanes<T: Sample, V: Vector<T>>(lanes: usize, tile: &Tile<'_, T>, s
             2 => add_block::<T, V, 2, 2>(tile, sums),
             4 => add_block::<T, V, 4, 2>(tile, sums),
             8 => add_block::<T, V, 8, 1>(tile, sums),
+            #[expect(clippy::unreachable, reason = "callers pass 1, 2, 4 or 8 vectors")]
             _ => unreachable!("{lanes} lanes"),
         }
     }

@@ -115,6 +115,7 @@ unsafe fn interleave_by<T: Sample, V: Vector<T>>(
                     4 => interleave_square::<T, V, 4>(rows, sample, stride, out),
                     8 => interleave_square::<T, V, 8>(rows, sample, stride, out),
                     16 => interleave_square::<T, V, 16>(rows, sample, stride, out),
+                    #[expect(clippy::unreachable, reason = "vectors have 2 to 16 lanes")]
                     width => unreachable!("{width} lanes"),
                 }
             }
@@ -149,6 +150,7 @@ unsafe fn separate_by<T: Sample, V: Vector<T>>(
                     4 => separate_square::<T, V, 4>(block, stride, sample, rows),
                     8 => separate_square::<T, V, 8>(block, stride, sample, rows),
                     16 => separate_square::<T, V, 16>(block, stride, sample, rows),
+                    #[expect(clippy::unreachable, reason = "vectors have 2 to 16 lanes")]
                     width => unreachable!("{width} lanes"),
                 }
             }
