@@ -4,8 +4,9 @@ use std::f64::consts::PI;
 
 use crate::band::BandMatrix;
 use crate::error::{MembraneError, finite};
+use crate::law::{LoadKind, PressureLaw};
 use crate::measures::Measure;
-use crate::membrane::{Membrane, PressureLaw};
+use crate::membrane::Membrane;
 
 /// A membrane at N equally spaced material points s_n = n ds, ds = 1 / (N - 1).
 ///
@@ -143,7 +144,7 @@ impl FiniteDifferences {
     /// 2 atan(p ds / (2 lambda)), and the bound is reached when that adds up to 2 pi (2 pi over
     /// the integral of 1 / lambda as ds -> 0). Second neighbours count as 4 lambda_2. Cost O(N).
     pub fn blow_up(&self) -> f64 {
-        if self.law != PressureLaw::PerCurrentLength {
+        if !self.law.blows_up() {
             return f64::INFINITY;
         }
         let second = |n: usize| {
@@ -297,24 +298,10 @@ impl FiniteDifferences {
         let neighbours = nodes.iter().zip(&nodes[2..]);
         let steps = neighbours.map(|(a, b)| [b[0] - a[0], b[1] - a[1]]);
         let inside = &mut out[1..nodes.len() - 1];
-        if self.law == PressureLaw::PerCurrentLength {
-            let factor = intensity * (0.5 / self.ds);
-            for (out, d) in inside.iter_mut().zip(steps) {
-                *out = [-factor * d[1], factor * d[0]];
-            }
-        } else {
-            // Looked at after the loop, which then has no way out of its middle; a NaN counts.
-            let mut all_differ = true;
-            for (out, d) in inside.iter_mut().zip(steps) {
-                let square = d[0] * d[0] + d[1] * d[1];
-                all_differ &= square > 0.0;
-                let factor = intensity / square.sqrt();
-                *out = [-factor * d[1], factor * d[0]];
-            }
-            if !all_differ {
-                for n in 1..nodes.len() - 1 {
-                    self.normal(flat, n)?;
-                }
+        let ds = 2.0 * self.ds;
+        if !self.law.forces_into(intensity, steps, ds, inside) {
+            for n in 1..nodes.len() - 1 {
+                self.normal(flat, n)?;
             }
         }
         if self.is_half() {
@@ -349,30 +336,15 @@ impl FiniteDifferences {
         for n in self.moving() {
             let (d, per_length) = self.normal(nodes, n)?;
             let (next, sign) = self.place(n + 1);
-            // dn / dd with n = (-d_y, d_x) / |d|, or the plain rotation under the third law
-            let (by_x, by_y) = if self.law == PressureLaw::PerCurrentLength {
-                ([0.0, f * per_length], [-f * per_length, 0.0])
-            } else {
-                let cube = per_length * per_length * per_length;
-                (
-                    [
-                        f * d[0] * d[1] * cube,
-                        f * (per_length - d[0] * d[0] * cube),
-                    ],
-                    [
-                        -f * (per_length - d[1] * d[1] * cube),
-                        -f * d[0] * d[1] * cube,
-                    ],
-                )
-            };
+            let by = self.law.derivative(f, d, per_length);
             for row in 0..2 {
                 if self.is_held(n, row) {
                     continue;
                 }
-                band.add_inside(2 * n + row, 2 * next, by_x[row]);
-                band.add_inside(2 * n + row, 2 * next + 1, sign * by_y[row]);
-                band.add_inside(2 * n + row, 2 * n - 2, -by_x[row]);
-                band.add_inside(2 * n + row, 2 * n - 1, -by_y[row]);
+                band.add_inside(2 * n + row, 2 * next, by[row][0]);
+                band.add_inside(2 * n + row, 2 * next + 1, sign * by[row][1]);
+                band.add_inside(2 * n + row, 2 * n - 2, -by[row][0]);
+                band.add_inside(2 * n + row, 2 * n - 1, -by[row][1]);
             }
         }
         Ok(())
@@ -425,15 +397,19 @@ impl FiniteDifferences {
     ) -> Result<bool, MembraneError> {
         self.check(nodes, column);
         self.check(nodes, row);
-        if self.law != PressureLaw::TotalForce {
-            column.fill(0.0);
-            row.fill(0.0);
-            return Ok(false);
+        match self.law.load_kind() {
+            LoadKind::Intensity => {
+                column.fill(0.0);
+                row.fill(0.0);
+                Ok(false)
+            }
+            LoadKind::TotalForce => {
+                let surface = self.value(Measure::Surface, nodes);
+                self.pressure_force_into(nodes, -load / (surface * surface), column)?;
+                self.measure_gradient_into(Measure::Surface, nodes, row);
+                Ok(true)
+            }
         }
-        let surface = self.value(Measure::Surface, nodes);
-        self.pressure_force_into(nodes, -load / (surface * surface), column)?;
-        self.measure_gradient_into(Measure::Surface, nodes, row);
-        Ok(true)
     }
 
     /// c(n+1) - c(n-1) and the factor that makes it the tangent the law multiplies.
@@ -441,15 +417,7 @@ impl FiniteDifferences {
     fn normal(&self, nodes: &[f64], n: usize) -> Result<([f64; 2], f64), MembraneError> {
         let next = self.node(nodes, n + 1);
         let d = [next[0] - nodes[2 * n - 2], next[1] - nodes[2 * n - 1]];
-        if self.law == PressureLaw::PerCurrentLength {
-            return Ok((d, 0.5 / self.ds));
-        }
-        let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
-        if length > 0.0 {
-            Ok((d, 1.0 / length))
-        } else {
-            Err(MembraneError::CoincidentPoints { index: n })
-        }
+        Ok((d, self.law.factor(d, 2.0 * self.ds, n)?))
     }
 
     fn check_band(&self, band: &BandMatrix) {

@@ -1,24 +1,9 @@
 //! The continuous model: rest shape, stiffness, pressure law, held ends.
 
 use crate::error::{MembraneError, finite};
+use crate::law::PressureLaw;
 use crate::rest::RestShape;
 use crate::stiffness::Stiffness;
-
-/// How the load turns into a force per unit s; n is the unit exterior normal of the current curve.
-///
-/// All three stand in Rohmer et al. 2006; they are different models.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum PressureLaw {
-    /// Force f n per unit of **material** length s (Eq. 3). The load is f.
-    #[default]
-    PerMaterialLength,
-    /// Force (F / S(c)) n, S the lateral surface of revolution (Eq. 4). The load is F. Same
-    /// shapes as the first law, with f = F / S found together with the shape.
-    TotalForce,
-    /// Force p |c'| n = p (-c_y', c_x'), constant per unit of **current** length (3.2.2, and
-    /// physical pressure). The load is p.
-    PerCurrentLength,
-}
 
 /// An elastic membrane in the plane of its axis of revolution.
 ///

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use crate::chebyshev::{Reference, gauss_legendre};
 use crate::curve::CurvePiece;
 use crate::error::{MembraneError, finite, length};
-use crate::membrane::{Membrane, PressureLaw};
+use crate::law::PressureLaw;
+use crate::membrane::Membrane;
 use crate::rest::CurvePoint;
 
 /// A membrane as polynomials of one degree p on elements that follow the breakpoints of its rest
@@ -155,7 +156,7 @@ impl SpectralElements {
                     let s = s(t).max(from + inside).min(to - inside);
                     stiffness.push(membrane.effective_stiffness(s)?);
                 }
-                if membrane.law() == PressureLaw::PerCurrentLength {
+                if membrane.law().blows_up() {
                     this.compliance += compliance(membrane, from, to)?;
                 }
                 this.stiffness_scale = stiffness
@@ -220,9 +221,10 @@ impl SpectralElements {
     /// Intensity at which the law per current length has no equilibrium any more and the curve
     /// runs to infinity, 2 pi over the integral of 1 / lambda; infinite under the other laws.
     pub fn blow_up(&self) -> f64 {
-        match self.law {
-            PressureLaw::PerCurrentLength => 2.0 * PI / self.compliance,
-            _ => f64::INFINITY,
+        if self.law.blows_up() {
+            2.0 * PI / self.compliance
+        } else {
+            f64::INFINITY
         }
     }
 
@@ -314,20 +316,11 @@ impl SpectralElements {
         for i in 0..n {
             let derivative = &self.reference.derivative[i * n..(i + 1) * n];
             let elastic = &this.elastic[i * n..(i + 1) * n];
-            // dn / dc' times the intensity, see the finite differences
+            // the pressure force by c', row by row
             let mut by = [[0.0; 2]; 2];
             if i > 0 && i < p {
                 let (d, scale) = self.direction(nodes, element, i)?;
-                let f = intensity * per_s;
-                by = if self.law == PressureLaw::PerCurrentLength {
-                    [[0.0, -f], [f, 0.0]]
-                } else {
-                    let cube = scale * scale * scale;
-                    [
-                        [f * d[0] * d[1] * cube, -f * (scale - d[1] * d[1] * cube)],
-                        [f * (scale - d[0] * d[0] * cube), -f * d[0] * d[1] * cube],
-                    ]
-                };
+                by = self.law.derivative(intensity * per_s, d, scale);
             }
             let first = 2 * local_index(i, p) * size;
             let (x_row, y_row) = out[first..first + 2 * size].split_at_mut(size);
@@ -447,15 +440,8 @@ impl SpectralElements {
         }
         let per_s = 1.0 / self.element_length(e);
         d = [d[0] * per_s, d[1] * per_s];
-        if self.law == PressureLaw::PerCurrentLength {
-            return Ok((d, 1.0));
-        }
-        let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
-        if length > 0.0 {
-            Ok((d, 1.0 / length))
-        } else {
-            Err(MembraneError::CoincidentPoints { index: e * p + i })
-        }
+        // d is c' itself: the way while s grows by 1
+        Ok((d, self.law.factor(d, 1.0, e * p + i)?))
     }
 
     fn clear_held(&self, out: &mut [f64]) {

@@ -1,6 +1,6 @@
 //! Equilibrium and control as one system: the shape and its force intensity.
 
-use membrane_forces::{Measure, MembraneError, PressureLaw};
+use membrane_forces::{Measure, MembraneError};
 
 use crate::border::Border;
 use crate::continuation::{Controlled, Reach};
@@ -67,13 +67,10 @@ impl<'a> Bordered<'a> {
         self.stiffness_scale * self.length_scale
     }
 
-    /// Intensity that moves the membrane by about its length: force per unit s, or per unit of
-    /// current length.
+    /// Intensity that moves the membrane by about its length.
     fn intensity_scale(&self) -> f64 {
-        match self.discrete.law() {
-            PressureLaw::PerCurrentLength => self.stiffness_scale,
-            _ => self.force_scale(),
-        }
+        let law = self.discrete.law();
+        law.intensity_scale(self.stiffness_scale, self.length_scale)
     }
 
     /// What changes of the intensity are measured by: the prescribed one, be it ever so small, or what

@@ -1,6 +1,6 @@
 //! What a static solve prescribes, and the one equation it adds to the equilibrium.
 
-use membrane_forces::{Measure, Measures, MembraneError, PressureLaw};
+use membrane_forces::{LoadKind, Measure, Measures, MembraneError};
 
 use crate::discrete::Discrete;
 use crate::error::NewtonError;
@@ -39,10 +39,13 @@ impl Target {
     ) -> Result<Self, NewtonError> {
         let any = f64::NEG_INFINITY;
         Ok(match control {
-            Control::Load(value) if discrete.law() == PressureLaw::TotalForce => {
-                Self::TotalForce(check("load", value, any)?)
+            Control::Load(value) => {
+                let value = check("load", value, any)?;
+                match discrete.law().load_kind() {
+                    LoadKind::Intensity => Self::intensity(value, discrete)?,
+                    LoadKind::TotalForce => Self::TotalForce(value),
+                }
             }
-            Control::Load(value) => Self::intensity(check("load", value, any)?, discrete)?,
             Control::Intensity(value) => {
                 Self::intensity(check("intensity", value, any)?, discrete)?
             }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{CurvePiece, CurvePoint, Measures, PressureLaw};
+use membrane_forces::{CurvePiece, CurvePoint, Measures};
 
 use crate::discrete::{Discrete, own};
 use crate::options::NewtonReport;
@@ -48,12 +48,8 @@ impl Equilibrium {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn pressure(&self) -> f64 {
-        match self.plan.discrete.law() {
-            PressureLaw::PerCurrentLength => self.intensity,
-            PressureLaw::PerMaterialLength | PressureLaw::TotalForce => {
-                self.intensity / self.measures.length
-            }
-        }
+        let law = self.plan.discrete.law();
+        law.mean_pressure(self.intensity, self.measures.length)
     }
 
     /// Nodes [x, y] of the discretisation from s = 0 to s = 1, cm.

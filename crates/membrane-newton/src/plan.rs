@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use membrane_forces::{
-    FiniteDifferences, Measures, Membrane, MembraneError, PressureLaw, SpectralElements,
+    FiniteDifferences, LoadKind, Measures, Membrane, MembraneError, SpectralElements,
 };
 
 use crate::bordered::Bordered;
@@ -214,9 +214,9 @@ impl Plan {
     ) -> Equilibrium {
         let (nodes, intensity) = (&state[..state.len() - 1], state[state.len() - 1]);
         let measures = self.discrete.measures(nodes);
-        let load = match self.discrete.law() {
-            PressureLaw::TotalForce => intensity * measures.surface,
-            _ => intensity,
+        let load = match self.discrete.law().load_kind() {
+            LoadKind::Intensity => intensity,
+            LoadKind::TotalForce => intensity * measures.surface,
         };
         Equilibrium {
             intensity,

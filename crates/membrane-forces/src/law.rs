@@ -1,0 +1,132 @@
+//! How a load becomes a force: all that depends on the pressure law.
+//!
+//! Both discretisations and all solvers ask here, so that a law is added in one file.
+
+use crate::error::MembraneError;
+
+/// How the load turns into a force per unit s; n is the unit exterior normal of the current curve.
+///
+/// All three stand in Rohmer et al. 2006; they are different models.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum PressureLaw {
+    /// Force f n per unit of **material** length s (Eq. 3). The load is f.
+    #[default]
+    PerMaterialLength,
+    /// Force (F / S(c)) n, S the lateral surface of revolution (Eq. 4). The load is F. Same
+    /// shapes as the first law, with f = F / S found together with the shape.
+    TotalForce,
+    /// Force p |c'| n = p (-c_y', c_x'), constant per unit of **current** length (3.2.2, and
+    /// physical pressure). The load is p.
+    PerCurrentLength,
+}
+
+/// What the load of a law is; the other of the two follows from it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LoadKind {
+    /// The force intensity, f or p, itself.
+    Intensity,
+    /// The total force F, intensity times the lateral surface of revolution S.
+    TotalForce,
+}
+
+impl PressureLaw {
+    /// What its load is.
+    pub fn load_kind(self) -> LoadKind {
+        match self {
+            Self::PerMaterialLength | Self::PerCurrentLength => LoadKind::Intensity,
+            Self::TotalForce => LoadKind::TotalForce,
+        }
+    }
+
+    /// Whether there is an intensity at which the curve runs to infinity.
+    pub(crate) fn blows_up(self) -> bool {
+        match self {
+            Self::PerMaterialLength | Self::TotalForce => false,
+            Self::PerCurrentLength => true,
+        }
+    }
+
+    /// Intensity that moves a membrane of this stiffness by about its length: a force per unit s, or per unit of current length.
+    pub fn intensity_scale(self, stiffness: f64, length: f64) -> f64 {
+        match self {
+            Self::PerMaterialLength | Self::TotalForce => stiffness * length,
+            Self::PerCurrentLength => stiffness,
+        }
+    }
+
+    /// Force per area of the surface as it is, in the mean over a curve of this length, from the intensity.
+    pub fn mean_pressure(self, intensity: f64, length: f64) -> f64 {
+        match self {
+            Self::PerMaterialLength | Self::TotalForce => intensity / length,
+            Self::PerCurrentLength => intensity,
+        }
+    }
+
+    /// The factor on `d`, the way along the curve while s grows by `ds`, with which it is the tangent that the law turns into a
+    /// force: `intensity factor (-d_y, d_x)`.
+    ///
+    /// # Errors
+    /// The way has no direction, and the law needs one; `index` says where.
+    #[inline]
+    pub(crate) fn factor(self, d: [f64; 2], ds: f64, index: usize) -> Result<f64, MembraneError> {
+        match self {
+            Self::PerMaterialLength | Self::TotalForce => {
+                let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
+                if length > 0.0 {
+                    Ok(1.0 / length)
+                } else {
+                    Err(MembraneError::CoincidentPoints { index })
+                }
+            }
+            Self::PerCurrentLength => Ok(1.0 / ds),
+        }
+    }
+
+    /// `out` = forces at `intensity` for ways along the curve while s grows by `ds`; whether all of them had a direction, if the law
+    /// needs one (a NaN has none).
+    pub(crate) fn forces_into(
+        self,
+        intensity: f64,
+        ways: impl Iterator<Item = [f64; 2]>,
+        ds: f64,
+        out: &mut [[f64; 2]],
+    ) -> bool {
+        match self {
+            Self::PerMaterialLength | Self::TotalForce => {
+                // Looked at after the loop, which then has no way out of its middle.
+                let mut all_differ = true;
+                for (out, d) in out.iter_mut().zip(ways) {
+                    let square = d[0] * d[0] + d[1] * d[1];
+                    all_differ &= square > 0.0;
+                    let factor = intensity / square.sqrt();
+                    *out = [-factor * d[1], factor * d[0]];
+                }
+                all_differ
+            }
+            Self::PerCurrentLength => {
+                let factor = intensity * (1.0 / ds);
+                for (out, d) in out.iter_mut().zip(ways) {
+                    *out = [-factor * d[1], factor * d[0]];
+                }
+                true
+            }
+        }
+    }
+
+    /// Derivative of `f factor (-d_y, d_x)` by d, row by row, `factor` from [`PressureLaw::factor`].
+    #[inline]
+    pub(crate) fn derivative(self, f: f64, d: [f64; 2], factor: f64) -> [[f64; 2]; 2] {
+        match self {
+            // of n = (-d_y, d_x) / |d|
+            Self::PerMaterialLength | Self::TotalForce => {
+                let cube = factor * factor * factor;
+                [
+                    [f * d[0] * d[1] * cube, -f * (factor - d[1] * d[1] * cube)],
+                    [f * (factor - d[0] * d[0] * cube), -f * d[0] * d[1] * cube],
+                ]
+            }
+            // the plain rotation
+            Self::PerCurrentLength => [[0.0, -f * factor], [f * factor, 0.0]],
+        }
+    }
+}
