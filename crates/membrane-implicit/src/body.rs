@@ -4,7 +4,10 @@ use membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_newton::{Measure, Membrane};
 
 use crate::error::{ImplicitError, within};
-use crate::stepper::FARTHEST;
+
+/// Positions (cm) and velocities (cm/s) beyond which volume and energy, their cubes and squares times any stiffness, are
+/// no numbers.
+pub(crate) const FARTHEST: f64 = 1e100;
 
 /// A membrane with mass and damping, discretised by the paper's finite differences.
 ///

@@ -8,7 +8,6 @@ use membrane_newton::Measure;
 
 use crate::body::MovingMembrane;
 use crate::error::ImplicitError;
-use crate::target::Target;
 
 /// What is prescribed; the force intensity f (or p) that belongs to it is part of the solution of each step.
 ///
@@ -215,23 +214,6 @@ impl Drive {
             Source::Time(signal) => signal(now.time),
             Source::State(model) => model.intensity(now),
         }
-    }
-
-    /// What a stage that ends at `time` has to meet.
-    pub(crate) fn target(&self, time: f64) -> Result<Target<'_>, ImplicitError> {
-        let value = || {
-            self.at(&Moment {
-                time,
-                volume: f64::NAN,
-                volume_rate: f64::NAN,
-            })
-        };
-        Ok(match self.kind {
-            DriveKind::Intensity => Target::Intensity(value()?),
-            DriveKind::TotalForce => Target::TotalForce(value()?),
-            DriveKind::Volume => Target::Volume(value()?),
-            DriveKind::Feedback => Target::Feedback(self),
-        })
     }
 
     /// Tells a model of its own what state has been reached.

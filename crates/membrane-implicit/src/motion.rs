@@ -5,7 +5,7 @@ mod run;
 
 use membrane_newton::Measure;
 
-use crate::body::MovingMembrane;
+use crate::body::{FARTHEST, MovingMembrane};
 use crate::dense;
 use crate::drive::{Drive, DriveKind, Moment};
 use crate::energy::Energy;
@@ -14,7 +14,7 @@ pub use run::{Stop, TimeStep};
 
 use crate::error::{ImplicitError, length, within};
 use crate::scheme::{Jacobian, Scheme};
-use crate::stepper::{FARTHEST, Instant, Stepper, Work};
+use crate::stepper::{Instant, Stepper, Work};
 use crate::target::Target;
 
 /// A motion in progress: an initial-value problem with the state it has reached.
@@ -188,7 +188,7 @@ impl Motion {
             ..
         } = self;
         let time = inner.now().time;
-        let mut target = drive.target(time)?;
+        let mut target = Target::of(drive, time)?;
         if let Target::Volume(prescribed) = target {
             let actual = Measure::Volume.of(inner.now().nodes.as_chunks().0);
             if (prescribed - actual).abs() > 1e-9 * actual.abs() {
@@ -200,7 +200,7 @@ impl Motion {
             }
             // V'' looking forward only; the step is a fraction of the membrane's shortest period.
             let e = 0.1 * inner.body.largest_explicit_step();
-            let v = |k: f64| match drive.target(time + k * e)? {
+            let v = |k: f64| match Target::of(drive, time + k * e)? {
                 Target::Volume(volume) => Ok(volume),
                 _ => Ok(f64::NAN),
             };
@@ -352,7 +352,7 @@ impl Motion {
         let n = inner.stage_times().len();
         let mut targets = [Target::Intensity(0.0); MAX_TARGETS];
         for i in 0..n {
-            targets[i] = drive.target(time + dt * inner.stage_times()[i])?;
+            targets[i] = Target::of(drive, time + dt * inner.stage_times()[i])?;
         }
         inner.attempt(dt, &targets[..n])?;
         if let Some(outer) = outer {

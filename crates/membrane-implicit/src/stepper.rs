@@ -4,7 +4,7 @@ mod stages;
 
 use membrane_newton::Measure;
 
-use crate::body::MovingMembrane;
+use crate::body::{FARTHEST, MovingMembrane};
 use crate::drive::DriveKind;
 use crate::energy::{Energy, Ledger};
 use crate::error::ImplicitError;
@@ -42,10 +42,6 @@ pub struct Work {
     /// Evaluations of the pressure force.
     pub force_calls: usize,
 }
-
-/// Positions (cm) and velocities (cm/s) beyond which volume and energy, their cubes and squares times any stiffness, are
-/// no numbers.
-pub(crate) const FARTHEST: f64 = 1e100;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Stepper {

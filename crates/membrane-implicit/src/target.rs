@@ -2,7 +2,7 @@
 
 use membrane_newton::Measure;
 
-use crate::drive::{Drive, Moment};
+use crate::drive::{Drive, DriveKind, Moment};
 use crate::error::ImplicitError;
 
 /// What a stage has to meet.
@@ -16,7 +16,24 @@ pub(crate) enum Target<'a> {
     Answer(Answer),
 }
 
-impl Target<'_> {
+impl<'a> Target<'a> {
+    /// What a stage that ends at `time` has to meet.
+    pub(crate) fn of(drive: &'a Drive, time: f64) -> Result<Self, ImplicitError> {
+        let value = || {
+            drive.at(&Moment {
+                time,
+                volume: f64::NAN,
+                volume_rate: f64::NAN,
+            })
+        };
+        Ok(match drive.kind() {
+            DriveKind::Intensity => Self::Intensity(value()?),
+            DriveKind::TotalForce => Self::TotalForce(value()?),
+            DriveKind::Volume => Self::Volume(value()?),
+            DriveKind::Feedback => Self::Feedback(drive),
+        })
+    }
+
     /// The intensity at a state; `of_volume` if a volume is prescribed, whose intensity is part of the solution.
     pub(crate) fn intensity(
         &self,

@@ -13,7 +13,7 @@ use crate::newton::ResidualSystem;
 pub(crate) struct Bordered<'a> {
     discrete: &'a Discrete,
     pub(crate) target: Target,
-    factors: Factors,
+    factors: Factors<'a>,
     border: Border,
     elastic: Vec<f64>,
     blow_up: f64,
@@ -148,7 +148,7 @@ impl ResidualSystem for Bordered<'_> {
             border,
             ..
         } = self;
-        let sign = factors.factor(discrete, nodes, f)?;
+        let sign = factors.factor(nodes, f)?;
         discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
         let row = border.row_mut();
         let corner = match self.target {
@@ -255,7 +255,7 @@ mod tests {
     use membrane_forces::{Membrane, RestShape, Stiffness};
     use nalgebra::{DMatrix, DVector};
 
-    use crate::plan::Plan;
+    use crate::resolution::Resolution;
 
     /// The matrix of the whole system by central differences of its own residual, then a dense LU:
     /// nothing of tangents, elimination or border is shared.
@@ -267,10 +267,10 @@ mod tests {
                 .with_second_neighbours(Stiffness::constant(0.1).unwrap())
         };
         for skew in [0.5, 0.0] {
-            for plan in [
-                Plan::differences(&membrane(skew), 20).unwrap(),
-                Plan::differences(&membrane(skew), 21).unwrap(),
-                Plan::spectral(&membrane(skew), 6, 1).unwrap(),
+            for resolution in [
+                Resolution::differences(&membrane(skew), 20).unwrap(),
+                Resolution::differences(&membrane(skew), 21).unwrap(),
+                Resolution::spectral(&membrane(skew), 6, 1).unwrap(),
             ] {
                 for target in [
                     Target::Intensity(5.0),
@@ -278,12 +278,12 @@ mod tests {
                     Target::Measure(Measure::Volume, 120.0),
                     Target::Measure(Measure::Area, 40.0),
                 ] {
-                    let mut system = plan.system(target);
+                    let mut system = resolution.system(target);
                     let n = system.len();
-                    let mut x = plan.start_state();
+                    let mut x = resolution.start_state();
                     let moved = |(i, x): (usize, &mut f64)| *x += 0.1 * (i as f64 * 0.4).sin();
                     x.iter_mut().enumerate().for_each(moved);
-                    plan.discrete.hold(&mut x[..n - 1]);
+                    resolution.discrete.hold(&mut x[..n - 1]);
                     x[n - 1] = 6.0;
                     let mut residual = |x: &[f64]| {
                         let mut out = vec![0.0; n];
@@ -302,7 +302,7 @@ mod tests {
                         matrix.set_column(j, &column);
                     }
                     // a held coordinate does not move: its force is zero and so is its column's part
-                    let [first, end] = plan.discrete.held();
+                    let [first, end] = resolution.discrete.held();
                     let held = [
                         (0, first[0]),
                         (1, first[1]),

@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::error::NewtonError;
 use crate::newton::{NewtonScratch, ROUNDING, ResidualSystem, newton_with};
-use crate::options::{LineSearch, NewtonOptions, NewtonReport};
+use crate::options::{LineSearch, NewtonOptions};
+use crate::report::NewtonReport;
 
 /// A system with one number that is prescribed.
 pub(crate) trait Controlled: ResidualSystem {

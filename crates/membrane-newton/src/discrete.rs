@@ -194,44 +194,46 @@ pub(crate) fn hold_rows(
     Ok(())
 }
 
+/// The factorisation that goes with each.
 #[derive(Debug, Clone)]
-pub(crate) enum Factors {
-    Banded { tangent: BandMatrix, lu: BandedLu },
-    Condensed(CondensedLu),
+pub(crate) enum Factors<'a> {
+    Banded {
+        of: &'a FiniteDifferences,
+        tangent: BandMatrix,
+        lu: BandedLu,
+    },
+    Condensed {
+        of: &'a SpectralElements,
+        lu: CondensedLu,
+    },
 }
 
-impl Factors {
-    pub(crate) fn new(discrete: &Discrete) -> Self {
+impl<'a> Factors<'a> {
+    pub(crate) fn new(discrete: &'a Discrete) -> Self {
         match discrete {
-            Discrete::Differences(d) => {
-                let tangent = d.band();
-                Self::Banded {
-                    lu: BandedLu::for_matrix(&tangent),
-                    tangent,
-                }
+            Discrete::Differences(of) => {
+                let tangent = of.band();
+                let lu = BandedLu::for_matrix(&tangent);
+                Self::Banded { of, tangent, lu }
             }
-            Discrete::Spectral(s) => Self::Condensed(CondensedLu::new(s)),
+            Discrete::Spectral(of) => Self::Condensed {
+                of,
+                lu: CondensedLu::new(of),
+            },
         }
     }
 
     /// Factors the tangent of the forces at fixed intensity; returns the sign of its determinant.
-    pub(crate) fn factor(
-        &mut self,
-        discrete: &Discrete,
-        nodes: &[f64],
-        intensity: f64,
-    ) -> Result<f64, NewtonError> {
-        match (self, discrete) {
-            (Self::Banded { tangent, lu }, Discrete::Differences(d)) => {
+    pub(crate) fn factor(&mut self, nodes: &[f64], intensity: f64) -> Result<f64, NewtonError> {
+        match self {
+            Self::Banded { of, tangent, lu } => {
                 tangent.clear();
-                d.add_elastic_tangent_into(1.0, tangent);
-                d.add_pressure_tangent_into(nodes, intensity, 1.0, tangent)?;
-                hold_rows(d, tangent)?;
+                of.add_elastic_tangent_into(1.0, tangent);
+                of.add_pressure_tangent_into(nodes, intensity, 1.0, tangent)?;
+                hold_rows(of, tangent)?;
                 Ok(lu.factor(tangent)?.determinant_sign())
             }
-            (Self::Condensed(lu), Discrete::Spectral(s)) => lu.factor(s, nodes, intensity),
-            #[expect(clippy::unreachable, reason = "made together with its discretisation")]
-            _ => unreachable!("made for this discretisation"),
+            Self::Condensed { of, lu } => lu.factor(of, nodes, intensity),
         }
     }
 
@@ -242,7 +244,7 @@ impl Factors {
                 lu.solve_into(rhs);
                 Ok(())
             }
-            Self::Condensed(lu) => lu.solve_in_place(rhs),
+            Self::Condensed { lu, .. } => lu.solve_in_place(rhs),
         }
     }
 }

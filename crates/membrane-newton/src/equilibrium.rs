@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{CurvePiece, CurvePoint, Measures};
+use membrane_forces::{CurvePiece, CurvePoint, LoadKind, Measures};
 
 use crate::discrete::{Discrete, own};
-use crate::options::NewtonReport;
-use crate::plan::Plan;
+use crate::error::NewtonError;
+use crate::report::NewtonReport;
+use crate::resolution::{Resolution, finite};
 
 /// A solved membrane.
 #[derive(Debug, Clone)]
@@ -19,7 +20,7 @@ pub struct Equilibrium {
     pub measures: Measures,
     /// What the solve did.
     pub report: NewtonReport,
-    pub(crate) plan: Arc<Plan>,
+    pub(crate) resolution: Arc<Resolution>,
     /// Unknown nodes, then the force intensity.
     pub(crate) state: Vec<f64>,
 }
@@ -48,24 +49,24 @@ impl Equilibrium {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn pressure(&self) -> f64 {
-        let law = self.plan.discrete.law();
+        let law = self.resolution.discrete.law();
         law.mean_pressure(self.intensity, self.measures.length)
     }
 
     /// Nodes [x, y] of the discretisation from s = 0 to s = 1, cm.
     pub fn points(&self) -> Vec<[f64; 2]> {
-        self.plan.discrete.points(self.nodes())
+        self.resolution.discrete.points(self.nodes())
     }
 
     /// Material coordinates of [`Equilibrium::points`].
     pub fn positions(&self) -> Vec<f64> {
-        self.plan.discrete.positions()
+        self.resolution.discrete.positions()
     }
 
     /// The whole curve as polynomials, s from 0 to 1; empty under finite differences, whose curve
     /// is its points.
     pub fn pieces(&self) -> Vec<CurvePiece> {
-        self.plan.discrete.pieces(self.nodes())
+        self.resolution.discrete.pieces(self.nodes())
     }
 
     /// The curve at material coordinate `s`, clamped to [0, 1]: the polynomials themselves, or
@@ -74,11 +75,11 @@ impl Equilibrium {
     /// jumps, tangent and curvature are means of both sides). Cost O(degree^2), or O(1).
     pub fn at(&self, s: f64) -> CurvePoint {
         let s = s.clamp(0.0, 1.0);
-        let differences = match &self.plan.discrete {
+        let differences = match &self.resolution.discrete {
             Discrete::Differences(differences) => differences,
             Discrete::Spectral(elements) => return own(elements.at(self.nodes(), s)),
         };
-        let rest = self.plan.membrane.rest();
+        let rest = self.resolution.membrane.rest();
         let last = differences.n_nodes() - 1;
         let n = ((s * last as f64) as usize).min(last - 1);
         let (ds, t) = (1.0 / last as f64, s * last as f64 - n as f64);
@@ -102,5 +103,77 @@ impl Equilibrium {
             out.second[k] += (2.0 * c2 + 6.0 * t * c3) / (ds * ds);
         }
         out
+    }
+}
+
+impl Resolution {
+    /// The state that follows `curve`, which need not be of this resolution.
+    pub(crate) fn state_near(self: &Arc<Self>, curve: &Equilibrium) -> (Arc<Self>, Vec<f64>) {
+        let mut resolution = self.clone();
+        loop {
+            if Arc::ptr_eq(&resolution, &curve.resolution) {
+                return (resolution, curve.state.clone());
+            }
+            let next = resolution
+                .adaptive
+                .as_ref()
+                .and_then(|a| a.finer.get())
+                .and_then(|f| f.clone().ok());
+            match next {
+                Some(finer) => resolution = finer,
+                None => break,
+            }
+        }
+        (self.clone(), self.follow(curve))
+    }
+
+    /// Where the curve `near` is, or the start.
+    pub(crate) fn start_near(&self, near: Option<&Equilibrium>) -> Vec<f64> {
+        near.map_or_else(|| self.start_state(), |near| self.follow(near))
+    }
+
+    /// The nodes of this resolution on `curve`, and its intensity.
+    fn follow(&self, curve: &Equilibrium) -> Vec<f64> {
+        let positions = self.discrete.positions();
+        let count = self.discrete.start().len() / 2;
+        let mut state = Vec::with_capacity(2 * count + 1);
+        for &s in &positions[..count] {
+            state.extend(curve.at(s).position);
+        }
+        self.discrete.hold(&mut state);
+        state.push(curve.intensity);
+        state
+    }
+
+    /// What a solve ended in, unless it is too large for its measures to be numbers.
+    pub(crate) fn answer(
+        self: &Arc<Self>,
+        state: Vec<f64>,
+        report: NewtonReport,
+    ) -> Result<Equilibrium, NewtonError> {
+        let solved = self.equilibrium(state, report);
+        finite(&solved.measures)?;
+        Ok(solved)
+    }
+
+    pub(crate) fn equilibrium(
+        self: &Arc<Self>,
+        state: Vec<f64>,
+        report: NewtonReport,
+    ) -> Equilibrium {
+        let (nodes, intensity) = (&state[..state.len() - 1], state[state.len() - 1]);
+        let measures = self.discrete.measures(nodes);
+        let load = match self.discrete.law().load_kind() {
+            LoadKind::Intensity => intensity,
+            LoadKind::TotalForce => intensity * measures.surface,
+        };
+        Equilibrium {
+            intensity,
+            load,
+            measures,
+            report,
+            resolution: self.clone(),
+            state,
+        }
     }
 }

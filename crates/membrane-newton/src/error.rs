@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use membrane_forces::MembraneError;
 
-use crate::options::NewtonReport;
+use crate::report::NewtonReport;
 
 /// Why a solve failed; carries the report of what was tried.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -58,7 +58,9 @@ mod error;
 mod newton;
 mod options;
 mod pair;
-mod plan;
+mod refine;
+mod report;
+mod resolution;
 mod sensitivity;
 mod solver;
 mod study;
@@ -74,8 +76,9 @@ pub use membrane_forces::{
     PressureLaw, RestShape, Stiffness,
 };
 pub use newton::{NewtonScratch, ResidualSystem, newton, newton_observed, newton_with};
-pub use options::{LineSearch, NewtonOptions, NewtonReport};
+pub use options::{LineSearch, NewtonOptions};
 pub use pair::{Pair, PairEquilibrium};
+pub use report::NewtonReport;
 pub use sensitivity::Sensitivity;
 pub use solver::{Discretisation, Solver};
 pub use study::{PaperJacobian, paper_newton};

@@ -4,7 +4,8 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use crate::error::{NewtonError, length};
-use crate::options::{LineSearch, NewtonOptions, NewtonReport};
+use crate::options::{LineSearch, NewtonOptions};
+use crate::report::NewtonReport;
 
 /// n equations in n unknowns whose tangent can be factored.
 ///

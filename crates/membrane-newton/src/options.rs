@@ -1,4 +1,4 @@
-//! When Newton stops, how it searches, and what it did.
+//! When Newton stops, and how it searches.
 
 use membrane_forces::MembraneError;
 
@@ -89,61 +89,5 @@ impl NewtonOptions {
     pub fn with_max_load_steps(mut self, max_load_steps: usize) -> Self {
         self.max_load_steps = max_load_steps;
         self
-    }
-}
-
-/// What a solve did.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct NewtonReport {
-    /// Newton iterations: changes of the unknowns with a new factorisation.
-    pub iterations: usize,
-    /// Factorisations of the tangent.
-    pub factorisations: usize,
-    /// Evaluations of the residual.
-    pub residual_calls: usize,
-    /// Continuation steps tried, 0 if Newton needed none.
-    pub load_steps: usize,
-    /// Scaled residual at the result.
-    pub residual: f64,
-    /// Scaled size of the last step, infinite if none was computed.
-    pub step: f64,
-    /// Scaled residual before the first iteration and after each.
-    pub history: Vec<f64>,
-}
-
-impl NewtonReport {
-    /// Empties the report, keeping its memory.
-    pub(crate) fn restart(&mut self, max_iterations: usize) {
-        let mut history = std::mem::take(&mut self.history);
-        history.clear();
-        // a limit that nobody expects to reach is no reason to ask for memory
-        history.reserve(max_iterations.min(1000) + 1);
-        *self = Self {
-            step: f64::INFINITY,
-            history,
-            ..Self::default()
-        };
-    }
-
-    pub(crate) fn evaluated(&mut self, residual: f64) {
-        self.residual_calls += 1;
-        self.residual = residual;
-        self.history.push(residual);
-    }
-
-    pub(crate) fn stepped(&mut self, step: f64, residual: f64) {
-        self.iterations += 1;
-        self.step = step;
-        self.residual = residual;
-        self.history.push(residual);
-    }
-
-    /// Adds what an earlier solve did, so that the report covers both.
-    pub(crate) fn add_earlier(&mut self, earlier: &Self) {
-        self.iterations += earlier.iterations;
-        self.factorisations += earlier.factorisations;
-        self.residual_calls += earlier.residual_calls;
-        self.load_steps += earlier.load_steps;
-        self.history.splice(0..0, earlier.history.iter().copied());
     }
 }

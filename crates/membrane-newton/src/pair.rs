@@ -9,8 +9,10 @@ use crate::control::{Control, Target};
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
 use crate::newton::ResidualSystem;
-use crate::options::{NewtonOptions, NewtonReport};
-use crate::plan::{Plan, Refined, climb, refine};
+use crate::options::NewtonOptions;
+use crate::refine::{Refined, refine, solve_refining};
+use crate::report::NewtonReport;
+use crate::resolution::Resolution;
 use crate::sensitivity::Sensitivity;
 use crate::solver::Solver;
 use membrane_forces::Measure;
@@ -68,13 +70,13 @@ impl Pair {
 
     /// Volume between the membranes at the start, cm^3.
     pub fn wall_volume(&self) -> f64 {
-        self.first_rung().wall_volume()
+        self.coarsest().wall_volume()
     }
 
-    fn first_rung(&self) -> Rung {
-        Rung {
-            inner: self.inner.plan.clone(),
-            outer: self.outer.plan.clone(),
+    fn coarsest(&self) -> PairResolution {
+        PairResolution {
+            inner: self.inner.resolution.clone(),
+            outer: self.outer.resolution.clone(),
         }
     }
 
@@ -99,9 +101,12 @@ impl Pair {
         inner: Control,
         options: &NewtonOptions,
     ) -> Result<PairEquilibrium, NewtonError> {
-        let rung = self.first_rung();
-        let state = rung.join(rung.inner.start_state(), &rung.outer.start_state());
-        solve_on((rung, state), None, inner, options)
+        let resolution = self.coarsest();
+        let state = resolution.join(
+            resolution.inner.start_state(),
+            &resolution.outer.start_state(),
+        );
+        solve_on((resolution, state), None, inner, options)
     }
 
     /// The same from a nearby solution (warm start).
@@ -114,36 +119,40 @@ impl Pair {
         inner: Control,
         options: &NewtonOptions,
     ) -> Result<PairEquilibrium, NewtonError> {
-        let (inner_plan, inner_state) = self.inner.plan.state_near(&near.inner);
-        let (outer_plan, outer_state) = self.outer.plan.state_near(&near.outer);
-        let rung = Rung {
-            inner: inner_plan,
-            outer: outer_plan,
+        let (inner_resolution, inner_state) = self.inner.resolution.state_near(&near.inner);
+        let (outer_resolution, outer_state) = self.outer.resolution.state_near(&near.outer);
+        let resolution = PairResolution {
+            inner: inner_resolution,
+            outer: outer_resolution,
         };
-        let state = rung.join(inner_state, &outer_state);
-        solve_on((rung, state), Some(near), inner, options)
+        let state = resolution.join(inner_state, &outer_state);
+        solve_on((resolution, state), Some(near), inner, options)
     }
 }
 
 fn solve_on(
-    (rung, start): (Rung, Vec<f64>),
+    (resolution, start): (PairResolution, Vec<f64>),
     near: Option<&PairEquilibrium>,
     control: Control,
     options: &NewtonOptions,
 ) -> Result<PairEquilibrium, NewtonError> {
-    let (rung, state, report) = climb(
-        (rung, start),
-        |rung, state, start| rung.solve(state, start, control, options),
-        Rung::resolution,
-        |rung, state| rung.refine(state, near),
+    let (resolution, state, report) = solve_refining(
+        (resolution, start),
+        |resolution, state, start| resolution.solve(state, start, control, options),
+        PairResolution::check_resolved,
+        |resolution, state| resolution.refine(state, near),
     )?;
-    let (inner, outer) = state.split_at(rung.split());
+    let (inner, outer) = state.split_at(resolution.split());
     // The report is the pair's.
-    let answer =
-        |plan: &Arc<Plan>, part: &[f64]| plan.answer(part.to_vec(), NewtonReport::default());
-    let (inner, outer) = (answer(&rung.inner, inner)?, answer(&rung.outer, outer)?);
+    let answer = |resolution: &Arc<Resolution>, part: &[f64]| {
+        resolution.answer(part.to_vec(), NewtonReport::default())
+    };
+    let (inner, outer) = (
+        answer(&resolution.inner, inner)?,
+        answer(&resolution.outer, outer)?,
+    );
     let wall_volume = outer.measures.volume - inner.measures.volume;
-    let wall_volume_error = wall_volume / rung.wall_volume() - 1.0;
+    let wall_volume_error = wall_volume / resolution.wall_volume() - 1.0;
     Ok(PairEquilibrium {
         inner,
         outer,
@@ -160,28 +169,31 @@ impl PairEquilibrium {
     /// # Errors
     /// As [`Equilibrium::sensitivity`].
     pub fn sensitivity(&self, control: Control) -> Result<[Sensitivity; 2], NewtonError> {
-        let rung = Rung {
-            inner: self.inner.plan.clone(),
-            outer: self.outer.plan.clone(),
+        let resolution = PairResolution {
+            inner: self.inner.resolution.clone(),
+            outer: self.outer.resolution.clone(),
         };
-        let mut system = rung.system(rung.inner.target(control)?);
-        system.factor(&rung.join(self.inner.state.clone(), &self.outer.state))?;
+        let mut system = resolution.system(resolution.inner.target(control)?);
+        system.factor(&resolution.join(self.inner.state.clone(), &self.outer.state))?;
         let (inner, outer) = (self.inner.state.len(), self.outer.state.len());
         let mut change = vec![0.0; inner + outer];
-        change[inner - 1] = rung.inner.target_slope(control);
+        change[inner - 1] = resolution.inner.target_slope(control);
         system.solve_in_place(&mut change)?;
         let (inner, outer) = change.split_at(inner);
-        Ok([rung.inner.sensitivity(inner), rung.outer.sensitivity(outer)])
+        Ok([
+            resolution.inner.sensitivity(inner),
+            resolution.outer.sensitivity(outer),
+        ])
     }
 }
 
 /// Both membranes at one resolution each.
-struct Rung {
-    inner: Arc<Plan>,
-    outer: Arc<Plan>,
+struct PairResolution {
+    inner: Arc<Resolution>,
+    outer: Arc<Resolution>,
 }
 
-impl Rung {
+impl PairResolution {
     fn split(&self) -> usize {
         self.inner.discrete.start().len() + 1
     }
@@ -218,18 +230,24 @@ impl Rung {
         continuation::solve(&mut system, state, start, (from, target.value()), options)
     }
 
-    fn resolution(&self, state: &[f64]) -> Result<(), NewtonError> {
+    fn check_resolved(&self, state: &[f64]) -> Result<(), NewtonError> {
         let (inner, outer) = state.split_at(self.split());
-        self.inner.resolution(inner)?;
-        self.outer.resolution(outer)
+        self.inner.check_resolved(inner)?;
+        self.outer.check_resolved(outer)
     }
 
-    /// Both membranes one rung up, as far as each can go.
+    /// Both membranes one resolution finer, as far as each can go.
     fn refine(&self, state: &[f64], near: Option<&PairEquilibrium>) -> Refined<Self> {
         let (inner, outer) = state.split_at(self.split());
-        let step = |plan: &Arc<Plan>, state: &[f64], near: Option<&Equilibrium>| {
-            let stay = || Ok((plan.clone(), state.to_vec(), plan.start_near(near)));
-            let up = refine(plan, state, near);
+        let step = |resolution: &Arc<Resolution>, state: &[f64], near: Option<&Equilibrium>| {
+            let stay = || {
+                Ok((
+                    resolution.clone(),
+                    state.to_vec(),
+                    resolution.start_near(near),
+                ))
+            };
+            let up = refine(resolution, state, near);
             (up.is_some(), up.unwrap_or_else(stay))
         };
         let (up, inner) = step(&self.inner, inner, near.map(|n| &n.inner));
@@ -237,10 +255,10 @@ impl Rung {
         (up || also).then(|| {
             let (inner, state, start) = inner?;
             let (outer, outer_state, outer_start) = outer?;
-            let rung = Self { inner, outer };
-            let state = rung.join(state, &outer_state);
-            let start = rung.join(start, &outer_start);
-            Ok((rung, state, start))
+            let resolution = Self { inner, outer };
+            let state = resolution.join(state, &outer_state);
+            let start = resolution.join(start, &outer_start);
+            Ok((resolution, state, start))
         })
     }
 }

@@ -4,7 +4,7 @@ use crate::control::Control;
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
 use crate::newton::ResidualSystem;
-use crate::plan::Plan;
+use crate::resolution::Resolution;
 
 /// Derivative of an equilibrium by the value of a control (per unit of that value).
 #[derive(Debug, Clone, PartialEq)]
@@ -39,18 +39,18 @@ impl Equilibrium {
     /// # Errors
     /// A control nothing can be solved for; a singular tangent (the control is at a limit point).
     pub fn sensitivity(&self, control: Control) -> Result<Sensitivity, NewtonError> {
-        let target = self.plan.target(control)?;
-        let mut system = self.plan.system(target);
+        let target = self.resolution.target(control)?;
+        let mut system = self.resolution.system(target);
         system.factor(&self.state)?;
         let mut change = vec![0.0; self.state.len()];
         let last = change.len() - 1;
-        change[last] = self.plan.target_slope(control);
+        change[last] = self.resolution.target_slope(control);
         system.solve_in_place(&mut change)?;
-        Ok(self.plan.sensitivity(&change))
+        Ok(self.resolution.sensitivity(&change))
     }
 }
 
-impl Plan {
+impl Resolution {
     /// What the border equation's value changes by with the value of `control`.
     pub(crate) fn target_slope(&self, control: Control) -> f64 {
         match control {

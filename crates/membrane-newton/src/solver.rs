@@ -7,8 +7,10 @@ use membrane_forces::{Measures, Membrane};
 use crate::control::Control;
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
-use crate::options::{NewtonOptions, NewtonReport};
-use crate::plan::{Plan, climb, refine};
+use crate::options::NewtonOptions;
+use crate::refine::{refine, solve_refining};
+use crate::report::NewtonReport;
+use crate::resolution::Resolution;
 
 /// How the curve is discretised.
 ///
@@ -50,7 +52,7 @@ pub enum Discretisation {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Solver {
-    pub(crate) plan: Arc<Plan>,
+    pub(crate) resolution: Arc<Resolution>,
 }
 
 impl Solver {
@@ -58,14 +60,14 @@ impl Solver {
     ///
     /// # Errors
     /// Too few nodes or too low a degree, a stiffness that is not positive, coinciding nodes, a
-    /// rest shape that no polynomials of the ladder resolve, or whose volume is beyond the largest number.
+    /// rest shape that no polynomials resolve, or whose volume is beyond the largest number.
     pub fn new(membrane: &Membrane, discretisation: Discretisation) -> Result<Self, NewtonError> {
-        let plan = match discretisation {
+        let resolution = match discretisation {
             Discretisation::FiniteDifferences { nodes } => {
-                Arc::new(Plan::differences(membrane, nodes)?)
+                Arc::new(Resolution::differences(membrane, nodes)?)
             }
             Discretisation::Spectral { degree, per_piece } => {
-                Arc::new(Plan::spectral(membrane, degree, per_piece)?)
+                Arc::new(Resolution::spectral(membrane, degree, per_piece)?)
             }
             Discretisation::SpectralAdaptive { tolerance } => {
                 if !(tolerance.is_finite() && tolerance > 0.0) {
@@ -75,21 +77,21 @@ impl Solver {
                         above: 0.0,
                     });
                 }
-                Plan::adaptive(membrane, tolerance)?
+                Resolution::adaptive(membrane, tolerance)?
             }
         };
-        Ok(Self { plan })
+        Ok(Self { resolution })
     }
 
     /// Measures of the start: the rest shape with its ends held.
     pub fn start_measures(&self) -> Measures {
-        self.plan.start
+        self.resolution.start
     }
 
     /// The start as an equilibrium without load (it is one if the ends are held where they rest).
     pub fn start(&self) -> Equilibrium {
-        self.plan
-            .equilibrium(self.plan.start_state(), NewtonReport::default())
+        self.resolution
+            .equilibrium(self.resolution.start_state(), NewtonReport::default())
     }
 
     /// Solves from the start.
@@ -107,7 +109,7 @@ impl Solver {
         control: Control,
         options: &NewtonOptions,
     ) -> Result<Equilibrium, NewtonError> {
-        let start = (self.plan.clone(), self.plan.start_state());
+        let start = (self.resolution.clone(), self.resolution.start_state());
         solve_on(start, None, control, options)
     }
 
@@ -122,21 +124,26 @@ impl Solver {
         control: Control,
         options: &NewtonOptions,
     ) -> Result<Equilibrium, NewtonError> {
-        solve_on(self.plan.state_near(near), Some(near), control, options)
+        solve_on(
+            self.resolution.state_near(near),
+            Some(near),
+            control,
+            options,
+        )
     }
 }
 
 fn solve_on(
-    first: (Arc<Plan>, Vec<f64>),
+    first: (Arc<Resolution>, Vec<f64>),
     near: Option<&Equilibrium>,
     control: Control,
     options: &NewtonOptions,
 ) -> Result<Equilibrium, NewtonError> {
-    let (plan, state, report) = climb(
+    let (resolution, state, report) = solve_refining(
         first,
-        |plan, state, start| plan.solve(state, start, control, options),
-        |plan, state| plan.resolution(state),
-        |plan, state| refine(plan, state, near),
+        |resolution, state, start| resolution.solve(state, start, control, options),
+        |resolution, state| resolution.check_resolved(state),
+        |resolution, state| refine(resolution, state, near),
     )?;
-    plan.answer(state, report)
+    resolution.answer(state, report)
 }
