@@ -2,11 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use super::report::{Observer, nobody};
-use super::vectors::{norm, relative, update};
-use super::{Iteration, IterativeReport, LinearOperator, StoppedBy, Stopping, check_input};
+use super::operator::LinearOperator;
+use super::report::{Iteration, IterativeReport, StoppedBy};
+use super::stopping::{Monitor, Observer, Stopping, nobody};
+use super::vectors::{check_input, norm, relative, update};
 use crate::Sample;
-use crate::error::{RadonError, within};
+use crate::error::RadonError;
 
 /// Options of [`cgls`].
 ///
@@ -84,10 +85,7 @@ pub(crate) fn run<T: Sample>(
         gradient: gradient_rule,
     } = *options;
     check_input(operator, data, image)?;
-    stopping.check()?;
-    if let Some(rule) = gradient_rule {
-        within("gradient rule", rule, 0.0, f64::MAX)?;
-    }
+    let mut monitor = Monitor::new(stopping, gradient_rule, observe)?;
 
     let mut direction = vec![T::ZERO; image.len()];
     let mut gradient = vec![T::ZERO; image.len()];
@@ -100,7 +98,6 @@ pub(crate) fn run<T: Sample>(
     update(&mut residual, data, |ax, b| b - ax);
 
     let mut previous_sq = None;
-    let mut report = IterativeReport::new();
     loop {
         operator.adjoint_into(&residual, &mut gradient)?;
         let gradient_norm = norm(&gradient);
@@ -110,20 +107,20 @@ pub(crate) fn run<T: Sample>(
             log_likelihood: None,
             change: None,
         };
-        report.stopped_by = if stopping.residual.is_some_and(|rule| entry.residual <= rule) {
+        let stopped_by = if monitor.is_explained(entry.residual) {
             Some(StoppedBy::Residual)
-        } else if gradient_rule.is_some_and(|rule| gradient_norm <= rule * gradient_scale) {
+        } else if monitor.is_flat(gradient_norm, gradient_scale) {
             Some(StoppedBy::Gradient)
         } else if gradient_norm == 0.0 {
             Some(StoppedBy::Solved)
         } else {
             None
         };
-        if report.stopped_by.is_some() {
-            report.history.push(entry);
+        if let Some(why) = stopped_by {
+            monitor.stop_at(entry, why);
             break;
         }
-        if report.iterations == stopping.max_iterations {
+        if monitor.is_last() {
             break;
         }
         let gradient_sq = gradient_norm * gradient_norm;
@@ -135,17 +132,16 @@ pub(crate) fn run<T: Sample>(
         let curvature = norm(&projected).powi(2);
         if curvature == 0.0 {
             // The gradient is rounding noise outside the range of Aᵀ.
-            report.history.push(entry);
-            report.stopped_by = Some(StoppedBy::Solved);
+            monitor.stop_at(entry, StoppedBy::Solved);
             break;
         }
         let alpha = gradient_sq / curvature;
         update(image, &direction, |x, d| x + T::of(alpha) * d);
         update(&mut residual, &projected, |r, q| r - T::of(alpha) * q);
         entry.change = Some(relative(alpha * norm(&direction), norm(image)));
-        if report.step(entry, &stopping, image, observe) {
+        if monitor.step(entry, image) {
             break;
         }
     }
-    report.finish(stopping.any_rule() || gradient_rule.is_some())
+    monitor.finish()
 }

@@ -2,12 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use super::report::{Observer, nobody};
-use super::vectors::{check_not_negative, norm, relative, sum2, update};
-use super::{Iteration, IterativeReport, LinearOperator, StoppedBy, Stopping, check_input};
+use super::operator::LinearOperator;
+use super::report::{Iteration, IterativeReport, StoppedBy};
+use super::stopping::{Monitor, Observer, Stopping, nobody};
+use super::vectors::{
+    check_input, check_not_negative, check_samples, norm, relative, sum2, update,
+};
 use crate::Sample;
 use crate::error::{RadonError, length};
-use crate::iterative::check_samples;
 
 /// Options of [`mlem`] and [`osem`].
 ///
@@ -236,7 +238,7 @@ pub(crate) fn run<T: Sample>(
         stopping,
         background,
     } = options;
-    stopping.check()?;
+    let mut monitor = Monitor::new(*stopping, None, observe)?;
     check_not_negative("data", data)?;
     check_not_negative("image", image)?;
     if !background.is_empty() {
@@ -265,12 +267,11 @@ pub(crate) fn run<T: Sample>(
     let data_norm = norm(data);
     let mut factor = vec![T::ZERO; image.len()];
     let mut start = vec![T::ZERO; image.len()];
-    let mut report = IterativeReport::new();
     // With all data in one part the residual of an image is known before it changes.
     let whole = parts.len() == 1;
     loop {
-        let last = report.iterations == stopping.max_iterations;
-        if last && !(whole && stopping.residual.is_some()) {
+        let last = monitor.is_last();
+        if last && !(whole && monitor.wants_residual()) {
             break;
         }
         start.copy_from_slice(image);
@@ -288,8 +289,8 @@ pub(crate) fn run<T: Sample>(
                     -e
                 }
             });
-            let met = |rule| relative(misfit_sq.sqrt(), data_norm) <= rule;
-            if whole && (last || stopping.residual.is_some_and(met)) {
+            let residual = relative(misfit_sq.sqrt(), data_norm);
+            if whole && (last || monitor.is_explained(residual)) {
                 break;
             }
             update(&mut expected, counts, |e, b| {
@@ -302,19 +303,19 @@ pub(crate) fn run<T: Sample>(
             update(image, &factor, |x, f| x * f);
         }
         let residual = relative(misfit_sq.sqrt(), data_norm);
-        let met = stopping.residual.is_some_and(|rule| residual <= rule);
+        let met = monitor.is_explained(residual);
         let mut entry = Iteration {
             residual,
             gradient: None,
             log_likelihood: Some(log_likelihood),
             change: None,
         };
-        if met {
-            report.stopped_by = Some(StoppedBy::Residual);
-        }
         if met && whole {
-            report.history.push(entry);
+            monitor.stop_at(entry, StoppedBy::Residual);
             break;
+        }
+        if met {
+            monitor.stop_after(StoppedBy::Residual);
         }
         if last {
             break;
@@ -323,9 +324,9 @@ pub(crate) fn run<T: Sample>(
             sum2(image, &start, |a, b| (a - b) * (a - b)).sqrt(),
             norm(image),
         ));
-        if report.step(entry, stopping, image, observe) {
+        if monitor.step(entry, image) {
             break;
         }
     }
-    report.finish(stopping.any_rule())
+    monitor.finish()
 }

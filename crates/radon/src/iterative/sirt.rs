@@ -2,9 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use super::report::{Observer, nobody};
-use super::vectors::{check_not_negative, norm, relative, sum2, update};
-use super::{Iteration, IterativeReport, LinearOperator, StoppedBy, Stopping, check_input};
+use super::operator::LinearOperator;
+use super::report::{Iteration, IterativeReport, StoppedBy};
+use super::stopping::{Monitor, Observer, Stopping, nobody};
+use super::vectors::{check_input, check_not_negative, norm, relative, sum2, update};
 use crate::Sample;
 use crate::error::{RadonError, within};
 
@@ -130,7 +131,7 @@ pub(crate) fn run<T: Sample>(
         upper,
     } = *options;
     check_input(operator, data, image)?;
-    stopping.check()?;
+    let mut monitor = Monitor::new(stopping, None, observe)?;
     within("relaxation", relaxation, f64::MIN_POSITIVE, 2.0)?;
     let least = lower.map_or(Ok(f64::MIN), |l| {
         within("lower bound", l, f64::MIN, f64::MAX).map(|()| l)
@@ -151,10 +152,9 @@ pub(crate) fn run<T: Sample>(
     let data_norm = norm(data);
     let mut residual = vec![T::ZERO; data.len()];
     let mut step = vec![T::ZERO; image.len()];
-    let mut report = IterativeReport::new();
     loop {
-        let last = report.iterations == stopping.max_iterations;
-        if last && stopping.residual.is_none() {
+        let last = monitor.is_last();
+        if last && !monitor.wants_residual() {
             break;
         }
         operator.forward_into(image, &mut residual)?;
@@ -166,9 +166,8 @@ pub(crate) fn run<T: Sample>(
             log_likelihood: None,
             change: None,
         };
-        if stopping.residual.is_some_and(|rule| size <= rule) {
-            report.history.push(entry);
-            report.stopped_by = Some(StoppedBy::Residual);
+        if monitor.is_explained(size) {
+            monitor.stop_at(entry, StoppedBy::Residual);
             break;
         }
         if last {
@@ -195,9 +194,9 @@ pub(crate) fn run<T: Sample>(
         );
         image.copy_from_slice(&step);
         entry.change = Some(change);
-        if report.step(entry, &stopping, image, observe) {
+        if monitor.step(entry, image) {
             break;
         }
     }
-    report.finish(stopping.any_rule())
+    monitor.finish()
 }

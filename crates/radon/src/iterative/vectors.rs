@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::operator::LinearOperator;
 use crate::Sample;
-use crate::error::RadonError;
+use crate::error::{RadonError, length};
 
 /// Sums are taken over pieces of this length, then over the pieces in order.
 const PIECE: usize = 1 << 14;
@@ -64,4 +65,16 @@ pub(super) fn check_not_negative<T: Sample>(
         }),
         None => Ok(()),
     }
+}
+
+/// Lengths and finiteness of what every solver is given.
+pub(super) fn check_input<T: Sample>(
+    operator: &(impl LinearOperator<T> + ?Sized),
+    data: &[T],
+    image: &[T],
+) -> Result<(), RadonError> {
+    length("data", data.len(), operator.data_len())?;
+    length("image", image.len(), operator.image_len())?;
+    check_samples("data", data)?;
+    check_samples("image", image)
 }

@@ -1,8 +1,10 @@
 //! Means of the unit Gaussian exp(-|q|²/2) over segments, parallelograms and parallelepipeds.
 
 use super::round::{Vec3, add, cross, dot};
-use super::shape2::GAUSSIAN_REACH;
 use std::f64::consts::FRAC_PI_2;
+
+/// Standard deviations after which a Gaussian counts as zero: exp(-9²/2) = 2.6e-18.
+pub(super) const REACH: f64 = 9.0;
 
 /// Positive nodes and weights of the 8-point Gauss-Legendre rule (Abramowitz & Stegun 1964, table 25.4).
 const GAUSS_LEGENDRE: [(f64, f64); 4] = [
@@ -86,11 +88,11 @@ fn across(v: Vec3, edges: &[Vec3]) -> Vec3 {
     }
 }
 
-/// The u in [-1, 1] for which |p + u q| is no more than [`GAUSSIAN_REACH`]; all of them if that cannot be told.
+/// The u in [-1, 1] for which |p + u q| is no more than [`REACH`]; all of them if that cannot be told.
 fn near(p: Vec3, q: Vec3) -> [f64; 2] {
     let nearest = -dot(p, q) / dot(q, q);
     let closest = add(p, nearest, q);
-    let room = GAUSSIAN_REACH.powi(2) - dot(closest, closest);
+    let room = REACH.powi(2) - dot(closest, closest);
     let reach = (room.max(0.0) / dot(q, q)).sqrt();
     if (nearest + reach).is_finite() {
         [nearest - reach, nearest + reach].map(|u| u.clamp(-1.0, 1.0))

@@ -35,9 +35,6 @@ enum Kind {
     Polygon(Vec<Vec2>),
 }
 
-/// Standard deviations after which a Gaussian counts as zero: exp(-9²/2) = 2.6e-18.
-pub(super) const GAUSSIAN_REACH: f64 = 9.0;
-
 impl Shape2 {
     /// The ellipse with semi-axis `semi_axes[0]` turned by `angle` from x, and `semi_axes[1]` perpendicular to it.
     ///
@@ -60,7 +57,7 @@ impl Shape2 {
         let rows = frame(centre, sigmas, angle, "Gaussian standard deviation")?;
         Ok(Self {
             centre,
-            reach: GAUSSIAN_REACH * sigmas[0].max(sigmas[1]),
+            reach: gaussian::REACH * sigmas[0].max(sigmas[1]),
             kind: Kind::Gaussian(rows),
         })
     }

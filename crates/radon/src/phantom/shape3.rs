@@ -1,7 +1,6 @@
 //! Solid shapes whose line integrals and voxel averages are known exactly.
 
 use super::round::{Vec3, add, cross, dot, norm};
-use super::shape2::GAUSSIAN_REACH;
 use super::{Shape2, gaussian, place, round, size};
 use crate::error::{RadonError, positive};
 use std::f64::consts::PI;
@@ -65,7 +64,7 @@ impl Shape3 {
         axes: [[f64; 3]; 3],
     ) -> Result<Self, RadonError> {
         let rows = frame(centre, sigmas, axes, "Gaussian standard deviation")?;
-        let reach = GAUSSIAN_REACH * sigmas.into_iter().fold(0.0, f64::max);
+        let reach = gaussian::REACH * sigmas.into_iter().fold(0.0, f64::max);
         Ok(Self {
             centre,
             reach,

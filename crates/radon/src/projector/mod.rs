@@ -6,6 +6,7 @@ use crate::{ImageGrid, ParallelGeometry, Sample, StackOrder};
 
 mod alone;
 mod blocks;
+mod kernel;
 mod layout;
 #[cfg(feature = "sprs")]
 mod matrix;
@@ -13,22 +14,9 @@ mod operator;
 mod rays;
 mod run;
 
+pub use kernel::Kernel;
 pub use operator::StackOperator;
 use rays::{Rays, View};
-
-/// How a ray's length is divided among the pixels it meets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub enum Kernel {
-    /// Linear interpolation at each row (or column) that the ray crosses (Joseph 1982, doi:10.1109/TMI.1982.4307572).
-    #[default]
-    Joseph,
-    /// The exact length of the ray within each pixel (Siddon 1985, doi:10.1118/1.595715). A ray that runs along the edge between two
-    /// pixels, to 2^-21 of a pixel, is shared by both.
-    Siddon,
-    /// The exact area of the bin's strip within each pixel, over the pitch: the mean of Siddon's lengths over the bin.
-    Strip,
-}
 
 /// The discrete Radon transform A of an image grid and its exact adjoint Aᵀ.
 ///

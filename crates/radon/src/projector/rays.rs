@@ -14,7 +14,7 @@
 
 use std::ops::Range;
 
-use super::Kernel;
+use super::kernel::Kernel;
 use crate::error::{RadonError, within};
 use crate::simd::{BoxRay, InstructionSet, Pairs, Place, Snap};
 use crate::{ImageGrid, ParallelGeometry, Sample};

@@ -1,0 +1,69 @@
+//! What the solvers need to know of a linear map.
+
+use std::sync::Arc;
+
+use crate::Sample;
+use crate::error::RadonError;
+
+/// A linear map A from images to data, with its adjoint; implement it for your own to use the solvers.
+///
+/// The solvers need <A x, y> = <x, Aᵀ y> to rounding. Lengths are checked before the first call. References, boxes and shared
+/// pointers to an operator are operators too, `dyn` ones as well. What goes wrong in an operator of your own, a file that ends
+/// say, is handed on by [`RadonError::user`].
+///
+/// ```
+/// use radon::{CglsOptions, LinearOperator, RadonError, cgls};
+/// struct Differences; // of three numbers
+/// impl LinearOperator<f64> for Differences {
+///     fn image_len(&self) -> usize { 3 }
+///     fn data_len(&self) -> usize { 3 }
+///     fn forward_into(&self, x: &[f64], y: &mut [f64]) -> Result<(), RadonError> {
+///         y.copy_from_slice(&[x[0], x[1] - x[0], x[2] - x[1]]);
+///         Ok(())
+///     }
+///     fn adjoint_into(&self, y: &[f64], x: &mut [f64]) -> Result<(), RadonError> {
+///         x.copy_from_slice(&[y[0] - y[1], y[1] - y[2], y[2]]);
+///         Ok(())
+///     }
+/// }
+/// let mut x = vec![0.0; 3];
+/// cgls(&Differences, &[1.0, 1.0, 2.0], &mut x, &CglsOptions::default().with_gradient(1e-12))?;
+/// assert!((x[2] - 4.0).abs() < 1e-10);
+/// # Ok::<(), RadonError>(())
+/// ```
+pub trait LinearOperator<T: Sample> {
+    /// Number of unknowns.
+    fn image_len(&self) -> usize;
+    /// Number of data.
+    fn data_len(&self) -> usize;
+    /// Writes A x to `data`.
+    ///
+    /// # Errors
+    /// What the operator refuses; the solver stops with it.
+    fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError>;
+    /// Writes Aᵀ y to `image`.
+    ///
+    /// # Errors
+    /// What the operator refuses; the solver stops with it.
+    fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError>;
+}
+
+macro_rules! pointers {
+    ($($pointer:ty),*) => {$(
+        impl<T: Sample, A: LinearOperator<T> + ?Sized> LinearOperator<T> for $pointer {
+            fn image_len(&self) -> usize {
+                (**self).image_len()
+            }
+            fn data_len(&self) -> usize {
+                (**self).data_len()
+            }
+            fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {
+                (**self).forward_into(image, data)
+            }
+            fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError> {
+                (**self).adjoint_into(data, image)
+            }
+        }
+    )*};
+}
+pointers!(&A, Box<A>, Arc<A>);

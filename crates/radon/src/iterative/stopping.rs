@@ -1,0 +1,163 @@
+//! When a solver stops, and who looks on.
+
+use std::ops::ControlFlow;
+
+use super::report::{Iteration, IterativeReport, StoppedBy};
+use crate::Sample;
+use crate::error::{RadonError, within};
+
+/// Sees the report so far and the image after each step, and may end the run.
+pub(crate) type Observer<'a, T> = &'a mut dyn FnMut(&IterativeReport, &[T]) -> ControlFlow<()>;
+
+/// The observer of whoever does not look.
+pub(super) fn nobody<T>(_: &IterativeReport, _: &[T]) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// When a solver stops, unless its observer does so first. With no rule set it makes `max_iterations` and that is success; with a rule set and not met it
+/// returns [`RadonError::NotConverged`], and the image holds the last iterate all the same.
+///
+/// ```
+/// use radon::Stopping;
+/// // The first image that explains the data to 2 %, if it takes no more than 200 steps.
+/// let stopping = Stopping::default().with_max_iterations(200).with_residual(0.02);
+/// assert_eq!((stopping.max_iterations, stopping.residual, stopping.change), (200, Some(0.02), None));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Stopping {
+    /// Most iterations.
+    pub max_iterations: usize,
+    /// Stop at ‖A x - b‖ <= this times ‖b‖: the discrepancy principle, when it is the relative size of the noise.
+    pub residual: Option<f64>,
+    /// Stop after a step with ‖Δx‖ <= this times ‖x‖.
+    pub change: Option<f64>,
+}
+
+impl Default for Stopping {
+    /// Fifty iterations, no rule.
+    fn default() -> Self {
+        Self {
+            max_iterations: 50,
+            residual: None,
+            change: None,
+        }
+    }
+}
+
+impl Stopping {
+    /// The same with another number of iterations at most.
+    pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
+        self.max_iterations = max_iterations;
+        self
+    }
+
+    /// The same with a residual rule.
+    pub fn with_residual(mut self, residual: f64) -> Self {
+        self.residual = Some(residual);
+        self
+    }
+
+    /// The same with a change rule.
+    pub fn with_change(mut self, change: f64) -> Self {
+        self.change = Some(change);
+        self
+    }
+}
+
+/// The stopping rules of a run, its report so far, and its observer.
+pub(super) struct Monitor<'a, T> {
+    stopping: Stopping,
+    /// On the gradient, which CGLS alone knows.
+    gradient: Option<f64>,
+    observe: Observer<'a, T>,
+    report: IterativeReport,
+}
+
+impl<'a, T: Sample> Monitor<'a, T> {
+    /// Checks the rules.
+    pub(super) fn new(
+        stopping: Stopping,
+        gradient: Option<f64>,
+        observe: Observer<'a, T>,
+    ) -> Result<Self, RadonError> {
+        for (name, rule) in [
+            ("residual rule", stopping.residual),
+            ("change rule", stopping.change),
+            ("gradient rule", gradient),
+        ] {
+            if let Some(rule) = rule {
+                within(name, rule, 0.0, f64::MAX)?;
+            }
+        }
+        Ok(Self {
+            stopping,
+            gradient,
+            observe,
+            report: IterativeReport {
+                iterations: 0,
+                stopped_by: None,
+                history: Vec::new(),
+            },
+        })
+    }
+
+    /// Whether all steps have been made.
+    pub(super) fn is_last(&self) -> bool {
+        self.report.iterations == self.stopping.max_iterations
+    }
+
+    /// Whether there is a rule for the residual.
+    pub(super) fn wants_residual(&self) -> bool {
+        self.stopping.residual.is_some()
+    }
+
+    /// Whether an image with this relative residual meets the rule.
+    pub(super) fn is_explained(&self, residual: f64) -> bool {
+        self.stopping.residual.is_some_and(|rule| residual <= rule)
+    }
+
+    /// Whether a gradient of this size, over that of the start, meets the rule.
+    pub(super) fn is_flat(&self, gradient: f64, scale: f64) -> bool {
+        self.gradient.is_some_and(|rule| gradient <= rule * scale)
+    }
+
+    /// Ends the run at the image that `entry` is about, from which no step is made.
+    pub(super) fn stop_at(&mut self, entry: Iteration, why: StoppedBy) {
+        self.report.history.push(entry);
+        self.report.stopped_by = Some(why);
+    }
+
+    /// Ends the run after the step to come.
+    pub(super) fn stop_after(&mut self, why: StoppedBy) {
+        self.report.stopped_by = Some(why);
+    }
+
+    /// Records a step and shows the image after it to the observer; returns whether to stop.
+    pub(super) fn step(&mut self, entry: Iteration, image: &[T]) -> bool {
+        let report = &mut self.report;
+        report.history.push(entry);
+        report.iterations += 1;
+        let told = (self.observe)(report, image).is_break();
+        let rule = self.stopping.change.zip(entry.change);
+        report.stopped_by = report.stopped_by.or(match rule {
+            Some((rule, change)) if change <= rule => Some(StoppedBy::Change),
+            _ => told.then_some(StoppedBy::Observer),
+        });
+        report.stopped_by.is_some()
+    }
+
+    /// Ends a run: an error if a rule was set and not met.
+    pub(super) fn finish(self) -> Result<IterativeReport, RadonError> {
+        let rules = [self.stopping.residual, self.stopping.change, self.gradient];
+        let mut report = self.report;
+        if report.stopped_by.is_none() {
+            if rules.iter().any(Option::is_some) {
+                let report = Box::new(report);
+                return Err(RadonError::NotConverged { report });
+            }
+            report.stopped_by = Some(StoppedBy::MaxIterations);
+        }
+        Ok(report)
+    }
+}
