@@ -7,10 +7,11 @@ use std::sync::Arc;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use crate::error::RadonError;
-use crate::fbp::{FbpPlan, FbpReport, FbpScratch, Stack};
+use crate::fbp::{FbpPlan, FbpReport, FbpScratch};
 use crate::iterative::{CglsOptions, EmOptions, IterativeReport, LinearOperator, Observer};
 use crate::iterative::{SirtOptions, cgls, em, sirt};
 use crate::projector::{Projector, ProjectorReport, ProjectorScratch};
+use crate::stack::Stack;
 use crate::{Blur, Sample, StackOrder};
 
 /// Declares the trait's methods and gives each of the sample types its own, which is a call of the generic function named behind `=`.
@@ -32,7 +33,7 @@ macro_rules! compiled {
 compiled! {
     fn transforms(forward: usize, inverse: usize) -> Transforms<Self> = transforms;
     fn reconstruct(
-        plan: &FbpPlan<Self>, stack: &Stack<'_, Self>, slices: Range<usize>, slab: &mut [Self],
+        plan: &FbpPlan<Self>, stack: &Stack, projections: &[Self], slices: Range<usize>, slab: &mut [Self],
         scratch: &mut FbpScratch<Self>, memory: usize
     ) -> Result<FbpReport, RadonError> = FbpPlan::run;
     fn project(

@@ -74,6 +74,7 @@ mod projector;
 mod sample;
 mod simd;
 mod slices;
+mod stack;
 
 pub use blur::Blur;
 pub use error::{RadonError, UserError};

@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::fbp::aligned;
 use crate::geometry::{ImageGrid, ParallelGeometry};
 use crate::sample::Sample;
 use crate::simd::{
     ALONE, InstructionSet, RUN, Tile, ViewStep, WINDOW, add_views, interleave, separate,
 };
+use crate::stack::aligned;
 
 /// Zero samples in front of a filtered row.
 pub(crate) const MARGIN: usize = 2;

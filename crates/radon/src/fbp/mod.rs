@@ -8,16 +8,15 @@ use crate::error::{RadonError, length, product, zeros};
 use crate::geometry::{ImageGrid, ParallelGeometry, StackOrder};
 use crate::sample::Sample;
 use crate::simd::{InstructionSet, interleave};
+use crate::stack::{Stack, aligned};
 
 mod backproject;
 mod options;
 mod rows;
-mod stack;
 
 use backproject::Steps;
 pub use options::{EdgePolicy, FbpOptions, FbpReport, Interpolation, Skip};
 use rows::RowFilter;
-pub(crate) use stack::Stack;
 
 /// Filtered back-projection, planned once and run many times, by many threads (`&self`, `Send + Sync`).
 ///
@@ -245,35 +244,31 @@ impl<T: Sample> FbpPlan<T> {
         scratch: &mut FbpScratch<T>,
     ) -> Result<FbpReport, RadonError> {
         let memory = self.options.memory;
-        let stack = self.stack(projections, n_slices, order);
-        T::reconstruct(self, &stack, slices, slab, scratch, memory)
+        let stack = self.stack(n_slices, order);
+        T::reconstruct(self, &stack, projections, slices, slab, scratch, memory)
     }
 
-    /// The caller's projections and their shape.
-    fn stack<'a>(&self, projections: &'a [T], n_slices: usize, order: StackOrder) -> Stack<'a, T> {
+    fn stack(&self, n_slices: usize, order: StackOrder) -> Stack {
         Stack {
-            projections,
+            name: "projections",
             n_slices,
+            n_rows: self.geometry.n_views(),
+            row_len: self.geometry.n_bins(),
             order,
-            n_views: self.geometry.n_views(),
-            n_bins: self.geometry.n_bins(),
         }
     }
 
     /// The run of all public calls, within `memory` bytes.
     pub(crate) fn run(
         &self,
-        stack: &Stack<'_, T>,
+        stack: &Stack,
+        projections: &[T],
         slices: Range<usize>,
         slab: &mut [T],
         scratch: &mut FbpScratch<T>,
         memory: usize,
     ) -> Result<FbpReport, RadonError> {
-        length(
-            "projections",
-            stack.projections.len(),
-            product("projections", self.sinogram_len(), stack.n_slices)?,
-        )?;
+        stack.check_length(projections.len())?;
         if slices.start > slices.end || slices.end > stack.n_slices {
             return Err(RadonError::BadRange {
                 name: "slices",
@@ -287,7 +282,7 @@ impl<T: Sample> FbpPlan<T> {
             slab.len(),
             product("volume", slices.len(), self.image_len())?,
         )?;
-        let holds_signal = stack.signal(slices.clone())?;
+        let holds_signal = stack.with_signal(projections, slices.clone())?;
 
         let mut report = FbpReport::default();
         let mut images: Vec<(usize, &mut [T])> = Vec::new();
@@ -326,7 +321,9 @@ impl<T: Sample> FbpPlan<T> {
                     .map_init(
                         || self.filter.scratch(),
                         |rows, (out, view)| {
-                            self.filter_view(stack, view, &slices, lanes, out, rows)
+                            let of_view = |&slice: &usize| stack.row(projections, view, slice);
+                            let from: Vec<&[T]> = slices.iter().map(of_view).collect();
+                            self.filter_view(&from, self.scales[view], lanes, out, rows)
                         },
                     )
                     .sum();
@@ -390,9 +387,9 @@ impl<T: Sample> FbpPlan<T> {
             let projections = &mut projections[..slices.len() * self.sinogram_len()];
             let images = &mut images[..slices.len() * self.image_len()];
             read(slices.clone(), projections)?;
-            let stack = self.stack(projections, slices.len(), StackOrder::SliceViewBin);
+            let stack = self.stack(slices.len(), StackOrder::SliceViewBin);
             let (all, memory) = (0..slices.len(), self.options.memory / 2);
-            report += T::reconstruct(self, &stack, all, images, &mut scratch, memory)?;
+            report += T::reconstruct(self, &stack, projections, all, images, &mut scratch, memory)?;
             write(slices, images)?;
         }
         Ok(report)
@@ -445,9 +442,8 @@ impl<T: Sample> FbpPlan<T> {
     /// rows held signal.
     fn filter_view(
         &self,
-        stack: &Stack<'_, T>,
-        view: usize,
-        slices: &[usize],
+        rows: &[&[T]],
+        scale: T,
         lanes: usize,
         out: &mut [T],
         scratch: &mut rows::RowScratch<T>,
@@ -456,38 +452,23 @@ impl<T: Sample> FbpPlan<T> {
             backproject::MARGIN * lanes,
             (backproject::MARGIN + self.filter.out_len()) * lanes,
         );
-        if slices.len() < lanes {
+        if rows.len() < lanes {
             out.fill(T::ZERO);
         } else {
             out[..front].fill(T::ZERO);
             out[behind..].fill(T::ZERO);
         }
         let mut filtered = 0;
-        for (group, slices) in slices.chunks(rows::TOGETHER).enumerate() {
-            let rows = slices.iter().map(|&slice| {
-                let row = stack.row(view, slice);
+        for (group, rows) in rows.chunks(rows::TOGETHER).enumerate() {
+            let with_signal = rows.iter().map(|&row| {
                 let skip = self.options.skip == Skip::Empty && row.iter().all(|&p| p == T::ZERO);
                 filtered += usize::from(!skip);
                 (!skip).then_some(row)
             });
-            let rows: Vec<&[T]> = self
-                .filter
-                .filter(rows, self.scales[view], scratch)
-                .collect();
+            let rows: Vec<&[T]> = self.filter.filter(with_signal, scale, scratch).collect();
             let out = &mut out[front + group * rows::TOGETHER..behind];
             interleave(self.instructions, &rows, lanes, out);
         }
         filtered
     }
-}
-
-/// The first `len` samples from the first cache line on: a register then never reads two lines.
-pub(crate) fn aligned<T: Sample>(samples: &mut Vec<T>, len: usize) -> &mut [T] {
-    const LINE: usize = 64;
-    let spare = LINE / size_of::<T>();
-    if samples.len() < len + spare {
-        samples.resize(len + spare, T::ZERO);
-    }
-    let start = samples.as_ptr().align_offset(LINE).min(spare);
-    &mut samples[start..start + len]
 }

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::layout::{Stack, aligned};
 use super::run::STEPS;
 use super::{Projector, ProjectorScratch};
 use crate::Sample;
 use crate::simd::{Bins, Fan, MARGIN, RUN, Words, add_bins, add_fans, interleave};
+use crate::stack::{Stack, aligned};
 
 impl Projector {
     /// The projections of one slice, for kernels of two pixels a step: the same sums as in a block, side by side for many bins.
@@ -76,7 +76,7 @@ impl Projector {
         let fans = &mut fans[..order.len()];
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
         let fill = |(fan, &view): (&mut Fan<T>, &usize)| {
-            let values = sinograms.rows(projections, view, &[slice])[0];
+            let values = sinograms.row(projections, view, slice);
             let view = &self.views[view];
             let n_steps = if view.steps_are_rows() { ny } else { nx };
             view.box_ray()

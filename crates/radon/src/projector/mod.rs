@@ -7,7 +7,6 @@ use crate::{ImageGrid, ParallelGeometry, Sample, StackOrder};
 mod alone;
 mod blocks;
 mod kernel;
-mod layout;
 #[cfg(feature = "sprs")]
 mod matrix;
 mod operator;

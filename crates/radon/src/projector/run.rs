@@ -9,11 +9,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::blocks::{Block, Group, Slices, groups};
-use super::layout::{Stack, aligned};
 use super::rays::{Rays, View, Window, in_turn};
 use super::{Kernel, Projector, ProjectorReport, ProjectorScratch, row_stride};
 use crate::error::RadonError;
 use crate::simd::{gather, interleave, prefetch, scatter, separate};
+use crate::stack::{Stack, aligned};
 use crate::{Sample, StackOrder};
 
 /// Steps of a band, whose part of a ray sum is added up in registers; part of the definition of its rounding.
@@ -60,7 +60,7 @@ impl Projector {
         let (images, sinograms) = self.stacks(n_slices, order);
         images.check_length(volume.len())?;
         sinograms.check_length(projections.len())?;
-        let slices = Slices::new(images.slices_with_signal(volume)?);
+        let slices = Slices::new(images.with_signal(volume, 0..n_slices)?);
         let mut rows = sinograms.rows_mut(projections);
         slices.clear_empty(&mut rows);
 
@@ -224,7 +224,7 @@ impl Projector {
         let (images, sinograms) = self.stacks(n_slices, order);
         sinograms.check_length(projections.len())?;
         images.check_length(volume.len())?;
-        let slices = Slices::new(sinograms.slices_with_signal(projections)?);
+        let slices = Slices::new(sinograms.with_signal(projections, 0..n_slices)?);
         let mut rows = images.rows_mut(volume);
         slices.clear_empty(&mut rows);
 

@@ -1,4 +1,6 @@
-//! Between stacks of slices as callers hold them and blocks with the slices innermost, as the kernels want them.
+//! Stacks of slices as callers hold them, and memory for blocks with the slices innermost, as the kernels want them.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -8,16 +10,16 @@ use crate::{Sample, StackOrder};
 
 /// A stack of slices, each of `n_rows` rows (image rows or views) of `row_len` samples.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stack {
-    pub(super) name: &'static str,
-    pub(super) n_slices: usize,
-    pub(super) n_rows: usize,
-    pub(super) row_len: usize,
-    pub(super) order: StackOrder,
+pub struct Stack {
+    pub(crate) name: &'static str,
+    pub(crate) n_slices: usize,
+    pub(crate) n_rows: usize,
+    pub(crate) row_len: usize,
+    pub(crate) order: StackOrder,
 }
 
 impl Stack {
-    pub(super) fn check_length(&self, given: usize) -> Result<(), RadonError> {
+    pub(crate) fn check_length(&self, given: usize) -> Result<(), RadonError> {
         let slice_len = self.n_rows * self.row_len;
         length(
             self.name,
@@ -26,15 +28,21 @@ impl Stack {
         )
     }
 
+    /// Samples of one row.
+    pub(crate) fn row<'a, T>(&self, data: &'a [T], row: usize, slice: usize) -> &'a [T] {
+        &data[self.row_start(row, slice)..][..self.row_len]
+    }
+
     fn row_start(&self, row: usize, slice: usize) -> usize {
         self.order
             .start_of(row, slice, self.n_rows, self.n_slices, self.row_len)
     }
 
-    /// Which slices hold anything but zeros; refuses NaN and infinity.
-    pub(super) fn slices_with_signal<T: Sample>(
+    /// Which of some slices hold anything but zeros; refuses NaN and infinity in them.
+    pub(crate) fn with_signal<T: Sample>(
         &self,
         data: &[T],
+        slices: Range<usize>,
     ) -> Result<Vec<bool>, RadonError> {
         let scan = |slice: usize| {
             let mut signal = false;
@@ -51,7 +59,7 @@ impl Stack {
             }
             (signal, bad)
         };
-        let slices: Vec<_> = (0..self.n_slices).into_par_iter().map(scan).collect();
+        let slices: Vec<_> = slices.into_par_iter().map(scan).collect();
         match slices.iter().filter_map(|&(_, bad)| bad).min() {
             Some(index) => Err(RadonError::BadSample {
                 name: self.name,
@@ -63,13 +71,13 @@ impl Stack {
     }
 
     /// Row `row` of each of the given slices.
-    pub(super) fn rows<'a, T>(&self, data: &'a [T], row: usize, slices: &[usize]) -> Vec<&'a [T]> {
-        let row = |&slice: &usize| &data[self.row_start(row, slice)..][..self.row_len];
-        slices.iter().map(row).collect()
+    pub(crate) fn rows<'a, T>(&self, data: &'a [T], row: usize, slices: &[usize]) -> Vec<&'a [T]> {
+        let of = |&slice: &usize| self.row(data, row, slice);
+        slices.iter().map(of).collect()
     }
 
     /// All rows, to be written apart from each other: `[row][slice]`.
-    pub(super) fn rows_mut<'a, T>(&self, data: &'a mut [T]) -> Vec<Vec<&'a mut [T]>> {
+    pub(crate) fn rows_mut<'a, T>(&self, data: &'a mut [T]) -> Vec<Vec<&'a mut [T]>> {
         let mut rows: Vec<Vec<&mut [T]>> = Vec::new();
         rows.resize_with(self.n_rows, || Vec::with_capacity(self.n_slices));
         for (i, samples) in data.chunks_exact_mut(self.row_len).enumerate() {
@@ -84,7 +92,7 @@ impl Stack {
 }
 
 /// A part of `memory`, of `len` samples, that starts on a cache line, as vectors of slices should; `memory` grows if need be.
-pub(super) fn aligned<T: Sample>(memory: &mut Vec<T>, len: usize) -> &mut [T] {
+pub(crate) fn aligned<T: Sample>(memory: &mut Vec<T>, len: usize) -> &mut [T] {
     const LINE: usize = 64;
     if memory.len() < len + LINE / size_of::<T>() {
         memory.resize(len + LINE / size_of::<T>(), T::ZERO);
