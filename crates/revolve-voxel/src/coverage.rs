@@ -9,7 +9,7 @@ use crate::field::{Answer, Field};
 use crate::moment::Block;
 use crate::patch::{Cuboid, Patch, patch};
 use crate::sections::Sections;
-use crate::{Body, Error, Moment, Pose, Sample, VoxelCounters, VoxelGrid};
+use crate::{Body, Error, Meridian, Moment, Pose, Sample, VoxelCounters, VoxelGrid};
 
 /// How a voxel's value is found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,7 +19,7 @@ pub enum Sampling {
     Centre,
     /// The mean over n x n x n points.
     Supersampled(usize),
-    /// The mean over the voxel, each layer's covered fraction to within `tolerance`.
+    /// The mean over the voxel, each layer's covered fraction to within `tolerance`, whatever the voxel's shape.
     Coverage {
         /// Largest error of a covered fraction.
         tolerance: f64,
@@ -71,9 +71,31 @@ impl Body {
 
     /// What voxels of a grid need to know of a layer.
     pub(crate) fn field(&self, layer: usize, grid: &VoxelGrid) -> Field<'_> {
-        let spacing = Vector3::from(grid.spacing());
-        Field::new(&self.layers()[layer], 0.5 * spacing.norm(), spacing.min())
+        let layer = &self.layers()[layer];
+        let mut piece = Vector3::from(grid.spacing());
+        for (side, halvings) in piece.iter_mut().zip(halvings(layer, grid)) {
+            *side *= 0.5f64.powi(halvings as i32);
+        }
+        Field::new(layer, 0.5 * piece.norm(), piece.min())
     }
+}
+
+/// Pieces of long voxels are no smaller than this share of the layer: sections do better than ever more of them.
+const LEAST_PIECE: f64 = 1.0 / 128.0;
+
+/// How often a voxel's edges are halved, so that a surface that meets a long voxel is looked for in pieces that are not.
+fn halvings(layer: &Meridian, grid: &VoxelGrid) -> [u32; 3] {
+    let spacing = grid.spacing();
+    let least = spacing.into_iter().fold(f64::INFINITY, f64::min);
+    let longest = (2.0 * least).max(2.0 * LEAST_PIECE * layer.size());
+    spacing.map(|mut side| {
+        let mut halvings = 0;
+        while side > longest {
+            side *= 0.5;
+            halvings += 1;
+        }
+        halvings
+    })
 }
 
 /// Are the slices in the grid, and in order?
@@ -124,6 +146,7 @@ pub(crate) struct Painter<'a> {
     steps: [Vector3<f64>; 3],
     grid: &'a VoxelGrid,
     sampling: Sampling,
+    halvings: [u32; 3],
     arch: pulp::Arch,
 }
 
@@ -140,6 +163,7 @@ impl<'a> Painter<'a> {
             steps: [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e)),
             grid,
             sampling,
+            halvings: halvings(field.profile(), grid),
             arch: pulp::Arch::new(),
         }
     }
@@ -205,7 +229,11 @@ impl<'a> Painter<'a> {
                     self.supersample(&centre, n, counters)
                 }
                 Sampling::Coverage { tolerance } => {
-                    self.covered(&cuboid, answer, tolerance, counters)
+                    let before = counters.cut;
+                    let fraction =
+                        self.divided(&cuboid, self.halvings, answer, tolerance, counters);
+                    counters.cut = counters.cut.min(before + 1);
+                    fraction
                 }
             };
             if fraction > 0.0 {
@@ -228,7 +256,47 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// Covered fraction of a voxel: by one patch of surface if that is near enough, else by sections.
+    /// Covered fraction of a voxel, or of a part of it with edges that are still to be halved so often.
+    fn divided(
+        &self,
+        cuboid: &Cuboid<'_>,
+        halvings: [u32; 3],
+        answer: Answer<'_>,
+        tolerance: f64,
+        counters: &mut VoxelCounters,
+    ) -> f64 {
+        let Cuboid { axes, half, .. } = *cuboid;
+        let longest = (0..3)
+            .filter(|&a| halvings[a] > 0)
+            .max_by(|&a, &b| half[a].total_cmp(&half[b]));
+        let Some(a) = longest else {
+            return self.covered(cuboid, answer, tolerance, counters);
+        };
+        let (mut half, mut halvings) = (half, halvings);
+        half[a] *= 0.5;
+        halvings[a] -= 1;
+        let radius = Vector3::from(half).norm();
+        let mut part = |side: f64| {
+            let centre = cuboid.centre + axes[a] * (side * half[a]);
+            counters.evaluations += 1;
+            match self.field.ask(centre.x, radius_of(&centre), radius) {
+                Answer::Far(inside) => f64::from(u8::from(inside)),
+                answer => {
+                    let centre = &centre;
+                    let part = Cuboid {
+                        centre,
+                        axes,
+                        half,
+                        radius,
+                    };
+                    self.divided(&part, halvings, answer, tolerance, counters)
+                }
+            }
+        };
+        0.5 * (part(-1.0) + part(1.0))
+    }
+
+    /// Covered fraction of a piece: by one patch of surface if that is near enough, else by sections.
     fn covered(
         &self,
         cuboid: &Cuboid<'_>,

@@ -70,8 +70,10 @@ pub(crate) enum Answer<'a> {
 const MOST_TURN: f64 = 0.8;
 
 impl<'a> Field<'a> {
-    /// A field that knows the surface up to `near` (half a voxel's diagonal) from a point, with cells of about `size`.
+    /// A field that knows the surface up to `near` (half a voxel's diagonal) from a point, with cells of about `size`, or of
+    /// half of `near` if that is more: a cell lists all that is near it, so that small ones would list the same again.
     pub(crate) fn new(profile: &'a Meridian, near: f64, size: f64) -> Self {
+        let size = size.max(0.5 * near);
         let [a, b] = profile.x_range();
         let margin = near + 2.0 * size;
         let extent = [b - a + 2.0 * margin, profile.r_max() + margin];
@@ -197,5 +199,40 @@ fn bend(profile: &Meridian, list: &[u32]) -> Bend {
         Bend::Reflex
     } else {
         Bend::Other
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Body, Pose, VoxelGrid};
+
+    #[test]
+    fn a_map_for_long_voxels_lists_no_more_than_one_for_cubes_of_their_shortest_side() {
+        let n = 400;
+        let points: Vec<[f64; 2]> = (0..=n)
+            .map(|k| (std::f64::consts::FRAC_PI_2 * f64::from(k) / f64::from(n)).sin_cos())
+            .map(|(sin, cos)| [10.0 * (1.0 - cos), 3.0 * sin])
+            .collect();
+        let body = Body::new(vec![Meridian::new(&points).unwrap()], Pose::identity()).unwrap();
+        let listed = |spacing: [f64; 3]| {
+            let field = body.field(0, &VoxelGrid::centred([1; 3], spacing, [0.0; 3]).unwrap());
+            field
+                .cells
+                .iter()
+                .map(|c| 1 + u64::from(c.len))
+                .sum::<u64>()
+        };
+        for h in [1.1, 0.3, 0.04] {
+            let cubes = listed([h; 3]);
+            for long in [2.0, 3.0, 4.0, 16.0, 300.0, 1e6] {
+                for spacing in [[long * h, h, h], [h, long * h, long * h]] {
+                    let listed = listed(spacing);
+                    assert!(listed < 2 * cubes, "{spacing:?}: {listed}, cubes {cubes}");
+                }
+            }
+        }
+        // However thin they are.
+        assert!(listed([1.0, 1.0, 1e-6]) < 200_000);
     }
 }

@@ -47,6 +47,8 @@
 //! asked for. A voxel that one gentle patch of surface crosses has its coverage from a plane and what the surface differs
 //! from it, with an estimate of the error; any other, and any at a fine tolerance, from the exact areas of its sections
 //! across the axis, integrated between the places where they are not smooth: some five times the work for three more digits.
+//! Voxels may be of any shape. One more than twice as long as wide is halved where the surface is near, down to a 128th of the
+//! solid: all of a grid costs what cubes of its voxels' shortest side would, and a look more for each time an edge is halved.
 //!
 //! # What it is not
 //! No scattering or noise; no attenuation but by one uniform medium; no solids but those of revolution; no files but meshes.

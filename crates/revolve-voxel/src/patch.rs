@@ -56,6 +56,12 @@ const OF_SPREAD: f64 = 0.025;
 const OF_BENDS: f64 = 0.0075;
 const OF_BENDS_SQUARED: f64 = 0.1;
 
+/// The step to the surface goes by the slope where the surface is nearest to the box's centre. In a cube what that misses on
+/// one side of the centre it has too much on the other, and the terms above hold it; not along a long edge, nor at a kink by
+/// which the surface leaves its plane by more than this share of the box's height.
+const KINK: f64 = 0.15;
+const OF_KINK: f64 = 0.1;
+
 /// What a gentle patch of surface does to a box.
 pub(crate) enum Patch {
     /// The box is too near the axis for any patch to be gentle.
@@ -143,8 +149,9 @@ fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
         return Patch::Unknown;
     }
     let (from, to) = (&lines[first], &lines[last]);
-    let turned = radius * (from.a * to.b - from.b * to.a).abs();
-    let round = b.abs() * radius * sine / (1.0 + (1.0 - sine * sine).sqrt());
+    let turned = radius * turn(from, to);
+    let rounding = radius * sine / (1.0 + (1.0 - sine * sine).sqrt());
+    let round = b.abs() * rounding;
     let lines = &lines[first..=last];
     // Columns along the edge that the plane is steepest to, in box units.
     let steep = [0, 1, 2].map(|i| normal[i].abs() * half[i]);
@@ -213,12 +220,28 @@ fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
     }
     let correction = fold(&change, |a, b| a + b) / (8.0 * h);
     let spread = spread / (2.0 * h);
-    let bends = (0.5 * turned + round) * inv.abs() / (2.0 * h);
+    let heights = inv.abs() / (2.0 * h);
+    let bends = (0.5 * turned + round) * heights;
+    // How much the slope may change along a column, as a share of it, and how much of the diagonal the column is: 0 in a cube.
+    let kink = (lines.windows(2)).fold(0.0, |most, pair| larger(most, turn(&pair[0], &pair[1])));
+    let kink = kink * radius * heights;
+    let most_radial = lines.iter().fold(0.0, |most, l| larger(most, l.b.abs()));
+    let slope = (2.0 * kink + 4.0 * most_radial * rounding * heights) * h / radius;
+    let long = larger(1.5 * (h / radius) * (h / radius) - 0.5, 0.0);
+    let missed = long * bends * slope + OF_KINK * kink * larger(kink - KINK, 0.0);
     let below = fraction_below(normal, offset - lift * normal[e], half);
     Patch::Covered {
         fraction: (below + correction * inv.signum()).clamp(0.0, 1.0),
-        error: OF_SPREAD * spread + OF_BENDS * bends + OF_BENDS_SQUARED * bends * bends,
+        error: (1.0 + long)
+            * (OF_SPREAD * spread + OF_BENDS * bends + OF_BENDS_SQUARED * bends * bends)
+            + missed / larger(1.0 - slope, 1e-6),
     }
+}
+
+/// Sine of the angle between two lines.
+#[inline(always)]
+fn turn(from: &Line, to: &Line) -> f64 {
+    (from.a * to.b - from.b * to.a).abs()
 }
 
 /// Four at a time.

@@ -8,6 +8,7 @@ mod bad_inputs;
 mod coincidence;
 mod convergence;
 mod counters;
+mod long_voxels;
 mod moments;
 mod oracle;
 mod properties;

@@ -1,0 +1,119 @@
+//! Voxels of any shape: the tolerance is kept, and the work stays within bounds.
+
+use crate::support;
+
+use nalgebra::Point3;
+use proptest::prelude::*;
+use revolve_voxel::{Body, Sampling, VoxelGrid};
+use support::*;
+
+/// Side of the finest voxels' grid.
+const N: usize = 64;
+
+/// Looks at the surface in a grid of the heart, and voxels that it cuts; of many slices, those in the middle.
+fn work(spacing: [f64; 3], tolerance: f64) -> [f64; 2] {
+    let shape = spacing.map(|h| (18.0 / h).ceil() as usize);
+    let grid = VoxelGrid::centred(shape, spacing, [0.01, -0.02, 0.03]).unwrap();
+    let n = shape[2].min(64);
+    let first = (shape[2] - n) / 2;
+    let mut slices = vec![0.0; grid.slice_len() * n];
+    let sampling = Sampling::Coverage { tolerance };
+    let counters = heart(400)
+        .voxelize_add(
+            &grid,
+            first..first + n,
+            sampling,
+            &[0.0, 1.0],
+            1.0,
+            &mut slices,
+        )
+        .unwrap();
+    [counters.evaluations as f64, counters.cut as f64]
+}
+
+#[test]
+fn long_voxels_cost_no_more_than_the_cubes_they_are_made_of() {
+    let h = 0.3;
+    for tolerance in [1e-2, 1e-3] {
+        let [cubes, _] = work([h; 3], tolerance);
+        for log in [1, 2, 3, 6, 12] {
+            let long = h * f64::from(1 << log);
+            for spacing in [[long, h, h], [h, h, long], [long, long, h], [h, long, long]] {
+                let [all, cut] = work(spacing, tolerance);
+                // A look more for each time that an edge is halved, at tolerances at which a cube takes few.
+                assert!(
+                    all < (1.6 + 0.2 * f64::from(log)) * cubes,
+                    "{spacing:?} {all} {cubes}"
+                );
+                assert!(all < 5_000.0 * cut, "{spacing:?} {all} {cut}");
+            }
+        }
+    }
+}
+
+#[test]
+fn thin_voxels_cost_so_much_each_however_thin_they_are() {
+    for log in [0, 2, 4, 8, 12, 18] {
+        let thin = 0.5f64.powi(log);
+        let [all, cut] = work([9.0, 9.0, thin], 1e-3);
+        assert!(all < 3_000.0 * cut, "{thin} {all} {cut}");
+    }
+}
+
+/// A grid of N cubes a side round the origin, and one of boxes of so many of them.
+fn grids(h: f64, cubes: [usize; 3], offset: [f64; 3]) -> [VoxelGrid; 2] {
+    let fine = VoxelGrid::centred([N; 3], [h; 3], offset).unwrap();
+    let long = VoxelGrid::centred(cubes.map(|n| N / n), cubes.map(|n| n as f64 * h), offset);
+    [fine, long.unwrap()]
+}
+
+/// Each long voxel against the mean of its cubes, at a tolerance at which only sections are used, which other tests tie to
+/// closed forms, to chords and to the volume. Those that missed their tolerance.
+fn missed(body: &Body, h: f64, cubes: &[[usize; 3]], offset: [f64; 3]) -> Vec<String> {
+    let coverage = |grid: &VoxelGrid, tolerance: f64| {
+        let sampling = Sampling::Coverage { tolerance };
+        body.voxelize::<f64>(grid, sampling, &[1.0]).unwrap().0
+    };
+    let mut missed = Vec::new();
+    let fine = coverage(&grids(h, [1; 3], offset)[0], 1e-7);
+    for &cubes in cubes {
+        let [_, grid] = grids(h, cubes, offset);
+        let [nx, ny, _] = grid.shape();
+        let mut exact = vec![0.0; grid.len()];
+        for (k, share) in fine.iter().enumerate() {
+            let [x, y, z] = [k % N, k / N % N, k / (N * N)];
+            exact[(z / cubes[2] * ny + y / cubes[1]) * nx + x / cubes[0]] += share;
+        }
+        let each = cubes.iter().product::<usize>() as f64;
+        for tolerance in [0.1, 0.05, 0.03, 0.02, 0.01, 3e-3, 1e-3] {
+            let worst = (coverage(&grid, tolerance).iter().zip(&exact))
+                .map(|(got, exact)| (got - exact / each).abs())
+                .fold(0.0, f64::max);
+            if worst > tolerance {
+                missed.push(format!(
+                    "{:.3} of {tolerance} by {cubes:?} of {h}",
+                    worst / tolerance
+                ));
+            }
+        }
+    }
+    missed
+}
+
+fn cubes() -> impl Strategy<Value = [usize; 3]> {
+    prop::array::uniform3((0..=6u32).prop_map(|log| 1 << log))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    #[test]
+    fn the_tolerance_is_kept_by_voxels_of_any_shape((path, meridian) in profile(), at in pose(), cubes in prop::collection::vec(cubes(), 4), log in -9.0..-3.6f64, pick in 0..100usize, azimuth in 0.0..7.0f64) {
+        // Round a corner of the profile: creases, where a surface differs most from a plane.
+        let [x, r] = path[pick % path.len()];
+        let corner = at.to_lab(&Point3::new(x, r * azimuth.cos(), r * azimuth.sin()));
+        let body = Body::new(vec![meridian], at).unwrap();
+        let missed = missed(&body, log.exp2(), &cubes, corner.coords.into());
+        prop_assert!(missed.is_empty(), "{missed:?}");
+    }
+}
