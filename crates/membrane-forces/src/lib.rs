@@ -55,6 +55,7 @@ mod complex;
 mod crossing;
 mod curve;
 mod differences;
+mod element;
 mod error;
 mod half;
 mod law;

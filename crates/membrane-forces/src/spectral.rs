@@ -2,8 +2,9 @@
 
 use std::f64::consts::PI;
 
-use crate::chebyshev::{Reference, gauss_legendre};
+use crate::chebyshev::Reference;
 use crate::curve::CurvePiece;
+use crate::element::{Element, breakpoints, compliance, elastic_matrix};
 use crate::error::{MembraneError, finite, length};
 use crate::law::PressureLaw;
 use crate::membrane::Membrane;
@@ -35,16 +36,6 @@ pub struct SpectralElements {
     stiffness_scale: f64,
     /// Integral of 1 / lambda over s in [0, 1]; 0 under the laws that do not need it.
     compliance: f64,
-}
-
-#[derive(Debug, Clone)]
-pub(crate) struct Element {
-    from: f64,
-    to: f64,
-    /// Rest positions at the nodes, as this element continues them.
-    rest: Vec<[f64; 2]>,
-    /// Row i of d/ds lambda d/ds; first row lambda d/ds, last row -lambda d/ds at the end points.
-    elastic: Vec<f64>,
 }
 
 /// Interpolation at so many Chebyshev points is stable, and far beyond need.
@@ -475,66 +466,6 @@ fn local_index(i: usize, p: usize) -> usize {
         i if i == p => p,
         i => i - 1,
     }
-}
-
-fn elastic_matrix(reference: &Reference, stiffness: &[f64], length: f64) -> Vec<f64> {
-    let n = stiffness.len();
-    let d = &reference.derivative;
-    let mut elastic = vec![0.0; n * n];
-    for j in 0..n {
-        for i in 1..n - 1 {
-            let sum: f64 = (0..n)
-                .map(|k| d[i * n + k] * stiffness[k] * d[k * n + j])
-                .sum();
-            elastic[i * n + j] = sum / (length * length);
-        }
-        elastic[j] = stiffness[0] * d[j] / length;
-        elastic[(n - 1) * n + j] = -stiffness[n - 1] * d[(n - 1) * n + j] / length;
-    }
-    elastic
-}
-
-/// Integral of 1 / lambda between `from` and `to`: a Gauss rule on more and more panels until it
-/// no longer changes, whatever the degree of the elements.
-fn compliance(membrane: &Membrane, from: f64, to: f64) -> Result<f64, MembraneError> {
-    let rule = gauss_legendre(20);
-    let mut last = f64::INFINITY;
-    for panels in (0..8).map(|k| 1 << k) {
-        let width = (to - from) / f64::from(panels);
-        let mut sum = 0.0;
-        for panel in 0..panels {
-            for (t, weight) in &rule {
-                let s = from + width * (f64::from(panel) + t);
-                sum += weight * width / membrane.effective_stiffness(s)?;
-            }
-        }
-        if (sum - last).abs() <= 1e-14 * sum {
-            return Ok(sum);
-        }
-        last = sum;
-    }
-    Ok(last)
-}
-
-/// Where rest shape or stiffness is not smooth, on [0, 1] or, cut at the apex, on [0, 1/2].
-fn breakpoints(membrane: &Membrane, half: bool) -> Vec<f64> {
-    let mut all = membrane.rest().breakpoints().to_vec();
-    all.extend(membrane.stiffness().breakpoints());
-    if let Some(second) = membrane.second_neighbours() {
-        all.extend(second.breakpoints());
-    }
-    if half {
-        all.retain(|&b| b < 0.5);
-        all.push(0.5);
-    }
-    all.sort_by(f64::total_cmp);
-    // breakpoints of different origin that mean the same place
-    all.dedup_by(|b, a| *b - *a < 1e-12);
-    // the end stays where it is, whatever came just before it
-    if let Some(last) = all.last_mut() {
-        *last = if half { 0.5 } else { 1.0 };
-    }
-    all
 }
 
 /// Whether `full` equals its own mirror image to rounding, node by node and spring by spring.

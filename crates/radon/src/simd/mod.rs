@@ -9,6 +9,8 @@ mod tile;
 mod transpose;
 mod vector;
 mod words;
+#[cfg(target_arch = "x86_64")]
+mod x86;
 
 pub(crate) use bins::{Bins, MARGIN, add_bins};
 pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, gather, prefetch, scatter};
