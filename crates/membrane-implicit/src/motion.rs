@@ -87,7 +87,7 @@ impl Motion {
             DriveKind::Volume if scheme.has_explicit_pressure() => {
                 return Err(ImplicitError::ExplicitVolume);
             }
-            DriveKind::Feedback if scheme.is_splitting() => {
+            DriveKind::Feedback if !scheme.has_stages() => {
                 return Err(ImplicitError::SplitFeedback);
             }
             _ => (),

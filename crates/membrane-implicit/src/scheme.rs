@@ -58,6 +58,21 @@ pub enum Jacobian {
     },
 }
 
+/// Schemes whose steps are made alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Family {
+    /// Stages at known shapes.
+    ExplicitStages,
+    /// Stages that are solved for.
+    ImplicitStages,
+    /// One linear solve about the start of the step.
+    Linearised,
+    /// Kicks by all forces between drifts.
+    Splitting,
+    /// Kicks by the pressure, springs by the implicit midpoint rule.
+    ImplicitSplitting,
+}
+
 /// a, b, c of a Runge-Kutta scheme whose stage 0 is the start of the step and whose last stage is
 /// its end, with the difference of b to an embedded rule.
 #[derive(Debug, Clone, Copy)]
@@ -86,7 +101,28 @@ impl Scheme {
 
     /// Whether the pressure force is that of a known shape, so that no volume can be prescribed.
     pub(crate) fn has_explicit_pressure(self) -> bool {
-        matches!(self, Self::ForwardEuler | Self::RungeKutta4) || self.is_splitting()
+        match self.family() {
+            Family::ExplicitStages | Family::Splitting | Family::ImplicitSplitting => true,
+            Family::ImplicitStages | Family::Linearised => false,
+        }
+    }
+
+    /// Whether a step is made of states with an intensity each, which can answer to them.
+    pub(crate) fn has_stages(self) -> bool {
+        match self.family() {
+            Family::ExplicitStages | Family::ImplicitStages | Family::Linearised => true,
+            Family::Splitting | Family::ImplicitSplitting => false,
+        }
+    }
+
+    pub(crate) fn family(self) -> Family {
+        match self {
+            Self::ForwardEuler | Self::RungeKutta4 => Family::ExplicitStages,
+            Self::BackwardEuler | Self::Trapezoidal | Self::TrBdf2 => Family::ImplicitStages,
+            Self::SemiImplicitEuler => Family::Linearised,
+            Self::Splitting2 | Self::Splitting6 => Family::Splitting,
+            Self::ImplicitSplitting2 => Family::ImplicitSplitting,
+        }
     }
 
     pub(crate) fn tableau(self) -> Tableau {
@@ -202,15 +238,13 @@ impl Scheme {
         match self {
             Self::Splitting2 | Self::ImplicitSplitting2 => VERLET,
             Self::Splitting6 => SRKN_11,
-            _ => (&[], &[]),
+            Self::ForwardEuler
+            | Self::RungeKutta4
+            | Self::SemiImplicitEuler
+            | Self::BackwardEuler
+            | Self::Trapezoidal
+            | Self::TrBdf2 => (&[], &[]),
         }
-    }
-
-    pub(crate) fn is_splitting(self) -> bool {
-        matches!(
-            self,
-            Self::Splitting2 | Self::ImplicitSplitting2 | Self::Splitting6
-        )
     }
 }
 

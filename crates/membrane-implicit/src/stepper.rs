@@ -8,7 +8,7 @@ use crate::body::{FARTHEST, MovingMembrane};
 use crate::drive::DriveKind;
 use crate::energy::{Energy, Ledger};
 use crate::error::ImplicitError;
-use crate::scheme::{Jacobian, Scheme, Tableau};
+use crate::scheme::{Family, Jacobian, Scheme, Tableau};
 use crate::springs::Springs;
 use crate::stage::{Stage, dot, hold_ends};
 use crate::target::Target;
@@ -85,13 +85,16 @@ impl Stepper {
             speed_squared: 0.0,
         };
         let tableau = scheme.tableau();
-        let stage_times = if scheme.is_splitting() {
-            let drifts = scheme.splitting().1;
-            (1..=drifts.len())
-                .map(|k| drifts[..k].iter().sum())
-                .collect()
-        } else {
-            tableau.c[1..tableau.stages].to_vec()
+        let stage_times = match scheme.family() {
+            Family::Splitting | Family::ImplicitSplitting => {
+                let drifts = scheme.splitting().1;
+                (1..=drifts.len())
+                    .map(|k| drifts[..k].iter().sum())
+                    .collect()
+            }
+            Family::ExplicitStages | Family::ImplicitStages | Family::Linearised => {
+                tableau.c[1..tableau.stages].to_vec()
+            }
         };
         Self {
             length: body.length_scale(),
@@ -230,12 +233,12 @@ impl Stepper {
     pub(crate) fn attempt(&mut self, dt: f64, targets: &[Target<'_>]) -> Result<(), ImplicitError> {
         let last = self.tableau.stages - 1;
         for (index, &target) in (1..=last).zip(targets) {
-            let made = match self.scheme {
-                Scheme::SemiImplicitEuler => self.linearised_step(dt, target),
-                Scheme::ImplicitSplitting2 => self.kick_and_relax(dt, target),
-                scheme if scheme.is_splitting() => self.split_step(dt, targets),
-                scheme if scheme.has_explicit_pressure() => self.explicit_stage(index, dt, target),
-                _ => self.solve_stage(index, dt, target),
+            let made = match self.scheme.family() {
+                Family::ExplicitStages => self.explicit_stage(index, dt, target),
+                Family::ImplicitStages => self.solve_stage(index, dt, target),
+                Family::Linearised => self.linearised_step(dt, target),
+                Family::Splitting => self.split_step(dt, targets),
+                Family::ImplicitSplitting => self.kick_and_relax(dt, target),
             };
             made.map_err(|error| self.runaway(index, dt).unwrap_or(error))?;
         }
@@ -306,19 +309,23 @@ impl Stepper {
             }
             None => return None,
         }
-        if self.scheme == Scheme::ImplicitSplitting2 {
-            let h = 0.5 * dt;
-            self.stage.elastic.mul_into(position, &mut self.scratch);
-            for (out, v) in self.scratch.iter_mut().zip(velocity.iter()) {
-                *out = self.body.mass * v + h * *out;
+        match self.scheme.family() {
+            Family::ImplicitSplitting => {
+                let h = 0.5 * dt;
+                self.stage.elastic.mul_into(position, &mut self.scratch);
+                for (out, v) in self.scratch.iter_mut().zip(velocity.iter()) {
+                    *out = self.body.mass * v + h * *out;
+                }
+                self.springs.solve_in_place(&mut self.scratch);
+                velocity.copy_from_slice(&self.scratch);
+                for (p, v) in position.iter_mut().zip(velocity.iter()) {
+                    *p += h * v;
+                }
             }
-            self.springs.solve_in_place(&mut self.scratch);
-            velocity.copy_from_slice(&self.scratch);
-            for (p, v) in position.iter_mut().zip(velocity.iter()) {
-                *p += h * v;
+            Family::ImplicitStages | Family::Linearised => {
+                self.stage.filter(&self.body, position, velocity);
             }
-        } else if !self.scheme.has_explicit_pressure() {
-            self.stage.filter(&self.body, position, velocity);
+            Family::ExplicitStages | Family::Splitting => {}
         }
         let rms = |v: &[f64]| (v.iter().map(|e| e * e).sum::<f64>() / (v.len() / 2) as f64).sqrt();
         let by_position = rms(position) / tolerance.0;
