@@ -3,7 +3,7 @@
 //! `cargo run --release -p heart-phantom --example gated_spect`
 
 use heart_phantom::scene::{
-    AccuracySettings, CycleSettings, Mode, ReconstructionSettings, Scene, WindowSettings,
+    Accuracy, CycleSettings, Mode, ReconstructionSettings, Scene, WindowSettings,
 };
 use heart_phantom::{Phantom, PhantomError, VolumeCurve, VolumeRange};
 use std::time::Instant;
@@ -23,7 +23,7 @@ fn main() -> Result<(), PhantomError> {
         });
     scene.camera.views = 64;
     scene.camera.seconds_per_view = 20.0;
-    scene.acquisition.accuracy = AccuracySettings::Steps(32);
+    scene.acquisition.accuracy = Accuracy::Steps(32);
 
     let clock = Instant::now();
     let phantom = Phantom::new(scene)?;

@@ -3,7 +3,6 @@
 use crate::HeartShape;
 use crate::error::{PhantomError, check};
 use revolve_voxel::EllipticCylinder;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -11,8 +10,9 @@ use std::sync::Arc;
 pub(crate) const MAX_ACTIVITY: f64 = 1e12;
 
 /// The activity of a region.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Uptake {
     /// Activity per cm^3, the same at every phase: the region takes up more as it grows.
@@ -39,9 +39,11 @@ impl Uptake {
 
 /// Activity around the heart, per cm^3.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Background {
-    pub(crate) torso: EllipticCylinder,
-    pub(crate) concentration: f64,
+pub struct Background {
+    /// Where it is: within this cylinder, which has to hold the heart at every phase.
+    pub torso: EllipticCylinder,
+    /// Activity per cm^3.
+    pub concentration: f64,
 }
 
 impl Background {

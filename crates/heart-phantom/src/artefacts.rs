@@ -1,12 +1,11 @@
 //! What motion, few views, noise and blur do to a reconstruction.
 
 use crate::error::PhantomError;
-use crate::scene::Mode;
+use crate::settings::Mode;
 use crate::truth::{MOST_IN_PASS, swept};
 use crate::{Measures, Phantom, Regions};
 use revolve_voxel::Mask;
 use revolve_voxel::nalgebra::{Point3, Vector3};
-use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Fewest voxels of a wall whose mean is worth something.
@@ -15,7 +14,8 @@ const FEWEST: usize = 100;
 const AZIMUTHS: usize = 16;
 
 /// What motion, few views or noise did to a reconstruction. A measure that cannot be taken is `None`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct Artefacts {
     /// Root mean square more than three voxels outside the heart at all phases, where nothing should be.
     pub streaks_outside: Option<f64>,
@@ -44,7 +44,7 @@ impl Phantom {
     pub fn regions_of(&self, gate: usize) -> Result<Regions, PhantomError> {
         let acquisition = self.acquisition(gate)?;
         let mut regions = self.regions()?.clone();
-        if let Mode::Static { .. } | Mode::Gated { .. } = self.scene().acquisition.mode {
+        if let Mode::Static { .. } | Mode::Gated { .. } = self.parts().mode {
             let times = self.scan(self.camera(), acquisition).times()?;
             let shapes = self.heart().shapes(&some_of(times))?;
             let (always, _) = swept(&shapes, self.heart().pose(), self.camera())?;
@@ -68,7 +68,7 @@ impl Phantom {
         let shape = self.shape_at_gain(self.cycle().gains()[0])?;
         let solution = shape.solution();
         let pose = self.heart().pose();
-        let length = self.scene().heart.outer.length + self.scene().heart.outer.radius;
+        let length = self.heart().length();
         let voxel = self.camera().grid().spacing()[0];
         // From the middle of the wall outwards, past the largest heart.
         let width = |direction: Vector3<f64>, inner: [f64; 2], outer: [f64; 2]| {
@@ -82,7 +82,7 @@ impl Phantom {
         };
         let at = |s: f64| (solution.inner.at(s).position, solution.outer.at(s).position);
         let (tip, outer_tip) = at(0.5);
-        let (side, outer_side) = at(0.5 * self.side());
+        let (side, outer_side) = at(self.parts().side);
         let mut widths = Vec::new();
         for k in 0..AZIMUTHS {
             let (sin, cos) = (TAU * k as f64 / AZIMUTHS as f64).sin_cos();

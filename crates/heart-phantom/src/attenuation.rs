@@ -1,29 +1,18 @@
 //! What weakens the rays between the heart and the detector.
 
 use crate::error::PhantomError;
-use crate::scene::{AttenuationSettings, MediumSettings};
 use revolve_voxel::{Attenuator, Body, EllipticCylinder, Medium, VoxelGrid};
 
 /// A uniform medium: a torso that stands still, or the heart itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Attenuation {
-    coefficient: f64,
-    torso: Option<EllipticCylinder>,
+pub struct Attenuation {
+    /// Attenuation in 1/cm, the same all through the medium.
+    pub coefficient: f64,
+    /// All within this cylinder attenuates; `None` for cavity and wall, and nothing else.
+    pub torso: Option<EllipticCylinder>,
 }
 
 impl Attenuation {
-    pub(crate) fn new(settings: &AttenuationSettings) -> Result<Self, PhantomError> {
-        Ok(Self {
-            coefficient: settings.coefficient,
-            torso: match settings.medium {
-                MediumSettings::Heart => None,
-                MediumSettings::Torso { centre, semi_axes } => {
-                    Some(EllipticCylinder::new(centre, semi_axes)?)
-                }
-            },
-        })
-    }
-
     /// The medium with the heart in this shape.
     pub(crate) fn of<'a>(&self, heart: &'a Body) -> Result<Attenuator<'a>, PhantomError> {
         let medium = match self.torso {

@@ -1,20 +1,66 @@
-//! From a scene's settings to the heart and the camera.
+//! From a scene's settings to the parts of a phantom: degrees become radians, settings the domain's own types.
 
 use crate::activity::Background;
+use crate::attenuation::Attenuation;
 use crate::camera::{CameraGeometry, Rotation};
 use crate::error::PhantomError;
-use crate::readout::Readout;
+use crate::parts::PhantomParts;
 use crate::scene::{
-    BackgroundSettings, BlurSettings, DefectSettings, DiscretisationSettings, Law, Mode,
-    RotationSettings, Scene,
+    ArcSettings, AttenuationSettings, BackgroundSettings, DefectSettings, DiscretisationSettings,
+    Law, MediumSettings, ReconstructionSettings, RotationSettings, Scene, WindowSettings,
 };
-use crate::{Acquisition, Balloon, Cycle, Defect, Heart, WallRegion};
+use crate::{Activity, Balloon, Camera, Cycle, Defect, Heart, WallRegion};
 use membrane_newton::membrane_forces::{PressureLaw, balloon_at_rest};
 use membrane_newton::{Discretisation, Membrane};
+use radon::{ArcPolicy, FbpOptions, Window};
 use revolve_voxel::nalgebra::Vector3;
 use revolve_voxel::{EllipticCylinder, Pose};
+use std::f64::consts::PI;
 
-pub(crate) fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
+impl Scene {
+    /// What a phantom of the scene is made of; whoever changes some of it makes the phantom by
+    /// [`Phantom::from_parts`](crate::Phantom::from_parts).
+    ///
+    /// ```
+    /// use heart_phantom::{Heart, Phantom, Scene};
+    /// let mut parts = Scene::default().with_size(32).parts()?;
+    /// parts.heart = Heart::study(101)?;
+    /// assert_eq!(Phantom::from_parts(parts)?.view(0, 0)?.len(), 32 * 32);
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`PhantomError::Scene`]; [`PhantomError::Membrane`] if the discretised balloons make no pair.
+    pub fn parts(&self) -> Result<PhantomParts, PhantomError> {
+        self.check()?;
+        let inner = &self.heart.inner;
+        Ok(PhantomParts {
+            heart: heart_of(self)?,
+            cycle: cycle_of(self)?,
+            camera: Camera::with_geometry(&geometry_of(self))?,
+            activity: Activity {
+                cavity: self.activity.cavity,
+                wall: self.activity.wall,
+            },
+            background: self.background.as_ref().map(background_of).transpose()?,
+            defects: self.defects.iter().map(defect_of).collect(),
+            attenuation: self.attenuation.as_ref().map(attenuation_of).transpose()?,
+            blur: self.blur.map(|blur| blur.fwhm),
+            noise: self.noise,
+            mode: self.acquisition.mode,
+            accuracy: self.acquisition.accuracy,
+            interval: self.camera.seconds_per_view,
+            reconstruction: fbp_of(&self.reconstruction),
+            truth_tolerance: self.truth.tolerance,
+            // the middle of the inner cylinder
+            side: 0.5 * (inner.length / (2.0 * inner.length + PI * inner.radius)),
+            radius: self.camera.radius,
+            output: self.output.clone(),
+        })
+    }
+}
+
+fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
     let (settings, pose) = (&scene.heart, &scene.pose);
     let law = match settings.law {
         Law::PerMaterialLength => PressureLaw::PerMaterialLength,
@@ -54,33 +100,6 @@ pub(crate) fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
     )
 }
 
-pub(crate) fn gates_of(scene: &Scene) -> usize {
-    match scene.acquisition.mode {
-        Mode::Gated { gates } => gates,
-        _ => 1,
-    }
-}
-
-/// The acquisition of a gate, with a number of steps a cycle.
-pub(crate) fn acquisition_of(scene: &Scene, gate: usize, points: usize) -> Acquisition {
-    let interval = scene.camera.seconds_per_view;
-    match scene.acquisition.mode {
-        Mode::Static { phase } => Acquisition::Static { phase },
-        Mode::Instants => Acquisition::Instants { interval },
-        Mode::Exposure { seconds } => Acquisition::Exposure {
-            interval,
-            window: seconds,
-            points,
-        },
-        Mode::WholeCycle => Acquisition::WholeCycle { points },
-        Mode::Gated { gates } => Acquisition::Gate {
-            gate,
-            gates,
-            points,
-        },
-    }
-}
-
 pub(crate) fn cycle_of(scene: &Scene) -> Result<Cycle, PhantomError> {
     let inner = scene.heart.inner;
     let rest = balloon_at_rest(inner.length, inner.radius)?.volume;
@@ -88,7 +107,7 @@ pub(crate) fn cycle_of(scene: &Scene) -> Result<Cycle, PhantomError> {
     Cycle::with_curve(cycle.beats_per_minute, &cycle.curve, gains)
 }
 
-pub(crate) fn background_of(settings: &BackgroundSettings) -> Result<Background, PhantomError> {
+fn background_of(settings: &BackgroundSettings) -> Result<Background, PhantomError> {
     Ok(Background {
         torso: EllipticCylinder::new(settings.centre, settings.semi_axes)?,
         concentration: settings.concentration,
@@ -100,20 +119,43 @@ pub(crate) fn defect_of(settings: &DefectSettings) -> Defect {
         region: WallRegion {
             layers: settings.layers,
             s: settings.s,
-            azimuths: settings.azimuths.map(f64::to_radians),
+            azimuths: settings.azimuths_degrees.map(f64::to_radians),
         },
         activity: settings.activity,
     }
 }
 
-pub(crate) fn readout_of(scene: &Scene) -> Result<Readout, PhantomError> {
-    let size = [scene.camera.bins, scene.camera.rows];
-    let blur = |settings: BlurSettings| radon::Blur::new(size, scene.camera.pitch, settings.fwhm);
-    Ok(Readout {
-        blur: scene.blur.map(blur).transpose()?,
-        noise: scene.noise,
-        size,
+fn attenuation_of(settings: &AttenuationSettings) -> Result<Attenuation, PhantomError> {
+    Ok(Attenuation {
+        coefficient: settings.coefficient,
+        torso: match settings.medium {
+            MediumSettings::Heart => None,
+            MediumSettings::Torso { centre, semi_axes } => {
+                Some(EllipticCylinder::new(centre, semi_axes)?)
+            }
+        },
     })
+}
+
+fn fbp_of(settings: &ReconstructionSettings) -> FbpOptions {
+    let window = match settings.window {
+        WindowSettings::RamLak => Window::RamLak,
+        WindowSettings::SheppLogan => Window::SheppLogan,
+        WindowSettings::Cosine => Window::Cosine,
+        WindowSettings::Hamming => Window::Hamming,
+        WindowSettings::Hann => Window::Hann,
+        WindowSettings::Butterworth { order } => Window::Butterworth { order },
+    };
+    let arc = match settings.arc {
+        ArcSettings::Complete => ArcPolicy::Complete,
+        ArcSettings::Extend => ArcPolicy::Extend,
+        ArcSettings::Truncate => ArcPolicy::Truncate,
+        ArcSettings::Rescale => ArcPolicy::Rescale,
+    };
+    FbpOptions::default()
+        .with_window(window)
+        .with_cutoff(settings.cutoff)
+        .with_arc(arc)
 }
 
 pub(crate) fn geometry_of(scene: &Scene) -> CameraGeometry {

@@ -53,6 +53,7 @@ pub struct CameraGeometry {
 /// number `k` of `m` at `(k - (m - 1) / 2) * pitch`. Slice `j` of the volume is at the height of row `j`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
+    from: CameraGeometry,
     geometry: radon::ParallelGeometry,
     step: f64,
     rotation: Rotation,
@@ -108,6 +109,7 @@ impl Camera {
             .collect();
         let ([bin, row], [nx, ny], [x, y]) = (from.pitch, from.pixels, from.centre);
         Ok(Self {
+            from: from.clone(),
             geometry: radon::ParallelGeometry::new(angles, from.bins, bin)?,
             step: from.arc / n,
             rotation: from.rotation,
@@ -119,6 +121,16 @@ impl Camera {
             )?,
             image: radon::ImageGrid::new(nx, ny, from.pixel)?.with_centre(from.centre)?,
         })
+    }
+
+    /// The same views with no more than so many bins and rows, which see as much.
+    pub(crate) fn coarse(&self, most: usize) -> Result<Self, PhantomError> {
+        let mut coarse = self.from.clone();
+        let [bins, rows] = [coarse.bins.min(most), coarse.rows.min(most)];
+        coarse.pitch[0] *= coarse.bins as f64 / bins as f64;
+        coarse.pitch[1] *= coarse.rows as f64 / rows as f64;
+        (coarse.bins, coarse.rows) = (bins, rows);
+        Self::with_geometry(&coarse)
     }
 
     /// Angles and bins. A camera that turns all the time stands at these angles in the middle of each view's time; what it saw in a

@@ -28,6 +28,7 @@ const PHASE_GRID: f64 = (1u64 << 40) as f64;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cycle {
+    beats_per_minute: f64,
     beats_per_second: f64,
     gains: [f64; 2],
     height: Height,
@@ -64,6 +65,7 @@ impl Cycle {
         check("largest gain", gains[1], 0.0, MAX_GAIN)?;
         check("smallest gain", gains[0], 0.0, gains[1])?;
         Ok(Self {
+            beats_per_minute,
             beats_per_second: beats_per_minute / 60.0,
             gains,
             height: Height::new(curve, beats_per_minute)?,
@@ -94,6 +96,11 @@ impl Cycle {
     /// The form of the curve.
     pub(crate) fn height(&self) -> &Height {
         &self.height
+    }
+
+    /// Heart rate.
+    pub fn beats_per_minute(&self) -> f64 {
+        self.beats_per_minute
     }
 
     /// Length of one cycle in seconds.

@@ -1,5 +1,6 @@
 //! What can go wrong, with the numbers that show why.
 
+#[cfg(feature = "scene")]
 use crate::scene::place_in;
 use crate::text::{Number, shown, shown_path};
 use std::path::PathBuf;
@@ -144,9 +145,13 @@ pub enum PhantomError {
         expected: &'static str,
     },
     /// A scene makes no sense.
+    #[cfg(feature = "scene")]
+    #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
     #[error(transparent)]
     Scene(Box<crate::scene::SceneError>),
     /// A scene makes sense, and yet there is a reason for which it cannot be run.
+    #[cfg(feature = "scene")]
+    #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
     #[error("{}{field}: {source}", place_in(file.as_deref(), *place))]
     Refused {
         /// The file, if it came from one.
@@ -159,11 +164,22 @@ pub enum PhantomError {
         /// The reason.
         source: Box<PhantomError>,
     },
-    /// There is nothing that a scene does not make.
-    #[error("the scene makes no {what}")]
+    /// Something is asked for that this phantom has not.
+    #[error("there is no {what}")]
     Absent {
         /// What was asked for.
         what: &'static str,
+    },
+    /// Counts of a given total have to be of something.
+    #[error("the camera sees no activity, of which there could be counts")]
+    NothingToCount,
+    /// This build leaves something out.
+    #[error("this build has no {what}, without the feature `{feature}`")]
+    NotBuilt {
+        /// What was asked for.
+        what: &'static str,
+        /// The feature that has it.
+        feature: &'static str,
     },
     /// More steps did not bring the quadrature over time below its tolerance.
     #[error(

@@ -65,6 +65,8 @@ pub struct Heart {
     pair: Pair,
     /// How far the body may be from membranes that are no polygons.
     tolerance: f64,
+    /// From the base to the outer apex at rest, cm.
+    length: f64,
     pose: Pose,
     memory: usize,
     shape_bytes: OnceLock<usize>,
@@ -129,6 +131,7 @@ impl Heart {
         Ok(Self {
             pair: Pair::new(solver(inner)?, solver(outer)?)?,
             tolerance,
+            length: outer.rest().at(0.5).position[0],
             pose,
             memory: Self::DEFAULT_MEMORY,
             shape_bytes: OnceLock::new(),
@@ -235,6 +238,11 @@ impl Heart {
     pub(crate) fn rest_extent(&self) -> [f64; 2] {
         let most = |[x, r]: [f64; 2], [px, py]: [f64; 2]| [f64::max(x, px), f64::max(r, py)];
         (self.pair.outer().start().points().into_iter()).fold([0.0; 2], most)
+    }
+
+    /// From the base to the outer apex at rest, cm.
+    pub fn length(&self) -> f64 {
+        self.length
     }
 
     /// The two membranes, ready to be solved.

@@ -20,7 +20,8 @@
 //! # Ok::<(), heart_phantom::PhantomError>(())
 //! ```
 //!
-//! A whole study is a [`Scene`], which a [`Phantom`] brings to life part by part:
+//! A heart of any two membranes and any volume curve, with defects, blur, noise, attenuation, is put together as [`PhantomParts`]. A
+//! whole study is a [`Scene`], which a [`Phantom`] brings to life part by part:
 //!
 //! ```
 //! use heart_phantom::{Phantom, Scene, scene::Mode};
@@ -46,7 +47,10 @@
 //! [`files`] writes volumes and projections whole or not at all: npy, npz, NIfTI, MetaImage, NRRD, Interfile, raw with JSON.
 //!
 //! # Features
-//! `files`, on by default: pictures of slices, PNG and GIF.
+//! Both are on by default; without them (`default-features = false`) the physics comes with 52 packages instead of 82.
+//! - `scene`: [`Scene`], its TOML, [`run`](run()) and its report.
+//! - `files`: the formats that need a library: npz, compressed NIfTI, raw with JSON, pictures of slices (PNG, GIF). Without it they are
+//!   refused ([`PhantomError::NotBuilt`]); all others are there.
 //!
 //! The paper's figures, its study as a whole and the command line are in the crate `heart-study`, above this one.
 
@@ -56,6 +60,7 @@ mod acquire;
 mod activity;
 mod artefacts;
 mod attenuation;
+#[cfg(feature = "scene")]
 mod build;
 mod camera;
 mod cycle;
@@ -67,15 +72,23 @@ mod kept;
 mod levels;
 mod material;
 mod memory;
+mod numbers;
+mod parts;
 mod phantom;
 mod phases;
 mod planned;
 mod prepare;
 mod quadrature;
 mod readout;
+#[cfg(feature = "scene")]
 mod run;
 mod scan;
+#[cfg(feature = "scene")]
+#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub mod scene;
+mod settings;
+#[cfg(feature = "scene")]
+mod source;
 mod steps;
 mod text;
 mod timing;
@@ -92,8 +105,9 @@ pub use radon;
 pub use revolve_voxel;
 
 pub use acquire::{Acquisition, Sinograms, acquire};
-pub use activity::{Activity, Uptake};
+pub use activity::{Activity, Background, Uptake};
 pub use artefacts::Artefacts;
+pub use attenuation::Attenuation;
 pub use camera::{Camera, CameraGeometry, Rotation};
 pub use cycle::Cycle;
 pub use defect::Defect;
@@ -101,14 +115,24 @@ pub use error::PhantomError;
 pub use heart::{Balloon, Heart, HeartShape};
 pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
 pub use memory::Memory;
-pub use phantom::{Numbers, Phantom, Thickness};
+pub use numbers::{Numbers, Thickness};
+pub use parts::PhantomParts;
+pub use phantom::Phantom;
 pub use phases::{PhaseOf, PhaseReport, ScenePhase};
 pub use planned::PlannedFile;
+#[cfg(feature = "scene")]
+#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use run::{GateReport, PictureReport, Progress, RunReport, SliceOrders, run};
+#[cfg(feature = "scene")]
+#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use scene::Scene;
+pub use settings::{Accuracy, Counts, Mode, Noise, Output, Product};
 pub use text::shown;
 pub use truth::{Measures, Regions, TruthOf, truth};
-pub use view_time::{ViewReport, ViewTime};
+#[cfg(feature = "scene")]
+#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
+pub use view_time::ViewReport;
+pub use view_time::ViewTime;
 pub use volume_curve::{VolumeCurve, VolumeRange};
 pub use warning::{Edge, Seen, Warning};
 pub use work::WorkReport;

@@ -1,12 +1,10 @@
 //! How much memory a scene needs, before any work.
 
 use crate::Phantom;
-use crate::build::{acquisition_of, defect_of};
 use crate::defect::without_overlap;
-use crate::scene::{AccuracySettings, Product};
+use crate::settings::{Accuracy, Product};
 use crate::steps::STEPS;
 use crate::truth::{MOST_IN_PASS, finder_bytes, in_pass};
-use serde::Serialize;
 use std::collections::BTreeSet;
 
 /// Shapes that the masks of a comparison are made from.
@@ -16,7 +14,8 @@ const WORK_BYTES: u64 = 64 << 20;
 
 /// Memory that [`run`](crate::run()) of a scene takes at most, in bytes: an estimate, some tens of per cent above what is taken as a
 /// rule, more where a tolerance leaves open how many shapes it takes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Memory {
     /// Shapes of the heart, with the defects in them and with what finds their surfaces in voxels.
@@ -46,15 +45,15 @@ impl Phantom {
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
     pub fn memory(&self) -> Memory {
-        let (heart, camera, scene) = (self.heart(), self.camera(), self.scene());
-        let wants = |product| scene.output.write.contains(&product);
+        let (heart, camera, parts) = (self.heart(), self.camera(), self.parts());
+        let wants = |product| parts.output.write.contains(&product);
         let reconstructs = wants(Product::Reconstruction) || wants(Product::Pictures);
         let sees = wants(Product::Projections) || reconstructs;
         let judges = reconstructs && wants(Product::Truth);
 
         let seen = self.distinct_shapes();
         let kept = seen.min(heart.most_shapes());
-        let scan = self.scan(camera, acquisition_of(scene, 0, STEPS[0]));
+        let scan = self.scan(camera, self.acquisition_of(0, STEPS[0]));
         let passed = if wants(Product::Truth) {
             seen.min(in_pass(&scan))
         } else {
@@ -67,13 +66,13 @@ impl Phantom {
         };
         let alive = kept.max(passed).max(judged).max(2) as u64;
         let shape = heart.shape_bytes() as u64;
-        let regions = scene.defects.iter().map(|defect| defect_of(defect).region);
+        let regions = parts.defects.iter().map(|defect| defect.region);
         let defects = without_overlap(regions).map_or(0, |pieces| pieces.len()) as u64 * shape;
         let fields = (passed * finder_bytes(&scan)) as u64;
 
         let samples = 4 * (camera.n_views() * camera.view_len()) as u64;
         // Noise is counted beside what it is the noise of.
-        let copies = 1 + u64::from(scene.noise.is_some());
+        let copies = 1 + u64::from(parts.noise.is_some());
         let voxels = camera.grid().len() as u64;
         Memory {
             shapes: alive * (shape + defects) + fields,
@@ -94,14 +93,14 @@ impl Phantom {
 
     /// Shapes that the views of all gates need, no more than are kept at most; with a tolerance those of the finest steps.
     fn distinct_shapes(&self) -> usize {
-        let steps = match self.scene().acquisition.accuracy {
-            AccuracySettings::Steps(steps) => steps,
-            AccuracySettings::Tolerance(_) => STEPS[1],
+        let steps = match self.parts().accuracy {
+            Accuracy::Steps(steps) => steps,
+            Accuracy::Tolerance(_) => STEPS[1],
         };
         let most = self.heart().most_shapes().max(MOST_IN_PASS);
         let mut gains = BTreeSet::new();
         for gate in 0..self.n_gates() {
-            let scan = self.scan(self.camera(), acquisition_of(self.scene(), gate, steps));
+            let scan = self.scan(self.camera(), self.acquisition_of(gate, steps));
             scan.collect_gains(&mut gains, most);
         }
         gains.len()

@@ -1,9 +1,8 @@
 //! The phases of the beat that stand for the views: what labels, maps and surfaces are made at.
 
 use crate::error::PhantomError;
-use crate::scene::Mode;
+use crate::settings::Mode;
 use crate::{HeartShape, Phantom, Thickness};
-use serde::Serialize;
 use std::fmt;
 
 /// A phase, and what it stands for.
@@ -49,7 +48,8 @@ impl fmt::Display for PhaseOf {
 }
 
 /// The heart at a phase.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct PhaseReport {
     /// What the phase stands for: `static`, `gate-03`, `end-diastole`, `end-systole`.
     pub of: String,
@@ -72,7 +72,7 @@ impl Phantom {
     /// The phases that stand for the views: the one of a static scene, the middle of each gate, and end-diastole and end-systole
     /// where every view sees many.
     pub fn phases(&self) -> Vec<ScenePhase> {
-        match self.scene().acquisition.mode {
+        match self.parts().mode {
             Mode::Static { phase } => vec![ScenePhase {
                 of: PhaseOf::Static,
                 phase,

@@ -3,16 +3,16 @@
 use crate::error::PhantomError;
 use crate::files::REPORT;
 use crate::phases::PhaseOf;
-use crate::scene::Product;
+use crate::settings::Product;
 use crate::{Phantom, files};
-use serde::Serialize;
 use std::path::PathBuf;
 
 /// Surfaces whose triangles are counted; others are taken for the largest of these.
 const MOST_COUNTED: usize = 64;
 
 /// A file that a run writes.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct PlannedFile {
     /// Its name in the folder of the run.
     pub name: PathBuf,
@@ -37,7 +37,7 @@ impl Phantom {
     /// For surfaces those of [`Phantom::meshes`].
     pub fn files(&self) -> Result<Vec<PlannedFile>, PhantomError> {
         let mut planned = Vec::new();
-        for &product in &self.scene().output.write {
+        for &product in &self.parts().output.write {
             self.plan_files(product, &mut planned)?;
         }
         planned.push(PlannedFile {
@@ -126,7 +126,7 @@ impl Phantom {
 
     /// The file of the views of a gate, and the one of its data, if there are two.
     pub(crate) fn projection_names(&self, gate: usize) -> Vec<PathBuf> {
-        let format = self.scene().output.projections;
+        let format = self.parts().output.projections;
         let Some(extension) = format.projections_extension() else {
             unreachable!("the scene was checked")
         };
@@ -136,7 +136,7 @@ impl Phantom {
 
     /// The file of a volume, and the one of its data, if there are two.
     pub(crate) fn volume_names(&self, name: &str) -> Vec<PathBuf> {
-        let format = self.scene().output.volumes;
+        let format = self.parts().output.volumes;
         named(
             name,
             format.volume_extension(),

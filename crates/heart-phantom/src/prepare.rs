@@ -1,20 +1,12 @@
 //! Everything that a run of a scene could be refused for, found before it takes a view.
 
 use crate::error::PhantomError;
-use crate::scene::{CountSettings, Product, place_of};
+use crate::settings::{Counts, Product};
 use crate::{Acquisition, Phantom, Regions, Rotation};
 use std::collections::BTreeSet;
-use std::path::PathBuf;
 
 /// Most shapes that are tried: of more, some between the smallest and the largest.
 const MOST_TRIED: usize = 64;
-
-/// The file that a scene came from, for errors that are found after it was read.
-#[derive(Debug, Clone)]
-pub(crate) struct Source {
-    pub(crate) path: PathBuf,
-    pub(crate) text: String,
-}
 
 impl Phantom {
     /// Finds everything that [`run`](crate::run()) of the scene could be refused for, and solves for it what a run needs anyhow: the
@@ -36,19 +28,28 @@ impl Phantom {
     /// ```
     ///
     /// # Errors
-    /// [`PhantomError::Refused`] with the field of the scene, its place in the file if it came from one, and the reason.
+    /// The reason; of a phantom that was made from a scene [`PhantomError::Refused`] with the field of the scene, its place in the
+    /// file if it came from one, and the reason.
     pub fn prepare(&self) -> Result<(), PhantomError> {
-        self.try_all().map_err(|error| self.refused(error))
+        let tried = self.try_all();
+        #[cfg(feature = "scene")]
+        if let Some(source) = &self.source {
+            return tried.map_err(|error| source.refused(error));
+        }
+        tried
     }
 
     fn try_all(&self) -> Result<(), PhantomError> {
-        let wants = |product| self.scene().output.write.contains(&product);
+        let wants = |product| self.parts().output.write.contains(&product);
         if wants(Product::Pictures) && !cfg!(feature = "files") {
-            return Err(PhantomError::Unsupported {
-                format: "this build, without the feature `files`,",
+            return Err(PhantomError::NotBuilt {
                 what: "pictures",
+                feature: "files",
             });
         }
+        let output = &self.parts().output;
+        output.volumes.check_built()?;
+        output.projections.check_built()?;
         let reconstructs = wants(Product::Reconstruction) || wants(Product::Pictures);
         let sees = wants(Product::Projections) || reconstructs;
         if reconstructs {
@@ -69,8 +70,8 @@ impl Phantom {
                 self.meshes(scene_phase.phase)?;
             }
         }
-        let counts = self.scene().noise.map(|noise| noise.counts);
-        if let (true, Some(CountSettings::Total(_))) = (sees, counts) {
+        let counts = self.parts().noise.map(|noise| noise.counts);
+        if let (true, Some(Counts::Total(_))) = (sees, counts) {
             self.try_counts()?;
         }
         Ok(())
@@ -79,7 +80,7 @@ impl Phantom {
     fn try_reconstruction(&self) -> Result<(), PhantomError> {
         self.plan(0)?;
         if let Rotation::Continuous { .. } = self.camera().rotation() {
-            let policy = self.scene().reconstruction.arc.policy();
+            let policy = self.parts().reconstruction.arc;
             for gate in 1..self.n_gates() {
                 self.geometry(gate)?.view_weights(policy)?;
             }
@@ -136,36 +137,9 @@ impl Phantom {
                 sees = sees || seen(view_idx)?;
             }
             if !sees {
-                return Err(PhantomError::Absent {
-                    what: "counts: the camera sees no activity",
-                });
+                return Err(PhantomError::NothingToCount);
             }
         }
         Ok(())
-    }
-
-    /// An error that a field of the scene can be blamed for.
-    fn refused(&self, error: PhantomError) -> PhantomError {
-        let field = match &error {
-            PhantomError::Uncovered { .. } => "background.semi_axes".to_owned(),
-            PhantomError::NoMaterial { .. } => "defects".to_owned(),
-            PhantomError::NoDefect { defect, .. } => format!("defects.{defect}"),
-            PhantomError::Crossed { .. } | PhantomError::Balloon(_) => "heart".to_owned(),
-            PhantomError::Membrane(_) => "cycle.volume".to_owned(),
-            PhantomError::Quadrature { .. } => "acquisition.accuracy.tolerance".to_owned(),
-            PhantomError::Radon(radon::RadonError::ShortArc { .. }) => "camera.arc".to_owned(),
-            PhantomError::Radon(_) => "reconstruction".to_owned(),
-            PhantomError::Absent { .. } => "noise.counts.total".to_owned(),
-            PhantomError::Unsupported { .. } => "output.write".to_owned(),
-            PhantomError::Solid(_) => "heart".to_owned(),
-            _ => return error,
-        };
-        let source = self.source();
-        PhantomError::Refused {
-            file: source.map(|source| source.path.clone()),
-            place: source.and_then(|source| place_of(&source.text, &field)),
-            field,
-            source: Box::new(error),
-        }
     }
 }

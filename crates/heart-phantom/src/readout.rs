@@ -1,7 +1,7 @@
 //! What the detector makes of the line integrals: blur, then counts.
 
 use crate::error::PhantomError;
-use crate::scene::{CountSettings, NoiseSettings};
+use crate::settings::{Counts, Noise};
 use radon::{Blur, CountScale, poisson_counts_into};
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use std::ops::Range;
 #[derive(Debug)]
 pub(crate) struct Readout {
     pub(crate) blur: Option<Blur>,
-    pub(crate) noise: Option<NoiseSettings>,
+    pub(crate) noise: Option<Noise>,
     /// Bins and rows.
     pub(crate) size: [usize; 2],
 }
@@ -41,13 +41,11 @@ impl Readout {
     ) -> Result<Option<f64>, PhantomError> {
         Ok(match self.noise.map(|noise| noise.counts) {
             None => None,
-            Some(CountSettings::PerUnit(counts)) => Some(counts),
-            Some(CountSettings::Total(counts)) => {
+            Some(Counts::PerUnit(counts)) => Some(counts),
+            Some(Counts::Total(counts)) => {
                 let samples = all()?;
                 if samples.iter().all(|&sample| sample == 0.0) {
-                    return Err(PhantomError::Absent {
-                        what: "counts: the camera sees no activity",
-                    });
+                    return Err(PhantomError::NothingToCount);
                 }
                 Some(CountScale::Total(counts).per_unit(&samples)?)
             }

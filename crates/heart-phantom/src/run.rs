@@ -4,12 +4,14 @@ use crate::artefacts::Artefacts;
 use crate::error::PhantomError;
 use crate::files::{self, Projections, SliceOrder, Volume};
 use crate::memory::Memory;
-use crate::phantom::{Numbers, Phantom};
+use crate::numbers::Numbers;
+use crate::phantom::Phantom;
 use crate::phases::{PhaseReport, ScenePhase};
 #[cfg(feature = "files")]
 use crate::planned::MOVING;
 use crate::planned::{ATTENUATION, LABELS, RECONSTRUCTION, SURFACES, phase_name, surface_name};
-use crate::scene::{Product, Scene};
+use crate::scene::Scene;
+use crate::settings::Product;
 use crate::truth::TruthOf;
 use crate::view_time::ViewReport;
 use crate::warning::Warning;
@@ -29,8 +31,9 @@ pub struct Progress {
 /// What a run found and did; `report.json` holds it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunReport {
-    /// The scene, defaults filled in.
-    pub scene: Scene,
+    /// The scene, defaults filled in, if the phantom was made from one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scene: Option<Scene>,
     /// What may surprise.
     pub warnings: Vec<Warning>,
     /// Volumes, ejection fraction, wall.
@@ -151,15 +154,15 @@ pub fn run(
     writer.phases()?;
     let pictures = writer.pictures()?;
     let mut report = RunReport {
-        scene: phantom.scene().clone(),
+        scene: phantom.scene().cloned(),
         warnings,
         numbers,
         phases,
         gates,
         pictures,
         slice_order: SliceOrders {
-            projections: phantom.scene().output.projections.slice_order(),
-            volumes: phantom.scene().output.volumes.slice_order(),
+            projections: phantom.parts().output.projections.slice_order(),
+            volumes: phantom.parts().output.volumes.slice_order(),
         },
         labels: if writer.wants(Product::Labels) {
             phantom.label_names()
@@ -180,7 +183,7 @@ pub fn run(
 
 impl Writer<'_> {
     fn wants(&self, product: Product) -> bool {
-        self.phantom.scene().output.write.contains(&product)
+        self.phantom.parts().output.write.contains(&product)
     }
 
     /// Views, reconstruction and truth of one gate.
@@ -261,12 +264,11 @@ impl Writer<'_> {
     }
 
     fn write_projections(&mut self, gate: usize, samples: &[f32]) -> Result<(), PhantomError> {
-        let (camera, settings) = (self.phantom.camera(), self.phantom.scene());
+        let (camera, parts) = (self.phantom.camera(), self.phantom.parts());
         let angles = self.phantom.written_angles(gate)?;
-        let projections =
-            Projections::new(*camera.detector(), &angles, settings.camera.radius, samples)?;
+        let projections = Projections::new(*camera.detector(), &angles, parts.radius, samples)?;
         let names = self.phantom.projection_names(gate);
-        let format = settings.output.projections;
+        let format = parts.output.projections;
         files::write_projections(&self.out.join(&names[0]), &projections, format)?;
         self.files.extend(names);
         Ok(())
@@ -277,7 +279,7 @@ impl Writer<'_> {
         name: &str,
         samples: impl Into<files::Samples<'a>>,
     ) -> Result<(), PhantomError> {
-        let format = self.phantom.scene().output.volumes;
+        let format = self.phantom.parts().output.volumes;
         let volume = Volume::new(*self.phantom.camera().grid(), samples)?;
         let names = self.phantom.volume_names(name);
         files::write_volume(&self.out.join(&names[0]), &volume, format)?;

@@ -1,9 +1,8 @@
 //! How many steps of the quadrature over time a tolerance takes.
 
-use crate::build::{acquisition_of, geometry_of};
+use crate::Phantom;
 use crate::error::PhantomError;
-use crate::scene::{AccuracySettings, Mode};
-use crate::{Camera, Phantom};
+use crate::settings::{Accuracy, Mode};
 use std::collections::BTreeSet;
 
 /// Fewest and most steps a cycle that a tolerance is met with.
@@ -15,30 +14,23 @@ impl Phantom {
     /// Steps a cycle: as given, or doubled until the estimated error of coarse views of the first and the middle angle, and of the
     /// time that is hardest to sample, is no more than the tolerance.
     pub(crate) fn steps(&self) -> Result<usize, PhantomError> {
-        let tolerance = match self.scene().acquisition.accuracy {
-            AccuracySettings::Steps(steps) => return Ok(steps),
-            AccuracySettings::Tolerance(tolerance) => tolerance,
+        let tolerance = match self.parts().accuracy {
+            Accuracy::Steps(steps) => return Ok(steps),
+            Accuracy::Tolerance(tolerance) => tolerance,
         };
-        if matches!(
-            self.scene().acquisition.mode,
-            Mode::Static { .. } | Mode::Instants
-        ) {
+        if matches!(self.parts().mode, Mode::Static { .. } | Mode::Instants) {
             return Ok(STEPS[0]);
         }
         if let Some(&steps) = self.steps.get() {
             return Ok(steps);
         }
-        let mut coarse = geometry_of(self.scene());
-        let [bins, rows] = [coarse.bins.min(PROBE), coarse.rows.min(PROBE)];
-        coarse.pitch[0] *= coarse.bins as f64 / bins as f64;
-        coarse.pitch[1] *= coarse.rows as f64 / rows as f64;
-        (coarse.bins, coarse.rows) = (bins, rows);
-        let camera = Camera::with_geometry(&coarse)?;
+        let camera = self.camera().coarse(PROBE)?;
+        let rows = camera.n_rows();
         let mut steps = STEPS[0];
         loop {
             let mut reached = 0.0f64;
             for gate in 0..self.n_gates() {
-                let scan = self.scan(&camera, acquisition_of(self.scene(), gate, steps));
+                let scan = self.scan(&camera, self.acquisition_of(gate, steps));
                 let views = [0, camera.n_views() / 2, scan.hardest_view()];
                 for view_idx in BTreeSet::from(views) {
                     let taken = scan.rows(view_idx..view_idx + 1, 0..rows, &|_| ())?;

@@ -6,7 +6,6 @@ use crate::scan::Scan;
 use crate::{Acquisition, Camera, Cycle, Heart, HeartShape};
 use radon::{MaskedStats, disc_mask, rms_within, rmse_within, sum_within};
 use revolve_voxel::{Mask, Meridian, Moment, Pose, Sampling, Sweep, VoxelCounters};
-use serde::Serialize;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -19,8 +18,9 @@ const BYTES_OF_PASS: usize = 256 << 20;
 const MOST_SHAPES: usize = 2049;
 
 /// What an exact volume is the mean over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 pub enum TruthOf {
     /// What every view sees: a phase, a whole beat, a gate. All views see the same.
     EachView,

@@ -2,9 +2,9 @@
 
 use crate::acquire::Acquisition;
 use crate::camera::Rotation;
+#[cfg(feature = "scene")]
 use crate::files::short;
 use crate::{Camera, Cycle};
-use serde::Serialize;
 
 /// When a view is taken, and from where.
 ///
@@ -12,7 +12,8 @@ use serde::Serialize;
 /// that stops stands at the view's nominal angle `theta_k` all that time. One that turns all the time passes it in the middle:
 /// `theta(t) = theta_k + ((t - k T) / T - 1/2) step`, so that an instant, which is taken at `t = k T`, is seen from half a step
 /// before, and an exposure of `w` seconds from `theta(k T)` to `theta(k T + w)`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct ViewTime {
     /// Seconds from the start of the first view to that of this one, `k T`.
@@ -27,7 +28,10 @@ pub struct ViewTime {
 }
 
 /// The views of a gate as `report.json` has them, one number a view.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[cfg(feature = "scene")]
+#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct ViewReport {
     /// [`ViewTime::start`] in seconds.
@@ -40,6 +44,7 @@ pub struct ViewReport {
     pub angle_deg: Vec<f64>,
 }
 
+#[cfg(feature = "scene")]
 impl ViewReport {
     pub(crate) fn of(times: &[ViewTime]) -> Self {
         let column = |of: fn(&ViewTime) -> f64| times.iter().map(|time| short(of(time))).collect();

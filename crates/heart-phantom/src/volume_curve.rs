@@ -1,7 +1,6 @@
 //! How the cavity's volume runs through a beat, and how large it gets.
 
 use crate::error::{PhantomError, check, check_count};
-use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Heart rates for which [`VolumeCurve::Physiological`] leaves time to fill.
@@ -17,8 +16,9 @@ const FILLED: [f64; 2] = [0.75, 0.80];
 const SAMPLES: [usize; 2] = [3, 100_000];
 
 /// The form of the volume over a beat; its size is [`VolumeRange`]'s.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum VolumeCurve {
     /// `(1 - cos 2 pi p) / 2`: smallest at phase 0, largest at phase 1/2. The study's.
@@ -53,8 +53,9 @@ pub enum VolumeCurve {
 /// assert!((volumes.ejection_fraction(93.0)? - 1.0 / 3.0).abs() < 1e-15);
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum VolumeRange {
     /// The paper's gain `(EDV - ESV) / ESV` with `ESV = V_rest` (Eq. 35).
@@ -111,6 +112,7 @@ impl VolumeRange {
 pub(crate) const MAX_GAIN: f64 = 20.0;
 
 /// Whether a curve makes sense at a heart rate.
+#[cfg(feature = "scene")]
 pub(crate) fn check_curve(curve: &VolumeCurve, beats_per_minute: f64) -> Result<(), PhantomError> {
     Height::new(curve, beats_per_minute).map(drop)
 }

@@ -2,9 +2,10 @@
 
 use crate::error::PhantomError;
 use crate::files::Format;
-use crate::scene::{MediumSettings, Mode, Product};
+use crate::settings::{Mode, Product};
 use crate::{HeartShape, Phantom, Rotation};
-use revolve_voxel::Body;
+use revolve_voxel::{Body, EllipticCylinder};
+#[cfg(feature = "scene")]
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::fmt;
 
@@ -79,9 +80,9 @@ impl Phantom {
     /// # Errors
     /// What solving the shapes can return.
     pub fn warnings(&self) -> Result<Vec<Warning>, PhantomError> {
-        let scene = self.scene();
+        let parts = self.parts();
         let mut found = Vec::new();
-        let phases = match scene.acquisition.mode {
+        let phases = match parts.mode {
             Mode::Static { phase } => vec![phase],
             _ => self.extreme_phases().to_vec(),
         };
@@ -103,7 +104,7 @@ impl Phantom {
             }
         }
         found.extend(self.beyond_bins(Seen::Heart, widest));
-        let seen = scene.camera.rows as f64 * scene.camera.pitch[1];
+        let seen = parts.camera.n_rows() as f64 * parts.camera.detector().pitch()[1];
         found.extend(truncated(
             Seen::Heart,
             Edge::Rows,
@@ -111,18 +112,17 @@ impl Phantom {
             seen,
             None,
         ));
-        let background = scene.background.filter(|around| around.concentration > 0.0);
+        let background = parts.background.filter(|around| around.concentration > 0.0);
         if let Some(around) = background {
-            let widest = self.widest_ellipse(around.centre, around.semi_axes);
+            let widest = self.widest_ellipse(&around.torso);
             found.extend(self.beyond_bins(Seen::Background, widest));
         }
-        let medium = scene.attenuation.filter(|medium| medium.coefficient > 0.0);
-        if let Some(MediumSettings::Torso { centre, semi_axes }) = medium.map(|found| found.medium)
-        {
-            let widest = self.widest_ellipse(centre, semi_axes);
+        let medium = parts.attenuation.filter(|medium| medium.coefficient > 0.0);
+        if let Some(torso) = medium.and_then(|medium| medium.torso) {
+            let widest = self.widest_ellipse(&torso);
             found.extend(self.beyond_bins(Seen::Torso, widest));
         }
-        if scene.output.write.contains(&Product::Projections) {
+        if parts.output.write.contains(&Product::Projections) {
             found.extend(self.uneven_angles()?);
         }
         Ok(found)
@@ -143,7 +143,7 @@ impl Phantom {
     /// The angles of the views of a gate as the format of the projections has them: Interfile knows of even steps only.
     pub(crate) fn written_angles(&self, gate: usize) -> Result<Vec<f64>, PhantomError> {
         let angles = self.view_times(gate)?.into_iter().map(|time| time.angle);
-        Ok(match self.scene().output.projections {
+        Ok(match self.parts().output.projections {
             Format::InterfileStir | Format::InterfileSimind => {
                 let nominal = self.camera().geometry().angles();
                 let off: f64 = angles.zip(nominal).map(|(a, b)| a - b).sum();
@@ -167,7 +167,8 @@ impl Phantom {
     }
 
     /// How far to either side an elliptic cylinder reaches, and from where that is seen.
-    fn widest_ellipse(&self, [x, y]: [f64; 2], [a, b]: [f64; 2]) -> Option<(f64, f64)> {
+    fn widest_ellipse(&self, torso: &EllipticCylinder) -> Option<(f64, f64)> {
+        let ([x, y], [a, b]) = (torso.centre(), torso.semi_axes());
         let mut widest = None;
         for theta in self.seen_from() {
             let (sin, cos) = theta.sin_cos();
@@ -185,8 +186,7 @@ impl Phantom {
 
     /// Length of the rows of a view in cm.
     fn width(&self) -> f64 {
-        let camera = &self.scene().camera;
-        camera.bins as f64 * camera.pitch[0]
+        self.camera().n_bins() as f64 * self.camera().pitch()
     }
 }
 
@@ -274,6 +274,7 @@ impl fmt::Display for Warning {
     }
 }
 
+#[cfg(feature = "scene")]
 impl Serialize for Warning {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         let mut map = to.serialize_map(None)?;

@@ -2,11 +2,11 @@
 
 use radon::FbpReport;
 use revolve_voxel::{RayCounters, VoxelCounters};
-use serde::Serialize;
 use std::sync::{Mutex, PoisonError};
 
 /// Work done for a phantom so far. The same for any number of threads.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct WorkReport {
     /// Equilibria of the pair of membranes.
     pub shapes_solved: usize,

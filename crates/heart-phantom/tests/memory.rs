@@ -1,8 +1,6 @@
 //! What a run takes from the heap at most, against what was said before. A program of its own: the counter is the process's.
 
-use heart_phantom::scene::{
-    AccuracySettings, CountSettings, DiscretisationSettings, Mode, NoiseSettings, Product, Scene,
-};
+use heart_phantom::scene::{Accuracy, Counts, DiscretisationSettings, Mode, Noise, Product, Scene};
 use heart_phantom::{Phantom, run};
 use peak_alloc::PeakAlloc;
 
@@ -20,7 +18,7 @@ fn peak(work: impl FnOnce()) -> u64 {
 fn scene(mode: Mode, size: usize) -> Scene {
     let mut scene = Scene::default().with_size(size).with_mode(mode);
     scene.camera.views = 60;
-    scene.acquisition.accuracy = AccuracySettings::Steps(8);
+    scene.acquisition.accuracy = Accuracy::Steps(8);
     scene
 }
 
@@ -39,8 +37,8 @@ fn pool(threads: usize) -> rayon::ThreadPool {
 
 fn runs_take_what_was_said() {
     let mut noisy = scene(Mode::WholeCycle, 64);
-    noisy.noise = Some(NoiseSettings {
-        counts: CountSettings::Total(1e6),
+    noisy.noise = Some(Noise {
+        counts: Counts::Total(1e6),
         seed: 1,
     });
     let mut one = scene(Mode::Exposure { seconds: 0.3 }, 16);
@@ -49,7 +47,7 @@ fn runs_take_what_was_said() {
     let mut all = scene(Mode::Gated { gates: 2 }, 48);
     all.output.write.push(Product::Labels);
     let mut fine = scene(Mode::WholeCycle, 32);
-    fine.acquisition.accuracy = AccuracySettings::Steps(256);
+    fine.acquisition.accuracy = Accuracy::Steps(256);
     for (name, scene, bound) in [
         ("static", scene(Mode::Static { phase: 0.0 }, 96), usize::MAX),
         ("whole cycle", scene(Mode::WholeCycle, 96), usize::MAX),

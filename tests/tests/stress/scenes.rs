@@ -122,7 +122,7 @@ pub(crate) fn text(random: &mut Random) -> String {
         };
         let (layers, s, azimuths) = (range(1.0), range(0.5), range(360.0));
         line(format!(
-            "[[defects]]\nlayers = {layers}\ns = {s}\nazimuths = {azimuths}"
+            "[[defects]]\nlayers = {layers}\ns = {s}\nazimuths_degrees = {azimuths}"
         ));
         line(format!("activity = {}", number(random, 0.0, 2.0)));
     }

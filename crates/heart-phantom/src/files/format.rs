@@ -1,13 +1,15 @@
 //! The formats, and which writer serves each.
 
 use crate::error::PhantomError;
-use crate::files::{Projections, Volume, interfile, metaimage, nifti, npy, nrrd, raw_json};
-use serde::{Deserialize, Serialize};
+use crate::files::{Projections, Volume, interfile, metaimage, nifti, npy, nrrd};
+#[cfg(feature = "files")]
+use crate::files::{npz, raw_json};
 use std::path::Path;
 
 /// A file format; the [module's page](crate::files) says how each one places its samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Format {
     /// NumPy array, samples only.
@@ -33,8 +35,9 @@ pub enum Format {
 }
 
 /// From which end rows of projections and slices of volumes follow each other in a file, the patient's head at +z.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 pub enum SliceOrder {
     /// From -z to +z, as in memory.
     FeetToHead,
@@ -68,6 +71,22 @@ impl Format {
             Self::InterfileStir => "Interfile (STIR)",
             Self::InterfileSimind => "Interfile (SIMIND)",
             Self::RawJson => "raw with JSON",
+        }
+    }
+
+    /// Whether this build writes it: compressed, archived and JSON ones come with the feature `files`.
+    ///
+    /// # Errors
+    /// [`PhantomError::NotBuilt`].
+    pub(crate) fn check_built(self) -> Result<(), PhantomError> {
+        match self {
+            Self::Npz | Self::NiftiGz | Self::RawJson if !cfg!(feature = "files") => {
+                Err(PhantomError::NotBuilt {
+                    what: self.name(),
+                    feature: "files",
+                })
+            }
+            _ => Ok(()),
         }
     }
 
@@ -150,15 +169,20 @@ pub fn write_volume(path: &Path, volume: &Volume, format: Format) -> Result<(), 
     check_extension(path, format.volume_extension())?;
     match format {
         Format::Npy => npy::write_samples(path, &npy::volume_shape(volume), volume.samples()),
-        Format::Npz => npy::write_volume_npz(path, volume),
+        #[cfg(feature = "files")]
+        Format::Npz => npz::write_volume(path, volume),
         Format::Nifti => nifti::write(path, volume),
+        #[cfg(feature = "files")]
         Format::NiftiGz => nifti::write_gz(path, volume),
         Format::MetaImage => metaimage::write_mhd(path, volume),
         Format::MetaImageSingle => metaimage::write_mha(path, volume),
         Format::Nrrd => nrrd::write_volume(path, volume),
         Format::InterfileStir => interfile::write_volume_stir(path, volume),
         Format::InterfileSimind => interfile::write_volume_simind(path, volume),
+        #[cfg(feature = "files")]
         Format::RawJson => raw_json::write_volume(path, volume),
+        #[cfg(not(feature = "files"))]
+        Format::Npz | Format::NiftiGz | Format::RawJson => format.check_built(),
     }
 }
 
@@ -183,11 +207,15 @@ pub fn write_projections(
     check_extension(path, extension)?;
     match format {
         Format::Npy => npy::write_samples(path, &projections.shape(), projections.samples()),
-        Format::Npz => npy::write_projections_npz(path, projections),
+        #[cfg(feature = "files")]
+        Format::Npz => npz::write_projections(path, projections),
         Format::Nrrd => nrrd::write_projections(path, projections),
         Format::InterfileStir => interfile::write_projections_stir(path, projections),
         Format::InterfileSimind => interfile::write_projections_simind(path, projections),
+        #[cfg(feature = "files")]
         Format::RawJson => raw_json::write_projections(path, projections),
+        #[cfg(not(feature = "files"))]
+        Format::Npz | Format::RawJson => format.check_built(),
         Format::Nifti | Format::NiftiGz | Format::MetaImage | Format::MetaImageSingle => {
             Err(unsupported)
         }

@@ -50,11 +50,15 @@ mod mesh;
 mod metaimage;
 mod nifti;
 mod npy;
+#[cfg(feature = "files")]
+mod npz;
 mod nrrd;
+#[cfg(feature = "scene")]
 mod older;
 #[cfg(feature = "files")]
 mod picture;
 mod projections;
+#[cfg(feature = "files")]
 mod raw_json;
 mod samples;
 mod volume;
@@ -64,6 +68,9 @@ pub(crate) fn short(value: f64) -> f64 {
     // Thirteen digits are one more than any grid of our making is known to.
     format!("{value:.12e}").parse().unwrap_or(value)
 }
+
+/// The name of a run's report, which lists its files.
+pub const REPORT: &str = "report.json";
 
 fn millimetres(cm: f64) -> f64 {
     short(10.0 * cm)
@@ -75,8 +82,11 @@ pub use lock::{FolderLock, lock_folder};
 pub(crate) use mesh::stl_bytes;
 pub use mesh::{write_ply, write_stl};
 pub use npy::write_npy;
+#[cfg(feature = "scene")]
 pub(crate) use older::check_no_folder;
-pub use older::{REPORT, remove_older};
+#[cfg(feature = "scene")]
+#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
+pub use older::remove_older;
 #[cfg(feature = "files")]
 #[cfg_attr(docsrs, doc(cfg(feature = "files")))]
 pub use picture::{Section, write_gif, write_png};

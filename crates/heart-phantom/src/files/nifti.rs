@@ -8,8 +8,6 @@
 
 use crate::error::{PhantomError, check_count};
 use crate::files::{Samples, Volume, write_atomically};
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -18,10 +16,12 @@ pub(super) fn write(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     write_atomically(path, |out| put(out, &header, volume))
 }
 
+#[cfg(feature = "files")]
 pub(super) fn write_gz(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     let header = header(volume)?;
     write_atomically(path, |out| {
-        let mut out = GzEncoder::new(out, Compression::fast());
+        let level = flate2::Compression::fast();
+        let mut out = flate2::write::GzEncoder::new(out, level);
         put(&mut out, &header, volume)?;
         out.finish()?;
         Ok(())

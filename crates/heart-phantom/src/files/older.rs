@@ -1,5 +1,6 @@
 //! What an earlier run has left in a folder.
 
+use super::REPORT;
 use super::atomic::{failed, remove_if_there};
 use crate::error::PhantomError;
 use serde::Deserialize;
@@ -8,8 +9,6 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
-/// The name of a run's report, which lists its files.
-pub const REPORT: &str = "report.json";
 /// No report is longer.
 const MOST_BYTES: u64 = 1 << 26;
 

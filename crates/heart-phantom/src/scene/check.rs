@@ -2,10 +2,11 @@
 
 use super::*;
 use crate::activity::MAX_ACTIVITY;
-use crate::build::{acquisition_of, cycle_of, defect_of, gates_of, geometry_of};
+use crate::build::{cycle_of, defect_of, geometry_of};
 use crate::camera::{Camera, MOST_SAMPLES, Rotation};
 use crate::defect::{MOST_PIECES, without_overlap};
 use crate::files::Format;
+use crate::parts::MOST_DEFECTS;
 use crate::text::Number;
 use crate::timing::MAX_POINTS_OF_ALL;
 use crate::volume_curve::{MAX_GAIN, check_curve};
@@ -18,8 +19,6 @@ type Checked = Result<(), SceneError>;
 
 /// Samples of all sets of views, or of all their volumes: 1 TiB of `f32`.
 const MOST_SAMPLES_OF_ALL: f64 = 274_877_906_944.0;
-/// Each defect has a label of its own, above those of background, cavity and wall.
-const MOST_DEFECTS: usize = 252;
 /// Lengths in cm.
 const LENGTH: [f64; 2] = [1e-6, 1e6];
 
@@ -245,9 +244,14 @@ fn defect(name: &str, defect: &DefectSettings) -> Checked {
     };
     ascending("layers", defect.layers, 0.0, 1.0)?;
     ascending("s", defect.s, 0.0, 0.5)?;
-    let from = defect.azimuths[0];
-    within(&format!("{name}.azimuths"), from, [-360.0, 360.0])?;
-    ascending("azimuths", defect.azimuths, from, from + 360.0)?;
+    let from = defect.azimuths_degrees[0];
+    within(&format!("{name}.azimuths_degrees"), from, [-360.0, 360.0])?;
+    ascending(
+        "azimuths_degrees",
+        defect.azimuths_degrees,
+        from,
+        from + 360.0,
+    )?;
     within(&format!("{name}.activity"), defect.activity, [0.0, 1e6])
 }
 
@@ -271,8 +275,8 @@ fn detector(scene: &Scene) -> Checked {
     }
     if let Some(noise) = scene.noise {
         let (field, counts) = match noise.counts {
-            CountSettings::PerUnit(counts) => ("noise.counts.per_unit", counts),
-            CountSettings::Total(counts) => ("noise.counts.total", counts),
+            Counts::PerUnit(counts) => ("noise.counts.per_unit", counts),
+            Counts::Total(counts) => ("noise.counts.total", counts),
         };
         within(field, counts, [1e-12, 1e12])?;
     }
@@ -333,14 +337,14 @@ fn acquisition(scene: &Scene) -> Checked {
         Mode::Instants | Mode::WholeCycle => {}
     }
     match scene.acquisition.accuracy {
-        AccuracySettings::Steps(steps) => {
+        Accuracy::Steps(steps) => {
             count("acquisition.accuracy.steps", steps, [2, 4096])?;
             if !steps.is_multiple_of(2) {
                 return Err(fault("acquisition.accuracy.steps", steps, "must be even"));
             }
             Ok(())
         }
-        AccuracySettings::Tolerance(tolerance) => {
+        Accuracy::Tolerance(tolerance) => {
             within("acquisition.accuracy.tolerance", tolerance, [1e-6, 1.0])
         }
     }
@@ -355,7 +359,7 @@ fn turning(scene: &Scene) -> Checked {
     else {
         return Ok(());
     };
-    let (gates, period) = (gates_of(scene), cycle.period());
+    let (gates, period) = (scene.acquisition.mode.n_gates(), cycle.period());
     if camera.rotation() == Rotation::StepAndShoot {
         return Ok(());
     }
@@ -365,18 +369,22 @@ fn turning(scene: &Scene) -> Checked {
         ));
     }
     let steps = match scene.acquisition.accuracy {
-        AccuracySettings::Steps(steps) => steps,
-        AccuracySettings::Tolerance(_) => 2,
+        Accuracy::Steps(steps) => steps,
+        Accuracy::Tolerance(_) => 2,
     };
     for gate in 0..gates {
-        let acquisition = acquisition_of(scene, gate, steps);
+        let acquisition = scene.acquisition.mode.acquisition(interval, gate, steps);
         if let Some(view_idx) = acquisition.unseen(&cycle, &camera) {
             return refuse(format!(
                 "gate {gate} of {gates} does not come in the time of view {view_idx}; one beat, {period} s, is always enough"
             ));
         }
     }
-    let points = acquisition_of(scene, 0, steps).points_of_all(&cycle, &camera);
+    let points = scene
+        .acquisition
+        .mode
+        .acquisition(interval, 0, steps)
+        .points_of_all(&cycle, &camera);
     if points > MAX_POINTS_OF_ALL as f64 {
         return refuse(format!(
             "{points:e} points of its quadrature, seen by a turning camera, must be at most {MAX_POINTS_OF_ALL:e}"
@@ -467,7 +475,7 @@ fn region_has_a_place(scene: &Scene) -> Checked {
     }
 }
 
-fn output(output: &OutputSettings) -> Checked {
+fn output(output: &Output) -> Checked {
     // Finer ones would have millions of triangles.
     within("output.mesh_tolerance", output.mesh_tolerance, [1e-5, 0.1])?;
     if output.projections.projections_extension().is_none() {

@@ -5,13 +5,13 @@ mod place;
 mod sections;
 mod template;
 
+pub use crate::settings::{Accuracy, Counts, Mode, Noise, Output, Product};
 pub(crate) use place::of_field as place_of;
 pub use sections::{
-    AccuracySettings, AcquisitionSettings, ActivitySettings, ArcSettings, AttenuationSettings,
-    BackgroundSettings, BalloonSettings, BlurSettings, CameraSettings, CountSettings,
-    CycleSettings, DefectSettings, DiscretisationSettings, HeartSettings, Law, MediumSettings,
-    Mode, NoiseSettings, OutputSettings, PixelRange, PoseSettings, Product, ReconstructionSettings,
-    RotationSettings, TruthSettings, WindowSettings,
+    AcquisitionSettings, ActivitySettings, ArcSettings, AttenuationSettings, BackgroundSettings,
+    BalloonSettings, BlurSettings, CameraSettings, CycleSettings, DefectSettings,
+    DiscretisationSettings, HeartSettings, Law, MediumSettings, PixelRange, PoseSettings,
+    ReconstructionSettings, RotationSettings, TruthSettings, WindowSettings,
 };
 
 use crate::error::PhantomError;
@@ -28,16 +28,16 @@ const MOST_BYTES: u64 = 1 << 24;
 /// Everything that determines a study. [`Default`] is that of Rohmer et al. 2006, with one cycle a view.
 ///
 /// A scene is data and computes nothing; [`Phantom`](crate::Phantom) does, when asked. Lengths in cm, times in seconds, angles
-/// in degrees, volumes in mL.
+/// in degrees (in all other types they are radians), volumes in mL.
 ///
 /// ```
-/// use heart_phantom::scene::{BlurSettings, CameraSettings, CountSettings, Mode, NoiseSettings, Scene};
+/// use heart_phantom::scene::{BlurSettings, CameraSettings, Counts, Mode, Noise, Scene};
 /// let camera = CameraSettings { views: 60, ..CameraSettings::default() };
 /// let scene = Scene::default()
 ///     .with_camera(camera)
 ///     .with_mode(Mode::Gated { gates: 8 })
 ///     .with_blur(BlurSettings { fwhm: 0.8 })
-///     .with_noise(NoiseSettings { counts: CountSettings::Total(1e6), seed: 1 });
+///     .with_noise(Noise { counts: Counts::Total(1e6), seed: 1 });
 /// // The same from a file; what is left out is the default.
 /// let text = "[camera]\nviews = 60\n[blur]\nfwhm = 0.8\n[noise]\ncounts = { total = 1e6 }\nseed = 1\n\
 ///     [acquisition]\nmode = { gated = { gates = 8 } }\n";
@@ -74,7 +74,7 @@ pub struct Scene {
     pub blur: Option<BlurSettings>,
     /// Counts; `None` for their means.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub noise: Option<NoiseSettings>,
+    pub noise: Option<Noise>,
     /// When the views are taken.
     pub acquisition: AcquisitionSettings,
     /// Filtered back-projection.
@@ -82,7 +82,7 @@ pub struct Scene {
     /// The exact volumes.
     pub truth: TruthSettings,
     /// What `heart-phantom run` writes.
-    pub output: OutputSettings,
+    pub output: Output,
 }
 
 impl Scene {
@@ -195,7 +195,7 @@ impl Scene {
     }
 
     /// The same with the time of the views sampled in another way.
-    pub fn with_accuracy(mut self, accuracy: AccuracySettings) -> Self {
+    pub fn with_accuracy(mut self, accuracy: Accuracy) -> Self {
         self.acquisition.accuracy = accuracy;
         self
     }
@@ -207,7 +207,7 @@ impl Scene {
     }
 
     /// The same with counts.
-    pub fn with_noise(mut self, noise: NoiseSettings) -> Self {
+    pub fn with_noise(mut self, noise: Noise) -> Self {
         self.noise = Some(noise);
         self
     }
@@ -225,7 +225,7 @@ impl Scene {
     }
 
     /// The same with other results to write.
-    pub fn with_output(mut self, output: OutputSettings) -> Self {
+    pub fn with_output(mut self, output: Output) -> Self {
         self.output = output;
         self
     }

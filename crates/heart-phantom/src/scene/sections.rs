@@ -1,6 +1,6 @@
 //! The sections of a scene: plain data, defaults of the paper's study.
 
-use crate::files::Format;
+use crate::settings::{Accuracy, Mode};
 use crate::{Uptake, VolumeCurve, VolumeRange};
 use serde::de::{Deserializer, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
@@ -214,7 +214,7 @@ pub struct DefectSettings {
     pub s: [f64; 2],
     /// Degrees about the axis, from body y to body z; the second is larger, by at most a turn.
     #[serde(deserialize_with = "exactly")]
-    pub azimuths: [f64; 2],
+    pub azimuths_degrees: [f64; 2],
     /// Activity in units of the wall's.
     pub activity: f64,
 }
@@ -225,26 +225,6 @@ pub struct DefectSettings {
 pub struct BlurSettings {
     /// Full width at half maximum of the Gaussian in cm.
     pub fwhm: f64,
-}
-
-/// `[noise]`: Poisson counts. Views are given as counts over counts per unit, so that their units stay.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NoiseSettings {
-    /// How many.
-    pub counts: CountSettings,
-    /// The same seed gives the same noise.
-    pub seed: u64,
-}
-
-/// Mean numbers of counts.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum CountSettings {
-    /// For a sample of 1 (activity times cm).
-    PerUnit(f64),
-    /// In all views of a gate together; any part of it then needs all of its views once.
-    Total(f64),
 }
 
 /// `[attenuation]`: what weakens the rays on their way to the detector.
@@ -332,52 +312,16 @@ pub struct AcquisitionSettings {
     /// Over which time.
     pub mode: Mode,
     /// How finely that time is sampled.
-    pub accuracy: AccuracySettings,
+    pub accuracy: Accuracy,
 }
 
 impl Default for AcquisitionSettings {
     fn default() -> Self {
         Self {
             mode: Mode::WholeCycle,
-            accuracy: AccuracySettings::Steps(32),
+            accuracy: Accuracy::Steps(32),
         }
     }
-}
-
-/// The time that a view sees.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Mode {
-    /// One phase, the same in all views.
-    Static {
-        /// The phase, 0 to 1.
-        phase: f64,
-    },
-    /// The instant at which the view starts.
-    Instants,
-    /// The first seconds of the view.
-    Exposure {
-        /// How many.
-        seconds: f64,
-    },
-    /// Whole beats; all of a view's time if the camera turns.
-    WholeCycle,
-    /// One set of views for each of some equal parts of the beat.
-    Gated {
-        /// How many parts.
-        gates: usize,
-    },
-}
-
-/// Quadrature over the time of a view.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum AccuracySettings {
-    /// Steps a cycle, even: of time for a sinusoid before a camera that stands still, else half of them of volume on the way up, and
-    /// half on the way down.
-    Steps(usize),
-    /// As many steps as keep the relative error of the sinograms (Euclidean norm) below this.
-    Tolerance(f64),
 }
 
 /// `[reconstruction]`: filtered back-projection, slice by slice.
@@ -461,17 +405,6 @@ pub enum ArcSettings {
     Rescale,
 }
 
-impl ArcSettings {
-    pub(crate) fn policy(self) -> radon::ArcPolicy {
-        match self {
-            Self::Complete => radon::ArcPolicy::Complete,
-            Self::Extend => radon::ArcPolicy::Extend,
-            Self::Truncate => radon::ArcPolicy::Truncate,
-            Self::Rescale => radon::ArcPolicy::Rescale,
-        }
-    }
-}
-
 /// `[truth]`: the exact volumes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -484,56 +417,6 @@ impl Default for TruthSettings {
     fn default() -> Self {
         Self { tolerance: 1e-3 }
     }
-}
-
-/// `[output]`: what `heart-phantom run` writes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct OutputSettings {
-    /// Which results.
-    pub write: Vec<Product>,
-    /// Format of volumes.
-    pub volumes: Format,
-    /// Format of projections.
-    pub projections: Format,
-    /// Largest relative error of the volume that a surface encloses.
-    pub mesh_tolerance: f64,
-}
-
-impl Default for OutputSettings {
-    fn default() -> Self {
-        Self {
-            write: vec![
-                Product::Projections,
-                Product::Reconstruction,
-                Product::Truth,
-            ],
-            volumes: Format::Npy,
-            projections: Format::Npy,
-            mesh_tolerance: 1e-3,
-        }
-    }
-}
-
-/// A result that can be written; `report.json` with the numbers is always there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Product {
-    /// The views.
-    Projections,
-    /// The reconstructed volume.
-    Reconstruction,
-    /// The exact volume.
-    Truth,
-    /// Labels at the phases that stand for the views ([`Phantom::phases`](crate::Phantom::phases)): 0 background, 1 cavity,
-    /// 2 wall, from 3 on the defects in their order.
-    Labels,
-    /// Attenuation map at the same phases.
-    Attenuation,
-    /// Surfaces (STL) at the same phases.
-    Meshes,
-    /// Pictures of the middle slice; of gates also a moving one.
-    Pictures,
 }
 
 /// An array of as many values as it has to have: TOML by itself drops what is too much.

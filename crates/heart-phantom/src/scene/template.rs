@@ -228,11 +228,15 @@ impl Page {
                 "from 0, the inner membrane, to 1, the outer one",
             );
             self.field("s", &defect.s, "from 0, the base, to 0.5, the apex");
-            self.field("azimuths", &defect.azimuths, "degrees about the axis");
+            self.field(
+                "azimuths_degrees",
+                &defect.azimuths_degrees,
+                "degrees about the axis",
+            );
             self.field("activity", &defect.activity, "in units of the wall's");
         }
         if scene.defects.is_empty() {
-            let example = "layers = [0.0, 0.6]\n# s = [0.25, 0.4]\n# azimuths = [0.0, 60.0]\n# activity = 0.2";
+            let example = "layers = [0.0, 0.6]\n# s = [0.25, 0.4]\n# azimuths_degrees = [0.0, 60.0]\n# activity = 0.2";
             self.left_out(comment, "[defects]", example);
         }
     }

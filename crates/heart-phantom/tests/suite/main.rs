@@ -4,6 +4,7 @@ mod acquisitions;
 mod files;
 mod lock;
 mod material;
+mod parts;
 mod phantom;
 mod prepare;
 mod report;

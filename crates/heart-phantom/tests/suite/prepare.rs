@@ -11,7 +11,7 @@ fn small(mode: Mode) -> Scene {
     let mut scene = Scene::default().with_size(12).with_mode(mode);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 41 };
     scene.camera.views = 6;
-    scene.acquisition.accuracy = AccuracySettings::Steps(4);
+    scene.acquisition.accuracy = Accuracy::Steps(4);
     scene
 }
 
@@ -19,7 +19,7 @@ fn defect() -> DefectSettings {
     DefectSettings {
         layers: [0.2, 0.8],
         s: [0.1, 0.4],
-        azimuths: [0.0, 90.0],
+        azimuths_degrees: [0.0, 90.0],
         activity: 0.5,
     }
 }
@@ -70,13 +70,13 @@ fn hopeless() -> Vec<(Scene, &'static str)> {
             "heart",
         ),
         (
-            with(&|scene| scene.acquisition.accuracy = AccuracySettings::Tolerance(1e-6)),
+            with(&|scene| scene.acquisition.accuracy = Accuracy::Tolerance(1e-6)),
             "acquisition.accuracy.tolerance",
         ),
         (
             with(&|scene| {
-                scene.noise = Some(NoiseSettings {
-                    counts: CountSettings::Total(1e6),
+                scene.noise = Some(Noise {
+                    counts: Counts::Total(1e6),
                     seed: 1,
                 });
                 scene.pose.shift = [0.0, 0.0, 100.0];
@@ -85,8 +85,8 @@ fn hopeless() -> Vec<(Scene, &'static str)> {
         ),
         (
             with(&|scene| {
-                scene.noise = Some(NoiseSettings {
-                    counts: CountSettings::Total(1e6),
+                scene.noise = Some(Noise {
+                    counts: Counts::Total(1e6),
                     seed: 1,
                 });
                 scene.activity.wall = Uptake::Concentration(0.0);
@@ -163,11 +163,11 @@ fn what_is_no_reason_is_no_refusal() {
         centre: [0.0; 2],
         semi_axes: [8.0, 9.0],
     });
-    scene.noise = Some(NoiseSettings {
-        counts: CountSettings::Total(1e4),
+    scene.noise = Some(Noise {
+        counts: Counts::Total(1e4),
         seed: 1,
     });
-    scene.acquisition.accuracy = AccuracySettings::Tolerance(0.05);
+    scene.acquisition.accuracy = Accuracy::Tolerance(0.05);
     let phantom = Phantom::new(scene).unwrap();
     phantom.prepare().unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -201,7 +201,7 @@ fn names(folder: &Path) -> Vec<PathBuf> {
     names
 }
 
-fn any_output() -> impl Strategy<Value = OutputSettings> {
+fn any_output() -> impl Strategy<Value = Output> {
     let all = vec![
         Product::Projections,
         Product::Reconstruction,
@@ -221,11 +221,11 @@ fn any_output() -> impl Strategy<Value = OutputSettings> {
         volumes,
         prop::sample::select(projections),
     )
-        .prop_map(|(write, volumes, projections)| OutputSettings {
+        .prop_map(|(write, volumes, projections)| Output {
             write,
             volumes,
             projections,
-            ..OutputSettings::default()
+            ..Output::default()
         })
 }
 

@@ -2,8 +2,8 @@
 #![cfg(feature = "files")]
 
 use heart_phantom::scene::{
-    AccuracySettings, AttenuationSettings, CountSettings, DiscretisationSettings, Law,
-    MediumSettings, Mode, NoiseSettings, Product, Scene,
+    Accuracy, AttenuationSettings, Counts, DiscretisationSettings, Law, MediumSettings, Mode,
+    Noise, Product, Scene,
 };
 use heart_phantom::{Phantom, RunReport, VolumeCurve, VolumeRange, run};
 use std::f64::consts::{PI, TAU};
@@ -14,7 +14,7 @@ fn small(mode: Mode, write: &[Product]) -> Scene {
     let mut scene = Scene::default().with_size(32).with_mode(mode);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
     scene.camera.views = 12;
-    scene.acquisition.accuracy = AccuracySettings::Steps(8);
+    scene.acquisition.accuracy = Accuracy::Steps(8);
     scene.output.write = write.to_vec();
     scene
 }
@@ -199,10 +199,10 @@ fn counts_per_unit_are_told_by_gate() {
             .all(|gate| gate.counts_per_unit.is_none())
     );
     for (counts, of_gate) in [
-        (CountSettings::Total(1e5), [true; 2]),
-        (CountSettings::PerUnit(7.0), [false; 2]),
+        (Counts::Total(1e5), [true; 2]),
+        (Counts::PerUnit(7.0), [false; 2]),
     ] {
-        let noise = NoiseSettings { counts, seed: 3 };
+        let noise = Noise { counts, seed: 3 };
         let report = done(scene.clone().with_noise(noise), folder.path());
         for (gate, total) in of_gate.into_iter().enumerate() {
             let per_unit = report.gates[gate].counts_per_unit.unwrap();
@@ -252,7 +252,7 @@ fn each_gate_has_its_own_wall() {
     scene.camera.pitch = [0.3; 2];
     scene.cycle.curve = VolumeCurve::Physiological;
     scene.cycle.volume = VolumeRange::EjectionFraction(0.45);
-    scene.acquisition.accuracy = AccuracySettings::Steps(32);
+    scene.acquisition.accuracy = Accuracy::Steps(32);
     let phantom = Phantom::new(scene).unwrap();
     assert_eq!(phantom.regions().unwrap().wall.count(), 0);
     for gate in [0, 3, 9, 15] {

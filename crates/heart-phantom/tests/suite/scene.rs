@@ -33,12 +33,12 @@ semi_axes = [7.0, 6.0]
 [[defects]]
 layers = [0.0, 0.5]
 s = [0.1, 0.3]
-azimuths = [-30.0, 30.0]
+azimuths_degrees = [-30.0, 30.0]
 activity = 0.0
 [[defects]]
 layers = [0.5, 1.0]
 s = [0.4, 0.5]
-azimuths = [0.0, 360.0]
+azimuths_degrees = [0.0, 360.0]
 activity = 2.0
 [blur]
 fwhm = 0.8
@@ -101,7 +101,7 @@ fn each_part_of_a_scene_can_be_built() {
         [[defects]]
         layers = [0.0, 0.5]
         s = [0.1, 0.3]
-        azimuths = [-30.0, 30.0]
+        azimuths_degrees = [-30.0, 30.0]
         activity = 0.0
         [attenuation]
         coefficient = 0.15
@@ -127,23 +127,23 @@ fn each_part_of_a_scene_can_be_built() {
         .with_defect(DefectSettings {
             layers: [0.0, 0.5],
             s: [0.1, 0.3],
-            azimuths: [-30.0, 30.0],
+            azimuths_degrees: [-30.0, 30.0],
             activity: 0.0,
         })
         .with_attenuation(AttenuationSettings {
             coefficient: 0.15,
             medium: MediumSettings::Heart,
         })
-        .with_accuracy(AccuracySettings::Tolerance(0.01))
+        .with_accuracy(Accuracy::Tolerance(0.01))
         .with_blur(BlurSettings { fwhm: 0.8 })
-        .with_noise(NoiseSettings {
-            counts: CountSettings::PerUnit(10.0),
+        .with_noise(Noise {
+            counts: Counts::PerUnit(10.0),
             seed: 7,
         })
         .with_truth(TruthSettings { tolerance: 0.01 })
-        .with_output(OutputSettings {
+        .with_output(Output {
             write: vec![Product::Labels],
-            ..OutputSettings::default()
+            ..Output::default()
         });
     assert_eq!(Scene::from_toml(text).unwrap(), scene);
     scene.check().unwrap();
@@ -247,7 +247,7 @@ fn no_array_takes_more_values_or_fewer() {
         ("background", "semi_axes", 2),
         ("[defects]", "layers", 2),
         ("[defects]", "s", 2),
-        ("[defects]", "azimuths", 2),
+        ("[defects]", "azimuths_degrees", 2),
     ] {
         for n in [values - 1, values + 1] {
             let given = vec!["0.5"; n].join(", ");

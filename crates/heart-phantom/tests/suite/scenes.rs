@@ -17,7 +17,7 @@ fn load(name: &str) -> Scene {
 fn rough(scene: Scene) -> Scene {
     let mut scene = scene.with_size(20);
     scene.camera.views = 8;
-    scene.acquisition.accuracy = heart_phantom::scene::AccuracySettings::Steps(8);
+    scene.acquisition.accuracy = heart_phantom::scene::Accuracy::Steps(8);
     scene.heart.discretisation =
         heart_phantom::scene::DiscretisationSettings::Differences { nodes: 51 };
     scene
@@ -69,7 +69,10 @@ fn the_clinical_pose_is_that_of_a_patient() {
     scene.defects = [45.0, 135.0, 225.0, 315.0]
         .map(|middle| {
             let azimuths = [middle - 20.0, middle + 20.0];
-            heart_phantom::scene::DefectSettings { azimuths, ..defect }
+            heart_phantom::scene::DefectSettings {
+                azimuths_degrees: azimuths,
+                ..defect
+            }
         })
         .to_vec();
     let phantom = Phantom::new(scene).unwrap();
@@ -106,7 +109,7 @@ fn the_clinical_pose_is_that_of_a_patient() {
     // The anterior wall is before the inferior one, the septum before the lateral wall.
     assert!(anterior[1] < inferior[1] && septal[1] < lateral[1]);
     // The first of the scene's own: an infarct of the inferior wall.
-    assert!((defect.azimuths[0] + defect.azimuths[1] - 90.0).abs() < 1e-9);
+    assert!((defect.azimuths_degrees[0] + defect.azimuths_degrees[1] - 90.0).abs() < 1e-9);
 }
 
 /// From right before the patient over the front and the left to left behind: detectors are ahead of the rays.

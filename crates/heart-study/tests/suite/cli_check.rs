@@ -28,13 +28,13 @@ const HOPELESS: [(&str, &str); 8] = [
     ("camera.views = 2\ncamera.arc = 362.0", "camera.arc"),
     (
         "heart.inner = { length = 1.7623, radius = 2.4789 }\n\
-         [[defects]]\nlayers = [0.2, 0.8]\ns = [0.1, 0.4]\nazimuths = [0.0, 90.0]\nactivity = 0.5",
+         [[defects]]\nlayers = [0.2, 0.8]\ns = [0.1, 0.4]\nazimuths_degrees = [0.0, 90.0]\nactivity = 0.5",
         "defects",
     ),
     (
         // Thinner than rounding.
-        "[[defects]]\nlayers = [0.2, 0.8]\ns = [0.1, 0.4]\nazimuths = [0.0, 90.0]\nactivity = 0.5\n\
-         [[defects]]\nlayers = [0.5, 0.500000000000001]\ns = [0.1, 0.4]\nazimuths = [0.0, 90.0]\nactivity = 0.5",
+        "[[defects]]\nlayers = [0.2, 0.8]\ns = [0.1, 0.4]\nazimuths_degrees = [0.0, 90.0]\nactivity = 0.5\n\
+         [[defects]]\nlayers = [0.5, 0.500000000000001]\ns = [0.1, 0.4]\nazimuths_degrees = [0.0, 90.0]\nactivity = 0.5",
         "defects.1",
     ),
     (

@@ -10,7 +10,7 @@ pub(crate) fn infarct() -> DefectSettings {
     DefectSettings {
         layers: [0.0, 0.7],
         s: [0.2, 0.35],
-        azimuths: [20.0, 110.0],
+        azimuths_degrees: [20.0, 110.0],
         activity: 0.0,
     }
 }
@@ -22,14 +22,14 @@ fn labels_mark_defects() {
     let lateral = DefectSettings {
         layers: [0.0, 1.0],
         s: [0.05, 0.3],
-        azimuths: [90.0, 200.0],
+        azimuths_degrees: [90.0, 200.0],
         activity: 2.0,
     };
     // The first lies within the second and is replaced by it; the third is beside that and takes a part of it.
     let hidden = DefectSettings {
         s: [0.25, 0.3],
         layers: [0.1, 0.5],
-        azimuths: [40.0, 80.0],
+        azimuths_degrees: [40.0, 80.0],
         ..infarct()
     };
     scene.defects = vec![hidden, infarct(), lateral];
@@ -49,10 +49,10 @@ fn labels_mark_defects() {
             let m = wall.locate(&p)?;
             Some([0, 1, 2].map(|k: usize| {
                 let d = &scene.defects[k];
-                let turn = (m.azimuth.to_degrees() - d.azimuths[0]).rem_euclid(360.0);
+                let turn = (m.azimuth.to_degrees() - d.azimuths_degrees[0]).rem_euclid(360.0);
                 (d.layers[0]..=d.layers[1]).contains(&m.layer)
                     && (d.s[0]..=d.s[1]).contains(&m.s)
-                    && turn <= d.azimuths[1] - d.azimuths[0]
+                    && turn <= d.azimuths_degrees[1] - d.azimuths_degrees[0]
             }))
         };
         let mut seen = [0; 6];

@@ -8,9 +8,8 @@ mod upright;
 mod warnings;
 
 use heart_phantom::scene::{
-    AccuracySettings, ActivitySettings, AttenuationSettings, BackgroundSettings, BlurSettings,
-    CountSettings, CycleSettings, DiscretisationSettings, MediumSettings, Mode, NoiseSettings,
-    PixelRange, Scene,
+    Accuracy, ActivitySettings, AttenuationSettings, BackgroundSettings, BlurSettings, Counts,
+    CycleSettings, DiscretisationSettings, MediumSettings, Mode, Noise, PixelRange, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
 use radon::Skip;
@@ -21,7 +20,7 @@ pub(crate) fn small(mode: Mode) -> Scene {
     let mut scene = Scene::default().with_size(40).with_mode(mode);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
     scene.camera.views = 12;
-    scene.acquisition.accuracy = AccuracySettings::Steps(8);
+    scene.acquisition.accuracy = Accuracy::Steps(8);
     scene
 }
 
@@ -150,7 +149,7 @@ fn a_tolerance_is_met() {
     let mut scene = small(Mode::WholeCycle);
     let error = |steps: usize| {
         let mut scene = scene.clone();
-        scene.acquisition.accuracy = AccuracySettings::Steps(steps);
+        scene.acquisition.accuracy = Accuracy::Steps(steps);
         Phantom::new(scene)
             .unwrap()
             .sinograms(0, &|_| ())
@@ -160,7 +159,7 @@ fn a_tolerance_is_met() {
     let exact = error(512);
     let norm = |v: &[f32]| v.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().sqrt();
     for tolerance in [0.03, 0.01] {
-        scene.acquisition.accuracy = AccuracySettings::Tolerance(tolerance);
+        scene.acquisition.accuracy = Accuracy::Tolerance(tolerance);
         let phantom = Phantom::new(scene.clone()).unwrap();
         let taken = phantom.sinograms(0, &|_| ()).unwrap();
         let difference: Vec<f32> = taken
@@ -174,7 +173,7 @@ fn a_tolerance_is_met() {
         // Not by far too many steps: a doubling gains about 2.8.
         assert!(reached > tolerance / 30.0, "{reached} {tolerance}");
     }
-    scene.acquisition.accuracy = AccuracySettings::Tolerance(1e-6);
+    scene.acquisition.accuracy = Accuracy::Tolerance(1e-6);
     let refused = Phantom::new(scene).unwrap().view(0, 0);
     assert!(matches!(
         refused,
@@ -199,11 +198,11 @@ fn what_happens_between_the_steps_is_not_missed() {
         Phantom::new(scene).unwrap().sinograms(0, &|_| ()).unwrap()
     };
     let norm = |v: &[f32]| v.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().sqrt();
-    let exact = taken(AccuracySettings::Steps(1024)).samples;
+    let exact = taken(Accuracy::Steps(1024)).samples;
     for (accuracy, most) in [
-        (AccuracySettings::Steps(8), f64::INFINITY),
-        (AccuracySettings::Tolerance(0.01), 0.01),
-        (AccuracySettings::Tolerance(0.001), 0.001),
+        (Accuracy::Steps(8), f64::INFINITY),
+        (Accuracy::Tolerance(0.01), 0.01),
+        (Accuracy::Tolerance(0.001), 0.001),
     ] {
         let found = taken(accuracy);
         let difference: Vec<f32> = (found.samples.iter().zip(&exact))
@@ -376,8 +375,8 @@ fn blur_and_noise_of_a_part_are_those_of_the_whole() {
     scene.defects = vec![infarct()];
     scene.blur = Some(BlurSettings { fwhm: 1.0 });
     let blurred = Phantom::new(scene.clone()).unwrap();
-    for counts in [CountSettings::PerUnit(30.0), CountSettings::Total(2e5)] {
-        scene.noise = Some(NoiseSettings { counts, seed: 3 });
+    for counts in [Counts::PerUnit(30.0), Counts::Total(2e5)] {
+        scene.noise = Some(Noise { counts, seed: 3 });
         let phantom = Phantom::new(scene.clone()).unwrap();
         let views = phantom.sinograms(1, &|_| ()).unwrap().samples;
         let alone = Phantom::new(scene.clone()).unwrap();
@@ -388,15 +387,15 @@ fn blur_and_noise_of_a_part_are_those_of_the_whole() {
         let sum = |views: &[f32]| views.iter().map(|&v| f64::from(v)).sum::<f64>();
         let mean = sum(&blurred.sinograms(1, &|_| ()).unwrap().samples);
         let total = match counts {
-            CountSettings::PerUnit(counts) => mean * counts,
-            CountSettings::Total(counts) => counts,
+            Counts::PerUnit(counts) => mean * counts,
+            Counts::Total(counts) => counts,
         };
         assert!(
             (sum(&views) / mean - 1.0).abs() < 5.0 / total.sqrt(),
             "{counts:?}"
         );
         assert!(phantom.view(0, 5).unwrap() != views[5 * 1600..6 * 1600]);
-        scene.noise = Some(NoiseSettings { counts, seed: 4 });
+        scene.noise = Some(Noise { counts, seed: 4 });
         assert!(
             Phantom::new(scene.clone()).unwrap().view(1, 5).unwrap() != views[5 * 1600..6 * 1600]
         );
@@ -506,13 +505,13 @@ fn a_total_of_counts_needs_activity_in_sight() {
     let mut scene = small(Mode::Static { phase: 0.0 });
     scene.pose.shift = [100.0, 0.0, 100.0];
     let seed = 1;
-    let counts = CountSettings::Total(1e5);
-    scene.noise = Some(NoiseSettings { counts, seed });
+    let counts = Counts::Total(1e5);
+    scene.noise = Some(Noise { counts, seed });
     let refused = Phantom::new(scene.clone()).unwrap().view(0, 0);
-    assert!(matches!(refused, Err(PhantomError::Absent { .. })));
+    assert!(matches!(refused, Err(PhantomError::NothingToCount)));
     // Counts for each unit are none for none.
-    let counts = CountSettings::PerUnit(10.0);
-    scene.noise = Some(NoiseSettings { counts, seed });
+    let counts = Counts::PerUnit(10.0);
+    scene.noise = Some(Noise { counts, seed });
     let view = Phantom::new(scene).unwrap().view(0, 0).unwrap();
     assert!(view.iter().all(|&count| count == 0.0));
 }

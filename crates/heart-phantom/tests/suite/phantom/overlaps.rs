@@ -11,7 +11,7 @@ fn region(layers: [f64; 2], s: [f64; 2], azimuths: [f64; 2], activity: f64) -> D
     DefectSettings {
         layers,
         s,
-        azimuths,
+        azimuths_degrees: azimuths,
         activity,
     }
 }
@@ -135,10 +135,10 @@ fn activity(phantom: &Phantom, defects: &[DefectSettings]) -> f64 {
         for (i, k) in (0..N).flat_map(|i| (0..N).map(move |k| (i, k))) {
             let at = |k: usize| (k as f64 + 0.5) / N as f64;
             let holds = |defect: &&DefectSettings| {
-                let turn = (360.0 * at(k) - defect.azimuths[0]).rem_euclid(360.0);
+                let turn = (360.0 * at(k) - defect.azimuths_degrees[0]).rem_euclid(360.0);
                 (defect.layers[0]..defect.layers[1]).contains(&at(i))
                     && (defect.s[0]..defect.s[1]).contains(&(0.5 * (from + to)))
-                    && turn < defect.azimuths[1] - defect.azimuths[0]
+                    && turn < defect.azimuths_degrees[1] - defect.azimuths_degrees[0]
             };
             let activity = defects.iter().rev().find(holds);
             sum += volume * activity.map_or(1.0, |defect| defect.activity);

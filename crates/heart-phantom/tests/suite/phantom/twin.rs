@@ -3,9 +3,8 @@
 use super::defects::infarct;
 use super::small;
 use heart_phantom::scene::{
-    AccuracySettings, AttenuationSettings, BackgroundSettings, BlurSettings, CountSettings,
-    DiscretisationSettings, MediumSettings, Mode, NoiseSettings, PixelRange, RotationSettings,
-    Scene,
+    Accuracy, AttenuationSettings, BackgroundSettings, BlurSettings, Counts,
+    DiscretisationSettings, MediumSettings, Mode, Noise, PixelRange, RotationSettings, Scene,
 };
 use heart_phantom::{Phantom, Uptake, VolumeCurve, VolumeRange};
 
@@ -48,8 +47,8 @@ fn twin(scene: &Scene) -> Scene {
     if let Some(blur) = &mut twin.blur {
         blur.fwhm *= 10.0;
     }
-    if let Some(NoiseSettings {
-        counts: CountSettings::PerUnit(counts),
+    if let Some(Noise {
+        counts: Counts::PerUnit(counts),
         ..
     }) = &mut twin.noise
     {
@@ -170,7 +169,7 @@ fn so_it_is_with_everything_that_a_scene_can_hold() {
     scene.blur = Some(BlurSettings { fwhm: 0.6 });
     scene.camera.rotation = RotationSettings::Continuous;
     scene.camera.seconds_per_view = 2.0;
-    scene.acquisition.accuracy = AccuracySettings::Tolerance(0.05);
+    scene.acquisition.accuracy = Accuracy::Tolerance(0.05);
     scene.reconstruction.pixels = Some(60);
     scene.reconstruction.pixel = Some(0.26);
     scene.reconstruction.region = Some(PixelRange {
@@ -184,8 +183,8 @@ fn so_it_is_with_everything_that_a_scene_can_hold() {
 #[test]
 fn so_it_is_with_counts() {
     let mut scene = small(Mode::Static { phase: 0.3 });
-    for counts in [CountSettings::Total(1e6), CountSettings::PerUnit(40.0)] {
-        scene.noise = Some(NoiseSettings { counts, seed: 3 });
+    for counts in [Counts::Total(1e6), Counts::PerUnit(40.0)] {
+        scene.noise = Some(Noise { counts, seed: 3 });
         let [a, b] = [scene.clone(), twin(&scene)].map(|scene| {
             Phantom::new(scene)
                 .unwrap()

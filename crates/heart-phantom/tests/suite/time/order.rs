@@ -2,9 +2,7 @@
 //! time: no rule that does not know when is of an order above 3/2.
 
 use super::brute;
-use heart_phantom::scene::{
-    AccuracySettings, DiscretisationSettings, Mode, RotationSettings, Scene,
-};
+use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode, RotationSettings, Scene};
 use heart_phantom::{Acquisition, Camera, Cycle, Heart, Phantom, VolumeCurve, acquire};
 
 const WALL: [f64; 2] = [0.0, 1.0];
@@ -18,7 +16,7 @@ fn errors(curve: &VolumeCurve, rotation: RotationSettings) -> Vec<[f64; 2]> {
     (camera.views, camera.rotation, camera.seconds_per_view) = (6, rotation, 2.0);
     let with = |steps| {
         let mut scene = scene.clone();
-        scene.acquisition.accuracy = AccuracySettings::Steps(steps);
+        scene.acquisition.accuracy = Accuracy::Steps(steps);
         let phantom = Phantom::new(scene).unwrap();
         phantom.sinograms(0, &|_| ()).unwrap()
     };
@@ -146,7 +144,7 @@ fn levels_of_volume_do_better_than_steps_of_time_for_other_curves() {
         scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
         scene.cycle.curve = curve;
         scene.camera.views = 4;
-        scene.acquisition.accuracy = AccuracySettings::Steps(32);
+        scene.acquisition.accuracy = Accuracy::Steps(32);
         let phantom = Phantom::new(scene).unwrap();
         let by_volume = phantom.sinograms(0, &|_| ()).unwrap();
         // Static views at equally spaced phases.
@@ -186,7 +184,7 @@ fn what_repeats_within_a_beat_is_seen() {
     let mut scene = crate::phantom::small(Mode::WholeCycle);
     scene.camera.views = 3;
     scene.cycle.curve = VolumeCurve::Sampled(volumes);
-    scene.acquisition.accuracy = AccuracySettings::Steps(8);
+    scene.acquisition.accuracy = Accuracy::Steps(8);
     let phantom = Phantom::new(scene).unwrap();
     let taken = phantom.sinograms(0, &|_| ()).unwrap();
     let exact: Vec<f64> = (0..3)
@@ -212,7 +210,7 @@ fn a_tolerance_is_met_while_the_camera_turns() {
     let phantom = Phantom::new(scene.clone()).unwrap();
     let taken = phantom.sinograms(0, &|_| ()).unwrap();
     let mut fine = scene;
-    fine.acquisition.accuracy = AccuracySettings::Steps(2048);
+    fine.acquisition.accuracy = Accuracy::Steps(2048);
     let exact = Phantom::new(fine)
         .unwrap()
         .sinograms(0, &|_| ())

@@ -2,8 +2,7 @@
 
 use super::brute;
 use heart_phantom::scene::{
-    AccuracySettings, BalloonSettings, DiscretisationSettings, Mode, PoseSettings,
-    RotationSettings, Scene,
+    Accuracy, BalloonSettings, DiscretisationSettings, Mode, PoseSettings, RotationSettings, Scene,
 };
 use heart_phantom::{Phantom, Uptake, VolumeCurve, VolumeRange};
 
@@ -111,8 +110,7 @@ fn scene(random: &mut Random) -> Scene {
             gates: 1 + random.below(12),
         },
     };
-    scene.acquisition.accuracy =
-        AccuracySettings::Steps([2, 4, 8, 8, 16, 16, 32, 32, 64][random.below(9)]);
+    scene.acquisition.accuracy = Accuracy::Steps([2, 4, 8, 8, 16, 16, 32, 32, 64][random.below(9)]);
     scene
 }
 

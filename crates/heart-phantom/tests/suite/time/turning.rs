@@ -2,7 +2,7 @@
 
 use super::brute;
 use heart_phantom::scene::{
-    AccuracySettings, DiscretisationSettings, Mode, PoseSettings, RotationSettings, Scene,
+    Accuracy, DiscretisationSettings, Mode, PoseSettings, RotationSettings, Scene,
 };
 use heart_phantom::{Phantom, VolumeCurve, VolumeRange};
 
@@ -19,7 +19,7 @@ fn turning(mode: Mode) -> Scene {
     camera.pitch = [0.2, 0.35];
     camera.seconds_per_view = 3.0;
     camera.rotation = RotationSettings::Continuous;
-    scene.acquisition.accuracy = AccuracySettings::Steps(8);
+    scene.acquisition.accuracy = Accuracy::Steps(8);
     scene
 }
 
@@ -174,7 +174,7 @@ fn the_gates_of_a_turning_camera_are_the_view() {
     let mut last = [f64::INFINITY; 2];
     for steps in [16, 64] {
         let mut scene = small(Mode::WholeCycle);
-        scene.acquisition.accuracy = AccuracySettings::Steps(steps);
+        scene.acquisition.accuracy = Accuracy::Steps(steps);
         let whole: Vec<f64> = views(&scene, 0).into_iter().map(f64::from).collect();
         scene.acquisition.mode = Mode::Gated { gates: GATES };
         let phantom = Phantom::new(scene.clone()).unwrap();
@@ -205,7 +205,7 @@ fn every_mode_is_what_brute_force_sees() {
         for mode in &MODES[1..] {
             let mut scene = small(*mode);
             scene.cycle.curve = curve.clone();
-            scene.acquisition.accuracy = AccuracySettings::Steps(128);
+            scene.acquisition.accuracy = Accuracy::Steps(128);
             let phantom = Phantom::new(scene).unwrap();
             for gate in 0..phantom.n_gates() {
                 let taken = phantom.sinograms(gate, &|_| ()).unwrap();

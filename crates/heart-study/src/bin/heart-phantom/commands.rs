@@ -225,7 +225,7 @@ fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
     let [cavity, outer] = shape.volumes();
     let thickness = phantom.thickness(phase)?;
     if let Some(out) = out {
-        let format = phantom.scene().output.volumes;
+        let format = phantom.parts().output.volumes;
         let name = |what: &str| out.join(format!("{what}.{}", format.volume_extension()));
         let grid = *phantom.camera().grid();
         let activity = phantom.activity(phase)?;

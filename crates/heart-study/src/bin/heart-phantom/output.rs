@@ -184,6 +184,8 @@ fn code(error: &PhantomError) -> u8 {
         | PhantomError::Refused { .. }
         | PhantomError::Read { .. }
         | PhantomError::Absent { .. }
+        | PhantomError::NothingToCount
+        | PhantomError::NotBuilt { .. }
         | PhantomError::Balloon(_)
         | PhantomError::Membrane(_)
         | PhantomError::Crossed { .. }

@@ -1,0 +1,73 @@
+//! NumPy: archives of named arrays.
+
+use crate::error::PhantomError;
+use crate::files::atomic::Pending;
+use crate::files::{Projections, Samples, Volume, npy};
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
+/// Arrays `samples` [z][y][x], `spacing_cm` and `origin_cm` (x, y, z).
+pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    write_npz(
+        path,
+        &npy::volume_shape(volume),
+        volume.samples(),
+        |archive| {
+            archive.array("spacing_cm", &volume.grid().spacing())?;
+            archive.array("origin_cm", &volume.grid().origin())
+        },
+    )
+}
+
+/// Arrays `samples` [view][row][bin], `angles_rad`, `pitch_cm` and `first_cm` (bin, row), `radius_cm`.
+pub(super) fn write_projections(
+    path: &Path,
+    projections: &Projections,
+) -> Result<(), PhantomError> {
+    let shape = projections.shape();
+    write_npz(path, &shape, projections.samples(), |archive| {
+        archive.array("angles_rad", projections.angles())?;
+        archive.array("pitch_cm", &projections.detector().pitch())?;
+        archive.array("first_cm", &projections.first())?;
+        archive.array("radius_cm", &[projections.radius()])
+    })
+}
+
+struct Archive<'a>(ZipWriter<&'a mut BufWriter<File>>);
+
+impl Archive<'_> {
+    fn begin(&mut self, name: &str) -> io::Result<()> {
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(true); // past 4 GiB
+        Ok(self.0.start_file(format!("{name}.npy"), options)?)
+    }
+
+    fn array(&mut self, name: &str, values: &[f64]) -> io::Result<()> {
+        self.begin(name)?;
+        npy::put_header(&mut self.0, "<f8", &[values.len()])?;
+        values
+            .iter()
+            .try_for_each(|value| self.0.write_all(&value.to_le_bytes()))
+    }
+}
+
+fn write_npz(
+    path: &Path,
+    shape: &[usize],
+    samples: Samples,
+    rest: impl FnOnce(&mut Archive) -> io::Result<()>,
+) -> Result<(), PhantomError> {
+    Pending::write(path, |out| {
+        let mut archive = Archive(ZipWriter::new(out));
+        archive.begin("samples")?;
+        npy::put_samples(&mut archive.0, shape, samples)?;
+        rest(&mut archive)?;
+        archive.0.finish()?;
+        Ok(())
+    })?
+    .commit()
+}
