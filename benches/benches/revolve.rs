@@ -133,7 +133,7 @@ fn views(c: &mut Criterion) {
     group.sample_size(10);
     for n in [200, 2000] {
         let both = body(&[1.75, 2.75], n);
-        let volume = both.region_measures(1).volume;
+        let volume = both.region_measures(1).unwrap().volume;
         let sinogram = |out: &mut [f32]| {
             out.fill(0.0);
             for (k, image) in out.chunks_mut(256 * 256).enumerate() {
@@ -157,7 +157,7 @@ fn views(c: &mut Criterion) {
 
 fn voxels(c: &mut Criterion) {
     let both = body(&[1.75, 2.75], 200);
-    let volume = both.region_measures(1).volume;
+    let volume = both.region_measures(1).unwrap().volume;
     let mut group = c.benchmark_group("revolve/voxels/256^3");
     group.sample_size(10);
     let grid = VoxelGrid::cube(256, 0.0625).unwrap();

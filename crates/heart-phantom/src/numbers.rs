@@ -73,7 +73,7 @@ impl Phantom {
         let distance = |s: f64| {
             let [x, r] = shape.solution().inner.at(s).position;
             let place = self.heart().pose().to_lab(&Point3::new(x, r.max(0.0), 0.0));
-            -shape.body().signed_distance(1, &place)
+            -shape.body().layers()[1].signed_distance(&shape.body().pose().to_body(&place))
         };
         Thickness {
             side: distance(self.parts().side),

@@ -85,7 +85,7 @@ fn main() {
                     .unwrap();
                 let (t, cpu) = clock.read();
                 let sum = v.iter().map(|&v| f64::from(v)).sum::<f64>() * grid.voxel_volume();
-                let error = sum / both.region_measures(1).volume - 1.0;
+                let error = sum / both.region_measures(1).unwrap().volume - 1.0;
                 println!("    256^3 coverage: {t:.4} s wall, {cpu:.4} s processor, volume error {error:.2e}, {c:?}");
                 }
             }

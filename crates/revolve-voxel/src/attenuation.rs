@@ -175,7 +175,7 @@ impl<'a> Attenuator<'a> {
         Way {
             mu: self.mu,
             spans: match self.medium {
-                Medium::Layer(body, layer) => body.spans(layer, ray),
+                Medium::Layer(body, layer) => body.spans_in(&body.layers()[layer], ray),
                 Medium::Torso(torso) => torso.span(ray).into_iter().collect(),
             },
         }

@@ -44,27 +44,37 @@ impl Body {
         &self.layers
     }
 
+    /// One of the layers.
+    pub(crate) fn layer(&self, layer: usize) -> Result<&Meridian, Error> {
+        self.layers.get(layer).ok_or(Error::NoSuchLayer {
+            given: layer,
+            layers: self.layers.len(),
+        })
+    }
+
     /// Where the body stands.
     pub fn pose(&self) -> &Pose {
         &self.pose
     }
 
-    /// Measures of one region in the body frame: those of its layer less those of the layer within; all zero for a region that
-    /// the body does not have.
-    pub fn region_measures(&self, region: usize) -> Measures {
-        let Some(layer) = self.layers.get(region) else {
-            return Measures::of(&[]);
-        };
-        match region.checked_sub(1) {
+    /// Measures of one region in the body frame: those of its layer less those of the layer within.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchLayer`].
+    pub fn region_measures(&self, region: usize) -> Result<Measures, Error> {
+        let layer = self.layer(region)?;
+        Ok(match region.checked_sub(1) {
             None => layer.measures(),
             Some(within) => layer.measures() - self.layers[within].measures(),
-        }
+        })
     }
 
-    /// Smallest box in the lab, along its axes, that holds one layer: its lowest and highest corner; `None` if there is no such
-    /// layer.
-    pub fn bounding_box(&self, layer: usize) -> Option<[Point3<f64>; 2]> {
-        let layer = self.layers.get(layer)?;
+    /// Smallest box in the lab, along its axes, that holds one layer: its lowest and highest corner.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchLayer`].
+    pub fn bounding_box(&self, layer: usize) -> Result<[Point3<f64>; 2], Error> {
+        let layer = self.layer(layer)?;
         let axis = self.pose.axis();
         let origin = self.pose.to_lab(&Point3::origin());
         let mut corners = [Point3::origin(); 2];
@@ -85,13 +95,15 @@ impl Body {
             corners[0][e] = origin[e] + low;
             corners[1][e] = origin[e] + high;
         }
-        Some(corners)
+        Ok(corners)
     }
 
-    /// Signed distance of a lab point from one layer's surface: negative inside; infinite if there is no such layer.
-    pub fn signed_distance(&self, layer: usize, p: &Point3<f64>) -> f64 {
-        let layer = self.layers.get(layer);
-        layer.map_or(f64::INFINITY, |l| l.signed_distance(&self.pose.to_body(p)))
+    /// Signed distance of a lab point from one layer's surface: negative inside.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchLayer`].
+    pub fn signed_distance(&self, layer: usize, p: &Point3<f64>) -> Result<f64, Error> {
+        Ok(self.layer(layer)?.signed_distance(&self.pose.to_body(p)))
     }
 
     /// Is each layer inside the next, to within `tolerance`?
@@ -142,13 +154,20 @@ impl Body {
             .collect())
     }
 
-    /// Length of the line inside one layer; 0 for a layer that the body does not have.
+    /// Length of the line inside one layer.
     ///
     /// A continuous function of the line but for lines along the surface, which count as if just beside it
     /// ([conventions](crate#conventions)).
     ///
     /// Cost: the logarithm of the number of segments.
-    pub fn chord(&self, layer: usize, ray: &Ray) -> f64 {
+    ///
+    /// # Errors
+    /// [`Error::NoSuchLayer`].
+    pub fn chord(&self, layer: usize, ray: &Ray) -> Result<f64, Error> {
+        Ok(self.chord_in(self.layer(layer)?, ray))
+    }
+
+    fn chord_in(&self, layer: &Meridian, ray: &Ray) -> f64 {
         let mut sum = 0.0;
         self.intervals(layer, ray, |sign, [low, high]| {
             sum += sign * (high.t - low.t)
@@ -162,13 +181,19 @@ impl Body {
     /// [`Error::Length`] or [`Error::NotFinite`] for the activities.
     pub fn line_integral(&self, ray: &Ray, activity: &[f64]) -> Result<f64, Error> {
         let weights = self.weights(activity)?;
-        Ok((0..self.layers.len())
-            .map(|k| weights[k] * self.chord(k, ray))
-            .sum())
+        let chords = self.layers.iter().map(|layer| self.chord_in(layer, ray));
+        Ok(weights.iter().zip(chords).map(|(w, chord)| w * chord).sum())
     }
 
-    /// Sorted, disjoint intervals of the line inside one layer; none for a layer that the body does not have.
-    pub fn spans(&self, layer: usize, ray: &Ray) -> Vec<Span> {
+    /// Sorted, disjoint intervals of the line inside one layer.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchLayer`].
+    pub fn spans(&self, layer: usize, ray: &Ray) -> Result<Vec<Span>, Error> {
+        Ok(self.spans_in(self.layer(layer)?, ray))
+    }
+
+    pub(crate) fn spans_in(&self, layer: &Meridian, ray: &Ray) -> Vec<Span> {
         self.surface_spans(layer, ray)
             .iter()
             .map(|[a, b]| Span {
@@ -178,16 +203,25 @@ impl Body {
             .collect()
     }
 
-    /// The first point with `t >= 0` where the ray enters one layer, with the outward normal there; none for a layer that the
-    /// body does not have.
-    pub fn first_hit(&self, layer: usize, ray: &Ray) -> Option<Hit> {
-        let spans = self.surface_spans(layer, ray);
-        let [enter, _] = spans.iter().find(|[enter, _]| enter.t >= 0.0)?;
+    /// The first point with `t >= 0` where the ray enters one layer, with the outward normal there, if it does.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchLayer`].
+    pub fn first_hit(&self, layer: usize, ray: &Ray) -> Result<Option<Hit>, Error> {
+        let spans = self.surface_spans(self.layer(layer)?, ray);
+        let Some([enter, _]) = spans.iter().find(|[enter, _]| enter.t >= 0.0) else {
+            return Ok(None);
+        };
         let point = ray.at(enter.t);
         let body = self.pose.to_body(&point);
-        let r = body.y.hypot(body.z);
+        // Scaled, since next to the axis a root of squares has no digits.
+        let most = body.y.abs().max(body.z.abs());
         let normal = match enter.normal {
-            Some([nx, nr]) if r > 0.0 => Vector3::new(nx, nr * body.y / r, nr * body.z / r),
+            Some([nx, nr]) if most > 0.0 => {
+                let [y, z] = [body.y / most, body.z / most];
+                let r = y.hypot(z);
+                Vector3::new(nx, nr * y / r, nr * z / r)
+            }
             Some([nx, _]) => Vector3::new(nx.signum(), 0.0, 0.0),
             // A disc, met from outside: it faces the ray.
             None => Vector3::new(
@@ -196,19 +230,21 @@ impl Body {
                 0.0,
             ),
         };
-        Some(Hit {
+        Ok(Some(Hit {
             t: enter.t,
             point,
             normal: self.pose.isometry().rotation * normal,
             layer,
-        })
+        }))
     }
 
     /// Calls `each` with the sign and ends of every chain's interval.
-    fn intervals(&self, layer: usize, ray: &Ray, mut each: impl FnMut(f64, [SurfacePoint; 2])) {
-        let Some(meridian) = self.layers.get(layer) else {
-            return;
-        };
+    fn intervals(
+        &self,
+        meridian: &Meridian,
+        ray: &Ray,
+        mut each: impl FnMut(f64, [SurfacePoint; 2]),
+    ) {
         let farthest = self.pose.farthest(ray.origin().coords.amax());
         let d = self.pose.vector_to_body(&ray.direction());
         let direction = Direction::new(meridian, farthest, &d);
@@ -225,7 +261,7 @@ impl Body {
     }
 
     /// The spans with their ends' normals: a sweep over the chains' ends, in which shared planes cancel.
-    fn surface_spans(&self, layer: usize, ray: &Ray) -> Vec<[SurfacePoint; 2]> {
+    fn surface_spans(&self, layer: &Meridian, ray: &Ray) -> Vec<[SurfacePoint; 2]> {
         let mut ends: Vec<(SurfacePoint, f64)> = Vec::new();
         self.intervals(layer, ray, |sign, [low, high]| {
             ends.push((low, sign));

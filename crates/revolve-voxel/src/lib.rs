@@ -22,7 +22,7 @@
 //! let (image, _) = body.project::<f64>(&rays, &wall)?;
 //! let grid = VoxelGrid::cube(48, 0.16)?;
 //! let (volume, _) = body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &wall)?;
-//! let exact = body.region_measures(1).volume;
+//! let exact = body.region_measures(1)?.volume;
 //! let (a, b): (f64, f64) = (image.iter().sum(), volume.iter().sum());
 //! assert!((a * 0.125 * 0.125 / exact - 1.0).abs() < 1e-2);
 //! assert!((b * grid.voxel_volume() / exact - 1.0).abs() < 1e-4);

@@ -117,15 +117,16 @@ impl Mask {
     }
 
     /// Takes away, `steps` times, each voxel that has one of its six neighbours outside the set.
-    /// Beyond the border of the grid is outside. Cost: `O(steps * voxels)`.
+    /// Beyond the border of the grid is outside. Cost: `O(steps * voxels)`, and no more than half of the grid's shortest side
+    /// of steps, since nothing is left then.
     pub fn erode(&mut self, steps: usize) {
-        let [_, ny, nx] = self.shape;
+        let [nz, ny, nx] = self.shape;
         let slice = ny * nx;
         if slice == 0 {
             return;
         }
         let mut old = Vec::new();
-        for _ in 0..steps {
+        for _ in 0..steps.min(nz.min(ny).min(nx).div_ceil(2)) {
             old.clone_from(&self.set);
             let at = |index: usize, step: isize| {
                 old.get(index.wrapping_add_signed(step))
@@ -268,6 +269,17 @@ mod tests {
                 }}}
                 prop_assert_eq!(kept, expected);
             }
+        }
+    }
+
+    #[test]
+    fn erosion_ends_when_nothing_is_left() {
+        // One more step than leaves a voxel, and as many as can be asked for.
+        let full = Mask::new([5, 7, 6], vec![true; 210]).unwrap();
+        for (steps, left) in [(2, 3 * 2), (3, 0), (usize::MAX, 0)] {
+            let mut mask = full.clone();
+            mask.erode(steps);
+            assert_eq!(mask.count(), left, "{steps}");
         }
     }
 

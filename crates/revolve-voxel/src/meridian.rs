@@ -154,8 +154,15 @@ impl Meridian {
         if volume < 0.0 {
             path.reverse();
         }
-        let scale = path.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
-        if volume.is_nan() || volume.abs() <= 1e-14 * scale.powi(3) {
+        let fold =
+            |f: fn(f64, f64) -> f64, init: f64, i: usize| path.iter().map(|p| p[i]).fold(init, f);
+        let x_min = fold(f64::min, f64::INFINITY, 0);
+        let x_max = fold(f64::max, f64::NEG_INFINITY, 0);
+        let r_max = fold(f64::max, 0.0, 1);
+        // Next to nothing for a solid of its size, or less than what rounding makes of where it stands.
+        let size = (x_max - x_min).max(r_max);
+        let rounding = x_min.abs().max(x_max.abs()) * r_max * r_max;
+        if volume.is_nan() || volume.abs() <= 1e-14 * size.powi(3).max(rounding) {
             return Err(Error::NoVolume { volume });
         }
         let mut segments: Vec<Segment> = Vec::with_capacity(path.len());
@@ -187,12 +194,7 @@ impl Meridian {
         }
         let boxes = BoxTree::new(&segments);
         crate::self_crossing::check(&segments, &boxes)?;
-        let fold =
-            |f: fn(f64, f64) -> f64, init: f64, i: usize| path.iter().map(|p| p[i]).fold(init, f);
-        let x_min = fold(f64::min, f64::INFINITY, 0);
-        let x_max = fold(f64::max, f64::NEG_INFINITY, 0);
         let mid = 0.5 * (x_min + x_max);
-        let r_max = fold(f64::max, 0.0, 1);
         let chains = chains(&segments, mid, 0.5 * (x_max - x_min) + r_max);
         let blocks = segments
             .chunks(segments.len().div_ceil(N_BLOCKS).max(1))

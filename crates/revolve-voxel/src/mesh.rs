@@ -28,10 +28,7 @@ impl Body {
     /// [`Error::TooLarge`] if there is no memory for them.
     pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, Error> {
         positive("tolerance", tolerance)?;
-        let meridian = self.layers().get(layer).ok_or(Error::NoSuchLayer {
-            given: layer,
-            layers: self.layers().len(),
-        })?;
+        let meridian = self.layer(layer)?;
         // Half the tolerance along the profile, half around it: r (1 - cos(pi / n)) <= tolerance / 2.
         let bend = (1.0 - 0.5 * tolerance / meridian.r_max())
             .clamp(-1.0, 1.0)

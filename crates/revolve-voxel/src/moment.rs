@@ -43,7 +43,7 @@ impl Moment<'_> {
     /// let sampling = Sampling::Coverage { tolerance: 1e-3 };
     /// let moments = [moment(&small, 0.25), moment(&large, 0.75)];
     /// let counters = Moment::voxelize_add(&moments, &grid, 0..32, sampling, &mut mean)?;
-    /// let volume = |body: &Body| body.region_measures(0).volume;
+    /// let volume = |body: &Body| body.layers()[0].measures().volume;
     /// let exact = 0.25 * volume(&small) + 0.75 * volume(&large);
     /// assert!((mean.iter().sum::<f64>() * grid.voxel_volume() / exact - 1.0).abs() < 1e-3);
     /// assert!(counters.mirrored > 0);

@@ -1,6 +1,6 @@
 //! Where a body stands in the lab.
 
-use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::Error;
 use crate::chord::ROUNDING;
@@ -94,8 +94,14 @@ impl Pose {
 
     fn turned(self, axis: Vector3<f64>, angle: f64) -> Result<Self, Error> {
         finite("angle", angle)?;
+        // The square of a vector's length overflows long before an angle does.
+        let rotation = if angle.abs() < 1e100 {
+            UnitQuaternion::from_scaled_axis(axis * angle)
+        } else {
+            UnitQuaternion::from_axis_angle(&Unit::new_unchecked(axis), angle)
+        };
         Ok(Self {
-            isometry: Isometry3::rotation(axis * angle) * self.isometry,
+            isometry: rotation * self.isometry,
         })
     }
 

@@ -52,19 +52,19 @@ impl Sector {
 
     /// Volume in cm^3.
     pub fn volume(&self) -> f64 {
-        self.ring.region_measures(0).volume * self.opening / std::f64::consts::TAU
+        self.ring.layers()[0].measures().volume * self.opening / std::f64::consts::TAU
     }
 
     /// Does the sector hold a lab point?
     pub fn contains(&self, p: &Point3<f64>) -> bool {
         let pose = self.ring.pose();
-        self.ring.signed_distance(0, p) < 0.0
-            && self.wedge.contains(&pose.to_body(p), pose.rounding(p))
+        let place = pose.to_body(p);
+        self.ring.layers()[0].contains(&place) && self.wedge.contains(&place, pose.rounding(p))
     }
 
     /// Length of a line inside the sector.
     pub fn chord(&self, ray: &Ray) -> f64 {
-        let spans = self.ring.spans(0, ray);
+        let spans = self.ring.spans_in(&self.ring.layers()[0], ray);
         let clip = self.clip(ray);
         spans
             .iter()
@@ -125,9 +125,7 @@ impl Sector {
             _ => 1e-2,
         };
         // The ring alone, on the part of the grid that holds it: the same part whatever slices are asked for.
-        let Some([low, high]) = self.ring.bounding_box(0) else {
-            return Ok(VoxelCounters::default());
-        };
+        let [low, high] = self.ring.bounding_box(0)?;
         let (origin, h) = (grid.origin(), grid.spacing());
         let part: [Range<usize>; 3] = [0, 1, 2].map(|a| {
             let n = grid.shape()[a] as f64;

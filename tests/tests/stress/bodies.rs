@@ -91,14 +91,14 @@ fn ray(random: &mut Random, body: &Body, size: f64) -> Option<Ray> {
 
 fn check_ray(body: &Body, ray: &Ray, size: f64) {
     for layer in 0..body.layers().len() {
-        let chord = body.chord(layer, ray);
+        let chord = body.chord(layer, ray).unwrap();
         let speed = ray.direction().norm();
         assert!(chord.is_finite() && chord >= 0.0, "chord {chord}");
         assert!(
             chord * speed <= 2.0 * size * (1.0 + 1e-9),
             "chord {chord} of a body of size {size}"
         );
-        let spans = body.spans(layer, ray);
+        let spans = body.spans(layer, ray).unwrap();
         assert!(spans.iter().all(|span| span.enter <= span.exit));
         assert!(
             spans.windows(2).all(|pair| pair[0].exit <= pair[1].enter),
@@ -110,12 +110,12 @@ fn check_ray(body: &Body, ray: &Ray, size: f64) {
             (sum - chord).abs() * speed <= 1e-6 * size,
             "{sum} and {chord}"
         );
-        if let Some(hit) = body.first_hit(layer, ray) {
+        if let Some(hit) = body.first_hit(layer, ray).unwrap() {
             assert!(hit.normal.iter().all(|x| x.is_finite()));
             assert!((hit.normal.norm() - 1.0).abs() < 1e-9);
         }
         let back = Ray::new(ray.origin(), -ray.direction()).expect("the same ray, turned round");
-        let other = body.chord(layer, &back);
+        let other = body.chord(layer, &back).unwrap();
         assert!(
             (other - chord).abs() * speed <= 1e-6 * size,
             "{chord}, backwards {other}"

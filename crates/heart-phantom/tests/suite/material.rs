@@ -262,7 +262,7 @@ fn finite_differences_give_the_polyline_that_is_projected() {
     for (wall, shape) in walls.iter().zip(&shapes) {
         let [inner, outer] = shape.volumes();
         assert!((wall.volume() / (outer - inner) - 1.0).abs() < 1e-12);
-        let exact = shape.body().region_measures(1).volume;
+        let exact = shape.body().region_measures(1).unwrap().volume;
         let region = wall.region([0.0, 1.0], [0.0, 0.5], 1e-6).unwrap();
         assert!((region.measures().volume / exact - 1.0).abs() < 1e-12);
     }

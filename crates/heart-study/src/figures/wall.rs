@@ -85,11 +85,11 @@ impl Wall {
             return None;
         }
         let ray = Ray::new(point, away).ok()?;
-        let outer = self.body.spans(1, &ray);
+        let outer = self.body.spans(1, &ray).ok()?;
         if outer.is_empty() {
             return None;
         }
-        let inner = self.body.spans(0, &ray);
+        let inner = self.body.spans(0, &ray).ok()?;
         let pose = self.body.pose();
         let (origin, along) = (pose.to_body(&point), pose.vector_to_body(&away));
         let gap = wedge.and_then(|w| wedge_span(w, &origin, &along));

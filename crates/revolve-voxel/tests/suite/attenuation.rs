@@ -137,7 +137,7 @@ fn quadrature(body: &Body, ray: &Ray, activity: &[f64], mu: f64, medium: Medium)
     for k in (0..n).rev() {
         let p = ray.at(from + (k as f64 + 0.5) * h);
         let weakens = match medium {
-            Medium::Layer(body, layer) => body.signed_distance(layer, &p) < 0.0,
+            Medium::Layer(body, layer) => body.signed_distance(layer, &p).unwrap() < 0.0,
             Medium::Torso(torso) => {
                 let [c, a] = [torso.centre(), torso.semi_axes()];
                 ((p.x - c[0]) / a[0]).hypot((p.y - c[1]) / a[1]) < 1.0
@@ -145,7 +145,7 @@ fn quadrature(body: &Body, ray: &Ray, activity: &[f64], mu: f64, medium: Medium)
             _ => unreachable!(),
         };
         let step = if weakens { mu * h } else { 0.0 };
-        let inside = (0..2).find(|&layer| body.signed_distance(layer, &p) < 0.0);
+        let inside = (0..2).find(|&layer| body.signed_distance(layer, &p).unwrap() < 0.0);
         if let Some(region) = inside {
             sum += activity[region] * (-(path + 0.5 * step)).exp() * h;
         }

@@ -110,7 +110,7 @@ fn every_voxel_of_the_heart_keeps_the_tolerance() {
                     let o = c + Vector3::new(off(i % m), off(i / m), 0.0);
                     let ray = Ray::new(o, Vector3::z()).unwrap();
                     for (layer, sign) in [(1, 1.0), (0, -1.0)] {
-                        for s in body.spans(layer, &ray) {
+                        for s in body.spans(layer, &ray).unwrap() {
                             sum += sign * (s.exit.min(0.5 * h) - s.enter.max(-0.5 * h)).max(0.0);
                         }
                     }

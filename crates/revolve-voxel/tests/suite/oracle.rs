@@ -2,9 +2,10 @@
 
 use crate::support;
 
+use approx::assert_relative_eq;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
-use revolve_voxel::{Body, Meridian, Piece, Pose, Ray};
+use revolve_voxel::{Body, Error, Meridian, Piece, Pose, Ray, Sampling, VoxelGrid};
 use std::f64::consts::PI;
 use support::*;
 
@@ -77,7 +78,7 @@ proptest! {
         };
         let o = Point3::new(1.0 + p[0], p[1], p[2]);
         let expected = cylinder_chord(o, d, h, a);
-        let got = solid(&points).chord(0, &Ray::new(o, d).unwrap());
+        let got = solid(&points).chord(0, &Ray::new(o, d).unwrap()).unwrap();
         let tolerance = chord_tolerance(&[[0.0, a], [h, a]], o, d);
         prop_assert!((got - expected).abs() < tolerance, "{got} {expected} {o:?} {d:?}");
     }
@@ -88,7 +89,7 @@ proptest! {
         let body = Body::new(vec![ring], Pose::identity()).unwrap();
         let o = Point3::new(1.0 + p[0], p[1], p[2]);
         let expected = cylinder_chord(o, d, 2.0, 1.0) - cylinder_chord(o, d, 2.0, 0.5);
-        let got = body.chord(0, &Ray::new(o, d).unwrap());
+        let got = body.chord(0, &Ray::new(o, d).unwrap()).unwrap();
         let tolerance = chord_tolerance(&[[0.0, 1.0], [2.0, 1.0]], o, d) + chord_tolerance(&[[0.0, 0.5], [2.0, 0.5]], o, d);
         prop_assert!((got - expected).abs() < tolerance, "{got} {expected}");
     }
@@ -108,7 +109,7 @@ proptest! {
         // The polyline lies between two ellipsoids: the chord lies between theirs, for a grazing line too.
         // Displacement in the scaled coordinates: at most the tolerance over the shorter semi-axis.
         let off = tolerance / a.min(1.0) + 1e-13;
-        let got = body.chord(0, &Ray::new(o, d).unwrap());
+        let got = body.chord(0, &Ray::new(o, d).unwrap()).unwrap();
         prop_assert!(got <= 2.0 * half(1.0 + off) + 1e-12, "{got}");
         prop_assert!(got >= 2.0 * half(1.0 - off) - 1e-12, "{got} {}", 2.0 * half(1.0));
     }
@@ -120,6 +121,7 @@ fn a_cone_has_the_closed_form_chords() {
     let cone = solid(&[[0.0, 0.0], [1.0, 1.0]]);
     let chord = |o: [f64; 3], d: [f64; 3]| {
         cone.chord(0, &Ray::new(Point3::from(o), Vector3::from(d)).unwrap())
+            .unwrap()
     };
     // Across at height x, distance q from the axis: 2 sqrt(x^2 - q^2).
     assert!((chord([0.5, 0.0, 0.3], [0.0, 1.0, 0.0]) - 0.8).abs() < 1e-15);
@@ -134,10 +136,12 @@ fn a_cone_has_the_closed_form_chords() {
     assert_eq!(chord([-0.1, 0.0, 0.0], [0.0, 1.0, 0.0]), 0.0);
     // A frustum from radius 1 to 2, across half-way.
     let frustum = solid(&[[0.0, 1.0], [2.0, 2.0]]);
-    let across = frustum.chord(
-        0,
-        &Ray::new(Point3::new(1.0, 0.0, 0.9), Vector3::y()).unwrap(),
-    );
+    let across = frustum
+        .chord(
+            0,
+            &Ray::new(Point3::new(1.0, 0.0, 0.9), Vector3::y()).unwrap(),
+        )
+        .unwrap();
     assert!((across - 2.4).abs() < 1e-14);
 }
 
@@ -150,8 +154,8 @@ fn a_chord_along_the_axis_is_the_same_both_ways_where_the_profile_touches_the_ax
         for d in [Vector3::x(), -Vector3::x()] {
             for x in [-1.0, 0.0, tip, 0.7] {
                 let ray = Ray::new(Point3::new(x, 0.0, 0.0), d).unwrap();
-                assert!((double.chord(0, &ray) - 1.0).abs() < 1e-15);
-                assert!((single.chord(0, &ray) - (1.0 - tip)).abs() < 1e-15);
+                assert!((double.chord(0, &ray).unwrap() - 1.0).abs() < 1e-15);
+                assert!((single.chord(0, &ray).unwrap() - (1.0 - tip)).abs() < 1e-15);
             }
         }
     }
@@ -265,21 +269,25 @@ fn a_hit_knows_its_point_and_normal() {
     let ray = |o: [f64; 3], d: [f64; 3]| Ray::new(Point3::from(o), Vector3::from(d)).unwrap();
     let hit = body
         .first_hit(0, &ray([1.0, -5.0, 0.0], [0.0, 1.0, 0.0]))
+        .unwrap()
         .unwrap();
     assert!((hit.t - 4.0).abs() < 1e-14);
     assert!((hit.normal + Vector3::y()).norm() < 1e-14);
     // The discs.
     let hit = body
         .first_hit(0, &ray([-3.0, 0.5, 0.0], [1.0, 0.0, 0.0]))
+        .unwrap()
         .unwrap();
     assert!((hit.t - 3.0).abs() < 1e-14 && (hit.normal + Vector3::x()).norm() < 1e-14);
     let hit = body
         .first_hit(0, &ray([5.0, 0.5, 0.0], [-1.0, 0.0, 0.0]))
+        .unwrap()
         .unwrap();
     assert!((hit.t - 3.0).abs() < 1e-14 && (hit.normal - Vector3::x()).norm() < 1e-14);
     // Behind the origin of the ray there is nothing to hit.
     assert!(
         body.first_hit(0, &ray([1.0, 5.0, 0.0], [0.0, 1.0, 0.0]))
+            .unwrap()
             .is_none()
     );
     // A sphere's normal is its radius, in any pose.
@@ -294,6 +302,7 @@ fn a_hit_knows_its_point_and_normal() {
             0,
             &Ray::new(centre + Vector3::new(0.3, -9.0, 0.2), Vector3::y()).unwrap(),
         )
+        .unwrap()
         .unwrap();
     // A chord of sagitta e is turned from the arc by at most 2 sqrt(2 e).
     assert!((hit.normal - (hit.point - centre)).norm() < 1e-4);
@@ -319,4 +328,48 @@ fn bounding_box_of_a_tilted_cylinder() {
     let expected = [[-sin, -cos, -1.0], [2.0 * cos + sin, 2.0 * sin + cos, 1.0]];
     assert!((low - Point3::from(expected[0])).norm() < 1e-14);
     assert!((high - Point3::from(expected[1])).norm() < 1e-14);
+}
+
+#[test]
+fn a_turn_by_any_angle_is_the_one_that_its_sine_and_cosine_tell() {
+    for angle in [0.3, -7.0, 1e5, 1e99, -1e101, 1e154, 1e160, f64::MAX] {
+        let (sin, cos) = f64::sin_cos(angle);
+        let turned = Pose::axis_along_z(0.0).unwrap().turned_x(angle).unwrap();
+        let expected = Vector3::new(0.0, -sin, cos);
+        // Half the angle is what a quaternion holds: exact, but for the largest of them not half of what was asked for.
+        assert!((turned.axis() - expected).norm() < 1e-15, "{angle:e}");
+    }
+}
+
+#[test]
+fn a_solid_far_along_its_axis_is_a_solid() {
+    for x in [1e5, -1e8, 1e10] {
+        let meridian = Meridian::new(&[[x, 1.0], [x + 3.0, 1.0]]).unwrap();
+        assert_relative_eq!(meridian.measures().volume, 3.0 * PI, max_relative = 1e-14);
+        let body = Body::new(vec![meridian], Pose::axis_along_z(x + 1.5).unwrap()).unwrap();
+        let across = Ray::new(Point3::new(-5.0, 0.6, 0.3), Vector3::x()).unwrap();
+        // Two sides of cos(asin(0.6)).
+        // Where it stands has so many digits.
+        assert!((body.chord(0, &across).unwrap() - 1.6).abs() < 1e-15 * x.abs());
+        let grid = VoxelGrid::cube(8, 0.5).unwrap();
+        let sampling = Sampling::Coverage { tolerance: 1e-6 };
+        let (voxels, _) = body.voxelize::<f64>(&grid, sampling, &[1.0]).unwrap();
+        let volume = voxels.iter().sum::<f64>() * grid.voxel_volume();
+        assert_relative_eq!(volume, 3.0 * PI, max_relative = 1e-5);
+    }
+    // What is there for rounding alone is none.
+    let thin = [[1e10, 1.0], [1e10 + 2e-6, 1.0]];
+    assert!(matches!(Meridian::new(&thin), Err(Error::NoVolume { .. })));
+}
+
+#[test]
+fn a_normal_next_to_the_axis_has_all_its_digits() {
+    // A cone of half a right angle, met so near its side's axis that squares of the distance vanish.
+    let cone = solid(&[[0.0, 1.0], [1.0, 0.0]]);
+    for aside in [1e-3, 1e-160, 1e-300] {
+        let ray = Ray::new(Point3::new(2.0, 3.0 * aside, 4.0 * aside), -Vector3::x()).unwrap();
+        let hit = cone.first_hit(0, &ray).unwrap().unwrap();
+        let expected = Vector3::new(1.0, 0.6, 0.8) * 0.5f64.sqrt();
+        assert!((hit.normal - expected).norm() < 1e-12, "{aside:e} {hit:?}");
+    }
 }

@@ -82,7 +82,9 @@ fn a_wall_between_drawn_curves_ends_where_the_body_does() {
             );
             Ray::new(from, across).unwrap()
         });
-        let off = |ray: Ray| (wall.chord(&ray) - (body.chord(1, &ray) - body.chord(0, &ray))).abs();
+        let off = |ray: Ray| {
+            (wall.chord(&ray) - (body.chord(1, &ray).unwrap() - body.chord(0, &ray).unwrap())).abs()
+        };
         rays.map(off).fold(0.0, f64::max)
     };
     assert!(worst(drawn) < 1e-9);

@@ -108,8 +108,8 @@ fn a_batch_is_its_rays_one_by_one() {
                 .unwrap();
             // Two roundings of one ray's position; grazing rays lose half the digits.
             assert!((image[row * 90 + bin] - one).abs() < 1e-6, "{bin} {row}");
-            hits += u64::from(body.chord(1, &rays.ray(bin, row).unwrap()) > 0.0)
-                + u64::from(body.chord(0, &rays.ray(bin, row).unwrap()) > 0.0);
+            hits += u64::from(body.chord(1, &rays.ray(bin, row).unwrap()).unwrap() > 0.0)
+                + u64::from(body.chord(0, &rays.ray(bin, row).unwrap()).unwrap() > 0.0);
         }
     }
     assert_eq!(counters.hit, hits);

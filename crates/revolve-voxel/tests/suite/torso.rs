@@ -48,7 +48,7 @@ proptest! {
             let start = start + 0.4 * aside * Vector3::new(cos, sin, 0.0);
             let ray = Ray::new(start, Vector3::new(-sin, cos, 0.0)).unwrap();
             let around = grown.span(&ray).map_or(0.0, |span| span.length());
-            prop_assert!(body.chord(0, &ray) <= around + 1e-9);
+            prop_assert!(body.chord(0, &ray).unwrap() <= around + 1e-9);
         }
     }
 }

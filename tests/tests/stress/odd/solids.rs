@@ -98,15 +98,15 @@ fn revolve_voxel_takes_anything() {
         meridian.x_range();
         back(body.check_nested(ODD[k % ODD.len()]));
         for layer in SIZES {
-            body.bounding_box(layer);
-            body.region_measures(layer);
+            back(body.bounding_box(layer));
+            back(body.region_measures(layer));
             back(body.mesh(layer, ODD[k % ODD.len()].max(1e-3)));
             for j in 0..4 {
                 let ray = &rays[(31 * k + j) % rays.len()];
-                body.chord(layer, ray);
-                body.spans(layer, ray);
-                body.first_hit(layer, ray);
-                body.signed_distance(layer, &ray.origin());
+                back(body.chord(layer, ray));
+                back(body.spans(layer, ray));
+                back(body.first_hit(layer, ray));
+                back(body.signed_distance(layer, &ray.origin()));
             }
         }
         let raster = &rasters[(7 * k) % rasters.len()];
