@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::chains::{Chain, Node, chains, tree};
+use crate::chord::ROUNDING;
 use crate::distance::BoxTree;
 use crate::measures::Measures;
 
@@ -284,7 +285,13 @@ fn checked(points: &[[f64; 2]], needed: usize) -> Result<Vec<[f64; 2]>, Error> {
             return Err(Error::NegativeRadius { index, r });
         }
         // `+ 0.0` turns a negative zero into zero.
-        let p = [x + 0.0, r + 0.0];
+        let mut p = [x + 0.0, r + 0.0];
+        if let Some(last) = path.last()
+            && (p[0] - last[0]).abs() <= ROUNDING * (p[1] - last[1]).abs()
+        {
+            // A face across the axis but for rounding is across it.
+            p[0] = last[0];
+        }
         if path.last() != Some(&p) {
             path.push(p);
         }

@@ -3,18 +3,20 @@
 use crate::random::Random;
 use crate::{Outcome, with_threads};
 use nalgebra::{Point3, Vector3};
-use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, Ray, Sampling, VoxelGrid};
+use revolve_voxel::{
+    Body, Meridian, ParallelDetector, ParallelRays, Pose, Ray, Sampling, VoxelGrid,
+};
 
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-6.0, 6.0);
-    let Some((body, size)) = body(random, unit) else {
+    let Some((body, points, size)) = body(random, unit) else {
         return Outcome::Refused;
     };
     for _ in 0..40 {
-        let Some(ray) = ray(random, &body, size) else {
+        let Some(ray) = ray(random, &body, &points, size) else {
             continue;
         };
-        check_ray(&body, &ray, size);
+        check_ray(random, &body, &ray, size);
     }
     match random.integer(0, 2) {
         0 => check_projection(random, &body, size),
@@ -24,16 +26,17 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
     Outcome::Answered
 }
 
-/// A body of one or two layers and a length it fits into.
-fn body(random: &mut Random, unit: f64) -> Option<(Body, f64)> {
+/// A body of one or two layers, the points of its outer profile, and a length it fits into.
+fn body(random: &mut Random, unit: f64) -> Option<(Body, Vec<[f64; 2]>, f64)> {
     let n = random.integer(1, 40);
+    let step = random.rounded(1.0 / n as f64);
     let mut points = Vec::new();
     for k in 0..=n {
         let x = match random.integer(0, 5) {
             // Several radii at one place, and turning back.
             0 => points.last().map_or(0.0, |&[x, _]: &[f64; 2]| x / unit),
-            1 => (k as f64 - 0.4 * random.uniform(0.0, 1.0)) / n as f64,
-            _ => k as f64 / n as f64,
+            1 => (k as f64 - random.uniform(0.0, 0.4)) * step,
+            _ => k as f64 * step,
         };
         let r = if random.one_in(12) {
             0.0
@@ -48,38 +51,42 @@ fn body(random: &mut Random, unit: f64) -> Option<(Body, f64)> {
         Ok(inner) if random.one_in(2) => vec![inner, outer],
         _ => vec![outer],
     };
-    let mut turn = || {
-        random.pick(&[
-            0.0,
-            0.3,
-            std::f64::consts::FRAC_PI_4,
-            std::f64::consts::FRAC_PI_2,
-            2.0,
-        ])
+    let mut turn = || match random.integer(0, 2) {
+        0 => 0.0,
+        _ => random.angle(-7.0, 7.0),
     };
-    let pose = Pose::axis_along_z(0.5 * unit)
-        .ok()?
-        .turned_x(turn())
-        .ok()?
-        .turned_y(turn())
-        .ok()?;
+    let [x, y] = [turn(), turn()];
+    let pose = Pose::axis_along_z(random.uniform(0.0, 1.0) * unit);
+    let pose = pose.ok()?.turned_x(x).ok()?.turned_y(y).ok()?;
     let largest = points.iter().flatten().fold(unit, |a, b| a.max(b.abs()));
-    Some((Body::new(layers, pose).ok()?, 2.0 * largest))
+    Some((Body::new(layers, pose).ok()?, points, 2.0 * largest))
 }
 
-fn ray(random: &mut Random, body: &Body, size: f64) -> Option<Ray> {
+fn ray(random: &mut Random, body: &Body, points: &[[f64; 2]], size: f64) -> Option<Ray> {
     let mut anywhere = |scale: f64| Vector3::from_fn(|_, _| scale * random.uniform(-1.0, 1.0));
-    let (origin, direction) = (anywhere(0.6 * size), anywhere(1.0));
+    let (mut origin, mut direction) = (anywhere(0.6 * size), anywhere(1.0));
+    if random.one_in(2) {
+        // In the plane of a vertex, at its height or not.
+        let [x, r] = random.pick(points);
+        let r = random.pick(&[0.0, 0.5, 1.0, 1.5]) * r;
+        let (sin, cos) = random.angle(-4.0, 4.0).sin_cos();
+        origin = body.pose().to_lab(&Point3::new(x, r * cos, r * sin)).coords;
+    }
+    if random.one_in(2) {
+        let signs = [0, 1, 2].map(|_| random.pick(&[-1.0, 0.0, 1.0]));
+        direction = body.pose().isometry().rotation * Vector3::from(signs);
+    }
     let axis = body.pose().axis();
     let across = axis.cross(&direction);
-    let (origin, direction) = match random.integer(0, 5) {
+    let (origin, direction) = match random.integer(0, 7) {
         // Along the axis, on it; across it, through it; parallel to it, beside it.
         0 => (Vector3::zeros(), axis),
-        1 => (axis * random.uniform(-0.5, 0.5) * size, across),
+        1 => (axis * (random.uniform(-0.5, 0.5) * size), across),
         2 => (origin, axis),
         3 => (origin, across),
         4 => (origin, Vector3::x()),
-        _ => (origin, direction * random.decades(-3.0, 3.0)),
+        5 => (origin, direction * random.decades(-3.0, 3.0)),
+        _ => (origin, direction),
     };
     let x = random.spoiled(direction.x);
     Ray::new(
@@ -89,7 +96,60 @@ fn ray(random: &mut Random, body: &Body, size: f64) -> Option<Ray> {
     .ok()
 }
 
-fn check_ray(body: &Body, ray: &Ray, size: f64) {
+/// Is a ray's value like those of rays beside it?
+///
+/// They are on either side of whatever the ray may touch or lie in, and coincide with nothing.
+pub(crate) fn check_beside(
+    random: &mut Random,
+    here: f64,
+    ray: &Ray,
+    (size, axis): (f64, Vector3<f64>),
+    value: impl Fn(&Ray) -> f64,
+) {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for k in 0..8 {
+        let mut aside = Vector3::from_fn(|_, _| random.any(-1.0, 1.0)) * (1e-9 * size);
+        if k == 0 {
+            // Square to the axis and to the ray: farther from all cones that it may run along.
+            aside = axis.cross(&ray.direction()) * aside.x;
+        }
+        for aside in [aside, -aside] {
+            let Ok(ray) = Ray::new(ray.origin() + aside, ray.direction()) else {
+                return;
+            };
+            (low, high) = (low.min(value(&ray)), high.max(value(&ray)));
+        }
+    }
+    // Where a groove is touched all of them see more, by roots of how far they are aside; and the root of rounding.
+    let slack = 3.0 * (high - low) + 1e-6 * size;
+    assert!(
+        here >= low - slack && here <= high + slack,
+        "{here}, beside it {low} to {high}: {ray:?}"
+    );
+}
+
+/// Are some of a raster's samples like what rays beside theirs see?
+pub(crate) fn check_samples(
+    random: &mut Random,
+    image: &[f64],
+    rays: &ParallelRays,
+    place: (f64, Vector3<f64>),
+    value: impl Fn(&Ray) -> f64,
+) {
+    for _ in 0..8 {
+        let [bin, row] = [rays.n_bins(), rays.n_rows()].map(|n| random.integer(0, n - 1));
+        let ray = rays.ray(bin, row).expect("one of them");
+        check_beside(
+            random,
+            image[row * rays.n_bins() + bin],
+            &ray,
+            place,
+            &value,
+        );
+    }
+}
+
+fn check_ray(random: &mut Random, body: &Body, ray: &Ray, size: f64) {
     for layer in 0..body.layers().len() {
         let chord = body.chord(layer, ray).unwrap();
         let speed = ray.direction().norm();
@@ -98,6 +158,10 @@ fn check_ray(body: &Body, ray: &Ray, size: f64) {
             chord * speed <= 2.0 * size * (1.0 + 1e-9),
             "chord {chord} of a body of size {size}"
         );
+        let place = (size, body.pose().axis());
+        check_beside(random, chord, ray, place, |ray| {
+            body.chord(layer, ray).unwrap()
+        });
         let spans = body.spans(layer, ray).unwrap();
         assert!(spans.iter().all(|span| span.enter <= span.exit));
         assert!(
@@ -125,14 +189,14 @@ fn check_ray(body: &Body, ray: &Ray, size: f64) {
 
 fn check_projection(random: &mut Random, body: &Body, size: f64) {
     let (bins, rows) = (random.integer(1, 48), random.integer(1, 32));
-    let pitch = [2.0 * size / bins as f64, 2.0 * size / rows as f64];
+    let pitch = [bins, rows].map(|n| random.rounded(2.0 * size / n as f64));
     let detector = ParallelDetector::new(bins, rows, pitch).expect("a detector of positive size");
     let rays = detector
-        .rays(random.uniform(-7.0, 7.0))
+        .rays(random.angle(-7.0, 7.0))
         .expect("a finite angle");
     let activity = vec![1.0; body.layers().len()];
     let project = || {
-        body.project::<f32>(&rays, &activity)
+        body.project::<f64>(&rays, &activity)
             .expect("finite activities")
     };
     let (one, counters) = with_threads(1, project);
@@ -143,13 +207,19 @@ fn check_projection(random: &mut Random, body: &Body, size: f64) {
             .all(|(a, b)| a.to_bits() == b.to_bits())
     );
     assert_eq!(counters, again);
+    let outer = body.layers().len() - 1;
+    let place = (size, body.pose().axis());
+    check_samples(random, &one, &rays, place, |ray| {
+        body.chord(outer, ray).unwrap()
+    });
     // With one activity throughout, only the outermost surface is looked at.
     assert_eq!(counters.cast + counters.skipped, (bins * rows) as u64);
 }
 
 fn check_voxels(random: &mut Random, body: &Body, size: f64) {
     let n = random.integer(2, 24);
-    let grid = VoxelGrid::cube(n, 2.2 * size / n as f64).expect("a grid of positive size");
+    let grid =
+        VoxelGrid::cube(n, random.rounded(2.2 * size / n as f64)).expect("a grid of positive size");
     let activity: Vec<f64> = (0..body.layers().len())
         .map(|k| if k == 0 { 1.0 } else { 0.0 })
         .collect();

@@ -1,29 +1,93 @@
 //! Numbers for scenes: seeded, and fond of trouble.
+//!
+//! Numbers drawn at random never coincide: no ray lies in the plane of a vertex, no turn is a right angle, no two sizes are
+//! equal. So one scene in three keeps to grids: its numbers are small integers over powers of two, its angles multiples of
+//! 45 degrees, its units powers of two, but for one number in eight.
+
+use std::f64::consts::FRAC_PI_4;
 
 /// SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2660193.2660195).
-pub(crate) struct Random(u64);
+pub(crate) struct Random {
+    state: u64,
+    on_grids: bool,
+}
 
 impl Random {
     pub(crate) fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+        let mut random = Self {
+            state: seed.wrapping_mul(0x9e37_79b9_7f4a_7c15),
+            on_grids: false,
+        };
+        random.on_grids = random.one_in(3);
+        random
+    }
+
+    /// Shall this number be one of a grid?
+    fn snaps(&mut self) -> bool {
+        self.on_grids && !self.one_in(8)
     }
 
     pub(crate) fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.state;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
     }
 
-    /// Uniform in [low, high).
-    pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
+    /// Uniform in [low, high), on no grid: for data, and wherever coincidences would spoil a statistic.
+    pub(crate) fn any(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Uniform on a logarithmic scale between powers of ten.
+    /// Uniform in [low, high), or one of a few multiples of a power of two in it.
+    pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        if self.snaps() && high > low {
+            let fine = self.integer(1, 4) as f64;
+            let step = ((high - low).log2().floor() - fine).exp2();
+            if let Some(value) = self.multiple(step, low, high) {
+                return value;
+            }
+        }
+        self.any(low, high)
+    }
+
+    /// Uniform on a logarithmic scale between powers of ten, or a power of two.
     pub(crate) fn decades(&mut self, low: f64, high: f64) -> f64 {
-        10f64.powf(self.uniform(low, high))
+        let value = 10f64.powf(self.any(low, high));
+        if self.snaps() {
+            value.log2().round().exp2()
+        } else {
+            value
+        }
+    }
+
+    /// An angle in [low, high), in radians.
+    pub(crate) fn angle(&mut self, low: f64, high: f64) -> f64 {
+        let eighth = self.snaps().then(|| self.multiple(FRAC_PI_4, low, high));
+        eighth.flatten().unwrap_or_else(|| self.any(low, high))
+    }
+
+    /// An angle in [low, high), in degrees.
+    pub(crate) fn degrees(&mut self, low: f64, high: f64) -> f64 {
+        let eighth = self.snaps().then(|| self.multiple(45.0, low, high));
+        eighth.flatten().unwrap_or_else(|| self.any(low, high))
+    }
+
+    /// Of a number that another scene would take as it is, the next larger one of three binary digits.
+    pub(crate) fn rounded(&mut self, value: f64) -> f64 {
+        if self.snaps() && value > 0.0 {
+            let digit = (value.log2().floor() - 2.0).exp2();
+            (value / digit).ceil() * digit
+        } else {
+            value
+        }
+    }
+
+    /// A multiple of a step in [low, high), if there is one.
+    fn multiple(&mut self, step: f64, low: f64, high: f64) -> Option<f64> {
+        let (first, end) = ((low / step).ceil(), (high / step).ceil());
+        (end > first).then(|| (first + self.integer(0, (end - first) as usize - 1) as f64) * step)
     }
 
     /// Uniform in low..=high.

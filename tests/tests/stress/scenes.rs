@@ -16,7 +16,17 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
 
 /// A number of a scene file, sometimes one that nobody would enter.
 pub(crate) fn number(random: &mut Random, low: f64, high: f64) -> String {
-    let mut value = random.uniform(low, high);
+    let value = random.uniform(low, high);
+    entered(random, value)
+}
+
+/// The same for an angle in degrees.
+fn degrees(random: &mut Random, low: f64, high: f64) -> String {
+    let value = random.degrees(low, high);
+    entered(random, value)
+}
+
+fn entered(random: &mut Random, mut value: f64) -> String {
     if random.one_in(4) {
         value = random.spoiled(value);
     }
@@ -87,9 +97,15 @@ pub(crate) fn text(random: &mut Random) -> String {
     });
     line(format!(
         "[pose]\nturn_x = {}\nturn_y = {}",
-        number(random, -180.0, 180.0),
-        number(random, -90.0, 90.0)
+        degrees(random, -180.0, 180.0),
+        degrees(random, -90.0, 135.0)
     ));
+    if random.one_in(2) {
+        let height = length * unit;
+        line(format!("centre = {}", number(random, 0.0, height)));
+        let [x, y, z] = [0, 1, 2].map(|_| number(random, -0.2 * height, 0.2 * height));
+        line(format!("shift = [{x}, {y}, {z}]"));
+    }
     let kind = random.pick(&["concentration", "total"]);
     line(format!(
         "[activity]\ncavity = {{ {kind} = {} }}",
@@ -111,16 +127,17 @@ pub(crate) fn text(random: &mut Random) -> String {
         });
     }
     for _ in 0..[0, 0, 0, 1, 1, 3][random.integer(0, 5)] {
-        let mut range = |most: f64| {
-            let (a, b) = (random.uniform(0.0, most), random.uniform(0.0, most));
+        let range = |ends: [f64; 2], most: f64, random: &mut Random| {
             // Up to the ends, and sides that several share.
-            let [low, high] = [a.min(b), a.max(b)].map(|at| match random.integer(0, 2) {
+            let [a, b] = ends.map(|at| match random.integer(0, 2) {
                 0 => at,
                 _ => (4.0 * at / most).round() * most / 4.0,
             });
-            format!("[{}, {high:?}]", number(random, low, low))
+            format!("[{}, {:?}]", entered(random, a.min(b)), a.max(b))
         };
-        let (layers, s, azimuths) = (range(1.0), range(0.5), range(360.0));
+        let layers = range([0, 1].map(|_| random.uniform(0.0, 1.0)), 1.0, random);
+        let s = range([0, 1].map(|_| random.uniform(0.0, 0.5)), 0.5, random);
+        let azimuths = range([0, 1].map(|_| random.degrees(0.0, 360.0)), 360.0, random);
         line(format!(
             "[[defects]]\nlayers = {layers}\ns = {s}\nazimuths_degrees = {azimuths}"
         ));
@@ -147,10 +164,10 @@ pub(crate) fn text(random: &mut Random) -> String {
     ));
     line(format!(
         "arc = {}\nstart = {}",
-        number(random, -360.0, 360.0),
-        number(random, -90.0, 90.0)
+        degrees(random, -360.0, 405.0),
+        degrees(random, -90.0, 135.0)
     ));
-    let pitch = field / bins as f64;
+    let pitch = random.rounded(field / bins as f64);
     line(format!(
         "pitch = [{}, {}]",
         number(random, pitch, pitch),
@@ -204,6 +221,38 @@ pub(crate) fn text(random: &mut Random) -> String {
     text
 }
 
+/// Is a view like those of the same heart moved by a hair, this way and that?
+///
+/// Where a surface is seen edge-on, one of them sees it and another does not.
+fn check_beside(random: &mut Random, scene: &Scene, gate: usize, view_idx: usize, view: &[f32]) {
+    if scene.noise.is_some() {
+        return;
+    }
+    let hair = 1e-7 * (scene.heart.outer.length + scene.heart.outer.radius);
+    let by = [0, 1, 2].map(|_| random.any(-1.0, 1.0) * hair);
+    let moved = [1.0, 0.5, -0.5, -1.0].map(|share| {
+        let mut scene = scene.clone();
+        for (at, by) in scene.pose.shift.iter_mut().zip(by) {
+            *at += share * by;
+        }
+        Phantom::new(scene)
+            .and_then(|phantom| phantom.view(gate, view_idx))
+            .expect("as the one beside it")
+    });
+    let most = view.iter().fold(0.0_f32, |m, v| m.max(*v));
+    for (k, here) in view.iter().enumerate() {
+        let beside = moved.each_ref().map(|moved| moved[k]);
+        let low = beside.into_iter().fold(f32::INFINITY, f32::min);
+        let high = beside.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        // The root of a hair, where a surface is touched.
+        let slack = 2.0 * (high - low) + 2e-3 * most;
+        assert!(
+            (low - slack..=high + slack).contains(here),
+            "sample {k} is {here}, beside it {beside:?}"
+        );
+    }
+}
+
 /// Bits, so that nothing can hide: not a sign of zero, not a NaN.
 fn bits(samples: &[f32]) -> Vec<u32> {
     samples.iter().map(|v| v.to_bits()).collect()
@@ -226,6 +275,10 @@ fn study(random: &mut Random, text: &str) -> Option<()> {
     let view = with_threads(1, || fresh().view(gate, view_idx)).ok()?;
     assert!(view.iter().all(|v| v.is_finite()), "a view that is none");
     assert!(view.iter().all(|v| *v >= 0.0), "a view below zero");
+
+    if random.one_in(5) {
+        check_beside(random, &scene, gate, view_idx, &view);
+    }
 
     // All of them, with two.
     let all = with_threads(2, || phantom.sinograms(gate, &|_| ()))
@@ -252,7 +305,13 @@ fn study(random: &mut Random, text: &str) -> Option<()> {
         bits(&slice) == bits(&truth[own]),
         "truth alone is another than among others"
     );
-    assert!(truth.iter().all(|v| v.is_finite() && *v >= 0.0));
+    // Where a wall has no thickness its two sides cancel but for rounding.
+    let most = truth.iter().fold(0.0_f32, |m, v| m.max(*v));
+    let least = truth.iter().fold(0.0_f32, |m, v| m.min(*v));
+    assert!(
+        truth.iter().all(|v| v.is_finite()) && least >= -1e-6 * most,
+        "{least} of {most}"
+    );
 
     let numbers = phantom.numbers().ok()?;
     assert!(numbers.edv >= numbers.esv && numbers.esv > 0.0);

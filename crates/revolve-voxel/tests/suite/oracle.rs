@@ -373,3 +373,31 @@ fn a_normal_next_to_the_axis_has_all_its_digits() {
         assert!((hit.normal - expected).norm() < 1e-12, "{aside:e} {hit:?}");
     }
 }
+
+#[test]
+fn a_face_across_the_axis_but_for_rounding_is_across_it() {
+    // Back to x = 0, in to a radius of 1.8 but for a denormal number, and out again.
+    for x in [2.781342323134e-309, 1e-17] {
+        let back = x * (1.0 - 4e-12);
+        let points = [[-1.0, 3.0], [1.0, 4.0], [x, 2.5], [back, 1.8], [3.0, 2.5]];
+        let body = solid(&points);
+        for aside in [0.0, 0.5, 1.9] {
+            let chord = |x: f64| {
+                let ray = Ray::new(Point3::new(x, -9.0, aside), Vector3::y()).unwrap();
+                let spans = body.spans(0, &ray).unwrap();
+                let chord = body.chord(0, &ray).unwrap();
+                let sum: f64 = spans.iter().map(|span| span.exit - span.enter).sum();
+                assert_relative_eq!(sum, chord, max_relative = 1e-12);
+                chord
+            };
+            let beside = [chord(-1e-9), chord(1e-9)];
+            for at in [0.0, back, x] {
+                let here = chord(at);
+                assert!(
+                    beside.iter().any(|beside| (beside - here).abs() < 1e-7),
+                    "{x:e} {aside} {at:e}: {here}, beside it {beside:?}"
+                );
+            }
+        }
+    }
+}
