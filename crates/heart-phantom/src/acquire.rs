@@ -71,6 +71,7 @@ impl Acquisition {
 
 /// The sinograms of an acquisition and how they came about.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Sinograms {
     /// Line integrals in cm times activity, index order `[view][row][bin]`, bin fastest.
     pub samples: Vec<f32>,

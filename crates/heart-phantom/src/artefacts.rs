@@ -16,6 +16,7 @@ const AZIMUTHS: usize = 16;
 /// What motion, few views or noise did to a reconstruction. A measure that cannot be taken is `None`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Artefacts {
     /// Root mean square more than three voxels outside the heart at all phases, where nothing should be.
     pub streaks_outside: Option<f64>,

@@ -7,6 +7,7 @@ use revolve_voxel::nalgebra::Point3;
 /// The numbers of a heart, as a clinic would measure them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Numbers {
     /// End-diastolic volume of the cavity in mL.
     pub edv: f64,
@@ -31,6 +32,7 @@ pub struct Numbers {
 /// Thickness of the wall in cm: shortest distance from the inner membrane to the outer one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Thickness {
     /// From the wall's side ([`PhantomParts::side`](crate::PhantomParts::side)); in a scene the material middle of the inner cylinder.
     pub side: f64,

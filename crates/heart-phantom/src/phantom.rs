@@ -7,13 +7,15 @@ use crate::scan::Scan;
 use crate::steps::STEPS;
 use crate::truth::truth_of_slices;
 use crate::work::{Work, WorkReport};
-use crate::{Acquisition, Camera, Cycle, Heart, HeartShape, Regions, Sinograms, TruthOf, ViewTime};
+use crate::{
+    Acquisition, Camera, Cycle, Heart, HeartShape, Regions, Rotation, Sinograms, TruthOf, ViewTime,
+};
 #[cfg(feature = "scene")]
 use crate::{Scene, source::Source};
 use radon::{Blur, FbpPlan, ParallelGeometry, Skip, StackOrder};
 use revolve_voxel::{Mesh, Sampling};
 use std::ops::Range;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// The body's region that holds the defects.
 const WALL: usize = 1;
@@ -44,6 +46,8 @@ pub struct Phantom {
     counts: Vec<OnceLock<f64>>,
     pub(crate) steps: OnceLock<usize>,
     regions: OnceLock<Regions>,
+    /// The plan that was used last, with its gate.
+    plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
     pub(crate) work: Work,
     #[cfg(feature = "scene")]
     pub(crate) source: Option<Source>,
@@ -70,6 +74,7 @@ impl Phantom {
             counts: vec![OnceLock::new(); parts.mode.n_gates()],
             steps: OnceLock::new(),
             regions: OnceLock::new(),
+            plan: Mutex::new(None),
             work: Work::default(),
             #[cfg(feature = "scene")]
             source: None,
@@ -92,6 +97,7 @@ impl Phantom {
     /// The same with work on empty slices done or not; it changes no bit of any result.
     pub fn with_skip(mut self, skip: Skip) -> Self {
         self.parts.reconstruction = self.parts.reconstruction.with_skip(skip);
+        self.plan = Mutex::new(None);
         self
     }
 
@@ -419,14 +425,25 @@ impl Phantom {
         }
     }
 
-    /// What reconstructs a slice of a gate.
-    pub(crate) fn plan(&self, gate: usize) -> Result<FbpPlan<f32>, PhantomError> {
-        let geometry = self.geometry(gate)?;
-        Ok(FbpPlan::new(
-            &geometry,
-            self.parts.camera.image(),
-            &self.parts.reconstruction,
-        )?)
+    /// What reconstructs a slice of a gate, made once for as long as one gate is looked at. Before a camera that stops it is the same for
+    /// all of them.
+    pub(crate) fn plan(&self, gate: usize) -> Result<Arc<FbpPlan<f32>>, PhantomError> {
+        let of = match self.parts.camera.rotation() {
+            Rotation::StepAndShoot => 0,
+            Rotation::Continuous { .. } => gate,
+        };
+        let last = || self.plan.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((known, plan)) = &*last()
+            && *known == of
+        {
+            return Ok(plan.clone());
+        }
+        // Without the lock: other threads may make the same, but none waits for itself.
+        let (geometry, parts) = (self.geometry(gate)?, &self.parts);
+        let made = FbpPlan::new(&geometry, parts.camera.image(), &parts.reconstruction)?;
+        let made = Arc::new(made);
+        *last() = Some((of, made.clone()));
+        Ok(made)
     }
 
     fn reconstruct_slices(
@@ -458,5 +475,47 @@ impl Phantom {
 
     pub(crate) fn shape_at_gain(&self, gain: f64) -> Result<Arc<HeartShape>, PhantomError> {
         Ok(self.parts.heart.shapes(&[gain])?.remove(0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{CameraGeometry, Mode};
+
+    fn gated(rotation: Rotation) -> Phantom {
+        let heart = Heart::study(51).unwrap();
+        let cycle = Cycle::new(60.0, 0.6).unwrap();
+        let camera = Camera::with_geometry(&CameraGeometry {
+            views: 8,
+            arc: std::f64::consts::TAU,
+            start: 0.0,
+            bins: 8,
+            rows: 1,
+            pitch: [2.0; 2],
+            rotation,
+            pixels: [8; 2],
+            pixel: 2.0,
+            centre: [0.0; 2],
+        });
+        let mut parts = PhantomParts::new(heart, cycle, camera.unwrap());
+        parts.mode = Mode::Gated { gates: 2 };
+        Phantom::from_parts(parts).unwrap()
+    }
+
+    #[test]
+    fn a_plan_is_made_once() {
+        let phantom = gated(Rotation::StepAndShoot);
+        let first = phantom.plan(0).unwrap();
+        assert!(Arc::ptr_eq(&first, &phantom.plan(0).unwrap()));
+        assert!(Arc::ptr_eq(&first, &phantom.plan(1).unwrap()));
+        // Another option is another plan.
+        let skipping = phantom.with_skip(Skip::Nothing);
+        assert!(!Arc::ptr_eq(&first, &skipping.plan(0).unwrap()));
+        // A camera that turns sees each gate from other angles.
+        let phantom = gated(Rotation::Continuous { interval: 1.25 });
+        let first = phantom.plan(0).unwrap();
+        assert!(Arc::ptr_eq(&first, &phantom.plan(0).unwrap()));
+        assert!(!Arc::ptr_eq(&first, &phantom.plan(1).unwrap()));
     }
 }

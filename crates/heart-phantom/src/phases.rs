@@ -7,6 +7,7 @@ use std::fmt;
 
 /// A phase, and what it stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ScenePhase {
     /// What it stands for.
     pub of: PhaseOf,
@@ -50,6 +51,7 @@ impl fmt::Display for PhaseOf {
 /// The heart at a phase.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct PhaseReport {
     /// What the phase stands for: `static`, `gate-03`, `end-diastole`, `end-systole`.
     pub of: String,

@@ -13,6 +13,7 @@ const MOST_COUNTED: usize = 64;
 /// A file that a run writes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct PlannedFile {
     /// Its name in the folder of the run.
     pub name: PathBuf,

@@ -30,6 +30,7 @@ pub struct Progress {
 
 /// What a run found and did; `report.json` holds it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RunReport {
     /// The scene, defaults filled in, if the phantom was made from one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -60,6 +61,7 @@ pub struct RunReport {
 
 /// The order of what follows each other along z, in the files of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct SliceOrders {
     /// Rows of the projections.
     pub projections: SliceOrder,
@@ -69,6 +71,7 @@ pub struct SliceOrders {
 
 /// One set of views.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct GateReport {
     /// When and from where its views are taken.
     pub views: ViewReport,
@@ -89,6 +92,7 @@ pub struct GateReport {
 
 /// The slice that all pictures of a run show, and its greys.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PictureReport {
     /// Index of the slice.
     pub slice: usize,

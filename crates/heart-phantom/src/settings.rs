@@ -10,6 +10,7 @@ use crate::files::Format;
     feature = "scene",
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
+#[non_exhaustive]
 pub enum Mode {
     /// One phase, the same in all views.
     Static {
@@ -65,6 +66,7 @@ impl Mode {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum Accuracy {
     /// Steps a cycle, even: of time for a sinusoid before a camera that stands still, else half of them of volume on the way up, and
     /// half on the way down.
@@ -129,6 +131,7 @@ impl Default for Output {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum Product {
     /// The views.
     Projections,

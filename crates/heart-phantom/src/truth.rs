@@ -242,6 +242,7 @@ pub(crate) fn swept(
 /// How a reconstruction compares with the truth and with what an ideal one would show. A measure
 /// whose set is empty is `None`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Measures {
     /// Root mean square difference from the truth within the disc, all slices.
     pub rmse_truth: Option<f64>,

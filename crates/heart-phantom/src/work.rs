@@ -7,6 +7,7 @@ use std::sync::{Mutex, PoisonError};
 /// Work done for a phantom so far. The same for any number of threads.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct WorkReport {
     /// Equilibria of the pair of membranes.
     pub shapes_solved: usize,

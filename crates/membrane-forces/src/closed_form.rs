@@ -33,6 +33,7 @@ pub fn balloon_at_rest(h: f64, radius: f64) -> Result<Measures, MembraneError> {
 /// speed C = R mu / sin(mu / 2), where mu = f / (lambda C), that is
 /// R mu^2 = (f / lambda) sin(mu / 2) with its one root in (0, 2 pi).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct CircleEquilibrium {
     /// Radius of the disc, R, cm.
     pub disc_radius: f64,

@@ -23,6 +23,7 @@ pub(crate) struct Ledger {
 /// negative for backward Euler, never positive for forward Euler, zero for the trapezoidal rule
 /// on an unloaded, undamped membrane (algebraic stability; Hairer and Wanner 1996, IV.12).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Energy {
     /// Kinetic energy, m/2 times the integral of |v|^2 over s.
     pub kinetic: f64,

@@ -69,6 +69,7 @@ impl EvolvingOptions {
 
 /// The membrane at one step, with the forces on each node (per unit s; zero at the held ends).
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Frame {
     /// Step after which it was taken.
     pub step: usize,
@@ -84,6 +85,7 @@ pub struct Frame {
 
 /// What [`evolve`] did and where it arrived.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Evolution {
     /// Whether the norm fell to the tolerance.
     pub converged: bool,

@@ -44,6 +44,7 @@ pub enum Scheme {
 
 /// Where the derivative of the pressure force comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[non_exhaustive]
 pub enum Jacobian {
     /// The exact derivative, with the rank-one part of a prescribed total force.
     #[default]

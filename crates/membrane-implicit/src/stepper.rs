@@ -30,6 +30,7 @@ pub(crate) struct Instant {
 
 /// Counters of the work done so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct Work {
     /// Steps accepted.
     pub steps: usize,

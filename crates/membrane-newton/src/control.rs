@@ -7,6 +7,7 @@ use crate::error::NewtonError;
 
 /// The quantity that is given; the force intensity that belongs to it is found with the shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Control {
     /// The load of the membrane's law: f, F or p.
     Load(f64),

@@ -25,6 +25,7 @@ pub struct NewtonOptions {
 
 /// How the length of a Newton step is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum LineSearch {
     /// Always the full step, and nothing but it: the textbook iteration.
     FullStep,

@@ -26,6 +26,7 @@ pub struct Pair {
 
 /// Both membranes in equilibrium at the same wall volume as at the start.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct PairEquilibrium {
     /// The inner membrane.
     pub inner: Equilibrium,

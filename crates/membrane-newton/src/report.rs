@@ -2,6 +2,7 @@
 
 /// What a solve did.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct NewtonReport {
     /// Newton iterations: changes of the unknowns with a new factorisation.
     pub iterations: usize,

@@ -8,6 +8,7 @@ use crate::resolution::Resolution;
 
 /// Derivative of an equilibrium by the value of a control (per unit of that value).
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Sensitivity {
     /// d[x, y] at the nodes of [`Equilibrium::points`].
     pub points: Vec<[f64; 2]>,

@@ -42,6 +42,7 @@ pub fn disc_mask(grid: &ImageGrid, radius: f64) -> Result<Vec<bool>, RadonError>
 
 /// Count, sum, mean, standard deviation and root mean square of the samples within a mask.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct MaskedStats {
     /// Number of samples in the mask.
     pub count: usize,

@@ -4,6 +4,7 @@ use std::ops::Add;
 
 /// Work done by a batch of rays.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RayCounters {
     /// Rays inside the silhouette's bounding interval, for which the surface was searched.
     pub cast: u64,
@@ -15,6 +16,7 @@ pub struct RayCounters {
 
 /// Work done by a voxelisation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct VoxelCounters {
     /// Voxels whose coverage had to be computed because a surface may cut them.
     pub cut: u64,

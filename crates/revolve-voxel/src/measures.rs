@@ -9,6 +9,7 @@ use crate::meridian::Segment;
 ///
 /// Subtract an inner solid's from an outer one's for a shell (`surface` then is not meaningful and is the difference).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Measures {
     /// Volume, pi times the integral of r^2 dx.
     pub volume: f64,

@@ -67,6 +67,7 @@ impl Span {
 
 /// A point where a ray meets a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Hit {
     /// Ray parameter.
     pub t: f64,

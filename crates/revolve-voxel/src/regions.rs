@@ -11,6 +11,7 @@ use crate::{Body, Error, Sample, Sampling, Sector, VoxelCounters, VoxelGrid};
 
 /// Coverage of each region and labels, `[z][y][x]` over the slices asked for.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct RegionVolumes<T> {
     /// For each region, the covered fraction of every voxel.
     pub coverage: Vec<Vec<T>>,

@@ -25,6 +25,7 @@ use crate::{Error, Mask, Meridian, Pose, VoxelCounters, VoxelGrid};
 /// # Ok::<(), revolve_voxel::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Sweep {
     /// For each region, the voxels that are in it in every shape. A point is in the region of the first layer that holds it.
     pub always: Vec<Mask>,

@@ -8,6 +8,7 @@ use crate::{Curve, Shell};
 
 /// Thickness of a wall, cm.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Thickness {
     /// The smallest.
     pub minimum: f64,

@@ -38,6 +38,7 @@ pub(crate) fn check(path: &str, text: &str) -> Vec<Finding> {
     if let (true, Ok(file)) = (is_library_source(path), syn::parse_file(text)) {
         findings.extend(not_too_long(path, text, &file));
         findings.extend(errors_are_typed(path, text, &file));
+        findings.extend(what_grows_says_so(path, &file));
         if !FFT_FILES.contains(&path) {
             findings.extend(transforms_are_planned_once(path, &file));
         }
@@ -98,6 +99,30 @@ fn transforms_are_planned_once(path: &str, file: &syn::File) -> Vec<Finding> {
     let message = format!("transforms are planned in {}", FFT_FILES.join(" and "));
     (planners.0.into_iter())
         .map(|line| Finding::new(path, line, message.clone()))
+        .collect()
+}
+
+/// Errors and reports get variants and fields that nobody's build should break by; `docs/architecture.md` has the whole rule.
+fn what_grows_says_so(path: &str, file: &syn::File) -> Vec<Finding> {
+    let of = |item: &syn::Item| match item {
+        syn::Item::Enum(item) if item.ident.to_string().ends_with("Error") => {
+            Some((item.vis.clone(), item.attrs.clone(), item.ident.clone()))
+        }
+        syn::Item::Struct(item) if item.ident.to_string().ends_with("Report") => {
+            Some((item.vis.clone(), item.attrs.clone(), item.ident.clone()))
+        }
+        _ => None,
+    };
+    (file.items.iter().filter_map(of))
+        .filter(|(visible, attributes, _)| {
+            let grows = |attribute: &syn::Attribute| attribute.path().is_ident("non_exhaustive");
+            matches!(visible, syn::Visibility::Public(_)) && !attributes.iter().any(grows)
+        })
+        .map(|(_, _, name)| {
+            let message =
+                format!("`{name}` must be `#[non_exhaustive]`, as all errors and reports");
+            Finding::new(path, name.span().start().line, message)
+        })
         .collect()
 }
 
@@ -190,6 +215,20 @@ mod tests {
         breaks(plans, 2);
         keeps(FFT_FILES[0], plans);
         keeps("crates/a/tests/x.rs", plans);
+    }
+
+    #[test]
+    fn errors_and_reports_may_grow() {
+        breaks("//! This.\npub enum AnyError { Bad }\n", 2);
+        breaks("//! This.\npub struct RunReport { pub n: usize }\n", 2);
+        keeps(
+            FILE,
+            "//! This.\n#[non_exhaustive]\npub enum AnyError { Bad }\n",
+        );
+        keeps(
+            FILE,
+            "//! This.\npub(crate) struct RunReport;\npub struct Place;\n",
+        );
     }
 
     #[test]

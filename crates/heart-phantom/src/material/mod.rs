@@ -69,6 +69,7 @@ pub struct WallRegion {
 
 /// How a material element's sides change from one phase to another: lengths there over lengths here.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Stretch {
     /// Along the wall from base to apex, within the layer.
     pub meridional: f64,

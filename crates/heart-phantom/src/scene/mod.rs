@@ -264,6 +264,7 @@ pub(crate) fn place_in(file: Option<&Path>, place: Option<[usize; 2]>) -> String
 /// What is wrong with a scene, and where. Shown on one line, with escapes for what a terminal would not show; what stands in the
 /// file is cut where it is long.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SceneError {
     /// The file, if it came from one.
     pub file: Option<PathBuf>,

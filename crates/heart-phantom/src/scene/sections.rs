@@ -86,6 +86,7 @@ fn outer<'de, D: Deserializer<'de>>(from: D) -> Result<BalloonSettings, D::Error
 /// How the pressure acts on a membrane (`membrane_forces::PressureLaw`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Law {
     /// Per unit of material length: Eq. 3, the paper's.
     PerMaterialLength,
@@ -98,6 +99,7 @@ pub enum Law {
 /// Discretisation of the membranes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum DiscretisationSettings {
     /// The paper's second-order finite differences; the body is the polygon through the nodes.
     Differences {
@@ -240,6 +242,7 @@ pub struct AttenuationSettings {
 /// What attenuates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum MediumSettings {
     /// Cavity and wall, nothing else.
     Heart,
@@ -298,6 +301,7 @@ impl Default for CameraSettings {
 /// How the camera goes from view to view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum RotationSettings {
     /// It stands still during a view.
     StepAndShoot,
@@ -373,6 +377,7 @@ pub struct PixelRange {
 /// Window of the ramp filter (`radon::Window`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum WindowSettings {
     /// None.
     RamLak,
@@ -394,6 +399,7 @@ pub enum WindowSettings {
 /// What to do when the arc leaves directions unmeasured (`radon::ArcPolicy`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum ArcSettings {
     /// Refuse to reconstruct.
     Complete,

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 /// The whole report.
 #[derive(Debug, Clone, Default, Serialize)]
+#[non_exhaustive]
 pub struct Report {
     /// What was computed.
     pub settings: Settings,
@@ -36,6 +37,7 @@ pub struct Report {
 
 /// The options of the run.
 #[derive(Debug, Clone, Default, Serialize)]
+#[non_exhaustive]
 pub struct Settings {
     /// Voxels along an edge, bins and rows of the camera.
     pub size: usize,
@@ -53,6 +55,7 @@ pub struct Settings {
 
 /// Rest shapes of both balloons.
 #[derive(Debug, Clone, Default, Serialize)]
+#[non_exhaustive]
 pub struct Rest {
     /// Endocardium.
     pub inner: RestShape,
@@ -62,6 +65,7 @@ pub struct Rest {
 
 /// Measures of one rest shape: of the polygon through the nodes, and in closed form.
 #[derive(Debug, Clone, Default, Serialize)]
+#[non_exhaustive]
 pub struct RestShape {
     /// Length of the polygon (Eq. 30).
     pub length: f64,
@@ -79,6 +83,7 @@ pub struct RestShape {
 
 /// Direct method: the pair of membranes at the study's volume gain.
 #[derive(Debug, Clone, Default, Serialize)]
+#[non_exhaustive]
 pub struct Direct {
     /// Pressure of the inner membrane (law 1, lambda = 1).
     pub f_inner: f64,
@@ -106,6 +111,7 @@ pub struct Direct {
 
 /// Mesh-independent values of the pair.
 #[derive(Debug, Clone, Default, Serialize)]
+#[non_exhaustive]
 pub struct Limit {
     /// Pressure of the inner membrane.
     pub f_inner: f64,
@@ -117,6 +123,7 @@ pub struct Limit {
 
 /// Evolving method.
 #[derive(Debug, Clone, Default, Serialize)]
+#[non_exhaustive]
 pub struct Evolving {
     /// Length of a step.
     pub dt: f64,
@@ -136,6 +143,7 @@ pub struct Evolving {
 
 /// The circle of the appendix.
 #[derive(Debug, Clone, Default, Serialize)]
+#[non_exhaustive]
 pub struct Circle {
     /// Numbers of nodes.
     pub nodes: Vec<usize>,
@@ -147,6 +155,7 @@ pub struct Circle {
 
 /// One acquisition, reconstructed.
 #[derive(Debug, Clone, Default, Serialize)]
+#[non_exhaustive]
 pub struct Acquisition {
     /// Distinct phases that the views see, one shape each (short).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -188,6 +197,7 @@ pub struct Acquisition {
 
 /// The three acquisitions with the Hann window.
 #[derive(Debug, Clone, Default, Serialize)]
+#[non_exhaustive]
 pub struct Hann {
     /// At rest.
     #[serde(rename = "static")]
@@ -200,6 +210,7 @@ pub struct Hann {
 
 /// Seconds spent.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
+#[non_exhaustive]
 pub struct Time {
     /// Membranes: rest shapes, both methods, all phases, the circle.
     pub solve: f64,

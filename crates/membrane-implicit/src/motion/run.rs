@@ -8,6 +8,7 @@ use crate::error::{ImplicitError, within};
 
 /// How long the steps are.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum TimeStep {
     /// Always this long, but for a last step cut to end at a [`Stop::Time`].
     Fixed(f64),

@@ -168,6 +168,7 @@ fn prescribed(control: Control, start: &Measures, found: &Equilibrium) -> (f64, 
         Control::Volume(value) => (value, m.volume, m.length.powi(3)),
         Control::VolumeGain(gain) => (start.volume * (1.0 + gain), m.volume, m.length.powi(3)),
         Control::Area(value) => (value, m.area, m.length.powi(2)),
+        other => panic!("{other:?} prescribes something new"),
     };
     (wanted, has, wanted.abs().max(rounding))
 }

@@ -18,6 +18,7 @@ pub use shape3::Shape3;
 
 /// What a sinogram sample is of an object: a line integral or its mean over the bin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum BinSampling {
     /// The integral along the ray through the bin's centre.
     #[default]

@@ -23,6 +23,7 @@ pub(crate) fn view(phantom: &Phantom, gate: usize, view_idx: usize, n: usize) ->
         Mode::Gated { gates } if !turning => (0.0, phantom.cycle().period(), gates),
         Mode::WholeCycle => (view_idx as f64 * interval, interval, 1),
         Mode::Gated { gates } => (view_idx as f64 * interval, interval, gates),
+        _ => panic!("no such time"),
     };
     let step = (camera.arc / camera.views as f64).to_radians();
     let nominal = (camera.start + view_idx as f64 * camera.arc / camera.views as f64).to_radians();
