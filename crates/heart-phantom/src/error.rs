@@ -212,6 +212,24 @@ pub enum PhantomError {
         // tidy: allow string: what the other process has written
         holder: String,
     },
+    /// A folder has a report that no run of ours has written.
+    #[error(
+        "{} is there, and no report of this program; choose another folder, or move it away",
+        shown_path(path)
+    )]
+    Foreign {
+        /// The file, or whatever has its name.
+        path: PathBuf,
+    },
+    /// A file belongs to a run whose report is beside it.
+    #[error(
+        "{} belongs to the run whose report.json is beside it; choose another folder",
+        shown_path(path)
+    )]
+    Listed {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file or folder could not be written.
     #[error("cannot write {}: {source}", shown_path(path))]
     File {

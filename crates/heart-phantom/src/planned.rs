@@ -5,10 +5,9 @@ use crate::files::REPORT;
 use crate::phases::PhaseOf;
 use crate::settings::Product;
 use crate::{Phantom, files};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::PathBuf;
-
-/// Surfaces whose triangles are counted; others are taken for the largest of these.
-const MOST_COUNTED: usize = 64;
 
 /// A file that a run writes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -88,21 +87,20 @@ impl Phantom {
                 }
             }
             Product::Meshes => {
-                let mut most = [0; 2];
-                for (k, scene_phase) in phases.into_iter().enumerate() {
-                    if k < MOST_COUNTED {
-                        let bytes = self
-                            .meshes(scene_phase.phase)?
-                            .map(|m| files::stl_bytes(&m));
-                        most = [0, 1].map(|surface| bytes[surface].max(most[surface]));
-                        SURFACES.iter().zip(bytes).for_each(|(what, bytes)| {
-                            add(vec![surface_name(what, scene_phase.of)], bytes)
-                        });
-                    } else {
-                        SURFACES.iter().zip(most).for_each(|(what, bytes)| {
-                            add(vec![surface_name(what, scene_phase.of)], bytes)
-                        });
-                    }
+                // Phases of one gain, on the way in and on the way out, have the same shape.
+                let mut known = HashMap::new();
+                for scene_phase in phases {
+                    let gain = self.cycle().gain(scene_phase.phase).to_bits();
+                    let bytes = match known.entry(gain) {
+                        Entry::Occupied(bytes) => *bytes.get(),
+                        Entry::Vacant(place) => {
+                            let meshes = self.meshes(scene_phase.phase)?;
+                            *place.insert(meshes.map(|mesh| files::stl_bytes(&mesh)))
+                        }
+                    };
+                    SURFACES.iter().zip(bytes).for_each(|(what, bytes)| {
+                        add(vec![surface_name(what, scene_phase.of)], bytes)
+                    });
                 }
             }
             Product::Pictures => {
@@ -131,7 +129,7 @@ impl Phantom {
         let Some(extension) = format.projections_extension() else {
             unreachable!("the scene was checked")
         };
-        let name = self.gate_name("projections", gate);
+        let name = self.gate_name(PROJECTIONS, gate);
         named(&name, extension, format.projections_data_extension())
     }
 
@@ -147,10 +145,27 @@ impl Phantom {
 
     /// The picture of a gate.
     pub(crate) fn picture_name(&self, gate: usize) -> PathBuf {
-        format!("{}.png", self.gate_name("slice", gate)).into()
+        format!("{}.png", self.gate_name(SLICE, gate)).into()
     }
 }
 
+/// What the names of all these files begin with, up to a hyphen or a dot.
+#[cfg(feature = "scene")]
+pub(crate) const WORDS: [&str; 9] = [
+    PROJECTIONS,
+    RECONSTRUCTION,
+    // That of all views together too.
+    "truth",
+    LABELS,
+    ATTENUATION,
+    SURFACES[0],
+    SURFACES[1],
+    SLICE,
+    "beat",
+];
+
+const PROJECTIONS: &str = "projections";
+const SLICE: &str = "slice";
 pub(crate) const RECONSTRUCTION: &str = "reconstruction";
 pub(crate) const LABELS: &str = "labels";
 pub(crate) const ATTENUATION: &str = "attenuation";

@@ -32,6 +32,8 @@ pub struct Progress {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RunReport {
+    /// The program and its version: [`files::PROGRAM`].
+    pub program: String,
     /// The scene, defaults filled in, if the phantom was made from one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<Scene>,
@@ -119,7 +121,8 @@ struct Writer<'a> {
 ///
 /// # Errors
 /// Before any view: [`PhantomError::File`] if the folder cannot be written to, [`PhantomError::Busy`] if another run writes to it,
-/// [`PhantomError::Refused`] for what [`Phantom::prepare`] finds. Later [`PhantomError::File`] only, but for a shape that was not tried
+/// [`PhantomError::Foreign`] if it has a `report.json` that no run has written, [`PhantomError::Refused`] for what
+/// [`Phantom::prepare`] finds. Later [`PhantomError::File`] only, but for a shape that was not tried
 /// before.
 pub fn run(
     phantom: &Phantom,
@@ -158,6 +161,7 @@ pub fn run(
     writer.phases()?;
     let pictures = writer.pictures()?;
     let mut report = RunReport {
+        program: files::PROGRAM.into(),
         scene: phantom.scene().cloned(),
         warnings,
         numbers,

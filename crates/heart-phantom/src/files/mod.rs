@@ -71,6 +71,8 @@ pub(crate) fn short(value: f64) -> f64 {
 
 /// The name of a run's report, which lists its files.
 pub const REPORT: &str = "report.json";
+/// Who writes it, as it says itself: the program and its version.
+pub const PROGRAM: &str = concat!("heart-phantom ", env!("CARGO_PKG_VERSION"));
 
 fn millimetres(cm: f64) -> f64 {
     short(10.0 * cm)
@@ -86,7 +88,7 @@ pub use npy::write_npy;
 pub(crate) use older::check_no_folder;
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
-pub use older::remove_older;
+pub use older::{is_product, lock_beside, remove_older};
 #[cfg(feature = "files")]
 #[cfg_attr(docsrs, doc(cfg(feature = "files")))]
 pub use picture::{Section, write_gif, write_png};

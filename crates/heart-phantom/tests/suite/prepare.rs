@@ -104,7 +104,8 @@ fn what_cannot_be_run_is_refused_before_any_view_with_the_field() {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("out");
         fs::create_dir(&out).unwrap();
-        fs::write(out.join("report.json"), "{\"files\": [\"truth.npy\"]}").unwrap();
+        let older = "{\"program\": \"heart-phantom 0.1.0\", \"files\": [\"truth.npy\"]}";
+        fs::write(out.join("report.json"), older).unwrap();
         fs::write(out.join("truth.npy"), "older").unwrap();
         let error = run(&phantom, &out, &|_| ()).unwrap_err();
         let PhantomError::Refused {
@@ -295,4 +296,29 @@ fn a_folder_in_the_way_is_found_before_any_view() {
         assert_eq!(phantom.work().rays_cast, 0);
         assert_eq!(names(folder.path()), [PathBuf::from(name)]);
     }
+}
+
+/// The heart is largest in the middle of the beat, where surfaces have the most triangles.
+#[test]
+fn surfaces_of_many_gates_have_the_sizes_that_were_told() {
+    const GATES: usize = 300;
+    let scene = small(Mode::Gated { gates: GATES }).with_output(Output {
+        write: vec![Product::Meshes],
+        mesh_tolerance: 0.05,
+        ..Output::default()
+    });
+    let phantom = Phantom::new(scene).unwrap();
+    let planned = phantom.files().unwrap();
+    let told = |gate: usize, surface: &str| {
+        let name = PathBuf::from(format!("{surface}-gate-{gate:03}.stl"));
+        planned.iter().find(|file| file.name == name).unwrap().bytes
+    };
+    // Every fifth, and the largest; STL has 84 bytes and 50 a triangle.
+    for gate in (0..GATES).step_by(5) {
+        let meshes = phantom.meshes((gate as f64 + 0.5) / GATES as f64).unwrap();
+        for (surface, mesh) in ["inner", "outer"].into_iter().zip(&meshes) {
+            assert_eq!(told(gate, surface), 84 + 50 * mesh.triangles.len() as u64);
+        }
+    }
+    assert!(told(GATES / 2, "inner") > told(0, "inner"));
 }

@@ -2,7 +2,10 @@
 
 use crate::StudyError;
 use crate::figures::{Illustration, Page, Picture, Section, Table};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// The name of the page.
+const PAGE: &str = "index.html";
 
 /// Pictures written so far and the page about them.
 pub(super) struct Gallery<'a> {
@@ -55,14 +58,22 @@ impl<'a> Gallery<'a> {
         self.current().tables.push(table);
     }
 
-    /// Writes the page.
-    pub(super) fn finish(self, title: &str, introduction: Vec<String>) -> Result<(), StudyError> {
+    /// Writes the page; the names of all pictures, and its own.
+    pub(super) fn finish(
+        self,
+        title: &str,
+        introduction: Vec<String>,
+    ) -> Result<Vec<PathBuf>, StudyError> {
+        let figures = self.sections.iter().flat_map(|section| &section.figures);
+        let mut files: Vec<PathBuf> = figures.map(|figure| (&figure.file).into()).collect();
+        files.push(PAGE.into());
         let page = Page {
             title: title.into(),
             introduction,
             sections: self.sections,
         };
-        Ok(page.write_html(self.out.join("index.html"))?)
+        page.write_html(self.out.join(PAGE))?;
+        Ok(files)
     }
 
     fn current(&mut self) -> &mut Section {

@@ -101,7 +101,8 @@ fn check_count(
     (min..=max).contains(&given).then_some(()).ok_or(refused)
 }
 
-/// Runs the study and writes everything it produces into the folder `out`, `report.json` last.
+/// Runs the study and writes everything it produces into the folder `out`, `report.json` last. One of an earlier run goes first, and
+/// then what it lists.
 ///
 /// # Errors
 /// An option out of range or a folder that cannot be written to is reported before any work
@@ -131,6 +132,7 @@ fn run_in_pool(
     let total = run.clock();
     let mut gallery = options.figures.then(|| Gallery::new(out));
     let mut report = Report {
+        program: files::PROGRAM.into(),
         settings: Settings {
             size: options.size,
             views: options.views,
@@ -172,8 +174,10 @@ fn run_in_pool(
     if let Some(mut gallery) = gallery {
         pictures::measures(&mut gallery, &report);
         pictures::circle(&mut gallery, &circle)?;
-        gallery.finish(TITLE, vec![INTRODUCTION.into()])?;
+        report.files = gallery.finish(TITLE, vec![INTRODUCTION.into()])?;
     }
+    report.files.append(&mut run.files());
+    report.files.push(files::REPORT.into());
     run.time.total = total.seconds();
     report.time = run.time;
     report.peak_memory_bytes = run::peak_memory();

@@ -5,11 +5,14 @@
 
 use heart_phantom::TruthOf;
 use serde::Serialize;
+use std::path::PathBuf;
 
 /// The whole report.
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
 pub struct Report {
+    /// The program and its version: [`PROGRAM`](heart_phantom::files::PROGRAM).
+    pub program: String,
     /// What was computed.
     pub settings: Settings,
     /// Rest shapes (Table 1, section 3.3).
@@ -33,6 +36,8 @@ pub struct Report {
     pub time: Time,
     /// Largest resident memory of the process so far; 0 where the system does not tell.
     pub peak_memory_bytes: u64,
+    /// Files written, relative to the folder.
+    pub files: Vec<PathBuf>,
 }
 
 /// The options of the run.

@@ -2,8 +2,9 @@
 
 use super::{StudyOptions, report};
 use heart_phantom::{Camera, Cycle, Heart, PhantomError, Progress, files};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// Stages that [`Run::stage`] is called for in a whole run, for the progress bar.
@@ -19,6 +20,8 @@ pub(super) struct Run<'a> {
     pub(super) time: report::Time,
     progress: &'a (dyn Fn(Progress) + Sync),
     stages: AtomicUsize,
+    /// Names of the arrays written.
+    files: Mutex<Vec<PathBuf>>,
 }
 
 impl<'a> Run<'a> {
@@ -36,6 +39,7 @@ impl<'a> Run<'a> {
             time: report::Time::default(),
             progress,
             stages: AtomicUsize::new(0),
+            files: Mutex::default(),
         })
     }
 
@@ -61,7 +65,16 @@ impl<'a> Run<'a> {
         shape: &[usize],
         values: &[f32],
     ) -> Result<(), PhantomError> {
-        files::write_npy(&self.out.join(format!("{name}-{what}.npy")), shape, values)
+        let file = PathBuf::from(format!("{name}-{what}.npy"));
+        files::write_npy(&self.out.join(&file), shape, values)?;
+        self.files().push(file);
+        Ok(())
+    }
+
+    /// The names of the arrays that [`Run::write`] has written.
+    pub(super) fn files(&self) -> MutexGuard<'_, Vec<PathBuf>> {
+        // The list is whole at any moment.
+        self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

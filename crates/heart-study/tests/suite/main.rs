@@ -2,6 +2,7 @@
 
 mod cli;
 mod cli_check;
+mod cli_folder;
 mod cli_output;
 mod cli_scene;
 mod figures;

@@ -12,7 +12,7 @@ use heart_study::StudyOptions;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 type Done = Result<Answer, Failure>;
 
@@ -220,29 +220,35 @@ fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
     }
     let phase = phase + 0.0; // -0 is 0
     let phantom = Phantom::load(scene)?;
-    let _held = out.map(files::lock_folder).transpose()?;
+    let format = phantom.parts().output.volumes;
+    let [activity, labels] = ["activity", "labels"].map(|name| {
+        let extensions = [
+            Some(format.volume_extension()),
+            format.volume_data_extension(),
+        ];
+        let files = extensions.into_iter().flatten();
+        let files = files.map(|extension| format!("{name}.{extension}").into());
+        files.collect::<Vec<PathBuf>>()
+    });
+    let surfaces = ["inner.stl", "outer.stl"].map(PathBuf::from);
+    let written = [&activity[..], &labels, &surfaces].concat();
+    let _held = out
+        .map(|out| files::lock_beside(out, &written))
+        .transpose()?;
     let shape = phantom.shape(phase)?;
     let [cavity, outer] = shape.volumes();
     let thickness = phantom.thickness(phase)?;
     if let Some(out) = out {
-        let format = phantom.parts().output.volumes;
-        let name = |what: &str| out.join(format!("{what}.{}", format.volume_extension()));
         let grid = *phantom.camera().grid();
-        let activity = phantom.activity(phase)?;
-        files::write_volume(
-            &name("activity"),
-            &Volume::new(grid, activity.as_slice())?,
-            format,
-        )?;
-        let labels = phantom.labels(phase)?;
-        files::write_volume(
-            &name("labels"),
-            &Volume::new(grid, labels.as_slice())?,
-            format,
-        )?;
-        let [inner, outer] = phantom.meshes(phase)?;
-        files::write_stl(&out.join("inner.stl"), &inner)?;
-        files::write_stl(&out.join("outer.stl"), &outer)?;
+        let samples = phantom.activity(phase)?;
+        let volume = Volume::new(grid, samples.as_slice())?;
+        files::write_volume(&out.join(&activity[0]), &volume, format)?;
+        let samples = phantom.labels(phase)?;
+        let volume = Volume::new(grid, samples.as_slice())?;
+        files::write_volume(&out.join(&labels[0]), &volume, format)?;
+        for (file, mesh) in surfaces.iter().zip(&phantom.meshes(phase)?) {
+            files::write_stl(&out.join(file), mesh)?;
+        }
     }
     let found = json!({
         "phase": phase, "gain": shape.gain(), "cavity_ml": cavity, "wall_ml": outer - cavity, "thickness_cm": thickness,
@@ -274,7 +280,13 @@ fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
     let phantom = Phantom::load(scene)?;
     // and so is its folder; `x.npy` has none of its own.
     let folder = out.parent().filter(|folder| *folder != Path::new(""));
-    files::create_writable_folder(folder.unwrap_or(Path::new(".")))?;
+    let folder = folder.unwrap_or(Path::new("."));
+    files::create_writable_folder(folder)?;
+    // Views of other names can be written many at a time, and while a run goes on.
+    let name = out.file_name().filter(|name| files::is_product(name));
+    let _held = name
+        .map(|name| files::lock_beside(folder, &[name.into()]))
+        .transpose()?;
     let camera = phantom.camera();
     let view = phantom.view(gate, view_idx)?;
     if ends_in("npy") {

@@ -1,0 +1,159 @@
+//! What commands do with a folder in which something is already.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A scene that takes no time; labels and surfaces have the names that `truth` gives its own.
+const SCENE: &str = "[heart]\ndiscretisation = { differences = { nodes = 51 } }\n\
+    [camera]\nviews = 4\nbins = 12\nrows = 10\npitch = [1.4, 1.6]\n\
+    [acquisition]\nmode = { static = { phase = 0.0 } }\n";
+const PAPER: [&str; 6] = ["--size", "16", "--views", "4", "--nodes", "51"];
+
+/// In `folder`, where `scene.toml` is.
+fn heart_phantom(folder: &Path, arguments: &[&str]) -> Output {
+    fs::write(folder.join("scene.toml"), SCENE).unwrap();
+    Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+#[track_caller]
+fn done(folder: &Path, arguments: &[&str]) {
+    let output = heart_phantom(folder, arguments);
+    assert!(output.status.success(), "{output:?}");
+}
+
+/// What it says, and that it is refused as a failure at work.
+#[track_caller]
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = heart_phantom(folder, arguments);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert!(output.stdout.is_empty());
+    String::from_utf8(output.stderr).unwrap()
+}
+
+/// All files and what is in them.
+fn contents(folder: &Path) -> BTreeSet<(PathBuf, Vec<u8>)> {
+    (fs::read_dir(folder).unwrap())
+        .map(|entry| entry.unwrap().path())
+        .map(|path| (path.clone(), fs::read(path).unwrap()))
+        .collect()
+}
+
+/// That a folder holds what its report lists, and `others`.
+#[track_caller]
+fn holds_what_is_listed(folder: &Path, others: &[&str]) -> BTreeSet<String> {
+    let report = fs::read(folder.join("report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+    let listed = report["files"].as_array().unwrap().iter();
+    let mut listed: BTreeSet<String> = listed.map(|f| f.as_str().unwrap().into()).collect();
+    listed.extend(others.iter().map(|&name| name.to_owned()));
+    let found: BTreeSet<String> = (fs::read_dir(folder).unwrap())
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    assert_eq!(found, listed);
+    found
+}
+
+#[test]
+fn a_study_or_a_run_leaves_nothing_of_an_earlier_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    fs::create_dir(&out).unwrap();
+    fs::write(out.join("main.c"), "mine").unwrap();
+    let paper = [&["paper", "--out", "out"], &PAPER[..]].concat();
+    done(folder.path(), &paper);
+    let found = holds_what_is_listed(&out, &["main.c"]);
+    for name in ["index.html", "fig15-static-slice.png", "short-ram-lak.npy"] {
+        assert!(found.contains(name), "{name}");
+    }
+    done(folder.path(), &[&paper[..], &["--no-figures"]].concat());
+    let found = holds_what_is_listed(&out, &["main.c"]);
+    assert!(!found.contains("index.html") && found.contains("short-ram-lak.npy"));
+    done(folder.path(), &["run", "scene.toml", "--out", "out"]);
+    let found = holds_what_is_listed(&out, &["main.c"]);
+    assert!(!found.contains("short-ram-lak.npy") && found.contains("truth.npy"));
+    done(folder.path(), &paper);
+    assert!(!holds_what_is_listed(&out, &["main.c"]).contains("truth.npy"));
+}
+
+/// Another program's report, and what it lists.
+#[test]
+fn files_of_other_programs_stay_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    fs::create_dir(&out).unwrap();
+    for (name, text) in [
+        ("main.c", "mine"),
+        ("truth.npy", "mine too"),
+        (
+            "report.json",
+            "{\"tool\": \"other\", \"files\": [\"main.c\", \"truth.npy\"]}",
+        ),
+    ] {
+        fs::write(out.join(name), text).unwrap();
+    }
+    let before = contents(&out);
+    let paper = [&["paper", "--out", "out"], &PAPER[..]].concat();
+    for command in [&["run", "scene.toml", "--out", "out"][..], &paper] {
+        let said = refused(folder.path(), command);
+        assert!(
+            said.contains("report.json") && said.contains("no report of this program"),
+            "{said}"
+        );
+        assert_eq!(contents(&out), before);
+    }
+}
+
+/// Where a report is, all that it lists is as it was written.
+#[test]
+fn single_results_do_not_change_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    done(folder.path(), &["run", "scene.toml", "--out", "out"]);
+    let before = contents(&out);
+    // The default run has neither labels nor surfaces: beside it there is room for them.
+    let truth = ["truth", "scene.toml", "--phase", "0.5", "--out", "out"];
+    done(folder.path(), &truth);
+    let view = ["view", "scene.toml", "--view", "1", "--out"];
+    done(
+        folder.path(),
+        &[&view[..], &["out/view-1.npy"][..]].concat(),
+    );
+    done(folder.path(), &[&view[..], &["out/slice.png"][..]].concat());
+    assert!(contents(&out).is_superset(&before));
+    for name in [
+        "projections.npy",
+        "out/projections.npy",
+        "./out/../out/truth.npy",
+    ] {
+        let arguments = [&view[..], &[name][..]].concat();
+        match name.contains('/') {
+            false => done(folder.path(), &arguments),
+            true => {
+                let said = refused(folder.path(), &arguments);
+                assert!(said.contains("belongs to the run"), "{said}");
+            }
+        }
+    }
+    assert!(contents(&out).is_superset(&before));
+    // One that has labels.
+    let labels = folder.path().join("labels");
+    let scene = format!("{SCENE}[output]\nwrite = ['labels', 'meshes']\n");
+    fs::write(folder.path().join("labels.toml"), scene).unwrap();
+    done(folder.path(), &["run", "labels.toml", "--out", "labels"]);
+    let before = contents(&labels);
+    let said = refused(
+        folder.path(),
+        &["truth", "scene.toml", "--phase", "0.5", "--out", "labels"],
+    );
+    assert!(
+        said.contains("labels.npy") && said.contains("belongs to the run"),
+        "{said}"
+    );
+    assert_eq!(contents(&labels), before);
+}
