@@ -292,18 +292,22 @@ pub(crate) fn product(name: &'static str, a: usize, b: usize) -> Result<usize, R
         .ok_or(RadonError::TooLarge { name, a, b })
 }
 
+/// An empty list with room for `a * b`, or the error that says that there is none.
+pub(crate) fn room<T>(name: &'static str, a: usize, b: usize) -> Result<Vec<T>, RadonError> {
+    let mut room = Vec::new();
+    match room.try_reserve_exact(product(name, a, b)?) {
+        Ok(()) => Ok(room),
+        Err(_) => Err(RadonError::TooLarge { name, a, b }),
+    }
+}
+
 /// `a * b` zeros, or the error that says that there is no room for them.
 pub(crate) fn zeros<T: Copy + Default>(
     name: &'static str,
     a: usize,
     b: usize,
 ) -> Result<Vec<T>, RadonError> {
-    let len = product(name, a, b)?;
     // Asked for first: `vec!` ends the process if it is refused, and alone does not touch the memory.
-    let mut room: Vec<T> = Vec::new();
-    if room.try_reserve_exact(len).is_err() {
-        return Err(RadonError::TooLarge { name, a, b });
-    }
-    drop(room);
-    Ok(vec![T::default(); len])
+    drop(room::<T>(name, a, b)?);
+    Ok(vec![T::default(); a * b])
 }

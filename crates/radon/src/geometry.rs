@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::error::{RadonError, at_least, finite, positive, product, zeros};
+use crate::error::{RadonError, at_least, finite, positive, product, room, zeros};
 
 /// Parallel-beam acquisition: a list of view angles and a row of detector bins.
 ///
@@ -207,36 +207,45 @@ impl ParallelGeometry {
     /// ```
     ///
     /// # Errors
-    /// [`RadonError::ShortArc`] under [`ArcPolicy::Complete`].
+    /// [`RadonError::ShortArc`] under [`ArcPolicy::Complete`]; [`RadonError::TooLarge`] for more views than there is memory for.
     pub fn view_weights(&self, policy: ArcPolicy) -> Result<Vec<f64>, RadonError> {
         const SAME: f64 = 1e-9;
+        // All the lists below: eight numbers a view.
+        drop(room::<[f64; 8]>("view weights", self.angles.len(), 1)?);
         let folded: Vec<f64> = self.angles.iter().map(|a| a.rem_euclid(PI) % PI).collect();
         let mut order: Vec<usize> = (0..folded.len()).collect();
-        order.sort_by(|&a, &b| folded[a].total_cmp(&folded[b]));
+        order.sort_unstable_by(|&a, &b| folded[a].total_cmp(&folded[b]));
 
-        // Distinct directions: (direction, views there).
-        let mut groups: Vec<(f64, Vec<usize>)> = Vec::new();
+        // Distinct directions, the views at each, and the direction of each view.
+        let mut directions = Vec::with_capacity(folded.len());
+        let mut counts = Vec::with_capacity(folded.len());
+        let mut direction_of = vec![0; folded.len()];
         for view in order {
-            match groups.last_mut() {
-                Some((direction, views)) if folded[view] - *direction <= SAME => views.push(view),
-                _ => groups.push((folded[view], vec![view])),
+            match (directions.last(), counts.last_mut()) {
+                (Some(direction), Some(count)) if folded[view] - direction <= SAME => *count += 1,
+                _ => {
+                    directions.push(folded[view]);
+                    counts.push(1);
+                }
             }
+            direction_of[view] = directions.len() - 1;
         }
-        if groups.len() > 1 && groups[0].0 + PI - groups[groups.len() - 1].0 <= SAME {
+        if let [first, .., last] = directions[..]
+            && first + PI - last <= SAME
+        {
             // Just below pi is the direction just above zero.
-            if let Some((_, views)) = groups.pop() {
-                groups[0].1.extend(views);
-            }
+            directions.pop();
+            counts[0] += counts.pop().unwrap_or(0);
         }
 
-        let n = groups.len();
+        let n = directions.len();
         // gap[i]: from direction i to the next one round the circle; they sum to pi.
         let mut gap: Vec<f64> = (0..n)
             .map(|i| {
                 if i + 1 < n {
-                    groups[i + 1].0 - groups[i].0
+                    directions[i + 1] - directions[i]
                 } else {
-                    groups[0].0 + PI - groups[i].0
+                    directions[0] + PI - directions[i]
                 }
             })
             .collect();
@@ -270,11 +279,11 @@ impl ParallelGeometry {
             }
         }
         let mut weights = vec![0.0; folded.len()];
-        for (i, (_, views)) in groups.iter().enumerate() {
+        for (weight, direction) in weights.iter_mut().zip(direction_of) {
+            // The one that was just below pi is the first.
+            let i = direction % n;
             let whole = scale * (gap[i] + gap[(i + n - 1) % n]) / 2.0;
-            for &view in views {
-                weights[view] = whole / views.len() as f64;
-            }
+            *weight = whole / counts[i] as f64;
         }
         Ok(weights)
     }

@@ -9,7 +9,7 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Poisson};
 use rayon::prelude::*;
 
-use crate::error::{length, positive, within};
+use crate::error::{length, positive, within, zeros};
 use crate::{RadonError, Sample};
 
 /// Largest mean: all counts near it are whole numbers of an `f64`.
@@ -72,7 +72,7 @@ pub fn poisson_counts<T: Sample>(
     scale: CountScale,
     seed: u64,
 ) -> Result<Vec<T>, RadonError> {
-    let mut out = vec![T::ZERO; samples.len()];
+    let mut out = zeros("counts", samples.len(), 1)?;
     poisson_counts_into(samples, scale.per_unit(samples)?, seed, 0, &mut out)?;
     Ok(out)
 }

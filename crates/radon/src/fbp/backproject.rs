@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::error::{RadonError, room};
 use crate::geometry::{ImageGrid, ParallelGeometry};
 use crate::sample::Sample;
 use crate::simd::{
@@ -41,20 +42,17 @@ impl<T: Sample> Steps<T> {
         (x, y): (Range<usize>, Range<usize>),
         n: usize,
         upsampling: usize,
-    ) -> Self {
+    ) -> Result<Self, RadonError> {
         let up = upsampling as f64;
         let [x0, y0] = grid.pixel_centre(0, 0);
         let [dx, dy] = grid.spacing().map(|d| up * d / geometry.pitch());
-        let views = geometry
-            .angles()
-            .iter()
-            .map(|theta| {
-                let (sin, cos) = theta.sin_cos();
-                let first = up * geometry.bin_at(x0 * cos + y0 * sin) + MARGIN as f64;
-                ViewStep::new(first, dx * cos, dy * sin)
-            })
-            .collect();
-        Self { views, x, y, n }
+        let mut views = room("views of a plan", geometry.n_views(), 1)?;
+        views.extend(geometry.angles().iter().map(|theta| {
+            let (sin, cos) = theta.sin_cos();
+            let first = up * geometry.bin_at(x0 * cos + y0 * sin) + MARGIN as f64;
+            ViewStep::new(first, dx * cos, dy * sin)
+        }));
+        Ok(Self { views, x, y, n })
     }
 
     pub(crate) fn region(&self) -> (Range<usize>, Range<usize>) {

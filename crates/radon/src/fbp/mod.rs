@@ -76,7 +76,7 @@ impl<T: Sample> FbpPlan<T> {
     ///
     /// # Errors
     /// An option out of its range, a region that leaves the grid, [`RadonError::ShortArc`], [`RadonError::InstructionSetMissing`],
-    /// filtered rows of more than 2^20 samples.
+    /// filtered rows of more than 2^20 samples, views that there is no memory for.
     pub fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
@@ -125,7 +125,7 @@ impl<T: Sample> FbpPlan<T> {
                 (x, y),
                 filter.out_len(),
                 options.interpolation.upsampling(),
-            ),
+            )?,
             filter,
             instructions,
             options: options.clone(),

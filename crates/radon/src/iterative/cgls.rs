@@ -7,7 +7,7 @@ use super::report::{Iteration, IterativeReport, StoppedBy};
 use super::stopping::{Monitor, Observer, Stopping, nobody};
 use super::vectors::{check_input, norm, relative, update};
 use crate::Sample;
-use crate::error::RadonError;
+use crate::error::{RadonError, zeros};
 
 /// Options of [`cgls`].
 ///
@@ -87,10 +87,10 @@ pub(crate) fn run<T: Sample>(
     check_input(operator, data, image)?;
     let mut monitor = Monitor::new(stopping, gradient_rule, observe)?;
 
-    let mut direction = vec![T::ZERO; image.len()];
-    let mut gradient = vec![T::ZERO; image.len()];
-    let mut residual = vec![T::ZERO; data.len()];
-    let mut projected = vec![T::ZERO; data.len()];
+    let mut direction: Vec<T> = zeros("direction", image.len(), 1)?;
+    let mut gradient: Vec<T> = zeros("gradient", image.len(), 1)?;
+    let mut residual: Vec<T> = zeros("residual", data.len(), 1)?;
+    let mut projected: Vec<T> = zeros("projections", data.len(), 1)?;
     let data_norm = norm(data);
     operator.adjoint_into(data, &mut gradient)?;
     let gradient_scale = norm(&gradient);

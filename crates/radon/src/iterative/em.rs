@@ -9,7 +9,7 @@ use super::vectors::{
     check_input, check_not_negative, check_samples, norm, relative, sum2, update,
 };
 use crate::Sample;
-use crate::error::{RadonError, length};
+use crate::error::{RadonError, length, zeros};
 
 /// Options of [`mlem`] and [`osem`].
 ///
@@ -248,7 +248,7 @@ pub(crate) fn run<T: Sample>(
     }
     let mut prepared = Vec::new();
     for part in parts {
-        let mut sensitivity = vec![T::ZERO; image.len()];
+        let mut sensitivity = zeros("column sums", image.len(), 1)?;
         let counts = part.select(data);
         let ones = vec![T::ONE; counts.len()];
         part.operator.adjoint_into(&ones, &mut sensitivity)?;
@@ -265,8 +265,8 @@ pub(crate) fn run<T: Sample>(
     }
 
     let data_norm = norm(data);
-    let mut factor = vec![T::ZERO; image.len()];
-    let mut start = vec![T::ZERO; image.len()];
+    let mut factor = zeros("factors", image.len(), 1)?;
+    let mut start = zeros("image", image.len(), 1)?;
     // With all data in one part the residual of an image is known before it changes.
     let whole = parts.len() == 1;
     loop {

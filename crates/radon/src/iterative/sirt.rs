@@ -7,7 +7,7 @@ use super::report::{Iteration, IterativeReport, StoppedBy};
 use super::stopping::{Monitor, Observer, Stopping, nobody};
 use super::vectors::{check_input, check_not_negative, norm, relative, sum2, update};
 use crate::Sample;
-use crate::error::{RadonError, within};
+use crate::error::{RadonError, within, zeros};
 
 /// Options of [`sirt`].
 ///
@@ -140,18 +140,18 @@ pub(crate) fn run<T: Sample>(
         within("upper bound", upper, least, f64::MAX)?;
     }
 
-    let mut rows = vec![T::ZERO; data.len()];
+    let mut rows = zeros("row sums", data.len(), 1)?;
     operator.forward_into(&vec![T::ONE; image.len()], &mut rows)?;
     check_not_negative("row sums", &rows)?;
-    let mut columns = vec![T::ZERO; image.len()];
+    let mut columns = zeros("column sums", image.len(), 1)?;
     operator.adjoint_into(&vec![T::ONE; data.len()], &mut columns)?;
     check_not_negative("column sums", &columns)?;
 
     let inverse = |x: T| if x > T::ZERO { T::ONE / x } else { T::ZERO };
     let bounds = (lower.map(T::of), upper.map(T::of));
     let data_norm = norm(data);
-    let mut residual = vec![T::ZERO; data.len()];
-    let mut step = vec![T::ZERO; image.len()];
+    let mut residual = zeros("residual", data.len(), 1)?;
+    let mut step = zeros("step", image.len(), 1)?;
     loop {
         let last = monitor.is_last();
         if last && !monitor.wants_residual() {

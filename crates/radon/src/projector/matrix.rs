@@ -24,7 +24,7 @@ impl Projector {
     /// ```
     ///
     /// # Errors
-    /// [`RadonError::TooLarge`] for more rows than there is memory for.
+    /// [`RadonError::TooLarge`] for more rows or weights than there is memory for.
     #[cfg_attr(docsrs, doc(cfg(feature = "sprs")))]
     pub fn matrix<T: Sample>(&self) -> Result<CsMat<T>, RadonError> {
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
@@ -66,6 +66,15 @@ impl Projector {
                     .collect();
                 row.sort_unstable_by_key(|&(column, _)| column);
                 row_starts[view_idx * n_bins + bin + 1] = row.len();
+                let held = columns.len();
+                let more = columns.try_reserve(row.len());
+                if more.and(weights.try_reserve(row.len())).is_err() {
+                    return Err(RadonError::TooLarge {
+                        name: "weights of the matrix",
+                        a: held + row.len(),
+                        b: 1,
+                    });
+                }
                 for (column, weight) in row {
                     columns.push(column);
                     weights.push(weight);

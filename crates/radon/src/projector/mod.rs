@@ -1,6 +1,6 @@
 //! Projectors with exact adjoints.
 
-use crate::error::{RadonError, length, product, within, zeros};
+use crate::error::{RadonError, length, product, room, within, zeros};
 use crate::simd::{Fan, InstructionSet};
 use crate::{ImageGrid, ParallelGeometry, Sample, StackOrder};
 
@@ -77,7 +77,7 @@ impl Projector {
     ///
     /// # Errors
     /// [`RadonError::OutOfRange`] when the pitch is not between 1e-9 and 1e9 pixels along x and y or a ray is 1e12 pixels away;
-    /// [`RadonError::TooLarge`] for an image of 2³¹ pixels.
+    /// [`RadonError::TooLarge`] for an image of 2³¹ pixels, or views that there is no memory for.
     pub fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
@@ -95,11 +95,10 @@ impl Projector {
         for spacing in grid.spacing() {
             within("pitch in pixels", geometry.pitch() / spacing, 1e-9, 1e9)?;
         }
-        let views = geometry
-            .angles()
-            .iter()
-            .map(|&theta| View::new(geometry, grid, kernel, theta))
-            .collect::<Result<_, _>>()?;
+        let mut views = room("views of a projector", geometry.n_views(), 1)?;
+        for &theta in geometry.angles() {
+            views.push(View::new(geometry, grid, kernel, theta)?);
+        }
         Ok(Self {
             geometry: geometry.clone(),
             grid: *grid,

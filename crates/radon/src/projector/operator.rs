@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::{Projector, ProjectorScratch};
-use crate::error::{RadonError, at_least, product};
+use crate::error::{RadonError, at_least, product, room};
 use crate::{LinearOperator, ParallelGeometry, Sample, StackOrder, Subset};
 
 /// The projector of one slice: images `[y][x]`, data `[view][bin]`.
@@ -80,7 +80,8 @@ impl<T: Sample> StackOperator<T> {
     /// `n_subsets` parts of the views for OSEM: part k holds views k, k + `n_subsets`, k + 2 `n_subsets` ...
     ///
     /// # Errors
-    /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views.
+    /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views, [`RadonError::TooLarge`]
+    /// for a list of all samples that there is no memory for.
     pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self>>, RadonError> {
         let geometry = &self.projector.geometry;
         let (n_views, n_bins) = (geometry.n_views(), geometry.n_bins());
@@ -93,6 +94,9 @@ impl<T: Sample> StackOperator<T> {
                 most: n_views as f64,
             });
         }
+        // All of them, before any is made.
+        let samples = self.n_slices * n_views;
+        drop(room::<usize>("indices of subsets", samples, n_bins)?);
         let subset = |first: usize| {
             let views: Vec<usize> = (first..n_views).step_by(n_subsets).collect();
             let angles: Vec<f64> = views.iter().map(|&v| geometry.angles()[v]).collect();
@@ -105,15 +109,15 @@ impl<T: Sample> StackOperator<T> {
                 start..start + n_bins
             };
             let slices = 0..self.n_slices;
-            let data = match self.order {
-                StackOrder::ViewSliceBin => views
-                    .iter()
-                    .flat_map(|&v| slices.clone().flat_map(move |s| row(v, s)))
-                    .collect(),
-                StackOrder::SliceViewBin => slices
-                    .flat_map(|s| views.iter().flat_map(move |&v| row(v, s)))
-                    .collect(),
-            };
+            let mut data = room("indices of a subset", views.len() * self.n_slices, n_bins)?;
+            match self.order {
+                StackOrder::ViewSliceBin => data.extend(
+                    (views.iter()).flat_map(|&v| slices.clone().flat_map(move |s| row(v, s))),
+                ),
+                StackOrder::SliceViewBin => {
+                    data.extend(slices.flat_map(|s| views.iter().flat_map(move |&v| row(v, s))));
+                }
+            }
             let Projector { grid, kernel, .. } = &self.projector;
             let projector = Projector::new(&part, grid, *kernel)?
                 .with_instructions(self.projector.instructions)?;

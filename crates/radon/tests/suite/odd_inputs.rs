@@ -1,9 +1,9 @@
 //! Sizes beyond any memory, indices beyond any array, numbers that are none: errors, before any work.
 
 use radon::{
-    BinSampling, Blur, EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Kernel,
-    LinearOperator, ParallelGeometry, Phantom2, Phantom3, Projector, RadonError, Shape2, Shape3,
-    SliceAxis, StackOrder, Subset, Window, disc_mask, osem, padded_len, ramp_response,
+    ArcPolicy, BinSampling, Blur, EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation,
+    Kernel, LinearOperator, ParallelGeometry, Phantom2, Phantom3, Projector, RadonError, Shape2,
+    Shape3, SliceAxis, StackOrder, Subset, Window, disc_mask, osem, padded_len, ramp_response,
 };
 
 const VIEWS_FIRST: StackOrder = StackOrder::ViewSliceBin;
@@ -71,6 +71,51 @@ fn what_no_memory_holds_is_refused() {
         |_, _| panic!("there is nothing to write"),
     );
     assert!(too_large(streamed));
+}
+
+/// Subsets list the samples that each of them has, whose number is the caller's.
+#[test]
+fn subsets_of_more_samples_than_memory_holds_are_refused() {
+    let geometry = ParallelGeometry::half_turn(4, 4, 1.0).unwrap();
+    let grid = ImageGrid::square(4, 1.0).unwrap();
+    let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
+    for order in [StackOrder::ViewSliceBin, StackOrder::SliceViewBin] {
+        let stack = projector.stack_operator::<f32>(1 << 50, order).unwrap();
+        for n_subsets in [1, 2, 4] {
+            assert!(too_large(stack.subsets(n_subsets).map(|made| made.len())));
+        }
+    }
+}
+
+/// Lists of a few numbers a view, where the angles themselves have taken what there was: in a process of its own with 1 GiB, of
+/// which 2^25 angles take a quarter.
+#[cfg(target_os = "linux")]
+#[test]
+fn more_views_than_memory_holds_are_refused() {
+    const ALONE: &str = "RADON_TEST_WITH_LITTLE_MEMORY";
+    if std::env::var_os(ALONE).is_some() {
+        let many = ParallelGeometry::half_turn(1 << 25, 1, 1.0).unwrap();
+        let grid = ImageGrid::square(4, 1.0).unwrap();
+        assert!(too_large(many.view_weights(ArcPolicy::Complete)));
+        assert!(too_large(Projector::new(&many, &grid, Kernel::Joseph)));
+        let plan = FbpPlan::<f64>::new(&many, &grid, &FbpOptions::default());
+        assert!(too_large(plan));
+        return;
+    }
+    let exe = std::env::current_exe().unwrap();
+    let limited = std::process::Command::new("sh")
+        .args(["-c", "ulimit -v 1048576 && exec \"$0\" \"$@\""])
+        .arg(exe)
+        .args(["--exact", "--test-threads=1"])
+        .arg("odd_inputs::more_views_than_memory_holds_are_refused")
+        .env(ALONE, "1")
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&limited.stdout);
+    assert!(
+        limited.status.success() && said.contains("1 passed"),
+        "{limited:?}"
+    );
 }
 
 /// A stack is as long as its data says, not as the caller does.
