@@ -11,7 +11,7 @@ use heart_study::StudyOptions;
 use radon::{Kernel, Projector, StackOrder};
 
 const WALL: [f64; 2] = [0.0, 1.0];
-const STILL: Acquisition = Acquisition::Static { phase: 0.0 };
+const STILL: Acquisition = Acquisition::still(0.0);
 
 struct Scene {
     heart: Heart,

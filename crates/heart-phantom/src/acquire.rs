@@ -23,6 +23,8 @@ pub enum Acquisition {
     Static {
         /// The phase; 0 is rest in the study's cycle.
         phase: f64,
+        /// Steps of the arc that a camera turns through in a view, even; one that stops needs none.
+        points: usize,
     },
     /// View `k` is an instant at `t = k * interval` seconds.
     Instants {
@@ -56,6 +58,11 @@ pub enum Acquisition {
 }
 
 impl Acquisition {
+    /// All views at one phase, with as few steps as there can be for a camera that turns.
+    pub const fn still(phase: f64) -> Self {
+        Self::Static { phase, points: 8 }
+    }
+
     /// Solves the shapes that the views need, so that nothing is left to solve when they are taken; no more than the heart keeps.
     ///
     /// # Errors

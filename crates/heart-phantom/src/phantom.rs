@@ -281,7 +281,7 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::shape`].
     pub fn activity(&self, phase: f64) -> Result<Vec<f32>, PhantomError> {
-        self.truth_slices(Acquisition::Static { phase }, 0..self.parts.camera.n_rows())
+        self.truth_slices(Acquisition::still(phase), 0..self.parts.camera.n_rows())
     }
 
     /// What every voxel holds most of at a phase, `[z][y][x]`: 0 background, 1 cavity, 2 wall; of the wall's voxels 3 are those
@@ -299,7 +299,7 @@ impl Phantom {
         let (grid, slices) = (self.parts.camera.grid(), 0..self.parts.camera.n_rows());
         let shape = self.shape(phase)?;
         let mut regions = (shape.body()).regions::<f32>(grid, slices.clone(), sampling)?;
-        let scan = self.scan(&self.parts.camera, Acquisition::Static { phase });
+        let scan = self.scan(&self.parts.camera, Acquisition::still(phase));
         let placed = scan.placed(std::slice::from_ref(&shape))?;
         let defects = placed.by_defect(&shape, self.parts.defects.len());
         regions.label_pieces(WALL, &defects, grid, slices, sampling)?;

@@ -116,7 +116,7 @@ impl Phantom {
 
     fn try_gains(&self, gains: &BTreeSet<u64>) -> Result<(), PhantomError> {
         let gains: Vec<f64> = gains.iter().map(|bits| f64::from_bits(*bits)).collect();
-        let scan = self.scan(self.camera(), Acquisition::Static { phase: 0.0 });
+        let scan = self.scan(self.camera(), Acquisition::still(0.0));
         for some in gains.chunks(self.heart().most_shapes()) {
             scan.placed(&self.heart().shapes(some)?)?;
         }

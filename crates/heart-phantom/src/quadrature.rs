@@ -104,7 +104,7 @@ impl<'a> Quadrature<'a> {
             Rotation::Continuous { interval } => Some(interval / self.cycle.period()),
         };
         match (self.acquisition, turning) {
-            (Acquisition::Static { phase }, Some(_)) => self.still(phase),
+            (Acquisition::Static { phase, points }, Some(_)) => self.still(phase, points),
             _ if self.acquisition.by_volume(self.cycle, self.camera) => match &self.levels {
                 Some(levels) => self.by_volume(levels, &seen, turning),
                 None => {
@@ -117,11 +117,12 @@ impl<'a> Quadrature<'a> {
     }
 
     /// A heart at one phase while the camera turns: equal steps of the arc.
-    fn still(&self, phase: f64) -> Nodes {
+    fn still(&self, phase: f64, points: usize) -> Nodes {
+        let arcs = points.max(FEWEST_ARCS);
         let mut made = Nodes::default();
         let (phase, gain) = (self.cycle.wrapped(phase), self.cycle.gain(phase));
-        for (j, weights) in trapezoidal(FEWEST_ARCS, 1.0) {
-            made.add(gain, j as f64 / FEWEST_ARCS as f64, weights);
+        for (j, weights) in trapezoidal(arcs, 1.0) {
+            made.add(gain, j as f64 / arcs as f64, weights);
         }
         made.phases.push(phase);
         made

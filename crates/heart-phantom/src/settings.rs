@@ -45,7 +45,7 @@ impl Mode {
     /// The acquisition of a gate by views that start `interval` seconds after each other, with a number of steps a cycle.
     pub(crate) fn acquisition(self, interval: f64, gate: usize, points: usize) -> Acquisition {
         match self {
-            Self::Static { phase } => Acquisition::Static { phase },
+            Self::Static { phase } => Acquisition::Static { phase, points },
             Self::Instants => Acquisition::Instants { interval },
             Self::Exposure { seconds } => Acquisition::Exposure {
                 interval,

@@ -3,6 +3,7 @@
 use crate::Phantom;
 use crate::error::PhantomError;
 use crate::settings::{Accuracy, Mode};
+use crate::{Acquisition, Rotation};
 use std::collections::BTreeSet;
 
 /// Fewest and most steps a cycle that a tolerance is met with.
@@ -18,7 +19,12 @@ impl Phantom {
             Accuracy::Steps(steps) => return Ok(steps),
             Accuracy::Tolerance(tolerance) => tolerance,
         };
-        if matches!(self.parts().mode, Mode::Static { .. } | Mode::Instants) {
+        let averaged = match self.parts().mode {
+            Mode::Instants => false,
+            Mode::Static { .. } => self.camera().rotation() != Rotation::StepAndShoot,
+            Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => true,
+        };
+        if !averaged {
             return Ok(STEPS[0]);
         }
         if let Some(&steps) = self.steps.get() {
@@ -31,8 +37,12 @@ impl Phantom {
             let mut reached = 0.0f64;
             for gate in 0..self.n_gates() {
                 let scan = self.scan(&camera, self.acquisition_of(gate, steps));
-                let views = [0, camera.n_views() / 2, scan.hardest_view()];
-                for view_idx in BTreeSet::from(views) {
+                // What is hard of a heart that is still is the angle, say that at which its base is seen edge on.
+                let views: BTreeSet<usize> = match scan.acquisition {
+                    Acquisition::Static { .. } => (0..camera.n_views()).collect(),
+                    _ => [0, camera.n_views() / 2, scan.hardest_view()].into(),
+                };
+                for view_idx in views {
                     let taken = scan.rows(view_idx..view_idx + 1, 0..rows, &|_| ())?;
                     self.work.rays(taken.rays);
                     reached = reached.max(taken.quadrature_error.unwrap_or(0.0));

@@ -53,11 +53,12 @@ impl Acquisition {
         camera.rotation() != Rotation::StepAndShoot || *cycle.height() != Height::Sinusoid
     }
 
-    /// Steps a cycle; none where nothing is averaged.
+    /// Steps a cycle, or of the arc of a heart that is still; none where nothing is averaged.
     pub(crate) fn points(&self) -> usize {
         match *self {
-            Acquisition::Static { .. } | Acquisition::Instants { .. } => 0,
-            Acquisition::Exposure { points, .. }
+            Acquisition::Instants { .. } => 0,
+            Acquisition::Static { points, .. }
+            | Acquisition::Exposure { points, .. }
             | Acquisition::WholeCycle { points }
             | Acquisition::Gate { points, .. } => points,
         }
@@ -66,7 +67,7 @@ impl Acquisition {
     /// Checks everything before any work.
     pub(crate) fn validate(&self, cycle: &Cycle, camera: &Camera) -> Result<(), PhantomError> {
         match *self {
-            Acquisition::Static { phase } => check("phase", phase, -1e9, 1e9).map(drop)?,
+            Acquisition::Static { phase, .. } => check("phase", phase, -1e9, 1e9).map(drop)?,
             Acquisition::Instants { interval } => own_interval(interval, camera)?,
             Acquisition::Exposure {
                 interval, window, ..
@@ -80,10 +81,7 @@ impl Acquisition {
                 check_count("gate", gate, 0, gates - 1)?;
             }
         }
-        if !matches!(
-            self,
-            Acquisition::Static { .. } | Acquisition::Instants { .. }
-        ) {
+        if !matches!(self, Acquisition::Instants { .. }) {
             let points = check_count("quadrature points", self.points(), 2, MAX_POINTS)?;
             if !points.is_multiple_of(2) {
                 return Err(PhantomError::Odd {
@@ -132,7 +130,9 @@ impl Acquisition {
         let beats = self.seen(cycle, camera, 0).beats;
         let points = self.points() as f64;
         let of_view = match (self, camera.rotation()) {
-            (Acquisition::Static { .. } | Acquisition::Instants { .. }, _) => return 0.0,
+            (Acquisition::Instants { .. }, _)
+            | (Acquisition::Static { .. }, Rotation::StepAndShoot) => return 0.0,
+            (Acquisition::Static { .. }, Rotation::Continuous { .. }) => points,
             // Each arc sees what the beat goes through in it, and never more than all levels.
             (_, Rotation::Continuous { .. }) => {
                 let arcs = arcs(self.points()) as f64;

@@ -125,7 +125,7 @@ impl Acquisition {
             },
         };
         match *self {
-            Self::Static { phase } => TimeSeen {
+            Self::Static { phase, .. } => TimeSeen {
                 ends: [phase; 2],
                 beats: 0.0,
                 gate: whole,
@@ -161,7 +161,7 @@ impl Acquisition {
                 (Self::Gate { .. }, Rotation::Continuous { .. }) => beats * cycle.period(),
             },
             phase: match *self {
-                Self::Static { phase } => phase,
+                Self::Static { phase, .. } => phase,
                 _ => cycle.phase(start),
             },
             angle: self.angle(cycle, camera, view_idx),

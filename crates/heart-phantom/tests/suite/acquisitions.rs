@@ -25,7 +25,7 @@ fn every_view_of_every_acquisition_holds_the_wall_volume() {
     let heart = Heart::study(101).unwrap();
     let exact = wall_volume(&heart);
     for acquisition in [
-        Acquisition::Static { phase: 0.3 },
+        Acquisition::still(0.3),
         Acquisition::Instants { interval: 1.0 },
         Acquisition::WholeCycle { points: 8 },
     ] {
@@ -61,7 +61,7 @@ fn phases_are_solved_once_and_mirrored_phases_share_a_shape() {
 #[test]
 fn a_heart_that_does_not_beat_looks_the_same_in_all_acquisitions() {
     let heart = Heart::study(101).unwrap();
-    let still = take(&heart, Acquisition::Static { phase: 0.0 }, 0.0);
+    let still = take(&heart, Acquisition::still(0.0), 0.0);
     let short = take(&heart, Acquisition::Instants { interval: 1.0 }, 0.0);
     let long = take(&heart, Acquisition::WholeCycle { points: 4 }, 0.0);
     assert_eq!(still.samples, short.samples);
@@ -80,7 +80,7 @@ fn the_average_over_a_cycle_is_the_mean_of_static_scans() {
     let mut mean = vec![0.0f64; long.samples.len()];
     for j in 0..6 {
         let phase = f64::from(j) / 6.0;
-        let still = take(&heart, Acquisition::Static { phase }, 0.6);
+        let still = take(&heart, Acquisition::still(phase), 0.6);
         for (sum, v) in mean.iter_mut().zip(&still.samples) {
             *sum += f64::from(*v) / 6.0;
         }
@@ -137,7 +137,7 @@ fn truth_holds_the_wall_volume_and_measures_itself_as_perfect() {
     let regions = Regions::new(&heart, &camera, &cycle).unwrap();
     assert!(regions.wall.count() > 0 && regions.cavity.count() > 0);
     for acquisition in [
-        Acquisition::Static { phase: 0.0 },
+        Acquisition::still(0.0),
         Acquisition::WholeCycle { points: 4 },
     ] {
         let volume = truth(&heart, &camera, &cycle, acquisition, WALL, 1e-4).unwrap();
@@ -171,7 +171,7 @@ fn bad_input_is_refused_with_its_numbers() {
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
         assert!(try_it(Acquisition::Instants { interval: bad }).is_err());
     }
-    assert!(try_it(Acquisition::Static { phase: f64::NAN }).is_err());
+    assert!(try_it(Acquisition::still(f64::NAN)).is_err());
     // More points than anyone waits for.
     let points = 65_536;
     let turning = Camera::with_geometry(&CameraGeometry {
@@ -207,7 +207,7 @@ fn bad_input_is_refused_with_its_numbers() {
             "{refused:?}"
         );
     }
-    let still = Acquisition::Static { phase: 0.0 };
+    let still = Acquisition::still(0.0);
     assert!(acquire(&heart, &camera, &cycle, still, [f64::NAN, 1.0], &|_| ()).is_err());
     assert!(truth(&heart, &camera, &cycle, still, WALL, 0.0).is_err());
     assert!(matches!(
@@ -302,7 +302,7 @@ fn a_turning_camera_averages_over_the_angles_that_it_passes() {
         pixel: 0.6,
         centre: [0.0; 2],
     };
-    let still = Acquisition::Static { phase: 0.25 };
+    let still = Acquisition::still(0.25);
     let take = |geometry: CameraGeometry, acquisition| {
         let camera = Camera::with_geometry(&geometry).unwrap();
         acquire(&heart, &camera, &cycle, acquisition, WALL, &|_| ()).unwrap()
@@ -361,7 +361,7 @@ fn a_total_stays_and_a_concentration_grows_with_the_cavity() {
             cavity,
             wall: Uptake::Concentration(0.0),
         };
-        let still = Acquisition::Static { phase };
+        let still = Acquisition::still(phase);
         let taken = acquire(&heart, &camera, &cycle, still, activity, &|_| ()).unwrap();
         let view = &taken.samples[..SIZE * SIZE];
         view.iter().map(|&v| f64::from(v)).sum::<f64>() * pixel

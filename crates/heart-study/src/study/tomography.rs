@@ -16,7 +16,7 @@ const QUADRATURE_POINTS: usize = 32;
 
 /// The three acquisitions in the order of the report.
 pub(super) const ACQUISITIONS: [(&str, Acquisition); 3] = [
-    ("static", Acquisition::Static { phase: 0.0 }),
+    ("static", Acquisition::still(0.0)),
     (
         "short",
         Acquisition::Instants {

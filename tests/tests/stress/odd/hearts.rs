@@ -38,7 +38,7 @@ fn heart_phantom_takes_anything() {
         };
         back(balloon.membrane());
         back(heart.shapes(&[a]));
-        let (gate, points) = (Acquisition::Static { phase: a }, SIZES[2]);
+        let (gate, points) = (Acquisition::still(a), SIZES[2]);
         for acquisition in [
             gate,
             Acquisition::Instants { interval: a },

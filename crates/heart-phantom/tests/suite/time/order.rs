@@ -87,7 +87,7 @@ fn no_other_rule_does_better_for_a_sinusoid() {
         for &(gain, weight) in points {
             // A cycle whose rest is that gain.
             let cycle = Cycle::with_curve(60.0, &VolumeCurve::Sinusoid, [gain, gain]).unwrap();
-            let still = Acquisition::Static { phase: 0.0 };
+            let still = Acquisition::still(0.0);
             let seen = acquire(&heart, &camera, &cycle, still, WALL, &|_| ()).unwrap();
             for (sum, value) in sum.iter_mut().zip(seen.samples) {
                 *sum += weight * f64::from(value);
@@ -151,9 +151,7 @@ fn levels_of_volume_do_better_than_steps_of_time_for_other_curves() {
         let by_time = |n: usize| {
             let mut sum = vec![0.0f64; by_volume.samples.len()];
             for j in 0..n {
-                let still = Acquisition::Static {
-                    phase: j as f64 / n as f64,
-                };
+                let still = Acquisition::still(j as f64 / n as f64);
                 let (heart, camera, cycle) = (phantom.heart(), phantom.camera(), phantom.cycle());
                 let seen = acquire(heart, camera, cycle, still, WALL, &|_| ()).unwrap();
                 for (sum, value) in sum.iter_mut().zip(seen.samples) {
