@@ -3,7 +3,7 @@
 use crate::error::PhantomError;
 use crate::settings::Mode;
 use crate::truth::{MOST_IN_PASS, swept};
-use crate::{Measures, Phantom, Regions};
+use crate::{Camera, Measures, Phantom, Regions};
 use revolve_voxel::Mask;
 use revolve_voxel::nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
@@ -20,14 +20,15 @@ const AZIMUTHS: usize = 16;
 pub struct Artefacts {
     /// Root mean square more than three voxels outside the heart at all phases, where nothing should be.
     pub streaks_outside: Option<f64>,
-    /// Standard deviation over mean of the voxels that are in the wall at all phases that the views see, those near its faces
-    /// left out.
+    /// Standard deviation over mean of the voxels that are in the wall at all phases that the views see, defects among them, those
+    /// near its faces left out.
     pub wall_unevenness: Option<f64>,
     /// Mean of those voxels.
     pub wall_mean: Option<f64>,
     /// How many they are; none if the wall moves by more than its thickness, or has too few voxels.
     pub wall_voxels: usize,
-    /// Width of the outer edge at the apex, from 90 to 10 % along the axis, mm.
+    /// Width of the outer edge at the apex, from 90 to 10 % of its height above the background along the axis, mm; none where
+    /// views or volume end before that.
     pub apex_blur_mm: Option<f64>,
     /// The same at the middle of the wall's side, median of 16 azimuths, mm.
     pub wall_blur_mm: Option<f64>,
@@ -71,15 +72,29 @@ impl Phantom {
         let pose = self.heart().pose();
         let length = self.heart().length();
         let voxel = self.camera().grid().spacing()[0];
-        // From the middle of the wall outwards, past the largest heart.
+        let around = self
+            .parts()
+            .background
+            .map_or(0.0, |around| around.concentration);
+        // From the middle of the wall outwards, past the largest heart or to where views or volume end.
         let width = |direction: Vector3<f64>, inner: [f64; 2], outer: [f64; 2]| {
             let place = |[x, r]: [f64; 2]| Point3::new(x, r * direction.y, r * direction.z);
             let from = place([0.5 * (inner[0] + outer[0]), 0.5 * (inner[1] + outer[1])]);
-            let to = from + direction * (0.5 * length);
-            let n = 2 + (4.0 * 0.5 * length / voxel) as usize;
-            let ends = [pose.to_lab(&from), pose.to_lab(&to)];
+            let from_lab = pose.to_lab(&from);
+            let room = room(
+                self.camera(),
+                &from_lab,
+                &(pose.to_lab(&(from + direction)) - from_lab),
+            );
+            let far = room.min(0.5 * length);
+            if far <= 0.0 {
+                return Ok(None);
+            }
+            let n = 2 + (4.0 * far / voxel) as usize;
+            let ends = [from_lab, pose.to_lab(&(from + direction * far))];
             let line = self.camera().grid().profile(volume, ends, n)?;
-            Ok::<_, PhantomError>(line.edge_width(0.9, 0.1).map(|cm| 10.0 * cm))
+            let cm = line.above(around).edge_width(0.9, 0.1);
+            Ok::<_, PhantomError>(cm.map(|cm| 10.0 * cm))
         };
         let at = |s: f64| (solution.inner.at(s).position, solution.outer.at(s).position);
         let (tip, outer_tip) = at(0.5);
@@ -101,6 +116,37 @@ impl Phantom {
             rmse: measures.rmse_truth,
         })
     }
+}
+
+/// How far a way goes before it leaves what all views see or the voxels hold.
+fn room(camera: &Camera, from: &Point3<f64>, along: &Vector3<f64>) -> f64 {
+    let (grid, radius) = (camera.grid(), camera.field_radius());
+    let [nx, ny, nz] = grid.shape();
+    let ends = [grid.centre(0, 0, 0), grid.centre(nx - 1, ny - 1, nz - 1)];
+    let mut room = f64::INFINITY;
+    for a in 0..3 {
+        let half = 0.5 * grid.spacing()[a];
+        for (edge, outwards) in [(ends[0][a] - half, -1.0), (ends[1][a] + half, 1.0)] {
+            let speed = outwards * along[a];
+            let left = outwards * (edge - from[a]);
+            if speed > 0.0 || left < 0.0 {
+                room = room.min(left / speed.max(f64::MIN_POSITIVE));
+            }
+        }
+    }
+    // |p + t d| = R about the axis that the camera turns about
+    let (pp, pd) = (
+        from.x.hypot(from.y).powi(2),
+        from.x * along.x + from.y * along.y,
+    );
+    let dd = along.x * along.x + along.y * along.y;
+    if pp > radius * radius {
+        return 0.0;
+    }
+    if dd > 0.0 {
+        room = room.min(((pd * pd + dd * (radius * radius - pp)).sqrt() - pd) / dd);
+    }
+    room
 }
 
 /// The gains, or of very many as many as one pass takes, the first and the last in volume among them.

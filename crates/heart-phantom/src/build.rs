@@ -9,7 +9,7 @@ use crate::scene::{
     ArcSettings, AttenuationSettings, BackgroundSettings, DefectSettings, DiscretisationSettings,
     Law, MediumSettings, ReconstructionSettings, RotationSettings, Scene, WindowSettings,
 };
-use crate::{Activity, Balloon, Camera, Cycle, Defect, Heart, WallRegion};
+use crate::{Activity, Balloon, Camera, Cycle, Defect, Heart, VolumeRange, WallRegion};
 use membrane_newton::membrane_forces::{PressureLaw, balloon_at_rest};
 use membrane_newton::{Discretisation, Membrane};
 use radon::{ArcPolicy, FbpOptions, Window};
@@ -100,9 +100,22 @@ fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
     )
 }
 
-pub(crate) fn cycle_of(scene: &Scene) -> Result<Cycle, PhantomError> {
+/// Volume at rest that gains are over: that of the inner balloon as it is solved, so that volumes which are asked for are those that come
+/// out; ratios need no such thing.
+pub(crate) fn rest_volume_of(scene: &Scene) -> Result<f64, PhantomError> {
     let inner = scene.heart.inner;
-    let rest = balloon_at_rest(inner.length, inner.radius)?.volume;
+    let exact = balloon_at_rest(inner.length, inner.radius)?.volume;
+    Ok(match scene.cycle.volume {
+        // What makes no heart is told where the heart is made.
+        VolumeRange::Volumes { .. } => {
+            heart_of(scene).map_or(exact, |heart| heart.pair().inner().start_measures().volume)
+        }
+        VolumeRange::Gain(_) | VolumeRange::EjectionFraction(_) => exact,
+    })
+}
+
+pub(crate) fn cycle_of(scene: &Scene) -> Result<Cycle, PhantomError> {
+    let rest = rest_volume_of(scene)?;
     let (cycle, gains) = (&scene.cycle, scene.cycle.volume.gains(rest)?);
     Cycle::with_curve(cycle.beats_per_minute, &cycle.curve, gains)
 }

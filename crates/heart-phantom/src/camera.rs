@@ -133,6 +133,15 @@ impl Camera {
         Self::with_geometry(&coarse)
     }
 
+    /// The same views with another number of bins and rows.
+    pub(crate) fn of_size(&self, [bins, rows]: [usize; 2]) -> Result<Self, PhantomError> {
+        Self::with_geometry(&CameraGeometry {
+            bins,
+            rows,
+            ..self.from.clone()
+        })
+    }
+
     /// Angles and bins. A camera that turns all the time stands at these angles in the middle of each view's time; what it saw in a
     /// part of it is reconstructed from the mean angle of that ([`Sinograms::angles`](crate::Sinograms::angles),
     /// [`Phantom::geometry`](crate::Phantom::geometry)).

@@ -9,6 +9,15 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PhantomError {
+    /// Finer and finer triangles do not enclose the volume to the tolerance: it has fewer digits, so small is the body for its
+    /// distance from the origin.
+    #[error("triangles enclose the volume to {reached:e} only; the tolerance is {tolerance:e}")]
+    NotMeshed {
+        /// Relative error of the volume that was reached.
+        reached: f64,
+        /// What was asked for.
+        tolerance: f64,
+    },
     /// A number is not finite or outside the range that makes sense.
     #[error("{what} is {}, must be between {} and {}", Number(*given), Number(*min), Number(*max))]
     OutOfRange {

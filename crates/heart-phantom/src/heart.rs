@@ -11,6 +11,9 @@ use revolve_voxel::{Body, Meridian, Mesh, Piece, Pose};
 use std::f64::consts::FRAC_PI_4;
 use std::sync::{Arc, OnceLock};
 
+/// Of the distance between a surface and its triangles: one or two bring the volume to its tolerance.
+const MOST_HALVINGS: usize = 8;
+
 /// Dimensions of a balloon at rest: a cylinder closed by a hemisphere (Rohmer et al. 2006, Table 1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Balloon {
@@ -338,20 +341,24 @@ impl HeartShape {
     /// error `tolerance`.
     ///
     /// # Errors
-    /// [`PhantomError::Solid`] if there is no such layer, for a tolerance that is not positive, or one that needs too many triangles.
+    /// [`PhantomError::Solid`] if there is no such layer, for a tolerance that is not positive, or one that needs too many triangles;
+    /// [`PhantomError::NotMeshed`] where rounding leaves the volume fewer digits than the tolerance has.
     pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, PhantomError> {
         let Some(solid) = self.body.layers().get(layer).map(Meridian::measures) else {
             return Ok(self.body.mesh(layer, tolerance)?);
         };
         // A surface that is off by this everywhere is off by so much of the volume.
         let mut distance = tolerance * solid.volume / solid.surface;
-        loop {
+        let mut reached = f64::INFINITY;
+        for _ in 0..MOST_HALVINGS {
             let mesh = self.body.mesh(layer, distance)?;
-            if (mesh.volume() / solid.volume - 1.0).abs() <= tolerance {
+            reached = (mesh.volume() / solid.volume - 1.0).abs();
+            if reached <= tolerance {
                 return Ok(mesh);
             }
             distance *= 0.5;
         }
+        Err(PhantomError::NotMeshed { reached, tolerance })
     }
 
     /// The solid in the lab: region 0 is the cavity, region 1 the wall.

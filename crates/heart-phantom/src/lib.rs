@@ -96,6 +96,7 @@ mod truth;
 mod view_time;
 mod volume_curve;
 mod warning;
+mod wide;
 mod work;
 
 pub use membrane_forces;

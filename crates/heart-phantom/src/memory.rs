@@ -68,7 +68,7 @@ impl Phantom {
         let shape = heart.shape_bytes() as u64;
         let regions = parts.defects.iter().map(|defect| defect.region);
         let defects = without_overlap(regions).map_or(0, |pieces| pieces.len()) as u64 * shape;
-        let fields = (passed * finder_bytes(&scan)) as u64;
+        let fields = (passed.max(judged) * finder_bytes(&scan)) as u64;
 
         let samples = 4 * (camera.n_views() * camera.view_len()) as u64;
         // Noise is counted beside what it is the noise of.
@@ -91,11 +91,11 @@ impl Phantom {
         }
     }
 
-    /// Shapes that the views of all gates need, no more than are kept at most; with a tolerance those of the finest steps.
+    /// Shapes that the views of all gates need, no more than are kept at most; with a tolerance those of the steps that meet it, or if that is not known yet of the finest.
     fn distinct_shapes(&self) -> usize {
         let steps = match self.parts().accuracy {
             Accuracy::Steps(steps) => steps,
-            Accuracy::Tolerance(_) => STEPS[1],
+            Accuracy::Tolerance(_) => self.steps_known().unwrap_or(STEPS[1]),
         };
         let most = self.heart().most_shapes().max(MOST_IN_PASS);
         let mut gains = BTreeSet::new();

@@ -6,6 +6,7 @@ use crate::readout::Readout;
 use crate::scan::Scan;
 use crate::steps::STEPS;
 use crate::truth::truth_of_slices;
+use crate::wide::Wide;
 use crate::work::{Work, WorkReport};
 use crate::{
     Acquisition, Camera, Cycle, Heart, HeartShape, Regions, Rotation, Sinograms, TruthOf, ViewTime,
@@ -14,6 +15,7 @@ use crate::{
 use crate::{Scene, source::Source};
 use radon::{Blur, FbpPlan, ParallelGeometry, Skip, StackOrder};
 use revolve_voxel::{Mesh, Sampling};
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -41,7 +43,8 @@ const WALL: usize = 1;
 #[derive(Debug)]
 pub struct Phantom {
     parts: PhantomParts,
-    readout: Readout,
+    pub(crate) readout: Readout,
+    pub(crate) wide: OnceLock<Option<Wide>>,
     /// Mean counts of a sample of 1, by gate.
     counts: Vec<OnceLock<f64>>,
     pub(crate) steps: OnceLock<usize>,
@@ -71,6 +74,7 @@ impl Phantom {
                 noise: parts.noise,
                 size,
             },
+            wide: OnceLock::new(),
             counts: vec![OnceLock::new(); parts.mode.n_gates()],
             steps: OnceLock::new(),
             regions: OnceLock::new(),
@@ -364,26 +368,15 @@ impl Phantom {
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Sinograms, PhantomError> {
         let mut taken = self.means(gate, views.clone(), rows.clone(), progress)?;
-        let per_unit = self.counts_per_unit(gate)?;
+        let camera = &self.parts.camera;
+        let per_unit = if (&views, &rows) == (&(0..camera.n_views()), &(0..camera.n_rows())) {
+            self.counts_of(gate, || Ok(Cow::Borrowed(&taken.samples)))?
+        } else {
+            self.counts_per_unit(gate)?
+        };
         let first = gate * self.parts.camera.n_views() + views.start;
         self.readout
             .count(&mut taken.samples, per_unit, first, &rows)?;
-        Ok(taken)
-    }
-
-    /// Line integrals, blurred but without noise.
-    fn means(
-        &self,
-        gate: usize,
-        views: Range<usize>,
-        rows: Range<usize>,
-        progress: &(dyn Fn(usize) + Sync),
-    ) -> Result<Sinograms, PhantomError> {
-        let cast = self.readout.rows_seen(&rows);
-        let scan = self.scan(&self.parts.camera, self.acquisition(gate)?);
-        let mut taken = scan.rows(views, cast, progress)?;
-        self.work.rays(taken.rays);
-        self.readout.blur(&mut taken.samples, &rows)?;
         Ok(taken)
     }
 
@@ -393,15 +386,23 @@ impl Phantom {
     /// As [`Phantom::view`].
     pub fn counts_per_unit(&self, gate: usize) -> Result<Option<f64>, PhantomError> {
         check_count("gate", gate, 0, self.n_gates() - 1)?;
+        let camera = &self.parts.camera;
+        let (views, rows) = (0..camera.n_views(), 0..camera.n_rows());
+        self.counts_of(gate, || {
+            Ok(Cow::Owned(self.means(gate, views, rows, &|_| ())?.samples))
+        })
+    }
+
+    /// The same from all samples of the gate, if they are needed.
+    fn counts_of<'a>(
+        &self,
+        gate: usize,
+        all: impl FnOnce() -> Result<Cow<'a, [f32]>, PhantomError>,
+    ) -> Result<Option<f64>, PhantomError> {
         if let Some(&known) = self.counts[gate].get() {
             return Ok(Some(known));
         }
-        let (views, rows) = (
-            0..self.parts.camera.n_views(),
-            0..self.parts.camera.n_rows(),
-        );
-        let made = (self.readout)
-            .counts_per_unit(|| Ok(self.means(gate, views, rows, &|_| ())?.samples))?;
+        let made = self.readout.counts_per_unit(all)?;
         Ok(made.map(|made| *self.counts[gate].get_or_init(|| made)))
     }
 

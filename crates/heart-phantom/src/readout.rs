@@ -3,6 +3,7 @@
 use crate::error::PhantomError;
 use crate::settings::{Counts, Noise};
 use radon::{Blur, CountScale, poisson_counts_into};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Blur and noise of a detector.
@@ -35,9 +36,9 @@ impl Readout {
     }
 
     /// Mean counts of a sample of 1; `all` gives all samples of the gate, if they are needed.
-    pub(crate) fn counts_per_unit(
+    pub(crate) fn counts_per_unit<'a>(
         &self,
-        all: impl FnOnce() -> Result<Vec<f32>, PhantomError>,
+        all: impl FnOnce() -> Result<Cow<'a, [f32]>, PhantomError>,
     ) -> Result<Option<f64>, PhantomError> {
         Ok(match self.noise.map(|noise| noise.counts) {
             None => None,

@@ -54,6 +54,7 @@ impl Source {
             PhantomError::Radon(_) => "reconstruction".to_owned(),
             PhantomError::NothingToCount => "noise.counts.total".to_owned(),
             PhantomError::NotBuilt { .. } => "output.write".to_owned(),
+            PhantomError::NotMeshed { .. } => "output.mesh_tolerance".to_owned(),
             PhantomError::Solid(_) => "heart".to_owned(),
             _ => return error,
         };

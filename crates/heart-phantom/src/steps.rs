@@ -27,7 +27,7 @@ impl Phantom {
         if !averaged {
             return Ok(STEPS[0]);
         }
-        if let Some(&steps) = self.steps.get() {
+        if let Some(steps) = self.steps_known() {
             return Ok(steps);
         }
         let camera = self.camera().coarse(PROBE)?;
@@ -60,5 +60,10 @@ impl Phantom {
             }
             steps *= 2;
         }
+    }
+
+    /// The steps that meet the tolerance, once that was tried.
+    pub(crate) fn steps_known(&self) -> Option<usize> {
+        self.steps.get().copied()
     }
 }

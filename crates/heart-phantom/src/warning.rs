@@ -214,7 +214,7 @@ fn wider(widest: &mut Option<(f64, f64)>, half: f64, theta: f64) {
 }
 
 /// The solid within the outer membrane.
-fn outside_of(shape: &HeartShape) -> Result<Body, PhantomError> {
+pub(crate) fn outside_of(shape: &HeartShape) -> Result<Body, PhantomError> {
     let layers = shape.body().layers();
     Ok(Body::new(
         vec![layers[layers.len() - 1].clone()],
@@ -223,7 +223,7 @@ fn outside_of(shape: &HeartShape) -> Result<Body, PhantomError> {
 }
 
 /// How far a body reaches from the planes through the origin, to the farther side.
-fn half_extents(body: &Body) -> [f64; 3] {
+pub(crate) fn half_extents(body: &Body) -> [f64; 3] {
     let [low, high] = body.bounding_box(0).unwrap_or_default();
     [0, 1, 2].map(|a| high[a].max(-low[a]))
 }

@@ -191,10 +191,14 @@ impl Mesh {
 
     /// Enclosed volume, by the divergence theorem; NaN if a triangle names a point that there is not.
     pub fn volume(&self) -> f64 {
+        // About one of its own points: far from the origin the terms would be large and their sum all rounding.
+        let Some(&about) = self.vertices.first() else {
+            return 0.0;
+        };
         self.triangles
             .iter()
             .map(|t| {
-                let [a, b, c] = self.corners(t).map(|p| p.map(|p| p.coords))?;
+                let [a, b, c] = self.corners(t)?.map(|p| p - about);
                 Some(a.dot(&b.cross(&c)) / 6.0)
             })
             .sum::<Option<f64>>()

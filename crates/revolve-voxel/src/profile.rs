@@ -83,6 +83,12 @@ impl Profile {
         &self.values
     }
 
+    /// The same without what surrounds the edge: each value less `level`.
+    pub fn above(mut self, level: f64) -> Self {
+        self.values.iter_mut().for_each(|value| *value -= level);
+        self
+    }
+
     /// How far it is from where the profile last has `high` of its largest value to where it then first has `low` of it: the
     /// width of an edge that falls towards the end, 0 for a jump between two points but for the linear rise between
     /// them. `None` if it does not fall that far.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::activity::MAX_ACTIVITY;
-use crate::build::{cycle_of, defect_of, geometry_of};
+use crate::build::{cycle_of, defect_of, geometry_of, rest_volume_of};
 use crate::camera::{Camera, MOST_SAMPLES, Rotation};
 use crate::defect::{MOST_PIECES, without_overlap};
 use crate::files::Format;
@@ -11,7 +11,6 @@ use crate::text::Number;
 use crate::timing::MAX_POINTS_OF_ALL;
 use crate::volume_curve::{MAX_GAIN, check_curve};
 use crate::{Uptake, VolumeCurve, VolumeRange};
-use membrane_newton::membrane_forces::balloon_at_rest;
 use serde::Serialize;
 use std::fmt::Display;
 
@@ -62,7 +61,7 @@ fn count(field: &str, given: usize, [min, max]: [usize; 2]) -> Checked {
 
 pub(super) fn scene(scene: &Scene) -> Checked {
     heart(&scene.heart)?;
-    cycle(&scene.cycle, &scene.heart.inner)?;
+    cycle(&scene.cycle, rest_volume_of(scene).unwrap_or(f64::NAN))?;
     pose(&scene.pose)?;
     for (region, uptake) in [
         ("cavity", scene.activity.cavity),
@@ -157,7 +156,7 @@ fn heart(heart: &HeartSettings) -> Checked {
     }
 }
 
-fn cycle(cycle: &CycleSettings, inner: &BalloonSettings) -> Checked {
+fn cycle(cycle: &CycleSettings, rest: f64) -> Checked {
     within(
         "cycle.beats_per_minute",
         cycle.beats_per_minute,
@@ -180,8 +179,6 @@ fn cycle(cycle: &CycleSettings, inner: &BalloonSettings) -> Checked {
             within("cycle.volume.ejection_fraction", fraction, [0.0, most])
         }
         VolumeRange::Volumes { edv, esv } => {
-            let rest =
-                balloon_at_rest(inner.length, inner.radius).map_or(f64::NAN, |rest| rest.volume);
             let above = |field: &str, given: f64, least: f64, why: &str| {
                 if given >= least {
                     Ok(())

@@ -300,3 +300,38 @@ fn stiffness_and_the_law_change_the_pressure_and_little_else() {
     );
     assert!((10.0 * plain.thickness.apex - 8.3).abs() < 0.05);
 }
+
+/// Volumes that a report gives can be asked for, and come out, whatever the discretisation makes of the balloon at rest.
+#[test]
+fn volumes_of_a_report_are_volumes_of_a_scene() {
+    for discretisation in [
+        DiscretisationSettings::Differences { nodes: 51 },
+        DiscretisationSettings::Spectral {
+            degree: 16,
+            per_piece: 1,
+            tolerance: 1e-4,
+        },
+    ] {
+        let mut scene = Scene::default();
+        scene.heart.discretisation = discretisation;
+        let first = Phantom::new(scene.clone()).unwrap().numbers().unwrap();
+        let (edv, esv) = (first.edv, first.esv);
+        scene.cycle.volume = VolumeRange::Volumes { edv, esv };
+        let again = Phantom::new(scene).unwrap().numbers().unwrap();
+        // To the tolerance of the solver.
+        assert!((again.edv / edv - 1.0).abs() < 1e-12 && (again.esv / esv - 1.0).abs() < 1e-12);
+    }
+}
+
+/// So far from the origin that the volume about it is all rounding.
+#[test]
+fn surfaces_far_away_have_no_more_triangles() {
+    let mesh = |shift: f64| {
+        let mut scene = Scene::default();
+        scene.pose.shift = [shift; 3];
+        scene.output.mesh_tolerance = 0.05;
+        let phantom = Phantom::new(scene).unwrap();
+        phantom.meshes(0.5).unwrap().map(|m| m.triangles.len())
+    };
+    assert_eq!(mesh(0.0), mesh(1e6));
+}

@@ -1,7 +1,9 @@
 //! What the measures of a reconstruction say of volumes for which it is known.
 
 use super::small;
-use heart_phantom::scene::{BlurSettings, Mode, Scene};
+use heart_phantom::scene::{
+    BackgroundSettings, BlurSettings, Counts, DiscretisationSettings, Mode, Noise, Scene,
+};
 use heart_phantom::{Artefacts, Phantom};
 
 fn of_reconstruction(scene: Scene) -> Artefacts {
@@ -97,4 +99,88 @@ fn motion_blurs_and_gates_restore() {
         short.streaks_outside.unwrap() > 2.0 * still.streaks_outside.unwrap(),
         "{short:?} {still:?}"
     );
+}
+
+/// The heart at rest, `bins` of half a centimetre wide.
+fn resting(bins: usize) -> Scene {
+    let mut scene = Scene::default().with_mode(Mode::Static { phase: 0.0 });
+    scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
+    (scene.camera.views, scene.camera.bins, scene.camera.rows) = (60, bins, bins);
+    scene.camera.pitch = [0.5; 2];
+    scene
+}
+
+/// A view that ends in the heart has what the blur brings in from beyond its edges: the middle of a view that holds all of it.
+#[test]
+fn blur_brings_in_what_is_beyond_the_edges() {
+    for fwhm in [1.0, 2.0] {
+        let taken = |bins: usize, rows: usize| {
+            let mut scene = resting(bins);
+            (scene.camera.views, scene.camera.rows) = (3, rows);
+            scene.blur = Some(BlurSettings { fwhm });
+            let phantom = Phantom::new(scene).unwrap();
+            let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
+            (phantom, views)
+        };
+        let ((_, all), (part, views)) = (taken(64, 64), taken(16, 12));
+        let most = views.iter().copied().fold(0.0f32, f32::max);
+        for view in 0..3 {
+            for (row, bin) in (0..12).flat_map(|row| (0..16).map(move |bin| (row, bin))) {
+                let here = views[(view * 12 + row) * 16 + bin];
+                let there = all[(view * 64 + row + 26) * 64 + bin + 24];
+                // Sums of the same numbers, but for rounding of single precision.
+                assert!((here - there).abs() <= 1e-6 * most, "{here} {there}");
+            }
+        }
+        // A slice alone has the bits that it has among the others.
+        let (volume, slice) = (part.volume(0).unwrap(), part.slice(0, 1).unwrap());
+        assert!(volume[256..512] == slice[..]);
+    }
+}
+
+#[test]
+fn an_edge_is_measured_from_what_surrounds_it_and_where_it_is_seen() {
+    let found = |bins: usize, background: f64| {
+        let mut scene = resting(bins);
+        if background > 0.0 {
+            scene = scene.with_background(BackgroundSettings {
+                concentration: background,
+                centre: [0.0; 2],
+                semi_axes: [7.7; 2],
+            });
+        }
+        of_reconstruction(scene)
+    };
+    let alone = found(32, 0.0);
+    for background in [0.1, 0.3] {
+        let within = found(32, background);
+        for (a, b) in [
+            (within.wall_blur_mm, alone.wall_blur_mm),
+            (within.apex_blur_mm, alone.apex_blur_mm),
+        ] {
+            // Streaks of 60 views; the edge of the background is 30 mm and more away.
+            assert!((a.unwrap() / b.unwrap() - 1.0).abs() < 0.25, "{a:?} {b:?}");
+        }
+    }
+    // The apex is 5.9 cm from the axis of the camera; views of 16 bins end at 4, less one bin 3.5.
+    assert_eq!(found(16, 0.0).apex_blur_mm, None);
+    // Pixels so small that a line through the heart would have billions of points.
+    let mut scene = resting(16);
+    scene.reconstruction.pixel = Some(1e-6);
+    assert_eq!(of_reconstruction(scene).apex_blur_mm, None);
+}
+
+/// Counts of a given total take the views once, not once for the sum and once for themselves.
+#[test]
+fn views_with_a_total_of_counts_are_taken_once() {
+    let mut scene = resting(16);
+    scene.noise = Some(Noise {
+        counts: Counts::Total(1e5),
+        seed: 1,
+    });
+    let phantom = Phantom::new(scene).unwrap();
+    let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
+    let work = phantom.work();
+    assert_eq!(work.rays_cast + work.rays_skipped, 60 * 16 * 16);
+    assert!(phantom.view(0, 7).unwrap()[..] == views[7 * 256..8 * 256]);
 }
