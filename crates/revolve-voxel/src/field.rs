@@ -78,7 +78,11 @@ impl<'a> Field<'a> {
         let margin = near + 2.0 * size;
         let extent = [b - a + 2.0 * margin, profile.r_max() + margin];
         // Never more than a quarter of a million cells: a fine grid gains nothing from finer ones.
-        let size = size.max((extent[0] * extent[1] / 250_000.0).sqrt());
+        // One long row of them counts as well.
+        let longest = extent[0].max(extent[1]);
+        let size = size
+            .max((extent[0] * extent[1] / 250_000.0).sqrt())
+            .max(longest / 250_000.0);
         let shape = extent.map(|e| (e / size).ceil() as usize);
         let half_diagonal = size * std::f64::consts::FRAC_1_SQRT_2;
         let x0 = a - margin;
@@ -234,5 +238,17 @@ mod tests {
         }
         // However thin they are.
         assert!(listed([1.0, 1.0, 1e-6]) < 200_000);
+    }
+
+    #[test]
+    fn a_map_of_a_long_thin_body_is_no_larger_than_others() {
+        for length in [1.0, 1e3, 1e6, 1e7] {
+            let needle = Meridian::new(&[[0.0, 1.0], [length, 1.0]]).unwrap();
+            let body = Body::new(vec![needle], Pose::identity()).unwrap();
+            let grid = VoxelGrid::centred([1; 3], [1e-4; 3], [0.0; 3]).unwrap();
+            let cells = body.field(0, &grid).cells.len();
+            // A quarter of a million and what rounding up adds.
+            assert!(cells <= 750_000, "{length}: {cells}");
+        }
     }
 }
