@@ -80,6 +80,9 @@ pub struct GateReport {
     /// Estimated relative error of the quadrature over time, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature_error: Option<f64>,
+    /// Steps a cycle of that quadrature, as given or as the tolerance took, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quadrature_steps: Option<usize>,
     /// Mean counts of a sample of 1, where views with noise were made.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub counts_per_unit: Option<f64>,
@@ -206,6 +209,7 @@ impl Writer<'_> {
         let mut report = GateReport {
             views: ViewReport::of(&phantom.view_times(gate)?),
             quadrature_error: None,
+            quadrature_steps: None,
             counts_per_unit: None,
             truth: None,
             artefacts: None,
@@ -216,6 +220,9 @@ impl Writer<'_> {
             let views =
                 phantom.sinograms(gate, &|done| progress("views", 0.5 * done as f64 / n_views))?;
             report.quadrature_error = views.quadrature_error;
+            if views.quadrature_error.is_some() {
+                report.quadrature_steps = Some(phantom.steps()?);
+            }
             report.counts_per_unit = phantom.counts_per_unit(gate)?;
             if self.wants(Product::Projections) {
                 self.write_projections(gate, &views.samples)?;

@@ -110,6 +110,64 @@ fn with_json_there_is_json_alone() {
     }
 }
 
+#[test]
+fn help_and_version_are_said_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for command in [
+        &["--help"][..],
+        &["-h"],
+        &["--version"],
+        &["help"],
+        &["run", "--help"],
+        &["check", "-h"],
+        &["help", "truth"],
+    ] {
+        let output = heart_phantom(folder, command);
+        assert_eq!((output.status.code(), output.stderr.len()), (Some(0), 0));
+        let said = String::from_utf8(output.stdout).unwrap();
+        let first = said.lines().next().unwrap();
+        assert_eq!(said.matches(first).count(), 1, "{command:?}: {said}");
+        if !command.contains(&"help") {
+            let json = only_json(&heart_phantom(folder, &[command, &["--json"]].concat()));
+            assert_eq!(json["text"], said);
+        }
+    }
+    // Without a command there is the same help, and no error in its words.
+    let output = heart_phantom::<&str>(folder, &[]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    let help = heart_phantom(folder, &["-h"]).stdout;
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0));
+    assert_eq!(said.as_bytes(), help);
+}
+
+#[test]
+fn the_summary_tells_how_well_time_was_sampled() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let moving = SMALL.replace(
+        "mode = { static = { phase = 0.0 } }",
+        "mode = { gated = { gates = 2 } }\naccuracy = { tolerance = 0.05 }",
+    );
+    write(folder, "moving.toml", &moving);
+    write(folder, "small.toml", SMALL);
+    let output = heart_phantom(folder, &["run", "moving.toml", "--out", "out"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    let report = fs::read_to_string(folder.join("out").join("report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let gates = report["gates"].as_array().unwrap();
+    let error = |gate: &serde_json::Value| gate["quadrature_error"].as_f64().unwrap();
+    let worst = gates.iter().map(error).fold(0.0, f64::max);
+    let steps = gates[0]["quadrature_steps"].as_u64().unwrap();
+    assert!(worst > 0.0 && steps >= 8 && gates[1]["quadrature_steps"] == steps);
+    let line = format!("right to {worst:.1e} (estimated, {steps} steps a beat)\n");
+    assert!(said.contains(&line), "{said}");
+    // One moment is sampled to all digits.
+    let output = heart_phantom(folder, &["run", "small.toml", "--out", "still"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("EDV") && !said.contains("right to"), "{said}");
+}
+
 /// A warning is part of the one object. Four files may be open: the signals' own two are too many.
 #[cfg(target_os = "linux")]
 #[test]

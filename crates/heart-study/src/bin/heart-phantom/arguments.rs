@@ -42,7 +42,7 @@ pub(crate) enum Command {
         /// The file; it must not exist yet.
         file: Option<PathBuf>,
     },
-    /// Find everything that a run of the scene could be refused for, and say what it makes.
+    /// Find whether a run of the scene would be refused, and for what first, or say what it makes.
     Check {
         /// The scene.
         scene: PathBuf,

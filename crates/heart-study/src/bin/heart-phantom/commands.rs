@@ -7,7 +7,7 @@ use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::scene::Scene;
-use heart_phantom::{Phantom, PhantomError, PlannedFile, Progress};
+use heart_phantom::{GateReport, Phantom, PhantomError, PlannedFile, Progress, RunReport};
 use heart_study::StudyOptions;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -185,18 +185,29 @@ fn run_scene(arguments: &Arguments, scene: &Path, out: &Path) -> Done {
     bar.finish_and_clear();
     let report = report?;
     let numbers = &report.numbers;
-    let lines = vec![
-        format!(
-            "EDV {:.2} mL  ESV {:.2} mL  EF {:.4}  wall {:.2} mL",
-            numbers.edv, numbers.esv, numbers.ejection_fraction, numbers.wall_volume
-        ),
+    let mut lines = vec![format!(
+        "EDV {:.2} mL  ESV {:.2} mL  EF {:.4}  wall {:.2} mL",
+        numbers.edv, numbers.esv, numbers.ejection_fraction, numbers.wall_volume
+    )];
+    lines.extend(quadrature(&report));
+    lines.extend([
         format!(
             "{} shapes solved, {} rays cast, {} skipped",
             report.work.shapes_solved, report.work.rays_cast, report.work.rays_skipped
         ),
         format!("{} files written to {}", report.files.len(), out.display()),
-    ];
+    ]);
     Ok(Answer::Report(json!(report), lines))
+}
+
+/// How well the views are means over time, those of the worst gate; nothing where they are of one moment.
+fn quadrature(report: &RunReport) -> Option<String> {
+    let known = |gate: &GateReport| gate.quadrature_error.zip(gate.quadrature_steps);
+    let worst = |a: (f64, usize), b: (f64, usize)| if b.0 > a.0 { b } else { a };
+    let (error, steps) = report.gates.iter().filter_map(known).reduce(worst)?;
+    Some(format!(
+        "views are means over time, right to {error:.1e} (estimated, {steps} steps a beat)"
+    ))
 }
 
 /// What is allowed and may surprise, before the work; where the output is JSON it is in there.

@@ -1,5 +1,6 @@
 //! How the program answers: in words, or as JSON and nothing else, on either output.
 
+use clap::error::ErrorKind;
 use heart_phantom::{PhantomError, shown};
 use heart_study::StudyError;
 use serde_json::{Value, json};
@@ -117,12 +118,14 @@ impl Output {
     }
 
     fn usage(&self, error: &clap::Error) -> ExitCode {
+        let is_help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+        if !self.json && (is_help || !error.use_stderr()) {
+            error.exit(); // with the terminal's colours
+        }
         if !error.use_stderr() {
-            let text = error.render();
-            return match (self.json, self.tell(Answer::Text(text.to_string()))) {
-                (false, _) => error.exit(), // with the terminal's colours
-                (true, Ok(())) => ExitCode::SUCCESS,
-                (true, Err(_)) => ExitCode::FAILURE,
+            return match self.tell(Answer::Text(error.render().to_string())) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(_) => ExitCode::FAILURE,
             };
         }
         let text = error.to_string();
