@@ -2,7 +2,7 @@
 
 #[cfg(feature = "scene")]
 use crate::scene::place_in;
-use crate::text::{Number, shown, shown_path};
+use crate::text::{Number, brief, enough, shown, shown_path};
 use std::path::PathBuf;
 
 /// Every failure of this crate.
@@ -89,8 +89,12 @@ pub enum PhantomError {
     Motion(#[from] membrane_implicit::ImplicitError),
     /// The inner membrane reaches outside the outer one.
     #[error(
-        "at a volume gain of {gain} the inner membrane is {depth} cm outside the outer one (x = {x} cm from the base, r = {r} cm); \
-         give the balloons more alike lengths, a thicker wall, or the cavity less volume"
+        "at a volume gain of {} the inner membrane is {} cm outside the outer one (x = {} cm from the base, r = {} cm); \
+         give the balloons more alike lengths, a thicker wall, or the cavity less volume",
+        Number(brief(*gain)),
+        Number(brief(*depth)),
+        Number(brief(*x)),
+        Number(brief(*r))
     )]
     Crossed {
         /// Volume gain of the cavity.
@@ -103,7 +107,7 @@ pub enum PhantomError {
         r: f64,
     },
     /// The wall has no material coordinates, which defects are given in: lines between points of equal s cross in it.
-    #[error("at a volume gain of {} the wall has no place for defects: {source}", Number(*gain))]
+    #[error("at a volume gain of {} the wall has no place for defects: {source}", Number(brief(*gain)))]
     NoMaterial {
         /// Volume gain of the cavity.
         gain: f64,
@@ -111,7 +115,7 @@ pub enum PhantomError {
         source: Box<PhantomError>,
     },
     /// A defect, or what later ones leave of it, is no solid.
-    #[error("defect {} at a volume gain of {}: {source}", defect + 1, Number(*gain))]
+    #[error("defect {} at a volume gain of {}: {source}", defect + 1, Number(brief(*gain)))]
     NoDefect {
         /// Its number, from 0.
         defect: usize,
@@ -122,8 +126,9 @@ pub enum PhantomError {
     },
     /// The heart reaches beyond the background that is to surround it.
     #[error(
-        "at a volume gain of {} the heart reaches beyond the background around it, {times} times as far as its surface",
-        Number(*gain)
+        "at a volume gain of {} the heart reaches beyond the background around it, {} times as far as its surface",
+        Number(brief(*gain)),
+        Number(enough(*times))
     )]
     Uncovered {
         /// Volume gain of the cavity.
@@ -167,7 +172,7 @@ pub enum PhantomError {
         file: Option<PathBuf>,
         /// Line and column of the field, from 1; `None` for a scene without a text, or a field that its text leaves out.
         place: Option<[usize; 2]>,
-        /// The field that is to blame, such as `defects.0`.
+        /// The field that is to blame, such as `defects.1`, the first of them.
         // tidy: allow string: the path of a field in the file
         field: String,
         /// The reason.
@@ -193,7 +198,7 @@ pub enum PhantomError {
     /// More steps did not bring the quadrature over time below its tolerance.
     #[error(
         "the quadrature over time is right to {} with {steps} steps a cycle, asked for {}",
-        Number(*reached),
+        Number(brief(*reached)),
         Number(*tolerance)
     )]
     Quadrature {

@@ -63,6 +63,21 @@ impl fmt::Display for Number {
     }
 }
 
+/// Five digits of a number, as many as a person reads.
+pub(crate) fn brief(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(value)
+}
+
+/// Five digits for what has to be reached: a number above 0 rounded up, by less than 1e-4 of itself.
+pub(crate) fn enough(value: f64) -> f64 {
+    let near = brief(value);
+    match near < value {
+        // Half of the last digit more, or up to ten halves.
+        true => brief(value * (1.0 + 5e-5)),
+        false => near,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,6 +119,22 @@ mod tests {
             (f64::INFINITY, "inf"),
         ] {
             assert_eq!(Number(number).to_string(), text);
+        }
+    }
+    #[test]
+    fn five_digits_are_near_and_what_has_to_be_reached_is() {
+        assert_eq!(
+            [0.015178592099365087, 15.999_999_999_999_998, 0.0, 12345.6].map(brief),
+            [0.015179, 16.0, 0.0, 12346.0]
+        );
+        assert_eq!(
+            [2.0821653821723456, 93.00423251564783, 16.0, 9.99991].map(enough),
+            [2.0822, 93.009, 16.0, 10.0]
+        );
+        for k in 1..2000 {
+            let value = 1.0237f64.powi(k - 1000);
+            let least = enough(value);
+            assert!(least >= value && least < value * (1.0 + 1e-4), "{value}");
         }
     }
 }

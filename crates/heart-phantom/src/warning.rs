@@ -2,17 +2,24 @@
 
 use crate::error::PhantomError;
 use crate::files::Format;
+#[cfg(feature = "scene")]
+use crate::files::short;
 use crate::settings::{Mode, Product};
+use crate::text::{brief, enough};
 use crate::{HeartShape, Phantom, Rotation};
 use revolve_voxel::{Body, EllipticCylinder};
 #[cfg(feature = "scene")]
 use serde::ser::{Serialize, SerializeMap, Serializer};
+use std::f64::consts::PI;
 use std::fmt;
+
+/// Directions of half a turn in which it is looked for a gap: the widest one is found to 1 - cos(pi / 128), 3e-4 of itself.
+const DIRECTIONS: usize = 64;
 
 /// Something allowed that a user may not expect; its text says what it does, with the numbers.
 ///
 /// In `report.json` an object with a `message` and with the fields `what`, `edge`, `needed_cm`, `seen_cm`, `angle_degrees` of what is
-/// truncated, or `off_degrees` of uneven angles.
+/// truncated; `edge`, `nearest_cm` and `reach_cm` of a heart outside; `times` of one that reaches out of the torso; `off_degrees` of uneven angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -28,6 +35,22 @@ pub enum Warning {
         seen: f64,
         /// Of bins: from where most is missing, in radians.
         angle: Option<f64>,
+    },
+    /// The heart is above or below all rows, so that no view sees anything of it, or all of it is farther from the axis of turning
+    /// than half a row is long, so that views see it in passing at most.
+    OutOfView {
+        /// Which of the two: beyond the rows, or beyond the bins.
+        edge: Edge,
+        /// How far it is, at the nearest, from the middle row or from the axis of turning, in cm.
+        nearest: f64,
+        /// How far from there the views reach, in cm.
+        reach: f64,
+    },
+    /// The heart is not all within the torso that attenuates: rays are weakened by what they pass of the torso, and by nothing of the
+    /// heart outside.
+    OutOfTorso {
+        /// How many times as far from the torso's axis as its surface the heart reaches.
+        times: f64,
     },
     /// A turning camera sees gates from uneven angles, and the format of the projections has room for even ones only: their mean
     /// is right.
@@ -64,7 +87,7 @@ impl Phantom {
     ///
     /// Views that end before the heart or the background does are truncated: filtered back-projection takes what they do not
     /// see for nothing, which streaks. A torso that attenuates does so however wide it is, but volumes hold no more of it than
-    /// the bins see.
+    /// the bins see; and however narrow it is, though the heart reach out of it.
     ///
     /// ```
     /// use heart_phantom::{Edge, Phantom, Seen, Warning, scene::{Mode, Scene}};
@@ -86,32 +109,13 @@ impl Phantom {
             Mode::Static { phase } => vec![phase],
             _ => self.extreme_phases().to_vec(),
         };
-        let mut widest: Option<(f64, f64)> = None;
-        let mut highest = 0.0f64;
-        for phase in phases {
-            let shape = self.shape(phase)?;
-            let body = outside_of(&shape)?;
-            let [x, y, z] = half_extents(&body);
-            highest = highest.max(z);
-            // No view can miss what is nearer to the axis than that.
-            let views = match 2.0 * x.hypot(y) > self.width() {
-                true => self.seen_from(),
-                false => Vec::new(),
-            };
-            for theta in views {
-                let turned = Body::new(body.layers().to_vec(), body.pose().turned_z(-theta)?)?;
-                wider(&mut widest, half_extents(&turned)[0], theta);
-            }
+        let bodies = (phases.into_iter())
+            .map(|phase| outside_of(&*self.shape(phase)?))
+            .collect::<Result<Vec<_>, _>>()?;
+        match self.out_of_view(&bodies)? {
+            Some(warning) => found.push(warning),
+            None => found.extend(self.truncated_heart(&bodies)?),
         }
-        found.extend(self.beyond_bins(Seen::Heart, widest));
-        let seen = parts.camera.n_rows() as f64 * parts.camera.detector().pitch()[1];
-        found.extend(truncated(
-            Seen::Heart,
-            Edge::Rows,
-            2.0 * highest,
-            seen,
-            None,
-        ));
         let background = parts.background.filter(|around| around.concentration > 0.0);
         if let Some(around) = background {
             let widest = self.widest_ellipse(&around.torso);
@@ -121,11 +125,58 @@ impl Phantom {
         if let Some(torso) = medium.and_then(|medium| medium.torso) {
             let widest = self.widest_ellipse(&torso);
             found.extend(self.beyond_bins(Seen::Torso, widest));
+            let times = (bodies.iter()).map(|body| torso.growth_to_hold(body));
+            let times = times.fold(0.0, f64::max);
+            // It is too large by less than that.
+            found.extend((times > 1.0 + 1e-4).then_some(Warning::OutOfTorso { times }));
         }
         if parts.output.write.contains(&Product::Projections) {
             found.extend(self.uneven_angles()?);
         }
         Ok(found)
+    }
+
+    fn truncated_heart(&self, bodies: &[Body]) -> Result<Vec<Warning>, PhantomError> {
+        let mut widest: Option<(f64, f64)> = None;
+        let mut highest = 0.0f64;
+        for body in bodies {
+            let [x, y, z] = half_extents(body);
+            highest = highest.max(z);
+            // No view can miss what is nearer to the axis than that.
+            let views = match 2.0 * x.hypot(y) > self.width() {
+                true => self.seen_from(),
+                false => Vec::new(),
+            };
+            for theta in views {
+                wider(&mut widest, half_extents(&turned(body, theta)?)[0], theta);
+            }
+        }
+        let rows = truncated(Seen::Heart, Edge::Rows, 2.0 * highest, self.height(), None);
+        let bins = self.beyond_bins(Seen::Heart, widest);
+        Ok(bins.into_iter().chain(rows).collect())
+    }
+
+    /// Whether the field of view misses the heart at every phase, and by how much. Its phases lie between the outermost ones.
+    fn out_of_view(&self, bodies: &[Body]) -> Result<Option<Warning>, PhantomError> {
+        let [low, high] = span(bodies, 2)?;
+        let mut found = vec![(Edge::Rows, low.max(-high), 0.5 * self.height())];
+        // How far a convex body is from the axis: the widest gap between the two that any direction shows.
+        let mut gap = f64::NEG_INFINITY;
+        for k in 0..DIRECTIONS {
+            let theta = PI * k as f64 / DIRECTIONS as f64;
+            let turned = (bodies.iter())
+                .map(|body| turned(body, theta))
+                .collect::<Result<Vec<_>, _>>()?;
+            let [low, high] = span(&turned, 0)?;
+            gap = gap.max(low.max(-high));
+        }
+        found.push((Edge::Bins, gap, 0.5 * self.width()));
+        let outside = (found.into_iter()).find(|(_, nearest, reach)| nearest >= reach);
+        Ok(outside.map(|(edge, nearest, reach)| Warning::OutOfView {
+            edge,
+            nearest,
+            reach,
+        }))
     }
 
     fn uneven_angles(&self) -> Result<Option<Warning>, PhantomError> {
@@ -188,6 +239,11 @@ impl Phantom {
     fn width(&self) -> f64 {
         self.camera().n_bins() as f64 * self.camera().pitch()
     }
+
+    /// Height of a view in cm.
+    fn height(&self) -> f64 {
+        self.camera().n_rows() as f64 * self.camera().detector().pitch()[1]
+    }
 }
 
 fn truncated(
@@ -222,92 +278,149 @@ pub(crate) fn outside_of(shape: &HeartShape) -> Result<Body, PhantomError> {
     )?)
 }
 
+/// A body as a camera at an angle has it: along x what is along its bins.
+fn turned(body: &Body, theta: f64) -> Result<Body, PhantomError> {
+    let pose = body.pose().turned_z(-theta)?;
+    Ok(Body::new(body.layers().to_vec(), pose)?)
+}
+
+/// From where to where bodies reach along an axis, all together.
+fn span(bodies: &[Body], axis: usize) -> Result<[f64; 2], PhantomError> {
+    let mut all = [f64::INFINITY, f64::NEG_INFINITY];
+    for body in bodies {
+        let [low, high] = body.bounding_box(0)?;
+        all = [all[0].min(low[axis]), all[1].max(high[axis])];
+    }
+    Ok(all)
+}
+
 /// How far a body reaches from the planes through the origin, to the farther side.
 pub(crate) fn half_extents(body: &Body) -> [f64; 3] {
     let [low, high] = body.bounding_box(0).unwrap_or_default();
     [0, 1, 2].map(|a| high[a].max(-low[a]))
 }
 
+impl Edge {
+    /// How that side is called, and the fields that give it.
+    fn words(self) -> [&'static str; 2] {
+        match self {
+            Self::Bins => ["wide", "camera.bins x camera.pitch[0]"],
+            Self::Rows => ["high", "camera.rows x camera.pitch[1]"],
+        }
+    }
+
+    #[cfg(feature = "scene")]
+    fn name(self) -> &'static str {
+        match self {
+            Self::Bins => "bins",
+            Self::Rows => "rows",
+        }
+    }
+}
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (what, edge, needed, seen, angle) = match *self {
+        match *self {
             Self::Truncated {
                 what,
                 edge,
                 needed,
                 seen,
                 angle,
-            } => (what, edge, needed, seen, angle),
-            Self::UnevenAngles { off } => {
-                return write!(
-                    f,
-                    "the gates of a turning camera are seen from uneven angles, up to {:.3} degrees from where Interfile puts them; \
-                     other formats hold each angle, and report.json does",
-                    off.to_degrees()
-                );
+            } => {
+                let streaks = "views are truncated, and reconstructions streak";
+                let (name, then) = match (what, edge) {
+                    (Seen::Heart, Edge::Bins) => ("the heart", streaks),
+                    (Seen::Heart, Edge::Rows) => ("the heart", "its ends are in no slice"),
+                    (Seen::Background, _) => ("the background", streaks),
+                    (Seen::Torso, _) => (
+                        "the torso that attenuates",
+                        "all of it weakens the rays, but a map of it as wide as the views shows only a part",
+                    ),
+                };
+                let ([side, field], needed, seen) = (edge.words(), enough(needed), brief(seen));
+                write!(f, "{name} needs views {needed} cm {side}")?;
+                if let Some(angle) = angle {
+                    write!(f, " (at {:.1} degrees)", angle.to_degrees())?;
+                }
+                write!(f, "; {field} is {seen} cm: {then}")
             }
-        };
-        let (name, then) = match (what, edge) {
-            (Seen::Heart, Edge::Bins) => (
-                "the heart",
-                "views are truncated, and reconstructions streak",
+            Self::OutOfView {
+                edge,
+                nearest,
+                reach,
+            } => {
+                let ([_, field], nearest, reach) = (edge.words(), brief(nearest), brief(reach));
+                let (from, then) = match edge {
+                    Edge::Rows => ("their middle row", "nothing of it is seen"),
+                    Edge::Bins => ("the axis of turning", "it is seen in passing at most"),
+                };
+                write!(
+                    f,
+                    "the heart is outside the views, {nearest} cm from {from} at the nearest; half of {field} is {reach} cm: {then}"
+                )
+            }
+            Self::OutOfTorso { times } => {
+                let times = brief(times);
+                write!(
+                    f,
+                    "the heart reaches out of the torso that attenuates, {times} times as far as its surface: what is outside weakens no ray"
+                )
+            }
+            Self::UnevenAngles { off } => write!(
+                f,
+                "the gates of a turning camera are seen from uneven angles, up to {:.3} degrees from where Interfile puts them; \
+                 other formats hold each angle, and report.json does",
+                off.to_degrees()
             ),
-            (Seen::Heart, Edge::Rows) => ("the heart", "its ends are in no slice"),
-            (Seen::Background, _) => (
-                "the background",
-                "views are truncated, and reconstructions streak",
-            ),
-            (Seen::Torso, _) => (
-                "the torso that attenuates",
-                "it does so whole, but no volume holds all of it",
-            ),
-        };
-        let (sides, field) = match edge {
-            Edge::Bins => ("wide", "camera.bins x camera.pitch[0]"),
-            Edge::Rows => ("high", "camera.rows x camera.pitch[1]"),
-        };
-        write!(f, "{name} needs views {needed:.2} cm {sides}")?;
-        if let Some(angle) = angle {
-            write!(f, " (at {:.1} degrees)", angle.to_degrees())?;
         }
-        write!(f, "; {field} is {seen:.2} cm: {then}")
     }
 }
 
 #[cfg(feature = "scene")]
 impl Serialize for Warning {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let degrees = |angle: f64| short(angle.to_degrees());
         let mut map = to.serialize_map(None)?;
-        let (what, edge, needed, seen, angle) = match *self {
+        match *self {
             Self::Truncated {
                 what,
                 edge,
                 needed,
                 seen,
                 angle,
-            } => (what, edge, needed, seen, angle),
+            } => {
+                let what = match what {
+                    Seen::Heart => "heart",
+                    Seen::Background => "background",
+                    Seen::Torso => "torso",
+                };
+                map.serialize_entry("what", what)?;
+                map.serialize_entry("edge", edge.name())?;
+                map.serialize_entry("needed_cm", &short(needed))?;
+                map.serialize_entry("seen_cm", &short(seen))?;
+                if let Some(angle) = angle {
+                    map.serialize_entry("angle_degrees", &degrees(angle))?;
+                }
+            }
+            Self::OutOfView {
+                edge,
+                nearest,
+                reach,
+            } => {
+                map.serialize_entry("what", "heart-out-of-view")?;
+                map.serialize_entry("edge", edge.name())?;
+                map.serialize_entry("nearest_cm", &short(nearest))?;
+                map.serialize_entry("reach_cm", &short(reach))?;
+            }
+            Self::OutOfTorso { times } => {
+                map.serialize_entry("what", "heart-out-of-torso")?;
+                map.serialize_entry("times", &short(times))?;
+            }
             Self::UnevenAngles { off } => {
                 map.serialize_entry("what", "angles")?;
-                map.serialize_entry("off_degrees", &off.to_degrees())?;
-                map.serialize_entry("message", &self.to_string())?;
-                return map.end();
+                map.serialize_entry("off_degrees", &degrees(off))?;
             }
-        };
-        let what = match what {
-            Seen::Heart => "heart",
-            Seen::Background => "background",
-            Seen::Torso => "torso",
-        };
-        let edge = match edge {
-            Edge::Bins => "bins",
-            Edge::Rows => "rows",
-        };
-        map.serialize_entry("what", what)?;
-        map.serialize_entry("edge", edge)?;
-        map.serialize_entry("needed_cm", &needed)?;
-        map.serialize_entry("seen_cm", &seen)?;
-        if let Some(angle) = angle {
-            map.serialize_entry("angle_degrees", &angle.to_degrees())?;
         }
         map.serialize_entry("message", &self.to_string())?;
         map.end()

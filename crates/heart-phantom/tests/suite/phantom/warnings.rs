@@ -150,3 +150,114 @@ fn a_background_and_a_torso_wider_than_the_bins_are_told() {
     });
     assert_eq!((warnings(&other), warnings(&scene)), (vec![], vec![]));
 }
+
+/// How far the voxels of the heart are from the axis of turning and from the middle slice at the nearest, in a large volume.
+fn nearest_voxels(scene: &Scene) -> [f64; 2] {
+    let (n, pitch) = (100, 0.7);
+    let mut large = scene.clone();
+    (large.camera.bins, large.camera.rows, large.camera.pitch) = (n, n, [pitch; 2]);
+    large.activity.cavity = Uptake::Concentration(1.0);
+    let phantom = Phantom::new(large).unwrap();
+    let mut nearest = [f64::INFINITY; 2];
+    for phase in phantom.extreme_phases() {
+        let volume = phantom.activity(phase).unwrap();
+        for (k, _) in volume.iter().enumerate().filter(|(_, v)| **v > 0.0) {
+            let place = |index: usize| (index as f64 - 0.5 * (n as f64 - 1.0)) * pitch;
+            let [x, y, z] = [k % n, k / n % n, k / n / n].map(place);
+            nearest = [nearest[0].min(x.hypot(y)), nearest[1].min(z.abs())];
+        }
+    }
+    nearest
+}
+
+#[test]
+fn a_heart_outside_the_views_is_told_and_no_other() {
+    let mut told = 0;
+    for shift in [
+        [26.0, 0.0, 0.0],
+        [0.0, 0.0, 25.0],
+        [0.0, 0.0, -15.0],
+        [0.0, 13.0, 0.0],
+        [0.0, 15.0, 0.0],
+        [10.0, -10.0, 0.0],
+        [3.0, 0.0, 11.0],
+        [3.0, 0.0, 14.0],
+        [-7.0, 0.0, 7.0],
+    ] {
+        let mut scene = small(Mode::WholeCycle);
+        scene.pose.shift = shift;
+        let [bins, rows] = nearest_voxels(&scene);
+        // Half a voxel, and half of its diagonal, besides what the directions leave.
+        let spare = [0.5 + 3e-4 * bins, 0.36];
+        let warnings = warnings(&scene);
+        match warnings[..] {
+            [
+                Warning::OutOfView {
+                    edge,
+                    nearest,
+                    reach,
+                },
+            ] => {
+                let (found, spare) = match edge {
+                    Edge::Bins => (bins, spare[0]),
+                    Edge::Rows => (rows, spare[1]),
+                };
+                assert!(
+                    reach == 8.0 && nearest >= 8.0 && (nearest - found).abs() < spare,
+                    "{shift:?} {found} {warnings:?}"
+                );
+                told += 1;
+            }
+            _ => {
+                let outside = |w: &Warning| matches!(w, Warning::OutOfView { .. });
+                assert!(!warnings.iter().any(outside), "{warnings:?}");
+                assert!(
+                    bins < 8.0 + spare[0] && rows < 8.0 + spare[1],
+                    "{shift:?} {bins} {rows}"
+                );
+            }
+        }
+    }
+    assert!((4..9).contains(&told), "{told}");
+    // Above all rows no view sees anything.
+    let mut scene = small(Mode::Static { phase: 0.5 });
+    scene.pose.shift = [0.0, 0.0, 25.0];
+    let views = Phantom::new(scene).unwrap().sinograms(0, &|_| ()).unwrap();
+    assert!(views.samples.iter().all(|sample| *sample == 0.0));
+}
+
+#[test]
+fn a_heart_that_reaches_out_of_the_torso_is_told_by_how_much() {
+    let torso = |semi_axes: [f64; 2]| {
+        let mut scene = small(Mode::Static { phase: 0.5 });
+        (scene.pose.turn_x, scene.pose.turn_y) = (0.0, 0.0);
+        scene.with_attenuation(AttenuationSettings {
+            coefficient: 0.15,
+            medium: MediumSettings::Torso {
+                centre: [0.0; 2],
+                semi_axes,
+            },
+        })
+    };
+    // A heart upright about the torso's axis reaches as far as its largest radius.
+    let shape = Phantom::new(torso([3.0; 2])).unwrap().shape(0.5).unwrap();
+    let radius = (shape.curves()[1].iter()).fold(0.0, |most: f64, [_, y]| most.max(*y));
+    for share in [0.5, 0.9, 0.999] {
+        let warnings = warnings(&torso([share * radius, 7.0]));
+        let [Warning::OutOfTorso { times }] = warnings[..] else {
+            panic!("{warnings:?}")
+        };
+        // Of 256 corners round a circle: too far by 7.5e-5 at most.
+        assert!(
+            (0.0..1e-4).contains(&(times * share - 1.0)),
+            "{times} {share}"
+        );
+    }
+    assert_eq!(warnings(&torso([1.001 * radius, 7.0])), vec![]);
+    // What does not attenuate is no matter.
+    let mut none = torso([3.0; 2]);
+    if let Some(attenuation) = &mut none.attenuation {
+        attenuation.coefficient = 0.0;
+    }
+    assert_eq!(warnings(&none), vec![]);
+}
