@@ -46,7 +46,7 @@ impl Source {
         let field = match &error {
             PhantomError::Uncovered { .. } => "background.semi_axes".to_owned(),
             PhantomError::NoMaterial { .. } => "defects".to_owned(),
-            PhantomError::NoDefect { defect, .. } => format!("defects.{defect}"),
+            PhantomError::NoDefect { defect, .. } => format!("defects.{}", defect + 1),
             PhantomError::Crossed { .. } | PhantomError::Balloon(_) => "heart".to_owned(),
             PhantomError::Membrane(_) => "cycle.volume".to_owned(),
             PhantomError::Quadrature { .. } => "acquisition.accuracy.tolerance".to_owned(),

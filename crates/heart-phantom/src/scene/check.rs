@@ -7,7 +7,7 @@ use crate::camera::{Camera, MOST_SAMPLES, Rotation};
 use crate::defect::{MOST_PIECES, without_overlap};
 use crate::files::Format;
 use crate::parts::MOST_DEFECTS;
-use crate::text::Number;
+use crate::text::{Number, enough};
 use crate::timing::MAX_POINTS_OF_ALL;
 use crate::volume_curve::{MAX_GAIN, check_curve};
 use crate::{Uptake, VolumeCurve, VolumeRange};
@@ -18,6 +18,8 @@ type Checked = Result<(), SceneError>;
 
 /// Samples of all sets of views, or of all their volumes: 1 TiB of `f32`.
 const MOST_SAMPLES_OF_ALL: f64 = 274_877_906_944.0;
+/// Sizes of an arc in degrees.
+const ARC: [f64; 2] = [1e-3, 3600.0];
 /// Lengths in cm.
 const LENGTH: [f64; 2] = [1e-6, 1e6];
 
@@ -85,7 +87,7 @@ pub(super) fn scene(scene: &Scene) -> Checked {
     // Labels are bytes.
     count("defects", scene.defects.len(), [0, MOST_DEFECTS])?;
     for (k, settings) in scene.defects.iter().enumerate() {
-        defect(&format!("defects.{k}"), settings)?;
+        defect(&format!("defects.{}", k + 1), settings)?;
     }
     let regions = scene
         .defects
@@ -183,7 +185,7 @@ fn cycle(cycle: &CycleSettings, rest: f64) -> Checked {
                 if given >= least {
                     Ok(())
                 } else {
-                    let wanted = format!("must be at least {}, {why}", Number(least));
+                    let wanted = format!("must be at least {}, {why}", Number(enough(least)));
                     Err(fault(field, Number(given), wanted))
                 }
             };
@@ -300,7 +302,13 @@ fn torso(name: &str, centre: [f64; 2], semi_axes: [f64; 2]) -> Checked {
 
 fn camera(camera: &CameraSettings) -> Checked {
     count("camera.views", camera.views, [1, 10_000])?;
-    within("camera.arc", camera.arc.abs(), [1e-3, 3600.0])?;
+    if !(ARC[0]..=ARC[1]).contains(&camera.arc.abs()) {
+        let [least, most] = ARC.map(Number);
+        let wanted = format!(
+            "its size must be between {least} and {most}, and below 0 it turns the other way"
+        );
+        return Err(fault("camera.arc", Number(camera.arc), wanted));
+    }
     within("camera.start", camera.start, [-360.0, 360.0])?;
     count("camera.bins", camera.bins, [2, 8192])?;
     count("camera.rows", camera.rows, [1, 8192])?;
@@ -362,7 +370,8 @@ fn turning(scene: &Scene) -> Checked {
     }
     if scene.acquisition.mode == Mode::WholeCycle && interval < period {
         return refuse(format!(
-            "must be at least one beat, {period} s, when a turning camera sees whole beats"
+            "must be at least one beat, {} s, when a turning camera sees whole beats",
+            enough(period)
         ));
     }
     let steps = match scene.acquisition.accuracy {
@@ -373,7 +382,8 @@ fn turning(scene: &Scene) -> Checked {
         let acquisition = scene.acquisition.mode.acquisition(interval, gate, steps);
         if let Some(view_idx) = acquisition.unseen(&cycle, &camera) {
             return refuse(format!(
-                "gate {gate} of {gates} does not come in the time of view {view_idx}; one beat, {period} s, is always enough"
+                "gate {gate} of {gates} does not come in the time of view {view_idx}; one beat, {} s, is always enough",
+                enough(period)
             ));
         }
     }
@@ -445,11 +455,17 @@ fn reconstruction(scene: &Scene) -> Checked {
             }
         }
     }
-    let full = scene.camera.arc.abs() * (1.0 + 1.0 / scene.camera.views as f64) >= 180.0;
-    if settings.arc == ArcSettings::Complete && !full {
+    let views = scene.camera.views;
+    // No gap between neighbouring directions is wider than two steps.
+    let least = 180.0 / (1.0 + 1.0 / views as f64);
+    if settings.arc == ArcSettings::Complete && scene.camera.arc.abs() < least {
         // Its default would do, so that it stands in the file; `reconstruction.arc` may not.
-        let wanted = "must be 180 or more, either way, or reconstruction.arc one of extend, truncate, rescale";
-        return Err(fault("camera.arc", scene.camera.arc, wanted));
+        let wanted = format!(
+            "must be 180 or more, either way ({} is enough for {views} views: no gap is wider than two steps), \
+             or reconstruction.arc one of extend, truncate, rescale",
+            Number(enough(least))
+        );
+        return Err(fault("camera.arc", Number(scene.camera.arc), wanted));
     }
     Ok(())
 }

@@ -270,7 +270,8 @@ pub struct SceneError {
     pub file: Option<PathBuf>,
     /// Line and column, from 1; `None` for a scene without a text, or a field that its text leaves out.
     pub place: Option<[usize; 2]>,
-    /// The field, such as `camera.views`; empty where the text is no TOML.
+    /// The field, such as `camera.views`, or `defects.1.s` of the first section `[[defects]]` (they count from 1, as their labels do);
+    /// empty where the text is no TOML.
     // tidy: allow string: the path of a field in the file
     pub field: String,
     /// What stands there; empty where nothing does, or a name that means nothing.

@@ -1,6 +1,6 @@
 //! Where in the text a field stands.
 
-use super::SceneError;
+use super::{SceneError, template};
 use crate::text::{MOST, cut};
 use std::ops::Range;
 use std::str::Utf8Error;
@@ -12,6 +12,17 @@ const MOST_QUOTED: usize = 60;
 /// Longest message of the parser, in characters.
 const MOST_MESSAGE: usize = 500;
 
+/// Words of the parser, which speaks of Rust's types, about a value of another kind than the field takes: the template says more.
+const KINDS: [&str; 7] = [
+    "unit variant",
+    "newtype variant",
+    "struct variant",
+    "expected struct ",
+    "expected table",
+    "wanted string or table",
+    "found 0 elements",
+];
+
 /// What the parser had to say, with the field in which it said so.
 pub(super) fn syntax(text: &str, error: &toml::de::Error) -> SceneError {
     let span = error.span().map(|span| clamped(text, span));
@@ -21,12 +32,17 @@ pub(super) fn syntax(text: &str, error: &toml::de::Error) -> SceneError {
         .unwrap_or((String::new(), true));
     let quoted = span.map(|span| text[span].trim()).unwrap_or_default();
     let short = !quoted.contains(char::is_control) && quoted.len() <= MOST_QUOTED;
+    let message = error.message().trim();
+    let wanted = match KINDS.iter().any(|kind| message.contains(kind)) {
+        true => template::advice(&field, quoted),
+        false => None,
+    };
     SceneError {
         file: None,
         place,
         field: cut(&field, MOST),
         given: if short && is_value { quoted } else { "" }.to_owned(),
-        wanted: plain(&short_of(error.message().trim())),
+        wanted: wanted.unwrap_or_else(|| plain(&short_of(message))),
     }
 }
 
@@ -56,14 +72,24 @@ fn short_of(message: &str) -> String {
     cut(message, MOST_MESSAGE)
 }
 
-/// The parser's message without Rust's names for numbers.
+/// The parser's message without Rust's names for numbers, and TOML's for all else.
 fn plain(message: &str) -> String {
     let mut message = message.replace(" as i128", "");
+    for (rust, name) in [
+        ("unknown variant", "unknown name"),
+        ("invalid type: map", "invalid type: a table"),
+        ("invalid type: sequence", "invalid type: an array"),
+    ] {
+        if let Some(rest) = message.strip_prefix(rust) {
+            message = format!("{name}{rest}");
+        }
+    }
     for (rust, name) in [
         ("usize", "a whole number from 0 on"),
         ("u64", "a whole number from 0 on"),
         ("u32", "a whole number from 0 on"),
         ("f64", "a number"),
+        ("a sequence", "an array"),
         (
             "wanted exactly 1 element, more than 1 element",
             "only one of these can be chosen",
@@ -76,7 +102,7 @@ fn plain(message: &str) -> String {
     message
 }
 
-/// Line and column of a field such as `camera.pitch` or `defects.0.s`, or of the innermost table that would hold it; `None` if
+/// Line and column of a field such as `camera.pitch` or `defects.1.s`, arrays from 1 on, or of the innermost table that would hold it; `None` if
 /// there is neither.
 pub(crate) fn of_field(text: &str, field: &str) -> Option<[usize; 2]> {
     let root = DeTable::parse(text).ok()?;
@@ -141,7 +167,7 @@ fn within<'a>(value: &'a DeValue<'a>) -> Vec<Entry<'a>> {
         DeValue::Table(table) => of_table(table),
         DeValue::Array(array) => (array.iter().enumerate())
             .map(|(k, value)| Entry {
-                name: k.to_string(),
+                name: (k + 1).to_string(),
                 key: 0..0,
                 value,
             })

@@ -1,9 +1,14 @@
 //! A scene as a file that explains itself.
 
-use super::Scene;
+use super::{
+    AttenuationSettings, BackgroundSettings, BlurSettings, Counts, DefectSettings, MediumSettings,
+    Noise, Scene,
+};
 use serde::Serialize;
 use std::fmt::Write;
 
+/// Half-widths in cm of a chest, for examples.
+const TORSO: [f64; 2] = [16.0, 11.0];
 /// The file's head.
 const HEAD: &str = "\
 # A scene of heart-phantom. Lengths in cm, volumes in mL, times in seconds, angles in degrees.
@@ -13,8 +18,68 @@ const HEAD: &str = "\
 #   heart-phantom run FILE --out DIR
 ";
 
+/// The file's text.
 pub(super) fn write(scene: &Scene) -> String {
-    let mut page = Page(HEAD.to_owned());
+    page(scene).text
+}
+
+/// What may stand in a field, or in the field of the file that holds it; of a section, its fields. `given` is what stands there.
+pub(super) fn advice(path: &str, given: &str) -> Option<String> {
+    let is_name = |name: &&str| name.parse::<usize>().is_err();
+    let names: Vec<&str> = path.split('.').filter(is_name).collect();
+    let path = names.join(".");
+    let known = page(&Scene::default()).comments;
+    if let Some((field, comment)) = known
+        .iter()
+        .find(|(field, _)| below(field, &path).is_some())
+    {
+        let chosen = match path == *field {
+            true => given.trim_matches(['"', '\'']),
+            false => names.last().copied().unwrap_or_default(),
+        };
+        let name = field.rsplit('.').next().unwrap_or_default();
+        return Some(match choice(comment, chosen) {
+            Some(example) => format!("`{chosen}` needs more than that: {name} = {example}"),
+            None => format!("may be {comment}"),
+        });
+    }
+    let mut fields: Vec<&str> = (known.iter())
+        .filter_map(|(field, _)| below(&path, field)?.split('.').next())
+        .collect();
+    fields.dedup();
+    let section = match path.as_str() {
+        "defects" => "[[defects]]".to_owned(),
+        _ => format!("[{path}]"),
+    };
+    (!fields.is_empty()).then(|| format!("must be a section {section} of {}", fields.join(", ")))
+}
+
+/// The rest of a path below another one; empty if they are the same.
+fn below<'a>(outer: &str, path: &'a str) -> Option<&'a str> {
+    let rest = path.strip_prefix(outer)?;
+    match rest.is_empty() {
+        true => Some(rest),
+        false => rest.strip_prefix('.'),
+    }
+}
+
+/// The example of one of the choices of a comment, if it is a table: `{ gated = { gates = 16 } }`.
+fn choice<'a>(comment: &'a str, name: &str) -> Option<&'a str> {
+    let from = &comment[comment.find(&format!("{{ {name} = "))?..];
+    let mut depth = 0;
+    let end = from.find(|c| {
+        depth += i32::from(c == '{') - i32::from(c == '}');
+        depth == 0
+    })?;
+    Some(&from[..=end])
+}
+
+fn page(scene: &Scene) -> Page {
+    let mut page = Page {
+        text: HEAD.to_owned(),
+        section: String::new(),
+        comments: Vec::new(),
+    };
     let heart = &scene.heart;
     page.section("heart", "Two balloons filled with water: inner = endocardium, outer = epicardium, the wall between them.");
     page.field(
@@ -64,9 +129,10 @@ pub(super) fn write(scene: &Scene) -> String {
     page.field("turn_z", &pose.turn_z, "degrees");
     page.field("shift", &pose.shift, "[x, y, z] of the axis point");
 
-    page.section("activity", "{ concentration = C } per mL at every phase, or { total = T } conserved as the volume changes.");
-    page.field("cavity", &scene.activity.cavity, "blood");
-    page.field("wall", &scene.activity.wall, "myocardium");
+    page.section("activity", "What blood and myocardium hold.");
+    let uptake = "{ concentration = 1.0 } per mL at every phase, or { total = 100.0 }, conserved as the volume changes";
+    page.field("cavity", &scene.activity.cavity, uptake);
+    page.field("wall", &scene.activity.wall, uptake);
 
     page.background(scene);
     page.defects(scene);
@@ -145,12 +211,12 @@ pub(super) fn write(scene: &Scene) -> String {
         "region",
         reconstruction.region.as_ref(),
         "{ x = [64, 192], y = [64, 192] }",
-        "pixels to reconstruct; all if left out",
+        "{ x = [from, to], y = [from, to] } in pixels, `to` not included; all if left out",
     );
     page.field(
         "arc",
         &reconstruction.arc,
-        "if directions are missing: complete (refuse), extend, truncate or rescale",
+        "complete, extend, truncate or rescale: if directions are missing, refuse, let their neighbours stand for them, count them as nothing, or that scaled up",
     );
 
     page.section("truth", "The exact volumes.");
@@ -182,109 +248,138 @@ pub(super) fn write(scene: &Scene) -> String {
         &output.mesh_tolerance,
         "largest relative error of the volume that a surface (STL) encloses",
     );
-    page.0
+    page
 }
 
-struct Page(String);
+/// A page as it grows.
+struct Page {
+    text: String,
+    /// The section that it is in.
+    section: String,
+    /// The comment on each field.
+    comments: Vec<(String, String)>,
+}
 
 impl Page {
     fn section(&mut self, name: &str, comment: &str) {
         // Writing to a String does not fail.
-        let _ = write!(self.0, "\n# {comment}\n[{name}]\n");
+        let _ = write!(self.text, "\n# {comment}\n[{name}]\n");
+        self.section = name.trim_matches(['[', ']']).to_owned();
     }
 
     fn field(&mut self, name: &str, value: &impl Serialize, comment: &str) {
-        let _ = writeln!(self.0, "{name} = {}  # {comment}", inline(value));
+        let _ = writeln!(self.text, "{name} = {}  # {comment}", inline(value));
+        self.keep(name, comment);
+    }
+
+    fn keep(&mut self, name: &str, comment: &str) {
+        let field = format!("{}.{name}", self.section);
+        self.comments.push((field, comment.to_owned()));
+    }
+
+    /// A section that may be absent: then an example of it, commented out.
+    fn left_out<T>(&mut self, given: Option<&T>, example: &T, write: impl FnOnce(&mut Self, &T)) {
+        let from = self.text.len();
+        write(self, given.unwrap_or(example));
+        if given.is_none() {
+            for line in self.text.split_off(from).lines() {
+                let mark = match line {
+                    "" => "",
+                    line if line.starts_with('#') => "",
+                    _ => "# ",
+                };
+                let _ = writeln!(self.text, "{mark}{line}");
+            }
+        }
     }
 
     fn background(&mut self, scene: &Scene) {
-        let comment = "Activity around the heart, in an elliptic torso along z that holds it at every phase; none if this section is left out.";
-        match &scene.background {
-            Some(background) => {
-                self.section("background", comment);
-                self.field("concentration", &background.concentration, "per mL");
-                self.field("centre", &background.centre, "[x, y] of its axis");
-                self.field(
-                    "semi_axes",
-                    &background.semi_axes,
-                    "along x and y; the bins should see all of it",
-                );
-            }
-            None => {
-                let example =
-                    "concentration = 0.1\n# centre = [0.0, 0.0]\n# semi_axes = [16.0, 11.0]";
-                self.left_out(comment, "background", example);
-            }
-        }
+        let example = BackgroundSettings {
+            concentration: 0.1,
+            centre: [0.0; 2],
+            semi_axes: TORSO,
+        };
+        self.left_out(scene.background.as_ref(), &example, |page, background| {
+            page.section("background", "Activity around the heart, in an elliptic torso along z that holds it at every phase; none if this section is left out.");
+            page.field("concentration", &background.concentration, "per mL");
+            page.field("centre", &background.centre, "[x, y] of its axis");
+            page.field(
+                "semi_axes",
+                &background.semi_axes,
+                "along x and y; the bins should see all of it",
+            );
+        });
     }
 
     fn defects(&mut self, scene: &Scene) {
-        let comment = "A piece of the wall with another activity, as many as there are such sections; it moves with the wall. Where they overlap the last one counts.";
+        let mut write = |given: Option<&DefectSettings>| {
+            let example = DefectSettings {
+                layers: [0.0, 0.6],
+                s: [0.25, 0.4],
+                azimuths_degrees: [0.0, 60.0],
+                activity: 0.2,
+            };
+            self.left_out(given, &example, |page, defect| {
+                page.section("[defects]", "A piece of the wall with another activity, as many as there are such sections; it moves with the wall. Where they overlap the last one counts.");
+                page.field(
+                    "layers",
+                    &defect.layers,
+                    "from 0, the inner membrane, to 1, the outer one: shares of the wall's volume",
+                );
+                page.field("s", &defect.s, "from 0, the base, to 0.5, the apex");
+                page.field(
+                    "azimuths_degrees",
+                    &defect.azimuths_degrees,
+                    "degrees about the axis",
+                );
+                page.field("activity", &defect.activity, "in units of the wall's");
+            });
+        };
         for defect in &scene.defects {
-            self.section("[defects]", comment);
-            self.field(
-                "layers",
-                &defect.layers,
-                "from 0, the inner membrane, to 1, the outer one",
-            );
-            self.field("s", &defect.s, "from 0, the base, to 0.5, the apex");
-            self.field(
-                "azimuths_degrees",
-                &defect.azimuths_degrees,
-                "degrees about the axis",
-            );
-            self.field("activity", &defect.activity, "in units of the wall's");
+            write(Some(defect));
         }
         if scene.defects.is_empty() {
-            let example = "layers = [0.0, 0.6]\n# s = [0.25, 0.4]\n# azimuths_degrees = [0.0, 60.0]\n# activity = 0.2";
-            self.left_out(comment, "[defects]", example);
+            write(None);
         }
     }
 
     fn detector(&mut self, scene: &Scene) {
-        let comment = "Gaussian blur of the detector; none if this section is left out.";
-        match &scene.blur {
-            Some(blur) => {
-                self.section("blur", comment);
-                self.field("fwhm", &blur.fwhm, "full width at half maximum");
-            }
-            None => self.left_out(comment, "blur", "fwhm = 1.0"),
-        }
-        let comment = "Poisson noise; none if this section is left out.";
-        match &scene.noise {
-            Some(noise) => {
-                self.section("noise", comment);
-                self.field(
-                    "counts",
-                    &noise.counts,
-                    "{ total = 1e6 } in all views of a gate, or { per_unit = 10.0 }",
-                );
-                self.field("seed", &noise.seed, "the same seed gives the same noise");
-            }
-            None => self.left_out(comment, "noise", "counts = { total = 1e6 }\n# seed = 1"),
-        }
-    }
-
-    /// A section that is not there, commented out, with an example.
-    fn left_out(&mut self, comment: &str, name: &str, example: &str) {
-        let _ = write!(self.0, "\n# {comment}\n# [{name}]\n# {example}\n");
+        let example = BlurSettings { fwhm: 1.0 };
+        self.left_out(scene.blur.as_ref(), &example, |page, blur| {
+            let comment = "Gaussian blur of the detector; none if this section is left out.";
+            page.section("blur", comment);
+            page.field("fwhm", &blur.fwhm, "full width at half maximum");
+        });
+        let example = Noise {
+            counts: Counts::Total(1e6),
+            seed: 1,
+        };
+        self.left_out(scene.noise.as_ref(), &example, |page, noise| {
+            page.section("noise", "Poisson noise; none if this section is left out.");
+            page.field(
+                "counts",
+                &noise.counts,
+                "{ total = 1e6 } in all views of a gate, or { per_unit = 10.0 }",
+            );
+            page.field("seed", &noise.seed, "the same seed gives the same noise");
+        });
     }
 
     fn attenuation(&mut self, scene: &Scene) {
-        let comment = "What weakens the rays; nothing if this section is left out.";
-        let torso = "{ torso = { centre = [0.0, 0.0], semi_axes = [16.0, 11.0] } }";
-        match &scene.attenuation {
-            Some(attenuation) => {
-                self.section("attenuation", comment);
-                self.field("coefficient", &attenuation.coefficient, "in 1/cm");
-                self.field("medium", &attenuation.medium, &format!("heart, or {torso}"));
-            }
-            None => {
-                let example =
-                    format!("coefficient = 0.15  # in 1/cm\n# medium = {torso}  # or heart");
-                self.left_out(comment, "attenuation", &example);
-            }
-        }
+        let example = AttenuationSettings {
+            coefficient: 0.15,
+            medium: MediumSettings::Torso {
+                centre: [0.0; 2],
+                semi_axes: TORSO,
+            },
+        };
+        self.left_out(scene.attenuation.as_ref(), &example, |page, attenuation| {
+            let comment = "What weakens the rays; nothing if this section is left out.";
+            page.section("attenuation", comment);
+            page.field("coefficient", &attenuation.coefficient, "in 1/cm");
+            let torso = inline(&example.medium);
+            page.field("medium", &attenuation.medium, &format!("heart, or {torso}"));
+        });
     }
 
     /// A field that may be absent: then an example of it, commented out.
@@ -298,7 +393,8 @@ impl Page {
         match value {
             Some(value) => self.field(name, value, comment),
             None => {
-                let _ = writeln!(self.0, "# {name} = {example}  # {comment}");
+                let _ = writeln!(self.text, "# {name} = {example}  # {comment}");
+                self.keep(name, comment);
             }
         }
     }

@@ -51,7 +51,7 @@ fn hopeless() -> Vec<(Scene, &'static str)> {
                 let layers = [0.5, 0.5 + 1e-15];
                 scene.defects = vec![defect(), DefectSettings { layers, ..defect() }];
             }),
-            "defects.1",
+            "defects.2",
         ),
         (
             with(&|scene| {

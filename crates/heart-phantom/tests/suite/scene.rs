@@ -226,6 +226,50 @@ fn mistakes_are_said_in_plain_words() {
             "[camera]\nviews = 3\nviews = 4\n",
             "line 3, column 1: `views`: duplicate key",
         ),
+        (
+            "acquisition.mode = 'gated'",
+            "acquisition.mode is 'gated'; `gated` needs more than that: mode = { gated = { gates = 16 } }",
+        ),
+        (
+            "acquisition.mode = { gated = 16 }",
+            "acquisition.mode.gated is 16; `gated` needs more than that: mode = { gated = { gates = 16 } }",
+        ),
+        (
+            "[reconstruction]\nwindow = \"butterworth\"",
+            "reconstruction.window is \"butterworth\"; `butterworth` needs more than that: window = { butterworth = { order = 5 } }",
+        ),
+        (
+            "cycle.volume = 0.6",
+            "cycle.volume is 0.6; may be { gain = 0.6 }, { ejection_fraction = 0.375 } or { volumes = ",
+        ),
+        (
+            "noise = { counts = 1e6, seed = 1 }",
+            "noise.counts is 1e6; may be { total = 1e6 } in all views of a gate, or { per_unit = 10.0 }",
+        ),
+        (
+            "activity.wall = 1.0",
+            "activity.wall is 1.0; may be { concentration = 1.0 } per mL at every phase, or { total = 100.0 }",
+        ),
+        (
+            "cycle = 3",
+            "cycle is 3; must be a section [cycle] of beats_per_minute, curve, volume",
+        ),
+        (
+            "defects = [3]",
+            "defects is 3; must be a section [[defects]] of layers, s, azimuths_degrees, activity",
+        ),
+        (
+            "camera.arc = -4000",
+            "camera.arc is -4000; its size must be between 0.001 and 3600, and below 0 it turns the other way",
+        ),
+        (
+            "camera.arc = 178",
+            "camera.arc is 178; must be 180 or more, either way (178.03 is enough for 90 views",
+        ),
+        (
+            "cycle.volume = { volumes = { edv = 100.0, esv = 90 } }",
+            "cycle.volume.volumes.esv is 90; must be at least 93.009, the rest volume",
+        ),
         // A mark of the byte order and ends of lines of other systems change no place.
         (
             "\u{feff}[camera]\r\nviews = 0\r\n",
@@ -234,6 +278,60 @@ fn mistakes_are_said_in_plain_words() {
     ] {
         let error = error_of(text).to_string();
         assert!(error.contains(said), "{error}\n{said}");
+    }
+}
+
+/// Wherever a value of another kind stands, the parser's words for Rust's types are not shown.
+#[test]
+fn no_type_of_rust_is_named() {
+    let full = toml::Table::try_from(Scene::from_toml(FULL).unwrap()).unwrap();
+    let mut paths: Vec<Vec<String>> = Vec::new();
+    for (section, fields) in &full {
+        paths.push(vec![section.clone()]);
+        for (field, value) in fields.as_table().into_iter().flatten() {
+            paths.push(vec![section.clone(), field.clone()]);
+            for name in value.as_table().into_iter().flatten().map(|(name, _)| name) {
+                paths.push(vec![section.clone(), field.clone(), name.clone()]);
+            }
+        }
+    }
+    assert!(paths.len() > 70, "{}", paths.len());
+    let mut said = 0;
+    for path in &paths {
+        for value in ["-1", "0.5", "true", "'x'", "[[]]", "{}", "{ x = 1 }"] {
+            let text = format!("{} = {value}", path.join("."));
+            let Err(error) = Scene::from_toml(&text) else {
+                continue;
+            };
+            let error = error.to_string();
+            for rust in [
+                " variant",
+                " struct",
+                "Settings",
+                "string or table",
+                "sequence",
+                "map,",
+            ] {
+                assert!(!error.contains(rust), "{text}\n{error}");
+            }
+            said += 1;
+        }
+    }
+    assert!(said > 400, "{said}");
+}
+
+#[test]
+fn an_arc_that_is_said_to_be_enough_is() {
+    for views in [1, 2, 3, 7, 90, 1000] {
+        let text = |arc: &str| format!("camera.views = {views}\ncamera.arc = {arc}\n");
+        let said = error_of(&text("0.5")).wanted;
+        let (_, after) = said.split_once("either way (").unwrap();
+        let enough = after.split(' ').next().unwrap();
+        Scene::from_toml(&text(enough)).unwrap();
+        Scene::from_toml(&text(&format!("-{enough}"))).unwrap();
+        // And not by much.
+        let less = 0.9998 * enough.parse::<f64>().unwrap();
+        error_of(&text(&less.to_string()));
     }
 }
 

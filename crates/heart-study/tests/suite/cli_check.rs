@@ -35,7 +35,7 @@ const HOPELESS: [(&str, &str); 8] = [
         // Thinner than rounding.
         "[[defects]]\nlayers = [0.2, 0.8]\ns = [0.1, 0.4]\nazimuths_degrees = [0.0, 90.0]\nactivity = 0.5\n\
          [[defects]]\nlayers = [0.5, 0.500000000000001]\ns = [0.1, 0.4]\nazimuths_degrees = [0.0, 90.0]\nactivity = 0.5",
-        "defects.1",
+        "defects.2",
     ),
     (
         "background = { concentration = 0.1, centre = [0.0, 0.0], semi_axes = [7.0, 3.0] }",

@@ -131,7 +131,7 @@ const BAD: &[(&str, &str, &str)] = &[
         "cycle.volume.volumes.edv",
         "between",
     ),
-    ("[cycle]\nvolume = 0.6", "cycle.volume", "table"),
+    ("[cycle]\nvolume = 0.6", "cycle.volume", "{ gain = 0.6 }"),
     ("[pose]\ncentre = nan", "pose.centre", "between"),
     ("[pose]\nturn_x = 400.0", "pose.turn_x", "360"),
     ("[pose]\nturn_y = nan", "pose.turn_y", "between"),
@@ -148,7 +148,7 @@ const BAD: &[(&str, &str, &str)] = &[
         "activity.wall.total",
         "between",
     ),
-    ("[activity]\nwall = 1.0", "activity.wall", "table"),
+    ("[activity]\nwall = 1.0", "activity.wall", "{ total = "),
     (
         "[activity]\ncavity = { total = inf }",
         "activity.cavity.total",
@@ -200,30 +200,30 @@ const BAD: &[(&str, &str, &str)] = &[
         "background.semi_axes",
         "between",
     ),
-    ("[[defects]]\ns = [0.1, 0.2]", "defects.0", "missing field"),
+    ("[[defects]]\ns = [0.1, 0.2]", "defects.1", "missing field"),
     (
         "[[defects]]\nlayers = [0.5, 0.2]\ns = [0.1, 0.2]\nazimuths_degrees = [0.0, 90.0]\nactivity = 0.0",
-        "defects.0.layers",
+        "defects.1.layers",
         "from < to",
     ),
     (
         "[[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.6]\nazimuths_degrees = [0.0, 90.0]\nactivity = 0.0",
-        "defects.0.s",
+        "defects.1.s",
         "0.5",
     ),
     (
         "[[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.2]\nazimuths_degrees = [0.0, 400.0]\nactivity = 0.0",
-        "defects.0.azimuths_degrees",
+        "defects.1.azimuths_degrees",
         "360",
     ),
     (
         "[[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.2]\nazimuths_degrees = [nan, 40.0]\nactivity = 0.0",
-        "defects.0.azimuths_degrees",
+        "defects.1.azimuths_degrees",
         "between",
     ),
     (
         "[[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.2]\nazimuths_degrees = [0.0, 40.0]\nactivity = -1.0",
-        "defects.0.activity",
+        "defects.1.activity",
         "between",
     ),
     ("[blur]\nfwhm = -1.0", "blur.fwhm", "between"),
@@ -238,7 +238,11 @@ const BAD: &[(&str, &str, &str)] = &[
         "noise.counts.per_unit",
         "between",
     ),
-    ("[noise]\ncounts = 5.0\nseed = 1", "noise.counts", "table"),
+    (
+        "[noise]\ncounts = 5.0\nseed = 1",
+        "noise.counts",
+        "{ per_unit = ",
+    ),
     (
         "[noise]\ncounts = { per_unit = 1.0 }\nseed = -1",
         "noise.seed",
@@ -422,7 +426,7 @@ fn leaves_of(value: &toml::Value, path: &str, leaves: &mut Vec<String>) {
             }
         }
         toml::Value::Array(values) if values.iter().all(toml::Value::is_table) => {
-            leaves_of(&values[0], &format!("{path}.0"), leaves);
+            leaves_of(&values[0], &format!("{path}.1"), leaves);
         }
         _ => leaves.push(path.trim_start_matches('.').to_owned()),
     }
