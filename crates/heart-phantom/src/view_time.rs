@@ -19,9 +19,10 @@ pub struct ViewTime {
     /// Seconds from the start of the first view to that of this one, `k T`.
     pub start: f64,
     /// Seconds of its time that the view sees: 0 of an instant, of a gate those in which the beat is in it. A camera that stops sees
-    /// whole beats in the mean, and of `n` gates each for a share `1 / n`.
+    /// whole beats in the mean, all of the view's seconds, and of `n` gates each for a share `1 / n` of them, however many beats they are.
     pub window: f64,
-    /// Phase of the beat at the start; of a heart that is held at a phase, that one.
+    /// Phase of the beat at the start of the view, which is not that of the gate it is sorted into; of a heart that is held at a
+    /// phase, that one.
     pub phase: f64,
     /// Mean angle of the camera over the time seen, in radians. What was seen is reconstructed as seen from there.
     pub angle: f64,
@@ -36,9 +37,9 @@ pub struct ViewTime {
 pub struct ViewReport {
     /// [`ViewTime::start`] in seconds.
     pub start_s: Vec<f64>,
-    /// [`ViewTime::window`] in seconds.
+    /// [`ViewTime::window`] in seconds: where a camera that stops sees whole beats in the mean, the seconds of a view.
     pub window_s: Vec<f64>,
-    /// [`ViewTime::phase`].
+    /// [`ViewTime::phase`], at the start of the view, not of the gate.
     pub phase: Vec<f64>,
     /// [`ViewTime::angle`] in degrees, as angles of scenes are.
     pub angle_deg: Vec<f64>,
