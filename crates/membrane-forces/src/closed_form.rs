@@ -15,17 +15,21 @@ use crate::measures::Measures;
 /// ```
 ///
 /// # Errors
-/// A size that is not finite or not positive.
+/// A size that is not finite or not positive, or so large that one of the measures is not finite.
 pub fn balloon_at_rest(h: f64, radius: f64) -> Result<Measures, MembraneError> {
     positive("cylinder length", h)?;
     let r = positive("radius", radius)?;
-    Ok(Measures {
+    Measures {
         length: 2.0 * h + PI * r,
         area: r * (2.0 * h + 0.5 * PI * r),
         surface: 2.0 * PI * r * (h + r),
         volume: PI * r * r * (h + 2.0 * r / 3.0),
-    })
+    }
+    .finite()
 }
+
+/// Half the angle of an arc below which its radius, maybe beyond the largest number, is kept out of the formulas.
+const NEARLY_FLAT: f64 = 0.25;
 
 /// The disc under force per material length: an arc of a circle (appendix, constants corrected).
 ///
@@ -51,7 +55,8 @@ impl CircleEquilibrium {
     /// ```
     ///
     /// # Errors
-    /// An argument that is not finite, a radius that is not positive, a negative ratio.
+    /// An argument that is not finite, a radius that is not positive, a negative ratio; sizes so large that a measure of the cap is
+    /// not finite.
     pub fn new(radius: f64, ratio: f64) -> Result<Self, MembraneError> {
         positive("radius", radius)?;
         if finite("load over stiffness", ratio)? < 0.0 {
@@ -61,10 +66,12 @@ impl CircleEquilibrium {
             });
         }
         if ratio == 0.0 {
-            return Ok(Self {
+            let flat = Self {
                 disc_radius: radius,
                 angle: 0.0,
-            });
+            };
+            flat.measures().finite()?;
+            return Ok(flat);
         }
         // With x = mu / 2: 4 R x = (f / lambda) sin(x) / x; the left rises, the right falls on (0, pi).
         let (mut low, mut high) = (0.0, PI);
@@ -73,29 +80,41 @@ impl CircleEquilibrium {
             if x <= low || x >= high {
                 break;
             }
-            if 4.0 * radius * x > ratio * x.sin() / x {
+            let falls = match x < NEARLY_FLAT {
+                // The product of both may be below the smallest number.
+                true => ratio * (x.sin() / x),
+                false => ratio * x.sin() / x,
+            };
+            if 4.0 * radius * x > falls {
                 high = x
             } else {
                 low = x
             }
         }
-        Ok(Self {
+        let this = Self {
             disc_radius: radius,
             angle: 2.0 * high,
-        })
+        };
+        this.measures().finite()?;
+        Ok(this)
     }
 
-    /// Radius of the arc, R / sin(mu / 2), cm; infinite for the flat disc.
+    /// Radius of the arc, R / sin(mu / 2), cm; infinite for the flat disc, and for one so nearly flat that no number is so large.
     pub fn arc_radius(&self) -> f64 {
         self.disc_radius / (0.5 * self.angle).sin()
     }
 
-    /// Position [x, y] at material coordinate s.
+    /// Position [x, y] at material coordinate s, in [0, 1].
     pub fn at(&self, s: f64) -> [f64; 2] {
         // Angle from the apex; sums turned into products so that nothing cancels as mu -> 0.
         let (half, theta) = (0.5 * self.angle, self.angle * (0.5 - s));
         if half == 0.0 {
             return [0.0, self.disc_radius * (1.0 - 2.0 * s)];
+        }
+        if half < NEARLY_FLAT {
+            let over = |angle: f64| self.disc_radius * (angle.sin() / half.sin());
+            let bulge = 2.0 * (0.5 * (half + theta)).sin();
+            return [bulge * over(0.5 * (half - theta)), over(theta)];
         }
         let radius = self.disc_radius / half.sin();
         [
@@ -116,8 +135,23 @@ impl CircleEquilibrium {
                 volume: 0.0,
             };
         }
-        let radius = r / half.sin();
         let height = r * (0.5 * half).tan();
+        if half < NEARLY_FLAT {
+            let wide = half / half.sin();
+            // 3 (x - sin x) / (4 (x/2)^3) with x = mu: in powers of x, of which the next one is below rounding.
+            let square = self.angle * self.angle;
+            let series = [20.0, 42.0, 72.0, 110.0, 156.0, 210.0]
+                .into_iter()
+                .rev()
+                .fold(1.0, |sum, divisor| 1.0 - square / divisor * sum);
+            return Measures {
+                length: 2.0 * r * wide,
+                area: r * r * (2.0 / 3.0) * half * wide * wide * series,
+                surface: 2.0 * PI * r * r / (1.0 + half.cos()),
+                volume: PI * height * (3.0 * r * r + height * height) / 6.0,
+            };
+        }
+        let radius = r / half.sin();
         Measures {
             length: self.angle * radius,
             area: 0.5 * radius * radius * (self.angle - self.angle.sin()),

@@ -43,7 +43,7 @@ impl LinearEquilibrium {
     /// ```
     ///
     /// # Errors
-    /// A size that is not finite or not positive, sizes too different for a finite answer, a `kappa` at
+    /// A size that is not finite or not positive, sizes too different or too large for a finite answer, a `kappa` at
     /// or past 2 pi in size.
     pub fn balloon(h: f64, radius: f64, kappa: f64) -> Result<Self, MembraneError> {
         positive("cylinder length", h)?;
@@ -57,7 +57,7 @@ impl LinearEquilibrium {
     /// of a circle.
     ///
     /// # Errors
-    /// A radius that is not finite or not positive, a `kappa` at or past 2 pi in size.
+    /// A radius that is not finite, not positive or too large for finite measures, a `kappa` at or past 2 pi in size.
     pub fn disc(radius: f64, kappa: f64) -> Result<Self, MembraneError> {
         positive("radius", radius)?;
         Self::new(kappa, radius, 0.5, 0.0, 0.0)
@@ -89,7 +89,12 @@ impl LinearEquilibrium {
         let missed = Complex(0.0, -radius) - this.state(1.0).0;
         this.slope = missed / turn(-kappa, 1.0);
         // A small cap on a large cylinder bends by more than the largest number.
-        finite("slope at the held end", this.slope.norm())?;
+        let slope = finite("slope at the held end", this.slope.norm())?;
+        // No position is larger, and no measure than some of its cube.
+        let size = 10.0 * (radius + slope + source);
+        if !(size * size * size).is_finite() {
+            this.measures().finite()?;
+        }
         Ok(this)
     }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::error::{MembraneError, length};
+use crate::error::{MembraneError, finite, length};
 
 /// A number that a curve has.
 ///
@@ -45,6 +45,15 @@ impl Measures {
             surface: Measure::Surface.of(nodes),
             volume: Measure::Volume.of(nodes),
         }
+    }
+
+    /// Themselves, unless one is beyond the largest number: that of a curve of some 1e100 cm is.
+    pub(crate) fn finite(self) -> Result<Self, MembraneError> {
+        finite("length", self.length)?;
+        finite("area", self.area)?;
+        finite("surface", self.surface)?;
+        finite("volume", self.volume)?;
+        Ok(self)
     }
 }
 

@@ -149,7 +149,8 @@ impl Evolution {
 /// A run that has not settled after `max_steps` is returned with `converged` false.
 ///
 /// # Errors
-/// Options out of range, a membrane that cannot be discretised, a step that cannot be made.
+/// Options out of range, a membrane that cannot be discretised, a step that cannot be made; [`ImplicitError::OutOfRange`] for forces
+/// whose norm is not finite.
 pub fn evolve(
     membrane: &Membrane,
     n_nodes: usize,
@@ -185,7 +186,10 @@ pub fn evolve_with(
     stepper.set_jacobian(options.jacobian);
     let target = Target::TotalForce(total_force);
     stepper.begin(target)?;
-    let mut norms = vec![stepper.norms()?.0];
+    let norm_of = |stepper: &mut Stepper| -> Result<f64, ImplicitError> {
+        within("norm of the forces", stepper.norms()?.0, 0.0, f64::MAX)
+    };
+    let mut norms = vec![norm_of(&mut stepper)?];
     let mut frames = Vec::new();
     let mut converged = norms[0] <= options.tolerance;
     loop {
@@ -200,7 +204,7 @@ pub fn evolve_with(
         }
         stepper.attempt(options.dt, &[target])?;
         stepper.accept();
-        let (norm, _) = stepper.norms()?;
+        let norm = norm_of(&mut stepper)?;
         converged = norm <= options.tolerance;
         norms.push(norm);
     }

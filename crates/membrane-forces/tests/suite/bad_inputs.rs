@@ -3,6 +3,7 @@
 use membrane_forces::{
     BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, FiniteDifferences, LinearEquilibrium,
     Measure, Measures, Membrane, MembraneError, RestShape, SpectralElements, Stiffness,
+    balloon_at_rest,
 };
 
 #[test]
@@ -295,6 +296,63 @@ fn entries_outside_a_band() {
     let nothing = BandMatrix::zeros(0, 1, 1).unwrap();
     assert!(nothing.is_empty() && nothing.rows().len() == 0 && nothing.get(0, 0).is_none());
     nothing.mul_into(&[], &mut []);
+}
+
+/// Sizes of any power of ten: an answer is a number, or there is none.
+#[test]
+fn closed_forms_are_numbers_or_refused() {
+    const SIZES: [f64; 16] = [
+        5e-324,
+        1e-300,
+        1e-200,
+        1e-160,
+        1e-100,
+        1e-9,
+        0.5,
+        1.0,
+        1000.0,
+        1e50,
+        1e100,
+        1e102,
+        1e154,
+        1e200,
+        1e300,
+        f64::MAX,
+    ];
+    let is_number = |m: Measures| {
+        [m.length, m.area, m.surface, m.volume]
+            .iter()
+            .all(|x| x.is_finite())
+    };
+    let places = [0.0, 0.1, 0.3, 0.5, 0.9, 1.0];
+    for a in SIZES {
+        for b in SIZES {
+            assert!(balloon_at_rest(a, b).is_ok_and(is_number) || a.max(b) > 1e90);
+            match CircleEquilibrium::new(a, b) {
+                Err(error) => assert!(
+                    matches!(error, MembraneError::NotFinite { .. }) && a.max(b) > 1e90,
+                    "{a} {b} {error}"
+                ),
+                Ok(circle) => {
+                    assert!(is_number(circle.measures()), "{a} {b}");
+                    let places = places.map(|s| circle.at(s));
+                    assert!(places.as_flattened().iter().all(|x| x.is_finite()));
+                }
+            }
+            for kappa in [0.0, 1e-9, 1.0, 6.2] {
+                let balloon = LinearEquilibrium::balloon(a, b, kappa);
+                for linear in [balloon, LinearEquilibrium::disc(a, kappa)] {
+                    let Ok(linear) = linear else { continue };
+                    assert!(is_number(linear.measures()), "{a} {b} {kappa}");
+                    let places = places.map(|s| linear.at(s).position);
+                    assert!(places.as_flattened().iter().all(|x| x.is_finite()));
+                }
+            }
+        }
+    }
+    assert!(balloon_at_rest(1.0, 1e103).is_err() && CircleEquilibrium::new(1e300, 1e3).is_err());
+    assert!(LinearEquilibrium::disc(1e300, 1.0).is_err());
+    assert!(LinearEquilibrium::disc(1e100, 1.0).is_ok());
 }
 
 /// The cap bends by its length squared over its radius, which need not be a number.

@@ -4,6 +4,7 @@ use membrane_forces::{
     CircleEquilibrium, FiniteDifferences, LinearEquilibrium, Measure, Measures, Membrane,
     PressureLaw, RestShape, SpectralElements, Stiffness, balloon_at_rest,
 };
+use std::f64::consts::PI;
 
 const LAWS: [PressureLaw; 3] = [
     PressureLaw::PerMaterialLength,
@@ -254,11 +255,53 @@ fn disc_under_either_law_is_an_arc() {
     assert!((a.area / b.area - 1.0).abs() < 1e-13 && (a.length / b.length - 1.0).abs() < 1e-13);
 }
 
+/// Nearly flat the arc is the parabola x = 2 R h s (1 - s), h half its angle, and 4 R h = f / lambda.
+#[test]
+fn a_disc_under_next_to_no_load_is_a_parabola() {
+    // What is left out is of the order of h^2.
+    for (radius, ratio) in [(1.5, 1e-20), (1.5, 1e-250), (1e-3, 1e-290), (1e60, 1e-240)] {
+        let circle = CircleEquilibrium::new(radius, ratio).unwrap();
+        let half = 0.5 * circle.angle;
+        let same = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-14;
+        assert!(same(half, ratio / radius / 4.0), "{radius} {ratio}");
+        let m = circle.measures();
+        assert!(same(m.length, 2.0 * radius));
+        assert!(same(m.area, radius * (radius * half) * 2.0 / 3.0));
+        assert!(same(m.surface, PI * radius * radius));
+        assert!(same(m.volume, PI * radius * radius * (radius * half) / 4.0));
+        for s in [0.1, 0.5, 0.7] {
+            let [x, y] = circle.at(s);
+            assert!(
+                same(x, 2.0 * radius * half * s * (1.0 - s)),
+                "{radius} {ratio} {s}"
+            );
+            assert!((y / radius - (1.0 - 2.0 * s)).abs() < 1e-14);
+        }
+    }
+    // Where one formula takes over from the other, against the same arc by quadrature.
+    for ratio in [1e-6, 0.1, 1.0, 1.48, 1.49, 1.5, 2.0] {
+        let circle = CircleEquilibrium::new(1.5, ratio).unwrap();
+        let linear = LinearEquilibrium::disc(1.5, circle.angle).unwrap();
+        let (a, b) = (circle.measures(), linear.measures());
+        for (a, b) in [
+            (a.length, b.length),
+            (a.area, b.area),
+            (a.surface, b.surface),
+            (a.volume, b.volume),
+        ] {
+            // The area of the wider arcs is a difference of terms some hundred times as large.
+            assert!((a / b - 1.0).abs() < 1e-13, "{ratio} {a} {b}");
+        }
+        let (a, b) = (circle.at(0.3), linear.at(0.3).position);
+        assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-14);
+    }
+}
+
 /// Under the law per current length the limit is 2 pi over the integral of 1 / lambda, here known:
 /// the mean of 1 / (1 + a cos) is 1 / sqrt(1 - a^2). Even the lowest degree knows it.
 #[test]
 fn the_limit_of_the_pressure_does_not_depend_on_the_degree() {
-    let stiffness = |s: f64| 1.0 + 0.9 * (4.0 * std::f64::consts::PI * s + 0.3).cos();
+    let stiffness = |s: f64| 1.0 + 0.9 * (4.0 * PI * s + 0.3).cos();
     let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
         .with_stiffness(Stiffness::function(stiffness, &[]).unwrap())
         .with_law(PressureLaw::PerCurrentLength);

@@ -255,6 +255,14 @@ fn evolving_method() {
     let never =
         EvolvingOptions::default().with_jacobian(Jacobian::Differences { refresh_every: 0 });
     assert!(is_range(run(never, 1.0)));
+    // forces whose squares are beyond the largest number
+    for force in [1e100, 1e150, 1e200, 1e300, f64::MAX, -1e300] {
+        match run(EvolvingOptions::default(), force) {
+            Ok(end) => assert!(end.norms.iter().all(|norm| norm.is_finite()), "{force}"),
+            Err(_) => assert!(force.abs() >= 1e100),
+        }
+    }
+    assert!(is_range(run(EvolvingOptions::default(), 1e300)));
     // no load: at rest it is at equilibrium, after no step
     let still = run(EvolvingOptions::default(), 0.0).unwrap();
     assert!(still.converged && still.steps == 0 && still.residual() == 0.0);
