@@ -28,7 +28,7 @@ impl Phantom {
     /// ```
     ///
     /// # Errors
-    /// The reason; of a phantom that was made from a scene [`PhantomError::Refused`] with the field of the scene, its place in the
+    /// The reason; of a phantom that was made from a scene [`PhantomError::Refused`] for the first of them, with the field of the scene, its place in the
     /// file if it came from one, and the reason.
     pub fn prepare(&self) -> Result<(), PhantomError> {
         let tried = self.try_all();

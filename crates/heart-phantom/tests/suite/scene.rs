@@ -268,7 +268,7 @@ fn mistakes_are_said_in_plain_words() {
         ),
         (
             "cycle.volume = { volumes = { edv = 100.0, esv = 90 } }",
-            "cycle.volume.volumes.esv is 90; must be at least 93.009, the rest volume",
+            "cycle.volume.volumes.esv is 90; must be at least 93.004, the rest volume",
         ),
         // A mark of the byte order and ends of lines of other systems change no place.
         (
