@@ -3,12 +3,15 @@
 use crate::Phantom;
 use crate::defect::without_overlap;
 use crate::settings::{Accuracy, Product};
+use crate::scan::MOST_NODES;
 use crate::steps::STEPS;
 use crate::truth::{MOST_IN_PASS, finder_bytes, in_pass};
 use std::collections::BTreeSet;
 
 /// Shapes that the masks of a comparison are made from.
 const MASK_SHAPES: usize = 24;
+/// A point of the quadrature, its place in a list of distinct ones, and its share of a list of phases.
+const NODE_BYTES: u64 = 120;
 /// Work arrays of a reconstruction ([`radon::FbpOptions`]).
 const WORK_BYTES: u64 = 64 << 20;
 
@@ -20,7 +23,7 @@ const WORK_BYTES: u64 = 64 << 20;
 pub struct Memory {
     /// Shapes of the heart, with the defects in them and with what finds their surfaces in voxels.
     pub shapes: u64,
-    /// The views of one gate.
+    /// The views of one gate, and when they see what.
     pub views: u64,
     /// Reconstruction, exact volume and masks of one gate.
     pub volumes: u64,
@@ -71,12 +74,15 @@ impl Phantom {
         let fields = (passed.max(judged) * finder_bytes(&scan)) as u64;
 
         let samples = 4 * (camera.n_views() * camera.view_len()) as u64;
+        // Points of the quadrature over time, of as many views as are taken together.
+        let points = scan.acquisition.points_of_all(self.cycle(), camera);
+        let points = NODE_BYTES * points.min(MOST_NODES as f64) as u64;
         // Noise is counted beside what it is the noise of.
         let copies = 1 + u64::from(parts.noise.is_some());
         let voxels = camera.grid().len() as u64;
         Memory {
             shapes: alive * (shape + defects) + fields,
-            views: if sees { copies * samples } else { 0 },
+            views: points + if sees { copies * samples } else { 0 },
             volumes: voxels
                 * (4 * u64::from(reconstructs)
                     + 4 * u64::from(wants(Product::Truth))

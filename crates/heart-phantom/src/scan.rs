@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// So many samples, where they make up all of the difference between two rules, tell the error of the finer one to a factor of two.
 const FEW: f64 = 5.0;
 /// Points of the quadrature in a group of views: some 50 MB.
-const MOST_NODES: usize = 1 << 20;
+pub(crate) const MOST_NODES: usize = 1 << 20;
 
 /// An acquisition of which any part can be taken, each with the bits that it has in the whole.
 pub(crate) struct Scan<'a> {
