@@ -2,8 +2,8 @@
 
 use crate::Phantom;
 use crate::defect::without_overlap;
-use crate::settings::{Accuracy, Product};
 use crate::scan::MOST_NODES;
+use crate::settings::{Accuracy, Product};
 use crate::steps::STEPS;
 use crate::truth::{MOST_IN_PASS, finder_bytes, in_pass};
 use std::collections::BTreeSet;

@@ -17,9 +17,9 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::chord::ROUNDING;
 use crate::coverage::check_range;
 use crate::error::{finite, length, positive};
+use crate::segment::ROUNDING;
 use crate::{Body, Error, ParallelRays, Ray, RayCounters, Sample, Span, VoxelGrid};
 
 /// A cylinder of elliptic section along the lab's z axis, without ends: a torso.

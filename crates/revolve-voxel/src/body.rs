@@ -2,7 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::chord::{Direction, Hint};
+use crate::chord::Hint;
+use crate::direction::Direction;
 use crate::error::{finite, length};
 use crate::meridian::Meridian;
 use crate::{Error, Hit, Measures, Pose, Ray, Span};

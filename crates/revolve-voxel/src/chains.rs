@@ -5,8 +5,7 @@
 //! minus where the profile runs backward: `chord = sum of sign * length`. No parity of crossings enters, so no line,
 //! however degenerate, can be off by more than rounding.
 
-use crate::chord::ROUNDING;
-use crate::meridian::Segment;
+use crate::segment::{ROUNDING, Segment};
 
 /// A vertex of a chain and the cone to its right (x grows along a chain, so `tx > 0`).
 #[derive(Debug, Clone, Copy, PartialEq)]

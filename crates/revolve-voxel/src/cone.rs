@@ -2,7 +2,7 @@
 //! for many side by side.
 
 use crate::chains::Vertex;
-use crate::chord::Direction;
+use crate::direction::Direction;
 
 /// Lines side by side.
 const LANES: usize = 8;

@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
+use crate::block::Block;
 use crate::error::{countable, positive};
 use crate::field::{Answer, Field};
-use crate::moment::Block;
 use crate::patch::{Cuboid, Patch, patch};
 use crate::sections::Sections;
-use crate::{Body, Error, Meridian, Moment, Pose, Sample, VoxelCounters, VoxelGrid};
+use crate::{Body, Error, Meridian, Pose, Sample, VoxelCounters, VoxelGrid};
 
 /// How a voxel's value is found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,45 +30,6 @@ pub enum Sampling {
 pub(crate) const BLOCK: usize = 8;
 
 impl Body {
-    /// Activity of every voxel, `[z][y][x]`, x fastest.
-    ///
-    /// # Errors
-    /// [`Error::Length`], [`Error::NotFinite`] for the activities, [`Error::NotPositive`] for the sampling, [`Error::TooLarge`].
-    pub fn voxelize<T: Sample>(
-        &self,
-        grid: &VoxelGrid,
-        sampling: Sampling,
-        activity: &[f64],
-    ) -> Result<(Vec<T>, VoxelCounters), Error> {
-        let mut out = crate::error::zeros("voxels", grid.len())?;
-        let counters =
-            self.voxelize_add(grid, 0..grid.shape()[2], sampling, activity, 1.0, &mut out)?;
-        Ok((out, counters))
-    }
-
-    /// Adds `weight` times the activity of the voxels of some slices to `out` (`[z][y][x]`, those slices only).
-    ///
-    /// A volume need never be whole in memory: slab by slab gives the same bits.
-    ///
-    /// # Errors
-    /// [`Error::Length`] for a wrong buffer, slices or number of activities; [`Error::NotFinite`], [`Error::NotPositive`].
-    pub fn voxelize_add<T: Sample>(
-        &self,
-        grid: &VoxelGrid,
-        slices: Range<usize>,
-        sampling: Sampling,
-        activity: &[f64],
-        weight: f64,
-        out: &mut [T],
-    ) -> Result<VoxelCounters, Error> {
-        let moment = Moment {
-            body: self,
-            activity,
-            weight,
-        };
-        Moment::voxelize_add(&[moment], grid, slices, sampling, out)
-    }
-
     /// What voxels of a grid need to know of a layer.
     pub(crate) fn field(&self, layer: usize, grid: &VoxelGrid) -> Field<'_> {
         let layer = &self.layers()[layer];

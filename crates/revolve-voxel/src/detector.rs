@@ -5,8 +5,9 @@ use std::ops::Range;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::chord::{Direction, Hint};
+use crate::chord::Hint;
 use crate::cone::Batch;
+use crate::direction::Direction;
 use crate::error::{countable, finite, length, positive, zeros};
 use crate::shadow::Shadow;
 use crate::{Body, Error, Ray, RayCounters, Sample};

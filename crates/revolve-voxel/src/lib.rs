@@ -71,7 +71,10 @@
 )]
 
 mod attenuation;
+mod block;
 mod body;
+mod box_tree;
+mod cells;
 mod chains;
 mod chord;
 mod cone;
@@ -79,6 +82,7 @@ mod counters;
 mod coverage;
 mod curve;
 mod detector;
+mod direction;
 mod distance;
 mod error;
 mod field;
@@ -102,6 +106,7 @@ mod root;
 mod sample;
 mod sections;
 mod sector;
+mod segment;
 mod self_crossing;
 mod shadow;
 mod shares;

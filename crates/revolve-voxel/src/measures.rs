@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::ops::Sub;
 
-use crate::meridian::Segment;
+use crate::segment::Segment;
 
 /// Exact integrals over a solid of revolution of density 1, in its body frame.
 ///

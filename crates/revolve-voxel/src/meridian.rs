@@ -1,66 +1,10 @@
 //! The profile that is turned about the axis.
 
 use crate::Error;
+use crate::box_tree::BoxTree;
 use crate::chains::{Chain, Node, chains, tree};
-use crate::chord::ROUNDING;
-use crate::distance::BoxTree;
 use crate::measures::Measures;
-
-/// A straight piece of the closed profile: a cone, cylinder or disc of the surface.
-///
-/// The path runs from the base to the apex with the solid on its right, so `(-tr, tx)` points outward.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Segment {
-    pub(crate) x0: f64,
-    pub(crate) r0: f64,
-    pub(crate) x1: f64,
-    pub(crate) r1: f64,
-    /// Unit tangent.
-    pub(crate) tx: f64,
-    pub(crate) tr: f64,
-    /// Slant length.
-    pub(crate) length: f64,
-    /// Sum of the unit normals that meet at the start (at the end): tells inside from outside when it is nearest.
-    pub(crate) start_normal: [f64; 2],
-    pub(crate) end_normal: [f64; 2],
-}
-
-impl Segment {
-    pub(crate) fn start(&self) -> [f64; 2] {
-        [self.x0, self.r0]
-    }
-
-    pub(crate) fn end(&self) -> [f64; 2] {
-        [self.x1, self.r1]
-    }
-
-    /// [x_min, x_max, r_min, r_max].
-    pub(crate) fn bounds(&self) -> [f64; 4] {
-        [
-            self.x0.min(self.x1),
-            self.x0.max(self.x1),
-            self.r0.min(self.r1),
-            self.r0.max(self.r1),
-        ]
-    }
-
-    fn new(a: [f64; 2], b: [f64; 2]) -> Self {
-        let (dx, dr) = (b[0] - a[0], b[1] - a[1]);
-        let length = dx.hypot(dr);
-        let (tx, tr) = (dx / length, dr / length);
-        Self {
-            x0: a[0],
-            r0: a[1],
-            x1: b[0],
-            r1: b[1],
-            tx,
-            tr,
-            length,
-            start_normal: [-tr, tx],
-            end_normal: [-tr, tx],
-        }
-    }
-}
+use crate::segment::{ROUNDING, Segment};
 
 /// Enough boxes for a shadow within a few per cent of the body's.
 const N_BLOCKS: usize = 64;

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::block::Block;
 use crate::coverage::{BLOCK, Painter, Sampling, check};
 use crate::error::{finite, length};
 use crate::mirror::Mirror;
@@ -19,6 +20,47 @@ pub struct Moment<'a> {
     pub activity: &'a [f64],
     /// Its share.
     pub weight: f64,
+}
+
+impl Body {
+    /// Activity of every voxel, `[z][y][x]`, x fastest.
+    ///
+    /// # Errors
+    /// [`Error::Length`], [`Error::NotFinite`] for the activities, [`Error::NotPositive`] for the sampling, [`Error::TooLarge`].
+    pub fn voxelize<T: Sample>(
+        &self,
+        grid: &VoxelGrid,
+        sampling: Sampling,
+        activity: &[f64],
+    ) -> Result<(Vec<T>, VoxelCounters), Error> {
+        let mut out = crate::error::zeros("voxels", grid.len())?;
+        let counters =
+            self.voxelize_add(grid, 0..grid.shape()[2], sampling, activity, 1.0, &mut out)?;
+        Ok((out, counters))
+    }
+
+    /// Adds `weight` times the activity of the voxels of some slices to `out` (`[z][y][x]`, those slices only).
+    ///
+    /// A volume need never be whole in memory: slab by slab gives the same bits.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a wrong buffer, slices or number of activities; [`Error::NotFinite`], [`Error::NotPositive`].
+    pub fn voxelize_add<T: Sample>(
+        &self,
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+        sampling: Sampling,
+        activity: &[f64],
+        weight: f64,
+        out: &mut [T],
+    ) -> Result<VoxelCounters, Error> {
+        let moment = Moment {
+            body: self,
+            activity,
+            weight,
+        };
+        Moment::voxelize_add(&[moment], grid, slices, sampling, out)
+    }
 }
 
 impl Moment<'_> {
@@ -89,87 +131,6 @@ impl Moment<'_> {
         } else {
             work.add(out)
         })
-    }
-}
-
-/// What layers add to the voxels of a block.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Block<T> {
-    /// First voxel and numbers of voxels.
-    first: [usize; 3],
-    shape: [usize; 3],
-    /// To all of them, or else to each, `[z][y][x]`.
-    same: T,
-    each: Vec<T>,
-    pub(crate) counters: VoxelCounters,
-}
-
-impl<T: Sample> Block<T> {
-    /// Nothing yet, for these voxels.
-    pub(crate) fn start(&mut self, block: &[Range<usize>; 3]) {
-        self.first = block.each_ref().map(|range| range.start);
-        self.shape = block.each_ref().map(Range::len);
-        self.same = T::default();
-        self.each.clear();
-        self.counters = VoxelCounters::default();
-    }
-
-    /// Adds a value to the voxels of a part.
-    pub(crate) fn fill(&mut self, part: &[Range<usize>; 3], value: T) {
-        let [nx, ny, nz] = self.shape;
-        if self.each.is_empty() {
-            if part.each_ref().map(Range::len) == self.shape {
-                self.same += value;
-                return;
-            }
-            self.each.resize(nx * ny * nz, self.same);
-        }
-        let [x, y, z] = [0, 1, 2].map(|a| part[a].start - self.first[a]);
-        for z in z..z + part[2].len() {
-            for y in y..y + part[1].len() {
-                let row = (z * ny + y) * nx + x;
-                for v in &mut self.each[row..row + part[0].len()] {
-                    *v += value;
-                }
-            }
-        }
-    }
-
-    fn is_empty(&self) -> bool {
-        self.each.is_empty() && self.same.to_f64() == 0.0
-    }
-
-    /// Adds to some slices of a volume, from `first_slice` on; mirrored if it is to be.
-    pub(crate) fn add_to(
-        &self,
-        mirror: Option<&Mirror>,
-        grid: &VoxelGrid,
-        first_slice: usize,
-        out: &mut [T],
-    ) {
-        if self.is_empty() {
-            return;
-        }
-        let [nx, ny, _] = self.shape;
-        let (mut first, mut shape, mut steps) = (self.first, self.shape, [1, nx, nx * ny]);
-        if let Some(mirror) = mirror {
-            [first, shape, steps] = [first, shape, steps].map(|each| mirror.image(&each));
-        }
-        for z in 0..shape[2] {
-            for y in 0..shape[1] {
-                let row = ((first[2] - first_slice + z) * grid.shape()[1] + first[1] + y)
-                    * grid.shape()[0]
-                    + first[0];
-                let row = &mut out[row..row + shape[0]];
-                if self.each.is_empty() {
-                    row.iter_mut().for_each(|v| *v += self.same);
-                } else {
-                    let from = &self.each[z * steps[2] + y * steps[1]..];
-                    let values = from.iter().step_by(steps[0]);
-                    row.iter_mut().zip(values).for_each(|(v, add)| *v += *add);
-                }
-            }
-        }
     }
 }
 

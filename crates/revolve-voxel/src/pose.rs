@@ -3,8 +3,8 @@
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::Error;
-use crate::chord::ROUNDING;
 use crate::error::finite;
+use crate::segment::ROUNDING;
 
 /// A rigid motion from the body frame (x = axis of revolution, base to apex) to the lab frame.
 ///

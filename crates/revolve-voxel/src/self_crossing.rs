@@ -1,8 +1,8 @@
 //! Does a profile cross itself?
 
 use crate::Error;
-use crate::distance::BoxTree;
-use crate::meridian::Segment;
+use crate::box_tree::BoxTree;
+use crate::segment::Segment;
 
 /// Segments that run alongside each other this near, as a share of the largest coordinate, are one: a distance from them cannot
 /// tell which is nearer, nor its sign on which side of both a point lies.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::chord::Direction;
+use crate::direction::Direction;
 use crate::meridian::Meridian;
 
 /// Bands of |q|; a band's bounds are those at its inner edge, where the silhouette is widest.

@@ -10,9 +10,9 @@
 //! with both factors linear in t. So the share of a strip ds below t is a cubic in t, and the layer u is where that share
 //! is u: between the layers u0 and u1 lies the fraction u1 - u0 of every strip, and so of the wall, whatever the curves.
 
+use crate::cells::{Cells, Line};
 use crate::curve::Curve;
 use crate::error::{finite, positive};
-use crate::locate::{Cells, Line};
 use crate::shares::Shares;
 use crate::strip::{ON_AXIS, Strips, below, cross, mix};
 use crate::{Error, Meridian};

@@ -4,8 +4,8 @@ use nalgebra::{Point3, Vector3};
 use std::f64::consts::{PI, TAU};
 
 use crate::Error;
-use crate::chord::ROUNDING;
 use crate::error::{finite, positive};
+use crate::segment::ROUNDING;
 
 /// A wedge of azimuth in the body frame: from y to z, between two angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
