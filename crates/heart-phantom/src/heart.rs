@@ -49,7 +49,7 @@ impl Balloon {
     }
 }
 
-/// Two concentric balloons standing in the lab. Shapes are solved when first asked for and kept, as many as fit into
+/// Two concentric balloons standing in the lab. Shapes are solved when first asked for and kept, for copies of the heart too, as many as fit into
 /// [512 MiB](Heart::DEFAULT_MEMORY) or [what it is given](Heart::with_memory).
 ///
 /// ```
@@ -63,7 +63,7 @@ impl Balloon {
 /// # let _ = outer;
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Heart {
     pair: Pair,
     /// How far the body may be from membranes that are no polygons.
@@ -73,7 +73,8 @@ pub struct Heart {
     pose: Pose,
     memory: usize,
     shape_bytes: OnceLock<usize>,
-    kept: Kept,
+    /// Copies share it, so that no shape is solved again for them.
+    kept: Arc<Kept>,
 }
 
 /// Memory of a cone of a body's surface with all that finds it: 96 bytes, 48 in its chain, some 20 of boxes; and of a node of a
@@ -138,7 +139,7 @@ impl Heart {
             pose,
             memory: Self::DEFAULT_MEMORY,
             shape_bytes: OnceLock::new(),
-            kept: Kept::default(),
+            kept: Arc::default(),
         })
     }
 

@@ -49,7 +49,7 @@ const SIDE: f64 = 0.2;
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct PhantomParts {
     /// What beats.
     pub heart: Heart,

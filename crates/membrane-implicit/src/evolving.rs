@@ -9,8 +9,9 @@ use crate::body::MovingMembrane;
 use crate::drive::DriveKind;
 use crate::error::{ImplicitError, length, within};
 use crate::scheme::{Jacobian, Scheme};
-use crate::stepper::{Stepper, Work};
+use crate::stepper::Stepper;
 use crate::target::Target;
+use crate::work::Work;
 
 /// Settings of [`evolve`]; the defaults are the paper's where it states them.
 #[derive(Debug, Clone, PartialEq)]

@@ -55,6 +55,7 @@ mod springs;
 mod stage;
 mod stepper;
 mod target;
+mod work;
 
 pub use body::MovingMembrane;
 pub use drive::{Drive, DriveKind, Feedback, Moment};
@@ -66,7 +67,7 @@ pub use membrane_newton::{
 };
 pub use motion::{Motion, State, Stop, TimeStep, Tolerance};
 pub use scheme::{Jacobian, Scheme};
-pub use stepper::Work;
+pub use work::Work;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

@@ -14,8 +14,9 @@ pub use run::{Stop, TimeStep};
 
 use crate::error::{ImplicitError, length, within};
 use crate::scheme::{Jacobian, Scheme};
-use crate::stepper::{Instant, Stepper, Work};
+use crate::stepper::{Instant, Stepper};
 use crate::target::Target;
+use crate::work::Work;
 
 /// A motion in progress: an initial-value problem with the state it has reached.
 ///

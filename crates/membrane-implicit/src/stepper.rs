@@ -12,6 +12,7 @@ use crate::scheme::{Family, Jacobian, Scheme, Tableau};
 use crate::springs::Springs;
 use crate::stage::{Stage, dot, hold_ends};
 use crate::target::Target;
+use crate::work::Work;
 
 /// Position, velocity and acceleration at one instant, flat.
 #[derive(Debug, Clone)]
@@ -26,22 +27,6 @@ pub(crate) struct Instant {
     /// Power of the pressure force, and |v|^2, both integrated over s.
     pressure_power: f64,
     speed_squared: f64,
-}
-
-/// Counters of the work done so far.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub struct Work {
-    /// Steps accepted.
-    pub steps: usize,
-    /// Steps rejected by the error test or because their equations were not solved.
-    pub rejected: usize,
-    /// Newton iterations, one linear solve each.
-    pub iterations: usize,
-    /// Band factorisations.
-    pub factorisations: usize,
-    /// Evaluations of the pressure force.
-    pub force_calls: usize,
 }
 
 #[derive(Debug, Clone)]

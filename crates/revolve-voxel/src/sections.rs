@@ -8,7 +8,9 @@
 
 use std::f64::consts::TAU;
 
+use crate::breaks::Breaks;
 use crate::chains::{Chain, Kind};
+use crate::disc::{angle, between, cross, sector_sum, within};
 use crate::meridian::Meridian;
 use crate::patch::Cuboid;
 use crate::plane_clip::fraction_below;
@@ -492,87 +494,5 @@ impl Cut<'_> {
                 .sum::<f64>()
         };
         outline.iter().map(edge).sum()
-    }
-}
-
-/// Fractions of the way from p to q between which it is in the disc.
-#[inline(always)]
-fn within(p: [f64; 2], q: [f64; 2], r2: f64) -> Option<[f64; 2]> {
-    let c = p[0] * p[0] + p[1] * p[1] - r2;
-    let end = q[0] * q[0] + q[1] * q[1] - r2;
-    if c <= 0.0 && end <= 0.0 {
-        return Some([0.0, 1.0]);
-    }
-    let d = [q[0] - p[0], q[1] - p[1]];
-    let a = d[0] * d[0] + d[1] * d[1];
-    let b = p[0] * d[0] + p[1] * d[1];
-    if c > 0.0 && end > 0.0 && (b >= 0.0 || b + a <= 0.0) {
-        return None;
-    }
-    let disc = b * b - a * c;
-    if disc <= 0.0 {
-        return None;
-    }
-    let root = disc.sqrt();
-    let (low, high) = ((-b - root) / a, (-b + root) / a);
-    (low < 1.0 && high > 0.0).then_some([low.max(0.0), high.min(1.0)])
-}
-
-fn between(p: [f64; 2], q: [f64; 2], t: f64) -> [f64; 2] {
-    [p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])]
-}
-
-/// Twice the signed area of the triangle from the axis to p and q, within the disc.
-fn sector_sum(p: [f64; 2], q: [f64; 2], r2: f64) -> f64 {
-    let Some([low, high]) = within(p, q, r2) else {
-        return r2 * angle(p, q);
-    };
-    let (first, last) = (between(p, q, low), between(p, q, high));
-    r2 * (angle(p, first) + angle(last, q)) + cross(first, last)
-}
-
-/// Axial positions where a section's area is not smooth, within an interval.
-struct Breaks {
-    at: [f64; 80],
-    len: usize,
-}
-
-impl Breaks {
-    fn new(from: f64, to: f64) -> Self {
-        let mut at = [0.0; 80];
-        at[..2].copy_from_slice(&[from, to]);
-        Self { at, len: 2 }
-    }
-
-    fn add(&mut self, x: f64) {
-        // Two ends, eight corners, two crossings of each of twelve edges, two touches of each of six faces: 46 at most. Of a
-        // wedge's sides six edges each, twelve crossings of the faces, two ends of the axis: 26.
-        if self.at[0] < x && x < self.at[1] {
-            self.at[self.len] = x;
-            self.len += 1;
-        }
-    }
-
-    fn sorted(&mut self) -> &[f64] {
-        let at = &mut self.at[..self.len];
-        at.sort_by(f64::total_cmp);
-        at
-    }
-}
-
-fn cross(p: [f64; 2], q: [f64; 2]) -> f64 {
-    p[0] * q[1] - p[1] * q[0]
-}
-
-/// The angle from p to q, between -pi and pi.
-fn angle(p: [f64; 2], q: [f64; 2]) -> f64 {
-    let (y, x) = (cross(p, q), p[0] * q[0] + p[1] * q[1]);
-    if x > 0.0 && y.abs() < 0.05 * x {
-        // The arc tangent's series: the first term left out is below 1e-15 of the sum.
-        let t = y / x;
-        let s = t * t;
-        t * (1.0 - s * (1.0 / 3.0 - s * (0.2 - s * (1.0 / 7.0 - s * (1.0 / 9.0 - s / 11.0)))))
-    } else {
-        y.atan2(x)
     }
 }

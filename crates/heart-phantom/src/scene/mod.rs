@@ -1,6 +1,8 @@
 //! A scene: what beats, what looks at it, what is made of it. Types, and their TOML file.
 
 mod check;
+mod check_time;
+mod fault;
 mod place;
 mod sections;
 mod template;

@@ -411,3 +411,19 @@ fn parts_that_make_no_sense_are_refused() {
     });
     assert!(matches!(error, PhantomError::Absent { .. }));
 }
+
+/// A copy of a heart has the shapes that were solved for it.
+#[test]
+fn copies_of_parts_solve_no_shape_again() {
+    let parts = Scene::default().with_size(24).parts().unwrap();
+    let mut noisy = parts.clone();
+    noisy.noise = Some(Noise {
+        counts: Counts::PerUnit(100.0),
+        seed: 1,
+    });
+    let [plain, noisy] = [parts, noisy].map(|parts| Phantom::from_parts(parts).unwrap());
+    let means = plain.view(0, 0).unwrap();
+    let solved = plain.work().shapes_solved;
+    assert!(noisy.view(0, 0).unwrap() != means);
+    assert_eq!(noisy.work().shapes_solved, solved);
+}

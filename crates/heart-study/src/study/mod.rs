@@ -4,6 +4,7 @@
 mod evolving;
 mod gallery;
 mod membranes;
+mod options;
 mod pictures;
 pub mod report;
 mod run;
@@ -12,6 +13,7 @@ mod tomography;
 use crate::StudyError;
 use gallery::Gallery;
 use heart_phantom::{PhantomError, Progress, Regions, files};
+pub use options::StudyOptions;
 use report::{Report, Settings};
 use run::Run;
 use std::path::Path;
@@ -23,84 +25,6 @@ const TITLE: &str = "A beating heart from two balloons";
 const INTRODUCTION: &str = "The study of Rohmer, Sitek and Gullberg (2006), Simulation of the \
     Beating Heart Based on Physically Modeling a Deformable Balloon (hal-03929238), computed again: \
     shapes solved, sinograms from exact chords, filtered back-projection slice by slice.";
-/// Width of the camera's field of view in cm.
-const FIELD_OF_VIEW: f64 = 16.0;
-
-/// What to compute.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StudyOptions {
-    /// Voxels along an edge of the volume, bins and rows of the camera; the field of view is 16 cm
-    /// whatever their number. Default 256.
-    pub size: usize,
-    /// Views over 180 degrees. Default 90.
-    pub views: usize,
-    /// Volume gain of the cavity at the height of the cycle. Default 0.6.
-    pub gain: f64,
-    /// Heart rate. Default 65.
-    pub beats_per_minute: f64,
-    /// Nodes of a membrane. Default 801.
-    pub nodes: usize,
-    /// Threads; all cores if `None`. Does not change the results.
-    pub threads: Option<usize>,
-    /// Whether to draw the figures.
-    pub figures: bool,
-}
-
-impl Default for StudyOptions {
-    fn default() -> Self {
-        Self {
-            size: 256,
-            views: 90,
-            gain: 0.6,
-            beats_per_minute: 65.0,
-            nodes: 801,
-            threads: None,
-            figures: true,
-        }
-    }
-}
-
-impl StudyOptions {
-    /// The limits are those of memory (a volume of 1024^3 samples is 4 GiB) and of sense.
-    fn validate(&self) -> Result<(), PhantomError> {
-        check_count("size", self.size, 8, 1024)?;
-        check_count("views", self.views, 1, 100_000)?;
-        check("gain", self.gain, 0.0, 2.0)?;
-        check("bpm", self.beats_per_minute, 1.0, 1000.0)?;
-        check_count("nodes", self.nodes, 11, 100_001)?;
-        if let Some(threads) = self.threads {
-            check_count("threads", threads, 1, 4096)?;
-        }
-        Ok(())
-    }
-}
-
-fn check(what: &'static str, given: f64, min: f64, max: f64) -> Result<(), PhantomError> {
-    let refused = PhantomError::OutOfRange {
-        what,
-        given,
-        min,
-        max,
-    };
-    // A NaN fails both comparisons.
-    (given >= min && given <= max).then_some(()).ok_or(refused)
-}
-
-fn check_count(
-    what: &'static str,
-    given: usize,
-    min: usize,
-    max: usize,
-) -> Result<(), PhantomError> {
-    let refused = PhantomError::Count {
-        what,
-        given,
-        min,
-        max,
-    };
-    (min..=max).contains(&given).then_some(()).ok_or(refused)
-}
-
 /// Runs the study and writes everything it produces into the folder `out`, `report.json` last. One of an earlier run goes first, and
 /// then what it lists.
 ///

@@ -1,6 +1,7 @@
 //! What the stages of the study share: the scene, the clock, the folder.
 
-use super::{StudyOptions, report};
+use super::options::StudyOptions;
+use super::report;
 use heart_phantom::{Camera, Cycle, Heart, PhantomError, Progress, files};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,6 +10,9 @@ use std::time::Instant;
 
 /// Stages that [`Run::stage`] is called for in a whole run, for the progress bar.
 const STAGES: f64 = 24.0;
+
+/// Width of the camera's field of view in cm.
+const FIELD_OF_VIEW: f64 = 16.0;
 
 /// A study under way.
 pub(super) struct Run<'a> {
@@ -34,7 +38,7 @@ impl<'a> Run<'a> {
             options,
             out,
             heart: Heart::study(options.nodes)?,
-            camera: Camera::new(options.views, options.size, super::FIELD_OF_VIEW)?,
+            camera: Camera::new(options.views, options.size, FIELD_OF_VIEW)?,
             cycle: Cycle::new(options.beats_per_minute, options.gain)?,
             time: report::Time::default(),
             progress,
