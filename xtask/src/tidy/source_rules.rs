@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn errors_hold_no_prose() {
-        breaks("//! This.\npub enum SolveError {\n    Other(String),\n}", 3);
+        breaks("//! This.\nenum SolveError {\n    Other(String),\n}", 3);
         breaks(
             "//! This.\nenum E2Error {\n A {\n  why: Option<String>,\n },\n}\nstruct S(String);",
             4,
