@@ -357,6 +357,7 @@ impl Phantom {
             // Another thread may have been first, with the same.
             let _ = self.regions.set(made);
         }
+        #[expect(clippy::unreachable, reason = "just set")]
         Ok(self.regions.get_or_init(|| unreachable!("just set")))
     }
 

@@ -126,6 +126,7 @@ impl Phantom {
     /// The file of the views of a gate, and the one of its data, if there are two.
     pub(crate) fn projection_names(&self, gate: usize) -> Vec<PathBuf> {
         let format = self.parts().output.projections;
+        #[expect(clippy::unreachable, reason = "the parts were checked")]
         let Some(extension) = format.projections_extension() else {
             unreachable!("the scene was checked")
         };

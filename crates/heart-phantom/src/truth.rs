@@ -235,6 +235,7 @@ pub(crate) fn swept(
     let Sweep { always, ever, .. } = Sweep::of(&layers, pose, camera.grid())?;
     match <[Mask; 2]>::try_from(always) {
         Ok(always) => Ok((always, ever)),
+        #[expect(clippy::unreachable, reason = "a heart has two layers")]
         Err(_) => unreachable!("a heart has two layers"),
     }
 }

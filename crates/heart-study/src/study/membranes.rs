@@ -77,6 +77,7 @@ pub(super) fn rest(run: &Run<'_>) -> Result<report::Rest, PhantomError> {
 /// The direct method (section 3.1) on the pair and on the inner balloon alone.
 pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
     let options = NewtonOptions::default();
+    #[expect(clippy::unreachable, reason = "one gain, one shape")]
     let [dilated] = &run.heart.shapes(&[run.options.gain])?[..] else {
         unreachable!("one gain, one shape")
     };
@@ -101,6 +102,7 @@ pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
         .into_iter()
         .map(|jacobian| paper_newton(&coarse, pressure, jacobian, steps, NEWTON_TOLERANCE))
         .collect::<Result<Vec<_>, _>>()?;
+    #[expect(clippy::unreachable, reason = "two Jacobians, two histories")]
     let [printed, right] = &histories[..] else {
         unreachable!("two Jacobians, two histories")
     };

@@ -229,6 +229,7 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Study
             run.camera.pitch()
         )],
     );
+    #[expect(clippy::unreachable, reason = "one gain, one shape")]
     let [rest] = &run.heart.shapes(&[0.0])?[..] else {
         unreachable!("one gain, one shape")
     };
