@@ -47,7 +47,7 @@
 //! [`files`] writes volumes and projections whole or not at all: npy, npz, NIfTI, MetaImage, NRRD, Interfile, raw with JSON.
 //!
 //! # Features
-//! Both are on by default; without them (`default-features = false`) the physics comes with 52 packages instead of 82.
+//! Both are on by default; without them (`default-features = false`) the physics is 52 packages instead of 82, itself among them.
 //! - `scene`: [`Scene`], its TOML, [`run`](run()) and its report.
 //! - `files`: the formats that need a library: npz, compressed NIfTI, raw with JSON, pictures of slices (PNG, GIF). Without it they are
 //!   refused ([`PhantomError::NotBuilt`]); all others are there.

@@ -38,6 +38,26 @@ pub enum ImplicitError {
         /// Largest value allowed.
         most: f64,
     },
+    /// A count is below the least that makes sense.
+    #[error("{quantity} is {given}, must be at least {least}")]
+    TooFew {
+        /// The argument's name.
+        quantity: &'static str,
+        /// What was given.
+        given: usize,
+        /// Smallest count allowed.
+        least: usize,
+    },
+    /// The outer membrane of a pair does not enclose more than the inner one.
+    #[error(
+        "the outer membrane encloses {outer:?} cm^3, the inner one {inner:?}: the outer one has to enclose the inner one"
+    )]
+    NotEnclosed {
+        /// Volume of the inner membrane, cm^3.
+        inner: f64,
+        /// Volume of the outer membrane, cm^3.
+        outer: f64,
+    },
     /// A list has another length than the membrane has nodes.
     #[error("{quantity}: {given} nodes given, {expected} expected")]
     WrongLength {
@@ -146,6 +166,23 @@ pub(crate) fn length(
             quantity,
             given,
             expected,
+        })
+    }
+}
+
+/// Refuses a count of `given` where it must be `least`.
+pub(crate) fn at_least(
+    quantity: &'static str,
+    given: usize,
+    least: usize,
+) -> Result<(), ImplicitError> {
+    if given >= least {
+        Ok(())
+    } else {
+        Err(ImplicitError::TooFew {
+            quantity,
+            given,
+            least,
         })
     }
 }

@@ -7,7 +7,7 @@ use membrane_newton::{Measure, Membrane};
 
 use crate::body::MovingMembrane;
 use crate::drive::DriveKind;
-use crate::error::{ImplicitError, length, within};
+use crate::error::{ImplicitError, at_least, length, within};
 use crate::scheme::{Jacobian, Scheme};
 use crate::stepper::Stepper;
 use crate::target::Target;
@@ -178,7 +178,7 @@ pub fn evolve_with(
     within("tolerance", options.tolerance, 0.0, f64::MAX)?;
     within("total force", total_force, f64::MIN, f64::MAX)?;
     if let Jacobian::Differences { refresh_every } = options.jacobian {
-        within("refresh_every", refresh_every as f64, 1.0, f64::MAX)?;
+        at_least("refresh_every", refresh_every, 1)?;
     }
     let body = MovingMembrane::new(membrane, n_nodes)?
         .with_mass(options.mass)?

@@ -1,6 +1,6 @@
 //! Implicit time integration of moving elastic membranes with an energy report.
 //!
-//! Both ends are held; N nodes; forces are per unit s; a dot is d/dt. The energy terms ([`Energy`]) add up to rounding.
+//! Both ends are held; N nodes; forces are per unit s; a dot is d/dt. The energy terms ([`Energy`]) add up to rounding, under feedback to 1e-8.
 //!
 #![doc = include_str!("../img/equations.html")]
 //!

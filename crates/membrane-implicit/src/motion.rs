@@ -12,7 +12,7 @@ use crate::energy::Energy;
 pub use adaptive::Tolerance;
 pub use run::{Stop, TimeStep};
 
-use crate::error::{ImplicitError, length, within};
+use crate::error::{ImplicitError, at_least, length, within};
 use crate::scheme::{Jacobian, Scheme};
 use crate::stepper::{Instant, Stepper};
 use crate::target::Target;
@@ -123,8 +123,12 @@ impl Motion {
         }
         let volume =
             |body: &MovingMembrane| Measure::Volume.of(body.differences.start().as_chunks().0);
-        let wall_volume = volume(&outer) - volume(&inner);
-        within("wall volume", wall_volume, f64::MIN_POSITIVE, f64::MAX)?;
+        let volumes = [volume(&inner), volume(&outer)];
+        let wall_volume = volumes[1] - volumes[0];
+        if !(wall_volume.is_finite() && wall_volume > 0.0) {
+            let [inner, outer] = volumes;
+            return Err(ImplicitError::NotEnclosed { inner, outer });
+        }
         let mut motion = Self::new(inner, drive, scheme)?;
         let stepper = Stepper::new(outer, scheme, DriveKind::Volume);
         motion.outer = Some(Outer {
@@ -141,7 +145,7 @@ impl Motion {
     /// A refresh every 0 steps.
     pub fn with_jacobian(mut self, jacobian: Jacobian) -> Result<Self, ImplicitError> {
         if let Jacobian::Differences { refresh_every } = jacobian {
-            within("refresh_every", refresh_every as f64, 1.0, f64::MAX)?;
+            at_least("refresh_every", refresh_every, 1)?;
         }
         self.inner.set_jacobian(jacobian);
         if let Some(outer) = &mut self.outer {

@@ -91,7 +91,8 @@ impl Target {
     }
 }
 
-fn check(quantity: &'static str, value: f64, above: f64) -> Result<f64, NewtonError> {
+/// `value` if it is finite and exceeds `above`.
+pub(crate) fn check(quantity: &'static str, value: f64, above: f64) -> Result<f64, NewtonError> {
     if value.is_finite() && value > above {
         Ok(value)
     } else {

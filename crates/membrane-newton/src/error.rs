@@ -36,8 +36,18 @@ pub enum NewtonError {
         quantity: &'static str,
         /// Its value.
         value: f64,
-        /// The bound it must exceed.
+        /// The bound it must exceed; the largest number below zero where zero is allowed.
         above: f64,
+    },
+    /// The outer membrane of a pair does not enclose more than the inner one.
+    #[error(
+        "the outer membrane encloses {outer:?} cm^3, the inner one {inner:?}: the outer one has to enclose the inner one"
+    )]
+    NotEnclosed {
+        /// Volume of the inner membrane, cm^3.
+        inner: f64,
+        /// Volume of the outer membrane, cm^3.
+        outer: f64,
     },
     /// A vector or a matrix has another size than it must have.
     #[error("{quantity}: {given} given, {needed} needed")]
@@ -112,10 +122,14 @@ impl Error for UserError {
     }
 }
 
+/// What a number that may be zero but not negative must exceed.
+pub(crate) const BELOW_ZERO: f64 = 0f64.next_down();
+
 /// A bound in words, if there is one.
 fn beyond(above: f64) -> String {
     match above {
         f64::NEG_INFINITY => String::new(),
+        BELOW_ZERO => " and not negative".into(),
         above => format!(" and exceed {above:?}"),
     }
 }

@@ -1,8 +1,7 @@
 //! When Newton stops, and how it searches.
 
-use membrane_forces::MembraneError;
-
-use crate::error::NewtonError;
+use crate::control::check;
+use crate::error::{BELOW_ZERO, NewtonError};
 
 /// When to stop and how to search.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,7 +50,8 @@ impl Default for NewtonOptions {
 }
 
 impl NewtonOptions {
-    /// The same with other tolerances on the scaled residual and the scaled step.
+    /// The same with other tolerances on the scaled residual and the scaled step; a solve refuses those that are negative or
+    /// not finite ([`NewtonError::OutOfRange`]).
     pub fn with_tolerances(mut self, residual: f64, step: f64) -> Self {
         self.residual_tolerance = residual;
         self.step_tolerance = step;
@@ -64,12 +64,7 @@ impl NewtonOptions {
             ("residual tolerance", self.residual_tolerance),
             ("step tolerance", self.step_tolerance),
         ] {
-            if !value.is_finite() {
-                return Err(NewtonError::Membrane(MembraneError::NotFinite {
-                    quantity,
-                    value,
-                }));
-            }
+            check(quantity, value, BELOW_ZERO)?;
         }
         Ok(())
     }

@@ -44,17 +44,15 @@ impl Pair {
     /// Joins two discretised membranes.
     ///
     /// # Errors
-    /// The outer one does not enclose more volume than the inner one.
+    /// [`NewtonError::NotEnclosed`]: the outer one does not enclose more volume than the inner one.
     pub fn new(inner: Solver, outer: Solver) -> Result<Self, NewtonError> {
         let pair = Self { inner, outer };
-        let wall = pair.wall_volume();
-        if wall > 0.0 {
+        if pair.wall_volume() > 0.0 {
             Ok(pair)
         } else {
-            Err(NewtonError::OutOfRange {
-                quantity: "wall volume",
-                value: wall,
-                above: 0.0,
+            Err(NewtonError::NotEnclosed {
+                inner: pair.inner.start_measures().volume,
+                outer: pair.outer.start_measures().volume,
             })
         }
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use membrane_forces::{Measures, Membrane};
 
-use crate::control::Control;
+use crate::control::{Control, check};
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
 use crate::options::NewtonOptions;
@@ -70,13 +70,7 @@ impl Solver {
                 Arc::new(Resolution::spectral(membrane, degree, per_piece)?)
             }
             Discretisation::SpectralAdaptive { tolerance } => {
-                if !(tolerance.is_finite() && tolerance > 0.0) {
-                    return Err(NewtonError::OutOfRange {
-                        quantity: "tolerance",
-                        value: tolerance,
-                        above: 0.0,
-                    });
-                }
+                check("tolerance", tolerance, 0.0)?;
                 Resolution::adaptive(membrane, tolerance)?
             }
         };

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::{Motion, Tolerance};
-use crate::error::{ImplicitError, within};
+use crate::error::{ImplicitError, at_least, within};
 
 /// How long the steps are.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,7 +16,7 @@ pub enum TimeStep {
     Adaptive(Tolerance),
 }
 
-/// When a run ends.
+/// When a run ends. Each is tested before the first step, too, which none may be needed for; an equilibrium is not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Stop {
@@ -25,7 +25,8 @@ pub enum Stop {
     /// When the (inner) volume passes this value, cm^3; the last step ends there to 1e-10.
     Volume(f64),
     /// When the norms over s of the total force F_p + F_e and of the velocity are at most this,
-    /// for both membranes of a pair.
+    /// for both membranes of a pair, after the first step of the run or a later one: a load that begins at zero finds its
+    /// membrane at rest.
     Equilibrium {
         /// Bound on (integral of |F_p + F_e|^2 ds)^(1/2).
         force: f64,
@@ -38,6 +39,18 @@ pub enum Stop {
 
 impl Motion {
     /// Steps until the first of `stops`; returns its index.
+    ///
+    /// ```
+    /// # use membrane_implicit::{Drive, Membrane, Motion, MovingMembrane, RestShape, Scheme, Stop, TimeStep};
+    /// # let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+    /// # let body = MovingMembrane::new(&membrane, 51)?.with_damping(1.0)?;
+    /// let drive = Drive::intensity(|t| 17.5 * (1.0 - (-t).exp())); // no load at t = 0
+    /// let mut motion = Motion::new(body, drive, Scheme::TrBdf2)?;
+    /// let settled = Stop::Equilibrium { force: 1e-6, speed: 1e-6 };
+    /// assert_eq!(motion.run(TimeStep::Fixed(1.0), &[settled, Stop::Time(1000.0)])?, 0);
+    /// assert!((motion.state().volume() - 148.8).abs() < 0.2);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// As [`Motion::step`]; no stop given.
@@ -91,7 +104,7 @@ impl Motion {
         stops: &[Stop],
         mut observe: impl FnMut(&Self) -> ControlFlow<B>,
     ) -> Result<ControlFlow<B, usize>, ImplicitError> {
-        within("number of stops", stops.len() as f64, 1.0, f64::MAX)?;
+        at_least("number of stops", stops.len(), 1)?;
         match steps {
             TimeStep::Fixed(dt) => {
                 within("time step", dt, f64::MIN_POSITIVE, f64::MAX)?;
@@ -150,12 +163,15 @@ impl Motion {
         }
     }
 
+    /// The first of `stops` that is reached, in a run that began after the step `first`.
     fn stopped(&mut self, stops: &[Stop], first: usize) -> Result<Option<usize>, ImplicitError> {
+        let taken = self.work().steps - first;
         for (index, stop) in stops.iter().enumerate() {
             let reached = match *stop {
                 Stop::Time(time) => self.time() >= time,
                 Stop::Volume(volume) => (self.state().volume() / volume - 1.0).abs() <= 1e-10,
-                Stop::Steps(steps) => self.work().steps - first >= steps,
+                Stop::Steps(steps) => taken >= steps,
+                Stop::Equilibrium { .. } if taken == 0 => false,
                 Stop::Equilibrium { force, speed } => {
                     let (f, s) = self.norms()?;
                     f <= force && s <= speed

@@ -223,6 +223,47 @@ fn adaptive_steps_grow_without_bound_as_it_settles() {
     assert!(motion.work().steps < 3_000);
 }
 
+/// A membrane at rest under no load yet is not settled: the first step comes before the first look.
+#[test]
+fn a_load_from_zero_is_not_settled_at_once() {
+    let body = || {
+        MovingMembrane::new(&balloon(), 51)
+            .unwrap()
+            .with_damping(1.0)
+            .unwrap()
+    };
+    let settled = Stop::Equilibrium {
+        force: 1e-6,
+        speed: 1e-6,
+    };
+    let solver = Solver::new(&balloon(), Discretisation::FiniteDifferences { nodes: 51 }).unwrap();
+    let direct = solver
+        .solve(Control::Intensity(17.5), &NewtonOptions::default())
+        .unwrap();
+    for steps in [
+        TimeStep::Fixed(1.0),
+        TimeStep::Adaptive(membrane_implicit::Tolerance::uniform(1e-4)),
+    ] {
+        let drive = Drive::intensity(|t| 17.5 * (1.0 - (-t).exp()));
+        let mut motion = Motion::new(body(), drive, Scheme::TrBdf2).unwrap();
+        assert_eq!(motion.norms().unwrap(), (0.0, 0.0));
+        // the others are looked at before the first step
+        for (stop, index) in [(Stop::Steps(0), 1), (Stop::Time(0.0), 1)] {
+            assert_eq!(motion.run(steps, &[settled, stop]), Ok(index));
+            assert_eq!(motion.work().steps, 0);
+        }
+        let ended = motion.run(steps, &[settled, Stop::Steps(5000)]);
+        assert_eq!(ended, Ok(0), "{:?} at {}", motion.work(), motion.time());
+        // forces balance to 1e-6, of a stiffness of order one at the softest (pi^2 for half a wave)
+        let apart = distance(motion.state().points, &direct.points());
+        assert!(apart < 1e-6, "{apart:e}");
+        // a settled motion takes one step of a run of its own
+        let before = motion.work().steps;
+        assert_eq!(motion.run(steps, &[settled]), Ok(0));
+        assert_eq!(motion.work().steps, before + 1);
+    }
+}
+
 /// The kick and the midpoint rule cancel where the forces do: Newton's shape stays as it is.
 #[test]
 fn the_implicit_splitting_keeps_an_equilibrium() {

@@ -94,13 +94,19 @@ fn bad_discretisations_and_pairs() {
         assert!(Solver::new(&membrane, bad).is_err(), "{bad:?}");
     }
     let law = PressureLaw::PerMaterialLength;
-    assert!(matches!(
-        Pair::new(solver(law, 2.75), solver(law, 1.75)),
-        Err(NewtonError::OutOfRange {
-            quantity: "wall volume",
-            ..
-        })
-    ));
+    let (small, large) = (solver(law, 1.75), solver(law, 2.75));
+    let volumes = [&small, &large].map(|solver| solver.start_measures().volume);
+    let expected = NewtonError::NotEnclosed {
+        inner: volumes[1],
+        outer: volumes[0],
+    };
+    let swapped = Pair::new(large, small).unwrap_err();
+    assert_eq!(swapped, expected);
+    let message = swapped.to_string();
+    assert!(
+        message.contains("the outer one has to enclose the inner one"),
+        "{message}"
+    );
 }
 
 /// Where sums of squares of the shape leave the range of f64 an answer would be another volume's.
@@ -152,19 +158,38 @@ fn tolerances_that_say_nothing_are_refused() {
     let near = solver
         .solve(Control::Load(5.0), &NewtonOptions::default())
         .unwrap();
-    for bad in [f64::NAN, f64::INFINITY] {
+    for bad in [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        -1e-15,
+        -f64::from_bits(1),
+    ] {
         for (residual, step) in [(bad, 1e-14), (1e-15, bad)] {
             let options = NewtonOptions::default().with_tolerances(residual, step);
             for outcome in [
                 solver.solve(Control::Load(5.1), &options),
                 solver.solve_from(&near, Control::Load(5.0), &options),
             ] {
-                assert!(matches!(
-                    outcome,
-                    Err(NewtonError::Membrane(MembraneError::NotFinite { .. }))
-                ));
+                let error = outcome.unwrap_err();
+                assert!(
+                    matches!(error, NewtonError::OutOfRange { value, .. } if value.to_bits() == bad.to_bits()),
+                    "{error}"
+                );
+                let message = error.to_string();
+                assert!(
+                    message.ends_with(&format!(
+                        "tolerance is {bad:?}, must be finite and not negative"
+                    )),
+                    "{message}"
+                );
             }
         }
+    }
+    // a tolerance of zero leaves the decision to the other one
+    for zero in [0.0, -0.0] {
+        let options = NewtonOptions::default().with_tolerances(zero, 1e-14);
+        assert!(solver.solve(Control::Load(5.1), &options).is_ok());
     }
     // no limit is a limit that costs nothing
     let options = NewtonOptions::default()
