@@ -55,10 +55,11 @@ impl Phantom {
         Ok(regions)
     }
 
-    /// How a volume of a gate compares with the truth: streaks outside the heart, unevenness of the wall, blur.
+    /// How a volume of a gate compares with the truth: streaks outside the heart, unevenness of the wall, blur. Both have the voxels of
+    /// [`Camera::grid`], of a camera whose pixels are a region those of the region only, as [`Phantom::volume`] and [`Phantom::truth`] have.
     ///
     /// # Errors
-    /// As [`Phantom::regions_of`]; [`PhantomError::Radon`] or [`PhantomError::Solid`] for a volume of the wrong length.
+    /// As [`Phantom::regions_of`]; [`PhantomError::Length`] for a volume or a truth of another number of voxels.
     pub fn artefacts(
         &self,
         gate: usize,

@@ -104,7 +104,7 @@ impl Heart {
     /// in `pose` (body frame: x from the base to the apex).
     ///
     /// # Errors
-    /// [`PhantomError::Membrane`] for balloons that are none or do not lie within each other.
+    /// [`PhantomError::Balloon`] for a dimension or stiffness that is not finite and positive; else as [`Heart::of_membranes`].
     pub fn new(
         inner: Balloon,
         outer: Balloon,
@@ -124,7 +124,8 @@ impl Heart {
     /// their nodes; spectral elements give polynomials, which the bodies follow to `tolerance` cm.
     ///
     /// # Errors
-    /// [`PhantomError::Membrane`] for membranes that do not lie within each other or a discretisation of nothing.
+    /// [`PhantomError::Membrane`] for a discretisation of nothing, or if the outer membrane does not enclose more volume than the inner one.
+    /// Whether one lies within the other everywhere is seen where shapes are solved: [`PhantomError::Crossed`] of [`Heart::shapes`].
     pub fn of_membranes(
         [inner, outer]: [&Membrane; 2],
         discretisation: Discretisation,

@@ -21,7 +21,7 @@
 //! ```
 //!
 //! A heart of any two membranes and any volume curve, with defects, blur, noise, attenuation, is put together as [`PhantomParts`]. A
-//! whole study is a [`Scene`], which a [`Phantom`] brings to life part by part:
+//! whole study is a `Scene`, which a [`Phantom`] brings to life part by part:
 //!
 //! ```
 //! use heart_phantom::{Phantom, Scene, scene::Mode};
@@ -48,7 +48,7 @@
 //!
 //! # Features
 //! Both are on by default; without them (`default-features = false`) the physics is 52 packages instead of 82, itself among them.
-//! - `scene`: [`Scene`], its TOML, [`run`](run()) and its report.
+//! - `scene`: `Scene`, its TOML, `run` and its report.
 //! - `files`: the formats that need a library: npz, compressed NIfTI, raw with JSON, pictures of slices (PNG, GIF). Without it they are
 //!   refused ([`PhantomError::NotBuilt`]); all others are there.
 //!

@@ -15,7 +15,7 @@ const NODE_BYTES: u64 = 120;
 /// Work arrays of a reconstruction ([`radon::FbpOptions`]).
 const WORK_BYTES: u64 = 64 << 20;
 
-/// Memory that [`run`](crate::run()) of a scene takes at most, in bytes: an estimate, some tens of per cent above what is taken as a
+/// Memory that `run` of a scene takes at most, in bytes: an estimate, some tens of per cent above what is taken as a
 /// rule, more where a tolerance leaves open how many shapes it takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]

@@ -21,7 +21,7 @@ const SIDE: f64 = 0.2;
 /// ([`Heart::of_membranes`]), any [`Cycle`].
 ///
 /// Lengths in cm, times in seconds, angles in radians. [`PhantomParts::new`] is a plain scan of the heart alone, with the defaults of
-/// a scene; every field may be set. The parts of a scene are [`Scene::parts`](crate::Scene::parts).
+/// a scene; every field may be set. The parts of a scene are `Scene::parts` (feature `scene`).
 ///
 /// ```
 /// use heart_phantom::membrane_newton::{Discretisation, Membrane, RestShape};
@@ -83,7 +83,8 @@ pub struct PhantomParts {
     pub side: f64,
     /// Distance of the detector from the axis: some file formats ask for it, nothing else does.
     pub radius: f64,
-    /// What a run writes.
+    /// What a run writes, and so what [`Phantom::prepare`](crate::Phantom::prepare) and [`Phantom::memory`](crate::Phantom::memory) count on;
+    /// it is checked always, and written by `run` only, which comes with the feature `scene`.
     pub output: Output,
 }
 
@@ -189,8 +190,19 @@ impl PhantomParts {
 
     fn check_output(&self) -> Result<(), PhantomError> {
         let Output {
-            write, projections, ..
+            write,
+            volumes,
+            projections,
+            ..
         } = &self.output;
+        if write.contains(&Product::Pictures) && !cfg!(feature = "files") {
+            return Err(PhantomError::NotBuilt {
+                what: "pictures",
+                feature: "files",
+            });
+        }
+        volumes.check_built()?;
+        projections.check_built()?;
         if self.attenuation.is_none() && write.contains(&Product::Attenuation) {
             return Err(PhantomError::Absent {
                 what: "attenuation",
@@ -203,5 +215,32 @@ impl PhantomParts {
             });
         }
         Ok(())
+    }
+}
+
+#[cfg(all(test, not(feature = "files")))]
+mod tests {
+    use super::*;
+    use crate::Phantom;
+    use crate::files::Format;
+
+    #[test]
+    fn an_output_that_this_build_leaves_out_is_refused() {
+        let refused = |change: &dyn Fn(&mut Output)| {
+            let heart = Heart::study(51).unwrap();
+            let camera = Camera::new(4, 8, 16.0).unwrap();
+            let mut parts = PhantomParts::new(heart, Cycle::new(60.0, 0.6).unwrap(), camera);
+            change(&mut parts.output);
+            match Phantom::from_parts(parts) {
+                Err(PhantomError::NotBuilt { what, .. }) => what,
+                other => panic!("{other:?}"),
+            }
+        };
+        let pictures = refused(&|output| output.write.push(Product::Pictures));
+        assert_eq!(pictures, "pictures");
+        let volumes = refused(&|output| output.volumes = Format::NiftiGz);
+        assert_eq!(volumes, "compressed NIfTI");
+        let projections = refused(&|output| output.projections = Format::Npz);
+        assert_eq!(projections, "npz");
     }
 }

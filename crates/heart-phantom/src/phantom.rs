@@ -23,7 +23,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 const WALL: usize = 1;
 /// A phantom: what its [parts](PhantomParts) or a scene describe, computed when it is asked for.
 ///
-/// [`Phantom::from_parts`] and [`Phantom::new`] compute nothing. Every part (a view, a slice, a phase) does its own work only and has the
+/// [`Phantom::from_parts`] and `Phantom::new`, of a scene, compute nothing. Every part (a view, a slice, a phase) does its own work only and has the
 /// bits that it has in the whole; shapes are solved once and kept; [`Phantom::work`] tells what has been done. Results have the same
 /// bits for any number of threads.
 ///
@@ -60,9 +60,10 @@ impl Phantom {
     /// Checks the parts and makes ready; no shape is solved, no ray cast.
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`], [`PhantomError::Count`] or [`PhantomError::Odd`] for a number without sense;
-    /// [`PhantomError::Unseen`] for a gate that does not come in the time of a view; [`PhantomError::Radon`] for a blur wider than the
-    /// detector; [`PhantomError::Absent`] or [`PhantomError::Unsupported`] for an output that there is not.
+    /// [`PhantomError::OutOfRange`] or [`PhantomError::Count`] for a number without sense; [`PhantomError::Odd`] for an odd number of
+    /// steps, unless views are instants, which need none; [`PhantomError::Unseen`] for a gate that does not come in the time of a view;
+    /// [`PhantomError::Radon`] for a blur wider than the detector; [`PhantomError::Absent`] or [`PhantomError::Unsupported`] for an
+    /// output that there is not, [`PhantomError::NotBuilt`] for one of the feature `files` in a build without it.
     pub fn from_parts(parts: PhantomParts) -> Result<Self, PhantomError> {
         parts.check()?;
         let camera = &parts.camera;
@@ -201,7 +202,8 @@ impl Phantom {
         self.reconstruct_slices(gate, &sinogram.samples, 1)
     }
 
-    /// The reconstruction of a gate, `[z][y][x]`.
+    /// The reconstruction of a gate, `[z][y][x]`: the voxels of [`Camera::grid`], of a camera whose pixels are a region those of the region
+    /// only.
     ///
     /// # Errors
     /// As [`Phantom::slice`].

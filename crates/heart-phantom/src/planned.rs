@@ -22,7 +22,7 @@ pub struct PlannedFile {
 }
 
 impl Phantom {
-    /// The files that [`run`](crate::run()) writes; surfaces are made for it, to count their triangles.
+    /// The files that `run` writes; surfaces are made for it, to count their triangles.
     ///
     /// ```
     /// use heart_phantom::{Phantom, Scene};

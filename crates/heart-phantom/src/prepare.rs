@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 const MOST_TRIED: usize = 64;
 
 impl Phantom {
-    /// Finds everything that [`run`](crate::run()) of the scene could be refused for, and solves for it what a run needs anyhow: the
+    /// Finds everything that `run` of the scene could be refused for, and solves for it what a run needs anyhow: the
     /// shapes of the heart that views and volumes see, with the defects in them, the steps that meet a tolerance, the plan of the
     /// reconstruction. No view is taken, but for one of each gate where counts have a total: there has to be something to count.
     ///
@@ -28,7 +28,7 @@ impl Phantom {
     /// ```
     ///
     /// # Errors
-    /// The reason; of a phantom that was made from a scene [`PhantomError::Refused`] for the first of them, with the field of the scene, its place in the
+    /// The reason; of a phantom that was made from a scene `PhantomError::Refused` for the first of them, with the field of the scene, its place in the
     /// file if it came from one, and the reason.
     pub fn prepare(&self) -> Result<(), PhantomError> {
         let tried = self.try_all();
@@ -41,15 +41,6 @@ impl Phantom {
 
     fn try_all(&self) -> Result<(), PhantomError> {
         let wants = |product| self.parts().output.write.contains(&product);
-        if wants(Product::Pictures) && !cfg!(feature = "files") {
-            return Err(PhantomError::NotBuilt {
-                what: "pictures",
-                feature: "files",
-            });
-        }
-        let output = &self.parts().output;
-        output.volumes.check_built()?;
-        output.projections.check_built()?;
         let reconstructs = wants(Product::Reconstruction) || wants(Product::Pictures);
         let sees = wants(Product::Projections) || reconstructs;
         if reconstructs {

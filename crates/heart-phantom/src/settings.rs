@@ -14,7 +14,7 @@ use crate::files::Format;
 pub enum Mode {
     /// One phase, the same in all views.
     Static {
-        /// The phase, 0 to 1.
+        /// The phase: 0 and 1 are the start of a beat, and whole beats more or less are the same. Scenes take 0 to 1.
         phase: f64,
     },
     /// The instant at which the view starts.
@@ -75,7 +75,7 @@ pub enum Accuracy {
     Tolerance(f64),
 }
 
-/// `[noise]`: Poisson counts. Views are given as counts over counts per unit, so that their units stay.
+/// Poisson counts, `[noise]` of a scene. Views are given as counts over counts per unit, so that their units stay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
@@ -97,7 +97,7 @@ pub enum Counts {
     Total(f64),
 }
 
-/// `[output]`: what a run writes.
+/// What a run writes, `[output]` of a scene.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]

@@ -17,7 +17,8 @@ impl Phantom {
     /// Checks the scene and makes ready; no shape is solved, no ray cast.
     ///
     /// # Errors
-    /// [`PhantomError::Scene`]; [`PhantomError::Membrane`] if the discretised balloons make no pair.
+    /// [`PhantomError::Scene`]; [`PhantomError::Membrane`] if the discretised balloons make no pair; [`PhantomError::Refused`] for an
+    /// output of the feature `files` in a build without it.
     #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
     pub fn new(scene: Scene) -> Result<Self, PhantomError> {
         Self::of_scene(scene, None)
@@ -34,8 +35,13 @@ impl Phantom {
     }
 
     fn of_scene(scene: Scene, file: Option<(PathBuf, String)>) -> Result<Self, PhantomError> {
-        let mut phantom = Self::from_parts(scene.parts()?)?;
-        phantom.source = Some(Source { scene, file });
+        let parts = scene.parts()?;
+        let source = Source { scene, file };
+        let mut phantom = Self::from_parts(parts).map_err(|error| match error {
+            PhantomError::NotBuilt { .. } => source.refused(error),
+            error => error,
+        })?;
+        phantom.source = Some(source);
         Ok(phantom)
     }
 }
@@ -53,7 +59,11 @@ impl Source {
             PhantomError::Radon(radon::RadonError::ShortArc { .. }) => "camera.arc".to_owned(),
             PhantomError::Radon(_) => "reconstruction".to_owned(),
             PhantomError::NothingToCount => "noise.counts.total".to_owned(),
-            PhantomError::NotBuilt { .. } => "output.write".to_owned(),
+            PhantomError::NotBuilt { what, .. } => match &self.scene.output {
+                output if *what == output.volumes.name() => "output.volumes".to_owned(),
+                output if *what == output.projections.name() => "output.projections".to_owned(),
+                _ => "output.write".to_owned(),
+            },
             PhantomError::NotMeshed { .. } => "output.mesh_tolerance".to_owned(),
             PhantomError::Solid(_) => "heart".to_owned(),
             _ => return error,

@@ -66,9 +66,9 @@ pub enum Warning {
 pub enum Seen {
     /// Cavity and wall, at end-diastole and end-systole, or at the one phase that is looked at.
     Heart,
-    /// The section `[background]`.
+    /// What surrounds the heart ([`PhantomParts::background`](crate::PhantomParts::background), `[background]` of a scene).
     Background,
-    /// The torso of the section `[attenuation]`.
+    /// The torso that attenuates ([`PhantomParts::attenuation`](crate::PhantomParts::attenuation), `[attenuation]` of a scene).
     Torso,
 }
 
@@ -82,7 +82,7 @@ pub enum Edge {
 }
 
 impl Phantom {
-    /// What is allowed in the scene and yet may surprise; nothing if all is as one expects. It solves the shapes that are looked
+    /// What is allowed and yet may surprise; nothing if all is as one expects. It solves the shapes that are looked
     /// at most, one or two, and casts no ray.
     ///
     /// Views that end before the heart or the background does are truncated: filtered back-projection takes what they do not
@@ -301,11 +301,11 @@ pub(crate) fn half_extents(body: &Body) -> [f64; 3] {
 }
 
 impl Edge {
-    /// How that side is called, and the fields that give it.
+    /// How that side is called, and what gives it.
     fn words(self) -> [&'static str; 2] {
         match self {
-            Self::Bins => ["wide", "camera.bins x camera.pitch[0]"],
-            Self::Rows => ["high", "camera.rows x camera.pitch[1]"],
+            Self::Bins => ["wide", "bins x pitch"],
+            Self::Rows => ["high", "rows x pitch"],
         }
     }
 
@@ -338,26 +338,26 @@ impl fmt::Display for Warning {
                         "all of it weakens the rays, but a map of it as wide as the views shows only a part",
                     ),
                 };
-                let ([side, field], needed, seen) = (edge.words(), enough(needed), brief(seen));
+                let ([side, size], needed, seen) = (edge.words(), enough(needed), brief(seen));
                 write!(f, "{name} needs views {needed} cm {side}")?;
                 if let Some(angle) = angle {
                     write!(f, " (at {:.1} degrees)", angle.to_degrees())?;
                 }
-                write!(f, "; {field} is {seen} cm: {then}")
+                write!(f, "; {size} is {seen} cm: {then}")
             }
             Self::OutOfView {
                 edge,
                 nearest,
                 reach,
             } => {
-                let ([_, field], nearest, reach) = (edge.words(), brief(nearest), brief(reach));
+                let ([_, size], nearest, reach) = (edge.words(), brief(nearest), brief(reach));
                 let (from, then) = match edge {
                     Edge::Rows => ("their middle row", "nothing of it is seen"),
                     Edge::Bins => ("the axis of turning", "it is seen in passing at most"),
                 };
                 write!(
                     f,
-                    "the heart is outside the views, {nearest} cm from {from} at the nearest; half of {field} is {reach} cm: {then}"
+                    "the heart is outside the views, {nearest} cm from {from} at the nearest; half of {size} is {reach} cm: {then}"
                 )
             }
             Self::OutOfTorso { times } => {

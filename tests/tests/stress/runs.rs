@@ -80,9 +80,9 @@ fn ran(scene: &Scene) -> Outcome {
     let ends = [1, 2].map(|threads| {
         let folder = tempfile::tempdir().expect("a folder");
         let end = with_threads(threads, || {
-            let phantom = Phantom::new(scene.clone()).map_err(|error| error.to_string())?;
-            let found = phantom.prepare().map_err(|error| error.to_string());
-            let ran = run(&phantom, folder.path(), &|_| ()).map_err(|error| error.to_string());
+            let phantom = Phantom::new(scene.clone()).map_err(|error| format!("{error:?}"))?;
+            let found = phantom.prepare().map_err(|error| format!("{error:?}"));
+            let ran = run(&phantom, folder.path(), &|_| ()).map_err(|error| format!("{error:?}"));
             // What is refused is found before any work, and what is not can be run.
             assert_eq!(found.as_ref().err(), ran.as_ref().err());
             ran

@@ -65,7 +65,8 @@ impl Format {
         match self {
             Self::Npy => "npy",
             Self::Npz => "npz",
-            Self::Nifti | Self::NiftiGz => "NIfTI",
+            Self::Nifti => "NIfTI",
+            Self::NiftiGz => "compressed NIfTI",
             Self::MetaImage | Self::MetaImageSingle => "MetaImage",
             Self::Nrrd => "NRRD",
             Self::InterfileStir => "Interfile (STIR)",
@@ -163,7 +164,7 @@ impl Format {
 /// # Errors
 /// [`PhantomError::Extension`]; [`PhantomError::Count`] if a side is too long for the format;
 /// [`PhantomError::OutOfRange`] if the format cannot hold the grid's place;
-/// [`PhantomError::File`] if the files cannot be written. Whatever the error, no file that was there
+/// [`PhantomError::NotBuilt`] for a format of the feature `files` in a build without it; [`PhantomError::File`] if the files cannot be written. Whatever the error, no file that was there
 /// before is half written, and no header points to data that are not there.
 pub fn write_volume(path: &Path, volume: &Volume, format: Format) -> Result<(), PhantomError> {
     check_extension(path, format.volume_extension())?;

@@ -36,9 +36,9 @@
 //! use heart_phantom::files::{Format, Volume, write_volume};
 //! use revolve_voxel::VoxelGrid;
 //! let grid = VoxelGrid::centred([4, 3, 2], [0.1, 0.2, 0.3], [1.0, 0.0, 0.0])?;
-//! let labels = [0_u8; 24]; // [z][y][x]
+//! let labels = vec![0_u8; 24]; // [z][y][x]
 //! let folder = tempfile::tempdir()?; // or any other
-//! write_volume(&folder.path().join("labels.nii"), &Volume::new(grid, labels.as_slice())?, Format::Nifti)?;
+//! write_volume(&folder.path().join("labels.nii"), &Volume::new(grid, &labels)?, Format::Nifti)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -146,3 +146,21 @@ impl<'a> From<&'a [u16]> for Samples<'a> {
         Self::U16(values)
     }
 }
+
+impl<'a> From<&'a Vec<f32>> for Samples<'a> {
+    fn from(values: &'a Vec<f32>) -> Self {
+        Self::from(values.as_slice())
+    }
+}
+
+impl<'a> From<&'a Vec<u8>> for Samples<'a> {
+    fn from(values: &'a Vec<u8>) -> Self {
+        Self::from(values.as_slice())
+    }
+}
+
+impl<'a> From<&'a Vec<u16>> for Samples<'a> {
+    fn from(values: &'a Vec<u16>) -> Self {
+        Self::from(values.as_slice())
+    }
+}

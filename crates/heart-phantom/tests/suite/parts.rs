@@ -316,6 +316,8 @@ fn an_own_heart_is_attenuated_blurred_and_counted() {
         Phantom::from_parts(parts).unwrap().view(0, 2).unwrap()
     };
     let plain = still(&|_| ());
+    let beats_later = still(&|parts| parts.mode = Mode::Static { phase: 2.4 });
+    assert_eq!(plain, beats_later);
     // Of a convex body of one activity and one attenuation a ray's chord L tells all: a (1 - exp(-mu L)) / mu.
     let (mu, torso) = (0.3, None);
     let weak = still(&|parts| {

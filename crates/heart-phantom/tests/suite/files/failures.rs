@@ -25,7 +25,7 @@ fn volumes_that_make_no_sense_are_refused() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut samples = samples.clone();
         samples[59] = bad;
-        let volume = Volume::new(grid, samples.as_slice());
+        let volume = Volume::new(grid, &samples);
         assert!(matches!(volume, Err(PhantomError::OutOfRange { .. })));
     }
     // The grid itself refuses these.

@@ -262,7 +262,22 @@ fn a_region_is_the_cut_from_the_whole() {
     let part = Phantom::new(scene).unwrap();
     assert_eq!(part.camera().grid().shape(), [20, 20, 40]);
     let volumes = |phantom: &Phantom| [phantom.volume(0).unwrap(), phantom.truth(0).unwrap()];
-    for (whole, part) in volumes(&whole).iter().zip(&volumes(&part)) {
+    let (of_whole, of_part) = (volumes(&whole), volumes(&part));
+    // Each is judged by its own camera only.
+    part.artefacts(0, &of_part[0], &of_part[1]).unwrap();
+    let other = part.artefacts(0, &of_whole[0], &of_part[1]).unwrap_err();
+    assert!(
+        matches!(
+            other,
+            PhantomError::Length {
+                given: 64_000,
+                expected: 16_000,
+                ..
+            }
+        ),
+        "{other:?}"
+    );
+    for (whole, part) in of_whole.iter().zip(&of_part) {
         for (k, value) in part.iter().enumerate() {
             let (x, y, z) = (k % 20, k / 20 % 20, k / 400);
             let cut = whole[(z * 40 + y + 11) * 40 + x + 5];

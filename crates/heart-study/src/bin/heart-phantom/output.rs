@@ -171,7 +171,7 @@ fn told(error: &dyn std::error::Error) -> String {
     let mut cause = error.source();
     while let Some(error) = cause {
         let said = error.to_string();
-        // Some messages end with their cause.
+        // Some messages of other crates, such as rayon's, are those of their cause.
         if !text.ends_with(&said) {
             text = format!("{text}: {said}");
         }

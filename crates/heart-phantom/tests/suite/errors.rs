@@ -1,0 +1,108 @@
+//! What an error and its causes say: each level its own part, once.
+
+use heart_phantom::revolve_voxel::Pose;
+use heart_phantom::scene::{BackgroundSettings, Scene};
+use heart_phantom::{Balloon, Heart, Phantom, PhantomError};
+use std::error::Error;
+use std::io;
+use std::path::Path;
+
+fn chain(error: &PhantomError) -> Vec<String> {
+    let mut said = vec![error.to_string()];
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        said.push(error.to_string());
+        cause = error.source();
+    }
+    said
+}
+
+/// An error of each variant that has a cause; that of threads is tested beside the code.
+fn with_causes() -> Vec<PhantomError> {
+    let gain = 0.6;
+    let io = || io::Error::new(io::ErrorKind::NotFound, "it is gone");
+    let cause = || Box::new(PhantomError::NothingToCount);
+    vec![
+        PhantomError::File {
+            path: "a.npy".into(),
+            source: io(),
+        },
+        PhantomError::Read {
+            path: "a.toml".into(),
+            source: io(),
+        },
+        PhantomError::NoMaterial {
+            gain,
+            source: cause(),
+        },
+        PhantomError::NoDefect {
+            defect: 0,
+            gain,
+            source: cause(),
+        },
+        PhantomError::Refused {
+            file: Some("a.toml".into()),
+            place: Some([3, 1]),
+            field: "noise.counts.total".into(),
+            source: cause(),
+        },
+    ]
+}
+
+#[test]
+fn no_message_has_that_of_its_cause() {
+    for error in with_causes() {
+        let said = chain(&error);
+        assert_eq!(said.len(), 2, "{said:?}");
+        assert!(!said[0].contains(&said[1]), "{said:?}");
+        assert!(!said[0].ends_with([':', ' ']), "{said:?}");
+    }
+}
+
+#[test]
+fn a_chain_tells_what_failed_and_why() {
+    let said = chain(&Scene::load(Path::new("no such folder/a.toml")).unwrap_err()).join(": ");
+    let why = io::Error::from_raw_os_error(2);
+    assert_eq!(said, format!("cannot read no such folder/a.toml: {why}"));
+    let narrow = BackgroundSettings {
+        concentration: 1.0,
+        centre: [0.0; 2],
+        semi_axes: [4.0, 5.0],
+    };
+    let scene = Scene::default().with_size(32).with_background(narrow);
+    let error = Phantom::new(scene).unwrap().prepare().unwrap_err();
+    let said = chain(&error);
+    assert_eq!(said[0], "background.semi_axes");
+    assert!(said[1].starts_with("at a volume gain of "), "{said:?}");
+    assert_eq!(said.len(), 2);
+}
+
+#[test]
+fn balloons_that_make_no_heart_are_told_apart() {
+    let heart = |inner, outer, nodes| {
+        let pose = Pose::axis_along_z(5.0).unwrap();
+        Heart::new(inner, outer, nodes, pose)
+    };
+    let none = Balloon {
+        radius: -1.0,
+        ..Balloon::INNER
+    };
+    let error = heart(none, Balloon::OUTER, 51).unwrap_err();
+    assert!(matches!(error, PhantomError::Balloon(_)), "{error:?}");
+    // Nodes of nothing, and an outer membrane with less volume.
+    for (inner, outer, nodes) in [
+        (Balloon::INNER, Balloon::OUTER, 1),
+        (Balloon::OUTER, Balloon::INNER, 51),
+    ] {
+        let error = heart(inner, outer, nodes).unwrap_err();
+        assert!(matches!(error, PhantomError::Membrane(_)), "{error:?}");
+    }
+    // More volume outside, and yet not all of it: that is seen in the shape.
+    let long = Balloon {
+        length: 12.0,
+        ..Balloon::INNER
+    };
+    let crossed = heart(long, Balloon::OUTER, 51).unwrap();
+    let error = crossed.shapes(&[0.0]).unwrap_err();
+    assert!(matches!(error, PhantomError::Crossed { .. }), "{error:?}");
+}
