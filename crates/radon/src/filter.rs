@@ -73,7 +73,7 @@ impl Window {
                 at_least("Butterworth order", *order as usize, 1).map(|_| ())
             }
             Window::Custom(gains) => {
-                at_least("custom window", gains.len(), 2)?;
+                at_least("gains of a custom window", gains.len(), 2)?;
                 gains
                     .iter()
                     .try_for_each(|&g| finite("custom window gain", g).map(|_| ()))

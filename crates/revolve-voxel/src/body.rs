@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::chord::Hint;
 use crate::direction::Direction;
-use crate::error::{finite, length};
+use crate::error::{at_least, finite, length};
 use crate::meridian::Meridian;
 use crate::{Error, Hit, Measures, Pose, Ray, Span};
 
@@ -28,15 +28,9 @@ impl Body {
     /// A body from its layers, innermost first.
     ///
     /// # Errors
-    /// [`Error::Length`] without a layer.
+    /// [`Error::TooFew`] without a layer.
     pub fn new(layers: Vec<Meridian>, pose: Pose) -> Result<Self, Error> {
-        if layers.is_empty() {
-            return Err(Error::Length {
-                what: "layers (at least)",
-                expected: 1,
-                given: 0,
-            });
-        }
+        at_least("layers of a body", layers.len(), 1)?;
         Ok(Self { layers, pose })
     }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Point3, Vector3};
 
 use crate::block::Block;
-use crate::error::{countable, positive};
+use crate::error::{at_least, countable, positive};
 use crate::field::{Answer, Field};
 use crate::patch::{Cuboid, Patch, patch};
 use crate::sections::Sections;
@@ -88,7 +88,7 @@ pub(crate) fn check(
     match sampling {
         Sampling::Centre => {}
         Sampling::Supersampled(n) => {
-            positive("samples per axis", n as f64)?;
+            at_least("samples per axis", n, 1)?;
             countable("samples of a voxel", &[n; 3])?;
         }
         Sampling::Coverage { tolerance } => {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::chord::Hint;
 use crate::cone::Batch;
 use crate::direction::Direction;
-use crate::error::{countable, finite, length, positive, zeros};
+use crate::error::{at_least, countable, finite, length, positive, zeros};
 use crate::shadow::Shadow;
 use crate::{Body, Error, Ray, RayCounters, Sample};
 
@@ -29,9 +29,9 @@ impl ParallelDetector {
     /// A detector centred on the axis of turning; `pitch` is [bin, row].
     ///
     /// # Errors
-    /// [`Error::NotPositive`], [`Error::NotFinite`], [`Error::TooLarge`].
+    /// [`Error::TooFew`] without a bin or a row; [`Error::NotPositive`], [`Error::NotFinite`], [`Error::TooLarge`].
     pub fn new(n_bins: usize, n_rows: usize, pitch: [f64; 2]) -> Result<Self, Error> {
-        countable("bins by rows", &[n_bins, n_rows])?;
+        countable("rays of a view", &[n_bins, n_rows])?;
         positive("bin pitch", pitch[0])?;
         positive("row pitch", pitch[1])?;
         Ok(Self {
@@ -120,7 +120,7 @@ impl ParallelRays {
         row_step: Vector3<f64>,
         direction: Vector3<f64>,
     ) -> Result<Self, Error> {
-        countable("bins by rows", &[n_bins, n_rows])?;
+        countable("rays of a view", &[n_bins, n_rows])?;
         for v in bin_step.iter().chain(row_step.iter()) {
             finite("step between rays", *v)?;
         }
@@ -161,9 +161,9 @@ impl ParallelRays {
     /// Some rows of the raster: what is computed for them is, bit for bit, the cut from the whole.
     ///
     /// # Errors
-    /// [`Error::NotPositive`] without a row; [`Error::Length`] for rows beyond the raster.
+    /// [`Error::TooFew`] without a row; [`Error::Length`] for rows beyond the raster.
     pub fn rows(mut self, rows: Range<usize>) -> Result<Self, Error> {
-        positive("number of rows", rows.len() as f64)?;
+        at_least("rows", rows.len(), 1)?;
         if rows.end > self.n_rows {
             return Err(Error::Length {
                 what: "rows (at most)",
@@ -202,7 +202,7 @@ impl Body {
         rays: &ParallelRays,
         activity: &[f64],
     ) -> Result<(Vec<T>, RayCounters), Error> {
-        let mut out = zeros("bins by rows", rays.n_bins * rays.n_rows)?;
+        let mut out = zeros("rays of a view", rays.n_bins * rays.n_rows)?;
         let counters = self.project_add(rays, activity, 1.0, &mut out)?;
         Ok((out, counters))
     }

@@ -14,6 +14,19 @@ pub enum Error {
         /// Points needed.
         needed: usize,
     },
+    /// A count is below the least that makes sense.
+    #[error("{what}: {given} given, at least {least} needed")]
+    TooFew {
+        /// Of what.
+        what: &'static str,
+        /// How many were given.
+        given: usize,
+        /// How many are needed.
+        least: usize,
+    },
+    /// A direction of length zero.
+    #[error("the direction of a ray is (0, 0, 0), which points nowhere")]
+    NoDirection,
     /// A NaN or infinite coordinate.
     #[error("point {index} is not finite: ({x:?}, {r:?})")]
     NotFinitePoint {
@@ -179,11 +192,20 @@ pub(crate) fn length(what: &'static str, expected: usize, given: usize) -> Resul
     }
 }
 
+/// `Ok` if there are at least so many.
+pub(crate) fn at_least(what: &'static str, given: usize, least: usize) -> Result<(), Error> {
+    if given >= least {
+        Ok(())
+    } else {
+        Err(Error::TooFew { what, given, least })
+    }
+}
+
 /// The product of some counts, each positive, if that many samples with scratch can be addressed.
 pub(crate) fn countable(what: &'static str, counts: &[usize]) -> Result<(), Error> {
     let mut samples = 1.0;
     for &n in counts {
-        positive(what, n as f64)?;
+        at_least(what, n, 1)?;
         samples *= n as f64;
     }
     // Half the address space, as for any Rust allocation, and 32 bytes a sample.

@@ -19,7 +19,7 @@ impl VoxelGrid {
     /// A grid from its numbers of voxels `[nx, ny, nz]`, per-axis steps and the first voxel's centre.
     ///
     /// # Errors
-    /// [`Error::NotPositive`] for a count or spacing that is not positive, [`Error::NotFinite`], [`Error::TooLarge`] for more
+    /// [`Error::TooFew`] without a voxel, [`Error::NotPositive`] for a spacing, [`Error::NotFinite`], [`Error::TooLarge`] for more
     /// voxels than can be addressed.
     pub fn new(shape: [usize; 3], spacing: [f64; 3], origin: [f64; 3]) -> Result<Self, Error> {
         countable("voxels", &shape)?;

@@ -26,7 +26,7 @@ impl Body {
     /// Activity of every voxel, `[z][y][x]`, x fastest.
     ///
     /// # Errors
-    /// [`Error::Length`], [`Error::NotFinite`] for the activities, [`Error::NotPositive`] for the sampling, [`Error::TooLarge`].
+    /// [`Error::Length`], [`Error::NotFinite`] for the activities, [`Error::TooFew`] or [`Error::NotPositive`] for the sampling, [`Error::TooLarge`].
     pub fn voxelize<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -44,7 +44,7 @@ impl Body {
     /// A volume need never be whole in memory: slab by slab gives the same bits.
     ///
     /// # Errors
-    /// [`Error::Length`] for a wrong buffer, slices or number of activities; [`Error::NotFinite`], [`Error::NotPositive`].
+    /// [`Error::Length`] for a wrong buffer, slices or number of activities; [`Error::NotFinite`]; [`Error::TooFew`], [`Error::NotPositive`].
     pub fn voxelize_add<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -93,7 +93,7 @@ impl Moment<'_> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Length`] for a wrong buffer, slices or number of activities; [`Error::NotFinite`], [`Error::NotPositive`].
+    /// [`Error::Length`] for a wrong buffer, slices or number of activities; [`Error::NotFinite`]; [`Error::TooFew`], [`Error::NotPositive`].
     pub fn voxelize_add<T: Sample>(
         moments: &[Moment<'_>],
         grid: &VoxelGrid,

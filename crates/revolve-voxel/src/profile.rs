@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::error::{finite, length, zeros};
+use crate::error::{at_least, finite, length, zeros};
 use crate::{Error, Sample, VoxelGrid};
 
 /// Values at equal steps along a line.
@@ -26,7 +26,7 @@ impl VoxelGrid {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Length`] for a volume that is not the grid's, or fewer than two points; [`Error::NotFinite`] for a place,
+    /// [`Error::Length`] for a volume that is not the grid's, [`Error::TooFew`] for less than two points; [`Error::NotFinite`] for a place,
     /// [`Error::TooLarge`].
     pub fn profile<T: Sample>(
         &self,
@@ -35,13 +35,7 @@ impl VoxelGrid {
         n: usize,
     ) -> Result<Profile, Error> {
         length("volume", self.len(), volume.len())?;
-        if n < 2 {
-            return Err(Error::Length {
-                what: "points of a profile (at least)",
-                expected: 2,
-                given: n,
-            });
-        }
+        at_least("points of a profile", n, 2)?;
         for v in from.iter().chain(to.iter()) {
             finite("end of a profile", *v)?;
         }

@@ -16,7 +16,7 @@ impl Ray {
     /// A ray through `origin` along `direction`, which is normalised.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for a NaN or infinite component, [`Error::NotPositive`] for a zero direction.
+    /// [`Error::NotFinite`] for a NaN or infinite component, [`Error::NoDirection`] for zero.
     pub fn new(origin: Point3<f64>, direction: Vector3<f64>) -> Result<Self, Error> {
         for v in origin.iter() {
             finite("ray origin", *v)?;
@@ -26,7 +26,9 @@ impl Ray {
         }
         // Scale first: the square of a tiny or huge component would under- or overflow.
         let scale = direction.amax();
-        crate::error::positive("ray direction", scale)?;
+        if scale == 0.0 {
+            return Err(Error::NoDirection);
+        }
         Ok(Self {
             origin,
             direction: (direction / scale).normalize(),

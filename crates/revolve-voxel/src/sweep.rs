@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::coverage::BLOCK;
-use crate::error::{length, zeros};
+use crate::error::{at_least, length, zeros};
 use crate::field::Field;
 use crate::{Error, Mask, Meridian, Pose, VoxelCounters, VoxelGrid};
 
@@ -55,16 +55,10 @@ impl Sweep {
     /// cost grows with the surfaces that bound the sets, not with the number of voxels.
     ///
     /// # Errors
-    /// [`Error::Length`] without a shape or a layer, or for shapes with different numbers of layers; [`Error::TooLarge`].
+    /// [`Error::TooFew`] without a shape or a layer, [`Error::Length`] for shapes with different numbers of layers; [`Error::TooLarge`].
     pub fn of(shapes: &[&[Meridian]], pose: &Pose, grid: &VoxelGrid) -> Result<Self, Error> {
         let n_layers = shapes.first().map_or(0, |layers| layers.len());
-        if n_layers == 0 {
-            return Err(Error::Length {
-                what: "layers of the first shape (at least)",
-                expected: 1,
-                given: 0,
-            });
-        }
+        at_least("layers of the first shape", n_layers, 1)?;
         for layers in shapes {
             length("layers of a shape", n_layers, layers.len())?;
         }

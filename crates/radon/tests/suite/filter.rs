@@ -169,6 +169,11 @@ fn hann_has_its_kernel() {
 
 #[test]
 fn a_custom_window_is_linear_between_its_gains() {
+    let none = ramp_response(&Window::Custom(vec![]), 1.0, 64).unwrap_err();
+    assert_eq!(
+        none.to_string(),
+        "gains of a custom window must be at least 2, got 0"
+    );
     whole_and_cut_off(&Window::Custom(vec![1.0, 0.0]));
     // Level gains are Ram-Lak's, and a gain at zero scales everything.
     for cutoff in [1.0, 0.6] {
