@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{CurvePiece, CurvePoint, LoadKind, Measures};
+use membrane_forces::{CurvePiece, CurvePoint, LoadKind, Measures, MembraneError};
 
 use crate::discrete::{Discrete, own};
 use crate::error::NewtonError;
@@ -153,6 +153,13 @@ impl Resolution {
     ) -> Result<Equilibrium, NewtonError> {
         let solved = self.equilibrium(state, report);
         finite(&solved.measures)?;
+        if !solved.load.is_finite() {
+            // A total force is the intensity times a surface.
+            return Err(NewtonError::Membrane(MembraneError::NotFinite {
+                quantity: "load",
+                value: solved.load,
+            }));
+        }
         Ok(solved)
     }
 

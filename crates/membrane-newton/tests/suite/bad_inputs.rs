@@ -2,7 +2,7 @@
 
 use membrane_newton::{
     BandMatrix, BandedLu, Control, Discretisation, Membrane, MembraneError, NewtonError,
-    NewtonOptions, Pair, PressureLaw, ResidualSystem, RestShape, Solver, newton,
+    NewtonOptions, Pair, PressureLaw, ResidualSystem, RestShape, Solver, Stiffness, newton,
 };
 
 fn solver(law: PressureLaw, radius: f64) -> Solver {
@@ -251,4 +251,25 @@ fn matrices_and_unknowns_of_another_size_are_refused() {
     let mut x = [1.0, 2.0];
     newton(&mut Line, &mut x, &NewtonOptions::default()).unwrap();
     assert_eq!(x, [0.0; 2]);
+}
+
+/// All of a curve's measures are numbers and its total force is not: it is refused, as a volume beyond the largest number is.
+#[test]
+fn a_total_force_beyond_the_largest_number_is_refused() {
+    // Next to no load for so stiff a membrane, of a surface of 1e162.
+    let membrane = Membrane::new(RestShape::balloon(8.5e80, 1.75e80).unwrap())
+        .with_law(PressureLaw::TotalForce)
+        .with_stiffness(Stiffness::constant(1e75).unwrap());
+    let spectral = Discretisation::Spectral {
+        degree: 12,
+        per_piece: 1,
+    };
+    let solver = Solver::new(&membrane, spectral).unwrap();
+    let solved = |f: f64| solver.solve(Control::Intensity(f), &NewtonOptions::default());
+    assert!(solved(1e140).unwrap().load.is_finite());
+    let refused = MembraneError::NotFinite {
+        quantity: "load",
+        value: f64::INFINITY,
+    };
+    assert_eq!(solved(1e150).unwrap_err(), NewtonError::Membrane(refused));
 }
