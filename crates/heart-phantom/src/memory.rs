@@ -10,8 +10,9 @@ use std::collections::BTreeSet;
 
 /// Shapes that the masks of a comparison are made from.
 const MASK_SHAPES: usize = 24;
-/// A point of the quadrature, its place in a list of distinct ones, and its share of a list of phases.
-const NODE_BYTES: u64 = 120;
+/// About a point of the quadrature (32), its place in a tree of distinct ones (some 36) and in the list of phases (8), with the room by
+/// which lists grow.
+const POINT_BYTES: u64 = 120;
 /// Work arrays of a reconstruction ([`radon::FbpOptions`]).
 const WORK_BYTES: u64 = 64 << 20;
 
@@ -76,7 +77,7 @@ impl Phantom {
         let samples = 4 * (camera.n_views() * camera.view_len()) as u64;
         // Points of the quadrature over time, of as many views as are taken together.
         let points = scan.acquisition.points_of_all(self.cycle(), camera);
-        let points = NODE_BYTES * points.min(MOST_NODES as f64) as u64;
+        let points = POINT_BYTES * points.min(MOST_NODES as f64) as u64;
         // Noise is counted beside what it is the noise of.
         let copies = 1 + u64::from(parts.noise.is_some());
         let voxels = camera.grid().len() as u64;
@@ -97,7 +98,8 @@ impl Phantom {
         }
     }
 
-    /// Shapes that the views of all gates need, no more than are kept at most; with a tolerance those of the steps that meet it, or if that is not known yet of the finest.
+    /// Shapes that the views of all gates need, no more than are kept at most; with a tolerance those of the steps that meet it, or if
+    /// that is not known yet of the finest.
     fn distinct_shapes(&self) -> usize {
         let steps = match self.parts().accuracy {
             Accuracy::Steps(steps) => steps,

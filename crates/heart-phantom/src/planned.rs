@@ -36,9 +36,24 @@ impl Phantom {
     /// # Errors
     /// For surfaces those of [`Phantom::meshes`].
     pub fn files(&self) -> Result<Vec<PlannedFile>, PhantomError> {
+        self.planned(|phase| Ok(self.meshes(phase)?.map(|mesh| files::stl_bytes(&mesh))))
+    }
+
+    /// Their names alone; no surface is made for it.
+    #[cfg(feature = "scene")]
+    pub(crate) fn file_names(&self) -> Result<Vec<PathBuf>, PhantomError> {
+        let planned = self.planned(|_| Ok([0; 2]))?;
+        Ok(planned.into_iter().map(|file| file.name).collect())
+    }
+
+    /// With the sizes of both surfaces at a phase as they are told.
+    fn planned(
+        &self,
+        surface_bytes: impl Fn(f64) -> Result<[u64; 2], PhantomError>,
+    ) -> Result<Vec<PlannedFile>, PhantomError> {
         let mut planned = Vec::new();
         for &product in &self.parts().output.write {
-            self.plan_files(product, &mut planned)?;
+            self.plan_files(product, &surface_bytes, &mut planned)?;
         }
         planned.push(PlannedFile {
             name: REPORT.into(),
@@ -50,6 +65,7 @@ impl Phantom {
     fn plan_files(
         &self,
         product: Product,
+        surface_bytes: &impl Fn(f64) -> Result<[u64; 2], PhantomError>,
         planned: &mut Vec<PlannedFile>,
     ) -> Result<(), PhantomError> {
         let (camera, phases) = (self.camera(), self.phases());
@@ -93,10 +109,7 @@ impl Phantom {
                     let gain = self.cycle().gain(scene_phase.phase).to_bits();
                     let bytes = match known.entry(gain) {
                         Entry::Occupied(bytes) => *bytes.get(),
-                        Entry::Vacant(place) => {
-                            let meshes = self.meshes(scene_phase.phase)?;
-                            *place.insert(meshes.map(|mesh| files::stl_bytes(&mesh)))
-                        }
+                        Entry::Vacant(place) => *place.insert(surface_bytes(scene_phase.phase)?),
                     };
                     SURFACES.iter().zip(bytes).for_each(|(what, bytes)| {
                         add(vec![surface_name(what, scene_phase.of)], bytes)
@@ -128,7 +141,7 @@ impl Phantom {
         let format = self.parts().output.projections;
         #[expect(clippy::unreachable, reason = "the parts were checked")]
         let Some(extension) = format.projections_extension() else {
-            unreachable!("the scene was checked")
+            unreachable!("the parts were checked")
         };
         let name = self.gate_name(PROJECTIONS, gate);
         named(&name, extension, format.projections_data_extension())

@@ -134,7 +134,7 @@ pub fn run(
 ) -> Result<RunReport, PhantomError> {
     let _held = files::lock_folder(out)?;
     phantom.prepare()?;
-    let planned: Vec<PathBuf> = phantom.files()?.into_iter().map(|file| file.name).collect();
+    let planned = phantom.file_names()?;
     files::check_no_folder(out, &planned)?;
     files::remove_older(out, &planned)?;
     let mut writer = Writer {

@@ -105,13 +105,7 @@ impl Phantom {
     pub fn warnings(&self) -> Result<Vec<Warning>, PhantomError> {
         let parts = self.parts();
         let mut found = Vec::new();
-        let phases = match parts.mode {
-            Mode::Static { phase } => vec![phase],
-            _ => self.extreme_phases().to_vec(),
-        };
-        let bodies = (phases.into_iter())
-            .map(|phase| outside_of(&*self.shape(phase)?))
-            .collect::<Result<Vec<_>, _>>()?;
+        let bodies = self.outermost()?;
         match self.out_of_view(&bodies)? {
             Some(warning) => found.push(warning),
             None => found.extend(self.truncated_heart(&bodies)?),
@@ -134,6 +128,20 @@ impl Phantom {
             found.extend(self.uneven_angles()?);
         }
         Ok(found)
+    }
+
+    /// The solids within the outer membrane between which all others lie: at end-systole and end-diastole, or at the one phase that is
+    /// looked at.
+    pub(crate) fn outermost(&self) -> Result<Vec<Body>, PhantomError> {
+        let phases = match self.parts().mode {
+            Mode::Static { phase } => vec![phase],
+            Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => {
+                self.extreme_phases().to_vec()
+            }
+        };
+        (phases.into_iter())
+            .map(|phase| outside_of(&*self.shape(phase)?))
+            .collect()
     }
 
     fn truncated_heart(&self, bodies: &[Body]) -> Result<Vec<Warning>, PhantomError> {
@@ -270,7 +278,7 @@ fn wider(widest: &mut Option<(f64, f64)>, half: f64, theta: f64) {
 }
 
 /// The solid within the outer membrane.
-pub(crate) fn outside_of(shape: &HeartShape) -> Result<Body, PhantomError> {
+fn outside_of(shape: &HeartShape) -> Result<Body, PhantomError> {
     let layers = shape.body().layers();
     Ok(Body::new(
         vec![layers[layers.len() - 1].clone()],

@@ -1,8 +1,8 @@
 //! What lies beyond a detector's edges and reaches into its views by the blur: a larger camera sees it.
 
 use crate::error::PhantomError;
-use crate::warning::{half_extents, outside_of};
-use crate::{Camera, Mode, Phantom, Sinograms};
+use crate::warning::half_extents;
+use crate::{Camera, Phantom, Sinograms};
 use radon::Blur;
 use std::ops::Range;
 
@@ -63,16 +63,10 @@ impl Phantom {
         let (Some(fwhm), Some(blur)) = (parts.blur, &self.readout.blur) else {
             return Ok(None);
         };
-        let phases = match parts.mode {
-            Mode::Static { phase } => vec![phase],
-            Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => {
-                self.extreme_phases().to_vec()
-            }
-        };
         // How far from the axis, and from the middle along it, there is anything to see.
         let [mut side, mut end] = [0.0f64; 2];
-        for phase in phases {
-            let [x, y, z] = half_extents(&outside_of(&*self.shape(phase)?)?);
+        for body in self.outermost()? {
+            let [x, y, z] = half_extents(&body);
             (side, end) = (side.max(x.hypot(y)), end.max(z));
         }
         if let Some(around) = &parts.background {
