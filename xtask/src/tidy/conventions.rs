@@ -17,8 +17,8 @@ const PAGE: &str = "docs/conventions.md";
 /// Files that the page must carry as soon as they exist.
 const REQUIRED: &[&str] = &[
     "crates/radon/src/geometry.rs",
-    "crates/revolve-voxel/src/pose.rs",
-    "crates/revolve-voxel/src/detector.rs",
+    "crates/revolve-voxel/src/solid/pose.rs",
+    "crates/revolve-voxel/src/rays/detector.rs",
 ];
 /// How the line of a file begins on the page; its path and hash follow.
 const MARK: &str = "<!-- code: ";

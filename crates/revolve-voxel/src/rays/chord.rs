@@ -1,0 +1,380 @@
+//! A line through the convex solid under a chain: through which faces it enters and leaves.
+//!
+//! Where a line crosses a plane across the axis is known to rounding over c, the cosine of its angle with the axis: not at all
+//! if it lies in the plane. So one number for each vertex, u, tells on which side of its plane the line passes the axis and
+//! whether it crosses the plane inside the solid, for all pieces of surface that meet there; an error of u is one of the
+//! vertex' place. The ends of an interval are then found on cones alone, which know nothing of planes.
+//!
+//! A line that is across the axis but for rounding is taken across it, and lies in no plane of a vertex: of two pieces it is
+//! in the one further up the axis. A line along a cone or a cylinder is outside: circles of the surface count as smaller by
+//! rounding.
+
+use crate::rays::cone::{Cone, Face, ordered};
+use crate::rays::direction::Direction;
+use crate::solid::chains::{Chain, Kind, Vertex};
+use crate::solid::meridian::Meridian;
+
+/// A line of that direction.
+#[derive(Debug, Clone, Copy)]
+struct Line {
+    w: f64,
+    /// Of the plane through the body's middle.
+    u: f64,
+    q: f64,
+    q2: f64,
+    /// c^2 and c^2 q^2.
+    c2: f64,
+    c2q2: f64,
+}
+
+/// Vertices about a guess that are looked at together.
+const WINDOW: usize = 4;
+
+/// Where the last line of a sweep met a chain: the next one is near.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Hint {
+    low: Guess,
+    high: Guess,
+    valley: usize,
+    /// The last line met the solid.
+    met: bool,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Guess {
+    last: usize,
+    step: isize,
+}
+
+impl Guess {
+    fn next(&self) -> usize {
+        self.last.saturating_add_signed(self.step)
+    }
+    fn found(&mut self, at: usize, fresh: bool) {
+        self.step = if fresh {
+            0
+        } else {
+            at as isize - self.last as isize
+        };
+        self.last = at;
+    }
+}
+
+impl Direction {
+    fn line(&self, w: f64, q: f64) -> Line {
+        let (c2, q2) = (self.c * self.c, q * q);
+        Line {
+            w,
+            u: w - self.beyond,
+            q,
+            q2,
+            c2,
+            c2q2: c2 * q2,
+        }
+    }
+
+    /// How far from the axis' height the line passes the plane at x, times c and with a sign.
+    #[inline(always)]
+    fn u(&self, line: &Line, x: f64) -> f64 {
+        line.u + self.s * x
+    }
+
+    /// Does the line meet the plane at x inside a parallel? One rounding of one number decides, for all who ask.
+    #[inline(always)]
+    fn inside(&self, line: &Line, x: f64, r2: f64) -> bool {
+        let u = self.u(line, x);
+        u * u < line.c2 * r2 - line.c2q2
+    }
+
+    /// Does the distance from a vertex's cone, convex along the line, still fall to the right of x?
+    fn falls(&self, line: &Line, cone: &Vertex, x: f64) -> bool {
+        let u = self.u(line, x);
+        let rho = (u * u + line.c2q2).sqrt();
+        // On the axis itself the distance from it rises to the right.
+        let (u, rho) = if rho > 0.0 { (u, rho) } else { (1.0, 1.0) };
+        cone.tx * self.s * u < cone.tr * self.c.abs() * rho
+    }
+
+    /// The intervals that the line (w, q) has in the chains' solids; `hints`, one per chain, carry what the last line found.
+    #[inline(always)]
+    pub(crate) fn intervals<'a>(
+        &'a self,
+        profile: &'a Meridian,
+        [w, q]: [f64; 2],
+        hints: &'a mut [Hint],
+    ) -> Intervals<'a> {
+        Intervals {
+            direction: self,
+            line: self.line(w, q),
+            profile,
+            hints,
+            at: 0,
+        }
+    }
+
+    /// Two of a kind by rising x, in the line's order.
+    #[inline(always)]
+    fn along<T>(&self, [low, high]: [T; 2]) -> [T; 2] {
+        if self.along > 0.0 {
+            [low, high]
+        } else {
+            [high, low]
+        }
+    }
+
+    /// The faces between which the line is in the chain's solid, by rising x.
+    #[inline(always)]
+    fn interval<'a>(
+        &self,
+        chain: &'a Chain,
+        line: &Line,
+        hint: &mut Hint,
+    ) -> Option<[Face<'a>; 2]> {
+        let met = hint.met;
+        hint.met = false;
+        let (xs, r2) = (&chain.x[..], &chain.r2[..]);
+        let end = xs.len() - 1;
+        let inside = |k: usize| self.inside(line, xs[k], r2[k]);
+        let (first, last) = (inside(0), inside(end));
+        if met {
+            let low = if first {
+                Some(0)
+            } else {
+                self.near(line, chain, hint.low.next(), true)
+            };
+            let high = if last {
+                Some(end)
+            } else {
+                self.near(line, chain, hint.high.next(), false)
+            };
+            if let (Some(low), Some(high)) = (low, high) {
+                return Some(self.found(hint, chain, [low, high], [first, last], false));
+            }
+        }
+        // A vertex plane that the line meets inside: the search for either end starts there.
+        let seed = if first {
+            0
+        } else if last {
+            end
+        } else {
+            let middle = ((hint.low.last + hint.high.last) / 2).min(end);
+            if met && inside(middle) {
+                middle
+            } else {
+                // The segment in which the line comes nearest the surface, or deepest under it.
+                let right = boundary(
+                    |k| !self.falls(line, &chain.vertices[k], xs[k]),
+                    -1,
+                    end as isize,
+                    hint.valley as isize,
+                );
+                hint.valley = right;
+                if right == 0 {
+                    // Rising from the first vertex on, where the line is outside.
+                    return None;
+                }
+                if inside(right) {
+                    right
+                } else if inside(right - 1) {
+                    right - 1
+                } else {
+                    // All of it is in the segment, or beyond its right end.
+                    let vertex = &chain.vertices[right - 1];
+                    let cone = Cone::new(self, line.w, line.q, vertex);
+                    if self.falls(line, vertex, xs[right]) || !cone.is_met(vertex.tx * self.near) {
+                        return None;
+                    }
+                    hint.low.found(right - 1, !met);
+                    hint.high.found(right, !met);
+                    hint.met = true;
+                    return Some([self.face(vertex, xs[right]); 2]);
+                }
+            }
+        };
+        let low = if first {
+            0
+        } else {
+            boundary(inside, 0, seed as isize, hint.low.next() as isize)
+        };
+        let high = if last {
+            end
+        } else {
+            let guess = hint.high.next() as isize;
+            boundary(|k| !inside(k), seed as isize, end as isize, guess)
+        };
+        Some(self.found(hint, chain, [low, high], [first, last], !met))
+    }
+
+    /// The faces at the boundaries before vertices `at`, or the end planes; the next line will find them near here.
+    #[inline(always)]
+    fn found<'a>(
+        &self,
+        hint: &mut Hint,
+        chain: &'a Chain,
+        [low, high]: [usize; 2],
+        planes: [bool; 2],
+        fresh: bool,
+    ) -> [Face<'a>; 2] {
+        hint.met = true;
+        hint.low.found(low, fresh);
+        hint.high.found(high, fresh);
+        let vs = &chain.vertices[..];
+        let face = |k: usize, plane: bool| match plane {
+            true => Face::plane(&vs[k], vs[k].x),
+            false => self.face(&vs[k - 1], vs[k].x),
+        };
+        [face(low, planes[0]), face(high, planes[1])]
+    }
+
+    /// The cone between a vertex and the plane of the next, and rounding beyond: its planes may not cut off what the next
+    /// cone does not have.
+    #[inline(always)]
+    fn face<'a>(&self, vertex: &'a Vertex, next: f64) -> Face<'a> {
+        Face::cone(vertex, [vertex.x - self.slack, next + self.slack])
+    }
+
+    /// The first vertex plane beyond the boundary between planes met outside and inside (`enters`), or inside and outside, if
+    /// that is near a guess. Without a branch for each plane: which of them it is cannot be foreseen.
+    #[inline(always)]
+    fn near(&self, line: &Line, chain: &Chain, guess: usize, enters: bool) -> Option<usize> {
+        let start = guess
+            .saturating_sub(WINDOW / 2)
+            .min(chain.x.len().checked_sub(WINDOW)?);
+        let x: &[f64; WINDOW] = chain.x[start..].first_chunk()?;
+        let r2: &[f64; WINDOW] = chain.r2[start..].first_chunk()?;
+        let mut before = [0u64; WINDOW];
+        for k in 0..WINDOW {
+            before[k] = u64::from(self.inside(line, x[k], r2[k]) != enters);
+        }
+        (before[0] == 1 && before[WINDOW - 1] == 0)
+            .then(|| start + before.iter().sum::<u64>() as usize)
+    }
+}
+
+/// The intervals of one line: the sign of each and the faces through which the line enters and leaves. Where a whole stretch
+/// of the profile is met inside, one interval between its end planes stands for all of them.
+pub(crate) struct Intervals<'a> {
+    direction: &'a Direction,
+    line: Line,
+    profile: &'a Meridian,
+    hints: &'a mut [Hint],
+    /// The next node of the profile's tree.
+    at: usize,
+}
+
+impl<'a> Iterator for Intervals<'a> {
+    type Item = (f64, [Face<'a>; 2]);
+
+    // Expanded where it is used, to be compiled for the same processor.
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        let (direction, line) = (self.direction, &self.line);
+        while let Some(node) = self.profile.tree().get(self.at) {
+            self.at += 1;
+            let [u0, u1] = node.x.map(|x| direction.u(line, x));
+            let (near, far) = ordered(u0 * u0, u1 * u1);
+            // Nearest the axis: at an end plane, or between them if the line passes the axis there.
+            let least = if u0 * u1 > 0.0 { near } else { 0.0 };
+            if least >= line.c2 * node.r2[1] - line.c2q2 {
+                if u0 * u1 > 0.0 || line.q2 >= node.r2[1] {
+                    self.at = node.after;
+                    continue;
+                }
+            } else if far < line.c2 * node.r2[0] - line.c2q2 {
+                self.at = node.after;
+                let vertex = &self.profile.chains()[0].vertices[0];
+                let [from, to] = node.path;
+                let (sign, x) = if to > from {
+                    (1.0, [from, to])
+                } else {
+                    (-1.0, [to, from])
+                };
+                return Some((sign, direction.along(x.map(|x| Face::plane(vertex, x)))));
+            }
+            if let Kind::Leaf(k) = node.kind {
+                let chain = &self.profile.chains()[k];
+                if let Some(faces) = direction.interval(chain, line, &mut self.hints[k]) {
+                    return Some((chain.sign, direction.along(faces)));
+                }
+            }
+        }
+        None
+    }
+}
+
+/// The first index in (low, high] at which `test` holds, given that it fails at low, holds at high, and changes once.
+///
+/// Searched outward from a guess, so that the cost is the logarithm of the guess's error.
+#[inline(always)]
+fn boundary(test: impl Fn(usize) -> bool, mut low: isize, mut high: isize, guess: isize) -> usize {
+    let mut step = 1;
+    let down = guess >= high || (guess > low && test(guess as usize));
+    if down {
+        high = high.min(guess);
+        while high - step > low {
+            let k = high - step;
+            if !test(k as usize) {
+                low = k;
+                break;
+            }
+            high = k;
+            step *= 2;
+        }
+    } else {
+        low = low.max(guess);
+        while low + step < high {
+            let k = low + step;
+            if test(k as usize) {
+                high = k;
+                break;
+            }
+            low = k;
+            step *= 2;
+        }
+    }
+    while high - low > 1 {
+        let k = low + (high - low) / 2;
+        if test(k as usize) {
+            high = k;
+        } else {
+            low = k;
+        }
+    }
+    high as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    /// A row of lines over a waisted body: what the last line found changes no face, only where the search starts.
+    #[test]
+    fn hints_change_nothing() {
+        let points: Vec<[f64; 2]> = (0..=200)
+            .map(|k| 0.02 * k as f64)
+            .map(|x| [x, 1.0 + 0.4 * (2.0 * x).cos() - 0.25 * (x - 2.0).powi(2)])
+            .map(|[x, r]| [x, r.max(0.0)])
+            .collect();
+        let body = Meridian::new(&points).unwrap();
+        assert!(body.chains().len() > 1);
+        let mut met = 0;
+        for k in 0..60 {
+            let angle = 0.05 + 0.1 * k as f64;
+            let direction =
+                Direction::new(&body, 0.0, &Vector3::new(angle.cos(), angle.sin(), 0.0));
+            let mut hints = vec![Hint::default(); body.chains().len()];
+            for n in 0..300 {
+                // Now and then a jump.
+                let w = -2.5 + 5.0 / 300.0 * n as f64 + if n % 37 == 0 { 0.4 } else { 0.0 };
+                let line = [w, 0.01 * k as f64 + 0.3 * w];
+                let with: Vec<_> = direction.intervals(&body, line, &mut hints).collect();
+                let mut none = vec![Hint::default(); body.chains().len()];
+                let without: Vec<_> = direction.intervals(&body, line, &mut none).collect();
+                assert_eq!(with, without);
+                met += with.len();
+            }
+        }
+        assert!(met > 5000, "{met}");
+    }
+}

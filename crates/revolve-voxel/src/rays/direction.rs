@@ -1,0 +1,74 @@
+//! Directions of lines, and coordinates that go with them.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::solid::meridian::Meridian;
+use crate::solid::segment::ROUNDING;
+
+/// One direction of lines in a body frame.
+///
+/// A line of direction (c, s e1) is `x = -s w + c t` (from the body's middle), `y = c w + s t` (along e1), `z = q`
+/// (along e2): its coordinates are w and |q|, for the body is its own mirror image.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Direction {
+    pub(crate) c: f64,
+    pub(crate) s: f64,
+    pub(crate) e1: [f64; 2],
+    pub(crate) mid: f64,
+    pub(crate) inv_c: f64,
+    pub(crate) inv_sc: f64,
+    /// Sign of c, never zero.
+    pub(crate) along: f64,
+    /// What rounding may have moved a line by.
+    pub(crate) near: f64,
+    /// By how much further up the axis a line counts as.
+    pub(crate) beyond: f64,
+    /// How far beyond its planes a cone is met; no planes bound a line across the axis.
+    pub(crate) slack: f64,
+    /// Parameter of a vertex plane from `w + s x` rather than from x: the one that keeps digits.
+    pub(crate) steep: bool,
+}
+
+impl Direction {
+    /// Of lines through a profile's solid, from a unit direction in the body frame; `farthest` is the largest coordinate, of
+    /// rays and pose, that the lines' places were computed from.
+    pub(crate) fn new(profile: &Meridian, farthest: f64, direction: &Vector3<f64>) -> Self {
+        let (mut c, mut s) = (direction.x, direction.y.hypot(direction.z));
+        if c.abs() <= ROUNDING {
+            (c, s) = (0.0, 1.0);
+        } else if s <= ROUNDING {
+            (c, s) = (c.signum(), 0.0);
+        }
+        let near = ROUNDING * (profile.size() + farthest);
+        Self {
+            c,
+            s,
+            e1: if s > 0.0 {
+                let across = direction.y.hypot(direction.z);
+                [direction.y / across, direction.z / across]
+            } else {
+                [1.0, 0.0]
+            },
+            mid: profile.mid(),
+            inv_c: 1.0 / c,
+            inv_sc: 1.0 / (s * c),
+            along: if c < 0.0 { -1.0 } else { 1.0 },
+            near,
+            beyond: if c == 0.0 { near } else { 0.0 },
+            slack: if c == 0.0 { f64::INFINITY } else { near },
+            steep: s >= c.abs(),
+        }
+    }
+
+    /// (w, q, t) of a body point.
+    pub(crate) fn coordinates(&self, p: &Point3<f64>) -> [f64; 3] {
+        self.slopes(&Vector3::new(p.x - self.mid, p.y, p.z))
+    }
+
+    /// Change of (w, q, t) along a body vector.
+    pub(crate) fn slopes(&self, v: &Vector3<f64>) -> [f64; 3] {
+        let y = v.y * self.e1[0] + v.z * self.e1[1];
+        let q = v.z * self.e1[0] - v.y * self.e1[1];
+        [self.c * y - self.s * v.x, q, self.c * v.x + self.s * y]
+    }
+}

@@ -1,0 +1,10 @@
+//! Lines through solids: chords, detectors full of them, and what attenuates on the way.
+
+pub(crate) mod attenuation;
+pub(crate) mod chord;
+pub(crate) mod cone;
+pub(crate) mod detector;
+pub(crate) mod direction;
+pub(crate) mod ray;
+pub(crate) mod shadow;
+pub(crate) mod torso;

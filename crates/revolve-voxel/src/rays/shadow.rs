@@ -1,0 +1,81 @@
+//! The silhouette of a body along one direction, with a small margin: rays outside it are never cast.
+
+use std::ops::Range;
+
+use crate::rays::direction::Direction;
+use crate::solid::meridian::Meridian;
+
+/// Bands of |q|; a band's bounds are those at its inner edge, where the silhouette is widest.
+const N_BANDS: usize = 64;
+
+/// Bounds of w over bands of |q|.
+#[derive(Debug, Clone)]
+pub(crate) struct Shadow {
+    bands: Vec<[f64; 2]>,
+    per_q: f64,
+    r_max: f64,
+}
+
+impl Shadow {
+    pub(crate) fn new(profile: &Meridian, direction: &Direction) -> Self {
+        let r_max = profile.r_max();
+        let (s, c) = (direction.s, direction.c.abs());
+        // Outward by more than the rounding of w.
+        let [low, high] = profile.x_range();
+        let margin = 1e-12 * (high - low + r_max) + direction.near;
+        let bands = (0..=N_BANDS)
+            .map(|k| {
+                let q = (k as f64 - 1e-6) * r_max / N_BANDS as f64;
+                let mut w = [f64::INFINITY, f64::NEG_INFINITY];
+                for &[x0, x1, r] in profile.blocks() {
+                    if r >= q {
+                        let y = c * (r * r - q * q.abs()).max(0.0).sqrt();
+                        w = [
+                            w[0].min(-s * x1 - y - margin),
+                            w[1].max(-s * x0 + y + margin),
+                        ];
+                    }
+                }
+                w
+            })
+            .collect();
+        Self {
+            bands,
+            per_q: N_BANDS as f64 / r_max,
+            r_max,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn holds(&self, w: f64, q: f64) -> bool {
+        let band = (q.abs() * self.per_q) as usize;
+        self.bands.get(band).is_some_and(|b| b[0] <= w && w <= b[1])
+    }
+
+    /// The bins of a row (start + k step) within the silhouette's bounding box.
+    pub(crate) fn bins(&self, start: [f64; 2], step: [f64; 2], n: usize) -> Range<usize> {
+        let [a, b] = self.bands[0];
+        let wide = interval(start[0], step[0], [a, b], n);
+        let high = interval(start[1], step[1], [-self.r_max, self.r_max], n);
+        wide.start.max(high.start)..wide.end.min(high.end)
+    }
+}
+
+/// Indices k in 0..n with start + k step in [low, high], widened by one on either side.
+fn interval(start: f64, step: f64, [low, high]: [f64; 2], n: usize) -> Range<usize> {
+    if step == 0.0 {
+        return if low <= start && start <= high {
+            0..n
+        } else {
+            0..0
+        };
+    }
+    let (a, b) = ((low - start) / step, (high - start) / step);
+    let first = (a.min(b).ceil() - 1.0).max(0.0);
+    let end = (a.max(b).floor() + 2.0).min(n as f64);
+    if first < end {
+        first as usize..end as usize
+    } else {
+        0..0
+    }
+}

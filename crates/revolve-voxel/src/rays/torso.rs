@@ -1,0 +1,101 @@
+//! A torso that is active, too: whether it surrounds the body, and its views.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::error::{finite, length, positive};
+use crate::rays::attenuation::across;
+use crate::{Attenuator, Body, EllipticCylinder, Error, Meridian, ParallelRays, Sample};
+
+/// Corners of the polygon that stands for a circle round the axis: it reaches beyond it by 1 / cos(pi / 256) - 1 = 7.5e-5.
+const CORNERS: usize = 256;
+
+impl EllipticCylinder {
+    /// How many times as wide the cylinder would have to be, about its axis, to hold the body: it holds it if that is less than 1.
+    /// Never too small, and too large by less than 1e-4 of itself.
+    ///
+    /// ```
+    /// use revolve_voxel::{Body, EllipticCylinder, Meridian, Pose};
+    /// let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]])?;
+    /// let body = Body::new(vec![rod], Pose::axis_along_z(0.0)?)?; // of radius 1/2
+    /// let torso = EllipticCylinder::new([0.1, 0.0], [0.8, 0.9])?;
+    /// let growth = torso.growth_to_hold(&body);
+    /// assert!(growth >= 0.6 / 0.8 && growth < 0.6 / 0.8 + 1e-4);
+    /// # Ok::<(), revolve_voxel::Error>(())
+    /// ```
+    pub fn growth_to_hold(&self, body: &Body) -> f64 {
+        let (centre, semi_axes) = (self.centre(), self.semi_axes());
+        // The section is convex, and the body lies within what the circles through the profile's points span: they are enough, and
+        // of each a polygon round it.
+        let out = 1.0 / (PI / CORNERS as f64).cos();
+        let corners: Vec<Vector3<f64>> = (0..CORNERS)
+            .map(|k| (TAU * k as f64 / CORNERS as f64).sin_cos())
+            .map(|(sin, cos)| body.pose().isometry().rotation * Vector3::new(0.0, cos, sin) * out)
+            .collect();
+        let segments = body.layers().iter().flat_map(Meridian::segments);
+        let points = segments.flat_map(|segment| [segment.start(), segment.end()]);
+        let share = |place: Vector3<f64>| {
+            let share = [0, 1].map(|k| (place[k] - centre[k]) / semi_axes[k]);
+            share[0].hypot(share[1])
+        };
+        points.fold(0.0, |most: f64, [x, r]| {
+            let middle = body.pose().to_lab(&Point3::new(x, 0.0, 0.0)).coords;
+            // Most circles are too far within to be looked at.
+            if share(middle) + r * out / semi_axes[0].min(semi_axes[1]) <= most {
+                return most;
+            }
+            let corners = corners.iter().map(|corner| share(middle + r * corner));
+            corners.fold(most, f64::max)
+        })
+    }
+
+    /// Adds `activity` times the integral along the rays within the cylinder to an image `[row][bin]`, weakened by an
+    /// attenuator if there is one (the detector is ahead of the rays).
+    ///
+    /// ```
+    /// use revolve_voxel::{Attenuator, EllipticCylinder, Medium, ParallelDetector};
+    /// let torso = EllipticCylinder::new([1.0, 0.0], [3.0, 2.0])?;
+    /// let rays = ParallelDetector::new(3, 1, [1.0, 1.0])?.rays(0.0)?; // along +y at x = -1, 0, 1
+    /// let mut seen = [0.0_f64; 3];
+    /// torso.project_add(&rays, 0.5, None, &mut seen)?;
+    /// assert!((seen[2] - 0.5 * 4.0).abs() < 1e-12);
+    /// let medium = Attenuator::new(0.2, Medium::Torso(torso))?;
+    /// let mut weakened = [0.0_f64; 3];
+    /// torso.project_add(&rays, 0.5, Some(&medium), &mut weakened)?;
+    /// for (plain, weak) in seen.iter().zip(&weakened) {
+    ///     assert!((weak - 0.5 * (1.0 - (-0.2 * plain / 0.5).exp()) / 0.2).abs() < 1e-12);
+    /// }
+    /// # Ok::<(), revolve_voxel::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a wrong image, [`Error::NotFinite`] for the activity, [`Error::NotPositive`] for rays along z.
+    pub fn project_add<T: Sample>(
+        &self,
+        rays: &ParallelRays,
+        activity: f64,
+        attenuator: Option<&Attenuator>,
+        out: &mut [T],
+    ) -> Result<(), Error> {
+        finite("activity", activity)?;
+        length("image", rays.n_bins() * rays.n_rows(), out.len())?;
+        positive("rays' part across the torso", across(&rays.direction()))?;
+        out.par_chunks_mut(rays.n_bins())
+            .enumerate()
+            .for_each(|(row, image)| {
+                for (bin, pixel) in image.iter_mut().enumerate() {
+                    let ray = rays.line(bin, row);
+                    if let Some(span) = self.span(&ray) {
+                        let way = match attenuator {
+                            None => span.length(),
+                            Some(medium) => medium.along(&ray).integral(span.enter, span.exit),
+                        };
+                        *pixel += T::from_f64(activity * way);
+                    }
+                }
+            });
+        Ok(())
+    }
+}

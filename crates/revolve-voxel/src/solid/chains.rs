@@ -1,0 +1,166 @@
+//! The profile cut into stretches under which the solid is convex.
+//!
+//! Where the radius is a concave function of x, the solid under it (down to the axis, between its two end planes) is
+//! convex, so a line meets it in one interval whose ends a bisection finds. The body is the sum of these solids, with a
+//! minus where the profile runs backward: `chord = sum of sign * length`. No parity of crossings enters, so no line,
+//! however degenerate, can be off by more than rounding.
+
+use crate::solid::segment::{ROUNDING, Segment};
+
+/// A vertex of a chain and the cone to its right (x grows along a chain, so `tx > 0`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Vertex {
+    /// Axial coordinate from the body's middle.
+    pub(crate) x: f64,
+    pub(crate) r: f64,
+    pub(crate) tx: f64,
+    pub(crate) tr: f64,
+}
+
+/// A stretch with a concave radius.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Chain {
+    /// x ascending; at least two; the last one's tangent is not used.
+    pub(crate) vertices: Vec<Vertex>,
+    /// Of the vertices, x and the square of r less rounding, side by side for the searches: a line along the surface is not
+    /// inside.
+    pub(crate) x: Vec<f64>,
+    pub(crate) r2: Vec<f64>,
+    /// +1 where the profile runs forward, -1 where it runs backward (the solid is then outside).
+    pub(crate) sign: f64,
+}
+
+/// A binary tree over a profile's chains, in the profile's order: whole stretches are met inside, or not at all.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Node {
+    /// Range of the axial coordinate and of the radius' square, that of the axis too if the profile runs along it.
+    pub(crate) x: [f64; 2],
+    pub(crate) r2: [f64; 2],
+    /// Axial coordinates at which the profile enters and leaves the stretch.
+    pub(crate) path: [f64; 2],
+    pub(crate) kind: Kind,
+    /// Index of the first node that is not under this one.
+    pub(crate) after: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Kind {
+    /// Index of the chain.
+    Leaf(usize),
+    /// The left child follows its parent; this is the right one's index.
+    Fork(usize),
+}
+
+/// The tree's nodes, root first; every profile has a chain.
+pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
+    fn build(chains: &[Chain], first: usize, nodes: &mut Vec<Node>) -> usize {
+        let at = nodes.len();
+        let fold = |f: fn(f64, f64) -> f64, get: fn(&Chain) -> &[f64]| {
+            let all = chains.iter().flat_map(get).copied();
+            all.reduce(f).unwrap_or(0.0)
+        };
+        let ends = |c: &Chain| {
+            let (a, b) = (c.vertices[0].x, c.vertices[c.vertices.len() - 1].x);
+            if c.sign > 0.0 { [a, b] } else { [b, a] }
+        };
+        // Between two of them the profile may have run along the axis.
+        let whole = chains.windows(2).all(|c| ends(&c[0])[1] == ends(&c[1])[0]);
+        let least = if whole {
+            fold(f64::min, |c| &c.r2)
+        } else {
+            0.0
+        };
+        nodes.push(Node {
+            x: [fold(f64::min, |c| &c.x), fold(f64::max, |c| &c.x)],
+            r2: [least, fold(f64::max, |c| &c.r2)],
+            path: [ends(&chains[0])[0], ends(&chains[chains.len() - 1])[1]],
+            kind: Kind::Leaf(first),
+            after: at + 1,
+        });
+        if chains.len() > 1 {
+            // Halves by number of vertices, so that a long chain lies near the root.
+            let total: usize = chains.iter().map(|c| c.vertices.len()).sum();
+            let mut sum = 0;
+            let split = chains.iter().take_while(|c| {
+                sum += c.vertices.len();
+                2 * sum <= total
+            });
+            let split = split.count().clamp(1, chains.len() - 1);
+            build(&chains[..split], first, nodes);
+            let right = build(&chains[split..], first + split, nodes);
+            nodes[at].kind = Kind::Fork(right);
+            nodes[at].after = nodes.len();
+        }
+        at
+    }
+    let mut nodes = Vec::with_capacity(2 * chains.len());
+    if !chains.is_empty() {
+        build(chains, 0, &mut nodes);
+    }
+    nodes
+}
+
+/// Slopes may grow by this much (the sine of the angle) and still count as concave: a cylinder's or cone's own nodes
+/// are collinear only to rounding. The surface is then displaced by at most this times its length.
+const COLLINEAR: f64 = 1e-13;
+
+/// The chains of a profile of some size, in its order.
+pub(crate) fn chains(segments: &[Segment], mid: f64, size: f64) -> Vec<Chain> {
+    // Lines begin some sizes from the body.
+    let near = 4.0 * ROUNDING * size;
+    let mut chains: Vec<Chain> = Vec::new();
+    let mut run: Vec<&Segment> = Vec::new();
+    let mut flush = |run: &mut Vec<&Segment>| {
+        if !run.is_empty() {
+            chains.push(Chain::new(run, mid, near));
+            run.clear();
+        }
+    };
+    for s in segments {
+        if let Some(last) = run.last() {
+            let joined = last.x1 == s.x0 && last.r1 == s.r0;
+            let same_way = last.tx * s.tx > 0.0;
+            // Forward: turning right; backward: read from its other end, turning right means turning left here.
+            let turn = (last.tx * s.tr - last.tr * s.tx) * s.tx.signum();
+            if !(joined && same_way && turn <= COLLINEAR) {
+                flush(&mut run);
+            }
+        }
+        // A disc has no solid under it: the end planes of its neighbours are its two faces.
+        if s.tx != 0.0 {
+            run.push(s);
+        }
+    }
+    flush(&mut run);
+    chains
+}
+
+impl Chain {
+    fn new(run: &[&Segment], mid: f64, near: f64) -> Self {
+        let forward = run[0].tx > 0.0;
+        let vertex = |x: f64, r: f64, tx: f64, tr: f64| Vertex {
+            x: x - mid,
+            r,
+            tx,
+            tr,
+        };
+        let mut vertices = Vec::with_capacity(run.len() + 1);
+        if forward {
+            vertices.extend(run.iter().map(|s| vertex(s.x0, s.r0, s.tx, s.tr)));
+            let end = run[run.len() - 1];
+            vertices.push(vertex(end.x1, end.r1, end.tx, end.tr));
+        } else {
+            vertices.extend(run.iter().rev().map(|s| vertex(s.x1, s.r1, -s.tx, -s.tr)));
+            vertices.push(vertex(run[0].x0, run[0].r0, -run[0].tx, -run[0].tr));
+        }
+        Self {
+            x: vertices.iter().map(|v| v.x).collect(),
+            r2: vertices
+                .iter()
+                .map(|v| v.r * (v.r - 2.0 * near).max(0.0))
+                .collect(),
+            vertices,
+            sign: if forward { 1.0 } else { -1.0 },
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! The profile that is turned about the axis.
+
+use crate::Error;
+use crate::solid::box_tree::BoxTree;
+use crate::solid::chains::{Chain, Node, chains, tree};
+use crate::solid::measures::Measures;
+use crate::solid::segment::{ROUNDING, Segment};
+
+/// Enough boxes for a shadow within a few per cent of the body's.
+const N_BLOCKS: usize = 64;
+
+/// A validated profile (x along the axis, r >= 0 from it), closed by discs where it ends off the axis.
+///
+/// Turned about the axis it bounds a solid. Several radii at one x, bulges behind the base, and points on the axis
+/// in between are ordinary; crossing itself is not.
+///
+/// ```
+/// use revolve_voxel::Meridian;
+/// let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]])?; // open at the base: a disc closes it
+/// assert!((cone.measures().volume - std::f64::consts::PI).abs() < 1e-14);
+/// # Ok::<(), revolve_voxel::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Meridian {
+    segments: Vec<Segment>,
+    chains: Vec<Chain>,
+    tree: Vec<Node>,
+    boxes: BoxTree,
+    /// Up to [`N_BLOCKS`] boxes [x_min, x_max, r_max] that hold the profile, for shadows.
+    blocks: Vec<[f64; 3]>,
+    x_min: f64,
+    x_max: f64,
+    r_max: f64,
+}
+
+impl Meridian {
+    /// A profile from points (x, r), base to apex (or apex to base: the order is turned round).
+    ///
+    /// Repeated points are merged. An end with r > 0 is closed by a disc.
+    ///
+    /// # Errors
+    /// [`Error::TooFewPoints`], [`Error::NotFinitePoint`], [`Error::NegativeRadius`], [`Error::SelfCrossing`],
+    /// [`Error::NoVolume`].
+    pub fn new(points: &[[f64; 2]]) -> Result<Self, Error> {
+        let mut path = checked(points, 2)?;
+        if path[0][1] > 0.0 {
+            path.insert(0, [path[0][0], 0.0]);
+        }
+        let last = path[path.len() - 1];
+        if last[1] > 0.0 {
+            path.push([last[0], 0.0]);
+        }
+        Self::from_path(path, false)
+    }
+
+    /// A profile that closes on itself and need not touch the axis: a torus and its like.
+    ///
+    /// The last point is joined to the first.
+    ///
+    /// # Errors
+    /// As [`Meridian::new`]; at least three distinct points are needed.
+    pub fn ring(points: &[[f64; 2]]) -> Result<Self, Error> {
+        let mut path = checked(points, 3)?;
+        if path[0] != path[path.len() - 1] {
+            path.push(path[0]);
+        }
+        Self::from_path(path, true)
+    }
+
+    /// The upper half of a full curve (x, y) that is its own mirror image about the axis: the points from its first
+    /// (y > 0, the base) to the apex, where y changes sign; between two nodes the apex is interpolated.
+    ///
+    /// # Errors
+    /// As [`Meridian::new`], and [`Error::NegativeRadius`] if the curve starts below the axis.
+    pub fn from_full_curve(points: &[[f64; 2]]) -> Result<Self, Error> {
+        let mut half = Vec::with_capacity(points.len() / 2 + 2);
+        for (i, &p) in points.iter().enumerate() {
+            if !(p[0].is_finite() && p[1].is_finite()) {
+                return Err(Error::NotFinitePoint {
+                    index: i,
+                    x: p[0],
+                    r: p[1],
+                });
+            }
+            if p[1] > 0.0 || i == 0 {
+                half.push(p);
+                continue;
+            }
+            let q = points[i - 1];
+            let f = q[1] / (q[1] - p[1]);
+            half.push([q[0] + f * (p[0] - q[0]), 0.0]);
+            break;
+        }
+        Self::new(&half)
+    }
+
+    fn from_path(mut path: Vec<[f64; 2]>, ring: bool) -> Result<Self, Error> {
+        let volume = Measures::signed_volume(&path);
+        if volume < 0.0 {
+            path.reverse();
+        }
+        let fold =
+            |f: fn(f64, f64) -> f64, init: f64, i: usize| path.iter().map(|p| p[i]).fold(init, f);
+        let x_min = fold(f64::min, f64::INFINITY, 0);
+        let x_max = fold(f64::max, f64::NEG_INFINITY, 0);
+        let r_max = fold(f64::max, 0.0, 1);
+        // Next to nothing for a solid of its size, or less than what rounding makes of where it stands.
+        let size = (x_max - x_min).max(r_max);
+        let rounding = x_min.abs().max(x_max.abs()) * r_max * r_max;
+        if volume.is_nan() || volume.abs() <= 1e-14 * size.powi(3).max(rounding) {
+            return Err(Error::NoVolume { volume });
+        }
+        let mut segments: Vec<Segment> = Vec::with_capacity(path.len());
+        for pair in path.windows(2) {
+            // On the axis there is no surface.
+            if pair[0][1] > 0.0 || pair[1][1] > 0.0 {
+                segments.push(Segment::new(pair[0], pair[1]));
+            }
+        }
+        let n = segments.len();
+        for k in 0..n {
+            let next = (k + 1) % n;
+            let (a, b) = (segments[k], segments[next]);
+            let sum = if a.r1 == 0.0 {
+                // The neighbour across the axis is the mirror image.
+                [-a.tr, 0.0]
+            } else {
+                [-a.tr - b.tr, a.tx + b.tx]
+            };
+            segments[k].end_normal = sum;
+            if a.r1 > 0.0 && (ring || next > 0) {
+                segments[next].start_normal = sum;
+            }
+        }
+        for s in &mut segments {
+            if s.r0 == 0.0 {
+                s.start_normal = [-s.tr, 0.0];
+            }
+        }
+        let boxes = BoxTree::new(&segments);
+        crate::solid::self_crossing::check(&segments, &boxes)?;
+        let mid = 0.5 * (x_min + x_max);
+        let chains = chains(&segments, mid, 0.5 * (x_max - x_min) + r_max);
+        let blocks = segments
+            .chunks(segments.len().div_ceil(N_BLOCKS).max(1))
+            .map(|chunk| {
+                chunk
+                    .iter()
+                    .fold([f64::INFINITY, f64::NEG_INFINITY, 0.0], |b, s| {
+                        [
+                            b[0].min(s.x0.min(s.x1) - mid),
+                            b[1].max(s.x0.max(s.x1) - mid),
+                            f64::max(b[2], s.r0.max(s.r1)),
+                        ]
+                    })
+            })
+            .collect();
+        Ok(Self {
+            tree: tree(&chains),
+            boxes,
+            blocks,
+            chains,
+            r_max,
+            x_min,
+            x_max,
+            segments,
+        })
+    }
+
+    /// Number of cones, cylinders and discs of the surface.
+    pub fn n_segments(&self) -> usize {
+        self.segments.len()
+    }
+
+    /// Smallest and largest axial coordinate.
+    pub fn x_range(&self) -> [f64; 2] {
+        [self.x_min, self.x_max]
+    }
+
+    /// Largest radius.
+    pub fn r_max(&self) -> f64 {
+        self.r_max
+    }
+
+    /// How far from the middle of the axis the solid reaches, at most.
+    pub(crate) fn size(&self) -> f64 {
+        0.5 * (self.x_max - self.x_min) + self.r_max
+    }
+
+    /// Exact volume, surface, centroid and inertia of the solid.
+    pub fn measures(&self) -> Measures {
+        Measures::of(&self.segments)
+    }
+
+    /// Middle of the x range: the origin of the chains' coordinates.
+    pub(crate) fn mid(&self) -> f64 {
+        0.5 * (self.x_min + self.x_max)
+    }
+
+    pub(crate) fn boxes(&self) -> &BoxTree {
+        &self.boxes
+    }
+
+    pub(crate) fn blocks(&self) -> &[[f64; 3]] {
+        &self.blocks
+    }
+
+    pub(crate) fn tree(&self) -> &[Node] {
+        &self.tree
+    }
+
+    pub(crate) fn chains(&self) -> &[Chain] {
+        &self.chains
+    }
+
+    pub(crate) fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+}
+
+/// Finite, non-negative, without repeats.
+fn checked(points: &[[f64; 2]], needed: usize) -> Result<Vec<[f64; 2]>, Error> {
+    let mut path: Vec<[f64; 2]> = Vec::with_capacity(points.len() + 2);
+    for (index, &[x, r]) in points.iter().enumerate() {
+        if !(x.is_finite() && r.is_finite()) {
+            return Err(Error::NotFinitePoint { index, x, r });
+        }
+        if r < 0.0 {
+            return Err(Error::NegativeRadius { index, r });
+        }
+        // `+ 0.0` turns a negative zero into zero.
+        let mut p = [x + 0.0, r + 0.0];
+        if let Some(last) = path.last()
+            && (p[0] - last[0]).abs() <= ROUNDING * (p[1] - last[1]).abs()
+        {
+            // A face across the axis but for rounding is across it.
+            p[0] = last[0];
+        }
+        if path.last() != Some(&p) {
+            path.push(p);
+        }
+    }
+    if path.len() < needed {
+        return Err(Error::TooFewPoints {
+            given: path.len(),
+            needed,
+        });
+    }
+    Ok(path)
+}

@@ -1,0 +1,280 @@
+//! Watertight triangle meshes, and their STL and PLY files.
+
+use std::f64::consts::PI;
+use std::io::{self, Write};
+
+use nalgebra::{Point3, Vector3};
+
+use crate::error::{positive, room};
+use crate::solid::meridian::Meridian;
+use crate::{Body, Error};
+
+/// A closed triangle mesh, every edge shared by two triangles, seen counter-clockwise from outside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// Points.
+    pub vertices: Vec<Point3<f64>>,
+    /// Outward unit normal of the surface at each point (the mean of both sides on a crease).
+    pub normals: Vec<Vector3<f64>>,
+    /// Indices of three points each.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Body {
+    /// The surface of one layer as triangles with their points on it, nowhere farther from it than `tolerance`.
+    ///
+    /// # Errors
+    /// [`Error::NotPositive`] for the tolerance; [`Error::NoSuchLayer`]; [`Error::TooFine`] if it needs more than 2^31 points,
+    /// [`Error::TooLarge`] if there is no memory for them.
+    pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, Error> {
+        positive("tolerance", tolerance)?;
+        let meridian = self.layer(layer)?;
+        // Half the tolerance along the profile, half around it: r (1 - cos(pi / n)) <= tolerance / 2.
+        let bend = (1.0 - 0.5 * tolerance / meridian.r_max())
+            .clamp(-1.0, 1.0)
+            .acos();
+        let n_around = ((PI / bend).ceil()).max(3.0);
+        let strips = outlines(meridian, 0.5 * tolerance);
+        let n_rings: usize = strips.iter().map(|s| s.points.len()).sum();
+        if n_around * n_rings as f64 > f64::from(i32::MAX) {
+            return Err(Error::TooFine {
+                tolerance,
+                most: i32::MAX as usize,
+            });
+        }
+        let n = n_around as usize;
+        // At most a ring around each point, and two triangles from each place on a ring to the next ring.
+        let mut mesh = Mesh {
+            vertices: room("points of a mesh", n * n_rings)?,
+            normals: room("normals of a mesh", n * n_rings)?,
+            triangles: room("triangles of a mesh", 2 * n * n_rings)?,
+        };
+        for strip in &strips {
+            let first = mesh.vertices.len() as u32;
+            let mut rings: Vec<Ring> = Vec::new();
+            for (p, normal) in strip.points.iter().zip(&strip.normals) {
+                let start = mesh.vertices.len() as u32;
+                let on_axis = p[1] == 0.0;
+                for k in 0..if on_axis { 1 } else { n } {
+                    let (sin, cos) = (2.0 * PI * k as f64 / n as f64).sin_cos();
+                    let at = Point3::new(p[0], p[1] * cos, p[1] * sin);
+                    let out = Vector3::new(normal[0], normal[1] * cos, normal[1] * sin);
+                    mesh.vertices.push(self.pose().to_lab(&at));
+                    mesh.normals.push(self.pose().isometry().rotation * out);
+                }
+                rings.push(Ring { start, on_axis });
+            }
+            for pair in rings.windows(2) {
+                mesh.join(pair[0], pair[1], n as u32);
+            }
+            if strip.closed {
+                let last = rings[rings.len() - 1];
+                mesh.join(
+                    last,
+                    Ring {
+                        start: first,
+                        on_axis: false,
+                    },
+                    n as u32,
+                );
+            }
+        }
+        Ok(mesh)
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Ring {
+    start: u32,
+    on_axis: bool,
+}
+
+/// A stretch of profile from axis to axis, or closed.
+struct Strip {
+    points: Vec<[f64; 2]>,
+    normals: Vec<[f64; 2]>,
+    closed: bool,
+}
+
+/// The profile, thinned to a tolerance.
+fn outlines(meridian: &Meridian, tolerance: f64) -> Vec<Strip> {
+    let mut strips = Vec::new();
+    let segments = meridian.segments();
+    let mut first = 0;
+    for k in 0..segments.len() {
+        let ends = k + 1 == segments.len() || segments[k].r1 == 0.0;
+        if !ends {
+            continue;
+        }
+        let run = &segments[first..=k];
+        first = k + 1;
+        let mut points: Vec<[f64; 2]> = run.iter().map(|s| s.start()).collect();
+        points.push(run[run.len() - 1].end());
+        let closed = points[0] == points[points.len() - 1] && points[0][1] > 0.0;
+        let mut kept = vec![0];
+        if closed {
+            // Thinned in two halves: a closed curve has no chord from end to end.
+            let half = points.len() / 2;
+            thin(&points, 0, half, tolerance, &mut kept);
+            thin(&points, half, points.len() - 1, tolerance, &mut kept);
+            kept.pop();
+        } else {
+            thin(&points, 0, points.len() - 1, tolerance, &mut kept);
+        }
+        let normal = |i: usize| {
+            let v = run
+                .get(i)
+                .map_or(run[run.len() - 1].end_normal, |s| s.start_normal);
+            let n = v[0].hypot(v[1]);
+            [v[0] / n, v[1] / n]
+        };
+        strips.push(Strip {
+            normals: kept.iter().map(|&i| normal(i)).collect(),
+            points: kept.iter().map(|&i| points[i]).collect(),
+            closed,
+        });
+    }
+    strips
+}
+
+/// Keeps what lies farther than the tolerance from the chords (Ramer, Douglas & Peucker), the end included.
+fn thin(points: &[[f64; 2]], a: usize, b: usize, tolerance: f64, kept: &mut Vec<usize>) {
+    let mut stack = vec![(a, b)];
+    while let Some((a, b)) = stack.pop() {
+        let (dx, dr) = (points[b][0] - points[a][0], points[b][1] - points[a][1]);
+        let length = dx.hypot(dr);
+        let mut worst = (0.0, a);
+        for k in a + 1..b {
+            let (px, pr) = (points[k][0] - points[a][0], points[k][1] - points[a][1]);
+            let along = ((px * dx + pr * dr) / (length * length)).clamp(0.0, 1.0);
+            let off = (px - along * dx).hypot(pr - along * dr);
+            // Of equals the first, whatever rounding says: an arc has two.
+            if off > worst.0 * (1.0 + 1e-9) {
+                worst = (off, k);
+            }
+        }
+        if worst.0 > tolerance {
+            stack.push((worst.1, b));
+            stack.push((a, worst.1));
+        } else {
+            kept.push(b);
+        }
+    }
+}
+
+impl Mesh {
+    /// Two neighbouring rings; the profile runs from the first to the second with the solid on its right.
+    fn join(&mut self, a: Ring, b: Ring, n: u32) {
+        for k in 0..n {
+            let next = (k + 1) % n;
+            let at = |ring: Ring, k: u32| {
+                if ring.on_axis {
+                    ring.start
+                } else {
+                    ring.start + k
+                }
+            };
+            if !a.on_axis {
+                self.triangles.push([at(a, k), at(a, next), at(b, k)]);
+            }
+            if !b.on_axis {
+                self.triangles.push([at(a, next), at(b, next), at(b, k)]);
+            }
+        }
+    }
+
+    /// The corners of a triangle, if there are such points.
+    fn corners(&self, triangle: &[u32; 3]) -> Option<[&Point3<f64>; 3]> {
+        let [a, b, c] = triangle.map(|k| self.vertices.get(k as usize));
+        Some([a?, b?, c?])
+    }
+
+    /// Enclosed volume, by the divergence theorem; NaN if a triangle names a point that there is not.
+    pub fn volume(&self) -> f64 {
+        // About one of its own points: far from the origin the terms would be large and their sum all rounding.
+        let Some(&about) = self.vertices.first() else {
+            return 0.0;
+        };
+        self.triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = self.corners(t)?.map(|p| p - about);
+                Some(a.dot(&b.cross(&c)) / 6.0)
+            })
+            .sum::<Option<f64>>()
+            .unwrap_or(f64::NAN)
+    }
+
+    /// Writes a binary STL file (32-bit floats, facet normals).
+    ///
+    /// # Errors
+    /// Those of the writer; `InvalidInput` for a triangle that names a point that there is not.
+    pub fn write_stl(&self, mut to: impl Write) -> io::Result<()> {
+        to.write_all(&[0; 80])?;
+        to.write_all(&(self.triangles.len() as u32).to_le_bytes())?;
+        for t in &self.triangles {
+            let [a, b, c] = self.corners(t).ok_or_else(|| unknown_point(t))?;
+            let normal = (b - a)
+                .cross(&(c - a))
+                .try_normalize(0.0)
+                .unwrap_or_default();
+            for v in [normal, a.coords, b.coords, c.coords] {
+                write_f32(&mut to, &v)?;
+            }
+            to.write_all(&[0; 2])?;
+        }
+        Ok(())
+    }
+
+    /// Writes a binary PLY file (little-endian, 32-bit floats, with point normals).
+    ///
+    /// # Errors
+    /// Those of the writer; `InvalidInput` for a triangle that names a point that there is not, or for another number of normals
+    /// than of points.
+    pub fn write_ply(&self, mut to: impl Write) -> io::Result<()> {
+        if let Some(t) = self.triangles.iter().find(|t| self.corners(t).is_none()) {
+            return Err(unknown_point(t));
+        }
+        let (points, normals) = (self.vertices.len(), self.normals.len());
+        if points != normals {
+            let message = format!("{normals} normals of {points} points");
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+        }
+        write!(
+            to,
+            "ply\nformat binary_little_endian 1.0\nelement vertex {}\n",
+            self.vertices.len()
+        )?;
+        for name in ["x", "y", "z", "nx", "ny", "nz"] {
+            writeln!(to, "property float {name}")?;
+        }
+        write!(
+            to,
+            "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+            self.triangles.len()
+        )?;
+        for (v, n) in self.vertices.iter().zip(&self.normals) {
+            write_f32(&mut to, &v.coords)?;
+            write_f32(&mut to, n)?;
+        }
+        for t in &self.triangles {
+            to.write_all(&[3])?;
+            for k in t {
+                to.write_all(&(*k as i32).to_le_bytes())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn unknown_point(triangle: &[u32; 3]) -> io::Error {
+    let message = format!("triangle {triangle:?} names a point that there is not");
+    io::Error::new(io::ErrorKind::InvalidInput, message)
+}
+
+fn write_f32(to: &mut impl Write, v: &Vector3<f64>) -> io::Result<()> {
+    for c in v.iter() {
+        to.write_all(&(*c as f32).to_le_bytes())?;
+    }
+    Ok(())
+}

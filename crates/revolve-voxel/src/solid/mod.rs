@@ -1,0 +1,15 @@
+//! What a solid of revolution is: meridians, their measures and distances, bodies of layers and where they stand.
+
+pub(crate) mod body;
+pub(crate) mod box_tree;
+pub(crate) mod chains;
+pub(crate) mod curve;
+pub(crate) mod distance;
+pub(crate) mod measures;
+pub(crate) mod meridian;
+pub(crate) mod mesh;
+pub(crate) mod pieces;
+pub(crate) mod pose;
+pub(crate) mod segment;
+pub(crate) mod self_crossing;
+pub(crate) mod wedge;

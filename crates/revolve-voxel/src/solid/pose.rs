@@ -1,0 +1,155 @@
+//! Where a body stands in the lab.
+
+use nalgebra::{Isometry3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
+
+use crate::Error;
+use crate::error::finite;
+use crate::solid::segment::ROUNDING;
+
+/// A rigid motion from the body frame (x = axis of revolution, base to apex) to the lab frame.
+///
+/// ```
+/// use revolve_voxel::Pose;
+/// use std::f64::consts::FRAC_PI_4;
+/// let pose = Pose::axis_along_z(5.625)?.turned_x(FRAC_PI_4)?.turned_y(FRAC_PI_4)?;
+/// let d = pose.axis();
+/// assert!((d.x - 0.5).abs() < 1e-15 && (d.y + 0.5f64.sqrt()).abs() < 1e-15 && (d.z - 0.5).abs() < 1e-15);
+/// # Ok::<(), revolve_voxel::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    isometry: Isometry3<f64>,
+}
+
+impl Pose {
+    /// Body frame and lab frame coincide.
+    pub fn identity() -> Self {
+        Self {
+            isometry: Isometry3::identity(),
+        }
+    }
+
+    /// Any rigid motion, body to lab.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if a component is NaN or infinite; the rotation is renormalised.
+    pub fn new(isometry: Isometry3<f64>) -> Result<Self, Error> {
+        for v in isometry.translation.vector.iter() {
+            finite("translation", *v)?;
+        }
+        for v in isometry.rotation.coords.iter() {
+            finite("rotation", *v)?;
+        }
+        let norm = isometry.rotation.coords.norm();
+        if norm <= 0.0 {
+            return Err(Error::NotPositive {
+                what: "norm of the rotation",
+                given: norm,
+            });
+        }
+        let rotation = UnitQuaternion::from_quaternion(isometry.rotation.into_inner());
+        Ok(Self {
+            isometry: Isometry3::from_parts(isometry.translation, rotation),
+        })
+    }
+
+    /// The body's axis along the lab's z, apex towards +z, with the axis point `axial_point`
+    /// (distance from x = 0 along the axis) at the origin. Body y goes to lab x, body z to lab y.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn axis_along_z(axial_point: f64) -> Result<Self, Error> {
+        finite("axial point", axial_point)?;
+        let columns = nalgebra::Matrix3::from_columns(&[Vector3::z(), Vector3::x(), Vector3::y()]);
+        let rotation =
+            UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(columns));
+        Ok(Self {
+            isometry: Isometry3::from_parts(Translation3::new(0.0, 0.0, -axial_point), rotation),
+        })
+    }
+
+    /// Turned about the lab's x axis (right-handed, radians), after the motions so far.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn turned_x(self, angle: f64) -> Result<Self, Error> {
+        self.turned(Vector3::x(), angle)
+    }
+
+    /// Turned about the lab's y axis (right-handed, radians), after the motions so far.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn turned_y(self, angle: f64) -> Result<Self, Error> {
+        self.turned(Vector3::y(), angle)
+    }
+
+    /// Turned about the lab's z axis (right-handed, radians), after the motions so far.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn turned_z(self, angle: f64) -> Result<Self, Error> {
+        self.turned(Vector3::z(), angle)
+    }
+
+    fn turned(self, axis: Vector3<f64>, angle: f64) -> Result<Self, Error> {
+        finite("angle", angle)?;
+        // The square of a vector's length overflows long before an angle does.
+        let rotation = if angle.abs() < 1e100 {
+            UnitQuaternion::from_scaled_axis(axis * angle)
+        } else {
+            UnitQuaternion::from_axis_angle(&Unit::new_unchecked(axis), angle)
+        };
+        Ok(Self {
+            isometry: rotation * self.isometry,
+        })
+    }
+
+    /// Shifted by a lab vector, after the motions so far.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn shifted(self, by: Vector3<f64>) -> Result<Self, Error> {
+        for v in by.iter() {
+            finite("shift", *v)?;
+        }
+        Ok(Self {
+            isometry: Translation3::from(by) * self.isometry,
+        })
+    }
+
+    /// The rigid motion, body to lab.
+    pub fn isometry(&self) -> &Isometry3<f64> {
+        &self.isometry
+    }
+
+    /// Direction of the body's axis (base to apex) in the lab; a unit vector.
+    pub fn axis(&self) -> Vector3<f64> {
+        self.isometry.rotation * Vector3::x()
+    }
+
+    /// A body point in the lab.
+    pub fn to_lab(&self, body: &Point3<f64>) -> Point3<f64> {
+        self.isometry * body
+    }
+
+    /// A lab point in the body frame.
+    pub fn to_body(&self, lab: &Point3<f64>) -> Point3<f64> {
+        self.isometry.inverse_transform_point(lab)
+    }
+
+    /// The largest coordinate that places in the body frame are computed from, of lab points with coordinates up to `lab`.
+    pub(crate) fn farthest(&self, lab: f64) -> f64 {
+        self.isometry.translation.vector.amax().max(lab)
+    }
+
+    /// What the place of a lab point in the body frame may be off by.
+    pub(crate) fn rounding(&self, lab: &Point3<f64>) -> f64 {
+        ROUNDING * self.farthest(lab.coords.amax())
+    }
+
+    /// A lab vector in the body frame.
+    pub fn vector_to_body(&self, lab: &Vector3<f64>) -> Vector3<f64> {
+        self.isometry.inverse_transform_vector(lab)
+    }
+}

@@ -1,0 +1,255 @@
+//! The part of space between two half-planes that start at the axis of a body.
+
+use nalgebra::{Point3, Vector3};
+use std::f64::consts::{PI, TAU};
+
+use crate::Error;
+use crate::error::{finite, positive};
+use crate::solid::segment::ROUNDING;
+
+/// A wedge of azimuth in the body frame: from y to z, between two angles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Wedge {
+    /// All round.
+    Whole,
+    /// At most half a turn: convex.
+    Within(Sides),
+    /// More than half a turn: what the rest leaves.
+    Without(Sides),
+}
+
+/// Normals (y, z) of the two planes, both pointing into a wedge of at most half a turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Sides {
+    normals: [[f64; 2]; 2],
+}
+
+/// Where a box is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Place {
+    Inside,
+    Outside,
+    /// A side may cut it.
+    Cut,
+}
+
+impl Wedge {
+    /// From one azimuth to a larger one, in radians.
+    pub(crate) fn new([from, to]: [f64; 2]) -> Result<Self, Error> {
+        finite("first azimuth", from)?;
+        finite("last azimuth", to)?;
+        let opening = positive("opening of the wedge", to - from)?;
+        // A full turn given as a sum of angles may be off by rounding.
+        if opening > TAU * (1.0 + 1e-12) {
+            return Err(Error::TooWide {
+                given: opening,
+                most: TAU,
+            });
+        }
+        if opening >= TAU * (1.0 - 1e-12) {
+            return Ok(Self::Whole);
+        }
+        let left = |a: f64| [-a.sin(), a.cos()];
+        let right = |a: f64| [a.sin(), -a.cos()];
+        Ok(if opening <= PI {
+            Self::Within(Sides {
+                normals: [left(from), right(to)],
+            })
+        } else {
+            Self::Without(Sides {
+                normals: [left(to), right(from)],
+            })
+        })
+    }
+
+    /// Does it hold a body point, known to within `near`? The first plane belongs to a wedge, the last does not.
+    pub(crate) fn contains(&self, p: &Point3<f64>, near: f64) -> bool {
+        let (sides, inverted) = self.sides();
+        sides.is_none_or(|sides| {
+            let held = (0..2).all(|k| sides.course(k, p, &Vector3::zeros(), near)[0] > 0.0);
+            held != inverted
+        })
+    }
+
+    /// Reads the measure of the part of a stretch [low, high] of a line (in the body frame, its origin known to within
+    /// `near`) that the wedge holds.
+    pub(crate) fn clip(
+        &self,
+        origin: &Point3<f64>,
+        direction: &Vector3<f64>,
+        near: f64,
+    ) -> impl Fn(f64, f64, &dyn Fn(f64, f64) -> f64) -> f64 + use<> {
+        let (sides, inverted) = self.sides();
+        let held = sides.map(|sides| sides.interval(origin, direction, near));
+        move |low, high, measure| {
+            let Some(held) = held else {
+                return measure(low, high);
+            };
+            let part = held.map_or(0.0, |[a, b]| {
+                let (a, b) = (low.max(a), high.min(b));
+                if b > a { measure(a, b) } else { 0.0 }
+            });
+            if inverted {
+                measure(low, high) - part
+            } else {
+                part
+            }
+        }
+    }
+
+    /// The parts of the way from p to q (y, z) that it holds, as shares of the way.
+    pub(crate) fn parts(&self, p: [f64; 2], q: [f64; 2]) -> [Option<[f64; 2]>; 2] {
+        let (sides, inverted) = self.sides();
+        let held = sides.map(|sides| sides.held(p, q));
+        match (held, inverted) {
+            (None, _) | (Some(None), true) => [Some([0.0, 1.0]), None],
+            (Some(held), false) => [held, None],
+            (Some(Some([a, b])), true) => {
+                [(a > 0.0).then_some([0.0, a]), (b < 1.0).then_some([b, 1.0])]
+            }
+        }
+    }
+
+    /// Where a box with that centre and half-widths along `steps` lies.
+    pub(crate) fn place(
+        &self,
+        centre: &Point3<f64>,
+        half: [f64; 3],
+        steps: &[Vector3<f64>; 3],
+    ) -> Place {
+        let (sides, inverted) = self.sides();
+        let place = sides.map_or(Place::Inside, |sides| sides.place(centre, half, steps));
+        match place {
+            Place::Inside if inverted => Place::Outside,
+            Place::Outside if inverted => Place::Inside,
+            place => place,
+        }
+    }
+
+    /// Normals (y, z) of the planes of its sides.
+    pub(crate) fn normals(&self) -> impl Iterator<Item = [f64; 2]> + use<> {
+        self.sides()
+            .0
+            .map(|sides| sides.normals)
+            .into_iter()
+            .flatten()
+    }
+
+    /// Unit vectors (y, z) along its sides, from the axis outward.
+    pub(crate) fn directions(&self) -> impl Iterator<Item = [f64; 2]> + use<> {
+        self.sides().0.map(Sides::directions).into_iter().flatten()
+    }
+
+    /// The wedge of at most half a turn, and whether this one is what that leaves.
+    fn sides(&self) -> (Option<&Sides>, bool) {
+        match self {
+            Self::Whole => (None, false),
+            Self::Within(sides) => (Some(sides), false),
+            Self::Without(sides) => (Some(sides), true),
+        }
+    }
+}
+
+impl Sides {
+    fn depth(&self, p: &Point3<f64>) -> [f64; 2] {
+        self.normals.map(|[y, z]| y * p.y + z * p.z)
+    }
+
+    /// Unit vectors (y, z) along the sides, from the axis outward.
+    fn directions(&self) -> [[f64; 2]; 2] {
+        let [[a, b], [c, d]] = self.normals;
+        [[b, -a], [-d, c]]
+    }
+
+    /// How deep under side `k` a line begins, and how fast it comes deeper.
+    ///
+    /// A line in the plane of a side counts as one turned on about the axis by next to nothing, so that the plane belongs to
+    /// the wedge that it begins, and to that alone; the axis itself counts as at azimuth 0.
+    fn course(
+        &self,
+        k: usize,
+        origin: &Point3<f64>,
+        direction: &Vector3<f64>,
+        near: f64,
+    ) -> [f64; 2] {
+        let [normal, along] = [self.normals[k], self.directions()[k]];
+        let forward = if k == 0 { 1.0 } else { -1.0 };
+        let dot = |[y, z]: [f64; 2]| {
+            [
+                y * origin.y + z * origin.z,
+                y * direction.y + z * direction.z,
+            ]
+        };
+        let [depth, rate] = dot(normal);
+        if rate.abs() > ROUNDING {
+            return [depth, rate];
+        } else if depth.abs() > near {
+            return [depth, 0.0];
+        }
+        let [depth, rate] = dot(along).map(|v| v * forward);
+        if rate.abs() > ROUNDING {
+            [depth, rate]
+        } else if depth.abs() > near {
+            [depth, 0.0]
+        } else if normal[0].abs() > ROUNDING {
+            [normal[0], 0.0]
+        } else {
+            [along[0] * forward, 0.0]
+        }
+    }
+
+    /// The parameters between which a line is in the wedge.
+    fn interval(
+        &self,
+        origin: &Point3<f64>,
+        direction: &Vector3<f64>,
+        near: f64,
+    ) -> Option<[f64; 2]> {
+        let mut ends = [f64::NEG_INFINITY, f64::INFINITY];
+        for k in 0..2 {
+            let [depth, rate] = self.course(k, origin, direction, near);
+            if rate > 0.0 {
+                ends[0] = ends[0].max(-depth / rate);
+            } else if rate < 0.0 {
+                ends[1] = ends[1].min(-depth / rate);
+            } else if depth < 0.0 {
+                return None;
+            }
+        }
+        (ends[0] < ends[1]).then_some(ends)
+    }
+
+    /// The shares of the way from p to q (y, z) between which it is inside.
+    fn held(&self, p: [f64; 2], q: [f64; 2]) -> Option<[f64; 2]> {
+        let [mut low, mut high] = [0.0f64, 1.0];
+        for [y, z] in self.normals {
+            let (from, to) = (y * p[0] + z * p[1], y * q[0] + z * q[1]);
+            if from < 0.0 && to < 0.0 {
+                return None;
+            } else if from < 0.0 {
+                low = low.max(from / (from - to));
+            } else if to < 0.0 {
+                high = high.min(from / (from - to));
+            }
+        }
+        (low < high).then_some([low, high])
+    }
+
+    fn place(&self, centre: &Point3<f64>, half: [f64; 3], steps: &[Vector3<f64>; 3]) -> Place {
+        let depth = self.depth(centre);
+        let mut place = Place::Inside;
+        for k in 0..2 {
+            let [y, z] = self.normals[k];
+            let reach: f64 = (0..3)
+                .map(|a| half[a] * (y * steps[a].y + z * steps[a].z).abs())
+                .sum();
+            if depth[k] <= -reach {
+                return Place::Outside;
+            }
+            if depth[k] < reach {
+                place = Place::Cut;
+            }
+        }
+        place
+    }
+}

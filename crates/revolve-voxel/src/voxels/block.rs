@@ -1,0 +1,87 @@
+//! A block of voxels that layers are added to.
+
+use std::ops::Range;
+
+use crate::voxels::mirror::Mirror;
+use crate::{Sample, VoxelCounters, VoxelGrid};
+
+/// What layers add to the voxels of a block.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Block<T> {
+    /// First voxel and numbers of voxels.
+    first: [usize; 3],
+    shape: [usize; 3],
+    /// To all of them, or else to each, `[z][y][x]`.
+    same: T,
+    each: Vec<T>,
+    pub(crate) counters: VoxelCounters,
+}
+
+impl<T: Sample> Block<T> {
+    /// Nothing yet, for these voxels.
+    pub(crate) fn start(&mut self, block: &[Range<usize>; 3]) {
+        self.first = block.each_ref().map(|range| range.start);
+        self.shape = block.each_ref().map(Range::len);
+        self.same = T::default();
+        self.each.clear();
+        self.counters = VoxelCounters::default();
+    }
+
+    /// Adds a value to the voxels of a part.
+    pub(crate) fn fill(&mut self, part: &[Range<usize>; 3], value: T) {
+        let [nx, ny, nz] = self.shape;
+        if self.each.is_empty() {
+            if part.each_ref().map(Range::len) == self.shape {
+                self.same += value;
+                return;
+            }
+            self.each.resize(nx * ny * nz, self.same);
+        }
+        let [x, y, z] = [0, 1, 2].map(|a| part[a].start - self.first[a]);
+        for z in z..z + part[2].len() {
+            for y in y..y + part[1].len() {
+                let row = (z * ny + y) * nx + x;
+                for v in &mut self.each[row..row + part[0].len()] {
+                    *v += value;
+                }
+            }
+        }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.each.is_empty() && self.same.to_f64() == 0.0
+    }
+
+    /// Adds to some slices of a volume, from `first_slice` on; mirrored if it is to be.
+    pub(crate) fn add_to(
+        &self,
+        mirror: Option<&Mirror>,
+        grid: &VoxelGrid,
+        first_slice: usize,
+        out: &mut [T],
+    ) {
+        if self.is_empty() {
+            return;
+        }
+        let [nx, ny, _] = self.shape;
+        let (mut first, mut shape, mut steps) = (self.first, self.shape, [1, nx, nx * ny]);
+        if let Some(mirror) = mirror {
+            [first, shape, steps] = [first, shape, steps].map(|each| mirror.image(&each));
+        }
+        for z in 0..shape[2] {
+            for y in 0..shape[1] {
+                let row = ((first[2] - first_slice + z) * grid.shape()[1] + first[1] + y)
+                    * grid.shape()[0]
+                    + first[0];
+                let row = &mut out[row..row + shape[0]];
+                if self.each.is_empty() {
+                    row.iter_mut().for_each(|v| *v += self.same);
+                } else {
+                    let from = &self.each[z * steps[2] + y * steps[1]..];
+                    let values = from.iter().step_by(steps[0]);
+                    row.iter_mut().zip(values).for_each(|(v, add)| *v += *add);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,312 @@
+//! Voxels of a body: centres, supersampling, coverage to a tolerance.
+
+use std::ops::Range;
+
+use nalgebra::{Point3, Vector3};
+
+use crate::error::{at_least, countable, positive};
+use crate::voxels::block::Block;
+use crate::voxels::field::{Answer, Field};
+use crate::voxels::patch::{Cuboid, Patch, patch};
+use crate::voxels::sections::Sections;
+use crate::{Body, Error, Meridian, Pose, Sample, VoxelCounters, VoxelGrid};
+
+/// How a voxel's value is found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Sampling {
+    /// The value at the voxel's centre.
+    Centre,
+    /// The mean over n x n x n points.
+    Supersampled(usize),
+    /// The mean over the voxel, each layer's covered fraction to within `tolerance`, whatever the voxel's shape.
+    Coverage {
+        /// Largest error of a covered fraction.
+        tolerance: f64,
+    },
+}
+
+/// Slices to a block: blocks of 8 x 8 x 8 voxels are filled whole where no surface comes near.
+pub(crate) const BLOCK: usize = 8;
+
+impl Body {
+    /// What voxels of a grid need to know of a layer.
+    pub(crate) fn field(&self, layer: usize, grid: &VoxelGrid) -> Field<'_> {
+        let layer = &self.layers()[layer];
+        let mut piece = Vector3::from(grid.spacing());
+        for (side, halvings) in piece.iter_mut().zip(halvings(layer, grid)) {
+            *side *= 0.5f64.powi(halvings as i32);
+        }
+        Field::new(layer, 0.5 * piece.norm(), piece.min())
+    }
+}
+
+/// Pieces of long voxels are no smaller than this share of the layer: sections do better than ever more of them.
+const LEAST_PIECE: f64 = 1.0 / 128.0;
+
+/// How often a voxel's edges are halved, so that a surface that meets a long voxel is looked for in pieces that are not.
+fn halvings(layer: &Meridian, grid: &VoxelGrid) -> [u32; 3] {
+    let spacing = grid.spacing();
+    let least = spacing.into_iter().fold(f64::INFINITY, f64::min);
+    let longest = (2.0 * least).max(2.0 * LEAST_PIECE * layer.size());
+    spacing.map(|mut side| {
+        let mut halvings = 0;
+        while side > longest {
+            side *= 0.5;
+            halvings += 1;
+        }
+        halvings
+    })
+}
+
+/// Are the slices in the grid, and in order?
+pub(crate) fn check_range(grid: &VoxelGrid, slices: &Range<usize>) -> Result<(), Error> {
+    if slices.end > grid.shape()[2] {
+        return Err(Error::Length {
+            what: "slices (at most)",
+            expected: grid.shape()[2],
+            given: slices.end,
+        });
+    }
+    if slices.start > slices.end {
+        return Err(Error::Length {
+            what: "first slice (at most)",
+            expected: slices.end,
+            given: slices.start,
+        });
+    }
+    Ok(())
+}
+
+/// Are the slices in the grid, and the sampling's numbers positive?
+pub(crate) fn check(
+    grid: &VoxelGrid,
+    slices: &Range<usize>,
+    sampling: Sampling,
+) -> Result<(), Error> {
+    check_range(grid, slices)?;
+    match sampling {
+        Sampling::Centre => {}
+        Sampling::Supersampled(n) => {
+            at_least("samples per axis", n, 1)?;
+            countable("samples of a voxel", &[n; 3])?;
+        }
+        Sampling::Coverage { tolerance } => {
+            positive("tolerance", tolerance)?;
+        }
+    }
+    Ok(())
+}
+
+/// Paints one layer on blocks of voxels.
+pub(crate) struct Painter<'a> {
+    field: &'a Field<'a>,
+    /// First voxel's centre in the body frame.
+    origin: Point3<f64>,
+    /// The lab's axes in the body frame.
+    steps: [Vector3<f64>; 3],
+    grid: &'a VoxelGrid,
+    sampling: Sampling,
+    halvings: [u32; 3],
+    arch: pulp::Arch,
+}
+
+impl<'a> Painter<'a> {
+    pub(crate) fn new(
+        pose: &Pose,
+        field: &'a Field<'a>,
+        grid: &'a VoxelGrid,
+        sampling: Sampling,
+    ) -> Self {
+        Self {
+            field,
+            origin: pose.to_body(&grid.centre(0, 0, 0)),
+            steps: [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e)),
+            grid,
+            sampling,
+            halvings: halvings(field.profile(), grid),
+            arch: pulp::Arch::new(),
+        }
+    }
+
+    /// Adds the covered fraction to the voxels of some slices.
+    pub(crate) fn paint_slices<T: Sample>(&self, z: &Range<usize>, out: &mut [T]) -> VoxelCounters {
+        let [nx, ny, _] = self.grid.shape();
+        let (mut block, mut counters) = (Block::default(), VoxelCounters::default());
+        for y in (0..ny).step_by(BLOCK) {
+            for x in (0..nx).step_by(BLOCK) {
+                let voxels = [x..nx.min(x + BLOCK), y..ny.min(y + BLOCK), z.clone()];
+                block.start(&voxels);
+                self.paint(&voxels, 1.0, &mut block);
+                block.add_to(None, self.grid, z.start, out);
+                counters = counters + block.counters;
+            }
+        }
+        counters
+    }
+
+    /// Adds `weight` times the covered fraction to some voxels of a block.
+    pub(crate) fn paint<T: Sample>(
+        &self,
+        block: &[Range<usize>; 3],
+        weight: f64,
+        target: &mut Block<T>,
+    ) {
+        let spacing = self.grid.spacing();
+        let mut centre = self.origin;
+        let mut half = [0.0; 3];
+        for a in 0..3 {
+            half[a] = 0.5 * block[a].len() as f64 * spacing[a];
+            centre +=
+                self.steps[a] * (0.5 * (block[a].start + block[a].end - 1) as f64 * spacing[a]);
+        }
+        let radius = Vector3::from(half).norm();
+        let [x, y, z] = block;
+        let voxels = x.len() * y.len() * z.len();
+        target.counters.evaluations += 1;
+        let answer = self.field.ask(centre.x, radius_of(&centre), radius);
+        if let Answer::Far(inside) = answer {
+            if inside {
+                target.counters.filled += voxels as u64;
+                target.fill(block, T::from_f64(weight));
+            }
+            return;
+        }
+        if voxels == 1 {
+            let cuboid = Cuboid {
+                centre: &centre,
+                axes: &self.steps,
+                half,
+                radius,
+            };
+            let counters = &mut target.counters;
+            let fraction = match self.sampling {
+                Sampling::Centre => {
+                    counters.cut += 1;
+                    f64::from(u8::from(self.inside(&centre, counters)))
+                }
+                Sampling::Supersampled(n) => {
+                    counters.cut += 1;
+                    self.supersample(&centre, n, counters)
+                }
+                Sampling::Coverage { tolerance } => {
+                    let before = counters.cut;
+                    let fraction =
+                        self.divided(&cuboid, self.halvings, answer, tolerance, counters);
+                    counters.cut = counters.cut.min(before + 1);
+                    fraction
+                }
+            };
+            if fraction > 0.0 {
+                target.fill(block, T::from_f64(weight * fraction));
+            }
+            return;
+        }
+        let halves = |r: &Range<usize>| {
+            let mid = r.start + r.len().div_ceil(2);
+            [r.start..mid, mid..r.end]
+        };
+        for z in halves(z) {
+            for y in halves(y) {
+                for x in halves(x) {
+                    if !(x.is_empty() || y.is_empty() || z.is_empty()) {
+                        self.paint(&[x, y.clone(), z.clone()], weight, target);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Covered fraction of a voxel, or of a part of it with edges that are still to be halved so often.
+    fn divided(
+        &self,
+        cuboid: &Cuboid<'_>,
+        halvings: [u32; 3],
+        answer: Answer<'_>,
+        tolerance: f64,
+        counters: &mut VoxelCounters,
+    ) -> f64 {
+        let Cuboid { axes, half, .. } = *cuboid;
+        let longest = (0..3)
+            .filter(|&a| halvings[a] > 0)
+            .max_by(|&a, &b| half[a].total_cmp(&half[b]));
+        let Some(a) = longest else {
+            return self.covered(cuboid, answer, tolerance, counters);
+        };
+        let (mut half, mut halvings) = (half, halvings);
+        half[a] *= 0.5;
+        halvings[a] -= 1;
+        let radius = Vector3::from(half).norm();
+        let mut part = |side: f64| {
+            let centre = cuboid.centre + axes[a] * (side * half[a]);
+            counters.evaluations += 1;
+            match self.field.ask(centre.x, radius_of(&centre), radius) {
+                Answer::Far(inside) => f64::from(u8::from(inside)),
+                answer => {
+                    let centre = &centre;
+                    let part = Cuboid {
+                        centre,
+                        axes,
+                        half,
+                        radius,
+                    };
+                    self.divided(&part, halvings, answer, tolerance, counters)
+                }
+            }
+        };
+        0.5 * (part(-1.0) + part(1.0))
+    }
+
+    /// Covered fraction of a piece: by one patch of surface if that is near enough, else by sections.
+    fn covered(
+        &self,
+        cuboid: &Cuboid<'_>,
+        answer: Answer<'_>,
+        tolerance: f64,
+        counters: &mut VoxelCounters,
+    ) -> f64 {
+        if let Answer::Run { lines, reflex } = answer {
+            counters.evaluations += 1;
+            match patch(self.arch, lines, reflex, cuboid) {
+                Patch::Clear(inside) => return f64::from(u8::from(inside)),
+                Patch::Covered { fraction, error } if error <= tolerance => {
+                    counters.cut += 1;
+                    return fraction;
+                }
+                Patch::Covered { .. } | Patch::Unknown => {}
+            }
+        }
+        counters.cut += 1;
+        let mut sections = Sections::new(self.field.profile(), cuboid, tolerance);
+        let fraction = sections.fraction();
+        counters.evaluations += sections.evaluations;
+        fraction
+    }
+
+    fn inside(&self, p: &Point3<f64>, counters: &mut VoxelCounters) -> bool {
+        counters.evaluations += 1;
+        self.field.inside(p.x, radius_of(p), 0.0) == Some(true)
+    }
+
+    fn supersample(&self, centre: &Point3<f64>, n: usize, counters: &mut VoxelCounters) -> f64 {
+        let h = self.grid.spacing();
+        let at = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
+        let mut inside = 0usize;
+        for k in 0..n * n * n {
+            let (i, j, l) = (k % n, k / n % n, k / (n * n));
+            let p = centre
+                + self.steps[0] * (at(i) * h[0])
+                + self.steps[1] * (at(j) * h[1])
+                + self.steps[2] * (at(l) * h[2]);
+            inside += usize::from(self.inside(&p, counters));
+        }
+        inside as f64 / (n * n * n) as f64
+    }
+}
+
+/// Distance from the axis. Not `hypot`: no voxel is so small or large that its square would under- or overflow, and this is
+/// the innermost loop.
+#[inline(always)]
+fn radius_of(p: &Point3<f64>) -> f64 {
+    (p.y * p.y + p.z * p.z).sqrt()
+}

@@ -1,0 +1,18 @@
+//! Solids on a grid: coverage of voxels, regions, moments, sweeps, and sets of voxels.
+
+pub(crate) mod block;
+pub(crate) mod breaks;
+pub(crate) mod coverage;
+pub(crate) mod disc;
+pub(crate) mod field;
+pub(crate) mod grid;
+pub(crate) mod mask;
+pub(crate) mod mirror;
+pub(crate) mod moment;
+pub(crate) mod patch;
+pub(crate) mod plane_clip;
+pub(crate) mod profile;
+pub(crate) mod region_means;
+pub(crate) mod regions;
+pub(crate) mod sections;
+pub(crate) mod sweep;

@@ -1,0 +1,236 @@
+//! Sums of bodies on a grid: a body that moves, at several moments. Each block of voxels is gone through once, for all of
+//! them, and one of two mirror images is copied from the other.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::error::{finite, length};
+use crate::voxels::block::Block;
+use crate::voxels::coverage::{BLOCK, Painter, Sampling, check};
+use crate::voxels::mirror::Mirror;
+use crate::{Body, Error, Sample, VoxelCounters, VoxelGrid};
+
+/// A body as it stands for a share of the time.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment<'a> {
+    /// The body.
+    pub body: &'a Body,
+    /// Activity of its regions.
+    pub activity: &'a [f64],
+    /// Its share.
+    pub weight: f64,
+}
+
+impl Body {
+    /// Activity of every voxel, `[z][y][x]`, x fastest.
+    ///
+    /// # Errors
+    /// [`Error::Length`], [`Error::NotFinite`] for the activities, [`Error::TooFew`] or [`Error::NotPositive`] for the sampling, [`Error::TooLarge`].
+    pub fn voxelize<T: Sample>(
+        &self,
+        grid: &VoxelGrid,
+        sampling: Sampling,
+        activity: &[f64],
+    ) -> Result<(Vec<T>, VoxelCounters), Error> {
+        let mut out = crate::error::zeros("voxels", grid.len())?;
+        let counters =
+            self.voxelize_add(grid, 0..grid.shape()[2], sampling, activity, 1.0, &mut out)?;
+        Ok((out, counters))
+    }
+
+    /// Adds `weight` times the activity of the voxels of some slices to `out` (`[z][y][x]`, those slices only).
+    ///
+    /// A volume need never be whole in memory: slab by slab gives the same bits.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a wrong buffer, slices or number of activities; [`Error::NotFinite`]; [`Error::TooFew`], [`Error::NotPositive`].
+    pub fn voxelize_add<T: Sample>(
+        &self,
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+        sampling: Sampling,
+        activity: &[f64],
+        weight: f64,
+        out: &mut [T],
+    ) -> Result<VoxelCounters, Error> {
+        let moment = Moment {
+            body: self,
+            activity,
+            weight,
+        };
+        Moment::voxelize_add(&[moment], grid, slices, sampling, out)
+    }
+}
+
+impl Moment<'_> {
+    /// Adds the weighted activities of all moments to the voxels of some slices of a grid (`out`: `[z][y][x]`, those slices
+    /// only).
+    ///
+    /// A volume need never be whole in memory: slab by slab gives the same bits. Cost: that of every moment's surface, but the
+    /// volume is gone through once. Where a plane in which two of the grid's axes change places holds all the bodies' axes,
+    /// coverage is computed on one side of it and copied to the other (two of the study's three equal axes; the first two for
+    /// a body that stands along z).
+    ///
+    /// ```
+    /// use revolve_voxel::{Body, Meridian, Moment, Pose, Sampling, VoxelGrid};
+    /// let ball = |r: f64| -> Result<Body, revolve_voxel::Error> {
+    ///     let cones = Meridian::new(&[[-r, 0.0], [0.0, r], [r, 0.0]])?;
+    ///     Body::new(vec![cones], Pose::axis_along_z(0.0)?)
+    /// };
+    /// let (small, large) = (ball(1.0)?, ball(2.0)?);
+    /// let moment = |body, weight| Moment { body, activity: &[1.0], weight };
+    /// let grid = VoxelGrid::cube(32, 0.15)?;
+    /// let mut mean = vec![0.0f64; grid.len()];
+    /// let sampling = Sampling::Coverage { tolerance: 1e-3 };
+    /// let moments = [moment(&small, 0.25), moment(&large, 0.75)];
+    /// let counters = Moment::voxelize_add(&moments, &grid, 0..32, sampling, &mut mean)?;
+    /// let volume = |body: &Body| body.layers()[0].measures().volume;
+    /// let exact = 0.25 * volume(&small) + 0.75 * volume(&large);
+    /// assert!((mean.iter().sum::<f64>() * grid.voxel_volume() / exact - 1.0).abs() < 1e-3);
+    /// assert!(counters.mirrored > 0);
+    /// # Ok::<(), revolve_voxel::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a wrong buffer, slices or number of activities; [`Error::NotFinite`]; [`Error::TooFew`], [`Error::NotPositive`].
+    pub fn voxelize_add<T: Sample>(
+        moments: &[Moment<'_>],
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+        sampling: Sampling,
+        out: &mut [T],
+    ) -> Result<VoxelCounters, Error> {
+        let mut layers = Vec::new();
+        for moment in moments {
+            let weights = moment.body.weights(moment.activity)?;
+            finite("weight", moment.weight)?;
+            let used = weights.into_iter().enumerate().filter(|(_, w)| *w != 0.0);
+            layers.extend(used.map(|(k, w)| (moment.body, k, moment.weight * w)));
+        }
+        check(grid, &slices, sampling)?;
+        length("volume", grid.slice_len() * slices.len(), out.len())?;
+        let fields: Vec<_> = (layers.iter())
+            .map(|&(body, layer, weight)| (body.pose(), body.field(layer, grid), weight))
+            .collect();
+        let poses = layers.iter().map(|(body, ..)| body.pose());
+        let work = Work {
+            painters: (fields.iter())
+                .map(|(pose, field, weight)| (Painter::new(pose, field, grid, sampling), *weight))
+                .collect(),
+            // A centre on the very surface is in or out by rounding; its image may be the other way.
+            mirror: match sampling {
+                Sampling::Coverage { .. } => Mirror::of(poses, grid),
+                _ => None,
+            },
+            grid,
+            slices,
+        };
+        Ok(if work.slices.is_empty() {
+            VoxelCounters::default()
+        } else {
+            work.add(out)
+        })
+    }
+}
+
+/// Layers with their weights, and where they are wanted.
+struct Work<'a> {
+    painters: Vec<(Painter<'a>, f64)>,
+    mirror: Option<Mirror>,
+    grid: &'a VoxelGrid,
+    slices: Range<usize>,
+}
+
+impl Work<'_> {
+    fn add<T: Sample>(&self, out: &mut [T]) -> VoxelCounters {
+        let kept = self.kept();
+        let [nx, ny, _] = self.blocks();
+        let mut slabs = Vec::new();
+        let mut rest = out;
+        for z in self.slices.start / BLOCK..self.slices.end.div_ceil(BLOCK) {
+            let (slab, after) =
+                rest.split_at_mut(self.voxels([0, 0, z])[2].len() * self.grid.slice_len());
+            slabs.push((z, slab));
+            rest = after;
+        }
+        (slabs.into_par_iter())
+            .map_init(Block::default, |scratch, (z, out)| {
+                let mut counters = VoxelCounters::default();
+                let first_slice = self.voxels([0, 0, z])[2].start;
+                for at in (0..nx * ny).map(|k| [k % nx, k / nx, z]) {
+                    let mirror = self.mirror.as_ref().filter(|mirror| mirror.is_image(&at));
+                    // The block that is looked at, and its voxels.
+                    let (seen, voxels) = match mirror {
+                        None => (at, self.voxels(at)),
+                        Some(mirror) => (mirror.image(&at), mirror.image(&self.voxels(at))),
+                    };
+                    let block = match kept.get(self.number(seen)) {
+                        Some(Some(block)) => {
+                            if mirror.is_none() {
+                                counters = counters + block.counters;
+                            } else if !block.is_empty() {
+                                counters.mirrored +=
+                                    voxels.iter().map(Range::len).product::<usize>() as u64;
+                            }
+                            block
+                        }
+                        _ => {
+                            self.paint(&voxels, scratch);
+                            counters = counters + scratch.counters;
+                            &*scratch
+                        }
+                    };
+                    block.add_to(mirror, self.grid, first_slice, out);
+                }
+                counters
+            })
+            .reduce(VoxelCounters::default, |a, b| a + b)
+    }
+
+    /// The blocks whose image is wanted too, by their numbers.
+    fn kept<T: Sample>(&self) -> Vec<Option<Block<T>>> {
+        let Some(mirror) = &self.mirror else {
+            return Vec::new();
+        };
+        let [nx, ny, nz] = self.blocks();
+        (0..nx * ny * nz)
+            .into_par_iter()
+            .map(|k| {
+                let at = [k % nx, k / nx % ny, k / (nx * ny)];
+                let image = mirror.image(&at);
+                let voxels = self.voxels(at);
+                let wanted = mirror.is_image(&image) && mirror.image(&voxels) == self.voxels(image);
+                (wanted && !voxels[2].is_empty()).then(|| {
+                    let mut block = Block::default();
+                    self.paint(&voxels, &mut block);
+                    block
+                })
+            })
+            .collect()
+    }
+
+    fn paint<T: Sample>(&self, voxels: &[Range<usize>; 3], block: &mut Block<T>) {
+        block.start(voxels);
+        for (painter, weight) in &self.painters {
+            painter.paint(voxels, *weight, block);
+        }
+    }
+
+    fn blocks(&self) -> [usize; 3] {
+        self.grid.shape().map(|n| n.div_ceil(BLOCK))
+    }
+
+    fn number(&self, [x, y, z]: [usize; 3]) -> usize {
+        let [nx, ny, _] = self.blocks();
+        (z * ny + y) * nx + x
+    }
+
+    /// The voxels of a block that lie in the slices.
+    fn voxels(&self, at: [usize; 3]) -> [Range<usize>; 3] {
+        let shape = self.grid.shape();
+        let [x, y, z] = [0, 1, 2].map(|a| at[a] * BLOCK..shape[a].min((at[a] + 1) * BLOCK));
+        let start = z.start.max(self.slices.start);
+        [x, y, start..z.end.min(self.slices.end).max(start)]
+    }
+}

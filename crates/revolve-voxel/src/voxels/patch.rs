@@ -1,0 +1,268 @@
+//! Covered fraction of a box that one gentle patch of the surface crosses.
+//!
+//! A plane near the surface is clipped in closed form; what the surface differs from it is small, and is integrated over
+//! the face most nearly parallel to it.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::voxels::field::Line;
+use crate::voxels::plane_clip::fraction_below;
+
+/// Nodes along either side of the face.
+const N: usize = 8;
+
+/// Gauss-Legendre nodes and weights on [-1, 1].
+const NODES: [f64; N] = [
+    -0.9602898564975363,
+    -0.7966664774136268,
+    -0.525532409916329,
+    -0.1834346424956498,
+    0.1834346424956498,
+    0.525532409916329,
+    0.7966664774136268,
+    0.9602898564975363,
+];
+const WEIGHTS: [f64; N] = [
+    0.1012285362903762,
+    0.2223810344533745,
+    0.3137066458778874,
+    0.362683783378362,
+    0.362683783378362,
+    0.3137066458778874,
+    0.2223810344533745,
+    0.1012285362903762,
+];
+
+/// Columns through a face, their places across it and their weights, which add up to 4.
+const COLUMNS: usize = N * N;
+const U: [f64; COLUMNS] = columns(NODES, [1.0; N]);
+const V: [f64; COLUMNS] = columns([1.0; N], NODES);
+const WEIGHT: [f64; COLUMNS] = columns(WEIGHTS, WEIGHTS);
+
+const fn columns(u: [f64; N], v: [f64; N]) -> [f64; COLUMNS] {
+    let mut product = [0.0; COLUMNS];
+    let mut k = 0;
+    while k < COLUMNS {
+        product[k] = u[k / N] * v[k % N];
+        k += 1;
+    }
+    product
+}
+
+/// Error of the fraction: a share of the range of the surface over the plane, in box heights, as the columns see it, and
+/// of the bound of how far the surface bends, which no column may see. Set so that tests with random bodies and finer
+/// voxels find none larger; the square is that of what one step to the surface leaves.
+const OF_SPREAD: f64 = 0.025;
+const OF_BENDS: f64 = 0.0075;
+const OF_BENDS_SQUARED: f64 = 0.1;
+
+/// The step to the surface goes by the slope where the surface is nearest to the box's centre. In a cube what that misses on
+/// one side of the centre it has too much on the other, and the terms above hold it; not along a long edge, nor at a kink by
+/// which the surface leaves its plane by more than this share of the box's height.
+const KINK: f64 = 0.15;
+const OF_KINK: f64 = 0.1;
+
+/// What a gentle patch of surface does to a box.
+pub(crate) enum Patch {
+    /// The box is too near the axis for any patch to be gentle.
+    Unknown,
+    /// It passes by; the box is inside or not.
+    Clear(bool),
+    /// It covers a fraction of the box, with an estimate of that fraction's error.
+    Covered { fraction: f64, error: f64 },
+}
+
+/// A box in the body frame.
+pub(crate) struct Cuboid<'a> {
+    pub(crate) centre: &'a Point3<f64>,
+    /// Unit vectors along its edges.
+    pub(crate) axes: &'a [Vector3<f64>; 3],
+    /// Half of its edges' lengths, and of its diagonal's.
+    pub(crate) half: [f64; 3],
+    pub(crate) radius: f64,
+}
+
+/// The patch where the largest (`reflex`: the smallest) of the lines' heights is zero, in a box.
+pub(crate) fn patch(arch: pulp::Arch, lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
+    arch.dispatch(Work {
+        lines,
+        reflex,
+        cuboid,
+    })
+}
+
+/// The work, compiled for each kind of processor.
+struct Work<'a> {
+    lines: &'a [Line],
+    reflex: bool,
+    cuboid: &'a Cuboid<'a>,
+}
+
+impl pulp::WithSimd for Work<'_> {
+    type Output = Patch;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Patch {
+        patch_with(self.lines, self.reflex, self.cuboid)
+    }
+}
+
+#[inline(always)]
+fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
+    let &Cuboid {
+        centre,
+        axes,
+        half,
+        radius,
+    } = cuboid;
+    let s = if reflex { -1.0 } else { 1.0 };
+    let r = (centre.y * centre.y + centre.z * centre.z).sqrt();
+    let (mut height, mut nearest) = (f64::NEG_INFINITY, 0);
+    for (k, l) in lines.iter().enumerate() {
+        let h = s * l.height(centre.x, r);
+        if h > height {
+            (height, nearest) = (h, k);
+        }
+    }
+    // Lines whose segments come into the box.
+    let within = |l: &Line| {
+        let (dx, dr) = (l.start[0] - centre.x, l.start[1] - r);
+        dx * dx + dr * dr < radius * radius
+    };
+    let (mut first, mut last) = (nearest, nearest);
+    while first > 0 && within(&lines[first]) {
+        first -= 1;
+    }
+    while last + 1 < lines.len() && within(&lines[last + 1]) {
+        last += 1;
+    }
+    let Line { a, b, .. } = lines[nearest];
+    let offset = s * height;
+    let radial = b / r;
+    let gradient = Vector3::new(a, radial * centre.y, radial * centre.z);
+    let normal = axes.map(|e| e.dot(&gradient));
+    // How far the surface can be from a plane. Along the profile it turns; round the axis, a distance from the axis differs
+    // from its linear part, within a ball that the axis does not meet, by no more than the ball's radius times the
+    // tangent of half the angle it is seen under.
+    let sine = radius / r;
+    if sine >= 1.0 {
+        return Patch::Unknown;
+    }
+    let (from, to) = (&lines[first], &lines[last]);
+    let turned = radius * turn(from, to);
+    let rounding = radius * sine / (1.0 + (1.0 - sine * sine).sqrt());
+    let round = b.abs() * rounding;
+    let lines = &lines[first..=last];
+    // Columns along the edge that the plane is steepest to, in box units.
+    let steep = [0, 1, 2].map(|i| normal[i].abs() * half[i]);
+    if height.abs() >= steep[0] + steep[1] + steep[2] + turned + round {
+        return Patch::Clear(offset < 0.0);
+    }
+    let e = if steep[0] > steep[1] && steep[0] > steep[2] {
+        0
+    } else if steep[1] > steep[2] {
+        1
+    } else {
+        2
+    };
+    let (u, v) = ((e + 1) % 3, (e + 2) % 3);
+    let inv = 1.0 / normal[e];
+    let h = half[e];
+    let clip = |t: f64| smaller(larger(t, -h), h);
+    let (du, dv) = (axes[u] * half[u], axes[v] * half[v]);
+    let level = [
+        -offset * inv,
+        -normal[u] * half[u] * inv,
+        -normal[v] * half[v] * inv,
+    ];
+    // One loop over the columns for each step, so that the compiler takes several at once.
+    let mut plane = [0.0; COLUMNS];
+    for k in 0..COLUMNS {
+        plane[k] = level[0] + level[1] * U[k] + level[2] * V[k];
+    }
+    let (mut x, mut rho) = ([0.0; COLUMNS], [0.0; COLUMNS]);
+    let along = axes[e];
+    for k in 0..COLUMNS {
+        let t = clip(plane[k]);
+        x[k] = centre.x + du.x * U[k] + dv.x * V[k] + along.x * t;
+        let y = centre.y + du.y * U[k] + dv.y * V[k] + along.y * t;
+        let z = centre.z + du.z * U[k] + dv.z * V[k] + along.z * t;
+        rho[k] = (y * y + z * z).sqrt();
+    }
+    let mut height = [f64::NEG_INFINITY; COLUMNS];
+    for l in lines {
+        let (a, b, c) = (s * l.a, s * l.b, s * l.c);
+        for k in 0..COLUMNS {
+            height[k] = larger(height[k], a * x[k] + b * rho[k] + c);
+        }
+    }
+    // The plane moves to the mean of the surface where it is seen.
+    let (mut surface, mut rise, mut seen) = ([0.0; COLUMNS], [0.0; COLUMNS], [0.0; COLUMNS]);
+    for k in 0..COLUMNS {
+        let step = -s * inv * height[k];
+        seen[k] = if plane[k].abs() < h { WEIGHT[k] } else { 0.0 };
+        rise[k] = seen[k] * step;
+        surface[k] = clip(clip(plane[k]) + step);
+    }
+    let seen = fold(&seen, |a, b| a + b);
+    let lift = if seen > 0.0 {
+        fold(&rise, |a, b| a + b) / seen
+    } else {
+        0.0
+    };
+    let mut change = [0.0; COLUMNS];
+    for k in 0..COLUMNS {
+        change[k] = surface[k] - clip(plane[k] + lift);
+    }
+    let spread = larger(fold(&change, larger), 0.0) - smaller(fold(&change, smaller), 0.0);
+    for k in 0..COLUMNS {
+        change[k] *= WEIGHT[k];
+    }
+    let correction = fold(&change, |a, b| a + b) / (8.0 * h);
+    let spread = spread / (2.0 * h);
+    let heights = inv.abs() / (2.0 * h);
+    let bends = (0.5 * turned + round) * heights;
+    // How much the slope may change along a column, as a share of it, and how much of the diagonal the column is: 0 in a cube.
+    let kink = (lines.windows(2)).fold(0.0, |most, pair| larger(most, turn(&pair[0], &pair[1])));
+    let kink = kink * radius * heights;
+    let most_radial = lines.iter().fold(0.0, |most, l| larger(most, l.b.abs()));
+    let slope = (2.0 * kink + 4.0 * most_radial * rounding * heights) * h / radius;
+    let long = larger(1.5 * (h / radius) * (h / radius) - 0.5, 0.0);
+    let missed = long * bends * slope + OF_KINK * kink * larger(kink - KINK, 0.0);
+    let below = fraction_below(normal, offset - lift * normal[e], half);
+    Patch::Covered {
+        fraction: (below + correction * inv.signum()).clamp(0.0, 1.0),
+        error: (1.0 + long)
+            * (OF_SPREAD * spread + OF_BENDS * bends + OF_BENDS_SQUARED * bends * bends)
+            + missed / larger(1.0 - slope, 1e-6),
+    }
+}
+
+/// Sine of the angle between two lines.
+#[inline(always)]
+fn turn(from: &Line, to: &Line) -> f64 {
+    (from.a * to.b - from.b * to.a).abs()
+}
+
+/// Four at a time.
+#[inline(always)]
+fn fold(values: &[f64; COLUMNS], with: impl Fn(f64, f64) -> f64) -> f64 {
+    let mut lanes = [values[0], values[1], values[2], values[3]];
+    for four in values[4..].chunks_exact(4) {
+        for i in 0..4 {
+            lanes[i] = with(lanes[i], four[i]);
+        }
+    }
+    with(with(lanes[0], lanes[1]), with(lanes[2], lanes[3]))
+}
+
+/// Not `f64::max` and `f64::min`, which must mind NaN: these are one instruction each.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}

@@ -1,0 +1,165 @@
+//! Every region's coverage and a label volume, in one pass.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::error::zeros;
+use crate::voxels::coverage::{BLOCK, Painter, check};
+use crate::voxels::field::Field;
+use crate::{Body, Error, Sample, Sampling, Sector, VoxelCounters, VoxelGrid};
+
+/// Coverage of each region and labels, `[z][y][x]` over the slices asked for.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct RegionVolumes<T> {
+    /// For each region, the covered fraction of every voxel.
+    pub coverage: Vec<Vec<T>>,
+    /// For each voxel, 0 for background or 1 + the region that covers most of it (the outer one of equals); then the pieces
+    /// of [`RegionVolumes::label_pieces`].
+    pub labels: Vec<u8>,
+    /// Work done.
+    pub counters: VoxelCounters,
+}
+
+impl Body {
+    /// Coverage of every region and labels for some slices of a grid.
+    ///
+    /// # Errors
+    /// As [`Body::voxelize_add`]; [`Error::Length`] for more than 254 layers, which labels cannot number.
+    pub fn regions<T: Sample>(
+        &self,
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+        sampling: Sampling,
+    ) -> Result<RegionVolumes<T>, Error> {
+        let n = self.layers().len();
+        numbered("layers (at most)", n)?;
+        check(grid, &slices, sampling)?;
+        let len = grid.slice_len() * slices.len();
+        let fields: Vec<Field> = (0..n).map(|k| self.field(k, grid)).collect();
+        let mut coverage: Vec<Vec<T>> = (0..n)
+            .map(|_| zeros("voxels", len))
+            .collect::<Result<_, _>>()?;
+        let mut labels = zeros::<u8>("voxels", len)?;
+        // Slab by slab: every layer's voxels, then what each layer holds beyond the one within and who holds most.
+        let slab = grid.slice_len() * BLOCK;
+        let mut slabs: Vec<Vec<&mut [T]>> = Vec::new();
+        slabs.resize_with(len.div_ceil(slab), || Vec::with_capacity(n));
+        for volume in &mut coverage {
+            for (layers, chunk) in slabs.iter_mut().zip(volume.chunks_mut(slab)) {
+                layers.push(chunk);
+            }
+        }
+        let counters = (slabs.into_par_iter())
+            .zip(labels.par_chunks_mut(slab))
+            .enumerate()
+            .map(|(index, (mut layers, labels))| {
+                let start = slices.start + index * BLOCK;
+                let z = start..(start + BLOCK).min(slices.end);
+                let mut counters = VoxelCounters::default();
+                for (field, out) in fields.iter().zip(&mut layers) {
+                    let painter = Painter::new(self.pose(), field, grid, sampling);
+                    counters = counters + painter.paint_slices(&z, out);
+                }
+                for (i, label) in labels.iter_mut().enumerate() {
+                    *label = separate(&mut layers, i);
+                }
+                counters
+            })
+            .reduce(VoxelCounters::default, |a, b| a + b);
+        Ok(RegionVolumes {
+            coverage,
+            labels,
+            counters,
+        })
+    }
+}
+
+impl<T: Sample> RegionVolumes<T> {
+    /// Labels pieces of a region, each of parts that do not overlap: with n regions, n + 1 + k for those of its voxels of which
+    /// piece k covers most.
+    ///
+    /// The region's other voxels keep its label: those of which more is left than any piece covers. Of equals a piece comes
+    /// before what is left, the first piece before the second. No other region's voxel changes.
+    ///
+    /// The grid, slices and sampling are those of [`Body::regions`]; coverages stay as they are.
+    ///
+    /// # Errors
+    /// As [`Sector::voxelize_add`]; [`Error::Length`] for a region that is none, or more than 254 regions and pieces.
+    pub fn label_pieces(
+        &mut self,
+        region: usize,
+        pieces: &[Vec<&Sector>],
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+        sampling: Sampling,
+    ) -> Result<(), Error> {
+        let n = self.coverage.len();
+        if region >= n {
+            return Err(Error::Length {
+                what: "regions (at least)",
+                expected: region.saturating_add(1),
+                given: n,
+            });
+        }
+        numbered("regions and pieces (at most)", n + pieces.len())?;
+        let len = self.labels.len();
+        // What pieces cover of each voxel: all of them, and the one that covers most.
+        let mut all: Vec<T> = zeros("voxels", len)?;
+        let mut most: Vec<(T, u8)> = zeros("voxels", len)?;
+        for (k, piece) in pieces.iter().enumerate() {
+            let mut own: Vec<T> = zeros("voxels", len)?;
+            for part in piece {
+                let done = part.voxelize_add(grid, slices.clone(), sampling, 1.0, &mut own)?;
+                self.counters = self.counters + done;
+            }
+            let best = all.par_iter_mut().zip(&mut most).zip(&own);
+            best.for_each(|((all, most), own)| {
+                *all += *own;
+                if own.to_f64() > most.0.to_f64() {
+                    *most = (*own, (n + 1 + k) as u8);
+                }
+            });
+        }
+        let voxels = self.labels.par_iter_mut().zip(&self.coverage[region]);
+        voxels.zip(all.par_iter().zip(&most)).for_each(
+            |((label, whole), (all, (share, piece)))| {
+                let left = whole.to_f64() - all.to_f64();
+                if usize::from(*label) == region + 1 && *piece > 0 && share.to_f64() >= left {
+                    *label = *piece;
+                }
+            },
+        );
+        Ok(())
+    }
+}
+
+/// Labels are bytes.
+fn numbered(what: &'static str, given: usize) -> Result<(), Error> {
+    let expected = 254;
+    if given > expected {
+        return Err(Error::Length {
+            what,
+            expected,
+            given,
+        });
+    }
+    Ok(())
+}
+
+/// Turns the layers' coverage of a voxel into the regions'; the voxel's label.
+fn separate<T: Sample>(layers: &mut [&mut [T]], voxel: usize) -> u8 {
+    let (mut within, mut best, mut label) = (0.0, 0.0, 0);
+    for (k, layer) in layers.iter_mut().enumerate() {
+        let whole = layer[voxel].to_f64();
+        let own = whole - within;
+        layer[voxel] = T::from_f64(own);
+        within = whole;
+        // The outer one of equals.
+        if own > 0.0 && own >= best {
+            (best, label) = (own, k as u8 + 1);
+        }
+    }
+    if 1.0 - within >= best { 0 } else { label }
+}

@@ -1,0 +1,498 @@
+//! Volume of a box inside a solid, by sections across the axis.
+//!
+//! A plane across the axis cuts the solid in discs and the box in a convex polygon. The area of a polygon within a disc is
+//! a sum over its edges of triangles and sectors, in closed form; the sum over axial positions is an integral of one
+//! variable. Whatever the profile does in the box, creases, thin walls, the axis itself, happens at known axial positions:
+//! the ends of its segments. Between them and the box's corners the area is smooth but where the circle passes a corner of
+//! the polygon or touches an edge, which halving finds.
+
+use std::f64::consts::TAU;
+
+use crate::solid::chains::{Chain, Kind};
+use crate::solid::meridian::Meridian;
+use crate::solid::wedge::Wedge;
+use crate::voxels::breaks::Breaks;
+use crate::voxels::disc::{angle, between, cross, sector_sum, within};
+use crate::voxels::patch::Cuboid;
+use crate::voxels::plane_clip::fraction_below;
+
+/// Half of the distance between the two Gauss points of an interval of half-length one.
+const GAUSS: f64 = 0.577_350_269_189_625_8;
+
+/// No interval is halved more often: 2^-20 of a box is below any tolerance.
+const DEEPEST: u32 = 20;
+
+/// Tolerances from here on are coarse.
+const COARSE: f64 = 4e-5;
+
+/// A box in the body frame, its axial coordinates from the profile's middle.
+pub(crate) struct Sections<'a> {
+    profile: &'a Meridian,
+    centre: [f64; 3],
+    /// Half edges, by rising axial component, which is not negative.
+    edges: [[f64; 3]; 3],
+    faces: [Face; 3],
+    /// Axial coordinates of the corners, rising.
+    corners: [f64; 8],
+    /// Bounds of the distance from the axis.
+    rho: [f64; 2],
+    /// Square of half the diagonal.
+    radius2: f64,
+    volume: f64,
+    tolerance: f64,
+    wedge: Option<Cut<'a>>,
+    /// Sections looked at.
+    pub(crate) evaluations: u64,
+}
+
+/// What a wedge leaves of a box.
+struct Cut<'a> {
+    wedge: &'a Wedge,
+    /// Axial coordinates of its corners, rising, and the volume below each.
+    stops: Vec<[f64; 2]>,
+}
+
+/// A pair of opposite faces.
+#[derive(Clone, Copy, Default)]
+struct Face {
+    /// Inverse axial components of the edge that rises more along the axis, and of the other.
+    inv: [f64; 2],
+    /// +1 if the section runs anticlockwise on the first face of the pair; 0 if sections are parallel to it.
+    turn: f64,
+}
+
+/// Of faces across edge i: the other edges, the one that rises more first.
+const OTHERS: [[usize; 2]; 3] = [[2, 1], [2, 0], [1, 0]];
+
+impl<'a> Sections<'a> {
+    /// `tolerance` is a fraction of the box.
+    pub(crate) fn new(profile: &'a Meridian, cuboid: &Cuboid<'_>, tolerance: f64) -> Self {
+        let mut edges = [0, 1, 2].map(|i| {
+            let e = cuboid.axes[i] * cuboid.half[i];
+            if e.x < 0.0 {
+                [-e.x, -e.y, -e.z]
+            } else {
+                [e.x, e.y, e.z]
+            }
+        });
+        let centre = cuboid.centre;
+        edges.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let faces = [0, 1, 2].map(|i| {
+            let [j, k] = OTHERS[i].map(|o| edges[o]);
+            if j[0] <= 0.0 {
+                return Face::default();
+            }
+            let slope = k[0] / j[0];
+            let along = [k[1] - slope * j[1], k[2] - slope * j[2]];
+            let turn = edges[i][1] * along[1] - edges[i][2] * along[0];
+            Face {
+                inv: [1.0 / j[0], 1.0 / k[0]],
+                turn: turn.signum(),
+            }
+        });
+        let c = [centre.x - profile.mid(), centre.y, centre.z];
+        let mut corners = [0.0; 8];
+        let mut largest = 0.0f64;
+        for (corner, x) in corners.iter_mut().enumerate() {
+            let mut p = c;
+            for (i, e) in edges.iter().enumerate() {
+                let s = if corner >> i & 1 == 1 { 1.0 } else { -1.0 };
+                for a in 0..3 {
+                    p[a] += s * e[a];
+                }
+            }
+            *x = p[0];
+            largest = largest.max(p[1] * p[1] + p[2] * p[2]);
+        }
+        corners.sort_by(f64::total_cmp);
+        let volume = 8.0 * cuboid.half.iter().product::<f64>();
+        let radius = cuboid.radius;
+        Self {
+            profile,
+            rho: [(c[1].hypot(c[2]) - radius).max(0.0), largest.sqrt()],
+            centre: c,
+            edges,
+            faces,
+            corners,
+            radius2: radius * radius,
+            volume,
+            tolerance: 0.5 * tolerance * volume,
+            wedge: None,
+            evaluations: 0,
+        }
+    }
+
+    /// The same for the part of the box that a wedge holds; fractions are still of the whole box.
+    pub(crate) fn within(mut self, wedge: &'a Wedge) -> Self {
+        let mut stops = self.corners.to_vec();
+        let corner = |s: f64, t: f64, [j, k]: [usize; 2]| {
+            [0, 1, 2].map(|n| self.centre[n] + s * self.edges[j][n] + t * self.edges[k][n])
+        };
+        for i in 0..3 {
+            let e = &self.edges[i];
+            for (s, t) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+                let p = corner(s, t, OTHERS[i]);
+                for [y, z] in wedge.normals() {
+                    // Not finite if the edge runs along the side.
+                    let u = -(y * p[1] + z * p[2]) / (y * e[1] + z * e[2]);
+                    if u.abs() < 1.0 {
+                        stops.push(p[0] + u * e[0]);
+                    }
+                }
+            }
+            // The axis through the faces.
+            for side in [1.0, -1.0] {
+                let across = e[1] * self.centre[1] + e[2] * self.centre[2];
+                let square: f64 = e.iter().map(|v| v * v).sum();
+                stops.push(self.centre[0] + (across + side * square) / e[0]);
+            }
+        }
+        let [low, .., high] = self.corners;
+        stops.retain(|x| (low..=high).contains(x));
+        stops.sort_by(f64::total_cmp);
+        let mut cut = Cut {
+            wedge,
+            stops: stops.into_iter().map(|x| [x, 0.0]).collect(),
+        };
+        for k in 1..cut.stops.len() {
+            let [from, below] = cut.stops[k - 1];
+            cut.stops[k][1] = below + self.slab([from, cut.stops[k][0]], &cut);
+        }
+        self.wedge = Some(cut);
+        self
+    }
+
+    /// Volume of the part of the box between two sections with no corner between them: the area is a quadratic.
+    fn slab(&self, [a, b]: [f64; 2], cut: &Cut<'_>) -> f64 {
+        let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
+        let at = |x: f64| {
+            let (outline, n) = self.outline(x);
+            cut.sum(&outline[..n], cross)
+        };
+        0.5 * h * (at(m - GAUSS * h) + at(m + GAUSS * h))
+    }
+
+    /// Fraction of the box inside the solid.
+    pub(crate) fn fraction(&mut self) -> f64 {
+        (self.stretch(0) / self.volume).clamp(0.0, 1.0)
+    }
+
+    /// Signed volume under a stretch of the profile.
+    fn stretch(&mut self, node_idx: usize) -> f64 {
+        let profile = self.profile;
+        let node = &profile.tree()[node_idx];
+        let [low, high] = self.rho;
+        if node.x[0] >= self.corners[7] || node.x[1] <= self.corners[0] || node.r2[1] <= low * low {
+            return 0.0;
+        }
+        if node.r2[0] >= high * high {
+            return self.below(node.path[1]) - self.below(node.path[0]);
+        }
+        match node.kind {
+            Kind::Leaf(k) => {
+                let chain = &profile.chains()[k];
+                chain.sign * self.under(chain)
+            }
+            Kind::Fork(right) => self.stretch(node_idx + 1) + self.stretch(right),
+        }
+    }
+
+    /// Volume of the part of the box below an axial coordinate.
+    fn below(&self, x: f64) -> f64 {
+        if let Some(cut) = &self.wedge {
+            let k = cut.stops.partition_point(|stop| stop[0] <= x).max(1) - 1;
+            let [from, below] = cut.stops[k];
+            return below + self.slab([from, x.clamp(from, self.corners[7])], cut);
+        }
+        let edges = self.edges.map(|e| e[0]);
+        self.volume * fraction_below(edges, self.centre[0] - x, [1.0; 3])
+    }
+
+    /// Volume under a chain.
+    fn under(&mut self, chain: &Chain) -> f64 {
+        let vs = &chain.vertices;
+        let [low, high] = self.rho;
+        let first = vs.partition_point(|v| v.x <= self.corners[0]).max(1) - 1;
+        let mut sum = 0.0;
+        for pair in vs[first..].windows(2) {
+            let (v, w) = (&pair[0], &pair[1]);
+            let (from, to) = (v.x.max(self.corners[0]), w.x.min(self.corners[7]));
+            if v.x >= self.corners[7] {
+                break;
+            }
+            // A segment may be too steep for its ends to differ.
+            if from >= to {
+                continue;
+            }
+            if v.r.max(w.r) <= low {
+                continue;
+            }
+            if v.r.min(w.r) >= high {
+                sum += self.below(to) - self.below(from);
+                continue;
+            }
+            let slope = v.tr / v.tx;
+            let cone = [v.r - slope * v.x, slope];
+            let mut breaks = Breaks::new(from, to);
+            for &x in &self.corners {
+                breaks.add(x);
+            }
+            self.edge_crossings(cone, &mut breaks);
+            self.face_touches(cone, &mut breaks);
+            if let Some(cut) = &self.wedge {
+                for &[x, _] in &cut.stops {
+                    breaks.add(x);
+                }
+                self.side_crossings(cone, cut.wedge, &mut breaks);
+            }
+            for panel in breaks.sorted().windows(2) {
+                sum += self.panel([panel[0], panel[1]], cone);
+            }
+        }
+        sum
+    }
+
+    /// Axial positions at which the cone crosses the box's edges.
+    fn edge_crossings(&self, cone: [f64; 2], breaks: &mut Breaks) {
+        for i in 0..3 {
+            let e = &self.edges[i];
+            if e[0] <= 0.0 {
+                continue;
+            }
+            let beta = cone[1] * e[0];
+            let a = e[1] * e[1] + e[2] * e[2] - beta * beta;
+            let [j, k] = OTHERS[i].map(|o| &self.edges[o]);
+            for (s, t) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+                let p = [0, 1, 2].map(|n| self.centre[n] + s * j[n] + t * k[n]);
+                let alpha = cone[0] + cone[1] * p[0];
+                let b = p[1] * e[1] + p[2] * e[2] - alpha * beta;
+                let c = p[1] * p[1] + p[2] * p[2] - alpha * alpha;
+                // The sign changes between the ends, or twice.
+                let [low, high] = [a - 2.0 * b + c, a + 2.0 * b + c];
+                if low * high > 0.0 && b.abs() >= a.abs() {
+                    continue;
+                }
+                let disc = b * b - a * c;
+                if disc <= 0.0 {
+                    continue;
+                }
+                let q = -b - disc.sqrt().copysign(b);
+                for u in [q / a, c / q] {
+                    if u.abs() < 1.0 {
+                        breaks.add(p[0] + u * e[0]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Axial positions at which the cone's circle touches a face from within its plane.
+    fn face_touches(&self, cone: [f64; 2], breaks: &mut Breaks) {
+        for i in 0..3 {
+            let e = &self.edges[i];
+            let across2 = e[1] * e[1] + e[2] * e[2];
+            // Where a circle about the axis touches is on the face's own normal through the axis.
+            let aside = self.centre[1] * e[2] - self.centre[2] * e[1];
+            if across2 <= 0.0 || aside * aside > self.radius2 * across2 {
+                continue;
+            }
+            let across = across2.sqrt();
+            let dot = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+            for side in [1.0, -1.0] {
+                let plane = dot(&self.centre, e) + side * dot(e, e);
+                for sign in [across, -across] {
+                    let x = (plane - sign * cone[0]) / (e[0] + sign * cone[1]);
+                    let along = (plane - x * e[0]) / across2;
+                    let p = [
+                        x - self.centre[0],
+                        along * e[1] - self.centre[1],
+                        along * e[2] - self.centre[2],
+                    ];
+                    let within = |o: usize| {
+                        let other = &self.edges[o];
+                        dot(&p, other).abs() < dot(other, other)
+                    };
+                    if OTHERS[i].into_iter().all(within) {
+                        breaks.add(x);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Axial positions at which the cone crosses the lines in which the wedge's sides meet the faces.
+    fn side_crossings(&self, cone: [f64; 2], wedge: &Wedge, breaks: &mut Breaks) {
+        for [y, z] in wedge.directions() {
+            for e in &self.edges {
+                let square = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+                let middle: f64 = (0..3).map(|n| e[n] * self.centre[n]).sum();
+                let across = y * e[1] + z * e[2];
+                for side in [1.0, -1.0] {
+                    let plane = middle + side * square;
+                    breaks.add((plane - across * cone[0]) / (e[0] + across * cone[1]));
+                }
+            }
+        }
+    }
+
+    /// Volume between two neighbouring breaks: none, all of the box, or a smooth integrand.
+    fn panel(&mut self, [a, b]: [f64; 2], cone: [f64; 2]) -> f64 {
+        if self.wedge.is_some() {
+            // Few boxes are cut by a wedge, and one may hold a whole solid: each panel is held to its share of the tolerance.
+            let share = (b - a) / (self.corners[7] - self.corners[0]);
+            let coarse = self.gauss([a, b], cone);
+            return self.halved([a, b], cone, coarse, share * self.tolerance, DEEPEST);
+        }
+        let x = 0.5 * (a + b);
+        self.evaluations += 1;
+        let (area, cut) = self.area(x, cone[0] + cone[1] * x);
+        if !cut {
+            return if area > 0.0 {
+                self.below(b) - self.below(a)
+            } else {
+                0.0
+            };
+        }
+        let coarse = self.gauss([a, b], cone);
+        // The midpoint rule is right for straight lines, the other one for cubics. Where they agree to a coarse tolerance
+        // the other is right to it; at a fine one they may agree by chance.
+        let agree = (coarse - area * (b - a)).abs() <= self.tolerance;
+        if agree && self.tolerance >= COARSE * self.volume {
+            return coarse;
+        }
+        self.halved([a, b], cone, coarse, self.tolerance, DEEPEST)
+    }
+
+    fn halved(
+        &mut self,
+        [a, b]: [f64; 2],
+        cone: [f64; 2],
+        coarse: f64,
+        tolerance: f64,
+        depth: u32,
+    ) -> f64 {
+        let m = 0.5 * (a + b);
+        let halves = [[a, m], [m, b]];
+        let [p, q] = halves.map(|panel| self.gauss(panel, cone));
+        // No less than rounding: else every panel would be halved down to the last, whatever is in it.
+        let least = tolerance.max(f64::EPSILON * self.volume);
+        if (p + q - coarse).abs() <= least || depth == 0 {
+            return p + q;
+        }
+        self.halved(halves[0], cone, p, 0.5 * tolerance, depth - 1)
+            + self.halved(halves[1], cone, q, 0.5 * tolerance, depth - 1)
+    }
+
+    /// Two-point Gauss-Legendre integral of the area within the cone `r = cone[0] + cone[1] x`.
+    fn gauss(&mut self, [a, b]: [f64; 2], cone: [f64; 2]) -> f64 {
+        let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
+        self.evaluations += 2;
+        let at = |x: f64| self.area(x, cone[0] + cone[1] * x).0;
+        h * (at(m - GAUSS * h) + at(m + GAUSS * h))
+    }
+
+    /// The section's edges at x, anticlockwise about it but in no order.
+    #[inline(always)]
+    fn outline(&self, x: f64) -> ([[[f64; 2]; 2]; 6], usize) {
+        let mut outline = [[[0.0; 2]; 2]; 6];
+        let mut n = 0;
+        for i in 0..3 {
+            let face = &self.faces[i];
+            if face.turn == 0.0 {
+                continue;
+            }
+            let [j, k] = OTHERS[i].map(|o| &self.edges[o]);
+            let e = &self.edges[i];
+            for side in [1.0, -1.0] {
+                let rest = x - self.centre[0] - side * e[0];
+                // Places along edge k between which edge j reaches the section.
+                let (low, high) = if k[0] > 0.0 {
+                    (
+                        ((rest - j[0]) * face.inv[1]).max(-1.0),
+                        ((rest + j[0]) * face.inv[1]).min(1.0),
+                    )
+                } else if rest.abs() < j[0] {
+                    (-1.0, 1.0)
+                } else {
+                    continue;
+                };
+                if low < high {
+                    let point = |u: f64| {
+                        let v = (rest - u * k[0]) * face.inv[0];
+                        [1, 2].map(|a| self.centre[a] + side * e[a] + u * k[a] + v * j[a])
+                    };
+                    outline[n] = if side * face.turn > 0.0 {
+                        [point(low), point(high)]
+                    } else {
+                        [point(high), point(low)]
+                    };
+                    n += 1;
+                }
+            }
+        }
+        (outline, n)
+    }
+
+    /// Area of the section at x within the disc of radius r; does the circle cut the section?
+    fn area(&self, x: f64, r: f64) -> (f64, bool) {
+        let (outline, n) = self.outline(x);
+        let r2 = r * r;
+        if let Some(cut) = &self.wedge {
+            return (
+                0.5 * cut.sum(&outline[..n], |p, q| sector_sum(p, q, r2)),
+                true,
+            );
+        }
+        let mut sum = 0.0;
+        let (mut n_enter, mut n_leave, mut n_outside) = (0, 0, 0);
+        let (mut enter, mut leave) = ([0.0; 2], [0.0; 2]);
+        for &[p, q] in &outline[..n] {
+            match within(p, q, r2) {
+                None => n_outside += 1,
+                Some([low, high]) => {
+                    let first = if low > 0.0 { between(p, q, low) } else { p };
+                    let last = if high < 1.0 { between(p, q, high) } else { q };
+                    sum += cross(first, last);
+                    if low > 0.0 {
+                        (enter, n_enter) = (first, n_enter + 1);
+                    }
+                    if high < 1.0 {
+                        (leave, n_leave) = (last, n_leave + 1);
+                    }
+                }
+            }
+        }
+        if n_enter == 1 && n_leave == 1 {
+            // One arc, anticlockwise from where the outline leaves the disc.
+            let arc = angle(leave, enter);
+            let arc = if arc < 0.0 { arc + TAU } else { arc };
+            return (0.5 * (sum + r2 * arc), true);
+        }
+        if n_outside == 0 && n_enter + n_leave == 0 {
+            return (0.5 * sum, false);
+        }
+        let [_, y, z] = self.centre;
+        if n_outside == n && y * y + z * z > self.radius2 {
+            return (0.0, false);
+        }
+        // Several arcs, a whole disc, or a corner on the circle.
+        let sum: f64 = (outline[..n].iter())
+            .map(|&[p, q]| sector_sum(p, q, r2))
+            .sum();
+        let cut = n_outside < n || sum > r2;
+        (if cut { 0.5 * sum } else { 0.0 }, cut)
+    }
+}
+
+impl Cut<'_> {
+    /// Sum of a measure seen from the axis over what the wedge leaves of an outline's edges.
+    fn sum(&self, outline: &[[[f64; 2]; 2]], of: impl Fn([f64; 2], [f64; 2]) -> f64) -> f64 {
+        let edge = |&[p, q]: &[[f64; 2]; 2]| {
+            let parts = self.wedge.parts(p, q).into_iter().flatten();
+            parts
+                .map(|[from, to]| of(between(p, q, from), between(p, q, to)))
+                .sum::<f64>()
+        };
+        outline.iter().map(edge).sum()
+    }
+}

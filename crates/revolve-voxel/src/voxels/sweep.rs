@@ -1,0 +1,222 @@
+//! What a moving body never leaves, and what it ever holds.
+
+use std::ops::Range;
+
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::error::{at_least, length, zeros};
+use crate::voxels::coverage::BLOCK;
+use crate::voxels::field::Field;
+use crate::{Error, Mask, Meridian, Pose, VoxelCounters, VoxelGrid};
+
+/// The voxels of a grid, by their centres, seen over several shapes of one body.
+///
+/// ```
+/// use revolve_voxel::{Meridian, Pose, Sweep, VoxelGrid};
+/// let ball = |r: f64| Meridian::new(&[[-r, 0.0], [0.0, r], [r, 0.0]]); // a double cone
+/// let (small, large) = ([ball(1.0)?, ball(2.0)?], [ball(1.5)?, ball(2.5)?]);
+/// let grid = VoxelGrid::cube(30, 0.2)?;
+/// let sweep = Sweep::of(&[&small, &large], &Pose::axis_along_z(0.0)?, &grid)?;
+/// let cavity = &sweep.always[0]; // what the small cavity holds
+/// let wall = &sweep.always[1]; // between the large cavity and the small outside
+/// assert!(cavity.count() > 0 && wall.count() > 0);
+/// assert!(cavity.count() + wall.count() < sweep.ever.count());
+/// # Ok::<(), revolve_voxel::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Sweep {
+    /// For each region, the voxels that are in it in every shape. A point is in the region of the first layer that holds it.
+    pub always: Vec<Mask>,
+    /// The voxels that some shape holds.
+    pub ever: Mask,
+    /// Work done: voxels asked about one by one and voxels filled in blocks, and questions to surfaces.
+    pub counters: VoxelCounters,
+}
+
+/// What is known of all points of a block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Fate {
+    /// In this region in every shape.
+    Stays(usize),
+    /// In some shapes held, but in no region in all of them.
+    Passes,
+    /// Held by no shape.
+    Outside,
+    /// Not the same for all of them, as far as can be told from here.
+    Mixed,
+}
+
+impl Sweep {
+    /// Over the shapes of a body, each given by its layers, innermost first, all standing in one pose.
+    ///
+    /// Blocks of voxels are settled whole as soon as the shapes that come first settle them: put the extreme ones first. The
+    /// cost grows with the surfaces that bound the sets, not with the number of voxels.
+    ///
+    /// # Errors
+    /// [`Error::TooFew`] without a shape or a layer, [`Error::Length`] for shapes with different numbers of layers; [`Error::TooLarge`].
+    pub fn of(shapes: &[&[Meridian]], pose: &Pose, grid: &VoxelGrid) -> Result<Self, Error> {
+        let n_layers = shapes.first().map_or(0, |layers| layers.len());
+        at_least("layers of the first shape", n_layers, 1)?;
+        for layers in shapes {
+            length("layers of a shape", n_layers, layers.len())?;
+        }
+        let size = grid.spacing().into_iter().fold(f64::INFINITY, f64::min);
+        let asked = Asked {
+            // Only points are asked about in the end: nothing beyond a cell has to be known.
+            fields: (shapes.iter())
+                .map(|layers| layers.iter().map(|m| Field::new(m, 0.0, size)).collect())
+                .collect(),
+            origin: pose.to_body(&grid.centre(0, 0, 0)),
+            steps: [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e)),
+            grid,
+        };
+        let [nx, ny, nz] = grid.shape();
+        let mut sets = (0..=n_layers)
+            .map(|_| zeros::<bool>("voxels", grid.len()))
+            .collect::<Result<Vec<_>, _>>()?;
+        let slab = grid.slice_len() * BLOCK;
+        let mut slabs: Vec<Vec<&mut [bool]>> = Vec::new();
+        slabs.resize_with(nz.div_ceil(BLOCK), || Vec::with_capacity(n_layers + 1));
+        for set in &mut sets {
+            for (own, chunk) in slabs.iter_mut().zip(set.chunks_mut(slab)) {
+                own.push(chunk);
+            }
+        }
+        let counters = slabs
+            .into_par_iter()
+            .enumerate()
+            .map(|(index, mut sets)| {
+                let z = index * BLOCK..nz.min((index + 1) * BLOCK);
+                let mut counters = VoxelCounters::default();
+                for y in (0..ny).step_by(BLOCK) {
+                    for x in (0..nx).step_by(BLOCK) {
+                        let block = [x..nx.min(x + BLOCK), y..ny.min(y + BLOCK), z.clone()];
+                        asked.block(&block, z.start, &mut sets, &mut counters);
+                    }
+                }
+                counters
+            })
+            .reduce(VoxelCounters::default, |a, b| a + b);
+        let mut masks = (sets.into_iter())
+            .map(|set| Mask::new([nz, ny, nx], set))
+            .collect::<Result<Vec<_>, _>>()?;
+        let ever = masks.remove(n_layers);
+        Ok(Self {
+            always: masks,
+            ever,
+            counters,
+        })
+    }
+}
+
+/// The surfaces, and where the voxels are in their frame.
+struct Asked<'a> {
+    /// Of each shape, each layer's.
+    fields: Vec<Vec<Field<'a>>>,
+    origin: Point3<f64>,
+    steps: [Vector3<f64>; 3],
+    grid: &'a VoxelGrid,
+}
+
+impl Asked<'_> {
+    /// Settles a block whole, or its eighths.
+    fn block(
+        &self,
+        block: &[Range<usize>; 3],
+        first_slice: usize,
+        sets: &mut [&mut [bool]],
+        counters: &mut VoxelCounters,
+    ) {
+        let spacing = self.grid.spacing();
+        let (mut centre, mut reach2) = (self.origin, 0.0);
+        for a in 0..3 {
+            centre +=
+                self.steps[a] * (0.5 * (block[a].start + block[a].end - 1) as f64 * spacing[a]);
+            let half = 0.5 * (block[a].len() - 1) as f64 * spacing[a];
+            reach2 += half * half;
+        }
+        let r = (centre.y * centre.y + centre.z * centre.z).sqrt();
+        let fate = self.fate(centre.x, r, reach2.sqrt(), counters);
+        let voxels = block.iter().map(Range::len).product::<usize>();
+        if fate == Fate::Mixed && voxels > 1 {
+            let halves = |r: &Range<usize>| {
+                let mid = r.start + r.len().div_ceil(2);
+                [r.start..mid, mid..r.end]
+            };
+            let [x, y, z] = block.each_ref().map(halves);
+            for k in 0..8 {
+                let part = [&x[k & 1], &y[k >> 1 & 1], &z[k >> 2]].map(Range::clone);
+                if part.iter().all(|range| !range.is_empty()) {
+                    self.block(&part, first_slice, sets, counters);
+                }
+            }
+            return;
+        }
+        match voxels {
+            1 => counters.cut += 1,
+            _ => counters.filled += voxels as u64,
+        }
+        let ever = sets.len() - 1;
+        match fate {
+            Fate::Outside | Fate::Mixed => {}
+            Fate::Passes => self.fill(block, first_slice, sets[ever]),
+            Fate::Stays(region) => {
+                self.fill(block, first_slice, sets[region]);
+                self.fill(block, first_slice, sets[ever]);
+            }
+        }
+    }
+
+    fn fill(&self, [x, y, z]: &[Range<usize>; 3], first_slice: usize, set: &mut [bool]) {
+        let [nx, ny, _] = self.grid.shape();
+        for z in z.clone() {
+            for y in y.clone() {
+                let row = ((z - first_slice) * ny + y) * nx;
+                set[row + x.start..row + x.end].fill(true);
+            }
+        }
+    }
+
+    /// The fate of the points no farther than `reach` from one; of the point itself it is always known.
+    fn fate(&self, x: f64, r: f64, reach: f64, counters: &mut VoxelCounters) -> Fate {
+        let (mut first, mut same, mut held, mut known) = (None, true, false, true);
+        for layers in &self.fields {
+            let region = region(layers, x, r, reach, counters);
+            match region {
+                Some(region) => {
+                    held |= region < layers.len();
+                    same &= *first.get_or_insert(region) == region;
+                }
+                None => known = false,
+            }
+            if held && !same {
+                return Fate::Passes;
+            }
+        }
+        match first {
+            Some(region) if known && held => Fate::Stays(region),
+            Some(_) if known => Fate::Outside,
+            _ => Fate::Mixed,
+        }
+    }
+}
+
+/// The region of one shape that holds all points no farther than `reach` from one, or the number of regions if none holds any
+/// of them; `None` if that cannot be told.
+fn region(
+    layers: &[Field<'_>],
+    x: f64,
+    r: f64,
+    reach: f64,
+    counters: &mut VoxelCounters,
+) -> Option<usize> {
+    for (k, field) in layers.iter().enumerate() {
+        counters.evaluations += 1;
+        if field.inside(x, r, reach)? {
+            return Some(k);
+        }
+    }
+    Some(layers.len())
+}

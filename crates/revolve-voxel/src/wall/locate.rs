@@ -1,0 +1,130 @@
+//! Where a point lies in a wall: which line between the curves meets it, and where.
+//!
+//! A map of cells over the half-plane tells which of many lines lie near a cell's points. Between two of them on either side
+//! of a point its own line is found by Newton's method.
+
+use std::ops::Range;
+
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+use crate::voxels::coverage::check_range;
+use crate::wall::cells::Cells;
+use crate::wall::root::rising_root;
+use crate::wall::strip::{ON_AXIS, cross, less, norm};
+use crate::{Error, Pose, Shell, VoxelGrid};
+
+impl Shell {
+    /// Layer and s of a point (x, r), or nothing if it is not in the wall.
+    ///
+    /// The surfaces belong to the wall, to 1e-12 of its size. Cost: some evaluations of both curves.
+    pub fn locate(&self, p: [f64; 2]) -> Option<[f64; 2]> {
+        let [first, last] = self.cells().at(p)?;
+        let (lines, strips) = (self.lines(), self.strips());
+        let slack = ON_AXIS * strips.size;
+        let mut line = &lines[first];
+        let mut before = line.before(p);
+        // The end lines have no neighbour that could hold a point on them.
+        if first == 0 && before < 0.0 && before >= -slack * norm(line.along) {
+            before = 0.0;
+        }
+        for (k, next) in lines.iter().enumerate().take(last + 1).skip(first + 1) {
+            let mut ahead = next.before(p);
+            if k == lines.len() - 1 && ahead > 0.0 && ahead <= slack * norm(next.along) {
+                ahead = 0.0;
+            }
+            if before >= 0.0 && ahead <= 0.0 {
+                let rising = |s: f64| {
+                    let (before, fall) = strips.before(p, s);
+                    (-before, fall)
+                };
+                let start = line.s + (next.s - line.s) * before / (before - ahead);
+                let s = rising_root(rising, [line.s, next.s], start);
+                let strip = strips.at(s);
+                let from = less(p, strip.inner.position);
+                let length = norm(strip.line);
+                let t = (from[0] * strip.line[0] + from[1] * strip.line[1]) / (length * length);
+                let excess = slack / length;
+                let off = cross(from, strip.line).abs() / length;
+                if t >= -excess && t <= 1.0 + excess && off <= slack {
+                    return Some([strip.share(t.clamp(0.0, 1.0)), s]);
+                }
+            }
+            (line, before) = (next, ahead);
+        }
+        None
+    }
+
+    /// A function of every voxel's centre in some slices that lies in the wall standing in `pose`: the voxel's number among
+    /// those slices (`[z][y][x]`), rising, and what the function makes of the centre in the body frame, the layer and s there.
+    ///
+    /// Work grows with the voxels in the cylinder about the wall; rows of voxels are shared among the threads of the current
+    /// rayon pool, with the same bits for any number of them.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for slices that the grid does not have.
+    pub fn map_voxels<T: Send>(
+        &self,
+        pose: &Pose,
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+        f: impl Fn(&Point3<f64>, [f64; 2]) -> T + Sync,
+    ) -> Result<Vec<(usize, T)>, Error> {
+        check_range(grid, &slices)?;
+        let [nx, ny, _] = grid.shape();
+        let Cells { low, high, .. } = self.cells();
+        let reach = ([low[0], high[0]], high[1]);
+        let (first, f) = (slices.start * ny, &f);
+        Ok((first..slices.end * ny)
+            .into_par_iter()
+            .flat_map_iter(|row| {
+                let (y, z) = (row % ny, row / ny);
+                within(grid, pose, reach, y, z).filter_map(move |x| {
+                    let p = pose.to_body(&grid.centre(x, y, z));
+                    // Not `hypot`: no voxel is so small or large that its square would under- or overflow.
+                    let r = (p.y * p.y + p.z * p.z).sqrt();
+                    let found = self.locate([p.x, r])?;
+                    Some(((row - first) * nx + x, f(&p, found)))
+                })
+            })
+            .collect())
+    }
+}
+
+/// The voxels of a row whose centres may lie in a cylinder about the body's axis, given by its x and its radius.
+fn within(
+    grid: &VoxelGrid,
+    pose: &Pose,
+    (x, radius): ([f64; 2], f64),
+    iy: usize,
+    iz: usize,
+) -> Range<usize> {
+    let nx = grid.shape()[0];
+    let from = pose.to_body(&grid.centre(0, iy, iz));
+    let step = pose.vector_to_body(&nalgebra::Vector3::x()) * grid.spacing()[0];
+    let (mut low, mut high) = (0.0f64, nx as f64);
+    if step.x != 0.0 {
+        let ends = x.map(|x| (x - from.x) / step.x);
+        low = low.max(ends[0].min(ends[1]));
+        high = high.min(ends[0].max(ends[1]));
+    } else if from.x < x[0] || from.x > x[1] {
+        return 0..0;
+    }
+    let a = step.y * step.y + step.z * step.z;
+    let b = from.y * step.y + from.z * step.z;
+    let c = from.y * from.y + from.z * from.z - radius * radius;
+    if a > 0.0 {
+        let discriminant = b * b - a * c;
+        if discriminant < 0.0 {
+            return 0..0;
+        }
+        let root = discriminant.sqrt();
+        low = low.max((-b - root) / a);
+        high = high.min((-b + root) / a);
+    } else if c > 0.0 {
+        return 0..0;
+    }
+    // One more on either side: rounding may cut none off.
+    let first = (low - 1.0).max(0.0) as usize;
+    first..((high + 2.0).max(0.0) as usize).min(nx).max(first)
+}

@@ -1,0 +1,222 @@
+//! A solid of revolution cut by a wedge of azimuth: a piece of a wall, such as a defect.
+
+use std::ops::Range;
+
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::error::{finite, positive, zeros};
+use crate::rays::attenuation::check_slices;
+use crate::solid::wedge::{Place, Wedge};
+use crate::voxels::patch::Cuboid;
+use crate::voxels::sections::Sections;
+use crate::{
+    Attenuator, Body, Error, Meridian, ParallelRays, Pose, Ray, RayCounters, Sample, Sampling,
+    VoxelCounters, VoxelGrid,
+};
+
+/// The part of a solid of revolution between two half-planes that start at its axis, standing in the lab.
+///
+/// Azimuth is the angle from body y to body z. Of two sectors side by side, the plane between them belongs to the one it
+/// begins, for points and for rays in that plane; the axis itself belongs to the one that holds azimuth 0.
+///
+/// ```
+/// use revolve_voxel::{Meridian, Pose, Sector};
+/// // A quarter of a tube.
+/// let ring = Meridian::ring(&[[0.0, 1.0], [0.0, 2.0], [3.0, 2.0], [3.0, 1.0]])?;
+/// let quarter = Sector::new(ring, [0.0, std::f64::consts::FRAC_PI_2], Pose::axis_along_z(1.5)?)?;
+/// assert!((quarter.volume() - 0.25 * std::f64::consts::PI * 3.0 * 3.0).abs() < 1e-12);
+/// # Ok::<(), revolve_voxel::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sector {
+    /// The whole ring, as its only layer.
+    ring: Body,
+    wedge: Wedge,
+    opening: f64,
+}
+
+impl Sector {
+    /// The part of `ring` from the first azimuth to the last, in radians.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`], [`Error::NotPositive`] unless the last azimuth is larger, [`Error::TooWide`] for more than a
+    /// turn.
+    pub fn new(ring: Meridian, azimuths: [f64; 2], pose: Pose) -> Result<Self, Error> {
+        Ok(Self {
+            wedge: Wedge::new(azimuths)?,
+            ring: Body::new(vec![ring], pose)?,
+            opening: azimuths[1] - azimuths[0],
+        })
+    }
+
+    /// Volume in cm^3.
+    pub fn volume(&self) -> f64 {
+        self.ring.layers()[0].measures().volume * self.opening / std::f64::consts::TAU
+    }
+
+    /// Does the sector hold a lab point?
+    pub fn contains(&self, p: &Point3<f64>) -> bool {
+        let pose = self.ring.pose();
+        let place = pose.to_body(p);
+        self.ring.layers()[0].contains(&place) && self.wedge.contains(&place, pose.rounding(p))
+    }
+
+    /// Length of a line inside the sector.
+    pub fn chord(&self, ray: &Ray) -> f64 {
+        let spans = self.ring.spans_in(&self.ring.layers()[0], ray);
+        let clip = self.clip(ray);
+        spans
+            .iter()
+            .map(|span| clip(span.enter, span.exit, &|low, high| high - low))
+            .sum()
+    }
+
+    /// Adds `activity` times the integral along the rays to an image `[row][bin]`, weakened by an attenuator if there is one
+    /// (the detector is ahead of the rays).
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a wrong image, [`Error::NotFinite`] for the activity; as
+    /// [`Body::project_attenuated_add`].
+    pub fn project_add<T: Sample>(
+        &self,
+        rays: &ParallelRays,
+        activity: f64,
+        attenuator: Option<&Attenuator>,
+        out: &mut [T],
+    ) -> Result<RayCounters, Error> {
+        if let Some(attenuator) = attenuator {
+            attenuator.check_direction(&rays.direction())?;
+        }
+        self.ring
+            .project_measured(rays, &[activity], 1.0, out, |[bin, row]| {
+                let ray = rays.line(bin, row);
+                let clip = self.clip(&ray);
+                let way = attenuator.map(|attenuator| attenuator.along(&ray));
+                move |low: f64, high: f64, origin: f64| {
+                    let measure = |low: f64, high: f64| match &way {
+                        None => high - low,
+                        Some(way) => way.integral(low, high),
+                    };
+                    clip(low - origin, high - origin, &measure)
+                }
+            })
+    }
+
+    /// Adds `activity` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, those slices only).
+    ///
+    /// A voxel that a side of the wedge cuts is always done by coverage, to the tolerance of the sampling or to 1e-2, however
+    /// large it is. Another has the value that the ring gives it.
+    ///
+    /// # Errors
+    /// As [`Body::voxelize_add`].
+    pub fn voxelize_add<T: Sample>(
+        &self,
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+        sampling: Sampling,
+        activity: f64,
+        out: &mut [T],
+    ) -> Result<VoxelCounters, Error> {
+        finite("activity", activity)?;
+        check_slices(grid, &slices, out.len())?;
+        let tolerance = match sampling {
+            Sampling::Coverage { tolerance } => positive("tolerance", tolerance)?,
+            _ => 1e-2,
+        };
+        // The ring alone, on the part of the grid that holds it: the same part whatever slices are asked for.
+        let [low, high] = self.ring.bounding_box(0)?;
+        let (origin, h) = (grid.origin(), grid.spacing());
+        let part: [Range<usize>; 3] = [0, 1, 2].map(|a| {
+            let n = grid.shape()[a] as f64;
+            let index = |x: f64| ((x - origin[a]) / h[a]).clamp(-1.0, n);
+            let first = (index(low[a]) - 1.0).max(0.0) as usize;
+            first..((index(high[a]) + 2.0).min(n) as usize).max(first)
+        });
+        let z = part[2].start.max(slices.start)..part[2].end.min(slices.end);
+        let [nx, ny] = [part[0].len(), part[1].len()];
+        if nx * ny == 0 || z.is_empty() {
+            return Ok(VoxelCounters::default());
+        }
+        let corner = grid.centre(part[0].start, part[1].start, part[2].start);
+        let small = VoxelGrid::new(part.clone().map(|p| p.len()), h, corner.coords.into())?;
+        let own = z.start - part[2].start..z.end - part[2].start;
+        let mut ring = zeros("voxels", nx * ny * z.len())?;
+        let mut counters =
+            self.ring
+                .voxelize_add(&small, own.clone(), sampling, &[1.0], 1.0, &mut ring)?;
+        counters = counters + self.cut(&small, own.start, sampling, tolerance, &mut ring);
+        for (slice, own) in z.zip(ring.chunks(nx * ny)) {
+            for (y, row) in own.chunks(nx).enumerate() {
+                let start = (slice - slices.start) * grid.slice_len()
+                    + (part[1].start + y) * grid.shape()[0]
+                    + part[0].start;
+                for (v, share) in out[start..start + nx].iter_mut().zip(row) {
+                    if *share != 0.0 {
+                        *v += T::from_f64(activity * share);
+                    }
+                }
+            }
+        }
+        Ok(counters)
+    }
+
+    /// From the ring's coverage, from `first_slice` on, to the sector's.
+    fn cut(
+        &self,
+        grid: &VoxelGrid,
+        first_slice: usize,
+        sampling: Sampling,
+        tolerance: f64,
+        ring: &mut [f64],
+    ) -> VoxelCounters {
+        if self.wedge == Wedge::Whole {
+            return VoxelCounters::default();
+        }
+        let pose = self.ring.pose();
+        let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e));
+        let half = grid.spacing().map(|h| 0.5 * h);
+        let radius = Vector3::from(half).norm();
+        let profile = &self.ring.layers()[0];
+        let by_coverage = matches!(sampling, Sampling::Coverage { .. });
+        let [nx, ny, _] = grid.shape();
+        ring.par_iter_mut()
+            .enumerate()
+            .map(|(k, share)| {
+                let mut counters = VoxelCounters::default();
+                if *share == 0.0 && by_coverage {
+                    return counters;
+                }
+                let (x, y, z) = (k % nx, k / nx % ny, first_slice + k / (nx * ny));
+                let centre = pose.to_body(&grid.centre(x, y, z));
+                match self.wedge.place(&centre, half, &steps) {
+                    Place::Inside => {}
+                    Place::Outside => *share = 0.0,
+                    Place::Cut => {
+                        let cuboid = Cuboid {
+                            centre: &centre,
+                            axes: &steps,
+                            half,
+                            radius,
+                        };
+                        let mut sections =
+                            Sections::new(profile, &cuboid, tolerance).within(&self.wedge);
+                        *share = sections.fraction();
+                        counters.cut = 1;
+                        counters.evaluations = sections.evaluations;
+                    }
+                }
+                counters
+            })
+            .reduce(VoxelCounters::default, |a, b| a + b)
+    }
+
+    fn clip(&self, ray: &Ray) -> impl Fn(f64, f64, &dyn Fn(f64, f64) -> f64) -> f64 + use<> {
+        let pose = self.ring.pose();
+        self.wedge.clip(
+            &pose.to_body(&ray.origin()),
+            &pose.vector_to_body(&ray.direction()),
+            pose.rounding(&ray.origin()),
+        )
+    }
+}

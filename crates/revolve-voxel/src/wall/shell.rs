@@ -1,0 +1,262 @@
+//! The wall between two profiles with a common parameter, filled with layers that hold equal shares of it.
+//!
+//! Points of equal parameter s on the inner curve A and the outer curve B are joined by straight lines,
+//! `P(s, t) = (1 - t) A(s) + t B(s)`. The volume element about the axis is
+//!
+//! ```text
+//! dV = 2 pi r J ds dt,    r = (1 - t) r_A + t r_B,    J = P_s x P_t = (1 - t) A' x D + t B' x D,    D = B - A
+//! ```
+//!
+//! with both factors linear in t. So the share of a strip ds below t is a cubic in t, and the layer u is where that share
+//! is u: between the layers u0 and u1 lies the fraction u1 - u0 of every strip, and so of the wall, whatever the curves.
+
+use crate::error::{finite, positive};
+use crate::solid::curve::Curve;
+use crate::wall::cells::{Cells, Line};
+use crate::wall::shares::Shares;
+use crate::wall::strip::{ON_AXIS, Strips, below, cross, mix};
+use crate::{Error, Meridian};
+
+/// Fewest lines between the curves from which the search for a point starts.
+const LINES: usize = 128;
+
+/// Derivatives at an end on the axis are taken this share of the parameter's range before it, where they differ from their
+/// limit by its square.
+const OFF_AXIS: f64 = 1e-6;
+
+/// The wall between two profiles in the half-plane (x, r), with material coordinates: the layer u, 0 on the inner and 1 on
+/// the outer profile, and the profiles' parameter s.
+///
+/// ```
+/// use revolve_voxel::{Curve, Shell};
+/// // Concentric half-circles of radius 1 and 2 as polylines of many points: half the wall of a ball.
+/// let s: Vec<f64> = (0..=200).map(|k| k as f64 / 200.0).collect();
+/// let arc = |radius: f64| -> Vec<[f64; 2]> {
+///     let angle = |s: &f64| std::f64::consts::FRAC_PI_2 * s;
+///     s.iter().map(|s| [radius * angle(s).sin(), radius * angle(s).cos()]).collect()
+/// };
+/// let shell = Shell::new(Curve::polyline(&s, &arc(1.0))?, Curve::polyline(&s, &arc(2.0))?, [0.0, 1.0])?;
+/// let [x, r] = shell.point(0.5, 0.4);
+/// // Half of the volume lies within the radius ((1 + 8) / 2)^(1/3).
+/// assert!((x.hypot(r) - 4.5_f64.cbrt()).abs() < 1e-4);
+/// let [layer, s] = shell.locate([x, r]).unwrap();
+/// assert!((layer - 0.5).abs() < 1e-12 && (s - 0.4).abs() < 1e-12);
+/// # Ok::<(), revolve_voxel::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shell {
+    strips: Strips,
+    /// Where either curve has a knot, and the ends of the range.
+    knots: Vec<f64>,
+    shares: Shares,
+    lines: Vec<Line>,
+    cells: Cells,
+}
+
+impl Shell {
+    /// The wall between `inner` and `outer` for s in `range`, run through in the direction in which the solid is on the right
+    /// (base to apex).
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] or [`Error::NotPositive`] for the range, [`Error::Folded`] where lines between the curves cross in
+    /// the wall or a radius is negative, so that s and u are no coordinates.
+    pub fn new(inner: Curve, outer: Curve, range: [f64; 2]) -> Result<Self, Error> {
+        let [first, last] = range;
+        finite("start of the parameter", first)?;
+        positive("length of the parameter's range", last - first)?;
+        let mut knots: Vec<f64> = [inner.knots(), outer.knots()].concat();
+        // Knots that mean the same place would make an interval of rounding.
+        let near = 1e-12 * (last - first);
+        knots.retain(|&s| s > first + near && s < last - near);
+        knots.extend(range);
+        knots.sort_by(f64::total_cmp);
+        knots.dedup_by(|b, a| *b - *a < near);
+        let per_interval = LINES.div_ceil(knots.len() - 1);
+        let mut places: Vec<f64> = Vec::new();
+        for pair in knots.windows(2) {
+            let at = |k: usize| pair[0] + (pair[1] - pair[0]) * k as f64 / per_interval as f64;
+            places.extend((0..per_interval).map(at));
+        }
+        places.push(last);
+        // The strip's volume is a polynomial of degree 3 p - 1 in s.
+        let n = 3 * inner.degree().max(outer.degree()).max(1);
+        let strips = Strips::new(inner, outer, range, &places);
+        // J has the size of a length squared.
+        let least = -1e-12 * strips.size;
+        let mut lines = Vec::with_capacity(places.len());
+        for s in places {
+            let strip = strips.at(s);
+            for k in 0..2 {
+                let (r, jacobian) = (strip.r[k], strip.jacobian[k]);
+                if r.is_nan() || jacobian.is_nan() || r < least || jacobian < least * strips.size {
+                    return Err(Error::Folded { s, r, jacobian });
+                }
+            }
+            lines.push(Line {
+                s,
+                start: strip.inner.position,
+                along: strip.line,
+            });
+        }
+        let shares = Shares::new(&knots, n, strips.on_axis, |s| strips.at(s).volume());
+        positive("volume of the wall", shares.volume())?;
+        Ok(Self {
+            cells: Cells::new(&strips, &lines),
+            strips,
+            knots,
+            shares,
+            lines,
+        })
+    }
+
+    /// First and last parameter.
+    pub fn range(&self) -> [f64; 2] {
+        self.strips.range
+    }
+
+    /// Volume of the wall, cm^3: exact for the curves' polynomials.
+    pub fn volume(&self) -> f64 {
+        self.shares.volume()
+    }
+
+    /// Volume for each unit of s, `dV/ds`.
+    pub fn strip_volume(&self, s: f64) -> f64 {
+        self.strips.at(self.clamped(s)).volume()
+    }
+
+    /// The point (x, r) on the layer at s, both clamped to where they exist.
+    pub fn point(&self, layer: f64, s: f64) -> [f64; 2] {
+        let strip = self.strips.at(self.clamped(s));
+        strip.point(strip.height(layer.clamp(0.0, 1.0)))
+    }
+
+    /// Derivatives of the point (x, r), by the layer at fixed s and by s along the layer.
+    ///
+    /// At an end on the axis, where the first is a limit, both are those 1e-6 of the parameter's range before it.
+    pub fn tangents(&self, layer: f64, s: f64) -> [[f64; 2]; 2] {
+        let strip = self.strips.at(self.off_axis(s));
+        let t = strip.height(layer.clamp(0.0, 1.0));
+        let (d, e) = (
+            strip.line,
+            [0, 1].map(|k| strip.outer.first[k] - strip.inner.first[k]),
+        );
+        // The share below t is g(t) / g(1): it stays the same along the layer.
+        let rate = strip.r_rate();
+        let jacobian_rate =
+            [&strip.inner, &strip.outer].map(|c| cross(c.second, d) + cross(c.first, e));
+        let change = |t: f64| below(rate, strip.jacobian, t) + below(strip.r, jacobian_rate, t);
+        let whole = below(strip.r, strip.jacobian, 1.0);
+        let slope = mix(strip.r, t) * mix(strip.jacobian, t);
+        let by_layer = whole / slope;
+        let by_s = (below(strip.r, strip.jacobian, t) / whole * change(1.0) - change(t)) / slope;
+        [
+            d.map(|v| v * by_layer),
+            [0, 1].map(|k| mix([strip.inner.first[k], strip.outer.first[k]], t) + d[k] * by_s),
+        ]
+    }
+
+    /// Share of the wall's volume before the line of `s`.
+    pub fn share(&self, s: f64) -> f64 {
+        self.shares.split(s)[0]
+    }
+
+    /// The s before whose line the given share (clamped to [0, 1]) of the wall's volume lies.
+    ///
+    /// Where the wall ends on the axis what is left of it falls as the square of the distance from the end, so that there s
+    /// has half the digits of the share; [`Shell::carried`] loses none.
+    pub fn at_share(&self, share: f64) -> f64 {
+        self.shares.place([share, 1.0 - share])
+    }
+
+    /// The s of another wall before whose line the same share of its volume lies as before the line of `s` in this one.
+    ///
+    /// Where both end on the axis, the distance from the end keeps all its digits.
+    pub fn carried(&self, s: f64, to: &Shell) -> f64 {
+        if std::ptr::eq(self, to) {
+            return self.clamped(s);
+        }
+        to.shares.place(self.shares.split(s))
+    }
+
+    /// The solid between two layers and the lines of two s, as a profile whose layers are drawn to `tolerance` (cm).
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`], [`Error::NotPositive`] for the tolerance or a range of no width; those of [`Meridian::ring`].
+    pub fn region(&self, layers: [f64; 2], s: [f64; 2], tolerance: f64) -> Result<Meridian, Error> {
+        positive("tolerance", tolerance)?;
+        let layers = layers.map(|u| u.clamp(0.0, 1.0));
+        let s = s.map(|s| self.clamped(s));
+        positive("width of the layers", layers[1] - layers[0])?;
+        positive("length along the wall", s[1] - s[0])?;
+        let mut inner = self.arc(layers[0], s, tolerance)?;
+        let mut outer = self.arc(layers[1], s, tolerance)?;
+        inner.reverse();
+        outer.extend(inner);
+        for p in &mut outer {
+            if p[1].abs() <= ON_AXIS * self.strips.size {
+                p[1] = 0.0;
+            }
+        }
+        Meridian::ring(&outer)
+    }
+
+    /// A layer from one s to another as a polyline within `tolerance`.
+    fn arc(&self, layer: f64, s: [f64; 2], tolerance: f64) -> Result<Vec<[f64; 2]>, Error> {
+        let mut stops = vec![s[0]];
+        stops.extend(self.knots.iter().filter(|&&k| k > s[0] && k < s[1]));
+        stops.push(s[1]);
+        let mut points = vec![(s[0], self.point(layer, s[0]))];
+        let at = |s: f64| self.point(layer, s);
+        for pair in stops.windows(2) {
+            // Stretches short enough that none can hide a wiggle between the places looked at.
+            let (inner, outer) = self.curves();
+            let n = inner.degree().max(outer.degree()).max(1);
+            for k in 0..n {
+                let s = |k: usize| pair[0] + (pair[1] - pair[0]) * k as f64 / n as f64;
+                let ends = [points[points.len() - 1].1, at(s(k + 1))];
+                crate::solid::pieces::flatten(&at, [s(k), s(k + 1)], ends, tolerance, &mut points)?;
+            }
+        }
+        Ok(points.into_iter().map(|(_, point)| point).collect())
+    }
+
+    /// The inner and the outer curve.
+    pub(crate) fn curves(&self) -> (&Curve, &Curve) {
+        (&self.strips.inner, &self.strips.outer)
+    }
+
+    pub(crate) fn strips(&self) -> &Strips {
+        &self.strips
+    }
+
+    pub(crate) fn cells(&self) -> &Cells {
+        &self.cells
+    }
+
+    /// Lines close enough that the curves are nearly straight between them; all knots are among them.
+    pub(crate) fn lines(&self) -> &[Line] {
+        &self.lines
+    }
+
+    /// Their parameters.
+    pub(crate) fn places(&self) -> Vec<f64> {
+        self.lines.iter().map(|line| line.s).collect()
+    }
+
+    fn clamped(&self, s: f64) -> f64 {
+        let [first, last] = self.range();
+        s.clamp(first, last)
+    }
+
+    /// `s`, moved off an end that lies on the axis.
+    fn off_axis(&self, s: f64) -> f64 {
+        let [first, last] = self.range();
+        let by = OFF_AXIS * (last - first);
+        let s = self.clamped(s);
+        match self.strips.on_axis {
+            [true, _] if s < first + by => first + by,
+            [_, true] if s > last - by => last - by,
+            _ => s,
+        }
+    }
+}
