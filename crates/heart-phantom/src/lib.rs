@@ -65,48 +65,16 @@
 )]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
-mod acquire;
-mod activity;
-mod artefacts;
-mod attenuation;
-#[cfg(feature = "scene")]
-mod build;
-mod camera;
-mod cycle;
-mod defect;
 mod error;
 pub mod files;
-mod heart;
-mod kept;
-mod levels;
-mod material;
-mod memory;
-mod numbers;
-mod parts;
+mod model;
 mod phantom;
-mod phases;
-mod planned;
-mod prepare;
-mod quadrature;
-mod readout;
-#[cfg(feature = "scene")]
-mod run;
 mod scan;
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub mod scene;
-mod settings;
-#[cfg(feature = "scene")]
-mod source;
-mod steps;
 mod text;
-mod timing;
 mod truth;
-mod view_time;
-mod volume_curve;
-mod warning;
-mod wide;
-mod work;
 
 pub use membrane_forces;
 pub use membrane_implicit;
@@ -114,38 +82,27 @@ pub use membrane_newton;
 pub use radon;
 pub use revolve_voxel;
 
-pub use acquire::{Acquisition, Sinograms, acquire};
-pub use activity::{Activity, Background, Uptake};
-pub use artefacts::Artefacts;
-pub use attenuation::Attenuation;
-pub use camera::{Camera, CameraGeometry, Rotation};
-pub use cycle::Cycle;
-pub use defect::Defect;
 pub use error::PhantomError;
-pub use heart::{Balloon, Heart, HeartShape};
-pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
-pub use memory::Memory;
-pub use numbers::{Numbers, Thickness};
-pub use parts::PhantomParts;
-pub use phantom::Phantom;
-pub use phases::{PhaseOf, PhaseReport, ScenePhase};
-pub use planned::PlannedFile;
+pub use model::{
+    Activity, Attenuation, Background, Balloon, Cycle, Defect, Heart, HeartShape, MaterialPoint,
+    Stretch, Uptake, VolumeCurve, VolumeRange, Wall, WallRegion,
+};
+pub use phantom::{
+    Artefacts, Edge, Memory, Numbers, Output, Phantom, PhantomParts, PhaseOf, PhaseReport,
+    PlannedFile, Product, ScenePhase, Seen, Thickness, Warning, WorkReport,
+};
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
-pub use run::{GateReport, PictureReport, Progress, RunReport, SliceOrders, run};
+pub use scan::ViewReport;
+pub use scan::{
+    Accuracy, Acquisition, Camera, CameraGeometry, Counts, Mode, Noise, Rotation, Sinograms,
+    TruthOf, ViewTime, acquire,
+};
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
-pub use scene::Scene;
-pub use settings::{Accuracy, Counts, Mode, Noise, Output, Product};
+pub use scene::{GateReport, PictureReport, Progress, RunReport, Scene, SliceOrders, run};
 pub use text::shown;
-pub use truth::{Measures, Regions, TruthOf, truth};
-#[cfg(feature = "scene")]
-#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
-pub use view_time::ViewReport;
-pub use view_time::ViewTime;
-pub use volume_curve::{VolumeCurve, VolumeRange};
-pub use warning::{Edge, Seen, Warning};
-pub use work::WorkReport;
+pub use truth::{Measures, Regions, truth};
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

@@ -63,6 +63,12 @@ impl fmt::Display for Number {
     }
 }
 
+/// A number without the digits that only rounding has put there, for headers and reports that people read: 180, not 180.00000000000003.
+pub(crate) fn short(value: f64) -> f64 {
+    // Thirteen digits are one more than any grid of our making is known to.
+    format!("{value:.12e}").parse().unwrap_or(value)
+}
+
 /// Five digits of a number, as many as a person reads.
 pub(crate) fn brief(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)

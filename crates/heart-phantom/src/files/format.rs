@@ -1,5 +1,6 @@
 //! The formats, and which writer serves each.
 
+use super::names::check_extension;
 use crate::error::PhantomError;
 use crate::files::{Projections, Volume, interfile, metaimage, nifti, npy, nrrd};
 #[cfg(feature = "files")]
@@ -221,31 +222,4 @@ pub fn write_projections(
             Err(unsupported)
         }
     }
-}
-
-/// The path must end in `.extension` after a name that a line of a header can hold.
-pub(super) fn check_extension(path: &Path, extension: &'static str) -> Result<(), PhantomError> {
-    let fits = path
-        .file_name()
-        .and_then(|name| name.to_str())
-        .and_then(|name| name.strip_suffix(extension)?.strip_suffix('.'))
-        .is_some_and(|stem| !stem.is_empty() && !stem.contains(char::is_control));
-    if fits {
-        Ok(())
-    } else {
-        Err(PhantomError::Extension {
-            path: path.to_path_buf(),
-            expected: extension,
-        })
-    }
-}
-
-/// The path of the data beside a header and its bare name, for the header to name it.
-pub(super) fn data_beside(header: &Path, extension: &str) -> (std::path::PathBuf, String) {
-    let data = header.with_extension(extension);
-    // `check_extension` has seen that the name is Unicode.
-    let name = data
-        .file_name()
-        .map(|name| name.to_string_lossy().into_owned());
-    (data, name.unwrap_or_default())
 }

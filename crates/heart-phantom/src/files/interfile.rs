@@ -19,11 +19,12 @@
 //!   `rotate`, counter-clockwise as displayed). With beta = 180 degrees - theta and the bins the other way round, as a camera
 //!   in front of the patient shows them, arrays of volumes and of maps are the lab's. Growing angles are then CW.
 
+use super::names::data_beside;
+use super::names::millimetres;
 use crate::error::{PhantomError, check};
 use crate::files::atomic::write_with_header;
-use crate::files::format::data_beside;
 use crate::files::{Projections, Samples, Volume};
-use crate::files::{millimetres, short};
+use crate::text::short;
 use std::path::Path;
 
 pub(super) fn write_volume_stir(path: &Path, volume: &Volume) -> Result<(), PhantomError> {

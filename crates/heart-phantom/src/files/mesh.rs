@@ -1,7 +1,7 @@
 //! Surfaces: STL and PLY in millimetres, axes as the lab's.
 
+use super::names::check_extension;
 use crate::error::PhantomError;
-use crate::files::format::check_extension;
 use crate::files::write_atomically;
 use revolve_voxel::Mesh;
 use std::path::Path;

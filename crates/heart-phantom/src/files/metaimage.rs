@@ -3,9 +3,9 @@
 //! Keys as in <https://itk.org/Wiki/ITK/MetaIO/Documentation>. The world of ITK is LPS, as the lab, so that the matrix is the
 //! identity; MetaImage's word for it, `RAI`, names where the axes come from.
 
+use super::names::data_beside;
 use crate::error::PhantomError;
 use crate::files::atomic::write_with_header;
-use crate::files::format::data_beside;
 use crate::files::{Samples, Volume, write_atomically};
 use std::path::Path;
 

@@ -48,6 +48,7 @@ mod interfile;
 mod lock;
 mod mesh;
 mod metaimage;
+mod names;
 mod nifti;
 mod npy;
 #[cfg(feature = "files")]
@@ -63,26 +64,17 @@ mod raw_json;
 mod samples;
 mod volume;
 
-/// A number without the digits that only rounding has put there, for headers and reports that people read: 180, not 180.00000000000003.
-pub(crate) fn short(value: f64) -> f64 {
-    // Thirteen digits are one more than any grid of our making is known to.
-    format!("{value:.12e}").parse().unwrap_or(value)
-}
-
 /// The name of a run's report, which lists its files.
 pub const REPORT: &str = "report.json";
 /// Who writes it, as it says itself: the program and its version.
 pub const PROGRAM: &str = concat!("heart-phantom ", env!("CARGO_PKG_VERSION"));
-
-fn millimetres(cm: f64) -> f64 {
-    short(10.0 * cm)
-}
 
 pub use atomic::{HeldWrites, create_writable_folder, remove_unfinished, write_atomically};
 pub use format::{Format, SliceOrder, write_projections, write_volume};
 pub use lock::{FolderLock, lock_folder};
 pub(crate) use mesh::stl_bytes;
 pub use mesh::{write_ply, write_stl};
+pub(crate) use names::{ATTENUATION, LABELS, MOVING, PROJECTIONS, RECONSTRUCTION, SLICE, SURFACES};
 pub use npy::write_npy;
 #[cfg(feature = "scene")]
 pub(crate) use older::check_no_folder;

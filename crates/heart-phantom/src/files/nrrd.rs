@@ -1,7 +1,7 @@
 //! NRRD with its data inside, raw. Fields as in <https://teem.sourceforge.net/nrrd/format.html>.
 
+use super::names::millimetres;
 use crate::error::PhantomError;
-use crate::files::millimetres;
 use crate::files::{Projections, Samples, Volume, write_atomically};
 use std::fmt::Write as _;
 use std::path::Path;

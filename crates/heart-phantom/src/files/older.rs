@@ -1,9 +1,9 @@
 //! What an earlier run has left in a folder.
 
 use super::atomic::{failed, remove_if_there};
+use super::names::WORDS;
 use super::{FolderLock, Format, PROGRAM, REPORT, lock_folder};
 use crate::error::PhantomError;
-use crate::planned;
 use serde::Deserialize;
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -86,7 +86,7 @@ pub fn is_product(name: &OsStr) -> bool {
         ]
         .contains(&Some(extension))
     };
-    (is_figure || planned::WORDS.contains(&word) || OF_THE_STUDY.contains(&word))
+    (is_figure || WORDS.contains(&word) || OF_THE_STUDY.contains(&word))
         && (OTHER_EXTENSIONS.contains(&extension) || Format::ALL.into_iter().any(of_a_format))
 }
 

@@ -1,7 +1,7 @@
 //! Sections of a volume as grey pictures: PNG, and a GIF of the beat.
 
+use super::names::check_extension;
 use crate::error::{PhantomError, check, check_count};
-use crate::files::format::check_extension;
 use crate::files::{Samples, Volume, write_atomically};
 use png::{BitDepth, ColorType, Compression, Encoder, EncodingError};
 use std::io::{self, Write};

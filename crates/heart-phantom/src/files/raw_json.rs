@@ -1,8 +1,8 @@
 //! Raw little-endian samples with a JSON header beside them: centimetres and radians, as inside.
 
+use super::names::data_beside;
 use crate::error::PhantomError;
 use crate::files::atomic::write_with_header;
-use crate::files::format::data_beside;
 use crate::files::{Projections, Samples, Volume};
 use serde_json::{Value, json};
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! A volume to be written.
 
+use super::names::millimetres;
 use crate::error::{PhantomError, check};
 use crate::files::Samples;
-use crate::files::millimetres;
 use revolve_voxel::VoxelGrid;
 
 /// Samples on a voxel grid, index order `[z][y][x]`; lab frame, centimetres, axes along x, y, z.

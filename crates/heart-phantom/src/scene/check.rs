@@ -3,14 +3,14 @@
 use super::check_time::{acquisition, turning};
 use super::fault::{Checked, count, fault, spelled, within};
 use super::*;
-use crate::activity::MAX_ACTIVITY;
-use crate::build::{defect_of, rest_volume_of};
-use crate::camera::MOST_SAMPLES;
-use crate::defect::{MOST_PIECES, without_overlap};
 use crate::files::Format;
-use crate::parts::MOST_DEFECTS;
+use crate::model::MAX_ACTIVITY;
+use crate::model::{MAX_GAIN, check_curve};
+use crate::model::{MOST_PIECES, without_overlap};
+use crate::phantom::MOST_DEFECTS;
+use crate::scan::MOST_SAMPLES;
+use crate::scene::build::{defect_of, rest_volume_of};
 use crate::text::{Number, enough};
-use crate::volume_curve::{MAX_GAIN, check_curve};
 use crate::{Uptake, VolumeCurve, VolumeRange};
 
 /// Sizes of an arc in degrees.

@@ -2,11 +2,11 @@
 
 use super::Scene;
 use super::fault::{Checked, count, fault, within};
-use crate::build::{cycle_of, geometry_of};
-use crate::camera::{Camera, Rotation};
-use crate::settings::{Accuracy, Mode};
+use crate::scan::MAX_POINTS_OF_ALL;
+use crate::scan::{Accuracy, Mode};
+use crate::scan::{Camera, Rotation};
+use crate::scene::build::{cycle_of, geometry_of};
 use crate::text::enough;
-use crate::timing::MAX_POINTS_OF_ALL;
 
 /// Samples of all sets of views, or of all their volumes: 1 TiB of `f32`.
 const MOST_SAMPLES_OF_ALL: f64 = 274_877_906_944.0;

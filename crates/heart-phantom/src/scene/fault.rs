@@ -1,6 +1,6 @@
 //! What is wrong with a field.
 
-use super::SceneError;
+use super::error::SceneError;
 use crate::text::Number;
 use serde::Serialize;
 use std::fmt::Display;

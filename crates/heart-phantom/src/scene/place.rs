@@ -1,6 +1,7 @@
 //! Where in the text a field stands.
 
-use super::{SceneError, template};
+use super::error::SceneError;
+use super::template;
 use crate::text::{MOST, cut};
 use std::ops::Range;
 use std::str::Utf8Error;

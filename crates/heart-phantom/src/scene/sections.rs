@@ -1,6 +1,6 @@
 //! The sections of a scene: plain data, defaults of the paper's study.
 
-use crate::settings::{Accuracy, Mode};
+use crate::scan::{Accuracy, Mode};
 use crate::{Uptake, VolumeCurve, VolumeRange};
 use serde::de::{Deserializer, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,62 @@
+//! Names of files, and lengths as headers have them.
+
+use crate::error::PhantomError;
+use crate::text::short;
+use std::path::Path;
+
+/// Headers are read by people too: no digits that only rounding has put there.
+pub(super) fn millimetres(cm: f64) -> f64 {
+    short(10.0 * cm)
+}
+
+/// The path must end in `.extension` after a name that a line of a header can hold.
+pub(super) fn check_extension(path: &Path, extension: &'static str) -> Result<(), PhantomError> {
+    let fits = path
+        .file_name()
+        .and_then(|name| name.to_str())
+        .and_then(|name| name.strip_suffix(extension)?.strip_suffix('.'))
+        .is_some_and(|stem| !stem.is_empty() && !stem.contains(char::is_control));
+    if fits {
+        Ok(())
+    } else {
+        Err(PhantomError::Extension {
+            path: path.to_path_buf(),
+            expected: extension,
+        })
+    }
+}
+
+/// The path of the data beside a header and its bare name, for the header to name it.
+pub(super) fn data_beside(header: &Path, extension: &str) -> (std::path::PathBuf, String) {
+    let data = header.with_extension(extension);
+    // `check_extension` has seen that the name is Unicode.
+    let name = data
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned());
+    (data, name.unwrap_or_default())
+}
+
+/// What the names of the files of a run begin with, up to a hyphen or a dot.
+#[cfg(feature = "scene")]
+pub(crate) const WORDS: [&str; 9] = [
+    PROJECTIONS,
+    RECONSTRUCTION,
+    // That of all views together too.
+    "truth",
+    LABELS,
+    ATTENUATION,
+    SURFACES[0],
+    SURFACES[1],
+    SLICE,
+    "beat",
+];
+
+pub(crate) const PROJECTIONS: &str = "projections";
+pub(crate) const SLICE: &str = "slice";
+pub(crate) const RECONSTRUCTION: &str = "reconstruction";
+pub(crate) const LABELS: &str = "labels";
+pub(crate) const ATTENUATION: &str = "attenuation";
+/// The inner and the outer one.
+pub(crate) const SURFACES: [&str; 2] = ["inner", "outer"];
+/// The picture of all gates.
+pub(crate) const MOVING: &str = "beat.gif";

@@ -1,0 +1,92 @@
+//! The shapes that a heart keeps: those used last, no more than there is room for.
+
+use super::shape::{Alive, HeartShape};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Shapes by their gains. Any number of threads may ask at once.
+#[derive(Debug, Default)]
+pub(super) struct Kept {
+    shapes: Mutex<Shapes>,
+    pub(super) alive: Arc<Alive>,
+}
+
+#[derive(Debug, Default)]
+struct Shapes {
+    /// Each with the number of the call that used it last.
+    by_gain: BTreeMap<u64, (Arc<HeartShape>, usize)>,
+    calls: usize,
+    solved: usize,
+}
+
+impl Kept {
+    /// Those of the gains that are there, and the others. For those it makes room: of `most` shapes, by dropping what was not used
+    /// for longest.
+    pub(super) fn take(
+        &self,
+        gains: &[f64],
+        most: usize,
+    ) -> (BTreeMap<u64, Arc<HeartShape>>, Vec<f64>) {
+        let mut kept = self.lock();
+        kept.calls += 1;
+        let now = kept.calls;
+        let (mut there, mut missing) = (BTreeMap::new(), Vec::new());
+        for gain in gains {
+            match kept.by_gain.get_mut(&gain.to_bits()) {
+                Some((shape, used)) => {
+                    *used = now;
+                    there.insert(gain.to_bits(), shape.clone());
+                }
+                None => missing.push(*gain),
+            }
+        }
+        missing.sort_by(f64::total_cmp);
+        missing.dedup_by_key(|gain| gain.to_bits());
+        kept.drop_down_to(most.saturating_sub(missing.len()), now);
+        (there, missing)
+    }
+
+    /// Keeps new shapes.
+    pub(super) fn add(&self, new: &[Arc<HeartShape>]) {
+        let mut kept = self.lock();
+        let now = kept.calls;
+        for shape in new {
+            let mut added = false;
+            kept.by_gain
+                .entry(shape.gain().to_bits())
+                .or_insert_with(|| {
+                    added = true;
+                    (shape.clone(), now)
+                });
+            kept.solved += usize::from(added);
+        }
+    }
+
+    /// How many have been solved so far.
+    pub(super) fn solved(&self) -> usize {
+        self.lock().solved
+    }
+
+    /// A map of whole entries is whole even after a panic elsewhere.
+    fn lock(&self) -> MutexGuard<'_, Shapes> {
+        self.shapes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Shapes {
+    /// Drops what was not used for longest, but nothing that is used now.
+    fn drop_down_to(&mut self, most: usize, now: usize) {
+        let surplus = self.by_gain.len().saturating_sub(most);
+        if surplus == 0 {
+            return;
+        }
+        let mut by_age: Vec<(usize, u64)> = (self.by_gain.iter())
+            .map(|(gain, (_, used))| (*used, *gain))
+            .filter(|(used, _)| *used < now)
+            .collect();
+        by_age.sort_unstable();
+        for (_, gain) in by_age.into_iter().take(surplus) {
+            self.by_gain.remove(&gain);
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! What motion, few views, noise and blur do to a reconstruction.
+
+use crate::error::PhantomError;
+use crate::scan::Mode;
+use crate::truth::{MOST_IN_PASS, swept};
+use crate::{Camera, Measures, Phantom, Regions};
+use revolve_voxel::Mask;
+use revolve_voxel::nalgebra::{Point3, Vector3};
+use std::f64::consts::TAU;
+
+/// Fewest voxels of a wall whose mean is worth something.
+const FEWEST: usize = 100;
+/// Lines on which the blur of the wall is measured; the median counts.
+const AZIMUTHS: usize = 16;
+
+/// What motion, few views or noise did to a reconstruction. A measure that cannot be taken is `None`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct Artefacts {
+    /// Root mean square more than three voxels outside the heart at all phases, where nothing should be.
+    pub streaks_outside: Option<f64>,
+    /// Standard deviation over mean of the voxels that are in the wall at all phases that the views see, defects among them, those
+    /// near its faces left out.
+    pub wall_unevenness: Option<f64>,
+    /// Mean of those voxels.
+    pub wall_mean: Option<f64>,
+    /// How many they are; none if the wall moves by more than its thickness, or has too few voxels.
+    pub wall_voxels: usize,
+    /// Width of the outer edge at the apex, from 90 to 10 % of its height above the background along the axis, mm; none where
+    /// views or volume end before that.
+    pub apex_blur_mm: Option<f64>,
+    /// The same at the middle of the wall's side, median of 16 azimuths, mm.
+    pub wall_blur_mm: Option<f64>,
+    /// Root mean square difference from the truth within the field of view; from which, [`Phantom::truth_of`] tells.
+    pub rmse: Option<f64>,
+}
+
+impl Phantom {
+    /// The voxels over which a gate is judged: those of [`Phantom::regions`], but wall and cavity of a gate or of a static scene
+    /// are what is in them at its own phases. They are eroded by two voxels, or by one or none where fewer than 100 would be
+    /// left.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate; what solving the shapes can return.
+    pub fn regions_of(&self, gate: usize) -> Result<Regions, PhantomError> {
+        let acquisition = self.acquisition(gate)?;
+        let mut regions = self.regions()?.clone();
+        if let Mode::Static { .. } | Mode::Gated { .. } = self.parts().mode {
+            let times = self.scan(self.camera(), acquisition).times()?;
+            let shapes = self.heart().shapes(&some_of(times))?;
+            let (always, _) = swept(&shapes, self.heart().pose(), self.camera())?;
+            [regions.cavity, regions.wall] = always.map(inside);
+        }
+        Ok(regions)
+    }
+
+    /// How a volume of a gate compares with the truth: streaks outside the heart, unevenness of the wall, blur. Both have the voxels of
+    /// [`Camera::grid`], of a camera whose pixels are a region those of the region only, as [`Phantom::volume`] and [`Phantom::truth`] have.
+    ///
+    /// # Errors
+    /// As [`Phantom::regions_of`]; [`PhantomError::Length`] for a volume or a truth of another number of voxels.
+    pub fn artefacts(
+        &self,
+        gate: usize,
+        volume: &[f32],
+        truth: &[f32],
+    ) -> Result<Artefacts, PhantomError> {
+        let regions = self.regions_of(gate)?;
+        let measures = Measures::of(volume, Some(truth), &regions, self.camera())?;
+        let shape = self.shape_at_gain(self.cycle().gains()[0])?;
+        let solution = shape.solution();
+        let pose = self.heart().pose();
+        let length = self.heart().length();
+        let voxel = self.camera().grid().spacing()[0];
+        let around = self
+            .parts()
+            .background
+            .map_or(0.0, |around| around.concentration);
+        // From the middle of the wall outwards, past the largest heart or to where views or volume end.
+        let width = |direction: Vector3<f64>, inner: [f64; 2], outer: [f64; 2]| {
+            let place = |[x, r]: [f64; 2]| Point3::new(x, r * direction.y, r * direction.z);
+            let from = place([0.5 * (inner[0] + outer[0]), 0.5 * (inner[1] + outer[1])]);
+            let from_lab = pose.to_lab(&from);
+            let room = room(
+                self.camera(),
+                &from_lab,
+                &(pose.to_lab(&(from + direction)) - from_lab),
+            );
+            let far = room.min(0.5 * length);
+            if far <= 0.0 {
+                return Ok(None);
+            }
+            let n = 2 + (4.0 * far / voxel) as usize;
+            let ends = [from_lab, pose.to_lab(&(from + direction * far))];
+            let line = self.camera().grid().profile(volume, ends, n)?;
+            let cm = line.above(around).edge_width(0.9, 0.1);
+            Ok::<_, PhantomError>(cm.map(|cm| 10.0 * cm))
+        };
+        let at = |s: f64| (solution.inner.at(s).position, solution.outer.at(s).position);
+        let (tip, outer_tip) = at(0.5);
+        let (side, outer_side) = at(self.parts().side);
+        let mut widths = Vec::new();
+        for k in 0..AZIMUTHS {
+            let (sin, cos) = (TAU * k as f64 / AZIMUTHS as f64).sin_cos();
+            widths.extend(width(Vector3::new(0.0, cos, sin), side, outer_side)?);
+        }
+        widths.sort_by(f64::total_cmp);
+        Ok(Artefacts {
+            streaks_outside: measures.background_rms,
+            wall_unevenness: (measures.wall_std.zip(measures.wall_mean))
+                .map(|(std, mean)| std / mean),
+            wall_mean: measures.wall_mean,
+            wall_voxels: regions.wall.count(),
+            apex_blur_mm: width(Vector3::x(), [tip[0], 0.0], [outer_tip[0], 0.0])?,
+            wall_blur_mm: widths.get(widths.len() / 2).copied(),
+            rmse: measures.rmse_truth,
+        })
+    }
+}
+
+/// How far a way goes before it leaves what all views see or the voxels hold.
+fn room(camera: &Camera, from: &Point3<f64>, along: &Vector3<f64>) -> f64 {
+    let (grid, radius) = (camera.grid(), camera.field_radius());
+    let [nx, ny, nz] = grid.shape();
+    let ends = [grid.centre(0, 0, 0), grid.centre(nx - 1, ny - 1, nz - 1)];
+    let mut room = f64::INFINITY;
+    for a in 0..3 {
+        let half = 0.5 * grid.spacing()[a];
+        for (edge, outwards) in [(ends[0][a] - half, -1.0), (ends[1][a] + half, 1.0)] {
+            let speed = outwards * along[a];
+            let left = outwards * (edge - from[a]);
+            if speed > 0.0 || left < 0.0 {
+                room = room.min(left / speed.max(f64::MIN_POSITIVE));
+            }
+        }
+    }
+    // |p + t d| = R about the axis that the camera turns about
+    let (pp, pd) = (
+        from.x.hypot(from.y).powi(2),
+        from.x * along.x + from.y * along.y,
+    );
+    let dd = along.x * along.x + along.y * along.y;
+    if pp > radius * radius {
+        return 0.0;
+    }
+    if dd > 0.0 {
+        room = room.min(((pd * pd + dd * (radius * radius - pp)).sqrt() - pd) / dd);
+    }
+    room
+}
+
+/// The gains, or of very many as many as one pass takes, the first and the last in volume among them.
+fn some_of(times: Vec<(f64, f64)>) -> Vec<f64> {
+    let mut gains: Vec<f64> = times.into_iter().map(|(gain, _)| gain).collect();
+    if gains.len() > MOST_IN_PASS {
+        gains.sort_by(f64::total_cmp);
+        let last = (gains.len() - 1) as f64 / (MOST_IN_PASS - 1) as f64;
+        gains = (0..MOST_IN_PASS)
+            .map(|k| gains[(k as f64 * last).round() as usize])
+            .collect();
+    }
+    gains
+}
+
+/// A mask without its outermost voxels: two of them, or as many as leave enough.
+fn inside(mask: Mask) -> Mask {
+    for steps in [2, 1] {
+        let mut eroded = mask.clone();
+        eroded.erode(steps);
+        if eroded.count() >= FEWEST {
+            return eroded;
+        }
+    }
+    mask
+}

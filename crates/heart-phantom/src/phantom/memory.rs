@@ -1,0 +1,114 @@
+//! How much memory a scene needs, before any work.
+
+use super::output::Product;
+use crate::Phantom;
+use crate::model::without_overlap;
+use crate::scan::MOST_NODES;
+use crate::scan::{Accuracy, STEPS};
+use crate::truth::{MASK_PHASES, MOST_IN_PASS, finder_bytes, in_pass};
+use std::collections::BTreeSet;
+
+/// About a point of the quadrature (32), its place in a tree of distinct ones (some 36) and in the list of phases (8), with the room by
+/// which lists grow.
+const POINT_BYTES: u64 = 120;
+/// Work arrays of a reconstruction ([`radon::FbpOptions`]).
+const WORK_BYTES: u64 = 64 << 20;
+
+/// Memory that `run` of a scene takes at most, in bytes: an estimate, some tens of per cent above what is taken as a
+/// rule, more where a tolerance leaves open how many shapes it takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct Memory {
+    /// Shapes of the heart, with the defects in them and with what finds their surfaces in voxels.
+    pub shapes: u64,
+    /// The views of one gate, and when they see what.
+    pub views: u64,
+    /// Reconstruction, exact volume and masks of one gate.
+    pub volumes: u64,
+}
+
+impl Memory {
+    /// All of it.
+    pub fn total(&self) -> u64 {
+        self.shapes + self.views + self.volumes
+    }
+}
+
+impl Phantom {
+    /// The memory that a run takes at most; no shape is solved and no ray cast for it. What shapes take while views are taken can be
+    /// bounded ([`Phantom::with_memory`]).
+    ///
+    /// ```
+    /// use heart_phantom::{Phantom, Scene};
+    /// let memory = Phantom::new(Scene::default())?.memory();
+    /// // 90 views of 256 x 256 samples, four bytes each, and two volumes of 256^3 voxels.
+    /// assert!(memory.views >= 4 * 90 * 256 * 256 && memory.volumes >= 2 * 4 * 256 * 256 * 256);
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    pub fn memory(&self) -> Memory {
+        let (heart, camera, parts) = (self.heart(), self.camera(), self.parts());
+        let wants = |product| parts.output.write.contains(&product);
+        let reconstructs = wants(Product::Reconstruction) || wants(Product::Pictures);
+        let sees = wants(Product::Projections) || reconstructs;
+        let judges = reconstructs && wants(Product::Truth);
+
+        let seen = self.distinct_shapes();
+        let kept = seen.min(heart.most_shapes());
+        let scan = self.scan(camera, self.acquisition_of(0, STEPS[0]));
+        let passed = if wants(Product::Truth) {
+            seen.min(in_pass(&scan))
+        } else {
+            0
+        };
+        let judged = if judges {
+            seen.clamp(MASK_PHASES, MOST_IN_PASS)
+        } else {
+            0
+        };
+        let alive = kept.max(passed).max(judged).max(2) as u64;
+        let shape = heart.shape_bytes() as u64;
+        let regions = parts.defects.iter().map(|defect| defect.region);
+        let defects = without_overlap(regions).map_or(0, |pieces| pieces.len()) as u64 * shape;
+        let fields = (passed.max(judged) * finder_bytes(&scan)) as u64;
+
+        let samples = 4 * (camera.n_views() * camera.view_len()) as u64;
+        // Points of the quadrature over time, of as many views as are taken together.
+        let points = scan.acquisition.points_of_all(self.cycle(), camera);
+        let points = POINT_BYTES * points.min(MOST_NODES as f64) as u64;
+        // Noise is counted beside what it is the noise of.
+        let copies = 1 + u64::from(parts.noise.is_some());
+        let voxels = camera.grid().len() as u64;
+        Memory {
+            shapes: alive * (shape + defects) + fields,
+            views: points + if sees { copies * samples } else { 0 },
+            volumes: voxels
+                * (4 * u64::from(reconstructs)
+                    + 4 * u64::from(wants(Product::Truth))
+                    + 4 * u64::from(judges)
+                    + u64::from(wants(Product::Labels))
+                    + 4 * u64::from(wants(Product::Attenuation)))
+                + if reconstructs {
+                    WORK_BYTES.min(8 * voxels)
+                } else {
+                    0
+                },
+        }
+    }
+
+    /// Shapes that the views of all gates need, no more than are kept at most; with a tolerance those of the steps that meet it, or if
+    /// that is not known yet of the finest.
+    fn distinct_shapes(&self) -> usize {
+        let steps = match self.parts().accuracy {
+            Accuracy::Steps(steps) => steps,
+            Accuracy::Tolerance(_) => self.steps_known().unwrap_or(STEPS[1]),
+        };
+        let most = self.heart().most_shapes().max(MOST_IN_PASS);
+        let mut gains = BTreeSet::new();
+        for gate in 0..self.n_gates() {
+            let scan = self.scan(self.camera(), self.acquisition_of(gate, steps));
+            scan.collect_gains(&mut gains, most);
+        }
+        gains.len()
+    }
+}

@@ -1,0 +1,56 @@
+//! What a run writes: plain data that a scene's file and Rust share.
+
+use crate::files::Format;
+
+/// What a run writes, `[output]` of a scene.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+pub struct Output {
+    /// Which results.
+    pub write: Vec<Product>,
+    /// Format of volumes.
+    pub volumes: Format,
+    /// Format of projections.
+    pub projections: Format,
+    /// Largest relative error of the volume that a surface encloses.
+    pub mesh_tolerance: f64,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self {
+            write: vec![
+                Product::Projections,
+                Product::Reconstruction,
+                Product::Truth,
+            ],
+            volumes: Format::Npy,
+            projections: Format::Npy,
+            mesh_tolerance: 1e-3,
+        }
+    }
+}
+
+/// A result that can be written; `report.json` with the numbers is always there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
+pub enum Product {
+    /// The views.
+    Projections,
+    /// The reconstructed volume.
+    Reconstruction,
+    /// The exact volume.
+    Truth,
+    /// Labels at the phases that stand for the views ([`Phantom::phases`](crate::Phantom::phases)): 0 background, 1 cavity,
+    /// 2 wall, from 3 on the defects in their order.
+    Labels,
+    /// Attenuation map at the same phases.
+    Attenuation,
+    /// Surfaces (STL) at the same phases.
+    Meshes,
+    /// Pictures of the middle slice; of gates also a moving one.
+    Pictures,
+}

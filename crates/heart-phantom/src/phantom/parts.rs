@@ -1,0 +1,246 @@
+//! What a phantom is made of: the domain's own types, put together by hand or from a scene.
+
+use super::output::{Output, Product};
+use crate::error::{PhantomError, check, check_count};
+use crate::model::Attenuation;
+use crate::model::{Background, MAX_ACTIVITY};
+use crate::model::{MOST_PIECES, without_overlap};
+use crate::scan::{Accuracy, Counts, Mode, Noise, STEPS};
+use crate::{Activity, Camera, Cycle, Defect, Heart, Rotation};
+use radon::FbpOptions;
+use std::f64::consts::TAU;
+
+/// Each defect has a label of its own, above those of background, cavity and wall; labels are bytes.
+pub(crate) const MOST_DEFECTS: usize = 252;
+/// Lengths in cm, and times in seconds.
+const SIZES: [f64; 2] = [1e-6, 1e6];
+/// Where the wall's side is, if nothing else is said: two fifths of the way from base to apex.
+const SIDE: f64 = 0.2;
+
+/// Everything that a [`Phantom`](crate::Phantom) is made of. Any heart will do: any two membranes one within the other
+/// ([`Heart::of_membranes`]), any [`Cycle`].
+///
+/// Lengths in cm, times in seconds, angles in radians. [`PhantomParts::new`] is a plain scan of the heart alone, with the defaults of
+/// a scene; every field may be set. The parts of a scene are `Scene::parts` (feature `scene`).
+///
+/// ```
+/// use heart_phantom::membrane_newton::{Discretisation, Membrane, RestShape};
+/// use heart_phantom::revolve_voxel::Pose;
+/// use heart_phantom::{Camera, Cycle, Defect, Heart, Mode, Phantom, PhantomParts, VolumeCurve, WallRegion};
+/// # fn main() -> Result<(), heart_phantom::PhantomError> {
+/// // Two half ellipses, `[x, y]` from (0, b) over the apex (a, 0) to (0, -b), and a beat of five samples.
+/// let ellipse = |a: f64, b: f64| -> Result<Membrane, heart_phantom::PhantomError> {
+///     let half = |k: i32| std::f64::consts::PI * (0.5 - f64::from(k) / 100.0);
+///     let points: Vec<_> = (0..=100).map(half).map(|t| [a * t.cos(), b * t.sin()]).collect();
+///     Ok(Membrane::new(RestShape::polyline(&points)?))
+/// };
+/// let nodes = Discretisation::FiniteDifferences { nodes: 101 };
+/// let membranes = [ellipse(8.0, 2.5)?, ellipse(9.0, 3.5)?];
+/// let heart = Heart::of_membranes([&membranes[0], &membranes[1]], nodes, 0.0, Pose::axis_along_z(4.5)?)?;
+/// let curve = VolumeCurve::Sampled(vec![120.0, 80.0, 60.0, 90.0, 110.0]);
+/// let cycle = Cycle::with_curve(70.0, &curve, [0.0, 0.5])?;
+/// let mut parts = PhantomParts::new(heart, cycle, Camera::new(12, 32, 16.0)?);
+/// parts.mode = Mode::Gated { gates: 4 };
+/// let region = WallRegion { layers: [0.0, 1.0], s: [0.1, 0.3], azimuths: [0.0, 1.5] };
+/// parts.defects.push(Defect { region, activity: 0.2 });
+/// let phantom = Phantom::from_parts(parts)?;
+/// assert!((phantom.numbers()?.gain - 0.5).abs() < 1e-12);
+/// assert_eq!(phantom.view(2, 0)?.len(), 32 * 32);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone)]
+pub struct PhantomParts {
+    /// What beats.
+    pub heart: Heart,
+    /// How it beats.
+    pub cycle: Cycle,
+    /// What looks at it, and the voxels.
+    pub camera: Camera,
+    /// What cavity and wall hold.
+    pub activity: Activity,
+    /// What surrounds the heart.
+    pub background: Option<Background>,
+    /// Pieces of the wall with another activity; where they overlap, the last one counts.
+    pub defects: Vec<Defect>,
+    /// What weakens the rays.
+    pub attenuation: Option<Attenuation>,
+    /// Full width at half maximum of the detector's Gaussian blur; `None` for lines.
+    pub blur: Option<f64>,
+    /// Counts; `None` for their means.
+    pub noise: Option<Noise>,
+    /// The time that a view sees.
+    pub mode: Mode,
+    /// How finely that time is sampled.
+    pub accuracy: Accuracy,
+    /// Seconds from the start of a view to the start of the next; of a camera that turns its own.
+    pub interval: f64,
+    /// Filtered back-projection of the views into the camera's pixels.
+    pub reconstruction: FbpOptions,
+    /// Largest error of a voxel's covered fraction in exact volumes.
+    pub truth_tolerance: f64,
+    /// Material coordinate, above 0 (the base) and below 1/2 (the apex), of the wall's side, where thickness and blur are told.
+    pub side: f64,
+    /// Distance of the detector from the axis: some file formats ask for it, nothing else does.
+    pub radius: f64,
+    /// What a run writes, and so what [`Phantom::prepare`](crate::Phantom::prepare) and [`Phantom::memory`](crate::Phantom::memory) count on;
+    /// it is checked always, and written by `run` only, which comes with the feature `scene`.
+    pub output: Output,
+}
+
+impl PhantomParts {
+    /// The heart alone, its wall of activity 1 and its cavity empty, in means over whole beats of 32 steps: no blur, no noise, Ram-Lak.
+    pub fn new(heart: Heart, cycle: Cycle, camera: Camera) -> Self {
+        let interval = match camera.rotation() {
+            Rotation::StepAndShoot => 1.0,
+            Rotation::Continuous { interval } => interval,
+        };
+        Self {
+            heart,
+            cycle,
+            camera,
+            activity: [0.0, 1.0].into(),
+            background: None,
+            defects: Vec::new(),
+            attenuation: None,
+            blur: None,
+            noise: None,
+            mode: Mode::WholeCycle,
+            accuracy: Accuracy::Steps(32),
+            interval,
+            reconstruction: FbpOptions::default(),
+            truth_tolerance: 1e-3,
+            side: SIDE,
+            radius: 20.0,
+            output: Output::default(),
+        }
+    }
+
+    /// Each number in its range, and the parts with each other; no shape is solved for it.
+    pub(crate) fn check(&self) -> Result<(), PhantomError> {
+        self.activity.validate()?;
+        if let Some(background) = &self.background {
+            let what = "activity of the background";
+            check(what, background.concentration, 0.0, MAX_ACTIVITY)?;
+        }
+        self.check_defects()?;
+        if let Some(attenuation) = &self.attenuation {
+            check("attenuation", attenuation.coefficient, 0.0, 1e6)?;
+        }
+        if let Some(Noise { counts, .. }) = self.noise {
+            let (Counts::PerUnit(mean) | Counts::Total(mean)) = counts;
+            check("counts", mean, 1e-12, 1e12)?;
+        }
+        self.check_times()?;
+        check("truth tolerance", self.truth_tolerance, 1e-7, 0.5)?;
+        check("side", self.side, 0f64.next_up(), 0.5f64.next_down())?;
+        check("radius of the camera", self.radius, SIZES[0], SIZES[1])?;
+        // Finer ones would have millions of triangles.
+        check("mesh tolerance", self.output.mesh_tolerance, 1e-5, 0.1)?;
+        self.check_output()
+    }
+
+    fn check_defects(&self) -> Result<(), PhantomError> {
+        check_count("defects", self.defects.len(), 0, MOST_DEFECTS)?;
+        for Defect { region, activity } in &self.defects {
+            let ascending = |what, [from, to]: [f64; 2], low: f64, high: f64| {
+                check(what, from, low, high)?;
+                check(what, to, from.next_up(), high)
+            };
+            ascending("layers of a defect", region.layers, 0.0, 1.0)?;
+            ascending("s of a defect", region.s, 0.0, 0.5)?;
+            let [from, to] = region.azimuths;
+            check("azimuths of a defect", from, -2.0 * TAU, 2.0 * TAU)?;
+            // A turn, and the rounding of a turn in degrees.
+            let most = from + TAU * (1.0 + 1e-12);
+            check("azimuths of a defect", to, from.next_up(), most)?;
+            check("activity of a defect", *activity, 0.0, 1e6)?;
+        }
+        let regions = self.defects.iter().map(|defect| defect.region);
+        match without_overlap(regions) {
+            Some(_) => Ok(()),
+            None => Err(PhantomError::Count {
+                what: "pieces without overlap of the defects",
+                given: MOST_PIECES + 1,
+                min: 0,
+                max: MOST_PIECES,
+            }),
+        }
+    }
+
+    fn check_times(&self) -> Result<(), PhantomError> {
+        let [shortest, longest] = match self.camera.rotation() {
+            Rotation::StepAndShoot => SIZES,
+            Rotation::Continuous { interval } => [interval; 2],
+        };
+        check("interval", self.interval, shortest, longest)?;
+        let points = match self.accuracy {
+            Accuracy::Steps(steps) => check_count("steps", steps, 2, STEPS[1])?,
+            Accuracy::Tolerance(tolerance) => {
+                check("tolerance of the views", tolerance, 1e-6, 1.0)?;
+                2
+            }
+        };
+        let gates = check_count("gates", self.mode.n_gates(), 1, 1000)?;
+        (0..gates).try_for_each(|gate| {
+            let acquisition = self.mode.acquisition(self.interval, gate, points);
+            acquisition.validate(&self.cycle, &self.camera)
+        })
+    }
+
+    fn check_output(&self) -> Result<(), PhantomError> {
+        let Output {
+            write,
+            volumes,
+            projections,
+            ..
+        } = &self.output;
+        if write.contains(&Product::Pictures) && !cfg!(feature = "files") {
+            return Err(PhantomError::NotBuilt {
+                what: "pictures",
+                feature: "files",
+            });
+        }
+        volumes.check_built()?;
+        projections.check_built()?;
+        if self.attenuation.is_none() && write.contains(&Product::Attenuation) {
+            return Err(PhantomError::Absent {
+                what: "attenuation",
+            });
+        }
+        if projections.projections_extension().is_none() {
+            return Err(PhantomError::Unsupported {
+                format: projections.name(),
+                what: "the angles of projections",
+            });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(all(test, not(feature = "files")))]
+mod tests {
+    use super::*;
+    use crate::Phantom;
+    use crate::files::Format;
+
+    #[test]
+    fn an_output_that_this_build_leaves_out_is_refused() {
+        let refused = |change: &dyn Fn(&mut Output)| {
+            let heart = Heart::study(51).unwrap();
+            let camera = Camera::new(4, 8, 16.0).unwrap();
+            let mut parts = PhantomParts::new(heart, Cycle::new(60.0, 0.6).unwrap(), camera);
+            change(&mut parts.output);
+            match Phantom::from_parts(parts) {
+                Err(PhantomError::NotBuilt { what, .. }) => what,
+                other => panic!("{other:?}"),
+            }
+        };
+        let pictures = refused(&|output| output.write.push(Product::Pictures));
+        assert_eq!(pictures, "pictures");
+        let volumes = refused(&|output| output.volumes = Format::NiftiGz);
+        assert_eq!(volumes, "compressed NIfTI");
+        let projections = refused(&|output| output.projections = Format::Npz);
+        assert_eq!(projections, "npz");
+    }
+}

@@ -1,0 +1,128 @@
+//! The phases of the beat that stand for the views: what labels, maps and surfaces are made at.
+
+use crate::error::PhantomError;
+use crate::scan::Mode;
+use crate::{HeartShape, Phantom, Thickness};
+use std::fmt;
+
+/// A phase, and what it stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ScenePhase {
+    /// What it stands for.
+    pub of: PhaseOf,
+    /// The phase.
+    pub phase: f64,
+}
+
+/// What a phase stands for; its name ([`fmt::Display`]) ends the names of files: `labels-gate-03`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PhaseOf {
+    /// All views: nothing moves.
+    Static,
+    /// The middle of a gate.
+    Gate {
+        /// Which one, from 0.
+        gate: usize,
+        /// Of how many.
+        gates: usize,
+    },
+    /// The largest cavity.
+    EndDiastole,
+    /// The smallest one.
+    EndSystole,
+}
+
+impl fmt::Display for PhaseOf {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Static => f.write_str("static"),
+            // As many digits as sort by name.
+            Self::Gate { gate, gates } => {
+                let digits = (gates - 1).to_string().len().max(2);
+                write!(f, "gate-{gate:0digits$}")
+            }
+            Self::EndDiastole => f.write_str("end-diastole"),
+            Self::EndSystole => f.write_str("end-systole"),
+        }
+    }
+}
+
+/// The heart at a phase.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct PhaseReport {
+    /// What the phase stands for: `static`, `gate-03`, `end-diastole`, `end-systole`.
+    pub of: String,
+    /// The phase.
+    pub phase: f64,
+    /// Volume of the cavity in mL.
+    pub cavity_ml: f64,
+    /// Its gain, `(V - V_rest) / V_rest`.
+    pub gain: f64,
+    /// Thickness of the wall.
+    pub thickness: Thickness,
+    /// Force intensity of the inner membrane, what its pressure is in the law chosen: stiffness times cm, under
+    /// `Law::PerCurrentLength` stiffness.
+    pub f_inner: f64,
+    /// That of the outer membrane.
+    pub f_outer: f64,
+}
+
+impl Phantom {
+    /// The phases that stand for the views: the one of a static scene, the middle of each gate, and end-diastole and end-systole
+    /// where every view sees many.
+    pub fn phases(&self) -> Vec<ScenePhase> {
+        match self.parts().mode {
+            Mode::Static { phase } => vec![ScenePhase {
+                of: PhaseOf::Static,
+                phase,
+            }],
+            Mode::Gated { gates } => (0..gates)
+                .map(|gate| ScenePhase {
+                    of: PhaseOf::Gate { gate, gates },
+                    phase: (gate as f64 + 0.5) / gates as f64,
+                })
+                .collect(),
+            Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle => self.ends().to_vec(),
+        }
+    }
+
+    /// The heart at each of [`Phantom::phases`], and at end-diastole and end-systole.
+    ///
+    /// # Errors
+    /// What solving the shapes can return.
+    pub fn phase_reports(&self) -> Result<Vec<PhaseReport>, PhantomError> {
+        let mut phases = self.phases();
+        for end in self.ends() {
+            if !phases.contains(&end) {
+                phases.push(end);
+            }
+        }
+        let gains: Vec<f64> = phases.iter().map(|p| self.cycle().gain(p.phase)).collect();
+        // All at once, in parallel.
+        let shapes = self.heart().shapes(&gains)?;
+        let report = |at: &ScenePhase, shape: &HeartShape| PhaseReport {
+            of: at.of.to_string(),
+            phase: at.phase,
+            cavity_ml: shape.volumes()[0],
+            gain: shape.gain(),
+            thickness: self.thickness_of(shape),
+            f_inner: shape.solution().inner.intensity,
+            f_outer: shape.solution().outer.intensity,
+        };
+        Ok((phases.iter().zip(&shapes))
+            .map(|(at, shape)| report(at, shape))
+            .collect())
+    }
+
+    fn ends(&self) -> [ScenePhase; 2] {
+        let [systole, diastole] = self.extreme_phases();
+        [
+            (PhaseOf::EndDiastole, diastole),
+            (PhaseOf::EndSystole, systole),
+        ]
+        .map(|(of, phase)| ScenePhase { of, phase })
+    }
+}

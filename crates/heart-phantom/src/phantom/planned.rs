@@ -1,0 +1,187 @@
+//! What a run writes, before it does: the names of its files and their sizes.
+
+use super::output::Product;
+use super::phases::PhaseOf;
+use crate::error::PhantomError;
+use crate::files::{
+    ATTENUATION, LABELS, MOVING, PROJECTIONS, RECONSTRUCTION, REPORT, SLICE, SURFACES,
+};
+use crate::{Phantom, files};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::path::PathBuf;
+
+/// A file that a run writes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct PlannedFile {
+    /// Its name in the folder of the run.
+    pub name: PathBuf,
+    /// Bytes of its samples or triangles, before any compression: what it has at most, but for a header of some hundred bytes, of an
+    /// archive some thousand. None for a header beside its data, and for the report.
+    pub bytes: u64,
+}
+
+impl Phantom {
+    /// The files that `run` writes; surfaces are made for it, to count their triangles.
+    ///
+    /// ```
+    /// use heart_phantom::{Phantom, Scene};
+    /// let files = Phantom::new(Scene::default().with_size(32))?.files()?;
+    /// let names: Vec<_> = files.iter().map(|file| file.name.to_str().unwrap()).collect();
+    /// assert_eq!(names, ["projections.npy", "reconstruction.npy", "truth.npy", "report.json"]);
+    /// assert_eq!(files[0].bytes, 90 * 32 * 32 * 4);
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// For surfaces those of [`Phantom::meshes`].
+    pub fn files(&self) -> Result<Vec<PlannedFile>, PhantomError> {
+        self.planned(|phase| Ok(self.meshes(phase)?.map(|mesh| files::stl_bytes(&mesh))))
+    }
+
+    /// Their names alone; no surface is made for it.
+    #[cfg(feature = "scene")]
+    pub(crate) fn file_names(&self) -> Result<Vec<PathBuf>, PhantomError> {
+        let planned = self.planned(|_| Ok([0; 2]))?;
+        Ok(planned.into_iter().map(|file| file.name).collect())
+    }
+
+    /// With the sizes of both surfaces at a phase as they are told.
+    fn planned(
+        &self,
+        surface_bytes: impl Fn(f64) -> Result<[u64; 2], PhantomError>,
+    ) -> Result<Vec<PlannedFile>, PhantomError> {
+        let mut planned = Vec::new();
+        for &product in &self.parts().output.write {
+            self.plan_files(product, &surface_bytes, &mut planned)?;
+        }
+        planned.push(PlannedFile {
+            name: REPORT.into(),
+            bytes: 0,
+        });
+        Ok(planned)
+    }
+
+    fn plan_files(
+        &self,
+        product: Product,
+        surface_bytes: &impl Fn(f64) -> Result<[u64; 2], PhantomError>,
+        planned: &mut Vec<PlannedFile>,
+    ) -> Result<(), PhantomError> {
+        let (camera, phases) = (self.camera(), self.phases());
+        let voxels = camera.grid().len() as u64;
+        let mut add = |names: Vec<PathBuf>, bytes: u64| {
+            // Of two, the first is the header.
+            let last = names.len() - 1;
+            planned.extend(names.into_iter().enumerate().map(|(k, name)| PlannedFile {
+                name,
+                bytes: if k == last { bytes } else { 0 },
+            }));
+        };
+        let gates = 0..self.n_gates();
+        match product {
+            Product::Projections => {
+                let bytes = 4 * (camera.n_views() * camera.view_len()) as u64;
+                gates.for_each(|gate| add(self.projection_names(gate), bytes));
+            }
+            Product::Reconstruction | Product::Truth => {
+                let what = match product {
+                    Product::Truth => self.truth_of().file_name(),
+                    _ => RECONSTRUCTION,
+                };
+                gates.for_each(|gate| {
+                    add(self.volume_names(&self.gate_name(what, gate)), 4 * voxels)
+                });
+            }
+            Product::Labels | Product::Attenuation => {
+                let (what, bytes) = match product {
+                    Product::Labels => (LABELS, voxels),
+                    _ => (ATTENUATION, 4 * voxels),
+                };
+                for scene_phase in phases {
+                    add(self.volume_names(&phase_name(what, scene_phase.of)), bytes);
+                }
+            }
+            Product::Meshes => {
+                // Phases of one gain, on the way in and on the way out, have the same shape.
+                let mut known = HashMap::new();
+                for scene_phase in phases {
+                    let gain = self.cycle().gain(scene_phase.phase).to_bits();
+                    let bytes = match known.entry(gain) {
+                        Entry::Occupied(bytes) => *bytes.get(),
+                        Entry::Vacant(place) => *place.insert(surface_bytes(scene_phase.phase)?),
+                    };
+                    SURFACES.iter().zip(bytes).for_each(|(what, bytes)| {
+                        add(vec![surface_name(what, scene_phase.of)], bytes)
+                    });
+                }
+            }
+            Product::Pictures => {
+                let bytes = camera.grid().slice_len() as u64;
+                let n = gates.len() as u64;
+                gates.for_each(|gate| add(vec![self.picture_name(gate)], bytes));
+                if n > 1 {
+                    add(vec![MOVING.into()], n * bytes);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// `what`, or `what-gate-03`.
+    pub(crate) fn gate_name(&self, what: &str, gate: usize) -> String {
+        match self.n_gates() {
+            1 => what.to_owned(),
+            gates => format!("{what}-{}", PhaseOf::Gate { gate, gates }),
+        }
+    }
+
+    /// The file of the views of a gate, and the one of its data, if there are two.
+    pub(crate) fn projection_names(&self, gate: usize) -> Vec<PathBuf> {
+        let format = self.parts().output.projections;
+        #[expect(clippy::unreachable, reason = "the parts were checked")]
+        let Some(extension) = format.projections_extension() else {
+            unreachable!("the parts were checked")
+        };
+        let name = self.gate_name(PROJECTIONS, gate);
+        named(&name, extension, format.projections_data_extension())
+    }
+
+    /// The file of a volume, and the one of its data, if there are two.
+    pub(crate) fn volume_names(&self, name: &str) -> Vec<PathBuf> {
+        let format = self.parts().output.volumes;
+        named(
+            name,
+            format.volume_extension(),
+            format.volume_data_extension(),
+        )
+    }
+
+    /// The picture of a gate.
+    pub(crate) fn picture_name(&self, gate: usize) -> PathBuf {
+        format!("{}.png", self.gate_name(SLICE, gate)).into()
+    }
+}
+
+/// `what`, or `what-end-diastole`.
+pub(crate) fn phase_name(what: &str, of: PhaseOf) -> String {
+    match of {
+        PhaseOf::Static | PhaseOf::Gate { gates: 1, .. } => what.to_owned(),
+        _ => format!("{what}-{of}"),
+    }
+}
+
+pub(crate) fn surface_name(what: &str, of: PhaseOf) -> PathBuf {
+    format!("{}.stl", phase_name(what, of)).into()
+}
+
+/// A header, or all of it, and the data beside it.
+fn named(name: &str, extension: &str, data: Option<&str>) -> Vec<PathBuf> {
+    [Some(extension), data]
+        .into_iter()
+        .flatten()
+        .map(|extension| format!("{name}.{extension}").into())
+        .collect()
+}

@@ -1,0 +1,177 @@
+//! Views of a phantom, with its blur and noise.
+
+use super::Phantom;
+use super::warnings::half_extents;
+use crate::error::{PhantomError, check_count};
+use crate::scan::{STEPS, Wide};
+use crate::{Sinograms, ViewTime};
+use radon::ParallelGeometry;
+use std::borrow::Cow;
+use std::ops::Range;
+
+impl Phantom {
+    /// When and from where each view of a gate is taken; nothing is computed for it.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate.
+    pub fn view_times(&self, gate: usize) -> Result<Vec<ViewTime>, PhantomError> {
+        check_count("gate", gate, 0, self.n_gates() - 1)?;
+        let acquisition = self.acquisition_of(gate, STEPS[0]);
+        let interval = self.parts.interval;
+        let time = |view_idx| {
+            acquisition.view_time(&self.parts.cycle, &self.parts.camera, interval, view_idx)
+        };
+        Ok((0..self.parts.camera.n_views()).map(time).collect())
+    }
+
+    /// The angles from which the views of a gate are seen, each in the mean over its time, and the bins. Of a camera that turns
+    /// all the time they are not those of [`Camera::geometry`], unless the views see all of their time.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate.
+    pub fn geometry(&self, gate: usize) -> Result<ParallelGeometry, PhantomError> {
+        let angles: Vec<f64> = self
+            .view_times(gate)?
+            .iter()
+            .map(|time| time.angle)
+            .collect();
+        let (bins, pitch) = (self.parts.camera.n_bins(), self.parts.camera.pitch());
+        Ok(ParallelGeometry::new(angles, bins, pitch)?)
+    }
+
+    /// One view of a gate, `[row][bin]`, with the scene's blur and noise. Noise of a given total needs all views of the gate
+    /// once, to know its scale.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate or view; what solving the shapes can return.
+    pub fn view(&self, gate: usize, view_idx: usize) -> Result<Vec<f32>, PhantomError> {
+        check_count("view", view_idx, 0, self.parts.camera.n_views() - 1)?;
+        let rows = 0..self.parts.camera.n_rows();
+        Ok(self
+            .take(gate, view_idx..view_idx + 1, rows, &|_| ())?
+            .samples)
+    }
+
+    /// All views of a gate, `[view][row][bin]`. `progress` is told the number of views done.
+    ///
+    /// # Errors
+    /// As [`Phantom::view`].
+    pub fn sinograms(
+        &self,
+        gate: usize,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Sinograms, PhantomError> {
+        self.take(
+            gate,
+            0..self.parts.camera.n_views(),
+            0..self.parts.camera.n_rows(),
+            progress,
+        )
+    }
+
+    pub(super) fn take(
+        &self,
+        gate: usize,
+        views: Range<usize>,
+        rows: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Sinograms, PhantomError> {
+        let mut taken = self.means(gate, views.clone(), rows.clone(), progress)?;
+        let camera = &self.parts.camera;
+        let per_unit = if (&views, &rows) == (&(0..camera.n_views()), &(0..camera.n_rows())) {
+            self.counts_of(gate, || Ok(Cow::Borrowed(&taken.samples)))?
+        } else {
+            self.counts_per_unit(gate)?
+        };
+        let first = gate * self.parts.camera.n_views() + views.start;
+        self.readout
+            .count(&mut taken.samples, per_unit, first, &rows)?;
+        Ok(taken)
+    }
+
+    /// Mean counts of a sample of 1 in a gate; `None` without noise. Of a given total it takes all views of the gate, once.
+    ///
+    /// # Errors
+    /// As [`Phantom::view`].
+    pub fn counts_per_unit(&self, gate: usize) -> Result<Option<f64>, PhantomError> {
+        check_count("gate", gate, 0, self.n_gates() - 1)?;
+        let camera = &self.parts.camera;
+        let (views, rows) = (0..camera.n_views(), 0..camera.n_rows());
+        self.counts_of(gate, || {
+            Ok(Cow::Owned(self.means(gate, views, rows, &|_| ())?.samples))
+        })
+    }
+
+    /// The same from all samples of the gate, if they are needed.
+    fn counts_of<'a>(
+        &self,
+        gate: usize,
+        all: impl FnOnce() -> Result<Cow<'a, [f32]>, PhantomError>,
+    ) -> Result<Option<f64>, PhantomError> {
+        if let Some(&known) = self.counts[gate].get() {
+            return Ok(Some(known));
+        }
+        let made = self.readout.counts_per_unit(all)?;
+        Ok(made.map(|made| *self.counts[gate].get_or_init(|| made)))
+    }
+
+    /// Line integrals, blurred but without noise.
+    pub(crate) fn means(
+        &self,
+        gate: usize,
+        views: Range<usize>,
+        rows: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Sinograms, PhantomError> {
+        let acquisition = self.acquisition(gate)?;
+        let Some(wide) = self.wide()? else {
+            let cast = self.readout.rows_seen(&rows);
+            let scan = self.scan(self.camera(), acquisition);
+            let mut taken = scan.rows(views, cast, progress)?;
+            self.work.rays(taken.rays);
+            self.readout.blur(&mut taken.samples, &rows)?;
+            return Ok(taken);
+        };
+        let [beside, above] = wide.margin;
+        let rows = rows.start + above..rows.end + above;
+        let cast = wide.blur.rows_seen(&rows);
+        let scan = self.scan(&wide.camera, acquisition);
+        let mut taken = scan.rows(views, cast, progress)?;
+        self.work.rays(taken.rays);
+        let blurred = wide.blur.rows(taken.samples, &rows)?;
+        let n_bins = self.camera().n_bins();
+        taken.samples = (blurred.chunks(wide.camera.n_bins()))
+            .flat_map(|row| &row[beside..beside + n_bins])
+            .copied()
+            .collect();
+        Ok(taken)
+    }
+
+    /// The camera that sees all that the blur brings into the views; `None` where the camera does.
+    fn wide(&self) -> Result<Option<&Wide>, PhantomError> {
+        if self.wide.get().is_none() {
+            let made = self.make_wide()?;
+            // Another thread may have been first, with the same.
+            let _ = self.wide.set(made);
+        }
+        Ok(self.wide.get().and_then(Option::as_ref))
+    }
+
+    fn make_wide(&self) -> Result<Option<Wide>, PhantomError> {
+        let (Some(fwhm), Some(blur)) = (self.parts.blur, &self.readout.blur) else {
+            return Ok(None);
+        };
+        // How far from the axis, and from the middle along it, there is anything to see.
+        let [mut side, mut end] = [0.0f64; 2];
+        for body in self.outermost()? {
+            let [x, y, z] = half_extents(&body);
+            (side, end) = (side.max(x.hypot(y)), end.max(z));
+        }
+        if let Some(around) = &self.parts.background {
+            let ([x, y], [a, b]) = (around.torso.centre(), around.torso.semi_axes());
+            // Along z it goes on as its mirror image does.
+            side = side.max(x.hypot(y) + a.max(b));
+        }
+        Wide::around(self.camera(), blur, fwhm, [side, end])
+    }
+}

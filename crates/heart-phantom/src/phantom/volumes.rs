@@ -1,0 +1,234 @@
+//! Volumes of a phantom: reconstructions, and what the voxels really hold.
+
+use super::Phantom;
+use crate::error::{PhantomError, check_count};
+use crate::truth::truth_of_slices;
+use crate::{Acquisition, Regions, Rotation};
+use radon::{FbpPlan, StackOrder};
+use revolve_voxel::{Mesh, Sampling};
+use std::ops::Range;
+use std::sync::{Arc, PoisonError};
+
+/// The body's region that holds the defects.
+const WALL: usize = 1;
+impl Phantom {
+    /// One slice of the reconstruction of a gate, `[y][x]`, from one row of each view, and those that the blur reaches.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate or slice; [`PhantomError::Radon`] if the arc is too short.
+    pub fn slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
+        check_count("slice", z, 0, self.parts.camera.n_rows() - 1)?;
+        let sinogram = self.take(gate, 0..self.parts.camera.n_views(), z..z + 1, &|_| ())?;
+        self.reconstruct_slices(gate, &sinogram.samples, 1)
+    }
+
+    /// The reconstruction of a gate, `[z][y][x]`: the voxels of [`Camera::grid`], of a camera whose pixels are a region those of the region
+    /// only.
+    ///
+    /// # Errors
+    /// As [`Phantom::slice`].
+    pub fn volume(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
+        self.reconstruct(gate, &self.sinograms(gate, &|_| ())?.samples)
+    }
+
+    /// The reconstruction of any views `[view][row][bin]` of this camera, `[z][y][x]`: those of
+    /// [`Phantom::sinograms`], or those with noise or blur added. They count as seen from where those of the gate are
+    /// ([`Phantom::geometry`]).
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Radon`] for a wrong length, a sample that is not finite, or
+    /// an arc that is too short.
+    pub fn reconstruct(&self, gate: usize, views: &[f32]) -> Result<Vec<f32>, PhantomError> {
+        self.reconstruct_slices(gate, views, self.parts.camera.n_rows())
+    }
+
+    /// The exact volume of a gate, `[z][y][x]`: the mean over each voxel and over the time that the views see together, see
+    /// [`Phantom::truth_of`].
+    ///
+    /// # Errors
+    /// As [`Phantom::view`].
+    pub fn truth(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
+        self.truth_slices(self.acquisition(gate)?, 0..self.parts.camera.n_rows())
+    }
+
+    /// One slice of the exact volume of a gate, `[y][x]`.
+    ///
+    /// # Errors
+    /// As [`Phantom::slice`].
+    pub fn truth_slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
+        check_count("slice", z, 0, self.parts.camera.n_rows() - 1)?;
+        self.truth_slices(self.acquisition(gate)?, z..z + 1)
+    }
+
+    /// The activity of every voxel at a phase, `[z][y][x]`, averaged over the voxel.
+    ///
+    /// # Errors
+    /// As [`Phantom::shape`].
+    pub fn activity(&self, phase: f64) -> Result<Vec<f32>, PhantomError> {
+        self.truth_slices(Acquisition::still(phase), 0..self.parts.camera.n_rows())
+    }
+
+    /// What every voxel holds most of at a phase, `[z][y][x]`: 0 background, 1 cavity, 2 wall; of the wall's voxels 3 are those
+    /// of the scene's first defect, 4 those of the second, and so on.
+    ///
+    /// A voxel of the wall is a defect's if that, without what later ones replace of it, fills more of it than any other defect or
+    /// the rest of the wall, and the first one's of equals. [`Phantom::label_names`] lists the names.
+    ///
+    /// # Errors
+    /// As [`Phantom::shape`].
+    pub fn labels(&self, phase: f64) -> Result<Vec<u8>, PhantomError> {
+        let sampling = Sampling::Coverage {
+            tolerance: self.parts.truth_tolerance,
+        };
+        let (grid, slices) = (self.parts.camera.grid(), 0..self.parts.camera.n_rows());
+        let shape = self.shape(phase)?;
+        let mut regions = (shape.body()).regions::<f32>(grid, slices.clone(), sampling)?;
+        let scan = self.scan(&self.parts.camera, Acquisition::still(phase));
+        let placed = scan.placed(std::slice::from_ref(&shape))?;
+        let defects = placed.by_defect(&shape, self.parts.defects.len());
+        regions.label_pieces(WALL, &defects, grid, slices, sampling)?;
+        self.work.voxels(regions.counters);
+        Ok(regions.labels)
+    }
+
+    /// What the labels stand for, from 0 on: `background`, `cavity`, `wall`, `defect 1`, `defect 2` and so on.
+    pub fn label_names(&self) -> Vec<String> {
+        let regions = ["background", "cavity", "wall"].map(String::from);
+        let defects = (1..=self.parts.defects.len()).map(|k| format!("defect {k}"));
+        regions.into_iter().chain(defects).collect()
+    }
+
+    /// The attenuation of every voxel at a phase in 1/cm, `[z][y][x]`, averaged over the voxel.
+    ///
+    /// # Errors
+    /// [`PhantomError::Absent`] if nothing attenuates; as [`Phantom::shape`].
+    pub fn attenuation(&self, phase: f64) -> Result<Vec<f32>, PhantomError> {
+        let Some(attenuation) = &self.parts.attenuation else {
+            return Err(PhantomError::Absent {
+                what: "attenuation",
+            });
+        };
+        let tolerance = self.parts.truth_tolerance;
+        attenuation.map(
+            self.shape(phase)?.body(),
+            self.parts.camera.grid(),
+            tolerance,
+        )
+    }
+
+    /// The inner and the outer surface at a phase, in the lab, cm. They enclose the body's volume to the scene's
+    /// `output.mesh_tolerance`, whatever the voxels are; the number of triangles goes as one over that.
+    ///
+    /// # Errors
+    /// As [`Phantom::shape`].
+    pub fn meshes(&self, phase: f64) -> Result<[Mesh; 2], PhantomError> {
+        let shape = self.shape(phase)?;
+        let tolerance = self.parts.output.mesh_tolerance;
+        Ok([shape.mesh(0, tolerance)?, shape.mesh(1, tolerance)?])
+    }
+
+    /// The voxels over which reconstructions are judged; from 24 phases, made once.
+    ///
+    /// # Errors
+    /// What solving the shapes can return.
+    pub fn regions(&self) -> Result<&Regions, PhantomError> {
+        if self.regions.get().is_none() {
+            let made = Regions::new(&self.parts.heart, &self.parts.camera, &self.parts.cycle)?;
+            // Another thread may have been first, with the same.
+            let _ = self.regions.set(made);
+        }
+        #[expect(clippy::unreachable, reason = "just set")]
+        Ok(self.regions.get_or_init(|| unreachable!("just set")))
+    }
+
+    /// What reconstructs a slice of a gate, made once for as long as one gate is looked at. Before a camera that stops it is the same for
+    /// all of them.
+    pub(crate) fn plan(&self, gate: usize) -> Result<Arc<FbpPlan<f32>>, PhantomError> {
+        let of = match self.parts.camera.rotation() {
+            Rotation::StepAndShoot => 0,
+            Rotation::Continuous { .. } => gate,
+        };
+        let last = || self.plan.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((known, plan)) = &*last()
+            && *known == of
+        {
+            return Ok(plan.clone());
+        }
+        // Without the lock: other threads may make the same, but none waits for itself.
+        let (geometry, parts) = (self.geometry(gate)?, &self.parts);
+        let made = FbpPlan::new(&geometry, parts.camera.image(), &parts.reconstruction)?;
+        let made = Arc::new(made);
+        *last() = Some((of, made.clone()));
+        Ok(made)
+    }
+
+    fn reconstruct_slices(
+        &self,
+        gate: usize,
+        views: &[f32],
+        n_slices: usize,
+    ) -> Result<Vec<f32>, PhantomError> {
+        let plan = self.plan(gate)?;
+        let mut volume = vec![0.0f32; n_slices * plan.image_len()];
+        let order = StackOrder::ViewSliceBin;
+        let report =
+            plan.reconstruct_stack_into(views, n_slices, order, &mut volume, &mut plan.scratch())?;
+        self.work.reconstruction(report);
+        Ok(volume)
+    }
+
+    fn truth_slices(
+        &self,
+        acquisition: Acquisition,
+        slices: Range<usize>,
+    ) -> Result<Vec<f32>, PhantomError> {
+        let tolerance = self.parts.truth_tolerance;
+        let scan = self.scan(&self.parts.camera, acquisition);
+        let (volume, counters) = truth_of_slices(&scan, tolerance, slices)?;
+        self.work.voxels(counters);
+        Ok(volume)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Camera, CameraGeometry, Cycle, Heart, Mode, PhantomParts};
+    use radon::Skip;
+
+    fn gated(rotation: Rotation) -> Phantom {
+        let heart = Heart::study(51).unwrap();
+        let cycle = Cycle::new(60.0, 0.6).unwrap();
+        let camera = Camera::with_geometry(&CameraGeometry {
+            views: 8,
+            arc: std::f64::consts::TAU,
+            start: 0.0,
+            bins: 8,
+            rows: 1,
+            pitch: [2.0; 2],
+            rotation,
+            pixels: [8; 2],
+            pixel: 2.0,
+            centre: [0.0; 2],
+        });
+        let mut parts = PhantomParts::new(heart, cycle, camera.unwrap());
+        parts.mode = Mode::Gated { gates: 2 };
+        Phantom::from_parts(parts).unwrap()
+    }
+
+    #[test]
+    fn a_plan_is_made_once() {
+        let phantom = gated(Rotation::StepAndShoot);
+        let first = phantom.plan(0).unwrap();
+        assert!(Arc::ptr_eq(&first, &phantom.plan(0).unwrap()));
+        assert!(Arc::ptr_eq(&first, &phantom.plan(1).unwrap()));
+        // Another option is another plan.
+        let skipping = phantom.with_skip(Skip::Nothing);
+        assert!(!Arc::ptr_eq(&first, &skipping.plan(0).unwrap()));
+        // A camera that turns sees each gate from other angles.
+        let phantom = gated(Rotation::Continuous { interval: 1.25 });
+        let first = phantom.plan(0).unwrap();
+        assert!(Arc::ptr_eq(&first, &phantom.plan(0).unwrap()));
+        assert!(!Arc::ptr_eq(&first, &phantom.plan(1).unwrap()));
+    }
+}

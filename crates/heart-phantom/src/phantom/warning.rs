@@ -1,0 +1,200 @@
+//! What is allowed and yet may surprise, with the numbers that show why.
+
+#[cfg(feature = "scene")]
+use crate::text::short;
+use crate::text::{brief, enough};
+#[cfg(feature = "scene")]
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use std::fmt;
+
+/// Something allowed that a user may not expect; its text says what it does, with the numbers.
+///
+/// In `report.json` an object with a `message` and with the fields `what`, `edge`, `needed_cm`, `seen_cm`, `angle_degrees` of what is
+/// truncated; `edge`, `nearest_cm` and `reach_cm` of a heart outside; `times` of one that reaches out of the torso; `off_degrees` of uneven angles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The detector is too small for something.
+    Truncated {
+        /// What it does not see whole.
+        what: Seen,
+        /// Where it ends.
+        edge: Edge,
+        /// How long the rows would have to be, or how high the views, in cm; centred on the axis of turning.
+        needed: f64,
+        /// How long, or high, they are.
+        seen: f64,
+        /// Of bins: from where most is missing, in radians.
+        angle: Option<f64>,
+    },
+    /// The heart is above or below all rows, so that no view sees anything of it, or all of it is farther from the axis of turning
+    /// than half a row is long, so that views see it in passing at most.
+    OutOfView {
+        /// Which of the two: beyond the rows, or beyond the bins.
+        edge: Edge,
+        /// How far it is, at the nearest, from the middle row or from the axis of turning, in cm.
+        nearest: f64,
+        /// How far from there the views reach, in cm.
+        reach: f64,
+    },
+    /// The heart is not all within the torso that attenuates: rays are weakened by what they pass of the torso, and by nothing of the
+    /// heart outside.
+    OutOfTorso {
+        /// How many times as far from the torso's axis as its surface the heart reaches.
+        times: f64,
+    },
+    /// A turning camera sees gates from uneven angles, and the format of the projections has room for even ones only: their mean
+    /// is right.
+    UnevenAngles {
+        /// How far a view is from where its file says it is, at most; in radians.
+        off: f64,
+    },
+}
+
+/// What a camera should see whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Seen {
+    /// Cavity and wall, at end-diastole and end-systole, or at the one phase that is looked at.
+    Heart,
+    /// What surrounds the heart ([`PhantomParts::background`](crate::PhantomParts::background), `[background]` of a scene).
+    Background,
+    /// The torso that attenuates ([`PhantomParts::attenuation`](crate::PhantomParts::attenuation), `[attenuation]` of a scene).
+    Torso,
+}
+
+/// An edge of a view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Edge {
+    /// The ends of its rows.
+    Bins,
+    /// Its lowest and highest row.
+    Rows,
+}
+
+impl Edge {
+    /// How that side is called, and what gives it.
+    fn words(self) -> [&'static str; 2] {
+        match self {
+            Self::Bins => ["wide", "bins x pitch"],
+            Self::Rows => ["high", "rows x pitch"],
+        }
+    }
+
+    #[cfg(feature = "scene")]
+    fn name(self) -> &'static str {
+        match self {
+            Self::Bins => "bins",
+            Self::Rows => "rows",
+        }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Truncated {
+                what,
+                edge,
+                needed,
+                seen,
+                angle,
+            } => {
+                let streaks = "views are truncated, and reconstructions streak";
+                let (name, then) = match (what, edge) {
+                    (Seen::Heart, Edge::Bins) => ("the heart", streaks),
+                    (Seen::Heart, Edge::Rows) => ("the heart", "its ends are in no slice"),
+                    (Seen::Background, _) => ("the background", streaks),
+                    (Seen::Torso, _) => (
+                        "the torso that attenuates",
+                        "all of it weakens the rays, but a map of it as wide as the views shows only a part",
+                    ),
+                };
+                let ([side, size], needed, seen) = (edge.words(), enough(needed), brief(seen));
+                write!(f, "{name} needs views {needed} cm {side}")?;
+                if let Some(angle) = angle {
+                    write!(f, " (at {:.1} degrees)", angle.to_degrees())?;
+                }
+                write!(f, "; {size} is {seen} cm: {then}")
+            }
+            Self::OutOfView {
+                edge,
+                nearest,
+                reach,
+            } => {
+                let ([_, size], nearest, reach) = (edge.words(), brief(nearest), brief(reach));
+                let (from, then) = match edge {
+                    Edge::Rows => ("their middle row", "nothing of it is seen"),
+                    Edge::Bins => ("the axis of turning", "it is seen in passing at most"),
+                };
+                write!(
+                    f,
+                    "the heart is outside the views, {nearest} cm from {from} at the nearest; half of {size} is {reach} cm: {then}"
+                )
+            }
+            Self::OutOfTorso { times } => {
+                let times = brief(times);
+                write!(
+                    f,
+                    "the heart reaches out of the torso that attenuates, {times} times as far as its surface: what is outside weakens no ray"
+                )
+            }
+            Self::UnevenAngles { off } => write!(
+                f,
+                "the gates of a turning camera are seen from uneven angles, up to {:.3} degrees from where Interfile puts them; \
+                 other formats hold each angle, and report.json does",
+                off.to_degrees()
+            ),
+        }
+    }
+}
+
+#[cfg(feature = "scene")]
+impl Serialize for Warning {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let degrees = |angle: f64| short(angle.to_degrees());
+        let mut map = to.serialize_map(None)?;
+        match *self {
+            Self::Truncated {
+                what,
+                edge,
+                needed,
+                seen,
+                angle,
+            } => {
+                let what = match what {
+                    Seen::Heart => "heart",
+                    Seen::Background => "background",
+                    Seen::Torso => "torso",
+                };
+                map.serialize_entry("what", what)?;
+                map.serialize_entry("edge", edge.name())?;
+                map.serialize_entry("needed_cm", &short(needed))?;
+                map.serialize_entry("seen_cm", &short(seen))?;
+                if let Some(angle) = angle {
+                    map.serialize_entry("angle_degrees", &degrees(angle))?;
+                }
+            }
+            Self::OutOfView {
+                edge,
+                nearest,
+                reach,
+            } => {
+                map.serialize_entry("what", "heart-out-of-view")?;
+                map.serialize_entry("edge", edge.name())?;
+                map.serialize_entry("nearest_cm", &short(nearest))?;
+                map.serialize_entry("reach_cm", &short(reach))?;
+            }
+            Self::OutOfTorso { times } => {
+                map.serialize_entry("what", "heart-out-of-torso")?;
+                map.serialize_entry("times", &short(times))?;
+            }
+            Self::UnevenAngles { off } => {
+                map.serialize_entry("what", "angles")?;
+                map.serialize_entry("off_degrees", &degrees(off))?;
+            }
+        }
+        map.serialize_entry("message", &self.to_string())?;
+        map.end()
+    }
+}

@@ -1,0 +1,240 @@
+//! Looks for what is allowed and yet may surprise: before any work, and for the report.
+
+use super::Phantom;
+use super::output::Product;
+use super::warning::{Edge, Seen, Warning};
+use crate::error::PhantomError;
+use crate::files::Format;
+use crate::{HeartShape, Mode, Rotation};
+use revolve_voxel::{Body, EllipticCylinder};
+use std::f64::consts::PI;
+
+/// Directions of half a turn in which it is looked for a gap: the widest one is found to 1 - cos(pi / 128), 3e-4 of itself.
+const DIRECTIONS: usize = 64;
+
+impl Phantom {
+    /// What is allowed and yet may surprise; nothing if all is as one expects. It solves the shapes that are looked
+    /// at most, one or two, and casts no ray.
+    ///
+    /// Views that end before the heart or the background does are truncated: filtered back-projection takes what they do not
+    /// see for nothing, which streaks. A torso that attenuates does so however wide it is, but volumes hold no more of it than
+    /// the bins see; and however narrow it is, though the heart reach out of it.
+    ///
+    /// ```
+    /// use heart_phantom::{Edge, Phantom, Seen, Warning, scene::{Mode, Scene}};
+    /// let mut scene = Scene::default().with_size(32).with_mode(Mode::Static { phase: 0.5 });
+    /// assert!(Phantom::new(scene.clone())?.warnings()?.is_empty());
+    /// scene.pose.shift = [3.0, 0.0, 0.0];
+    /// let warnings = Phantom::new(scene)?.warnings()?;
+    /// assert!(matches!(warnings[..], [Warning::Truncated { what: Seen::Heart, edge: Edge::Bins, .. }]));
+    /// println!("{}", warnings[0]);
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// What solving the shapes can return.
+    pub fn warnings(&self) -> Result<Vec<Warning>, PhantomError> {
+        let parts = self.parts();
+        let mut found = Vec::new();
+        let bodies = self.outermost()?;
+        match self.out_of_view(&bodies)? {
+            Some(warning) => found.push(warning),
+            None => found.extend(self.truncated_heart(&bodies)?),
+        }
+        let background = parts.background.filter(|around| around.concentration > 0.0);
+        if let Some(around) = background {
+            let widest = self.widest_ellipse(&around.torso);
+            found.extend(self.beyond_bins(Seen::Background, widest));
+        }
+        let medium = parts.attenuation.filter(|medium| medium.coefficient > 0.0);
+        if let Some(torso) = medium.and_then(|medium| medium.torso) {
+            let widest = self.widest_ellipse(&torso);
+            found.extend(self.beyond_bins(Seen::Torso, widest));
+            let times = (bodies.iter()).map(|body| torso.growth_to_hold(body));
+            let times = times.fold(0.0, f64::max);
+            // It is too large by less than that.
+            found.extend((times > 1.0 + 1e-4).then_some(Warning::OutOfTorso { times }));
+        }
+        if parts.output.write.contains(&Product::Projections) {
+            found.extend(self.uneven_angles()?);
+        }
+        Ok(found)
+    }
+
+    /// The solids within the outer membrane between which all others lie: at end-systole and end-diastole, or at the one phase that is
+    /// looked at.
+    pub(crate) fn outermost(&self) -> Result<Vec<Body>, PhantomError> {
+        let phases = match self.parts().mode {
+            Mode::Static { phase } => vec![phase],
+            Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => {
+                self.extreme_phases().to_vec()
+            }
+        };
+        (phases.into_iter())
+            .map(|phase| outside_of(&*self.shape(phase)?))
+            .collect()
+    }
+
+    fn truncated_heart(&self, bodies: &[Body]) -> Result<Vec<Warning>, PhantomError> {
+        let mut widest: Option<(f64, f64)> = None;
+        let mut highest = 0.0f64;
+        for body in bodies {
+            let [x, y, z] = half_extents(body);
+            highest = highest.max(z);
+            // No view can miss what is nearer to the axis than that.
+            let views = match 2.0 * x.hypot(y) > self.width() {
+                true => self.seen_from(),
+                false => Vec::new(),
+            };
+            for theta in views {
+                wider(&mut widest, half_extents(&turned(body, theta)?)[0], theta);
+            }
+        }
+        let rows = truncated(Seen::Heart, Edge::Rows, 2.0 * highest, self.height(), None);
+        let bins = self.beyond_bins(Seen::Heart, widest);
+        Ok(bins.into_iter().chain(rows).collect())
+    }
+
+    /// Whether the field of view misses the heart at every phase, and by how much. Its phases lie between the outermost ones.
+    fn out_of_view(&self, bodies: &[Body]) -> Result<Option<Warning>, PhantomError> {
+        let [low, high] = span(bodies, 2)?;
+        let mut found = vec![(Edge::Rows, low.max(-high), 0.5 * self.height())];
+        // How far a convex body is from the axis: the widest gap between the two that any direction shows.
+        let mut gap = f64::NEG_INFINITY;
+        for k in 0..DIRECTIONS {
+            let theta = PI * k as f64 / DIRECTIONS as f64;
+            let turned = (bodies.iter())
+                .map(|body| turned(body, theta))
+                .collect::<Result<Vec<_>, _>>()?;
+            let [low, high] = span(&turned, 0)?;
+            gap = gap.max(low.max(-high));
+        }
+        found.push((Edge::Bins, gap, 0.5 * self.width()));
+        let outside = (found.into_iter()).find(|(_, nearest, reach)| nearest >= reach);
+        Ok(outside.map(|(edge, nearest, reach)| Warning::OutOfView {
+            edge,
+            nearest,
+            reach,
+        }))
+    }
+
+    fn uneven_angles(&self) -> Result<Option<Warning>, PhantomError> {
+        let mut off = 0.0f64;
+        for gate in 0..self.n_gates() {
+            let times = self.view_times(gate)?;
+            for (time, written) in times.iter().zip(self.written_angles(gate)?) {
+                off = off.max((time.angle - written).abs());
+            }
+        }
+        // Below what a header in degrees tells.
+        Ok((off > 1e-9).then_some(Warning::UnevenAngles { off }))
+    }
+
+    /// The angles of the views of a gate as the format of the projections has them: Interfile knows of even steps only.
+    pub(crate) fn written_angles(&self, gate: usize) -> Result<Vec<f64>, PhantomError> {
+        let angles = self.view_times(gate)?.into_iter().map(|time| time.angle);
+        Ok(match self.parts().output.projections {
+            Format::InterfileStir | Format::InterfileSimind => {
+                let nominal = self.camera().geometry().angles();
+                let off: f64 = angles.zip(nominal).map(|(a, b)| a - b).sum();
+                let off = off / nominal.len() as f64;
+                nominal.iter().map(|angle| angle + off).collect()
+            }
+            _ => angles.collect(),
+        })
+    }
+
+    /// The angles of the views; of a camera that turns, those at which each begins and ends besides.
+    fn seen_from(&self) -> Vec<f64> {
+        let shares: &[f64] = match self.camera().rotation() {
+            Rotation::StepAndShoot => &[0.5],
+            Rotation::Continuous { .. } => &[0.0, 0.5, 1.0],
+        };
+        (0..self.camera().n_views())
+            .flat_map(|view_idx| shares.iter().map(move |share| (view_idx, *share)))
+            .map(|(view_idx, share)| self.camera().angle(view_idx, share))
+            .collect()
+    }
+
+    /// How far to either side an elliptic cylinder reaches, and from where that is seen.
+    fn widest_ellipse(&self, torso: &EllipticCylinder) -> Option<(f64, f64)> {
+        let ([x, y], [a, b]) = (torso.centre(), torso.semi_axes());
+        let mut widest = None;
+        for theta in self.seen_from() {
+            let (sin, cos) = theta.sin_cos();
+            let middle = x * cos + y * sin;
+            wider(&mut widest, middle.abs() + (a * cos).hypot(b * sin), theta);
+        }
+        widest
+    }
+
+    fn beyond_bins(&self, what: Seen, widest: Option<(f64, f64)>) -> Option<Warning> {
+        let edge = Edge::Bins;
+        widest
+            .and_then(|(half, theta)| truncated(what, edge, 2.0 * half, self.width(), Some(theta)))
+    }
+
+    /// Length of the rows of a view in cm.
+    fn width(&self) -> f64 {
+        self.camera().n_bins() as f64 * self.camera().pitch()
+    }
+
+    /// Height of a view in cm.
+    fn height(&self) -> f64 {
+        self.camera().n_rows() as f64 * self.camera().detector().pitch()[1]
+    }
+}
+
+fn truncated(
+    what: Seen,
+    edge: Edge,
+    needed: f64,
+    seen: f64,
+    angle: Option<f64>,
+) -> Option<Warning> {
+    // What only rounding puts outside is inside.
+    (needed > seen * (1.0 + 1e-9)).then_some(Warning::Truncated {
+        what,
+        edge,
+        needed,
+        seen,
+        angle,
+    })
+}
+
+fn wider(widest: &mut Option<(f64, f64)>, half: f64, theta: f64) {
+    if widest.is_none_or(|(most, _)| half > most) {
+        *widest = Some((half, theta));
+    }
+}
+
+/// The solid within the outer membrane.
+fn outside_of(shape: &HeartShape) -> Result<Body, PhantomError> {
+    let layers = shape.body().layers();
+    Ok(Body::new(
+        vec![layers[layers.len() - 1].clone()],
+        *shape.body().pose(),
+    )?)
+}
+
+/// A body as a camera at an angle has it: along x what is along its bins.
+fn turned(body: &Body, theta: f64) -> Result<Body, PhantomError> {
+    let pose = body.pose().turned_z(-theta)?;
+    Ok(Body::new(body.layers().to_vec(), pose)?)
+}
+
+/// From where to where bodies reach along an axis, all together.
+fn span(bodies: &[Body], axis: usize) -> Result<[f64; 2], PhantomError> {
+    let mut all = [f64::INFINITY, f64::NEG_INFINITY];
+    for body in bodies {
+        let [low, high] = body.bounding_box(0)?;
+        all = [all[0].min(low[axis]), all[1].max(high[axis])];
+    }
+    Ok(all)
+}
+
+/// How far a body reaches from the planes through the origin, to the farther side.
+pub(crate) fn half_extents(body: &Body) -> [f64; 3] {
+    let [low, high] = body.bounding_box(0).unwrap_or_default();
+    [0, 1, 2].map(|a| high[a].max(-low[a]))
+}

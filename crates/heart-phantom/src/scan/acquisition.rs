@@ -1,0 +1,81 @@
+//! When views are taken: at a phase, at instants, over exposures, whole cycles, gates.
+
+/// When each view is taken; from where a turning camera then sees it, [`ViewTime`](crate::ViewTime) says.
+///
+/// Means over time have an even number of `points` a beat. Before a camera that stands still a sinusoid is sampled at equal steps, at
+/// least two, no longer than the beat over `points`: the trapezoidal rule. All else is a mean over volumes: between levels of the
+/// volume, half as many as `points` from the smallest to the largest, views are taken as linear, and the weights are the times
+/// that the curve itself stays near each level. So nothing that a curve does is missed, however short it is and however often
+/// it comes back. While the camera turns, that is done in each of 32 or more arcs of a view.
+///
+/// Rays that touch the surface see a square root of time, and so both are of order 3/2: the error falls by 2.8 when `points`
+/// double. The half of the points gives an error estimate for nothing, [`Sinograms::quadrature_error`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Acquisition {
+    /// All views at one phase of the cycle: nothing moves.
+    Static {
+        /// The phase; 0 is rest in the study's cycle.
+        phase: f64,
+        /// Steps of the arc that a camera turns through in a view, even; one that stops needs none.
+        points: usize,
+    },
+    /// View `k` is an instant at `t = k * interval` seconds.
+    Instants {
+        /// Seconds from a view to the next.
+        interval: f64,
+    },
+    /// View `k` is the mean from `t = k * interval` to `k * interval + window` seconds.
+    Exposure {
+        /// Seconds from a view to the next.
+        interval: f64,
+        /// Seconds that a view is exposed, at most `interval`.
+        window: f64,
+        /// Steps a cycle, even.
+        points: usize,
+    },
+    /// Each view is the mean over a whole cycle; of a camera that turns all the time, over all of its time, which is a cycle at least.
+    WholeCycle {
+        /// Steps a cycle, even.
+        points: usize,
+    },
+    /// Each view is the mean over one gate: the phases from `gate / gates` to `(gate + 1) / gates` of every beat, or of a camera that
+    /// turns all the time, of what comes of them in the view's time.
+    Gate {
+        /// Which gate, from 0.
+        gate: usize,
+        /// Number of equal gates.
+        gates: usize,
+        /// Steps a cycle, even.
+        points: usize,
+    },
+}
+
+impl Acquisition {
+    /// All views at one phase, with as few steps as there can be for a camera that turns.
+    pub const fn still(phase: f64) -> Self {
+        Self::Static { phase, points: 8 }
+    }
+}
+
+/// What an exact volume is the mean over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+pub enum TruthOf {
+    /// What every view sees: a phase, a whole beat, a gate. All views see the same.
+    EachView,
+    /// What all views see together, each for its share: they see different parts of the beat, instants or parts of beats, so that no
+    /// one heart is behind all of them.
+    MeanOfViews,
+}
+
+impl TruthOf {
+    /// The name of its file, without what all files of a kind have in common.
+    pub fn file_name(self) -> &'static str {
+        match self {
+            Self::EachView => "truth",
+            Self::MeanOfViews => "truth-mean-of-views",
+        }
+    }
+}

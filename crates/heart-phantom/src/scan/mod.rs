@@ -1,0 +1,30 @@
+//! What the camera sees, and when: views of a beating heart, each the mean over the time that it sees.
+
+mod acquire;
+mod acquisition;
+mod camera;
+mod levels;
+mod quadrature;
+mod readout;
+mod settings;
+mod timing;
+mod view_time;
+mod views;
+mod wide;
+
+pub use acquire::acquire;
+pub use acquisition::{Acquisition, TruthOf};
+#[cfg(feature = "scene")]
+pub(crate) use camera::MOST_SAMPLES;
+pub use camera::{Camera, CameraGeometry, Rotation};
+pub(crate) use readout::Readout;
+pub use settings::{Accuracy, Counts, Mode, Noise};
+#[cfg(feature = "scene")]
+pub(crate) use timing::MAX_POINTS_OF_ALL;
+pub(crate) use timing::STEPS;
+#[cfg(feature = "scene")]
+pub use view_time::ViewReport;
+pub use view_time::ViewTime;
+pub use views::Sinograms;
+pub(crate) use views::{MOST_NODES, Scan};
+pub(crate) use wide::Wide;

@@ -1,0 +1,90 @@
+//! What the detector makes of the line integrals: blur, then counts.
+
+use super::settings::{Counts, Noise};
+use crate::error::PhantomError;
+use radon::{Blur, CountScale, poisson_counts_into};
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// Blur and noise of a detector.
+#[derive(Debug)]
+pub(crate) struct Readout {
+    pub(crate) blur: Option<Blur>,
+    pub(crate) noise: Option<Noise>,
+    /// Bins and rows.
+    pub(crate) size: [usize; 2],
+}
+
+impl Readout {
+    /// The rows of the line integrals that some rows of the views are made of.
+    pub(crate) fn rows_seen(&self, rows: &Range<usize>) -> Range<usize> {
+        (self.blur.as_ref()).map_or(rows.clone(), |blur| blur.rows_seen(rows))
+    }
+
+    /// Blurs views of the rows seen and keeps the rows asked for.
+    pub(crate) fn blur(
+        &self,
+        views: &mut Vec<f32>,
+        rows: &Range<usize>,
+    ) -> Result<(), PhantomError> {
+        match &self.blur {
+            None => {}
+            Some(blur) if rows.len() == self.size[1] => blur.apply(views)?,
+            Some(blur) => *views = blur.rows(std::mem::take(views), rows)?,
+        }
+        Ok(())
+    }
+
+    /// Mean counts of a sample of 1; `all` gives all samples of the gate, if they are needed.
+    pub(crate) fn counts_per_unit<'a>(
+        &self,
+        all: impl FnOnce() -> Result<Cow<'a, [f32]>, PhantomError>,
+    ) -> Result<Option<f64>, PhantomError> {
+        Ok(match self.noise.map(|noise| noise.counts) {
+            None => None,
+            Some(Counts::PerUnit(counts)) => Some(counts),
+            Some(Counts::Total(counts)) => {
+                let samples = all()?;
+                if samples.iter().all(|&sample| sample == 0.0) {
+                    return Err(PhantomError::NothingToCount);
+                }
+                Some(CountScale::Total(counts).per_unit(&samples)?)
+            }
+        })
+    }
+
+    /// Counts over `per_unit`: samples with noise, in the units that they had. `view` is the number of the first one, of all
+    /// gates.
+    pub(crate) fn count(
+        &self,
+        samples: &mut Vec<f32>,
+        per_unit: Option<f64>,
+        view: usize,
+        rows: &Range<usize>,
+    ) -> Result<(), PhantomError> {
+        let (Some(per_unit), Some(noise)) = (per_unit, self.noise) else {
+            return Ok(());
+        };
+        let [bins, n_rows] = self.size;
+        let mut counts = vec![0.0f32; samples.len()];
+        let len = (rows.len() * bins).max(1);
+        for (k, (view_samples, view_counts)) in
+            samples.chunks(len).zip(counts.chunks_mut(len)).enumerate()
+        {
+            // Each sample's number among all, so that a row alone has the noise that it has in the whole.
+            let first = ((view + k) * n_rows + rows.start) * bins;
+            poisson_counts_into(
+                view_samples,
+                per_unit,
+                noise.seed,
+                first as u64,
+                view_counts,
+            )?;
+        }
+        counts
+            .iter_mut()
+            .for_each(|count| *count /= per_unit as f32);
+        *samples = counts;
+        Ok(())
+    }
+}

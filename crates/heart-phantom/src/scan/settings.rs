@@ -1,0 +1,97 @@
+//! How a phantom is looked at: plain data that a scene's file and Rust share.
+
+use super::acquisition::Acquisition;
+
+/// The time that a view sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "scene",
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[non_exhaustive]
+pub enum Mode {
+    /// One phase, the same in all views.
+    Static {
+        /// The phase: 0 and 1 are the start of a beat, and whole beats more or less are the same. Scenes take 0 to 1.
+        phase: f64,
+    },
+    /// The instant at which the view starts.
+    Instants,
+    /// The first seconds of the view.
+    Exposure {
+        /// How many.
+        seconds: f64,
+    },
+    /// Whole beats; all of a view's time if the camera turns.
+    WholeCycle,
+    /// One set of views for each of some equal parts of the beat.
+    Gated {
+        /// How many parts.
+        gates: usize,
+    },
+}
+
+impl Mode {
+    /// Sets of views.
+    pub(crate) fn n_gates(self) -> usize {
+        match self {
+            Self::Gated { gates } => gates,
+            Self::Static { .. } | Self::Instants | Self::Exposure { .. } | Self::WholeCycle => 1,
+        }
+    }
+
+    /// The acquisition of a gate by views that start `interval` seconds after each other, with a number of steps a cycle.
+    pub(crate) fn acquisition(self, interval: f64, gate: usize, points: usize) -> Acquisition {
+        match self {
+            Self::Static { phase } => Acquisition::Static { phase, points },
+            Self::Instants => Acquisition::Instants { interval },
+            Self::Exposure { seconds } => Acquisition::Exposure {
+                interval,
+                window: seconds,
+                points,
+            },
+            Self::WholeCycle => Acquisition::WholeCycle { points },
+            Self::Gated { gates } => Acquisition::Gate {
+                gate,
+                gates,
+                points,
+            },
+        }
+    }
+}
+
+/// Quadrature over the time of a view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum Accuracy {
+    /// Steps a cycle, even: of time for a sinusoid before a camera that stands still, else half of them of volume on the way up, and
+    /// half on the way down.
+    Steps(usize),
+    /// As many steps as keep the relative error of the sinograms (Euclidean norm) below this.
+    Tolerance(f64),
+}
+
+/// Poisson counts, `[noise]` of a scene. Views are given as counts over counts per unit, so that their units stay.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+pub struct Noise {
+    /// How many.
+    pub counts: Counts,
+    /// The same seed gives the same noise.
+    pub seed: u64,
+}
+
+/// Mean numbers of counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
+pub enum Counts {
+    /// For a sample of 1 (activity times cm).
+    PerUnit(f64),
+    /// In all views of a gate together; any part of it then needs all of its views once.
+    Total(f64),
+}

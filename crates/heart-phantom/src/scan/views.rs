@@ -1,0 +1,480 @@
+//! Taking views: any part of an acquisition, with the bits that it has in the whole.
+//!
+//! Views are taken in groups whose shapes fit the heart's memory ([`Heart::with_memory`]), and where one view needs more, its points
+//! in batches; the sums are formed in the same order, whatever that memory is.
+
+use super::acquisition::Acquisition;
+use super::quadrature::{Node, Nodes, Quadrature};
+use crate::error::PhantomError;
+use crate::model::Attenuation;
+use crate::model::{Activity, Background};
+use crate::model::{Defect, Placed};
+use crate::{Camera, Cycle, Heart, HeartShape};
+use rayon::prelude::*;
+use revolve_voxel::{ParallelRays, RayCounters, Sector};
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// So many samples, where they make up all of the difference between two rules, tell the error of the finer one to a factor of two.
+const FEW: f64 = 5.0;
+/// Points of the quadrature in a group of views: some 50 MB.
+pub(crate) const MOST_NODES: usize = 1 << 20;
+
+/// The sinograms of an acquisition and how they came about.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Sinograms {
+    /// Line integrals in cm times activity, index order `[view][row][bin]`, bin fastest.
+    pub samples: Vec<f32>,
+    /// The mean angle in radians from which each view was taken: the camera's own ([`Camera::geometry`]), unless it turns and the
+    /// view does not see all of its time. What reconstructs has to use these.
+    pub angles: Vec<f64>,
+    /// Distinct phases that the views see; of means over volumes, distinct volumes.
+    pub distinct_phases: usize,
+    /// Distinct shapes that those phases need: mirrored phases share one.
+    pub distinct_shapes: usize,
+    /// For averages an estimate of the relative error in the Euclidean norm over all samples, that bounds it from above:
+    /// `(1 + 5 / N) |d| / |s_n|`, `d = s_n - s_(n/2)` the difference between the rules with all and with half the points. At order 3/2
+    /// that is 1.8 times the error; where few samples make up the difference it says little of itself, and
+    /// `N = (sum d^2)^2 / sum d^4` counts them. Never less than the relative error of the cavity's mean volume by equal steps (root
+    /// mean square over the views), which the curve alone tells.
+    pub quadrature_error: Option<f64>,
+    /// Rays cast and skipped.
+    pub rays: RayCounters,
+}
+
+/// An acquisition of which any part can be taken, each with the bits that it has in the whole.
+pub(crate) struct Scan<'a> {
+    pub(crate) heart: &'a Heart,
+    pub(crate) camera: &'a Camera,
+    pub(crate) cycle: &'a Cycle,
+    pub(crate) acquisition: Acquisition,
+    pub(crate) activity: Activity,
+    pub(crate) attenuation: Option<Attenuation>,
+    pub(crate) defects: &'a [Defect],
+    pub(crate) background: Option<Background>,
+    /// How far the defects' layers may be from where they are, cm.
+    pub(crate) tolerance: f64,
+}
+
+/// Views that are taken together.
+struct Group {
+    views: Range<usize>,
+    /// The points of each, or one list for all of them.
+    plans: Vec<Nodes>,
+}
+
+/// A view under way.
+struct Taking<'a> {
+    view_idx: usize,
+    plan: usize,
+    /// The even half of the rule, in the end the view.
+    image: &'a mut [f32],
+    /// The odd half, while there is one.
+    odd: Vec<f32>,
+    rays: RayCounters,
+    /// Sum of the squared samples.
+    square: f64,
+    /// Sums of the second and of the fourth powers of the differences from the rule with half the points.
+    difference: f64,
+    fourth: f64,
+}
+
+/// The shapes of a batch of points.
+struct Shapes<'a> {
+    by_gain: BTreeMap<u64, &'a Arc<HeartShape>>,
+    placed: Placed,
+}
+
+/// What views add up to.
+#[derive(Default)]
+struct Total {
+    rays: RayCounters,
+    square: f64,
+    difference: f64,
+    fourth: f64,
+    /// Lists of points, and the sum of their squared errors of the mean volume.
+    plans: usize,
+    volume: f64,
+    averaged: bool,
+    phases: BTreeSet<u64>,
+    gains: BTreeSet<u64>,
+}
+
+impl<'a> Scan<'a> {
+    /// The heart alone: nothing attenuates, nothing is around it, its wall is whole.
+    pub(crate) fn plain(
+        heart: &'a Heart,
+        camera: &'a Camera,
+        cycle: &'a Cycle,
+        acquisition: Acquisition,
+        activity: Activity,
+    ) -> Self {
+        Self {
+            heart,
+            camera,
+            cycle,
+            acquisition,
+            activity,
+            attenuation: None,
+            defects: &[],
+            background: None,
+            tolerance: 0.0,
+        }
+    }
+}
+
+impl Scan<'_> {
+    /// Some rows of some views, `[view][row][bin]`.
+    pub(crate) fn rows(
+        &self,
+        views: Range<usize>,
+        rows: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Sinograms, PhantomError> {
+        self.acquisition.validate(self.cycle, self.camera)?;
+        self.activity.validate()?;
+        let len = rows.len() * self.camera.n_bins();
+        let mut samples = vec![0.0f32; views.len() * len];
+        let mut total = Total::default();
+        let done = AtomicUsize::new(0);
+        let taken = || progress(1 + done.fetch_add(1, Ordering::Relaxed));
+        let mut images = &mut samples[..];
+        self.for_groups(views.clone(), |group| {
+            for plan in &group.plans {
+                total.plan(plan);
+            }
+            let (own, rest) = std::mem::take(&mut images).split_at_mut(group.views.len() * len);
+            images = rest;
+            let own = own.chunks_mut(len.max(1));
+            self.take(&group, &rows, own, &mut total, &taken)
+        })?;
+        let angle = |view_idx| self.acquisition.angle(self.cycle, self.camera, view_idx);
+        Ok(Sinograms {
+            samples,
+            angles: views.clone().map(angle).collect(),
+            distinct_phases: total.phases.len(),
+            distinct_shapes: total.gains.len(),
+            quadrature_error: total.quadrature_error(),
+            rays: total.rays,
+        })
+    }
+
+    /// The defects in each of some distinct shapes, all of which the background surrounds: from it they are taken away.
+    pub(crate) fn placed(&self, shapes: &[Arc<HeartShape>]) -> Result<Placed, PhantomError> {
+        if let Some(background) = &self.background {
+            background.check_surrounds(shapes)?;
+        }
+        Placed::new(self.heart, self.defects, self.tolerance, shapes)
+    }
+
+    /// Where something is taken away that is there, as much as there is, rounding may leave less than nothing.
+    pub(crate) fn no_negatives(&self, samples: &mut [f32]) {
+        if self.background.is_some() || !self.defects.is_empty() {
+            samples
+                .iter_mut()
+                .for_each(|sample| *sample = sample.max(0.0));
+        }
+    }
+
+    fn quadrature(&self) -> Quadrature<'_> {
+        Quadrature::new(self.acquisition, self.cycle, self.camera)
+    }
+
+    /// Hands on the views in groups whose shapes, and points, fit into memory.
+    fn for_groups(
+        &self,
+        views: Range<usize>,
+        mut take: impl FnMut(Group) -> Result<(), PhantomError>,
+    ) -> Result<(), PhantomError> {
+        let quadrature = self.quadrature();
+        if self.acquisition.same_for_all_views(self.camera) {
+            let plans = vec![quadrature.view(views.start)];
+            return take(Group { views, plans });
+        }
+        let most = self.heart.most_shapes();
+        let mut group = Group {
+            views: views.start..views.start,
+            plans: Vec::new(),
+        };
+        let (mut gains, mut n_nodes) = (BTreeSet::new(), 0);
+        for view_idx in views {
+            let plan = quadrature.view(view_idx);
+            let own: BTreeSet<u64> = plan.gains().map(f64::to_bits).collect();
+            let more = own.difference(&gains).count();
+            if gains.len() + more > most || n_nodes + plan.nodes.len() > MOST_NODES {
+                let next = Group {
+                    views: view_idx..view_idx,
+                    plans: Vec::new(),
+                };
+                take(std::mem::replace(&mut group, next))?;
+                (gains, n_nodes) = (BTreeSet::new(), 0);
+            }
+            gains.extend(own);
+            n_nodes += plan.nodes.len();
+            group.views.end += 1;
+            group.plans.push(plan);
+        }
+        take(group)
+    }
+
+    /// Takes the views of a group.
+    fn take<'b>(
+        &self,
+        group: &Group,
+        rows: &Range<usize>,
+        images: impl Iterator<Item = &'b mut [f32]>,
+        total: &mut Total,
+        done: &(impl Fn() + Sync),
+    ) -> Result<(), PhantomError> {
+        let mut taking: Vec<Taking> = (images.zip(group.views.clone()).enumerate())
+            .map(|(k, (image, view_idx))| Taking {
+                view_idx,
+                plan: k % group.plans.len(),
+                image,
+                odd: Vec::new(),
+                rays: RayCounters::default(),
+                square: 0.0,
+                difference: 0.0,
+                fourth: 0.0,
+            })
+            .collect();
+        let batches = group.batches(self.heart.most_shapes());
+        for (k, batch) in batches.iter().enumerate() {
+            let nodes = |plan: usize| {
+                let nodes = &group.plans[plan].nodes;
+                &nodes[batch.start..batch.end.min(nodes.len())]
+            };
+            let gains = (0..group.plans.len()).flat_map(|plan| nodes(plan).iter().map(|n| n.gain));
+            let distinct: BTreeSet<u64> = gains.map(f64::to_bits).collect();
+            let gains: Vec<f64> = distinct.iter().map(|bits| f64::from_bits(*bits)).collect();
+            // All of them at once, in parallel; below they are only looked up.
+            let solved = self.heart.shapes(&gains)?;
+            let shapes = Shapes {
+                by_gain: distinct.into_iter().zip(&solved).collect(),
+                placed: self.placed(&solved)?,
+            };
+            taking.par_iter_mut().try_for_each(|view| {
+                self.add(view, nodes(view.plan), &shapes, rows)?;
+                if k + 1 == batches.len() {
+                    view.finish();
+                    self.no_negatives(view.image);
+                    done();
+                }
+                Ok::<_, PhantomError>(())
+            })?;
+        }
+        // Summed in the order of the views, whatever thread took them.
+        for view in &taking {
+            total.rays = total.rays + view.rays;
+            total.square += view.square;
+            total.difference += view.difference;
+            total.fourth += view.fourth;
+        }
+        Ok(())
+    }
+
+    /// Adds some points of its quadrature to a view.
+    fn add(
+        &self,
+        view: &mut Taking<'_>,
+        nodes: &[Node],
+        shapes: &Shapes<'_>,
+        rows: &Range<usize>,
+    ) -> Result<(), PhantomError> {
+        let mut both = Vec::new();
+        for node in nodes {
+            let [even, odd] = node.weights;
+            if odd != 0.0 {
+                view.odd.resize(view.image.len(), 0.0);
+            }
+            let theta = self.camera.angle(view.view_idx, node.share);
+            let rays = self.camera.detector().rays(theta)?.rows(rows.clone())?;
+            let shape = shapes.by_gain[&node.gain.to_bits()];
+            let seen = Point {
+                shape,
+                sectors: shapes.placed.of(shape),
+                rays: &rays,
+            };
+            let done = if odd == 0.0 {
+                self.project(&seen, even, view.image)?
+            } else if even == 0.0 {
+                self.project(&seen, odd, &mut view.odd)?
+            } else {
+                both.clear();
+                both.resize(view.image.len(), 0.0f32);
+                let done = self.project(&seen, 1.0, &mut both)?;
+                for (weight, target) in [(even, &mut *view.image), (odd, &mut view.odd[..])] {
+                    for (sum, value) in target.iter_mut().zip(&both) {
+                        *sum += (weight * f64::from(*value)) as f32;
+                    }
+                }
+                done
+            };
+            view.rays = view.rays + done;
+        }
+        Ok(())
+    }
+
+    /// Adds `weight` times the line integrals of all that there is.
+    fn project(
+        &self,
+        seen: &Point<'_>,
+        weight: f64,
+        target: &mut [f32],
+    ) -> Result<RayCounters, PhantomError> {
+        let (body, [cavity, wall]) = (seen.shape.body(), self.activity.of(seen.shape));
+        // The torso is everywhere, the heart what differs from it.
+        let around = (self.background).map_or(0.0, |background| background.concentration);
+        let activity = [cavity - around, wall - around];
+        let attenuator = (self.attenuation.as_ref())
+            .map(|medium| medium.of(body))
+            .transpose()?;
+        if let Some(background) = &self.background {
+            let (torso, amount) = (background.torso, weight * background.concentration);
+            torso.project_add(seen.rays, amount, attenuator.as_ref(), target)?;
+        }
+        let mut done = match &attenuator {
+            None => body.project_add(seen.rays, &activity, weight, target)?,
+            Some(medium) => {
+                body.project_attenuated_add(seen.rays, &activity, weight, medium, target)?
+            }
+        };
+        for (sector, factor) in seen.sectors {
+            let difference = weight * factor * wall;
+            done = done + sector.project_add(seen.rays, difference, attenuator.as_ref(), target)?;
+        }
+        Ok(done)
+    }
+
+    /// The view that is hardest to sample.
+    pub(crate) fn hardest_view(&self) -> usize {
+        if self.acquisition.same_for_all_views(self.camera) {
+            return 0;
+        }
+        let quadrature = self.quadrature();
+        let by_volume = self.acquisition.by_volume(self.cycle, self.camera);
+        let hard = |view_idx| {
+            let plan = quadrature.view(view_idx);
+            if by_volume {
+                plan.spread()
+            } else {
+                plan.volume_error
+            }
+        };
+        let hardness: Vec<f64> = (0..self.camera.n_views()).map(hard).collect();
+        let larger = |a: &usize, b: &usize| hardness[*a].total_cmp(&hardness[*b]);
+        (0..hardness.len()).max_by(larger).unwrap_or(0)
+    }
+
+    /// Collects the gains of all views, until there are `most`.
+    pub(crate) fn collect_gains(&self, gains: &mut BTreeSet<u64>, most: usize) {
+        let quadrature = self.quadrature();
+        for view_idx in 0..self.n_plans() {
+            if gains.len() >= most {
+                break;
+            }
+            gains.extend(quadrature.view(view_idx).gains().map(f64::to_bits));
+        }
+    }
+
+    /// Views that differ in what they see.
+    fn n_plans(&self) -> usize {
+        if self.acquisition.same_for_all_views(self.camera) {
+            1
+        } else {
+            self.camera.n_views()
+        }
+    }
+
+    /// Each volume gain with its share of the time of all views, equal ones merged.
+    pub(crate) fn times(&self) -> Result<Vec<(f64, f64)>, PhantomError> {
+        self.acquisition.validate(self.cycle, self.camera)?;
+        let quadrature = self.quadrature();
+        let n_views = self.n_plans();
+        let mut times: Vec<(f64, f64)> = Vec::new();
+        let mut known = BTreeMap::new();
+        for view_idx in 0..n_views {
+            for node in quadrature.view(view_idx).nodes {
+                let weight = (node.weights[0] + node.weights[1]) / n_views as f64;
+                let at = *known.entry(node.gain.to_bits()).or_insert(times.len());
+                match times.get_mut(at) {
+                    Some((_, sum)) => *sum += weight,
+                    None => times.push((node.gain, weight)),
+                }
+            }
+        }
+        Ok(times)
+    }
+}
+
+/// What a view sees at one point of its quadrature.
+struct Point<'a> {
+    shape: &'a HeartShape,
+    sectors: &'a [(Sector, f64)],
+    rays: &'a ParallelRays,
+}
+
+impl Group {
+    /// The points of all views at once; or, where one list of points alone needs more shapes, part by part.
+    fn batches(&self, most: usize) -> Vec<Range<usize>> {
+        let [plan] = &self.plans[..] else {
+            return vec![Range {
+                start: 0,
+                end: usize::MAX,
+            }];
+        };
+        let (mut batches, mut gains, mut start) = (Vec::new(), BTreeSet::new(), 0);
+        for (k, gain) in plan.gains().enumerate() {
+            if gains.len() == most && !gains.contains(&gain.to_bits()) {
+                batches.push(start..k);
+                (gains, start) = (BTreeSet::new(), k);
+            }
+            gains.insert(gain.to_bits());
+        }
+        batches.push(start..plan.nodes.len());
+        batches
+    }
+}
+
+impl Taking<'_> {
+    /// The rule is the sum of its halves, the one with half the points twice the even half.
+    fn finish(&mut self) {
+        for (even, odd) in self.image.iter_mut().zip(std::mem::take(&mut self.odd)) {
+            let square = f64::from(odd - *even).powi(2);
+            self.difference += square;
+            self.fourth += square * square;
+            *even += odd;
+            self.square += f64::from(*even).powi(2);
+        }
+    }
+}
+
+impl Total {
+    fn plan(&mut self, plan: &Nodes) {
+        self.plans += 1;
+        self.volume += plan.volume_error.powi(2);
+        self.averaged |= plan.nodes.len() > 1 || plan.nodes.iter().any(|n| n.weights[1] != 0.0);
+        self.phases
+            .extend(plan.phases.iter().map(|phase| phase.to_bits()));
+        self.gains.extend(plan.gains().map(f64::to_bits));
+    }
+
+    fn quadrature_error(&self) -> Option<f64> {
+        if !self.averaged {
+            return None;
+        }
+        let volume = (self.volume / self.plans as f64).sqrt();
+        // Of one sample that is all of the difference 1, of n equal ones 1 / n.
+        let few = self.fourth / self.difference.powi(2);
+        Some(if self.square == 0.0 {
+            0.0
+        } else if self.difference > 0.0 {
+            ((1.0 + FEW * few) * (self.difference / self.square).sqrt()).max(volume)
+        } else {
+            volume
+        })
+    }
+}

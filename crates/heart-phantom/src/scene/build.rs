@@ -1,0 +1,198 @@
+//! From a scene's settings to the parts of a phantom: degrees become radians, settings the domain's own types.
+
+use crate::error::PhantomError;
+use crate::model::Attenuation;
+use crate::model::Background;
+use crate::phantom::PhantomParts;
+use crate::scan::{CameraGeometry, Rotation};
+use crate::scene::{
+    ArcSettings, AttenuationSettings, BackgroundSettings, DefectSettings, DiscretisationSettings,
+    Law, MediumSettings, ReconstructionSettings, RotationSettings, Scene, WindowSettings,
+};
+use crate::{Activity, Balloon, Camera, Cycle, Defect, Heart, VolumeRange, WallRegion};
+use membrane_newton::membrane_forces::{PressureLaw, balloon_at_rest};
+use membrane_newton::{Discretisation, Membrane};
+use radon::{ArcPolicy, FbpOptions, Window};
+use revolve_voxel::nalgebra::Vector3;
+use revolve_voxel::{EllipticCylinder, Pose};
+use std::f64::consts::PI;
+
+impl Scene {
+    /// What a phantom of the scene is made of; whoever changes some of it makes the phantom by
+    /// [`Phantom::from_parts`](crate::Phantom::from_parts).
+    ///
+    /// ```
+    /// use heart_phantom::{Heart, Phantom, Scene};
+    /// let mut parts = Scene::default().with_size(32).parts()?;
+    /// parts.heart = Heart::study(101)?;
+    /// assert_eq!(Phantom::from_parts(parts)?.view(0, 0)?.len(), 32 * 32);
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`PhantomError::Scene`]; [`PhantomError::Membrane`] if the discretised balloons make no pair.
+    pub fn parts(&self) -> Result<PhantomParts, PhantomError> {
+        self.check()?;
+        let inner = &self.heart.inner;
+        Ok(PhantomParts {
+            heart: heart_of(self)?,
+            cycle: cycle_of(self)?,
+            camera: Camera::with_geometry(&geometry_of(self))?,
+            activity: Activity {
+                cavity: self.activity.cavity,
+                wall: self.activity.wall,
+            },
+            background: self.background.as_ref().map(background_of).transpose()?,
+            defects: self.defects.iter().map(defect_of).collect(),
+            attenuation: self.attenuation.as_ref().map(attenuation_of).transpose()?,
+            blur: self.blur.map(|blur| blur.fwhm),
+            noise: self.noise,
+            mode: self.acquisition.mode,
+            accuracy: self.acquisition.accuracy,
+            interval: self.camera.seconds_per_view,
+            reconstruction: fbp_of(&self.reconstruction),
+            truth_tolerance: self.truth.tolerance,
+            // the middle of the inner cylinder
+            side: 0.5 * (inner.length / (2.0 * inner.length + PI * inner.radius)),
+            radius: self.camera.radius,
+            output: self.output.clone(),
+        })
+    }
+}
+
+fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
+    let (settings, pose) = (&scene.heart, &scene.pose);
+    let law = match settings.law {
+        Law::PerMaterialLength => PressureLaw::PerMaterialLength,
+        Law::TotalForce => PressureLaw::TotalForce,
+        Law::PerCurrentLength => PressureLaw::PerCurrentLength,
+    };
+    let membrane = |balloon: crate::scene::BalloonSettings| -> Result<Membrane, PhantomError> {
+        let balloon = Balloon {
+            length: balloon.length,
+            radius: balloon.radius,
+            stiffness: balloon.stiffness,
+        };
+        Ok(balloon.membrane()?.with_law(law))
+    };
+    let (discretisation, tolerance) = match settings.discretisation {
+        DiscretisationSettings::Differences { nodes } => {
+            (Discretisation::FiniteDifferences { nodes }, 0.0)
+        }
+        DiscretisationSettings::Spectral {
+            degree,
+            per_piece,
+            tolerance,
+        } => (Discretisation::Spectral { degree, per_piece }, tolerance),
+    };
+    let middle = (settings.outer.length + settings.outer.radius) / 2.0;
+    let place = Pose::axis_along_z(pose.centre.unwrap_or(middle))?
+        .turned_x(pose.turn_x.to_radians())?
+        .turned_y(pose.turn_y.to_radians())?
+        .turned_z(pose.turn_z.to_radians())?
+        .shifted(Vector3::from(pose.shift))?;
+    let membranes = [membrane(settings.inner)?, membrane(settings.outer)?];
+    Heart::of_membranes(
+        [&membranes[0], &membranes[1]],
+        discretisation,
+        tolerance,
+        place,
+    )
+}
+
+/// Volume at rest that gains are over: that of the inner balloon as it is solved, so that volumes which are asked for are those that come
+/// out; ratios need no such thing.
+pub(crate) fn rest_volume_of(scene: &Scene) -> Result<f64, PhantomError> {
+    let inner = scene.heart.inner;
+    let exact = balloon_at_rest(inner.length, inner.radius)?.volume;
+    Ok(match scene.cycle.volume {
+        // What makes no heart is told where the heart is made.
+        VolumeRange::Volumes { .. } => {
+            heart_of(scene).map_or(exact, |heart| heart.pair().inner().start_measures().volume)
+        }
+        VolumeRange::Gain(_) | VolumeRange::EjectionFraction(_) => exact,
+    })
+}
+
+pub(crate) fn cycle_of(scene: &Scene) -> Result<Cycle, PhantomError> {
+    let rest = rest_volume_of(scene)?;
+    let (cycle, gains) = (&scene.cycle, scene.cycle.volume.gains(rest)?);
+    Cycle::with_curve(cycle.beats_per_minute, &cycle.curve, gains)
+}
+
+fn background_of(settings: &BackgroundSettings) -> Result<Background, PhantomError> {
+    Ok(Background {
+        torso: EllipticCylinder::new(settings.centre, settings.semi_axes)?,
+        concentration: settings.concentration,
+    })
+}
+
+pub(crate) fn defect_of(settings: &DefectSettings) -> Defect {
+    Defect {
+        region: WallRegion {
+            layers: settings.layers,
+            s: settings.s,
+            azimuths: settings.azimuths_degrees.map(f64::to_radians),
+        },
+        activity: settings.activity,
+    }
+}
+
+fn attenuation_of(settings: &AttenuationSettings) -> Result<Attenuation, PhantomError> {
+    Ok(Attenuation {
+        coefficient: settings.coefficient,
+        torso: match settings.medium {
+            MediumSettings::Heart => None,
+            MediumSettings::Torso { centre, semi_axes } => {
+                Some(EllipticCylinder::new(centre, semi_axes)?)
+            }
+        },
+    })
+}
+
+fn fbp_of(settings: &ReconstructionSettings) -> FbpOptions {
+    let window = match settings.window {
+        WindowSettings::RamLak => Window::RamLak,
+        WindowSettings::SheppLogan => Window::SheppLogan,
+        WindowSettings::Cosine => Window::Cosine,
+        WindowSettings::Hamming => Window::Hamming,
+        WindowSettings::Hann => Window::Hann,
+        WindowSettings::Butterworth { order } => Window::Butterworth { order },
+    };
+    let arc = match settings.arc {
+        ArcSettings::Complete => ArcPolicy::Complete,
+        ArcSettings::Extend => ArcPolicy::Extend,
+        ArcSettings::Truncate => ArcPolicy::Truncate,
+        ArcSettings::Rescale => ArcPolicy::Rescale,
+    };
+    FbpOptions::default()
+        .with_window(window)
+        .with_cutoff(settings.cutoff)
+        .with_arc(arc)
+}
+
+pub(crate) fn geometry_of(scene: &Scene) -> CameraGeometry {
+    let (camera, volume) = (&scene.camera, &scene.reconstruction);
+    let pixels = volume.pixels.unwrap_or(camera.bins);
+    let pixel = volume.pixel.unwrap_or(camera.pitch[0]);
+    let part = volume
+        .region
+        .map_or([[0, pixels]; 2], |region| [region.x, region.y]);
+    CameraGeometry {
+        views: camera.views,
+        arc: camera.arc.to_radians(),
+        start: camera.start.to_radians(),
+        bins: camera.bins,
+        rows: camera.rows,
+        pitch: camera.pitch,
+        rotation: match camera.rotation {
+            RotationSettings::StepAndShoot => Rotation::StepAndShoot,
+            RotationSettings::Continuous => Rotation::Continuous {
+                interval: camera.seconds_per_view,
+            },
+        },
+        pixels: part.map(|[from, to]| to - from),
+        pixel,
+        centre: part.map(|[from, to]| 0.5 * ((from + to) as f64 - pixels as f64) * pixel),
+    }
+}

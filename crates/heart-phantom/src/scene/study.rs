@@ -1,0 +1,172 @@
+//! A scene as data.
+
+use super::sections::{
+    AcquisitionSettings, ActivitySettings, AttenuationSettings, BackgroundSettings, BlurSettings,
+    CameraSettings, CycleSettings, DefectSettings, HeartSettings, PoseSettings,
+    ReconstructionSettings, TruthSettings,
+};
+use crate::{Accuracy, Mode, Noise, Output};
+use serde::{Deserialize, Serialize};
+
+/// Everything that determines a study. [`Default`] is that of Rohmer et al. 2006, with one cycle a view.
+///
+/// A scene is data and computes nothing; [`Phantom`](crate::Phantom) does, when asked. Lengths in cm, times in seconds, angles
+/// in degrees (in all other types they are radians), volumes in mL.
+///
+/// ```
+/// use heart_phantom::scene::{BlurSettings, CameraSettings, Counts, Mode, Noise, Scene};
+/// let camera = CameraSettings { views: 60, ..CameraSettings::default() };
+/// let scene = Scene::default()
+///     .with_camera(camera)
+///     .with_mode(Mode::Gated { gates: 8 })
+///     .with_blur(BlurSettings { fwhm: 0.8 })
+///     .with_noise(Noise { counts: Counts::Total(1e6), seed: 1 });
+/// // The same from a file; what is left out is the default.
+/// let text = "[camera]\nviews = 60\n[blur]\nfwhm = 0.8\n[noise]\ncounts = { total = 1e6 }\nseed = 1\n\
+///     [acquisition]\nmode = { gated = { gates = 8 } }\n";
+/// assert_eq!(Scene::from_toml(text)?, scene);
+/// assert_eq!(Scene::from_toml(&scene.to_toml())?, scene);
+/// let error = Scene::from_toml("[camera]\nviews = -3\n").unwrap_err();
+/// assert!(error.to_string().starts_with("line 2, column 9: camera.views"));
+/// # Ok::<(), heart_phantom::PhantomError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scene {
+    /// The two balloons.
+    pub heart: HeartSettings,
+    /// Heart rate and volume curve.
+    pub cycle: CycleSettings,
+    /// Where the heart stands.
+    pub pose: PoseSettings,
+    /// What cavity and wall hold.
+    pub activity: ActivitySettings,
+    /// What surrounds the heart; `None` for nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<BackgroundSettings>,
+    /// Pieces of the wall with another activity.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub defects: Vec<DefectSettings>,
+    /// What weakens the rays; `None` for nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub attenuation: Option<AttenuationSettings>,
+    /// Views and detector.
+    pub camera: CameraSettings,
+    /// Resolution of the detector; `None` for lines.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub blur: Option<BlurSettings>,
+    /// Counts; `None` for their means.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<Noise>,
+    /// When the views are taken.
+    pub acquisition: AcquisitionSettings,
+    /// Filtered back-projection.
+    pub reconstruction: ReconstructionSettings,
+    /// The exact volumes.
+    pub truth: TruthSettings,
+    /// What `heart-phantom run` writes.
+    pub output: Output,
+}
+
+impl Scene {
+    /// The same with other balloons.
+    pub fn with_heart(mut self, heart: HeartSettings) -> Self {
+        self.heart = heart;
+        self
+    }
+
+    /// The same with another cycle.
+    pub fn with_cycle(mut self, cycle: CycleSettings) -> Self {
+        self.cycle = cycle;
+        self
+    }
+
+    /// The same with another pose.
+    pub fn with_pose(mut self, pose: PoseSettings) -> Self {
+        self.pose = pose;
+        self
+    }
+
+    /// The same with another activity.
+    pub fn with_activity(mut self, activity: ActivitySettings) -> Self {
+        self.activity = activity;
+        self
+    }
+
+    /// The same with activity around the heart.
+    pub fn with_background(mut self, background: BackgroundSettings) -> Self {
+        self.background = Some(background);
+        self
+    }
+
+    /// The same with one more piece of the wall that has another activity.
+    pub fn with_defect(mut self, defect: DefectSettings) -> Self {
+        self.defects.push(defect);
+        self
+    }
+
+    /// The same with something that weakens the rays.
+    pub fn with_attenuation(mut self, attenuation: AttenuationSettings) -> Self {
+        self.attenuation = Some(attenuation);
+        self
+    }
+
+    /// The same with another camera.
+    pub fn with_camera(mut self, camera: CameraSettings) -> Self {
+        self.camera = camera;
+        self
+    }
+
+    /// The same with views taken at other times.
+    pub fn with_mode(mut self, mode: Mode) -> Self {
+        self.acquisition.mode = mode;
+        self
+    }
+
+    /// The same with the time of the views sampled in another way.
+    pub fn with_accuracy(mut self, accuracy: Accuracy) -> Self {
+        self.acquisition.accuracy = accuracy;
+        self
+    }
+
+    /// The same with a detector of finite resolution.
+    pub fn with_blur(mut self, blur: BlurSettings) -> Self {
+        self.blur = Some(blur);
+        self
+    }
+
+    /// The same with counts.
+    pub fn with_noise(mut self, noise: Noise) -> Self {
+        self.noise = Some(noise);
+        self
+    }
+
+    /// The same with another reconstruction.
+    pub fn with_reconstruction(mut self, reconstruction: ReconstructionSettings) -> Self {
+        self.reconstruction = reconstruction;
+        self
+    }
+
+    /// The same with other exact volumes.
+    pub fn with_truth(mut self, truth: TruthSettings) -> Self {
+        self.truth = truth;
+        self
+    }
+
+    /// The same with other results to write.
+    pub fn with_output(mut self, output: Output) -> Self {
+        self.output = output;
+        self
+    }
+
+    /// The same with `n` bins, rows and pixels a side in the same field of view.
+    pub fn with_size(mut self, n: usize) -> Self {
+        let field = self.camera.bins as f64 * self.camera.pitch[0];
+        self.camera.bins = n;
+        self.camera.rows = n;
+        self.camera.pitch = [field / n as f64; 2];
+        self.reconstruction.pixels = None;
+        self.reconstruction.pixel = None;
+        self
+    }
+}

@@ -1,0 +1,9 @@
+//! What the voxels really hold, and how a reconstruction compares with it.
+
+mod regions;
+mod volume;
+
+pub(crate) use regions::{MASK_PHASES, swept};
+pub use regions::{Measures, Regions};
+pub use volume::truth;
+pub(crate) use volume::{MOST_IN_PASS, finder_bytes, in_pass, truth_of_slices};

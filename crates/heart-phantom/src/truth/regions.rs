@@ -1,0 +1,137 @@
+//! Where a reconstruction is judged, and how it compares.
+
+use crate::error::PhantomError;
+use crate::{Camera, Cycle, Heart, HeartShape};
+use radon::{MaskedStats, disc_mask, rms_within, rmse_within, sum_within};
+use revolve_voxel::{Mask, Meridian, Pose, Sweep};
+use std::sync::Arc;
+
+/// Phases over which "at all phases" and "at any phase" are taken, as many shapes at most.
+pub(crate) const MASK_PHASES: usize = 24;
+
+/// The sets of voxels over which a reconstruction is judged. They do not depend on the
+/// acquisition, so that its figures can be compared with another's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Regions {
+    /// Pixels of a slice within [`Camera::field_radius`] of the axis, `[y][x]`.
+    pub disc: Vec<bool>,
+    /// In the wall at all phases, eroded by two voxels.
+    pub wall: Mask,
+    /// In the cavity at all phases, eroded by two voxels.
+    pub cavity: Mask,
+    /// Within the disc and more than three voxels from what the outer membrane holds at any phase.
+    pub background: Mask,
+}
+
+impl Regions {
+    /// The sets for a heart that runs through `cycle`, from 24 equally spaced phases; a voxel is
+    /// where its centre is.
+    ///
+    /// # Errors
+    /// What solving the shapes can return.
+    pub fn new(heart: &Heart, camera: &Camera, cycle: &Cycle) -> Result<Self, PhantomError> {
+        let mut gains = Self::gains(cycle);
+        // The most dilated shape second: with the smallest it settles most voxels.
+        let last = gains.len() - 1;
+        gains.swap(last, last.min(1));
+        let shapes = heart.shapes(&gains)?;
+        let (always, ever) = swept(&shapes, heart.pose(), camera)?;
+        let [mut cavity, mut wall] = always;
+        wall.erode(2);
+        cavity.erode(2);
+        let disc = disc_mask(camera.image(), camera.field_radius())?;
+        let mut background = ever.farther_than(3.0);
+        background.intersect_slices(&disc)?;
+        Ok(Self {
+            disc,
+            wall,
+            cavity,
+            background,
+        })
+    }
+
+    /// The distinct volume gains of those phases, from the smallest on.
+    pub(crate) fn gains(cycle: &Cycle) -> Vec<f64> {
+        let phases = (0..MASK_PHASES).map(|j| j as f64 / MASK_PHASES as f64);
+        let mut gains: Vec<f64> = phases.map(|phase| cycle.gain(phase)).collect();
+        gains.sort_by(f64::total_cmp);
+        gains.dedup();
+        gains
+    }
+}
+
+/// What is in the cavity and in the wall at all of some shapes, and what is in the heart at any of them.
+pub(crate) fn swept(
+    shapes: &[Arc<HeartShape>],
+    pose: &Pose,
+    camera: &Camera,
+) -> Result<([Mask; 2], Mask), PhantomError> {
+    let layers: Vec<&[Meridian]> = shapes.iter().map(|s| s.body().layers()).collect();
+    let Sweep { always, ever, .. } = Sweep::of(&layers, pose, camera.grid())?;
+    match <[Mask; 2]>::try_from(always) {
+        Ok(always) => Ok((always, ever)),
+        #[expect(clippy::unreachable, reason = "a heart has two layers")]
+        Err(_) => unreachable!("a heart has two layers"),
+    }
+}
+
+/// How a reconstruction compares with the truth and with what an ideal one would show. A measure
+/// whose set is empty is `None`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Measures {
+    /// Root mean square difference from the truth within the disc, all slices.
+    pub rmse_truth: Option<f64>,
+    /// Mean over the wall's voxels.
+    pub wall_mean: Option<f64>,
+    /// Standard deviation over the wall's voxels.
+    pub wall_std: Option<f64>,
+    /// Root mean square over the background.
+    pub background_rms: Option<f64>,
+    /// Mean over the cavity's voxels.
+    pub cavity_mean: Option<f64>,
+    /// Sum over the disc, all slices, times the volume of a voxel.
+    pub total_activity: Option<f64>,
+}
+
+impl Measures {
+    /// Measures of `volume`, and against `truth` if there is one; both `[z][y][x]`.
+    ///
+    /// # Errors
+    /// [`PhantomError::Length`] if a volume does not have the camera's number of voxels, [`PhantomError::Radon`] if the regions are
+    /// another camera's.
+    pub fn of(
+        volume: &[f32],
+        truth: Option<&[f32]>,
+        regions: &Regions,
+        camera: &Camera,
+    ) -> Result<Self, PhantomError> {
+        let expected = camera.grid().len();
+        for (what, given) in [
+            ("volume", Some(volume.len())),
+            ("truth", truth.map(<[f32]>::len)),
+        ] {
+            if let Some(given) = given.filter(|&given| given != expected) {
+                return Err(PhantomError::Length {
+                    what,
+                    given,
+                    expected,
+                });
+            }
+        }
+        let within = |mask: &Mask| MaskedStats::of(volume, mask.as_slice());
+        let wall = within(&regions.wall)?;
+        Ok(Self {
+            rmse_truth: match truth {
+                Some(truth) => rmse_within(volume, truth, &regions.disc)?,
+                None => None,
+            },
+            wall_mean: wall.map(|stats| stats.mean),
+            wall_std: wall.map(|stats| stats.std),
+            background_rms: rms_within(volume, regions.background.as_slice())?,
+            cavity_mean: within(&regions.cavity)?.map(|stats| stats.mean),
+            total_activity: sum_within(volume, &regions.disc)?
+                .map(|sum| sum * camera.grid().voxel_volume()),
+        })
+    }
+}

@@ -1,0 +1,138 @@
+//! What the voxels really hold.
+
+use crate::error::PhantomError;
+use crate::model::Activity;
+use crate::scan::Scan;
+use crate::{Acquisition, Camera, Cycle, Heart};
+use revolve_voxel::{Moment, Sampling, VoxelCounters};
+use std::ops::Range;
+
+/// Most shapes that one pass over the volume adds up, and most bytes that they take in it.
+pub(crate) const MOST_IN_PASS: usize = 256;
+const BYTES_OF_PASS: usize = 256 << 20;
+/// Most shapes that a mean is made of: as many as the finest whole beat of a scene has.
+const MOST_SHAPES: usize = 2049;
+
+/// The activity of every voxel, averaged over the voxel and over the time that the views see together
+/// ([`Acquisition::truth_of`]); index order `[z][y][x]`.
+///
+/// Covered fractions of a voxel are right to `tolerance`. Where the views see more than 2 049 shapes, as many stand for them, each
+/// for neighbours in volume: of a surface that passes a voxel once each way that changes its share by a thousandth at most.
+///
+/// # Errors
+/// As [`acquire`](crate::acquire()); [`PhantomError::Solid`] for a bad tolerance.
+pub fn truth(
+    heart: &Heart,
+    camera: &Camera,
+    cycle: &Cycle,
+    acquisition: Acquisition,
+    activity: impl Into<Activity>,
+    tolerance: f64,
+) -> Result<Vec<f32>, PhantomError> {
+    let scan = Scan::plain(heart, camera, cycle, acquisition, activity.into());
+    Ok(truth_of_slices(&scan, tolerance, 0..camera.n_rows())?.0)
+}
+
+/// The same for some slices only, bit for bit the cut from the whole.
+pub(crate) fn truth_of_slices(
+    scan: &Scan<'_>,
+    tolerance: f64,
+    slices: Range<usize>,
+) -> Result<(Vec<f32>, VoxelCounters), PhantomError> {
+    scan.activity.validate()?;
+    let times = thinned(scan.times()?);
+    let grid = scan.camera.grid();
+    let mut volume = vec![0.0f32; grid.slice_len() * slices.len()];
+    if let Some(background) = &scan.background {
+        let concentration = background.concentration;
+        (background.torso).voxelize_add(grid, slices.clone(), concentration, &mut volume)?;
+    }
+    let mut counters = VoxelCounters::default();
+    for part in times.chunks(in_pass(scan)) {
+        counters = counters + add_shapes(scan, part, tolerance, slices.clone(), &mut volume)?;
+    }
+    scan.no_negatives(&mut volume);
+    Ok((volume, counters))
+}
+
+/// How many shapes one pass adds up. It does not depend on the heart's memory, so that the sums have the same bits whatever that is.
+pub(crate) fn in_pass(scan: &Scan<'_>) -> usize {
+    let bytes = scan.heart.shape_bytes() + finder_bytes(scan);
+    (BYTES_OF_PASS / bytes).clamp(1, MOST_IN_PASS)
+}
+
+/// About how many bytes finding the surfaces of a shape in the voxels takes: for each layer cells of 24 bytes, as large as the
+/// least side of a voxel, a quarter of a million at most.
+pub(crate) fn finder_bytes(scan: &Scan<'_>) -> usize {
+    let spacing = scan.camera.grid().spacing();
+    let size = spacing.into_iter().fold(f64::INFINITY, f64::min);
+    // A heart twice as large as at rest, with a margin.
+    let cells: f64 = (scan.heart.rest_extent().into_iter())
+        .map(|side| 2f64.sqrt() * side / size + 8.0)
+        .product();
+    2 * 24 * cells.min(250_000.0) as usize
+}
+
+/// Adds the shapes of some gains, each for its share of the time.
+fn add_shapes(
+    scan: &Scan<'_>,
+    times: &[(f64, f64)],
+    tolerance: f64,
+    slices: Range<usize>,
+    volume: &mut [f32],
+) -> Result<VoxelCounters, PhantomError> {
+    let (gains, weights): (Vec<f64>, Vec<f64>) = times.iter().copied().unzip();
+    let shapes = scan.heart.shapes(&gains)?;
+    let placed = scan.placed(&shapes)?;
+    let grid = scan.camera.grid();
+    let around = (scan.background).map_or(0.0, |background| background.concentration);
+    let sampling = Sampling::Coverage { tolerance };
+    let held: Vec<[f64; 2]> = (shapes.iter())
+        .map(|shape| scan.activity.of(shape).map(|held| held - around))
+        .collect();
+    let moments: Vec<Moment> = (shapes.iter().zip(&held).zip(&weights))
+        .map(|((shape, activity), &weight)| Moment {
+            body: shape.body(),
+            activity,
+            weight,
+        })
+        .collect();
+    let mut counters = Moment::voxelize_add(&moments, grid, slices.clone(), sampling, volume)?;
+    for (shape, weight) in shapes.iter().zip(&weights) {
+        let [_, wall] = scan.activity.of(shape);
+        for (sector, factor) in placed.of(shape) {
+            let difference = weight * factor * wall;
+            let done = sector.voxelize_add(grid, slices.clone(), sampling, difference, volume)?;
+            counters = counters + done;
+        }
+    }
+    Ok(counters)
+}
+
+/// Gains with their shares, or where there are very many, fewer of about equal shares that stand for them.
+fn thinned(mut times: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    if times.len() <= MOST_SHAPES {
+        return times;
+    }
+    times.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut passed = 0.0;
+    let group = |&(_, weight): &(f64, f64)| {
+        let at = (passed * MOST_SHAPES as f64) as usize;
+        passed += weight;
+        at.min(MOST_SHAPES - 1)
+    };
+    let groups: Vec<usize> = times.iter().map(group).collect();
+    let mut thinned: Vec<(usize, f64, f64)> = Vec::with_capacity(MOST_SHAPES);
+    for (group, (gain, weight)) in groups.into_iter().zip(times) {
+        match thinned.last_mut() {
+            Some((last, moment, sum)) if *last == group => {
+                *moment += weight * gain;
+                *sum += weight;
+            }
+            _ => thinned.push((group, weight * gain, weight)),
+        }
+    }
+    (thinned.into_iter())
+        .map(|(_, moment, sum)| (moment / sum, sum))
+        .collect()
+}
