@@ -1,13 +1,13 @@
-//! Solids of revolution: exact chords, exact measures, coverage voxels and meshes from a profile.
+//! Solids of revolution: exact chords, exact measures, coverage voxels and meshes from a meridian.
 //!
 //! # Equations
-//! A profile r(x) >= 0 (cm, x along the axis from base to apex) turned about the axis bounds a solid. Of a line with unit
+//! A meridian r(x) >= 0 (cm, x along the axis from base to apex) turned about the axis bounds a solid. Of a line with unit
 //! direction d the distance R from the axis and the axial coordinate x are
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
 //! in coordinates (w, q) of its own: on a cone `r = r0 + m (x - x0)` each crossing is the root of a quadratic in t. The chord
-//! (cm) is the signed sum, over stretches of the profile with concave r, of the line's length in the convex solid under each.
+//! (cm) is the signed sum, over stretches of the meridian with concave r, of the line's length in the convex solid under each.
 //! V is the volume (cm^3), S the surface (cm^2). A voxel's coverage is the fraction of
 //! its volume inside the solid.
 //!
@@ -43,7 +43,7 @@
 //!
 //! # Accuracy
 //! Chords, distances and measures of a polyline are right to rounding (1e-12 where the chord is well-conditioned; a grazing
-//! chord is the root of a difference and has half the digits). A smooth profile is a polyline within the tolerance that was
+//! chord is the root of a difference and has half the digits). A smooth meridian is a polyline within the tolerance that was
 //! asked for. A voxel that one gentle patch of surface crosses has its coverage from a plane and what the surface differs
 //! from it, with an estimate of the error; any other, and any at a fine tolerance, from the exact areas of its sections
 //! across the axis, integrated between the places where they are not smooth: some five times the work for three more digits.

@@ -99,14 +99,14 @@ impl Direction {
     #[inline(always)]
     pub(crate) fn intervals<'a>(
         &'a self,
-        profile: &'a Meridian,
+        meridian: &'a Meridian,
         [w, q]: [f64; 2],
         hints: &'a mut [Hint],
     ) -> Intervals<'a> {
         Intervals {
             direction: self,
             line: self.line(w, q),
-            profile,
+            meridian,
             hints,
             at: 0,
         }
@@ -252,13 +252,13 @@ impl Direction {
 }
 
 /// The intervals of one line: the sign of each and the faces through which the line enters and leaves. Where a whole stretch
-/// of the profile is met inside, one interval between its end planes stands for all of them.
+/// of the meridian is met inside, one interval between its end planes stands for all of them.
 pub(crate) struct Intervals<'a> {
     direction: &'a Direction,
     line: Line,
-    profile: &'a Meridian,
+    meridian: &'a Meridian,
     hints: &'a mut [Hint],
-    /// The next node of the profile's tree.
+    /// The next node of the meridian's tree.
     at: usize,
 }
 
@@ -269,7 +269,7 @@ impl<'a> Iterator for Intervals<'a> {
     #[inline(always)]
     fn next(&mut self) -> Option<Self::Item> {
         let (direction, line) = (self.direction, &self.line);
-        while let Some(node) = self.profile.tree().get(self.at) {
+        while let Some(node) = self.meridian.tree().get(self.at) {
             self.at += 1;
             let [u0, u1] = node.x.map(|x| direction.u(line, x));
             let (near, far) = ordered(u0 * u0, u1 * u1);
@@ -282,7 +282,7 @@ impl<'a> Iterator for Intervals<'a> {
                 }
             } else if far < line.c2 * node.r2[0] - line.c2q2 {
                 self.at = node.after;
-                let vertex = &self.profile.chains()[0].vertices[0];
+                let vertex = &self.meridian.chains()[0].vertices[0];
                 let [from, to] = node.path;
                 let (sign, x) = if to > from {
                     (1.0, [from, to])
@@ -292,7 +292,7 @@ impl<'a> Iterator for Intervals<'a> {
                 return Some((sign, direction.along(x.map(|x| Face::plane(vertex, x)))));
             }
             if let Kind::Leaf(k) = node.kind {
-                let chain = &self.profile.chains()[k];
+                let chain = &self.meridian.chains()[k];
                 if let Some(faces) = direction.interval(chain, line, &mut self.hints[k]) {
                     return Some((chain.sign, direction.along(faces)));
                 }

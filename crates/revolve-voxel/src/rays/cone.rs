@@ -239,12 +239,12 @@ mod tests {
     /// Steep and flat lines either way, cones that widen and narrow, planes, lines that miss.
     #[test]
     fn side_by_side_and_alone_give_the_same_bits() {
-        let profile = Meridian::new(&[[-0.7, 1.0], [1.3, 2.0]]).unwrap();
+        let meridian = Meridian::new(&[[-0.7, 1.0], [1.3, 2.0]]).unwrap();
         let mut compared = 0;
         for k in 0..400 {
             let at = |a: f64| (k as f64 * a).sin();
             let d = Vector3::new(at(0.7), at(1.1), at(1.9)).normalize();
-            let direction = Direction::new(&profile, 0.0, &d);
+            let direction = Direction::new(&meridian, 0.0, &d);
             let turn = 1.5 * at(2.3);
             let vertex = Vertex {
                 x: at(2.9),

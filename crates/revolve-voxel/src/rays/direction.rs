@@ -30,16 +30,16 @@ pub(crate) struct Direction {
 }
 
 impl Direction {
-    /// Of lines through a profile's solid, from a unit direction in the body frame; `farthest` is the largest coordinate, of
+    /// Of lines through a meridian's solid, from a unit direction in the body frame; `farthest` is the largest coordinate, of
     /// rays and pose, that the lines' places were computed from.
-    pub(crate) fn new(profile: &Meridian, farthest: f64, direction: &Vector3<f64>) -> Self {
+    pub(crate) fn new(meridian: &Meridian, farthest: f64, direction: &Vector3<f64>) -> Self {
         let (mut c, mut s) = (direction.x, direction.y.hypot(direction.z));
         if c.abs() <= ROUNDING {
             (c, s) = (0.0, 1.0);
         } else if s <= ROUNDING {
             (c, s) = (c.signum(), 0.0);
         }
-        let near = ROUNDING * (profile.size() + farthest);
+        let near = ROUNDING * (meridian.size() + farthest);
         Self {
             c,
             s,
@@ -49,7 +49,7 @@ impl Direction {
             } else {
                 [1.0, 0.0]
             },
-            mid: profile.mid(),
+            mid: meridian.mid(),
             inv_c: 1.0 / c,
             inv_sc: 1.0 / (s * c),
             along: if c < 0.0 { -1.0 } else { 1.0 },

@@ -17,17 +17,17 @@ pub(crate) struct Shadow {
 }
 
 impl Shadow {
-    pub(crate) fn new(profile: &Meridian, direction: &Direction) -> Self {
-        let r_max = profile.r_max();
+    pub(crate) fn new(meridian: &Meridian, direction: &Direction) -> Self {
+        let r_max = meridian.r_max();
         let (s, c) = (direction.s, direction.c.abs());
         // Outward by more than the rounding of w.
-        let [low, high] = profile.x_range();
+        let [low, high] = meridian.x_range();
         let margin = 1e-12 * (high - low + r_max) + direction.near;
         let bands = (0..=N_BANDS)
             .map(|k| {
                 let q = (k as f64 - 1e-6) * r_max / N_BANDS as f64;
                 let mut w = [f64::INFINITY, f64::NEG_INFINITY];
-                for &[x0, x1, r] in profile.blocks() {
+                for &[x0, x1, r] in meridian.blocks() {
                     if r >= q {
                         let y = c * (r * r - q * q.abs()).max(0.0).sqrt();
                         w = [

@@ -27,7 +27,7 @@ impl EllipticCylinder {
     /// ```
     pub fn growth_to_hold(&self, body: &Body) -> f64 {
         let (centre, semi_axes) = (self.centre(), self.semi_axes());
-        // The section is convex, and the body lies within what the circles through the profile's points span: they are enough, and
+        // The section is convex, and the body lies within what the circles through the meridian's points span: they are enough, and
         // of each a polygon round it.
         let out = 1.0 / (PI / CORNERS as f64).cos();
         let corners: Vec<Vector3<f64>> = (0..CORNERS)

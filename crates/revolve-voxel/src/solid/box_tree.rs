@@ -1,4 +1,4 @@
-//! A tree of boxes over the pieces of a profile: the one nearest a point, and those within reach.
+//! A tree of boxes over the pieces of a meridian: the one nearest a point, and those within reach.
 
 use crate::solid::segment::Segment;
 

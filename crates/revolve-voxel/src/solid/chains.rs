@@ -1,8 +1,8 @@
-//! The profile cut into stretches under which the solid is convex.
+//! The meridian cut into stretches under which the solid is convex.
 //!
 //! Where the radius is a concave function of x, the solid under it (down to the axis, between its two end planes) is
 //! convex, so a line meets it in one interval whose ends a bisection finds. The body is the sum of these solids, with a
-//! minus where the profile runs backward: `chord = sum of sign * length`. No parity of crossings enters, so no line,
+//! minus where the meridian runs backward: `chord = sum of sign * length`. No parity of crossings enters, so no line,
 //! however degenerate, can be off by more than rounding.
 
 use crate::solid::segment::{ROUNDING, Segment};
@@ -26,17 +26,17 @@ pub(crate) struct Chain {
     /// inside.
     pub(crate) x: Vec<f64>,
     pub(crate) r2: Vec<f64>,
-    /// +1 where the profile runs forward, -1 where it runs backward (the solid is then outside).
+    /// +1 where the meridian runs forward, -1 where it runs backward (the solid is then outside).
     pub(crate) sign: f64,
 }
 
-/// A binary tree over a profile's chains, in the profile's order: whole stretches are met inside, or not at all.
+/// A binary tree over a meridian's chains, in the meridian's order: whole stretches are met inside, or not at all.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Node {
-    /// Range of the axial coordinate and of the radius' square, that of the axis too if the profile runs along it.
+    /// Range of the axial coordinate and of the radius' square, that of the axis too if the meridian runs along it.
     pub(crate) x: [f64; 2],
     pub(crate) r2: [f64; 2],
-    /// Axial coordinates at which the profile enters and leaves the stretch.
+    /// Axial coordinates at which the meridian enters and leaves the stretch.
     pub(crate) path: [f64; 2],
     pub(crate) kind: Kind,
     /// Index of the first node that is not under this one.
@@ -51,7 +51,7 @@ pub(crate) enum Kind {
     Fork(usize),
 }
 
-/// The tree's nodes, root first; every profile has a chain.
+/// The tree's nodes, root first; every meridian has a chain.
 pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
     fn build(chains: &[Chain], first: usize, nodes: &mut Vec<Node>) -> usize {
         let at = nodes.len();
@@ -63,7 +63,7 @@ pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
             let (a, b) = (c.vertices[0].x, c.vertices[c.vertices.len() - 1].x);
             if c.sign > 0.0 { [a, b] } else { [b, a] }
         };
-        // Between two of them the profile may have run along the axis.
+        // Between two of them the meridian may have run along the axis.
         let whole = chains.windows(2).all(|c| ends(&c[0])[1] == ends(&c[1])[0]);
         let least = if whole {
             fold(f64::min, |c| &c.r2)
@@ -104,7 +104,7 @@ pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
 /// are collinear only to rounding. The surface is then displaced by at most this times its length.
 const COLLINEAR: f64 = 1e-13;
 
-/// The chains of a profile of some size, in its order.
+/// The chains of a meridian of some size, in its order.
 pub(crate) fn chains(segments: &[Segment], mid: f64, size: f64) -> Vec<Chain> {
     // Lines begin some sizes from the body.
     let near = 4.0 * ROUNDING * size;

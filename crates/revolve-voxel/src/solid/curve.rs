@@ -1,4 +1,4 @@
-//! A profile as a curve with a parameter: what a membrane solver gives, its material points included.
+//! A meridian as a curve with a parameter: what a membrane solver gives, its material points included.
 
 use crate::error::{finite, length};
 use crate::{Error, Piece};

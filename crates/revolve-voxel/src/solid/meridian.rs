@@ -1,4 +1,4 @@
-//! The profile that is turned about the axis.
+//! The meridian that is turned about the axis.
 
 use crate::Error;
 use crate::solid::box_tree::BoxTree;
@@ -9,7 +9,7 @@ use crate::solid::segment::{ROUNDING, Segment};
 /// Enough boxes for a shadow within a few per cent of the body's.
 const N_BLOCKS: usize = 64;
 
-/// A validated profile (x along the axis, r >= 0 from it), closed by discs where it ends off the axis.
+/// A validated meridian (x along the axis, r >= 0 from it), closed by discs where it ends off the axis.
 ///
 /// Turned about the axis it bounds a solid. Several radii at one x, bulges behind the base, and points on the axis
 /// in between are ordinary; crossing itself is not.
@@ -26,7 +26,7 @@ pub struct Meridian {
     chains: Vec<Chain>,
     tree: Vec<Node>,
     boxes: BoxTree,
-    /// Up to [`N_BLOCKS`] boxes [x_min, x_max, r_max] that hold the profile, for shadows.
+    /// Up to [`N_BLOCKS`] boxes [x_min, x_max, r_max] that hold the meridian, for shadows.
     blocks: Vec<[f64; 3]>,
     x_min: f64,
     x_max: f64,
@@ -34,7 +34,7 @@ pub struct Meridian {
 }
 
 impl Meridian {
-    /// A profile from points (x, r), base to apex (or apex to base: the order is turned round).
+    /// A meridian from points (x, r), base to apex (or apex to base: the order is turned round).
     ///
     /// Repeated points are merged. An end with r > 0 is closed by a disc.
     ///
@@ -53,7 +53,7 @@ impl Meridian {
         Self::from_path(path, false)
     }
 
-    /// A profile that closes on itself and need not touch the axis: a torus and its like.
+    /// A meridian that closes on itself and need not touch the axis: a torus and its like.
     ///
     /// The last point is joined to the first.
     ///

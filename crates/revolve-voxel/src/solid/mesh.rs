@@ -29,7 +29,7 @@ impl Body {
     pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, Error> {
         positive("tolerance", tolerance)?;
         let meridian = self.layer(layer)?;
-        // Half the tolerance along the profile, half around it: r (1 - cos(pi / n)) <= tolerance / 2.
+        // Half the tolerance along the meridian, half around it: r (1 - cos(pi / n)) <= tolerance / 2.
         let bend = (1.0 - 0.5 * tolerance / meridian.r_max())
             .clamp(-1.0, 1.0)
             .acos();
@@ -89,14 +89,14 @@ struct Ring {
     on_axis: bool,
 }
 
-/// A stretch of profile from axis to axis, or closed.
+/// A stretch of meridian from axis to axis, or closed.
 struct Strip {
     points: Vec<[f64; 2]>,
     normals: Vec<[f64; 2]>,
     closed: bool,
 }
 
-/// The profile, thinned to a tolerance.
+/// The meridian, thinned to a tolerance.
 fn outlines(meridian: &Meridian, tolerance: f64) -> Vec<Strip> {
     let mut strips = Vec::new();
     let segments = meridian.segments();
@@ -163,7 +163,7 @@ fn thin(points: &[[f64; 2]], a: usize, b: usize, tolerance: f64, kept: &mut Vec<
 }
 
 impl Mesh {
-    /// Two neighbouring rings; the profile runs from the first to the second with the solid on its right.
+    /// Two neighbouring rings; the meridian runs from the first to the second with the solid on its right.
     fn join(&mut self, a: Ring, b: Ring, n: u32) {
         for k in 0..n {
             let next = (k + 1) % n;

@@ -1,9 +1,9 @@
-//! Smooth profiles: pieces of polynomials, drawn as a polyline to a stated tolerance.
+//! Smooth meridians: pieces of polynomials, drawn as a polyline to a stated tolerance.
 
 use crate::error::{finite, positive};
 use crate::{Error, Meridian};
 
-/// A smooth stretch of profile, x and r as polynomials of a parameter: what a spectral membrane solver gives.
+/// A smooth stretch of meridian, x and r as polynomials of a parameter: what a spectral membrane solver gives.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Piece {
     /// Sums of `c[k] T_k(u)`, Chebyshev polynomials, u from -1 to 1.
@@ -62,7 +62,7 @@ impl Piece {
 }
 
 impl Meridian {
-    /// A profile from smooth pieces, base to apex, each starting where the last one ends.
+    /// A meridian from smooth pieces, base to apex, each starting where the last one ends.
     ///
     /// The curve is replaced by a polyline with vertices on it, nowhere farther from it than `tolerance` (the number of
     /// segments grows as its -1/2 power; chords and distances cost the logarithm of that). Gaps between pieces, and

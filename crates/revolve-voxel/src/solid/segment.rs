@@ -1,10 +1,10 @@
-//! Straight pieces of a profile, and how far rounding goes.
+//! Straight pieces of a meridian, and how far rounding goes.
 
 /// What poses, angles and the places of rays are rounded by, as a share of their sizes: directions this near to along or
 /// across the axis are along or across it.
 pub(crate) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// A straight piece of the closed profile: a cone, cylinder or disc of the surface.
+/// A straight piece of the closed meridian: a cone, cylinder or disc of the surface.
 ///
 /// The path runs from the base to the apex with the solid on its right, so `(-tr, tx)` points outward.
 #[derive(Debug, Clone, Copy, PartialEq)]

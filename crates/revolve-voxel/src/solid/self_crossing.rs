@@ -1,4 +1,4 @@
-//! Does a profile cross itself?
+//! Does a meridian cross itself?
 
 use crate::Error;
 use crate::solid::box_tree::BoxTree;
@@ -39,7 +39,7 @@ pub(crate) fn check(segments: &[Segment], boxes: &BoxTree) -> Result<(), Error> 
     check_axis(segments)
 }
 
-/// Along the axis solid and void take turns, wherever the profile leaves it (solid begins, seen along x) and comes back (solid
+/// Along the axis solid and void take turns, wherever the meridian leaves it (solid begins, seen along x) and comes back (solid
 /// ends): else two parts of the solid overlap, although their outlines may not meet off the axis.
 fn check_axis(segments: &[Segment]) -> Result<(), Error> {
     // Place, angle from the axis, whether solid begins.

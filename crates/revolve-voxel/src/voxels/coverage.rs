@@ -124,7 +124,7 @@ impl<'a> Painter<'a> {
             steps: [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e)),
             grid,
             sampling,
-            halvings: halvings(field.profile(), grid),
+            halvings: halvings(field.meridian(), grid),
             arch: pulp::Arch::new(),
         }
     }
@@ -277,7 +277,7 @@ impl<'a> Painter<'a> {
             }
         }
         counters.cut += 1;
-        let mut sections = Sections::new(self.field.profile(), cuboid, tolerance);
+        let mut sections = Sections::new(self.field.meridian(), cuboid, tolerance);
         let fraction = sections.fraction();
         counters.evaluations += sections.evaluations;
         fraction

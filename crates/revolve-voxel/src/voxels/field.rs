@@ -7,7 +7,7 @@ use crate::solid::meridian::Meridian;
 /// Square cells over the half-plane; a cell near the surface knows the segments that can be nearest to its points.
 #[derive(Debug)]
 pub(crate) struct Field<'a> {
-    profile: &'a Meridian,
+    meridian: &'a Meridian,
     lines: Vec<Line>,
     x0: f64,
     inv_size: f64,
@@ -72,11 +72,11 @@ const MOST_TURN: f64 = 0.8;
 impl<'a> Field<'a> {
     /// A field that knows the surface up to `near` (half a voxel's diagonal) from a point, with cells of about `size`, or of
     /// half of `near` if that is more: a cell lists all that is near it, so that small ones would list the same again.
-    pub(crate) fn new(profile: &'a Meridian, near: f64, size: f64) -> Self {
+    pub(crate) fn new(meridian: &'a Meridian, near: f64, size: f64) -> Self {
         let size = size.max(0.5 * near);
-        let [a, b] = profile.x_range();
+        let [a, b] = meridian.x_range();
         let margin = near + 2.0 * size;
-        let extent = [b - a + 2.0 * margin, profile.r_max() + margin];
+        let extent = [b - a + 2.0 * margin, meridian.r_max() + margin];
         // Never more than a quarter of a million cells: a fine grid gains nothing from finer ones.
         // One long row of them counts as well.
         let longest = extent[0].max(extent[1]);
@@ -92,7 +92,7 @@ impl<'a> Field<'a> {
             .map_init(Vec::new, |list, k| {
                 let (i, j) = (k % shape[0], k / shape[0]);
                 let (x, r) = (x0 + (i as f64 + 0.5) * size, (j as f64 + 0.5) * size);
-                let distance = profile.distance_at(x, r);
+                let distance = meridian.distance_at(x, r);
                 let mut cell = Cell {
                     distance,
                     first: 0,
@@ -102,18 +102,18 @@ impl<'a> Field<'a> {
                 if distance.abs() <= near + 2.0 * half_diagonal {
                     let reach = (distance.abs() + 2.0 * half_diagonal).max(near + half_diagonal);
                     list.clear();
-                    profile.segments_within(reach * (1.0 + 1e-12), x, r, list);
+                    meridian.segments_within(reach * (1.0 + 1e-12), x, r, list);
                     list.sort_unstable();
                     cell.first = list[0];
                     cell.len = list.len() as u32;
-                    cell.bend = bend(profile, list);
+                    cell.bend = bend(meridian, list);
                 }
                 cell
             })
             .collect();
         Self {
-            profile,
-            lines: (profile.segments().iter())
+            meridian,
+            lines: (meridian.segments().iter())
                 .map(|s| Line {
                     a: -s.tr,
                     b: s.tx,
@@ -129,8 +129,8 @@ impl<'a> Field<'a> {
         }
     }
 
-    pub(crate) fn profile(&self) -> &Meridian {
-        self.profile
+    pub(crate) fn meridian(&self) -> &Meridian {
+        self.meridian
     }
 
     /// What is known of a point, and of the surface within `far` (no more than the field's `near`) of it.
@@ -138,11 +138,11 @@ impl<'a> Field<'a> {
     pub(crate) fn ask(&self, x: f64, r: f64, far: f64) -> Answer<'_> {
         let (u, v) = ((x - self.x0) * self.inv_size, r * self.inv_size);
         if !(u >= 0.0 && u < self.shape[0] as f64 && v < self.shape[1] as f64) {
-            let [a, b] = self.profile.x_range();
+            let [a, b] = self.meridian.x_range();
             let gap = (a - x)
                 .max(x - b)
                 .max(0.0)
-                .hypot((r - self.profile.r_max()).max(0.0));
+                .hypot((r - self.meridian.r_max()).max(0.0));
             return if gap >= far {
                 Answer::Far(false)
             } else {
@@ -176,16 +176,16 @@ impl<'a> Field<'a> {
                     lines.iter().all(below)
                 })
             }
-            Answer::Unknown => Some(self.profile.distance_at(x, r) < 0.0),
+            Answer::Unknown => Some(self.meridian.distance_at(x, r) < 0.0),
         }
     }
 }
 
 /// How the segments of a rising list follow each other.
-fn bend(profile: &Meridian, list: &[u32]) -> Bend {
+fn bend(meridian: &Meridian, list: &[u32]) -> Bend {
     let (mut left, mut right) = (0.0f64, 0.0f64);
     for pair in list.windows(2) {
-        let [a, b] = [pair[0], pair[1]].map(|k| &profile.segments()[k as usize]);
+        let [a, b] = [pair[0], pair[1]].map(|k| &meridian.segments()[k as usize]);
         if pair[0] + 1 != pair[1] || a.end() != b.start() {
             return Bend::Other;
         }

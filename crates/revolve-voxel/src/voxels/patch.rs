@@ -141,7 +141,7 @@ fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
     let radial = b / r;
     let gradient = Vector3::new(a, radial * centre.y, radial * centre.z);
     let normal = axes.map(|e| e.dot(&gradient));
-    // How far the surface can be from a plane. Along the profile it turns; round the axis, a distance from the axis differs
+    // How far the surface can be from a plane. Along the meridian it turns; round the axis, a distance from the axis differs
     // from its linear part, within a ball that the axis does not meet, by no more than the ball's radius times the
     // tangent of half the angle it is seen under.
     let sine = radius / r;

@@ -2,7 +2,7 @@
 //!
 //! A plane across the axis cuts the solid in discs and the box in a convex polygon. The area of a polygon within a disc is
 //! a sum over its edges of triangles and sectors, in closed form; the sum over axial positions is an integral of one
-//! variable. Whatever the profile does in the box, creases, thin walls, the axis itself, happens at known axial positions:
+//! variable. Whatever the meridian does in the box, creases, thin walls, the axis itself, happens at known axial positions:
 //! the ends of its segments. Between them and the box's corners the area is smooth but where the circle passes a corner of
 //! the polygon or touches an edge, which halving finds.
 
@@ -25,9 +25,9 @@ const DEEPEST: u32 = 20;
 /// Tolerances from here on are coarse.
 const COARSE: f64 = 4e-5;
 
-/// A box in the body frame, its axial coordinates from the profile's middle.
+/// A box in the body frame, its axial coordinates from the meridian's middle.
 pub(crate) struct Sections<'a> {
-    profile: &'a Meridian,
+    meridian: &'a Meridian,
     centre: [f64; 3],
     /// Half edges, by rising axial component, which is not negative.
     edges: [[f64; 3]; 3],
@@ -66,7 +66,7 @@ const OTHERS: [[usize; 2]; 3] = [[2, 1], [2, 0], [1, 0]];
 
 impl<'a> Sections<'a> {
     /// `tolerance` is a fraction of the box.
-    pub(crate) fn new(profile: &'a Meridian, cuboid: &Cuboid<'_>, tolerance: f64) -> Self {
+    pub(crate) fn new(meridian: &'a Meridian, cuboid: &Cuboid<'_>, tolerance: f64) -> Self {
         let mut edges = [0, 1, 2].map(|i| {
             let e = cuboid.axes[i] * cuboid.half[i];
             if e.x < 0.0 {
@@ -90,7 +90,7 @@ impl<'a> Sections<'a> {
                 turn: turn.signum(),
             }
         });
-        let c = [centre.x - profile.mid(), centre.y, centre.z];
+        let c = [centre.x - meridian.mid(), centre.y, centre.z];
         let mut corners = [0.0; 8];
         let mut largest = 0.0f64;
         for (corner, x) in corners.iter_mut().enumerate() {
@@ -108,7 +108,7 @@ impl<'a> Sections<'a> {
         let volume = 8.0 * cuboid.half.iter().product::<f64>();
         let radius = cuboid.radius;
         Self {
-            profile,
+            meridian,
             rho: [(c[1].hypot(c[2]) - radius).max(0.0), largest.sqrt()],
             centre: c,
             edges,
@@ -177,10 +177,10 @@ impl<'a> Sections<'a> {
         (self.stretch(0) / self.volume).clamp(0.0, 1.0)
     }
 
-    /// Signed volume under a stretch of the profile.
+    /// Signed volume under a stretch of the meridian.
     fn stretch(&mut self, node_idx: usize) -> f64 {
-        let profile = self.profile;
-        let node = &profile.tree()[node_idx];
+        let meridian = self.meridian;
+        let node = &meridian.tree()[node_idx];
         let [low, high] = self.rho;
         if node.x[0] >= self.corners[7] || node.x[1] <= self.corners[0] || node.r2[1] <= low * low {
             return 0.0;
@@ -190,7 +190,7 @@ impl<'a> Sections<'a> {
         }
         match node.kind {
             Kind::Leaf(k) => {
-                let chain = &profile.chains()[k];
+                let chain = &meridian.chains()[k];
                 chain.sign * self.under(chain)
             }
             Kind::Fork(right) => self.stretch(node_idx + 1) + self.stretch(right),

@@ -177,7 +177,7 @@ impl Sector {
         let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e));
         let half = grid.spacing().map(|h| 0.5 * h);
         let radius = Vector3::from(half).norm();
-        let profile = &self.ring.layers()[0];
+        let meridian = &self.ring.layers()[0];
         let by_coverage = matches!(sampling, Sampling::Coverage { .. });
         let [nx, ny, _] = grid.shape();
         ring.par_iter_mut()
@@ -200,7 +200,7 @@ impl Sector {
                             radius,
                         };
                         let mut sections =
-                            Sections::new(profile, &cuboid, tolerance).within(&self.wedge);
+                            Sections::new(meridian, &cuboid, tolerance).within(&self.wedge);
                         *share = sections.fraction();
                         counters.cut = 1;
                         counters.evaluations = sections.evaluations;

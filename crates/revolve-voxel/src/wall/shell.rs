@@ -1,4 +1,4 @@
-//! The wall between two profiles with a common parameter, filled with layers that hold equal shares of it.
+//! The wall between two meridians with a common parameter, filled with layers that hold equal shares of it.
 //!
 //! Points of equal parameter s on the inner curve A and the outer curve B are joined by straight lines,
 //! `P(s, t) = (1 - t) A(s) + t B(s)`. The volume element about the axis is
@@ -24,8 +24,8 @@ const LINES: usize = 128;
 /// limit by its square.
 const OFF_AXIS: f64 = 1e-6;
 
-/// The wall between two profiles in the half-plane (x, r), with material coordinates: the layer u, 0 on the inner and 1 on
-/// the outer profile, and the profiles' parameter s.
+/// The wall between two meridians in the half-plane (x, r), with material coordinates: the layer u, 0 on the inner and 1 on
+/// the outer meridian, and the meridians' parameter s.
 ///
 /// ```
 /// use revolve_voxel::{Curve, Shell};
@@ -178,7 +178,7 @@ impl Shell {
         to.shares.place(self.shares.split(s))
     }
 
-    /// The solid between two layers and the lines of two s, as a profile whose layers are drawn to `tolerance` (cm).
+    /// The solid between two layers and the lines of two s, as a meridian whose layers are drawn to `tolerance` (cm).
     ///
     /// # Errors
     /// [`Error::NotFinite`], [`Error::NotPositive`] for the tolerance or a range of no width; those of [`Meridian::ring`].

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::solid::curve::{Curve, CurvePoint};
 use crate::wall::root::rising_root;
 
-/// What is on an end of the profile as near the axis as this, as a share of the size, is on it.
+/// What is on an end of the meridian as near the axis as this, as a share of the size, is on it.
 pub(crate) const ON_AXIS: f64 = 1e-12;
 
 /// Nearer an end on the axis than this share of the parameter's range, where radii lose their digits, their ratio is taken

@@ -1,7 +1,7 @@
 //! Thickness of a wall: how far its inner surface is from the outer one.
 //!
 //! The nearest point of a surface of revolution lies in the point's own half-plane, so it is sought on the outer curve
-//! alone; the open end of a wall, which a closed profile would have a disc across, counts for nothing.
+//! alone; the open end of a wall, which a closed meridian would have a disc across, counts for nothing.
 
 use crate::wall::root::rising_root;
 use crate::{Curve, Shell};

@@ -546,24 +546,24 @@ fn a_tolerance_of_nothing_costs_no_more_than_rounding() {
 }
 
 /// Two discs nearer to each other than rounding: no distance can tell which side of the sheet between them is within. Such a
-/// profile was taken, and had a fifth more volume in its voxels than in its measures.
+/// meridian was taken, and had a fifth more volume in its voxels than in its measures.
 #[test]
 fn faces_no_farther_apart_than_rounding_are_refused() {
-    let profile = |gap: f64, size: f64| {
+    let meridian = |gap: f64, size: f64| {
         let points = [[0.0, 0.5], [0.0, 1.3], [0.9, 0.6], [gap, 1.2]];
         Meridian::new(&points.map(|p| p.map(|v| v * size)))
     };
     for size in [1e-3, 1.0, 1e6] {
         for gap in [1e-200, 1e-17, 1e-15] {
             assert!(matches!(
-                profile(gap, size),
+                meridian(gap, size),
                 Err(Error::SelfCrossing { .. })
             ));
         }
         // Farther apart they are two, and the voxels hold what the measures say.
         for gap in [1e-13, 1e-9, 1e-3] {
             let pose = Pose::axis_along_z(0.4 * size).and_then(|p| p.turned_x(0.7));
-            let body = Body::new(vec![profile(gap, size).unwrap()], pose.unwrap()).unwrap();
+            let body = Body::new(vec![meridian(gap, size).unwrap()], pose.unwrap()).unwrap();
             let grid = VoxelGrid::cube(20, 0.15 * size).unwrap();
             let sampling = Sampling::Coverage { tolerance: 1e-6 };
             let (voxels, _) = body.voxelize::<f64>(&grid, sampling, &[1.0]).unwrap();
@@ -575,7 +575,7 @@ fn faces_no_farther_apart_than_rounding_are_refused() {
             );
         }
     }
-    // Points nearer to each other than that along the profile are only many points.
+    // Points nearer to each other than that along the meridian are only many points.
     let many = [
         [0.0, 1.0],
         [1.0, 1.0],

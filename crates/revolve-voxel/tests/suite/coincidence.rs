@@ -51,10 +51,10 @@ fn points() -> impl Strategy<Value = Vec<[f64; 2]>> {
     })
 }
 
-/// A profile on the grid in both descriptions.
+/// A meridian on the grid in both descriptions.
 fn solid() -> impl Strategy<Value = (Vec<[f64; 2]>, Meridian, Solid)> {
     prop_oneof![
-        4 => points().prop_filter_map("a simple profile", |p| {
+        4 => points().prop_filter_map("a simple meridian", |p| {
             Meridian::new(&p).ok().map(|m| (p.clone(), m, Solid::under(&p)))
         }),
         1 => (quarters(-3..=1), quarters(0..=3)).prop_map(|(x, r)| {

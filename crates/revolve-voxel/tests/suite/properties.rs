@@ -1,4 +1,4 @@
-//! Random profiles, rays and poses: the slow twin, and the identities that tie chords, voxels, meshes and measures.
+//! Random meridians, rays and poses: the slow twin, and the identities that tie chords, voxels, meshes and measures.
 
 use crate::support;
 
@@ -10,7 +10,7 @@ use support::*;
 
 proptest! {
     #[test]
-    fn the_chord_is_the_twins((path, meridian) in profile(), d in direction(), p in prop::array::uniform3(-1.2..1.2f64), place in 0..5, pick in 0..100usize) {
+    fn the_chord_is_the_twins((path, meridian) in meridian(), d in direction(), p in prop::array::uniform3(-1.2..1.2f64), place in 0..5, pick in 0..100usize) {
         let v = path[pick % path.len()];
         let o = Point3::from(match place {
             0 => [p[0], 0.0, 0.0], // through the axis
@@ -41,7 +41,7 @@ proptest! {
     }
 
     #[test]
-    fn turning_body_and_ray_together_changes_nothing((_, meridian) in profile(), turn in pose(), d in direction(), p in prop::array::uniform3(-1.0..1.0f64)) {
+    fn turning_body_and_ray_together_changes_nothing((_, meridian) in meridian(), turn in pose(), d in direction(), p in prop::array::uniform3(-1.0..1.0f64)) {
         let still = Body::new(vec![meridian.clone()], Pose::identity()).unwrap();
         let turned = Body::new(vec![meridian], turn).unwrap();
         let o = Point3::from(p);
@@ -60,7 +60,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(8))]
 
     #[test]
-    fn volume_is_the_sum_of_coverage_and_the_integral_of_chords((_, meridian) in profile(), at in pose(), d in direction()) {
+    fn volume_is_the_sum_of_coverage_and_the_integral_of_chords((_, meridian) in meridian(), at in pose(), d in direction()) {
         let volume = meridian.measures().volume;
         let body = Body::new(vec![meridian], at).unwrap();
         let grid = VoxelGrid::centred([40, 36, 44], [0.11, 0.12, 0.1], [0.01, -0.02, 0.005]).unwrap();
@@ -90,7 +90,7 @@ proptest! {
     }
 
     #[test]
-    fn a_voxel_is_the_mean_of_its_eighths((_, meridian) in profile(), at in pose(), axis_aligned in any::<bool>()) {
+    fn a_voxel_is_the_mean_of_its_eighths((_, meridian) in meridian(), at in pose(), axis_aligned in any::<bool>()) {
         // Creases, thin walls and the axis, cut by other planes: the parts know nothing of the whole.
         let at = if axis_aligned { Pose::axis_along_z(0.1).unwrap() } else { at };
         let body = Body::new(vec![meridian], at).unwrap();
@@ -118,7 +118,7 @@ proptest! {
     }
 
     #[test]
-    fn turning_body_and_grid_together_changes_nothing((_, meridian) in profile(), at in pose()) {
+    fn turning_body_and_grid_together_changes_nothing((_, meridian) in meridian(), at in pose()) {
         // A quarter turn about z maps the grid onto itself: voxel (i, j) to (n-1-j, i).
         let turned = at.turned_z(std::f64::consts::FRAC_PI_2).unwrap();
         let grid = VoxelGrid::cube(24, 0.18).unwrap();
@@ -140,7 +140,7 @@ proptest! {
     }
 
     #[test]
-    fn a_mesh_is_closed_and_holds_the_volume((_, meridian) in profile(), at in pose()) {
+    fn a_mesh_is_closed_and_holds_the_volume((_, meridian) in meridian(), at in pose()) {
         let m = meridian.measures();
         let body = Body::new(vec![meridian], at).unwrap();
         let tolerance = 1e-3;

@@ -222,8 +222,8 @@ fn a_voxel_of_any_size_keeps_the_tolerance() {
 fn voxels_cut_into_smaller_ones_keep_their_sum() {
     // Eight voxels in one, by other sections: of the ring where the axis passes through voxels too.
     let ball = Meridian::ring(&[[-1.5, 0.0], [-1.0, 1.3], [0.9, 1.6], [1.2, 0.0]]).unwrap();
-    for (profile, azimuths) in [(ball, [0.4, 1.0]), (ring(), [0.3, 4.0])] {
-        let sector = Sector::new(profile, azimuths, pose()).unwrap();
+    for (meridian, azimuths) in [(ball, [0.4, 1.0]), (ring(), [0.3, 4.0])] {
+        let sector = Sector::new(meridian, azimuths, pose()).unwrap();
         let grids = [5, 10].map(|n| VoxelGrid::cube(n, 6.0 / n as f64).unwrap());
         let [coarse, fine] = grids.map(|grid| voxels(&sector, &grid, 1e-8));
         let mut sums = [0.0; 125];

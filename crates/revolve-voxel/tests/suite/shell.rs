@@ -61,9 +61,9 @@ fn a_wall_between_drawn_curves_ends_where_the_body_does() {
     let curves = [1.75, 2.75].map(|radius| balloon(8.5, radius, 1.0));
     let tolerance = 0.02;
     let pose = Pose::axis_along_z(5.0).unwrap();
-    // The same pieces, one after the other, as a profile.
-    let profile = |radius: f64| Meridian::smooth(&pieces(8.5, radius, 1.0), tolerance).unwrap();
-    let body = Body::new(vec![profile(1.75), profile(2.75)], pose).unwrap();
+    // The same pieces, one after the other, as a meridian.
+    let meridian = |radius: f64| Meridian::smooth(&pieces(8.5, radius, 1.0), tolerance).unwrap();
+    let body = Body::new(vec![meridian(1.75), meridian(2.75)], pose).unwrap();
     let drawn = curves
         .each_ref()
         .map(|curve| curve.drawn(tolerance).unwrap());

@@ -40,10 +40,10 @@ fn scaled(path: &[[f64; 2]], by: f64) -> Meridian {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
 
-    /// Rough profiles, nested and not, in any pose, on grids that no block divides.
+    /// Rough meridians, nested and not, in any pose, on grids that no block divides.
     #[test]
     fn agrees_with_its_definition(
-        (a, _) in profile(), (b, _) in profile(), sizes in prop::array::uniform4(0.3..1.2f64),
+        (a, _) in meridian(), (b, _) in meridian(), sizes in prop::array::uniform4(0.3..1.2f64),
         pose in pose(), n in 1usize..24,
     ) {
         let shapes = [

@@ -8,13 +8,13 @@ use std::f64::consts::TAU;
 proptest! {
     #[test]
     fn the_growth_is_what_points_of_the_surface_say(
-        profile in prop::collection::vec((0.05..1.0, 0.0..3.0), 2..6),
+        meridian in prop::collection::vec((0.05..1.0, 0.0..3.0), 2..6),
         turns in prop::array::uniform2(-3.0..3.0),
         shift in prop::array::uniform3(-4.0..4.0),
         centre in prop::array::uniform2(-3.0..3.0),
         semi_axes in prop::array::uniform2(0.5..8.0),
     ) {
-        let steps = profile.iter().scan(0.0, |x, (dx, r)| {
+        let steps = meridian.iter().scan(0.0, |x, (dx, r)| {
             *x += dx;
             Some([*x, *r + 0.1])
         });

@@ -1,6 +1,6 @@
 //! Lines through solids by brute force: every place where a line may meet a surface, and a look half-way between two.
 //!
-//! Nothing is decided from a root: each piece of a profile gives all the roots of its double cone, whether they lie on the
+//! Nothing is decided from a root: each piece of a meridian gives all the roots of its double cone, whether they lie on the
 //! piece or not, and a root too many only cuts a stretch in two. A stretch counts by where its middle lies; if that is on
 //! the surface, it may count or not, and the integral has two bounds.
 
@@ -53,7 +53,7 @@ const NOT: Nudge = Nudge {
 };
 
 impl Solid {
-    /// Under a profile that is closed by discs where it ends off the axis.
+    /// Under a meridian that is closed by discs where it ends off the axis.
     pub(crate) fn under(points: &[[f64; 2]]) -> Self {
         let mut outline = points.to_vec();
         outline.insert(0, [points[0][0], 0.0]);

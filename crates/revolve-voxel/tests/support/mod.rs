@@ -1,4 +1,4 @@
-//! Shared by the tests: the slow twin of the chord, random profiles, a balloon.
+//! Shared by the tests: the slow twin of the chord, random meridians, a balloon.
 #![allow(dead_code)] // each test file uses a part
 
 pub(crate) mod brute;
@@ -145,7 +145,7 @@ pub(crate) fn star() -> impl Strategy<Value = Vec<[f64; 2]>> {
         })
 }
 
-/// A profile with one radius at each x, open at both ends.
+/// A meridian with one radius at each x, open at both ends.
 pub(crate) fn graph() -> impl Strategy<Value = Vec<[f64; 2]>> {
     prop::collection::vec((0.05..1.0f64, 0.0..1.2f64), 2..20).prop_map(|raw| {
         let mut x = -1.0;
@@ -169,8 +169,8 @@ pub(crate) fn graph() -> impl Strategy<Value = Vec<[f64; 2]>> {
     })
 }
 
-pub(crate) fn profile() -> impl Strategy<Value = (Vec<[f64; 2]>, Meridian)> {
-    prop_oneof![star(), graph()].prop_filter_map("a simple profile", |p| {
+pub(crate) fn meridian() -> impl Strategy<Value = (Vec<[f64; 2]>, Meridian)> {
+    prop_oneof![star(), graph()].prop_filter_map("a simple meridian", |p| {
         Meridian::new(&p).ok().map(|m| (p, m))
     })
 }
