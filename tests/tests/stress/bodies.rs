@@ -4,8 +4,9 @@ use crate::random::Random;
 use crate::{Outcome, with_threads};
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{
-    Body, Meridian, ParallelDetector, ParallelRays, Pose, Ray, Sampling, VoxelGrid,
+    Body, Meridian, ParallelDetector, ParallelRays, Pose, Ray, Sampling, Sector, VoxelGrid,
 };
+use std::f64::consts::TAU;
 
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-6.0, 6.0);
@@ -174,7 +175,9 @@ fn check_ray(random: &mut Random, body: &Body, ray: &Ray, size: f64) {
             (sum - chord).abs() * speed <= 1e-6 * size,
             "{sum} and {chord}"
         );
-        if let Some(hit) = body.first_hit(layer, ray).unwrap() {
+        let solid = body.layers()[layer].clone();
+        let sector = Sector::new(solid, [0.0, TAU], *body.pose()).unwrap();
+        if let Some(hit) = sector.first_hit(ray) {
             assert!(hit.normal.iter().all(|x| x.is_finite()));
             assert!((hit.normal.norm() - 1.0).abs() < 1e-9);
         }

@@ -7,4 +7,5 @@ pub(crate) mod detector;
 pub(crate) mod direction;
 pub(crate) mod ray;
 pub(crate) mod shadow;
+pub(crate) mod single;
 pub(crate) mod torso;

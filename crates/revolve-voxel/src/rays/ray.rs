@@ -77,6 +77,4 @@ pub struct Hit {
     pub point: Point3<f64>,
     /// Outward unit normal, in the ray's frame.
     pub normal: Vector3<f64>,
-    /// Index of the layer that was hit (0 for a single meridian).
-    pub layer: usize,
 }

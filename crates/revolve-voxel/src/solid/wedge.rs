@@ -99,15 +99,44 @@ impl Wedge {
 
     /// The parts of the way from p to q (y, z) that it holds, as shares of the way.
     pub(crate) fn parts(&self, p: [f64; 2], q: [f64; 2]) -> [Option<[f64; 2]>; 2] {
+        self.of([0.0, 1.0], |sides| sides.held(p, q))
+    }
+
+    /// The parameters between which it holds a line (as for [`Wedge::clip`]), in their order.
+    pub(crate) fn stretches(
+        &self,
+        origin: &Point3<f64>,
+        direction: &Vector3<f64>,
+        near: f64,
+    ) -> [Option<[f64; 2]>; 2] {
+        let line = [f64::NEG_INFINITY, f64::INFINITY];
+        self.of(line, |sides| sides.interval(origin, direction, near))
+    }
+
+    /// What it holds of a whole, from what the wedge of at most half a turn holds of it.
+    fn of(
+        &self,
+        [start, end]: [f64; 2],
+        held: impl Fn(&Sides) -> Option<[f64; 2]>,
+    ) -> [Option<[f64; 2]>; 2] {
         let (sides, inverted) = self.sides();
-        let held = sides.map(|sides| sides.held(p, q));
-        match (held, inverted) {
-            (None, _) | (Some(None), true) => [Some([0.0, 1.0]), None],
+        match (sides.map(held), inverted) {
+            (None, _) | (Some(None), true) => [Some([start, end]), None],
             (Some(held), false) => [held, None],
-            (Some(Some([a, b])), true) => {
-                [(a > 0.0).then_some([0.0, a]), (b < 1.0).then_some([b, 1.0])]
-            }
+            (Some(Some([a, b])), true) => [
+                (a > start).then_some([start, a]),
+                (b < end).then_some([b, end]),
+            ],
         }
+    }
+
+    /// Outward normal of the side that a point is on; none if there are no sides.
+    pub(crate) fn normal_at(&self, p: &Point3<f64>) -> Option<Vector3<f64>> {
+        let (sides, inverted) = self.sides();
+        let (sides, inward) = (sides?, if inverted { -1.0 } else { 1.0 });
+        let depth = sides.depth(p).map(f64::abs);
+        let [y, z] = sides.normals[usize::from(depth[1] < depth[0])];
+        Some(Vector3::new(0.0, y, z) * -inward)
     }
 
     /// Where a box with that centre and half-widths along `steps` lies.

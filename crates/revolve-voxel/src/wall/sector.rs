@@ -7,11 +7,12 @@ use rayon::prelude::*;
 
 use crate::error::{finite, positive, zeros};
 use crate::rays::attenuation::check_slices;
+use crate::rays::single::SurfacePoint;
 use crate::solid::wedge::{Place, Wedge};
 use crate::voxels::patch::Cuboid;
 use crate::voxels::sections::Sections;
 use crate::{
-    Attenuator, Body, Error, Meridian, ParallelRays, Pose, Ray, RayCounters, Sample, Sampling,
+    Attenuator, Body, Error, Hit, Meridian, ParallelRays, Pose, Ray, RayCounters, Sample, Sampling,
     VoxelCounters, VoxelGrid,
 };
 
@@ -70,6 +71,58 @@ impl Sector {
             .iter()
             .map(|span| clip(span.enter, span.exit, &|low, high| high - low))
             .sum()
+    }
+
+    /// The first point with `t >= 0` where the ray enters the sector, with the outward normal there, if it does.
+    ///
+    /// ```
+    /// use revolve_voxel::nalgebra::{Point3, Vector3};
+    /// use revolve_voxel::{Meridian, Pose, Ray, Sector};
+    /// let rod = Meridian::new(&[[0.0, 1.0], [3.0, 1.0]])?;
+    /// let half = Sector::new(rod, [0.0, std::f64::consts::PI], Pose::identity())?; // z >= 0
+    /// let ray = Ray::new(Point3::new(1.0, 0.5, -4.0), Vector3::z())?;
+    /// let hit = half.first_hit(&ray).unwrap();
+    /// assert_eq!((hit.t, hit.normal), (4.0, -Vector3::z())); // on the face of the cut
+    /// # Ok::<(), revolve_voxel::Error>(())
+    /// ```
+    pub fn first_hit(&self, ray: &Ray) -> Option<Hit> {
+        let (origin, along, near) = self.in_body(ray);
+        let held = self.wedge.stretches(&origin, &along, near);
+        let spans = self.ring.surface_spans(&self.ring.layers()[0], ray);
+        // Where both begin to hold the line, and whether that is on the ring's own surface.
+        let entries = spans.iter().flat_map(|[enter, exit]| {
+            held.iter().flatten().filter_map(move |&[from, to]| {
+                let t = from.max(enter.t);
+                (t >= 0.0 && t < to.min(exit.t)).then_some((t, (t == enter.t).then_some(enter)))
+            })
+        });
+        let (t, surface) = entries.into_iter().next()?;
+        let (point, pose) = (ray.at(t), self.ring.pose());
+        let body = pose.to_body(&point);
+        let normal = match surface {
+            None => self.wedge.normal_at(&body)?,
+            // A disc, met from outside: it faces the ray.
+            Some(SurfacePoint { normal: None, .. }) => Vector3::x() * -along.x.signum(),
+            Some(SurfacePoint {
+                normal: Some([nx, nr]),
+                ..
+            }) => {
+                // Scaled, since next to the axis a root of squares has no digits.
+                let most = body.y.abs().max(body.z.abs());
+                if most > 0.0 {
+                    let [y, z] = [body.y / most, body.z / most];
+                    let r = y.hypot(z);
+                    Vector3::new(*nx, nr * y / r, nr * z / r)
+                } else {
+                    Vector3::x() * nx.signum()
+                }
+            }
+        };
+        Some(Hit {
+            t,
+            point,
+            normal: pose.isometry().rotation * normal,
+        })
     }
 
     /// Adds `activity` times the integral along the rays to an image `[row][bin]`, weakened by an attenuator if there is one
@@ -212,11 +265,17 @@ impl Sector {
     }
 
     fn clip(&self, ray: &Ray) -> impl Fn(f64, f64, &dyn Fn(f64, f64) -> f64) -> f64 + use<> {
-        let pose = self.ring.pose();
-        self.wedge.clip(
-            &pose.to_body(&ray.origin()),
-            &pose.vector_to_body(&ray.direction()),
-            pose.rounding(&ray.origin()),
+        let (origin, along, near) = self.in_body(ray);
+        self.wedge.clip(&origin, &along, near)
+    }
+
+    /// Origin and direction of a ray in the body frame, and what the origin may be off by.
+    fn in_body(&self, ray: &Ray) -> (Point3<f64>, Vector3<f64>, f64) {
+        let (pose, origin) = (self.ring.pose(), ray.origin());
+        (
+            pose.to_body(&origin),
+            pose.vector_to_body(&ray.direction()),
+            pose.rounding(&origin),
         )
     }
 }

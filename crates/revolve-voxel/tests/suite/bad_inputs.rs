@@ -334,7 +334,6 @@ fn a_layer_that_is_not_there_is_an_error() {
         for error in [
             body.chord(absent, &ray).unwrap_err(),
             body.spans(absent, &ray).unwrap_err(),
-            body.first_hit(absent, &ray).unwrap_err(),
             body.bounding_box(absent).unwrap_err(),
             body.signed_distance(absent, &origin).unwrap_err(),
             body.region_measures(absent).unwrap_err(),

@@ -5,8 +5,8 @@ use crate::support;
 use approx::assert_relative_eq;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
-use revolve_voxel::{Body, Error, Meridian, Piece, Pose, Ray, Sampling, VoxelGrid};
-use std::f64::consts::PI;
+use revolve_voxel::{Body, Error, Meridian, Piece, Pose, Ray, Sampling, Sector, VoxelGrid};
+use std::f64::consts::{PI, TAU};
 use support::*;
 
 /// Overlap with a slab 0 <= x <= h.
@@ -263,47 +263,39 @@ fn distances_are_those_of_the_definition() {
     }
 }
 
+/// A solid that no side cuts.
+fn whole(meridian: Meridian, pose: Pose) -> Sector {
+    Sector::new(meridian, [0.0, TAU], pose).unwrap()
+}
+
 #[test]
 fn a_hit_knows_its_point_and_normal() {
-    let body = solid(&[[0.0, 1.0], [2.0, 1.0]]);
+    let rod = Meridian::new(&[[0.0, 1.0], [2.0, 1.0]]).unwrap();
+    let body = whole(rod, Pose::identity());
     let ray = |o: [f64; 3], d: [f64; 3]| Ray::new(Point3::from(o), Vector3::from(d)).unwrap();
     let hit = body
-        .first_hit(0, &ray([1.0, -5.0, 0.0], [0.0, 1.0, 0.0]))
-        .unwrap()
+        .first_hit(&ray([1.0, -5.0, 0.0], [0.0, 1.0, 0.0]))
         .unwrap();
     assert!((hit.t - 4.0).abs() < 1e-14);
     assert!((hit.normal + Vector3::y()).norm() < 1e-14);
     // The discs.
     let hit = body
-        .first_hit(0, &ray([-3.0, 0.5, 0.0], [1.0, 0.0, 0.0]))
-        .unwrap()
+        .first_hit(&ray([-3.0, 0.5, 0.0], [1.0, 0.0, 0.0]))
         .unwrap();
     assert!((hit.t - 3.0).abs() < 1e-14 && (hit.normal + Vector3::x()).norm() < 1e-14);
     let hit = body
-        .first_hit(0, &ray([5.0, 0.5, 0.0], [-1.0, 0.0, 0.0]))
-        .unwrap()
+        .first_hit(&ray([5.0, 0.5, 0.0], [-1.0, 0.0, 0.0]))
         .unwrap();
     assert!((hit.t - 3.0).abs() < 1e-14 && (hit.normal - Vector3::x()).norm() < 1e-14);
     // Behind the origin of the ray there is nothing to hit.
-    assert!(
-        body.first_hit(0, &ray([1.0, 5.0, 0.0], [0.0, 1.0, 0.0]))
-            .unwrap()
-            .is_none()
-    );
+    let behind = ray([1.0, 5.0, 0.0], [0.0, 1.0, 0.0]);
+    assert!(body.first_hit(&behind).is_none());
     // A sphere's normal is its radius, in any pose.
-    let sphere = Body::new(
-        vec![Meridian::smooth(&[ellipse(1.0)], 1e-9).unwrap()],
-        study_pose(),
-    )
-    .unwrap();
-    let centre = sphere.pose().to_lab(&Point3::origin());
-    let hit = sphere
-        .first_hit(
-            0,
-            &Ray::new(centre + Vector3::new(0.3, -9.0, 0.2), Vector3::y()).unwrap(),
-        )
-        .unwrap()
-        .unwrap();
+    let ball = Meridian::smooth(&[ellipse(1.0)], 1e-9).unwrap();
+    let sphere = whole(ball, study_pose());
+    let centre = study_pose().to_lab(&Point3::origin());
+    let ray = Ray::new(centre + Vector3::new(0.3, -9.0, 0.2), Vector3::y()).unwrap();
+    let hit = sphere.first_hit(&ray).unwrap();
     // A chord of sagitta e is turned from the arc by at most 2 sqrt(2 e).
     assert!((hit.normal - (hit.point - centre)).norm() < 1e-4);
 }
@@ -365,10 +357,11 @@ fn a_solid_far_along_its_axis_is_a_solid() {
 #[test]
 fn a_normal_next_to_the_axis_has_all_its_digits() {
     // A cone of half a right angle, met so near its side's axis that squares of the distance vanish.
-    let cone = solid(&[[0.0, 1.0], [1.0, 0.0]]);
+    let cone = Meridian::new(&[[0.0, 1.0], [1.0, 0.0]]).unwrap();
+    let cone = whole(cone, Pose::identity());
     for aside in [1e-3, 1e-160, 1e-300] {
         let ray = Ray::new(Point3::new(2.0, 3.0 * aside, 4.0 * aside), -Vector3::x()).unwrap();
-        let hit = cone.first_hit(0, &ray).unwrap().unwrap();
+        let hit = cone.first_hit(&ray).unwrap();
         let expected = Vector3::new(1.0, 0.6, 0.8) * 0.5f64.sqrt();
         assert!((hit.normal - expected).norm() < 1e-12, "{aside:e} {hit:?}");
     }

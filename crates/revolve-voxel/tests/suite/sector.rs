@@ -393,3 +393,34 @@ proptest! {
         prop_assert!((sector.chord(&ray) - inside as f64 * h).abs() < 4.0 * h, "{} {}", sector.chord(&ray), inside as f64 * h);
     }
 }
+
+proptest! {
+    /// Against points: none of the way to the hit is in the sector, what follows is, and the normal points out.
+    #[test]
+    fn a_ray_enters_where_its_points_do(from in 0.0..TAU, opening in 0.1..TAU, d in support::direction(), p in prop::array::uniform3(-2.0..2.0f64)) {
+        let sector = Sector::new(ring(), [from, from + opening], pose()).unwrap();
+        let ray = Ray::new(Point3::from(p) - 8.0 * d, d).unwrap();
+        let inside = |t: f64| sector.contains(&ray.at(t));
+        // Steps of 1/250: what is thinner may hide between two of them.
+        let step = 16.0 / 4000.0;
+        let first = (0..4000).map(|k| step * f64::from(k)).find(|&t| inside(t));
+        let hit = sector.first_hit(&ray);
+        match (hit, first) {
+            (None, None) => {}
+            (None, Some(t)) => prop_assert!(false, "inside at {t}, and no hit"),
+            (Some(hit), first) => {
+                prop_assert!(first.is_none_or(|t| hit.t <= t + 1e-9), "{hit:?} {first:?}");
+                prop_assert!(!inside(hit.t - 1e-7));
+                prop_assert!((hit.normal.norm() - 1.0).abs() < 1e-12);
+                let slope = -hit.normal.dot(&d);
+                prop_assert!(slope > -1e-9, "{slope}");
+                // Rays that graze leave again at once.
+                if slope > 1e-2 {
+                    prop_assert!(inside(hit.t + 1e-7));
+                    prop_assert!(!sector.contains(&(hit.point + 1e-6 * hit.normal)));
+                    prop_assert!(sector.contains(&(hit.point - 1e-6 * hit.normal)));
+                }
+            }
+        }
+    }
+}

@@ -105,7 +105,6 @@ fn revolve_voxel_takes_anything() {
                 let ray = &rays[(31 * k + j) % rays.len()];
                 back(body.chord(layer, ray));
                 back(body.spans(layer, ray));
-                back(body.first_hit(layer, ray));
                 back(body.signed_distance(layer, &ray.origin()));
             }
         }
@@ -150,6 +149,7 @@ fn revolve_voxel_takes_anything() {
             back(sector.voxelize_add(grid, 0..grid.shape()[2], sampling, 1.0, &mut voxels));
             sector.contains(&Point3::new(azimuths[0], 0.1, azimuths[1]));
             sector.chord(&rays[k % rays.len()]);
+            sector.first_hit(&rays[k % rays.len()]);
         }
     }
     for layer in SIZES {

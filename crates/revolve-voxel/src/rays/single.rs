@@ -1,0 +1,113 @@
+//! Single rays through a body: chords, spans, line integrals.
+
+use crate::rays::chord::Hint;
+use crate::rays::direction::Direction;
+use crate::{Body, Error, Meridian, Ray, Span};
+
+impl Body {
+    /// Length of the line inside one layer.
+    ///
+    /// A continuous function of the line but for lines along the surface, which count as if just beside it
+    /// ([conventions](crate#conventions)).
+    ///
+    /// Cost: the logarithm of the number of segments.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchLayer`].
+    pub fn chord(&self, layer: usize, ray: &Ray) -> Result<f64, Error> {
+        Ok(self.chord_in(self.layer(layer)?, ray))
+    }
+
+    fn chord_in(&self, layer: &Meridian, ray: &Ray) -> f64 {
+        let mut sum = 0.0;
+        self.intervals(layer, ray, |sign, [low, high]| {
+            sum += sign * (high.t - low.t)
+        });
+        sum.max(0.0)
+    }
+
+    /// Line integral of the activity along the whole line.
+    ///
+    /// # Errors
+    /// [`Error::Length`] or [`Error::NotFinite`] for the activities.
+    pub fn line_integral(&self, ray: &Ray, activity: &[f64]) -> Result<f64, Error> {
+        let weights = self.weights(activity)?;
+        let chords = self.layers().iter().map(|layer| self.chord_in(layer, ray));
+        Ok(weights.iter().zip(chords).map(|(w, chord)| w * chord).sum())
+    }
+
+    /// Sorted, disjoint intervals of the line inside one layer.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchLayer`].
+    pub fn spans(&self, layer: usize, ray: &Ray) -> Result<Vec<Span>, Error> {
+        Ok(self.spans_in(self.layer(layer)?, ray))
+    }
+
+    pub(crate) fn spans_in(&self, layer: &Meridian, ray: &Ray) -> Vec<Span> {
+        self.surface_spans(layer, ray)
+            .iter()
+            .map(|[a, b]| Span {
+                enter: a.t,
+                exit: b.t,
+            })
+            .collect()
+    }
+
+    /// Calls `each` with the sign and ends of every chain's interval.
+    fn intervals(
+        &self,
+        meridian: &Meridian,
+        ray: &Ray,
+        mut each: impl FnMut(f64, [SurfacePoint; 2]),
+    ) {
+        let farthest = self.pose().farthest(ray.origin().coords.amax());
+        let d = self.pose().vector_to_body(&ray.direction());
+        let direction = Direction::new(meridian, farthest, &d);
+        let [w, q, shift] = direction.coordinates(&self.pose().to_body(&ray.origin()));
+        let mut hints = vec![Hint::default(); meridian.chains().len()];
+        for (sign, faces) in direction.intervals(meridian, [w, q], &mut hints) {
+            let ends = direction.ends([w, q], &faces);
+            let point = |k: usize| SurfacePoint {
+                t: ends[k] - shift,
+                normal: faces[k].normal().map(|n| n.map(|v| v * sign)),
+            };
+            each(sign, [point(0), point(1)]);
+        }
+    }
+
+    /// The spans with their ends' normals: a sweep over the chains' ends, in which shared planes cancel.
+    pub(crate) fn surface_spans(&self, layer: &Meridian, ray: &Ray) -> Vec<[SurfacePoint; 2]> {
+        let mut ends: Vec<(SurfacePoint, f64)> = Vec::new();
+        self.intervals(layer, ray, |sign, [low, high]| {
+            ends.push((low, sign));
+            ends.push((high, -sign));
+        });
+        ends.sort_by(|a, b| a.0.t.total_cmp(&b.0.t));
+        let mut spans = Vec::new();
+        let (mut depth, mut enter) = (0.0, None);
+        let mut k = 0;
+        while k < ends.len() {
+            // Ends at one parameter act together; of two surfaces there, a cone has the better normal.
+            let (mut point, before) = (ends[k].0, depth);
+            while k < ends.len() && ends[k].0.t == point.t {
+                depth += ends[k].1;
+                point.normal = point.normal.or(ends[k].0.normal);
+                k += 1;
+            }
+            if before < 0.5 && depth > 0.5 {
+                enter = Some(point);
+            } else if before > 0.5 && depth < 0.5 {
+                spans.extend(enter.take().map(|e| [e, point]));
+            }
+        }
+        spans
+    }
+}
+
+/// A point of a line on the surface, with the normal (x, r) unless on a plane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SurfacePoint {
+    pub(crate) t: f64,
+    pub(crate) normal: Option<[f64; 2]>,
+}
