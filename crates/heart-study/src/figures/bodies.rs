@@ -1,6 +1,6 @@
 //! Shaded views of the exact body: at rest and dilated (Fig. 12), before and after the pose (Fig. 13 of the paper).
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3, center};
@@ -8,7 +8,6 @@ use plotters::prelude::RGBColor;
 
 use super::canvas::{Area, Drawn, FINE, Pin, Rect, paint, paint_over, text, text_width};
 use super::marks::{arrow, segment, swatch};
-use super::profile::OnProfile;
 use super::render::{Camera, Colour, Seen, View, WHITE, light, mix};
 use super::style::{BLACK, BLUE, CAVITY, CUT, GREEN, GREY, SMALL, SURFACE, TEXT, TITLE, VERMILION};
 use super::wall::{Met, Part, Wall};
@@ -30,13 +29,13 @@ const KEY: i32 = 60;
 /// ([`FigureError::Body`]), or a number is not finite.
 pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
     check::at_least("states", states.len(), 1)?;
-    let walls: Vec<Wall> = states
-        .iter()
-        .map(|state| {
-            state.check()?;
-            Wall::new(state, Pose::identity())
-        })
-        .collect::<Result<_, _>>()?;
+    states.iter().try_for_each(WallState::check)?;
+    let cast = |azimuths: [f64; 2]| -> Result<Vec<Wall>, FigureError> {
+        let wall = |state| Wall::new(state, Pose::identity(), azimuths);
+        states.iter().map(wall).collect()
+    };
+    // A quarter is cut away, that of negative y and positive z.
+    let (walls, opened) = (cast([0.0, TAU])?, cast([PI, 2.5 * PI])?);
     let long = walls.iter().fold(0.0f64, |m, w| m.max(w.extent()[0]));
     let thick = walls.iter().fold(0.0f64, |m, w| m.max(w.extent()[1]));
     // The body's x runs to the right and away from the viewer, so that the base with the cavity shows.
@@ -74,10 +73,9 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
         }
         Ok(())
     })?;
-    let wedge = [-Vector3::y(), Vector3::z()];
     let paints = Paints::new();
     let mut bars = Vec::new();
-    for (i, wall) in walls.iter().enumerate() {
+    for (i, (wall, opened)) in walls.iter().zip(&opened).enumerate() {
         // One base plane in all panels: the rest state and the others begin at the same place.
         let centre = Point3::new(
             0.5 * long + walls[0].centre().x - 0.5 * walls[0].extent()[0],
@@ -86,17 +84,18 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
         );
         let open = Camera::new(view, centre, span, panel(i, 0))?;
         open.render(&mut picture, WHITE, |p| {
-            let met = wall.met(p, -open.toward, Some(wedge))?;
+            let met = opened.met(p, -open.toward)?;
             Some(seen(&open, &met, paints.of(met.part)))
         });
         let mesh = Camera::new(view, centre, span, panel(i, 1))?;
         mesh.render(&mut picture, WHITE, |p| {
-            let met = wall.met(p, -mesh.toward, None)?;
+            let met = wall.met(p, -mesh.toward)?;
             let colour = match met.part {
-                Part::Outer(on) => {
+                Part::Outer { material, stretch } => {
                     // A pixel's width on the slanted surface, over which a line's edge fades.
                     let soft = mesh.per_pixel() / met.normal.dot(&mesh.toward).max(0.2);
-                    mix(paints.paper, paints.mesh, mesh_line(&on, &met.point, soft))
+                    let ink = mesh_line([material, stretch], &met.point, soft);
+                    mix(paints.paper, paints.mesh, ink)
                 }
                 part => paints.of(part),
             };
@@ -133,10 +132,9 @@ fn key(area: &Area<'_>, (mut x, y): (i32, i32)) -> Drawn {
 
 fn seen(camera: &Camera, met: &Met, colour: Colour) -> Seen {
     let part = match met.part {
-        Part::Outer(_) => 0,
+        Part::Outer { .. } => 0,
         Part::Inner => 1,
-        Part::Base => 2,
-        Part::Cut(face) => 3 + face,
+        Part::Flat(axis) => 2 + axis as u8,
     };
     Seen {
         colour: camera.shade(&met.normal, colour),
@@ -167,18 +165,18 @@ impl Paints {
 
     fn of(&self, part: Part) -> Colour {
         match part {
-            Part::Outer(_) => self.outer,
+            Part::Outer { .. } => self.outer,
             Part::Inner => self.inner,
-            Part::Base | Part::Cut(_) => self.flat,
+            Part::Flat(_) => self.flat,
         }
     }
 }
 
-/// How much of the mesh's ink is at a point of the outer wall of a body in its own frame, 0 to 1; lines fade over
-/// `soft` cm.
-fn mesh_line(on: &OnProfile, point: &Point3<f64>, soft: f64) -> f64 {
+/// How much of the mesh's ink is at a point of the outer wall of a body in its own frame, 0 to 1, given its material coordinate
+/// and the centimetres of meridian for each unit of that; lines fade over `soft` cm.
+fn mesh_line([material, stretch]: [f64; 2], point: &Point3<f64>, soft: f64) -> f64 {
     let off = |t: f64| (t - t.round()).abs();
-    let parallel = off(on.material * MESH[1]) / MESH[1] * on.stretch;
+    let parallel = off(material * MESH[1]) / MESH[1] * stretch;
     let r = point.y.hypot(point.z);
     // Towards the apex every second meridian ends where they would run together.
     let mut n = MESH[0];
@@ -208,7 +206,7 @@ pub fn poses(
     let top = 60;
     let walls: Vec<Wall> = poses
         .iter()
-        .map(|(_, pose)| Wall::new(state, *pose))
+        .map(|(_, pose)| Wall::new(state, *pose, [0.0, TAU]))
         .collect::<Result<_, _>>()?;
     // The circle and the axes reach beyond the body in any pose.
     let reach = walls
@@ -239,7 +237,7 @@ pub fn poses(
         };
         let camera = Camera::new(view, Point3::origin(), 2.9 * reach, rect)?;
         camera.render(&mut picture, WHITE, |p| {
-            let met = wall.met(p, -camera.toward, None)?;
+            let met = wall.met(p, -camera.toward)?;
             Some(seen(&camera, &met, paints.of(met.part)))
         });
         cameras.push(camera);
@@ -298,7 +296,7 @@ impl Scene<'_, '_> {
 
     fn hidden(&self, p: &Point3<f64>) -> bool {
         self.wall
-            .met(*p, -self.camera.toward, None)
+            .met(*p, -self.camera.toward)
             .is_some_and(|met| self.camera.nearness(&met.point) > self.camera.nearness(p) + 1e-6)
     }
 

@@ -39,7 +39,6 @@ mod isosurface;
 mod marks;
 mod page;
 mod picture;
-mod profile;
 mod raster;
 mod render;
 mod shapes;

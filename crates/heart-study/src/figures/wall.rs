@@ -1,31 +1,41 @@
-//! The heart wall as a solid to look at: rays cast at the exact body, cut open by a wedge if asked.
+//! The heart wall as a solid to look at: a ring of revolution, whole or cut open, and where on its membranes a ray meets it.
 
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
-use heart_phantom::revolve_voxel::{Body, Meridian, Pose, Ray, Span};
+use heart_phantom::revolve_voxel::{Curve, Error, Meridian, Pose, Ray, Sector, Shell};
 
-use super::profile::{OnProfile, Profile};
 use super::{FigureError, WallState};
+
+/// Nearer a membrane than this share of the wall is on it.
+const SKIN: f64 = 1e-6;
 
 /// The solid between two membranes, standing in the lab.
 #[derive(Debug)]
 pub(super) struct Wall {
-    body: Body,
-    profiles: [Profile; 2],
+    solid: Sector,
+    shell: Shell,
+    outer: Curve,
+    /// Normals (x, r) at the nodes of the inner and the outer membrane, towards the outside of what it encloses.
+    normals: [Curve; 2],
+    pose: Pose,
     centre: Point3<f64>,
     radius: f64,
+    extent: [f64; 2],
 }
 
 /// Which part of the wall a ray meets.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Part {
     /// The outer membrane.
-    Outer(OnProfile),
+    Outer {
+        /// Material coordinate from base (0) to apex (1).
+        material: f64,
+        /// Centimetres of meridian for each unit of it.
+        stretch: f64,
+    },
     /// The inner membrane, from the cavity.
     Inner,
-    /// The flat ring at the base.
-    Base,
-    /// A face of the cut, that of the first or second vector.
-    Cut(u8),
+    /// The ring at the base (0) or a face of the cut, by the axis of the body that its normal is nearest to.
+    Flat(usize),
 }
 
 /// Where a ray meets the wall first.
@@ -33,28 +43,47 @@ pub(super) enum Part {
 pub(super) struct Met {
     pub(super) part: Part,
     pub(super) point: Point3<f64>,
-    /// Unit normal out of the wall.
+    /// Unit normal out of the wall; that of a membrane is smooth.
     pub(super) normal: Vector3<f64>,
 }
 
 impl Wall {
-    pub(super) fn new(state: &WallState<'_>, pose: Pose) -> Result<Self, FigureError> {
-        let layer = |nodes| Meridian::from_full_curve(nodes).map_err(FigureError::Body);
-        let layers = vec![layer(state.inner)?, layer(state.outer)?];
-        let [low, high] = layers[1].x_range();
-        let centre = pose.to_lab(&Point3::new(0.5 * (low + high), 0.0, 0.0));
-        let radius = (0.5 * (high - low)).hypot(layers[1].r_max());
-        let profiles = [Profile::new(state.inner), Profile::new(state.outer)];
-        let body = Body::new(layers, pose).map_err(FigureError::Body)?;
+    /// What lies between two azimuths (from body y to body z) of the wall, standing in a pose.
+    pub(super) fn new(
+        state: &WallState<'_>,
+        pose: Pose,
+        azimuths: [f64; 2],
+    ) -> Result<Self, FigureError> {
+        Self::between(state, pose, azimuths).map_err(FigureError::Body)
+    }
+
+    fn between(state: &WallState<'_>, pose: Pose, azimuths: [f64; 2]) -> Result<Self, Error> {
+        let halves = [state.inner, state.outer].map(upper_half);
+        let [(inner_knots, inner), (outer_knots, outer)] = &halves;
+        let around: Vec<_> = outer.iter().chain(inner.iter().rev()).copied().collect();
+        let ring = Meridian::ring(&around)?;
+        let ([low, high], r_max) = (ring.x_range(), ring.r_max());
+        let outer = Curve::polyline(outer_knots, outer)?;
+        let normal = |(knots, nodes): &(Vec<f64>, Vec<[f64; 2]>)| {
+            Curve::polyline(knots, &node_normals(nodes))
+        };
         Ok(Self {
-            body,
-            profiles,
-            centre,
-            radius,
+            solid: Sector::new(ring, azimuths, pose)?,
+            shell: Shell::new(
+                Curve::polyline(inner_knots, inner)?,
+                outer.clone(),
+                [0.0, 1.0],
+            )?,
+            outer,
+            normals: [normal(&halves[0])?, normal(&halves[1])?],
+            pose,
+            centre: pose.to_lab(&Point3::new(0.5 * (low + high), 0.0, 0.0)),
+            radius: (0.5 * (high - low)).hypot(r_max),
+            extent: [high - low, 2.0 * r_max],
         })
     }
 
-    /// Middle of the outer membrane's extent along the axis.
+    /// Middle of the wall's extent along the axis.
     pub(super) fn centre(&self) -> Point3<f64> {
         self.centre
     }
@@ -64,126 +93,85 @@ impl Wall {
         self.radius
     }
 
-    /// Length along the axis and largest diameter of the outer membrane.
+    /// Length along the axis and largest diameter.
     pub(super) fn extent(&self) -> [f64; 2] {
-        let [low, high] = self.body.layers()[1].x_range();
-        [high - low, 2.0 * self.body.layers()[1].r_max()]
+        self.extent
     }
 
     /// What the ray through `point` along the unit vector `away` meets first, from however far before.
-    ///
-    /// `wedge` holds two body-frame vectors across the axis; points on the positive side of both are cut away.
-    pub(super) fn met(
-        &self,
-        point: Point3<f64>,
-        away: Vector3<f64>,
-        wedge: Option<[Vector3<f64>; 2]>,
-    ) -> Option<Met> {
-        let offset = point - self.centre;
-        let nearest = offset - offset.dot(&away) * away;
-        if nearest.norm_squared() > self.radius * self.radius {
+    pub(super) fn met(&self, point: Point3<f64>, away: Vector3<f64>) -> Option<Met> {
+        let along = (point - self.centre).dot(&away);
+        let nearest = point - along * away;
+        if (nearest - self.centre).norm() > self.radius {
             return None;
         }
-        let ray = Ray::new(point, away).ok()?;
-        let outer = self.body.spans(1, &ray).ok()?;
-        if outer.is_empty() {
-            return None;
-        }
-        let inner = self.body.spans(0, &ray).ok()?;
-        let pose = self.body.pose();
-        let (origin, along) = (pose.to_body(&point), pose.vector_to_body(&away));
-        let gap = wedge.and_then(|w| wedge_span(w, &origin, &along));
-        // Both membranes end in one plane at the base; a hair keeps rounding from leaving a film across the cavity.
-        let hair = 1e-7 * self.radius;
-        for span in &outer {
-            let mut t = span.enter;
-            let mut kind = 0;
-            // Each pass leaves one of the holes, so there are at most a few.
-            loop {
-                if t >= span.exit - hair {
-                    break;
-                }
-                if let Some(hole) = inner.iter().find(|h| h.enter - hair <= t && t < h.exit) {
-                    (t, kind) = (hole.exit, 1);
-                    continue;
-                }
-                if let Some(hole) = gap.filter(|h| h.enter <= t && t < h.exit) {
-                    (t, kind) = (hole.exit, 2);
-                    continue;
-                }
-                let at = origin + t * along;
-                let (part, normal) = match kind {
-                    0 => self.skin(&at),
-                    1 => (Part::Inner, -self.smooth(0, &at)?.1),
-                    _ => cut_face(wedge?, &at),
-                };
-                return Some(Met {
-                    part,
-                    point: point + t * away,
-                    normal: pose.isometry().rotation * normal,
-                });
-            }
-        }
-        None
-    }
-
-    /// The outside of the outer layer: its membrane, or the base.
-    fn skin(&self, at: &Point3<f64>) -> (Part, Vector3<f64>) {
-        match self.smooth(1, at) {
-            Some((on, normal)) if on.distance < 1e-6 * self.radius => (Part::Outer(on), normal),
-            _ => (Part::Base, -Vector3::x()),
-        }
-    }
-
-    fn smooth(&self, layer: usize, at: &Point3<f64>) -> Option<(OnProfile, Vector3<f64>)> {
+        let ray = Ray::new(nearest - 2.0 * self.radius * away, away).ok()?;
+        let hit = self.solid.first_hit(&ray)?;
+        // A little under the surface, which rounding cannot put outside.
+        let at = (self.pose).to_body(&(hit.point - 1e-9 * self.radius * hit.normal));
         let r = at.y.hypot(at.z);
-        let on = self.profiles[layer].at(at.x, r)?;
-        let [n, m] = on.normal;
-        let around = if r > 0.0 {
-            [at.y / r, at.z / r]
-        } else {
-            [0.0, 0.0]
+        let found = self.shell.locate([at.x, r]);
+        let smooth = |layer: usize, s: f64| {
+            let [n, m] = self.normals[layer].at(s).position;
+            let around = if r > 0.0 { m / r } else { 0.0 };
+            let normal = Vector3::new(n, around * at.y, around * at.z).normalize();
+            self.pose.isometry().rotation * normal
         };
-        Some((on, Vector3::new(n, m * around[0], m * around[1])))
+        let (part, normal) = match found {
+            Some([layer, s]) if layer > 1.0 - SKIN => {
+                let [dx, dr] = self.outer.at(s).first;
+                let (material, stretch) = (s, dx.hypot(dr));
+                (Part::Outer { material, stretch }, smooth(1, s))
+            }
+            Some([layer, s]) if layer < SKIN => (Part::Inner, -smooth(0, s)),
+            _ => {
+                let axis = self.pose.vector_to_body(&hit.normal).iamax();
+                (Part::Flat(axis), hit.normal)
+            }
+        };
+        Some(Met {
+            part,
+            point: hit.point,
+            normal,
+        })
     }
 }
 
-/// Where a line runs on the positive side of both vectors.
-fn wedge_span(
-    wedge: [Vector3<f64>; 2],
-    origin: &Point3<f64>,
-    along: &Vector3<f64>,
-) -> Option<Span> {
-    let mut span = Span {
-        enter: f64::NEG_INFINITY,
-        exit: f64::INFINITY,
+/// The nodes of a full meridian `[x, y]` before y changes sign and the point there on the axis, with their material
+/// coordinates: equal steps from the base (0) to the axis (1).
+fn upper_half(full: &[[f64; 2]]) -> (Vec<f64>, Vec<[f64; 2]>) {
+    let mut nodes: Vec<[f64; 2]> = full.iter().copied().take_while(|p| p[1] > 0.0).collect();
+    let mut knots: Vec<f64> = (0..nodes.len()).map(|k| k as f64).collect();
+    if let (Some(a), Some(b)) = (nodes.last().copied(), full.get(nodes.len())) {
+        let t = a[1] / (a[1] - b[1]);
+        nodes.push([a[0] + t * (b[0] - a[0]), 0.0]);
+        knots.push(knots.len() as f64 - 1.0 + t);
+    }
+    let last = knots.last().copied().unwrap_or(1.0);
+    knots.iter_mut().for_each(|knot| *knot /= last);
+    (knots, nodes)
+}
+
+/// Outward unit normals of a half meridian at its nodes; at the last, on the axis, along it.
+fn node_normals(nodes: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let last = nodes.len() - 1;
+    let normal = |k: usize| {
+        let (a, b) = (nodes[k.saturating_sub(1)], nodes[(k + 1).min(last)]);
+        let (dx, dr) = if k == last {
+            (0.0, -1.0)
+        } else {
+            (b[0] - a[0], b[1] - a[1])
+        };
+        let length = dx.hypot(dr).max(f64::MIN_POSITIVE);
+        [-dr / length, dx / length]
     };
-    for side in wedge {
-        let (height, slope) = (origin.coords.dot(&side), along.dot(&side));
-        if slope > 0.0 {
-            span.enter = span.enter.max(-height / slope);
-        } else if slope < 0.0 {
-            span.exit = span.exit.min(-height / slope);
-        } else if height <= 0.0 {
-            return None;
-        }
-    }
-    (span.enter < span.exit).then_some(span)
-}
-
-/// The face of the wedge that a point lies on, its normal towards the part cut away.
-fn cut_face([a, b]: [Vector3<f64>; 2], at: &Point3<f64>) -> (Part, Vector3<f64>) {
-    if at.coords.dot(&a).abs() <= at.coords.dot(&b).abs() {
-        (Part::Cut(0), a)
-    } else {
-        (Part::Cut(1), b)
-    }
+    (0..=last).map(normal).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::FRAC_PI_2;
+    use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
     /// Half an ellipse from the base at x = 0 to the apex at x = a, of radius b at the base.
     fn half_ellipse(a: f64, b: f64) -> Vec<[f64; 2]> {
@@ -193,24 +181,22 @@ mod tests {
             .collect()
     }
 
-    fn wall() -> Wall {
+    fn wall(azimuths: [f64; 2]) -> Wall {
         let (inner, outer) = (half_ellipse(8.0, 2.0), half_ellipse(10.0, 3.0));
         let state = WallState {
             title: "",
             inner: &inner,
             outer: &outer,
         };
-        Wall::new(&state, Pose::identity()).unwrap()
+        Wall::new(&state, Pose::identity(), azimuths).unwrap()
     }
 
     #[test]
     fn the_outside_is_met_with_the_normal_of_the_ellipse() {
-        let wall = wall();
+        let wall = wall([0.0, TAU]);
         for k in 1..20 {
             let x = 0.5 * f64::from(k);
-            let met = wall
-                .met(Point3::new(x, 0.0, 50.0), -Vector3::z(), None)
-                .unwrap();
+            let met = wall.met(Point3::new(x, 0.0, 50.0), -Vector3::z()).unwrap();
             let z = 3.0 * (1.0 - x * x / 100.0f64).sqrt();
             // 400 chords of a half ellipse: sagitta h^2 / 8 times the curvature, below 2e-4.
             assert!((met.point - Point3::new(x, 0.0, z)).norm() < 2e-4);
@@ -221,55 +207,55 @@ mod tests {
                 "{} {normal}",
                 met.normal
             );
-            let Part::Outer(on) = met.part else {
+            let Part::Outer { material, .. } = met.part else {
                 panic!("{:?}", met.part)
             };
             let angle = (x / 10.0).asin();
-            assert!((on.material - angle / FRAC_PI_2).abs() < 1e-4);
+            assert!((material - angle / FRAC_PI_2).abs() < 1e-4);
         }
     }
 
     #[test]
     fn the_cavity_is_open_at_the_base_and_the_ring_is_not() {
-        let wall = wall();
+        let wall = wall([0.0, TAU]);
         let met = wall
-            .met(Point3::new(-50.0, 0.0, 0.01), Vector3::x(), None)
+            .met(Point3::new(-50.0, 0.0, 0.01), Vector3::x())
             .unwrap();
         assert!(matches!(met.part, Part::Inner));
         assert!((met.point.x - 8.0).abs() < 1e-3 && (met.normal + Vector3::x()).norm() < 0.1);
         let met = wall
-            .met(Point3::new(-50.0, 2.5, 0.0), Vector3::x(), None)
+            .met(Point3::new(-50.0, 2.5, 0.0), Vector3::x())
             .unwrap();
-        assert!(matches!(met.part, Part::Base) && met.point.x.abs() < 1e-12);
-        assert_eq!(met.normal, -Vector3::x());
+        assert!(matches!(met.part, Part::Flat(0)) && met.point.x.abs() < 1e-12);
+        assert!((met.normal + Vector3::x()).norm() < 1e-12);
     }
 
     #[test]
     fn a_wedge_opens_the_wall() {
-        let wall = wall();
-        let wedge = [-Vector3::y(), Vector3::z()];
+        // All but the quarter of negative y and positive z.
+        let wall = wall([PI, 2.5 * PI]);
         // Down through the quarter cut away, into the wall's face at z = 0.
         let met = wall
-            .met(Point3::new(1.0, -2.5, 50.0), -Vector3::z(), Some(wedge))
+            .met(Point3::new(1.0, -2.5, 50.0), -Vector3::z())
             .unwrap();
-        assert!(matches!(met.part, Part::Cut(1)) && met.point.z.abs() < 1e-12);
-        assert_eq!(met.normal, Vector3::z());
+        assert!(matches!(met.part, Part::Flat(2)) && met.point.z.abs() < 1e-12);
+        assert!((met.normal - Vector3::z()).norm() < 1e-12);
         // From the front, into the wall's face at y = 0.
         let met = wall
-            .met(Point3::new(1.0, -50.0, 2.5), Vector3::y(), Some(wedge))
+            .met(Point3::new(1.0, -50.0, 2.5), Vector3::y())
             .unwrap();
-        assert!(matches!(met.part, Part::Cut(0)) && met.point.y.abs() < 1e-12);
-        assert_eq!(met.normal, -Vector3::y());
+        assert!(matches!(met.part, Part::Flat(1)) && met.point.y.abs() < 1e-12);
+        assert!((met.normal + Vector3::y()).norm() < 1e-12);
         // Nearer the axis it falls through the cavity to the far side of the inner membrane.
         let met = wall
-            .met(Point3::new(1.0, -0.5, 50.0), -Vector3::z(), Some(wedge))
+            .met(Point3::new(1.0, -0.5, 50.0), -Vector3::z())
             .unwrap();
         assert!(matches!(met.part, Part::Inner) && met.point.z < -1.8 && met.normal.z > 0.9);
         // The other quarters stay.
         let met = wall
-            .met(Point3::new(1.0, 0.5, 50.0), -Vector3::z(), Some(wedge))
+            .met(Point3::new(1.0, 0.5, 50.0), -Vector3::z())
             .unwrap();
-        assert!(matches!(met.part, Part::Outer(_)));
+        assert!(matches!(met.part, Part::Outer { .. }));
     }
 
     #[test]
@@ -281,9 +267,9 @@ mod tests {
             outer: &outer,
         };
         let pose = Pose::axis_along_z(5.0).unwrap();
-        let wall = Wall::new(&state, pose).unwrap();
+        let wall = Wall::new(&state, pose, [0.0, TAU]).unwrap();
         let met = wall
-            .met(Point3::new(0.0, 0.0, 50.0), -Vector3::z(), None)
+            .met(Point3::new(0.0, 0.0, 50.0), -Vector3::z())
             .unwrap();
         assert!((met.point - Point3::new(0.0, 0.0, 5.0)).norm() < 1e-9);
         assert!((met.normal - Vector3::z()).norm() < 1e-2);
