@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release -p heart-phantom --example ejection_fraction`
 
-use heart_phantom::scene::{ActivitySettings, CycleSettings, Mode, Scene};
+use heart_phantom::scene::{Activity, CycleSettings, Mode, Scene};
 use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
 
 fn main() -> Result<(), PhantomError> {
@@ -17,7 +17,7 @@ fn main() -> Result<(), PhantomError> {
                 volume: VolumeRange::EjectionFraction(0.5),
                 ..CycleSettings::default()
             })
-            .with_activity(ActivitySettings {
+            .with_activity(Activity {
                 cavity: Uptake::Concentration(1.0),
                 wall: Uptake::Concentration(0.0),
             });

@@ -2,9 +2,7 @@
 //!
 //! `cargo run --release -p heart-phantom --example gated_spect`
 
-use heart_phantom::scene::{
-    Accuracy, CycleSettings, Mode, ReconstructionSettings, Scene, WindowSettings,
-};
+use heart_phantom::scene::{Accuracy, CycleSettings, Mode, ReconstructionSettings, Scene, Window};
 use heart_phantom::{Phantom, PhantomError, VolumeCurve, VolumeRange};
 use std::time::Instant;
 
@@ -18,7 +16,7 @@ fn main() -> Result<(), PhantomError> {
             volume: VolumeRange::EjectionFraction(0.45),
         })
         .with_reconstruction(ReconstructionSettings {
-            window: WindowSettings::Hann,
+            window: Window::Hann,
             ..ReconstructionSettings::default()
         });
     scene.camera.views = 64;

@@ -13,7 +13,7 @@
 //! let heart = Heart::study(201)?;
 //! let camera = Camera::new(6, 32, 16.0)?;
 //! let cycle = Cycle::new(65.0, 0.6)?;
-//! let short = Acquisition::Instants { interval: 1.0 };
+//! let short = Acquisition::Instants;
 //! let sinograms = acquire(&heart, &camera, &cycle, short, [0.0, 1.0], &|_| ())?;
 //! assert_eq!(sinograms.samples.len(), 6 * 32 * 32); // [view][row][bin]
 //! assert_eq!(sinograms.distinct_phases, 6);

@@ -8,6 +8,8 @@ use crate::error::MembraneError;
 ///
 /// All three stand in Rohmer et al. 2006; they are different models.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum PressureLaw {
     /// Force f n per unit of **material** length s (Eq. 3). The load is f.
     #[default]

@@ -33,7 +33,7 @@
 //! Conventions: centimetres; curves run from (0, +R) over the apex to (0, -R); states are flat, x0, y0,
 //! x1, y1, ...; forces are per unit s, F_e + F_p vanishes at equilibrium. What it is not: there is
 //! no solver here (`membrane-newton`) and no time (`membrane-implicit`); no bending, no
-//! circumferential tension, no gravity. There are no features to choose.
+//! circumferential tension, no gravity. The feature `serde` gives [`PressureLaw`] names in files.
 //!
 //! Reference: Rohmer, Sitek, Gullberg, Simulation of the Beating Heart Based on Physically
 //! Modeling a Deformable Balloon, 2006, hal-03929238, with its misprints corrected.

@@ -17,6 +17,11 @@ use crate::error::{RadonError, at_least, finite, positive, within};
 ///
 /// All vanish for `nu > 1` except Butterworth, whose `cutoff` is where it has fallen to `1/sqrt(2)`.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum Window {
     /// No window: the sharpest and the noisiest.

@@ -306,6 +306,8 @@ fn whole_turn_in_degrees(angles: &[f64]) -> Option<f64> {
 
 /// What to do when the views leave a wedge of directions unmeasured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum ArcPolicy {
     /// Refuse: the largest gap between neighbouring directions may be at most [`COMPLETE_RATIO`](Self::COMPLETE_RATIO)

@@ -66,13 +66,21 @@ impl Background {
     }
 }
 
-/// Activity of the cavity and of the wall.
+/// Activity of the cavity and of the wall; by default the wall alone holds something, 1 per cm^3.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct Activity {
     /// Of the cavity.
     pub cavity: Uptake,
     /// Of the wall.
     pub wall: Uptake,
+}
+
+impl Default for Activity {
+    fn default() -> Self {
+        [0.0, 1.0].into()
+    }
 }
 
 impl Activity {

@@ -13,6 +13,7 @@ use std::sync::{Arc, OnceLock};
 
 /// Dimensions of a balloon at rest: a cylinder closed by a hemisphere (Rohmer et al. 2006, Table 1).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct Balloon {
     /// Length of the cylinder in cm.
     pub length: f64,

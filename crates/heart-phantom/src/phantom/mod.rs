@@ -195,8 +195,7 @@ impl Phantom {
     }
 
     pub(crate) fn acquisition_of(&self, gate: usize, points: usize) -> Acquisition {
-        let parts = &self.parts;
-        parts.mode.acquisition(parts.interval, gate, points)
+        self.parts.mode.acquisition(gate, points)
     }
 
     pub(crate) fn scan<'a>(&'a self, camera: &'a Camera, acquisition: Acquisition) -> Scan<'a> {

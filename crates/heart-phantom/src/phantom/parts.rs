@@ -6,7 +6,7 @@ use crate::model::Attenuation;
 use crate::model::{Background, MAX_ACTIVITY};
 use crate::model::{MOST_PIECES, without_overlap};
 use crate::scan::{Accuracy, Counts, Mode, Noise, STEPS};
-use crate::{Activity, Camera, Cycle, Defect, Heart, Rotation};
+use crate::{Activity, Camera, Cycle, Defect, Heart};
 use radon::FbpOptions;
 use std::f64::consts::TAU;
 
@@ -73,8 +73,6 @@ pub struct PhantomParts {
     pub mode: Mode,
     /// How finely that time is sampled.
     pub accuracy: Accuracy,
-    /// Seconds from the start of a view to the start of the next; of a camera that turns its own.
-    pub interval: f64,
     /// Filtered back-projection of the views into the camera's pixels.
     pub reconstruction: FbpOptions,
     /// Largest error of a voxel's covered fraction in exact volumes.
@@ -91,15 +89,11 @@ pub struct PhantomParts {
 impl PhantomParts {
     /// The heart alone, its wall of activity 1 and its cavity empty, in means over whole beats of 32 steps: no blur, no noise, Ram-Lak.
     pub fn new(heart: Heart, cycle: Cycle, camera: Camera) -> Self {
-        let interval = match camera.rotation() {
-            Rotation::StepAndShoot => 1.0,
-            Rotation::Continuous { interval } => interval,
-        };
         Self {
             heart,
             cycle,
             camera,
-            activity: [0.0, 1.0].into(),
+            activity: Activity::default(),
             background: None,
             defects: Vec::new(),
             attenuation: None,
@@ -107,7 +101,6 @@ impl PhantomParts {
             noise: None,
             mode: Mode::WholeCycle,
             accuracy: Accuracy::Steps(32),
-            interval,
             reconstruction: FbpOptions::default(),
             truth_tolerance: 1e-3,
             side: SIDE,
@@ -169,11 +162,6 @@ impl PhantomParts {
     }
 
     fn check_times(&self) -> Result<(), PhantomError> {
-        let [shortest, longest] = match self.camera.rotation() {
-            Rotation::StepAndShoot => SIZES,
-            Rotation::Continuous { interval } => [interval; 2],
-        };
-        check("interval", self.interval, shortest, longest)?;
         let points = match self.accuracy {
             Accuracy::Steps(steps) => check_count("steps", steps, 2, STEPS[1])?,
             Accuracy::Tolerance(tolerance) => {
@@ -183,7 +171,7 @@ impl PhantomParts {
         };
         let gates = check_count("gates", self.mode.n_gates(), 1, 1000)?;
         (0..gates).try_for_each(|gate| {
-            let acquisition = self.mode.acquisition(self.interval, gate, points);
+            let acquisition = self.mode.acquisition(gate, points);
             acquisition.validate(&self.cycle, &self.camera)
         })
     }

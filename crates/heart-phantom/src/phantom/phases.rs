@@ -64,7 +64,7 @@ pub struct PhaseReport {
     /// Thickness of the wall.
     pub thickness: Thickness,
     /// Force intensity of the inner membrane, what its pressure is in the law chosen: stiffness times cm, under
-    /// `Law::PerCurrentLength` stiffness.
+    /// `PressureLaw::PerCurrentLength` stiffness.
     pub f_inner: f64,
     /// That of the outer membrane.
     pub f_outer: f64,

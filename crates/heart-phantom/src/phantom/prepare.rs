@@ -71,7 +71,7 @@ impl Phantom {
 
     fn try_reconstruction(&self) -> Result<(), PhantomError> {
         self.plan(0)?;
-        if let Rotation::Continuous { .. } = self.camera().rotation() {
+        if let Rotation::Continuous = self.camera().rotation() {
             let policy = self.parts().reconstruction.arc;
             for gate in 1..self.n_gates() {
                 self.geometry(gate)?.view_weights(policy)?;

@@ -17,10 +17,8 @@ impl Phantom {
     pub fn view_times(&self, gate: usize) -> Result<Vec<ViewTime>, PhantomError> {
         check_count("gate", gate, 0, self.n_gates() - 1)?;
         let acquisition = self.acquisition_of(gate, STEPS[0]);
-        let interval = self.parts.interval;
-        let time = |view_idx| {
-            acquisition.view_time(&self.parts.cycle, &self.parts.camera, interval, view_idx)
-        };
+        let time =
+            |view_idx| acquisition.view_time(&self.parts.cycle, &self.parts.camera, view_idx);
         Ok((0..self.parts.camera.n_views()).map(time).collect())
     }
 

@@ -146,7 +146,7 @@ impl Phantom {
     pub(crate) fn plan(&self, gate: usize) -> Result<Arc<FbpPlan<f32>>, PhantomError> {
         let of = match self.parts.camera.rotation() {
             Rotation::StepAndShoot => 0,
-            Rotation::Continuous { .. } => gate,
+            Rotation::Continuous => gate,
         };
         let last = || self.plan.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((known, plan)) = &*last()
@@ -207,6 +207,7 @@ mod tests {
             rows: 1,
             pitch: [2.0; 2],
             rotation,
+            interval: 1.25,
             pixels: [8; 2],
             pixel: 2.0,
             centre: [0.0; 2],
@@ -226,7 +227,7 @@ mod tests {
         let skipping = phantom.with_skip(Skip::Nothing);
         assert!(!Arc::ptr_eq(&first, &skipping.plan(0).unwrap()));
         // A camera that turns sees each gate from other angles.
-        let phantom = gated(Rotation::Continuous { interval: 1.25 });
+        let phantom = gated(Rotation::Continuous);
         let first = phantom.plan(0).unwrap();
         assert!(Arc::ptr_eq(&first, &phantom.plan(0).unwrap()));
         assert!(!Arc::ptr_eq(&first, &phantom.plan(1).unwrap()));

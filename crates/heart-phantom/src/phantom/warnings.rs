@@ -148,7 +148,7 @@ impl Phantom {
     fn seen_from(&self) -> Vec<f64> {
         let shares: &[f64] = match self.camera().rotation() {
             Rotation::StepAndShoot => &[0.5],
-            Rotation::Continuous { .. } => &[0.0, 0.5, 1.0],
+            Rotation::Continuous => &[0.0, 0.5, 1.0],
         };
         (0..self.camera().n_views())
             .flat_map(|view_idx| shares.iter().map(move |share| (view_idx, *share)))

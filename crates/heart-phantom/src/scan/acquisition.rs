@@ -20,16 +20,11 @@ pub enum Acquisition {
         /// Steps of the arc that a camera turns through in a view, even; one that stops needs none.
         points: usize,
     },
-    /// View `k` is an instant at `t = k * interval` seconds.
-    Instants {
-        /// Seconds from a view to the next.
-        interval: f64,
-    },
-    /// View `k` is the mean from `t = k * interval` to `k * interval + window` seconds.
+    /// View `k` is an instant at `t = k T` seconds, `T` the camera's [`interval`](crate::Camera::interval).
+    Instants,
+    /// View `k` is the mean from `t = k T` to `k T + window` seconds.
     Exposure {
-        /// Seconds from a view to the next.
-        interval: f64,
-        /// Seconds that a view is exposed, at most `interval`.
+        /// Seconds that a view is exposed, at most `T`.
         window: f64,
         /// Steps a cycle, even.
         points: usize,

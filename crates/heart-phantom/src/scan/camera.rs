@@ -8,16 +8,15 @@ use std::f64::consts::PI;
 pub(crate) const MOST_SAMPLES: f64 = 2_147_483_648.0;
 
 /// How the camera goes from view to view.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Rotation {
-    /// It stands still while it takes a view.
+    /// It stands still while it takes a view, and takes no time to move.
     StepAndShoot,
     /// It turns all the time, and passes a view's angle in the middle of its time ([`ViewTime`](crate::ViewTime)).
-    Continuous {
-        /// Seconds from the start of a view to the start of the next.
-        interval: f64,
-    },
+    Continuous,
 }
 
 /// Views, detector and voxels, for [`Camera::with_geometry`].
@@ -37,6 +36,8 @@ pub struct CameraGeometry {
     pub pitch: [f64; 2],
     /// How the camera goes from view to view.
     pub rotation: Rotation,
+    /// Seconds from the start of a view to the start of the next.
+    pub interval: f64,
     /// Voxels along x and along y.
     pub pixels: [usize; 2],
     /// Their edge in x and y in cm; along z it is the pitch of the rows.
@@ -56,7 +57,6 @@ pub struct Camera {
     from: CameraGeometry,
     geometry: radon::ParallelGeometry,
     step: f64,
-    rotation: Rotation,
     detector: ParallelDetector,
     grid: VoxelGrid,
     image: radon::ImageGrid,
@@ -79,6 +79,7 @@ impl Camera {
             rows: size,
             pitch: [pitch; 2],
             rotation: Rotation::StepAndShoot,
+            interval: 1.0,
             pixels: [size; 2],
             pixel: pitch,
             centre: [0.0; 2],
@@ -94,9 +95,7 @@ impl Camera {
     pub fn with_geometry(from: &CameraGeometry) -> Result<Self, PhantomError> {
         check("arc", from.arc.abs(), f64::MIN_POSITIVE, 1e3)?;
         check("start", from.start, -1e3, 1e3)?;
-        if let Rotation::Continuous { interval } = from.rotation {
-            check("interval", interval, f64::MIN_POSITIVE, 1e9)?;
-        }
+        check("interval", from.interval, f64::MIN_POSITIVE, 1e9)?;
         let n = from.views as f64;
         // None of them counts as one: what comes below says what is missing.
         let product = |counts: [usize; 3]| counts.iter().map(|&n| n.max(1) as f64).product();
@@ -112,7 +111,6 @@ impl Camera {
             from: from.clone(),
             geometry: radon::ParallelGeometry::new(angles, from.bins, bin)?,
             step: from.arc / n,
-            rotation: from.rotation,
             detector: ParallelDetector::new(from.bins, from.rows, from.pitch)?,
             grid: VoxelGrid::centred(
                 [nx, ny, from.rows],
@@ -166,7 +164,21 @@ impl Camera {
 
     /// How the camera goes from view to view.
     pub fn rotation(&self) -> Rotation {
-        self.rotation
+        self.from.rotation
+    }
+
+    /// Seconds from the start of a view to the start of the next, `T`.
+    pub fn interval(&self) -> f64 {
+        self.from.interval
+    }
+
+    /// The same camera with another interval between views.
+    ///
+    /// # Errors
+    /// [`PhantomError::OutOfRange`] unless it is positive and at most 1e9 s.
+    pub fn with_interval(mut self, seconds: f64) -> Result<Self, PhantomError> {
+        self.from.interval = check("interval", seconds, f64::MIN_POSITIVE, 1e9)?;
+        Ok(self)
     }
 
     /// Number of views.
@@ -202,11 +214,9 @@ impl Camera {
     /// Angle in radians at which a view is taken after a share of its interval, if the camera turns; it passes the view's own
     /// angle at the middle, 1/2.
     pub(crate) fn angle(&self, view_idx: usize, share: f64) -> f64 {
-        match self.rotation {
+        match self.rotation() {
             Rotation::StepAndShoot => self.geometry.angles()[view_idx],
-            Rotation::Continuous { .. } => {
-                self.geometry.angles()[view_idx] + (share - 0.5) * self.step
-            }
+            Rotation::Continuous => self.geometry.angles()[view_idx] + (share - 0.5) * self.step,
         }
     }
 

@@ -100,7 +100,7 @@ impl<'a> Quadrature<'a> {
         let seen = self.acquisition.seen(self.cycle, self.camera, view_idx);
         let turning = match self.camera.rotation() {
             Rotation::StepAndShoot => None,
-            Rotation::Continuous { interval } => Some(interval / self.cycle.period()),
+            Rotation::Continuous => Some(self.camera.interval() / self.cycle.period()),
         };
         match (self.acquisition, turning) {
             (Acquisition::Static { phase, points }, Some(_)) => self.still(phase, points),

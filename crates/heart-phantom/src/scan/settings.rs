@@ -41,13 +41,12 @@ impl Mode {
         }
     }
 
-    /// The acquisition of a gate by views that start `interval` seconds after each other, with a number of steps a cycle.
-    pub(crate) fn acquisition(self, interval: f64, gate: usize, points: usize) -> Acquisition {
+    /// The acquisition of a gate with a number of steps a cycle.
+    pub(crate) fn acquisition(self, gate: usize, points: usize) -> Acquisition {
         match self {
             Self::Static { phase } => Acquisition::Static { phase, points },
-            Self::Instants => Acquisition::Instants { interval },
+            Self::Instants => Acquisition::Instants,
             Self::Exposure { seconds } => Acquisition::Exposure {
-                interval,
                 window: seconds,
                 points,
             },

@@ -25,7 +25,7 @@ impl Acquisition {
             Acquisition::WholeCycle { .. } | Acquisition::Gate { .. } => {
                 camera.rotation() == Rotation::StepAndShoot
             }
-            Acquisition::Instants { .. } | Acquisition::Exposure { .. } => false,
+            Acquisition::Instants | Acquisition::Exposure { .. } => false,
         }
     }
 
@@ -44,7 +44,7 @@ impl Acquisition {
     /// Whether views are means over levels of volume, and not over steps of time.
     pub(crate) fn by_volume(&self, cycle: &Cycle, camera: &Camera) -> bool {
         match *self {
-            Acquisition::Static { .. } | Acquisition::Instants { .. } => return false,
+            Acquisition::Static { .. } | Acquisition::Instants => return false,
             Acquisition::Exposure { window, .. } if window / cycle.period() <= NO_TIME => {
                 return false;
             }
@@ -58,7 +58,7 @@ impl Acquisition {
     /// Steps a cycle, or of the arc of a heart that is still; none where nothing is averaged.
     pub(crate) fn points(&self) -> usize {
         match *self {
-            Acquisition::Instants { .. } => 0,
+            Acquisition::Instants => 0,
             Acquisition::Static { points, .. }
             | Acquisition::Exposure { points, .. }
             | Acquisition::WholeCycle { points }
@@ -70,20 +70,16 @@ impl Acquisition {
     pub(crate) fn validate(&self, cycle: &Cycle, camera: &Camera) -> Result<(), PhantomError> {
         match *self {
             Acquisition::Static { phase, .. } => check("phase", phase, -1e9, 1e9).map(drop)?,
-            Acquisition::Instants { interval } => own_interval(interval, camera)?,
-            Acquisition::Exposure {
-                interval, window, ..
-            } => {
-                own_interval(interval, camera)?;
-                check("window", window, 0.0, interval)?;
+            Acquisition::Exposure { window, .. } => {
+                check("window", window, 0.0, camera.interval()).map(drop)?;
             }
-            Acquisition::WholeCycle { .. } => {}
+            Acquisition::Instants | Acquisition::WholeCycle { .. } => {}
             Acquisition::Gate { gate, gates, .. } => {
                 check_count("gates", gates, 1, MAX_POINTS)?;
                 check_count("gate", gate, 0, gates - 1)?;
             }
         }
-        if !matches!(self, Acquisition::Instants { .. }) {
+        if !matches!(self, Acquisition::Instants) {
             let points = check_count("quadrature points", self.points(), 2, MAX_POINTS)?;
             if !points.is_multiple_of(2) {
                 return Err(PhantomError::Odd {
@@ -92,11 +88,9 @@ impl Acquisition {
                 });
             }
         }
-        if let (Acquisition::WholeCycle { .. }, Rotation::Continuous { interval }) =
-            (self, camera.rotation())
-        {
+        if let (Acquisition::WholeCycle { .. }, Rotation::Continuous) = (self, camera.rotation()) {
             let what = "interval of a turning camera";
-            check(what, interval, cycle.period(), 1e9)?;
+            check(what, camera.interval(), cycle.period(), 1e9)?;
         }
         if let (&Acquisition::Gate { gate, .. }, Some(view_idx)) =
             (self, self.unseen(cycle, camera))
@@ -113,8 +107,8 @@ impl Acquisition {
         let seen = |view_idx: &usize| self.seen(cycle, camera, *view_idx).moments()[0];
         match (self, camera.rotation()) {
             // No longer than a beat at most, or it comes in every view.
-            (Acquisition::Gate { .. }, Rotation::Continuous { interval })
-                if interval < cycle.period() =>
+            (Acquisition::Gate { .. }, Rotation::Continuous)
+                if camera.interval() < cycle.period() =>
             {
                 (0..camera.n_views()).find(|view_idx| seen(view_idx) <= NO_TIME)
             }
@@ -132,11 +126,12 @@ impl Acquisition {
         let beats = self.seen(cycle, camera, 0).beats;
         let points = self.points() as f64;
         let of_view = match (self, camera.rotation()) {
-            (Acquisition::Instants { .. }, _)
-            | (Acquisition::Static { .. }, Rotation::StepAndShoot) => return 0.0,
-            (Acquisition::Static { .. }, Rotation::Continuous { .. }) => points,
+            (Acquisition::Instants, _) | (Acquisition::Static { .. }, Rotation::StepAndShoot) => {
+                return 0.0;
+            }
+            (Acquisition::Static { .. }, Rotation::Continuous) => points,
             // Each arc sees what the beat goes through in it, and never more than all levels.
-            (_, Rotation::Continuous { .. }) => {
+            (_, Rotation::Continuous) => {
                 let arcs = arcs(self.points()) as f64;
                 arcs * (0.5 * points).min(beats * points / arcs + 2.0)
             }
@@ -145,15 +140,6 @@ impl Acquisition {
         };
         n_views as f64 * of_view
     }
-}
-
-/// A camera that turns all the time knows itself how long a view takes.
-fn own_interval(interval: f64, camera: &Camera) -> Result<(), PhantomError> {
-    let (what, [min, max]) = match camera.rotation() {
-        Rotation::StepAndShoot => ("interval", [0.0, 1e9]),
-        Rotation::Continuous { interval } => ("interval beside a turning camera's", [interval; 2]),
-    };
-    check(what, interval, min, max).map(drop)
 }
 
 /// An even number of at least this many steps, and at least 2.

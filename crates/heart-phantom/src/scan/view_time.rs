@@ -107,7 +107,8 @@ impl Acquisition {
     /// What a view sees of the beat.
     pub(crate) fn seen(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> TimeSeen {
         let whole = [0.0, 1.0];
-        let from = |interval: f64, seconds: f64, gate: [f64; 2]| {
+        let interval = camera.interval();
+        let from = |seconds: f64, gate: [f64; 2]| {
             let phase = cycle.phase(view_idx as f64 * interval);
             let beats = seconds / cycle.period();
             TimeSeen {
@@ -118,7 +119,7 @@ impl Acquisition {
         };
         // The beat itself, once, for a camera that waits; all of the view's time for one that turns.
         let of_beats = |gate: [f64; 2]| match camera.rotation() {
-            Rotation::Continuous { interval } => from(interval, interval, gate),
+            Rotation::Continuous => from(interval, gate),
             Rotation::StepAndShoot => TimeSeen {
                 ends: gate,
                 beats: gate[1] - gate[0],
@@ -131,10 +132,8 @@ impl Acquisition {
                 beats: 0.0,
                 gate: whole,
             },
-            Self::Instants { interval } => from(interval, 0.0, whole),
-            Self::Exposure {
-                interval, window, ..
-            } => from(interval, window, whole),
+            Self::Instants => from(0.0, whole),
+            Self::Exposure { window, .. } => from(window, whole),
             Self::WholeCycle { .. } => of_beats(whole),
             Self::Gate { gate, gates, .. } => {
                 of_beats([gate, gate + 1].map(|g| g as f64 / gates as f64))
@@ -142,24 +141,19 @@ impl Acquisition {
         }
     }
 
-    /// When and from where a view is taken; `interval` seconds after the one before it.
-    pub(crate) fn view_time(
-        &self,
-        cycle: &Cycle,
-        camera: &Camera,
-        interval: f64,
-        view_idx: usize,
-    ) -> ViewTime {
+    /// When and from where a view is taken.
+    pub(crate) fn view_time(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> ViewTime {
+        let interval = camera.interval();
         let start = view_idx as f64 * interval;
         let [beats, _] = self.seen(cycle, camera, view_idx).moments();
         ViewTime {
             start,
             window: match (self, camera.rotation()) {
                 (Self::Static { .. } | Self::WholeCycle { .. }, _) => interval,
-                (Self::Instants { .. }, _) => 0.0,
+                (Self::Instants, _) => 0.0,
                 (&Self::Exposure { window, .. }, _) => window,
                 (Self::Gate { .. }, Rotation::StepAndShoot) => interval * beats,
-                (Self::Gate { .. }, Rotation::Continuous { .. }) => beats * cycle.period(),
+                (Self::Gate { .. }, Rotation::Continuous) => beats * cycle.period(),
             },
             phase: match *self {
                 Self::Static { phase, .. } => phase,
@@ -171,17 +165,17 @@ impl Acquisition {
 
     /// The mean angle of the camera over the time that a view sees.
     pub(crate) fn angle(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> f64 {
-        let Rotation::Continuous { interval } = camera.rotation() else {
+        if camera.rotation() == Rotation::StepAndShoot {
             return camera.angle(view_idx, 0.5);
-        };
+        }
         let share = match *self {
             Self::Static { .. } | Self::WholeCycle { .. } => 0.5,
-            Self::Instants { .. } => 0.0,
-            Self::Exposure { window, .. } => 0.5 * window / interval,
+            Self::Instants => 0.0,
+            Self::Exposure { window, .. } => 0.5 * window / camera.interval(),
             Self::Gate { .. } => {
                 let seen = self.seen(cycle, camera, view_idx);
                 let [beats, moment] = seen.moments();
-                (moment / beats - seen.ends[0]) * cycle.period() / interval
+                (moment / beats - seen.ends[0]) * cycle.period() / camera.interval()
             }
         };
         camera.angle(view_idx, share)

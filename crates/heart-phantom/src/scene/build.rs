@@ -4,15 +4,15 @@ use crate::error::PhantomError;
 use crate::model::Attenuation;
 use crate::model::Background;
 use crate::phantom::PhantomParts;
-use crate::scan::{CameraGeometry, Rotation};
+use crate::scan::CameraGeometry;
 use crate::scene::{
-    ArcSettings, AttenuationSettings, BackgroundSettings, DefectSettings, DiscretisationSettings,
-    Law, MediumSettings, ReconstructionSettings, RotationSettings, Scene, WindowSettings,
+    AttenuationSettings, BackgroundSettings, DefectSettings, DiscretisationSettings,
+    MediumSettings, ReconstructionSettings, Scene,
 };
-use crate::{Activity, Balloon, Camera, Cycle, Defect, Heart, VolumeRange, WallRegion};
-use membrane_newton::membrane_forces::{PressureLaw, balloon_at_rest};
+use crate::{Balloon, Camera, Cycle, Defect, Heart, VolumeRange, WallRegion};
+use membrane_newton::membrane_forces::balloon_at_rest;
 use membrane_newton::{Discretisation, Membrane};
-use radon::{ArcPolicy, FbpOptions, Window};
+use radon::FbpOptions;
 use revolve_voxel::nalgebra::Vector3;
 use revolve_voxel::{EllipticCylinder, Pose};
 use std::f64::consts::PI;
@@ -38,10 +38,7 @@ impl Scene {
             heart: heart_of(self)?,
             cycle: cycle_of(self)?,
             camera: Camera::with_geometry(&geometry_of(self))?,
-            activity: Activity {
-                cavity: self.activity.cavity,
-                wall: self.activity.wall,
-            },
+            activity: self.activity,
             background: self.background.as_ref().map(background_of).transpose()?,
             defects: self.defects.iter().map(defect_of).collect(),
             attenuation: self.attenuation.as_ref().map(attenuation_of).transpose()?,
@@ -49,7 +46,6 @@ impl Scene {
             noise: self.noise,
             mode: self.acquisition.mode,
             accuracy: self.acquisition.accuracy,
-            interval: self.camera.seconds_per_view,
             reconstruction: fbp_of(&self.reconstruction),
             truth_tolerance: self.truth.tolerance,
             // the middle of the inner cylinder
@@ -62,18 +58,8 @@ impl Scene {
 
 fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
     let (settings, pose) = (&scene.heart, &scene.pose);
-    let law = match settings.law {
-        Law::PerMaterialLength => PressureLaw::PerMaterialLength,
-        Law::TotalForce => PressureLaw::TotalForce,
-        Law::PerCurrentLength => PressureLaw::PerCurrentLength,
-    };
-    let membrane = |balloon: crate::scene::BalloonSettings| -> Result<Membrane, PhantomError> {
-        let balloon = Balloon {
-            length: balloon.length,
-            radius: balloon.radius,
-            stiffness: balloon.stiffness,
-        };
-        Ok(balloon.membrane()?.with_law(law))
+    let membrane = |balloon: Balloon| -> Result<Membrane, PhantomError> {
+        Ok(balloon.membrane()?.with_law(settings.law))
     };
     let (discretisation, tolerance) = match settings.discretisation {
         DiscretisationSettings::Differences { nodes } => {
@@ -151,24 +137,10 @@ fn attenuation_of(settings: &AttenuationSettings) -> Result<Attenuation, Phantom
 }
 
 fn fbp_of(settings: &ReconstructionSettings) -> FbpOptions {
-    let window = match settings.window {
-        WindowSettings::RamLak => Window::RamLak,
-        WindowSettings::SheppLogan => Window::SheppLogan,
-        WindowSettings::Cosine => Window::Cosine,
-        WindowSettings::Hamming => Window::Hamming,
-        WindowSettings::Hann => Window::Hann,
-        WindowSettings::Butterworth { order } => Window::Butterworth { order },
-    };
-    let arc = match settings.arc {
-        ArcSettings::Complete => ArcPolicy::Complete,
-        ArcSettings::Extend => ArcPolicy::Extend,
-        ArcSettings::Truncate => ArcPolicy::Truncate,
-        ArcSettings::Rescale => ArcPolicy::Rescale,
-    };
     FbpOptions::default()
-        .with_window(window)
+        .with_window(settings.window.clone())
         .with_cutoff(settings.cutoff)
-        .with_arc(arc)
+        .with_arc(settings.arc)
 }
 
 pub(crate) fn geometry_of(scene: &Scene) -> CameraGeometry {
@@ -185,12 +157,8 @@ pub(crate) fn geometry_of(scene: &Scene) -> CameraGeometry {
         bins: camera.bins,
         rows: camera.rows,
         pitch: camera.pitch,
-        rotation: match camera.rotation {
-            RotationSettings::StepAndShoot => Rotation::StepAndShoot,
-            RotationSettings::Continuous => Rotation::Continuous {
-                interval: camera.seconds_per_view,
-            },
-        },
+        rotation: camera.rotation,
+        interval: camera.seconds_per_view,
         pixels: part.map(|[from, to]| to - from),
         pixel,
         centre: part.map(|[from, to]| 0.5 * ((from + to) as f64 - pixels as f64) * pixel),

@@ -288,12 +288,17 @@ fn camera(camera: &CameraSettings) -> Checked {
 
 fn reconstruction(scene: &Scene) -> Checked {
     let settings = &scene.reconstruction;
-    if let WindowSettings::Butterworth { order } = settings.window {
-        count(
-            "reconstruction.window.butterworth.order",
-            order as usize,
-            [1, 1000],
-        )?;
+    match &settings.window {
+        Window::Butterworth { order } => {
+            let field = "reconstruction.window.butterworth.order";
+            count(field, *order as usize, [1, 1000])?;
+        }
+        Window::Custom(gains) => {
+            let field = "reconstruction.window.custom";
+            count(field, gains.len(), [2, 65_536])?;
+            (gains.iter()).try_for_each(|gain| within(field, *gain, [-1e6, 1e6]))?;
+        }
+        _ => {}
     }
     within("reconstruction.cutoff", settings.cutoff, [1e-3, 1.0])?;
     if let Some(pixels) = settings.pixels {
@@ -328,7 +333,7 @@ fn reconstruction(scene: &Scene) -> Checked {
     let views = scene.camera.views;
     // No gap between neighbouring directions is wider than two steps.
     let least = 180.0 / (1.0 + 1.0 / views as f64);
-    if settings.arc == ArcSettings::Complete && scene.camera.arc.abs() < least {
+    if settings.arc == ArcPolicy::Complete && scene.camera.arc.abs() < least {
         // Its default would do, so that it stands in the file; `reconstruction.arc` may not.
         let wanted = format!(
             "must be 180 or more, either way ({} is enough for {views} views: no gap is wider than two steps), \

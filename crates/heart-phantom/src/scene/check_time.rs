@@ -61,7 +61,7 @@ pub(super) fn turning(scene: &Scene) -> Checked {
         Accuracy::Tolerance(_) => 2,
     };
     for gate in 0..gates {
-        let acquisition = scene.acquisition.mode.acquisition(interval, gate, steps);
+        let acquisition = scene.acquisition.mode.acquisition(gate, steps);
         if let Some(view_idx) = acquisition.unseen(&cycle, &camera) {
             return refuse(format!(
                 "gate {gate} of {gates} does not come in the time of view {view_idx}; one beat, {} s, is always enough",
@@ -72,7 +72,7 @@ pub(super) fn turning(scene: &Scene) -> Checked {
     let points = scene
         .acquisition
         .mode
-        .acquisition(interval, 0, steps)
+        .acquisition(0, steps)
         .points_of_all(&cycle, &camera);
     if points > MAX_POINTS_OF_ALL as f64 {
         return refuse(format!(

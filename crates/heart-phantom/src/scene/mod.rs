@@ -13,15 +13,16 @@ mod source;
 mod study;
 mod template;
 
-pub use crate::{Accuracy, Counts, Mode, Noise, Output, Product};
+pub use crate::{Accuracy, Activity, Balloon, Counts, Mode, Noise, Output, Product, Rotation};
 pub use error::SceneError;
 pub(crate) use error::place_in;
+pub use membrane_forces::PressureLaw;
+pub use radon::{ArcPolicy, Window};
 pub use run::{GateReport, PictureReport, Progress, RunReport, SliceOrders, run};
 pub use sections::{
-    AcquisitionSettings, ActivitySettings, ArcSettings, AttenuationSettings, BackgroundSettings,
-    BalloonSettings, BlurSettings, CameraSettings, CycleSettings, DefectSettings,
-    DiscretisationSettings, HeartSettings, Law, MediumSettings, PixelRange, PoseSettings,
-    ReconstructionSettings, RotationSettings, TruthSettings, WindowSettings,
+    AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
+    CycleSettings, DefectSettings, DiscretisationSettings, HeartSettings, MediumSettings,
+    PixelRange, PoseSettings, ReconstructionSettings, TruthSettings,
 };
 pub(crate) use source::Source;
 pub use study::Scene;

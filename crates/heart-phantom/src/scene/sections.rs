@@ -1,7 +1,9 @@
 //! The sections of a scene: plain data, defaults of the paper's study.
 
 use crate::scan::{Accuracy, Mode};
-use crate::{Uptake, VolumeCurve, VolumeRange};
+use crate::{Balloon, Rotation, VolumeCurve, VolumeRange};
+use membrane_forces::PressureLaw;
+use radon::{ArcPolicy, Window};
 use serde::de::{Deserializer, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -13,12 +15,12 @@ use std::marker::PhantomData;
 pub struct HeartSettings {
     /// Endocardium.
     #[serde(deserialize_with = "inner")]
-    pub inner: BalloonSettings,
+    pub inner: Balloon,
     /// Epicardium; it holds the inner balloon.
     #[serde(deserialize_with = "outer")]
-    pub outer: BalloonSettings,
+    pub outer: Balloon,
     /// How the pressure acts.
-    pub law: Law,
+    pub law: PressureLaw,
     /// How the membranes are discretised.
     pub discretisation: DiscretisationSettings,
 }
@@ -26,32 +28,10 @@ pub struct HeartSettings {
 impl Default for HeartSettings {
     fn default() -> Self {
         Self {
-            inner: crate::Balloon::INNER.into(),
-            outer: crate::Balloon::OUTER.into(),
-            law: Law::PerMaterialLength,
+            inner: Balloon::INNER,
+            outer: Balloon::OUTER,
+            law: PressureLaw::PerMaterialLength,
             discretisation: DiscretisationSettings::Differences { nodes: 801 },
-        }
-    }
-}
-
-/// A balloon at rest: a cylinder closed by a hemisphere.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BalloonSettings {
-    /// Length of the cylinder in cm.
-    pub length: f64,
-    /// Radius in cm.
-    pub radius: f64,
-    /// Stiffness of the membrane; only its distribution matters for shapes at a given volume.
-    pub stiffness: f64,
-}
-
-impl From<crate::Balloon> for BalloonSettings {
-    fn from(balloon: crate::Balloon) -> Self {
-        Self {
-            length: balloon.length,
-            radius: balloon.radius,
-            stiffness: balloon.stiffness,
         }
     }
 }
@@ -66,8 +46,8 @@ struct PartOfBalloon {
 }
 
 impl PartOfBalloon {
-    fn or(self, balloon: crate::Balloon) -> BalloonSettings {
-        BalloonSettings {
+    fn or(self, balloon: Balloon) -> Balloon {
+        Balloon {
             length: self.length.unwrap_or(balloon.length),
             radius: self.radius.unwrap_or(balloon.radius),
             stiffness: self.stiffness.unwrap_or(balloon.stiffness),
@@ -75,25 +55,12 @@ impl PartOfBalloon {
     }
 }
 
-fn inner<'de, D: Deserializer<'de>>(from: D) -> Result<BalloonSettings, D::Error> {
-    PartOfBalloon::deserialize(from).map(|given| given.or(crate::Balloon::INNER))
+fn inner<'de, D: Deserializer<'de>>(from: D) -> Result<Balloon, D::Error> {
+    PartOfBalloon::deserialize(from).map(|given| given.or(Balloon::INNER))
 }
 
-fn outer<'de, D: Deserializer<'de>>(from: D) -> Result<BalloonSettings, D::Error> {
-    PartOfBalloon::deserialize(from).map(|given| given.or(crate::Balloon::OUTER))
-}
-
-/// How the pressure acts on a membrane (`membrane_forces::PressureLaw`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum Law {
-    /// Per unit of material length: Eq. 3, the paper's.
-    PerMaterialLength,
-    /// A total force over the surface: Eq. 4, the same shapes.
-    TotalForce,
-    /// Per unit of current length: a physical pressure.
-    PerCurrentLength,
+fn outer<'de, D: Deserializer<'de>>(from: D) -> Result<Balloon, D::Error> {
+    PartOfBalloon::deserialize(from).map(|given| given.or(Balloon::OUTER))
 }
 
 /// Discretisation of the membranes.
@@ -165,25 +132,6 @@ impl Default for PoseSettings {
             turn_y: 45.0,
             turn_z: 0.0,
             shift: [0.0; 3],
-        }
-    }
-}
-
-/// `[activity]`: what the regions hold.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ActivitySettings {
-    /// Of the cavity.
-    pub cavity: Uptake,
-    /// Of the wall.
-    pub wall: Uptake,
-}
-
-impl Default for ActivitySettings {
-    fn default() -> Self {
-        Self {
-            cavity: Uptake::Concentration(0.0),
-            wall: Uptake::Concentration(1.0),
         }
     }
 }
@@ -275,7 +223,7 @@ pub struct CameraSettings {
     #[serde(deserialize_with = "exactly")]
     pub pitch: [f64; 2],
     /// How it goes from view to view.
-    pub rotation: RotationSettings,
+    pub rotation: Rotation,
     /// Seconds from the start of a view to the start of the next; a camera that stops takes no time to move.
     pub seconds_per_view: f64,
     /// Distance of the detector from the axis in cm: some file formats ask for it, nothing else does.
@@ -291,22 +239,11 @@ impl Default for CameraSettings {
             bins: 256,
             rows: 256,
             pitch: [0.0625; 2],
-            rotation: RotationSettings::StepAndShoot,
+            rotation: Rotation::StepAndShoot,
             seconds_per_view: 1.0,
             radius: 20.0,
         }
     }
-}
-
-/// How the camera goes from view to view.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum RotationSettings {
-    /// It stands still during a view.
-    StepAndShoot,
-    /// It turns all the time, and passes a view's angle in the middle of its time.
-    Continuous,
 }
 
 /// `[acquisition]`: when the views are taken.
@@ -329,11 +266,11 @@ impl Default for AcquisitionSettings {
 }
 
 /// `[reconstruction]`: filtered back-projection, slice by slice.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReconstructionSettings {
     /// Window of the ramp filter.
-    pub window: WindowSettings,
+    pub window: Window,
     /// Cutoff as a share of the Nyquist frequency of the bins.
     pub cutoff: f64,
     /// Pixels along an edge of a slice; `None` for as many as bins.
@@ -346,18 +283,18 @@ pub struct ReconstructionSettings {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region: Option<PixelRange>,
     /// What to do when the arc leaves directions unmeasured.
-    pub arc: ArcSettings,
+    pub arc: ArcPolicy,
 }
 
 impl Default for ReconstructionSettings {
     fn default() -> Self {
         Self {
-            window: WindowSettings::RamLak,
+            window: Window::RamLak,
             cutoff: 1.0,
             pixels: None,
             pixel: None,
             region: None,
-            arc: ArcSettings::Complete,
+            arc: ArcPolicy::Complete,
         }
     }
 }
@@ -372,43 +309,6 @@ pub struct PixelRange {
     /// First row and the one after the last.
     #[serde(deserialize_with = "exactly")]
     pub y: [usize; 2],
-}
-
-/// Window of the ramp filter (`radon::Window`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-#[non_exhaustive]
-pub enum WindowSettings {
-    /// None.
-    RamLak,
-    /// A sinc.
-    SheppLogan,
-    /// Half a period of the cosine.
-    Cosine,
-    /// A raised cosine that ends at 0.08.
-    Hamming,
-    /// A raised cosine that ends at 0.
-    Hann,
-    /// Maximally flat.
-    Butterworth {
-        /// Order.
-        order: u32,
-    },
-}
-
-/// What to do when the arc leaves directions unmeasured (`radon::ArcPolicy`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum ArcSettings {
-    /// Refuse to reconstruct.
-    Complete,
-    /// Let the views on either side stand for the gap.
-    Extend,
-    /// Count the gap as zero.
-    Truncate,
-    /// Count it as zero and scale the image up.
-    Rescale,
 }
 
 /// `[truth]`: the exact volumes.

@@ -1,11 +1,11 @@
 //! A scene as data.
 
 use super::sections::{
-    AcquisitionSettings, ActivitySettings, AttenuationSettings, BackgroundSettings, BlurSettings,
-    CameraSettings, CycleSettings, DefectSettings, HeartSettings, PoseSettings,
-    ReconstructionSettings, TruthSettings,
+    AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
+    CycleSettings, DefectSettings, HeartSettings, PoseSettings, ReconstructionSettings,
+    TruthSettings,
 };
-use crate::{Accuracy, Mode, Noise, Output};
+use crate::{Accuracy, Activity, Mode, Noise, Output};
 use serde::{Deserialize, Serialize};
 
 /// Everything that determines a study. [`Default`] is that of Rohmer et al. 2006, with one cycle a view.
@@ -40,7 +40,7 @@ pub struct Scene {
     /// Where the heart stands.
     pub pose: PoseSettings,
     /// What cavity and wall hold.
-    pub activity: ActivitySettings,
+    pub activity: Activity,
     /// What surrounds the heart; `None` for nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<BackgroundSettings>,
@@ -88,7 +88,7 @@ impl Scene {
     }
 
     /// The same with another activity.
-    pub fn with_activity(mut self, activity: ActivitySettings) -> Self {
+    pub fn with_activity(mut self, activity: Activity) -> Self {
         self.activity = activity;
         self
     }

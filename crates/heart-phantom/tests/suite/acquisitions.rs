@@ -11,7 +11,13 @@ const SIZE: usize = 48;
 const VIEWS: usize = 12;
 
 fn take(heart: &Heart, acquisition: Acquisition, gain: f64) -> Sinograms {
+    take_every(1.0, heart, acquisition, gain)
+}
+
+/// Views that start so many seconds after each other.
+fn take_every(interval: f64, heart: &Heart, acquisition: Acquisition, gain: f64) -> Sinograms {
     let camera = Camera::new(VIEWS, SIZE, 16.0).unwrap();
+    let camera = camera.with_interval(interval).unwrap();
     let cycle = Cycle::new(65.0, gain).unwrap();
     acquire(heart, &camera, &cycle, acquisition, WALL, &|_| ()).unwrap()
 }
@@ -26,7 +32,7 @@ fn every_view_of_every_acquisition_holds_the_wall_volume() {
     let exact = wall_volume(&heart);
     for acquisition in [
         Acquisition::still(0.3),
-        Acquisition::Instants { interval: 1.0 },
+        Acquisition::Instants,
         Acquisition::WholeCycle { points: 8 },
     ] {
         let sinograms = take(&heart, acquisition, 0.6);
@@ -45,7 +51,7 @@ fn phases_are_solved_once_and_mirrored_phases_share_a_shape() {
     let heart = Heart::study(101).unwrap();
     let camera = Camera::new(90, 16, 16.0).unwrap();
     let cycle = Cycle::new(65.0, 0.6).unwrap();
-    let short = Acquisition::Instants { interval: 1.0 };
+    let short = Acquisition::Instants;
     let sinograms = acquire(&heart, &camera, &cycle, short, WALL, &|_| ()).unwrap();
     // 90 views, 13/12 of a cycle apart: 12 phases, which are 7 gains.
     assert_eq!(sinograms.distinct_phases, 12);
@@ -62,7 +68,7 @@ fn phases_are_solved_once_and_mirrored_phases_share_a_shape() {
 fn a_heart_that_does_not_beat_looks_the_same_in_all_acquisitions() {
     let heart = Heart::study(101).unwrap();
     let still = take(&heart, Acquisition::still(0.0), 0.0);
-    let short = take(&heart, Acquisition::Instants { interval: 1.0 }, 0.0);
+    let short = take(&heart, Acquisition::Instants, 0.0);
     let long = take(&heart, Acquisition::WholeCycle { points: 4 }, 0.0);
     assert_eq!(still.samples, short.samples);
     for (a, b) in still.samples.iter().zip(&long.samples) {
@@ -169,7 +175,14 @@ fn bad_input_is_refused_with_its_numbers() {
         Err(PhantomError::Count { given: 0, .. })
     ));
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
-        assert!(try_it(Acquisition::Instants { interval: bad }).is_err());
+        let refused = camera.clone().with_interval(bad);
+        assert!(matches!(
+            refused,
+            Err(PhantomError::OutOfRange {
+                what: "interval",
+                ..
+            })
+        ));
     }
     assert!(try_it(Acquisition::still(f64::NAN)).is_err());
     // More points than anyone waits for.
@@ -181,13 +194,14 @@ fn bad_input_is_refused_with_its_numbers() {
         bins: 8,
         rows: 8,
         pitch: [2.0; 2],
-        rotation: Rotation::Continuous { interval: 1e7 },
+        rotation: Rotation::Continuous,
+        interval: 1e7,
         pixels: [8; 2],
         pixel: 2.0,
         centre: [0.0; 2],
     })
     .unwrap();
-    let [interval, window] = [1e7; 2];
+    let window = 1e7;
     for long in [
         Acquisition::WholeCycle { points },
         Acquisition::Gate {
@@ -195,11 +209,7 @@ fn bad_input_is_refused_with_its_numbers() {
             gates: 4,
             points,
         },
-        Acquisition::Exposure {
-            interval,
-            window,
-            points,
-        },
+        Acquisition::Exposure { window, points },
     ] {
         let refused = acquire(&heart, &turning, &cycle, long, WALL, &|_| ());
         assert!(
@@ -261,17 +271,8 @@ fn an_exposure_is_made_of_its_beats() {
     let heart = Heart::study(101).unwrap();
     let period = 60.0 / 65.0;
     let exposure = |interval: f64, window: f64| {
-        let points = 8;
-        take(
-            &heart,
-            Acquisition::Exposure {
-                interval,
-                window,
-                points,
-            },
-            0.6,
-        )
-        .samples
+        let exposed = Acquisition::Exposure { window, points: 8 };
+        take_every(interval, &heart, exposed, 0.6).samples
     };
     let whole = take(&heart, Acquisition::WholeCycle { points: 8 }, 0.6).samples;
     assert!(exposure(period, period) == whole);
@@ -282,7 +283,7 @@ fn an_exposure_is_made_of_its_beats() {
     for ((a, b), sum) in whole.iter().zip(&half).zip(&both) {
         assert!((2.0 * a + 0.5 * b - 2.5 * sum).abs() < 1e-4); // sums of f32 up to 10
     }
-    let still = take(&heart, Acquisition::Instants { interval: 0.3 }, 0.6).samples;
+    let still = take_every(0.3, &heart, Acquisition::Instants, 0.6).samples;
     assert!(exposure(0.3, 0.0) == still);
 }
 
@@ -290,7 +291,7 @@ fn an_exposure_is_made_of_its_beats() {
 fn a_turning_camera_averages_over_the_angles_that_it_passes() {
     let heart = Heart::study(101).unwrap();
     let cycle = Cycle::new(65.0, 0.6).unwrap();
-    let geometry = |views: usize, start: f64, rotation| CameraGeometry {
+    let geometry = |views: usize, start: f64, (rotation, interval)| CameraGeometry {
         views,
         arc: PI,
         start,
@@ -298,6 +299,7 @@ fn a_turning_camera_averages_over_the_angles_that_it_passes() {
         rows: 20,
         pitch: [0.6, 0.7],
         rotation,
+        interval,
         pixels: [24; 2],
         pixel: 0.6,
         centre: [0.0; 2],
@@ -307,12 +309,12 @@ fn a_turning_camera_averages_over_the_angles_that_it_passes() {
         let camera = Camera::with_geometry(&geometry).unwrap();
         acquire(&heart, &camera, &cycle, acquisition, WALL, &|_| ()).unwrap()
     };
-    let turning = Rotation::Continuous { interval: 2.0 };
+    let turning = (Rotation::Continuous, 2.0);
     let blurred = take(geometry(6, 0.3, turning), still);
     // The slow twin: eight views for each, from half a step before it.
     let step = PI / 6.0;
     let fine = take(
-        geometry(48, 0.3 - step / 2.0, Rotation::StepAndShoot),
+        geometry(48, 0.3 - step / 2.0, (Rotation::StepAndShoot, 1.0)),
         still,
     );
     let n = 24 * 20;
@@ -337,7 +339,7 @@ fn a_turning_camera_averages_over_the_angles_that_it_passes() {
         let sum: f64 = view.iter().map(|&v| f64::from(v)).sum();
         assert!((sum * 0.42 / wall - 1.0).abs() < 0.03);
     }
-    let short = Rotation::Continuous { interval: 0.9 };
+    let short = (Rotation::Continuous, 0.9);
     let camera = Camera::with_geometry(&geometry(6, 0.0, short)).unwrap();
     let refused = acquire(
         &heart,

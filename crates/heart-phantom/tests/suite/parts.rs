@@ -6,7 +6,7 @@ use heart_phantom::radon::{FbpOptions, Window};
 use heart_phantom::revolve_voxel::{EllipticCylinder, Pose};
 use heart_phantom::scene::{
     AttenuationSettings, BackgroundSettings, BlurSettings, DefectSettings, DiscretisationSettings,
-    MediumSettings, Scene, WindowSettings,
+    MediumSettings, Scene,
 };
 use heart_phantom::{
     Accuracy, Attenuation, Background, Balloon, Camera, Counts, Cycle, Defect, Heart, Mode, Noise,
@@ -52,7 +52,7 @@ fn scene(mode: Mode) -> Scene {
         counts: Counts::Total(1e5),
         seed: 7,
     });
-    scene.reconstruction.window = WindowSettings::Hann;
+    scene.reconstruction.window = Window::Hann;
     scene.reconstruction.cutoff = 0.8;
     scene
 }
@@ -358,7 +358,7 @@ fn parts_that_make_no_sense_are_refused() {
         Phantom::from_parts(parts).unwrap_err()
     };
     type Change<'a> = &'a dyn Fn(&mut PhantomParts);
-    let out_of_range: [(&str, Change); 12] = [
+    let out_of_range: [(&str, Change); 11] = [
         ("activity of the wall", &|p| p.activity = [0.0, -1.0].into()),
         ("activity of the background", &|p| {
             p.background.as_mut().unwrap().concentration = f64::NAN
@@ -377,7 +377,6 @@ fn parts_that_make_no_sense_are_refused() {
         ("counts", &|p| {
             p.noise.as_mut().unwrap().counts = Counts::PerUnit(0.0)
         }),
-        ("interval", &|p| p.interval = 0.0),
         ("truth tolerance", &|p| p.truth_tolerance = 0.0),
         ("side", &|p| p.side = 0.5),
         ("radius of the camera", &|p| p.radius = f64::INFINITY),

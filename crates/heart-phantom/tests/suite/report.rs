@@ -2,8 +2,8 @@
 #![cfg(feature = "files")]
 
 use heart_phantom::scene::{
-    Accuracy, AttenuationSettings, Counts, DiscretisationSettings, Law, MediumSettings, Mode,
-    Noise, Product, Scene,
+    Accuracy, AttenuationSettings, Counts, DiscretisationSettings, MediumSettings, Mode, Noise,
+    PressureLaw, Product, Scene,
 };
 use heart_phantom::{Phantom, RunReport, VolumeCurve, VolumeRange, run};
 use std::f64::consts::{PI, TAU};
@@ -270,7 +270,7 @@ fn each_gate_has_its_own_wall() {
 /// Volumes are given: what the stiffness and the law change is the pressure. The guide's numbers.
 #[test]
 fn stiffness_and_the_law_change_the_pressure_and_little_else() {
-    let of = |law: Law, stiffness: f64| {
+    let of = |law: PressureLaw, stiffness: f64| {
         let mut scene = small(Mode::Static { phase: 0.5 }, &[]);
         scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 401 };
         (scene.heart.law, scene.heart.inner.stiffness) = (law, stiffness);
@@ -278,10 +278,10 @@ fn stiffness_and_the_law_change_the_pressure_and_little_else() {
         let phase = phantom.phase_reports().unwrap().remove(0);
         (phase, phantom.view(0, 3).unwrap())
     };
-    let (plain, view) = of(Law::PerMaterialLength, 1.0);
-    let (stiff, of_stiff) = of(Law::PerMaterialLength, 3.0);
-    let (total, of_total) = of(Law::TotalForce, 1.0);
-    let (current, _) = of(Law::PerCurrentLength, 1.0);
+    let (plain, view) = of(PressureLaw::PerMaterialLength, 1.0);
+    let (stiff, of_stiff) = of(PressureLaw::PerMaterialLength, 3.0);
+    let (total, of_total) = of(PressureLaw::TotalForce, 1.0);
+    let (current, _) = of(PressureLaw::PerCurrentLength, 1.0);
     // Newton stops at some 1e-10 of the size.
     let same = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-8;
     assert!(same(stiff.f_inner, 3.0 * plain.f_inner) && same(stiff.f_outer, plain.f_outer));

@@ -83,6 +83,44 @@ fn a_written_scene_is_read_back() {
     assert_eq!(Scene::from_toml(&again).unwrap(), scene, "{again}");
 }
 
+/// A scene with all that may be left out has every section and every line; one with two defects has both, in their order.
+#[test]
+fn nothing_of_a_full_scene_is_commented_out() {
+    let mut scene = Scene::from_toml(FULL).unwrap();
+    scene.pose.centre = Some(5.0);
+    scene.defects.resize(1, scene.defects[0]);
+    scene.defects.push(DefectSettings {
+        activity: 0.625,
+        ..scene.defects[0]
+    });
+    scene.reconstruction.window = Window::Custom(vec![1.0, 0.5, 0.25]);
+    let page = scene.to_toml();
+    let is_left_out = |line: &&str| {
+        line.starts_with("# [")
+            || line.starts_with("# ") && line.contains(" = ") && line.contains("  # ")
+    };
+    assert_eq!(page.lines().find(is_left_out), None);
+    assert_eq!(page.matches("[[defects]]").count(), 2);
+    assert_eq!(Scene::from_toml(&page).unwrap(), scene);
+}
+
+/// A number that TOML has no room for is refused where it stands.
+#[test]
+fn numbers_that_are_too_large_to_write_are_refused_by_their_line() {
+    let noise = Noise {
+        counts: Counts::Total(1e6),
+        seed: u64::MAX,
+    };
+    let page = Scene::default().with_noise(noise).to_toml();
+    let error = error_of(&page);
+    assert_eq!(error.field, "noise.seed");
+    let line = 1 + page
+        .lines()
+        .position(|line| line.starts_with("seed"))
+        .unwrap();
+    assert_eq!(error.place.unwrap()[0], line);
+}
+
 #[test]
 fn a_region_about_the_centre_has_a_place_in_every_format() {
     let text = "[reconstruction]\nregion = { x = [56, 200], y = [0, 256] }\n\

@@ -9,20 +9,14 @@ use heart_phantom::{Acquisition, Measures, PhantomError, Regions, Sinograms, acq
 pub(super) const ACTIVITY: [f64; 2] = [0.0, 1.0];
 /// Largest error of a voxel's covered fraction in the truth: far below what 90 views resolve.
 const TRUTH_TOLERANCE: f64 = 1e-3;
-/// Seconds from a view to the next: 90 views over 180 degrees at 2 degrees a second.
-const VIEW_INTERVAL: f64 = 1.0;
 /// Phases of a whole-cycle average.
 const QUADRATURE_POINTS: usize = 32;
 
-/// The three acquisitions in the order of the report.
+/// The three acquisitions in the order of the report. A camera's views are a second apart, 90 of them over 180 degrees at 2 degrees a
+/// second.
 pub(super) const ACQUISITIONS: [(&str, Acquisition); 3] = [
     ("static", Acquisition::still(0.0)),
-    (
-        "short",
-        Acquisition::Instants {
-            interval: VIEW_INTERVAL,
-        },
-    ),
+    ("short", Acquisition::Instants),
     (
         "long",
         Acquisition::WholeCycle {
@@ -154,7 +148,7 @@ fn summarise(
     measures: &Measures,
 ) -> report::Acquisition {
     report::Acquisition {
-        distinct_shapes: matches!(acquisition, Acquisition::Instants { .. })
+        distinct_shapes: matches!(acquisition, Acquisition::Instants)
             .then_some(sinograms.distinct_phases),
         quadrature_points: match acquisition {
             Acquisition::WholeCycle { points } => Some(points),

@@ -25,6 +25,7 @@ fn heart_phantom_takes_anything() {
         let sampled = VolumeCurve::Sampled(vec![a, b, 1.0, 2.0]);
         cycles.extend(back(Cycle::with_curve(60.0, &sampled, [0.0, 0.1])));
         back(Camera::new(2, 3, a));
+        back(camera.clone().with_interval(a));
         let range = VolumeRange::Gain(a);
         back(range.gains(b));
         back(range.ejection_fraction(b));
@@ -41,12 +42,8 @@ fn heart_phantom_takes_anything() {
         let (gate, points) = (Acquisition::still(a), SIZES[2]);
         for acquisition in [
             gate,
-            Acquisition::Instants { interval: a },
-            Acquisition::Exposure {
-                interval: a,
-                window: b,
-                points,
-            },
+            Acquisition::Instants,
+            Acquisition::Exposure { window: b, points },
             Acquisition::Gate {
                 gate: usize::MAX,
                 gates: 0,

@@ -1,7 +1,7 @@
 //! Numbers that the guide for physicists tells.
 
 use heart_phantom::Phantom;
-use heart_phantom::scene::{ArcSettings, DiscretisationSettings, Mode, Scene};
+use heart_phantom::scene::{ArcPolicy, DiscretisationSettings, Mode, Scene};
 use std::f64::consts::PI;
 
 #[test]
@@ -39,9 +39,9 @@ fn amplitudes_of_a_short_arc_are_those_of_the_guide() {
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
     scene.camera.arc = 90.0;
     for (arc, mean) in [
-        (ArcSettings::Extend, 1.07),
-        (ArcSettings::Truncate, 0.64),
-        (ArcSettings::Rescale, 1.27),
+        (ArcPolicy::Extend, 1.07),
+        (ArcPolicy::Truncate, 0.64),
+        (ArcPolicy::Rescale, 1.27),
     ] {
         scene.reconstruction.arc = arc;
         let phantom = Phantom::new(scene.clone()).unwrap();

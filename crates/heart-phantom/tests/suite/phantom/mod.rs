@@ -9,7 +9,7 @@ mod upright;
 mod warnings;
 
 use heart_phantom::scene::{
-    Accuracy, ActivitySettings, AttenuationSettings, BackgroundSettings, BlurSettings, Counts,
+    Accuracy, Activity, AttenuationSettings, BackgroundSettings, BlurSettings, Counts,
     CycleSettings, DiscretisationSettings, MediumSettings, Mode, Noise, PixelRange, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
@@ -290,7 +290,7 @@ fn a_region_is_the_cut_from_the_whole() {
 #[test]
 fn labels_surfaces_and_activity_at_a_phase() {
     let mut scene = small(Mode::WholeCycle);
-    scene.activity = ActivitySettings {
+    scene.activity = Activity {
         cavity: Uptake::Total(10.0),
         wall: Uptake::Concentration(1.0),
     };
@@ -466,7 +466,7 @@ fn a_background_fills_the_torso_around_the_heart() {
     };
     assert!((seen / mean - 1.0).abs() < 0.01, "{seen} {mean}");
     // A heart as active as what surrounds it is not seen.
-    scene.activity = ActivitySettings {
+    scene.activity = Activity {
         cavity: Uptake::Concentration(0.3),
         wall: Uptake::Concentration(0.3),
     };

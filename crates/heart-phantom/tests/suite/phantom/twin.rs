@@ -4,7 +4,7 @@ use super::defects::infarct;
 use super::small;
 use heart_phantom::scene::{
     Accuracy, AttenuationSettings, BackgroundSettings, BlurSettings, Counts,
-    DiscretisationSettings, MediumSettings, Mode, Noise, PixelRange, RotationSettings, Scene,
+    DiscretisationSettings, MediumSettings, Mode, Noise, PixelRange, Rotation, Scene,
 };
 use heart_phantom::{Phantom, Uptake, VolumeCurve, VolumeRange};
 
@@ -167,7 +167,7 @@ fn so_it_is_with_everything_that_a_scene_can_hold() {
     });
     scene.defects = vec![infarct()];
     scene.blur = Some(BlurSettings { fwhm: 0.6 });
-    scene.camera.rotation = RotationSettings::Continuous;
+    scene.camera.rotation = Rotation::Continuous;
     scene.camera.seconds_per_view = 2.0;
     scene.acquisition.accuracy = Accuracy::Tolerance(0.05);
     scene.reconstruction.pixels = Some(60);

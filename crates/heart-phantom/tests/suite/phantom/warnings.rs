@@ -2,7 +2,7 @@
 
 use super::small;
 use heart_phantom::scene::{
-    AttenuationSettings, BackgroundSettings, MediumSettings, Mode, RotationSettings, Scene,
+    AttenuationSettings, BackgroundSettings, MediumSettings, Mode, Rotation, Scene,
 };
 use heart_phantom::{Edge, Phantom, Seen, Uptake, Warning};
 
@@ -107,7 +107,7 @@ fn a_background_and_a_torso_wider_than_the_bins_are_told() {
         semi_axes: [9.5, 7.5],
     };
     let mut scene = small(Mode::Static { phase: 0.0 }).with_background(around);
-    scene.camera.rotation = RotationSettings::Continuous;
+    scene.camera.rotation = Rotation::Continuous;
     scene.activity.wall = Uptake::Concentration(0.0);
     let [far, _] = farthest(&seen_by_a_large_camera(&scene));
     let [

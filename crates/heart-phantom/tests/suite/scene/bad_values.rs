@@ -333,6 +333,16 @@ const BAD: &[(&str, &str, &str)] = &[
         "between",
     ),
     (
+        "[reconstruction]\nwindow = { custom = [1.0] }",
+        "reconstruction.window.custom",
+        "between",
+    ),
+    (
+        "[reconstruction]\nwindow = { custom = [1.0, nan] }",
+        "reconstruction.window.custom",
+        "between",
+    ),
+    (
         "[reconstruction]\ncutoff = 1.5",
         "reconstruction.cutoff",
         "between",

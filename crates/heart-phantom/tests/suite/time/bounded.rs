@@ -1,7 +1,7 @@
 //! Shapes take no more memory than they are given, and whatever that is the results have the same bits.
 
 use crate::phantom::{infarct, small};
-use heart_phantom::scene::{Accuracy, Mode, RotationSettings, Scene};
+use heart_phantom::scene::{Accuracy, Mode, Rotation, Scene};
 use heart_phantom::{Phantom, Sinograms};
 
 fn taken(scene: &Scene, shapes: usize) -> (Sinograms, Phantom) {
@@ -43,7 +43,7 @@ fn a_view_that_needs_more_is_taken_part_by_part() {
     let mut scene = small(Mode::WholeCycle).with_size(12);
     scene.acquisition.accuracy = Accuracy::Steps(32);
     let mut turning = scene.clone();
-    turning.camera.rotation = RotationSettings::Continuous;
+    turning.camera.rotation = Rotation::Continuous;
     let mut gated = turning.clone();
     gated.acquisition.mode = Mode::Gated { gates: 3 };
     gated.cycle.curve = heart_phantom::VolumeCurve::Physiological;

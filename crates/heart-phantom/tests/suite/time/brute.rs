@@ -2,7 +2,7 @@
 //! the rays with the crate, and nothing of what decides when and from where to look.
 
 use heart_phantom::Phantom;
-use heart_phantom::scene::{Mode, RotationSettings};
+use heart_phantom::scene::{Mode, Rotation};
 use std::collections::BTreeMap;
 
 /// Shapes are solved at so many volumes, and taken as linear between two: of the sharpest change, that of a ray that touches the
@@ -13,7 +13,7 @@ const GAINS: f64 = 4000.0;
 pub(crate) fn view(phantom: &Phantom, gate: usize, view_idx: usize, n: usize) -> Vec<f64> {
     let scene = phantom.scene().unwrap();
     let (camera, interval) = (&scene.camera, scene.camera.seconds_per_view);
-    let turning = camera.rotation == RotationSettings::Continuous;
+    let turning = camera.rotation == Rotation::Continuous;
     let (from, seconds, gates) = match scene.acquisition.mode {
         Mode::Static { .. } => panic!("nothing moves"),
         Mode::Instants => (view_idx as f64 * interval, 0.0, 1),

@@ -2,13 +2,13 @@
 //! time: no rule that does not know when is of an order above 3/2.
 
 use super::brute;
-use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode, RotationSettings, Scene};
+use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode, Rotation, Scene};
 use heart_phantom::{Acquisition, Camera, Cycle, Heart, Phantom, VolumeCurve, acquire};
 
 const WALL: [f64; 2] = [0.0, 1.0];
 
 /// Errors of the whole cycle at 8 to 128 steps, with what is stated.
-fn errors(curve: &VolumeCurve, rotation: RotationSettings) -> Vec<[f64; 2]> {
+fn errors(curve: &VolumeCurve, rotation: Rotation) -> Vec<[f64; 2]> {
     let mut scene = Scene::default().with_size(48).with_mode(Mode::WholeCycle);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
     scene.cycle.curve = curve.clone();
@@ -32,9 +32,9 @@ fn errors(curve: &VolumeCurve, rotation: RotationSettings) -> Vec<[f64; 2]> {
 #[test]
 fn means_over_a_beat_are_of_order_three_halves() {
     for (curve, rotation) in [
-        (VolumeCurve::Sinusoid, RotationSettings::StepAndShoot),
-        (VolumeCurve::Physiological, RotationSettings::StepAndShoot),
-        (VolumeCurve::Sinusoid, RotationSettings::Continuous),
+        (VolumeCurve::Sinusoid, Rotation::StepAndShoot),
+        (VolumeCurve::Physiological, Rotation::StepAndShoot),
+        (VolumeCurve::Sinusoid, Rotation::Continuous),
     ] {
         let errors = errors(&curve, rotation);
         println!("{curve:?} {rotation:?} {errors:?}");

@@ -2,7 +2,7 @@
 
 use super::brute;
 use heart_phantom::scene::{
-    Accuracy, BalloonSettings, DiscretisationSettings, Mode, PoseSettings, RotationSettings, Scene,
+    Accuracy, Balloon, DiscretisationSettings, Mode, PoseSettings, Rotation, Scene,
 };
 use heart_phantom::{Phantom, Uptake, VolumeCurve, VolumeRange};
 
@@ -64,7 +64,7 @@ fn curve(random: &mut Random) -> VolumeCurve {
 fn scene(random: &mut Random) -> Scene {
     let mut scene = Scene::default();
     let (length, radius) = (random.uniform(4.0, 9.0), random.uniform(1.0, 2.2));
-    let balloon = |length, radius, stiffness| BalloonSettings {
+    let balloon = |length, radius, stiffness| Balloon {
         length,
         radius,
         stiffness,
@@ -93,11 +93,11 @@ fn scene(random: &mut Random) -> Scene {
     camera.pitch = [random.uniform(0.6, 1.0), random.uniform(0.6, 1.4)];
     camera.start = random.uniform(-90.0, 90.0);
     camera.arc = [180.0, 12.0, 360.0][random.below(3)];
-    scene.reconstruction.arc = heart_phantom::scene::ArcSettings::Extend;
+    scene.reconstruction.arc = heart_phantom::scene::ArcPolicy::Extend;
     let period = 60.0 / scene.cycle.beats_per_minute;
     camera.seconds_per_view = period * random.uniform(1.0, 6.0);
     if random.below(2) == 0 {
-        camera.rotation = RotationSettings::Continuous;
+        camera.rotation = Rotation::Continuous;
         camera.arc = 12.0;
     }
     let seconds = camera.seconds_per_view;

@@ -1,14 +1,14 @@
 //! One rule for time and angle: at time t of view k the camera stands at its angle at t.
 
 use heart_phantom::Phantom;
-use heart_phantom::scene::{Mode, RotationSettings, Scene};
+use heart_phantom::scene::{Mode, Rotation, Scene};
 
 use crate::phantom::small;
 
 /// Twelve views of 3 s, 15 degrees apart.
 fn turning(mode: Mode) -> Scene {
     let mut scene = small(mode);
-    scene.camera.rotation = RotationSettings::Continuous;
+    scene.camera.rotation = Rotation::Continuous;
     scene.camera.seconds_per_view = 3.0;
     scene
 }
@@ -40,7 +40,7 @@ fn every_view_says_when_and_from_where_it_is_seen() {
             };
             assert!((time.phase - phase).abs() < 1e-11, "{mode:?} {k}");
         }
-        scene.camera.rotation = RotationSettings::StepAndShoot;
+        scene.camera.rotation = Rotation::StepAndShoot;
         let times = Phantom::new(scene).unwrap().view_times(0).unwrap();
         assert!(
             (times.iter().enumerate()).all(|(k, time)| (time.angle - nominal(k)).abs() < 1e-14)

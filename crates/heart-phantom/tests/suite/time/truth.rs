@@ -1,7 +1,7 @@
 //! What an exact volume is the mean over, and that it says so.
 
 use crate::phantom::small;
-use heart_phantom::scene::{Mode, Product, RotationSettings, Scene};
+use heart_phantom::scene::{Mode, Product, Rotation, Scene};
 use heart_phantom::{Phantom, TruthOf, run};
 
 /// The mean over all views of the heart at each one's phase, with every voxel added up in f64.
@@ -54,49 +54,49 @@ fn what_every_view_sees_is_the_truth_of_each() {
     for (mode, rotation, seconds, of) in [
         (
             Mode::Static { phase: 0.2 },
-            RotationSettings::Continuous,
+            Rotation::Continuous,
             1.5,
             TruthOf::EachView,
         ),
         (
             Mode::WholeCycle,
-            RotationSettings::StepAndShoot,
+            Rotation::StepAndShoot,
             1.5,
             TruthOf::EachView,
         ),
         (
             Mode::WholeCycle,
-            RotationSettings::Continuous,
+            Rotation::Continuous,
             1.5,
             TruthOf::MeanOfViews,
         ),
         (
             Mode::WholeCycle,
-            RotationSettings::Continuous,
+            Rotation::Continuous,
             2.0,
             TruthOf::EachView,
         ),
         (
             Mode::Gated { gates: 3 },
-            RotationSettings::Continuous,
+            Rotation::Continuous,
             2.0,
             TruthOf::EachView,
         ),
         (
             Mode::Gated { gates: 3 },
-            RotationSettings::Continuous,
+            Rotation::Continuous,
             1.5,
             TruthOf::MeanOfViews,
         ),
         (
             Mode::Exposure { seconds: 2.0 },
-            RotationSettings::StepAndShoot,
+            Rotation::StepAndShoot,
             2.1,
             TruthOf::EachView,
         ),
         (
             Mode::Exposure { seconds: 0.4 },
-            RotationSettings::StepAndShoot,
+            Rotation::StepAndShoot,
             2.1,
             TruthOf::MeanOfViews,
         ),

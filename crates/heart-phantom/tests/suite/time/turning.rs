@@ -1,9 +1,7 @@
 //! A camera that turns while it looks: what it sees is put back where it was.
 
 use super::brute;
-use heart_phantom::scene::{
-    Accuracy, DiscretisationSettings, Mode, PoseSettings, RotationSettings, Scene,
-};
+use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode, PoseSettings, Rotation, Scene};
 use heart_phantom::{Phantom, VolumeCurve, VolumeRange};
 
 /// A heart 4 cm off the axis before a camera that turns by 6 degrees in each of 30 views of 3 s.
@@ -18,7 +16,7 @@ fn turning(mode: Mode) -> Scene {
     (camera.views, camera.bins, camera.rows) = (30, 128, 40);
     camera.pitch = [0.2, 0.35];
     camera.seconds_per_view = 3.0;
-    camera.rotation = RotationSettings::Continuous;
+    camera.rotation = Rotation::Continuous;
     scene.acquisition.accuracy = Accuracy::Steps(8);
     scene
 }
@@ -27,7 +25,7 @@ fn small(mode: Mode) -> Scene {
     let mut scene = turning(mode);
     (scene.camera.views, scene.camera.bins, scene.camera.rows) = (3, 32, 10);
     (scene.camera.arc, scene.camera.pitch) = (18.0, [0.8, 1.4]);
-    scene.reconstruction.arc = heart_phantom::scene::ArcSettings::Extend;
+    scene.reconstruction.arc = heart_phantom::scene::ArcPolicy::Extend;
     scene
 }
 
@@ -74,10 +72,10 @@ fn centre(phantom: &Phantom, gate: usize) -> [f64; 2] {
 fn a_still_heart_is_not_turned_in_any_mode() {
     let mut scene = turning(Mode::Static { phase: 0.0 });
     scene.cycle.volume = VolumeRange::Gain(0.0);
-    scene.camera.rotation = RotationSettings::StepAndShoot;
+    scene.camera.rotation = Rotation::StepAndShoot;
     let [x, y] = centre(&Phantom::new(scene.clone()).unwrap(), 0);
     assert!(x.hypot(y) > 3.5);
-    scene.camera.rotation = RotationSettings::Continuous;
+    scene.camera.rotation = Rotation::Continuous;
     for mode in MODES {
         scene.acquisition.mode = mode;
         let phantom = Phantom::new(scene.clone()).unwrap();
@@ -129,8 +127,8 @@ fn nor_is_its_reconstruction() {
         )
     };
     for mode in MODES {
-        let (turning, off) = place(RotationSettings::Continuous, mode, 0.0);
-        let (still, _) = place(RotationSettings::StepAndShoot, MODES[0], off);
+        let (turning, off) = place(Rotation::Continuous, mode, 0.0);
+        let (still, _) = place(Rotation::StepAndShoot, MODES[0], off);
         println!("{mode:?} {:.5} seen from {off:.3}", turning - still);
         assert!(
             (turning - still).abs() < 0.02,
@@ -147,7 +145,7 @@ fn views(scene: &Scene, gate: usize) -> Vec<f32> {
 
 #[test]
 fn an_exposure_that_shrinks_is_an_instant() {
-    for rotation in [RotationSettings::StepAndShoot, RotationSettings::Continuous] {
+    for rotation in [Rotation::StepAndShoot, Rotation::Continuous] {
         let mut scene = small(Mode::Instants);
         scene.camera.rotation = rotation;
         let instants: Vec<f64> = views(&scene, 0).into_iter().map(f64::from).collect();
@@ -230,7 +228,7 @@ fn a_still_heart_is_seen_as_exactly_as_was_asked_for() {
     (scene.camera.bins, scene.camera.rows, scene.camera.views) = (40, 36, VIEWS);
     scene.camera.pitch = [0.4; 2];
     let mut standing = scene.clone();
-    standing.camera.rotation = RotationSettings::StepAndShoot;
+    standing.camera.rotation = Rotation::StepAndShoot;
     standing.camera.views = VIEWS * PARTS;
     let step = scene.camera.arc / VIEWS as f64;
     standing.camera.start += step * (0.5 / PARTS as f64 - 0.5);
