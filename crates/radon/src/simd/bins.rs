@@ -91,45 +91,12 @@ pub(crate) fn add_bins<T: Sample>(
         .then_some(&*words);
     for start in (0..n_steps).step_by(n_band) {
         let steps = start..(start + n_band).min(n_steps);
-        match set {
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: a projector holds a set only after `is_available`; the image is large enough, as just seen.
-            InstructionSet::Avx512 => unsafe { add_avx512(bins, words, steps, sums) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above.
-            InstructionSet::Avx2 => unsafe { add_avx2(bins, words, steps, sums) },
-            #[cfg(target_arch = "aarch64")]
-            // SAFETY: as above.
-            InstructionSet::Neon => unsafe { add_runs::<T, T::Neon>(bins, words, steps, sums) },
-            // SAFETY: needs nothing that the target lacks; as above.
-            _ => unsafe { add_runs::<T, T::Baseline>(bins, words, steps, sums) },
-        }
+        // SAFETY: a projector holds a set only after `is_available`; the image is large enough, as just seen.
+        unsafe { add_band(set, bins, words, steps, sums) };
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-unsafe fn add_avx512<T: Sample>(
-    bins: &Bins<'_, T>,
-    words: Option<&Words>,
-    steps: Range<usize>,
-    sums: &mut [[T; RUN]],
-) {
-    // SAFETY: this function is compiled for the set; the rest is the caller's promise.
-    unsafe { add_runs::<T, T::Avx512>(bins, words, steps, sums) }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn add_avx2<T: Sample>(
-    bins: &Bins<'_, T>,
-    words: Option<&Words>,
-    steps: Range<usize>,
-    sums: &mut [[T; RUN]],
-) {
-    // SAFETY: as above.
-    unsafe { add_runs::<T, T::Avx2>(bins, words, steps, sums) }
-}
+per_set!(fn add_band(bins: &Bins<'_, T>, words: Option<&Words>, steps: Range<usize>, sums: &mut [[T; RUN]]) = add_runs);
 
 /// # Safety
 /// The machine has the instruction set of `V`, and the image is as large as `add_bins` asks.

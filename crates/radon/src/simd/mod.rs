@@ -2,6 +2,41 @@
 
 #![allow(unsafe_code)]
 
+/// Defines `name(set, arguments)`: the given loop with the vectors of an instruction set, in a function compiled for that set.
+///
+/// # Safety
+/// Of what it defines: the machine has the set (a plan holds none before `is_available`), and what the loop asks of its arguments.
+macro_rules! per_set {
+    (fn $name:ident($($argument:ident: $type:ty),*) $(-> $out:ty)? = $looped:ident) => {
+        unsafe fn $name<T: Sample>(set: InstructionSet, $($argument: $type),*) $(-> $out)? {
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+            unsafe fn avx512<T: Sample>($($argument: $type),*) $(-> $out)? {
+                // SAFETY: this function is compiled for the set; the rest is the caller's promise.
+                unsafe { $looped::<T, T::Avx512>($($argument),*) }
+            }
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx2,fma")]
+            unsafe fn avx2<T: Sample>($($argument: $type),*) $(-> $out)? {
+                // SAFETY: as above.
+                unsafe { $looped::<T, T::Avx2>($($argument),*) }
+            }
+            // SAFETY: the caller's promise; the baseline needs nothing that the target lacks.
+            unsafe {
+                match set {
+                    #[cfg(target_arch = "x86_64")]
+                    InstructionSet::Avx512 => avx512($($argument),*),
+                    #[cfg(target_arch = "x86_64")]
+                    InstructionSet::Avx2 => avx2($($argument),*),
+                    #[cfg(target_arch = "aarch64")]
+                    InstructionSet::Neon => $looped::<T, T::Neon>($($argument),*),
+                    _ => $looped::<T, T::Baseline>($($argument),*),
+                }
+            }
+        }
+    };
+}
+
 mod bins;
 mod pairs;
 mod pixels;

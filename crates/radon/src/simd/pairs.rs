@@ -102,48 +102,26 @@ impl<T: Sample> Pairs<T> {
             &mut self.near[start..],
             &mut self.far[start..],
         );
-        let most = match set {
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: a projector holds a set only after `is_available`.
-            InstructionSet::Avx512 => unsafe { fill_avx512(ray, m, place, pixel, near, far) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above.
-            InstructionSet::Avx2 => unsafe { fill_avx2(ray, m, place, pixel, near, far) },
-            _ => fill(ray, m, place, pixel, near, far),
-        };
+        // SAFETY: a projector holds a set only after `is_available`.
+        let most = unsafe { fill_by(set, ray, m, place, pixel, near, far) };
         self.most = self.most.max(most);
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-fn fill_avx512<T: Sample>(
-    ray: &BoxRay<T>,
-    m: usize,
-    place: Place,
-    pixel: &mut [u32],
-    near: &mut [T],
-    far: &mut [T],
-) -> u32 {
-    fill(ray, m, place, pixel, near, far)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn fill_avx2<T: Sample>(
-    ray: &BoxRay<T>,
-    m: usize,
-    place: Place,
-    pixel: &mut [u32],
-    near: &mut [T],
-    far: &mut [T],
-) -> u32 {
-    fill(ray, m, place, pixel, near, far)
-}
+per_set!(
+    fn fill_by(ray: &BoxRay<T>, m: usize, place: Place, pixel: &mut [u32], near: &mut [T], far: &mut [T]) -> u32 = fill
+);
 
 /// Without a branch, and without a call that could keep the compiler from making vectors of it.
+///
+/// # Safety
+/// The machine has the instruction set of `V`, for which it is compiled; no vector is used by name.
 #[inline(always)]
-fn fill<T: Sample>(
+#[expect(
+    clippy::extra_unused_type_parameters,
+    reason = "as `per_set!` calls it"
+)]
+unsafe fn fill<T: Sample, V: Vector<T>>(
     ray: &BoxRay<T>,
     m: usize,
     place: Place,
@@ -223,19 +201,8 @@ pub(crate) fn gather<T: Sample>(
     sums: &mut [T],
 ) {
     let steps = Steps::new(pixels.len(), pairs, range, across, sums.len());
-    match set {
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: a projector holds a set only after `is_available`; `Steps::new` has seen to the pixels.
-        InstructionSet::Avx512 => unsafe { gather_avx512(pixels, steps, sums) },
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: as above.
-        InstructionSet::Avx2 => unsafe { gather_avx2(pixels, steps, sums) },
-        #[cfg(target_arch = "aarch64")]
-        // SAFETY: as above.
-        InstructionSet::Neon => unsafe { gather_lanes::<T, T::Neon>(pixels, steps, sums) },
-        // SAFETY: needs nothing that the target lacks; as above.
-        _ => unsafe { gather_lanes::<T, T::Baseline>(pixels, steps, sums) },
-    }
+    // SAFETY: a projector holds a set only after `is_available`; `Steps::new` has seen to the pixels.
+    unsafe { gather_by(set, pixels, steps, sums) }
 }
 
 /// Adds the ray's value, weighted, to its pixels.
@@ -248,19 +215,8 @@ pub(crate) fn scatter<T: Sample>(
     ray: &[T],
 ) {
     let steps = Steps::new(pixels.len(), pairs, range, across, ray.len());
-    match set {
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: a projector holds a set only after `is_available`; `Steps::new` has seen to the pixels.
-        InstructionSet::Avx512 => unsafe { scatter_avx512(pixels, steps, ray) },
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: as above.
-        InstructionSet::Avx2 => unsafe { scatter_avx2(pixels, steps, ray) },
-        #[cfg(target_arch = "aarch64")]
-        // SAFETY: as above.
-        InstructionSet::Neon => unsafe { scatter_lanes::<T, T::Neon>(pixels, steps, ray) },
-        // SAFETY: needs nothing that the target lacks; as above.
-        _ => unsafe { scatter_lanes::<T, T::Baseline>(pixels, steps, ray) },
-    }
+    // SAFETY: a projector holds a set only after `is_available`; `Steps::new` has seen to the pixels.
+    unsafe { scatter_by(set, pixels, steps, ray) }
 }
 
 /// Some pairs, all of which lie within the pixels they were checked against.
@@ -299,33 +255,8 @@ impl<'a, T: Sample> Steps<'a, T> {
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-unsafe fn gather_avx512<T: Sample>(pixels: &[T], steps: Steps<'_, T>, sums: &mut [T]) {
-    // SAFETY: this function is compiled for the set; the rest is the caller's promise.
-    unsafe { gather_lanes::<T, T::Avx512>(pixels, steps, sums) }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn gather_avx2<T: Sample>(pixels: &[T], steps: Steps<'_, T>, sums: &mut [T]) {
-    // SAFETY: as above.
-    unsafe { gather_lanes::<T, T::Avx2>(pixels, steps, sums) }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-unsafe fn scatter_avx512<T: Sample>(pixels: &mut [T], steps: Steps<'_, T>, ray: &[T]) {
-    // SAFETY: as above.
-    unsafe { scatter_lanes::<T, T::Avx512>(pixels, steps, ray) }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn scatter_avx2<T: Sample>(pixels: &mut [T], steps: Steps<'_, T>, ray: &[T]) {
-    // SAFETY: as above.
-    unsafe { scatter_lanes::<T, T::Avx2>(pixels, steps, ray) }
-}
+per_set!(fn gather_by(pixels: &[T], steps: Steps<'_, T>, sums: &mut [T]) = gather_lanes);
+per_set!(fn scatter_by(pixels: &mut [T], steps: Steps<'_, T>, ray: &[T]) = scatter_lanes);
 
 /// # Safety
 /// The machine has the instruction set of `V`, and `steps` was checked against these pixels and as many lanes.

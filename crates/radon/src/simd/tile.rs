@@ -74,34 +74,11 @@ pub(crate) fn add_views<T: Sample>(
     // From the largest base, n + 3, a run's window lies within the row; so does what a position reads that was rounded up to
     // the precision of T, by 16 at most in rows of 2^28 samples.
     assert!(tile.row_len >= tile.n + 3 + WINDOW && (lanes > 1 || sums.len() <= ALONE * RUN));
-    match set {
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: a plan holds a set only after `is_available`.
-        InstructionSet::Avx512 => unsafe { add_avx512(lanes, tile, sums) },
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: as above.
-        InstructionSet::Avx2 => unsafe { add_avx2(lanes, tile, sums) },
-        #[cfg(target_arch = "aarch64")]
-        // SAFETY: as above.
-        InstructionSet::Neon => unsafe { add_lanes::<T, T::Neon>(lanes, tile, sums) },
-        // SAFETY: needs nothing that the target lacks.
-        _ => unsafe { add_lanes::<T, T::Baseline>(lanes, tile, sums) },
-    }
+    // SAFETY: a plan holds a set only after `is_available`.
+    unsafe { add_tile(set, lanes, tile, sums) }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-fn add_avx512<T: Sample>(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]) {
-    // SAFETY: this function is compiled for the set.
-    unsafe { add_lanes::<T, T::Avx512>(lanes, tile, sums) }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn add_avx2<T: Sample>(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]) {
-    // SAFETY: this function is compiled for the set.
-    unsafe { add_lanes::<T, T::Avx2>(lanes, tile, sums) }
-}
+per_set!(fn add_tile(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]) = add_lanes);
 
 /// # Safety
 /// The machine has the instruction set of `V`.

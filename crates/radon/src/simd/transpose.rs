@@ -17,19 +17,8 @@ pub(crate) fn interleave<T: Sample>(
     }
     assert!(rows.iter().all(|row| row.len() == n) && rows.len() <= stride);
     assert!(out.len() >= (n - 1) * stride + rows.len());
-    match set {
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: a plan holds a set only after `is_available`; the lengths have been seen to.
-        InstructionSet::Avx512 => unsafe { interleave_avx512(rows, n, stride, out) },
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: as above.
-        InstructionSet::Avx2 => unsafe { interleave_avx2(rows, n, stride, out) },
-        #[cfg(target_arch = "aarch64")]
-        // SAFETY: as above.
-        InstructionSet::Neon => unsafe { interleave_by::<T, T::Neon>(rows, n, stride, out) },
-        // SAFETY: needs nothing that the target lacks; the lengths have been seen to.
-        _ => unsafe { interleave_by::<T, T::Baseline>(rows, n, stride, out) },
-    }
+    // SAFETY: a plan holds a set only after `is_available`; the lengths have been seen to.
+    unsafe { interleave_all(set, rows, n, stride, out) }
 }
 
 /// The other way: `rows[lane][sample] = block[sample * stride + lane]`.
@@ -45,48 +34,12 @@ pub(crate) fn separate<T: Sample>(
     }
     assert!(rows.iter().all(|row| row.len() == n) && rows.len() <= stride);
     assert!(block.len() >= (n - 1) * stride + rows.len());
-    match set {
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: a plan holds a set only after `is_available`; the lengths have been seen to.
-        InstructionSet::Avx512 => unsafe { separate_avx512(block, n, stride, rows) },
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: as above.
-        InstructionSet::Avx2 => unsafe { separate_avx2(block, n, stride, rows) },
-        #[cfg(target_arch = "aarch64")]
-        // SAFETY: as above.
-        InstructionSet::Neon => unsafe { separate_by::<T, T::Neon>(block, n, stride, rows) },
-        // SAFETY: needs nothing that the target lacks; the lengths have been seen to.
-        _ => unsafe { separate_by::<T, T::Baseline>(block, n, stride, rows) },
-    }
+    // SAFETY: a plan holds a set only after `is_available`; the lengths have been seen to.
+    unsafe { separate_all(set, block, n, stride, rows) }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-unsafe fn interleave_avx512<T: Sample>(rows: &[&[T]], n: usize, stride: usize, out: &mut [T]) {
-    // SAFETY: this function is compiled for the set; the caller has seen to the lengths.
-    unsafe { interleave_by::<T, T::Avx512>(rows, n, stride, out) }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn interleave_avx2<T: Sample>(rows: &[&[T]], n: usize, stride: usize, out: &mut [T]) {
-    // SAFETY: as above.
-    unsafe { interleave_by::<T, T::Avx2>(rows, n, stride, out) }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-unsafe fn separate_avx512<T: Sample>(block: &[T], n: usize, stride: usize, rows: &mut [&mut [T]]) {
-    // SAFETY: as above.
-    unsafe { separate_by::<T, T::Avx512>(block, n, stride, rows) }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn separate_avx2<T: Sample>(block: &[T], n: usize, stride: usize, rows: &mut [&mut [T]]) {
-    // SAFETY: as above.
-    unsafe { separate_by::<T, T::Avx2>(block, n, stride, rows) }
-}
+per_set!(fn interleave_all(rows: &[&[T]], n: usize, stride: usize, out: &mut [T]) = interleave_by);
+per_set!(fn separate_all(block: &[T], n: usize, stride: usize, rows: &mut [&mut [T]]) = separate_by);
 
 /// # Safety
 /// The machine has the instruction set of `V`; rows hold `n` samples, `out` all of `(n - 1) * stride + rows.len()`.
