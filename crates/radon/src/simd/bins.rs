@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use crate::sample::Sample;
+use crate::simd::fixed::Words;
 use crate::simd::pairs::BoxRay;
 use crate::simd::vector::{RUN, Vector, WINDOW};
-use crate::simd::words::Words;
-use crate::simd::{InstructionSet, words};
+use crate::simd::{InstructionSet, fixed};
 
 /// Zeros before and behind the pixels of a row: what the rays of a run that touches the image reach beyond it in a band of steps.
 pub(crate) const MARGIN: usize = 64;
@@ -109,7 +109,7 @@ unsafe fn add_runs<T: Sample, V: Vector<T>>(
 ) {
     if let Some(words) = words {
         // SAFETY: the caller's promise.
-        unsafe { words::add_runs::<T, V>(bins, words, steps, sums) };
+        unsafe { fixed::add_runs::<T, V>(bins, words, steps, sums) };
         return;
     }
     for (run, sums) in sums.iter_mut().enumerate() {

@@ -38,22 +38,22 @@ macro_rules! per_set {
 }
 
 mod bins;
+mod fixed;
 mod pairs;
 mod pixels;
 mod tile;
 mod transpose;
 mod vector;
-mod words;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 pub(crate) use bins::{Bins, MARGIN, add_bins};
+pub(crate) use fixed::Words;
 pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, gather, prefetch, scatter};
 pub(crate) use pixels::{Fan, add_fans};
 pub(crate) use tile::{ALONE, Tile, ViewStep, add_views};
 pub(crate) use transpose::{interleave, separate};
 pub(crate) use vector::{RUN, Vectors, WINDOW};
-pub(crate) use words::Words;
 
 /// Instruction set that the kernels of a plan use.
 ///

@@ -117,10 +117,6 @@ per_set!(
 /// # Safety
 /// The machine has the instruction set of `V`, for which it is compiled; no vector is used by name.
 #[inline(always)]
-#[expect(
-    clippy::extra_unused_type_parameters,
-    reason = "as `per_set!` calls it"
-)]
 unsafe fn fill<T: Sample, V: Vector<T>>(
     ray: &BoxRay<T>,
     m: usize,

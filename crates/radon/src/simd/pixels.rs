@@ -1,9 +1,9 @@
 //! The transpose of the ray sums of one slice: neighbouring pixels side by side, which the same few bins meet at a step.
 
 use super::InstructionSet;
+use super::fixed::{REST, WordWeights, whole};
 use super::pairs::{BoxRay, Snap};
 use super::vector::{RUN, Vector};
-use super::words::{REST, WordWeights, whole};
 use crate::sample::Sample;
 
 /// Zeros before and behind the rays of a view: more than the pixels of a run are met by.
@@ -206,8 +206,8 @@ pub(super) mod x86 {
     use std::arch::x86_64::*;
 
     use super::*;
-    use crate::simd::words::ONE;
-    use crate::simd::words::x86::pick;
+    use crate::simd::fixed::ONE;
+    use crate::simd::fixed::x86::pick;
 
     /// # Safety
     /// The machine has AVX-512; the rest as for [`Vector::add_step`].

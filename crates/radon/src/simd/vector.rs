@@ -1,8 +1,8 @@
 //! The few vector operations of the kernels, per instruction set; compilers do not find these by themselves reliably.
 
 use crate::sample::Sample;
+use crate::simd::fixed::{self, Band, WordRun};
 use crate::simd::pixels::{self, FanStep};
-use crate::simd::words::{self, Band, WordRun};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::x86;
 
@@ -76,7 +76,7 @@ pub trait Vector<T>: Copy {
         T: Sample,
     {
         // SAFETY: the caller's promise.
-        unsafe { words::add_plain::<T, Self, N>(band, runs, sums) }
+        unsafe { fixed::add_plain::<T, Self, N>(band, runs, sums) }
     }
 
     /// Adds to the sums of pixels what the bins of a step bring, whose window must be within the rays.

@@ -2,9 +2,9 @@
 
 use std::arch::x86_64::*;
 
+use crate::simd::fixed::{Band, WordRun, x86::*};
 use crate::simd::pixels::{self, FanStep};
 use crate::simd::vector::{RUN, Vector};
-use crate::simd::words::{Band, WordRun, x86::*};
 
 macro_rules! vector {
     ($name:ident, $register:ident, $t:ident, $width:literal, $splat:ident, $load:ident, $store:ident, $fma:ident, $add:ident, $sub:ident, { $($more:item)* }) => {

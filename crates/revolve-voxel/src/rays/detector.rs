@@ -9,7 +9,7 @@ use crate::error::{at_least, countable, finite, length, positive, zeros};
 use crate::rays::chord::Hint;
 use crate::rays::cone::Batch;
 use crate::rays::direction::Direction;
-use crate::rays::shadow::Shadow;
+use crate::rays::silhouette::Shadow;
 use crate::{Body, Error, Ray, RayCounters, Sample};
 
 /// A flat detector of a parallel beam that turns about the lab's z axis.

@@ -6,6 +6,6 @@ pub(crate) mod cone;
 pub(crate) mod detector;
 pub(crate) mod direction;
 pub(crate) mod ray;
-pub(crate) mod shadow;
+pub(crate) mod silhouette;
 pub(crate) mod single;
 pub(crate) mod torso;

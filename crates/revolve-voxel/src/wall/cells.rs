@@ -1,6 +1,6 @@
 //! A map of cells over the half-plane: which of many lines lie near a cell's points.
 
-use crate::wall::strip::{Strips, cross, less, norm};
+use crate::wall::isoline::{Strips, cross, less, norm};
 
 /// Cells along the longer side of the map.
 const CELLS: f64 = 128.0;

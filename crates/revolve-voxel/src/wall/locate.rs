@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use crate::voxels::coverage::check_range;
 use crate::wall::cells::Cells;
+use crate::wall::isoline::{ON_AXIS, cross, less, norm};
 use crate::wall::root::rising_root;
-use crate::wall::strip::{ON_AXIS, cross, less, norm};
 use crate::{Error, Pose, Shell, VoxelGrid};
 
 impl Shell {

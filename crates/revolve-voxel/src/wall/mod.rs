@@ -1,10 +1,10 @@
 //! The wall between two curves: material coordinates, thickness, and sectors cut from it.
 
 pub(crate) mod cells;
+pub(crate) mod isoline;
 pub(crate) mod locate;
 pub(crate) mod root;
 pub(crate) mod sector;
 pub(crate) mod shares;
 pub(crate) mod shell;
-pub(crate) mod strip;
 pub(crate) mod thickness;

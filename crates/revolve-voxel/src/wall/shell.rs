@@ -13,8 +13,8 @@
 use crate::error::{finite, positive};
 use crate::solid::curve::Curve;
 use crate::wall::cells::{Cells, Line};
+use crate::wall::isoline::{ON_AXIS, Strips, below, cross, mix};
 use crate::wall::shares::Shares;
-use crate::wall::strip::{ON_AXIS, Strips, below, cross, mix};
 use crate::{Error, Meridian};
 
 /// Fewest lines between the curves from which the search for a point starts.
