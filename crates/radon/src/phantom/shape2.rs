@@ -159,11 +159,11 @@ impl Shape2 {
     pub fn line_integral(&self, theta: f64, s: f64) -> f64 {
         match &self.kind {
             Kind::Ellipse(rows) => {
-                let (width, t) = self.shadow(rows, theta, s);
+                let (width, t) = self.support(rows, theta, s);
                 2.0 / (width * det(rows)) * (1.0 - t * t).max(0.0).sqrt()
             }
             Kind::Gaussian(rows) => {
-                let (width, t) = self.shadow(rows, theta, s);
+                let (width, t) = self.support(rows, theta, s);
                 (2.0 * PI).sqrt() / (width * det(rows)) * (-0.5 * t * t).exp()
             }
             Kind::Polygon(corners) => polygon::chord(&polygon::turned(corners, theta), s),
@@ -176,8 +176,8 @@ impl Shape2 {
         let (low, high) = (s - 0.5 * width, s + 0.5 * width);
         match &self.kind {
             Kind::Ellipse(rows) => {
-                let (shadow, t0) = self.shadow(rows, theta, low);
-                let t1 = self.shadow(rows, theta, high).1;
+                let (half_width, t0) = self.support(rows, theta, low);
+                let t1 = self.support(rows, theta, high).1;
                 if t0 == t1 {
                     return self.line_integral(theta, s);
                 }
@@ -185,12 +185,13 @@ impl Shape2 {
                     let t = t.clamp(-1.0, 1.0);
                     t * (1.0 - t * t).sqrt() + t.asin()
                 };
-                (primitive(t1) - primitive(t0)) / (det(rows) * (t1 - t0) * shadow)
+                (primitive(t1) - primitive(t0)) / (det(rows) * (t1 - t0) * half_width)
             }
             Kind::Gaussian(rows) => {
-                let (shadow, t) = self.shadow(rows, theta, s);
-                let half = [0.5 * width / shadow, 0.0, 0.0];
-                (2.0 * PI).sqrt() / (shadow * det(rows)) * gaussian::mean([t, 0.0, 0.0], &[half])
+                let (half_width, t) = self.support(rows, theta, s);
+                let half = [0.5 * width / half_width, 0.0, 0.0];
+                (2.0 * PI).sqrt() / (half_width * det(rows))
+                    * gaussian::mean([t, 0.0, 0.0], &[half])
             }
             Kind::Polygon(corners) if low == high => {
                 polygon::chord(&polygon::turned(corners, theta), s)
@@ -265,8 +266,8 @@ impl Shape2 {
         rows.map(|r| r[0] * d[0] + r[1] * d[1])
     }
 
-    /// Half width of the ellipse's shadow on the detector, and `s` in units of it from the shadow's centre.
-    fn shadow(&self, rows: &[Vec2; 2], theta: f64, s: f64) -> (f64, f64) {
+    /// Half width of the ellipse's support on the detector, and `s` in units of it from the support's centre.
+    fn support(&self, rows: &[Vec2; 2], theta: f64, s: f64) -> (f64, f64) {
         let (sin, cos) = theta.sin_cos();
         // Support function of the unit disc's image: |M⁻ᵀ n|, and M⁻ᵀ = cofactors / det.
         let m = rows;

@@ -137,7 +137,7 @@ impl Shape3 {
                     ray.across.map(|x| 0.5 * size[0] * x),
                     ray.up.map(|x| 0.5 * size[1] * x),
                 );
-                // A plane frame perpendicular to the ray, in which the ball's shadow is the unit disc.
+                // A plane frame perpendicular to the ray, in which the ball's projection is the unit disc.
                 let first = a.map(|x| x / norm(a));
                 let mut second = add(b, -dot(b, first), first);
                 let height = norm(second);

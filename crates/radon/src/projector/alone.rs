@@ -5,7 +5,9 @@ use rayon::prelude::*;
 use super::run::STEPS;
 use super::{Projector, ProjectorScratch};
 use crate::Sample;
-use crate::simd::{Bins, Fan, MARGIN, RUN, Words, add_bins, add_fans, interleave};
+use crate::simd::{
+    Bins, FixedPositions, MARGIN, RUN, SortedBins, add_bins, add_sorted, interleave,
+};
 use crate::stack::{Stack, aligned};
 
 impl Projector {
@@ -38,8 +40,8 @@ impl Projector {
 
         let padded = n_bins.next_multiple_of(RUN);
         rows.par_iter_mut().zip(&self.views).for_each_init(
-            || (vec![T::ZERO; padded], Words::default()),
-            |(sums, words), (row, view)| {
+            || (vec![T::ZERO; padded], FixedPositions::default()),
+            |(sums, fixed), (row, view)| {
                 let Some(ray) = view.box_ray() else { return };
                 let (image, stride, n, n_steps) = match view.steps_are_rows() {
                     true => (by_rows, x_stride, nx, ny),
@@ -54,7 +56,7 @@ impl Projector {
                     per_bin: view.per_bin(),
                 };
                 sums.fill(T::ZERO);
-                add_bins(set, &bins, n_steps, STEPS, words, sums);
+                add_bins(set, &bins, n_steps, STEPS, fixed, sums);
                 row[slice].copy_from_slice(&sums[..n_bins]);
             },
         );
@@ -71,23 +73,24 @@ impl Projector {
         scratch: &mut ProjectorScratch<T>,
     ) -> bool {
         let order = self.views_by_axis();
-        let fans = &mut scratch.fans;
-        fans.resize_with(fans.len().max(order.len()), Fan::default);
-        let fans = &mut fans[..order.len()];
+        let sorted = &mut scratch.sorted;
+        sorted.resize_with(sorted.len().max(order.len()), SortedBins::default);
+        let sorted = &mut sorted[..order.len()];
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
-        let fill = |(fan, &view): (&mut Fan<T>, &usize)| {
+        let fill = |(sorted, &view): (&mut SortedBins<T>, &usize)| {
             let values = sinograms.row(projections, view, slice);
             let view = &self.views[view];
             let n_steps = if view.steps_are_rows() { ny } else { nx };
-            view.box_ray()
-                .is_some_and(|ray| fan.fill(ray, view.offset(0), view.per_bin(), n_steps, values))
+            view.box_ray().is_some_and(|ray| {
+                sorted.fill(ray, view.offset(0), view.per_bin(), n_steps, values)
+            })
         };
-        if !fans.par_iter_mut().zip(&order).all(fill) {
+        if !sorted.par_iter_mut().zip(&order).all(fill) {
             return false;
         }
         let steps_are_rows = |&&view: &&usize| self.views[view].steps_are_rows();
         let n_by_rows = order.iter().take_while(steps_are_rows).count();
-        let (by_rows, by_columns) = fans.split_at(n_by_rows);
+        let (by_rows, by_columns) = sorted.split_at(n_by_rows);
         let set = self.instructions;
 
         // `[run][step][lane]` of runs of pixels across the steps.
@@ -98,7 +101,7 @@ impl Projector {
         let (sums, turned) = memory.split_at_mut(by_rows_len);
         let (sums, turned) = (sums.as_chunks_mut().0, turned.as_chunks_mut::<RUN>().0);
         let runs = sums.par_chunks_mut(ny).enumerate();
-        runs.for_each(|(run, sums)| add_fans(set, by_rows, run * RUN, sums));
+        runs.for_each(|(run, sums)| add_sorted(set, by_rows, run * RUN, sums));
         let sums = &*sums;
         let runs = turned.par_chunks_mut(nx).enumerate();
         runs.for_each(|(run, turned)| {
@@ -108,7 +111,7 @@ impl Projector {
                     *turned = sums[x / RUN * ny + y][x % RUN];
                 }
             }
-            add_fans(set, by_columns, run * RUN, turned);
+            add_sorted(set, by_columns, run * RUN, turned);
         });
         rows.par_iter_mut().enumerate().for_each(|(y, row)| {
             for (x, pixel) in row[slice].iter_mut().enumerate() {

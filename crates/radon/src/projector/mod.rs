@@ -1,7 +1,7 @@
 //! Projectors with exact adjoints.
 
 use crate::error::{RadonError, length, product, room, within, zeros};
-use crate::simd::{Fan, InstructionSet};
+use crate::simd::{InstructionSet, SortedBins};
 use crate::{ImageGrid, ParallelGeometry, Sample, StackOrder};
 
 mod alone;
@@ -59,7 +59,7 @@ pub struct ProjectorScratch<T> {
     pixels: Vec<T>,
     rays: Vec<T>,
     found: Vec<Vec<Rays<T>>>,
-    fans: Vec<Fan<T>>,
+    sorted: Vec<SortedBins<T>>,
 }
 
 /// What a run did and what it could leave out.
@@ -148,7 +148,7 @@ impl Projector {
             pixels: Vec::new(),
             rays: Vec::new(),
             found: Vec::new(),
-            fans: Vec::new(),
+            sorted: Vec::new(),
         }
     }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::sample::Sample;
-use crate::simd::fixed::Words;
+use crate::simd::fixed::FixedPositions;
 use crate::simd::pairs::BoxRay;
 use crate::simd::vector::{RUN, Vector, WINDOW};
 use crate::simd::{InstructionSet, fixed};
@@ -79,37 +79,37 @@ pub(crate) fn add_bins<T: Sample>(
     bins: &Bins<'_, T>,
     n_steps: usize,
     n_band: usize,
-    words: &mut Words,
+    fixed: &mut FixedPositions,
     sums: &mut [T],
 ) {
     assert!(Bins::<T>::image_len(n_steps, bins.stride) <= bins.image.len());
     assert!(bins.stride >= bins.n + MARGIN && bins.n < 1 << 31);
     let (sums, rest) = sums.as_chunks_mut::<RUN>();
     assert!(rest.is_empty());
-    let words = words
+    let fixed = fixed
         .fill(bins, sums.len(), n_steps, n_band)
-        .then_some(&*words);
+        .then_some(&*fixed);
     for start in (0..n_steps).step_by(n_band) {
         let steps = start..(start + n_band).min(n_steps);
         // SAFETY: a projector holds a set only after `is_available`; the image is large enough, as just seen.
-        unsafe { add_band(set, bins, words, steps, sums) };
+        unsafe { add_band(set, bins, fixed, steps, sums) };
     }
 }
 
-per_set!(fn add_band(bins: &Bins<'_, T>, words: Option<&Words>, steps: Range<usize>, sums: &mut [[T; RUN]]) = add_runs);
+per_set!(fn add_band(bins: &Bins<'_, T>, fixed: Option<&FixedPositions>, steps: Range<usize>, sums: &mut [[T; RUN]]) = add_runs);
 
 /// # Safety
 /// The machine has the instruction set of `V`, and the image is as large as `add_bins` asks.
 #[inline(always)]
 unsafe fn add_runs<T: Sample, V: Vector<T>>(
     bins: &Bins<'_, T>,
-    words: Option<&Words>,
+    fixed: Option<&FixedPositions>,
     steps: Range<usize>,
     sums: &mut [[T; RUN]],
 ) {
-    if let Some(words) = words {
+    if let Some(fixed) = fixed {
         // SAFETY: the caller's promise.
-        unsafe { fixed::add_runs::<T, V>(bins, words, steps, sums) };
+        unsafe { fixed::add_runs::<T, V>(bins, fixed, steps, sums) };
         return;
     }
     for (run, sums) in sums.iter_mut().enumerate() {

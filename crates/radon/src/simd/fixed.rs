@@ -1,5 +1,5 @@
-//! Ray sums of one slice with positions in words of 32 bits: five binary digits before the point, which are the place in a window
-//! of 32 pixels, and 27 behind it, which are the weight.
+//! Ray sums of one slice with positions in fixed point, Q5.27: five binary digits before the point, which are the place in a
+//! window of 32 pixels, and 27 behind it, which are the weight.
 
 use std::ops::Range;
 
@@ -13,15 +13,15 @@ pub(super) const ONE: i64 = 1 << Snap::DIGITS;
 /// The digits behind the point.
 pub(super) const REST: i32 = ONE as i32 - 1;
 
-/// A position in units of a word's last digit: exactly, if it is snapped and below 2^23 pixels.
+/// A position in units of the last digit: exactly, if it is snapped and below 2^23 pixels.
 #[inline(always)]
 pub(super) fn whole(position: f64) -> i64 {
     (position * ONE as f64) as i64
 }
 
-/// The lengths of [`BoxRay::weights`] from words.
+/// The lengths of [`BoxRay::weights`] from positions in fixed point.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct WordWeights<T> {
+pub(super) struct FixedWeights<T> {
     pub(super) ray: BoxRay<T>,
     /// Where the next pixel's length begins.
     pub(super) zero: i32,
@@ -29,7 +29,7 @@ pub(super) struct WordWeights<T> {
     pub(super) slope: T,
 }
 
-impl<T: Sample> WordWeights<T> {
+impl<T: Sample> FixedWeights<T> {
     pub(super) fn new(ray: BoxRay<T>) -> Self {
         Self {
             ray,
@@ -49,17 +49,17 @@ impl<T: Sample> WordWeights<T> {
 
 /// Positions of a view's rays in units of their last digit.
 #[derive(Debug, Default)]
-pub(crate) struct Words {
-    runs: Vec<WordRun>,
+pub(crate) struct FixedPositions {
+    runs: Vec<FixedRun>,
     /// Way of all positions from step 0 to each step.
     shifts: Vec<i64>,
 }
 
 /// Rays side by side.
 #[derive(Clone, Copy, Debug)]
-pub struct WordRun {
+pub struct FixedRun {
     /// Their positions at step 0, modulo 32 pixels.
-    words: [i32; RUN],
+    fixed: [i32; RUN],
     /// The least and the greatest of them.
     least: i64,
     most: i64,
@@ -71,11 +71,11 @@ pub struct Band<'a, T> {
     bins: &'a Bins<'a, T>,
     first: usize,
     shifts: &'a [i64],
-    weights: WordWeights<T>,
+    weights: FixedWeights<T>,
 }
 
 impl<T: Sample> Band<'_, T> {
-    /// At the band's step `i` the pixels from a least position on, and what is added to words to count from there.
+    /// At the band's step `i` the pixels from a least position on, and what is added to positions to count from there.
     ///
     /// # Safety
     /// The rays stay within the margins of the row.
@@ -91,8 +91,8 @@ impl<T: Sample> Band<'_, T> {
     }
 }
 
-impl Words {
-    /// Takes the positions of `n_runs` runs in `n_steps` steps in place of the last, if words hold them: not if a run is wider than a
+impl FixedPositions {
+    /// Takes the positions of `n_runs` runs in `n_steps` steps in place of the last, if fixed point holds them: not if a run is wider than a
     /// window or, in `n_band` steps, than the margins, nor if it is too far away.
     pub(crate) fn fill<T: Sample>(
         &mut self,
@@ -116,8 +116,8 @@ impl Words {
         }
         let run = |i: usize| {
             let at: [i64; RUN] = std::array::from_fn(|l| whole(bins.offset(i * RUN + l)));
-            WordRun {
-                words: at.map(|at| at as i32),
+            FixedRun {
+                fixed: at.map(|at| at as i32),
                 least: at[0].min(at[RUN - 1]),
                 most: at[0].max(at[RUN - 1]),
             }
@@ -134,49 +134,49 @@ impl Words {
 #[inline(always)]
 pub(super) unsafe fn add_runs<T: Sample, V: Vector<T>>(
     bins: &Bins<'_, T>,
-    words: &Words,
+    fixed: &FixedPositions,
     steps: Range<usize>,
     sums: &mut [[T; RUN]],
 ) {
     let band = Band {
         bins,
         first: steps.start,
-        shifts: &words.shifts[steps],
-        weights: WordWeights::new(bins.ray),
+        shifts: &fixed.shifts[steps],
+        weights: FixedWeights::new(bins.ray),
     };
     let ends = [band.shifts[0], band.shifts[band.shifts.len() - 1]];
     let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
     let beyond = (bins.n as i64 + 1) << Snap::DIGITS;
     // Runs that touch the image follow each other.
-    let touches = |run: &WordRun| run.most + high >= 0 && run.least + low <= beyond;
-    let Some(first) = words.runs.iter().position(touches) else {
+    let touches = |run: &FixedRun| run.most + high >= 0 && run.least + low <= beyond;
+    let Some(first) = fixed.runs.iter().position(touches) else {
         return;
     };
-    let n = words.runs[first..]
+    let n = fixed.runs[first..]
         .iter()
         .take_while(|run| touches(run))
         .count();
-    let (runs, sums) = (&words.runs[first..first + n], &mut sums[first..first + n]);
+    let (runs, sums) = (&fixed.runs[first..first + n], &mut sums[first..first + n]);
     let (runs, odd_runs) = runs.as_chunks::<2>();
     let (sums, odd_sums) = sums.as_chunks_mut::<2>();
     for (runs, sums) in runs.iter().zip(sums) {
         // SAFETY: the caller's promise; the runs touch the image, so they stay within the margins.
-        unsafe { V::add_words(&band, runs, sums) };
+        unsafe { V::add_fixed(&band, runs, sums) };
     }
     for (run, sums) in odd_runs.iter().zip(odd_sums) {
         // SAFETY: as above.
-        unsafe { V::add_words(&band, std::array::from_ref(run), std::array::from_mut(sums)) };
+        unsafe { V::add_fixed(&band, std::array::from_ref(run), std::array::from_mut(sums)) };
     }
 }
 
 /// Without intrinsics of any set.
 ///
 /// # Safety
-/// As for [`Vector::add_words`].
+/// As for [`Vector::add_fixed`].
 #[inline(always)]
 pub(super) unsafe fn add_plain<T: Sample, V: Vector<T>, const N: usize>(
     band: &Band<'_, T>,
-    runs: &[WordRun; N],
+    runs: &[FixedRun; N],
     sums: &mut [[T; RUN]; N],
 ) {
     for (run, sums) in runs.iter().zip(sums) {
@@ -188,7 +188,7 @@ pub(super) unsafe fn add_plain<T: Sample, V: Vector<T>, const N: usize>(
                 let mut index = [0; RUN];
                 let mut weights = ([T::ZERO; RUN], [T::ZERO; RUN]);
                 for l in 0..RUN {
-                    let t = run.words[l].wrapping_add(shift);
+                    let t = run.fixed[l].wrapping_add(shift);
                     index[l] = (t as u32 >> Snap::DIGITS) as i32;
                     (weights.0[l], weights.1[l]) = band.weights.at(t);
                 }
@@ -208,11 +208,11 @@ pub(super) mod x86 {
     use super::*;
 
     /// # Safety
-    /// The machine has AVX-512; the rest as for [`Vector::add_words`].
+    /// The machine has AVX-512; the rest as for [`Vector::add_fixed`].
     #[inline(always)]
     pub(in crate::simd) unsafe fn add_avx512<const N: usize>(
         band: &Band<'_, f32>,
-        runs: &[WordRun; N],
+        runs: &[FixedRun; N],
         sums: &mut [[f32; RUN]; N],
     ) {
         // SAFETY: the machine has the set, and each row holds the window, as the caller promised; all arrays are RUN long.
@@ -221,16 +221,16 @@ pub(super) mod x86 {
             let (slope, nothing) = (_mm512_set1_ps(band.weights.slope), _mm512_setzero_ps());
             let zero = _mm512_set1_epi32(band.weights.zero);
             let (rest, one) = (_mm512_set1_epi32(REST), _mm512_set1_epi32(1));
-            let mut words = [_mm512_setzero_si512(); N];
+            let mut fixed = [_mm512_setzero_si512(); N];
             for n in 0..N {
-                words[n] = _mm512_loadu_si512(runs[n].words.as_ptr().cast());
+                fixed[n] = _mm512_loadu_si512(runs[n].fixed.as_ptr().cast());
             }
             let mut near = [_mm512_setzero_ps(); N];
             let mut far = [_mm512_setzero_ps(); N];
             for (i, &shift) in band.shifts.iter().enumerate() {
                 for n in 0..N {
                     let (row, shift) = band.window(i, runs[n].least, shift);
-                    let t = _mm512_add_epi32(words[n], _mm512_set1_epi32(shift));
+                    let t = _mm512_add_epi32(fixed[n], _mm512_set1_epi32(shift));
                     let j = _mm512_srli_epi32::<{ Snap::DIGITS }>(t);
                     let behind = _mm512_sub_epi32(_mm512_and_si512(t, rest), zero);
                     let w1 = _mm512_mul_ps(slope, _mm512_cvtepi32_ps(behind));
@@ -251,11 +251,11 @@ pub(super) mod x86 {
     }
 
     /// # Safety
-    /// The machine has AVX2 and FMA; the rest as for [`Vector::add_words`].
+    /// The machine has AVX2 and FMA; the rest as for [`Vector::add_fixed`].
     #[inline(always)]
     pub(in crate::simd) unsafe fn add_avx2<const N: usize>(
         band: &Band<'_, f32>,
-        runs: &[WordRun; N],
+        runs: &[FixedRun; N],
         sums: &mut [[f32; RUN]; N],
     ) {
         // SAFETY: the machine has the set, and each row holds the window, as the caller promised; all arrays are RUN long.
@@ -265,14 +265,14 @@ pub(super) mod x86 {
             let zero = _mm256_set1_epi32(band.weights.zero);
             let (rest, one) = (_mm256_set1_epi32(REST), _mm256_set1_epi32(1));
             for (run, sums) in runs.iter().zip(sums) {
-                let words = [
-                    _mm256_loadu_si256(run.words.as_ptr().cast()),
-                    _mm256_loadu_si256(run.words[8..].as_ptr().cast()),
+                let fixed = [
+                    _mm256_loadu_si256(run.fixed.as_ptr().cast()),
+                    _mm256_loadu_si256(run.fixed[8..].as_ptr().cast()),
                 ];
                 // The first or the last ray of a half, behind the least of all.
                 let mut least = [run.least; 2];
                 for n in 0..2 {
-                    let behind = |l: usize| run.words[l].wrapping_sub(run.least as i32) as u32;
+                    let behind = |l: usize| run.fixed[l].wrapping_sub(run.least as i32) as u32;
                     least[n] += i64::from(behind(8 * n).min(behind(8 * n + 7)));
                 }
                 let mut near = [_mm256_setzero_ps(); 2];
@@ -281,7 +281,7 @@ pub(super) mod x86 {
                     for n in 0..2 {
                         let (row, shift) = band.window(i, least[n], shift);
                         let (a, b) = (_mm256_loadu_ps(row), _mm256_loadu_ps(row.add(8)));
-                        let t = _mm256_add_epi32(words[n], _mm256_set1_epi32(shift));
+                        let t = _mm256_add_epi32(fixed[n], _mm256_set1_epi32(shift));
                         let behind = _mm256_sub_epi32(_mm256_and_si256(t, rest), zero);
                         let w1 = _mm256_mul_ps(slope, _mm256_cvtepi32_ps(behind));
                         let w1 = _mm256_min_ps(_mm256_max_ps(w1, nothing), length);

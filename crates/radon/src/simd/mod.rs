@@ -48,9 +48,9 @@ mod vector;
 mod x86;
 
 pub(crate) use bins::{Bins, MARGIN, add_bins};
-pub(crate) use fixed::Words;
+pub(crate) use fixed::FixedPositions;
 pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, gather, prefetch, scatter};
-pub(crate) use pixels::{Fan, add_fans};
+pub(crate) use pixels::{SortedBins, add_sorted};
 pub(crate) use tile::{ALONE, Tile, ViewStep, add_views};
 pub(crate) use transpose::{interleave, separate};
 pub(crate) use vector::{RUN, Vectors, WINDOW};

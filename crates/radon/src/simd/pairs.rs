@@ -39,9 +39,9 @@ pub(crate) struct Snap(f64);
 impl Snap {
     /// Not at all.
     pub(crate) const NONE: Self = Self(0.0);
-    /// Binary digits behind the point that are left with `FINE`: as many as leave five before it in a word of 32.
+    /// Binary digits behind the point that are left with `FINE`: as many as leave five before it in 32 bits (Q5.27).
     pub(crate) const DIGITS: u32 = 27;
-    /// To 2^-27 of a pixel, a tenth of the rounding of an `f32` weight: such positions add up exactly, in words as in `f64`. Those
+    /// To 2^-27 of a pixel, a tenth of the rounding of an `f32` weight: such positions add up exactly, in fixed point as in `f64`. Those
     /// beyond 2^23 pixels are rounded more coarsely.
     pub(crate) const FINE: Self = Self(1.5 * (1_u64 << (52 - Self::DIGITS)) as f64);
 

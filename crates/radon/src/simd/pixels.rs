@@ -1,7 +1,7 @@
 //! The transpose of the ray sums of one slice: neighbouring pixels side by side, which the same few bins meet at a step.
 
 use super::InstructionSet;
-use super::fixed::{REST, WordWeights, whole};
+use super::fixed::{FixedWeights, REST, whole};
 use super::pairs::{BoxRay, Snap};
 use super::vector::{RUN, Vector};
 use crate::sample::Sample;
@@ -13,11 +13,11 @@ const EARLY: f64 = 1e-4;
 
 /// The rays of a view in the order of their positions.
 #[derive(Debug, Default)]
-pub(crate) struct Fan<T> {
+pub(crate) struct SortedBins<T> {
     /// Values, and positions at step 0 modulo 32 pixels, `MARGIN` zeros on either side.
     rays: Vec<T>,
-    words: Vec<i32>,
-    weights: WordWeights<T>,
+    fixed: Vec<i32>,
+    weights: FixedWeights<T>,
     /// The first bin that may meet position 0 in step 0, and how many bins there are for each pixel.
     start: f64,
     per_pixel: f64,
@@ -31,7 +31,7 @@ pub(crate) struct Fan<T> {
     falling: bool,
 }
 
-impl<T: Sample> Fan<T> {
+impl<T: Sample> SortedBins<T> {
     /// The first of the bins that may meet a pixel, in their own order and counted from the first by position, and the way to the
     /// next.
     #[inline(always)]
@@ -43,7 +43,7 @@ impl<T: Sample> Fan<T> {
         }
     }
 
-    /// Takes a view whose bins are at `first + bin * per_bin`, and their values, in place of the last, if words hold them: not if more
+    /// Takes a view whose bins are at `first + bin * per_bin`, and their values, in place of the last, if fixed point holds them: not if more
     /// than a window of bins may meet a run of pixels, nor if they are too far away.
     pub(crate) fn fill(
         &mut self,
@@ -64,17 +64,17 @@ impl<T: Sample> Fan<T> {
         let offset = |bin: usize| ray.snap.of(first + bin as f64 * per_bin);
         self.rays.clear();
         self.rays.resize(n + 2 * MARGIN, T::ZERO);
-        self.words.clear();
-        self.words.resize(n + 2 * MARGIN, 0);
+        self.fixed.clear();
+        self.fixed.resize(n + 2 * MARGIN, 0);
         self.falling = per_bin < 0.0;
         for (bin, &value) in values.iter().enumerate() {
             let at = MARGIN + if self.falling { n - 1 - bin } else { bin };
             self.rays[at] = value;
-            self.words[at] = whole(offset(bin)) as i32;
+            self.fixed[at] = whole(offset(bin)) as i32;
         }
         let least = offset(if self.falling { n - 1 } else { 0 });
         let per_pixel = 1.0 / width;
-        self.weights = WordWeights::new(ray);
+        self.weights = FixedWeights::new(ray);
         self.start = -(1.0 + least) * per_pixel - EARLY;
         self.per_pixel = per_pixel;
         self.steps.clear();
@@ -90,52 +90,52 @@ impl<T: Sample> Fan<T> {
 
 /// Adds what the views bring to a run of pixels from `first` on in every step: view by view and bin by bin, with the weights of
 /// [`scatter`](super::scatter) and in its order.
-pub(crate) fn add_fans<T: Sample>(
+pub(crate) fn add_sorted<T: Sample>(
     set: InstructionSet,
-    fans: &[Fan<T>],
+    views: &[SortedBins<T>],
     first: usize,
     sums: &mut [[T; RUN]],
 ) {
-    for fan in fans {
+    for sorted in views {
         match set {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: a projector holds a set only after `is_available`.
-            InstructionSet::Avx512 => unsafe { add_avx512(fan, first, sums) },
+            InstructionSet::Avx512 => unsafe { add_avx512(sorted, first, sums) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.
-            InstructionSet::Avx2 => unsafe { add_avx2(fan, first, sums) },
+            InstructionSet::Avx2 => unsafe { add_avx2(sorted, first, sums) },
             #[cfg(target_arch = "aarch64")]
             // SAFETY: as above.
-            InstructionSet::Neon => unsafe { add_lanes::<T, T::Neon, RUN>(fan, first, sums) },
+            InstructionSet::Neon => unsafe { add_lanes::<T, T::Neon, RUN>(sorted, first, sums) },
             // SAFETY: needs nothing that the target lacks.
-            _ => unsafe { add_lanes::<T, T::Baseline, RUN>(fan, first, sums) },
+            _ => unsafe { add_lanes::<T, T::Baseline, RUN>(sorted, first, sums) },
         }
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-fn add_avx512<T: Sample>(fan: &Fan<T>, first: usize, sums: &mut [[T; RUN]]) {
+fn add_avx512<T: Sample>(sorted: &SortedBins<T>, first: usize, sums: &mut [[T; RUN]]) {
     // SAFETY: this function is compiled for the set.
-    unsafe { add_lanes::<T, T::Avx512, RUN>(fan, first, sums) }
+    unsafe { add_lanes::<T, T::Avx512, RUN>(sorted, first, sums) }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn add_avx2<T: Sample>(fan: &Fan<T>, first: usize, sums: &mut [[T; RUN]]) {
+fn add_avx2<T: Sample>(sorted: &SortedBins<T>, first: usize, sums: &mut [[T; RUN]]) {
     // SAFETY: as above; two registers hold the bins that half a run meets.
-    unsafe { add_lanes::<T, T::Avx2, { RUN / 2 }>(fan, first, sums) }
+    unsafe { add_lanes::<T, T::Avx2, { RUN / 2 }>(sorted, first, sums) }
 }
 
 /// The bins that may meet `W` pixels at a step.
 #[derive(Clone, Copy, Debug)]
-pub struct FanStep<'a, T> {
-    fan: &'a Fan<T>,
+pub struct StepBins<'a, T> {
+    sorted: &'a SortedBins<T>,
     /// Place of the first of them among the rays.
     at: usize,
-    /// How far behind it the first pixel's bins begin, in words.
+    /// How far behind it the first pixel's bins begin, in fixed point.
     rest: i32,
-    /// What makes a word the place of a ray, counted from the first pixel's.
+    /// What makes a fixed position the place of a ray, counted from the first pixel's.
     shift: i32,
 }
 
@@ -143,26 +143,26 @@ pub struct FanStep<'a, T> {
 /// The machine has the instruction set of `V`, whose `add_step` works on `W` pixels.
 #[inline(always)]
 unsafe fn add_lanes<T: Sample, V: Vector<T>, const W: usize>(
-    fan: &Fan<T>,
+    sorted: &SortedBins<T>,
     first: usize,
     sums: &mut [[T; RUN]],
 ) {
     // A window behind all rays, or before them, holds none.
-    let end = fan.rays.len() - MARGIN;
+    let end = sorted.rays.len() - MARGIN;
     for half in (0..RUN).step_by(W) {
         // The first pixel is at position 1.
         let position = first + half + 1;
-        let bin_0 = position as f64 * fan.per_pixel + fan.start + (MARGIN + 1) as f64;
+        let bin_0 = position as f64 * sorted.per_pixel + sorted.start + (MARGIN + 1) as f64;
         let bin_0 = whole(bin_0);
-        for (&(before, shift), sums) in fan.steps.iter().zip(&mut *sums) {
+        for (&(before, shift), sums) in sorted.steps.iter().zip(&mut *sums) {
             let bin = bin_0 - before;
             // Negative ones are beyond all.
             let at = (bin >> Snap::DIGITS) as usize;
             if at >= end {
                 continue;
             }
-            let step = FanStep {
-                fan,
+            let step = StepBins {
+                sorted,
                 at,
                 rest: bin as i32 & REST,
                 shift: shift.wrapping_sub((position as i32) << Snap::DIGITS),
@@ -177,25 +177,25 @@ unsafe fn add_lanes<T: Sample, V: Vector<T>, const W: usize>(
 /// Without intrinsics of any set.
 #[inline(always)]
 pub(super) fn add_step<T: Sample, V: Vector<T>, const W: usize>(
-    step: FanStep<'_, T>,
+    step: StepBins<'_, T>,
     sums: &mut [T; W],
 ) {
-    let fan = step.fan;
-    let (mut k, by) = fan.first_candidate();
-    for _ in 0..fan.most {
+    let sorted = step.sorted;
+    let (mut k, by) = sorted.first_candidate();
+    for _ in 0..sorted.most {
         for l in 0..W {
-            let bin = (step.rest.wrapping_add(fan.lanes[l])) as u32 >> Snap::DIGITS;
+            let bin = (step.rest.wrapping_add(sorted.lanes[l])) as u32 >> Snap::DIGITS;
             let bin = step.at + (bin as i32 + k) as usize;
-            let place = fan.words[bin]
+            let place = sorted.fixed[bin]
                 .wrapping_add(step.shift)
                 .wrapping_sub((l as i32) << Snap::DIGITS);
-            let (near, far) = fan.weights.at(place);
+            let (near, far) = sorted.weights.at(place);
             let weight = match place >> Snap::DIGITS {
                 0 => near,
                 -1 => far,
                 _ => T::ZERO,
             };
-            sums[l] = V::multiply_add_one(weight, fan.rays[bin], sums[l]);
+            sums[l] = V::multiply_add_one(weight, sorted.rays[bin], sums[l]);
         }
         k += by;
     }
@@ -212,45 +212,48 @@ pub(super) mod x86 {
     /// # Safety
     /// The machine has AVX-512; the rest as for [`Vector::add_step`].
     #[inline(always)]
-    pub(in crate::simd) unsafe fn add_avx512(step: FanStep<'_, f32>, sums: &mut [f32]) {
-        let FanStep {
-            fan,
+    pub(in crate::simd) unsafe fn add_avx512(step: StepBins<'_, f32>, sums: &mut [f32]) {
+        let StepBins {
+            sorted,
             at,
             rest,
             shift,
         } = step;
-        debug_assert!(sums.len() == 16 && at + 32 <= fan.rays.len());
+        debug_assert!(sums.len() == 16 && at + 32 <= sorted.rays.len());
         // SAFETY: the machine has the set, and there is room for a window of rays, as the caller promised.
         unsafe {
-            let (rays, words) = (fan.rays.as_ptr().add(at), fan.words.as_ptr().add(at).cast());
+            let (rays, fixed) = (
+                sorted.rays.as_ptr().add(at),
+                sorted.fixed.as_ptr().add(at).cast(),
+            );
             let (a, b) = (_mm512_loadu_ps(rays), _mm512_loadu_ps(rays.add(16)));
-            let (c, d) = (_mm512_loadu_si512(words), _mm512_loadu_si512(words.add(1)));
-            let bins = _mm512_loadu_si512(fan.lanes.as_ptr().cast());
+            let (c, d) = (_mm512_loadu_si512(fixed), _mm512_loadu_si512(fixed.add(1)));
+            let bins = _mm512_loadu_si512(sorted.lanes.as_ptr().cast());
             let bins = _mm512_add_epi32(_mm512_set1_epi32(rest), bins);
             let bins = _mm512_srli_epi32::<{ Snap::DIGITS }>(bins);
             let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
             let pixels = _mm512_slli_epi32::<{ Snap::DIGITS }>(lanes);
             let shift = _mm512_sub_epi32(_mm512_set1_epi32(shift), pixels);
             let (slope, length) = (
-                _mm512_set1_ps(fan.weights.slope),
-                _mm512_set1_ps(fan.weights.ray.length),
+                _mm512_set1_ps(sorted.weights.slope),
+                _mm512_set1_ps(sorted.weights.ray.length),
             );
-            let zero = _mm512_set1_epi32(fan.weights.zero);
+            let zero = _mm512_set1_epi32(sorted.weights.zero);
             let (one, minus_one) = (
                 _mm512_set1_epi32(ONE as i32),
                 _mm512_set1_epi32(-(ONE as i32)),
             );
             let digits = _mm512_set1_epi32(REST);
             let mut sum = _mm512_loadu_ps(sums.as_ptr());
-            let (k, by) = fan.first_candidate();
+            let (k, by) = sorted.first_candidate();
             let (mut j, by) = (
                 _mm512_add_epi32(bins, _mm512_set1_epi32(k)),
                 _mm512_set1_epi32(by),
             );
-            for _ in 0..fan.most {
+            for _ in 0..sorted.most {
                 let place = _mm512_add_epi32(_mm512_permutex2var_epi32(c, j, d), shift);
                 let behind = _mm512_and_si512(place, digits);
-                let far = if fan.weights.zero == 0 {
+                let far = if sorted.weights.zero == 0 {
                     // Joseph's: within the limits by itself.
                     _mm512_mul_ps(slope, _mm512_cvtepi32_ps(behind))
                 } else {
@@ -272,21 +275,24 @@ pub(super) mod x86 {
     /// # Safety
     /// The machine has AVX2 and FMA; the rest as for [`Vector::add_step`].
     #[inline(always)]
-    pub(in crate::simd) unsafe fn add_avx2(step: FanStep<'_, f32>, sums: &mut [f32]) {
-        let FanStep {
-            fan,
+    pub(in crate::simd) unsafe fn add_avx2(step: StepBins<'_, f32>, sums: &mut [f32]) {
+        let StepBins {
+            sorted,
             at,
             rest,
             shift,
         } = step;
-        debug_assert!(sums.len() == 8 && at + 16 <= fan.rays.len());
+        debug_assert!(sums.len() == 8 && at + 16 <= sorted.rays.len());
         // SAFETY: the machine has the set, and there is room for a window of rays, as the caller promised.
         unsafe {
-            let (rays, words) = (fan.rays.as_ptr().add(at), fan.words.as_ptr().add(at).cast());
+            let (rays, fixed) = (
+                sorted.rays.as_ptr().add(at),
+                sorted.fixed.as_ptr().add(at).cast(),
+            );
             let (a, b) = (_mm256_loadu_ps(rays), _mm256_loadu_ps(rays.add(8)));
-            // Words pass through as they are.
-            let (c, d) = (_mm256_loadu_ps(words), _mm256_loadu_ps(words.add(8)));
-            let bins = _mm256_loadu_si256(fan.lanes.as_ptr().cast());
+            // FixedPositions pass through as they are.
+            let (c, d) = (_mm256_loadu_ps(fixed), _mm256_loadu_ps(fixed.add(8)));
+            let bins = _mm256_loadu_si256(sorted.lanes.as_ptr().cast());
             let bins = _mm256_add_epi32(_mm256_set1_epi32(rest), bins);
             let bins = _mm256_srli_epi32::<{ Snap::DIGITS as i32 }>(bins);
             let pixels = _mm256_slli_epi32::<{ Snap::DIGITS as i32 }>(_mm256_setr_epi32(
@@ -294,18 +300,18 @@ pub(super) mod x86 {
             ));
             let shift = _mm256_sub_epi32(_mm256_set1_epi32(shift), pixels);
             let (slope, length) = (
-                _mm256_set1_ps(fan.weights.slope),
-                _mm256_set1_ps(fan.weights.ray.length),
+                _mm256_set1_ps(sorted.weights.slope),
+                _mm256_set1_ps(sorted.weights.ray.length),
             );
-            let zero = _mm256_set1_epi32(fan.weights.zero);
+            let zero = _mm256_set1_epi32(sorted.weights.zero);
             let digits = _mm256_set1_epi32(REST);
             let mut sum = _mm256_loadu_ps(sums.as_ptr());
-            let (k, by) = fan.first_candidate();
+            let (k, by) = sorted.first_candidate();
             let (mut j, by) = (
                 _mm256_add_epi32(bins, _mm256_set1_epi32(k)),
                 _mm256_set1_epi32(by),
             );
-            for _ in 0..fan.most {
+            for _ in 0..sorted.most {
                 let place = _mm256_add_epi32(_mm256_castps_si256(pick(c, d, j)), shift);
                 let behind = _mm256_sub_epi32(_mm256_and_si256(place, digits), zero);
                 let far = _mm256_mul_ps(slope, _mm256_cvtepi32_ps(behind));

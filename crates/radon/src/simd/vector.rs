@@ -1,8 +1,8 @@
 //! The few vector operations of the kernels, per instruction set; compilers do not find these by themselves reliably.
 
 use crate::sample::Sample;
-use crate::simd::fixed::{self, Band, WordRun};
-use crate::simd::pixels::{self, FanStep};
+use crate::simd::fixed::{self, Band, FixedRun};
+use crate::simd::pixels::{self, StepBins};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::x86;
 
@@ -65,12 +65,12 @@ pub trait Vector<T>: Copy {
         unsafe { Self::load(samples.as_ptr()) }
     }
 
-    /// Adds steps to the sums of runs of rays whose positions are in words: the same numbers
+    /// Adds steps to the sums of runs of rays whose positions are in fixed point: the same numbers
     /// within the margins.
     #[inline(always)]
-    unsafe fn add_words<const N: usize>(
+    unsafe fn add_fixed<const N: usize>(
         band: &Band<'_, T>,
-        runs: &[WordRun; N],
+        runs: &[FixedRun; N],
         sums: &mut [[T; RUN]; N],
     ) where
         T: Sample,
@@ -81,7 +81,7 @@ pub trait Vector<T>: Copy {
 
     /// Adds to the sums of pixels what the bins of a step bring, whose window must be within the rays.
     #[inline(always)]
-    unsafe fn add_step<const W: usize>(step: FanStep<'_, T>, sums: &mut [T; W])
+    unsafe fn add_step<const W: usize>(step: StepBins<'_, T>, sums: &mut [T; W])
     where
         T: Sample,
     {

@@ -2,8 +2,8 @@
 
 use std::arch::x86_64::*;
 
-use crate::simd::fixed::{Band, WordRun, x86::*};
-use crate::simd::pixels::{self, FanStep};
+use crate::simd::fixed::{Band, FixedRun, x86::*};
+use crate::simd::pixels::{self, StepBins};
 use crate::simd::vector::{RUN, Vector};
 
 macro_rules! vector {
@@ -77,16 +77,16 @@ vector!(
         }
 
         #[inline(always)]
-        unsafe fn add_step<const W: usize>(step: FanStep<'_, f32>, sums: &mut [f32; W]) {
+        unsafe fn add_step<const W: usize>(step: StepBins<'_, f32>, sums: &mut [f32; W]) {
             const { assert!(W == Self::WIDTH) };
             // SAFETY: the caller's promise.
             unsafe { pixels::x86::add_avx2(step, sums) }
         }
 
         #[inline(always)]
-        unsafe fn add_words<const N: usize>(
+        unsafe fn add_fixed<const N: usize>(
             band: &Band<'_, f32>,
-            runs: &[WordRun; N],
+            runs: &[FixedRun; N],
             sums: &mut [[f32; RUN]; N],
         ) {
             // SAFETY: the caller's promise.
@@ -204,16 +204,16 @@ vector!(
     _mm512_sub_ps,
     {
         #[inline(always)]
-        unsafe fn add_step<const W: usize>(step: FanStep<'_, f32>, sums: &mut [f32; W]) {
+        unsafe fn add_step<const W: usize>(step: StepBins<'_, f32>, sums: &mut [f32; W]) {
             const { assert!(W == Self::WIDTH) };
             // SAFETY: the caller's promise.
             unsafe { pixels::x86::add_avx512(step, sums) }
         }
 
         #[inline(always)]
-        unsafe fn add_words<const N: usize>(
+        unsafe fn add_fixed<const N: usize>(
             band: &Band<'_, f32>,
-            runs: &[WordRun; N],
+            runs: &[FixedRun; N],
             sums: &mut [[f32; RUN]; N],
         ) {
             // SAFETY: the caller's promise.

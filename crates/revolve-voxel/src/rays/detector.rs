@@ -9,7 +9,7 @@ use crate::error::{at_least, countable, finite, length, positive, zeros};
 use crate::rays::chord::Hint;
 use crate::rays::cone::Batch;
 use crate::rays::direction::Direction;
-use crate::rays::silhouette::Shadow;
+use crate::rays::silhouette::Silhouette;
 use crate::{Body, Error, Ray, RayCounters, Sample};
 
 /// A flat detector of a parallel beam that turns about the lab's z axis.
@@ -250,7 +250,7 @@ impl Body {
             .map(|k| {
                 let direction = Direction::new(&self.layers()[k], farthest, &d);
                 LayerView {
-                    shadow: Shadow::new(&self.layers()[k], &direction),
+                    silhouette: Silhouette::new(&self.layers()[k], &direction),
                     layer: k,
                     weight: weight * weights[k],
                     first: direction.coordinates(&first),
@@ -303,9 +303,9 @@ impl Body {
         bins.extend(views.iter().map(|view| {
             let [w0, q0, _] = start(view);
             let step = [view.bin[0], view.bin[1]];
-            view.shadow.bins([w0, q0], step, n_bins)
+            view.silhouette.bins([w0, q0], step, n_bins)
         }));
-        // Only the bins that some layer's shadow reaches.
+        // Only the bins that some layer's silhouette reaches.
         let used = (bins.iter().filter(|bins| !bins.is_empty()).cloned())
             .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end))
             .unwrap_or(0..0);
@@ -328,7 +328,7 @@ impl Body {
             };
             for bin in bins.clone() {
                 let (w, q) = (w0 + bin as f64 * view.bin[0], q0 + bin as f64 * view.bin[1]);
-                if !view.shadow.holds(w, q) {
+                if !view.silhouette.holds(w, q) {
                     continue;
                 }
                 cast[bin - used.start] = true;
@@ -417,7 +417,7 @@ struct LayerView {
     layer: usize,
     weight: f64,
     direction: Direction,
-    shadow: Shadow,
+    silhouette: Silhouette,
     first: [f64; 3],
     bin: [f64; 3],
     row: [f64; 3],

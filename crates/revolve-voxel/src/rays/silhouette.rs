@@ -10,13 +10,13 @@ const N_BANDS: usize = 64;
 
 /// Bounds of w over bands of |q|.
 #[derive(Debug, Clone)]
-pub(crate) struct Shadow {
+pub(crate) struct Silhouette {
     bands: Vec<[f64; 2]>,
     per_q: f64,
     r_max: f64,
 }
 
-impl Shadow {
+impl Silhouette {
     pub(crate) fn new(meridian: &Meridian, direction: &Direction) -> Self {
         let r_max = meridian.r_max();
         let (s, c) = (direction.s, direction.c.abs());

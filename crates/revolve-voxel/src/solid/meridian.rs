@@ -6,7 +6,7 @@ use crate::solid::chains::{Chain, Node, chains, tree};
 use crate::solid::measures::Measures;
 use crate::solid::segment::{ROUNDING, Segment};
 
-/// Enough boxes for a shadow within a few per cent of the body's.
+/// Enough boxes for a silhouette within a few per cent of the body's.
 const N_BLOCKS: usize = 64;
 
 /// A validated meridian (x along the axis, r >= 0 from it), closed by discs where it ends off the axis.
@@ -26,7 +26,7 @@ pub struct Meridian {
     chains: Vec<Chain>,
     tree: Vec<Node>,
     boxes: BoxTree,
-    /// Up to [`N_BLOCKS`] boxes [x_min, x_max, r_max] that hold the meridian, for shadows.
+    /// Up to [`N_BLOCKS`] boxes [x_min, x_max, r_max] that hold the meridian, for silhouettes.
     blocks: Vec<[f64; 3]>,
     x_min: f64,
     x_max: f64,

@@ -34,8 +34,8 @@ impl Body {
             .clamp(-1.0, 1.0)
             .acos();
         let n_around = ((PI / bend).ceil()).max(3.0);
-        let strips = outlines(meridian, 0.5 * tolerance);
-        let n_rings: usize = strips.iter().map(|s| s.points.len()).sum();
+        let outlines = outlines(meridian, 0.5 * tolerance);
+        let n_rings: usize = outlines.iter().map(|s| s.points.len()).sum();
         if n_around * n_rings as f64 > f64::from(i32::MAX) {
             return Err(Error::TooFine {
                 tolerance,
@@ -49,10 +49,10 @@ impl Body {
             normals: room("normals of a mesh", n * n_rings)?,
             triangles: room("triangles of a mesh", 2 * n * n_rings)?,
         };
-        for strip in &strips {
+        for outline in &outlines {
             let first = mesh.vertices.len() as u32;
             let mut rings: Vec<Ring> = Vec::new();
-            for (p, normal) in strip.points.iter().zip(&strip.normals) {
+            for (p, normal) in outline.points.iter().zip(&outline.normals) {
                 let start = mesh.vertices.len() as u32;
                 let on_axis = p[1] == 0.0;
                 for k in 0..if on_axis { 1 } else { n } {
@@ -67,7 +67,7 @@ impl Body {
             for pair in rings.windows(2) {
                 mesh.join(pair[0], pair[1], n as u32);
             }
-            if strip.closed {
+            if outline.closed {
                 let last = rings[rings.len() - 1];
                 mesh.join(
                     last,
@@ -90,15 +90,15 @@ struct Ring {
 }
 
 /// A stretch of meridian from axis to axis, or closed.
-struct Strip {
+struct Outline {
     points: Vec<[f64; 2]>,
     normals: Vec<[f64; 2]>,
     closed: bool,
 }
 
 /// The meridian, thinned to a tolerance.
-fn outlines(meridian: &Meridian, tolerance: f64) -> Vec<Strip> {
-    let mut strips = Vec::new();
+fn outlines(meridian: &Meridian, tolerance: f64) -> Vec<Outline> {
+    let mut outlines = Vec::new();
     let segments = meridian.segments();
     let mut first = 0;
     for k in 0..segments.len() {
@@ -128,13 +128,13 @@ fn outlines(meridian: &Meridian, tolerance: f64) -> Vec<Strip> {
             let n = v[0].hypot(v[1]);
             [v[0] / n, v[1] / n]
         };
-        strips.push(Strip {
+        outlines.push(Outline {
             normals: kept.iter().map(|&i| normal(i)).collect(),
             points: kept.iter().map(|&i| points[i]).collect(),
             closed,
         });
     }
-    strips
+    outlines
 }
 
 /// Keeps what lies farther than the tolerance from the chords (Ramer, Douglas & Peucker), the end included.

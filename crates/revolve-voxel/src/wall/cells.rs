@@ -1,6 +1,6 @@
 //! A map of cells over the half-plane: which of many lines lie near a cell's points.
 
-use crate::wall::isoline::{Strips, cross, less, norm};
+use crate::wall::isoline::{Isolines, cross, less, norm};
 
 /// Cells along the longer side of the map.
 const CELLS: f64 = 128.0;
@@ -32,7 +32,7 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    pub(crate) fn new(strips: &Strips, lines: &[Line]) -> Self {
+    pub(crate) fn new(isolines: &Isolines, lines: &[Line]) -> Self {
         // What is between two lines lies in the box about their ends, but for how far the curves bend between them. That is
         // an eighth of the second derivative: four times as much is on the safe side.
         let boxes: Vec<[[f64; 2]; 2]> = lines
@@ -41,9 +41,9 @@ impl Cells {
                 let mut b = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
                 let step = pair[1].s - pair[0].s;
                 for line in pair {
-                    for curve in [&strips.inner, &strips.outer] {
+                    for curve in [&isolines.inner, &isolines.outer] {
                         let at = curve.at(line.s);
-                        let margin = 0.5 * step * step * norm(at.second) + 1e-9 * strips.size;
+                        let margin = 0.5 * step * step * norm(at.second) + 1e-9 * isolines.size;
                         for k in 0..2 {
                             b[0][k] = b[0][k].min(at.position[k] - margin);
                             b[1][k] = b[1][k].max(at.position[k] + margin);

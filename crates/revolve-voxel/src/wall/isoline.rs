@@ -1,4 +1,4 @@
-//! The lines that join two curves at equal parameter, and the strips of wall about them.
+//! Isoparametric lines: they join two curves at equal parameter, and fill the wall.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ const NEAR_AXIS: f64 = 5e-7;
 
 /// Two curves with a common parameter.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Strips {
+pub(crate) struct Isolines {
     pub(crate) inner: Curve,
     pub(crate) outer: Curve,
     pub(crate) range: [f64; 2],
@@ -24,8 +24,8 @@ pub(crate) struct Strips {
     pub(crate) on_axis: [bool; 2],
 }
 
-/// The line of one s and what the strip about it holds.
-pub(crate) struct Strip {
+/// The line of one s, and the element of wall about it.
+pub(crate) struct Isoline {
     pub(crate) inner: CurvePoint,
     pub(crate) outer: CurvePoint,
     pub(crate) line: [f64; 2],
@@ -34,7 +34,7 @@ pub(crate) struct Strip {
     pub(crate) jacobian: [f64; 2],
 }
 
-impl Strips {
+impl Isolines {
     /// The lines of some s, which hold both ends of the range.
     pub(crate) fn new(inner: Curve, outer: Curve, range: [f64; 2], places: &[f64]) -> Self {
         let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
@@ -62,7 +62,7 @@ impl Strips {
         }
     }
 
-    pub(crate) fn at(&self, s: f64) -> Strip {
+    pub(crate) fn at(&self, s: f64) -> Isoline {
         let (inner, outer) = (self.inner.at(s), self.outer.at(s));
         let line = less(outer.position, inner.position);
         let mut r = [inner.position[1], outer.position[1]];
@@ -73,7 +73,7 @@ impl Strips {
                 r = [&inner, &outer].map(|c| (c.first[1] + 0.5 * way * c.second[1]).abs());
             }
         }
-        Strip {
+        Isoline {
             r,
             jacobian: [cross(inner.first, line), cross(outer.first, line)],
             inner,
@@ -96,7 +96,7 @@ impl Strips {
     }
 }
 
-impl Strip {
+impl Isoline {
     /// Derivatives of r by s.
     pub(crate) fn r_rate(&self) -> [f64; 2] {
         [self.inner.first[1], self.outer.first[1]]
@@ -117,7 +117,7 @@ impl Strip {
         ]
     }
 
-    /// The share of the strip's volume below t.
+    /// The share of the element's volume below t.
     pub(crate) fn share(&self, t: f64) -> f64 {
         let whole = below(self.r, self.jacobian, 1.0);
         if whole > 0.0 {
@@ -127,7 +127,7 @@ impl Strip {
         }
     }
 
-    /// The t below which the given share of the strip's volume lies.
+    /// The t below which the given share of the element's volume lies.
     pub(crate) fn height(&self, share: f64) -> f64 {
         let whole = below(self.r, self.jacobian, 1.0);
         if !(whole > 0.0 && share > 0.0 && share < 1.0) {

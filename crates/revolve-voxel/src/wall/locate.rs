@@ -20,8 +20,8 @@ impl Shell {
     /// The surfaces belong to the wall, to 1e-12 of its size. Cost: some evaluations of both curves.
     pub fn locate(&self, p: [f64; 2]) -> Option<[f64; 2]> {
         let [first, last] = self.cells().at(p)?;
-        let (lines, strips) = (self.lines(), self.strips());
-        let slack = ON_AXIS * strips.size;
+        let (lines, isolines) = (self.lines(), self.isolines());
+        let slack = ON_AXIS * isolines.size;
         let mut line = &lines[first];
         let mut before = line.before(p);
         // The end lines have no neighbour that could hold a point on them.
@@ -35,19 +35,19 @@ impl Shell {
             }
             if before >= 0.0 && ahead <= 0.0 {
                 let rising = |s: f64| {
-                    let (before, fall) = strips.before(p, s);
+                    let (before, fall) = isolines.before(p, s);
                     (-before, fall)
                 };
                 let start = line.s + (next.s - line.s) * before / (before - ahead);
                 let s = rising_root(rising, [line.s, next.s], start);
-                let strip = strips.at(s);
-                let from = less(p, strip.inner.position);
-                let length = norm(strip.line);
-                let t = (from[0] * strip.line[0] + from[1] * strip.line[1]) / (length * length);
+                let isoline = isolines.at(s);
+                let from = less(p, isoline.inner.position);
+                let length = norm(isoline.line);
+                let t = (from[0] * isoline.line[0] + from[1] * isoline.line[1]) / (length * length);
                 let excess = slack / length;
-                let off = cross(from, strip.line).abs() / length;
+                let off = cross(from, isoline.line).abs() / length;
                 if t >= -excess && t <= 1.0 + excess && off <= slack {
-                    return Some([strip.share(t.clamp(0.0, 1.0)), s]);
+                    return Some([isoline.share(t.clamp(0.0, 1.0)), s]);
                 }
             }
             (line, before) = (next, ahead);

@@ -1,7 +1,7 @@
 //! How the volume of a wall is spread along its parameter.
 //!
-//! The volume before s is a polynomial between knots, kept as Chebyshev series. At an end of the range on the axis the strips
-//! vanish: at the distance t from it (1 at the next knot) the volume beyond is `V = t^2 q(t)`, and t found from V by a
+//! The volume before s is a polynomial between knots, kept as Chebyshev series. At an end of the range on the axis the volume
+//! for each unit of s vanishes: at the distance t from it (1 at the next knot) the volume beyond is `V = t^2 q(t)`, and t found from V by a
 //! difference of volumes would have half its digits. With q itself, a polynomial too, t has all of them.
 
 use std::f64::consts::PI;
@@ -38,7 +38,7 @@ impl Shares {
         knots: &[f64],
         n: usize,
         on_axis: [bool; 2],
-        strip: impl Fn(f64) -> f64,
+        rate: impl Fn(f64) -> f64,
     ) -> Self {
         let mut knots = knots.to_vec();
         if knots.len() == 2 && on_axis == [true; 2] {
@@ -49,12 +49,12 @@ impl Shares {
         let (mut below, mut series) = (vec![0.0], Vec::new());
         for pair in knots.windows(2) {
             let (middle, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));
-            let own = shortened(interpolated(n, |u| half * strip(middle + half * u)));
+            let own = shortened(interpolated(n, |u| half * rate(middle + half * u)));
             let own = integral(&own);
             below.push(below[below.len() - 1] + value(&own, 1.0));
             series.push(own);
         }
-        let pole = |end: usize, next: usize| Pole::new(n, knots[end], knots[next], &strip);
+        let pole = |end: usize, next: usize| Pole::new(n, knots[end], knots[next], &rate);
         let poles = [
             on_axis[0].then(|| pole(0, 1)),
             on_axis[1].then(|| pole(last, last - 1)),
@@ -129,12 +129,12 @@ impl Shares {
 }
 
 impl Pole {
-    fn new(n: usize, end: f64, next: f64, strip: impl Fn(f64) -> f64) -> Self {
+    fn new(n: usize, end: f64, next: f64, rate: impl Fn(f64) -> f64) -> Self {
         let reach = next - end;
         // w(t) = V'(t) / t, which 2 q + t q' is.
         let w = interpolated(n, |u| {
             let t = 0.5 * (1.0 + u);
-            strip(end + t * reach) * reach.abs() / t
+            rate(end + t * reach) * reach.abs() / t
         });
         // With u = 2 t - 1 and d the coefficients of dq/du, those of t q' = (1 + u) dq/du are d_k + d_(k+1) + k q_k.
         let mut q = vec![0.0; n];

@@ -7,13 +7,13 @@
 //! dV = 2 pi r J ds dt,    r = (1 - t) r_A + t r_B,    J = P_s x P_t = (1 - t) A' x D + t B' x D,    D = B - A
 //! ```
 //!
-//! with both factors linear in t. So the share of a strip ds below t is a cubic in t, and the layer u is where that share
-//! is u: between the layers u0 and u1 lies the fraction u1 - u0 of every strip, and so of the wall, whatever the curves.
+//! with both factors linear in t. So the share of an element ds below t is a cubic in t, and the layer u is where that share
+//! is u: between the layers u0 and u1 lies the fraction u1 - u0 of every element, and so of the wall, whatever the curves.
 
 use crate::error::{finite, positive};
 use crate::solid::curve::Curve;
 use crate::wall::cells::{Cells, Line};
-use crate::wall::isoline::{ON_AXIS, Strips, below, cross, mix};
+use crate::wall::isoline::{Isolines, ON_AXIS, below, cross, mix};
 use crate::wall::shares::Shares;
 use crate::{Error, Meridian};
 
@@ -45,7 +45,7 @@ const OFF_AXIS: f64 = 1e-6;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shell {
-    strips: Strips,
+    isolines: Isolines,
     /// Where either curve has a knot, and the ends of the range.
     knots: Vec<f64>,
     shares: Shares,
@@ -78,31 +78,32 @@ impl Shell {
             places.extend((0..per_interval).map(at));
         }
         places.push(last);
-        // The strip's volume is a polynomial of degree 3 p - 1 in s.
+        // The volume for each unit of s is a polynomial of degree 3 p - 1 in s.
         let n = 3 * inner.degree().max(outer.degree()).max(1);
-        let strips = Strips::new(inner, outer, range, &places);
+        let isolines = Isolines::new(inner, outer, range, &places);
         // J has the size of a length squared.
-        let least = -1e-12 * strips.size;
+        let least = -1e-12 * isolines.size;
         let mut lines = Vec::with_capacity(places.len());
         for s in places {
-            let strip = strips.at(s);
+            let isoline = isolines.at(s);
             for k in 0..2 {
-                let (r, jacobian) = (strip.r[k], strip.jacobian[k]);
-                if r.is_nan() || jacobian.is_nan() || r < least || jacobian < least * strips.size {
+                let (r, jacobian) = (isoline.r[k], isoline.jacobian[k]);
+                if r.is_nan() || jacobian.is_nan() || r < least || jacobian < least * isolines.size
+                {
                     return Err(Error::Folded { s, r, jacobian });
                 }
             }
             lines.push(Line {
                 s,
-                start: strip.inner.position,
-                along: strip.line,
+                start: isoline.inner.position,
+                along: isoline.line,
             });
         }
-        let shares = Shares::new(&knots, n, strips.on_axis, |s| strips.at(s).volume());
+        let shares = Shares::new(&knots, n, isolines.on_axis, |s| isolines.at(s).volume());
         positive("volume of the wall", shares.volume())?;
         Ok(Self {
-            cells: Cells::new(&strips, &lines),
-            strips,
+            cells: Cells::new(&isolines, &lines),
+            isolines,
             knots,
             shares,
             lines,
@@ -111,7 +112,7 @@ impl Shell {
 
     /// First and last parameter.
     pub fn range(&self) -> [f64; 2] {
-        self.strips.range
+        self.isolines.range
     }
 
     /// Volume of the wall, cm^3: exact for the curves' polynomials.
@@ -120,38 +121,39 @@ impl Shell {
     }
 
     /// Volume for each unit of s, `dV/ds`.
-    pub fn strip_volume(&self, s: f64) -> f64 {
-        self.strips.at(self.clamped(s)).volume()
+    pub fn volume_rate(&self, s: f64) -> f64 {
+        self.isolines.at(self.clamped(s)).volume()
     }
 
     /// The point (x, r) on the layer at s, both clamped to where they exist.
     pub fn point(&self, layer: f64, s: f64) -> [f64; 2] {
-        let strip = self.strips.at(self.clamped(s));
-        strip.point(strip.height(layer.clamp(0.0, 1.0)))
+        let isoline = self.isolines.at(self.clamped(s));
+        isoline.point(isoline.height(layer.clamp(0.0, 1.0)))
     }
 
     /// Derivatives of the point (x, r), by the layer at fixed s and by s along the layer.
     ///
     /// At an end on the axis, where the first is a limit, both are those 1e-6 of the parameter's range before it.
     pub fn tangents(&self, layer: f64, s: f64) -> [[f64; 2]; 2] {
-        let strip = self.strips.at(self.off_axis(s));
-        let t = strip.height(layer.clamp(0.0, 1.0));
+        let isoline = self.isolines.at(self.off_axis(s));
+        let t = isoline.height(layer.clamp(0.0, 1.0));
         let (d, e) = (
-            strip.line,
-            [0, 1].map(|k| strip.outer.first[k] - strip.inner.first[k]),
+            isoline.line,
+            [0, 1].map(|k| isoline.outer.first[k] - isoline.inner.first[k]),
         );
         // The share below t is g(t) / g(1): it stays the same along the layer.
-        let rate = strip.r_rate();
+        let rate = isoline.r_rate();
         let jacobian_rate =
-            [&strip.inner, &strip.outer].map(|c| cross(c.second, d) + cross(c.first, e));
-        let change = |t: f64| below(rate, strip.jacobian, t) + below(strip.r, jacobian_rate, t);
-        let whole = below(strip.r, strip.jacobian, 1.0);
-        let slope = mix(strip.r, t) * mix(strip.jacobian, t);
+            [&isoline.inner, &isoline.outer].map(|c| cross(c.second, d) + cross(c.first, e));
+        let change = |t: f64| below(rate, isoline.jacobian, t) + below(isoline.r, jacobian_rate, t);
+        let whole = below(isoline.r, isoline.jacobian, 1.0);
+        let slope = mix(isoline.r, t) * mix(isoline.jacobian, t);
         let by_layer = whole / slope;
-        let by_s = (below(strip.r, strip.jacobian, t) / whole * change(1.0) - change(t)) / slope;
+        let by_s =
+            (below(isoline.r, isoline.jacobian, t) / whole * change(1.0) - change(t)) / slope;
         [
             d.map(|v| v * by_layer),
-            [0, 1].map(|k| mix([strip.inner.first[k], strip.outer.first[k]], t) + d[k] * by_s),
+            [0, 1].map(|k| mix([isoline.inner.first[k], isoline.outer.first[k]], t) + d[k] * by_s),
         ]
     }
 
@@ -193,7 +195,7 @@ impl Shell {
         inner.reverse();
         outer.extend(inner);
         for p in &mut outer {
-            if p[1].abs() <= ON_AXIS * self.strips.size {
+            if p[1].abs() <= ON_AXIS * self.isolines.size {
                 p[1] = 0.0;
             }
         }
@@ -222,11 +224,11 @@ impl Shell {
 
     /// The inner and the outer curve.
     pub(crate) fn curves(&self) -> (&Curve, &Curve) {
-        (&self.strips.inner, &self.strips.outer)
+        (&self.isolines.inner, &self.isolines.outer)
     }
 
-    pub(crate) fn strips(&self) -> &Strips {
-        &self.strips
+    pub(crate) fn isolines(&self) -> &Isolines {
+        &self.isolines
     }
 
     pub(crate) fn cells(&self) -> &Cells {
@@ -253,7 +255,7 @@ impl Shell {
         let [first, last] = self.range();
         let by = OFF_AXIS * (last - first);
         let s = self.clamped(s);
-        match self.strips.on_axis {
+        match self.isolines.on_axis {
             [true, _] if s < first + by => first + by,
             [_, true] if s > last - by => last - by,
             _ => s,

@@ -169,7 +169,7 @@ fn strips_add_up_to_shares() {
     let mut sum = 0.0;
     for k in 0..n {
         let s = (k as f64 + 0.5) / n as f64;
-        sum += shell.strip_volume(s) / n as f64;
+        sum += shell.volume_rate(s) / n as f64;
         if k % 997 == 0 {
             let share = shell.share((k + 1) as f64 / n as f64);
             // The midpoint rule with jumps at two knots.
@@ -328,7 +328,7 @@ fn tangents_are_the_differences_of_points() {
         // The volume element does not depend on the layer.
         let element =
             2.0 * PI * shell.point(u, s)[1] * (by_s[0] * by_layer[1] - by_s[1] * by_layer[0]);
-        assert!((element / shell.strip_volume(s) - 1.0).abs() < 1e-10);
+        assert!((element / shell.volume_rate(s) - 1.0).abs() < 1e-10);
     }
 }
 
