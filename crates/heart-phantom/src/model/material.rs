@@ -326,7 +326,7 @@ impl Wall {
         let rate = match &self.rest {
             None => 1.0,
             Some(rest) => {
-                let share = |shell: &Shell, s| shell.strip_volume(s) / shell.volume();
+                let share = |shell: &Shell, s| shell.volume_rate(s) / shell.volume();
                 share(rest, s) / share(&self.shell, at)
             }
         };

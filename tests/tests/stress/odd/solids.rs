@@ -209,7 +209,7 @@ fn shells([a, b]: [f64; 2]) {
         shell.at_share(b);
         shell.carried(a, &found[0]);
         shell.thickness(a);
-        shell.strip_volume(b);
+        shell.volume_rate(b);
         back(shell.region([0.0, a], [0.0, b], 0.1));
         back(shell.region([0.2, 0.5], [0.1, 0.6], b.max(1e-3)));
     }
