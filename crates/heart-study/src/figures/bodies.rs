@@ -6,10 +6,12 @@ use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3, center};
 use plotters::prelude::RGBColor;
 
-use super::canvas::{Area, Drawn, FINE, Pin, Rect, paint, paint_over, text, text_width};
+use super::canvas::{
+    Area, Drawn, FINE, Pin, Rect, label, paint, paint_over, text, text_width, title,
+};
 use super::marks::{arrow, segment, swatch};
 use super::render::{Camera, Colour, Seen, View, WHITE, light, mix};
-use super::style::{BLACK, BLUE, CAVITY, CUT, GREEN, GREY, SMALL, SURFACE, TEXT, TITLE, VERMILION};
+use super::style::{BLACK, BLUE, CAVITY, CUT, GREEN, GREY, SMALL, SURFACE, TEXT, VERMILION};
 use super::wall::{Met, Part, Wall};
 use super::{FigureError, Picture, WallState, check};
 
@@ -62,14 +64,7 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
     let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
         for (i, state) in states.iter().enumerate() {
             let rect = panel(i, 0);
-            text(
-                area,
-                state.title,
-                TITLE,
-                BLACK,
-                (rect.left + width / 2, 32),
-                Pin::Centre,
-            )?;
+            title(area, state.title, (rect.left + width / 2, 32))?;
         }
         Ok(())
     })?;
@@ -109,7 +104,7 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
         for (x, y) in bars {
             let ends = [x, x + two_cm].map(|x| [f64::from(x * FINE), f64::from(y * FINE)]);
             segment(area, ends[0], ends[1], BLACK, 3)?;
-            text(area, "2 cm", SMALL, BLACK, (x + two_cm + 14, y), Pin::Left)?;
+            label(area, "2 cm", (x + two_cm + 14, y), Pin::Left)?;
         }
         key(area, (left + 20, size.1 - KEY / 2))
     })
@@ -124,7 +119,7 @@ fn key(area: &Area<'_>, (mut x, y): (i32, i32)) -> Drawn {
         ("equal steps along the wall and around", BLUE, 2),
     ] {
         swatch(area, (x, y), colour, width)?;
-        text(area, words, SMALL, BLACK, (x + 58, y), Pin::Left)?;
+        label(area, words, (x + 58, y), Pin::Left)?;
         x += 58 + text_width(area, words, SMALL) + 40;
     }
     Ok(())
@@ -214,15 +209,8 @@ pub fn poses(
         .fold(0.0f64, |m, w| m.max(w.centre().coords.norm() + w.radius()));
     let size = (side * poses.len() as i32, top + side);
     let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
-        for (i, (title, _)) in poses.iter().enumerate() {
-            text(
-                area,
-                title,
-                TITLE,
-                BLACK,
-                (side * i as i32 + side / 2, 34),
-                Pin::Centre,
-            )?;
+        for (i, (name, _)) in poses.iter().enumerate() {
+            title(area, name, (side * i as i32 + side / 2, 34))?;
         }
         Ok(())
     })?;
@@ -266,7 +254,7 @@ pub fn poses(
                 ("z", Vector3::z()),
             ] {
                 scene.axis(Point3::origin(), axis, 1.32 * reach, GREY)?;
-                scene.label(name, axis * 1.42 * reach, BLACK)?;
+                scene.label(name, axis * 1.42 * reach)?;
             }
             scene.axis(wall.centre(), pose.axis(), 1.18 * wall.radius(), VERMILION)?;
             // Above the circle's leftmost point, clear of the body.
@@ -334,15 +322,8 @@ impl Scene<'_, '_> {
         )
     }
 
-    fn label(&self, words: &str, at: Vector3<f64>, colour: RGBColor) -> Drawn {
-        let [x, y] = self.camera.pixel(&Point3::from(at));
-        text(
-            self.area,
-            words,
-            TITLE,
-            colour,
-            (x.round() as i32, y.round() as i32),
-            Pin::Centre,
-        )
+    fn label(&self, words: &str, at: Vector3<f64>) -> Drawn {
+        let [x, y] = (self.camera.pixel(&Point3::from(at))).map(|v| v.round() as i32);
+        title(self.area, words, (x, y))
     }
 }

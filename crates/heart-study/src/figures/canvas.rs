@@ -318,6 +318,16 @@ pub(super) fn text(
     )
 }
 
+/// A line of small black text.
+pub(super) fn label(area: &Area<'_>, words: &str, at: (i32, i32), pin: Pin) -> Drawn {
+    text(area, words, SMALL, BLACK, at, pin)
+}
+
+/// A title about a place.
+pub(super) fn title(area: &Area<'_>, words: &str, at: (i32, i32)) -> Drawn {
+    text(area, words, TITLE, BLACK, at, Pin::Centre)
+}
+
 /// The width of a line of text, pixels of the picture.
 pub(super) fn text_width(area: &Area<'_>, words: &str, size: i32) -> i32 {
     area.estimate_text_size(words, &font(size, &BLACK))
@@ -328,11 +338,25 @@ pub(super) fn text_width(area: &Area<'_>, words: &str, size: i32) -> i32 {
 pub(super) const LABELS_LEFT: i32 = 96;
 pub(super) const LABELS_BELOW: i32 = 78;
 
+/// Axes of x and y in cm at one scale (see [`equal_scale`]), with so many ticks.
+pub(super) fn plane_axes(
+    around: [f64; 4],
+    margin: f64,
+    plot: (i32, i32),
+    ticks: usize,
+) -> (Axis, Axis) {
+    let [x0, x1, y0, y1] = equal_scale(around, margin, plot);
+    (
+        Axis::linear(x0, x1, ticks, "x (cm)"),
+        Axis::linear(y0, y1, ticks, "y (cm)"),
+    )
+}
+
 /// Axes whose plotting area is exactly `plot`; the labels stand to its left and below, the title above.
 pub(super) fn axes<'a, 'b>(
     area: &'a Area<'b>,
     plot: Rect,
-    title: &str,
+    heading: &str,
     x: &Axis,
     y: &Axis,
 ) -> Drawn<Chart<'a, 'b>> {
@@ -359,15 +383,8 @@ pub(super) fn axes<'a, 'b>(
         .x_desc(x.label.clone())
         .y_desc(y.label.clone())
         .draw()?;
-    if !title.is_empty() {
-        text(
-            area,
-            title,
-            TITLE,
-            BLACK,
-            (plot.left + plot.width / 2, plot.top - 28),
-            Pin::Centre,
-        )?;
+    if !heading.is_empty() {
+        title(area, heading, (plot.left + plot.width / 2, plot.top - 28))?;
     }
     Ok(chart)
 }

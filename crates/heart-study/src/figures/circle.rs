@@ -1,11 +1,11 @@
 //! The circle of the paper's appendix: the picture (Fig. 18) and the error against the number of nodes.
 
 use super::canvas::{
-    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, number, on_plot,
-    paint, text,
+    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, on_plot, paint,
+    plane_axes,
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
-use super::style::{BLACK, BLUE, GREY, SMALL, VERMILION};
+use super::style::{BLUE, GREY, VERMILION};
 use super::{FigureError, Picture, check};
 
 /// What the circle figure shows.
@@ -73,12 +73,8 @@ pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, FigureError> {
         })
         .collect();
     let around = bounds(exact.iter().chain(study.initial).chain(study.solution));
-    let [x0, x1, y0, y1] = equal_scale(around, 0.05, (size, size));
-    check::interval("circle x", x0, x1)?;
-    let (x, y) = (
-        Axis::linear(x0, x1, 6, "x (cm)"),
-        Axis::linear(y0, y1, 6, "y (cm)"),
-    );
+    let (x, y) = plane_axes(around, 0.05, (size, size), 6);
+    check::interval("circle x", x.low, x.high)?;
     let n_axis = Axis::decades(study.n_nodes.iter().map(|&n| n as f64), "number of nodes N");
     let error_axis = Axis::decades(study.errors.iter().copied(), "error (cm)");
 
@@ -113,7 +109,7 @@ pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, FigureError> {
             } else {
                 swatch(area, (at, y0), colour, 4)?;
             }
-            text(area, words, SMALL, BLACK, (at + 56, y0), Pin::Left)?;
+            label(area, words, (at + 56, y0), Pin::Left)?;
             at += [215, 195, 0][k];
         }
 
@@ -135,17 +131,10 @@ pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, FigureError> {
             marker(&inside, 0, on_plot(&chart, *p), 8, VERMILION)?;
         }
         marker(area, 0, ((right.left + 22) * FINE, y0 * FINE), 8, VERMILION)?;
-        text(
-            area,
-            "largest distance",
-            SMALL,
-            BLACK,
-            (right.left + 56, y0),
-            Pin::Left,
-        )?;
+        label(area, "largest distance", (right.left + 56, y0), Pin::Left)?;
         let guide_at = right.left + 300;
         dashes(area, (guide_at, y0), GREY)?;
         let words = format!("order {}", number(study.order, 0.01));
-        text(area, &words, SMALL, BLACK, (guide_at + 56, y0), Pin::Left)
+        label(area, &words, (guide_at + 56, y0), Pin::Left)
     })
 }

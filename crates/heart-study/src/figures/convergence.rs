@@ -1,11 +1,11 @@
 //! Residuals by iteration (Fig. 10, and Newton with either Jacobian).
 
 use super::canvas::{
-    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, on_plot, paint, power_of_ten, text,
+    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, label, on_plot, paint, power_of_ten,
     text_width,
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
-use super::style::{BLACK, GREY, SERIES, SMALL};
+use super::style::{GREY, SERIES, SMALL};
 use super::{FigureError, Picture, check};
 
 /// Distance of markers, pixels of the picture.
@@ -102,14 +102,7 @@ pub fn histories(
                 let middle = 12 + row / 2 + row * i as i32;
                 swatch(area, (plot.left, middle), colour, 3)?;
                 marker(area, i, ((plot.left + 22) * FINE, middle * FINE), 7, colour)?;
-                text(
-                    area,
-                    history.label,
-                    SMALL,
-                    BLACK,
-                    (plot.left + 58, middle),
-                    Pin::Left,
-                )?;
+                label(area, history.label, (plot.left + 58, middle), Pin::Left)?;
             }
             if let Some(at) = tolerance {
                 let decade = at.log10().round();
@@ -123,7 +116,7 @@ pub fn histories(
                 let left = right - text_width(area, &words, SMALL);
                 let middle = 12 + row / 2 + row * (histories.len() as i32 - 1);
                 dashes(area, (left - 56, middle), GREY)?;
-                text(area, &words, SMALL, BLACK, (right, middle), Pin::Right)?;
+                label(area, &words, (right, middle), Pin::Right)?;
             }
             Ok(())
         },

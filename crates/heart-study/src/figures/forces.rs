@@ -1,11 +1,11 @@
 //! Frames of the moving membrane with the forces on it (Fig. 9 of the paper).
 
 use super::canvas::{
-    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, number, on_plot,
-    paint, text,
+    FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, on_plot, paint,
+    plane_axes,
 };
 use super::marks::{arrow, marker, stroke};
-use super::style::{BLACK, FAINT, GREY, MAGENTA, RED, SMALL};
+use super::style::{BLACK, FAINT, GREY, MAGENTA, RED};
 use super::{FigureError, Picture, check};
 
 /// Width of the row that says what the marks are, pixels.
@@ -64,11 +64,7 @@ pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
     let width = 640;
     let aspect = (around[3] - around[2]) / (around[1] - around[0]).max(1e-9 * side);
     let height = (f64::from(width) * aspect.clamp(0.4, 1.2)) as i32;
-    let [x0, x1, y0, y1] = equal_scale(around, 0.03, (width, height));
-    let (x, y) = (
-        Axis::linear(x0, x1, 7, "x (cm)"),
-        Axis::linear(y0, y1, 7, "y (cm)"),
-    );
+    let (x, y) = plane_axes(around, 0.03, (width, height), 7);
     let (step_x, step_y) = (width + LABELS_LEFT + 30, height + LABELS_BELOW + 70);
     let top = 64;
 
@@ -95,18 +91,18 @@ pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
                     3,
                 )?;
             }
-            text(area, words, SMALL, BLACK, (at + 58, 28), Pin::Left)?;
+            label(area, words, (at + 58, 28), Pin::Left)?;
             at += advance;
         }
         if longest > 0.0 {
             let round = round_below(longest);
-            let pixels = round * scale / (x1 - x0) * f64::from(width);
+            let pixels = round * scale / (x.high - x.low) * f64::from(width);
             let (from, middle) = (f64::from(at + 250), 28 * FINE);
             let ends = [from, from + pixels].map(|x| [x * f64::from(FINE), f64::from(middle)]);
             arrow(area, ends[0], ends[1], GREY, 3)?;
             let words = format!("force/λ of {} cm", number(round, round));
             let place = ((from + pixels) as i32 + 14, 28);
-            text(area, &words, SMALL, BLACK, place, Pin::Left)?;
+            label(area, &words, place, Pin::Left)?;
         }
         for (i, frame) in frames.iter().enumerate() {
             let (column, row) = ((i % n_columns) as i32, (i / n_columns) as i32);

@@ -2,10 +2,10 @@
 
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 
-use super::canvas::{FINE, Pin, Rect, paint, paint_over, text};
+use super::canvas::{FINE, Pin, Rect, label, paint, paint_over};
 use super::marks::arrow;
 use super::render::{Camera, Seen, View, WHITE, light, mix};
-use super::style::{BLACK, CUT, SMALL, SURFACE};
+use super::style::{BLACK, CUT, SURFACE};
 use super::surface::Surface;
 use super::{FigureError, Picture, Volume, check};
 
@@ -124,11 +124,9 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, Figure
                 2,
             )?;
             let at = tip(60.0);
-            text(
+            label(
                 area,
                 name,
-                SMALL,
-                BLACK,
                 (at[0].round() as i32, at[1].round() as i32),
                 Pin::Centre,
             )?;

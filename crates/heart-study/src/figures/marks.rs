@@ -27,10 +27,7 @@ pub(super) fn stroke(
             kept.push(at);
         }
     }
-    area.draw(&PathElement::new(
-        kept,
-        colour.stroke_width((width * FINE) as u32),
-    ))
+    path(&area, kept, colour, width)
 }
 
 /// A dashed line through `points`; dash and gap in pixels of the picture.
@@ -64,10 +61,7 @@ pub(super) fn dashed(
             let to = ((k + 0.5) * period - along).min(length);
             if to > from {
                 let ends = vec![pixel(point(from)), pixel(point(to))];
-                area.draw(&PathElement::new(
-                    ends,
-                    colour.stroke_width((width * FINE) as u32),
-                ))?;
+                path(&area, ends, colour, width)?;
             }
             k += 1.0;
         }
@@ -129,10 +123,7 @@ pub(super) fn arrow(
         (x.round() as i32, y.round() as i32)
     };
     let stem = vec![pixel(0.0, 0.0), pixel(length - 0.8 * head, 0.0)];
-    area.draw(&PathElement::new(
-        stem,
-        colour.stroke_width((width * FINE) as u32),
-    ))?;
+    path(area, stem, colour, width)?;
     let corners = vec![
         pixel(length, 0.0),
         pixel(length - head, half),
@@ -144,10 +135,7 @@ pub(super) fn arrow(
 /// A short line in a legend from `(x, y)` to the right, pixels of the picture.
 pub(super) fn swatch(area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor, width: i32) -> Drawn {
     let ends = vec![(x * FINE, y * FINE), ((x + 44) * FINE, y * FINE)];
-    area.draw(&PathElement::new(
-        ends,
-        colour.stroke_width((width * FINE) as u32),
-    ))
+    path(area, ends, colour, width)
 }
 
 /// A swatch of a dashed line.
@@ -157,12 +145,15 @@ pub(super) fn dashes(area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor) -> D
             ((x + 16 * k) * FINE, y * FINE),
             ((x + 16 * k + 10) * FINE, y * FINE),
         ];
-        area.draw(&PathElement::new(
-            ends,
-            colour.stroke_width(2 * FINE as u32),
-        ))?;
+        path(area, ends, colour, 2)?;
     }
     Ok(())
+}
+
+/// A line through canvas pixels of `area`; its width in pixels of the picture.
+fn path(area: &Area<'_>, through: Vec<(i32, i32)>, colour: RGBColor, width: i32) -> Drawn {
+    let style = colour.stroke_width((width * FINE) as u32);
+    area.draw(&PathElement::new(through, style))
 }
 
 /// A straight line, canvas pixels of `area`.
@@ -176,8 +167,5 @@ pub(super) fn segment(
     let ends = [from, to]
         .map(|p| (p[0].round() as i32, p[1].round() as i32))
         .to_vec();
-    area.draw(&PathElement::new(
-        ends,
-        colour.stroke_width((width * FINE) as u32),
-    ))
+    path(area, ends, colour, width)
 }

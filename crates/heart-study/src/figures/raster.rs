@@ -1,7 +1,7 @@
 //! Grey-scale pictures of sampled data: window, resampling to pixels, colour bar.
 
-use super::canvas::{Area, Drawn, FINE, Pin, Rect, number, round_ticks, text};
-use super::style::{BLACK, GREY, SMALL};
+use super::canvas::{Area, Drawn, FINE, Pin, Rect, label, number, round_ticks};
+use super::style::GREY;
 use super::{FigureError, Picture, check};
 use plotters::prelude::{Color, PathElement};
 
@@ -84,7 +84,7 @@ fn bar(rect: Rect) -> Rect {
 }
 
 /// Ticks, numbers and the label of the colour bar to the right of `rect`.
-pub(super) fn bar_labels(area: &Area<'_>, rect: Rect, window: [f64; 2], label: &str) -> Drawn {
+pub(super) fn bar_labels(area: &Area<'_>, rect: Rect, window: [f64; 2], heading: &str) -> Drawn {
     let bar = bar(rect);
     let ticks = round_ticks(window[0], window[1], 6);
     let step = if ticks.len() > 1 {
@@ -98,20 +98,11 @@ pub(super) fn bar_labels(area: &Area<'_>, rect: Rect, window: [f64; 2], label: &
         let right = bar.left + bar.width;
         let ends = vec![(right * FINE, y * FINE), ((right + 8) * FINE, y * FINE)];
         area.draw(&PathElement::new(ends, GREY.stroke_width(FINE as u32)))?;
-        text(
-            area,
-            &number(tick, step),
-            SMALL,
-            BLACK,
-            (right + 14, y),
-            Pin::Left,
-        )?;
+        label(area, &number(tick, step), (right + 14, y), Pin::Left)?;
     }
-    text(
+    label(
         area,
-        label,
-        SMALL,
-        BLACK,
+        heading,
         (bar.left + bar.width, bar.top - 28),
         Pin::Centre,
     )

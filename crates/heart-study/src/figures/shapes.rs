@@ -1,10 +1,10 @@
 //! A family of equilibrium shapes, one for each pressure (Fig. 8 of the paper).
 
 use super::canvas::{
-    Axis, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, number, paint, text,
+    LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, paint, plane_axes, text,
 };
 use super::marks::{stroke, swatch};
-use super::style::{BLACK, GREY, SMALL, ramp};
+use super::style::{GREY, SMALL, ramp};
 use super::{FigureError, Picture, check};
 
 /// One equilibrium shape of a membrane.
@@ -48,9 +48,7 @@ pub fn shapes(shapes: &[Shape<'_>]) -> Result<Picture, FigureError> {
         width,
         height,
     };
-    let [x0, x1, y0, y1] = equal_scale(around, 0.04, (width, height));
-    let x = Axis::linear(x0, x1, 8, "x (cm)");
-    let y = Axis::linear(y0, y1, 8, "y (cm)");
+    let (x, y) = plane_axes(around, 0.04, (width, height), 8);
 
     paint(
         (plot.left + width + 440) as u32,
@@ -84,7 +82,7 @@ pub fn shapes(shapes: &[Shape<'_>]) -> Result<Picture, FigureError> {
                     number(shape.volume, 0.1),
                 ];
                 for (cell, at) in cells.iter().zip(columns) {
-                    text(area, cell, SMALL, BLACK, (at, y), Pin::Right)?;
+                    label(area, cell, (at, y), Pin::Right)?;
                 }
             }
             Ok(())

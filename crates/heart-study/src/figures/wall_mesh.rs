@@ -1,10 +1,8 @@
 //! The two membranes and a mesh between them (Fig. 11 of the paper).
 
-use super::canvas::{
-    Axis, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, equal_scale, paint, text,
-};
+use super::canvas::{LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, paint, plane_axes};
 use super::marks::{stroke, swatch};
-use super::style::{BLACK, GREY, INNER, OUTER, SMALL};
+use super::style::{GREY, INNER, OUTER};
 use super::{FigureError, Picture, check};
 
 /// Both membranes at one pressure.
@@ -47,11 +45,7 @@ pub fn wall_meshes(
     let width = 450;
     let aspect = (around[3] - around[2]) / (around[1] - around[0]);
     let height = (f64::from(width) * aspect.clamp(0.4, 1.4)) as i32;
-    let [x0, x1, y0, y1] = equal_scale(around, 0.04, (width, height));
-    let (x, y) = (
-        Axis::linear(x0, x1, 9, "x (cm)"),
-        Axis::linear(y0, y1, 9, "y (cm)"),
-    );
+    let (x, y) = plane_axes(around, 0.04, (width, height), 9);
     let step = width + LABELS_LEFT + 20;
     let top = 64;
 
@@ -87,32 +81,16 @@ pub fn wall_meshes(
             stroke(&chart, state.inner, INNER, 4)?;
         }
         let y = size.1 - 32;
-        swatch(area, (LABELS_LEFT + 10, y), INNER, 4)?;
-        text(
-            area,
-            "inner membrane",
-            SMALL,
-            BLACK,
-            (LABELS_LEFT + 66, y),
-            Pin::Left,
-        )?;
-        swatch(area, (LABELS_LEFT + 310, y), OUTER, 4)?;
-        text(
-            area,
-            "outer membrane",
-            SMALL,
-            BLACK,
-            (LABELS_LEFT + 366, y),
-            Pin::Left,
-        )?;
-        swatch(area, (LABELS_LEFT + 610, y), GREY, 1)?;
-        text(
-            area,
-            "mesh of the wall",
-            SMALL,
-            BLACK,
-            (LABELS_LEFT + 666, y),
-            Pin::Left,
-        )
+        let mut at = LABELS_LEFT + 10;
+        for (words, colour, width) in [
+            ("inner membrane", INNER, 4),
+            ("outer membrane", OUTER, 4),
+            ("mesh of the wall", GREY, 1),
+        ] {
+            swatch(area, (at, y), colour, width)?;
+            label(area, words, (at + 56, y), Pin::Left)?;
+            at += 300;
+        }
+        Ok(())
     })
 }
