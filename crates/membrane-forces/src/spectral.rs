@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use crate::chebyshev::Reference;
 use crate::curve::CurvePiece;
-use crate::element::{Element, breakpoints, compliance, elastic_matrix};
 use crate::error::{MembraneError, finite, length};
 use crate::law::PressureLaw;
+use crate::material::{Element, breakpoints, compliance, elastic_matrix};
 use crate::membrane::Membrane;
 use crate::rest::CurvePoint;
 

@@ -1,6 +1,6 @@
 //! One step of a scheme for one membrane: stages, energy, error estimate. Nothing is allocated here.
 
-mod stages;
+mod runge_kutta;
 
 use membrane_newton::Measure;
 

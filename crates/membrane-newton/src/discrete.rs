@@ -6,8 +6,8 @@ use membrane_forces::{
 };
 
 use crate::banded::BandedLu;
-use crate::condensed::CondensedLu;
 use crate::error::NewtonError;
+use crate::factors::CondensedLu;
 use crate::turning::{turned, turning};
 
 #[derive(Debug, Clone)]

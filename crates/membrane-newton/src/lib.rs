@@ -49,12 +49,12 @@
 mod banded;
 mod border;
 mod bordered;
-mod condensed;
 mod continuation;
 mod control;
 mod discrete;
 mod equilibrium;
 mod error;
+mod factors;
 mod newton;
 mod options;
 mod pair;
