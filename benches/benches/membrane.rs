@@ -8,7 +8,7 @@ use benches::{Effort, Row, timed};
 use criterion::Criterion;
 use faer::prelude::Solve;
 use faer::sparse::{SparseColMat, Triplet};
-use membrane_forces::{FiniteDifferences, Measure, Membrane, RestShape};
+use membrane_forces::{DiscreteMembrane, FiniteDifferences, Measure, Membrane, RestShape};
 use membrane_newton::{Control, Discretisation, NewtonOptions, Pair, Solver};
 
 /// f for a gain of 0.6 and the volume it belongs to (h = 8.5, R = 1.75, lambda = 1).

@@ -8,6 +8,7 @@ use cpu_time::ThreadTime;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion};
 use diffsol::{FaerSparseLU, FaerSparseMat, OdeBuilder, OdeSolverMethod};
+use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::{
     Drive, EvolvingOptions, Jacobian, Membrane, Motion, MovingMembrane, RestShape, Scheme, Stop,
     TimeStep, Tolerance, evolve,

@@ -1,6 +1,6 @@
 //! A square band matrix stored by rows: what tangents are written into.
 
-use crate::error::MembraneError;
+use crate::error::{MembraneError, at_most};
 
 /// Square matrix with `lower` diagonals below and `upper` above the main one.
 ///
@@ -33,13 +33,7 @@ impl BandMatrix {
     pub fn zeros(n: usize, lower: usize, upper: usize) -> Result<Self, MembraneError> {
         let width = lower.saturating_add(upper).saturating_add(1);
         let given = n.max(1).saturating_mul(width);
-        if given > MOST_NUMBERS {
-            return Err(MembraneError::TooMany {
-                quantity: "numbers in a band matrix",
-                given,
-                most: MOST_NUMBERS,
-            });
-        }
+        at_most("numbers in a band matrix", given, MOST_NUMBERS)?;
         Ok(Self::of_shape(n, lower, upper))
     }
 

@@ -1,12 +1,14 @@
 //! The paper's second-order finite differences (3.1.2, with its scale corrected).
 
-use std::f64::consts::PI;
-
 use crate::band::BandMatrix;
-use crate::error::{MembraneError, finite};
+use crate::curve::CurvePiece;
+use crate::discrete::{DiscreteMembrane, Tangent, check};
+use crate::error::{MembraneError, at_least, at_most, finite, length};
 use crate::law::{LoadKind, PressureLaw};
-use crate::measures::Measure;
+use crate::material::NodeSprings;
+use crate::measures::{Measure, Measures};
 use crate::membrane::Membrane;
+use crate::rest::{CurvePoint, RestShape};
 
 /// A membrane at N equally spaced material points s_n = n ds, ds = 1 / (N - 1).
 ///
@@ -31,20 +33,14 @@ use crate::membrane::Membrane;
 /// Errors are of order ds^2 where lambda is smooth. Where it jumps c' does, and with it the normal, of which a
 /// node has one: order ds under the laws per material length and total force (a jump at a node is best;
 /// spectral elements with a breakpoint there lose nothing).
-///
-/// The `intensity` that pressure functions take is f or p: the load itself, or under the total-force law
-/// the load over the surface, F / S(c), with S from [`FiniteDifferences::measure`].
 #[derive(Debug, Clone)]
 pub struct FiniteDifferences {
     law: PressureLaw,
-    ds: f64,
-    /// At the nodes of the state, as `start`.
-    pub(crate) rest: Vec<f64>,
-    pub(crate) start: Vec<f64>,
-    /// lambda at s_(n + 1/2), of the whole curve.
-    pub(crate) first: Vec<f64>,
-    /// lambda_2 at s_n, of the whole curve, or empty.
-    pub(crate) second: Vec<f64>,
+    shape: RestShape,
+    start: Vec<f64>,
+    springs: NodeSprings,
+    blow_up: f64,
+    held: Vec<usize>,
 }
 
 /// Ten thousand times what resolves any balloon; some gigabytes with the solver's arrays.
@@ -57,22 +53,9 @@ impl FiniteDifferences {
     /// Fewer than three nodes or more than ten million, a stiffness that is not positive at a sample, or coinciding
     /// neighbours in the rest shape.
     pub fn new(membrane: &Membrane, n_nodes: usize) -> Result<Self, MembraneError> {
-        if n_nodes < 3 {
-            return Err(MembraneError::TooFew {
-                quantity: "nodes",
-                given: n_nodes,
-                least: 3,
-            });
-        }
-        if n_nodes > MOST_NODES {
-            return Err(MembraneError::TooMany {
-                quantity: "nodes",
-                given: n_nodes,
-                most: MOST_NODES,
-            });
-        }
+        at_least("nodes", n_nodes, 3)?;
+        at_most("nodes", n_nodes, MOST_NODES)?;
         let last = n_nodes - 1;
-        let ds = 1.0 / last as f64;
         let mut rest = Vec::with_capacity(2 * n_nodes);
         for n in 0..n_nodes {
             let position = membrane.rest().at(n as f64 / last as f64).position;
@@ -85,158 +68,99 @@ impl FiniteDifferences {
                 return Err(MembraneError::CoincidentPoints { index });
             }
         }
-        let first = (0..last)
-            .map(|n| membrane.stiffness().at((n as f64 + 0.5) / last as f64))
-            .collect::<Result<_, _>>()?;
-        let second = match membrane.second_neighbours() {
-            Some(stiffness) => (0..n_nodes)
-                .map(|n| stiffness.at(n as f64 / last as f64))
-                .collect::<Result<_, _>>()?,
-            None => Vec::new(),
-        };
         let mut start = rest.clone();
         let s = |n: usize| n as f64 / last as f64;
         membrane.hold_ends((0..n_nodes).map(s).zip(start.as_chunks_mut::<2>().0));
+        let springs = NodeSprings::new(membrane, rest)?;
+        let blow_up = if membrane.law().blows_up() {
+            springs.blow_up()
+        } else {
+            f64::INFINITY
+        };
         Ok(Self {
             law: membrane.law(),
-            ds,
-            rest,
+            shape: membrane.rest().clone(),
             start,
-            first,
-            second,
+            blow_up,
+            held: springs.nodes.held(),
+            springs,
         })
+    }
+
+    /// [`FiniteDifferences::new`], of which only the nodes with s <= 1/2 are kept if rest shape,
+    /// stiffness and ends are mirror images about the x axis (to rounding, node by node); the
+    /// whole curve otherwise.
+    ///
+    /// ```
+    /// use membrane_forces::{DiscreteMembrane, FiniteDifferences, Membrane, RestShape};
+    /// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+    /// let half = FiniteDifferences::half(&membrane, 201)?;
+    /// assert!(half.is_half() && half.start().len() == 2 * 101 && half.n_nodes() == 201);
+    /// # Ok::<(), membrane_forces::MembraneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`FiniteDifferences::new`].
+    pub fn half(membrane: &Membrane, n_nodes: usize) -> Result<Self, MembraneError> {
+        let mut this = Self::new(membrane, n_nodes)?;
+        if !this.is_symmetric() {
+            return Ok(this);
+        }
+        let nodes = this.springs.nodes.half();
+        this.springs.nodes = nodes;
+        this.held = nodes.held();
+        for state in [&mut this.springs.rest, &mut this.start] {
+            state.truncate(2 * nodes.kept);
+            state.shrink_to_fit();
+            this.held[2..].iter().for_each(|&apex| state[apex] = 0.0);
+        }
+        Ok(this)
+    }
+
+    /// Whether the whole curve equals its own mirror image to rounding.
+    fn is_symmetric(&self) -> bool {
+        let size = self.start.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-13 * size;
+        let mirrored = |nodes: &[f64]| {
+            let points = nodes.as_chunks::<2>().0;
+            let mut pairs = points.iter().zip(points.iter().rev());
+            pairs.all(|(a, b)| close(a[0], b[0]) && close(a[1], -b[1]))
+        };
+        mirrored(&self.springs.rest) && mirrored(&self.start) && self.springs.are_symmetric()
     }
 
     /// Number of nodes N of the whole curve, held ends included.
     pub fn n_nodes(&self) -> usize {
-        self.first.len() + 1
+        self.springs.nodes.whole
     }
 
     /// Spacing of the material coordinate.
     pub fn ds(&self) -> f64 {
-        self.ds
-    }
-
-    /// Pressure law of the membrane.
-    pub fn law(&self) -> PressureLaw {
-        self.law
+        self.springs.ds
     }
 
     /// Rest shape at the nodes, flat.
     pub fn rest(&self) -> &[f64] {
-        &self.rest
-    }
-
-    /// The rest shape moved to where the membrane is held ([`Membrane::with_ends`]): where solvers
-    /// start.
-    pub fn start(&self) -> &[f64] {
-        &self.start
-    }
-
-    /// Largest stiffness of any spring, second neighbours counted as 4 lambda_2.
-    pub fn stiffness_scale(&self) -> f64 {
-        let largest = |v: &[f64]| v.iter().copied().fold(0.0, f64::max);
-        largest(&self.first) + 4.0 * largest(&self.second)
-    }
-
-    /// Intensity at which the law per current length has no equilibrium any more and the curve
-    /// runs to infinity; infinite under the other laws. From spring to spring the tangent turns by
-    /// 2 atan(p ds / (2 lambda)), and the bound is reached when that adds up to 2 pi (2 pi over
-    /// the integral of 1 / lambda as ds -> 0). Second neighbours count as 4 lambda_2. Cost O(N).
-    pub fn blow_up(&self) -> f64 {
-        if !self.law.blows_up() {
-            return f64::INFINITY;
-        }
-        let second = |n: usize| {
-            self.second
-                .get(n)
-                .zip(self.second.get(n + 1))
-                .map_or(0.0, |(a, b)| 2.0 * (a + b))
-        };
-        let half: Vec<f64> = self
-            .first
-            .iter()
-            .enumerate()
-            .map(|(n, first)| 0.5 * self.ds / (first + second(n)))
-            .collect();
-        // Newton from below on a function that is concave: every step stays on the same side
-        let mut pressure = PI / half.iter().sum::<f64>();
-        for _ in 0..50 {
-            let turned: f64 = half.iter().map(|h| (pressure * h).atan()).sum();
-            let slope: f64 = half
-                .iter()
-                .map(|h| h / (1.0 + (pressure * h).powi(2)))
-                .sum();
-            let step = (PI - turned) / slope;
-            pressure += step;
-            if step.abs() <= 1e-15 * pressure {
-                break;
-            }
-        }
-        pressure
+        &self.springs.rest
     }
 
     /// Half bandwidth of every tangent: 3, or 4 with second neighbours.
     pub fn bandwidth(&self) -> usize {
-        if self.second.is_empty() { 3 } else { 4 }
+        if self.springs.second.is_empty() { 3 } else { 4 }
     }
 
     /// A zero matrix of the shape every tangent of this membrane fits.
     pub fn band(&self) -> BandMatrix {
-        BandMatrix::of_shape(self.rest.len(), self.bandwidth(), self.bandwidth())
+        BandMatrix::of_shape(self.start.len(), self.bandwidth(), self.bandwidth())
     }
 
-    /// `out` = elastic force F_e per unit s.
+    /// Elastic energy of the whole curve above that of its start, force per s times cm. Cost O(N).
     ///
     /// # Panics
-    /// A length that is not that of [`FiniteDifferences::start`].
-    pub fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
-        self.check(nodes, out);
-        let scale = 1.0 / (self.ds * self.ds);
-        let (c, c0) = (nodes.as_chunks::<2>().0, self.rest.as_chunks::<2>().0);
-        let out = out.as_chunks_mut::<2>().0;
-        let u = |m: usize| {
-            let (at, sign) = self.place(m);
-            [c[at][0] - c0[at][0], sign * (c[at][1] - c0[at][1])]
-        };
-        // The pull of each spring is computed once, and serves the nodes at both of its ends.
-        let (mut here, mut before) = (u(0), [0.0; 2]);
-        let next = c[1..].iter().zip(&c0[1..]);
-        for ((out, stiffness), (c, c0)) in out.iter_mut().zip(&self.first).zip(next) {
-            let there = [c[0] - c0[0], c[1] - c0[1]];
-            let k = scale * stiffness;
-            let pull = [k * (there[0] - here[0]), k * (there[1] - here[1])];
-            *out = [pull[0] - before[0], pull[1] - before[1]];
-            (here, before) = (there, pull);
-        }
-        let count = out.len();
-        if self.is_half() {
-            let there = u(count);
-            let k = scale * self.first[count - 1];
-            for i in 0..2 {
-                out[count - 1][i] = k * (there[i] - here[i]) - before[i];
-            }
-        }
-        if !self.second.is_empty() {
-            let last = self.n_nodes() - 1;
-            for n in self.moving() {
-                let here = u(n);
-                let right = if n + 1 < last {
-                    (u(n + 2), 1.0)
-                } else {
-                    (u(last), 2.0)
-                };
-                let left = if n > 1 { (u(n - 2), 1.0) } else { (u(0), 2.0) };
-                let (r, l) = (
-                    scale * self.second[n + 1] * right.1,
-                    scale * self.second[n - 1] * left.1,
-                );
-                for k in 0..2 {
-                    out[n][k] += r * (right.0[k] - here[k]) + l * (left.0[k] - here[k]);
-                }
-            }
-        }
-        self.clear_held(out);
+    /// A length that is not that of [`DiscreteMembrane::start`].
+    pub fn elastic_energy(&self, nodes: &[f64]) -> f64 {
+        check(nodes, self.start.len());
+        self.springs.energy(nodes, &self.start)
     }
 
     /// `band` += `scale` dF_e/dc. Block tridiagonal with diagonal blocks; pentadiagonal with
@@ -246,71 +170,7 @@ impl FiniteDifferences {
     /// `band` has not the rows, or not the diagonals, of [`FiniteDifferences::band`].
     pub fn add_elastic_tangent_into(&self, scale: f64, band: &mut BandMatrix) {
         self.check_band(band);
-        let last = self.n_nodes() - 1;
-        let scale = scale / (self.ds * self.ds);
-        for n in self.moving() {
-            for k in 0..2 {
-                if self.is_held(n, k) {
-                    continue;
-                }
-                let mut spring = |m: usize, stiffness: f64| {
-                    let (at, sign) = self.place(m);
-                    let sign = if k == 0 { 1.0 } else { sign };
-                    band.add_inside(2 * n + k, 2 * at + k, sign * scale * stiffness);
-                    band.add_inside(2 * n + k, 2 * n + k, -scale * stiffness);
-                };
-                spring(n + 1, self.first[n]);
-                spring(n - 1, self.first[n - 1]);
-                if !self.second.is_empty() {
-                    if n + 1 < last {
-                        spring(n + 2, self.second[n + 1])
-                    } else {
-                        spring(last, 2.0 * self.second[last])
-                    }
-                    if n > 1 {
-                        spring(n - 2, self.second[n - 1])
-                    } else {
-                        spring(0, 2.0 * self.second[0])
-                    }
-                }
-            }
-        }
-    }
-
-    /// `out` = pressure force F_p per unit s at force intensity `intensity`; it is linear in
-    /// the intensity, so intensity 1 gives dF_p / d intensity.
-    ///
-    /// # Errors
-    /// The neighbours of a node coincide, so its normal is undefined.
-    ///
-    /// # Panics
-    /// A length that is not that of [`FiniteDifferences::start`].
-    pub fn pressure_force_into(
-        &self,
-        nodes: &[f64],
-        intensity: f64,
-        out: &mut [f64],
-    ) -> Result<(), MembraneError> {
-        self.check(nodes, out);
-        let flat = nodes;
-        let nodes = nodes.as_chunks::<2>().0;
-        let out = out.as_chunks_mut::<2>().0;
-        let neighbours = nodes.iter().zip(&nodes[2..]);
-        let steps = neighbours.map(|(a, b)| [b[0] - a[0], b[1] - a[1]]);
-        let inside = &mut out[1..nodes.len() - 1];
-        let ds = 2.0 * self.ds;
-        if !self.law.forces_into(intensity, steps, ds, inside) {
-            for n in 1..nodes.len() - 1 {
-                self.normal(flat, n)?;
-            }
-        }
-        if self.is_half() {
-            let last = nodes.len() - 1;
-            let (d, scale) = self.normal(flat, last)?;
-            out[last] = [-intensity * scale * d[1], intensity * scale * d[0]];
-        }
-        self.clear_held(out);
-        Ok(())
+        self.springs.add_tangent_into(scale, band);
     }
 
     /// `band` += `scale` dF_p/dc at fixed intensity: the exact derivative (Eq. 14 with its signs
@@ -321,7 +181,7 @@ impl FiniteDifferences {
     /// The neighbours of a node coincide.
     ///
     /// # Panics
-    /// `nodes` not of the length of [`FiniteDifferences::start`], or `band` as in
+    /// `nodes` not of the length of [`DiscreteMembrane::start`], or `band` as in
     /// [`FiniteDifferences::add_elastic_tangent_into`].
     pub fn add_pressure_tangent_into(
         &self,
@@ -330,15 +190,15 @@ impl FiniteDifferences {
         scale: f64,
         band: &mut BandMatrix,
     ) -> Result<(), MembraneError> {
-        self.check(nodes, nodes);
+        check(nodes, self.start.len());
         self.check_band(band);
         let f = intensity * scale;
-        for n in self.moving() {
+        for n in self.springs.nodes.moving() {
             let (d, per_length) = self.normal(nodes, n)?;
-            let (next, sign) = self.place(n + 1);
+            let (next, sign) = self.springs.nodes.place(n + 1);
             let by = self.law.derivative(f, d, per_length);
             for row in 0..2 {
-                if self.is_held(n, row) {
+                if self.springs.nodes.is_held(n, row) {
                     continue;
                 }
                 band.add_inside(2 * n + row, 2 * next, by[row][0]);
@@ -350,29 +210,28 @@ impl FiniteDifferences {
         Ok(())
     }
 
-    /// `band` += `scale` times the pressure part of Eq. 14 **with the signs as printed** in Rohmer
-    /// et al. 2006: the entries dF^x/dc_y(n-1) and dF^y/dc_x(n-1) have the wrong sign on 1/n, so
-    /// this is not the derivative. It is here to show what Newton does with it.
+    /// `band` += what the pressure part of Eq. 14 of Rohmer et al. 2006 **as printed** has beside the derivative: its entries
+    /// dF^x/dc_y(n-1) and dF^y/dc_x(n-1) have the wrong sign on 1/n. It is here to show what Newton does with it.
     ///
     /// # Errors
     /// The neighbours of a node coincide.
     ///
     /// # Panics
     /// As [`FiniteDifferences::add_pressure_tangent_into`].
-    pub fn add_pressure_tangent_as_printed_into(
+    pub fn add_misprint_into(
         &self,
         nodes: &[f64],
         intensity: f64,
-        scale: f64,
         band: &mut BandMatrix,
     ) -> Result<(), MembraneError> {
-        self.add_pressure_tangent_into(nodes, intensity, scale, band)?;
-        for n in self.moving() {
+        check(nodes, self.start.len());
+        self.check_band(band);
+        for n in self.springs.nodes.moving() {
             // right: f (1/n - d^2/n^3); printed: f (d^2/n^3 + 1/n), and its negative for the other
             let (d, per_length) = self.normal(nodes, n)?;
-            let f = intensity * scale * per_length.powi(3);
+            let f = intensity * per_length.powi(3);
             band.add_inside(2 * n, 2 * n - 1, 2.0 * f * d[1] * d[1]);
-            if !self.is_held(n, 1) {
+            if !self.springs.nodes.is_held(n, 1) {
                 band.add_inside(2 * n + 1, 2 * n - 2, -2.0 * f * d[0] * d[0]);
             }
         }
@@ -387,7 +246,7 @@ impl FiniteDifferences {
     /// The neighbours of a node coincide.
     ///
     /// # Panics
-    /// A length that is not that of [`FiniteDifferences::start`].
+    /// A length that is not that of [`DiscreteMembrane::start`].
     pub fn pressure_rank_one_into(
         &self,
         nodes: &[f64],
@@ -395,8 +254,6 @@ impl FiniteDifferences {
         column: &mut [f64],
         row: &mut [f64],
     ) -> Result<bool, MembraneError> {
-        self.check(nodes, column);
-        self.check(nodes, row);
         match self.law.load_kind() {
             LoadKind::Intensity => {
                 column.fill(0.0);
@@ -404,7 +261,7 @@ impl FiniteDifferences {
                 Ok(false)
             }
             LoadKind::TotalForce => {
-                let surface = self.value(Measure::Surface, nodes);
+                let surface = self.measure(Measure::Surface, nodes)?;
                 self.pressure_force_into(nodes, -load / (surface * surface), column)?;
                 self.measure_gradient_into(Measure::Surface, nodes, row);
                 Ok(true)
@@ -417,11 +274,31 @@ impl FiniteDifferences {
     fn normal(&self, nodes: &[f64], n: usize) -> Result<([f64; 2], f64), MembraneError> {
         let next = self.node(nodes, n + 1);
         let d = [next[0] - nodes[2 * n - 2], next[1] - nodes[2 * n - 1]];
-        Ok((d, self.law.factor(d, 2.0 * self.ds, n)?))
+        Ok((d, self.law.factor(d, 2.0 * self.springs.ds, n)?))
+    }
+
+    /// Node `n` of the whole curve in state `nodes`; `n` < N.
+    #[inline]
+    fn node(&self, nodes: &[f64], n: usize) -> [f64; 2] {
+        let (at, sign) = self.springs.nodes.place(n);
+        [nodes[2 * at], sign * nodes[2 * at + 1]]
+    }
+
+    /// Node `n` of the whole curve in state `nodes`; none if n >= N or the state has another length than
+    /// [`DiscreteMembrane::start`].
+    pub fn point(&self, nodes: &[f64], n: usize) -> Option<[f64; 2]> {
+        let there = nodes.len() == self.start.len() && n < self.n_nodes();
+        there.then(|| self.node(nodes, n))
+    }
+
+    fn clear_held(&self, out: &mut [f64]) {
+        for &held in &self.held {
+            out[held] = 0.0;
+        }
     }
 
     fn check_band(&self, band: &BandMatrix) {
-        let (n, bandwidth) = (self.rest.len(), self.bandwidth());
+        let (n, bandwidth) = (self.start.len(), self.bandwidth());
         assert!(
             band.len() == n && band.lower().min(band.upper()) >= bandwidth,
             "expected {n} rows with {bandwidth} diagonals on either side, got {} with {} and {}",
@@ -430,14 +307,154 @@ impl FiniteDifferences {
             band.upper()
         );
     }
+}
 
-    pub(crate) fn check(&self, nodes: &[f64], out: &[f64]) {
-        let n = self.rest.len();
-        assert!(
-            nodes.len() == n && out.len() == n,
-            "expected {n} numbers, got {} and {}",
-            nodes.len(),
-            out.len()
-        );
+impl DiscreteMembrane for FiniteDifferences {
+    fn law(&self) -> PressureLaw {
+        self.law
+    }
+
+    fn start(&self) -> &[f64] {
+        &self.start
+    }
+
+    fn is_half(&self) -> bool {
+        self.springs.nodes.is_half()
+    }
+
+    fn held(&self) -> &[usize] {
+        &self.held
+    }
+
+    fn stiffness_scale(&self) -> f64 {
+        self.springs.scale()
+    }
+
+    fn blow_up(&self) -> f64 {
+        self.blow_up
+    }
+
+    fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
+        check(nodes, self.start.len());
+        check(out, self.start.len());
+        self.springs.pull_into(nodes, out.as_chunks_mut::<2>().0);
+        self.clear_held(out);
+    }
+
+    fn pressure_force_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        out: &mut [f64],
+    ) -> Result<(), MembraneError> {
+        check(nodes, self.start.len());
+        check(out, self.start.len());
+        let points = nodes.as_chunks::<2>().0;
+        let last = points.len() - 1;
+        let forces = out.as_chunks_mut::<2>().0;
+        let neighbours = points.iter().zip(&points[2..]);
+        let steps = neighbours.map(|(a, b)| [b[0] - a[0], b[1] - a[1]]);
+        let inside = &mut forces[1..last];
+        if !(self.law).forces_into(intensity, steps, 2.0 * self.springs.ds, inside) {
+            for n in 1..last {
+                self.normal(nodes, n)?;
+            }
+        }
+        if self.is_half() {
+            let (d, scale) = self.normal(nodes, last)?;
+            forces[last] = [-intensity * scale * d[1], intensity * scale * d[0]];
+        }
+        self.clear_held(out);
+        Ok(())
+    }
+
+    fn tangent(&self) -> Tangent {
+        Tangent {
+            blocks: Vec::new(),
+            band: self.band(),
+        }
+    }
+
+    fn tangent_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        out: &mut Tangent,
+    ) -> Result<(), MembraneError> {
+        out.band.clear();
+        self.add_elastic_tangent_into(1.0, &mut out.band);
+        self.add_pressure_tangent_into(nodes, intensity, 1.0, &mut out.band)?;
+        for &held in &self.held {
+            out.band.add_inside(held, held, 1.0);
+        }
+        Ok(())
+    }
+
+    /// That of the polyline through all nodes. Cost O(N).
+    fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError> {
+        length("nodes", nodes.len(), self.start.len())?;
+        let points = nodes.as_chunks::<2>().0;
+        Ok(if self.is_half() {
+            measure.of_half(points)
+        } else {
+            measure.of(points)
+        })
+    }
+
+    fn measures(&self, nodes: &[f64]) -> Result<Measures, MembraneError> {
+        Ok(Measures {
+            length: self.measure(Measure::Length, nodes)?,
+            area: self.measure(Measure::Area, nodes)?,
+            surface: self.measure(Measure::Surface, nodes)?,
+            volume: self.measure(Measure::Volume, nodes)?,
+        })
+    }
+
+    fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {
+        check(nodes, self.start.len());
+        check(out, self.start.len());
+        let (points, out) = (nodes.as_chunks().0, out.as_chunks_mut().0);
+        if self.is_half() {
+            measure.half_gradient_into(points, out);
+        } else {
+            measure.gradient_into(points, out);
+        }
+    }
+
+    fn positions(&self) -> Vec<f64> {
+        let last = self.n_nodes() - 1;
+        (0..=last).map(|n| n as f64 / last as f64).collect()
+    }
+
+    /// None: the curve is its points.
+    fn pieces(&self, nodes: &[f64]) -> Result<Vec<CurvePiece>, MembraneError> {
+        length("nodes", nodes.len(), self.start.len())?;
+        Ok(Vec::new())
+    }
+
+    /// The rest shape plus a cubic Hermite interpolant of the displacement, as accurate as the nodes (in the cells next to a jump
+    /// of the stiffness, where c' jumps, tangent and curvature are means of both sides). Cost O(1).
+    fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError> {
+        length("nodes", nodes.len(), self.start.len())?;
+        let s = s.clamp(0.0, 1.0);
+        let last = self.n_nodes() - 1;
+        let n = ((s * last as f64) as usize).min(last - 1);
+        let (ds, t) = (self.springs.ds, s * last as f64 - n as f64);
+        let mut out = self.shape.at(s);
+        for k in 0..2 {
+            let u = |m: usize| self.node(nodes, m)[k] - self.shape.at(m as f64 * ds).position[k];
+            // slope per cell at node m: central, one-sided of second order at the ends
+            let slope = |m: usize| match m {
+                0 => -1.5 * u(0) + 2.0 * u(1) - 0.5 * u(2),
+                m if m == last => 1.5 * u(m) - 2.0 * u(m - 1) + 0.5 * u(m - 2),
+                m => 0.5 * (u(m + 1) - u(m - 1)),
+            };
+            let (a, b, da, db) = (u(n), u(n + 1), slope(n), slope(n + 1));
+            let (c2, c3) = (3.0 * (b - a) - 2.0 * da - db, 2.0 * (a - b) + da + db);
+            out.position[k] += a + t * (da + t * (c2 + t * c3));
+            out.first[k] += (da + t * (2.0 * c2 + 3.0 * t * c3)) / ds;
+            out.second[k] += (2.0 * c2 + 6.0 * t * c3) / (ds * ds);
+        }
+        Ok(out)
     }
 }

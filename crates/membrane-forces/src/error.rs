@@ -76,14 +76,6 @@ pub enum MembraneError {
         /// Diagonals above the main one.
         upper: usize,
     },
-    /// An element that there is not.
-    #[error("there is no element {given}: there are {count}, counted from 0")]
-    NoSuchElement {
-        /// The element asked for.
-        given: usize,
-        /// How many there are.
-        count: usize,
-    },
     /// Breakpoints must rise strictly inside (0, 1).
     #[error("breakpoint {index} is {value:?}: breakpoints must rise strictly inside (0, 1)")]
     BadBreakpoint {
@@ -138,6 +130,40 @@ pub(crate) fn length(
             quantity,
             given,
             needed,
+        })
+    }
+}
+
+/// Refuses fewer than `least`.
+pub(crate) fn at_least(
+    quantity: &'static str,
+    given: usize,
+    least: usize,
+) -> Result<(), MembraneError> {
+    if given >= least {
+        Ok(())
+    } else {
+        Err(MembraneError::TooFew {
+            quantity,
+            given,
+            least,
+        })
+    }
+}
+
+/// Refuses more than `most`.
+pub(crate) fn at_most(
+    quantity: &'static str,
+    given: usize,
+    most: usize,
+) -> Result<(), MembraneError> {
+    if given <= most {
+        Ok(())
+    } else {
+        Err(MembraneError::TooMany {
+            quantity,
+            given,
+            most,
         })
     }
 }

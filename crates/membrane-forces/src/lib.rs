@@ -15,7 +15,7 @@
 //! | p | force per unit of current length, f = p abs(c') | f / cm |
 //!
 //! ```
-//! use membrane_forces::{CircleEquilibrium, FiniteDifferences, Membrane, RestShape};
+//! use membrane_forces::{CircleEquilibrium, DiscreteMembrane, FiniteDifferences, Membrane, RestShape};
 //! let disc = Membrane::new(RestShape::disc(1.0)?);
 //! let differences = FiniteDifferences::new(&disc, 401)?;
 //! let circle = CircleEquilibrium::new(1.0, 10.0)?; // the exact equilibrium
@@ -55,6 +55,7 @@ mod complex;
 mod crossing;
 mod curve;
 mod differences;
+mod discrete;
 mod error;
 mod half;
 mod law;
@@ -71,6 +72,7 @@ pub use band::BandMatrix;
 pub use closed_form::{CircleEquilibrium, balloon_at_rest};
 pub use curve::CurvePiece;
 pub use differences::FiniteDifferences;
+pub use discrete::{DiscreteMembrane, Tangent};
 pub use error::MembraneError;
 pub use law::{LoadKind, PressureLaw};
 pub use linear_equilibrium::LinearEquilibrium;

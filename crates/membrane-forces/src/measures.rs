@@ -48,7 +48,10 @@ impl Measures {
     }
 
     /// Themselves, unless one is beyond the largest number: that of a curve of some 1e100 cm is.
-    pub(crate) fn finite(self) -> Result<Self, MembraneError> {
+    ///
+    /// # Errors
+    /// [`MembraneError::NotFinite`].
+    pub fn finite(self) -> Result<Self, MembraneError> {
         finite("length", self.length)?;
         finite("area", self.area)?;
         finite("surface", self.surface)?;

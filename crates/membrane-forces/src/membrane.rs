@@ -117,6 +117,27 @@ impl Membrane {
         Ok(self.stiffness.at(s)? + 4.0 * second)
     }
 
+    /// Where rest shape or stiffness is not smooth, on [0, 1] or, cut at the apex, on [0, 1/2].
+    pub(crate) fn breakpoints(&self, half: bool) -> Vec<f64> {
+        let mut all = self.rest.breakpoints().to_vec();
+        all.extend(self.stiffness.breakpoints());
+        if let Some(second) = &self.second {
+            all.extend(second.breakpoints());
+        }
+        if half {
+            all.retain(|&b| b < 0.5);
+            all.push(0.5);
+        }
+        all.sort_by(f64::total_cmp);
+        // breakpoints of different origin that mean the same place
+        all.dedup_by(|b, a| *b - *a < 1e-12);
+        // the end stays where it is, whatever came just before it
+        if let Some(last) = all.last_mut() {
+            *last = if half { 0.5 } else { 1.0 };
+        }
+        all
+    }
+
     /// Pressure law.
     pub fn law(&self) -> PressureLaw {
         self.law

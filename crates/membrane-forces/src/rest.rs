@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::sync::Arc;
 
-use crate::error::{MembraneError, finite, positive};
+use crate::error::{MembraneError, at_least, finite, positive};
 
 /// A point of a curve with its first two derivatives with respect to s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,13 +114,7 @@ impl RestShape {
     /// Fewer than two points, a coordinate that is not finite, neighbours that coincide, or
     /// segments that cross.
     pub fn polyline(points: &[[f64; 2]]) -> Result<Self, MembraneError> {
-        if points.len() < 2 {
-            return Err(MembraneError::TooFew {
-                quantity: "polyline points",
-                given: points.len(),
-                least: 2,
-            });
-        }
+        at_least("polyline points", points.len(), 2)?;
         let mut lengths = vec![0.0];
         for (index, pair) in points.windows(2).enumerate() {
             for value in pair.as_flattened() {

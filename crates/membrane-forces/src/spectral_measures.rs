@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::chebyshev::gauss_legendre;
-use crate::error::{MembraneError, length};
+use crate::discrete::DiscreteMembrane;
 use crate::measures::{Measure, Measures};
 use crate::spectral::SpectralElements;
 
@@ -30,20 +30,14 @@ impl Sample<'_> {
 }
 
 impl SpectralElements {
-    /// All four measures of the whole curve, as [`Measure`] defines them for polylines but for the
-    /// polynomials themselves. Area and volume are exact for them, length and surface have the
-    /// error of a Gauss rule with 3 p / 2 + 2 points an element.
-    ///
-    /// # Errors
-    /// As [`SpectralElements::points`].
-    pub fn measures(&self, nodes: &[f64]) -> Result<Measures, MembraneError> {
+    /// All four measures of the whole curve, as [`Measure`] defines them for polylines but for the polynomials themselves.
+    pub(crate) fn integrate_all(&self, nodes: &[f64]) -> Measures {
         const ALL: [Measure; 4] = [
             Measure::Length,
             Measure::Area,
             Measure::Surface,
             Measure::Volume,
         ];
-        length("nodes", nodes.len(), self.start().len())?;
         let mut sums = [0.0; 4];
         for e in 0..self.n_elements() {
             let local = nodes[self.window(e)].as_chunks::<2>().0;
@@ -55,35 +49,21 @@ impl SpectralElements {
             });
         }
         let [length, area, surface, volume] = sums;
-        Ok(Measures {
+        Measures {
             length,
             area: area + self.close_area(nodes, None),
             surface,
             volume,
-        })
+        }
     }
 
-    /// One measure of the whole curve. Cost O(elements p^2).
-    ///
-    /// # Errors
-    /// As [`SpectralElements::points`].
-    pub fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError> {
-        length("nodes", nodes.len(), self.start().len())?;
-        Ok(self.integrate(measure, nodes, None))
-    }
-
-    /// `out` = gradient of [`SpectralElements::measure`] with respect to the state; returns the
-    /// measure.
-    ///
-    /// # Panics
-    /// A length that is not that of [`SpectralElements::start`].
-    pub fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) -> f64 {
-        self.check(nodes, out);
-        out.fill(0.0);
-        self.integrate(measure, nodes, Some(out))
-    }
-
-    fn integrate(&self, measure: Measure, nodes: &[f64], mut gradient: Option<&mut [f64]>) -> f64 {
+    /// One measure of the whole curve; its gradient is added to `gradient`.
+    pub(crate) fn integrate(
+        &self,
+        measure: Measure,
+        nodes: &[f64],
+        mut gradient: Option<&mut [f64]>,
+    ) -> f64 {
         let mut total = 0.0;
         for e in 0..self.n_elements() {
             let local = nodes[self.window(e)].as_chunks::<2>().0;
@@ -112,7 +92,7 @@ impl SpectralElements {
     }
 
     /// Where the nodes of element `e` are in a state.
-    fn window(&self, e: usize) -> std::ops::Range<usize> {
+    pub(crate) fn window(&self, e: usize) -> std::ops::Range<usize> {
         let p = self.degree();
         2 * e * p..2 * (e + 1) * p + 2
     }

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::error::{MembraneError, positive};
+use crate::error::{MembraneError, at_least, positive};
 
 /// Spring stiffness along the material coordinate s in [0, 1].
 #[derive(Clone)]
@@ -48,13 +48,7 @@ impl Stiffness {
     /// # Errors
     /// Fewer than two samples, or one that is not finite or not positive.
     pub fn samples(values: &[f64]) -> Result<Self, MembraneError> {
-        if values.len() < 2 {
-            return Err(MembraneError::TooFew {
-                quantity: "stiffness samples",
-                given: values.len(),
-                least: 2,
-            });
-        }
+        at_least("stiffness samples", values.len(), 2)?;
         let last = (values.len() - 1) as f64;
         for (k, &value) in values.iter().enumerate() {
             check(k as f64 / last, value)?;

@@ -1,5 +1,6 @@
 //! The moving membrane: nodes, mass, damping, and the forces on it.
 
+use membrane_newton::DiscreteMembrane;
 use membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_newton::{Measure, Membrane};
 

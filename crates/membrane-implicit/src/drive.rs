@@ -1,6 +1,7 @@
 //! What inflates the membrane: pressure, total force or volume as a function of time, or a pressure that answers to the
 //! state.
 
+use membrane_newton::DiscreteMembrane;
 use std::fmt;
 use std::sync::Arc;
 

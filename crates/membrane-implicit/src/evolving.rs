@@ -1,5 +1,6 @@
 //! The paper's evolving method (section 3.2): step the moving membrane until its forces balance.
 
+use membrane_newton::DiscreteMembrane;
 use std::ops::ControlFlow;
 
 use membrane_newton::membrane_forces::FiniteDifferences;

@@ -63,7 +63,8 @@ pub use energy::Energy;
 pub use error::ImplicitError;
 pub use evolving::{Evolution, EvolvingOptions, Frame, evolve, evolve_with};
 pub use membrane_newton::{
-    self, Measure, Measures, Membrane, MembraneError, PressureLaw, RestShape, Stiffness,
+    self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw, RestShape,
+    Stiffness,
 };
 pub use motion::{Motion, State, Stop, TimeStep, Tolerance};
 pub use scheme::{Jacobian, Scheme};

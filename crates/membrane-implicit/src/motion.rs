@@ -3,6 +3,7 @@
 mod adaptive;
 mod run;
 
+use membrane_newton::DiscreteMembrane;
 use membrane_newton::Measure;
 
 use crate::body::{FARTHEST, MovingMembrane};

@@ -1,5 +1,6 @@
 //! One implicit stage: the velocity w at which momentum balances, and the intensity with it.
 
+use membrane_newton::DiscreteMembrane;
 use membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_newton::{BandMatrix, BandedLu, Measure, NewtonError};
 

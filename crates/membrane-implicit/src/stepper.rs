@@ -2,6 +2,7 @@
 
 mod runge_kutta;
 
+use membrane_newton::DiscreteMembrane;
 use membrane_newton::Measure;
 
 use crate::body::{FARTHEST, MovingMembrane};
@@ -378,17 +379,9 @@ impl Stepper {
     pub(crate) fn energy(&self) -> Energy {
         let now = self.now();
         let d = &self.body.differences;
-        let start = d.start();
-        let (mut here, mut there) = (vec![0.0; start.len()], vec![0.0; start.len()]);
-        d.elastic_force_into(&now.nodes, &mut here);
-        d.elastic_force_into(start, &mut there);
-        // The force is linear in the position: the mean of both ends integrates it.
-        let work: f64 = (0..start.len())
-            .map(|i| 0.5 * (here[i] + there[i]) * (now.nodes[i] - start[i]))
-            .sum();
         Energy {
             kinetic: 0.5 * self.body.mass * d.ds() * dot(&now.velocity, &now.velocity),
-            elastic: -d.ds() * work,
+            elastic: d.elastic_energy(&now.nodes),
             initial: 0.0,
             pressure_work: self.ledger.work,
             damping_loss: self.ledger.damping,

@@ -1,19 +1,20 @@
 //! Equilibrium and control as one system: the shape and its force intensity.
 
-use membrane_forces::{Measure, MembraneError};
+use membrane_forces::{DiscreteMembrane, Measure, MembraneError};
 
 use crate::border::Border;
 use crate::continuation::{Controlled, Reach};
 use crate::control::Target;
-use crate::discrete::{Discrete, Factors};
-use crate::error::NewtonError;
+use crate::error::{NewtonError, own};
+use crate::factors::Factors;
 use crate::newton::ResidualSystem;
+use crate::turning::{turned, turning};
 
 /// F(c, f) = 0 and g(c, f) = 0 for the unknowns (c, f), f last.
 pub(crate) struct Bordered<'a> {
-    discrete: &'a Discrete,
+    discrete: &'a dyn DiscreteMembrane,
     pub(crate) target: Target,
-    factors: Factors<'a>,
+    factors: Factors,
     border: Border,
     elastic: Vec<f64>,
     blow_up: f64,
@@ -27,7 +28,11 @@ pub(crate) struct Bordered<'a> {
 }
 
 impl<'a> Bordered<'a> {
-    pub(crate) fn new(discrete: &'a Discrete, length_scale: f64, target: Target) -> Self {
+    pub(crate) fn new(
+        discrete: &'a dyn DiscreteMembrane,
+        length_scale: f64,
+        target: Target,
+    ) -> Self {
         let n = discrete.start().len();
         let stiffness_scale = discrete.stiffness_scale();
         Self {
@@ -44,8 +49,12 @@ impl<'a> Bordered<'a> {
         }
     }
 
+    fn measure(&self, measure: Measure, nodes: &[f64]) -> f64 {
+        own(self.discrete.measure(measure, nodes))
+    }
+
     pub(crate) fn volume(&self, nodes: &[f64]) -> f64 {
-        self.discrete.measure(Measure::Volume, nodes)
+        self.measure(Measure::Volume, nodes)
     }
 
     pub(crate) fn volume_gradient_into(&self, nodes: &[f64], out: &mut [f64]) {
@@ -58,8 +67,8 @@ impl<'a> Bordered<'a> {
         let (f, nodes) = (x[x.len() - 1], &x[..x.len() - 1]);
         match self.target {
             Target::Intensity(_) => f,
-            Target::TotalForce(_) => f * self.discrete.measure(Measure::Surface, nodes),
-            Target::Measure(measure, _) => self.discrete.measure(measure, nodes),
+            Target::TotalForce(_) => f * self.measure(Measure::Surface, nodes),
+            Target::Measure(measure, _) => self.measure(measure, nodes),
         }
     }
 
@@ -80,7 +89,7 @@ impl<'a> Bordered<'a> {
         match self.target {
             Target::Intensity(wanted) if wanted != 0.0 => wanted.abs(),
             Target::TotalForce(wanted) if wanted != 0.0 => {
-                (wanted / self.discrete.measure(Measure::Surface, nodes)).abs()
+                (wanted / self.measure(Measure::Surface, nodes)).abs()
             }
             _ => self.intensity_scale().max(f.abs()),
         }
@@ -148,7 +157,7 @@ impl ResidualSystem for Bordered<'_> {
             border,
             ..
         } = self;
-        let sign = factors.factor(nodes, f)?;
+        let sign = factors.factor(*discrete, nodes, f)?;
         discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
         let row = border.row_mut();
         let corner = match self.target {
@@ -159,7 +168,7 @@ impl ResidualSystem for Bordered<'_> {
             Target::TotalForce(_) => {
                 discrete.measure_gradient_into(Measure::Surface, nodes, row);
                 row.iter_mut().for_each(|g| *g *= f);
-                discrete.measure(Measure::Surface, nodes)
+                discrete.measure(Measure::Surface, nodes)?
             }
             Target::Measure(measure, _) => {
                 discrete.measure_gradient_into(measure, nodes, row);
@@ -222,7 +231,10 @@ impl Controlled for Bordered<'_> {
 
     fn within(&self, reach: Reach, from: &[f64], to: &[f64]) -> bool {
         let n = self.elastic.len();
-        reach.allows(self.discrete.turning(&from[..n], &to[..n]))
+        // Angle through which the whole curve turns in both states.
+        let copies = if self.discrete.is_half() { 2.0 } else { 1.0 };
+        let before = copies * turning(&from[..n]);
+        reach.allows([before, before + copies * turned(&from[..n], &to[..n])])
     }
 
     fn rate_into(&mut self, out: &mut [f64]) -> Result<(), NewtonError> {
@@ -283,7 +295,9 @@ mod tests {
                     let mut x = resolution.start_state();
                     let moved = |(i, x): (usize, &mut f64)| *x += 0.1 * (i as f64 * 0.4).sin();
                     x.iter_mut().enumerate().for_each(moved);
-                    resolution.discrete.hold(&mut x[..n - 1]);
+                    let held = resolution.discrete.held();
+                    held.iter()
+                        .for_each(|&k| x[k] = resolution.discrete.start()[k]);
                     x[n - 1] = 6.0;
                     let mut residual = |x: &[f64]| {
                         let mut out = vec![0.0; n];
@@ -302,20 +316,11 @@ mod tests {
                         matrix.set_column(j, &column);
                     }
                     // a held coordinate does not move: its force is zero and so is its column's part
-                    let [first, end] = resolution.discrete.held();
-                    let held = [
-                        (0, first[0]),
-                        (1, first[1]),
-                        (n - 3, end[0]),
-                        (n - 2, end[1]),
-                    ];
                     let mut b = DVector::from_fn(n, |i, _| (i as f64 * 0.9).cos());
-                    for (row, held) in held {
-                        if held {
-                            matrix.row_mut(row).fill(0.0);
-                            matrix[(row, row)] = 1.0;
-                            b[row] = 0.0;
-                        }
+                    for &row in held {
+                        matrix.row_mut(row).fill(0.0);
+                        matrix[(row, row)] = 1.0;
+                        b[row] = 0.0;
                     }
                     let dense = matrix.lu().solve(&b).unwrap();
                     let mut solved = b.as_slice().to_vec();

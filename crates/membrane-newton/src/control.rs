@@ -1,8 +1,7 @@
 //! What a static solve prescribes, and the one equation it adds to the equilibrium.
 
-use membrane_forces::{LoadKind, Measure, Measures, MembraneError};
+use membrane_forces::{DiscreteMembrane, LoadKind, Measure, Measures, MembraneError};
 
-use crate::discrete::Discrete;
 use crate::error::NewtonError;
 
 /// The quantity that is given; the force intensity that belongs to it is found with the shape.
@@ -35,7 +34,7 @@ impl Target {
     /// The equation that `control` adds, after checking that it can be met.
     pub(crate) fn new(
         control: Control,
-        discrete: &Discrete,
+        discrete: &dyn DiscreteMembrane,
         start: &Measures,
     ) -> Result<Self, NewtonError> {
         let any = f64::NEG_INFINITY;
@@ -63,7 +62,7 @@ impl Target {
         })
     }
 
-    fn intensity(value: f64, discrete: &Discrete) -> Result<Self, NewtonError> {
+    fn intensity(value: f64, discrete: &dyn DiscreteMembrane) -> Result<Self, NewtonError> {
         let limit = discrete.blow_up();
         if value.abs() >= limit {
             return Err(NewtonError::Membrane(MembraneError::PastBlowUp {

@@ -4,10 +4,9 @@ use std::sync::Arc;
 
 use membrane_forces::{CurvePiece, CurvePoint, LoadKind, Measures, MembraneError};
 
-use crate::discrete::{Discrete, own};
-use crate::error::NewtonError;
+use crate::error::{NewtonError, own};
 use crate::report::NewtonReport;
-use crate::resolution::{Resolution, finite};
+use crate::resolution::Resolution;
 
 /// A solved membrane.
 #[derive(Debug, Clone)]
@@ -55,7 +54,7 @@ impl Equilibrium {
 
     /// Nodes [x, y] of the discretisation from s = 0 to s = 1, cm.
     pub fn points(&self) -> Vec<[f64; 2]> {
-        self.resolution.discrete.points(self.nodes())
+        own(self.resolution.discrete.points(self.nodes()))
     }
 
     /// Material coordinates of [`Equilibrium::points`].
@@ -66,7 +65,7 @@ impl Equilibrium {
     /// The whole curve as polynomials, s from 0 to 1; empty under finite differences, whose curve
     /// is its points.
     pub fn pieces(&self) -> Vec<CurvePiece> {
-        self.resolution.discrete.pieces(self.nodes())
+        own(self.resolution.discrete.pieces(self.nodes()))
     }
 
     /// The curve at material coordinate `s`, clamped to [0, 1]: the polynomials themselves, or
@@ -74,35 +73,7 @@ impl Equilibrium {
     /// displacement, as accurate as the nodes (in the cells next to a jump of the stiffness, where c'
     /// jumps, tangent and curvature are means of both sides). Cost O(degree^2), or O(1).
     pub fn at(&self, s: f64) -> CurvePoint {
-        let s = s.clamp(0.0, 1.0);
-        let differences = match &self.resolution.discrete {
-            Discrete::Differences(differences) => differences,
-            Discrete::Spectral(elements) => return own(elements.at(self.nodes(), s)),
-        };
-        let rest = self.resolution.membrane.rest();
-        let last = differences.n_nodes() - 1;
-        let n = ((s * last as f64) as usize).min(last - 1);
-        let (ds, t) = (1.0 / last as f64, s * last as f64 - n as f64);
-        let mut out = rest.at(s);
-        for k in 0..2 {
-            let u = |m: usize| {
-                #[expect(clippy::expect_used, reason = "its own state, and m <= last")]
-                let here = differences.point(self.nodes(), m).expect("a node");
-                here[k] - rest.at(m as f64 * ds).position[k]
-            };
-            // slope per cell at node m: central, one-sided of second order at the ends
-            let slope = |m: usize| match m {
-                0 => -1.5 * u(0) + 2.0 * u(1) - 0.5 * u(2),
-                m if m == last => 1.5 * u(m) - 2.0 * u(m - 1) + 0.5 * u(m - 2),
-                m => 0.5 * (u(m + 1) - u(m - 1)),
-            };
-            let (a, b, da, db) = (u(n), u(n + 1), slope(n), slope(n + 1));
-            let (c2, c3) = (3.0 * (b - a) - 2.0 * da - db, 2.0 * (a - b) + da + db);
-            out.position[k] += a + t * (da + t * (c2 + t * c3));
-            out.first[k] += (da + t * (2.0 * c2 + 3.0 * t * c3)) / ds;
-            out.second[k] += (2.0 * c2 + 6.0 * t * c3) / (ds * ds);
-        }
-        out
+        own(self.resolution.discrete.at(self.nodes(), s))
     }
 }
 
@@ -134,15 +105,7 @@ impl Resolution {
 
     /// The nodes of this resolution on `curve`, and its intensity.
     fn follow(&self, curve: &Equilibrium) -> Vec<f64> {
-        let positions = self.discrete.positions();
-        let count = self.discrete.start().len() / 2;
-        let mut state = Vec::with_capacity(2 * count + 1);
-        for &s in &positions[..count] {
-            state.extend(curve.at(s).position);
-        }
-        self.discrete.hold(&mut state);
-        state.push(curve.intensity);
-        state
+        self.state_on(curve.intensity, |s| curve.at(s).position)
     }
 
     /// What a solve ended in, unless it is too large for its measures to be numbers.
@@ -152,7 +115,7 @@ impl Resolution {
         report: NewtonReport,
     ) -> Result<Equilibrium, NewtonError> {
         let solved = self.equilibrium(state, report);
-        finite(&solved.measures)?;
+        solved.measures.finite()?;
         if !solved.load.is_finite() {
             // A total force is the intensity times a surface.
             return Err(NewtonError::Membrane(MembraneError::NotFinite {
@@ -169,7 +132,7 @@ impl Resolution {
         report: NewtonReport,
     ) -> Equilibrium {
         let (nodes, intensity) = (&state[..state.len() - 1], state[state.len() - 1]);
-        let measures = self.discrete.measures(nodes);
+        let measures = own(self.discrete.measures(nodes));
         let load = match self.discrete.law().load_kind() {
             LoadKind::Intensity => intensity,
             LoadKind::TotalForce => intensity * measures.surface,

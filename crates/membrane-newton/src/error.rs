@@ -151,6 +151,15 @@ pub(crate) fn length(
     }
 }
 
+/// What a discretisation says of one of its own states.
+#[expect(
+    clippy::expect_used,
+    reason = "nobody outside this crate makes a state, so that its length is right"
+)]
+pub(crate) fn own<T>(of_state: Result<T, MembraneError>) -> T {
+    of_state.expect("a state of this discretisation")
+}
+
 impl NewtonError {
     /// The report of what was tried, if there is one.
     pub(crate) fn report_mut(&mut self) -> Option<&mut NewtonReport> {

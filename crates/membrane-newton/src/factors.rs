@@ -1,162 +1,129 @@
-//! Static condensation: the tangent of spectral elements, factored element by element.
+//! Factorisation of a tangent: static condensation of its blocks, then a band.
 
-use membrane_forces::{BandMatrix, SpectralElements};
+use membrane_forces::{DiscreteMembrane, Tangent};
 
 use crate::banded::BandedLu;
+use crate::border::dot;
 use crate::error::NewtonError;
 
-/// Factorisation of the assembled tangent of [`SpectralElements`].
+/// Room for a [`Tangent`] and its factors.
 ///
-/// The interior nodes of an element see only their own element: they are eliminated first by a
-/// dense LU that stops before the element's two end nodes and leaves their 4 by 4 Schur
-/// complement in its last corner. What remains couples neighbouring end nodes only and is a band
-/// matrix. Cost O(elements p^3) to factor, O(elements p^2) to solve, no allocation after set-up.
+/// The inner nodes of a block see only that block: they are eliminated first by a dense LU that stops before the block's two
+/// end nodes and leaves their 4 by 4 Schur complement in its last corner. What remains is a band. Cost O(blocks p^3 + nodes in
+/// the band) to factor, O(blocks p^2 + nodes) to solve, no allocation after set-up.
 #[derive(Debug, Clone)]
-pub(crate) struct CondensedLu {
-    /// Unknowns of an element: interior first, then its two ends.
+pub(crate) struct Factors {
+    tangent: Tangent,
+    /// Unknowns of a block: inner ones first, then those of its two ends.
     size: usize,
-    interior: usize,
-    local: Vec<Vec<f64>>,
+    inner: usize,
     pivots: Vec<Vec<u32>>,
-    ends: BandMatrix,
     lu: BandedLu,
     /// Whether the numbers are those of a tangent that could be factored.
     factored: bool,
-    held: [[bool; 2]; 2],
     end_values: Vec<f64>,
-    scratch: Vec<f64>,
+    block_values: Vec<f64>,
 }
 
-impl CondensedLu {
-    pub(crate) fn new(elements: &SpectralElements) -> Self {
-        let (count, p) = (elements.n_elements(), elements.degree());
-        let (size, interior) = (2 * (p + 1), 2 * (p - 1));
-        #[expect(
-            clippy::expect_used,
-            reason = "`SpectralElements` allows a third of the elements for which this would be too large"
-        )]
-        let ends = BandMatrix::zeros(2 * (count + 1), 3, 3).expect("few elements");
+impl Factors {
+    pub(crate) fn new(discrete: &dyn DiscreteMembrane) -> Self {
+        let tangent = discrete.tangent();
+        let size = tangent.blocks.first().map_or(4, |b| b.len().isqrt());
+        let inner = size - 4;
         Self {
             size,
-            interior,
-            local: vec![vec![0.0; size * size]; count],
-            pivots: vec![vec![0; interior]; count],
-            lu: BandedLu::for_matrix(&ends),
+            inner,
+            pivots: vec![vec![0; inner]; tangent.blocks.len()],
+            lu: BandedLu::for_matrix(&tangent.band),
             factored: false,
-            ends,
-            held: elements.held(),
-            end_values: vec![0.0; 2 * (count + 1)],
-            scratch: vec![0.0; size],
+            end_values: vec![0.0; tangent.band.len()],
+            block_values: vec![0.0; size],
+            tangent,
         }
     }
 
-    /// Computes and factors the tangent at `nodes`. Returns the sign of its determinant (its rows and columns are
+    /// Factors the tangent at `nodes` and `intensity`; returns the sign of its determinant (its rows and columns are
     /// reordered alike, which does not change it).
     pub(crate) fn factor(
         &mut self,
-        elements: &SpectralElements,
+        discrete: &dyn DiscreteMembrane,
         nodes: &[f64],
         intensity: f64,
     ) -> Result<f64, NewtonError> {
         self.factored = false;
-        self.ends.clear();
+        discrete.tangent_into(nodes, intensity, &mut self.tangent)?;
+        let Tangent { blocks, band, .. } = &mut self.tangent;
         let mut sign = 1.0;
-        let (size, interior) = (self.size, self.interior);
-        for e in 0..elements.n_elements() {
-            let local = &mut self.local[e];
-            elements.element_tangent_into(e, nodes, intensity, local)?;
-            sign *= eliminate(local, size, interior, &mut self.pivots[e])?;
-            for i in 0..4 {
-                let row = 2 * e + i;
-                if self.is_held(row) {
-                    continue;
-                }
-                for j in 0..4 {
-                    let value = self.local[e][(interior + i) * size + interior + j];
-                    self.ends.add(row, 2 * e + j, value)?;
+        for (e, block) in blocks.iter_mut().enumerate() {
+            sign *= eliminate(block, self.size, self.inner, &mut self.pivots[e])?;
+            let ends = block.chunks_exact(self.size).skip(self.inner);
+            for (i, row) in ends.enumerate() {
+                for (j, value) in row[self.inner..].iter().enumerate() {
+                    band.add(2 * e + i, 2 * e + j, *value)?;
                 }
             }
         }
-        for row in 0..self.ends.len() {
-            if self.is_held(row) {
-                self.ends.add(row, row, 1.0)?;
-            }
-        }
-        sign *= self.lu.factor(&self.ends)?.determinant_sign();
+        sign *= self.lu.factor(band)?.determinant_sign();
         self.factored = true;
         Ok(sign)
-    }
-
-    fn is_held(&self, row: usize) -> bool {
-        let last = self.ends.len() - 2;
-        (row < 2 && self.held[0][row]) || (row >= last && self.held[1][row - last])
     }
 
     pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
         let lu = self.lu.factored().filter(|_| self.factored);
         let lu = lu.ok_or(NewtonError::NotFactored)?;
-        let (size, interior) = (self.size, self.interior);
-        let stride = size - 2;
-        let count = self.local.len();
-        for e in 0..=count {
-            self.end_values[2 * e..2 * e + 2].copy_from_slice(&rhs[e * stride..e * stride + 2]);
+        let (blocks, size, inner) = (&self.tangent.blocks, self.size, self.inner);
+        if blocks.is_empty() {
+            lu.solve_into(rhs);
+            return Ok(());
         }
-        for e in 0..count {
-            let local = &self.local[e];
-            let inside = &mut rhs[e * stride + 2..e * stride + 2 + interior];
-            for k in 0..interior {
+        // From one end node to the next.
+        let stride = inner + 2;
+        for (end, x) in self.end_values.chunks_exact_mut(2).zip(rhs.chunks(stride)) {
+            end.copy_from_slice(&x[..2]);
+        }
+        for (e, block) in blocks.iter().enumerate() {
+            let inside = &mut rhs[e * stride + 2..][..inner];
+            for k in 0..inner {
                 inside.swap(k, self.pivots[e][k] as usize);
                 // row k of L is complete: its multipliers stand left of the diagonal
-                let row = &local[k * size..k * size + k];
-                let sum: f64 = row.iter().zip(inside.iter()).map(|(l, b)| l * b).sum();
-                inside[k] -= sum;
+                inside[k] -= dot(&block[k * size..][..k], inside);
             }
             for i in 0..4 {
-                let row = 2 * e + i;
-                if !self.is_held(row) {
-                    let l = &local[(interior + i) * size..][..interior];
-                    let sum: f64 = l.iter().zip(inside.iter()).map(|(l, b)| l * b).sum();
-                    self.end_values[row] -= sum;
-                }
+                let l = &block[(inner + i) * size..][..inner];
+                self.end_values[2 * e + i] -= dot(l, inside);
             }
         }
         lu.solve_into(&mut self.end_values);
-        for e in 0..count {
-            let local = &self.local[e];
-            let full = &mut self.scratch;
-            full[interior..].copy_from_slice(&self.end_values[2 * e..2 * e + 4]);
-            let inside = &mut rhs[e * stride + 2..e * stride + 2 + interior];
-            for k in (0..interior).rev() {
-                let row = &local[k * size..(k + 1) * size];
-                let sum: f64 = row[k + 1..]
-                    .iter()
-                    .zip(&full[k + 1..])
-                    .map(|(u, x)| u * x)
-                    .sum();
-                full[k] = (inside[k] - sum) / row[k];
+        for (e, block) in blocks.iter().enumerate() {
+            let full = &mut self.block_values;
+            full[inner..].copy_from_slice(&self.end_values[2 * e..][..4]);
+            let inside = &mut rhs[e * stride + 2..][..inner];
+            for k in (0..inner).rev() {
+                let row = &block[k * size..][..size];
+                full[k] = (inside[k] - dot(&row[k + 1..], &full[k + 1..])) / row[k];
             }
-            inside.copy_from_slice(&full[..interior]);
+            inside.copy_from_slice(&full[..inner]);
         }
-        for e in 0..=count {
-            rhs[e * stride..e * stride + 2].copy_from_slice(&self.end_values[2 * e..2 * e + 2]);
+        for (end, x) in self.end_values.chunks_exact(2).zip(rhs.chunks_mut(stride)) {
+            x[..2].copy_from_slice(end);
         }
         Ok(())
     }
 }
 
-/// Eliminates the first `interior` columns of the `size` by `size` matrix, pivoting among its
-/// first `interior` rows; L, U and the Schur complement overwrite it. Returns the sign of the
+/// Eliminates the first `inner` columns of the `size` by `size` matrix, pivoting among its
+/// first `inner` rows; L, U and the Schur complement overwrite it. Returns the sign of the
 /// product of the pivots, row swaps counted.
 fn eliminate(
     a: &mut [f64],
     size: usize,
-    interior: usize,
+    inner: usize,
     pivots: &mut [u32],
 ) -> Result<f64, NewtonError> {
     let mut sign = 1.0;
-    for k in 0..interior {
+    for k in 0..inner {
         let mut pivot = k;
-        for i in k + 1..interior {
+        for i in k + 1..inner {
             if a[i * size + k].abs() > a[pivot * size + k].abs() {
                 pivot = i;
             }
@@ -194,44 +161,41 @@ fn eliminate(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use membrane_forces::{Membrane, PressureLaw, RestShape, Stiffness};
+    use membrane_forces::{Membrane, PressureLaw, RestShape, SpectralElements, Stiffness};
     use nalgebra::{DMatrix, DVector};
 
-    /// The tangent as one dense matrix: element tangents added where their nodes are, unit rows
-    /// where the curve is held.
+    /// The tangent as one dense matrix: blocks added where their nodes are, the band where blocks end.
     fn assembled(elements: &SpectralElements, nodes: &[f64], intensity: f64) -> DMatrix<f64> {
         let (p, n) = (elements.degree(), nodes.len());
-        let size = 2 * (p + 1);
-        let mut local = vec![0.0; size * size];
+        let mut tangent = elements.tangent();
+        elements
+            .tangent_into(nodes, intensity, &mut tangent)
+            .unwrap();
         let mut matrix = DMatrix::zeros(n, n);
-        for e in 0..elements.n_elements() {
-            elements
-                .element_tangent_into(e, nodes, intensity, &mut local)
-                .unwrap();
-            // interior nodes come first, then the two ends
+        for (e, block) in tangent.blocks.iter().enumerate() {
+            // inner nodes come first, then the two ends
             let node = |i: usize| match i / 2 {
                 k if k < p - 1 => e * p + k + 1,
                 k if k == p - 1 => e * p,
                 _ => e * p + p,
             };
+            let size = 2 * (p + 1);
             for i in 0..size {
                 for j in 0..size {
                     let at = (2 * node(i) + i % 2, 2 * node(j) + j % 2);
-                    matrix[at] += local[i * size + j];
+                    matrix[at] += block[i * size + j];
                 }
             }
         }
-        let [first, end] = elements.held();
-        for (row, held) in [
-            (0, first[0]),
-            (1, first[1]),
-            (n - 2, end[0]),
-            (n - 1, end[1]),
-        ] {
-            if held {
-                matrix.row_mut(row).fill(0.0);
-                matrix[(row, row)] = 1.0;
+        let end = |i: usize| 2 * (i / 2 * p) + i % 2;
+        for i in 0..tangent.band.len() {
+            for j in 0..tangent.band.len() {
+                matrix[(end(i), end(j))] += tangent.band.get(i, j).unwrap();
             }
+        }
+        for &held in elements.held() {
+            let unit = DVector::from_fn(n, |i, _| f64::from(u8::from(i == held)));
+            assert_eq!(matrix.row(held), unit.transpose());
         }
         matrix
     }
@@ -254,7 +218,7 @@ mod tests {
                     let moved = |(i, x): (usize, &f64)| x + 0.2 * (i as f64 * 0.3).sin();
                     let nodes: Vec<f64> = elements.start().iter().enumerate().map(moved).collect();
                     let matrix = assembled(&elements, &nodes, 4.0);
-                    let mut lu = CondensedLu::new(&elements);
+                    let mut lu = Factors::new(&elements);
                     assert_eq!(
                         lu.solve_in_place(&mut vec![1.0; nodes.len()]),
                         Err(NewtonError::NotFactored)

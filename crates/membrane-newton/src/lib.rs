@@ -51,7 +51,6 @@ mod border;
 mod bordered;
 mod continuation;
 mod control;
-mod discrete;
 mod equilibrium;
 mod error;
 mod factors;
@@ -72,8 +71,8 @@ pub use control::Control;
 pub use equilibrium::Equilibrium;
 pub use error::{NewtonError, UserError};
 pub use membrane_forces::{
-    self, BandMatrix, CurvePiece, CurvePoint, Measure, Measures, Membrane, MembraneError,
-    PressureLaw, RestShape, Stiffness,
+    self, BandMatrix, CurvePiece, CurvePoint, DiscreteMembrane, Measure, Measures, Membrane,
+    MembraneError, PressureLaw, RestShape, Stiffness,
 };
 pub use newton::{NewtonScratch, ResidualSystem, newton, newton_observed, newton_with};
 pub use options::{LineSearch, NewtonOptions};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::equilibrium::Equilibrium;
-use crate::error::NewtonError;
+use crate::error::{NewtonError, own};
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
 
@@ -18,8 +18,11 @@ pub(crate) fn refine(
 ) -> Refined<Arc<Resolution>> {
     Some(resolution.finer()?.map(|finer| {
         let (nodes, intensity) = (&state[..state.len() - 1], state[state.len() - 1]);
-        let mut carried = finer.discrete.sample(&resolution.discrete.pieces(nodes));
-        carried.push(intensity);
+        let pieces = own(resolution.discrete.pieces(nodes));
+        let carried = finer.state_on(intensity, |s| {
+            let piece = pieces.partition_point(|piece| piece.to < s);
+            pieces[piece.min(pieces.len() - 1)].at(s).position
+        });
         let start = finer.start_near(near);
         (finer, carried, start)
     }))

@@ -2,20 +2,21 @@
 
 use std::sync::{Arc, OnceLock};
 
-use membrane_forces::{FiniteDifferences, Measures, Membrane, MembraneError, SpectralElements};
+use membrane_forces::{
+    DiscreteMembrane, FiniteDifferences, Measure, Measures, Membrane, MembraneError,
+    SpectralElements,
+};
 
 use crate::bordered::Bordered;
 use crate::continuation;
 use crate::control::{Control, Target};
-use crate::discrete::Discrete;
-use crate::error::NewtonError;
+use crate::error::{NewtonError, own};
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
 
 #[derive(Debug)]
 pub(crate) struct Resolution {
-    pub(crate) membrane: Membrane,
-    pub(crate) discrete: Discrete,
+    pub(crate) discrete: Box<dyn DiscreteMembrane>,
     pub(crate) start: Measures,
     /// What to do when the polynomials leave a tail.
     pub(crate) adaptive: Option<Adaptive>,
@@ -23,6 +24,7 @@ pub(crate) struct Resolution {
 
 #[derive(Debug)]
 pub(crate) struct Adaptive {
+    membrane: Membrane,
     tolerance: f64,
     level: usize,
     pub(crate) finer: OnceLock<Result<Arc<Resolution>, MembraneError>>,
@@ -43,8 +45,7 @@ const STEPS: [(usize, usize); 9] = [
 
 impl Resolution {
     pub(crate) fn differences(membrane: &Membrane, nodes: usize) -> Result<Self, MembraneError> {
-        let discrete = Discrete::Differences(FiniteDifferences::half(membrane, nodes)?);
-        Self::new(membrane, discrete, None)
+        Self::new(FiniteDifferences::half(membrane, nodes)?, None)
     }
 
     pub(crate) fn spectral(
@@ -52,8 +53,7 @@ impl Resolution {
         degree: usize,
         per_piece: usize,
     ) -> Result<Self, MembraneError> {
-        let discrete = Discrete::Spectral(SpectralElements::new(membrane, degree, per_piece)?);
-        Self::new(membrane, discrete, None)
+        Self::new(SpectralElements::new(membrane, degree, per_piece)?, None)
     }
 
     /// The first with which the start itself is resolved.
@@ -67,26 +67,23 @@ impl Resolution {
 
     fn step(membrane: &Membrane, tolerance: f64, level: usize) -> Result<Self, MembraneError> {
         let (degree, per_piece) = STEPS[level];
-        let discrete = Discrete::Spectral(SpectralElements::new(membrane, degree, per_piece)?);
+        let elements = SpectralElements::new(membrane, degree, per_piece)?;
         let adaptive = Adaptive {
+            membrane: membrane.clone(),
             tolerance,
             level,
             finer: OnceLock::new(),
         };
-        Self::new(membrane, discrete, Some(adaptive))
+        Self::new(elements, Some(adaptive))
     }
 
     fn new(
-        membrane: &Membrane,
-        discrete: Discrete,
+        discrete: impl DiscreteMembrane + 'static,
         adaptive: Option<Adaptive>,
     ) -> Result<Self, MembraneError> {
-        let start = discrete.measures(discrete.start());
-        finite(&start)?;
         Ok(Self {
-            membrane: membrane.clone(),
-            discrete,
-            start,
+            start: discrete.measures(discrete.start())?.finite()?,
+            discrete: Box::new(discrete),
             adaptive,
         })
     }
@@ -99,7 +96,7 @@ impl Resolution {
         if level == STEPS.len() {
             return None;
         }
-        let made = || Self::step(&self.membrane, adaptive.tolerance, level).map(Arc::new);
+        let made = || Self::step(&adaptive.membrane, adaptive.tolerance, level).map(Arc::new);
         match adaptive.finer.get_or_init(made).clone() {
             Err(MembraneError::TooMany { .. }) => None,
             finer => Some(finer.map_err(NewtonError::from)),
@@ -109,14 +106,19 @@ impl Resolution {
     /// Whether the polynomials of `state` have converged: their degree times their last two
     /// coefficients, over the length of the curve, against the tolerance.
     pub(crate) fn check_resolved(&self, state: &[f64]) -> Result<(), NewtonError> {
-        let Some(Adaptive { tolerance, .. }) = self.adaptive else {
+        let Some(&Adaptive { tolerance, .. }) = self.adaptive.as_ref() else {
             return Ok(());
         };
         let nodes = &state[..state.len() - 1];
-        let scale = self
-            .discrete
-            .measure(membrane_forces::Measure::Length, nodes);
-        let tail = self.discrete.tail(nodes) / scale;
+        let scale = own(self.discrete.measure(Measure::Length, nodes));
+        // Collocation errs by about the tail of the derivative.
+        let last_two =
+            |c: &[f64]| c.len() as f64 * c.iter().rev().take(2).map(|c| c.abs()).sum::<f64>();
+        let pieces = own(self.discrete.pieces(nodes));
+        let tails = pieces
+            .iter()
+            .map(|piece| last_two(&piece.x).max(last_two(&piece.y)));
+        let tail = tails.fold(0.0, f64::max) / scale;
         if tail <= tolerance {
             Ok(())
         } else {
@@ -125,17 +127,30 @@ impl Resolution {
     }
 
     pub(crate) fn target(&self, control: Control) -> Result<Target, NewtonError> {
-        Target::new(control, &self.discrete, &self.start)
+        Target::new(control, &*self.discrete, &self.start)
     }
 
     pub(crate) fn system(&self, target: Target) -> Bordered<'_> {
-        Bordered::new(&self.discrete, self.start.length, target)
+        Bordered::new(&*self.discrete, self.start.length, target)
     }
 
     /// Nodes, then the force intensity.
     pub(crate) fn start_state(&self) -> Vec<f64> {
         let mut state = self.discrete.start().to_vec();
         state.push(0.0);
+        state
+    }
+
+    /// Nodes at `place` of their s, but for what is held, then `intensity`.
+    pub(crate) fn state_on(&self, intensity: f64, place: impl Fn(f64) -> [f64; 2]) -> Vec<f64> {
+        let start = self.discrete.start();
+        let positions = self.discrete.positions();
+        let own = positions.into_iter().take(start.len() / 2);
+        let mut state: Vec<f64> = own.flat_map(place).collect();
+        for &held in self.discrete.held() {
+            state[held] = start[held];
+        }
+        state.push(intensity);
         state
     }
 
@@ -152,25 +167,4 @@ impl Resolution {
         let from = system.target_value(start);
         continuation::solve(&mut system, state, start, (from, target.value()), options)
     }
-}
-
-/// Refuses a curve whose volume, say, is beyond the largest number: one of 1e103 cm.
-pub(crate) fn finite(measures: &Measures) -> Result<(), MembraneError> {
-    let Measures {
-        length,
-        area,
-        surface,
-        volume,
-    } = *measures;
-    for (quantity, value) in [
-        ("length of the curve", length),
-        ("area of the curve", area),
-        ("surface of the curve", surface),
-        ("volume of the curve", volume),
-    ] {
-        if !value.is_finite() {
-            return Err(MembraneError::NotFinite { quantity, value });
-        }
-    }
-    Ok(())
 }

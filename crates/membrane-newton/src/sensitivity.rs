@@ -2,7 +2,7 @@
 
 use crate::control::Control;
 use crate::equilibrium::Equilibrium;
-use crate::error::NewtonError;
+use crate::error::{NewtonError, own};
 use crate::newton::ResidualSystem;
 use crate::resolution::Resolution;
 
@@ -64,7 +64,7 @@ impl Resolution {
     pub(crate) fn sensitivity(&self, change: &[f64]) -> Sensitivity {
         let last = change.len() - 1;
         Sensitivity {
-            points: self.discrete.points(&change[..last]),
+            points: own(self.discrete.points(&change[..last])),
             intensity: change[last],
         }
     }

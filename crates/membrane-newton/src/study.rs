@@ -1,10 +1,9 @@
 //! The paper's direct method on its own terms: plain Newton with either Jacobian of Eq. 14.
 
-use membrane_forces::{FiniteDifferences, MembraneError};
+use membrane_forces::{DiscreteMembrane, FiniteDifferences, MembraneError, Tangent};
 
 use crate::banded::BandedLu;
 use crate::bordered::nan_max;
-use crate::discrete::hold_rows;
 use crate::error::NewtonError;
 use crate::newton::{NewtonScratch, ResidualSystem, newton_with};
 use crate::options::{LineSearch, NewtonOptions};
@@ -54,13 +53,13 @@ pub fn paper_newton(
             }));
         }
     }
-    let tangent = differences.band();
-    let n = tangent.len();
+    let tangent = differences.tangent();
+    let n = tangent.band.len();
     let mut system = Direct {
         differences,
         load,
         jacobian,
-        lu: BandedLu::for_matrix(&tangent),
+        lu: BandedLu::for_matrix(&tangent.band),
         tangent,
         elastic: vec![0.0; n],
     };
@@ -82,7 +81,7 @@ struct Direct<'a> {
     differences: &'a FiniteDifferences,
     load: f64,
     jacobian: PaperJacobian,
-    tangent: membrane_forces::BandMatrix,
+    tangent: Tangent,
     lu: BandedLu,
     elastic: Vec<f64>,
 }
@@ -107,18 +106,14 @@ impl ResidualSystem for Direct<'_> {
             tangent,
             ..
         } = self;
-        tangent.clear();
-        differences.add_elastic_tangent_into(1.0, tangent);
+        differences.tangent_into(x, self.load, tangent)?;
         match self.jacobian {
-            PaperJacobian::Exact => {
-                differences.add_pressure_tangent_into(x, self.load, 1.0, tangent)
-            }
+            PaperJacobian::Exact => (),
             PaperJacobian::AsPrinted => {
-                differences.add_pressure_tangent_as_printed_into(x, self.load, 1.0, tangent)
+                differences.add_misprint_into(x, self.load, &mut tangent.band)?;
             }
-        }?;
-        hold_rows(differences, tangent)?;
-        self.lu.factor(tangent)?;
+        }
+        self.lu.factor(&tangent.band)?;
         Ok(())
     }
 

@@ -1,8 +1,8 @@
 //! Tangents and gradients against differences, measures and equilibria against closed forms.
 
 use membrane_forces::{
-    CircleEquilibrium, FiniteDifferences, LinearEquilibrium, Measure, Measures, Membrane,
-    PressureLaw, RestShape, SpectralElements, Stiffness, balloon_at_rest,
+    CircleEquilibrium, DiscreteMembrane, FiniteDifferences, LinearEquilibrium, Measure, Measures,
+    Membrane, PressureLaw, RestShape, SpectralElements, Stiffness, balloon_at_rest,
 };
 use std::f64::consts::PI;
 
@@ -127,8 +127,9 @@ fn the_printed_jacobian_is_not_the_derivative() {
     let d = bump(n, 1.0);
     let mut band = differences.band();
     differences
-        .add_pressure_tangent_as_printed_into(&x, 5.0, 1.0, &mut band)
+        .add_pressure_tangent_into(&x, 5.0, 1.0, &mut band)
         .unwrap();
+    differences.add_misprint_into(&x, 5.0, &mut band).unwrap();
     let mut derivative = vec![0.0; 2 * n];
     band.mul_into(&d, &mut derivative);
     let force = |x: &[f64]| {
@@ -172,8 +173,7 @@ fn gradients_of_measures_are_the_derivatives() {
         let x = spectral.start();
         let d: Vec<f64> = (0..x.len()).map(|k| 0.3 * (k as f64).sin()).collect();
         let mut gradient = vec![0.0; x.len()];
-        let value = spectral.measure_gradient_into(measure, x, &mut gradient);
-        assert!((value - spectral.measure(measure, x).unwrap()).abs() < 1e-12 * value);
+        spectral.measure_gradient_into(measure, x, &mut gradient);
         let slope: f64 = gradient.iter().zip(&d).map(|(g, d)| g * d).sum();
         let value = |x: &[f64]| vec![spectral.measure(measure, x).unwrap()];
         let along = taylor_slope(value, &[slope], x, &d);

@@ -6,6 +6,7 @@ use crate::error::ImplicitError;
 use crate::scheme::Jacobian;
 use crate::stage::{Equation, dot};
 use crate::target::{Answer, Target};
+use membrane_newton::DiscreteMembrane;
 
 const MAX_ITERATIONS: usize = 40;
 /// The next iteration must promise to move positions by less than this fraction of the membrane's

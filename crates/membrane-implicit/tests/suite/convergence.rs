@@ -3,6 +3,7 @@
 use crate::common;
 
 use common::{apex, inflate, reference_body};
+use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::{Drive, Jacobian, Measure, Motion, Scheme, Stop, TimeStep, Tolerance};
 
 /// Independent method of lines at N = 101 with an explicit scheme of order 8, rtol 1e-11: apex and

@@ -5,6 +5,7 @@ use crate::common;
 use std::ops::ControlFlow;
 
 use common::{balloon, reference_body};
+use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_implicit::membrane_newton::{Control, Discretisation, NewtonOptions, Solver};
 use membrane_implicit::{

@@ -5,6 +5,7 @@ use crate::common;
 use std::f64::consts::TAU;
 
 use common::{balloon, inflate, reference_body};
+use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::{
     Drive, DriveKind, Measure, Membrane, Motion, MovingMembrane, PressureLaw, RestShape, Scheme,
     Stiffness, Stop, TimeStep, Tolerance,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use membrane_newton::membrane_forces::FiniteDifferences;
+use membrane_newton::membrane_forces::{DiscreteMembrane, FiniteDifferences};
 use membrane_newton::{
     Control, Discretisation, Measure, Membrane, NewtonOptions, PressureLaw, RestShape, Solver,
     Stiffness,

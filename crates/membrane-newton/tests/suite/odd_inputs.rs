@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use membrane_newton::membrane_forces::FiniteDifferences;
+use membrane_newton::membrane_forces::{DiscreteMembrane, FiniteDifferences};
 use membrane_newton::{
     Control, CurvePoint, Discretisation, Equilibrium, Measures, Membrane, NewtonError,
     NewtonOptions, PressureLaw, RestShape, Solver, Stiffness,

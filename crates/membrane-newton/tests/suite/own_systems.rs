@@ -4,7 +4,9 @@
 use std::error::Error;
 use std::ops::ControlFlow;
 
-use membrane_forces::{FiniteDifferences, Measure, Membrane, MembraneError, RestShape};
+use membrane_forces::{
+    DiscreteMembrane, FiniteDifferences, Measure, Membrane, MembraneError, RestShape,
+};
 use membrane_newton::{
     BandMatrix, BandedLu, Border, Control, Discretisation, NewtonError, NewtonOptions,
     NewtonScratch, ResidualSystem, Solver, newton, newton_observed, newton_with,

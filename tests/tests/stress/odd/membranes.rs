@@ -2,9 +2,9 @@
 
 use super::{ODD, SIZES, back, pairs};
 use membrane_forces::{
-    BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, FiniteDifferences, LinearEquilibrium,
-    Measure, Measures, Membrane, PressureLaw, RestShape, SpectralElements, Stiffness,
-    balloon_at_rest,
+    BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, DiscreteMembrane, FiniteDifferences,
+    LinearEquilibrium, Measure, Measures, Membrane, PressureLaw, RestShape, SpectralElements,
+    Stiffness, balloon_at_rest,
 };
 use membrane_implicit::{
     Drive, EvolvingOptions, Moment, Motion, MovingMembrane, Scheme, Stop, TimeStep, Tolerance,
@@ -178,7 +178,7 @@ fn forces_of_differences(d: &FiniteDifferences) {
         d.elastic_force_into(&state, &mut a);
         back(d.pressure_force_into(&state, value, &mut a));
         back(d.add_pressure_tangent_into(&state, value, value, &mut band));
-        back(d.add_pressure_tangent_as_printed_into(&state, value, value, &mut band));
+        back(d.add_misprint_into(&state, value, &mut band));
         back(d.pressure_rank_one_into(&state, value, &mut a, &mut b));
         for measure in MEASURES {
             d.measure_gradient_into(measure, &state, &mut a);
@@ -202,8 +202,7 @@ fn forces_of_elements(s: &SpectralElements) {
     s.stiffness_scale();
     s.positions();
     let n = s.start().len();
-    let size = 2 * (s.degree() + 1);
-    let (mut out, mut tangent) = (vec![0.0; n], vec![0.0; size * size]);
+    let (mut out, mut tangent) = (vec![0.0; n], s.tangent());
     for value in ODD {
         let state = vec![value; n];
         back(s.measures(&state));
@@ -212,9 +211,7 @@ fn forces_of_elements(s: &SpectralElements) {
         back(s.at(&state, value));
         s.elastic_force_into(&state, &mut out);
         back(s.pressure_force_into(&state, value, &mut out));
-        for element in SIZES {
-            back(s.element_tangent_into(element, &state, value, &mut tangent));
-        }
+        back(s.tangent_into(&state, value, &mut tangent));
         for measure in MEASURES {
             s.measure_gradient_into(measure, &state, &mut out);
         }

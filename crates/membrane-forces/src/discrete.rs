@@ -1,0 +1,129 @@
+//! What a solver asks of a discretised membrane, and the form that its tangent has.
+
+use std::fmt::Debug;
+
+use crate::band::BandMatrix;
+use crate::curve::CurvePiece;
+use crate::error::{MembraneError, length};
+use crate::law::PressureLaw;
+use crate::measures::{Measure, Measures};
+use crate::rest::CurvePoint;
+
+/// A membrane whose shape is that of finitely many nodes.
+///
+/// A state is their positions from s = 0 on, flat: x0, y0, x1, y1, ... Forces are laid out alike, and are per unit s. If rest shape,
+/// stiffness and ends are mirror images about the x axis the state may end there ([`DiscreteMembrane::is_half`]); what is asked
+/// of the whole curve is that of the whole curve all the same.
+///
+/// The `intensity` that pressure functions take is f or p: the load itself, or under the total-force law the load over the
+/// surface, F / S(c), with S from [`DiscreteMembrane::measure`].
+///
+/// # Errors
+/// [`MembraneError::WrongLength`] from whatever takes a state and returns a result: one that has not the length of
+/// [`DiscreteMembrane::start`].
+///
+/// # Panics
+/// From whatever writes into a slice: a state or a slice that has another length.
+pub trait DiscreteMembrane: Debug + Send + Sync {
+    /// Pressure law of the membrane.
+    fn law(&self) -> PressureLaw;
+
+    /// The rest shape moved to where the membrane is held ([`Membrane::with_ends`](crate::Membrane::with_ends)): where solvers start.
+    fn start(&self) -> &[f64];
+
+    /// Whether the state ends at the axis, the rest of the curve being its mirror image.
+    fn is_half(&self) -> bool;
+
+    /// Which numbers of a state are held, rising: those of the ends, and the y of a node on the axis where the state ends.
+    fn held(&self) -> &[usize];
+
+    /// Largest stiffness, lambda + 4 lambda_2.
+    fn stiffness_scale(&self) -> f64;
+
+    /// Intensity at which the law per current length has no equilibrium any more and the curve runs to infinity; infinite under
+    /// the other laws.
+    fn blow_up(&self) -> f64;
+
+    /// `out` = elastic force F_e; zero where the membrane is held.
+    fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]);
+
+    /// `out` = pressure force F_p at force intensity `intensity`, zero where the membrane is held; it is linear in the intensity,
+    /// so intensity 1 gives dF_p / d intensity.
+    ///
+    /// # Errors
+    /// The curve has no direction at a node, so its normal is undefined.
+    fn pressure_force_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        out: &mut [f64],
+    ) -> Result<(), MembraneError>;
+
+    /// A zero tangent for [`DiscreteMembrane::tangent_into`].
+    fn tangent(&self) -> Tangent;
+
+    /// `out` = derivative of F_e + F_p by the state at fixed intensity, with a unit in the rows of what is held.
+    ///
+    /// # Errors
+    /// As [`DiscreteMembrane::pressure_force_into`].
+    fn tangent_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        out: &mut Tangent,
+    ) -> Result<(), MembraneError>;
+
+    /// A measure of the whole curve.
+    fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError>;
+
+    /// All four measures of the whole curve.
+    fn measures(&self, nodes: &[f64]) -> Result<Measures, MembraneError>;
+
+    /// `out` = gradient of [`DiscreteMembrane::measure`] by the state.
+    fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]);
+
+    /// Material coordinate of every node of the whole curve, s from 0 to 1.
+    fn positions(&self) -> Vec<f64>;
+
+    /// All nodes of the whole curve.
+    fn points(&self, nodes: &[f64]) -> Result<Vec<[f64; 2]>, MembraneError> {
+        length("nodes", nodes.len(), self.start().len())?;
+        let points = nodes.as_chunks::<2>().0;
+        // a node on the axis is its own image
+        let own = self.held().last() == Some(&(nodes.len() - 1));
+        let others = &points[..points.len() - usize::from(own)];
+        let mirrored = others.iter().rev().map(|&[x, y]| [x, -y]);
+        let beyond = if self.is_half() { others.len() } else { 0 };
+        Ok(points
+            .iter()
+            .copied()
+            .chain(mirrored.take(beyond))
+            .collect())
+    }
+
+    /// The whole curve as polynomials; none where the curve is its points.
+    fn pieces(&self, nodes: &[f64]) -> Result<Vec<CurvePiece>, MembraneError>;
+
+    /// The whole curve at material coordinate `s`, clamped to [0, 1].
+    fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError>;
+}
+
+/// Derivative of the forces by the state: dense blocks along the diagonal, coupled by a band.
+///
+/// Each block belongs to an element. Its rows and columns, x before y, are those of the element's inner nodes, then of its first, then
+/// of its last node, which is the first of the next element. The band has the nodes that elements begin or end with. What blocks and
+/// band say of these adds up. Without blocks the band has all nodes.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Tangent {
+    /// Square matrices, row by row.
+    pub blocks: Vec<Vec<f64>>,
+    /// The rest.
+    pub band: BandMatrix,
+}
+
+/// # Panics
+/// `given` has not the length that a state has.
+pub(crate) fn check(given: &[f64], needed: usize) {
+    assert_eq!(given.len(), needed, "numbers in a state or a force");
+}
