@@ -55,7 +55,7 @@ pub(super) struct CircleStudy {
 
 /// Rest shapes of Table 1: the polygon's measures against the closed forms.
 pub(super) fn rest(run: &Run<'_>) -> Result<report::Rest, PhantomError> {
-    let pair = run.heart.pair();
+    let pair = run.parts.heart.pair();
     let measure = |solver: &Solver, balloon: Balloon| -> Result<_, PhantomError> {
         let discrete = solver.start_measures();
         let exact = balloon_at_rest(balloon.length, balloon.radius)?;
@@ -78,12 +78,12 @@ pub(super) fn rest(run: &Run<'_>) -> Result<report::Rest, PhantomError> {
 pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
     let options = NewtonOptions::default();
     #[expect(clippy::unreachable, reason = "one gain, one shape")]
-    let [dilated] = &run.heart.shapes(&[run.options.gain])?[..] else {
+    let [dilated] = &run.parts.heart.shapes(&[run.options.gain])?[..] else {
         unreachable!("one gain, one shape")
     };
     let solution = dilated.solution();
     let limit = limit(run.options.gain)?;
-    let inner = run.heart.pair().inner();
+    let inner = run.parts.heart.pair().inner();
     let family = PRESSURES
         .iter()
         .map(|&load| {

@@ -17,7 +17,6 @@ pub use options::StudyOptions;
 use report::{Report, Settings};
 use run::Run;
 use std::path::Path;
-use tomography::Volumes;
 
 /// Heading of the page.
 const TITLE: &str = "A beating heart from two balloons";
@@ -63,7 +62,7 @@ fn run_in_pool(
             gain: options.gain,
             beats_per_minute: options.beats_per_minute,
             nodes: options.nodes,
-            voxel_cm: run.camera.pitch(),
+            voxel_cm: run.parts.camera.pitch(),
         },
         ..Report::default()
     };
@@ -71,12 +70,10 @@ fn run_in_pool(
 
     run.stage("voxels");
     let clock = run.clock();
-    let regions = Regions::new(&run.heart, &run.camera, &run.cycle)?;
+    let regions = Regions::new(&run.parts.heart, &run.parts.camera, &run.parts.cycle)?;
     run.time.truth_and_files += clock.seconds();
-    let mut volumes = Volumes::default();
-    for (k, (name, acquisition)) in tomography::ACQUISITIONS.into_iter().enumerate() {
-        let acquired = (name, acquisition);
-        let result = tomography::reconstruct(&mut run, acquired, &regions, &mut volumes)?;
+    for (k, (name, mode)) in tomography::ACQUISITIONS.into_iter().enumerate() {
+        let result = tomography::reconstruct(&mut run, (name, mode), &regions)?;
         let clock = run.clock();
         if let Some(gallery) = &mut gallery {
             run.stage("drawing");
@@ -84,7 +81,7 @@ fn run_in_pool(
                 pictures::pose(gallery, &run)?;
                 pictures::projection_images(gallery, &run, &result.sinograms.samples)?;
             }
-            pictures::reconstruction(gallery, &run, (15 + k, name), &volumes.ram_lak)?;
+            pictures::reconstruction(gallery, &run, (15 + k, name), &result.volume)?;
         }
         run.time.truth_and_files += clock.seconds();
         let (ram_lak, hann) = match k {
@@ -128,7 +125,7 @@ fn solve(
     run.stage("circle");
     let circle = membranes::circle()?;
     let peak = run.options.gain;
-    let states = run.heart.shapes(&[0.0, 0.5 * peak, peak])?;
+    let states = run.parts.heart.shapes(&[0.0, 0.5 * peak, peak])?;
     run.time.solve += clock.seconds();
 
     let clock = run.clock();

@@ -1,6 +1,7 @@
 //! What the study is asked for.
 
-use heart_phantom::PhantomError;
+use heart_phantom::scene::DiscretisationSettings;
+use heart_phantom::{PhantomError, Scene, VolumeRange};
 
 /// What to compute.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,10 +38,20 @@ impl Default for StudyOptions {
 }
 
 impl StudyOptions {
+    /// The scene that the three acquisitions are modes of: [`Scene::default`], as large and as fine as is asked for.
+    pub(super) fn scene(&self) -> Scene {
+        let mut scene = Scene::default().with_size(self.size);
+        scene.camera.views = self.views;
+        scene.cycle.beats_per_minute = self.beats_per_minute;
+        scene.cycle.volume = VolumeRange::Gain(self.gain);
+        scene.heart.discretisation = DiscretisationSettings::Differences { nodes: self.nodes };
+        scene
+    }
+
     /// The limits are those of memory (a volume of 1024^3 samples is 4 GiB) and of sense.
     pub(super) fn validate(&self) -> Result<(), PhantomError> {
         check_count("size", self.size, 8, 1024)?;
-        check_count("views", self.views, 1, 100_000)?;
+        check_count("views", self.views, 1, 10_000)?;
         check("gain", self.gain, 0.0, 2.0)?;
         check("bpm", self.beats_per_minute, 1.0, 1000.0)?;
         check_count("nodes", self.nodes, 11, 100_001)?;

@@ -223,14 +223,14 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Study
             "The camera turns about z by 180 degrees in {} views while the heart beats {} times a \
              minute. Sinograms from exact chords of the revolved membranes, reconstructed slice by \
              slice to {}³ voxels of {:.4} cm.",
-            run.camera.n_views(),
+            run.parts.camera.n_views(),
             run.options.beats_per_minute,
-            run.camera.n_bins(),
-            run.camera.pitch()
+            run.parts.camera.n_bins(),
+            run.parts.camera.pitch()
         )],
     );
     #[expect(clippy::unreachable, reason = "one gain, one shape")]
-    let [rest] = &run.heart.shapes(&[0.0])?[..] else {
+    let [rest] = &run.parts.heart.shapes(&[0.0])?[..] else {
         unreachable!("one gain, one shape")
     };
     let [inner, outer] = rest.curves();
@@ -247,7 +247,10 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Study
             &state,
             &[
                 ("axis along z", upright),
-                ("turned 45° about x, then 45° about y", *run.heart.pose()),
+                (
+                    "turned 45° about x, then 45° about y",
+                    *run.parts.heart.pose(),
+                ),
             ],
             VIEW,
         )?,
@@ -262,8 +265,8 @@ pub(super) fn projection_images(
     run: &Run<'_>,
     samples: &[f32],
 ) -> Result<(), StudyError> {
-    let n = run.camera.n_bins();
-    let angles = run.camera.geometry().angles();
+    let n = run.parts.camera.n_bins();
+    let angles = run.parts.camera.geometry().angles();
     let images: Vec<Projection<'_>> = [0, angles.len() / 3, 2 * angles.len() / 3]
         .iter()
         .map(|&view_idx| Projection {
@@ -273,7 +276,7 @@ pub(super) fn projection_images(
         .collect();
     gallery.picture(
         "fig14-projections.png",
-        &projections(&images, n, run.camera.pitch())?,
+        &projections(&images, n, run.parts.camera.pitch())?,
         "Fig. 14: projections of the wall at rest from three angles; exact chord lengths, no voxels."
             .into(),
     )
@@ -286,11 +289,11 @@ pub(super) fn reconstruction(
     (number, name): (usize, &str),
     volume: &[f32],
 ) -> Result<(), StudyError> {
-    let n = run.camera.n_bins();
+    let n = run.parts.camera.n_bins();
     let volume = Volume {
         values: volume,
         size: [n; 3],
-        spacing: run.camera.pitch(),
+        spacing: run.parts.camera.pitch(),
     };
     let of = |what: &str| format!("fig{number}-{name}-{what}.png");
     gallery.picture(
@@ -305,7 +308,7 @@ pub(super) fn reconstruction(
         format!("Fig. {number}b: slices of the same."),
     )?;
     // Cut through the body's axis, facing the viewer: the wall's inside, and what motion does to it.
-    let axis = run.heart.pose().axis();
+    let axis = run.parts.heart.pose().axis();
     let toward = Vector3::from(VIEW.toward());
     let normal = toward - axis * toward.dot(&axis);
     let view = IsoView {

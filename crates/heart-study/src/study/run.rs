@@ -2,7 +2,7 @@
 
 use super::options::StudyOptions;
 use super::report;
-use heart_phantom::{Camera, Cycle, Heart, PhantomError, Progress, files};
+use heart_phantom::{PhantomError, PhantomParts, Progress, files};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -11,16 +11,12 @@ use std::time::Instant;
 /// Stages that [`Run::stage`] is called for in a whole run, for the progress bar.
 const STAGES: f64 = 24.0;
 
-/// Width of the camera's field of view in cm.
-const FIELD_OF_VIEW: f64 = 16.0;
-
 /// A study under way.
 pub(super) struct Run<'a> {
     pub(super) options: &'a StudyOptions,
     pub(super) out: &'a Path,
-    pub(super) heart: Heart,
-    pub(super) camera: Camera,
-    pub(super) cycle: Cycle,
+    /// Of all three acquisitions, which share the shapes of the heart.
+    pub(super) parts: PhantomParts,
     pub(super) time: report::Time,
     progress: &'a (dyn Fn(Progress) + Sync),
     stages: AtomicUsize,
@@ -37,9 +33,7 @@ impl<'a> Run<'a> {
         Ok(Self {
             options,
             out,
-            heart: Heart::study(options.nodes)?,
-            camera: Camera::new(options.views, options.size, FIELD_OF_VIEW)?,
-            cycle: Cycle::new(options.beats_per_minute, options.gain)?,
+            parts: options.scene().parts()?,
             time: report::Time::default(),
             progress,
             stages: AtomicUsize::new(0),

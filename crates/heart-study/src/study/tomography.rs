@@ -2,27 +2,15 @@
 
 use super::report;
 use super::run::Run;
-use heart_phantom::radon::{FbpOptions, FbpPlan, StackOrder, Window};
-use heart_phantom::{Acquisition, Measures, PhantomError, Regions, Sinograms, acquire};
-
-/// Activity of the cavity and of the wall.
-pub(super) const ACTIVITY: [f64; 2] = [0.0, 1.0];
-/// Largest error of a voxel's covered fraction in the truth: far below what 90 views resolve.
-const TRUTH_TOLERANCE: f64 = 1e-3;
-/// Phases of a whole-cycle average.
-const QUADRATURE_POINTS: usize = 32;
+use heart_phantom::radon::Window;
+use heart_phantom::{Acquisition, Measures, Mode, Phantom, PhantomError, Regions, Sinograms};
 
 /// The three acquisitions in the order of the report. A camera's views are a second apart, 90 of them over 180 degrees at 2 degrees a
 /// second.
-pub(super) const ACQUISITIONS: [(&str, Acquisition); 3] = [
-    ("static", Acquisition::still(0.0)),
-    ("short", Acquisition::Instants),
-    (
-        "long",
-        Acquisition::WholeCycle {
-            points: QUADRATURE_POINTS,
-        },
-    ),
+pub(super) const ACQUISITIONS: [(&str, Mode); 3] = [
+    ("static", Mode::Static { phase: 0.0 }),
+    ("short", Mode::Instants),
+    ("long", Mode::WholeCycle),
 ];
 
 /// One acquisition and what was found of it.
@@ -33,100 +21,75 @@ pub(super) struct Reconstructed {
     pub(super) ram_lak: report::Acquisition,
     /// Figures of Hann.
     pub(super) hann: report::Acquisition,
-}
-
-/// The reconstructions and the truth of one acquisition, `[z][y][x]`; the reconstructions' memory is used again by the next one.
-#[derive(Default)]
-pub(super) struct Volumes {
-    pub(super) ram_lak: Vec<f32>,
-    hann: Vec<f32>,
-    truth: Vec<f32>,
+    /// The reconstruction by Ram-Lak, `[z][y][x]`.
+    pub(super) volume: Vec<f32>,
 }
 
 /// Takes one acquisition, reconstructs it with both windows, measures it and writes sinogram,
 /// volumes and truth. Each file is written while what comes next is computed.
 pub(super) fn reconstruct(
     run: &mut Run<'_>,
-    (name, acquisition): (&'static str, Acquisition),
+    (name, mode): (&'static str, Mode),
     regions: &Regions,
-    volumes: &mut Volumes,
 ) -> Result<Reconstructed, PhantomError> {
-    let (n, views) = (run.camera.n_bins(), run.camera.n_views());
+    let with = |window| {
+        let mut parts = run.parts.clone();
+        parts.mode = mode;
+        parts.reconstruction = parts.reconstruction.with_window(window);
+        Phantom::from_parts(parts)
+    };
+    let (phantom, smooth) = (with(Window::RamLak)?, with(Window::Hann)?);
+    let (camera, truth_of) = (phantom.camera(), phantom.truth_of());
+    let (n, views) = (camera.n_bins(), camera.n_views());
     run.stage("solving shapes");
-    let solved = run.heart.shapes_solved();
+    let solved = run.parts.heart.shapes_solved();
     let clock = run.clock();
-    acquisition.solve(&run.heart, &run.camera, &run.cycle)?;
+    let acquisition = phantom.acquisition(0)?;
+    acquisition.solve(phantom.heart(), camera, phantom.cycle())?;
     run.time.solve += clock.seconds();
 
     run.stage("projecting");
     let clock = run.clock();
-    let sinograms = acquire(
-        &run.heart,
-        &run.camera,
-        &run.cycle,
-        acquisition,
-        ACTIVITY,
-        &|_| (),
-    )?;
+    let sinograms = phantom.sinograms(0, &|_| ())?;
     run.time.project += clock.seconds();
 
     let clock = run.clock();
     run.stage("truth");
-    let truth_of = acquisition.truth_of(&run.cycle, &run.camera);
     let cube = [n; 3];
-    let Volumes {
-        ram_lak,
-        hann,
-        truth,
-    } = volumes;
     let truth = beside(
         || run.write(name, "sinogram", &[views, n, n], &sinograms.samples),
-        || {
-            let (heart, camera, cycle) = (&run.heart, &run.camera, &run.cycle);
-            *truth = Vec::new(); // gone before the next one comes
-            *truth =
-                heart_phantom::truth(heart, camera, cycle, acquisition, ACTIVITY, TRUTH_TOLERANCE)?;
-            Ok(&truth[..])
-        },
+        || phantom.truth(0),
     )?;
-
-    let fbp = |window, volume: &mut Vec<f32>| {
+    let fbp = |phantom: &Phantom| {
         let clock = run.clock();
-        volume.resize(n * n * n, 0.0);
-        let options = FbpOptions::default().with_window(window);
-        let plan = FbpPlan::new(run.camera.geometry(), run.camera.image(), &options)?;
-        plan.reconstruct_stack_into(
-            &sinograms.samples,
-            n,
-            StackOrder::ViewSliceBin,
-            volume,
-            &mut plan.scratch(),
-        )?;
-        Ok(clock.seconds())
+        let volume = phantom.reconstruct(0, &sinograms.samples)?;
+        Ok((volume, clock.seconds()))
     };
-    let measure = |volume: &[f32]| Measures::of(volume, Some(truth), regions, &run.camera);
+    let measure = |volume: &[f32]| Measures::of(volume, Some(&truth), regions, camera);
     run.stage("reconstructing");
-    let first = beside(
-        || run.write(name, truth_of.file_name(), &cube, truth),
-        || fbp(Window::Hann, hann),
+    let (hann, first) = beside(
+        || run.write(name, truth_of.file_name(), &cube, &truth),
+        || fbp(&smooth),
     )?;
-    let (second, of_hann) = beside(
-        || run.write(name, "hann", &cube, hann),
-        || Ok((fbp(Window::RamLak, ram_lak)?, measure(hann)?)),
+    let ((volume, second), of_hann) = beside(
+        || run.write(name, "hann", &cube, &hann),
+        || Ok((fbp(&phantom)?, measure(&hann)?)),
     )?;
+    drop(hann);
     run.stage("measuring");
     let of_ram_lak = beside(
-        || run.write(name, "ram-lak", &cube, ram_lak),
-        || measure(ram_lak),
+        || run.write(name, "ram-lak", &cube, &volume),
+        || measure(&volume),
     )?;
+    let figures = |measures| summarise(&phantom, acquisition, &sinograms, solved, measures);
+    let (ram_lak, hann) = (figures(&of_ram_lak), figures(&of_hann));
     run.time.reconstruct += first + second;
     run.time.truth_and_files += clock.seconds() - first - second;
-    let figures = |measures| summarise(run, acquisition, &sinograms, solved, measures);
-    let (ram_lak, hann) = (figures(&of_ram_lak), figures(&of_hann));
     Ok(Reconstructed {
         sinograms,
         ram_lak,
         hann,
+        volume,
     })
 }
 
@@ -141,7 +104,7 @@ fn beside<T: Send>(
 }
 
 fn summarise(
-    run: &Run<'_>,
+    phantom: &Phantom,
     acquisition: Acquisition,
     sinograms: &Sinograms,
     solved_before: usize,
@@ -155,10 +118,10 @@ fn summarise(
             _ => None,
         },
         quadrature_error: sinograms.quadrature_error,
-        shapes_solved: run.heart.shapes_solved() - solved_before,
+        shapes_solved: phantom.heart().shapes_solved() - solved_before,
         rays_cast: sinograms.rays.cast,
         rays_skipped: sinograms.rays.skipped,
-        truth: Some(acquisition.truth_of(&run.cycle, &run.camera)),
+        truth: Some(phantom.truth_of()),
         rmse_truth: measures.rmse_truth,
         wall_mean: measures.wall_mean,
         wall_std: measures.wall_std,
