@@ -196,6 +196,7 @@ pub fn poses(
     view: View,
 ) -> Result<Picture, FigureError> {
     check::at_least("poses", poses.len(), 1)?;
+    check::finite("view", &[view.azimuth, view.elevation])?;
     state.check()?;
     let side = 640;
     let top = 60;
