@@ -1,8 +1,7 @@
 //! The moving membrane: nodes, mass, damping, and the forces on it.
 
-use membrane_newton::DiscreteMembrane;
 use membrane_newton::membrane_forces::FiniteDifferences;
-use membrane_newton::{Measure, Membrane};
+use membrane_newton::{BandMatrix, DiscreteMembrane, Measure, Membrane};
 
 use crate::error::{ImplicitError, within};
 
@@ -28,6 +27,10 @@ pub struct MovingMembrane {
     pub(crate) differences: FiniteDifferences,
     pub(crate) mass: f64,
     pub(crate) damping: f64,
+    /// K = dF_e/dc, the same for every state.
+    pub(crate) springs: BandMatrix,
+    /// The size of the membrane, cm: what tolerances on positions are relative to.
+    pub(crate) length: f64,
     largest_frequency: f64,
 }
 
@@ -42,12 +45,15 @@ impl MovingMembrane {
         for value in differences.start() {
             within("rest position", *value, -FARTHEST, FARTHEST)?;
         }
-        let largest_frequency = largest_eigenvalue(&differences).sqrt();
+        let mut springs = differences.band();
+        differences.add_elastic_tangent_into(1.0, &mut springs);
         Ok(Self {
+            length: Measure::Length.of(differences.start().as_chunks().0),
+            largest_frequency: largest_eigenvalue(&springs).sqrt(),
+            springs,
             differences,
             mass: 1.0,
             damping: 0.0,
-            largest_frequency,
         })
     }
 
@@ -109,21 +115,44 @@ impl MovingMembrane {
         (self.damping / k).min(2.0 * self.mass / self.damping)
     }
 
-    /// The size of the membrane, cm: what tolerances on positions are relative to.
-    pub(crate) fn length_scale(&self) -> f64 {
-        Measure::Length.of(self.differences.start().as_chunks().0)
+    /// m + h mu, what a velocity at the end of h is multiplied by in the balance of momentum.
+    pub(crate) fn inertia(&self, h: f64) -> f64 {
+        self.mass + h * self.damping
+    }
+
+    /// Volume enclosed at the start, cm^3.
+    pub(crate) fn start_volume(&self) -> f64 {
+        Measure::Volume.of(self.differences.start().as_chunks().0)
+    }
+
+    /// `out` = pressure force; `time` is when an error says that it happened.
+    pub(crate) fn pressure_into(
+        &self,
+        time: f64,
+        nodes: &[f64],
+        intensity: f64,
+        out: &mut [f64],
+    ) -> Result<(), ImplicitError> {
+        let d = &self.differences;
+        d.pressure_force_into(nodes, intensity, out)
+            .map_err(|error| ImplicitError::Membrane { time, error })
     }
 }
 
-/// Upper bound of the spectrum of -dF_e/dc by Gershgorin's circles; for springs in a row it is
+/// Zeroes the four coordinates of the two held nodes.
+pub(crate) fn hold_ends(values: &mut [f64]) {
+    let n = values.len();
+    values[..2].fill(0.0);
+    values[n - 2..].fill(0.0);
+}
+
+/// Upper bound of the spectrum of `springs` in size by Gershgorin's circles; for springs in a row it is
 /// sharp to O(1/N^2), since the highest mode alternates from node to node.
-fn largest_eigenvalue(differences: &FiniteDifferences) -> f64 {
-    let mut band = differences.band();
-    differences.add_elastic_tangent_into(-1.0, &mut band);
-    let n = band.len();
-    band.rows()
+fn largest_eigenvalue(springs: &BandMatrix) -> f64 {
+    springs
+        .rows()
         .skip(2)
-        .take(n - 4)
+        .take(springs.len() - 4)
         .map(|row| row.iter().map(|v| v.abs()).sum())
         .fold(0.0, f64::max)
 }

@@ -1,7 +1,6 @@
 //! What inflates the membrane: pressure, total force or volume as a function of time, or a pressure that answers to the
 //! state.
 
-use membrane_newton::DiscreteMembrane;
 use std::fmt;
 use std::sync::Arc;
 
@@ -178,7 +177,7 @@ impl Drive {
         body: &MovingMembrane,
         gain: impl Fn(f64) -> f64 + Send + Sync + 'static,
     ) -> Self {
-        let rest = Measure::Volume.of(body.differences.start().as_chunks().0);
+        let rest = body.start_volume();
         Self::volume(move |t| rest * (1.0 + gain(t)))
     }
 

@@ -44,14 +44,13 @@
 )]
 
 mod body;
-mod dense;
 mod drive;
 mod energy;
 mod error;
 mod evolving;
+mod instant;
 mod motion;
 mod scheme;
-mod springs;
 mod stage;
 mod stepper;
 mod target;

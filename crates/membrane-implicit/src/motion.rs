@@ -3,19 +3,18 @@
 mod adaptive;
 mod run;
 
-use membrane_newton::DiscreteMembrane;
 use membrane_newton::Measure;
 
 use crate::body::{FARTHEST, MovingMembrane};
-use crate::dense;
 use crate::drive::{Drive, DriveKind, Moment};
 use crate::energy::Energy;
 pub use adaptive::Tolerance;
 pub use run::{Stop, TimeStep};
 
 use crate::error::{ImplicitError, at_least, length, within};
+use crate::instant::Instant;
 use crate::scheme::{Jacobian, Scheme};
-use crate::stepper::{Instant, Stepper};
+use crate::stepper::Stepper;
 use crate::target::Target;
 use crate::work::Work;
 
@@ -122,9 +121,7 @@ impl Motion {
         if scheme.has_explicit_pressure() {
             return Err(ImplicitError::ExplicitVolume);
         }
-        let volume =
-            |body: &MovingMembrane| Measure::Volume.of(body.differences.start().as_chunks().0);
-        let volumes = [volume(&inner), volume(&outer)];
+        let volumes = [inner.start_volume(), outer.start_volume()];
         let wall_volume = volumes[1] - volumes[0];
         if !(wall_volume.is_finite() && wall_volume > 0.0) {
             let [inner, outer] = volumes;
@@ -196,7 +193,7 @@ impl Motion {
         let time = inner.now().time;
         let mut target = Target::of(drive, time)?;
         if let Target::Volume(prescribed) = target {
-            let actual = Measure::Volume.of(inner.now().nodes.as_chunks().0);
+            let actual = inner.now().volume();
             if (prescribed - actual).abs() > 1e-9 * actual.abs() {
                 return Err(ImplicitError::VolumeMismatch {
                     time,
@@ -325,7 +322,7 @@ impl Motion {
         points: &mut [[f64; 2]],
         velocities: &mut [[f64; 2]],
     ) -> Result<(), ImplicitError> {
-        dense::at_into(&self.inner, time, points, velocities)
+        self.inner.at_into(time, points, velocities)
     }
 
     /// As [`Motion::at_into`], of the outer membrane; does nothing without one.
@@ -342,7 +339,7 @@ impl Motion {
         velocities: &mut [[f64; 2]],
     ) -> Result<(), ImplicitError> {
         match &self.outer {
-            Some(outer) => dense::at_into(&outer.stepper, time, points, velocities),
+            Some(outer) => outer.stepper.at_into(time, points, velocities),
             None => Ok(()),
         }
     }
@@ -355,10 +352,10 @@ impl Motion {
             ..
         } = self;
         let time = inner.now().time;
-        let n = inner.stage_times().len();
+        let n = inner.drive_times().len();
         let mut targets = [Target::Intensity(0.0); MAX_TARGETS];
         for i in 0..n {
-            targets[i] = Target::of(drive, time + dt * inner.stage_times()[i])?;
+            targets[i] = Target::of(drive, time + dt * inner.drive_times()[i])?;
         }
         inner.attempt(dt, &targets[..n])?;
         if let Some(outer) = outer {

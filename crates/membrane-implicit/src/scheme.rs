@@ -100,6 +100,20 @@ impl Scheme {
         self.tableau().order as usize
     }
 
+    /// Times, in units of the step, at which the drive acts on it.
+    pub(crate) fn drive_times(self) -> Vec<f64> {
+        let drifts = self.splitting().1;
+        let tableau = self.tableau();
+        match self.family() {
+            Family::Splitting | Family::ImplicitSplitting => (1..=drifts.len())
+                .map(|k| drifts[..k].iter().sum())
+                .collect(),
+            Family::ExplicitStages | Family::ImplicitStages | Family::Linearised => {
+                tableau.c[1..tableau.stages].to_vec()
+            }
+        }
+    }
+
     /// Whether the pressure force is that of a known shape, so that no volume can be prescribed.
     pub(crate) fn has_explicit_pressure(self) -> bool {
         match self.family() {

@@ -1,14 +1,16 @@
 //! One implicit stage: the velocity w at which momentum balances, and the intensity with it.
 
-use membrane_newton::DiscreteMembrane;
 use membrane_newton::membrane_forces::FiniteDifferences;
-use membrane_newton::{BandMatrix, BandedLu, Measure, NewtonError};
+use membrane_newton::{
+    BandMatrix, BandedLu, Border, DiscreteMembrane, Measure, NewtonError, dot_in_eight,
+};
 
-use crate::body::MovingMembrane;
+use crate::body::{MovingMembrane, hold_ends};
 use crate::drive::Moment;
 use crate::error::ImplicitError;
 use crate::scheme::Jacobian;
 use crate::target::{Answer, Target};
+use crate::work::Work;
 
 /// Solves, for the velocity w and the intensity f,
 ///
@@ -21,23 +23,19 @@ use crate::target::{Answer, Target};
 /// made of such stages. The unknowns are 2 N velocities, not 4 N positions and velocities.
 #[derive(Debug, Clone)]
 pub(crate) struct Stage {
-    /// K = dF_e/dc, the same for every state.
-    pub(crate) elastic: BandMatrix,
-    matrix: BandMatrix,
+    pub(crate) jacobian: Jacobian,
+    pub(crate) matrix: BandMatrix,
     lu: BandedLu,
-    /// Inverse matrix times -h n(c).
-    column: Vec<f64>,
-    /// h dg/dc + dg/dw, and what elimination leaves of dg/df.
-    row: Vec<f64>,
-    pivot: f64,
-    /// h for which `lu` stands, NaN before the first factorisation.
+    /// Column -h n(c), row h dg/dc + dg/dw.
+    pub(crate) border: Border,
+    /// h for which `lu` and `border` stand, NaN if they do for none.
     factored: f64,
-    force: Vec<f64>,
-    normal: Vec<f64>,
-    rhs: Vec<f64>,
-    probe: Vec<f64>,
-    pub(crate) factorisations: usize,
-    pub(crate) force_calls: usize,
+    /// F_e and F_p.
+    forces: [Vec<f64>; 2],
+    /// What is missing in the balance of momentum, then the change of w that makes up for it.
+    correction: Vec<f64>,
+    /// For differences of the normals.
+    moved: Vec<f64>,
 }
 
 /// Where and when a stage is solved.
@@ -52,29 +50,28 @@ pub(crate) struct Equation<'a> {
     pub(crate) dt: f64,
     /// h = gamma dt.
     pub(crate) h: f64,
-    /// Size of the membrane, cm.
-    pub(crate) length: f64,
+}
+
+impl Equation<'_> {
+    fn linear(&self, error: NewtonError) -> ImplicitError {
+        let Self { time, dt, .. } = *self;
+        ImplicitError::Linear { time, dt, error }
+    }
 }
 
 impl Stage {
     pub(crate) fn new(body: &MovingMembrane) -> Self {
-        let mut elastic = body.differences.band();
-        body.differences.add_elastic_tangent_into(1.0, &mut elastic);
-        let n = elastic.len();
+        let matrix = body.differences.band();
+        let zero = vec![0.0; matrix.len()];
         Self {
-            matrix: body.differences.band(),
-            lu: BandedLu::for_matrix(&elastic),
-            elastic,
-            column: vec![0.0; n],
-            row: vec![0.0; n],
-            pivot: 1.0,
+            jacobian: Jacobian::Exact,
+            lu: BandedLu::for_matrix(&matrix),
+            border: Border::new(zero.len()).with_dot(dot_in_eight),
             factored: f64::NAN,
-            force: vec![0.0; n],
-            normal: vec![0.0; n],
-            rhs: vec![0.0; n],
-            probe: vec![0.0; n],
-            factorisations: 0,
-            force_calls: 0,
+            forces: [zero.clone(), zero.clone()],
+            correction: zero.clone(),
+            moved: zero,
+            matrix,
         }
     }
 
@@ -92,39 +89,32 @@ impl Stage {
     pub(crate) fn linearise(
         &mut self,
         eq: &Equation<'_>,
-        jacobian: Jacobian,
         (nodes, velocities): (&[f64], &[f64]),
         intensity: f64,
+        work: &mut Work,
     ) -> Result<(), ImplicitError> {
-        let Equation {
-            body, h, time, dt, ..
-        } = *eq;
+        let Equation { body, h, time, .. } = *eq;
         let membrane = |error| ImplicitError::Membrane { time, error };
         let d = &body.differences;
         self.matrix.clear();
         d.add_elastic_tangent_into(-h * h, &mut self.matrix);
-        match jacobian {
-            Jacobian::Differences { .. } => self
-                .add_differences(d, nodes, -h * h * intensity)
-                .map_err(membrane)?,
-            _ => d
-                .add_pressure_tangent_into(nodes, intensity, -h * h, &mut self.matrix)
-                .map_err(membrane)?,
+        match self.jacobian {
+            Jacobian::Differences { .. } => {
+                self.add_differences(d, nodes, -h * h * intensity, work)
+            }
+            Jacobian::Exact | Jacobian::Band => {
+                d.add_pressure_tangent_into(nodes, intensity, -h * h, &mut self.matrix)
+            }
         }
-        let diagonal = body.mass + h * body.damping;
+        .map_err(membrane)?;
         for i in 0..self.matrix.len() {
+            let diagonal = body.inertia(h);
             self.matrix.add(i, i, diagonal).map_err(membrane)?;
         }
-        self.factored = f64::NAN;
-        let lu = self
-            .lu
-            .factor(&self.matrix)
-            .map_err(|error| ImplicitError::Linear { time, dt, error })?;
-        self.factorisations += 1;
+        self.forget();
+        let lu = self.lu.factor(&self.matrix).map_err(|e| eq.linear(e))?;
+        work.factorisations += 1;
 
-        self.pivot = 1.0;
-        self.column.fill(0.0);
-        self.row.fill(0.0);
         let points = nodes.as_chunks().0;
         let answering = |answer: Answer| {
             let slope = -(h * answer.by_volume + answer.by_rate);
@@ -134,7 +124,7 @@ impl Stage {
         let border = match eq.target {
             Target::Intensity(_) => None,
             // Without the rank-one part the intensity does not answer to the change of shape.
-            Target::TotalForce(_) if jacobian == Jacobian::Band => {
+            Target::TotalForce(_) if self.jacobian == Jacobian::Band => {
                 Some((None, Measure::Surface.of(points)))
             }
             Target::TotalForce(_) => Some((
@@ -144,30 +134,31 @@ impl Stage {
             Target::Volume(_) => Some((Some((Measure::Volume, h)), 0.0)),
             Target::Feedback(drive) => {
                 let at = Moment::of(eq.end, nodes, velocities);
-                answering(Answer::about(drive, at, eq.length, h)?)
+                answering(Answer::about(drive, at, body.length, h)?)
             }
             Target::Answer(answer) => answering(answer),
         };
-        if let Some((gradient, corner)) = border {
-            d.pressure_force_into(nodes, -h, &mut self.column)
-                .map_err(membrane)?;
-            self.force_calls += 1;
-            lu.solve_into(&mut self.column);
-            hold_ends(&mut self.column);
-            if let Some((measure, factor)) = gradient {
-                measure.gradient_into(points, self.row.as_chunks_mut().0);
-                hold_ends(&mut self.row);
-                self.row.iter_mut().for_each(|g| *g *= factor);
-            }
-            self.pivot = corner - dot(&self.row, &self.column);
+        let row = self.border.row_mut();
+        row.fill(0.0);
+        if let Some((Some((measure, factor)), _)) = border {
+            measure.gradient_into(points, row.as_chunks_mut().0);
+            hold_ends(row);
+            row.iter_mut().for_each(|g| *g *= factor);
         }
-        if self.pivot == 0.0 || !self.pivot.is_finite() {
-            let error = NewtonError::Singular {
-                row: self.row.len(),
-                pivot: self.pivot,
-            };
-            return Err(ImplicitError::Linear { time, dt, error });
-        }
+        let column = self.border.column_mut();
+        let eliminated = if let Some((_, corner)) = border {
+            body.pressure_into(time, nodes, -h, column)?;
+            work.force_calls += 1;
+            self.border.eliminate(corner, |column| {
+                lu.solve_into(column);
+                hold_ends(column);
+                Ok(())
+            })
+        } else {
+            column.fill(0.0);
+            self.border.eliminate(1.0, |_| Ok(()))
+        };
+        eliminated.map_err(|e| eq.linear(e))?;
         self.factored = h;
         Ok(())
     }
@@ -179,31 +170,25 @@ impl Stage {
         d: &FiniteDifferences,
         nodes: &[f64],
         scale: f64,
+        work: &mut Work,
     ) -> Result<(), membrane_newton::MembraneError> {
         let last = d.n_nodes() - 1;
         // Central differences of n(c): step^2 against rounding / step, in units of the spacing.
         let step = 1e-5 * Measure::Length.of(nodes.as_chunks().0) / last as f64;
-        self.probe.copy_from_slice(nodes);
         for colour in 0..6 {
             let (first, k) = (colour / 2, colour % 2);
-            let each = |probe: &mut [f64], by: f64| {
-                probe
-                    .iter_mut()
-                    .skip(2 * first + k)
-                    .step_by(6)
-                    .for_each(|x| *x += by);
-            };
-            each(&mut self.probe, step);
-            d.pressure_force_into(&self.probe, 1.0, &mut self.normal)?;
-            self.probe.copy_from_slice(nodes);
-            each(&mut self.probe, -step);
-            d.pressure_force_into(&self.probe, 1.0, &mut self.force)?;
-            self.probe.copy_from_slice(nodes);
-            self.force_calls += 2;
+            for (by, normals) in [step, -step].into_iter().zip(&mut self.forces) {
+                self.moved.copy_from_slice(nodes);
+                let own = self.moved.iter_mut().skip(2 * first + k).step_by(6);
+                own.for_each(|x| *x += by);
+                d.pressure_force_into(&self.moved, 1.0, normals)?;
+                work.force_calls += 1;
+            }
+            let [ahead, behind] = &self.forces;
             for m in (first..=last).step_by(3) {
                 for n in m.saturating_sub(1).max(1)..=(m + 1).min(last - 1) {
                     for row in [2 * n, 2 * n + 1] {
-                        let slope = (self.normal[row] - self.force[row]) / (2.0 * step);
+                        let slope = (ahead[row] - behind[row]) / (2.0 * step);
                         self.matrix.add(row, 2 * m + k, scale * slope)?;
                     }
                 }
@@ -217,29 +202,30 @@ impl Stage {
     pub(crate) fn iterate(
         &mut self,
         eq: &Equation<'_>,
-        start: (&[f64], &[f64]),
-        w: &mut [f64],
-        nodes: &mut [f64],
-        intensity: &mut f64,
+        (positions, velocities): (&[f64], &[f64]),
+        (nodes, w, intensity): (&mut [f64], &mut [f64], &mut f64),
+        work: &mut Work,
     ) -> Result<f64, ImplicitError> {
         let Equation { body, h, .. } = *eq;
-        let (positions, velocities) = start;
-        self.forces(eq, nodes, *intensity)?;
-        let (m, m_h) = (body.mass, body.mass + h * body.damping);
-        let forces = self.force.iter().zip(&self.normal);
+        work.iterations += 1;
+        let [elastic, pressure] = &mut self.forces;
+        body.differences.elastic_force_into(nodes, elastic);
+        body.pressure_into(eq.time, nodes, *intensity, pressure)?;
+        work.force_calls += 1;
+        let (m, m_h) = (body.mass, body.inertia(h));
+        let forces = elastic.iter().zip(pressure.iter());
         let momentum = velocities.iter().zip(w.iter());
-        for (rhs, ((e, p), (v, w))) in self.rhs.iter_mut().zip(forces.zip(momentum)) {
-            *rhs = m * v - m_h * w + h * (e + p);
+        for (missing, ((e, p), (v, w))) in self.correction.iter_mut().zip(forces.zip(momentum)) {
+            *missing = m * v - m_h * w + h * (e + p);
         }
-        hold_ends(&mut self.rhs);
-        let lu = self.lu.factored().ok_or(ImplicitError::Linear {
-            time: eq.time,
-            dt: eq.dt,
-            error: NewtonError::NotFactored,
-        })?;
+        hold_ends(&mut self.correction);
+        let lu = self.lu.factored();
+        let (lu, border) = lu
+            .zip(self.border.eliminated())
+            .ok_or_else(|| eq.linear(NewtonError::NotFactored))?;
         // Pivoting mixes the held rows with their neighbours; no rounding may move an end.
-        lu.solve_into(&mut self.rhs);
-        hold_ends(&mut self.rhs);
+        lu.solve_into(&mut self.correction);
+        hold_ends(&mut self.correction);
         let points = nodes.as_chunks().0;
         let defect = match eq.target {
             Target::TotalForce(target) => *intensity * Measure::Surface.of(points) - target,
@@ -248,11 +234,12 @@ impl Stage {
             Target::Feedback(drive) => *intensity - drive.at(&Moment::of(eq.end, nodes, w))?,
             Target::Answer(answer) => *intensity - answer.intensity(&Moment::of(eq.end, nodes, w)),
         };
-        let df = -(defect + dot(&self.row, &self.rhs)) / self.pivot;
+        let correct = border.correct(&mut self.correction, -defect);
+        *intensity += correct.map_err(|e| eq.linear(e))?;
         // The border's defect counts as if the whole membrane had to move by that fraction; that of an intensity
         // moves it by what the step below sees.
         let scale = match eq.target {
-            Target::TotalForce(target) | Target::Volume(target) => eq.length / target.abs(),
+            Target::TotalForce(target) | Target::Volume(target) => body.length / target.abs(),
             Target::Intensity(_) | Target::Feedback(_) | Target::Answer(_) => 0.0,
         };
         let mut change = if defect == 0.0 {
@@ -260,101 +247,53 @@ impl Stage {
         } else {
             defect.abs() * scale
         };
-        let solved = self.rhs.iter().zip(&self.column).zip(positions);
-        for ((w, node), ((y, z), start)) in w.iter_mut().zip(nodes.iter_mut()).zip(solved) {
-            let dw = y - df * z;
+        let moving = w.iter_mut().zip(nodes).zip(positions);
+        for (((w, node), start), dw) in moving.zip(&self.correction) {
             *w += dw;
             *node = start + h * *w;
             // max() would drop a NaN
             let moved = (h * dw).abs();
             change = if moved <= change { change } else { moved };
         }
-        *intensity += df;
         Ok(change)
     }
 
-    /// Elastic and pressure force at a state, into `force` and `normal`.
-    fn forces(
-        &mut self,
-        eq: &Equation<'_>,
-        nodes: &[f64],
-        intensity: f64,
-    ) -> Result<(), ImplicitError> {
-        let d = &eq.body.differences;
-        d.elastic_force_into(nodes, &mut self.force);
-        d.pressure_force_into(nodes, intensity, &mut self.normal)
-            .map_err(|error| ImplicitError::Membrane {
-                time: eq.time,
-                error,
-            })?;
-        self.force_calls += 1;
-        Ok(())
-    }
-
-    /// `pressure` += h f (dn/dc) w + `growth` n, both as the matrix and its border at hand have
-    /// them: what linearising added to the force of the start.
-    ///
-    /// Taken from the matrix, not from the momentum balance, so that the energy report sees an
-    /// error of the linear solver.
-    pub(crate) fn add_linearised(
-        &mut self,
-        eq: &Equation<'_>,
-        w: &[f64],
-        growth: f64,
-        pressure: &mut [f64],
-    ) {
-        let Equation { body, h, .. } = *eq;
-        let m_h = body.mass + h * body.damping;
-        for i in 0..w.len() {
-            // matrix times column is -h n
-            self.probe[i] = w[i] + growth * self.column[i];
+    /// Filters an error estimate through the matrix at hand, if there is one.
+    pub(crate) fn filter(&self, body: &MovingMembrane, error: &mut LocalError) {
+        if let Some(lu) = self.lu.factored() {
+            error.filter(body, self.factored, |v| lu.solve_into(v));
         }
-        self.matrix.mul_into(&self.probe, &mut self.rhs);
-        self.elastic.mul_into(w, &mut self.force);
-        for i in 0..w.len() {
-            pressure[i] += (m_h * w[i] - self.rhs[i]) / h - h * self.force[i];
+    }
+}
+
+/// Estimated error of a step, and the room that filtering takes.
+#[derive(Debug, Clone)]
+pub(crate) struct LocalError {
+    pub(crate) position: Vec<f64>,
+    pub(crate) velocity: Vec<f64>,
+    /// K times the error of the position.
+    force: Vec<f64>,
+}
+
+impl LocalError {
+    pub(crate) fn new(n: usize) -> Self {
+        Self {
+            position: vec![0.0; n],
+            velocity: vec![0.0; n],
+            force: vec![0.0; n],
         }
     }
 
-    /// Filters an error estimate of (position, velocity) through the stage's matrix, so that stiff
-    /// components count for what the scheme makes of them (Hosea and Shampine 1996). Without a factorisation at hand
-    /// it stays what it is.
-    pub(crate) fn filter(
-        &mut self,
-        body: &MovingMembrane,
-        position: &mut [f64],
-        velocity: &mut [f64],
-    ) {
-        let Some(lu) = self.lu.factored() else { return };
-        let h = self.factored;
-        self.elastic.mul_into(position, &mut self.rhs);
-        for (rhs, v) in self.rhs.iter_mut().zip(velocity.iter()) {
-            *rhs = body.mass * v + h * *rhs;
+    /// Filters it through the matrix of an implicit stage, which `solve` divides by, so that stiff components count for what the
+    /// scheme makes of them (Hosea and Shampine 1996).
+    pub(crate) fn filter(&mut self, body: &MovingMembrane, h: f64, solve: impl FnOnce(&mut [f64])) {
+        body.springs.mul_into(&self.position, &mut self.force);
+        for (v, force) in self.velocity.iter_mut().zip(&self.force) {
+            *v = body.mass * *v + h * force;
         }
-        lu.solve_into(&mut self.rhs);
-        velocity.copy_from_slice(&self.rhs);
-        for (p, v) in position.iter_mut().zip(velocity.iter()) {
+        solve(&mut self.velocity);
+        for (p, v) in self.position.iter_mut().zip(&self.velocity) {
             *p += h * v;
         }
     }
-}
-
-/// Zeroes the four coordinates of the two held nodes.
-pub(crate) fn hold_ends(values: &mut [f64]) {
-    let n = values.len();
-    values[..2].fill(0.0);
-    values[n - 2..].fill(0.0);
-}
-
-/// Eight sums side by side: one alone would wait for each of its additions.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    let mut sums = [0.0; 8];
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..8 {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f64>() + rest
 }

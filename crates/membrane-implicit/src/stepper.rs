@@ -1,33 +1,32 @@
-//! One step of a scheme for one membrane: stages, energy, error estimate. Nothing is allocated here.
+//! One membrane carried through time by the steps of a scheme. Nothing is allocated in a step.
 
+mod linearised;
 mod runge_kutta;
+mod splitting;
 
-use membrane_newton::DiscreteMembrane;
-use membrane_newton::Measure;
+use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
 
-use crate::body::{FARTHEST, MovingMembrane};
+use crate::body::{FARTHEST, MovingMembrane, hold_ends};
 use crate::drive::DriveKind;
 use crate::energy::{Energy, Ledger};
-use crate::error::ImplicitError;
+use crate::error::{ImplicitError, within};
+use crate::instant::{Instant, Step, add_slopes, volume_gradient};
 use crate::scheme::{Family, Jacobian, Scheme, Tableau};
-use crate::springs::Springs;
-use crate::stage::{Stage, dot, hold_ends};
+use crate::stage::{LocalError, Stage};
 use crate::target::Target;
 use crate::work::Work;
+use linearised::Linearised;
+use runge_kutta::{ImplicitStages, explicit_stage};
+use splitting::{ImplicitSplitting, kick_and_drift};
 
-/// Position, velocity and acceleration at one instant, flat.
+/// How a step is made, with the workspace for it.
 #[derive(Debug, Clone)]
-pub(crate) struct Instant {
-    pub(crate) time: f64,
-    pub(crate) nodes: Vec<f64>,
-    pub(crate) velocity: Vec<f64>,
-    pub(crate) acceleration: Vec<f64>,
-    /// Pressure force.
-    pressure: Vec<f64>,
-    pub(crate) intensity: f64,
-    /// Power of the pressure force, and |v|^2, both integrated over s.
-    pressure_power: f64,
-    speed_squared: f64,
+enum Method {
+    ExplicitStages,
+    ImplicitStages(ImplicitStages),
+    Linearised(Linearised),
+    Splitting,
+    ImplicitSplitting(ImplicitSplitting),
 }
 
 #[derive(Debug, Clone)]
@@ -35,24 +34,19 @@ pub(crate) struct Stepper {
     pub(crate) body: MovingMembrane,
     pub(crate) scheme: Scheme,
     tableau: Tableau,
-    jacobian: Jacobian,
     kind: DriveKind,
-    length: f64,
-    stage: Stage,
-    springs: Springs,
+    method: Method,
     /// Stage 0 is the present.
     instants: Vec<Instant>,
-    pub(crate) old: Instant,
-    /// c* and v* of the stage being solved.
-    start: (Vec<f64>, Vec<f64>),
-    scratch: Vec<f64>,
-    error: (Vec<f64>, Vec<f64>),
-    /// Difference quotient of the derivative over the previous step, for the trapezoidal rule.
-    has_history: bool,
+    /// Start of the step that led here; the present, if none did.
+    old: Instant,
+    error: LocalError,
+    /// F_e and F_p of the present for [`Stepper::norms`]; K times a velocity for the account.
+    forces: [Vec<f64>; 2],
     ledger: Ledger,
-    /// Account of the attempted step, for the scheme that has no tableau.
+    /// Account of the attempted step, of a scheme that has no tableau.
     pending: Ledger,
-    stage_times: Vec<f64>,
+    drive_times: Vec<f64>,
     pub(crate) work: Work,
 }
 
@@ -72,42 +66,45 @@ impl Stepper {
             speed_squared: 0.0,
         };
         let tableau = scheme.tableau();
-        let stage_times = match scheme.family() {
-            Family::Splitting | Family::ImplicitSplitting => {
-                let drifts = scheme.splitting().1;
-                (1..=drifts.len())
-                    .map(|k| drifts[..k].iter().sum())
-                    .collect()
-            }
-            Family::ExplicitStages | Family::ImplicitStages | Family::Linearised => {
-                tableau.c[1..tableau.stages].to_vec()
-            }
-        };
         Self {
-            length: body.length_scale(),
-            stage: Stage::new(&body),
-            springs: Springs::new(body.n_nodes()),
+            method: match scheme.family() {
+                Family::ExplicitStages => Method::ExplicitStages,
+                Family::ImplicitStages => Method::ImplicitStages(ImplicitStages::new(&body)),
+                Family::Linearised => Method::Linearised(Linearised::new(&body)),
+                Family::Splitting => Method::Splitting,
+                Family::ImplicitSplitting => {
+                    Method::ImplicitSplitting(ImplicitSplitting::new(&body))
+                }
+            },
+            drive_times: scheme.drive_times(),
             scheme,
             tableau,
-            jacobian: Jacobian::Exact,
             kind,
             instants: vec![instant.clone(); tableau.stages],
             old: instant,
-            start: (zero(), zero()),
-            scratch: zero(),
-            error: (zero(), zero()),
-            has_history: false,
+            error: LocalError::new(n),
+            forces: [zero(), zero()],
             ledger: Ledger::default(),
             pending: Ledger::default(),
-            stage_times,
             work: Work::default(),
             body,
         }
     }
 
     pub(crate) fn set_jacobian(&mut self, jacobian: Jacobian) {
-        self.jacobian = jacobian;
-        self.stage.forget();
+        if let Some(stage) = self.stage() {
+            stage.jacobian = jacobian;
+            stage.forget();
+        }
+    }
+
+    /// The stages that are solved for, if the scheme has any.
+    fn stage(&mut self) -> Option<&mut Stage> {
+        match &mut self.method {
+            Method::ImplicitStages(stages) => Some(&mut stages.stage),
+            Method::Linearised(linearised) => Some(&mut linearised.stage),
+            Method::ExplicitStages | Method::Splitting | Method::ImplicitSplitting(_) => None,
+        }
     }
 
     pub(crate) fn set_time(&mut self, time: f64) {
@@ -118,6 +115,11 @@ impl Stepper {
         &self.instants[0]
     }
 
+    /// The end of the step just attempted.
+    pub(crate) fn end(&self) -> &Instant {
+        &self.instants[self.instants.len() - 1]
+    }
+
     /// Sets position and velocity; the intensity and acceleration follow in [`Stepper::begin`].
     pub(crate) fn set(&mut self, time: f64, nodes: &[f64], velocity: &[f64]) {
         let now = &mut self.instants[0];
@@ -125,113 +127,78 @@ impl Stepper {
         now.nodes.copy_from_slice(nodes);
         now.velocity.copy_from_slice(velocity);
         hold_ends(&mut now.velocity);
+        self.old.clone_from(now);
         self.ledger = Ledger::default();
-        self.has_history = false;
     }
 
     /// Intensity and acceleration at the present state. `target` is what the drive prescribes now, but for a volume its
     /// second time derivative.
     pub(crate) fn begin(&mut self, target: Target<'_>) -> Result<(), ImplicitError> {
-        self.evaluate(0, target)
-    }
-
-    fn evaluate(&mut self, index: usize, target: Target<'_>) -> Result<(), ImplicitError> {
-        let Self {
-            body,
-            stage,
-            instants,
-            start: (force, row),
-            error: (moved, _),
-            ..
-        } = self;
-        let at = &mut instants[index];
-        let d = &body.differences;
-        let time = at.time;
-        let membrane = |error| ImplicitError::Membrane { time, error };
-        d.elastic_force_into(&at.nodes, force);
-        stage.force_calls += 1;
+        let Self { body, work, .. } = self;
+        let now = &mut self.instants[0];
         let intensity = if let Target::Volume(acceleration) = target {
             // m V'' = grad V . (F_e + f n - mu v) + m v . H v
-            d.pressure_force_into(&at.nodes, 1.0, &mut at.pressure)
-                .map_err(membrane)?;
-            Measure::Volume.gradient_into(at.nodes.as_chunks().0, row.as_chunks_mut().0);
-            hold_ends(row);
-            let per_intensity = dot(row, &at.pressure);
-            let rate = dot(row, &at.velocity);
-            let pull = dot(row, force);
-            let bend = curvature_of_volume(&at.nodes, &at.velocity, moved, row);
-            (body.mass * (acceleration - bend) - pull + body.damping * rate) / per_intensity
+            body.differences
+                .elastic_force_into(&now.nodes, &mut now.acceleration);
+            body.pressure_into(now.time, &now.nodes, 1.0, &mut now.pressure)?;
+            let gradient = now.volume_gradient();
+            let (pull, rate) = (
+                dot(&gradient, &now.acceleration),
+                dot(&gradient, &now.velocity),
+            );
+            (body.mass * (acceleration - now.volume_curvature()) - pull + body.damping * rate)
+                / dot(&gradient, &now.pressure)
         } else {
-            target.intensity(time, &at.nodes, &at.velocity, f64::NAN)?
+            target.intensity(now.time, &now.nodes, &now.velocity, f64::NAN)?
         };
-        if !intensity.is_finite() {
-            let value = intensity;
-            return Err(ImplicitError::BadDrive { time, value });
-        }
-        at.intensity = intensity;
-        d.pressure_force_into(&at.nodes, intensity, &mut at.pressure)
-            .map_err(membrane)?;
-        let (inverse_mass, mu) = (1.0 / body.mass, body.damping);
-        let forces = force.iter().zip(&at.pressure).zip(&at.velocity);
-        for (a, ((e, p), v)) in at.acceleration.iter_mut().zip(forces) {
-            *a = (e + p - mu * v) * inverse_mass;
-        }
-        hold_ends(&mut at.acceleration);
-        at.measure(d.ds());
-        Ok(())
+        work.force_calls += 1;
+        now.respond(body, intensity)
     }
 
     /// Second time derivative of the enclosed volume at the present state.
-    pub(crate) fn volume_acceleration(&mut self) -> f64 {
-        let Self {
-            instants,
-            start: (_, row),
-            error,
-            ..
-        } = self;
-        let now = &instants[0];
-        Measure::Volume.gradient_into(now.nodes.as_chunks().0, row.as_chunks_mut().0);
-        dot(row, &now.acceleration)
-            + curvature_of_volume(&now.nodes, &now.velocity, &mut error.0, row)
+    pub(crate) fn volume_acceleration(&self) -> f64 {
+        let now = self.now();
+        dot(&volume_gradient(&now.nodes), &now.acceleration) + now.volume_curvature()
     }
 
     /// Times, in units of the step, at which [`Stepper::attempt`] wants the drive's value.
-    pub(crate) fn stage_times(&self) -> &[f64] {
-        &self.stage_times
+    pub(crate) fn drive_times(&self) -> &[f64] {
+        &self.drive_times
     }
 
     /// Volume at the end of stage `index` (from 1) of the step just attempted.
     pub(crate) fn stage_volume(&self, index: usize) -> f64 {
-        Measure::Volume.of(self.instants[index].nodes.as_chunks().0)
-    }
-
-    /// Time at the end of the step just attempted.
-    pub(crate) fn end_time(&self) -> f64 {
-        self.instants[self.tableau.stages - 1].time
-    }
-
-    /// Volume at the end of the step just attempted.
-    pub(crate) fn end_volume(&self) -> f64 {
-        self.stage_volume(self.tableau.stages - 1)
+        self.instants[index].volume()
     }
 
     /// Makes the stages of a step without accepting it. `targets` are the drive's values at
-    /// [`Stepper::stage_times`].
+    /// [`Stepper::drive_times`].
     pub(crate) fn attempt(&mut self, dt: f64, targets: &[Target<'_>]) -> Result<(), ImplicitError> {
         let last = self.tableau.stages - 1;
         for (index, &target) in (1..=last).zip(targets) {
-            let made = match self.scheme.family() {
-                Family::ExplicitStages => self.explicit_stage(index, dt, target),
-                Family::ImplicitStages => self.solve_stage(index, dt, target),
-                Family::Linearised => self.linearised_step(dt, target),
-                Family::Splitting => self.split_step(dt, targets),
-                Family::ImplicitSplitting => self.kick_and_relax(dt, target),
+            let step = Step {
+                body: &self.body,
+                instants: &mut self.instants,
+                dt,
+                work: &mut self.work,
             };
-            made.map_err(|error| self.runaway(index, dt).unwrap_or(error))?;
+            let (tableau, none) = (&self.tableau, Ledger::default());
+            let account = match &mut self.method {
+                Method::ExplicitStages => {
+                    explicit_stage(step, tableau, index, target).map(|()| none)
+                }
+                Method::ImplicitStages(stages) => {
+                    stages.solve(step, tableau, index, target).map(|()| none)
+                }
+                Method::Linearised(linearised) => linearised.step(step, target).map(|()| none),
+                Method::Splitting => kick_and_drift(step, self.scheme.splitting(), targets),
+                Method::ImplicitSplitting(splitting) => splitting.kick_and_relax(step, target),
+            };
+            self.pending = account.map_err(|error| self.runaway(index, dt).unwrap_or(error))?;
         }
         match self.runaway(last, dt) {
             Some(error) => {
-                self.stage.forget();
+                self.stage().into_iter().for_each(Stage::forget);
                 Err(error)
             }
             None => Ok(()),
@@ -271,49 +238,39 @@ impl Stepper {
     /// needs a previous step that there has not been yet.
     pub(crate) fn error(&mut self, tolerance: (f64, f64)) -> Option<f64> {
         let last = self.tableau.stages - 1;
-        let dt = self.instants[last].time - self.instants[0].time;
-        let (position, velocity) = (&mut self.error.0, &mut self.error.1);
+        let (now, new) = (&self.instants[0], &self.instants[last]);
+        let (dt, before) = (new.time - now.time, now.time - self.old.time);
+        let LocalError {
+            position, velocity, ..
+        } = &mut self.error;
         position.fill(0.0);
         velocity.fill(0.0);
-        let mut add = |instant: &Instant, weight: f64| {
-            add_slopes(
-                std::slice::from_ref(instant),
-                &[1.0],
-                weight,
-                position,
-                velocity,
-            );
+        let mut add = |instants: &[Instant], weights: &[f64], dt: f64| {
+            add_slopes(instants, weights, dt, position, velocity);
         };
         match self.tableau.e {
-            Some(e) => add_slopes(&self.instants, &e, dt, position, velocity),
-            None if self.has_history => {
+            Some(e) => add(&self.instants, &e, dt),
+            None if before > 0.0 => {
                 // dt^3 / 12 of the third derivative: second divided difference of the first one
-                let before = self.instants[0].time - self.old.time;
                 let weight = dt.powi(3) / (6.0 * (dt + before));
-                add(&self.instants[last], weight / dt);
-                add(&self.instants[0], -weight / dt - weight / before);
-                add(&self.old, weight / before);
+                let mut add_one =
+                    |at: &Instant, weight| add(std::slice::from_ref(at), &[1.0], weight);
+                add_one(new, weight / dt);
+                add_one(now, -weight / dt - weight / before);
+                add_one(&self.old, weight / before);
             }
             None => return None,
         }
-        match self.scheme.family() {
-            Family::ImplicitSplitting => {
-                let h = 0.5 * dt;
-                self.stage.elastic.mul_into(position, &mut self.scratch);
-                for (out, v) in self.scratch.iter_mut().zip(velocity.iter()) {
-                    *out = self.body.mass * v + h * *out;
-                }
-                self.springs.solve_in_place(&mut self.scratch);
-                velocity.copy_from_slice(&self.scratch);
-                for (p, v) in position.iter_mut().zip(velocity.iter()) {
-                    *p += h * v;
-                }
-            }
-            Family::ImplicitStages | Family::Linearised => {
-                self.stage.filter(&self.body, position, velocity);
-            }
-            Family::ExplicitStages | Family::Splitting => {}
+        let (body, error) = (&self.body, &mut self.error);
+        match &self.method {
+            Method::ImplicitStages(stages) => stages.stage.filter(body, error),
+            Method::Linearised(linearised) => linearised.stage.filter(body, error),
+            Method::ImplicitSplitting(splitting) => splitting.filter(body, 0.5 * dt, error),
+            Method::ExplicitStages | Method::Splitting => (),
         }
+        let LocalError {
+            position, velocity, ..
+        } = &self.error;
         let rms = |v: &[f64]| (v.iter().map(|e| e * e).sum::<f64>() / (v.len() / 2) as f64).sqrt();
         let by_position = rms(position) / tolerance.0;
         Some(match self.kind {
@@ -332,14 +289,10 @@ impl Stepper {
     /// Makes the attempted step the present.
     pub(crate) fn accept(&mut self) {
         let last = self.tableau.stages - 1;
-        let dt = self.instants[last].time - self.instants[0].time;
-        self.settle_energy(dt);
+        self.settle_energy(self.end().time - self.now().time);
         self.instants.swap(0, last);
         std::mem::swap(&mut self.old, &mut self.instants[last]);
-        self.has_history = true;
         self.work.steps += 1;
-        self.work.factorisations = self.stage.factorisations;
-        self.work.force_calls = self.stage.force_calls;
     }
 
     /// Work, damping and numerical loss of the attempted step; see [`crate::Energy`].
@@ -359,16 +312,17 @@ impl Stepper {
             if (0..stages).all(|i| b[i] * a[i][j] + b[j] * a[j][i] - b[i] * b[j] == 0.0) {
                 continue;
             }
-            self.stage
-                .elastic
-                .mul_into(&self.instants[j].velocity, &mut self.scratch);
+            let [force, _] = &mut self.forces;
+            self.body
+                .springs
+                .mul_into(&self.instants[j].velocity, force);
             for i in 0..stages {
                 let m = b[i] * a[i][j] + b[j] * a[j][i] - b[i] * b[j];
                 if m != 0.0 {
                     let (k, other) = (&self.instants[i], &self.instants[j]);
                     loss += m
                         * (self.body.mass * dot(&k.acceleration, &other.acceleration)
-                            - dot(&k.velocity, &self.scratch));
+                            - dot(&k.velocity, force));
                 }
             }
         }
@@ -395,7 +349,7 @@ impl Stepper {
         let n = (now.nodes.len() / 2) as f64;
         let rms = |v: &[f64]| (dot(v, v) / n).sqrt();
         let by_acceleration = (tolerance / rms(&now.acceleration)).sqrt();
-        let by_velocity = 0.1 * self.length / rms(&now.velocity);
+        let by_velocity = 0.1 * self.body.length / rms(&now.velocity);
         let step = by_acceleration.min(by_velocity);
         if step.is_finite() && step > 0.0 {
             step
@@ -406,75 +360,48 @@ impl Stepper {
 
     /// Norms over s, (integral of |.|^2 ds)^(1/2), of F_p + F_e and of the velocity, at the present.
     pub(crate) fn norms(&mut self) -> Result<(f64, f64), ImplicitError> {
-        let now = &self.instants[0];
-        let d = &self.body.differences;
-        d.elastic_force_into(&now.nodes, &mut self.start.0);
-        d.pressure_force_into(&now.nodes, now.intensity, &mut self.scratch)
-            .map_err(|error| ImplicitError::Membrane {
-                time: now.time,
-                error,
-            })?;
-        let sum: f64 = self
-            .start
-            .0
-            .iter()
-            .zip(&self.scratch)
-            .map(|(e, p)| (e + p) * (e + p))
-            .sum();
+        let (now, d) = (&self.instants[0], &self.body.differences);
+        let [elastic, pressure] = &mut self.forces;
+        d.elastic_force_into(&now.nodes, elastic);
+        (self.body).pressure_into(now.time, &now.nodes, now.intensity, pressure)?;
+        let pairs = elastic.iter().zip(&*pressure);
+        let sum: f64 = pairs.map(|(e, p)| (e + p) * (e + p)).sum();
         Ok((
             (d.ds() * sum).sqrt(),
             (d.ds() * dot(&now.velocity, &now.velocity)).sqrt(),
         ))
     }
-}
 
-impl Instant {
-    fn measure(&mut self, ds: f64) {
-        self.pressure_power = ds * dot(&self.pressure, &self.velocity);
-        self.speed_squared = ds * dot(&self.velocity, &self.velocity);
+    /// Shape and velocity at a time within the last step: cubic Hermite interpolation of positions (from velocities) and
+    /// velocities (from accelerations).
+    pub(crate) fn at_into(
+        &self,
+        time: f64,
+        points: &mut [[f64; 2]],
+        velocities: &mut [[f64; 2]],
+    ) -> Result<(), ImplicitError> {
+        let (old, now) = (&self.old, self.now());
+        within("time", time, old.time, now.time)?;
+        let n = now.nodes.len() / 2;
+        assert_eq!((points.len(), velocities.len()), (n, n), "nodes");
+        let dt = now.time - old.time;
+        let t = if dt > 0.0 {
+            (time - old.time) / dt
+        } else {
+            1.0
+        };
+        let s = 1.0 - t;
+        // 1 - 3 t^2 + 2 t^3 and its fellows
+        let (h00, h10) = (s * s * (1.0 + 2.0 * t), dt * t * s * s);
+        let (h01, h11) = (t * t * (1.0 + 2.0 * s), -dt * t * t * s);
+        let mix = |out: &mut [[f64; 2]], a: &[f64], da: &[f64], b: &[f64], db: &[f64]| {
+            for (i, out) in out.as_flattened_mut().iter_mut().enumerate() {
+                *out = h00 * a[i] + h10 * da[i] + h01 * b[i] + h11 * db[i];
+            }
+        };
+        let (v0, v1) = (&old.velocity, &now.velocity);
+        mix(points, &old.nodes, v0, &now.nodes, v1);
+        mix(velocities, v0, &old.acceleration, v1, &now.acceleration);
+        Ok(())
     }
-}
-
-/// `positions`, `velocities` += dt sum a_j (v_j, a_j).
-fn add_slopes(
-    before: &[Instant],
-    a: &[f64],
-    dt: f64,
-    positions: &mut [f64],
-    velocities: &mut [f64],
-) {
-    for (instant, a) in before.iter().zip(a) {
-        if *a != 0.0 {
-            let a = dt * a;
-            let axpy = |out: &mut [f64], slope: &[f64]| {
-                out.iter_mut()
-                    .zip(slope)
-                    .for_each(|(out, slope)| *out += a * slope);
-            };
-            axpy(positions, &instant.velocity);
-            axpy(velocities, &instant.acceleration);
-        }
-    }
-}
-
-/// v . H v of the volume, by a difference of its gradient along v; `row` holds the gradient at
-/// `nodes` and keeps it.
-fn curvature_of_volume(nodes: &[f64], velocity: &[f64], moved: &mut [f64], row: &mut [f64]) -> f64 {
-    let speed = velocity.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    if speed == 0.0 {
-        return 0.0;
-    }
-    let size = nodes.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let step = 1e-5 * size / speed;
-    let mut slope = |sign: f64| {
-        for i in 0..nodes.len() {
-            moved[i] = nodes[i] + sign * step * velocity[i];
-        }
-        Measure::Volume.gradient_into(moved.as_chunks().0, row.as_chunks_mut().0);
-        dot(row, velocity)
-    };
-    let bend = (slope(1.0) - slope(-1.0)) / (2.0 * step);
-    Measure::Volume.gradient_into(nodes.as_chunks().0, row.as_chunks_mut().0);
-    hold_ends(row);
-    bend
 }

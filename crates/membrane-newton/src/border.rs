@@ -40,6 +40,7 @@ pub struct Border {
     solved: Vec<f64>,
     /// d - g' A^-1 b once it is known.
     pivot: Option<f64>,
+    dot: fn(&[f64], &[f64]) -> f64,
 }
 
 /// A border whose column has been eliminated, ready to correct what A alone has solved.
@@ -48,6 +49,7 @@ pub struct Eliminated<'a> {
     row: &'a [f64],
     solved: &'a [f64],
     pivot: f64,
+    dot: fn(&[f64], &[f64]) -> f64,
 }
 
 impl Border {
@@ -58,7 +60,15 @@ impl Border {
             row: vec![0.0; n],
             solved: vec![0.0; n],
             pivot: None,
+            dot,
         }
+    }
+
+    /// The same whose products with g are summed by `dot`, [`dot_in_eight`] for instance: the order of a sum decides its last
+    /// digits. They are summed from first to last without this.
+    pub fn with_dot(mut self, dot: fn(&[f64], &[f64]) -> f64) -> Self {
+        self.dot = dot;
+        self
     }
 
     /// The column b, to be set; [`Border::eliminate`] is then due.
@@ -85,24 +95,32 @@ impl Border {
         self.pivot = None;
         self.solved.copy_from_slice(&self.column);
         solve(&mut self.solved)?;
-        let pivot = corner - dot(&self.row, &self.solved);
+        let pivot = corner - (self.dot)(&self.row, &self.solved);
         if pivot == 0.0 || !pivot.is_finite() {
             let row = self.row.len();
             return Err(NewtonError::Singular { row, pivot });
         }
         self.pivot = Some(pivot);
-        let Self { row, solved, .. } = self;
-        Ok(Eliminated { row, solved, pivot })
+        self.eliminated().ok_or(NewtonError::NotFactored)
     }
 
     /// The border as eliminated last; none if its column or row may have changed since, or if that failed.
     pub fn eliminated(&self) -> Option<Eliminated<'_>> {
-        let Self { row, solved, .. } = self;
-        self.pivot.map(|pivot| Eliminated { row, solved, pivot })
+        self.pivot.map(|pivot| Eliminated {
+            row: &self.row,
+            solved: &self.solved,
+            pivot,
+            dot: self.dot,
+        })
     }
 }
 
 impl Eliminated<'_> {
+    /// A^-1 b.
+    pub fn solved(&self) -> &[f64] {
+        self.solved
+    }
+
     /// Sign of what the border multiplies the determinant by, d - g' A^-1 b: 1 or -1.
     pub fn sign(&self) -> f64 {
         self.pivot.signum()
@@ -114,12 +132,25 @@ impl Eliminated<'_> {
     /// [`NewtonError::WrongLength`] for an `x` of another length than the border.
     pub fn correct(&self, x: &mut [f64], q: f64) -> Result<f64, NewtonError> {
         length("unknowns within a border", x.len(), self.row.len())?;
-        let y = (q - dot(self.row, x)) / self.pivot;
+        let y = (q - (self.dot)(self.row, x)) / self.pivot;
         for (x, solved) in x.iter_mut().zip(self.solved) {
             *x -= y * solved;
         }
         Ok(y)
     }
+}
+
+/// a . b, over as many numbers as the shorter has, as eight sums side by side: one alone would wait for each of its additions.
+pub fn dot_in_eight(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len().min(b.len());
+    let ((a, a_rest), (b, b_rest)) = (a[..n].as_chunks::<8>(), b[..n].as_chunks::<8>());
+    let mut sums = [0.0; 8];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..8 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    sums.iter().sum::<f64>() + dot(a_rest, b_rest)
 }
 
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -57,6 +57,7 @@ mod factors;
 mod newton;
 mod options;
 mod pair;
+mod pentadiagonal;
 mod refine;
 mod report;
 mod resolution;
@@ -66,7 +67,7 @@ mod study;
 mod turning;
 
 pub use banded::{BandedLu, Factored};
-pub use border::{Border, Eliminated};
+pub use border::{Border, Eliminated, dot_in_eight};
 pub use control::Control;
 pub use equilibrium::Equilibrium;
 pub use error::{NewtonError, UserError};
@@ -77,6 +78,7 @@ pub use membrane_forces::{
 pub use newton::{NewtonScratch, ResidualSystem, newton, newton_observed, newton_with};
 pub use options::{LineSearch, NewtonOptions};
 pub use pair::{Pair, PairEquilibrium};
+pub use pentadiagonal::PentadiagonalLdl;
 pub use report::NewtonReport;
 pub use sensitivity::Sensitivity;
 pub use solver::{Discretisation, Solver};

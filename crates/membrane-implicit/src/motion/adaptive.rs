@@ -126,7 +126,7 @@ impl Motion {
         for _ in 0..60 {
             let middle = (a * fb - b * fa) / (fb - fa);
             self.attempt(middle)?;
-            let f = self.inner.end_volume() - volume;
+            let f = self.inner.end().volume() - volume;
             if f.abs() <= 0.5e-10 * volume.abs() || middle <= a.min(b) || middle >= a.max(b) {
                 break;
             }

@@ -149,13 +149,13 @@ impl Motion {
             };
             for stop in stops {
                 if let Stop::Volume(volume) = *stop {
-                    let after = self.inner.end_volume();
+                    let after = self.inner.end().volume();
                     if (before - volume) * (after - volume) < 0.0 {
                         self.land_on_volume(volume, (before, after), dt)?;
                     }
                 }
             }
-            let reached = self.inner.end_time();
+            let reached = self.inner.end().time;
             self.accept(((end - reached).abs() <= 1e-9 * dt).then_some(end));
             if let ControlFlow::Break(value) = observe(self) {
                 return Ok(ControlFlow::Break(value));

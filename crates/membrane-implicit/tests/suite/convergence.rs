@@ -4,7 +4,9 @@ use crate::common;
 
 use common::{apex, inflate, reference_body};
 use membrane_implicit::DiscreteMembrane;
-use membrane_implicit::{Drive, Jacobian, Measure, Motion, Scheme, Stop, TimeStep, Tolerance};
+use membrane_implicit::{
+    Drive, ImplicitError, Jacobian, Measure, Motion, Scheme, Stop, TimeStep, Tolerance,
+};
 
 /// Independent method of lines at N = 101 with an explicit scheme of order 8, rtol 1e-11: apex and
 /// volume at t = 0.5 and t = 2.
@@ -173,6 +175,27 @@ fn dense_output_is_as_good_as_the_steps() {
     println!("{worst:?} slope {slope}");
     // the scheme's own error, order 2, is what remains
     assert!(slope > 1.8, "{worst:?}");
+}
+
+/// A state that is set was not stepped to: there is no shape before it.
+#[test]
+fn a_state_that_is_set_has_no_step_behind_it() {
+    let moved = inflate(Scheme::TrBdf2).state().points.to_vec();
+    let mut velocities = vec![[0.0; 2]; 101];
+    let set = inflate(Scheme::TrBdf2).with_state(2.0, &moved, &velocities);
+    let (set, mut points) = (set.unwrap(), vec![[0.0; 2]; 101]);
+    set.at_into(2.0, &mut points, &mut velocities).unwrap();
+    assert_eq!(points, moved);
+    let before = set.at_into(1.0, &mut points, &mut velocities);
+    assert_eq!(
+        before,
+        Err(ImplicitError::OutOfRange {
+            quantity: "time",
+            value: 1.0,
+            least: 2.0,
+            most: 2.0
+        })
+    );
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod half;
 mod odd_inputs;
 mod oracle;
 mod own_systems;
+mod pentadiagonal;
 mod properties;
 mod robustness;
 mod sensitivity;
