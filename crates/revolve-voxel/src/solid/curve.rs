@@ -1,6 +1,7 @@
 //! A meridian as a curve with a parameter: what a membrane solver gives, its material points included.
 
-use crate::error::{finite, length};
+use crate::error::{finite, length, positive};
+use crate::solid::series::{chebyshev, power};
 use crate::{Error, Piece};
 
 /// Pieces of polynomials on consecutive intervals of a parameter s; x and r in cm.
@@ -27,7 +28,7 @@ impl Curve {
     /// # Errors
     /// [`Error::Length`] unless there is one more knot than pieces and at least one piece, [`Error::NotFinite`] for a knot
     /// or a coefficient, [`Error::NotPositive`] for an interval.
-    pub fn new(knots: Vec<f64>, pieces: Vec<Piece>) -> Result<Self, Error> {
+    pub fn new(knots: Vec<f64>, mut pieces: Vec<Piece>) -> Result<Self, Error> {
         length(
             "knots (one more than pieces)",
             pieces.len().max(1) + 1,
@@ -38,7 +39,7 @@ impl Curve {
             finite("knot", knot)?;
         }
         for pair in knots.windows(2) {
-            crate::error::positive("interval between knots", pair[1] - pair[0])?;
+            positive("interval between knots", pair[1] - pair[0])?;
         }
         for piece in &pieces {
             for c in piece.coefficients().into_iter().flatten() {
@@ -46,25 +47,13 @@ impl Curve {
             }
         }
         // Series of one length, so that x and r are evaluated together.
-        let pieces = (pieces.into_iter())
-            .map(|piece| {
-                let n = piece.coefficients().map(<[f64]>::len).into_iter().max();
-                let padded = |mut c: Vec<f64>| {
-                    c.resize(n.unwrap_or(0).max(1), 0.0);
-                    c
-                };
-                match piece {
-                    Piece::Chebyshev { x, r } => Piece::Chebyshev {
-                        x: padded(x),
-                        r: padded(r),
-                    },
-                    Piece::Power { x, r } => Piece::Power {
-                        x: padded(x),
-                        r: padded(r),
-                    },
-                }
-            })
-            .collect();
+        for piece in &mut pieces {
+            let n = piece.coefficients().map(<[f64]>::len).into_iter().max();
+            let (Piece::Chebyshev { x, r } | Piece::Power { x, r }) = piece;
+            for c in [x, r] {
+                c.resize(n.unwrap_or(0).max(1), 0.0);
+            }
+        }
         Ok(Self { knots, pieces })
     }
 
@@ -91,7 +80,7 @@ impl Curve {
         if self.degree() <= 1 {
             return Ok(self.clone());
         }
-        crate::error::positive("tolerance", tolerance)?;
+        positive("tolerance", tolerance)?;
         let mut points = vec![(self.knots[0], self.pieces[0].at(0.0))];
         for (pair, piece) in self.knots.windows(2).zip(&self.pieces) {
             let first = points.len();
@@ -142,43 +131,4 @@ impl Curve {
             second: [second[0] * square, second[1] * square],
         }
     }
-}
-
-/// Some Chebyshev series of one length with their first two derivatives, by Clenshaw's recurrence and its derivatives.
-///
-/// Inlined, so that derivatives nobody asks for are not computed.
-#[inline(always)]
-pub(crate) fn chebyshev<const N: usize>(series: [&[f64]; N], u: f64) -> [[f64; N]; 3] {
-    let n = series[0].len();
-    let (mut b, mut db, mut ddb) = ([[0.0; N]; 2], [[0.0; N]; 2], [[0.0; N]; 2]);
-    for k in (1..n).rev() {
-        for (j, c) in series.iter().enumerate() {
-            let c = c[k];
-            [ddb[0][j], ddb[1][j]] = [4.0 * db[0][j] + 2.0 * u * ddb[0][j] - ddb[1][j], ddb[0][j]];
-            [db[0][j], db[1][j]] = [2.0 * b[0][j] + 2.0 * u * db[0][j] - db[1][j], db[0][j]];
-            [b[0][j], b[1][j]] = [c + 2.0 * u * b[0][j] - b[1][j], b[0][j]];
-        }
-    }
-    let mut out = [[0.0; N]; 3];
-    for (j, c) in series.iter().enumerate() {
-        out[0][j] = c[0] + u * b[0][j] - b[1][j];
-        out[1][j] = b[0][j] + u * db[0][j] - db[1][j];
-        out[2][j] = 2.0 * db[0][j] + u * ddb[0][j] - ddb[1][j];
-    }
-    out
-}
-
-/// Some power series of one length with their first two derivatives, by Horner's rule.
-#[inline(always)]
-fn power<const N: usize>(series: [&[f64]; N], u: f64) -> [[f64; N]; 3] {
-    let mut out = [[0.0; N]; 3];
-    for k in (0..series[0].len()).rev() {
-        for (j, c) in series.iter().enumerate() {
-            let [p, d, dd] = [out[0][j], out[1][j], out[2][j]];
-            out[0][j] = c[k] + u * p;
-            out[1][j] = p + u * d;
-            out[2][j] = 2.0 * d + u * dd;
-        }
-    }
-    out
 }

@@ -12,4 +12,5 @@ pub(crate) mod pieces;
 pub(crate) mod pose;
 pub(crate) mod segment;
 pub(crate) mod self_crossing;
+pub(crate) mod series;
 pub(crate) mod wedge;

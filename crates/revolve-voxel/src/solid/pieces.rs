@@ -1,6 +1,7 @@
 //! Smooth meridians: pieces of polynomials, drawn as a polyline to a stated tolerance.
 
 use crate::error::{finite, positive};
+use crate::solid::series::{chebyshev, power};
 use crate::{Error, Meridian};
 
 /// A smooth stretch of meridian, x and r as polynomials of a parameter: what a spectral membrane solver gives.
@@ -26,18 +27,11 @@ impl Piece {
     /// The point (x, r) at a fraction of the piece: 0 its start, 1 its end.
     pub fn at(&self, fraction: f64) -> [f64; 2] {
         match self {
-            // Clenshaw's recurrence.
-            Piece::Chebyshev { x, r } => [x, r].map(|c| {
+            Piece::Chebyshev { x, r } => {
                 let u = 2.0 * fraction - 1.0;
-                let (mut b1, mut b2) = (0.0, 0.0);
-                for &ck in c.iter().skip(1).rev() {
-                    (b1, b2) = (ck + 2.0 * u * b1 - b2, b1);
-                }
-                c.first().copied().unwrap_or(0.0) + u * b1 - b2
-            }),
-            Piece::Power { x, r } => {
-                [x, r].map(|c| c.iter().rev().fold(0.0, |sum, ck| ck + fraction * sum))
+                [x, r].map(|c| chebyshev([c], u)[0][0])
             }
+            Piece::Power { x, r } => [x, r].map(|c| power([c], fraction)[0][0]),
         }
     }
 

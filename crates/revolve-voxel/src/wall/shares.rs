@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use crate::solid::curve::chebyshev;
+use crate::solid::series::chebyshev;
 use crate::wall::root::rising_root;
 
 /// The volume along a wall.
