@@ -1,9 +1,71 @@
-//! A block of voxels that layers are added to.
+//! Blocks of voxels: where they are in a body's frame, their eighths, and what layers add to them.
 
 use std::ops::Range;
 
+use nalgebra::{Point3, Vector3};
+
 use crate::voxels::mirror::Mirror;
-use crate::{Sample, VoxelCounters, VoxelGrid};
+use crate::{Pose, Sample, VoxelCounters, VoxelGrid};
+
+/// Slices to a block: blocks of 8 x 8 x 8 voxels are filled whole where no surface comes near.
+pub(crate) const BLOCK: usize = 8;
+
+/// The voxels of a grid in the frame of a body.
+#[derive(Debug)]
+pub(crate) struct Placed<'a> {
+    pub(crate) grid: &'a VoxelGrid,
+    /// First voxel's centre.
+    origin: Point3<f64>,
+    /// The lab's axes.
+    pub(crate) steps: [Vector3<f64>; 3],
+}
+
+impl<'a> Placed<'a> {
+    pub(crate) fn new(pose: &Pose, grid: &'a VoxelGrid) -> Self {
+        Self {
+            grid,
+            origin: pose.to_body(&grid.centre(0, 0, 0)),
+            steps: [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e)),
+        }
+    }
+
+    /// Middle of a block.
+    pub(crate) fn centre(&self, block: &[Range<usize>; 3]) -> Point3<f64> {
+        let spacing = self.grid.spacing();
+        let mut centre = self.origin;
+        for a in 0..3 {
+            let middle = 0.5 * (block[a].start + block[a].end - 1) as f64;
+            centre += self.steps[a] * (middle * spacing[a]);
+        }
+        centre
+    }
+}
+
+/// A block in eighths, x fastest; none is empty.
+pub(crate) fn eighths(block: &[Range<usize>; 3]) -> impl Iterator<Item = [Range<usize>; 3]> {
+    let [x, y, z] = block.each_ref().map(|range| {
+        let middle = range.start + range.len().div_ceil(2);
+        [range.start..middle, middle..range.end]
+    });
+    (0..8)
+        .map(move |k| [&x[k & 1], &y[k >> 1 & 1], &z[k >> 2]].map(Range::clone))
+        .filter(|part| part.iter().all(|range| !range.is_empty()))
+}
+
+/// Volumes cut alike into slabs of `len` voxels, those of one place together.
+pub(crate) fn slabs<T>(volumes: &mut [Vec<T>], len: usize) -> Vec<Vec<&mut [T]>> {
+    let n_slabs = volumes
+        .first()
+        .map_or(0, |volume| volume.len().div_ceil(len));
+    let mut slabs: Vec<Vec<&mut [T]>> = Vec::new();
+    slabs.resize_with(n_slabs, || Vec::with_capacity(volumes.len()));
+    for volume in volumes {
+        for (slab, chunk) in slabs.iter_mut().zip(volume.chunks_mut(len)) {
+            slab.push(chunk);
+        }
+    }
+    slabs
+}
 
 /// What layers add to the voxels of a block.
 #[derive(Debug, Clone, Default)]

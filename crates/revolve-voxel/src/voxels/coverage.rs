@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Point3, Vector3};
 
 use crate::error::{at_least, countable, positive};
-use crate::voxels::block::Block;
+use crate::voxels::block::{BLOCK, Block, Placed, eighths};
 use crate::voxels::field::{Answer, Field};
 use crate::voxels::patch::{Cuboid, Patch, patch};
 use crate::voxels::sections::Sections;
@@ -25,9 +25,6 @@ pub enum Sampling {
         tolerance: f64,
     },
 }
-
-/// Slices to a block: blocks of 8 x 8 x 8 voxels are filled whole where no surface comes near.
-pub(crate) const BLOCK: usize = 8;
 
 impl Body {
     /// What voxels of a grid need to know of a layer.
@@ -101,11 +98,7 @@ pub(crate) fn check(
 /// Paints one layer on blocks of voxels.
 pub(crate) struct Painter<'a> {
     field: &'a Field<'a>,
-    /// First voxel's centre in the body frame.
-    origin: Point3<f64>,
-    /// The lab's axes in the body frame.
-    steps: [Vector3<f64>; 3],
-    grid: &'a VoxelGrid,
+    placed: Placed<'a>,
     sampling: Sampling,
     halvings: [u32; 3],
     arch: pulp::Arch,
@@ -120,9 +113,7 @@ impl<'a> Painter<'a> {
     ) -> Self {
         Self {
             field,
-            origin: pose.to_body(&grid.centre(0, 0, 0)),
-            steps: [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e)),
-            grid,
+            placed: Placed::new(pose, grid),
             sampling,
             halvings: halvings(field.meridian(), grid),
             arch: pulp::Arch::new(),
@@ -131,14 +122,14 @@ impl<'a> Painter<'a> {
 
     /// Adds the covered fraction to the voxels of some slices.
     pub(crate) fn paint_slices<T: Sample>(&self, z: &Range<usize>, out: &mut [T]) -> VoxelCounters {
-        let [nx, ny, _] = self.grid.shape();
+        let [nx, ny, _] = self.placed.grid.shape();
         let (mut block, mut counters) = (Block::default(), VoxelCounters::default());
         for y in (0..ny).step_by(BLOCK) {
             for x in (0..nx).step_by(BLOCK) {
                 let voxels = [x..nx.min(x + BLOCK), y..ny.min(y + BLOCK), z.clone()];
                 block.start(&voxels);
                 self.paint(&voxels, 1.0, &mut block);
-                block.add_to(None, self.grid, z.start, out);
+                block.add_to(None, self.placed.grid, z.start, out);
                 counters = counters + block.counters;
             }
         }
@@ -152,17 +143,11 @@ impl<'a> Painter<'a> {
         weight: f64,
         target: &mut Block<T>,
     ) {
-        let spacing = self.grid.spacing();
-        let mut centre = self.origin;
-        let mut half = [0.0; 3];
-        for a in 0..3 {
-            half[a] = 0.5 * block[a].len() as f64 * spacing[a];
-            centre +=
-                self.steps[a] * (0.5 * (block[a].start + block[a].end - 1) as f64 * spacing[a]);
-        }
+        let centre = self.placed.centre(block);
+        let spacing = self.placed.grid.spacing();
+        let half = [0, 1, 2].map(|a| 0.5 * block[a].len() as f64 * spacing[a]);
         let radius = Vector3::from(half).norm();
-        let [x, y, z] = block;
-        let voxels = x.len() * y.len() * z.len();
+        let voxels = block.iter().map(Range::len).product::<usize>();
         target.counters.evaluations += 1;
         let answer = self.field.ask(centre.x, radius_of(&centre), radius);
         if let Answer::Far(inside) = answer {
@@ -175,7 +160,7 @@ impl<'a> Painter<'a> {
         if voxels == 1 {
             let cuboid = Cuboid {
                 centre: &centre,
-                axes: &self.steps,
+                axes: &self.placed.steps,
                 half,
                 radius,
             };
@@ -202,18 +187,8 @@ impl<'a> Painter<'a> {
             }
             return;
         }
-        let halves = |r: &Range<usize>| {
-            let mid = r.start + r.len().div_ceil(2);
-            [r.start..mid, mid..r.end]
-        };
-        for z in halves(z) {
-            for y in halves(y) {
-                for x in halves(x) {
-                    if !(x.is_empty() || y.is_empty() || z.is_empty()) {
-                        self.paint(&[x, y.clone(), z.clone()], weight, target);
-                    }
-                }
-            }
+        for part in eighths(block) {
+            self.paint(&part, weight, target);
         }
     }
 
@@ -289,15 +264,15 @@ impl<'a> Painter<'a> {
     }
 
     fn supersample(&self, centre: &Point3<f64>, n: usize, counters: &mut VoxelCounters) -> f64 {
-        let h = self.grid.spacing();
+        let h = self.placed.grid.spacing();
         let at = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
         let mut inside = 0usize;
         for k in 0..n * n * n {
             let (i, j, l) = (k % n, k / n % n, k / (n * n));
             let p = centre
-                + self.steps[0] * (at(i) * h[0])
-                + self.steps[1] * (at(j) * h[1])
-                + self.steps[2] * (at(l) * h[2]);
+                + self.placed.steps[0] * (at(i) * h[0])
+                + self.placed.steps[1] * (at(j) * h[1])
+                + self.placed.steps[2] * (at(l) * h[2]);
             inside += usize::from(self.inside(&p, counters));
         }
         inside as f64 / (n * n * n) as f64

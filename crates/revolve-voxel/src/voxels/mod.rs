@@ -12,7 +12,6 @@ pub(crate) mod moment;
 pub(crate) mod patch;
 pub(crate) mod plane_clip;
 pub(crate) mod profile;
-pub(crate) mod region_means;
 pub(crate) mod regions;
 pub(crate) mod sections;
 pub(crate) mod sweep;

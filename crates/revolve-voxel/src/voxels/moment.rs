@@ -6,8 +6,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::error::{finite, length};
-use crate::voxels::block::Block;
-use crate::voxels::coverage::{BLOCK, Painter, Sampling, check};
+use crate::voxels::block::{BLOCK, Block};
+use crate::voxels::coverage::{Painter, Sampling, check};
 use crate::voxels::mirror::Mirror;
 use crate::{Body, Error, Sample, VoxelCounters, VoxelGrid};
 

@@ -1,11 +1,12 @@
-//! Every region's coverage and a label volume, in one pass.
+//! Every region's coverage and a label volume, in one pass, which serves volumes of any quantity.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::zeros;
-use crate::voxels::coverage::{BLOCK, Painter, check};
+use crate::error::{finite, length, zeros};
+use crate::voxels::block::{BLOCK, slabs};
+use crate::voxels::coverage::{Painter, check};
 use crate::voxels::field::Field;
 use crate::{Body, Error, Sample, Sampling, Sector, VoxelCounters, VoxelGrid};
 
@@ -44,14 +45,7 @@ impl Body {
         let mut labels = zeros::<u8>("voxels", len)?;
         // Slab by slab: every layer's voxels, then what each layer holds beyond the one within and who holds most.
         let slab = grid.slice_len() * BLOCK;
-        let mut slabs: Vec<Vec<&mut [T]>> = Vec::new();
-        slabs.resize_with(len.div_ceil(slab), || Vec::with_capacity(n));
-        for volume in &mut coverage {
-            for (layers, chunk) in slabs.iter_mut().zip(volume.chunks_mut(slab)) {
-                layers.push(chunk);
-            }
-        }
-        let counters = (slabs.into_par_iter())
+        let counters = (slabs(&mut coverage, slab).into_par_iter())
             .zip(labels.par_chunks_mut(slab))
             .enumerate()
             .map(|(index, (mut layers, labels))| {
@@ -77,6 +71,28 @@ impl Body {
 }
 
 impl<T: Sample> RegionVolumes<T> {
+    /// The mean over each voxel of a quantity with one value a region and none outside: activity, attenuation.
+    ///
+    /// # Errors
+    /// [`Error::Length`] or [`Error::NotFinite`] for the values; [`Error::Length`] for a region of another number of voxels
+    /// than there are labels.
+    pub fn mean_of(&self, values: &[f64]) -> Result<Vec<T>, Error> {
+        length("values (one per region)", self.coverage.len(), values.len())?;
+        for &value in values {
+            finite("value of a region", value)?;
+        }
+        for covered in &self.coverage {
+            length("voxels of a region", self.labels.len(), covered.len())?;
+        }
+        Ok((0..self.labels.len())
+            .into_par_iter()
+            .map(|i| {
+                let shares = self.coverage.iter().zip(values);
+                T::from_f64(shares.map(|(c, value)| c[i].to_f64() * value).sum())
+            })
+            .collect())
+    }
+
     /// Labels pieces of a region, each of parts that do not overlap: with n regions, n + 1 + k for those of its voxels of which
     /// piece k covers most.
     ///

@@ -2,11 +2,10 @@
 
 use std::ops::Range;
 
-use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::error::{at_least, length, zeros};
-use crate::voxels::coverage::BLOCK;
+use crate::voxels::block::{BLOCK, Placed, eighths, slabs};
 use crate::voxels::field::Field;
 use crate::{Error, Mask, Meridian, Pose, VoxelCounters, VoxelGrid};
 
@@ -68,23 +67,13 @@ impl Sweep {
             fields: (shapes.iter())
                 .map(|layers| layers.iter().map(|m| Field::new(m, 0.0, size)).collect())
                 .collect(),
-            origin: pose.to_body(&grid.centre(0, 0, 0)),
-            steps: [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e)),
-            grid,
+            placed: Placed::new(pose, grid),
         };
         let [nx, ny, nz] = grid.shape();
         let mut sets = (0..=n_layers)
             .map(|_| zeros::<bool>("voxels", grid.len()))
             .collect::<Result<Vec<_>, _>>()?;
-        let slab = grid.slice_len() * BLOCK;
-        let mut slabs: Vec<Vec<&mut [bool]>> = Vec::new();
-        slabs.resize_with(nz.div_ceil(BLOCK), || Vec::with_capacity(n_layers + 1));
-        for set in &mut sets {
-            for (own, chunk) in slabs.iter_mut().zip(set.chunks_mut(slab)) {
-                own.push(chunk);
-            }
-        }
-        let counters = slabs
+        let counters = slabs(&mut sets, grid.slice_len() * BLOCK)
             .into_par_iter()
             .enumerate()
             .map(|(index, mut sets)| {
@@ -115,9 +104,7 @@ impl Sweep {
 struct Asked<'a> {
     /// Of each shape, each layer's.
     fields: Vec<Vec<Field<'a>>>,
-    origin: Point3<f64>,
-    steps: [Vector3<f64>; 3],
-    grid: &'a VoxelGrid,
+    placed: Placed<'a>,
 }
 
 impl Asked<'_> {
@@ -129,28 +116,18 @@ impl Asked<'_> {
         sets: &mut [&mut [bool]],
         counters: &mut VoxelCounters,
     ) {
-        let spacing = self.grid.spacing();
-        let (mut centre, mut reach2) = (self.origin, 0.0);
-        for a in 0..3 {
-            centre +=
-                self.steps[a] * (0.5 * (block[a].start + block[a].end - 1) as f64 * spacing[a]);
-            let half = 0.5 * (block[a].len() - 1) as f64 * spacing[a];
-            reach2 += half * half;
-        }
+        let centre = self.placed.centre(block);
+        let spacing = self.placed.grid.spacing();
+        let reach2: f64 = (0..3)
+            .map(|a| 0.5 * (block[a].len() - 1) as f64 * spacing[a])
+            .map(|half| half * half)
+            .sum();
         let r = (centre.y * centre.y + centre.z * centre.z).sqrt();
         let fate = self.fate(centre.x, r, reach2.sqrt(), counters);
         let voxels = block.iter().map(Range::len).product::<usize>();
         if fate == Fate::Mixed && voxels > 1 {
-            let halves = |r: &Range<usize>| {
-                let mid = r.start + r.len().div_ceil(2);
-                [r.start..mid, mid..r.end]
-            };
-            let [x, y, z] = block.each_ref().map(halves);
-            for k in 0..8 {
-                let part = [&x[k & 1], &y[k >> 1 & 1], &z[k >> 2]].map(Range::clone);
-                if part.iter().all(|range| !range.is_empty()) {
-                    self.block(&part, first_slice, sets, counters);
-                }
+            for part in eighths(block) {
+                self.block(&part, first_slice, sets, counters);
             }
             return;
         }
@@ -170,7 +147,7 @@ impl Asked<'_> {
     }
 
     fn fill(&self, [x, y, z]: &[Range<usize>; 3], first_slice: usize, set: &mut [bool]) {
-        let [nx, ny, _] = self.grid.shape();
+        let [nx, ny, _] = self.placed.grid.shape();
         for z in z.clone() {
             for y in y.clone() {
                 let row = ((z - first_slice) * ny + y) * nx;
