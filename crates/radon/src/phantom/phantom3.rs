@@ -43,26 +43,17 @@ impl Phantom3 {
 
     /// Value at a point.
     pub fn value(&self, point: [f64; 3]) -> f64 {
-        self.objects
-            .iter()
-            .map(|(value, shape)| value * shape.value(point))
-            .sum()
+        self.sum(|shape| shape.value(point))
     }
 
     /// Integral over space.
     pub fn integral(&self) -> f64 {
-        self.objects
-            .iter()
-            .map(|(value, shape)| value * shape.integral())
-            .sum()
+        self.sum(Shape3::integral)
     }
 
     /// Integral along the ray x cos θ + y sin θ = s at height `z`.
     pub fn line_integral(&self, theta: f64, s: f64, z: f64) -> f64 {
-        self.objects
-            .iter()
-            .map(|(value, shape)| value * shape.line_integral(theta, s, z))
-            .sum()
+        self.sum(|shape| shape.line_integral(theta, s, z))
     }
 
     /// The volume `[slice][y][x]` of voxel means: exact for ellipsoids and prisms; Gaussians to 1e-15 of their peak.
@@ -159,5 +150,10 @@ impl Phantom3 {
                 }
             });
         Ok(sinogram)
+    }
+
+    fn sum(&self, of: impl Fn(&Shape3) -> f64) -> f64 {
+        let values = self.objects.iter();
+        values.map(|(value, shape)| value * of(shape)).sum()
     }
 }

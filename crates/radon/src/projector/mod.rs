@@ -144,12 +144,7 @@ impl Projector {
 
     /// Empty work arrays.
     pub fn scratch<T: Sample>(&self) -> ProjectorScratch<T> {
-        ProjectorScratch {
-            pixels: Vec::new(),
-            rays: Vec::new(),
-            found: Vec::new(),
-            sorted: Vec::new(),
-        }
+        ProjectorScratch::default()
     }
 
     /// A x: the sinogram `[view][bin]` of the image `[y][x]`.

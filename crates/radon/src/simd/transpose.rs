@@ -60,17 +60,11 @@ unsafe fn interleave_by<T: Sample, V: Vector<T>>(
     }
     for lane in starts(rows.len(), V::WIDTH) {
         for sample in starts(n, V::WIDTH) {
-            let (rows, out) = (&rows[lane..], &mut out[sample * stride + lane..]);
             // SAFETY: the square lies within the rows and within `out`, by the caller's promise.
             unsafe {
-                match V::WIDTH {
-                    2 => interleave_square::<T, V, 2>(rows, sample, stride, out),
-                    4 => interleave_square::<T, V, 4>(rows, sample, stride, out),
-                    8 => interleave_square::<T, V, 8>(rows, sample, stride, out),
-                    16 => interleave_square::<T, V, 16>(rows, sample, stride, out),
-                    #[expect(clippy::unreachable, reason = "vectors have 2 to 16 lanes")]
-                    width => unreachable!("{width} lanes"),
-                }
+                let from = |i: usize| rows.get_unchecked(lane + i).as_ptr().add(sample);
+                let out = out.as_mut_ptr();
+                square::<T, V>(from, |i| out.add((sample + i) * stride + lane));
             }
         }
     }
@@ -95,17 +89,10 @@ unsafe fn separate_by<T: Sample, V: Vector<T>>(
     }
     for lane in starts(rows.len(), V::WIDTH) {
         for sample in starts(n, V::WIDTH) {
-            let (rows, block) = (&mut rows[lane..], &block[sample * stride + lane..]);
             // SAFETY: the square lies within the block and within the rows, by the caller's promise.
             unsafe {
-                match V::WIDTH {
-                    2 => separate_square::<T, V, 2>(block, stride, sample, rows),
-                    4 => separate_square::<T, V, 4>(block, stride, sample, rows),
-                    8 => separate_square::<T, V, 8>(block, stride, sample, rows),
-                    16 => separate_square::<T, V, 16>(block, stride, sample, rows),
-                    #[expect(clippy::unreachable, reason = "vectors have 2 to 16 lanes")]
-                    width => unreachable!("{width} lanes"),
-                }
+                let to = |i: usize| rows.get_unchecked_mut(lane + i).as_mut_ptr().add(sample);
+                square::<T, V>(|i| block.as_ptr().add((sample + i) * stride + lane), to);
             }
         }
     }
@@ -116,42 +103,40 @@ fn starts(len: usize, width: usize) -> impl Iterator<Item = usize> {
     (0..len.div_ceil(width)).map(move |part| (part * width).min(len - width))
 }
 
+/// Transposes a square of a register's width.
+///
 /// # Safety
-/// `N` rows hold `N` samples from `sample` on, and `out` has room for them; the machine has the instruction set of `V`.
+/// There is a register to be read at each `from`, room for one at each `to`; the machine has the instruction set of `V`.
 #[inline(always)]
-unsafe fn interleave_square<T: Sample, V: Vector<T>, const N: usize>(
-    rows: &[&[T]],
-    sample: usize,
-    stride: usize,
-    out: &mut [T],
+unsafe fn square<T: Sample, V: Vector<T>>(
+    from: impl Fn(usize) -> *const T,
+    to: impl FnMut(usize) -> *mut T,
 ) {
     // SAFETY: the caller's promise.
     unsafe {
-        let square = transposed::<T, V, N>(std::array::from_fn(|lane| {
-            V::load(rows.get_unchecked(lane).as_ptr().add(sample))
-        }));
-        for (i, register) in square.into_iter().enumerate() {
-            register.store(out.as_mut_ptr().add(i * stride));
+        match V::WIDTH {
+            2 => square_of::<T, V, 2>(from, to),
+            4 => square_of::<T, V, 4>(from, to),
+            8 => square_of::<T, V, 8>(from, to),
+            16 => square_of::<T, V, 16>(from, to),
+            #[expect(clippy::unreachable, reason = "vectors have 2 to 16 lanes")]
+            width => unreachable!("{width} lanes"),
         }
     }
 }
 
 /// # Safety
-/// `N` rows have room for `N` samples from `sample` on, and `block` holds them; the machine has the instruction set of `V`.
+/// As for `square`; the width is `N`.
 #[inline(always)]
-unsafe fn separate_square<T: Sample, V: Vector<T>, const N: usize>(
-    block: &[T],
-    stride: usize,
-    sample: usize,
-    rows: &mut [&mut [T]],
+unsafe fn square_of<T: Sample, V: Vector<T>, const N: usize>(
+    from: impl Fn(usize) -> *const T,
+    mut to: impl FnMut(usize) -> *mut T,
 ) {
     // SAFETY: the caller's promise.
     unsafe {
-        let square = transposed::<T, V, N>(std::array::from_fn(|i| {
-            V::load(block.as_ptr().add(i * stride))
-        }));
-        for (lane, register) in square.into_iter().enumerate() {
-            register.store(rows.get_unchecked_mut(lane).as_mut_ptr().add(sample));
+        let rows: [V; N] = std::array::from_fn(|i| V::load(from(i)));
+        for (i, register) in transposed::<T, V, N>(rows).into_iter().enumerate() {
+            register.store(to(i));
         }
     }
 }
