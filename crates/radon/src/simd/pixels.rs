@@ -97,34 +97,29 @@ pub(crate) fn add_sorted<T: Sample>(
     sums: &mut [[T; RUN]],
 ) {
     for sorted in views {
-        match set {
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: a projector holds a set only after `is_available`.
-            InstructionSet::Avx512 => unsafe { add_avx512(sorted, first, sums) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above.
-            InstructionSet::Avx2 => unsafe { add_avx2(sorted, first, sums) },
-            #[cfg(target_arch = "aarch64")]
-            // SAFETY: as above.
-            InstructionSet::Neon => unsafe { add_lanes::<T, T::Neon, RUN>(sorted, first, sums) },
-            // SAFETY: needs nothing that the target lacks.
-            _ => unsafe { add_lanes::<T, T::Baseline, RUN>(sorted, first, sums) },
-        }
+        // SAFETY: a projector holds a set only after `is_available`.
+        unsafe { add_view(set, sorted, first, sums) }
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-fn add_avx512<T: Sample>(sorted: &SortedBins<T>, first: usize, sums: &mut [[T; RUN]]) {
-    // SAFETY: this function is compiled for the set.
-    unsafe { add_lanes::<T, T::Avx512, RUN>(sorted, first, sums) }
-}
+per_set!(fn add_view(sorted: &SortedBins<T>, first: usize, sums: &mut [[T; RUN]]) = add_runs);
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn add_avx2<T: Sample>(sorted: &SortedBins<T>, first: usize, sums: &mut [[T; RUN]]) {
-    // SAFETY: as above; two registers hold the bins that half a run meets.
-    unsafe { add_lanes::<T, T::Avx2, { RUN / 2 }>(sorted, first, sums) }
+/// # Safety
+/// The machine has the instruction set of `V`.
+#[inline(always)]
+unsafe fn add_runs<T: Sample, V: Vector<T>>(
+    sorted: &SortedBins<T>,
+    first: usize,
+    sums: &mut [[T; RUN]],
+) {
+    const HALF: usize = RUN / 2;
+    // SAFETY: the caller's promise.
+    unsafe {
+        match V::PIXELS {
+            HALF => add_lanes::<T, V, HALF>(sorted, first, sums),
+            _ => add_lanes::<T, V, RUN>(sorted, first, sums),
+        }
+    }
 }
 
 /// The bins that may meet `W` pixels at a step.
@@ -140,7 +135,7 @@ pub struct StepBins<'a, T> {
 }
 
 /// # Safety
-/// The machine has the instruction set of `V`, whose `add_step` works on `W` pixels.
+/// The machine has the instruction set of `V`, whose `add_step` works on `W` pixels (`V::PIXELS`).
 #[inline(always)]
 unsafe fn add_lanes<T: Sample, V: Vector<T>, const W: usize>(
     sorted: &SortedBins<T>,

@@ -14,6 +14,8 @@ use crate::simd::x86;
 pub trait Vector<T>: Copy {
     /// Samples in the register.
     const WIDTH: usize;
+    /// Pixels whose bins at a step are in two registers: a run, or half of one.
+    const PIXELS: usize = RUN;
     /// All samples equal to `x`.
     unsafe fn splat(x: T) -> Self;
     /// `WIDTH` samples from `at` on, which must be valid to read.
@@ -79,7 +81,7 @@ pub trait Vector<T>: Copy {
         unsafe { fixed::add_plain::<T, Self, N>(band, runs, sums) }
     }
 
-    /// Adds to the sums of pixels what the bins of a step bring, whose window must be within the rays.
+    /// Adds to the sums of `W` pixels, which are `PIXELS`, what the bins of a step bring, whose window must be within the rays.
     #[inline(always)]
     unsafe fn add_step<const W: usize>(step: StepBins<'_, T>, sums: &mut [T; W])
     where

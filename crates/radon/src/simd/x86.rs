@@ -63,6 +63,8 @@ vector!(
     _mm256_add_ps,
     _mm256_sub_ps,
     {
+        const PIXELS: usize = RUN / 2;
+
         #[inline(always)]
         unsafe fn zip(self, other: Self) -> (Self, Self) {
             // SAFETY: the machine has the set, as the caller promised.
@@ -78,7 +80,6 @@ vector!(
 
         #[inline(always)]
         unsafe fn add_step<const W: usize>(step: StepBins<'_, f32>, sums: &mut [f32; W]) {
-            const { assert!(W == Self::WIDTH) };
             // SAFETY: the caller's promise.
             unsafe { pixels::x86::add_avx2(step, sums) }
         }
@@ -205,7 +206,6 @@ vector!(
     {
         #[inline(always)]
         unsafe fn add_step<const W: usize>(step: StepBins<'_, f32>, sums: &mut [f32; W]) {
-            const { assert!(W == Self::WIDTH) };
             // SAFETY: the caller's promise.
             unsafe { pixels::x86::add_avx512(step, sums) }
         }
