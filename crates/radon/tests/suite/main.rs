@@ -13,6 +13,7 @@ mod filter;
 mod geometry;
 mod iterative;
 mod iterative_runs;
+mod measure;
 mod noise;
 mod odd_inputs;
 mod operators;

@@ -9,6 +9,7 @@ mod coincidence;
 mod convergence;
 mod counters;
 mod long_voxels;
+mod mask;
 mod moments;
 mod oracle;
 mod properties;

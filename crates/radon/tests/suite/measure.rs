@@ -1,0 +1,72 @@
+//! Measures within a mask against plain sums.
+
+use radon::{MaskedStats, rms_within, rmse_within, sum_within};
+
+#[test]
+fn agrees_with_the_plain_sums() {
+    let values: Vec<f64> = (0..50_000).map(|i| (i as f64 * 0.37).sin() + 1e6).collect();
+    let mask: Vec<bool> = (0..500).map(|i| i % 3 != 0).collect();
+    let picked: Vec<f64> = values
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| mask[i % 500])
+        .map(|(_, &v)| v)
+        .collect();
+    let n = picked.len() as f64;
+    let mean = picked.iter().sum::<f64>() / n;
+    let std = (picked.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n).sqrt();
+    let stats = MaskedStats::of(&values, &mask).unwrap().unwrap();
+    assert_eq!(stats.count, picked.len());
+    // Summing 33 300 terms of 1e6 in another order moves the mean by a few ulps of 1e6.
+    assert!((stats.mean - mean).abs() < 1e-8 && (stats.std - std).abs() < 1e-8);
+    let shifted: Vec<f64> = values.iter().map(|v| v - 0.5).collect();
+    let rmse = rmse_within(&values, &shifted, &mask).unwrap().unwrap();
+    assert!((rmse - 0.5).abs() < 1e-9);
+}
+
+/// Any length of mask and values, against the definitions.
+#[test]
+fn pieces_blocks_and_lanes_leave_nothing_out() {
+    for (mask_len, times) in [
+        (1, 9000),
+        (3, 5),
+        (7, 2000),
+        (4096, 3),
+        (5000, 2),
+        (12_289, 1),
+    ] {
+        let mask: Vec<bool> = (0..mask_len).map(|i| (i / 11 + i * i) % 3 != 1).collect();
+        let values: Vec<f32> = (0..mask_len * times).map(|i| (i % 1000) as f32).collect();
+        let picked: Vec<f64> = (0..values.len())
+            .filter(|i| mask[i % mask_len])
+            .map(|i| f64::from(values[i]))
+            .collect();
+        let stats = MaskedStats::of(&values, &mask).unwrap().unwrap();
+        assert_eq!(stats.count, picked.len());
+        // Sums of whole numbers below 2^53 are exact in any order.
+        assert_eq!(stats.sum, picked.iter().sum::<f64>());
+        assert_eq!(sum_within(&values, &mask), Ok(Some(stats.sum)));
+        assert_eq!(rms_within(&values, &mask), Ok(Some(stats.rms)));
+        let square: f64 = picked.iter().map(|v| v * v).sum();
+        assert_eq!(stats.rms, (square / picked.len() as f64).sqrt());
+        let mean = stats.sum / picked.len() as f64;
+        let spread: f64 = picked.iter().map(|v| (v - mean) * (v - mean)).sum();
+        let std = (spread / picked.len() as f64).sqrt();
+        assert!((stats.std - std).abs() <= 1e-12 * std, "{stats:?} {std}");
+        let zeros = vec![0.0f32; values.len()];
+        assert_eq!(rmse_within(&values, &zeros, &mask), Ok(Some(stats.rms)));
+    }
+}
+
+#[test]
+fn wrong_masks_are_errors_and_empty_ones_none() {
+    assert!(MaskedStats::of(&[1.0f32; 6], &[true; 4]).is_err());
+    assert!(MaskedStats::of(&[1.0f32; 6], &[]).is_err());
+    assert_eq!(MaskedStats::of(&[1.0f32; 6], &[false; 3]).unwrap(), None);
+    assert_eq!(rmse_within(&[1.0f32; 2], &[1.0; 2], &[false]), Ok(None));
+    assert_eq!(rms_within(&[1.0f32; 2], &[false]), Ok(None));
+    assert_eq!(sum_within(&[1.0f32; 2], &[false]), Ok(None));
+    assert!(sum_within(&[1.0f32; 6], &[true; 4]).is_err());
+    assert!(rms_within(&[1.0f32; 6], &[]).is_err());
+    assert!(rmse_within(&[1.0f32; 2], &[1.0; 3], &[true]).is_err());
+}
