@@ -137,6 +137,7 @@ impl Meridian {
                 s.start_normal = [-s.tr, 0.0];
             }
         }
+        share_axis_points(&mut segments);
         let boxes = BoxTree::new(&segments);
         crate::solid::self_crossing::check(&segments, &boxes)?;
         let mid = 0.5 * (x_min + x_max);
@@ -215,6 +216,36 @@ impl Meridian {
 
     pub(crate) fn segments(&self) -> &[Segment] {
         &self.segments
+    }
+}
+
+/// Where segments come to the same point of the axis, all from one side, what is beyond it lies over the one nearest that side:
+/// its normal is that of all.
+fn share_axis_points(segments: &mut [Segment]) {
+    // Place, how far the segment leads along the axis, its normal there, the segment and which end.
+    let mut feet: Vec<(f64, f64, [f64; 2], usize, bool)> = Vec::new();
+    for (k, s) in segments.iter().enumerate() {
+        if s.r0 == 0.0 {
+            feet.push((s.x0, s.tx, s.start_normal, k, true));
+        }
+        if s.r1 == 0.0 {
+            feet.push((s.x1, -s.tx, s.end_normal, k, false));
+        }
+    }
+    feet.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    for at_one in feet.chunk_by(|a, b| a.0 == b.0) {
+        let (first, last) = (at_one[0], at_one[at_one.len() - 1]);
+        let normal = match (first.1 >= 0.0, last.1 <= 0.0) {
+            (_, true) => last.2,
+            (true, false) => first.2,
+            (false, false) => continue,
+        };
+        for &(.., k, is_start) in at_one {
+            match is_start {
+                true => segments[k].start_normal = normal,
+                false => segments[k].end_normal = normal,
+            }
+        }
     }
 }
 

@@ -394,3 +394,38 @@ fn a_face_across_the_axis_but_for_rounding_is_across_it() {
         }
     }
 }
+
+/// A funnel with a conical bore: two cones that come to one point of the axis, from the same side. Beyond the point there is
+/// nothing, whichever of them is looked at first; before it, on the axis, there is the bore.
+#[test]
+fn beyond_the_point_where_two_cones_meet_is_outside() {
+    let funnel = [[0.0, 0.0], [-0.75, 0.75], [-0.75, 1.0], [-0.25, 0.5]];
+    for mirrored in [1.0, -1.0] {
+        let points = funnel.map(|[x, r]| [mirrored * x, r]);
+        for points in [
+            [&points[..], &[[0.0, 0.0]]].concat(),
+            [&[[0.0, 0.0]], &points[1..], &points[..1]].concat(),
+        ] {
+            let m = Meridian::new(&points).unwrap();
+            for (x, r) in [
+                (0.25, 0.0),
+                (0.25, 1e-17),
+                (1.0, 0.3),
+                (0.1, 0.02),
+                (1e-9, 0.0),
+            ] {
+                let p = Point3::new(mirrored * x, r, 0.0);
+                assert_relative_eq!(m.signed_distance(&p), x.hypot(r), max_relative = 1e-14);
+            }
+            // In the bore, whose surface is at 45 degrees.
+            let p = Point3::new(mirrored * -0.5, 0.0, 0.0);
+            assert_relative_eq!(
+                m.signed_distance(&p),
+                0.5_f64.powf(1.5),
+                max_relative = 1e-14
+            );
+            // In the wall.
+            assert!(m.contains(&Point3::new(mirrored * -0.1, 0.15, 0.0)));
+        }
+    }
+}
