@@ -83,6 +83,7 @@ pub use error::Error;
 pub use nalgebra;
 pub use rays::attenuation::{Attenuator, EllipticCylinder, Medium};
 pub use rays::detector::{ParallelDetector, ParallelRays};
+pub use rays::organ::{Ellipsoid, Organ, OrganShape, Organs};
 pub use rays::ray::{Hit, Ray, Span};
 pub use sample::Sample;
 pub use solid::body::Body;

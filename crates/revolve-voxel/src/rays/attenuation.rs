@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use crate::error::{finite, length, positive};
 use crate::solid::segment::ROUNDING;
 use crate::voxels::coverage::check_range;
-use crate::{Body, Error, ParallelRays, Ray, RayCounters, Sample, Span, VoxelGrid};
+use crate::{Body, Error, Organs, ParallelRays, Ray, RayCounters, Sample, Span, VoxelGrid};
 
 /// A cylinder of elliptic section along the lab's z axis, without ends: a torso.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,9 +37,11 @@ pub enum Medium<'a> {
     Layer(&'a Body, usize),
     /// Everything within a torso.
     Torso(EllipticCylinder),
+    /// Organs with attenuations of their own around a body, whose outermost layer replaces them all.
+    Around(&'a Organs, &'a Body),
 }
 
-/// A medium of constant attenuation.
+/// What weakens the rays, and how much.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Attenuator<'a> {
     mu: f64,
@@ -130,7 +132,7 @@ impl EllipticCylinder {
 }
 
 impl<'a> Attenuator<'a> {
-    /// A medium of attenuation `mu` in 1/cm.
+    /// A medium of attenuation `mu` in 1/cm; of a body with organs around it, `mu` is the body's.
     ///
     /// # Errors
     /// [`Error::NotFinite`], [`Error::Negative`] for mu; [`Error::NoSuchLayer`].
@@ -166,19 +168,32 @@ impl<'a> Attenuator<'a> {
     pub(crate) fn check_direction(&self, d: &Vector3<f64>) -> Result<(), Error> {
         match self.medium {
             Medium::Layer(..) => Ok(()),
-            Medium::Torso(_) => positive("rays' part across the torso", across(d)).map(drop),
+            Medium::Torso(_) | Medium::Around(..) => {
+                positive("rays' part across the torso", across(d)).map(drop)
+            }
         }
     }
 
     /// The medium along a ray.
     pub(crate) fn along(&self, ray: &Ray) -> Way {
-        Way {
-            mu: self.mu,
-            spans: match self.medium {
-                Medium::Layer(body, layer) => body.spans_in(&body.layers()[layer], ray),
-                Medium::Torso(torso) => torso.span(ray).into_iter().collect(),
-            },
-        }
+        let mu = self.mu;
+        let alike = |spans: Vec<Span>| spans.into_iter().map(|span| (span, mu)).collect();
+        let mut pieces: Vec<(Span, f64)> = match self.medium {
+            Medium::Layer(body, layer) => alike(body.spans_in(&body.layers()[layer], ray)),
+            Medium::Torso(torso) => alike(torso.span(ray).into_iter().collect()),
+            Medium::Around(organs, body) => {
+                let outermost = &body.layers()[body.layers().len() - 1];
+                let own = body.spans_in(outermost, ray);
+                let around = organs.pieces(ray).into_iter();
+                let around = around.map(|(span, organ)| (span, organ.attenuation));
+                let mut pieces: Vec<_> = around.flat_map(|piece| without(piece, &own)).collect();
+                pieces.extend(own.iter().map(|span| (*span, mu)));
+                pieces.sort_by(|a, b| a.0.enter.total_cmp(&b.0.enter));
+                pieces
+            }
+        };
+        pieces.retain(|(_, mu)| *mu != 0.0);
+        Way { pieces }
     }
 }
 
@@ -188,31 +203,49 @@ pub(crate) fn across(d: &Vector3<f64>) -> f64 {
     if across > ROUNDING { across } else { 0.0 }
 }
 
-/// The way of one ray through a medium.
+/// What other stretches, in their order, leave of a piece.
+fn without((span, mu): (Span, f64), others: &[Span]) -> Vec<(Span, f64)> {
+    let (mut left, mut enter) = (Vec::new(), span.enter);
+    for other in others {
+        let exit = other.enter.min(span.exit);
+        if exit > enter {
+            left.push((Span { enter, exit }, mu));
+        }
+        enter = enter.max(other.exit);
+    }
+    if span.exit > enter {
+        let exit = span.exit;
+        left.push((Span { enter, exit }, mu));
+    }
+    left
+}
+
+/// The way of one ray through a medium: stretches in their order, each with its attenuation.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Way {
-    mu: f64,
-    spans: Vec<Span>,
+    pieces: Vec<(Span, f64)>,
 }
 
 impl Way {
-    /// The integral of `exp(-mu l(t))` over [p, q], with l(t) the length of the medium beyond t.
+    /// The integral of `exp(-a(t))` over [p, q], with a(t) the attenuation of all that is beyond t.
     pub(crate) fn integral(&self, p: f64, q: f64) -> f64 {
-        if self.mu == 0.0 {
-            return q - p;
-        }
-        let (mut sum, mut right, mut beyond) = (0.0, q, 0.0);
-        // From the detector inwards: the stretch between this span and the last, then this span's own part.
-        for span in self.spans.iter().rev() {
+        let (mut sum, mut right) = (0.0, q);
+        // What is beyond: attenuations that are done with, and the length of the last one.
+        let (mut done, mut last, mut beyond) = (0.0, 0.0, 0.0);
+        // From the detector inwards: the stretch between this piece and the last, then this piece's own part.
+        for &(span, mu) in self.pieces.iter().rev() {
             let gap = p.max(span.exit);
             if right > gap {
-                sum += (-self.mu * beyond).exp() * (right - gap);
+                sum += f64::exp(-(done + last * beyond)) * (right - gap);
                 right = gap;
+            }
+            if mu != last {
+                (done, last, beyond) = (done + last * beyond, mu, 0.0);
             }
             let low = p.max(span.enter);
             if right > low {
                 let rest = beyond + (span.exit - right);
-                sum += (-self.mu * rest).exp() * -(-self.mu * (right - low)).exp_m1() / self.mu;
+                sum += f64::exp(-(done + mu * rest)) * -(-mu * (right - low)).exp_m1() / mu;
                 right = low;
             }
             if right <= p {
@@ -221,7 +254,7 @@ impl Way {
             beyond += span.length();
         }
         if right > p {
-            sum += (-self.mu * beyond).exp() * (right - p);
+            sum += f64::exp(-(done + last * beyond)) * (right - p);
         }
         sum
     }

@@ -1,6 +1,7 @@
 //! Parallel rays on a detector.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -10,6 +11,7 @@ use crate::rays::chord::Hint;
 use crate::rays::cone::Batch;
 use crate::rays::direction::Direction;
 use crate::rays::silhouette::Silhouette;
+use crate::rays::slabs::for_slabs;
 use crate::{Body, Error, Ray, RayCounters, Sample};
 
 /// A flat detector of a parallel beam that turns about the lab's z axis.
@@ -93,7 +95,10 @@ impl ParallelDetector {
 }
 
 /// A raster of parallel rays in any position: ray (bin, row) passes through `first + bin * bin_step + row * row_step`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// What is projected along them is an image `[row][bin]`; of rays that planes cut into slabs ([`ParallelRays::with_planes`]) it is
+/// `[row][slab][bin]`.
+#[derive(Debug, Clone, PartialEq)]
 pub struct ParallelRays {
     n_bins: usize,
     n_rows: usize,
@@ -105,6 +110,7 @@ pub struct ParallelRays {
     bin_step: Vector3<f64>,
     row_step: Vector3<f64>,
     direction: Vector3<f64>,
+    planes: Arc<[f64]>,
 }
 
 impl ParallelRays {
@@ -140,7 +146,52 @@ impl ParallelRays {
             bin_step,
             row_step,
             direction,
+            planes: Arc::default(),
         })
+    }
+
+    /// The same rays cut into slabs by planes across them, so that what lies at each depth can be told apart: plane `t` is `t` ahead of
+    /// a ray's point of the raster. Slab 0 is all before the first plane, the last one all beyond the last plane.
+    ///
+    /// ```
+    /// use revolve_voxel::{Body, Meridian, ParallelDetector, Pose};
+    /// let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]])?;
+    /// let body = Body::new(vec![rod], Pose::axis_along_z(0.0)?)?;
+    /// let rays = ParallelDetector::new(1, 1, [1.0, 1.0])?.rays(0.0)?; // along +y, through the rod from -1/2 to 1/2
+    /// let (slabs, _) = body.project::<f64>(&rays.with_planes(&[-0.25, 0.125])?, &[1.0])?;
+    /// assert_eq!(slabs, [0.25, 0.375, 0.375]);
+    /// # Ok::<(), revolve_voxel::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] for a plane; [`Error::NotPositive`] unless each is beyond the one before; [`Error::TooLarge`].
+    pub fn with_planes(mut self, planes: &[f64]) -> Result<Self, Error> {
+        for plane in planes {
+            finite("plane across the rays", *plane)?;
+        }
+        for pair in planes.windows(2) {
+            positive("distance between planes", pair[1] - pair[0])?;
+        }
+        countable(
+            "rays of a view",
+            &[self.n_bins, self.n_rows, planes.len() + 1],
+        )?;
+        self.planes = planes.into();
+        Ok(self)
+    }
+
+    /// Slabs into which planes cut the rays; 1 without any.
+    pub fn n_slabs(&self) -> usize {
+        self.planes.len() + 1
+    }
+
+    pub(crate) fn planes(&self) -> &[f64] {
+        &self.planes
+    }
+
+    /// Samples of an image.
+    pub(crate) fn image_len(&self) -> usize {
+        self.n_rows * self.n_slabs() * self.n_bins
     }
 
     /// Bins in a row.
@@ -162,7 +213,7 @@ impl ParallelRays {
     ///
     /// # Errors
     /// [`Error::TooFew`] without a row; [`Error::Length`] for rows beyond the raster.
-    pub fn rows(mut self, rows: Range<usize>) -> Result<Self, Error> {
+    pub fn rows(&self, rows: Range<usize>) -> Result<Self, Error> {
         at_least("rows", rows.len(), 1)?;
         if rows.end > self.n_rows {
             return Err(Error::Length {
@@ -171,9 +222,11 @@ impl ParallelRays {
                 given: rows.end,
             });
         }
-        self.first_row += rows.start;
-        self.n_rows = rows.len();
-        Ok(self)
+        Ok(Self {
+            first_row: self.first_row + rows.start,
+            n_rows: rows.len(),
+            ..self.clone()
+        })
     }
 
     /// One ray; none beyond the raster.
@@ -202,7 +255,7 @@ impl Body {
         rays: &ParallelRays,
         activity: &[f64],
     ) -> Result<(Vec<T>, RayCounters), Error> {
-        let mut out = zeros("rays of a view", rays.n_bins * rays.n_rows)?;
+        let mut out = zeros("rays of a view", rays.image_len())?;
         let counters = self.project_add(rays, activity, 1.0, &mut out)?;
         Ok((out, counters))
     }
@@ -234,7 +287,7 @@ impl Body {
     ) -> Result<RayCounters, Error> {
         let weights = self.weights(activity)?;
         finite("weight", weight)?;
-        length("image", rays.n_bins * rays.n_rows, out.len())?;
+        length("image", rays.image_len(), out.len())?;
         let pose = self.pose();
         let (first, d) = (
             pose.to_body(&rays.first),
@@ -262,13 +315,14 @@ impl Body {
             .collect();
         let arch = pulp::Arch::new();
         let counters = out
-            .par_chunks_mut(rays.n_bins)
+            .par_chunks_mut(rays.n_slabs() * rays.n_bins)
             .enumerate()
             .map_init(Scratch::default, |scratch, (row, image)| {
                 let at = (rays.first_row + row) as f64;
                 arch.dispatch(Row {
                     body: self,
                     views: &views,
+                    planes: rays.planes(),
                     at,
                     image,
                     scratch,
@@ -283,12 +337,13 @@ impl Body {
     fn project_row<T: Sample, M: Fn(f64, f64, f64) -> f64>(
         &self,
         views: &[LayerView],
+        planes: &[f64],
         row: f64,
         image: &mut [T],
         scratch: &mut Scratch,
         measure: impl Fn(usize) -> M,
     ) -> RayCounters {
-        let n_bins = image.len();
+        let n_bins = image.len() / (planes.len() + 1);
         let mut counters = RayCounters::default();
         let start = |view: &LayerView| [0, 1, 2].map(|k| view.first[k] + view.row[k] * row);
         let Scratch {
@@ -310,7 +365,7 @@ impl Body {
             .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end))
             .unwrap_or(0..0);
         sums.clear();
-        sums.resize(used.len(), 0.0);
+        sums.resize((planes.len() + 1) * used.len(), 0.0);
         cast.clear();
         cast.resize(used.len(), false);
         for (view, bins) in views.iter().zip(bins) {
@@ -319,10 +374,11 @@ impl Body {
             hints.clear();
             hints.resize(meridian.chains().len(), Hint::default());
             chords.clear();
-            chords.resize(used.len(), 0.0);
+            chords.resize(sums.len(), 0.0);
             let mut chords = Chords {
                 of: &mut chords[..],
-                first: used.start,
+                bins: used.clone(),
+                planes,
                 origin: |bin: usize| t0 + bin as f64 * view.bin[2],
                 measure: &measure,
             };
@@ -348,9 +404,11 @@ impl Body {
             }
         }
         counters.cast = cast.iter().filter(|&&c| c).count() as u64;
-        for (pixel, sum) in image[used].iter_mut().zip(sums) {
-            if *sum != 0.0 {
-                *pixel += T::from_f64(*sum);
+        for (slab, sums) in image.chunks_mut(n_bins).zip(sums.chunks(used.len().max(1))) {
+            for (pixel, sum) in slab[used.clone()].iter_mut().zip(sums) {
+                if *sum != 0.0 {
+                    *pixel += T::from_f64(*sum);
+                }
             }
         }
         counters.skipped = n_bins as u64 - counters.cast;
@@ -362,6 +420,7 @@ impl Body {
 struct Row<'a, T, F> {
     body: &'a Body,
     views: &'a [LayerView],
+    planes: &'a [f64],
     at: f64,
     image: &'a mut [T],
     scratch: &'a mut Scratch,
@@ -373,7 +432,15 @@ impl<T: Sample, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> pulp::WithSimd f
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> RayCounters {
-        (self.body).project_row(self.views, self.at, self.image, self.scratch, self.measure)
+        let Self { views, planes, .. } = self;
+        (self.body).project_row(
+            views,
+            planes,
+            self.at,
+            self.image,
+            self.scratch,
+            self.measure,
+        )
     }
 }
 
@@ -382,7 +449,7 @@ impl<T: Sample, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> pulp::WithSimd f
 struct Scratch {
     /// Of each layer.
     bins: Vec<Range<usize>>,
-    /// Of each bin: the sum, whether a ray was cast, and the chord in one layer.
+    /// Of each bin: the sum (of each slab), whether a ray was cast, and the chord in one layer (again of each slab).
     sums: Vec<f64>,
     cast: Vec<bool>,
     chords: Vec<f64>,
@@ -393,9 +460,10 @@ struct Scratch {
 
 /// The sums of a row's chords, and what a stretch of each line counts.
 struct Chords<'a, O, F> {
+    /// `[slab][bin]`.
     of: &'a mut [f64],
-    /// Bin of the first of them.
-    first: usize,
+    bins: Range<usize>,
+    planes: &'a [f64],
     /// Parameter of a bin's origin.
     origin: O,
     measure: F,
@@ -406,8 +474,11 @@ impl<O: Fn(usize) -> f64, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> Chords
     #[inline(always)]
     fn add(&mut self, direction: &Direction, batch: &mut Batch<(usize, f64)>) {
         for ((bin, sign), [entry, exit]) in batch.drain(direction) {
-            let length = (self.measure)(bin)(entry, exit, (self.origin)(bin));
-            self.of[bin - self.first] += sign * length;
+            let (measure, origin) = ((self.measure)(bin), (self.origin)(bin));
+            let at = bin - self.bins.start;
+            for_slabs(self.planes, origin, [entry, exit], |slab, [low, high]| {
+                self.of[slab * self.bins.len() + at] += sign * measure(low, high, origin);
+            });
         }
     }
 }

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::error::{finite, length, positive};
 use crate::rays::attenuation::across;
+use crate::rays::slabs::for_slabs;
 use crate::{Attenuator, Body, EllipticCylinder, Error, Meridian, ParallelRays, Sample};
 
 /// Corners of the polygon that stands for a circle round the axis: it reaches beyond it by 1 / cos(pi / 256) - 1 = 7.5e-5.
@@ -80,20 +81,30 @@ impl EllipticCylinder {
         out: &mut [T],
     ) -> Result<(), Error> {
         finite("activity", activity)?;
-        length("image", rays.n_bins() * rays.n_rows(), out.len())?;
+        length("image", rays.image_len(), out.len())?;
         positive("rays' part across the torso", across(&rays.direction()))?;
-        out.par_chunks_mut(rays.n_bins())
+        let n_bins = rays.n_bins();
+        out.par_chunks_mut(rays.n_slabs() * n_bins)
             .enumerate()
             .for_each(|(row, image)| {
-                for (bin, pixel) in image.iter_mut().enumerate() {
+                for bin in 0..n_bins {
                     let ray = rays.line(bin, row);
-                    if let Some(span) = self.span(&ray) {
-                        let way = match attenuator {
-                            None => span.length(),
-                            Some(medium) => medium.along(&ray).integral(span.enter, span.exit),
-                        };
-                        *pixel += T::from_f64(activity * way);
-                    }
+                    let Some(span) = self.span(&ray) else {
+                        continue;
+                    };
+                    let medium = attenuator.map(|medium| medium.along(&ray));
+                    for_slabs(
+                        rays.planes(),
+                        0.0,
+                        [span.enter, span.exit],
+                        |slab, [p, q]| {
+                            let way = match &medium {
+                                None => q - p,
+                                Some(medium) => medium.integral(p, q),
+                            };
+                            image[slab * n_bins + bin] += T::from_f64(activity * way);
+                        },
+                    );
                 }
             });
         Ok(())

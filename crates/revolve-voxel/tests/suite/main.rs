@@ -8,6 +8,7 @@ mod bad_inputs;
 mod coincidence;
 mod convergence;
 mod counters;
+mod depth;
 mod long_voxels;
 mod mask;
 mod moments;

@@ -1,0 +1,25 @@
+//! Stretches of a line cut at planes across it.
+
+/// Calls `each` with the part of a stretch in every slab that has any of it. Planes ascend and are ahead of `origin`.
+#[inline(always)]
+pub(crate) fn for_slabs(
+    planes: &[f64],
+    origin: f64,
+    [low, high]: [f64; 2],
+    mut each: impl FnMut(usize, [f64; 2]),
+) {
+    if planes.is_empty() {
+        return each(0, [low, high]);
+    }
+    let mut from = low;
+    for slab in planes.partition_point(|plane| plane + origin <= low)..=planes.len() {
+        let to = planes
+            .get(slab)
+            .map_or(high, |plane| high.min(plane + origin));
+        each(slab, [from, to]);
+        from = to;
+        if to >= high {
+            return;
+        }
+    }
+}
