@@ -12,22 +12,11 @@
 //! attenuation in a convex domain: Kim et al., IEEE Trans. Nucl. Sci. 31 (1984) 538,
 //! <https://doi.org/10.1109/TNS.1984.4333314>).
 
-use std::ops::Range;
-
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
-use crate::error::{finite, length, positive};
-use crate::solid::segment::ROUNDING;
-use crate::voxels::coverage::check_range;
-use crate::{Body, Error, Organs, ParallelRays, Ray, RayCounters, Sample, Span, VoxelGrid};
-
-/// A cylinder of elliptic section along the lab's z axis, without ends: a torso.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EllipticCylinder {
-    centre: [f64; 2],
-    semi_axes: [f64; 2],
-}
+use crate::error::{finite, positive};
+use crate::rays::cylinder::across;
+use crate::{Body, EllipticCylinder, Error, Organs, ParallelRays, Ray, RayCounters, Sample, Span};
 
 /// What weakens the rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,89 +35,6 @@ pub enum Medium<'a> {
 pub struct Attenuator<'a> {
     mu: f64,
     medium: Medium<'a>,
-}
-
-impl EllipticCylinder {
-    /// The cylinder about the axis through `centre` (x, y) with half-widths `semi_axes` along x and y, in cm.
-    ///
-    /// # Errors
-    /// [`Error::NotFinite`], [`Error::NotPositive`].
-    pub fn new(centre: [f64; 2], semi_axes: [f64; 2]) -> Result<Self, Error> {
-        for k in 0..2 {
-            finite("centre of the torso", centre[k])?;
-            positive("semi-axis of the torso", semi_axes[k])?;
-        }
-        Ok(Self { centre, semi_axes })
-    }
-
-    /// Centre (x, y).
-    pub fn centre(&self) -> [f64; 2] {
-        self.centre
-    }
-
-    /// Half-widths along x and y.
-    pub fn semi_axes(&self) -> [f64; 2] {
-        self.semi_axes
-    }
-
-    /// The stretch of a ray within the cylinder; none for a ray along z, whose stretch would have no ends.
-    pub fn span(&self, ray: &Ray) -> Option<Span> {
-        let [o, d] = [ray.origin().coords, ray.direction()];
-        // In coordinates in which the section is the unit circle.
-        let p = [0, 1].map(|k| (o[k] - self.centre[k]) / self.semi_axes[k]);
-        let v = [0, 1].map(|k| d[k] / self.semi_axes[k]);
-        let vv = v[0] * v[0] + v[1] * v[1];
-        if across(&d) == 0.0 {
-            return None;
-        }
-        let cross = p[0] * v[1] - p[1] * v[0];
-        let middle = -(p[0] * v[0] + p[1] * v[1]) / vv;
-        let half = ((1.0 - cross / vv.sqrt()) * (1.0 + cross / vv.sqrt()) / vv).max(0.0);
-        (half > 0.0).then(|| Span {
-            enter: middle - half.sqrt(),
-            exit: middle + half.sqrt(),
-        })
-    }
-
-    /// Adds `value` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, those slices only): an
-    /// attenuation map, exact.
-    ///
-    /// # Errors
-    /// [`Error::Length`] for slices or a buffer that do not fit, [`Error::NotFinite`] for the value.
-    pub fn voxelize_add<T: Sample>(
-        &self,
-        grid: &VoxelGrid,
-        slices: Range<usize>,
-        value: f64,
-        out: &mut [T],
-    ) -> Result<(), Error> {
-        finite("value", value)?;
-        check_slices(grid, &slices, out.len())?;
-        if out.is_empty() {
-            return Ok(());
-        }
-        let ([nx, ny, _], h) = (grid.shape(), grid.spacing());
-        // All slices are alike.
-        let section: Vec<T> = (0..nx * ny)
-            .into_par_iter()
-            .map(|k| {
-                let at = grid.centre(k % nx, k / nx, 0);
-                let [x, y] = [0, 1].map(|a| {
-                    let edge =
-                        |side: f64| (at[a] - self.centre[a] + side * h[a]) / self.semi_axes[a];
-                    [edge(-0.5), edge(0.5)]
-                });
-                let whole = (x[1] - x[0]) * (y[1] - y[0]);
-                T::from_f64(value * (disc_in_box(x, y) / whole).clamp(0.0, 1.0))
-            })
-            .collect();
-        out.par_chunks_mut(nx * ny).for_each(|slice| {
-            for (v, add) in slice.iter_mut().zip(&section) {
-                *v += *add;
-            }
-        });
-        Ok(())
-    }
 }
 
 impl<'a> Attenuator<'a> {
@@ -195,12 +101,6 @@ impl<'a> Attenuator<'a> {
         pieces.retain(|(_, mu)| *mu != 0.0);
         Way { pieces }
     }
-}
-
-/// How much of a unit direction is across a torso: none if it is along its axis but for rounding.
-pub(crate) fn across(d: &Vector3<f64>) -> f64 {
-    let across = d.x.hypot(d.y);
-    if across > ROUNDING { across } else { 0.0 }
 }
 
 /// What other stretches, in their order, leave of a piece.
@@ -294,42 +194,4 @@ impl Body {
             move |low, high, origin| way.integral(low - origin, high - origin)
         })
     }
-}
-
-/// Slices of the grid, and a buffer of their size.
-pub(crate) fn check_slices(
-    grid: &VoxelGrid,
-    slices: &Range<usize>,
-    given: usize,
-) -> Result<(), Error> {
-    check_range(grid, slices)?;
-    length("volume", grid.slice_len() * slices.len(), given)
-}
-
-/// Area of the unit disc within a rectangle.
-fn disc_in_box(x: [f64; 2], y: [f64; 2]) -> f64 {
-    // Below y, to the left of x, over the disc: the four corners' values give the rectangle's.
-    let corner = |x: f64, y: f64| quadrant(x.clamp(-1.0, 1.0), y.clamp(-1.0, 1.0));
-    let far = x[0].max(-x[1]).max(0.0).hypot(y[0].max(-y[1]).max(0.0));
-    if far >= 1.0 {
-        return 0.0;
-    }
-    if x[0].abs().max(x[1].abs()).hypot(y[0].abs().max(y[1].abs())) <= 1.0 {
-        return (x[1] - x[0]) * (y[1] - y[0]);
-    }
-    corner(x[1], y[1]) - corner(x[0], y[1]) - corner(x[1], y[0]) + corner(x[0], y[0])
-}
-
-/// Signed area of the unit disc within the rectangle from the origin to (x, y), both in [-1, 1]: odd in x and in y.
-fn quadrant(x: f64, y: f64) -> f64 {
-    let (a, b) = (x.abs(), y.abs());
-    let area = if a.hypot(b) <= 1.0 {
-        a * b
-    } else {
-        // Under the arc from where it has height b to a.
-        let from = ((1.0 - b) * (1.0 + b)).sqrt();
-        let under = |t: f64| 0.5 * (t * ((1.0 - t) * (1.0 + t)).sqrt() + t.asin());
-        b * from + under(a) - under(from)
-    };
-    area * x.signum() * y.signum()
 }

@@ -1,8 +1,10 @@
 //! Lines through solids: chords, detectors full of them, and what attenuates on the way.
 
+mod around;
 pub(crate) mod attenuation;
 pub(crate) mod chord;
 pub(crate) mod cone;
+pub(crate) mod cylinder;
 pub(crate) mod detector;
 pub(crate) mod direction;
 pub(crate) mod organ;

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::error::{finite, length, positive};
-use crate::rays::attenuation::across;
+use crate::rays::cylinder::across;
 use crate::rays::slabs::for_slabs;
 use crate::{Attenuator, Body, EllipticCylinder, Error, Meridian, ParallelRays, Sample};
 

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::error::{finite, positive, zeros};
-use crate::rays::attenuation::check_slices;
+use crate::rays::cylinder::check_slices;
 use crate::rays::single::SurfacePoint;
 use crate::solid::wedge::{Place, Wedge};
 use crate::voxels::patch::Cuboid;
