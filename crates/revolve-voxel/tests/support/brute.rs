@@ -189,8 +189,9 @@ impl Solid {
         for pair in cuts.windows(2).filter(|pair| pair[1] > pair[0]) {
             let middle = 0.5 * (pair[0] + pair[1]);
             if self.holds(&(line.o + line.d * middle)) == Some(true) {
+                // The middle of two neighbouring numbers may be the upper one, and that the last end.
                 let k = ends.partition_point(|end| *end <= middle) - 1;
-                lengths[k] += pair[1] - pair[0];
+                lengths[k.min(ends.len() - 2)] += pair[1] - pair[0];
             }
         }
         lengths
