@@ -7,8 +7,8 @@ use membrane_forces::{Measures, Membrane};
 use crate::control::{Control, check};
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
+use crate::layers::{refine, solve_refining};
 use crate::options::NewtonOptions;
-use crate::refine::{refine, solve_refining};
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
 
