@@ -3,12 +3,10 @@
 use membrane_forces::{DiscreteMembrane, Measure, MembraneError};
 
 use crate::border::Border;
-use crate::continuation::{Controlled, Reach};
 use crate::control::Target;
 use crate::error::{NewtonError, own};
 use crate::factors::Factors;
-use crate::newton::ResidualSystem;
-use crate::turning::{turned, turning};
+use crate::turning::{Reach, turned, turning};
 
 /// F(c, f) = 0 and g(c, f) = 0 for the unknowns (c, f), f last.
 pub(crate) struct Bordered<'a> {
@@ -117,14 +115,12 @@ impl<'a> Bordered<'a> {
             Target::Measure(Measure::Volume, _) => l * l * l,
         }
     }
-}
 
-impl ResidualSystem for Bordered<'_> {
-    fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.elastic.len() + 1
     }
 
-    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+    pub(crate) fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
         let n = self.elastic.len();
         let (nodes, f) = (&x[..n], x[n]);
         if f.abs() >= self.blow_up {
@@ -144,7 +140,7 @@ impl ResidualSystem for Bordered<'_> {
         Ok(())
     }
 
-    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+    pub(crate) fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
         let n = self.elastic.len();
         let (nodes, f) = (&x[..n], x[n]);
         self.size = (
@@ -183,7 +179,7 @@ impl ResidualSystem for Bordered<'_> {
         Ok(())
     }
 
-    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
         let border = self.border.eliminated().ok_or(NewtonError::NotFactored)?;
         let (head, tail) = rhs.split_at_mut(self.elastic.len());
         self.factors.solve_in_place(head)?;
@@ -191,7 +187,7 @@ impl ResidualSystem for Bordered<'_> {
         Ok(())
     }
 
-    fn residual_norm(&self, residual: &[f64]) -> f64 {
+    pub(crate) fn residual_norm(&self, residual: &[f64]) -> f64 {
         let n = self.elastic.len();
         let forces = residual[..n]
             .as_chunks::<2>()
@@ -205,31 +201,29 @@ impl ResidualSystem for Bordered<'_> {
         )
     }
 
-    fn step_norm(&self, step: &[f64]) -> f64 {
+    pub(crate) fn step_norm(&self, step: &[f64]) -> f64 {
         let n = self.elastic.len();
         nan_max(
             max_abs(&step[..n]) / self.size.0,
             step[n].abs() / self.size.1,
         )
     }
-}
 
-impl Controlled for Bordered<'_> {
-    fn set_control(&mut self, value: f64) {
+    pub(crate) fn set_control(&mut self, value: f64) {
         self.target = self.target.with_value(value);
         self.signs.1 = self.signs.0;
     }
 
-    fn misses(&mut self, x: &[f64]) -> f64 {
+    pub(crate) fn misses(&self, x: &[f64]) -> f64 {
         let wanted = self.target.value();
         (self.target_value(x) - wanted).abs() / wanted.abs().max(0.01 * self.target_scale())
     }
 
-    fn keeps_sign(&self) -> bool {
+    pub(crate) fn keeps_sign(&self) -> bool {
         self.signs.0 == self.signs.1
     }
 
-    fn within(&self, reach: Reach, from: &[f64], to: &[f64]) -> bool {
+    pub(crate) fn within(&self, reach: Reach, from: &[f64], to: &[f64]) -> bool {
         let n = self.elastic.len();
         // Angle through which the whole curve turns in both states.
         let copies = if self.discrete.is_half() { 2.0 } else { 1.0 };
@@ -237,13 +231,7 @@ impl Controlled for Bordered<'_> {
         reach.allows([before, before + copies * turned(&from[..n], &to[..n])])
     }
 
-    fn rate_into(&mut self, out: &mut [f64]) -> Result<(), NewtonError> {
-        out.fill(0.0);
-        out[self.elastic.len()] = 1.0;
-        self.solve_in_place(out)
-    }
-
-    fn shape_norm(&self, change: &[f64]) -> f64 {
+    pub(crate) fn shape_norm(&self, change: &[f64]) -> f64 {
         max_abs(&change[..self.elastic.len()]) / self.size.0
     }
 }

@@ -1,57 +1,11 @@
 //! Raising the control in steps when Newton cannot take it at once, without a change of branch.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
-
 use crate::error::NewtonError;
 use crate::newton::{NewtonScratch, ROUNDING, ResidualSystem, newton_with};
 use crate::options::{LineSearch, NewtonOptions};
 use crate::report::NewtonReport;
-
-/// A system with one number that is prescribed.
-pub(crate) trait Controlled: ResidualSystem {
-    /// Prescribes `value`.
-    fn set_control(&mut self, value: f64);
-
-    /// By how much state `x` misses what is prescribed, relative to that, or to a hundredth of what moves a
-    /// membrane by its length.
-    fn misses(&mut self, x: &[f64]) -> f64;
-
-    /// Whether the determinant of the tangent, if factored since the value was set, has the sign
-    /// that it had when this system was factored first.
-    fn keeps_sign(&self) -> bool;
-
-    /// Whether no curve turns further from state `from` to state `to` than `reach` allows.
-    fn within(&self, reach: Reach, from: &[f64], to: &[f64]) -> bool;
-
-    /// `out` = how fast the state changes with the value, by the tangent factored last.
-    ///
-    /// # Errors
-    /// No tangent has been factored.
-    fn rate_into(&mut self, out: &mut [f64]) -> Result<(), NewtonError>;
-
-    /// Size of what a change of the state does to the curves, free of units.
-    fn shape_norm(&self, change: &[f64]) -> f64;
-}
-
-/// How Newton came to an answer, which decides how far a curve may have turned.
-#[derive(Clone, Copy)]
-pub(crate) enum Reach {
-    /// At once: about as at the start, or to no more than a full circle, nor by more.
-    Direct,
-    /// By a step of the walk: by no more than a quarter.
-    Step,
-}
-
-impl Reach {
-    /// Whether a curve may turn through `end` that turned through `start`.
-    pub(crate) fn allows(self, [start, end]: [f64; 2]) -> bool {
-        let by = (end - start).abs();
-        match self {
-            Self::Direct => by <= FRAC_PI_2 || by.max(end.abs()) <= TAU,
-            Self::Step => by <= FRAC_PI_2,
-        }
-    }
-}
+use crate::system::System;
+use crate::turning::Reach;
 
 /// Solves for control value `to`, and leaves the answer in `state`. It tries Newton from `state`, if
 /// that is another one, and from `start`, which is near an equilibrium for value `from`; if
@@ -64,8 +18,8 @@ impl Reach {
 /// curve turns continuously. So an answer of Newton's is taken only if the sign is that of the
 /// start and the curve turns through no more than a full circle (or hardly more than at the
 /// start). All else is left to the walk.
-pub(crate) fn solve<S: Controlled>(
-    system: &mut S,
+pub(crate) fn solve(
+    system: &mut System<'_>,
     state: &mut [f64],
     start: &[f64],
     values: (f64, f64),
@@ -92,7 +46,7 @@ const MISSED: f64 = 1e-9;
 
 /// One Newton step, if it is as small as those that Newton may have left.
 fn correct(
-    system: &mut impl Controlled,
+    system: &mut System<'_>,
     state: &mut [f64],
     report: &mut NewtonReport,
 ) -> Result<(), NewtonError> {
@@ -114,8 +68,8 @@ fn correct(
 }
 
 /// [`solve`] but for the last digits of the control.
-fn reach<S: Controlled>(
-    system: &mut S,
+fn reach(
+    system: &mut System<'_>,
     state: &mut [f64],
     start: &[f64],
     (from, to): (f64, f64),
@@ -179,8 +133,8 @@ enum Ended {
 /// A step is too long if Newton needs damping or many iterations, or if it finds a curve that turns too
 /// much, that changes at quite another rate, or that is further away than the rates at both ends explain:
 /// Newton then may have jumped over limit points at which the branch turns back and forth.
-fn walk<S: Controlled>(
-    system: &mut S,
+fn walk(
+    system: &mut System<'_>,
     state: &mut [f64],
     start: &[f64],
     (from, to): (f64, f64),
@@ -270,7 +224,7 @@ const UNEVEN: f64 = 4.0;
 
 /// Newton from `state`; what it finds must be within `reach` of `from`.
 fn attempt(
-    system: &mut impl Controlled,
+    system: &mut System<'_>,
     state: &mut [f64],
     (reach, from): (Reach, &[f64]),
     options: &NewtonOptions,

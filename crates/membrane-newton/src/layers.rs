@@ -1,75 +1,165 @@
-//! From one resolution to the next finer one, until the polynomials have converged.
+//! Membranes around each other, each at one resolution, and the finer ones to go to until the polynomials have converged.
 
 use std::sync::Arc;
 
+use membrane_forces::Measure;
+
+use crate::continuation;
+use crate::control::{Control, Target};
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, own};
+use crate::newton::ResidualSystem;
+use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
+use crate::system::System;
 
-/// A finer resolution, if there is one, with the solved state carried over to it and with its start.
-pub(crate) type Refined<R> = Option<Result<(R, Vec<f64>, Vec<f64>), NewtonError>>;
+/// Membranes from the inside out: one, or a pair. Their states follow each other.
+pub(crate) struct Layers(pub(crate) Vec<Arc<Resolution>>);
 
-/// The next finer resolution, with `state` carried over to it, and with the curve to start `near` or its start.
-pub(crate) fn refine(
-    resolution: &Arc<Resolution>,
-    state: &[f64],
-    near: Option<&Equilibrium>,
-) -> Refined<Arc<Resolution>> {
-    Some(resolution.finer()?.map(|finer| {
-        let (nodes, intensity) = (&state[..state.len() - 1], state[state.len() - 1]);
-        let pieces = own(resolution.discrete.pieces(nodes));
-        let carried = finer.state_on(intensity, |s| {
-            let piece = pieces.partition_point(|piece| piece.to < s);
-            pieces[piece.min(pieces.len() - 1)].at(s).position
-        });
-        let start = finer.start_near(near);
-        (finer, carried, start)
-    }))
-}
+impl Layers {
+    /// Each membrane with its part of a state.
+    pub(crate) fn parts<'a>(
+        &'a self,
+        mut state: &'a [f64],
+    ) -> impl Iterator<Item = (&'a Arc<Resolution>, &'a [f64])> {
+        self.0.iter().map(move |resolution| {
+            let (part, rest) = state.split_at(resolution.discrete.start().len() + 1);
+            state = rest;
+            (resolution, part)
+        })
+    }
 
-/// Solves at a resolution, then at finer ones until the polynomials have converged; each begins with
-/// what the one before has found, unless that failed. `solve` works at one resolution, from its second state or, what
-/// comes to the same, its third; `refine` gives the next.
-pub(crate) fn solve_refining<R>(
-    (mut resolution, mut start): (R, Vec<f64>),
-    solve: impl Fn(&R, &mut [f64], &[f64]) -> Result<NewtonReport, NewtonError>,
-    is_resolved: impl Fn(&R, &[f64]) -> Result<(), NewtonError>,
-    refine: impl Fn(&R, &[f64]) -> Refined<R>,
-) -> Result<(R, Vec<f64>, NewtonReport), NewtonError> {
-    let mut total = NewtonReport::default();
-    let mut state = start.clone();
-    loop {
-        let mut outcome = solve(&resolution, &mut state, &start);
-        if let Some(report) = outcome.as_mut().map_or_else(NewtonError::report_mut, Some) {
-            report.add_earlier(&total);
-            total.clone_from(report);
+    /// Nodes and force intensity of each membrane at the start.
+    pub(crate) fn start_state(&self) -> Vec<f64> {
+        self.0.iter().flat_map(|r| r.start_state()).collect()
+    }
+
+    /// Volumes between membranes at the start, as these resolutions have them.
+    pub(crate) fn wall_volumes(&self) -> Vec<f64> {
+        let pairs = self.0.windows(2);
+        pairs
+            .map(|p| p[1].start.volume - p[0].start.volume)
+            .collect()
+    }
+
+    fn system(&self, control: Control) -> Result<System<'_>, NewtonError> {
+        let mut target = self.0[0].target(control)?;
+        let mut membranes = Vec::with_capacity(self.0.len());
+        for resolution in &self.0 {
+            membranes.push(resolution.system(target));
+            target = Target::Measure(Measure::Volume, 0.0);
         }
-        let outcome = outcome.and_then(|_| is_resolved(&resolution, &state));
-        let carry = match outcome {
-            Ok(()) => return Ok((resolution, state, total)),
-            Err(NewtonError::Unresolved { .. }) => true,
-            Err(
-                NewtonError::NotConverged { .. }
-                | NewtonError::OtherBranch { .. }
-                | NewtonError::Singular { .. },
-            ) => false,
-            // where the curve is resolved it is the branch that ends, not the polynomials
-            Err(NewtonError::LimitPoint { .. }) if is_resolved(&resolution, &state).is_err() => {
-                false
-            }
-            Err(error) => return Err(error),
-        };
-        match refine(&resolution, &state) {
-            Some(finer) => (resolution, state, start) = finer?,
-            None => {
-                return Err(outcome
-                    .err()
-                    .unwrap_or(NewtonError::NotConverged { report: total }));
-            }
+        Ok(System::new(membranes, self.wall_volumes()))
+    }
+
+    /// Derivative of an equilibrium `state` by the value of `control`.
+    pub(crate) fn rate(&self, state: &[f64], control: Control) -> Result<Vec<f64>, NewtonError> {
+        let mut system = self.system(control)?;
+        system.factor(state)?;
+        let mut rate = vec![0.0; state.len()];
+        rate[self.0[0].discrete.start().len()] = self.0[0].target_slope(control);
+        system.solve_in_place(&mut rate)?;
+        Ok(rate)
+    }
+
+    /// Solves at these resolutions, from `state` or, what comes to the same, `start`.
+    fn solve_here(
+        &self,
+        state: &mut [f64],
+        start: &[f64],
+        control: Control,
+        options: &NewtonOptions,
+    ) -> Result<NewtonReport, NewtonError> {
+        let mut system = self.system(control)?;
+        let values = (
+            system.control_value(start),
+            self.0[0].target(control)?.value(),
+        );
+        continuation::solve(&mut system, state, start, values, options)
+    }
+
+    fn check_resolved(&self, state: &[f64]) -> Result<(), NewtonError> {
+        let mut parts = self.parts(state);
+        parts.try_for_each(|(resolution, part)| resolution.check_resolved(part))
+    }
+
+    /// All membranes one resolution finer, as far as each can go, with `state` carried over to them, and with the curves to start
+    /// `near` or their start; none if none can.
+    fn refine(
+        &self,
+        state: &[f64],
+        near: &[&Equilibrium],
+    ) -> Result<Option<(Self, Vec<f64>, Vec<f64>)>, NewtonError> {
+        let (mut finer, mut carried, mut start) = (Vec::new(), Vec::new(), Vec::new());
+        let mut any = false;
+        for (k, (resolution, part)) in self.parts(state).enumerate() {
+            let next = match resolution.finer() {
+                None => {
+                    carried.extend(part);
+                    resolution.clone()
+                }
+                Some(next) => {
+                    let next = next?;
+                    let (intensity, nodes) = (part[part.len() - 1], &part[..part.len() - 1]);
+                    let pieces = own(resolution.discrete.pieces(nodes));
+                    carried.extend(next.state_on(intensity, |s| {
+                        let piece = pieces.partition_point(|piece| piece.to < s);
+                        pieces[piece.min(pieces.len() - 1)].at(s).position
+                    }));
+                    any = true;
+                    next
+                }
+            };
+            start.extend(next.start_near(near.get(k).copied()));
+            finer.push(next);
         }
-        if !carry {
-            state.copy_from_slice(&start);
+        Ok(any.then_some((Self(finer), carried, start)))
+    }
+
+    /// Solves at these resolutions, then at finer ones until the polynomials have converged; each begins with
+    /// what the one before has found, unless that failed. `near`: what `start` is of, if it is not the start.
+    pub(crate) fn solve(
+        mut self,
+        mut start: Vec<f64>,
+        near: &[&Equilibrium],
+        control: Control,
+        options: &NewtonOptions,
+    ) -> Result<(Self, Vec<f64>, NewtonReport), NewtonError> {
+        let mut total = NewtonReport::default();
+        let mut state = start.clone();
+        loop {
+            let mut outcome = self.solve_here(&mut state, &start, control, options);
+            if let Some(report) = outcome.as_mut().map_or_else(NewtonError::report_mut, Some) {
+                report.add_earlier(&total);
+                total.clone_from(report);
+            }
+            let outcome = outcome.and_then(|_| self.check_resolved(&state));
+            let carry = match outcome {
+                Ok(()) => return Ok((self, state, total)),
+                Err(NewtonError::Unresolved { .. }) => true,
+                Err(
+                    NewtonError::NotConverged { .. }
+                    | NewtonError::OtherBranch { .. }
+                    | NewtonError::Singular { .. },
+                ) => false,
+                // where the curve is resolved it is the branch that ends, not the polynomials
+                Err(NewtonError::LimitPoint { .. }) if self.check_resolved(&state).is_err() => {
+                    false
+                }
+                Err(error) => return Err(error),
+            };
+            match self.refine(&state, near)? {
+                Some(finer) => (self, state, start) = finer,
+                None => {
+                    return Err(outcome
+                        .err()
+                        .unwrap_or(NewtonError::NotConverged { report: total }));
+                }
+            }
+            if !carry {
+                state.copy_from_slice(&start);
+            }
         }
     }
 }

@@ -64,6 +64,7 @@ mod resolution;
 mod sensitivity;
 mod solver;
 mod study;
+mod system;
 mod turning;
 
 pub use banded::{BandedLu, Factored};

@@ -8,11 +8,8 @@ use membrane_forces::{
 };
 
 use crate::bordered::Bordered;
-use crate::continuation;
 use crate::control::{Control, Target};
 use crate::error::{NewtonError, own};
-use crate::options::NewtonOptions;
-use crate::report::NewtonReport;
 
 #[derive(Debug)]
 pub(crate) struct Resolution {
@@ -152,19 +149,5 @@ impl Resolution {
         }
         state.push(intensity);
         state
-    }
-
-    /// Solves at this resolution alone.
-    pub(crate) fn solve(
-        &self,
-        state: &mut [f64],
-        start: &[f64],
-        control: Control,
-        options: &NewtonOptions,
-    ) -> Result<NewtonReport, NewtonError> {
-        let target = self.target(control)?;
-        let mut system = self.system(target);
-        let from = system.target_value(start);
-        continuation::solve(&mut system, state, start, (from, target.value()), options)
     }
 }

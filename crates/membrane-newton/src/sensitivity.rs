@@ -3,7 +3,7 @@
 use crate::control::Control;
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, own};
-use crate::newton::ResidualSystem;
+use crate::layers::Layers;
 use crate::resolution::Resolution;
 
 /// Derivative of an equilibrium by the value of a control (per unit of that value).
@@ -40,14 +40,9 @@ impl Equilibrium {
     /// # Errors
     /// A control nothing can be solved for; a singular tangent (the control is at a limit point).
     pub fn sensitivity(&self, control: Control) -> Result<Sensitivity, NewtonError> {
-        let target = self.resolution.target(control)?;
-        let mut system = self.resolution.system(target);
-        system.factor(&self.state)?;
-        let mut change = vec![0.0; self.state.len()];
-        let last = change.len() - 1;
-        change[last] = self.resolution.target_slope(control);
-        system.solve_in_place(&mut change)?;
-        Ok(self.resolution.sensitivity(&change))
+        let layers = Layers(vec![self.resolution.clone()]);
+        let rate = layers.rate(&self.state, control)?;
+        Ok(self.resolution.sensitivity(&rate))
     }
 }
 

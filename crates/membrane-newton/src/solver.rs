@@ -7,7 +7,7 @@ use membrane_forces::{Measures, Membrane};
 use crate::control::{Control, check};
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
-use crate::layers::{refine, solve_refining};
+use crate::layers::Layers;
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
@@ -103,8 +103,8 @@ impl Solver {
         control: Control,
         options: &NewtonOptions,
     ) -> Result<Equilibrium, NewtonError> {
-        let start = (self.resolution.clone(), self.resolution.start_state());
-        solve_on(start, None, control, options)
+        let start = self.resolution.start_state();
+        solve_one((self.resolution.clone(), start), &[], control, options)
     }
 
     /// Solves from a nearby equilibrium (warm start), of this solver or of any other whose ends
@@ -118,26 +118,17 @@ impl Solver {
         control: Control,
         options: &NewtonOptions,
     ) -> Result<Equilibrium, NewtonError> {
-        solve_on(
-            self.resolution.state_near(near),
-            Some(near),
-            control,
-            options,
-        )
+        solve_one(self.resolution.state_near(near), &[near], control, options)
     }
 }
 
-fn solve_on(
-    first: (Arc<Resolution>, Vec<f64>),
-    near: Option<&Equilibrium>,
+fn solve_one(
+    (resolution, start): (Arc<Resolution>, Vec<f64>),
+    near: &[&Equilibrium],
     control: Control,
     options: &NewtonOptions,
 ) -> Result<Equilibrium, NewtonError> {
-    let (resolution, state, report) = solve_refining(
-        first,
-        |resolution, state, start| resolution.solve(state, start, control, options),
-        |resolution, state| resolution.check_resolved(state),
-        |resolution, state| refine(resolution, state, near),
-    )?;
-    resolution.answer(state, report)
+    let layers = Layers(vec![resolution]);
+    let (layers, state, report) = layers.solve(start, near, control, options)?;
+    layers.0[0].answer(state, report)
 }

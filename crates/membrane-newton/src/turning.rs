@@ -2,6 +2,26 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+/// How Newton came to an answer, which decides how far a curve may have turned.
+#[derive(Clone, Copy)]
+pub(crate) enum Reach {
+    /// At once: about as at the start, or to no more than a full circle, nor by more.
+    Direct,
+    /// By a step of the walk: by no more than a quarter.
+    Step,
+}
+
+impl Reach {
+    /// Whether a curve may turn through `end` that turned through `start`.
+    pub(crate) fn allows(self, [start, end]: [f64; 2]) -> bool {
+        let by = (end - start).abs();
+        match self {
+            Self::Direct => by <= FRAC_PI_2 || by.max(end.abs()) <= TAU,
+            Self::Step => by <= FRAC_PI_2,
+        }
+    }
+}
+
 /// Angle through which the segments of the polyline `nodes` (flat) turn in all, loops counted;
 /// positive counter-clockwise. Cost O(n), two arc tangents.
 pub(crate) fn turning(nodes: &[f64]) -> f64 {
