@@ -2,11 +2,11 @@
 
 use crate::band::BandMatrix;
 use crate::curve::CurvePiece;
-use crate::discrete::{DiscreteMembrane, Tangent, check};
-use crate::error::{MembraneError, at_least, at_most, finite, length};
-use crate::law::{LoadKind, PressureLaw};
+use crate::discrete::{DiscreteMembrane, Setting, Tangent};
+use crate::error::{MembraneError, at_least, at_most, finite};
+use crate::law::LoadKind;
 use crate::material::NodeSprings;
-use crate::measures::{Measure, Measures};
+use crate::measures::Measure;
 use crate::membrane::Membrane;
 use crate::rest::{CurvePoint, RestShape};
 
@@ -35,12 +35,9 @@ use crate::rest::{CurvePoint, RestShape};
 /// spectral elements with a breakpoint there lose nothing).
 #[derive(Debug, Clone)]
 pub struct FiniteDifferences {
-    law: PressureLaw,
+    setting: Setting,
     shape: RestShape,
-    start: Vec<f64>,
     springs: NodeSprings,
-    blow_up: f64,
-    held: Vec<usize>,
 }
 
 /// Ten thousand times what resolves any balloon; some gigabytes with the solver's arrays.
@@ -68,21 +65,16 @@ impl FiniteDifferences {
                 return Err(MembraneError::CoincidentPoints { index });
             }
         }
-        let mut start = rest.clone();
-        let s = |n: usize| n as f64 / last as f64;
-        membrane.hold_ends((0..n_nodes).map(s).zip(start.as_chunks_mut::<2>().0));
+        let s = (0..n_nodes).map(|n| n as f64 / last as f64);
+        let mut setting = Setting::new(membrane, s, &rest);
         let springs = NodeSprings::new(membrane, rest)?;
-        let blow_up = if membrane.law().blows_up() {
-            springs.blow_up()
-        } else {
-            f64::INFINITY
-        };
+        setting.stiffness_scale = springs.scale();
+        if setting.law.blows_up() {
+            setting.blow_up = springs.blow_up();
+        }
         Ok(Self {
-            law: membrane.law(),
+            setting,
             shape: membrane.rest().clone(),
-            start,
-            blow_up,
-            held: springs.nodes.held(),
             springs,
         })
     }
@@ -107,26 +99,27 @@ impl FiniteDifferences {
             return Ok(this);
         }
         let nodes = this.springs.nodes.half();
+        this.setting.end_at_axis(2 * nodes.kept, n_nodes % 2 == 1);
         this.springs.nodes = nodes;
-        this.held = nodes.held();
-        for state in [&mut this.springs.rest, &mut this.start] {
-            state.truncate(2 * nodes.kept);
-            state.shrink_to_fit();
-            this.held[2..].iter().for_each(|&apex| state[apex] = 0.0);
+        let rest = &mut this.springs.rest;
+        rest.truncate(2 * nodes.kept);
+        rest.shrink_to_fit();
+        if n_nodes % 2 == 1 {
+            rest[2 * nodes.kept - 1] = 0.0;
         }
         Ok(this)
     }
 
     /// Whether the whole curve equals its own mirror image to rounding.
     fn is_symmetric(&self) -> bool {
-        let size = self.start.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let size = self.start().iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let close = |a: f64, b: f64| (a - b).abs() <= 1e-13 * size;
         let mirrored = |nodes: &[f64]| {
             let points = nodes.as_chunks::<2>().0;
             let mut pairs = points.iter().zip(points.iter().rev());
             pairs.all(|(a, b)| close(a[0], b[0]) && close(a[1], -b[1]))
         };
-        mirrored(&self.springs.rest) && mirrored(&self.start) && self.springs.are_symmetric()
+        mirrored(&self.springs.rest) && mirrored(self.start()) && self.springs.are_symmetric()
     }
 
     /// Number of nodes N of the whole curve, held ends included.
@@ -151,7 +144,7 @@ impl FiniteDifferences {
 
     /// A zero matrix of the shape every tangent of this membrane fits.
     pub fn band(&self) -> BandMatrix {
-        BandMatrix::of_shape(self.start.len(), self.bandwidth(), self.bandwidth())
+        BandMatrix::of_shape(self.start().len(), self.bandwidth(), self.bandwidth())
     }
 
     /// Elastic energy of the whole curve above that of its start, force per s times cm. Cost O(N).
@@ -159,8 +152,8 @@ impl FiniteDifferences {
     /// # Panics
     /// A length that is not that of [`DiscreteMembrane::start`].
     pub fn elastic_energy(&self, nodes: &[f64]) -> f64 {
-        check(nodes, self.start.len());
-        self.springs.energy(nodes, &self.start)
+        self.setting.check([nodes.len()]);
+        self.springs.energy(nodes, self.start())
     }
 
     /// `band` += `scale` dF_e/dc. Block tridiagonal with diagonal blocks; pentadiagonal with
@@ -190,13 +183,13 @@ impl FiniteDifferences {
         scale: f64,
         band: &mut BandMatrix,
     ) -> Result<(), MembraneError> {
-        check(nodes, self.start.len());
+        self.setting.check([nodes.len()]);
         self.check_band(band);
         let f = intensity * scale;
         for n in self.springs.nodes.moving() {
             let (d, per_length) = self.normal(nodes, n)?;
             let (next, sign) = self.springs.nodes.place(n + 1);
-            let by = self.law.derivative(f, d, per_length);
+            let by = self.setting.law.derivative(f, d, per_length);
             for row in 0..2 {
                 if self.springs.nodes.is_held(n, row) {
                     continue;
@@ -224,7 +217,7 @@ impl FiniteDifferences {
         intensity: f64,
         band: &mut BandMatrix,
     ) -> Result<(), MembraneError> {
-        check(nodes, self.start.len());
+        self.setting.check([nodes.len()]);
         self.check_band(band);
         for n in self.springs.nodes.moving() {
             // right: f (1/n - d^2/n^3); printed: f (d^2/n^3 + 1/n), and its negative for the other
@@ -254,7 +247,7 @@ impl FiniteDifferences {
         column: &mut [f64],
         row: &mut [f64],
     ) -> Result<bool, MembraneError> {
-        match self.law.load_kind() {
+        match self.setting.law.load_kind() {
             LoadKind::Intensity => {
                 column.fill(0.0);
                 row.fill(0.0);
@@ -274,7 +267,7 @@ impl FiniteDifferences {
     fn normal(&self, nodes: &[f64], n: usize) -> Result<([f64; 2], f64), MembraneError> {
         let next = self.node(nodes, n + 1);
         let d = [next[0] - nodes[2 * n - 2], next[1] - nodes[2 * n - 1]];
-        Ok((d, self.law.factor(d, 2.0 * self.springs.ds, n)?))
+        Ok((d, self.setting.law.factor(d, 2.0 * self.springs.ds, n)?))
     }
 
     /// Node `n` of the whole curve in state `nodes`; `n` < N.
@@ -287,18 +280,12 @@ impl FiniteDifferences {
     /// Node `n` of the whole curve in state `nodes`; none if n >= N or the state has another length than
     /// [`DiscreteMembrane::start`].
     pub fn point(&self, nodes: &[f64], n: usize) -> Option<[f64; 2]> {
-        let there = nodes.len() == self.start.len() && n < self.n_nodes();
+        let there = nodes.len() == self.start().len() && n < self.n_nodes();
         there.then(|| self.node(nodes, n))
     }
 
-    fn clear_held(&self, out: &mut [f64]) {
-        for &held in &self.held {
-            out[held] = 0.0;
-        }
-    }
-
     fn check_band(&self, band: &BandMatrix) {
-        let (n, bandwidth) = (self.start.len(), self.bandwidth());
+        let (n, bandwidth) = (self.start().len(), self.bandwidth());
         assert!(
             band.len() == n && band.lower().min(band.upper()) >= bandwidth,
             "expected {n} rows with {bandwidth} diagonals on either side, got {} with {} and {}",
@@ -310,35 +297,14 @@ impl FiniteDifferences {
 }
 
 impl DiscreteMembrane for FiniteDifferences {
-    fn law(&self) -> PressureLaw {
-        self.law
-    }
-
-    fn start(&self) -> &[f64] {
-        &self.start
-    }
-
-    fn is_half(&self) -> bool {
-        self.springs.nodes.is_half()
-    }
-
-    fn held(&self) -> &[usize] {
-        &self.held
-    }
-
-    fn stiffness_scale(&self) -> f64 {
-        self.springs.scale()
-    }
-
-    fn blow_up(&self) -> f64 {
-        self.blow_up
+    fn setting(&self) -> &Setting {
+        &self.setting
     }
 
     fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
-        check(nodes, self.start.len());
-        check(out, self.start.len());
+        self.setting.check([nodes.len(), out.len()]);
         self.springs.pull_into(nodes, out.as_chunks_mut::<2>().0);
-        self.clear_held(out);
+        self.setting.hold(out, 0.0);
     }
 
     fn pressure_force_into(
@@ -347,15 +313,18 @@ impl DiscreteMembrane for FiniteDifferences {
         intensity: f64,
         out: &mut [f64],
     ) -> Result<(), MembraneError> {
-        check(nodes, self.start.len());
-        check(out, self.start.len());
+        self.setting.check([nodes.len(), out.len()]);
         let points = nodes.as_chunks::<2>().0;
         let last = points.len() - 1;
         let forces = out.as_chunks_mut::<2>().0;
         let neighbours = points.iter().zip(&points[2..]);
         let steps = neighbours.map(|(a, b)| [b[0] - a[0], b[1] - a[1]]);
         let inside = &mut forces[1..last];
-        if !(self.law).forces_into(intensity, steps, 2.0 * self.springs.ds, inside) {
+        if !self
+            .setting
+            .law
+            .forces_into(intensity, steps, 2.0 * self.springs.ds, inside)
+        {
             for n in 1..last {
                 self.normal(nodes, n)?;
             }
@@ -364,7 +333,7 @@ impl DiscreteMembrane for FiniteDifferences {
             let (d, scale) = self.normal(nodes, last)?;
             forces[last] = [-intensity * scale * d[1], intensity * scale * d[0]];
         }
-        self.clear_held(out);
+        self.setting.hold(out, 0.0);
         Ok(())
     }
 
@@ -384,7 +353,7 @@ impl DiscreteMembrane for FiniteDifferences {
         out.band.clear();
         self.add_elastic_tangent_into(1.0, &mut out.band);
         self.add_pressure_tangent_into(nodes, intensity, 1.0, &mut out.band)?;
-        for &held in &self.held {
+        for &held in self.held() {
             out.band.add_inside(held, held, 1.0);
         }
         Ok(())
@@ -392,7 +361,7 @@ impl DiscreteMembrane for FiniteDifferences {
 
     /// That of the polyline through all nodes. Cost O(N).
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError> {
-        length("nodes", nodes.len(), self.start.len())?;
+        self.setting.refuse(nodes)?;
         let points = nodes.as_chunks::<2>().0;
         Ok(if self.is_half() {
             measure.of_half(points)
@@ -401,18 +370,8 @@ impl DiscreteMembrane for FiniteDifferences {
         })
     }
 
-    fn measures(&self, nodes: &[f64]) -> Result<Measures, MembraneError> {
-        Ok(Measures {
-            length: self.measure(Measure::Length, nodes)?,
-            area: self.measure(Measure::Area, nodes)?,
-            surface: self.measure(Measure::Surface, nodes)?,
-            volume: self.measure(Measure::Volume, nodes)?,
-        })
-    }
-
     fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {
-        check(nodes, self.start.len());
-        check(out, self.start.len());
+        self.setting.check([nodes.len(), out.len()]);
         let (points, out) = (nodes.as_chunks().0, out.as_chunks_mut().0);
         if self.is_half() {
             measure.half_gradient_into(points, out);
@@ -428,14 +387,14 @@ impl DiscreteMembrane for FiniteDifferences {
 
     /// None: the curve is its points.
     fn pieces(&self, nodes: &[f64]) -> Result<Vec<CurvePiece>, MembraneError> {
-        length("nodes", nodes.len(), self.start.len())?;
+        self.setting.refuse(nodes)?;
         Ok(Vec::new())
     }
 
     /// The rest shape plus a cubic Hermite interpolant of the displacement, as accurate as the nodes (in the cells next to a jump
     /// of the stiffness, where c' jumps, tangent and curvature are means of both sides). Cost O(1).
     fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError> {
-        length("nodes", nodes.len(), self.start.len())?;
+        self.setting.refuse(nodes)?;
         let s = s.clamp(0.0, 1.0);
         let last = self.n_nodes() - 1;
         let n = ((s * last as f64) as usize).min(last - 1);

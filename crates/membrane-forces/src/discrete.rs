@@ -7,6 +7,7 @@ use crate::curve::CurvePiece;
 use crate::error::{MembraneError, length};
 use crate::law::PressureLaw;
 use crate::measures::{Measure, Measures};
+use crate::membrane::Membrane;
 use crate::rest::CurvePoint;
 
 /// A membrane whose shape is that of finitely many nodes.
@@ -25,24 +26,39 @@ use crate::rest::CurvePoint;
 /// # Panics
 /// From whatever writes into a slice: a state or a slice that has another length.
 pub trait DiscreteMembrane: Debug + Send + Sync {
+    /// What does not depend on how it is discretised.
+    fn setting(&self) -> &Setting;
+
     /// Pressure law of the membrane.
-    fn law(&self) -> PressureLaw;
+    fn law(&self) -> PressureLaw {
+        self.setting().law
+    }
 
     /// The rest shape moved to where the membrane is held ([`Membrane::with_ends`](crate::Membrane::with_ends)): where solvers start.
-    fn start(&self) -> &[f64];
+    fn start(&self) -> &[f64] {
+        &self.setting().start
+    }
 
     /// Whether the state ends at the axis, the rest of the curve being its mirror image.
-    fn is_half(&self) -> bool;
+    fn is_half(&self) -> bool {
+        self.setting().half
+    }
 
     /// Which numbers of a state are held, rising: those of the ends, and the y of a node on the axis where the state ends.
-    fn held(&self) -> &[usize];
+    fn held(&self) -> &[usize] {
+        &self.setting().held
+    }
 
     /// Largest stiffness, lambda + 4 lambda_2.
-    fn stiffness_scale(&self) -> f64;
+    fn stiffness_scale(&self) -> f64 {
+        self.setting().stiffness_scale
+    }
 
     /// Intensity at which the law per current length has no equilibrium any more and the curve runs to infinity; infinite under
     /// the other laws.
-    fn blow_up(&self) -> f64;
+    fn blow_up(&self) -> f64 {
+        self.setting().blow_up
+    }
 
     /// `out` = elastic force F_e; zero where the membrane is held.
     fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]);
@@ -77,7 +93,14 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError>;
 
     /// All four measures of the whole curve.
-    fn measures(&self, nodes: &[f64]) -> Result<Measures, MembraneError>;
+    fn measures(&self, nodes: &[f64]) -> Result<Measures, MembraneError> {
+        Ok(Measures {
+            length: self.measure(Measure::Length, nodes)?,
+            area: self.measure(Measure::Area, nodes)?,
+            surface: self.measure(Measure::Surface, nodes)?,
+            volume: self.measure(Measure::Volume, nodes)?,
+        })
+    }
 
     /// `out` = gradient of [`DiscreteMembrane::measure`] by the state.
     fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]);
@@ -122,8 +145,60 @@ pub struct Tangent {
     pub band: BandMatrix,
 }
 
-/// # Panics
-/// `given` has not the length that a state has.
-pub(crate) fn check(given: &[f64], needed: usize) {
-    assert_eq!(given.len(), needed, "numbers in a state or a force");
+/// What a discretised membrane has however it is discretised; its methods in [`DiscreteMembrane`] say what each is.
+#[derive(Debug, Clone)]
+pub struct Setting {
+    pub(crate) law: PressureLaw,
+    pub(crate) start: Vec<f64>,
+    pub(crate) half: bool,
+    pub(crate) held: Vec<usize>,
+    pub(crate) stiffness_scale: f64,
+    pub(crate) blow_up: f64,
+}
+
+impl Setting {
+    /// Of the whole of `membrane`, with rest positions `rest` at `s`.
+    pub(crate) fn new(membrane: &Membrane, s: impl Iterator<Item = f64>, rest: &[f64]) -> Self {
+        let mut start = rest.to_vec();
+        membrane.hold_ends(s.zip(start.as_chunks_mut::<2>().0));
+        let last = start.len() - 2;
+        Self {
+            law: membrane.law(),
+            start,
+            half: false,
+            held: vec![0, 1, last, last + 1],
+            stiffness_scale: 0.0,
+            blow_up: f64::INFINITY,
+        }
+    }
+
+    /// Ends it at the axis, after `len` numbers, the last of them on it if it has an `apex`.
+    pub(crate) fn end_at_axis(&mut self, len: usize, apex: bool) {
+        self.half = true;
+        self.start.truncate(len);
+        self.start.shrink_to_fit();
+        self.held.truncate(2);
+        if apex {
+            self.held.push(len - 1);
+            self.start[len - 1] = 0.0;
+        }
+    }
+
+    /// Puts `value` where the membrane is held.
+    pub(crate) fn hold(&self, values: &mut [f64], value: f64) {
+        for &held in &self.held {
+            values[held] = value;
+        }
+    }
+
+    /// # Panics
+    /// One of `lengths` is not that of a state.
+    pub(crate) fn check<const N: usize>(&self, lengths: [usize; N]) {
+        let needed = [self.start.len(); N];
+        assert_eq!(lengths, needed, "numbers in states or forces");
+    }
+
+    pub(crate) fn refuse(&self, nodes: &[f64]) -> Result<(), MembraneError> {
+        length("nodes", nodes.len(), self.start.len())
+    }
 }

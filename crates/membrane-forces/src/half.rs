@@ -40,14 +40,4 @@ impl Nodes {
     pub(crate) fn is_held(self, n: usize, k: usize) -> bool {
         k == 1 && 2 * n + 1 == self.whole && self.is_half()
     }
-
-    /// Which numbers of the state are held.
-    pub(crate) fn held(self) -> Vec<usize> {
-        let last = 2 * self.kept - 1;
-        match (self.is_half(), self.whole % 2) {
-            (false, _) => vec![0, 1, last - 1, last],
-            (true, 1) => vec![0, 1, last],
-            (true, _) => vec![0, 1],
-        }
-    }
 }

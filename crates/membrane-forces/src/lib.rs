@@ -72,7 +72,7 @@ pub use band::BandMatrix;
 pub use closed_form::{CircleEquilibrium, balloon_at_rest};
 pub use curve::CurvePiece;
 pub use differences::FiniteDifferences;
-pub use discrete::{DiscreteMembrane, Tangent};
+pub use discrete::{DiscreteMembrane, Setting, Tangent};
 pub use error::MembraneError;
 pub use law::{LoadKind, PressureLaw};
 pub use linear_equilibrium::LinearEquilibrium;

@@ -5,9 +5,8 @@ use std::f64::consts::PI;
 use crate::band::BandMatrix;
 use crate::chebyshev::Reference;
 use crate::curve::CurvePiece;
-use crate::discrete::{DiscreteMembrane, Tangent, check};
-use crate::error::{MembraneError, at_least, at_most, finite, length};
-use crate::law::PressureLaw;
+use crate::discrete::{DiscreteMembrane, Setting, Tangent};
+use crate::error::{MembraneError, at_least, at_most, finite};
 use crate::material::{ElementSprings, compliance};
 use crate::measures::{Measure, Measures};
 use crate::membrane::Membrane;
@@ -31,15 +30,9 @@ use crate::rest::CurvePoint;
 /// discretised; the apex is then free along the axis and held on it.
 #[derive(Debug, Clone)]
 pub struct SpectralElements {
-    law: PressureLaw,
-    half: bool,
+    setting: Setting,
     pub(crate) reference: Reference,
     elements: Vec<Element>,
-    start: Vec<f64>,
-    held: Vec<usize>,
-    stiffness_scale: f64,
-    /// Integral of 1 / lambda over s in [0, 1]; 0 under the laws that do not need it.
-    compliance: f64,
 }
 
 /// The part of a curve from s = `from` to `to`.
@@ -87,11 +80,10 @@ impl SpectralElements {
         }
         let breaks = membrane.breakpoints(true);
         let mut half = Self::on(membrane, &reference, &breaks, per_piece)?;
-        half.half = true;
-        half.compliance *= 2.0;
-        let apex = half.start.len() - 1;
-        half.start[apex] = 0.0;
-        half.held = vec![0, 1, apex];
+        let len = half.start().len();
+        half.setting.end_at_axis(len, true);
+        // that of the whole: 2 pi over twice the integral
+        half.setting.blow_up *= 0.5;
         Ok(half)
     }
 
@@ -101,65 +93,55 @@ impl SpectralElements {
         breaks: &[f64],
         per_piece: usize,
     ) -> Result<Self, MembraneError> {
-        let n = reference.nodes.len();
-        let mut this = Self {
-            law: membrane.law(),
-            half: false,
-            reference: reference.clone(),
-            elements: Vec::new(),
-            start: Vec::new(),
-            held: Vec::new(),
-            stiffness_scale: 0.0,
-            compliance: 0.0,
-        };
+        let mut elements: Vec<Element> = Vec::new();
+        let (mut positions, mut rest_all) = (vec![0.0], Vec::new());
+        // of the integral of 1 / lambda, under a law that needs it
+        let (mut scale, mut soft) = (0.0, 0.0);
         let rest_breaks = membrane.rest().breakpoints();
         for piece in breaks.windows(2) {
             let inside = 0.5 * (piece[0] + piece[1]);
             let rest_piece = rest_breaks.partition_point(|&b| b <= inside) - 1;
             for k in 0..per_piece {
                 let at = |k: usize| piece[0] + (piece[1] - piece[0]) * k as f64 / per_piece as f64;
-                let (from, to) = (
-                    at(k),
-                    if k + 1 == per_piece {
-                        piece[1]
-                    } else {
-                        at(k + 1)
-                    },
-                );
-                let s = |t: f64| from + (to - from) * t;
+                let to = if k + 1 == per_piece {
+                    piece[1]
+                } else {
+                    at(k + 1)
+                };
+                let from = at(k);
+                let s = reference.nodes.iter().map(|t| from + (to - from) * t);
                 // just inside, so that a jump at the element's end is seen from its side
                 let inside = (1e-12 * (to - from)).max(8.0 * f64::EPSILON);
-                let mut stiffness = Vec::with_capacity(n);
-                for &t in &reference.nodes {
-                    let s = s(t).max(from + inside).min(to - inside);
-                    stiffness.push(membrane.effective_stiffness(s)?);
-                }
+                let stiffness = s
+                    .clone()
+                    .map(|s| membrane.effective_stiffness(s.max(from + inside).min(to - inside)));
+                let stiffness: Vec<f64> = stiffness.collect::<Result<_, _>>()?;
                 if membrane.law().blows_up() {
-                    this.compliance += compliance(membrane, from, to)?;
+                    soft += compliance(membrane, from, to)?;
                 }
-                this.stiffness_scale = stiffness
-                    .iter()
-                    .copied()
-                    .fold(this.stiffness_scale, f64::max);
-                let rest: Vec<[f64; 2]> = reference
-                    .nodes
-                    .iter()
-                    .map(|&t| membrane.rest().at_in(rest_piece, s(t)).position)
-                    .collect();
+                scale = stiffness.iter().copied().fold(scale, f64::max);
+                let rest = s
+                    .clone()
+                    .map(|s| membrane.rest().at_in(rest_piece, s).position);
+                let rest: Vec<[f64; 2]> = rest.collect();
                 for value in rest.as_flattened() {
                     finite("rest curve", *value)?;
                 }
-                let skip = if this.elements.is_empty() { 0 } else { 1 };
-                this.start.extend(rest[skip..].as_flattened());
+                let skip = usize::from(!elements.is_empty());
+                rest_all.extend(rest[skip..].as_flattened());
+                positions.extend(s.skip(1));
                 let springs = ElementSprings::new(reference, rest, &stiffness, to - from);
-                this.elements.push(Element { from, to, springs });
+                elements.push(Element { from, to, springs });
             }
         }
-        let last = this.start.len() - 2;
-        this.held = vec![0, 1, last, last + 1];
-        let positions = this.positions();
-        membrane.hold_ends(positions.into_iter().zip(this.start.as_chunks_mut::<2>().0));
-        Ok(this)
+        let mut setting = Setting::new(membrane, positions.into_iter(), &rest_all);
+        setting.stiffness_scale = scale;
+        setting.blow_up = 2.0 * PI / soft;
+        Ok(Self {
+            setting,
+            reference: reference.clone(),
+            elements,
+        })
     }
 
     /// Degree p of the polynomials.
@@ -191,7 +173,7 @@ impl SpectralElements {
             let mut by = [[0.0; 2]; 2];
             if i > 0 && i < p {
                 let (d, scale) = self.direction(nodes, e, i)?;
-                by = self.law.derivative(intensity * per_s, d, scale);
+                by = self.setting.law.derivative(intensity * per_s, d, scale);
             }
             let first = 2 * local_index(i, p) * size;
             let (x_row, y_row) = out[first..first + 2 * size].split_at_mut(size);
@@ -236,15 +218,15 @@ impl SpectralElements {
         let per_s = 1.0 / (self.elements[e].to - self.elements[e].from);
         d = [d[0] * per_s, d[1] * per_s];
         // d is c' itself: the way while s grows by 1
-        Ok((d, self.law.factor(d, 1.0, e * p + i)?))
+        Ok((d, self.setting.law.factor(d, 1.0, e * p + i)?))
     }
 
     /// Whether the curve equals its own mirror image to rounding, node by node and spring by spring.
     fn is_symmetric(&self) -> bool {
-        let size = self.start.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let size = self.start().iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let close = |a: f64, b: f64, scale: f64| (a - b).abs() <= 1e-13 * scale;
         let s = self.positions();
-        let nodes = s.iter().zip(self.start.as_chunks::<2>().0);
+        let nodes = s.iter().zip(self.start().as_chunks::<2>().0);
         let mut images = nodes.clone().zip(nodes.rev());
         let elements = self.elements.iter();
         images.all(|((s, a), (image, b))| {
@@ -254,38 +236,12 @@ impl SpectralElements {
 }
 
 impl DiscreteMembrane for SpectralElements {
-    fn law(&self) -> PressureLaw {
-        self.law
-    }
-
-    fn start(&self) -> &[f64] {
-        &self.start
-    }
-
-    fn is_half(&self) -> bool {
-        self.half
-    }
-
-    fn held(&self) -> &[usize] {
-        &self.held
-    }
-
-    fn stiffness_scale(&self) -> f64 {
-        self.stiffness_scale
-    }
-
-    /// 2 pi over the integral of 1 / lambda.
-    fn blow_up(&self) -> f64 {
-        if self.law.blows_up() {
-            2.0 * PI / self.compliance
-        } else {
-            f64::INFINITY
-        }
+    fn setting(&self) -> &Setting {
+        &self.setting
     }
 
     fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
-        check(nodes, self.start.len());
-        check(out, self.start.len());
+        self.setting.check([nodes.len(), out.len()]);
         out.fill(0.0);
         for (e, element) in self.elements.iter().enumerate() {
             let window = self.window(e);
@@ -293,9 +249,7 @@ impl DiscreteMembrane for SpectralElements {
             let springs = &element.springs;
             springs.add_pull_into(nodes.as_chunks().0, out.as_chunks_mut().0);
         }
-        for &held in &self.held {
-            out[held] = 0.0;
-        }
+        self.setting.hold(out, 0.0);
     }
 
     /// Zero where elements meet, too: what acts there is a jump of the tension.
@@ -305,8 +259,7 @@ impl DiscreteMembrane for SpectralElements {
         intensity: f64,
         out: &mut [f64],
     ) -> Result<(), MembraneError> {
-        check(nodes, self.start.len());
-        check(out, self.start.len());
+        self.setting.check([nodes.len(), out.len()]);
         out.fill(0.0);
         let p = self.degree();
         for e in 0..self.elements.len() {
@@ -334,13 +287,13 @@ impl DiscreteMembrane for SpectralElements {
         intensity: f64,
         out: &mut Tangent,
     ) -> Result<(), MembraneError> {
-        check(nodes, self.start.len());
+        self.setting.check([nodes.len()]);
         let (p, last) = (self.degree(), self.elements.len() - 1);
         for (e, block) in out.blocks.iter_mut().enumerate() {
             self.element_tangent_into(e, nodes, intensity, block)?;
         }
         out.band.clear();
-        for &held in &self.held {
+        for &held in self.held() {
             let (node, k, size) = (held / 2, held % 2, 2 * (p + 1));
             let e = (node / p).min(last);
             let row = 2 * local_index(node - e * p, p) + k;
@@ -354,18 +307,17 @@ impl DiscreteMembrane for SpectralElements {
     /// By quadrature: area and volume are exact for the polynomials, length and surface have the error of a Gauss rule with
     /// 3 p / 2 + 2 points an element. Cost O(elements p^2).
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError> {
-        length("nodes", nodes.len(), self.start.len())?;
+        self.setting.refuse(nodes)?;
         Ok(self.integrate(measure, nodes, None))
     }
 
     fn measures(&self, nodes: &[f64]) -> Result<Measures, MembraneError> {
-        length("nodes", nodes.len(), self.start.len())?;
+        self.setting.refuse(nodes)?;
         Ok(self.integrate_all(nodes))
     }
 
     fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {
-        check(nodes, self.start.len());
-        check(out, self.start.len());
+        self.setting.check([nodes.len(), out.len()]);
         out.fill(0.0);
         self.integrate(measure, nodes, Some(out));
     }
@@ -375,7 +327,7 @@ impl DiscreteMembrane for SpectralElements {
         for Element { from, to, .. } in &self.elements {
             s.extend((self.reference.nodes[1..].iter()).map(|t| from + (to - from) * t));
         }
-        if self.half {
+        if self.is_half() {
             let mirrored: Vec<f64> = s[..s.len() - 1].iter().rev().map(|s| 1.0 - s).collect();
             s.extend(mirrored);
         }
@@ -383,11 +335,11 @@ impl DiscreteMembrane for SpectralElements {
     }
 
     fn pieces(&self, nodes: &[f64]) -> Result<Vec<CurvePiece>, MembraneError> {
-        length("nodes", nodes.len(), self.start.len())?;
+        self.setting.refuse(nodes)?;
         let mut pieces: Vec<CurvePiece> = (0..self.elements.len())
             .map(|e| self.piece(nodes, e))
             .collect();
-        if self.half {
+        if self.is_half() {
             let mirrored: Vec<_> = pieces.iter().rev().map(CurvePiece::mirrored).collect();
             pieces.extend(mirrored);
         }
@@ -397,9 +349,9 @@ impl DiscreteMembrane for SpectralElements {
     /// Where elements meet the derivatives are those of the one on the left. Cost O(p^2); for many s take
     /// [`DiscreteMembrane::pieces`] once.
     fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError> {
-        length("nodes", nodes.len(), self.start.len())?;
+        self.setting.refuse(nodes)?;
         let s = s.clamp(0.0, 1.0);
-        let mirrored = self.half && s > 0.5;
+        let mirrored = self.is_half() && s > 0.5;
         let here = if mirrored { 1.0 - s } else { s };
         let e = self.elements.partition_point(|element| element.to < here);
         let piece = self.piece(nodes, e.min(self.elements.len() - 1));

@@ -26,11 +26,17 @@ pub(crate) fn solve(
     options: &NewtonOptions,
 ) -> Result<NewtonReport, NewtonError> {
     options.check()?;
-    let mut report = reach(system, state, start, values, options)?;
-    if system.misses(state) > MET {
+    let mut search = Search {
+        system,
+        scratch: NewtonScratch::default(),
+        report: NewtonReport::default(),
+    };
+    search.reach(state, start, values, options)?;
+    if search.system.misses(state) > MET {
         // Where rounding of the forces hides them, corrections count as none; the control can be met all the same.
-        let _ = correct(system, state, &mut report);
+        let _ = search.correct(state);
     }
+    let report = search.report;
     // A correction can also be small beside a shape that has grown out of all proportion.
     if system.misses(state) <= MISSED {
         Ok(report)
@@ -44,83 +50,9 @@ const MET: f64 = 1e-12;
 /// An answer further off is none: a step beyond what the correction below takes.
 const MISSED: f64 = 1e-9;
 
-/// One Newton step, if it is as small as those that Newton may have left.
-fn correct(
-    system: &mut System<'_>,
-    state: &mut [f64],
-    report: &mut NewtonReport,
-) -> Result<(), NewtonError> {
-    let mut step = vec![0.0; state.len()];
-    system.residual_into(state, &mut step)?;
-    system.factor(state)?;
-    system.solve_in_place(&mut step)?;
-    let size = system.step_norm(&step);
-    if size <= 10.0 * ROUNDING {
-        for (x, step) in state.iter_mut().zip(&step) {
-            *x -= step;
-        }
-        system.residual_into(state, &mut step)?;
-        report.factorisations += 1;
-        report.residual_calls += 2;
-        report.stepped(size, system.residual_norm(&step));
-    }
-    Ok(())
-}
-
-/// [`solve`] but for the last digits of the control.
-fn reach(
-    system: &mut System<'_>,
-    state: &mut [f64],
-    start: &[f64],
-    (from, to): (f64, f64),
-    options: &NewtonOptions,
-) -> Result<NewtonReport, NewtonError> {
-    let mut scratch = NewtonScratch::default();
-    let mut total = NewtonReport::default();
-    system.set_control(to);
-    let mut elsewhere = state != start;
-    if elsewhere {
-        // whatever comes of it, the sign at the start is known from here on
-        let _ = system.factor(start);
-    }
-    let outcome = loop {
-        let outcome = attempt(
-            system,
-            state,
-            (Reach::Direct, start),
-            options,
-            &mut scratch,
-            &mut total,
-        );
-        if outcome.is_ok() || !elsewhere {
-            break outcome;
-        }
-        elsewhere = false;
-        state.copy_from_slice(start);
-        system.set_control(to);
-    };
-    if outcome.is_ok() || options.max_load_steps == 0 {
-        return finish(outcome, total);
-    }
-    let walked = walk(
-        system,
-        state,
-        start,
-        (from, to),
-        options,
-        &mut scratch,
-        &mut total,
-    );
-    match walked {
-        Err(Ended::AtStart) => finish(outcome, total),
-        Err(Ended::At(reached)) => Err(NewtonError::LimitPoint {
-            reached,
-            wanted: to,
-            report: total,
-        }),
-        Ok(()) => Ok(total),
-    }
-}
+/// By how much the rates of change at both ends of a step may differ: towards a limit point they
+/// grow as one over the root of the distance, so that a step leaves a sixteenth of it at least.
+const UNEVEN: f64 = 4.0;
 
 /// Where a walk ended before its aim.
 enum Ended {
@@ -128,132 +60,170 @@ enum Ended {
     At(f64),
 }
 
-/// Walks from value `from`, near `start`, to `to`, where it leaves `state`.
-///
-/// A step is too long if Newton needs damping or many iterations, or if it finds a curve that turns too
-/// much, that changes at quite another rate, or that is further away than the rates at both ends explain:
-/// Newton then may have jumped over limit points at which the branch turns back and forth.
-fn walk(
-    system: &mut System<'_>,
-    state: &mut [f64],
-    start: &[f64],
-    (from, to): (f64, f64),
-    options: &NewtonOptions,
-    scratch: &mut NewtonScratch,
-    total: &mut NewtonReport,
-) -> Result<(), Ended> {
-    let careful = options
-        .clone()
-        .with_max_iterations(options.max_iterations.min(6))
-        .with_line_search(LineSearch::Natural { max_halvings: 0 });
-    // The start need not be an equilibrium to the last digit, nor at all if its ends are held.
-    state.copy_from_slice(start);
-    system.set_control(from);
-    let mut rate = vec![0.0; state.len()];
-    let mut on_branch = attempt(
-        system,
-        state,
-        (Reach::Step, start),
-        &careful,
-        scratch,
-        total,
-    )
-    .and_then(|()| system.factor(state))
-    .and_then(|()| system.rate_into(&mut rate))
-    .is_ok();
-    if !on_branch {
-        state.copy_from_slice(start);
-    }
-    let (mut last, mut solved) = (state.to_vec(), state.to_vec());
-    let mut change = vec![0.0; state.len()];
-    let (mut here, mut before) = (0.0, 0.0);
-    let mut width: f64 = 0.25;
-    while here < 1.0 && total.load_steps < options.max_load_steps {
-        let next = (here + width).min(1.0);
-        if here > before {
-            let reach = (next - here) / (here - before);
-            for (x, last) in state.iter_mut().zip(&last) {
-                *x += reach * (*x - last);
-            }
-        }
-        system.set_control(from + next * (to - from));
-        total.load_steps += 1;
-        let found = attempt(
-            system,
-            state,
-            (Reach::Step, &solved),
-            &careful,
-            scratch,
-            total,
-        );
-        let explained = found.is_ok() && {
-            for ((change, x), solved) in change.iter_mut().zip(&*state).zip(&solved) {
-                *change = x - solved;
-            }
-            let by = system.shape_norm(&change) / ((next - here) * (to - from)).abs();
-            let before = system.shape_norm(&rate);
-            let known = system.rate_into(&mut change).is_ok();
-            let after = system.shape_norm(&change);
-            let (least, most) = (before.min(after), before.max(after));
-            !on_branch || (known && most <= UNEVEN * least && by <= 1.5 * most)
-        };
-        if explained {
-            (before, here, on_branch) = (here, next, true);
-            rate.copy_from_slice(&change);
-            last.copy_from_slice(&solved);
-            solved.copy_from_slice(state);
-            width *= 2.0;
-        } else {
-            state.copy_from_slice(&solved);
-            width *= 0.5;
-            if width < (1e-4 * here).max(1e-9) {
-                break;
-            }
-        }
-    }
-    match here {
-        1.0 => Ok(()),
-        0.0 => Err(Ended::AtStart),
-        _ => Err(Ended::At(from + here * (to - from))),
-    }
+struct Search<'a, 's> {
+    system: &'a mut System<'s>,
+    scratch: NewtonScratch,
+    /// Everything that was tried.
+    report: NewtonReport,
 }
 
-/// By how much the rates of change at both ends of a step may differ: towards a limit point they
-/// grow as one over the root of the distance, so that a step leaves a sixteenth of it at least.
-const UNEVEN: f64 = 4.0;
-
-/// Newton from `state`; what it finds must be within `reach` of `from`.
-fn attempt(
-    system: &mut System<'_>,
-    state: &mut [f64],
-    (reach, from): (Reach, &[f64]),
-    options: &NewtonOptions,
-    scratch: &mut NewtonScratch,
-    total: &mut NewtonReport,
-) -> Result<(), NewtonError> {
-    let outcome = newton_with(system, state, options, scratch);
-    let mut report = scratch.report().clone();
-    report.add_earlier(total);
-    *total = report;
-    outcome?;
-    if system.keeps_sign() && system.within(reach, from, state) {
-        Ok(())
-    } else {
-        Err(NewtonError::OtherBranch {
-            report: NewtonReport::default(),
+impl Search<'_, '_> {
+    /// [`solve`] but for the last digits of the control.
+    fn reach(
+        &mut self,
+        state: &mut [f64],
+        start: &[f64],
+        (from, to): (f64, f64),
+        options: &NewtonOptions,
+    ) -> Result<(), NewtonError> {
+        self.system.set_control(to);
+        let elsewhere = state != start;
+        if elsewhere {
+            // whatever comes of it, the sign at the start is known from here on
+            let _ = self.system.factor(start);
+        }
+        let mut outcome = self.attempt(state, Reach::Direct, start, options);
+        if outcome.is_err() && elsewhere {
+            state.copy_from_slice(start);
+            self.system.set_control(to);
+            outcome = self.attempt(state, Reach::Direct, start, options);
+        }
+        if outcome.is_err() && options.max_load_steps > 0 {
+            match self.walk(state, start, (from, to), options) {
+                Ok(()) => return Ok(()),
+                Err(Ended::AtStart) => (),
+                Err(Ended::At(reached)) => {
+                    return Err(NewtonError::LimitPoint {
+                        reached,
+                        wanted: to,
+                        report: self.report.clone(),
+                    });
+                }
+            }
+        }
+        outcome.map_err(|mut error| {
+            if let Some(report) = error.report_mut() {
+                report.clone_from(&self.report);
+            }
+            error
         })
     }
-}
 
-/// The outcome with the report of everything that was tried.
-fn finish(
-    outcome: Result<(), NewtonError>,
-    report: NewtonReport,
-) -> Result<NewtonReport, NewtonError> {
-    match outcome {
-        Ok(()) => Ok(report),
-        Err(NewtonError::NotConverged { .. }) => Err(NewtonError::NotConverged { report }),
-        Err(NewtonError::OtherBranch { .. }) => Err(NewtonError::OtherBranch { report }),
-        Err(error) => Err(error),
+    /// One Newton step, if it is as small as those that Newton may have left.
+    fn correct(&mut self, state: &mut [f64]) -> Result<(), NewtonError> {
+        let (system, report) = (&mut *self.system, &mut self.report);
+        let mut step = vec![0.0; state.len()];
+        system.residual_into(state, &mut step)?;
+        system.factor(state)?;
+        system.solve_in_place(&mut step)?;
+        let size = system.step_norm(&step);
+        if size <= 10.0 * ROUNDING {
+            for (x, step) in state.iter_mut().zip(&step) {
+                *x -= step;
+            }
+            system.residual_into(state, &mut step)?;
+            report.factorisations += 1;
+            report.residual_calls += 2;
+            report.stepped(size, system.residual_norm(&step));
+        }
+        Ok(())
+    }
+
+    /// Walks from value `from`, near `start`, to `to`, where it leaves `state`.
+    ///
+    /// A step is too long if Newton needs damping or many iterations, or if it finds a curve that turns too
+    /// much, that changes at quite another rate, or that is further away than the rates at both ends explain:
+    /// Newton then may have jumped over limit points at which the branch turns back and forth.
+    fn walk(
+        &mut self,
+        state: &mut [f64],
+        start: &[f64],
+        (from, to): (f64, f64),
+        options: &NewtonOptions,
+    ) -> Result<(), Ended> {
+        let careful = options
+            .clone()
+            .with_max_iterations(options.max_iterations.min(6))
+            .with_line_search(LineSearch::Natural { max_halvings: 0 });
+        // The start need not be an equilibrium to the last digit, nor at all if its ends are held.
+        state.copy_from_slice(start);
+        self.system.set_control(from);
+        let mut rate = vec![0.0; state.len()];
+        let mut on_branch = self
+            .attempt(state, Reach::Step, start, &careful)
+            .and_then(|()| self.system.factor(state))
+            .and_then(|()| self.system.rate_into(&mut rate))
+            .is_ok();
+        if !on_branch {
+            state.copy_from_slice(start);
+        }
+        let (mut last, mut solved) = (state.to_vec(), state.to_vec());
+        let mut change = vec![0.0; state.len()];
+        let (mut here, mut before) = (0.0, 0.0);
+        let mut width: f64 = 0.25;
+        while here < 1.0 && self.report.load_steps < options.max_load_steps {
+            let next = (here + width).min(1.0);
+            if here > before {
+                let reach = (next - here) / (here - before);
+                for (x, last) in state.iter_mut().zip(&last) {
+                    *x += reach * (*x - last);
+                }
+            }
+            self.system.set_control(from + next * (to - from));
+            self.report.load_steps += 1;
+            let found = self.attempt(state, Reach::Step, &solved, &careful);
+            let explained = found.is_ok() && {
+                for ((change, x), solved) in change.iter_mut().zip(&*state).zip(&solved) {
+                    *change = x - solved;
+                }
+                let system = &mut *self.system;
+                let by = system.shape_norm(&change) / ((next - here) * (to - from)).abs();
+                let before = system.shape_norm(&rate);
+                let known = system.rate_into(&mut change).is_ok();
+                let after = system.shape_norm(&change);
+                let (least, most) = (before.min(after), before.max(after));
+                !on_branch || (known && most <= UNEVEN * least && by <= 1.5 * most)
+            };
+            if explained {
+                (before, here, on_branch) = (here, next, true);
+                rate.copy_from_slice(&change);
+                last.copy_from_slice(&solved);
+                solved.copy_from_slice(state);
+                width *= 2.0;
+            } else {
+                state.copy_from_slice(&solved);
+                width *= 0.5;
+                if width < (1e-4 * here).max(1e-9) {
+                    break;
+                }
+            }
+        }
+        match here {
+            1.0 => Ok(()),
+            0.0 => Err(Ended::AtStart),
+            _ => Err(Ended::At(from + here * (to - from))),
+        }
+    }
+
+    /// Newton from `state`; what it finds must be within `reach` of `from`.
+    fn attempt(
+        &mut self,
+        state: &mut [f64],
+        reach: Reach,
+        from: &[f64],
+        options: &NewtonOptions,
+    ) -> Result<(), NewtonError> {
+        let outcome = newton_with(self.system, state, options, &mut self.scratch);
+        let mut report = self.scratch.report().clone();
+        report.add_earlier(&self.report);
+        self.report = report;
+        outcome?;
+        if self.system.keeps_sign() && self.system.within(reach, from, state) {
+            Ok(())
+        } else {
+            Err(NewtonError::OtherBranch {
+                report: NewtonReport::default(),
+            })
+        }
     }
 }
