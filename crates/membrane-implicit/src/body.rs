@@ -3,7 +3,7 @@
 use membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_newton::{BandMatrix, DiscreteMembrane, Measure, Membrane};
 
-use crate::error::{ImplicitError, within};
+use crate::error::{ImplicitError, positive, within};
 
 /// Positions (cm) and velocities (cm/s) beyond which volume and energy, their cubes and squares times any stiffness, are
 /// no numbers.
@@ -62,7 +62,7 @@ impl MovingMembrane {
     /// # Errors
     /// Not positive, or not finite.
     pub fn with_mass(mut self, mass: f64) -> Result<Self, ImplicitError> {
-        self.mass = within("mass", mass, f64::MIN_POSITIVE, f64::MAX)?;
+        self.mass = positive("mass", mass)?;
         Ok(self)
     }
 

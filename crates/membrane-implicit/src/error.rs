@@ -205,3 +205,8 @@ pub(crate) fn within(
         })
     }
 }
+
+/// `value` if it is finite and positive.
+pub(crate) fn positive(quantity: &'static str, value: f64) -> Result<f64, ImplicitError> {
+    within(quantity, value, f64::MIN_POSITIVE, f64::MAX)
+}

@@ -1,17 +1,14 @@
 //! The paper's evolving method (section 3.2): step the moving membrane until its forces balance.
 
-use membrane_newton::DiscreteMembrane;
 use std::ops::ControlFlow;
 
-use membrane_newton::membrane_forces::FiniteDifferences;
-use membrane_newton::{Measure, Membrane};
+use membrane_newton::{DiscreteMembrane, Measure, Membrane};
 
 use crate::body::MovingMembrane;
-use crate::drive::DriveKind;
-use crate::error::{ImplicitError, at_least, length, within};
+use crate::drive::Drive;
+use crate::error::{ImplicitError, length, positive, within};
+use crate::motion::Motion;
 use crate::scheme::{Jacobian, Scheme};
-use crate::stepper::Stepper;
-use crate::target::Target;
 use crate::work::Work;
 
 /// Settings of [`evolve`]; the defaults are the paper's where it states them.
@@ -175,23 +172,19 @@ pub fn evolve_with(
     options: &EvolvingOptions,
     mut observe: impl FnMut(usize, f64) -> ControlFlow<()>,
 ) -> Result<Evolution, ImplicitError> {
-    within("time step", options.dt, f64::MIN_POSITIVE, f64::MAX)?;
+    positive("time step", options.dt)?;
     within("tolerance", options.tolerance, 0.0, f64::MAX)?;
     within("total force", total_force, f64::MIN, f64::MAX)?;
-    if let Jacobian::Differences { refresh_every } = options.jacobian {
-        at_least("refresh_every", refresh_every, 1)?;
-    }
     let body = MovingMembrane::new(membrane, n_nodes)?
         .with_mass(options.mass)?
         .with_damping(options.damping)?;
-    let mut stepper = Stepper::new(body, Scheme::SemiImplicitEuler, DriveKind::TotalForce);
-    stepper.set_jacobian(options.jacobian);
-    let target = Target::TotalForce(total_force);
-    stepper.begin(target)?;
-    let norm_of = |stepper: &mut Stepper| -> Result<f64, ImplicitError> {
-        within("norm of the forces", stepper.norms()?.0, 0.0, f64::MAX)
+    let drive = Drive::total_force(move |_| total_force);
+    let mut motion =
+        Motion::new(body, drive, Scheme::SemiImplicitEuler)?.with_jacobian(options.jacobian)?;
+    let norm_of = |motion: &mut Motion| -> Result<f64, ImplicitError> {
+        within("norm of the forces", motion.norms()?.0, 0.0, f64::MAX)
     };
-    let mut norms = vec![norm_of(&mut stepper)?];
+    let mut norms = vec![norm_of(&mut motion)?];
     let mut frames = Vec::new();
     let mut converged = norms[0] <= options.tolerance;
     loop {
@@ -199,14 +192,13 @@ pub fn evolve_with(
         let stopped = observe(steps, norms[steps]).is_break();
         let last = converged || stopped || steps >= options.max_steps;
         if options.frame_every > 0 && (last || steps.is_multiple_of(options.frame_every)) {
-            frames.push(frame(&stepper, steps)?);
+            frames.push(frame(&motion, steps)?);
         }
         if last {
             break;
         }
-        stepper.attempt(options.dt, &[target])?;
-        stepper.accept();
-        let norm = norm_of(&mut stepper)?;
+        motion.step(options.dt)?;
+        let norm = norm_of(&mut motion)?;
         converged = norm <= options.tolerance;
         norms.push(norm);
     }
@@ -215,30 +207,26 @@ pub fn evolve_with(
         steps: norms.len() - 1,
         norms,
         frames,
-        points: stepper.now().nodes.as_chunks::<2>().0.to_vec(),
-        intensity: total_force / Measure::Surface.of(stepper.now().nodes.as_chunks().0),
-        work: stepper.work,
+        points: motion.state().points.to_vec(),
+        intensity: total_force / Measure::Surface.of(motion.state().points),
+        work: motion.work(),
     })
 }
 
-fn frame(stepper: &Stepper, step: usize) -> Result<Frame, ImplicitError> {
-    let now = stepper.now();
-    let differences: &FiniteDifferences = &stepper.body.differences;
-    let pairs = |flat: &[f64]| flat.as_chunks::<2>().0.to_vec();
-    let mut force = vec![0.0; now.nodes.len()];
-    differences.elastic_force_into(&now.nodes, &mut force);
-    let elastic = pairs(&force);
-    differences
-        .pressure_force_into(&now.nodes, now.intensity, &mut force)
-        .map_err(|error| ImplicitError::Membrane {
-            time: now.time,
-            error,
-        })?;
+fn frame(motion: &Motion, step: usize) -> Result<Frame, ImplicitError> {
+    let (now, body) = (motion.state(), motion.body());
+    let mut elastic = vec![[0.0; 2]; now.points.len()];
+    let mut pressure = elastic.clone();
+    let nodes = now.points.as_flattened();
+    body.differences
+        .elastic_force_into(nodes, elastic.as_flattened_mut());
+    let out = pressure.as_flattened_mut();
+    body.pressure_into(now.time, nodes, now.intensity, out)?;
     Ok(Frame {
         step,
         time: now.time,
-        points: pairs(&now.nodes),
+        points: now.points.to_vec(),
         elastic,
-        pressure: pairs(&force),
+        pressure,
     })
 }

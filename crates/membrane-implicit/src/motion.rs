@@ -11,7 +11,7 @@ use crate::energy::Energy;
 pub use adaptive::Tolerance;
 pub use run::{Stop, TimeStep};
 
-use crate::error::{ImplicitError, at_least, length, within};
+use crate::error::{ImplicitError, at_least, length, positive, within};
 use crate::instant::Instant;
 use crate::scheme::{Jacobian, Scheme};
 use crate::stepper::Stepper;
@@ -36,16 +36,11 @@ use crate::work::Work;
 pub struct Motion {
     drive: Drive,
     inner: Stepper,
-    outer: Option<Outer>,
+    /// The outer membrane of a pair: its volume follows that of the inner one.
+    outer: Option<Stepper>,
+    wall_volume: f64,
     next_dt: Option<f64>,
     initial: f64,
-}
-
-/// The outer membrane of a pair: its volume follows that of the inner one.
-#[derive(Debug, Clone)]
-struct Outer {
-    stepper: Stepper,
-    wall_volume: f64,
 }
 
 /// Most values of the drive that a step asks for: those of the eleven drifts.
@@ -98,6 +93,7 @@ impl Motion {
             drive,
             inner,
             outer: None,
+            wall_volume: 0.0,
             next_dt: None,
             initial: 0.0,
         };
@@ -128,11 +124,8 @@ impl Motion {
             return Err(ImplicitError::NotEnclosed { inner, outer });
         }
         let mut motion = Self::new(inner, drive, scheme)?;
-        let stepper = Stepper::new(outer, scheme, DriveKind::Volume);
-        motion.outer = Some(Outer {
-            stepper,
-            wall_volume,
-        });
+        motion.outer = Some(Stepper::new(outer, scheme, DriveKind::Volume));
+        motion.wall_volume = wall_volume;
         motion.begin()?;
         Ok(motion)
     }
@@ -145,10 +138,7 @@ impl Motion {
         if let Jacobian::Differences { refresh_every } = jacobian {
             at_least("refresh_every", refresh_every, 1)?;
         }
-        self.inner.set_jacobian(jacobian);
-        if let Some(outer) = &mut self.outer {
-            outer.stepper.set_jacobian(jacobian);
-        }
+        self.steppers_mut().for_each(|s| s.set_jacobian(jacobian));
         Ok(self)
     }
 
@@ -213,7 +203,7 @@ impl Motion {
         inner.begin(target)?;
         if let Some(outer) = outer {
             let target = Target::Volume(inner.volume_acceleration());
-            outer.stepper.begin(target)?;
+            outer.begin(target)?;
         }
         let energy = self.energy();
         self.initial = energy.kinetic + energy.elastic;
@@ -232,7 +222,7 @@ impl Motion {
 
     /// The outer membrane of a pair.
     pub fn outer(&self) -> Option<State<'_>> {
-        self.outer.as_ref().map(|outer| view(outer.stepper.now()))
+        self.outer.as_ref().map(|outer| view(outer.now()))
     }
 
     /// The (inner) body.
@@ -242,18 +232,17 @@ impl Motion {
 
     /// Volume between the membranes of a pair, over what it should be, minus one.
     pub fn wall_volume_error(&self) -> Option<f64> {
-        let outer = self.outer.as_ref()?;
-        let wall = view(outer.stepper.now()).volume() - self.state().volume();
-        Some(wall / outer.wall_volume - 1.0)
+        let wall = self.outer()?.volume() - self.state().volume();
+        Some(wall / self.wall_volume - 1.0)
     }
 
     /// Counters since the motion was made; those of both membranes added for a pair.
     pub fn work(&self) -> Work {
         let mut work = self.inner.work;
-        if let Some(outer) = &self.outer {
-            work.iterations += outer.stepper.work.iterations;
-            work.factorisations += outer.stepper.work.factorisations;
-            work.force_calls += outer.stepper.work.force_calls;
+        if let Some(Stepper { work: outer, .. }) = &self.outer {
+            work.iterations += outer.iterations;
+            work.factorisations += outer.factorisations;
+            work.force_calls += outer.force_calls;
         }
         work
     }
@@ -263,7 +252,7 @@ impl Motion {
     pub fn energy(&self) -> Energy {
         let mut energy = self.inner.energy();
         if let Some(outer) = &self.outer {
-            energy = energy.plus(&outer.stepper.energy());
+            energy = energy.plus(&outer.energy());
         }
         energy.initial = self.initial;
         energy
@@ -276,7 +265,7 @@ impl Motion {
     pub fn norms(&mut self) -> Result<(f64, f64), ImplicitError> {
         let (mut force, mut speed) = self.inner.norms()?;
         if let Some(outer) = &mut self.outer {
-            let (f, s) = outer.stepper.norms()?;
+            let (f, s) = outer.norms()?;
             (force, speed) = (force.max(f), speed.max(s));
         }
         Ok((force, speed))
@@ -288,7 +277,7 @@ impl Motion {
     /// A step that is not positive, the drive's value, equations that cannot be solved, numbers
     /// that overflow. The state is then still that before the step.
     pub fn step(&mut self, dt: f64) -> Result<(), ImplicitError> {
-        within("time step", dt, f64::MIN_POSITIVE, f64::MAX)?;
+        positive("time step", dt)?;
         self.attempt(dt)?;
         self.accept(None);
         Ok(())
@@ -339,9 +328,13 @@ impl Motion {
         velocities: &mut [[f64; 2]],
     ) -> Result<(), ImplicitError> {
         match &self.outer {
-            Some(outer) => outer.stepper.at_into(time, points, velocities),
+            Some(outer) => outer.at_into(time, points, velocities),
             None => Ok(()),
         }
+    }
+
+    fn steppers_mut(&mut self) -> impl Iterator<Item = &mut Stepper> {
+        std::iter::once(&mut self.inner).chain(&mut self.outer)
     }
 
     fn attempt(&mut self, dt: f64) -> Result<(), ImplicitError> {
@@ -349,6 +342,7 @@ impl Motion {
             drive,
             inner,
             outer,
+            wall_volume,
             ..
         } = self;
         let time = inner.now().time;
@@ -360,19 +354,16 @@ impl Motion {
         inner.attempt(dt, &targets[..n])?;
         if let Some(outer) = outer {
             for i in 0..n {
-                targets[i] = Target::Volume(inner.stage_volume(i + 1) + outer.wall_volume);
+                targets[i] = Target::Volume(inner.stage_volume(i + 1) + *wall_volume);
             }
-            outer.stepper.attempt(dt, &targets[..n])?;
+            outer.attempt(dt, &targets[..n])?;
         }
         Ok(())
     }
 
     /// Makes the attempted step the present, at `time` if the clock has to be put right.
     fn accept(&mut self, time: Option<f64>) {
-        self.inner.accept();
-        if let Some(outer) = &mut self.outer {
-            outer.stepper.accept();
-        }
+        self.steppers_mut().for_each(Stepper::accept);
         if let Some(time) = time {
             self.inner.set_time(time);
         }

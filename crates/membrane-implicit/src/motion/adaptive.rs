@@ -1,7 +1,7 @@
 //! Steps whose length is not given: by the error, or to land on a volume.
 
 use super::Motion;
-use crate::error::{ImplicitError, within};
+use crate::error::{ImplicitError, positive};
 use crate::scheme::Scheme;
 
 /// What the estimated error of one step may be, in the root mean square over the nodes.
@@ -17,18 +17,8 @@ pub struct Tolerance {
 
 impl Tolerance {
     pub(super) fn check(&self) -> Result<(), ImplicitError> {
-        within(
-            "position tolerance",
-            self.position,
-            f64::MIN_POSITIVE,
-            f64::MAX,
-        )?;
-        within(
-            "velocity tolerance",
-            self.velocity,
-            f64::MIN_POSITIVE,
-            f64::MAX,
-        )?;
+        positive("position tolerance", self.position)?;
+        positive("velocity tolerance", self.velocity)?;
         longest(self.longest)?;
         Ok(())
     }
@@ -77,13 +67,9 @@ impl Motion {
             }
             let error = match self.attempt(cut) {
                 Ok(()) => {
-                    let inner = self.inner.error(bounds);
-                    let outer = self
-                        .outer
-                        .as_mut()
-                        .and_then(|outer| outer.stepper.error(bounds));
+                    let errors = self.steppers_mut().filter_map(|s| s.error(bounds));
                     // without an estimate yet, the first step is taken as it is
-                    inner.map_or(1.0, |e| e.max(outer.unwrap_or(0.0)))
+                    errors.reduce(f64::max).unwrap_or(1.0)
                 }
                 Err(
                     ImplicitError::StepNotSolved { .. }
@@ -146,6 +132,6 @@ fn longest(step: f64) -> Result<f64, ImplicitError> {
     if step == f64::INFINITY {
         Ok(step)
     } else {
-        within("longest step", step, f64::MIN_POSITIVE, f64::MAX)
+        positive("longest step", step)
     }
 }

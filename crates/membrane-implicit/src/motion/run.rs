@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::{Motion, Tolerance};
-use crate::error::{ImplicitError, at_least, within};
+use crate::error::{ImplicitError, at_least, positive, within};
 
 /// How long the steps are.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,7 +107,7 @@ impl Motion {
         at_least("number of stops", stops.len(), 1)?;
         match steps {
             TimeStep::Fixed(dt) => {
-                within("time step", dt, f64::MIN_POSITIVE, f64::MAX)?;
+                positive("time step", dt)?;
             }
             TimeStep::Adaptive(tolerance) => tolerance.check()?,
         }
@@ -119,7 +119,7 @@ impl Motion {
                 Stop::Time(time) => end = end.min(within("end time", time, self.time(), f64::MAX)?),
                 Stop::Volume(volume) => {
                     volumes = true;
-                    within("volume", volume, f64::MIN_POSITIVE, f64::MAX)?;
+                    positive("volume", volume)?;
                 }
                 Stop::Equilibrium { force, speed } => {
                     within("force at equilibrium", force, 0.0, f64::MAX)?;
