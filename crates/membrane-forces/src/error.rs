@@ -176,3 +176,15 @@ pub(crate) fn positive(quantity: &'static str, value: f64) -> Result<f64, Membra
         Err(MembraneError::NotPositive { quantity, value })
     }
 }
+
+/// Refuses breakpoints that do not rise strictly inside (0, 1).
+pub(crate) fn rising(breakpoints: &[f64]) -> Result<(), MembraneError> {
+    let mut last = 0.0;
+    for (index, &value) in breakpoints.iter().enumerate() {
+        if !(value > last && value < 1.0) {
+            return Err(MembraneError::BadBreakpoint { index, value });
+        }
+        last = value;
+    }
+    Ok(())
+}

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::sync::Arc;
 
-use crate::error::{MembraneError, at_least, finite, positive};
+use crate::error::{MembraneError, at_least, finite, positive, rising};
 
 /// A point of a curve with its first two derivatives with respect to s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -152,14 +152,8 @@ impl RestShape {
         curve: impl Fn(f64) -> CurvePoint + Send + Sync + 'static,
         breakpoints: &[f64],
     ) -> Result<Self, MembraneError> {
-        let mut breaks = vec![0.0];
-        for (index, &value) in breakpoints.iter().enumerate() {
-            if !(value > breaks[index] && value < 1.0) {
-                return Err(MembraneError::BadBreakpoint { index, value });
-            }
-            breaks.push(value);
-        }
-        breaks.push(1.0);
+        rising(breakpoints)?;
+        let breaks = [&[0.0], breakpoints, &[1.0]].concat();
         let curve: Arc<CurveFunction> = Arc::new(curve);
         let pieces = vec![Piece::Function(curve); breaks.len() - 1];
         let shape = Self { breaks, pieces };
@@ -219,21 +213,21 @@ impl RestShape {
         };
         let per_s = 1.0 / (b - a);
         match &self.pieces[piece] {
-            Piece::Line { from, to } => CurvePoint {
-                position: if t <= 0.5 {
-                    [
-                        from[0] + t * (to[0] - from[0]),
-                        from[1] + t * (to[1] - from[1]),
-                    ]
-                } else {
-                    [
-                        to[0] - (1.0 - t) * (to[0] - from[0]),
-                        to[1] - (1.0 - t) * (to[1] - from[1]),
-                    ]
-                },
-                first: [(to[0] - from[0]) * per_s, (to[1] - from[1]) * per_s],
-                second: [0.0; 2],
-            },
+            Piece::Line { from, to } => {
+                let way = [to[0] - from[0], to[1] - from[1]];
+                let position = |k: usize| {
+                    if t <= 0.5 {
+                        from[k] + t * way[k]
+                    } else {
+                        to[k] - (1.0 - t) * way[k]
+                    }
+                };
+                CurvePoint {
+                    position: [position(0), position(1)],
+                    first: [way[0] * per_s, way[1] * per_s],
+                    second: [0.0; 2],
+                }
+            }
             Piece::Arc {
                 centre,
                 radius,

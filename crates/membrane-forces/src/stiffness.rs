@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::error::{MembraneError, at_least, positive};
+use crate::error::{MembraneError, at_least, positive, rising};
 
 /// Spring stiffness along the material coordinate s in [0, 1].
 #[derive(Clone)]
@@ -66,13 +66,7 @@ impl Stiffness {
         value: impl Fn(f64) -> f64 + Send + Sync + 'static,
         breakpoints: &[f64],
     ) -> Result<Self, MembraneError> {
-        let mut last = 0.0;
-        for (index, &b) in breakpoints.iter().enumerate() {
-            if !(b > last && b < 1.0) {
-                return Err(MembraneError::BadBreakpoint { index, value: b });
-            }
-            last = b;
-        }
+        rising(breakpoints)?;
         Ok(Self(Profile::Function {
             breaks: breakpoints.to_vec(),
             value: Arc::new(value),

@@ -252,7 +252,7 @@ pub(crate) fn nan_max(a: f64, b: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use membrane_forces::{Membrane, RestShape, Stiffness};
+    use membrane_forces::{FiniteDifferences, Membrane, RestShape, SpectralElements, Stiffness};
     use nalgebra::{DMatrix, DVector};
 
     use crate::resolution::Resolution;
@@ -268,10 +268,11 @@ mod tests {
         };
         for skew in [0.5, 0.0] {
             for resolution in [
-                Resolution::differences(&membrane(skew), 20).unwrap(),
-                Resolution::differences(&membrane(skew), 21).unwrap(),
-                Resolution::spectral(&membrane(skew), 6, 1).unwrap(),
+                Resolution::new(FiniteDifferences::half(&membrane(skew), 20).unwrap(), None),
+                Resolution::new(FiniteDifferences::half(&membrane(skew), 21).unwrap(), None),
+                Resolution::new(SpectralElements::new(&membrane(skew), 6, 1).unwrap(), None),
             ] {
+                let resolution = resolution.unwrap();
                 for target in [
                     Target::Intensity(5.0),
                     Target::TotalForce(300.0),

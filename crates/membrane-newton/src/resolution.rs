@@ -3,8 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use membrane_forces::{
-    DiscreteMembrane, FiniteDifferences, Measure, Measures, Membrane, MembraneError,
-    SpectralElements,
+    DiscreteMembrane, Measure, Measures, Membrane, MembraneError, SpectralElements,
 };
 
 use crate::bordered::Bordered;
@@ -41,18 +40,6 @@ const STEPS: [(usize, usize); 9] = [
 ];
 
 impl Resolution {
-    pub(crate) fn differences(membrane: &Membrane, nodes: usize) -> Result<Self, MembraneError> {
-        Self::new(FiniteDifferences::half(membrane, nodes)?, None)
-    }
-
-    pub(crate) fn spectral(
-        membrane: &Membrane,
-        degree: usize,
-        per_piece: usize,
-    ) -> Result<Self, MembraneError> {
-        Self::new(SpectralElements::new(membrane, degree, per_piece)?, None)
-    }
-
     /// The first with which the start itself is resolved.
     pub(crate) fn adaptive(membrane: &Membrane, tolerance: f64) -> Result<Arc<Self>, NewtonError> {
         let mut resolution = Arc::new(Self::step(membrane, tolerance, 0)?);
@@ -74,7 +61,7 @@ impl Resolution {
         Self::new(elements, Some(adaptive))
     }
 
-    fn new(
+    pub(crate) fn new(
         discrete: impl DiscreteMembrane + 'static,
         adaptive: Option<Adaptive>,
     ) -> Result<Self, MembraneError> {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{Measures, Membrane};
+use membrane_forces::{FiniteDifferences, Measures, Membrane, SpectralElements};
 
 use crate::control::{Control, check};
 use crate::equilibrium::Equilibrium;
@@ -64,10 +64,12 @@ impl Solver {
     pub fn new(membrane: &Membrane, discretisation: Discretisation) -> Result<Self, NewtonError> {
         let resolution = match discretisation {
             Discretisation::FiniteDifferences { nodes } => {
-                Arc::new(Resolution::differences(membrane, nodes)?)
+                let differences = FiniteDifferences::half(membrane, nodes)?;
+                Arc::new(Resolution::new(differences, None)?)
             }
             Discretisation::Spectral { degree, per_piece } => {
-                Arc::new(Resolution::spectral(membrane, degree, per_piece)?)
+                let elements = SpectralElements::new(membrane, degree, per_piece)?;
+                Arc::new(Resolution::new(elements, None)?)
             }
             Discretisation::SpectralAdaptive { tolerance } => {
                 check("tolerance", tolerance, 0.0)?;

@@ -1,6 +1,7 @@
 //! Everything about this crate, in one program: what is generic is compiled once.
 
 mod bad_inputs;
+mod banded;
 mod branches;
 mod convergence;
 mod half;
