@@ -14,6 +14,9 @@ use crate::report::NewtonReport;
 use crate::resolution::Resolution;
 use crate::system::System;
 
+/// Finer resolutions, with a state carried over to them, and with their start.
+type Refined = (Layers, Vec<f64>, Vec<f64>);
+
 /// Membranes from the inside out: one, or a pair. Their states follow each other.
 pub(crate) struct Layers(pub(crate) Vec<Arc<Resolution>>);
 
@@ -84,13 +87,9 @@ impl Layers {
         parts.try_for_each(|(resolution, part)| resolution.check_resolved(part))
     }
 
-    /// All membranes one resolution finer, as far as each can go, with `state` carried over to them, and with the curves to start
-    /// `near` or their start; none if none can.
-    fn refine(
-        &self,
-        state: &[f64],
-        near: &[&Equilibrium],
-    ) -> Result<Option<(Self, Vec<f64>, Vec<f64>)>, NewtonError> {
+    /// All membranes one resolution finer, as far as each can go, with `state` and with the curves to start `near` or their start;
+    /// none if none can.
+    fn refine(&self, state: &[f64], near: &[&Equilibrium]) -> Result<Option<Refined>, NewtonError> {
         let (mut finer, mut carried, mut start) = (Vec::new(), Vec::new(), Vec::new());
         let mut any = false;
         for (k, (resolution, part)) in self.parts(state).enumerate() {
