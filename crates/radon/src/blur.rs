@@ -184,7 +184,7 @@ impl Blur {
 }
 
 /// The weights k = 0, 1, ... of the Gaussian of the integers with standard deviation `sigma`.
-fn gaussian_of_integers(sigma: f64) -> Result<Vec<f64>, RadonError> {
+pub(crate) fn gaussian_of_integers(sigma: f64) -> Result<Vec<f64>, RadonError> {
     let variance = sigma * sigma;
     if variance < f64::MIN_POSITIVE {
         return Ok(vec![1.0]);

@@ -11,8 +11,9 @@ use crate::fbp::{FbpPlan, FbpReport, FbpScratch};
 use crate::iterative::{CglsOptions, EmOptions, IterativeReport, LinearOperator, Observer};
 use crate::iterative::{SirtOptions, cgls, em, sirt};
 use crate::projector::{Projector, ProjectorReport, ProjectorScratch};
+use crate::spect::{self, SpectGeometry, SpectOptions};
 use crate::stack::Stack;
-use crate::{Blur, Sample, StackOrder};
+use crate::{Blur, ImageGrid, Sample, SliceAxis, StackOrder};
 
 /// Declares the trait's methods and gives each of the sample types its own, which is a call of the generic function named behind `=`.
 macro_rules! compiled {
@@ -53,6 +54,15 @@ compiled! {
     fn sirt(
         operator: &dyn LinearOperator<Self>, data: &[Self], image: &mut [Self], options: &SirtOptions, observe: Observer<'_, Self>
     ) -> Result<IterativeReport, RadonError> = sirt::run;
+    fn spect_plan(
+        geometry: &SpectGeometry, grid: &ImageGrid, layers: &SliceAxis, options: &SpectOptions<Self>
+    ) -> Result<spect::Plan<Self>, RadonError> = spect::Plan::new;
+    fn spect_forward(
+        plan: &spect::Plan<Self>, views: &[usize], volume: &[Self], out: &mut [Self], scratch: &mut spect::Scratch<Self>
+    ) -> Result<(), RadonError> = spect::Plan::forward;
+    fn spect_adjoint(
+        plan: &spect::Plan<Self>, views: &[usize], data: &[Self], volume: &mut [Self], scratch: &mut spect::Scratch<Self>
+    ) -> Result<(), RadonError> = spect::Plan::adjoint;
     fn blur(blur: &Blur, samples: &mut [Self]) -> () = Blur::blur;
     fn blur_rows(blur: &Blur, samples: &mut [Self], rows: &Range<usize>) -> Vec<Self> = Blur::blur_rows;
 }

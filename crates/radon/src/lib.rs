@@ -52,7 +52,8 @@
 //!
 //! # What it is not
 //!
-//! Neither fan nor cone beam, no attenuation or scatter, no files; objects beyond the analytic ones are the caller's.
+//! Neither fan nor cone beam, no scatter, no files; objects beyond the analytic ones are the caller's. Attenuation and a blur that grows with
+//! the distance are in [`SpectOperator`] alone.
 //!
 //! # Features
 //!
@@ -89,6 +90,7 @@ mod projector;
 mod sample;
 mod simd;
 mod slices;
+mod spect;
 mod stack;
 
 pub use blur::Blur;
@@ -110,6 +112,7 @@ pub use projector::{Kernel, Projector, ProjectorReport, ProjectorScratch, StackO
 pub use sample::Sample;
 pub use simd::InstructionSet;
 pub use slices::SliceAxis;
+pub use spect::{Collimator, ParallelHoles, SpectGeometry, SpectOperator, SpectOptions};
 #[cfg(feature = "sprs")]
 #[cfg_attr(docsrs, doc(cfg(feature = "sprs")))]
 pub use sprs;

@@ -39,7 +39,7 @@ pub(super) fn relative(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { part / whole } else { part }
 }
 
-pub(super) fn check_samples<T: Sample>(
+pub(crate) fn check_samples<T: Sample>(
     name: &'static str,
     samples: &[T],
 ) -> Result<(), RadonError> {
@@ -53,7 +53,7 @@ pub(super) fn check_samples<T: Sample>(
     }
 }
 
-pub(super) fn check_not_negative<T: Sample>(
+pub(crate) fn check_not_negative<T: Sample>(
     name: &'static str,
     samples: &[T],
 ) -> Result<(), RadonError> {

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test file uses its part
 
 pub(crate) mod dense;
+pub(crate) mod spect;
 
 use radon::{ImageGrid, ParallelGeometry, Sample};
 

@@ -20,3 +20,5 @@ mod operators;
 mod phantom;
 mod projector;
 mod projector_alone;
+mod spect;
+mod spect_physics;

@@ -1,0 +1,205 @@
+//! Blur that grows with depth, for the price of a few blurs.
+//!
+//! A plane at depth k is to be blurred by a Gaussian of variance V_k. Instead it is shared out, linearly in the variance, between two of
+//! a few *nodes* of given variances W_0 < W_1 < ... A mixture of two Gaussians of variances W and W + D in shares 1 - t and t has
+//! the variance W + t D asked for, exactly; its peak (in the plane, 1 / (2 pi V)) is higher by the part t (1 - t) (D / V)^2, at most a
+//! quarter of (D / V)^2. Nodes stand as close as the tolerance for that asks.
+//!
+//! Nor is each node blurred by itself: node j is blurred by the difference W_j - W_i and added to node i, its parent, from the farthest
+//! to the nearest, which is blurred to the image that the camera sees. King, Pan & Luo (1997, IEEE Trans. Nucl. Sci. 44) call
+//! that Gaussian diffusion and tell how masks of too narrow Gaussians spoil it. Here the masks have the variance asked for whatever their width,
+//! and steps are at least [`STEP`] of a bin's area, from where on Gaussians of the integers add up to Gaussians of the integers to 1e-4;
+//! a node too near to others has the image itself as its parent. All weights are >= 0, and so are those of their sums.
+
+use super::lanes::{LANES, Lanes};
+use crate::blur::gaussian_of_integers;
+use crate::simd::Plain;
+use crate::{RadonError, Sample};
+
+/// The least difference of variances between a node and its parent, in squares of the larger of bin and row.
+const STEP: f64 = 0.65;
+
+/// What becomes of the planes of a view; the first of them has the first node.
+#[derive(Debug)]
+pub(super) struct Depths<T> {
+    /// For each plane the node in front of it, and the share of the one behind.
+    pub(super) planes: Vec<(usize, T)>,
+    pub(super) nodes: Vec<Node<T>>,
+}
+
+/// Some depth, whose image is blurred and added to another.
+#[derive(Debug)]
+pub(super) struct Node<T> {
+    /// What it is added to: 0 for the camera's image, else 1 and the number of a node.
+    pub(super) parent: usize,
+    /// Weights of the neighbours 0, 1, ... bins and rows away.
+    pub(super) kernels: [Vec<T>; 2],
+}
+
+impl<T: Sample> Depths<T> {
+    /// Nodes for planes of these variances (cm^2), which do not fall; `pitch` of bins and rows, `tolerance` of a peak.
+    pub(super) fn new(
+        variances: &[f64],
+        pitch: [f64; 2],
+        tolerance: f64,
+    ) -> Result<Self, RadonError> {
+        let near = variances.first().copied().unwrap_or(0.0);
+        let far = variances.last().copied().unwrap_or(0.0);
+        // Bins are wide themselves: V counts from 1/6 of a bin's square, the variance of a hat.
+        let growth = 2.0 * tolerance.sqrt();
+        let own = pitch[0].min(pitch[1]).powi(2) / 6.0;
+        let mut at = vec![near];
+        while let Some(&last) = at.last()
+            && last < far
+        {
+            at.push(last + growth * (last + own));
+        }
+        let step = STEP * pitch[0].max(pitch[1]).powi(2);
+        let node = |(j, &variance): (usize, &f64)| {
+            let parent = at[..j].iter().rposition(|&w| variance - w >= step);
+            let more = variance - parent.map_or(0.0, |i| at[i]);
+            let kernel = |axis: usize| {
+                let weights = gaussian_of_integers(more.sqrt() / pitch[axis])?;
+                Ok(weights.into_iter().map(T::of).collect())
+            };
+            Ok(Node {
+                parent: parent.map_or(0, |i| i + 1),
+                kernels: [kernel(0)?, kernel(1)?],
+            })
+        };
+        let nodes = at.iter().enumerate().map(node);
+        let nodes = nodes.collect::<Result<Vec<_>, RadonError>>()?;
+        let share = |&variance: &f64| {
+            let j = at.partition_point(|&w| w <= variance).max(1) - 1;
+            match at.get(j + 1) {
+                Some(next) => (j, T::of((variance - at[j]) / (next - at[j]))),
+                None => (j, T::ZERO),
+            }
+        };
+        Ok(Self {
+            planes: variances.iter().map(share).collect(),
+            nodes,
+        })
+    }
+}
+
+/// The detector with margins all round: bins, and blocks of rows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    pub(super) n_bins: usize,
+    pub(super) n_blocks: usize,
+}
+
+/// Adds one image, blurred, to another; beyond the frame there is nothing. Symmetric kernels: its own adjoint.
+pub(super) struct AddBlurred<'a, T> {
+    pub(super) frame: Frame,
+    pub(super) kernels: &'a [Vec<T>; 2],
+    /// All images, `[block][image][bin]`.
+    pub(super) images: &'a mut [Lanes<T>],
+    pub(super) n_images: usize,
+    /// Which image, and to which.
+    pub(super) from: usize,
+    pub(super) to: usize,
+    pub(super) work: &'a mut Work<T>,
+}
+
+/// Work arrays, with zeros on either side of what is blurred.
+#[derive(Debug, Default)]
+pub(super) struct Work<T> {
+    /// The bins of a block, and those bins blurred.
+    bins: Vec<T>,
+    blurred: Vec<T>,
+    /// All rows of all bins, and those rows blurred.
+    rows: Vec<T>,
+    along: Vec<T>,
+}
+
+impl<T: Sample> Plain for AddBlurred<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let Frame { n_bins, n_blocks } = self.frame;
+        let [wide, high] = self.kernels.each_ref().map(|kernel| kernel.len() - 1);
+        let Work {
+            bins,
+            blurred,
+            rows,
+            along,
+        } = self.work;
+        let cleared = |work: &mut Vec<T>, len: usize| {
+            work.clear();
+            work.resize(len, T::ZERO);
+        };
+        let start = |block: usize, image: usize| (block * self.n_images + image) * n_bins;
+        let stride = n_blocks * LANES + high;
+        cleared(rows, n_bins * stride + high);
+        cleared(bins, (n_bins + 2 * wide) * LANES);
+        cleared(blurred, n_bins * LANES);
+        for block in 0..n_blocks {
+            let from = &self.images[start(block, self.from)..][..n_bins];
+            for (to, from) in bins[wide * LANES..].chunks_exact_mut(LANES).zip(from) {
+                to.copy_from_slice(&from.0);
+            }
+            convolve(blurred, bins, &self.kernels[0], LANES);
+            let places = rows[high..].chunks_exact_mut(stride);
+            for (row, from) in places.zip(blurred.chunks_exact(LANES)) {
+                row[block * LANES..][..LANES].copy_from_slice(from);
+            }
+        }
+        cleared(along, n_bins * stride - high);
+        convolve(along, rows, &self.kernels[1], 1);
+        for block in 0..n_blocks {
+            let to = &mut self.images[start(block, self.to)..][..n_bins];
+            for (to, row) in to.iter_mut().zip(along.chunks(stride)) {
+                for (x, &y) in to.0.iter_mut().zip(&row[block * LANES..][..LANES]) {
+                    *x += y;
+                }
+            }
+        }
+    }
+}
+
+/// Sums of samples and their neighbours, which are `step` apart, by the weights of neighbours 0, 1, ...; the samples have as many
+/// neighbours on either side of the sums.
+#[inline(always)]
+fn convolve<T: Sample>(sums: &mut [T], samples: &[T], weights: &[T], step: usize) {
+    let middle = (weights.len() - 1) * step;
+    for (sum, &x) in sums.iter_mut().zip(&samples[middle..]) {
+        *sum = weights[0] * x;
+    }
+    let mut k = 1;
+    while let Some(&weights) = weights[k..].first_chunk::<4>() {
+        add_pairs(
+            sums,
+            samples,
+            weights,
+            [0, 1, 2, 3].map(|i| (k + i) * step),
+            middle,
+        );
+        k += 4;
+    }
+    while let Some(&weights) = weights[k..].first_chunk::<1>() {
+        add_pairs(sums, samples, weights, [k * step], middle);
+        k += 1;
+    }
+}
+
+/// Adds neighbours so far away on both sides.
+#[inline(always)]
+fn add_pairs<T: Sample, const N: usize>(
+    sums: &mut [T],
+    samples: &[T],
+    weights: [T; N],
+    away: [usize; N],
+    middle: usize,
+) {
+    let n = sums.len();
+    let before = away.map(|away| &samples[middle - away..][..n]);
+    let behind = away.map(|away| &samples[middle + away..][..n]);
+    for i in 0..n {
+        let mut sum = sums[i];
+        for k in 0..N {
+            sum += weights[k] * (before[k][i] + behind[k][i]);
+        }
+        sums[i] = sum;
+    }
+}

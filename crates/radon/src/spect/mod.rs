@@ -1,0 +1,22 @@
+//! SPECT: views that are weakened on the way and blurred by their distance, of a volume.
+
+mod attenuation;
+mod axial;
+mod collimator;
+mod depth;
+mod geometry;
+mod lanes;
+mod operator;
+mod options;
+mod overlap;
+mod plan;
+mod run;
+mod turned;
+mod walk;
+
+pub use collimator::{Collimator, ParallelHoles};
+pub use geometry::SpectGeometry;
+pub use operator::SpectOperator;
+pub use options::SpectOptions;
+pub(crate) use plan::Plan;
+pub(crate) use run::Scratch;

@@ -1,0 +1,55 @@
+//! What a SPECT operator models, and how exactly.
+
+use super::Collimator;
+
+/// Options of a [`SpectOperator`](crate::SpectOperator).
+///
+/// ```
+/// use radon::{Collimator, ParallelHoles, SpectOptions};
+/// let options = SpectOptions::default()
+///     .with_collimator(Collimator::parallel_holes(&ParallelHoles::GE_LEHR, 0.38)?)
+///     .with_attenuation(vec![0.15_f32; 32 * 32 * 32]); // water at 140 keV, 1/cm
+/// assert_eq!(options.tolerance, 1e-3);
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct SpectOptions<T> {
+    /// How points are blurred.
+    pub collimator: Collimator,
+    /// Attenuation coefficients (1/cm) of the voxels, `[layer][y][x]`; empty for none.
+    pub attenuation: Vec<T>,
+    /// By how much, relative to it, the peak of a blurred point may be too high; from 1e-6 to 0.1. Its variance is right whatever the tolerance.
+    pub tolerance: f64,
+}
+
+impl<T> Default for SpectOptions<T> {
+    /// No blur, no attenuation; peaks to a thousandth.
+    fn default() -> Self {
+        Self {
+            collimator: Collimator::default(),
+            attenuation: Vec::new(),
+            tolerance: 1e-3,
+        }
+    }
+}
+
+impl<T> SpectOptions<T> {
+    /// The same with another collimator.
+    pub fn with_collimator(mut self, collimator: Collimator) -> Self {
+        self.collimator = collimator;
+        self
+    }
+
+    /// The same with an attenuation map.
+    pub fn with_attenuation(mut self, attenuation: Vec<T>) -> Self {
+        self.attenuation = attenuation;
+        self
+    }
+
+    /// The same with another tolerance.
+    pub fn with_tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+}

@@ -1,0 +1,341 @@
+//! The SPECT operator against the definition written out, its adjoint, its bits, and what it refuses.
+
+use crate::common;
+
+use common::dense::dot;
+use common::noise;
+use common::spect::PlainCamera;
+use radon::{
+    Collimator, ImageGrid, Kernel, LinearOperator, ParallelGeometry, ParallelHoles, Projector,
+    RadonError, Sample, SliceAxis, SpectGeometry, SpectOperator, SpectOptions, StackOrder,
+};
+
+/// A small camera whose pitches, sizes and offsets are all different, with views all round, one of them at a multiple of 45 degrees.
+struct Small {
+    geometry: SpectGeometry,
+    grid: ImageGrid,
+    layers: SliceAxis,
+}
+
+fn small() -> Small {
+    let angles = [0.0, 0.4, std::f64::consts::FRAC_PI_4, 2.0, -1.9, 5.0];
+    let views = ParallelGeometry::new(angles, 17, 0.55).unwrap();
+    let views = views.with_offset(0.13).unwrap();
+    let rows = SliceAxis::new(9, 0.7).unwrap().with_centre(-0.2).unwrap();
+    let radii = [6.0, 7.0, 6.5, 8.0, 6.0, 9.0];
+    Small {
+        geometry: SpectGeometry::new(&views, &rows, radii).unwrap(),
+        grid: ImageGrid::anisotropic(13, 10, [0.5, 0.6])
+            .unwrap()
+            .with_centre([0.3, -0.2])
+            .unwrap(),
+        layers: SliceAxis::new(11, 0.6).unwrap(),
+    }
+}
+
+impl Small {
+    fn n_voxels(&self) -> usize {
+        self.grid.image_len() * self.layers.n_slices()
+    }
+
+    fn operator<T: Sample>(&self, options: &SpectOptions<T>) -> SpectOperator<T> {
+        SpectOperator::new(&self.geometry, &self.grid, &self.layers, options).unwrap()
+    }
+
+    fn map<T: Sample>(&self) -> Vec<T> {
+        let noise: Vec<T> = noise(self.n_voxels(), 5);
+        noise
+            .iter()
+            .map(|x| T::of(0.15 * (1.0 + x.f64())))
+            .collect()
+    }
+}
+
+/// Wide enough that the farthest planes are 3 bins wide.
+fn wide() -> Collimator {
+    Collimator::new(0.1, 0.15, 0.2).unwrap()
+}
+
+fn options<T: Sample>(collimator: Collimator, map: Vec<T>) -> SpectOptions<T> {
+    SpectOptions::default()
+        .with_collimator(collimator)
+        .with_attenuation(map)
+}
+
+fn forward<T: Sample>(operator: &SpectOperator<T>, volume: &[T]) -> Vec<T> {
+    let mut views = vec![T::ONE; operator.data_len()];
+    operator.forward_into(volume, &mut views).unwrap();
+    views
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+#[test]
+fn views_are_those_of_the_definition() {
+    let small = small();
+    let volume: Vec<f64> = noise(small.n_voxels(), 1)
+        .iter()
+        .map(|x: &f64| 1.0 + x)
+        .collect();
+    let map: Vec<f64> = small.map();
+    let dense = map.iter().map(|mu| 20.0 * mu).collect();
+    let even = Collimator::new(0.0, 0.6, 0.5).unwrap();
+    // Without blur to rounding. A blur that is the same at all depths is cut off five standard deviations away (6e-7 of the counts) and
+    // four from the detector's edges (6e-5 of what is beyond them, of which there is little). One that grows is as good as the tolerance for peaks, which random voxels are not.
+    for (collimator, map, most) in [
+        (Collimator::default(), vec![], 1e-12),
+        (Collimator::default(), map.clone(), 1e-12),
+        (Collimator::default(), dense, 1e-12),
+        (even, map.clone(), 1e-5),
+        (wide(), vec![], 1e-3),
+        (wide(), map, 1e-3),
+    ] {
+        let plain = PlainCamera {
+            geometry: &small.geometry,
+            grid: &small.grid,
+            layers: &small.layers,
+            collimator,
+            attenuation: &map,
+        };
+        let expected = plain.views(&volume);
+        let views = forward(&small.operator(&options(collimator, map.clone())), &volume);
+        let off: Vec<f64> = views.iter().zip(&expected).map(|(a, b)| a - b).collect();
+        let off = largest(&off) / largest(&expected);
+        println!("{collimator:?}, {} voxels attenuate: {off:.2e}", map.len());
+        assert!(off < most, "{off}");
+    }
+}
+
+#[test]
+fn without_blur_and_attenuation_it_is_the_projector_of_strips() {
+    let small = small();
+    let axis = SliceAxis::new(11, 0.6).unwrap();
+    let geometry = SpectGeometry::circular(small.geometry.views(), &axis, 50.0).unwrap();
+    let options = SpectOptions::default();
+    let operator = SpectOperator::new(&geometry, &small.grid, &axis, &options).unwrap();
+    let volume: Vec<f64> = noise(small.n_voxels(), 2);
+    let strips = Projector::new(geometry.views(), &small.grid, Kernel::Strip).unwrap();
+    let expected = strips
+        .forward_stack(&volume, 11, StackOrder::ViewSliceBin)
+        .unwrap();
+    for (a, b) in forward(&operator, &volume).iter().zip(&expected) {
+        // Sums of some 20 voxels of size 1.
+        assert!((a - b).abs() < 1e-13, "{a} {b}");
+    }
+}
+
+fn adjointness<T: Sample>(operator: &SpectOperator<T>) -> f64 {
+    let x: Vec<T> = noise(operator.image_len(), 3);
+    let y: Vec<T> = noise(operator.data_len(), 4);
+    let mut back = vec![T::ONE; x.len()];
+    operator.adjoint_into(&y, &mut back).unwrap();
+    let of = |v: &[T]| v.iter().map(|x| x.f64()).collect::<Vec<f64>>();
+    let (ax, x, y, back) = (of(&forward(operator, &x)), of(&x), of(&y), of(&back));
+    let scale = (dot(&ax, &ax) * dot(&y, &y)).sqrt();
+    (dot(&ax, &y) - dot(&x, &back)).abs() / scale
+}
+
+#[test]
+fn the_adjoint_is_the_transpose() {
+    let small = small();
+    for collimator in [Collimator::default(), wide()] {
+        for attenuated in [false, true] {
+            let map = |on: bool| if on { small.map() } else { vec![] };
+            let operator = small.operator(&options(collimator, map(attenuated)));
+            let off = adjointness::<f64>(&operator);
+            assert!(off < 1e-14, "{off}");
+            for part in operator.subsets(4).unwrap() {
+                let off = adjointness::<f64>(&part.operator);
+                assert!(off < 1e-14, "{off}");
+            }
+            let map = if attenuated { small.map() } else { vec![] };
+            let off = adjointness::<f32>(&small.operator(&options(collimator, map)));
+            // Rounding errors of f32 in sums of a few hundred terms of either sign.
+            assert!(off < 1e-6, "{off}");
+        }
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let small = small();
+    let operator = small.operator::<f32>(&options(wide(), small.map()));
+    let (x, y) = (
+        noise(operator.image_len(), 6),
+        noise(operator.data_len(), 7),
+    );
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let mut back = vec![0.0; x.len()];
+        let views = pool.build().unwrap().install(|| {
+            operator.adjoint_into(&y, &mut back).unwrap();
+            forward(&operator, &x)
+        });
+        (views, back)
+    };
+    let one = run(1);
+    assert!([2, 3, 5].into_iter().all(|threads| run(threads) == one));
+}
+
+/// A subset has the bits of its views, and knows which data they are.
+#[test]
+fn subsets_are_parts_of_the_whole() {
+    let small = small();
+    let operator = small.operator::<f64>(&options(wide(), small.map()));
+    let x: Vec<f64> = noise(operator.image_len(), 8);
+    let whole = forward(&operator, &x);
+    let mut seen = vec![0; whole.len()];
+    let subsets = operator.subsets(4).unwrap();
+    assert_eq!(subsets[1].operator.views(), [1, 5]);
+    for part in &subsets {
+        for (value, &index) in forward(&part.operator, &x).iter().zip(&part.data) {
+            assert_eq!(*value, whole[index]);
+            seen[index] += 1;
+        }
+    }
+    assert!(seen.iter().all(|&n| n == 1));
+    // A subset of a subset: views 1 and 5 one by one.
+    let nested = subsets[1].operator.subsets(2).unwrap();
+    assert_eq!(nested[1].operator.views(), [5]);
+    let own = forward(&subsets[1].operator, &x);
+    for (value, &index) in forward(&nested[1].operator, &x).iter().zip(&nested[1].data) {
+        assert_eq!(*value, own[index]);
+    }
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let small = small();
+    let (views, rows) = (small.geometry.views(), small.geometry.rows());
+    let orbit = |radii: Vec<f64>| SpectGeometry::new(views, rows, radii).unwrap_err();
+    let wrong = orbit(vec![5.0; 5]);
+    assert!(
+        matches!(
+            wrong,
+            RadonError::WrongLength {
+                given: 5,
+                expected: 6,
+                ..
+            }
+        ),
+        "{wrong}"
+    );
+    let wrong = orbit(vec![5.0, 5.0, 5.0, 0.0, 5.0, 5.0]);
+    assert!(
+        matches!(wrong, RadonError::NotPositive { given: 0.0, .. }),
+        "{wrong}"
+    );
+    let wrong = orbit(vec![5.0, 5.0, 5.0, f64::NAN, 5.0, 5.0]);
+    assert!(matches!(wrong, RadonError::NotFinite { .. }), "{wrong}");
+
+    let wrong = Collimator::new(-0.1, 0.0, 0.0).unwrap_err();
+    assert!(
+        matches!(wrong, RadonError::OutOfRange { given: -0.1, .. }),
+        "{wrong}"
+    );
+    let wrong = Collimator::new(0.1, f64::INFINITY, 0.0).unwrap_err();
+    assert!(matches!(wrong, RadonError::NotFinite { .. }), "{wrong}");
+    let holes = |diameter, length, attenuation| {
+        let holes = ParallelHoles {
+            diameter,
+            length,
+            attenuation,
+        };
+        Collimator::parallel_holes(&holes, 0.38).unwrap_err()
+    };
+    for (wrong, what) in [
+        (holes(0.0, 3.5, 27.0), "hole diameter"),
+        (holes(0.15, -1.0, 27.0), "hole length"),
+        (holes(0.15, 3.5, 0.0), "attenuation of the septa"),
+        (holes(0.15, 3.5, 0.5), "effective hole length"),
+    ] {
+        assert!(
+            matches!(wrong, RadonError::NotPositive { name, .. } if name == what),
+            "{wrong}"
+        );
+    }
+    let wrong = Collimator::parallel_holes(&ParallelHoles::GE_LEHR, -0.1).unwrap_err();
+    assert!(
+        matches!(wrong, RadonError::OutOfRange { given: -0.1, .. }),
+        "{wrong}"
+    );
+
+    let plan = |options: &SpectOptions<f64>| {
+        SpectOperator::new(&small.geometry, &small.grid, &small.layers, options).unwrap_err()
+    };
+    let mapped = |map: Vec<f64>| plan(&SpectOptions::default().with_attenuation(map));
+    let wrong = mapped(vec![0.1; 7]);
+    assert!(
+        matches!(wrong, RadonError::WrongLength { given: 7, .. }),
+        "{wrong}"
+    );
+    let mut map: Vec<f64> = small.map();
+    map[3] = f64::NAN;
+    let wrong = mapped(map.clone());
+    assert!(
+        matches!(wrong, RadonError::BadSample { index: 3, .. }),
+        "{wrong}"
+    );
+    map[3] = -1e-3;
+    let wrong = mapped(map.clone());
+    assert!(
+        matches!(wrong, RadonError::NegativeSample { index: 3, .. }),
+        "{wrong}"
+    );
+    map[3] = 1e300;
+    let wrong = mapped(map);
+    assert!(matches!(wrong, RadonError::OutOfRange { .. }), "{wrong}");
+    for tolerance in [0.0, 0.2] {
+        let wrong = plan(&SpectOptions::default().with_tolerance(tolerance));
+        assert!(
+            matches!(
+                wrong,
+                RadonError::OutOfRange {
+                    name: "tolerance",
+                    ..
+                }
+            ),
+            "{wrong}"
+        );
+    }
+    let wrong =
+        plan(&SpectOptions::default().with_collimator(Collimator::new(1e9, 0.0, 0.0).unwrap()));
+    assert!(matches!(wrong, RadonError::OutOfRange { .. }), "{wrong}");
+
+    let operator = small.operator::<f64>(&SpectOptions::default());
+    let (mut x, mut y) = (
+        vec![0.0; operator.image_len()],
+        vec![0.0; operator.data_len()],
+    );
+    let wrong = operator.forward_into(&x[1..], &mut y).unwrap_err();
+    assert!(
+        matches!(wrong, RadonError::WrongLength { name: "volume", .. }),
+        "{wrong}"
+    );
+    let wrong = operator.adjoint_into(&y[1..], &mut x).unwrap_err();
+    assert!(
+        matches!(wrong, RadonError::WrongLength { name: "views", .. }),
+        "{wrong}"
+    );
+    x[5] = f64::INFINITY;
+    let wrong = operator.forward_into(&x, &mut y).unwrap_err();
+    assert!(
+        matches!(wrong, RadonError::BadSample { index: 5, .. }),
+        "{wrong}"
+    );
+    y[6] = f64::NAN;
+    let wrong = operator.adjoint_into(&y, &mut x).unwrap_err();
+    assert!(
+        matches!(wrong, RadonError::BadSample { index: 6, .. }),
+        "{wrong}"
+    );
+    let wrong = operator.subsets(0).unwrap_err();
+    assert!(matches!(wrong, RadonError::TooFew { .. }), "{wrong}");
+    let wrong = operator.subsets(7).unwrap_err();
+    assert!(
+        matches!(wrong, RadonError::OutOfRange { most: 6.0, .. }),
+        "{wrong}"
+    );
+}
