@@ -107,8 +107,8 @@ impl Stage {
             }
         }
         .map_err(membrane)?;
+        let diagonal = body.inertia(h);
         for i in 0..self.matrix.len() {
-            let diagonal = body.inertia(h);
             self.matrix.add(i, i, diagonal).map_err(membrane)?;
         }
         self.forget();

@@ -100,12 +100,10 @@ impl Linearised {
         growth: f64,
         pressure: &mut [f64],
     ) {
-        self.growing.copy_from_slice(w);
         if let Some(border) = self.stage.border.eliminated() {
             // matrix times this is -h n
-            let column = border.solved();
-            let growing = self.growing.iter_mut().zip(column);
-            growing.for_each(|(growing, column)| *growing += growth * column);
+            let growing = self.growing.iter_mut().zip(w).zip(border.solved());
+            growing.for_each(|((growing, w), column)| *growing = w + growth * column);
         }
         self.stage
             .matrix
