@@ -28,6 +28,18 @@ impl Stack {
         )
     }
 
+    pub(crate) fn check_slices(&self, slices: &Range<usize>) -> Result<(), RadonError> {
+        if slices.start > slices.end || slices.end > self.n_slices {
+            return Err(RadonError::BadRange {
+                name: "slices",
+                start: slices.start,
+                end: slices.end,
+                len: self.n_slices,
+            });
+        }
+        Ok(())
+    }
+
     /// Samples of one row.
     pub(crate) fn row<'a, T>(&self, data: &'a [T], row: usize, slice: usize) -> &'a [T] {
         &data[self.row_start(row, slice)..][..self.row_len]

@@ -1,8 +1,8 @@
 //! The circle of the paper's appendix: the picture (Fig. 18) and the error against the number of nodes.
 
 use super::canvas::{
-    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, on_plot, paint,
-    plane_axes,
+    Area, Axis, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number,
+    on_plot, paint, plane_axes,
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{BLUE, GREY, VERMILION};
@@ -27,6 +27,24 @@ pub struct CircleStudy<'a> {
     pub order: f64,
 }
 
+impl CircleStudy<'_> {
+    fn check(&self) -> Result<(), FigureError> {
+        check::points("initial", self.initial, 2)?;
+        check::points("solution", self.solution, 3)?;
+        check::finite("centre", &self.centre)?;
+        check::positive("radius", self.radius)?;
+        check::at_least("errors", self.errors.len(), 2)?;
+        check::same_len("n_nodes", self.n_nodes.len(), self.errors.len())?;
+        self.errors
+            .iter()
+            .try_for_each(|&e| check::positive("error", e))?;
+        self.n_nodes
+            .iter()
+            .try_for_each(|&n| check::positive("n_nodes", n as f64))?;
+        check::positive("order", self.order)
+    }
+}
+
 /// Draws the line, the discrete equilibrium and the exact circle on the left, the errors and a guide of the
 /// given order on the right.
 ///
@@ -34,22 +52,7 @@ pub struct CircleStudy<'a> {
 /// [`FigureError`] if an input is empty or not finite, the lists of N and errors differ in length, or an error,
 /// the order or the radius is not positive.
 pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, FigureError> {
-    check::points("initial", study.initial, 2)?;
-    check::points("solution", study.solution, 3)?;
-    check::finite("centre", &study.centre)?;
-    check::positive("radius", study.radius)?;
-    check::at_least("errors", study.errors.len(), 2)?;
-    check::same_len("n_nodes", study.n_nodes.len(), study.errors.len())?;
-    study
-        .errors
-        .iter()
-        .try_for_each(|&e| check::positive("error", e))?;
-    study
-        .n_nodes
-        .iter()
-        .try_for_each(|&n| check::positive("n_nodes", n as f64))?;
-    check::positive("order", study.order)?;
-
+    study.check()?;
     let size = 600;
     let left = Rect {
         left: LABELS_LEFT + 10,
@@ -75,9 +78,6 @@ pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, FigureError> {
     let around = bounds(exact.iter().chain(study.initial).chain(study.solution));
     let (x, y) = plane_axes(around, 0.05, (size, size), 6);
     check::interval("circle x", x.low, x.high)?;
-    let n_axis = Axis::decades(study.n_nodes.iter().map(|&n| n as f64), "number of nodes N");
-    let error_axis = Axis::decades(study.errors.iter().copied(), "error (cm)");
-
     let height = (left.top + size + LABELS_BELOW + 60) as u32;
     paint((right.left + right.width + 40) as u32, height, |area| {
         let chart = axes(area, left, "", &x, &y)?;
@@ -112,29 +112,35 @@ pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, FigureError> {
             label(area, words, (at + 56, y0), Pin::Left)?;
             at += [215, 195, 0][k];
         }
-
-        let chart = axes(area, right, "", &n_axis, &error_axis)?;
-        let points: Vec<[f64; 2]> = study
-            .n_nodes
-            .iter()
-            .zip(study.errors)
-            .map(|(&n, e)| [(n as f64).log10(), e.log10()])
-            .collect();
-        // The guide passes a third of a decade above the last error.
-        let last = points[points.len() - 1];
-        let guide = |x: f64| [x, last[1] + 0.35 - study.order * (x - last[0])];
-        let (from, to) = (points[0][0].min(last[0]), points[0][0].max(last[0]));
-        dashed(&chart, &[guide(from), guide(to)], GREY, 3, 10.0)?;
-        stroke(&chart, &points, VERMILION, 3)?;
-        let inside = chart.plotting_area().strip_coord_spec();
-        for p in &points {
-            marker(&inside, 0, on_plot(&chart, *p), 8, VERMILION)?;
-        }
-        marker(area, 0, ((right.left + 22) * FINE, y0 * FINE), 8, VERMILION)?;
-        label(area, "largest distance", (right.left + 56, y0), Pin::Left)?;
-        let guide_at = right.left + 300;
-        dashes(area, (guide_at, y0), GREY)?;
-        let words = format!("order {}", number(study.order, 0.01));
-        label(area, &words, (guide_at + 56, y0), Pin::Left)
+        errors(area, right, y0, study)
     })
+}
+
+/// The errors and the guide in a plot, their legend at height `y0`.
+fn errors(area: &Area<'_>, right: Rect, y0: i32, study: &CircleStudy<'_>) -> Drawn {
+    let n_axis = Axis::decades(study.n_nodes.iter().map(|&n| n as f64), "number of nodes N");
+    let error_axis = Axis::decades(study.errors.iter().copied(), "error (cm)");
+    let chart = axes(area, right, "", &n_axis, &error_axis)?;
+    let points: Vec<[f64; 2]> = study
+        .n_nodes
+        .iter()
+        .zip(study.errors)
+        .map(|(&n, e)| [(n as f64).log10(), e.log10()])
+        .collect();
+    // The guide passes a third of a decade above the last error.
+    let last = points[points.len() - 1];
+    let guide = |x: f64| [x, last[1] + 0.35 - study.order * (x - last[0])];
+    let (from, to) = (points[0][0].min(last[0]), points[0][0].max(last[0]));
+    dashed(&chart, &[guide(from), guide(to)], GREY, 3, 10.0)?;
+    stroke(&chart, &points, VERMILION, 3)?;
+    let inside = chart.plotting_area().strip_coord_spec();
+    for p in &points {
+        marker(&inside, 0, on_plot(&chart, *p), 8, VERMILION)?;
+    }
+    marker(area, 0, ((right.left + 22) * FINE, y0 * FINE), 8, VERMILION)?;
+    label(area, "largest distance", (right.left + 56, y0), Pin::Left)?;
+    let guide_at = right.left + 300;
+    dashes(area, (guide_at, y0), GREY)?;
+    let words = format!("order {}", number(study.order, 0.01));
+    label(area, &words, (guide_at + 56, y0), Pin::Left)
 }

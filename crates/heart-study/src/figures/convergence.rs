@@ -1,8 +1,8 @@
 //! Residuals by iteration (Fig. 10, and Newton with either Jacobian).
 
 use super::canvas::{
-    Axis, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, label, on_plot, paint, power_of_ten,
-    text_width,
+    Area, Axis, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, label, on_plot, paint,
+    power_of_ten, text_width,
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{GREY, SERIES, SMALL};
@@ -20,6 +20,20 @@ pub struct History<'a> {
     pub norms: &'a [f64],
 }
 
+impl History<'_> {
+    fn check(&self) -> Result<(), FigureError> {
+        check::at_least("norms", self.norms.len(), 1)?;
+        check::finite("norms", self.norms)?;
+        match self.norms.iter().find(|&&v| v < 0.0) {
+            Some(&given) => Err(FigureError::NotPositive {
+                what: "norm",
+                given,
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// Draws norms against iteration, norms on a logarithmic axis, and a dashed line at `tolerance` if there is one.
 ///
 /// `y_label` names the norm with its unit.
@@ -32,16 +46,7 @@ pub fn histories(
     histories: &[History<'_>],
 ) -> Result<Picture, FigureError> {
     check::at_least("histories", histories.len(), 1)?;
-    for history in histories {
-        check::at_least("norms", history.norms.len(), 1)?;
-        check::finite("norms", history.norms)?;
-        if let Some(&low) = history.norms.iter().find(|&&v| v < 0.0) {
-            return Err(FigureError::NotPositive {
-                what: "norm",
-                given: low,
-            });
-        }
-    }
+    histories.iter().try_for_each(History::check)?;
     if let Some(given) = tolerance {
         check::positive("tolerance", given)?;
     }
@@ -104,23 +109,26 @@ pub fn histories(
                 marker(area, i, ((plot.left + 22) * FINE, middle * FINE), 7, colour)?;
                 label(area, history.label, (plot.left + 58, middle), Pin::Left)?;
             }
-            if let Some(at) = tolerance {
-                let decade = at.log10().round();
-                let exact = (at.log10() - decade).abs() < 1e-12;
-                let words = if exact {
-                    format!("stop at {}", power_of_ten(decade as i64))
-                } else {
-                    format!("stop at {at:e}")
-                };
-                let right = plot.left + plot.width;
-                let left = right - text_width(area, &words, SMALL);
-                let middle = 12 + row / 2 + row * (histories.len() as i32 - 1);
-                dashes(area, (left - 56, middle), GREY)?;
-                label(area, &words, (right, middle), Pin::Right)?;
-            }
-            Ok(())
+            let middle = 12 + row / 2 + row * (histories.len() as i32 - 1);
+            tolerance.map_or(Ok(()), |at| {
+                stop_at(area, at, (plot.left + plot.width, middle))
+            })
         },
     )
+}
+
+/// The legend of the tolerance, up to a place.
+fn stop_at(area: &Area<'_>, at: f64, (right, middle): (i32, i32)) -> Drawn {
+    let decade = at.log10().round();
+    let exact = (at.log10() - decade).abs() < 1e-12;
+    let words = if exact {
+        format!("stop at {}", power_of_ten(decade as i64))
+    } else {
+        format!("stop at {at:e}")
+    };
+    let left = right - text_width(area, &words, SMALL);
+    dashes(area, (left - 56, middle), GREY)?;
+    label(area, &words, (right, middle), Pin::Right)
 }
 
 fn apart(a: (i32, i32), b: (i32, i32)) -> i32 {

@@ -1,8 +1,8 @@
 //! Frames of the moving membrane with the forces on it (Fig. 9 of the paper).
 
 use super::canvas::{
-    FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, on_plot, paint,
-    plane_axes,
+    Area, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, on_plot,
+    paint, plane_axes,
 };
 use super::marks::{arrow, marker, stroke};
 use super::style::{BLACK, FAINT, GREY, MAGENTA, RED};
@@ -24,6 +24,16 @@ pub struct ForceFrame<'a> {
     pub pressure: &'a [[f64; 2]],
 }
 
+impl ForceFrame<'_> {
+    fn check(&self) -> Result<(), FigureError> {
+        check::points("frame nodes", self.nodes, 3)?;
+        check::same_len("elastic", self.elastic.len(), self.nodes.len())?;
+        check::same_len("pressure", self.pressure.len(), self.nodes.len())?;
+        check::points("elastic", self.elastic, 3)?;
+        check::points("pressure", self.pressure, 3)
+    }
+}
+
 /// Draws the frames side by side, two in a row: nodes red, elastic forces magenta, pressure forces black.
 ///
 /// About 45 nodes a frame carry arrows. All arrows have one scale, the longest is an eighth of the figure's
@@ -33,13 +43,7 @@ pub struct ForceFrame<'a> {
 /// [`FigureError`] if there is no frame, a frame has fewer than 3 nodes, lengths differ or a number is not finite.
 pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
     check::at_least("frames", frames.len(), 1)?;
-    for frame in frames {
-        check::points("frame nodes", frame.nodes, 3)?;
-        check::same_len("elastic", frame.elastic.len(), frame.nodes.len())?;
-        check::same_len("pressure", frame.pressure.len(), frame.nodes.len())?;
-        check::points("elastic", frame.elastic, 3)?;
-        check::points("pressure", frame.pressure, 3)?;
-    }
+    frames.iter().try_for_each(ForceFrame::check)?;
     let around = bounds(frames.iter().flat_map(|f| f.nodes));
     let side = (around[1] - around[0]).max(around[3] - around[2]);
     check::positive("extent of the nodes", side)?;
@@ -73,37 +77,7 @@ pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
         top + step_y * n_rows as i32 + 10,
     );
     paint(size.0 as u32, size.1 as u32, |area| {
-        let mut at = LABELS_LEFT + 10;
-        for (words, colour, advance) in [
-            ("node", RED, 150),
-            ("elastic force", MAGENTA, 260),
-            ("pressure force", BLACK, 0),
-        ] {
-            if colour == RED {
-                marker(area, 0, ((at + 22) * FINE, 28 * FINE), 5, colour)?;
-            } else {
-                let (from, to) = (f64::from(at * FINE), f64::from((at + 46) * FINE));
-                arrow(
-                    area,
-                    [from, f64::from(28 * FINE)],
-                    [to, f64::from(28 * FINE)],
-                    colour,
-                    3,
-                )?;
-            }
-            label(area, words, (at + 58, 28), Pin::Left)?;
-            at += advance;
-        }
-        if longest > 0.0 {
-            let round = round_below(longest);
-            let pixels = round * scale / (x.high - x.low) * f64::from(width);
-            let (from, middle) = (f64::from(at + 250), 28 * FINE);
-            let ends = [from, from + pixels].map(|x| [x * f64::from(FINE), f64::from(middle)]);
-            arrow(area, ends[0], ends[1], GREY, 3)?;
-            let words = format!("force/λ of {} cm", number(round, round));
-            let place = ((from + pixels) as i32 + 14, 28);
-            label(area, &words, place, Pin::Left)?;
-        }
+        legend(area, longest, scale / (x.high - x.low) * f64::from(width))?;
         for (i, frame) in frames.iter().enumerate() {
             let (column, row) = ((i % n_columns) as i32, (i / n_columns) as i32);
             let plot = Rect {
@@ -138,6 +112,42 @@ pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
         }
         Ok(())
     })
+}
+
+/// What the marks are, and the arrow of a round force; arrows have so many pixels for each unit of force.
+fn legend(area: &Area<'_>, longest: f64, per_force: f64) -> Drawn {
+    let mut at = LABELS_LEFT + 10;
+    for (words, colour, advance) in [
+        ("node", RED, 150),
+        ("elastic force", MAGENTA, 260),
+        ("pressure force", BLACK, 0),
+    ] {
+        if colour == RED {
+            marker(area, 0, ((at + 22) * FINE, 28 * FINE), 5, colour)?;
+        } else {
+            let (from, to) = (f64::from(at * FINE), f64::from((at + 46) * FINE));
+            arrow(
+                area,
+                [from, f64::from(28 * FINE)],
+                [to, f64::from(28 * FINE)],
+                colour,
+                3,
+            )?;
+        }
+        label(area, words, (at + 58, 28), Pin::Left)?;
+        at += advance;
+    }
+    if longest > 0.0 {
+        let round = round_below(longest);
+        let pixels = round * per_force;
+        let (from, middle) = (f64::from(at + 250), 28 * FINE);
+        let ends = [from, from + pixels].map(|x| [x * f64::from(FINE), f64::from(middle)]);
+        arrow(area, ends[0], ends[1], GREY, 3)?;
+        let words = format!("force/λ of {} cm", number(round, round));
+        let place = ((from + pixels) as i32 + 14, 28);
+        label(area, &words, place, Pin::Left)?;
+    }
+    Ok(())
 }
 
 /// The largest of 1, 2 and 5 times a power of ten that is not above a positive number.

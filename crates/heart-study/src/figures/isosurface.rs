@@ -2,7 +2,7 @@
 
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 
-use super::canvas::{FINE, Pin, Rect, label, paint, paint_over};
+use super::canvas::{Area, Drawn, FINE, Pin, Rect, label, paint, paint_over};
 use super::marks::arrow;
 use super::render::{Camera, Seen, View, WHITE, light, mix};
 use super::style::{BLACK, CUT, SURFACE};
@@ -23,6 +23,14 @@ pub struct IsoView {
     pub cut: Option<([f64; 3], f64)>,
 }
 
+/// The cut's normal and distance in units of its length.
+fn unit_cut((n, d): ([f64; 3], f64)) -> Result<(Vector3<f64>, f64), FigureError> {
+    check::finite("cut", &[n[0], n[1], n[2], d])?;
+    let length = Vector3::from(n).norm();
+    check::positive("length of the cut's normal", length)?;
+    Ok((Vector3::from(n) / length, d / length))
+}
+
 /// Draws the surface where the volume reaches a level, seen along parallel rays.
 ///
 /// The volume is trilinear between samples, normals are gradients of it. The picture spans 0.85 of the
@@ -34,15 +42,7 @@ pub struct IsoView {
 pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, FigureError> {
     volume.check()?;
     check::positive("level", f64::from(view.level))?;
-    let cut = match view.cut {
-        None => None,
-        Some((n, d)) => {
-            check::finite("cut", &[n[0], n[1], n[2], d])?;
-            let length = Vector3::from(n).norm();
-            check::positive("length of the cut's normal", length)?;
-            Some((Vector3::from(n) / length, d / length))
-        }
-    };
+    let cut = view.cut.map(unit_cut).transpose()?;
     let side = 640;
     let rect = Rect {
         left: 0,
@@ -107,30 +107,33 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, Figure
         })
     });
     let corner = [70.0, f64::from(side) - 70.0];
-    paint_over(picture, |area| {
-        for (name, axis) in [
-            ("x", Vector3::x()),
-            ("y", Vector3::y()),
-            ("z", Vector3::z()),
-        ] {
-            let fine = f64::from(FINE);
-            let d = [axis.dot(&camera.right), -axis.dot(&camera.up)];
-            let tip = |length: f64| [corner[0] + length * d[0], corner[1] + length * d[1]];
-            arrow(
-                area,
-                corner.map(|v| v * fine),
-                tip(46.0).map(|v| v * fine),
-                BLACK,
-                2,
-            )?;
-            let at = tip(60.0);
-            label(
-                area,
-                name,
-                (at[0].round() as i32, at[1].round() as i32),
-                Pin::Centre,
-            )?;
-        }
-        Ok(())
-    })
+    paint_over(picture, |area| lab_axes(area, &camera, corner))
+}
+
+/// The lab's axes about a place, pixels of the picture.
+fn lab_axes(area: &Area<'_>, camera: &Camera, corner: [f64; 2]) -> Drawn {
+    for (name, axis) in [
+        ("x", Vector3::x()),
+        ("y", Vector3::y()),
+        ("z", Vector3::z()),
+    ] {
+        let fine = f64::from(FINE);
+        let d = [axis.dot(&camera.right), -axis.dot(&camera.up)];
+        let tip = |length: f64| [corner[0] + length * d[0], corner[1] + length * d[1]];
+        arrow(
+            area,
+            corner.map(|v| v * fine),
+            tip(46.0).map(|v| v * fine),
+            BLACK,
+            2,
+        )?;
+        let at = tip(60.0);
+        label(
+            area,
+            name,
+            (at[0].round() as i32, at[1].round() as i32),
+            Pin::Centre,
+        )?;
+    }
+    Ok(())
 }

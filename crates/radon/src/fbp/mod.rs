@@ -269,14 +269,7 @@ impl<T: Sample> FbpPlan<T> {
         memory: usize,
     ) -> Result<FbpReport, RadonError> {
         stack.check_length(projections.len())?;
-        if slices.start > slices.end || slices.end > stack.n_slices {
-            return Err(RadonError::BadRange {
-                name: "slices",
-                start: slices.start,
-                end: slices.end,
-                len: stack.n_slices,
-            });
-        }
+        stack.check_slices(&slices)?;
         length(
             "volume",
             slab.len(),

@@ -101,12 +101,8 @@ pub(crate) fn run<T: Sample>(
     loop {
         operator.adjoint_into(&residual, &mut gradient)?;
         let gradient_norm = norm(&gradient);
-        let mut entry = Iteration {
-            residual: relative(norm(&residual), data_norm),
-            gradient: Some(relative(gradient_norm, gradient_scale)),
-            log_likelihood: None,
-            change: None,
-        };
+        let mut entry = Iteration::at(relative(norm(&residual), data_norm));
+        entry.gradient = Some(relative(gradient_norm, gradient_scale));
         let stopped_by = if monitor.is_explained(entry.residual) {
             Some(StoppedBy::Residual)
         } else if monitor.is_flat(gradient_norm, gradient_scale) {

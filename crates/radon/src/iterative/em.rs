@@ -6,7 +6,7 @@ use super::operator::LinearOperator;
 use super::report::{Iteration, IterativeReport, StoppedBy};
 use super::stopping::{Monitor, Observer, Stopping, nobody};
 use super::vectors::{
-    check_input, check_not_negative, check_samples, norm, relative, sum2, update,
+    check_input, check_not_negative, check_samples, norm, relative, relative_change, sum2, update,
 };
 use crate::Sample;
 use crate::error::{RadonError, length, zeros};
@@ -217,6 +217,28 @@ impl<T: Sample> Part<'_, T> {
             Some(indices) => indices.iter().map(|&i| from[i]).collect(),
         }
     }
+
+    fn prepare(
+        &self,
+        data: &[T],
+        background: &[T],
+        image_len: usize,
+    ) -> Result<Prepared<T>, RadonError> {
+        let mut sensitivity = zeros("column sums", image_len, 1)?;
+        let counts = self.select(data);
+        let ones = vec![T::ONE; counts.len()];
+        self.operator.adjoint_into(&ones, &mut sensitivity)?;
+        check_not_negative("column sums", &sensitivity)?;
+        let background = match background.is_empty() {
+            true => vec![T::ZERO; counts.len()],
+            false => self.select(background),
+        };
+        Ok(Prepared {
+            counts,
+            background,
+            sensitivity,
+        })
+    }
 }
 
 /// What a part needs over and over.
@@ -234,11 +256,8 @@ pub(crate) fn run<T: Sample>(
     options: &EmOptions<T>,
     observe: Observer<'_, T>,
 ) -> Result<IterativeReport, RadonError> {
-    let EmOptions {
-        stopping,
-        background,
-    } = options;
-    let mut monitor = Monitor::new(*stopping, None, observe)?;
+    let background = &options.background;
+    let mut monitor = Monitor::new(options.stopping, None, observe)?;
     check_not_negative("data", data)?;
     check_not_negative("image", image)?;
     if !background.is_empty() {
@@ -246,23 +265,8 @@ pub(crate) fn run<T: Sample>(
         check_samples("background", background)?;
         check_not_negative("background", background)?;
     }
-    let mut prepared = Vec::new();
-    for part in parts {
-        let mut sensitivity = zeros("column sums", image.len(), 1)?;
-        let counts = part.select(data);
-        let ones = vec![T::ONE; counts.len()];
-        part.operator.adjoint_into(&ones, &mut sensitivity)?;
-        check_not_negative("column sums", &sensitivity)?;
-        prepared.push(Prepared {
-            background: if background.is_empty() {
-                vec![T::ZERO; counts.len()]
-            } else {
-                part.select(background)
-            },
-            counts,
-            sensitivity,
-        });
-    }
+    let prepare = |part: &Part<'_, T>| part.prepare(data, background, image.len());
+    let prepared: Vec<_> = parts.iter().map(prepare).collect::<Result<_, _>>()?;
 
     let data_norm = norm(data);
     let mut factor = zeros("factors", image.len(), 1)?;
@@ -304,12 +308,8 @@ pub(crate) fn run<T: Sample>(
         }
         let residual = relative(misfit_sq.sqrt(), data_norm);
         let met = monitor.is_explained(residual);
-        let mut entry = Iteration {
-            residual,
-            gradient: None,
-            log_likelihood: Some(log_likelihood),
-            change: None,
-        };
+        let mut entry = Iteration::at(residual);
+        entry.log_likelihood = Some(log_likelihood);
         if met && whole {
             monitor.stop_at(entry, StoppedBy::Residual);
             break;
@@ -320,10 +320,7 @@ pub(crate) fn run<T: Sample>(
         if last {
             break;
         }
-        entry.change = Some(relative(
-            sum2(image, &start, |a, b| (a - b) * (a - b)).sqrt(),
-            norm(image),
-        ));
+        entry.change = Some(relative_change(image, &start));
         if monitor.step(entry, image) {
             break;
         }

@@ -14,6 +14,18 @@ pub struct Iteration {
     pub change: Option<f64>,
 }
 
+impl Iteration {
+    /// Of an image of which the residual alone is known.
+    pub(super) fn at(residual: f64) -> Self {
+        Self {
+            residual,
+            gradient: None,
+            log_likelihood: None,
+            change: None,
+        }
+    }
+}
+
 /// Why a solver stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use super::operator::LinearOperator;
 use super::report::{Iteration, IterativeReport, StoppedBy};
 use super::stopping::{Monitor, Observer, Stopping, nobody};
-use super::vectors::{check_input, check_not_negative, norm, relative, sum2, update};
+use super::vectors::{check_input, check_not_negative, norm, relative, relative_change, update};
 use crate::Sample;
 use crate::error::{RadonError, within, zeros};
 
@@ -160,12 +160,7 @@ pub(crate) fn run<T: Sample>(
         operator.forward_into(image, &mut residual)?;
         update(&mut residual, data, |ax, b| b - ax);
         let size = relative(norm(&residual), data_norm);
-        let mut entry = Iteration {
-            residual: size,
-            gradient: None,
-            log_likelihood: None,
-            change: None,
-        };
+        let mut entry = Iteration::at(size);
         if monitor.is_explained(size) {
             monitor.stop_at(entry, StoppedBy::Residual);
             break;
@@ -188,12 +183,8 @@ pub(crate) fn run<T: Sample>(
             }
             new
         });
-        let change = relative(
-            sum2(&step, image, |a, b| (a - b) * (a - b)).sqrt(),
-            norm(&step),
-        );
+        entry.change = Some(relative_change(&step, image));
         image.copy_from_slice(&step);
-        entry.change = Some(change);
         if monitor.step(entry, image) {
             break;
         }

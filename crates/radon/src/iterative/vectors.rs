@@ -39,6 +39,12 @@ pub(super) fn relative(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { part / whole } else { part }
 }
 
+/// ‖new - old‖ / ‖new‖.
+pub(super) fn relative_change<T: Sample>(new: &[T], old: &[T]) -> f64 {
+    let change = sum2(new, old, |a, b| (a - b) * (a - b)).sqrt();
+    relative(change, norm(new))
+}
+
 pub(crate) fn check_samples<T: Sample>(
     name: &'static str,
     samples: &[T],

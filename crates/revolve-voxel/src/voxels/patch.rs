@@ -109,34 +109,12 @@ impl pulp::WithSimd for Work<'_> {
 
 #[inline(always)]
 fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
-    let &Cuboid {
-        centre,
-        axes,
-        half,
-        radius,
-    } = cuboid;
+    let &Cuboid { centre, axes, .. } = cuboid;
+    let (half, radius) = (cuboid.half, cuboid.radius);
     let s = if reflex { -1.0 } else { 1.0 };
     let r = (centre.y * centre.y + centre.z * centre.z).sqrt();
-    let (mut height, mut nearest) = (f64::NEG_INFINITY, 0);
-    for (k, l) in lines.iter().enumerate() {
-        let h = s * l.height(centre.x, r);
-        if h > height {
-            (height, nearest) = (h, k);
-        }
-    }
-    // Lines whose segments come into the box.
-    let within = |l: &Line| {
-        let (dx, dr) = (l.start[0] - centre.x, l.start[1] - r);
-        dx * dx + dr * dr < radius * radius
-    };
-    let (mut first, mut last) = (nearest, nearest);
-    while first > 0 && within(&lines[first]) {
-        first -= 1;
-    }
-    while last + 1 < lines.len() && within(&lines[last + 1]) {
-        last += 1;
-    }
-    let Line { a, b, .. } = lines[nearest];
+    let (height, nearest, lines) = in_box(lines, s, [centre.x, r], radius);
+    let Line { a, b, .. } = *nearest;
     let offset = s * height;
     let radial = b / r;
     let gradient = Vector3::new(a, radial * centre.y, radial * centre.z);
@@ -148,22 +126,18 @@ fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
     if sine >= 1.0 {
         return Patch::Unknown;
     }
-    let (from, to) = (&lines[first], &lines[last]);
-    let turned = radius * turn(from, to);
+    let turned = radius * turn(&lines[0], &lines[lines.len() - 1]);
     let rounding = radius * sine / (1.0 + (1.0 - sine * sine).sqrt());
     let round = b.abs() * rounding;
-    let lines = &lines[first..=last];
     // Columns along the edge that the plane is steepest to, in box units.
     let steep = [0, 1, 2].map(|i| normal[i].abs() * half[i]);
     if height.abs() >= steep[0] + steep[1] + steep[2] + turned + round {
         return Patch::Clear(offset < 0.0);
     }
-    let e = if steep[0] > steep[1] && steep[0] > steep[2] {
-        0
-    } else if steep[1] > steep[2] {
-        1
-    } else {
-        2
+    let e = match steep {
+        [a, b, c] if a > b && a > c => 0,
+        [_, b, c] if b > c => 1,
+        _ => 2,
     };
     let (u, v) = ((e + 1) % 3, (e + 2) % 3);
     let inv = 1.0 / normal[e];
@@ -180,22 +154,7 @@ fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
     for k in 0..COLUMNS {
         plane[k] = level[0] + level[1] * U[k] + level[2] * V[k];
     }
-    let (mut x, mut rho) = ([0.0; COLUMNS], [0.0; COLUMNS]);
-    let along = axes[e];
-    for k in 0..COLUMNS {
-        let t = clip(plane[k]);
-        x[k] = centre.x + du.x * U[k] + dv.x * V[k] + along.x * t;
-        let y = centre.y + du.y * U[k] + dv.y * V[k] + along.y * t;
-        let z = centre.z + du.z * U[k] + dv.z * V[k] + along.z * t;
-        rho[k] = (y * y + z * z).sqrt();
-    }
-    let mut height = [f64::NEG_INFINITY; COLUMNS];
-    for l in lines {
-        let (a, b, c) = (s * l.a, s * l.b, s * l.c);
-        for k in 0..COLUMNS {
-            height[k] = larger(height[k], a * x[k] + b * rho[k] + c);
-        }
-    }
+    let height = heights_over(lines, s, centre, [&du, &dv, &axes[e]], &plane, h);
     // The plane moves to the mean of the surface where it is seen.
     let (mut surface, mut rise, mut seen) = ([0.0; COLUMNS], [0.0; COLUMNS], [0.0; COLUMNS]);
     for k in 0..COLUMNS {
@@ -222,6 +181,74 @@ fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
     let spread = spread / (2.0 * h);
     let heights = inv.abs() / (2.0 * h);
     let bends = (0.5 * turned + round) * heights;
+    let below = fraction_below(normal, offset - lift * normal[e], half);
+    Patch::Covered {
+        fraction: (below + correction * inv.signum()).clamp(0.0, 1.0),
+        error: error(lines, [spread, bends, rounding], heights, [h, radius]),
+    }
+}
+
+/// The largest of the lines' heights over a point (times `s`), the line that has it, and those about it whose segments come into a
+/// box of that radius.
+#[inline(always)]
+fn in_box(lines: &[Line], s: f64, [x, r]: [f64; 2], radius: f64) -> (f64, &Line, &[Line]) {
+    let (mut height, mut nearest) = (f64::NEG_INFINITY, 0);
+    for (k, l) in lines.iter().enumerate() {
+        let h = s * l.height(x, r);
+        if h > height {
+            (height, nearest) = (h, k);
+        }
+    }
+    let within = |l: &Line| {
+        let (dx, dr) = (l.start[0] - x, l.start[1] - r);
+        dx * dx + dr * dr < radius * radius
+    };
+    let (mut first, mut last) = (nearest, nearest);
+    while first > 0 && within(&lines[first]) {
+        first -= 1;
+    }
+    while last + 1 < lines.len() && within(&lines[last + 1]) {
+        last += 1;
+    }
+    (height, &lines[nearest], &lines[first..=last])
+}
+
+/// The largest of the lines' heights (times `s`) over the place on each column where the plane is, within half its height `h`.
+#[inline(always)]
+fn heights_over(
+    lines: &[Line],
+    s: f64,
+    centre: &Point3<f64>,
+    [du, dv, along]: [&Vector3<f64>; 3],
+    plane: &[f64; COLUMNS],
+    h: f64,
+) -> [f64; COLUMNS] {
+    let (mut x, mut rho) = ([0.0; COLUMNS], [0.0; COLUMNS]);
+    for k in 0..COLUMNS {
+        let t = smaller(larger(plane[k], -h), h);
+        x[k] = centre.x + du.x * U[k] + dv.x * V[k] + along.x * t;
+        let y = centre.y + du.y * U[k] + dv.y * V[k] + along.y * t;
+        let z = centre.z + du.z * U[k] + dv.z * V[k] + along.z * t;
+        rho[k] = (y * y + z * z).sqrt();
+    }
+    let mut height = [f64::NEG_INFINITY; COLUMNS];
+    for l in lines {
+        let (a, b, c) = (s * l.a, s * l.b, s * l.c);
+        for k in 0..COLUMNS {
+            height[k] = larger(height[k], a * x[k] + b * rho[k] + c);
+        }
+    }
+    height
+}
+
+/// An estimate of the fraction's error, for columns of half height `h`; lengths across them are `heights` of the box's.
+#[inline(always)]
+fn error(
+    lines: &[Line],
+    [spread, bends, rounding]: [f64; 3],
+    heights: f64,
+    [h, radius]: [f64; 2],
+) -> f64 {
     // How much the slope may change along a column, as a share of it, and how much of the diagonal the column is: 0 in a cube.
     let kink = (lines.windows(2)).fold(0.0, |most, pair| larger(most, turn(&pair[0], &pair[1])));
     let kink = kink * radius * heights;
@@ -229,13 +256,8 @@ fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
     let slope = (2.0 * kink + 4.0 * most_radial * rounding * heights) * h / radius;
     let long = larger(1.5 * (h / radius) * (h / radius) - 0.5, 0.0);
     let missed = long * bends * slope + OF_KINK * kink * larger(kink - KINK, 0.0);
-    let below = fraction_below(normal, offset - lift * normal[e], half);
-    Patch::Covered {
-        fraction: (below + correction * inv.signum()).clamp(0.0, 1.0),
-        error: (1.0 + long)
-            * (OF_SPREAD * spread + OF_BENDS * bends + OF_BENDS_SQUARED * bends * bends)
-            + missed / larger(1.0 - slope, 1e-6),
-    }
+    (1.0 + long) * (OF_SPREAD * spread + OF_BENDS * bends + OF_BENDS_SQUARED * bends * bends)
+        + missed / larger(1.0 - slope, 1e-6)
 }
 
 /// Sine of the angle between two lines.
