@@ -72,14 +72,9 @@ impl Measure {
     /// assert!((Measure::Volume.of(&cone) - std::f64::consts::PI * 12.0).abs() < 1e-13);
     /// ```
     pub fn of(self, nodes: &[[f64; 2]]) -> f64 {
-        let sum: f64 = nodes
-            .windows(2)
-            .map(|p| self.segment(p[0], p[1]).value)
-            .sum();
-        match (self, nodes) {
-            (Self::Area, [first, .., last]) => sum + self.segment(*last, *first).value,
-            _ => sum,
-        }
+        self.segments(nodes.len())
+            .map(|(a, b)| self.segment(nodes[a], nodes[b]).value)
+            .sum()
     }
 
     /// `out` = gradient with respect to every node coordinate, the derivative of exactly what
@@ -90,19 +85,13 @@ impl Measure {
     pub fn gradient_into(self, nodes: &[[f64; 2]], out: &mut [[f64; 2]]) {
         assert_eq!(nodes.len(), out.len(), "measure gradient");
         out.fill([0.0; 2]);
-        let mut spread = |a: usize, b: usize| {
+        self.segments(nodes.len()).for_each(|(a, b)| {
             let piece = self.segment(nodes[a], nodes[b]);
             for k in 0..2 {
                 out[a][k] += piece.from[k];
                 out[b][k] += piece.to[k];
             }
-        };
-        for n in 1..nodes.len() {
-            spread(n - 1, n);
-        }
-        if self == Self::Area && nodes.len() > 1 {
-            spread(nodes.len() - 1, 0);
-        }
+        });
     }
 
     /// How fast the measure of the polyline through `nodes` changes while these move at `velocities`, per unit time: the
@@ -120,16 +109,12 @@ impl Measure {
     /// [`MembraneError::WrongLength`] for other velocities than nodes.
     pub fn rate(self, nodes: &[[f64; 2]], velocities: &[[f64; 2]]) -> Result<f64, MembraneError> {
         length("velocities", velocities.len(), nodes.len())?;
-        let along = |a: usize, b: usize| {
+        let along = |(a, b): (usize, usize)| {
             let piece = self.segment(nodes[a], nodes[b]);
             let ([u, v], [from, to]) = ([velocities[a], velocities[b]], [piece.from, piece.to]);
             from[0] * u[0] + from[1] * u[1] + to[0] * v[0] + to[1] * v[1]
         };
-        let sum: f64 = (1..nodes.len()).map(|n| along(n - 1, n)).sum();
-        Ok(match self {
-            Self::Area if nodes.len() > 1 => sum + along(nodes.len() - 1, 0),
-            _ => sum,
-        })
+        Ok(self.segments(nodes.len()).map(along).sum())
     }
 
     /// [`Measure::of`] for the curve that consists of `nodes` and of their mirror image about the
@@ -173,6 +158,12 @@ impl Measure {
             let close = self.segment(foot(points[0]), points[0]);
             add(0, [close.from[0] + close.to[0], close.to[1]]);
         }
+    }
+
+    /// Nodes at the ends of the segments of a curve of `n` nodes, the chord that closes an area last.
+    fn segments(self, n: usize) -> impl Iterator<Item = (usize, usize)> {
+        let chord = (self == Self::Area && n > 1).then(|| (n - 1, 0));
+        (1..n).map(|k| (k - 1, k)).chain(chord)
     }
 
     /// What the segment from `a` to `b` adds, and how that changes with `a` and `b`.
