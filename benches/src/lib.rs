@@ -48,7 +48,7 @@ pub fn run(rows: fn(Effort), groups: &[fn(&mut Criterion)]) {
 /// One point of a work-precision study: the time a method took and the error it left.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<'a> {
-    /// What is compared: static solve, motion, chords, voxels, projectors, FBP, growth, whole study.
+    /// What is compared: static solve, motion, chords, voxels, projectors, FBP, SPECT, growth, whole study.
     pub study: &'a str,
     /// Who computed it, with the options that tell it from others.
     pub method: &'a str,

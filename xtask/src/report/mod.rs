@@ -27,6 +27,7 @@ const BENCHES: &[&str] = &[
     "revolve",
     "radon",
     "projector",
+    "spect",
     "phantom",
 ];
 

@@ -125,15 +125,17 @@ impl<T: Sample> Plain for AddBlurred<'_, T> {
             rows,
             along,
         } = self.work;
-        let cleared = |work: &mut Vec<T>, len: usize| {
-            work.clear();
-            work.resize(len, T::ZERO);
-        };
         let start = |block: usize, image: usize| (block * self.n_images + image) * n_bins;
         let stride = n_blocks * LANES + high;
-        cleared(rows, n_bins * stride + high);
-        cleared(bins, (n_bins + 2 * wide) * LANES);
-        cleared(blurred, n_bins * LANES);
+        fit(rows, n_bins * stride + high);
+        fit(bins, (n_bins + 2 * wide) * LANES);
+        fit(blurred, n_bins * LANES);
+        fit(along, n_bins * stride - high);
+        // Zeros on either side of the bins, and of each row.
+        bins[..wide * LANES].fill(T::ZERO);
+        bins[(wide + n_bins) * LANES..].fill(T::ZERO);
+        rows.chunks_mut(stride)
+            .for_each(|row| row[..high].fill(T::ZERO));
         for block in 0..n_blocks {
             let from = &self.images[start(block, self.from)..][..n_bins];
             for (to, from) in bins[wide * LANES..].chunks_exact_mut(LANES).zip(from) {
@@ -145,17 +147,23 @@ impl<T: Sample> Plain for AddBlurred<'_, T> {
                 row[block * LANES..][..LANES].copy_from_slice(from);
             }
         }
-        cleared(along, n_bins * stride - high);
         convolve(along, rows, &self.kernels[1], 1);
         for block in 0..n_blocks {
             let to = &mut self.images[start(block, self.to)..][..n_bins];
             for (to, row) in to.iter_mut().zip(along.chunks(stride)) {
-                for (x, &y) in to.0.iter_mut().zip(&row[block * LANES..][..LANES]) {
-                    *x += y;
-                }
+                let mut more = Lanes::default();
+                more.0.copy_from_slice(&row[block * LANES..][..LANES]);
+                to.add(T::ONE, &more);
             }
         }
     }
+}
+
+/// Makes a work array of this length; what is in it does not matter.
+#[inline(always)]
+fn fit<T: Sample>(work: &mut Vec<T>, len: usize) {
+    work.truncate(len);
+    work.resize(len, T::ZERO);
 }
 
 /// Sums of samples and their neighbours, which are `step` apart, by the weights of neighbours 0, 1, ...; the samples have as many

@@ -108,6 +108,36 @@ fn views_are_those_of_the_definition() {
     }
 }
 
+/// A detector smaller than the volume: what is beside it is blurred into it.
+#[test]
+fn what_is_beside_the_detector_is_seen_too() {
+    let small = small();
+    let views = ParallelGeometry::new([0.4, 2.2], 5, 0.4).unwrap();
+    let rows = SliceAxis::new(3, 0.5).unwrap();
+    let geometry = SpectGeometry::circular(&views, &rows, 7.0).unwrap();
+    let volume: Vec<f64> = noise(small.n_voxels(), 1)
+        .iter()
+        .map(|x: &f64| 1.0 + x)
+        .collect();
+    let collimator = Collimator::new(0.0, 0.5, 0.4).unwrap();
+    let (grid, layers) = (&small.grid, &small.layers);
+    let map = small.map();
+    let plain = PlainCamera {
+        geometry: &geometry,
+        grid,
+        layers,
+        collimator,
+        attenuation: &map,
+    };
+    let expected = plain.views(&volume);
+    let operator =
+        SpectOperator::new(&geometry, grid, layers, &options(collimator, map.clone())).unwrap();
+    for (a, b) in forward(&operator, &volume).iter().zip(&expected) {
+        // Four sides beyond which 3e-5 of a Gaussian are.
+        assert!((a / b - 1.0).abs() < 1.3e-4, "{a} {b}");
+    }
+}
+
 #[test]
 fn without_blur_and_attenuation_it_is_the_projector_of_strips() {
     let small = small();
@@ -133,8 +163,9 @@ fn adjointness<T: Sample>(operator: &SpectOperator<T>) -> f64 {
     operator.adjoint_into(&y, &mut back).unwrap();
     let of = |v: &[T]| v.iter().map(|x| x.f64()).collect::<Vec<f64>>();
     let (ax, x, y, back) = (of(&forward(operator, &x)), of(&x), of(&y), of(&back));
+    // Of nothing to nothing the difference itself.
     let scale = (dot(&ax, &ax) * dot(&y, &y)).sqrt();
-    (dot(&ax, &y) - dot(&x, &back)).abs() / scale
+    (dot(&ax, &y) - dot(&x, &back)).abs() / if scale > 0.0 { scale } else { 1.0 }
 }
 
 #[test]
@@ -338,4 +369,80 @@ fn what_makes_no_sense_is_refused() {
         matches!(wrong, RadonError::OutOfRange { most: 6.0, .. }),
         "{wrong}"
     );
+}
+
+/// Each voxel by itself: no sample of its views is below zero, so that EM keeps its image there.
+#[test]
+fn no_entry_is_negative() {
+    let small = small();
+    for tolerance in [1e-4, 0.1] {
+        let options = options(wide(), small.map()).with_tolerance(tolerance);
+        let operator = small.operator::<f64>(&options);
+        for voxel in (0..small.n_voxels()).step_by(97) {
+            let mut volume = vec![0.0; small.n_voxels()];
+            volume[voxel] = 1.0;
+            let views = forward(&operator, &volume);
+            assert!(views.iter().all(|&x| x >= 0.0) && views.iter().any(|&x| x > 0.0));
+        }
+    }
+}
+
+/// The peak of a point is too high by no more than the tolerance, and never too low; somewhere by half of it at least.
+#[test]
+fn peaks_keep_the_tolerance() {
+    let views = ParallelGeometry::new([0.0], 65, 0.3).unwrap();
+    let axis = SliceAxis::new(65, 0.3).unwrap();
+    let geometry = SpectGeometry::circular(&views, &axis, 15.0).unwrap();
+    let (grid, layer) = (
+        ImageGrid::new(1, 90, 0.3).unwrap(),
+        SliceAxis::new(1, 0.3).unwrap(),
+    );
+    let collimator = Collimator::new(0.04, 0.06, 0.2).unwrap();
+    let peaks = |tolerance: f64| -> Vec<f64> {
+        let options = SpectOptions::default()
+            .with_collimator(collimator)
+            .with_tolerance(tolerance);
+        let operator = SpectOperator::new(&geometry, &grid, &layer, &options).unwrap();
+        let peak = |iy: usize| {
+            let mut volume = vec![0.0; 90];
+            volume[iy] = 1.0;
+            largest(&forward(&operator, &volume))
+        };
+        (0..90).step_by(7).map(peak).collect()
+    };
+    let mut worst: f64 = 0.0;
+    for (found, fine) in peaks(0.01).iter().zip(&peaks(1e-4)) {
+        let off = found / fine - 1.0;
+        // 1e-4: of the finer ones, and of blurs one after the other.
+        assert!((-2e-4..0.01).contains(&off), "{off}");
+        worst = worst.max(off);
+    }
+    assert!(worst > 0.005, "{worst}");
+}
+
+/// One pixel and one bin, a volume that no row sees, rows and bins far wider and far narrower than voxels.
+#[test]
+fn odd_shapes_are_seen_or_not() {
+    let one = ParallelGeometry::new([0.7], 1, 3.0).unwrap();
+    let seen =
+        |views: &ParallelGeometry, rows: SliceAxis, layers: SliceAxis, n: usize, radius: f64| {
+            let geometry = SpectGeometry::circular(views, &rows, radius).unwrap();
+            let grid = ImageGrid::square(n, 1.0).unwrap();
+            let map = vec![0.1; n * n * layers.n_slices()];
+            let operator =
+                SpectOperator::new(&geometry, &grid, &layers, &options(wide(), map)).unwrap();
+            let volume = vec![1.0; operator.image_len()];
+            assert!(adjointness::<f64>(&operator) < 1e-14);
+            forward(&operator, &volume).iter().sum::<f64>()
+        };
+    let axis = |n: usize, spacing: f64| SliceAxis::new(n, spacing).unwrap();
+    // A voxel of side 1 in a bin of 3 and a row of 3, less what is blurred out of it.
+    let sum = seen(&one, axis(1, 3.0), axis(1, 1.0), 1, 5.0);
+    assert!(sum > 0.08 && sum < 1.0 / 9.0, "{sum}");
+    let above = axis(3, 1.0).with_centre(90.0).unwrap();
+    assert_eq!(seen(&one, axis(1, 3.0), above, 4, 9.0), 0.0);
+    let fine = ParallelGeometry::new([0.7], 300, 0.02).unwrap();
+    assert!(seen(&fine, axis(2, 40.0), axis(50, 0.04), 2, 9.0) > 0.0);
+    let coarse = ParallelGeometry::new([0.7], 2, 50.0).unwrap();
+    assert!(seen(&coarse, axis(100, 0.02), axis(2, 1.0), 8, 9.0) > 0.0);
 }

@@ -205,6 +205,11 @@ fn behind_the_face_nothing_is_seen() {
     let operator = SpectOperator::new(&geometry, &grid, &axis, &options).unwrap();
     let found = forward(&operator, &[1.0; 64]);
     assert!(found.iter().all(|&x| (x - 5.0).abs() < 1e-14), "{found:?}");
+    // All of it, with a grid that is behind the face.
+    let grid = grid.with_centre([0.0, 9.0]).unwrap();
+    let options = SpectOptions::default();
+    let operator = SpectOperator::new(&geometry, &grid, &axis, &options).unwrap();
+    assert_eq!(forward(&operator, &[1.0; 64]), [0.0; 8]);
 }
 
 /// Noise-free views of an elliptic cylinder of water with a hot sphere and a cold one, by a camera on an ellipse: OSEM with the operator

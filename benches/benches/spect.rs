@@ -1,0 +1,278 @@
+//! SPECT views and their adjoint: 64 views of a volume, attenuated and blurred by the distance, beside the plain loop that turns the volume
+//! by interpolation and blurs every plane by itself.
+//!
+//! The object is a Gaussian hill off the centre of a cylinder of water, whose views are an integral over depth and bins of smooth
+//! functions; each rival's relative L2 error against that is printed and asserted before it is timed.
+
+use std::cell::LazyCell;
+use std::f64::consts::{LN_2, PI};
+use std::hint::black_box;
+
+use benches::{Effort, Row, on_threads, timed};
+use criterion::Criterion;
+use radon::{
+    Blur, Collimator, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, Phantom3, Shape2,
+    Shape3, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
+};
+use rayon::prelude::*;
+
+const VIEWS: usize = 64;
+/// Views whose exact values are computed: one in so many.
+const EVERY: usize = 16;
+/// Sides of the field of view, the cylinder's radius and its attenuation, the camera's distance, in cm.
+const FIELD: f64 = 38.4;
+const WATER: (f64, f64) = (16.0, 0.15);
+const RADIUS: f64 = 22.0;
+/// The hill's centre and standard deviation.
+const HILL: ([f64; 3], f64) = ([5.0, -3.0, 1.0], 1.5);
+
+struct Scene {
+    n: usize,
+    geometry: SpectGeometry,
+    grid: ImageGrid,
+    axis: SliceAxis,
+    collimator: Collimator,
+    volume: Vec<f32>,
+    water: Vec<f32>,
+    /// Every [`EVERY`]th view.
+    exact: Vec<f64>,
+}
+
+fn scene(n: usize) -> Scene {
+    let pitch = FIELD / n as f64;
+    let views = ParallelGeometry::full_turn(VIEWS, n, pitch).unwrap();
+    let (grid, axis) = (
+        ImageGrid::square(n, pitch).unwrap(),
+        SliceAxis::new(n, pitch).unwrap(),
+    );
+    let geometry = SpectGeometry::circular(&views, &axis, RADIUS).unwrap();
+    let collimator = Collimator::parallel_holes(&ParallelHoles::GE_LEGP, 0.38).unwrap();
+    let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let hill = Shape3::gaussian(HILL.0, [HILL.1; 3], unit).unwrap();
+    let disc = Shape2::ellipse([0.0; 2], [WATER.0; 2], 0.0).unwrap();
+    let body = Shape3::prism(disc, [-FIELD, FIELD]).unwrap();
+    let made = |value: f64, shape: Shape3| {
+        let phantom = Phantom3::new([(value, shape)]).unwrap();
+        phantom.volume(&grid, &axis).unwrap()
+    };
+    let (mut volume, water) = (made(1.0, hill), made(WATER.1, body));
+    // Not the time of numbers that are nearly zero.
+    let tail = |x: &&mut f32| **x < 1e-12;
+    volume.iter_mut().filter(tail).for_each(|x| *x = 0.0);
+    let exact = exact(&geometry, &collimator);
+    Scene {
+        n,
+        geometry,
+        grid,
+        axis,
+        collimator,
+        volume,
+        water,
+        exact,
+    }
+}
+
+/// The views by the trapezoidal rule over depth and bins, which for smooth hills is exact to rounding; rows in closed form.
+fn exact(geometry: &SpectGeometry, collimator: &Collimator) -> Vec<f64> {
+    const STEP: f64 = 0.25;
+    let (views, rows, ([x, y, z], own)) = (geometry.views(), geometry.rows(), HILL);
+    let normal = |x: f64, variance: f64| (-0.5 * x * x / variance).exp();
+    let thetas: Vec<f64> = views.angles().iter().copied().step_by(EVERY).collect();
+    let mut out = vec![0.0; thetas.len() * geometry.view_len()];
+    let images = out.par_chunks_mut(geometry.view_len()).zip(thetas);
+    images.for_each(|(image, theta)| {
+        let (sin, cos) = theta.sin_cos();
+        let (s, t) = (x * cos + y * sin, y * cos - x * sin);
+        for k in -40..=40 {
+            let depth = f64::from(k) * STEP;
+            let variance = collimator.variance(RADIUS - t - depth);
+            let tall = own * own + variance;
+            let along: Vec<f64> = (0..rows.n_slices())
+                .map(|row| normal(rows.slice_centre(row) - z, tall) * own / tall.sqrt())
+                .collect();
+            for bin in 0..views.n_bins() {
+                let at = views.bin_centre(bin);
+                let across: f64 = (-40..=40)
+                    .map(|j| s + f64::from(j) * STEP)
+                    .map(|source| {
+                        let path = (WATER.0.powi(2) - source * source).sqrt() - (t + depth);
+                        let blurred = normal(at - source, variance) / (2.0 * PI * variance).sqrt();
+                        normal(source - s, own * own) * (-WATER.1 * path).exp() * blurred
+                    })
+                    .sum();
+                let weight = across * normal(depth, own * own) * STEP * STEP;
+                for (row, along) in along.iter().enumerate() {
+                    image[row * views.n_bins() + bin] += weight * along;
+                }
+            }
+        }
+    });
+    out
+}
+
+impl Scene {
+    fn operator(&self, tolerance: f64) -> SpectOperator<f32> {
+        let options = SpectOptions::default()
+            .with_collimator(self.collimator)
+            .with_attenuation(self.water.clone())
+            .with_tolerance(tolerance);
+        SpectOperator::new(&self.geometry, &self.grid, &self.axis, &options).unwrap()
+    }
+
+    /// Relative L2 distance from the exact views.
+    fn error(&self, views: &[f32]) -> f64 {
+        let len = self.geometry.view_len();
+        let seen = views.chunks_exact(len).step_by(EVERY).flatten();
+        let square: f64 = (seen.zip(&self.exact))
+            .map(|(&a, b)| (f64::from(a) - b).powi(2))
+            .sum();
+        (square / self.exact.iter().map(|x| x * x).sum::<f64>()).sqrt()
+    }
+
+    /// Planes parallel to the detector by bilinear interpolation, each weakened by all before it and half of itself, and blurred by
+    /// itself.
+    fn plain_loop(&self) -> Vec<f32> {
+        let (n, pitch) = (self.n, FIELD / self.n as f64);
+        let middle = (n as f64 - 1.0) / 2.0;
+        let distance = |plane: usize| RADIUS - (middle - plane as f64) * pitch;
+        let blurs: Vec<Blur> = (0..n)
+            .map(|plane| self.collimator.sigma(distance(plane)) * (8.0 * LN_2).sqrt())
+            .map(|fwhm| Blur::new([n, n], [pitch; 2], fwhm).unwrap())
+            .collect();
+        let mut out = vec![0.0f32; VIEWS * n * n];
+        let views = out
+            .par_chunks_mut(n * n)
+            .zip(self.geometry.views().angles());
+        views.for_each(|(view, theta)| {
+            let (sin, cos) = theta.sin_cos();
+            let mut path = vec![0.0f32; n * n];
+            for (plane, blur) in blurs.iter().enumerate() {
+                let (mut emitted, mut weakened) = (vec![0.0f32; n * n], vec![0.0f32; n * n]);
+                for bin in 0..n {
+                    let (s, t) = (bin as f64 - middle, middle - plane as f64);
+                    let x = (s * cos - t * sin + middle).clamp(0.0, n as f64 - 1.001);
+                    let y = (s * sin + t * cos + middle).clamp(0.0, n as f64 - 1.001);
+                    let (i, j) = (x as usize, y as usize);
+                    let (u, v) = ((x - i as f64) as f32, (y - j as f64) as f32);
+                    let at = |volume: &[f32], row: usize| {
+                        let near = &volume[(row * n + j) * n + i..];
+                        (1.0 - v) * ((1.0 - u) * near[0] + u * near[1])
+                            + v * ((1.0 - u) * near[n] + u * near[n + 1])
+                    };
+                    for row in 0..n {
+                        emitted[row * n + bin] = at(&self.volume, row) * pitch as f32;
+                        weakened[row * n + bin] = at(&self.water, row) * pitch as f32;
+                    }
+                }
+                for ((e, &w), path) in emitted.iter_mut().zip(&weakened).zip(&mut path) {
+                    *e *= (-(*path + 0.5 * w)).exp();
+                    *path += w;
+                }
+                blur.apply(&mut emitted).unwrap();
+                view.iter_mut().zip(&emitted).for_each(|(v, e)| *v += e);
+            }
+        });
+        out
+    }
+}
+
+fn forward(operator: &SpectOperator<f32>, volume: &[f32], views: &mut [f32]) {
+    operator.forward_into(black_box(volume), views).unwrap();
+}
+
+/// A filter that leaves a rival out leaves out its scene, too.
+fn spect(c: &mut Criterion) {
+    let scene = LazyCell::new(|| scene(128));
+    let mut group = c.benchmark_group("spect/128x128x128x64");
+    group.sample_size(10);
+    let operator = LazyCell::new(|| scene.operator(1e-3));
+    let mut views = vec![0.0; VIEWS * 128 * 128];
+    let checked = LazyCell::new(|| {
+        let mut views = vec![0.0; VIEWS * 128 * 128];
+        forward(&operator, &scene.volume, &mut views);
+        let errors = [scene.error(&views), scene.error(&scene.plain_loop())];
+        println!("operator: {:.2e}, plain loop: {:.2e}", errors[0], errors[1]);
+        // A sixth of a voxel's square in the variance of a hill of four voxels and more.
+        assert!(errors.iter().all(|&error| error < 0.01), "{errors:?}");
+    });
+    group.bench_function("forward", |b| {
+        *checked;
+        b.iter(|| forward(&operator, &scene.volume, &mut views))
+    });
+    let mut back = vec![0.0; 128 * 128 * 128];
+    let counts = vec![1.0; VIEWS * 128 * 128];
+    group.bench_function("adjoint", |b| {
+        b.iter(|| {
+            operator
+                .adjoint_into(black_box(&counts), &mut back)
+                .unwrap()
+        })
+    });
+    group.bench_function("plain loop", |b| b.iter(|| black_box(scene.plain_loop())));
+    group.finish();
+}
+
+/// Time and error against size and tolerance.
+fn rows(effort: Effort) {
+    let sizes: &[usize] = match effort {
+        Effort::Quick => &[64],
+        Effort::Full => &[64, 128, 256],
+    };
+    for &n in sizes {
+        let scene = scene(n);
+        let row = |method: &str, back: &str, threads: usize, (seconds, error): (f64, f64)| {
+            Row {
+                study: "SPECT",
+                method,
+                case: &format!("hill in water, 64 views, attenuated and blurred by distance{back}"),
+                size: n,
+                threads,
+                seconds,
+                error,
+                error_kind: match back {
+                    "" => "relative L2 against the integral over depth",
+                    _ => "relative difference of <A x, y> and <x, A' y>",
+                },
+            }
+            .print();
+        };
+        let (mut views, mut back) = (vec![0.0; VIEWS * n * n], vec![0.0; n * n * n]);
+        let counts: Vec<f32> = (0..views.len()).map(|i| 1.0 + (i % 7) as f32).collect();
+        let repeats = if n > 128 { 1 } else { 5 };
+        let dot = |a: &[f32], b: &[f32]| -> f64 {
+            let products = a.iter().zip(b).map(|(&a, &b)| f64::from(a) * f64::from(b));
+            products.sum()
+        };
+        for tolerance in [1e-2, 1e-3] {
+            let operator = scene.operator(tolerance);
+            for threads in [1, 2] {
+                let run = || timed(repeats, || forward(&operator, &scene.volume, &mut views)).0;
+                let seconds = on_threads(threads, run);
+                let method = format!("SpectOperator, tolerance {tolerance:e}");
+                row(&method, "", threads, (seconds, scene.error(&views)));
+                let run = || {
+                    timed(repeats, || {
+                        operator.adjoint_into(&counts, &mut back).unwrap()
+                    })
+                    .0
+                };
+                let seconds = on_threads(threads, run);
+                let off = (dot(&views, &counts) / dot(&scene.volume, &back) - 1.0).abs();
+                row(&method, ", back", threads, (seconds, off));
+            }
+        }
+        if n <= 128 {
+            let (seconds, views) = on_threads(2, || timed(1, || scene.plain_loop()));
+            row(
+                "every plane blurred by itself",
+                "",
+                2,
+                (seconds, scene.error(&views)),
+            );
+        }
+    }
+}
+
+fn main() {
+    benches::run(rows, &[spect]);
+}
