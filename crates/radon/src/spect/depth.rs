@@ -1,17 +1,14 @@
 //! Blur that grows with depth, for the price of a few blurs.
 //!
-//! A plane at depth k is to be blurred by a Gaussian of variance V_k. Instead it is shared out, linearly in the variance, between two of
-//! a few *nodes* of given variances W_0 < W_1 < ... A mixture of two Gaussians of variances W and W + D in shares 1 - t and t has
-//! the variance W + t D asked for, exactly; its peak (in the plane, 1 / (2 pi V)) is higher by the part t (1 - t) (D / V)^2, at most a
-//! quarter of (D / V)^2. Nodes stand as close as the tolerance for that asks.
-//!
-//! Nor is each node blurred by itself: node j is blurred by the difference W_j - W_i and added to node i, its parent, from the farthest
-//! to the nearest, which is blurred to the image that the camera sees. King, Pan & Luo (1997, IEEE Trans. Nucl. Sci. 44) call
-//! that Gaussian diffusion and tell how masks of too narrow Gaussians spoil it. Here the masks have the variance asked for whatever their width,
-//! and steps are at least [`STEP`] of a bin's area, from where on Gaussians of the integers add up to Gaussians of the integers to 1e-4;
-//! a node too near to others has the image itself as its parent. All weights are >= 0, and so are those of their sums.
+//! Planes are shared out among a few nodes ([`super::nodes`]). Nor is each node blurred by itself: node j is blurred by the difference of variances
+//! W_j - W_i and added to node i, its parent, from the farthest to the nearest, which is blurred to the image that the camera sees. King,
+//! Pan & Luo (1997, IEEE Trans. Nucl. Sci. 44) call that Gaussian diffusion and tell how masks of too narrow Gaussians spoil it. Here masks
+//! have the variance asked for whatever their width, and steps are at least [`STEP`] of a bin's area, from where on Gaussians of the
+//! integers add up to Gaussians of the integers to 1e-4; a node too near to others has the image itself as its parent. All weights are
+//! >= 0, and so are those of their sums.
 
 use super::lanes::{LANES, Lanes};
+use super::nodes::Nodes;
 use crate::blur::gaussian_of_integers;
 use crate::simd::Plain;
 use crate::{RadonError, Sample};
@@ -19,7 +16,7 @@ use crate::{RadonError, Sample};
 /// The least difference of variances between a node and its parent, in squares of the larger of bin and row.
 const STEP: f64 = 0.65;
 
-/// What becomes of the planes of a view; the first of them has the first node.
+/// What becomes of the planes of a view.
 #[derive(Debug)]
 pub(super) struct Depths<T> {
     /// For each plane the node in front of it, and the share of the one behind.
@@ -37,23 +34,16 @@ pub(super) struct Node<T> {
 }
 
 impl<T: Sample> Depths<T> {
-    /// Nodes for planes of these variances (cm^2), which do not fall; `pitch` of bins and rows, `tolerance` of a peak.
+    /// Nodes for planes of these variances (cm^2); `pitch` of bins and rows, `tolerance` of a peak.
     pub(super) fn new(
         variances: &[f64],
         pitch: [f64; 2],
         tolerance: f64,
     ) -> Result<Self, RadonError> {
-        let near = variances.first().copied().unwrap_or(0.0);
-        let far = variances.last().copied().unwrap_or(0.0);
-        // Bins are wide themselves: V counts from 1/6 of a bin's square, the variance of a hat.
-        let growth = 2.0 * tolerance.sqrt();
-        let own = pitch[0].min(pitch[1]).powi(2) / 6.0;
-        let mut at = vec![near];
-        while let Some(&last) = at.last()
-            && last < far
-        {
-            at.push(last + growth * (last + own));
-        }
+        let Nodes {
+            variances: at,
+            shares,
+        } = Nodes::new(variances, pitch, tolerance);
         let step = STEP * pitch[0].max(pitch[1]).powi(2);
         let node = |(j, &variance): (usize, &f64)| {
             let parent = at[..j].iter().rposition(|&w| variance - w >= step);
@@ -69,15 +59,8 @@ impl<T: Sample> Depths<T> {
         };
         let nodes = at.iter().enumerate().map(node);
         let nodes = nodes.collect::<Result<Vec<_>, RadonError>>()?;
-        let share = |&variance: &f64| {
-            let j = at.partition_point(|&w| w <= variance).max(1) - 1;
-            match at.get(j + 1) {
-                Some(next) => (j, T::of((variance - at[j]) / (next - at[j]))),
-                None => (j, T::ZERO),
-            }
-        };
         Ok(Self {
-            planes: variances.iter().map(share).collect(),
+            planes: shares.into_iter().map(|(j, t)| (j, T::of(t))).collect(),
             nodes,
         })
     }
