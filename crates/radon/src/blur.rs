@@ -240,7 +240,7 @@ fn mirrored<T: Sample>(
 }
 
 /// Weighs items of `stride` samples with their neighbours.
-fn weigh<T: Sample>(out: &mut [T], padded: &[T], stride: usize, weights: &[f64]) {
+pub(crate) fn weigh<T: Sample>(out: &mut [T], padded: &[T], stride: usize, weights: &[f64]) {
     let weights: Vec<T> = weights.iter().map(|&w| T::of(w)).collect();
     let reach = weights.len() - 1;
     // Samples at one place of all items are `stride` apart, so one shift of the whole array pairs them all.

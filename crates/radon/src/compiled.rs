@@ -13,7 +13,7 @@ use crate::iterative::{SirtOptions, cgls, em, sirt};
 use crate::projector::{Projector, ProjectorReport, ProjectorScratch};
 use crate::spect::{self, SpectGeometry, SpectOptions};
 use crate::stack::Stack;
-use crate::{Blur, ImageGrid, Sample, SliceAxis, StackOrder};
+use crate::{Blur, DepthBlur, ImageGrid, Sample, SliceAxis, StackOrder};
 
 /// Declares the trait's methods and gives each of the sample types its own, which is a call of the generic function named behind `=`.
 macro_rules! compiled {
@@ -64,6 +64,7 @@ compiled! {
         plan: &spect::Plan<Self>, views: &[usize], data: &[Self], volume: &mut [Self], scratch: &mut spect::Scratch<Self>
     ) -> Result<(), RadonError> = spect::Plan::adjoint;
     fn blur(blur: &Blur, samples: &mut [Self]) -> () = Blur::blur;
+    fn blur_depth(blur: &DepthBlur, slabs: &[Self], size: [usize; 2], out: &mut [Self]) -> () = DepthBlur::blur;
     fn blur_rows(blur: &Blur, samples: &mut [Self], rows: &Range<usize>) -> Vec<Self> = Blur::blur_rows;
 }
 

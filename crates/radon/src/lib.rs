@@ -77,6 +77,7 @@
 
 mod blur;
 mod compiled;
+mod depth_blur;
 mod error;
 mod fbp;
 mod filter;
@@ -94,6 +95,7 @@ mod spect;
 mod stack;
 
 pub use blur::Blur;
+pub use depth_blur::DepthBlur;
 pub use error::{RadonError, UserError};
 pub use fbp::{EdgePolicy, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation, Skip};
 pub use filter::{Window, padded_len, ramp_response, ramp_sample};

@@ -33,7 +33,7 @@ use work::Work;
 pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
-use crate::scan::{Readout, STEPS, Scan, Wide};
+use crate::scan::{Depth, Readout, STEPS, Scan, Wide};
 #[cfg(feature = "scene")]
 use crate::scene::{Scene, Source};
 use crate::{Acquisition, Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
@@ -64,6 +64,7 @@ pub struct Phantom {
     parts: PhantomParts,
     pub(crate) readout: Readout,
     pub(crate) wide: OnceLock<Option<Wide>>,
+    depth: OnceLock<Option<Depth>>,
     /// Mean counts of a sample of 1, by gate.
     counts: Vec<OnceLock<f64>>,
     pub(crate) steps: OnceLock<usize>,
@@ -95,6 +96,7 @@ impl Phantom {
                 size,
             },
             wide: OnceLock::new(),
+            depth: OnceLock::new(),
             counts: vec![OnceLock::new(); parts.mode.n_gates()],
             steps: OnceLock::new(),
             regions: OnceLock::new(),
@@ -210,6 +212,7 @@ impl Phantom {
             background: self.parts.background,
             // Far below what any detector resolves.
             tolerance: 1e-5 * self.parts.heart.length(),
+            depth: None,
         }
     }
 

@@ -5,7 +5,7 @@ use crate::error::{PhantomError, check, check_count};
 use crate::model::Attenuation;
 use crate::model::{Background, MAX_ACTIVITY};
 use crate::model::{MOST_PIECES, without_overlap};
-use crate::scan::{Accuracy, Counts, Mode, Noise, STEPS};
+use crate::scan::{Accuracy, Collimation, Counts, Mode, Noise, STEPS};
 use crate::{Activity, Camera, Cycle, Defect, Heart};
 use radon::FbpOptions;
 use std::f64::consts::TAU;
@@ -67,6 +67,8 @@ pub struct PhantomParts {
     pub attenuation: Option<Attenuation>,
     /// Full width at half maximum of the detector's Gaussian blur; `None` for lines.
     pub blur: Option<f64>,
+    /// Resolution that depends on depth, in front of a collimator `radius` from the axis; `None` for lines.
+    pub collimator: Option<Collimation>,
     /// Counts; `None` for their means.
     pub noise: Option<Noise>,
     /// The time that a view sees.
@@ -98,6 +100,7 @@ impl PhantomParts {
             defects: Vec::new(),
             attenuation: None,
             blur: None,
+            collimator: None,
             noise: None,
             mode: Mode::WholeCycle,
             accuracy: Accuracy::Steps(32),
@@ -128,6 +131,12 @@ impl PhantomParts {
         check("truth tolerance", self.truth_tolerance, 1e-7, 0.5)?;
         check("side", self.side, 0f64.next_up(), 0.5f64.next_down())?;
         check("radius of the camera", self.radius, SIZES[0], SIZES[1])?;
+        if let Some(collimator) = &self.collimator {
+            let what = "tolerance of the collimator's blur";
+            check(what, collimator.tolerance, 1e-9, 0.1)?;
+            let what = "FWHM of a blur beside a collimator, which has its own";
+            check(what, self.blur.unwrap_or(0.0), 0.0, 0.0)?;
+        }
         // Finer ones would have millions of triangles.
         check("mesh tolerance", self.output.mesh_tolerance, 1e-5, 0.1)?;
         self.check_output()

@@ -3,7 +3,7 @@
 use super::Phantom;
 use super::warnings::half_extents;
 use crate::error::{PhantomError, check_count};
-use crate::scan::{STEPS, Wide};
+use crate::scan::{Depth, STEPS, Scan, Wide};
 use crate::{Sinograms, ViewTime};
 use radon::ParallelGeometry;
 use std::borrow::Cow;
@@ -122,6 +122,19 @@ impl Phantom {
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Sinograms, PhantomError> {
         let acquisition = self.acquisition(gate)?;
+        if let Some(depth) = self.depth()? {
+            let [_, above] = depth.margin;
+            let scan = Scan {
+                depth: Some(depth),
+                ..self.scan(&depth.camera, acquisition)
+            };
+            let rows_there = rows.start + above..rows.end + above;
+            let mut taken = scan.rows(views, rows_there, progress)?;
+            self.work.rays(taken.rays);
+            taken.samples = self.middle(&taken.samples, depth.margin[0]);
+            self.readout.blur(&mut taken.samples, &rows)?;
+            return Ok(taken);
+        }
         let Some(wide) = self.wide()? else {
             let cast = self.readout.rows_seen(&rows);
             let scan = self.scan(self.camera(), acquisition);
@@ -137,12 +150,38 @@ impl Phantom {
         let mut taken = scan.rows(views, cast, progress)?;
         self.work.rays(taken.rays);
         let blurred = wide.blur.rows(taken.samples, &rows)?;
+        taken.samples = self.middle(&blurred, beside);
+        Ok(taken)
+    }
+
+    /// The camera's own bins from rows that have some more on either side.
+    fn middle(&self, rows: &[f32], beside: usize) -> Vec<f32> {
         let n_bins = self.camera().n_bins();
-        taken.samples = (blurred.chunks(wide.camera.n_bins()))
+        (rows.chunks(n_bins + 2 * beside))
             .flat_map(|row| &row[beside..beside + n_bins])
             .copied()
-            .collect();
-        Ok(taken)
+            .collect()
+    }
+
+    /// What blurs by depth; `None` without a collimator.
+    fn depth(&self) -> Result<Option<&Depth>, PhantomError> {
+        if self.depth.get().is_none() {
+            let made = match &self.parts.collimator {
+                Some(collimation) if collimation.response.variance(f64::MAX) > 0.0 => {
+                    let (camera, radius) = (self.camera(), self.parts.radius);
+                    let [side, end] = self.extent()?;
+                    // What goes on beyond all rows is blurred into them from both sides.
+                    let endless = self.parts.background.is_some();
+                    let end = if endless { f64::INFINITY } else { end };
+                    Some(Depth::new(collimation, camera, radius, [side, end])?)
+                }
+                // A point is seen as a point.
+                Some(_) | None => None,
+            };
+            // Another thread may have been first, with the same.
+            let _ = self.depth.set(made);
+        }
+        Ok(self.depth.get().and_then(Option::as_ref))
     }
 
     /// The camera that sees all that the blur brings into the views; `None` where the camera does.
@@ -159,7 +198,11 @@ impl Phantom {
         let (Some(fwhm), Some(blur)) = (self.parts.blur, &self.readout.blur) else {
             return Ok(None);
         };
-        // How far from the axis, and from the middle along it, there is anything to see.
+        Wide::around(self.camera(), blur, fwhm, self.extent()?)
+    }
+
+    /// How far from the axis, and from the middle along it, there is anything to see, in cm.
+    fn extent(&self) -> Result<[f64; 2], PhantomError> {
         let [mut side, mut end] = [0.0f64; 2];
         for body in self.outermost()? {
             let [x, y, z] = half_extents(&body);
@@ -170,6 +213,6 @@ impl Phantom {
             // Along z it goes on as its mirror image does.
             side = side.max(x.hypot(y) + a.max(b));
         }
-        Wide::around(self.camera(), blur, fwhm, [side, end])
+        Ok([side, end])
     }
 }

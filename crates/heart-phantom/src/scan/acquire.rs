@@ -1,8 +1,8 @@
 //! All views of an acquisition.
 
-use super::acquisition::Acquisition;
+use super::acquisition::{Acquisition, Sinograms};
 use super::camera::Camera;
-use super::views::{Scan, Sinograms};
+use super::views::Scan;
 use crate::error::PhantomError;
 use crate::{Activity, Cycle, Heart};
 

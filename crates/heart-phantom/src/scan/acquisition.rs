@@ -1,4 +1,6 @@
-//! When views are taken: at a phase, at instants, over exposures, whole cycles, gates.
+//! When views are taken: at a phase, at instants, over exposures, whole cycles, gates; and what comes of it.
+
+use revolve_voxel::RayCounters;
 
 /// When each view is taken; from where a turning camera then sees it, [`ViewTime`](crate::ViewTime) says.
 ///
@@ -73,4 +75,27 @@ impl TruthOf {
             Self::MeanOfViews => "truth-mean-of-views",
         }
     }
+}
+
+/// The sinograms of an acquisition and how they came about.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Sinograms {
+    /// Line integrals in cm times activity, index order `[view][row][bin]`, bin fastest.
+    pub samples: Vec<f32>,
+    /// The mean angle in radians from which each view was taken: the camera's own ([`Camera::geometry`]), unless it turns and the
+    /// view does not see all of its time. What reconstructs has to use these.
+    pub angles: Vec<f64>,
+    /// Distinct phases that the views see; of means over volumes, distinct volumes.
+    pub distinct_phases: usize,
+    /// Distinct shapes that those phases need: mirrored phases share one.
+    pub distinct_shapes: usize,
+    /// For averages an estimate of the relative error in the Euclidean norm over all samples, that bounds it from above:
+    /// `(1 + 5 / N) |d| / |s_n|`, `d = s_n - s_(n/2)` the difference between the rules with all and with half the points. At order 3/2
+    /// that is 1.8 times the error; where few samples make up the difference it says little of itself, and
+    /// `N = (sum d^2)^2 / sum d^4` counts them. Never less than the relative error of the cavity's mean volume by equal steps (root
+    /// mean square over the views), which the curve alone tells.
+    pub quadrature_error: Option<f64>,
+    /// Rays cast and skipped.
+    pub rays: RayCounters,
 }

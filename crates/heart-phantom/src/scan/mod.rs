@@ -3,6 +3,7 @@
 mod acquire;
 mod acquisition;
 mod camera;
+mod depth;
 mod levels;
 mod quadrature;
 mod readout;
@@ -13,10 +14,12 @@ mod views;
 mod wide;
 
 pub use acquire::acquire;
-pub use acquisition::{Acquisition, TruthOf};
+pub use acquisition::{Acquisition, Sinograms, TruthOf};
 #[cfg(feature = "scene")]
 pub(crate) use camera::MOST_SAMPLES;
 pub use camera::{Camera, CameraGeometry, Rotation};
+pub use depth::Collimation;
+pub(crate) use depth::Depth;
 pub(crate) use readout::Readout;
 pub use settings::{Accuracy, Counts, Mode, Noise};
 #[cfg(feature = "scene")]
@@ -25,6 +28,5 @@ pub(crate) use timing::STEPS;
 #[cfg(feature = "scene")]
 pub use view_time::ViewReport;
 pub use view_time::ViewTime;
-pub use views::Sinograms;
 pub(crate) use views::{MOST_NODES, Scan};
 pub(crate) use wide::Wide;

@@ -3,7 +3,8 @@
 //! Views are taken in groups whose shapes fit the heart's memory ([`Heart::with_memory`]), and where one view needs more, its points
 //! in batches; the sums are formed in the same order, whatever that memory is.
 
-use super::acquisition::Acquisition;
+use super::acquisition::{Acquisition, Sinograms};
+use super::depth::Depth;
 use super::quadrature::{Node, Nodes, Quadrature};
 use crate::error::PhantomError;
 use crate::model::Attenuation;
@@ -19,31 +20,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// So many samples, where they make up all of the difference between two rules, tell the error of the finer one to a factor of two.
 const FEW: f64 = 5.0;
+/// Samples of slabs that wait for the next batch of points: 128 MB, and as much again for the half of the rule.
+const MOST_SLABS_KEPT: usize = 1 << 25;
 /// Points of the quadrature in a group of views: some 50 MB.
 pub(crate) const MOST_NODES: usize = 1 << 20;
-
-/// The sinograms of an acquisition and how they came about.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct Sinograms {
-    /// Line integrals in cm times activity, index order `[view][row][bin]`, bin fastest.
-    pub samples: Vec<f32>,
-    /// The mean angle in radians from which each view was taken: the camera's own ([`Camera::geometry`]), unless it turns and the
-    /// view does not see all of its time. What reconstructs has to use these.
-    pub angles: Vec<f64>,
-    /// Distinct phases that the views see; of means over volumes, distinct volumes.
-    pub distinct_phases: usize,
-    /// Distinct shapes that those phases need: mirrored phases share one.
-    pub distinct_shapes: usize,
-    /// For averages an estimate of the relative error in the Euclidean norm over all samples, that bounds it from above:
-    /// `(1 + 5 / N) |d| / |s_n|`, `d = s_n - s_(n/2)` the difference between the rules with all and with half the points. At order 3/2
-    /// that is 1.8 times the error; where few samples make up the difference it says little of itself, and
-    /// `N = (sum d^2)^2 / sum d^4` counts them. Never less than the relative error of the cavity's mean volume by equal steps (root
-    /// mean square over the views), which the curve alone tells.
-    pub quadrature_error: Option<f64>,
-    /// Rays cast and skipped.
-    pub rays: RayCounters,
-}
 
 /// An acquisition of which any part can be taken, each with the bits that it has in the whole.
 pub(crate) struct Scan<'a> {
@@ -57,6 +37,8 @@ pub(crate) struct Scan<'a> {
     pub(crate) background: Option<Background>,
     /// How far the defects' layers may be from where they are, cm.
     pub(crate) tolerance: f64,
+    /// What blurs by depth, if anything does; then `camera` is its own.
+    pub(crate) depth: Option<&'a Depth>,
 }
 
 /// Views that are taken together.
@@ -70,8 +52,10 @@ struct Group {
 struct Taking<'a> {
     view_idx: usize,
     plan: usize,
-    /// The even half of the rule, in the end the view.
+    /// In the end the view.
     image: &'a mut [f32],
+    /// The even half of the rule: the view itself, unless slabs of it are to be blurred.
+    slabs: Vec<f32>,
     /// The odd half, while there is one.
     odd: Vec<f32>,
     rays: RayCounters,
@@ -122,6 +106,7 @@ impl<'a> Scan<'a> {
             defects: &[],
             background: None,
             tolerance: 0.0,
+            depth: None,
         }
     }
 }
@@ -234,6 +219,7 @@ impl Scan<'_> {
                 view_idx,
                 plan: k % group.plans.len(),
                 image,
+                slabs: Vec::new(),
                 odd: Vec::new(),
                 rays: RayCounters::default(),
                 square: 0.0,
@@ -242,29 +228,11 @@ impl Scan<'_> {
             })
             .collect();
         let batches = group.batches(self.heart.most_shapes());
-        for (k, batch) in batches.iter().enumerate() {
-            let nodes = |plan: usize| {
-                let nodes = &group.plans[plan].nodes;
-                &nodes[batch.start..batch.end.min(nodes.len())]
-            };
-            let gains = (0..group.plans.len()).flat_map(|plan| nodes(plan).iter().map(|n| n.gain));
-            let distinct: BTreeSet<u64> = gains.map(f64::to_bits).collect();
-            let gains: Vec<f64> = distinct.iter().map(|bits| f64::from_bits(*bits)).collect();
-            // All of them at once, in parallel; below they are only looked up.
-            let solved = self.heart.shapes(&gains)?;
-            let shapes = Shapes {
-                by_gain: distinct.into_iter().zip(&solved).collect(),
-                placed: self.placed(&solved)?,
-            };
-            taking.par_iter_mut().try_for_each(|view| {
-                self.add(view, nodes(view.plan), &shapes, rows)?;
-                if k + 1 == batches.len() {
-                    view.finish();
-                    self.no_negatives(view.image);
-                    done();
-                }
-                Ok::<_, PhantomError>(())
-            })?;
+        for part in taking.chunks_mut(self.at_once(batches.len())) {
+            for (k, batch) in batches.iter().enumerate() {
+                let last = k + 1 == batches.len();
+                self.take_batch(group, batch, part, rows, last, done)?;
+            }
         }
         // Summed in the order of the views, whatever thread took them.
         for view in &taking {
@@ -276,6 +244,54 @@ impl Scan<'_> {
         Ok(())
     }
 
+    /// How many views are under way together: slabs of all of them are too much where they have to wait for another batch.
+    fn at_once(&self, batches: usize) -> usize {
+        match self.depth {
+            Some(depth) if batches > 1 => {
+                let slabs = self.camera.view_len() * (depth.planes.len() + 1);
+                (MOST_SLABS_KEPT / slabs).max(1)
+            }
+            _ => usize::MAX,
+        }
+    }
+
+    /// Adds a batch of points to some views, and ends them with the last.
+    fn take_batch(
+        &self,
+        group: &Group,
+        batch: &Range<usize>,
+        taking: &mut [Taking<'_>],
+        rows: &Range<usize>,
+        last: bool,
+        done: &(impl Fn() + Sync),
+    ) -> Result<(), PhantomError> {
+        let nodes = |plan: usize| {
+            let nodes = &group.plans[plan].nodes;
+            &nodes[batch.start..batch.end.min(nodes.len())]
+        };
+        let gains = (0..group.plans.len()).flat_map(|plan| nodes(plan).iter().map(|n| n.gain));
+        let distinct: BTreeSet<u64> = gains.map(f64::to_bits).collect();
+        let gains: Vec<f64> = distinct.iter().map(|bits| f64::from_bits(*bits)).collect();
+        // All of them at once, in parallel; below they are only looked up.
+        let solved = self.heart.shapes(&gains)?;
+        let shapes = Shapes {
+            by_gain: distinct.into_iter().zip(&solved).collect(),
+            placed: self.placed(&solved)?,
+        };
+        taking.par_iter_mut().try_for_each(|view| {
+            self.add(view, nodes(view.plan), &shapes, rows)?;
+            if last {
+                view.finish();
+                if let Some(depth) = self.depth {
+                    depth.view(&std::mem::take(&mut view.slabs), rows, view.image)?;
+                }
+                self.no_negatives(view.image);
+                done();
+            }
+            Ok(())
+        })
+    }
+
     /// Adds some points of its quadrature to a view.
     fn add(
         &self,
@@ -284,14 +300,33 @@ impl Scan<'_> {
         shapes: &Shapes<'_>,
         rows: &Range<usize>,
     ) -> Result<(), PhantomError> {
+        let Taking {
+            image,
+            slabs,
+            odd: odd_half,
+            ..
+        } = view;
+        let (planes, seen_rows) = match self.depth {
+            None => (&[][..], rows.clone()),
+            Some(depth) => (&depth.planes[..], depth.rows_seen(rows)),
+        };
+        let even_half: &mut [f32] = match self.depth {
+            None => image,
+            Some(_) => {
+                let len = seen_rows.len() * (planes.len() + 1) * self.camera.n_bins();
+                slabs.resize(len, 0.0);
+                slabs
+            }
+        };
         let mut both = Vec::new();
         for node in nodes {
             let [even, odd] = node.weights;
             if odd != 0.0 {
-                view.odd.resize(view.image.len(), 0.0);
+                odd_half.resize(even_half.len(), 0.0);
             }
             let theta = self.camera.angle(view.view_idx, node.share);
-            let rays = self.camera.detector().rays(theta)?.rows(rows.clone())?;
+            let rays = self.camera.detector().rays(theta)?;
+            let rays = rays.with_planes(planes)?.rows(seen_rows.clone())?;
             let shape = shapes.by_gain[&node.gain.to_bits()];
             let seen = Point {
                 shape,
@@ -299,14 +334,14 @@ impl Scan<'_> {
                 rays: &rays,
             };
             let done = if odd == 0.0 {
-                self.project(&seen, even, view.image)?
+                self.project(&seen, even, even_half)?
             } else if even == 0.0 {
-                self.project(&seen, odd, &mut view.odd)?
+                self.project(&seen, odd, odd_half)?
             } else {
                 both.clear();
-                both.resize(view.image.len(), 0.0f32);
+                both.resize(even_half.len(), 0.0f32);
                 let done = self.project(&seen, 1.0, &mut both)?;
-                for (weight, target) in [(even, &mut *view.image), (odd, &mut view.odd[..])] {
+                for (weight, target) in [(even, &mut *even_half), (odd, &mut odd_half[..])] {
                     for (sum, value) in target.iter_mut().zip(&both) {
                         *sum += (weight * f64::from(*value)) as f32;
                     }
@@ -442,7 +477,11 @@ impl Group {
 impl Taking<'_> {
     /// The rule is the sum of its halves, the one with half the points twice the even half.
     fn finish(&mut self) {
-        for (even, odd) in self.image.iter_mut().zip(std::mem::take(&mut self.odd)) {
+        let even = match self.slabs.is_empty() {
+            true => &mut *self.image,
+            false => &mut self.slabs[..],
+        };
+        for (even, odd) in even.iter_mut().zip(std::mem::take(&mut self.odd)) {
             let square = f64::from(odd - *even).powi(2);
             self.difference += square;
             self.fourth += square * square;

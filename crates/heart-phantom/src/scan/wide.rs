@@ -22,23 +22,34 @@ impl Wide {
         fwhm: f64,
         extent: [f64; 2],
     ) -> Result<Option<Self>, PhantomError> {
-        let (size, pitch) = (
-            [camera.n_bins(), camera.n_rows()],
-            camera.detector().pitch(),
-        );
-        let margin = [0, 1].map(|axis| {
-            let reach = blur.weights(axis).len() - 1;
-            let free = 0.5 * size[axis] as f64 * pitch[axis] - reach as f64 * pitch[axis];
-            if extent[axis] > free { reach } else { 0 }
-        });
+        let reach = [0, 1].map(|axis| blur.weights(axis).len() - 1);
+        let (margin, camera) = widened(camera, reach, extent)?;
         if margin == [0; 2] {
             return Ok(None);
         }
-        let size = [0, 1].map(|axis| size[axis] + 2 * margin[axis]);
+        let size = [camera.n_bins(), camera.n_rows()];
         Ok(Some(Self {
-            camera: camera.of_size(size)?,
-            blur: Blur::new(size, pitch, fwhm)?,
+            blur: Blur::new(size, camera.detector().pitch(), fwhm)?,
+            camera,
             margin,
         }))
     }
+}
+
+/// How many bins and rows more on either side see all that a blur of that reach brings into the views, and the camera that has them.
+pub(super) fn widened(
+    camera: &Camera,
+    reach: [usize; 2],
+    extent: [f64; 2],
+) -> Result<([usize; 2], Camera), PhantomError> {
+    let (size, pitch) = (
+        [camera.n_bins(), camera.n_rows()],
+        camera.detector().pitch(),
+    );
+    let margin = [0, 1].map(|axis| {
+        let free = 0.5 * size[axis] as f64 * pitch[axis] - reach[axis] as f64 * pitch[axis];
+        if extent[axis] > free { reach[axis] } else { 0 }
+    });
+    let size = [0, 1].map(|axis| size[axis] + 2 * margin[axis]);
+    Ok((margin, camera.of_size(size)?))
 }

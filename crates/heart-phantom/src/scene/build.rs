@@ -4,18 +4,18 @@ use crate::error::PhantomError;
 use crate::model::Attenuation;
 use crate::model::Background;
 use crate::phantom::PhantomParts;
-use crate::scan::CameraGeometry;
+use crate::scan::{CameraGeometry, Collimation};
 use crate::scene::{
-    AttenuationSettings, BackgroundSettings, DefectSettings, DiscretisationSettings,
-    MediumSettings, ReconstructionSettings, Scene,
+    AttenuationSettings, BackgroundSettings, CollimatorSettings, DefectSettings,
+    DiscretisationSettings, HolesSettings, MediumSettings, ReconstructionSettings, Scene,
 };
 use crate::{Balloon, Camera, Cycle, Defect, Heart, VolumeRange, WallRegion};
 use membrane_newton::membrane_forces::balloon_at_rest;
 use membrane_newton::{Discretisation, Membrane};
-use radon::FbpOptions;
+use radon::{Collimator, FbpOptions, ParallelHoles};
 use revolve_voxel::nalgebra::Vector3;
 use revolve_voxel::{EllipticCylinder, Pose};
-use std::f64::consts::PI;
+use std::f64::consts::{LN_2, PI};
 
 impl Scene {
     /// What a phantom of the scene is made of; whoever changes some of it makes the phantom by
@@ -43,6 +43,7 @@ impl Scene {
             defects: self.defects.iter().map(defect_of).collect(),
             attenuation: self.attenuation.as_ref().map(attenuation_of).transpose()?,
             blur: self.blur.map(|blur| blur.fwhm),
+            collimator: self.collimator.as_ref().map(collimation_of).transpose()?,
             noise: self.noise,
             mode: self.acquisition.mode,
             accuracy: self.acquisition.accuracy,
@@ -133,6 +134,32 @@ fn attenuation_of(settings: &AttenuationSettings) -> Result<Attenuation, Phantom
                 Some(EllipticCylinder::new(centre, semi_axes)?)
             }
         },
+    })
+}
+
+pub(crate) fn collimation_of(settings: &CollimatorSettings) -> Result<Collimation, PhantomError> {
+    let intrinsic = settings.intrinsic_fwhm;
+    let of = |holes: &ParallelHoles| Collimator::parallel_holes(holes, intrinsic);
+    let response = match settings.holes {
+        HolesSettings::GeLehr => of(&ParallelHoles::GE_LEHR),
+        HolesSettings::GeLegp => of(&ParallelHoles::GE_LEGP),
+        HolesSettings::SiemensLehr => of(&ParallelHoles::SIEMENS_LEHR),
+        HolesSettings::Parallel {
+            diameter,
+            length,
+            attenuation,
+        } => of(&ParallelHoles {
+            diameter,
+            length,
+            attenuation,
+        }),
+        HolesSettings::Widths { slope, at_face } => {
+            Collimator::new(slope, at_face, intrinsic / (8.0 * LN_2).sqrt())
+        }
+    };
+    Ok(Collimation {
+        response: response?,
+        tolerance: settings.tolerance,
     })
 }
 

@@ -9,7 +9,7 @@ use crate::model::{MAX_GAIN, check_curve};
 use crate::model::{MOST_PIECES, without_overlap};
 use crate::phantom::MOST_DEFECTS;
 use crate::scan::MOST_SAMPLES;
-use crate::scene::build::{defect_of, rest_volume_of};
+use crate::scene::build::{collimation_of, defect_of, rest_volume_of};
 use crate::text::{Number, enough};
 use crate::{Uptake, VolumeCurve, VolumeRange};
 
@@ -229,6 +229,14 @@ fn detector(scene: &Scene) -> Checked {
             [0.0, widths.fold(LENGTH[1], f64::min)],
         )?;
     }
+    if let Some(collimator) = &scene.collimator {
+        check_collimator(collimator)?;
+        if scene.blur.is_some() {
+            let wanted =
+                "has no place beside [collimator], whose crystal is collimator.intrinsic_fwhm";
+            return Err(fault("blur", "there", wanted));
+        }
+    }
     if let Some(noise) = scene.noise {
         let (field, counts) = match noise.counts {
             Counts::PerUnit(counts) => ("noise.counts.per_unit", counts),
@@ -237,6 +245,40 @@ fn detector(scene: &Scene) -> Checked {
         within(field, counts, [1e-12, 1e12])?;
     }
     Ok(())
+}
+
+fn check_collimator(settings: &CollimatorSettings) -> Checked {
+    let positive = [1e-6, 1e3];
+    match settings.holes {
+        HolesSettings::Parallel {
+            diameter,
+            length,
+            attenuation,
+        } => {
+            within("collimator.holes.parallel.diameter", diameter, positive)?;
+            within("collimator.holes.parallel.length", length, positive)?;
+            within(
+                "collimator.holes.parallel.attenuation",
+                attenuation,
+                [1e-6, 1e6],
+            )?;
+        }
+        HolesSettings::Widths { slope, at_face } => {
+            within("collimator.holes.widths.slope", slope, [0.0, 10.0])?;
+            within("collimator.holes.widths.at_face", at_face, [0.0, 1e3])?;
+        }
+        HolesSettings::GeLehr | HolesSettings::GeLegp | HolesSettings::SiemensLehr => {}
+    }
+    within(
+        "collimator.intrinsic_fwhm",
+        settings.intrinsic_fwhm,
+        [0.0, 1e3],
+    )?;
+    within("collimator.tolerance", settings.tolerance, [1e-9, 0.1])?;
+    // What is left: holes that the septa leave no length.
+    collimation_of(settings)
+        .map(drop)
+        .map_err(|error| fault("collimator.holes", "parallel", error.to_string()))
 }
 
 fn attenuation(settings: &AttenuationSettings) -> Checked {

@@ -21,8 +21,8 @@ pub use radon::{ArcPolicy, Window};
 pub use run::{GateReport, PictureReport, Progress, RunReport, SliceOrders, run};
 pub use sections::{
     AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
-    CycleSettings, DefectSettings, DiscretisationSettings, HeartSettings, MediumSettings,
-    PixelRange, PoseSettings, ReconstructionSettings, TruthSettings,
+    CollimatorSettings, CycleSettings, DefectSettings, DiscretisationSettings, HeartSettings,
+    HolesSettings, MediumSettings, PixelRange, PoseSettings, ReconstructionSettings, TruthSettings,
 };
 pub(crate) use source::Source;
 pub use study::Scene;

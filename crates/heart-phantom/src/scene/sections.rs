@@ -177,6 +177,53 @@ pub struct BlurSettings {
     pub fwhm: f64,
 }
 
+/// `[collimator]`: parallel holes and a crystal in front of which, `camera.radius` from the axis, things are seen the wider the farther
+/// away they are.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CollimatorSettings {
+    /// The holes.
+    pub holes: HolesSettings,
+    /// Full width at half maximum of the crystal alone, cm.
+    pub intrinsic_fwhm: f64,
+    /// Error of a view that blurs which slabs share may cause ([`Collimation::tolerance`](crate::Collimation::tolerance)).
+    #[serde(default = "collimator_tolerance")]
+    pub tolerance: f64,
+}
+
+fn collimator_tolerance() -> f64 {
+    1e-4
+}
+
+/// The holes of a collimator.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
+pub enum HolesSettings {
+    /// [`ParallelHoles::GE_LEHR`](radon::ParallelHoles::GE_LEHR).
+    GeLehr,
+    /// [`ParallelHoles::GE_LEGP`](radon::ParallelHoles::GE_LEGP).
+    GeLegp,
+    /// [`ParallelHoles::SIEMENS_LEHR`](radon::ParallelHoles::SIEMENS_LEHR).
+    SiemensLehr,
+    /// Holes of any size.
+    Parallel {
+        /// Diameter in cm.
+        diameter: f64,
+        /// Length in cm.
+        length: f64,
+        /// Attenuation of the septa in 1/cm.
+        attenuation: f64,
+    },
+    /// A geometric response of standard deviation `slope d + at_face`.
+    Widths {
+        /// Growth for each cm of distance.
+        slope: f64,
+        /// At the collimator's face, cm.
+        at_face: f64,
+    },
+}
+
 /// `[attenuation]`: what weakens the rays on their way to the detector.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

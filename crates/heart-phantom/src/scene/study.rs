@@ -2,8 +2,8 @@
 
 use super::sections::{
     AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
-    CycleSettings, DefectSettings, HeartSettings, PoseSettings, ReconstructionSettings,
-    TruthSettings,
+    CollimatorSettings, CycleSettings, DefectSettings, HeartSettings, PoseSettings,
+    ReconstructionSettings, TruthSettings,
 };
 use crate::{Accuracy, Activity, Mode, Noise, Output};
 use serde::{Deserialize, Serialize};
@@ -55,6 +55,9 @@ pub struct Scene {
     /// Resolution of the detector; `None` for lines.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub blur: Option<BlurSettings>,
+    /// Resolution that depends on depth; `None` for lines.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub collimator: Option<CollimatorSettings>,
     /// Counts; `None` for their means.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
@@ -132,6 +135,12 @@ impl Scene {
     /// The same with a detector of finite resolution.
     pub fn with_blur(mut self, blur: BlurSettings) -> Self {
         self.blur = Some(blur);
+        self
+    }
+
+    /// The same with a collimator.
+    pub fn with_collimator(mut self, collimator: CollimatorSettings) -> Self {
+        self.collimator = Some(collimator);
         self
     }
 

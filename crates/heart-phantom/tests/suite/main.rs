@@ -1,6 +1,7 @@
 //! Everything about this crate, in one program: what is generic is compiled once. What ends a process is in `interrupt.rs`.
 
 mod acquisitions;
+mod collimator;
 mod errors;
 mod files;
 mod lock;

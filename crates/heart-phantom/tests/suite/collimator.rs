@@ -1,0 +1,238 @@
+//! Views through a collimator against moments, the plain loop over depths, and themselves.
+
+use heart_phantom::scene::{CollimatorSettings, HolesSettings, Mode, Scene};
+use heart_phantom::{Collimation, Phantom, PhantomError};
+use radon::Collimator;
+use std::f64::consts::{LN_2, PI};
+
+const N: usize = 128;
+const FIELD: f64 = 16.0;
+const RADIUS: f64 = 12.0;
+
+/// The heart at rest seen from four sides, its wall active.
+fn scene() -> Scene {
+    let mut scene = Scene::default()
+        .with_size(N)
+        .with_mode(Mode::Static { phase: 0.3 });
+    scene.camera.views = 4;
+    scene.camera.arc = 360.0;
+    scene.camera.radius = RADIUS;
+    scene.heart.discretisation =
+        heart_phantom::scene::DiscretisationSettings::Differences { nodes: 201 };
+    scene
+}
+
+fn through(response: Collimator, tolerance: f64) -> Phantom {
+    let mut parts = scene().parts().unwrap();
+    parts.collimator = Some(Collimation {
+        response,
+        tolerance,
+    });
+    Phantom::from_parts(parts).unwrap()
+}
+
+fn response() -> Collimator {
+    Collimator::new(0.02, 0.06, 0.16).unwrap()
+}
+
+/// Sum, mean bin and row in cm, and variance along both of a view.
+fn moments(view: &[f32]) -> [f64; 5] {
+    let n = view.len().isqrt();
+    let at = |k: usize| (k as f64 - 0.5 * (n as f64 - 1.0)) * FIELD / n as f64;
+    let mean = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+        let each = view.iter().enumerate();
+        each.map(|(k, v)| f64::from(*v) * of(at(k % n), at(k / n)))
+            .sum()
+    };
+    let sum = mean(&|_, _| 1.0);
+    let [s, z] = [mean(&|s, _| s) / sum, mean(&|_, z| z) / sum];
+    let along = mean(&|x, _| (x - s).powi(2)) / sum;
+    let across = mean(&|_, y| (y - z).powi(2)) / sum;
+    [sum, s, z, along, across]
+}
+
+#[test]
+fn moments_are_those_of_the_lines_and_of_the_depths() {
+    // Fine enough for lines to know the heart's own moments: what they miss goes as the square of a bin, 1.6e-6 at half as many.
+    const M: usize = 256;
+    let mut scene = scene().with_size(M);
+    let lines = Phantom::new(scene.clone()).unwrap();
+    scene.collimator = Some(CollimatorSettings {
+        holes: HolesSettings::Widths {
+            slope: 0.02,
+            at_face: 0.06,
+        },
+        intrinsic_fwhm: 0.16 * (8.0 * LN_2).sqrt(),
+        tolerance: 1e-4,
+    });
+    let blurred = Phantom::new(scene.clone()).unwrap();
+    // Depths of one view are places along the bins of the next, a quarter of a turn on.
+    scene.collimator = None;
+    let fine = Phantom::new(scene.with_size(3 * M)).unwrap();
+    for view_idx in [1, 2] {
+        let [sum, s, z, along, across] = moments(&lines.view(0, view_idx).unwrap());
+        let seen = moments(&blurred.view(0, view_idx).unwrap());
+        // Samples are f32: 65536 of them, some 3e-8 each.
+        assert!((seen[0] / sum - 1.0).abs() < 1e-6, "{seen:?} {sum}");
+        assert!((seen[1] - s).abs() < 1e-6 && (seen[2] - z).abs() < 1e-6);
+        let side = fine.view(0, (view_idx + 1) % 4).unwrap();
+        let (mut all, mut mean) = (0.0, 0.0);
+        for (k, v) in side.iter().enumerate() {
+            let t = ((k % (3 * M)) as f64 - 0.5 * (3 * M - 1) as f64) * FIELD / (3 * M) as f64;
+            all += f64::from(*v);
+            mean += f64::from(*v) * response().variance(RADIUS - t);
+        }
+        mean /= all;
+        assert!(mean > 0.09, "{mean}");
+        for (seen, line) in [(seen[3], along), (seen[4], across)] {
+            let off = seen / (line + mean) - 1.0;
+            assert!(off.abs() < 1e-6, "{off} of {line} + {mean}");
+        }
+    }
+}
+
+/// Every depth by itself: lines through thin slabs of 0.02 cm, each with the samples of the Gaussian of its middle.
+#[test]
+fn views_are_what_the_plain_loop_over_depths_gives() {
+    let phantom = through(response(), 1e-4);
+    let seen = phantom.view(0, 1).unwrap();
+    let shape = phantom.shape(0.3).unwrap();
+    let planes: Vec<f64> = (1..800).map(|k| -8.0 + 0.02 * f64::from(k)).collect();
+    let rays = phantom.camera().detector().rays(PI / 2.0).unwrap();
+    let slabs = rays.with_planes(&planes).unwrap();
+    let (slabs, _) = shape.body().project::<f64>(&slabs, &[0.0, 1.0]).unwrap();
+    let pitch = FIELD / N as f64;
+    let mut slow = vec![0.0f64; N * N];
+    for slab in 0..800 {
+        let image: Vec<f64> = (0..N)
+            .flat_map(|row| slabs[(800 * row + slab) * N..][..N].to_vec())
+            .collect();
+        if image.iter().all(|v| *v == 0.0) {
+            continue;
+        }
+        let sigma = response().sigma(RADIUS - (-8.0 + 0.02 * (slab as f64 + 0.5))) / pitch;
+        let reach = (6.0 * sigma) as isize;
+        let weight =
+            |k: isize| (-0.5 * (k as f64 / sigma).powi(2)).exp() / (sigma * (2.0 * PI).sqrt());
+        let blurred = |image: &[f64], step: isize| -> Vec<f64> {
+            (0..(N * N) as isize)
+                .map(|at| {
+                    let place = if step == 1 {
+                        at % N as isize
+                    } else {
+                        at / N as isize
+                    };
+                    (-reach..=reach)
+                        .filter(|k| (0..N as isize).contains(&(place + k)))
+                        .map(|k| weight(k) * image[(at + k * step) as usize])
+                        .sum()
+                })
+                .collect()
+        };
+        let image = blurred(&blurred(&image, 1), N as isize);
+        slow.iter_mut().zip(image).for_each(|(sum, v)| *sum += v);
+    }
+    let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
+    let off = norm(&mut seen.iter().zip(&slow).map(|(a, b)| f64::from(*a) - b));
+    let all = norm(&mut slow.iter().copied());
+    // Measured 2e-5: the tolerance is of a point, and a wall is smoother than that.
+    assert!(off / all < 5e-5, "{}", off / all);
+}
+
+#[test]
+fn views_converge_with_the_tolerance() {
+    let view = |tolerance: f64| through(response(), tolerance).view(0, 2).unwrap();
+    let finest = view(1e-7);
+    let errors: Vec<f64> = [1e-3, 1e-4, 1e-5]
+        .map(|tolerance| {
+            let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
+            let off: f64 = view(tolerance).iter().zip(&finest).map(square).sum();
+            let all: f64 = finest.iter().map(|v| f64::from(*v).powi(2)).sum();
+            (off / all).sqrt()
+        })
+        .to_vec();
+    // Second order in the distance of the nodes, which goes as the root of the tolerance.
+    for (pair, tolerance) in errors.windows(2).zip([1e-3, 1e-4]) {
+        assert!(pair[1] < 0.3 * pair[0], "{errors:?}");
+        assert!(pair[0] < tolerance, "{errors:?}");
+    }
+}
+
+#[test]
+fn without_width_the_bits_are_those_of_lines() {
+    let lines = Phantom::new(scene()).unwrap();
+    let none = through(Collimator::default(), 1e-4);
+    assert!(lines.view(0, 3).unwrap() == none.view(0, 3).unwrap());
+    assert_eq!(lines.work(), none.work());
+}
+
+#[test]
+fn parts_have_the_bits_of_the_whole() {
+    let mut scene = scene().with_size(48);
+    scene.acquisition.mode = Mode::WholeCycle;
+    scene.collimator = Some(CollimatorSettings {
+        holes: HolesSettings::GeLehr,
+        intrinsic_fwhm: 0.38,
+        tolerance: 1e-3,
+    });
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let whole = phantom.sinograms(0, &|_| ()).unwrap().samples;
+    assert!(phantom.view(0, 2).unwrap() == whole[2 * 48 * 48..3 * 48 * 48]);
+    let volume = phantom.volume(0).unwrap();
+    assert!(phantom.slice(0, 20).unwrap() == volume[20 * 48 * 48..21 * 48 * 48]);
+    // Little memory: points come in batches, and slabs of few views at once.
+    let one = phantom.heart().shape_bytes();
+    let small = Phantom::new(scene).unwrap().with_memory(2 * one);
+    assert!(small.sinograms(0, &|_| ()).unwrap().samples == whole);
+}
+
+#[test]
+fn a_collimator_that_cannot_be_is_refused() {
+    let refused = |text: &str| match Scene::from_toml(text) {
+        Err(PhantomError::Scene(error)) => error.field,
+        other => panic!("{text}: {other:?}"),
+    };
+    for (holes, more, field) in [
+        (
+            "{ parallel = { diameter = 0.0, length = 3.5, attenuation = 26.9 } }",
+            "",
+            "collimator.holes.parallel.diameter",
+        ),
+        // Two mean free paths are longer than the holes.
+        (
+            "{ parallel = { diameter = 0.1, length = 0.05, attenuation = 26.9 } }",
+            "",
+            "collimator.holes",
+        ),
+        (
+            "{ widths = { slope = -0.1, at_face = 0.0 } }",
+            "",
+            "collimator.holes.widths.slope",
+        ),
+        ("'ge-lehr'", "tolerance = 1.0\n", "collimator.tolerance"),
+        ("'ge-lehr'", "[blur]\nfwhm = 1.0\n", "blur"),
+    ] {
+        let text = format!("[collimator]\nholes = {holes}\nintrinsic_fwhm = 0.4\n{more}");
+        assert_eq!(refused(&text), field);
+    }
+    // The heart would reach through the collimator.
+    let mut near = scene();
+    near.camera.radius = 4.0;
+    near.collimator = Some(CollimatorSettings {
+        holes: HolesSettings::SiemensLehr,
+        intrinsic_fwhm: 0.4,
+        tolerance: 1e-4,
+    });
+    let error = Phantom::new(near).unwrap().view(0, 0).unwrap_err();
+    assert!(
+        matches!(error, PhantomError::OutOfRange { given: 4.0, min, .. } if min > 4.0),
+        "{error:?}"
+    );
+    // 1.5 mm holes of 35 mm at 10 cm, with a crystal of 3.8 mm: (0.15 (3.4257 + 10) / 3.4257)^2 + 0.38^2.
+    let camera = Collimator::parallel_holes(&radon::ParallelHoles::GE_LEHR, 0.38).unwrap();
+    let fwhm = camera.sigma(10.0) * (8.0 * LN_2).sqrt();
+    assert!(
+        (fwhm - (0.15f64 * 13.4257 / 3.4257).hypot(0.38)).abs() < 1e-4,
+        "{fwhm}"
+    );
+}

@@ -1,0 +1,165 @@
+//! Blur that grows with depth: slabs of a view, each seen by a width of its own, for the price of a few blurs.
+//!
+//! A slab of variance V is not blurred by itself. It is shared out, linearly in the variance, between two *nodes* of variances
+//! `W <= V < W + D`: a mixture of two Gaussians in shares 1 - t and t has the variance `W + t D` asked for, exactly, and its peak (in the
+//! plane, `1 / (2 pi V)`) is higher by at most a quarter of `(D / V)^2`. Nodes stand as close as a tolerance of that asks.
+//! The kernels are those of [`Blur`](crate::Blur), whose variances are exact.
+
+use rayon::prelude::*;
+
+use crate::blur::{gaussian_of_integers, weigh};
+use crate::error::{finite, length, positive, within};
+use crate::{RadonError, Sample};
+
+/// Slabs of views `[row][slab][bin]`, blurred and added up: a plan, shared by threads.
+///
+/// ```
+/// use radon::DepthBlur;
+/// // Two slabs, seen 0.3 and 0.5 cm wide (standard deviations), on bins and rows of 0.4 cm.
+/// let blur = DepthBlur::new(&[0.3 * 0.3, 0.5 * 0.5], [0.4; 2], 1e-4)?;
+/// let [_, above] = blur.reach();
+/// let (n_bins, n_rows) = (41, 1 + 2 * above);
+/// let mut slabs = vec![0.0_f64; n_rows * 2 * n_bins];
+/// slabs[2 * above * n_bins + 20] = 3.0; // a point in the first slab
+/// slabs[(2 * above + 1) * n_bins + 20] = 1.0; // one in the second
+/// let mut all = vec![0.0; n_rows * n_bins];
+/// blur.apply(&slabs, n_bins, 0, &mut all)?;
+/// assert!((all.iter().sum::<f64>() - 4.0).abs() < 1e-12);
+/// let x = |k: usize| 0.4 * ((k % n_bins) as f64 - 20.0);
+/// let variance: f64 = all.iter().enumerate().map(|(k, v)| v / 4.0 * x(k).powi(2)).sum();
+/// assert!((variance - (3.0 * 0.09 + 0.25) / 4.0).abs() < 1e-9);
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct DepthBlur {
+    /// Of each slab the narrower node, and the share of the next one.
+    slabs: Vec<(usize, f64)>,
+    /// Of each node the weights of the neighbours 0, 1, ... bins and rows away.
+    nodes: Vec<[Vec<f64>; 2]>,
+}
+
+impl DepthBlur {
+    /// A blur of slabs by these variances (cm^2), in any order, for bins and rows of `pitch` (cm); `tolerance` is that of the height of a
+    /// point's image, as a share of it.
+    ///
+    /// # Errors
+    /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a pitch; [`RadonError::OutOfRange`] for a variance below zero or a
+    /// tolerance not between 1e-12 and 1; [`RadonError::TooLarge`].
+    pub fn new(variances: &[f64], pitch: [f64; 2], tolerance: f64) -> Result<Self, RadonError> {
+        within("tolerance of a blur", tolerance, 1e-12, 1.0)?;
+        for axis in 0..2 {
+            positive("pitch", pitch[axis])?;
+        }
+        let [mut near, mut far] = [f64::INFINITY, 0.0f64];
+        for &variance in variances {
+            within("variance of a slab", variance, 0.0, f64::MAX)?;
+            (near, far) = (near.min(variance), far.max(variance));
+        }
+        // Bins are wide themselves: a variance counts from that of a hat as wide as a bin, 1/6 of its square.
+        let growth = 2.0 * tolerance.sqrt();
+        let own = pitch[0].min(pitch[1]).powi(2) / 6.0;
+        let mut at = vec![near.min(far)];
+        while let Some(&last) = at.last()
+            && last < far
+        {
+            at.push(last + growth * (last + own));
+        }
+        let weights = |variance: &f64| {
+            let [bins, rows] = pitch.map(|pitch| gaussian_of_integers(variance.sqrt() / pitch));
+            Ok([bins?, rows?])
+        };
+        let nodes = at.iter().map(weights).collect::<Result<_, RadonError>>()?;
+        let share = |&variance: &f64| {
+            let j = at.partition_point(|&w| w <= variance).max(1) - 1;
+            match at.get(j + 1) {
+                Some(next) => (j, (variance - at[j]) / (next - at[j])),
+                None => (j, 0.0),
+            }
+        };
+        Ok(Self {
+            slabs: variances.iter().map(share).collect(),
+            nodes,
+        })
+    }
+
+    /// Bins, and rows, over which a sample is spread at most.
+    pub fn reach(&self) -> [usize; 2] {
+        let longest = |axis: usize| self.nodes.iter().map(|node| node[axis].len() - 1).max();
+        [0, 1].map(|axis| longest(axis).unwrap_or(0))
+    }
+
+    /// Blurs that a view takes.
+    pub fn n_nodes(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Adds up the blurred slabs `[row][slab][bin]` of a view: `out` is `[row][bin]` of the rows from number `above` of those given on. What is
+    /// beyond the rows and bins given counts as nothing; whoever wants some rows as they are in a larger view gives
+    /// [`reach`](Self::reach) more on either side.
+    ///
+    /// # Errors
+    /// [`RadonError::WrongLength`] unless there are whole rows of all slabs, and enough of them; [`RadonError::NotFinite`] for a sample.
+    pub fn apply<T: Sample>(
+        &self,
+        slabs: &[T],
+        n_bins: usize,
+        above: usize,
+        out: &mut [T],
+    ) -> Result<(), RadonError> {
+        let row = (n_bins * self.slabs.len()).max(1);
+        let n_rows = slabs.len() / row;
+        length("slabs", slabs.len(), n_rows * row)?;
+        length("rows", out.len(), out.len() / n_bins.max(1) * n_bins)?;
+        if (above * n_bins).saturating_add(out.len()) > n_rows * n_bins {
+            length("rows", out.len(), n_rows.saturating_sub(above) * n_bins)?;
+        }
+        for sample in slabs {
+            finite("sample", sample.f64())?;
+        }
+        out.fill(T::ZERO);
+        if slabs.is_empty() {
+            return Ok(());
+        }
+        T::blur_depth(self, slabs, [n_bins, above], out);
+        Ok(())
+    }
+
+    /// [`Self::apply`] of samples that were looked at.
+    pub(crate) fn blur<T: Sample>(&self, slabs: &[T], [n_bins, above]: [usize; 2], out: &mut [T]) {
+        let n_rows = slabs.len() / (n_bins * self.slabs.len());
+        let mut images = vec![T::ZERO; (1 + self.nodes.len()) * n_rows * n_bins];
+        let (view, images) = images.split_at_mut(n_rows * n_bins);
+        for (row, slabs) in slabs.chunks(n_bins * self.slabs.len()).enumerate() {
+            for (slab, &(node, next)) in slabs.chunks(n_bins).zip(&self.slabs) {
+                for (node, share) in [(node, 1.0 - next), (node + 1, next)] {
+                    if share != 0.0 {
+                        let image = &mut images[(node * n_rows + row) * n_bins..][..n_bins];
+                        let share = T::of(share);
+                        for (sum, v) in image.iter_mut().zip(slab) {
+                            *sum += share * *v;
+                        }
+                    }
+                }
+            }
+        }
+        for (image, [along, across]) in images.chunks_mut(n_rows * n_bins).zip(&self.nodes) {
+            let reach = along.len() - 1;
+            image.par_chunks_mut(n_bins).for_each(|row| {
+                let padded = zero_padded(row, reach);
+                weigh(row, &padded, 1, along);
+            });
+            let padded = zero_padded(image, (across.len() - 1) * n_bins);
+            weigh(image, &padded, n_bins, across);
+            for (sum, v) in view.iter_mut().zip(&*image) {
+                *sum += *v;
+            }
+        }
+        out.copy_from_slice(&view[above * n_bins..][..out.len()]);
+    }
+}
+
+fn zero_padded<T: Sample>(samples: &[T], beside: usize) -> Vec<T> {
+    let mut padded = vec![T::ZERO; samples.len() + 2 * beside];
+    padded[beside..beside + samples.len()].copy_from_slice(samples);
+    padded
+}
