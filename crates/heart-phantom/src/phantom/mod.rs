@@ -210,6 +210,7 @@ impl Phantom {
             attenuation: self.parts.attenuation,
             defects: &self.parts.defects,
             background: self.parts.background,
+            organs: self.parts.organs.as_ref(),
             // Far below what any detector resolves.
             tolerance: 1e-5 * self.parts.heart.length(),
             depth: None,

@@ -8,6 +8,7 @@ use crate::model::{MOST_PIECES, without_overlap};
 use crate::scan::{Accuracy, Collimation, Counts, Mode, Noise, STEPS};
 use crate::{Activity, Camera, Cycle, Defect, Heart};
 use radon::FbpOptions;
+use revolve_voxel::Organs;
 use std::f64::consts::TAU;
 
 /// Each defect has a label of its own, above those of background, cavity and wall; labels are bytes.
@@ -61,6 +62,9 @@ pub struct PhantomParts {
     pub activity: Activity,
     /// What surrounds the heart.
     pub background: Option<Background>,
+    /// Organs around the heart, each active and attenuating, in the place of a background; the heart replaces them all, and attenuates
+    /// as [`PhantomParts::attenuation`] has it, which is of no torso then.
+    pub organs: Option<Organs>,
     /// Pieces of the wall with another activity; where they overlap, the last one counts.
     pub defects: Vec<Defect>,
     /// What weakens the rays.
@@ -97,6 +101,7 @@ impl PhantomParts {
             camera,
             activity: Activity::default(),
             background: None,
+            organs: None,
             defects: Vec::new(),
             attenuation: None,
             blur: None,
@@ -118,6 +123,15 @@ impl PhantomParts {
         if let Some(background) = &self.background {
             let what = "activity of the background";
             check(what, background.concentration, 0.0, MAX_ACTIVITY)?;
+        }
+        if self.organs.is_some() {
+            let around = self.attenuation.filter(|medium| medium.torso.is_none());
+            if around.is_none() || self.background.is_some() {
+                return Err(PhantomError::Unsupported {
+                    format: "a heart with organs around it",
+                    what: "a background, a torso that attenuates, or no attenuation of its own",
+                });
+            }
         }
         self.check_defects()?;
         if let Some(attenuation) = &self.attenuation {

@@ -6,6 +6,7 @@ use crate::error::{PhantomError, check_count};
 use crate::scan::{Depth, STEPS, Scan, Wide};
 use crate::{Sinograms, ViewTime};
 use radon::ParallelGeometry;
+use revolve_voxel::Organs;
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -212,6 +213,10 @@ impl Phantom {
             let ([x, y], [a, b]) = (around.torso.centre(), around.torso.semi_axes());
             // Along z it goes on as its mirror image does.
             side = side.max(x.hypot(y) + a.max(b));
+        }
+        for organ in self.parts.organs.iter().flat_map(Organs::as_slice) {
+            let ([x, y, z], [a, b, c]) = organ.shape.bounds();
+            (side, end) = (side.max(x.hypot(y) + a.max(b)), end.max(z.abs() + c));
         }
         Ok([side, end])
     }

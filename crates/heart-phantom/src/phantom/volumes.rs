@@ -111,6 +111,7 @@ impl Phantom {
         let tolerance = self.parts.truth_tolerance;
         attenuation.map(
             self.shape(phase)?.body(),
+            self.parts.organs.as_ref(),
             self.parts.camera.grid(),
             tolerance,
         )

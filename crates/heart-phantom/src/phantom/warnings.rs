@@ -6,7 +6,7 @@ use super::warning::{Edge, Seen, Warning};
 use crate::error::PhantomError;
 use crate::files::Format;
 use crate::{HeartShape, Mode, Rotation};
-use revolve_voxel::{Body, EllipticCylinder};
+use revolve_voxel::{Body, EllipticCylinder, Organs};
 use std::f64::consts::PI;
 
 /// Directions of half a turn in which it is looked for a gap: the widest one is found to 1 - cos(pi / 128), 3e-4 of itself.
@@ -45,6 +45,17 @@ impl Phantom {
         if let Some(around) = background {
             let widest = self.widest_ellipse(&around.torso);
             found.extend(self.beyond_bins(Seen::Background, widest));
+        }
+        for organ in parts.organs.iter().flat_map(Organs::as_slice) {
+            if organ.activity > 0.0 {
+                let ([x, y, z], [a, b, c]) = organ.shape.bounds();
+                let widest = self.widest_ellipse(&EllipticCylinder::new([x, y], [a, b])?);
+                found.extend(self.beyond_bins(Seen::Background, widest));
+                let rows = Some(2.0 * (z.abs() + c)).filter(|height| height.is_finite());
+                let beyond =
+                    |needed| truncated(Seen::Background, Edge::Rows, needed, self.height(), None);
+                found.extend(rows.and_then(beyond));
+            }
         }
         let medium = parts.attenuation.filter(|medium| medium.coefficient > 0.0);
         if let Some(torso) = medium.and_then(|medium| medium.torso) {

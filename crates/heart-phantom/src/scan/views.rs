@@ -6,20 +6,19 @@
 use super::acquisition::{Acquisition, Sinograms};
 use super::depth::Depth;
 use super::quadrature::{Node, Nodes, Quadrature};
+use super::total::Total;
 use crate::error::PhantomError;
 use crate::model::Attenuation;
 use crate::model::{Activity, Background};
 use crate::model::{Defect, Placed};
 use crate::{Camera, Cycle, Heart, HeartShape};
 use rayon::prelude::*;
-use revolve_voxel::{ParallelRays, RayCounters, Sector};
+use revolve_voxel::{Organs, RayCounters};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// So many samples, where they make up all of the difference between two rules, tell the error of the finer one to a factor of two.
-const FEW: f64 = 5.0;
 /// Samples of slabs that wait for the next batch of points: 128 MB, and as much again for the half of the rule.
 const MOST_SLABS_KEPT: usize = 1 << 25;
 /// Points of the quadrature in a group of views: some 50 MB.
@@ -35,6 +34,7 @@ pub(crate) struct Scan<'a> {
     pub(crate) attenuation: Option<Attenuation>,
     pub(crate) defects: &'a [Defect],
     pub(crate) background: Option<Background>,
+    pub(crate) organs: Option<&'a Organs>,
     /// How far the defects' layers may be from where they are, cm.
     pub(crate) tolerance: f64,
     /// What blurs by depth, if anything does; then `camera` is its own.
@@ -72,21 +72,6 @@ struct Shapes<'a> {
     placed: Placed,
 }
 
-/// What views add up to.
-#[derive(Default)]
-struct Total {
-    rays: RayCounters,
-    square: f64,
-    difference: f64,
-    fourth: f64,
-    /// Lists of points, and the sum of their squared errors of the mean volume.
-    plans: usize,
-    volume: f64,
-    averaged: bool,
-    phases: BTreeSet<u64>,
-    gains: BTreeSet<u64>,
-}
-
 impl<'a> Scan<'a> {
     /// The heart alone: nothing attenuates, nothing is around it, its wall is whole.
     pub(crate) fn plain(
@@ -105,6 +90,7 @@ impl<'a> Scan<'a> {
             attenuation: None,
             defects: &[],
             background: None,
+            organs: None,
             tolerance: 0.0,
             depth: None,
         }
@@ -157,7 +143,7 @@ impl Scan<'_> {
 
     /// Where something is taken away that is there, as much as there is, rounding may leave less than nothing.
     pub(crate) fn no_negatives(&self, samples: &mut [f32]) {
-        if self.background.is_some() || !self.defects.is_empty() {
+        if self.background.is_some() || self.organs.is_some() || !self.defects.is_empty() {
             samples
                 .iter_mut()
                 .for_each(|sample| *sample = sample.max(0.0));
@@ -328,19 +314,15 @@ impl Scan<'_> {
             let rays = self.camera.detector().rays(theta)?;
             let rays = rays.with_planes(planes)?.rows(seen_rows.clone())?;
             let shape = shapes.by_gain[&node.gain.to_bits()];
-            let seen = Point {
-                shape,
-                sectors: shapes.placed.of(shape),
-                rays: &rays,
-            };
+            let heart = (&**shape, shapes.placed.of(shape));
             let done = if odd == 0.0 {
-                self.project(&seen, even, even_half)?
+                self.project(heart, &rays, even, even_half)?
             } else if even == 0.0 {
-                self.project(&seen, odd, odd_half)?
+                self.project(heart, &rays, odd, odd_half)?
             } else {
                 both.clear();
                 both.resize(even_half.len(), 0.0f32);
-                let done = self.project(&seen, 1.0, &mut both)?;
+                let done = self.project(heart, &rays, 1.0, &mut both)?;
                 for (weight, target) in [(even, &mut *even_half), (odd, &mut odd_half[..])] {
                     for (sum, value) in target.iter_mut().zip(&both) {
                         *sum += (weight * f64::from(*value)) as f32;
@@ -351,37 +333,6 @@ impl Scan<'_> {
             view.rays = view.rays + done;
         }
         Ok(())
-    }
-
-    /// Adds `weight` times the line integrals of all that there is.
-    fn project(
-        &self,
-        seen: &Point<'_>,
-        weight: f64,
-        target: &mut [f32],
-    ) -> Result<RayCounters, PhantomError> {
-        let (body, [cavity, wall]) = (seen.shape.body(), self.activity.of(seen.shape));
-        // The torso is everywhere, the heart what differs from it.
-        let around = (self.background).map_or(0.0, |background| background.concentration);
-        let activity = [cavity - around, wall - around];
-        let attenuator = (self.attenuation.as_ref())
-            .map(|medium| medium.of(body))
-            .transpose()?;
-        if let Some(background) = &self.background {
-            let (torso, amount) = (background.torso, weight * background.concentration);
-            torso.project_add(seen.rays, amount, attenuator.as_ref(), target)?;
-        }
-        let mut done = match &attenuator {
-            None => body.project_add(seen.rays, &activity, weight, target)?,
-            Some(medium) => {
-                body.project_attenuated_add(seen.rays, &activity, weight, medium, target)?
-            }
-        };
-        for (sector, factor) in seen.sectors {
-            let difference = weight * factor * wall;
-            done = done + sector.project_add(seen.rays, difference, attenuator.as_ref(), target)?;
-        }
-        Ok(done)
     }
 
     /// The view that is hardest to sample.
@@ -445,13 +396,6 @@ impl Scan<'_> {
     }
 }
 
-/// What a view sees at one point of its quadrature.
-struct Point<'a> {
-    shape: &'a HeartShape,
-    sectors: &'a [(Sector, f64)],
-    rays: &'a ParallelRays,
-}
-
 impl Group {
     /// The points of all views at once; or, where one list of points alone needs more shapes, part by part.
     fn batches(&self, most: usize) -> Vec<Range<usize>> {
@@ -488,32 +432,5 @@ impl Taking<'_> {
             *even += odd;
             self.square += f64::from(*even).powi(2);
         }
-    }
-}
-
-impl Total {
-    fn plan(&mut self, plan: &Nodes) {
-        self.plans += 1;
-        self.volume += plan.volume_error.powi(2);
-        self.averaged |= plan.nodes.len() > 1 || plan.nodes.iter().any(|n| n.weights[1] != 0.0);
-        self.phases
-            .extend(plan.phases.iter().map(|phase| phase.to_bits()));
-        self.gains.extend(plan.gains().map(f64::to_bits));
-    }
-
-    fn quadrature_error(&self) -> Option<f64> {
-        if !self.averaged {
-            return None;
-        }
-        let volume = (self.volume / self.plans as f64).sqrt();
-        // Of one sample that is all of the difference 1, of n equal ones 1 / n.
-        let few = self.fourth / self.difference.powi(2);
-        Some(if self.square == 0.0 {
-            0.0
-        } else if self.difference > 0.0 {
-            ((1.0 + FEW * few) * (self.difference / self.square).sqrt()).max(volume)
-        } else {
-            volume
-        })
     }
 }

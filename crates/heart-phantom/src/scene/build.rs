@@ -7,14 +7,15 @@ use crate::phantom::PhantomParts;
 use crate::scan::{CameraGeometry, Collimation};
 use crate::scene::{
     AttenuationSettings, BackgroundSettings, CollimatorSettings, DefectSettings,
-    DiscretisationSettings, HolesSettings, MediumSettings, ReconstructionSettings, Scene,
+    DiscretisationSettings, HolesSettings, MediumSettings, OrganSettings, OrganShapeSettings,
+    ReconstructionSettings, Scene,
 };
 use crate::{Balloon, Camera, Cycle, Defect, Heart, VolumeRange, WallRegion};
 use membrane_newton::membrane_forces::balloon_at_rest;
 use membrane_newton::{Discretisation, Membrane};
 use radon::{Collimator, FbpOptions, ParallelHoles};
 use revolve_voxel::nalgebra::Vector3;
-use revolve_voxel::{EllipticCylinder, Pose};
+use revolve_voxel::{Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs, Pose};
 use std::f64::consts::{LN_2, PI};
 
 impl Scene {
@@ -40,6 +41,7 @@ impl Scene {
             camera: Camera::with_geometry(&geometry_of(self))?,
             activity: self.activity,
             background: self.background.as_ref().map(background_of).transpose()?,
+            organs: organs_of(&self.organs)?,
             defects: self.defects.iter().map(defect_of).collect(),
             attenuation: self.attenuation.as_ref().map(attenuation_of).transpose()?,
             blur: self.blur.map(|blur| blur.fwhm),
@@ -111,6 +113,29 @@ fn background_of(settings: &BackgroundSettings) -> Result<Background, PhantomErr
     Ok(Background {
         torso: EllipticCylinder::new(settings.centre, settings.semi_axes)?,
         concentration: settings.concentration,
+    })
+}
+
+fn organs_of(settings: &[OrganSettings]) -> Result<Option<Organs>, PhantomError> {
+    let organ = |settings: &OrganSettings| -> Result<Organ, PhantomError> {
+        let shape = match settings.shape {
+            OrganShapeSettings::Cylinder { centre, semi_axes } => {
+                OrganShape::Cylinder(EllipticCylinder::new(centre, semi_axes)?)
+            }
+            OrganShapeSettings::Ellipsoid { centre, semi_axes } => {
+                OrganShape::Ellipsoid(Ellipsoid::new(centre, semi_axes)?)
+            }
+        };
+        Ok(Organ {
+            shape,
+            activity: settings.activity,
+            attenuation: settings.attenuation,
+        })
+    };
+    let organs = settings.iter().map(organ).collect::<Result<Vec<_>, _>>()?;
+    Ok(match organs.is_empty() {
+        true => None,
+        false => Some(Organs::new(organs)?),
     })
 }
 

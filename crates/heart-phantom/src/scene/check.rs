@@ -55,6 +55,7 @@ pub(super) fn scene(scene: &Scene) -> Checked {
         return Err(fault("defects", scene.defects.len(), wanted));
     }
     detector(scene)?;
+    organs(scene)?;
     if let Some(settings) = &scene.attenuation {
         attenuation(settings)?;
     }
@@ -291,7 +292,54 @@ fn attenuation(settings: &AttenuationSettings) -> Checked {
     }
 }
 
-fn torso(name: &str, centre: [f64; 2], semi_axes: [f64; 2]) -> Checked {
+fn organs(scene: &Scene) -> Checked {
+    for (k, organ) in scene.organs.iter().enumerate() {
+        let name = format!("organs.{}", k + 1);
+        match organ.shape {
+            OrganShapeSettings::Cylinder { centre, semi_axes } => {
+                torso(&format!("{name}.shape.cylinder"), centre, semi_axes)?;
+            }
+            OrganShapeSettings::Ellipsoid { centre, semi_axes } => {
+                torso(&format!("{name}.shape.ellipsoid"), centre, semi_axes)?;
+            }
+        }
+        within(
+            &format!("{name}.activity"),
+            organ.activity,
+            [0.0, MAX_ACTIVITY],
+        )?;
+        within(
+            &format!("{name}.attenuation"),
+            organ.attenuation,
+            [0.0, 1e6],
+        )?;
+    }
+    if scene.organs.is_empty() {
+        return Ok(());
+    }
+    if scene.background.is_some() {
+        return Err(fault(
+            "background",
+            "there",
+            "has no place beside [[organs]]",
+        ));
+    }
+    let own = (scene.attenuation.as_ref()).map(|own| own.medium);
+    match own {
+        Some(MediumSettings::Heart) => Ok(()),
+        Some(MediumSettings::Torso { .. }) => {
+            let wanted = "must be heart beside [[organs]], which have attenuations of their own";
+            Err(fault("attenuation.medium", "torso", wanted))
+        }
+        None => {
+            let wanted =
+                "needs [attenuation] with medium = \"heart\" besides: what the heart attenuates";
+            Err(fault("organs.1", "there", wanted))
+        }
+    }
+}
+
+fn torso<const N: usize>(name: &str, centre: [f64; N], semi_axes: [f64; N]) -> Checked {
     for (c, a) in centre.into_iter().zip(semi_axes) {
         within(&format!("{name}.centre"), c, [-LENGTH[1], LENGTH[1]])?;
         within(&format!("{name}.semi_axes"), a, LENGTH)?;

@@ -22,7 +22,8 @@ pub use run::{GateReport, PictureReport, Progress, RunReport, SliceOrders, run};
 pub use sections::{
     AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
     CollimatorSettings, CycleSettings, DefectSettings, DiscretisationSettings, HeartSettings,
-    HolesSettings, MediumSettings, PixelRange, PoseSettings, ReconstructionSettings, TruthSettings,
+    HolesSettings, MediumSettings, OrganSettings, OrganShapeSettings, PixelRange, PoseSettings,
+    ReconstructionSettings, TruthSettings,
 };
 pub(crate) use source::Source;
 pub use study::Scene;

@@ -151,6 +151,43 @@ pub struct BackgroundSettings {
     pub semi_axes: [f64; 2],
 }
 
+/// One of `[[organs]]`: it replaces those before it, and the heart replaces them all.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OrganSettings {
+    /// What it fills.
+    pub shape: OrganShapeSettings,
+    /// Activity per mL.
+    pub activity: f64,
+    /// Attenuation in 1/cm.
+    pub attenuation: f64,
+}
+
+/// What an organ fills.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
+pub enum OrganShapeSettings {
+    /// An elliptic cylinder along z, without ends.
+    Cylinder {
+        /// Its axis, `[x, y]` in cm.
+        #[serde(deserialize_with = "exactly")]
+        centre: [f64; 2],
+        /// Half-widths along x and y in cm.
+        #[serde(deserialize_with = "exactly")]
+        semi_axes: [f64; 2],
+    },
+    /// An ellipsoid.
+    Ellipsoid {
+        /// Its middle, `[x, y, z]` in cm.
+        #[serde(deserialize_with = "exactly")]
+        centre: [f64; 3],
+        /// Half-widths along x, y and z in cm.
+        #[serde(deserialize_with = "exactly")]
+        semi_axes: [f64; 3],
+    },
+}
+
 /// One of `[[defects]]`: a piece of the wall with another activity. It moves with the wall and keeps its volume. Where defects overlap,
 /// the last one counts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

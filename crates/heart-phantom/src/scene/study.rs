@@ -2,7 +2,7 @@
 
 use super::sections::{
     AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
-    CollimatorSettings, CycleSettings, DefectSettings, HeartSettings, PoseSettings,
+    CollimatorSettings, CycleSettings, DefectSettings, HeartSettings, OrganSettings, PoseSettings,
     ReconstructionSettings, TruthSettings,
 };
 use crate::{Accuracy, Activity, Mode, Noise, Output};
@@ -44,6 +44,9 @@ pub struct Scene {
     /// What surrounds the heart; `None` for nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<BackgroundSettings>,
+    /// What is around the heart, in the place of a background: each replaces those before it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub organs: Vec<OrganSettings>,
     /// Pieces of the wall with another activity.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub defects: Vec<DefectSettings>,
@@ -99,6 +102,12 @@ impl Scene {
     /// The same with activity around the heart.
     pub fn with_background(mut self, background: BackgroundSettings) -> Self {
         self.background = Some(background);
+        self
+    }
+
+    /// The same with one more organ, which replaces those before it.
+    pub fn with_organ(mut self, organ: OrganSettings) -> Self {
+        self.organs.push(organ);
         self
     }
 

@@ -3,9 +3,10 @@
 use crate::error::PhantomError;
 use crate::model::Activity;
 use crate::scan::Scan;
-use crate::{Acquisition, Camera, Cycle, Heart};
-use revolve_voxel::{Moment, Sampling, VoxelCounters};
+use crate::{Acquisition, Camera, Cycle, Heart, HeartShape};
+use revolve_voxel::{Moment, Sampling, VoxelCounters, VoxelGrid};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Most shapes that one pass over the volume adds up, and most bytes that they take in it.
 pub(crate) const MOST_IN_PASS: usize = 256;
@@ -51,6 +52,19 @@ pub(crate) fn truth_of_slices(
     for part in times.chunks(in_pass(scan)) {
         counters = counters + add_shapes(scan, part, tolerance, slices.clone(), &mut volume)?;
     }
+    if let Some(organs) = scan.organs.filter(|organs| organs.is_active()) {
+        let mut heart = vec![0.0f32; volume.len()];
+        for part in times.chunks(in_pass(scan)) {
+            let (shapes, weights) = shapes_of(scan, part)?;
+            let all = vec![[1.0; 2]; shapes.len()];
+            let of = (&shapes[..], &all[..], &weights[..]);
+            counters = counters + add_bodies(of, grid, tolerance, slices.clone(), &mut heart)?;
+        }
+        let around: Vec<f32> = organs.voxelize(grid, slices, |organ| organ.activity)?;
+        for ((voxel, share), held) in volume.iter_mut().zip(&heart).zip(around) {
+            *voxel += (1.0 - share) * held;
+        }
+    }
     scan.no_negatives(&mut volume);
     Ok((volume, counters))
 }
@@ -81,8 +95,7 @@ fn add_shapes(
     slices: Range<usize>,
     volume: &mut [f32],
 ) -> Result<VoxelCounters, PhantomError> {
-    let (gains, weights): (Vec<f64>, Vec<f64>) = times.iter().copied().unzip();
-    let shapes = scan.heart.shapes(&gains)?;
+    let (shapes, weights) = shapes_of(scan, times)?;
     let placed = scan.placed(&shapes)?;
     let grid = scan.camera.grid();
     let around = (scan.background).map_or(0.0, |background| background.concentration);
@@ -90,14 +103,8 @@ fn add_shapes(
     let held: Vec<[f64; 2]> = (shapes.iter())
         .map(|shape| scan.activity.of(shape).map(|held| held - around))
         .collect();
-    let moments: Vec<Moment> = (shapes.iter().zip(&held).zip(&weights))
-        .map(|((shape, activity), &weight)| Moment {
-            body: shape.body(),
-            activity,
-            weight,
-        })
-        .collect();
-    let mut counters = Moment::voxelize_add(&moments, grid, slices.clone(), sampling, volume)?;
+    let of = (&shapes[..], &held[..], &weights[..]);
+    let mut counters = add_bodies(of, grid, tolerance, slices.clone(), volume)?;
     for (shape, weight) in shapes.iter().zip(&weights) {
         let [_, wall] = scan.activity.of(shape);
         for (sector, factor) in placed.of(shape) {
@@ -107,6 +114,36 @@ fn add_shapes(
         }
     }
     Ok(counters)
+}
+
+/// The shapes of some gains, with their shares of the time.
+fn shapes_of(
+    scan: &Scan<'_>,
+    times: &[(f64, f64)],
+) -> Result<(Vec<Arc<HeartShape>>, Vec<f64>), PhantomError> {
+    let (gains, weights): (Vec<f64>, Vec<f64>) = times.iter().copied().unzip();
+    Ok((scan.heart.shapes(&gains)?, weights))
+}
+
+/// Adds some shapes, each with what its cavity and its wall hold and with a weight.
+fn add_bodies(
+    (shapes, held, weights): (&[Arc<HeartShape>], &[[f64; 2]], &[f64]),
+    grid: &VoxelGrid,
+    tolerance: f64,
+    slices: Range<usize>,
+    volume: &mut [f32],
+) -> Result<VoxelCounters, PhantomError> {
+    let moments: Vec<Moment> = (shapes.iter().zip(held).zip(weights))
+        .map(|((shape, activity), &weight)| Moment {
+            body: shape.body(),
+            activity,
+            weight,
+        })
+        .collect();
+    let sampling = Sampling::Coverage { tolerance };
+    Ok(Moment::voxelize_add(
+        &moments, grid, slices, sampling, volume,
+    )?)
 }
 
 /// Gains with their shares, or where there are very many, fewer of about equal shares that stand for them.

@@ -6,6 +6,7 @@ mod errors;
 mod files;
 mod lock;
 mod material;
+mod organs;
 mod parts;
 mod phantom;
 mod prepare;

@@ -117,7 +117,7 @@ pub(crate) fn check_slices(
 }
 
 /// Area of the unit disc within a rectangle.
-fn disc_in_box(x: [f64; 2], y: [f64; 2]) -> f64 {
+pub(crate) fn disc_in_box(x: [f64; 2], y: [f64; 2]) -> f64 {
     // Below y, to the left of x, over the disc: the four corners' values give the rectangle's.
     let corner = |x: f64, y: f64| quadrant(x.clamp(-1.0, 1.0), y.clamp(-1.0, 1.0));
     let far = x[0].max(-x[1]).max(0.0).hypot(y[0].max(-y[1]).max(0.0));

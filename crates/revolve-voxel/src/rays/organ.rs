@@ -65,6 +65,17 @@ pub enum OrganShape {
 }
 
 impl OrganShape {
+    /// Centre and half-widths along x, y and z; a cylinder is about z = 0 and has no ends.
+    pub fn bounds(&self) -> ([f64; 3], [f64; 3]) {
+        match self {
+            Self::Cylinder(cylinder) => {
+                let ([x, y], [a, b]) = (cylinder.centre(), cylinder.semi_axes());
+                ([x, y, 0.0], [a, b, f64::INFINITY])
+            }
+            Self::Ellipsoid(ellipsoid) => (ellipsoid.centre(), ellipsoid.semi_axes()),
+        }
+    }
+
     /// The stretch of a ray within it; none for a ray along a cylinder, whose stretch would have no ends.
     pub fn span(&self, ray: &Ray) -> Option<Span> {
         match self {
@@ -122,6 +133,11 @@ impl Organs {
             }
         }
         Ok(Self(organs))
+    }
+
+    /// Whether any of them holds activity.
+    pub fn is_active(&self) -> bool {
+        self.0.iter().any(|organ| organ.activity > 0.0)
     }
 
     /// All of them.

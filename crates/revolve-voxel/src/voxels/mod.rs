@@ -9,6 +9,7 @@ pub(crate) mod grid;
 pub(crate) mod mask;
 pub(crate) mod mirror;
 pub(crate) mod moment;
+pub(crate) mod organ_map;
 pub(crate) mod patch;
 pub(crate) mod plane_clip;
 pub(crate) mod profile;

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
     Attenuator, Body, Ellipsoid, EllipticCylinder, Error, Medium, Meridian, Organ, OrganShape,
-    Organs, ParallelDetector, ParallelRays, Pose, Ray, Sector,
+    Organs, ParallelDetector, ParallelRays, Pose, Ray, Sector, VoxelGrid,
 };
 
 const HEART_MU: f64 = 0.15;
@@ -186,6 +186,39 @@ fn slabs_add_up_to_the_whole_and_one_slab_is_the_whole_bit_for_bit() {
     for (cut, some) in cut.iter().zip(&some) {
         assert!(cut[7 * 31 * 24..9 * 31 * 24] == some[..]);
     }
+}
+
+/// Means of points, 24 a side of a voxel: their error where a surface passes goes as 24^-1.5 at worst, some 1e-3.
+#[test]
+fn voxels_of_organs_are_means_of_points() {
+    let organs = organs();
+    let grid = VoxelGrid::centred([14, 9, 7], [1.3, 1.7, 2.1], [0.4, -0.3, 0.2]).unwrap();
+    let map: Vec<f64> = organs
+        .voxelize(&grid, 1..6, |organ| organ.attenuation)
+        .unwrap();
+    let nothing = Body::new(
+        vec![Meridian::new(&[[90.0, 1.0], [91.0, 1.0]]).unwrap()],
+        Pose::identity(),
+    )
+    .unwrap();
+    const M: usize = 24;
+    let (mut worst, mut cut) = (0.0f64, 0);
+    for (k, value) in map.iter().enumerate() {
+        let (x, y, z) = (k % 14, k / 14 % 9, 1 + k / (14 * 9));
+        let centre = grid.centre(x, y, z);
+        let mut sum = 0.0;
+        for j in 0..M * M * M {
+            let [a, b, c] =
+                [j % M, j / M % M, j / (M * M)].map(|j| (j as f64 + 0.5) / M as f64 - 0.5);
+            let place = centre + Vector3::new(1.3 * a, 1.7 * b, 2.1 * c);
+            sum += held(&nothing, &organs, &place)[1];
+        }
+        let mean = sum / (M * M * M) as f64;
+        // Where surfaces of several organs pass one voxel they are taken as independent.
+        worst = worst.max((value - mean).abs());
+        cut += usize::from(mean > 0.0 && (mean - value).abs() > 1e-12);
+    }
+    assert!(cut > 100 && worst < 0.012, "{worst} {cut}");
 }
 
 #[test]

@@ -323,6 +323,33 @@ const BAD: &[(&str, &str, &str)] = &[
         "between",
     ),
     (
+        "[[organs]]\nshape = { ellipsoid = { centre = [0.0, 0.0, 0.0], semi_axes = [1.0, 0.0, 1.0] } }\nactivity = 0.1\nattenuation = 0.1",
+        "organs.1.shape.ellipsoid.semi_axes",
+        "between",
+    ),
+    (
+        "[[organs]]\nshape = { cylinder = { centre = [0.0, 0.0], semi_axes = [9.0, 9.0] } }\nactivity = -0.1\nattenuation = 0.1",
+        "organs.1.activity",
+        "between",
+    ),
+    (
+        "[[organs]]\nshape = { cylinder = { centre = [0.0, 0.0], semi_axes = [9.0, 9.0] } }\nactivity = 0.1\nattenuation = 0.1",
+        "organs.1",
+        "what the heart attenuates",
+    ),
+    (
+        "[[organs]]\nshape = { cylinder = { centre = [0.0, 0.0], semi_axes = [9.0, 9.0] } }\nactivity = 0.1\nattenuation = 0.1\n\
+         [attenuation]\ncoefficient = 0.1\nmedium = { torso = { centre = [0.0, 0.0], semi_axes = [9.0, 9.0] } }",
+        "attenuation.medium",
+        "must be heart",
+    ),
+    (
+        "[[organs]]\nshape = { cylinder = { centre = [0.0, 0.0], semi_axes = [9.0, 9.0] } }\nactivity = 0.1\nattenuation = 0.1\n\
+         [background]\nconcentration = 0.1\ncentre = [0.0, 0.0]\nsemi_axes = [9.0, 9.0]",
+        "background",
+        "no place",
+    ),
+    (
         "[reconstruction]\nwindow = 'hat'",
         "reconstruction.window",
         "hann",
