@@ -61,8 +61,8 @@ impl CircleEquilibrium {
         positive("radius", radius)?;
         if finite("load over stiffness", ratio)? < 0.0 {
             return Err(MembraneError::NotPositive {
-                quantity: "load over stiffness",
-                value: ratio,
+                what: "load over stiffness",
+                given: ratio,
             });
         }
         if ratio == 0.0 {

@@ -7,58 +7,58 @@
 #[non_exhaustive]
 pub enum MembraneError {
     /// A number that must be finite is NaN or infinite.
-    #[error("{quantity} must be finite, got {value:?}")]
+    #[error("{what} must be finite, got {given:?}")]
     NotFinite {
         /// The argument's name.
-        quantity: &'static str,
+        what: &'static str,
         /// What was given.
-        value: f64,
+        given: f64,
     },
     /// A number that must be positive is not.
-    #[error("{quantity} must be positive, got {value:?}")]
+    #[error("{what} must be positive, got {given:?}")]
     NotPositive {
         /// The argument's name.
-        quantity: &'static str,
+        what: &'static str,
         /// What was given.
-        value: f64,
+        given: f64,
     },
     /// The stiffness is zero, negative, NaN or infinite somewhere.
-    #[error("stiffness must be positive and finite, got {value:?} at s = {s:?}")]
+    #[error("stiffness must be positive and finite, got {given:?} at s = {s:?}")]
     BadStiffness {
         /// Material coordinate of the offending value.
         s: f64,
         /// The stiffness there.
-        value: f64,
+        given: f64,
     },
     /// Fewer points, nodes or samples than the construction needs.
-    #[error("{quantity}: {given} given, at least {least} needed")]
+    #[error("{what}: {given} given, at least {least} needed")]
     TooFew {
         /// What there is too little of.
-        quantity: &'static str,
+        what: &'static str,
         /// How many were given.
         given: usize,
         /// How many are needed.
         least: usize,
     },
     /// More nodes, degrees or elements than any machine has room for.
-    #[error("{quantity}: {given} given, at most {most} allowed")]
+    #[error("{what}: {given} given, at most {most} allowed")]
     TooMany {
         /// What there is too much of.
-        quantity: &'static str,
+        what: &'static str,
         /// How many were given.
         given: usize,
         /// How many are allowed.
         most: usize,
     },
     /// A list or a state has another length than it must have.
-    #[error("{quantity}: {given} numbers given, {needed} needed")]
+    #[error("{what}: {given} numbers given, {expected} needed")]
     WrongLength {
         /// What has it.
-        quantity: &'static str,
+        what: &'static str,
         /// Numbers given.
         given: usize,
         /// Numbers needed.
-        needed: usize,
+        expected: usize,
     },
     /// A matrix entry that is not stored.
     #[error(
@@ -77,12 +77,12 @@ pub enum MembraneError {
         upper: usize,
     },
     /// Breakpoints must rise strictly inside (0, 1).
-    #[error("breakpoint {index} is {value:?}: breakpoints must rise strictly inside (0, 1)")]
+    #[error("breakpoint {index} is {given:?}: breakpoints must rise strictly inside (0, 1)")]
     BadBreakpoint {
         /// Position in the list.
         index: usize,
         /// The value there.
-        value: f64,
+        given: f64,
     },
     /// Two neighbouring points of the curve coincide, so it has no direction there.
     #[error("the curve has no direction at point {index}: its neighbours coincide")]
@@ -108,83 +108,71 @@ pub enum MembraneError {
     },
 }
 
-/// `value` if it is finite.
-pub(crate) fn finite(quantity: &'static str, value: f64) -> Result<f64, MembraneError> {
-    if value.is_finite() {
-        Ok(value)
+/// `given` if it is finite.
+pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64, MembraneError> {
+    if given.is_finite() {
+        Ok(given)
     } else {
-        Err(MembraneError::NotFinite { quantity, value })
+        Err(MembraneError::NotFinite { what, given })
     }
 }
 
-/// Refuses a list of `given` numbers where `needed` are.
+/// Refuses a list of `given` numbers where `expected` are.
 pub(crate) fn length(
-    quantity: &'static str,
+    what: &'static str,
     given: usize,
-    needed: usize,
+    expected: usize,
 ) -> Result<(), MembraneError> {
-    if given == needed {
+    if given == expected {
         Ok(())
     } else {
         Err(MembraneError::WrongLength {
-            quantity,
+            what,
             given,
-            needed,
+            expected,
         })
     }
 }
 
 /// Refuses fewer than `least`.
 pub(crate) fn at_least(
-    quantity: &'static str,
+    what: &'static str,
     given: usize,
     least: usize,
 ) -> Result<(), MembraneError> {
     if given >= least {
         Ok(())
     } else {
-        Err(MembraneError::TooFew {
-            quantity,
-            given,
-            least,
-        })
+        Err(MembraneError::TooFew { what, given, least })
     }
 }
 
 /// Refuses more than `most`.
-pub(crate) fn at_most(
-    quantity: &'static str,
-    given: usize,
-    most: usize,
-) -> Result<(), MembraneError> {
+pub(crate) fn at_most(what: &'static str, given: usize, most: usize) -> Result<(), MembraneError> {
     if given <= most {
         Ok(())
     } else {
-        Err(MembraneError::TooMany {
-            quantity,
-            given,
-            most,
-        })
+        Err(MembraneError::TooMany { what, given, most })
     }
 }
 
-/// `value` if it is finite and positive.
-pub(crate) fn positive(quantity: &'static str, value: f64) -> Result<f64, MembraneError> {
-    if finite(quantity, value)? > 0.0 {
-        Ok(value)
+/// `given` if it is finite and positive.
+pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, MembraneError> {
+    if finite(what, given)? > 0.0 {
+        Ok(given)
     } else {
-        Err(MembraneError::NotPositive { quantity, value })
+        Err(MembraneError::NotPositive { what, given })
     }
 }
 
 /// Refuses breakpoints that do not rise strictly inside (0, 1).
 pub(crate) fn rising(breakpoints: &[f64]) -> Result<(), MembraneError> {
     let mut last = 0.0;
-    for (index, &value) in breakpoints.iter().enumerate() {
-        if !(value > last && value < 1.0) {
-            return Err(MembraneError::BadBreakpoint { index, value });
+    for (index, &given) in breakpoints.iter().enumerate() {
+        if !(given > last && given < 1.0) {
+            return Err(MembraneError::BadBreakpoint { index, given });
         }
-        last = value;
+        last = given;
     }
     Ok(())
 }

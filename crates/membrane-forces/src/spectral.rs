@@ -68,11 +68,11 @@ impl SpectralElements {
         let size = per_piece
             .saturating_mul(breaks.len() - 1)
             .saturating_mul(degree.saturating_add(3).saturating_pow(2));
-        let quantity = "degree, or (degree + 3)^2 times the elements";
+        let what = "degree, or (degree + 3)^2 times the elements";
         if degree > MOST_DEGREE {
-            at_most(quantity, degree.max(size), MOST_DEGREE)?;
+            at_most(what, degree.max(size), MOST_DEGREE)?;
         }
-        at_most(quantity, degree.max(size), MOST_SIZE)?;
+        at_most(what, degree.max(size), MOST_SIZE)?;
         let reference = Reference::new(degree);
         let full = Self::on(membrane, &reference, &breaks, per_piece)?;
         if !full.is_symmetric() {

@@ -112,10 +112,10 @@ impl Stiffness {
     }
 }
 
-fn check(s: f64, value: f64) -> Result<f64, MembraneError> {
-    if value.is_finite() && value > 0.0 {
-        Ok(value)
+fn check(s: f64, given: f64) -> Result<f64, MembraneError> {
+    if given.is_finite() && given > 0.0 {
+        Ok(given)
     } else {
-        Err(MembraneError::BadStiffness { s, value })
+        Err(MembraneError::BadStiffness { s, given })
     }
 }

@@ -200,12 +200,12 @@ impl Drive {
     /// # Errors
     /// The value is not finite there, or a volume not positive.
     pub fn at(&self, now: &Moment) -> Result<f64, ImplicitError> {
-        let value = self.value(now);
-        if value.is_finite() && (self.kind != DriveKind::Volume || value > 0.0) {
-            Ok(value)
+        let given = self.value(now);
+        if given.is_finite() && (self.kind != DriveKind::Volume || given > 0.0) {
+            Ok(given)
         } else {
             let time = now.time;
-            Err(ImplicitError::BadDrive { time, value })
+            Err(ImplicitError::BadDrive { time, given })
         }
     }
 

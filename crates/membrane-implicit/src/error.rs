@@ -27,22 +27,22 @@ pub enum ImplicitError {
         error: NewtonError,
     },
     /// A number lies outside the range allowed for it.
-    #[error("{quantity} is {value:?}, must {}", allowed(*least, *most))]
+    #[error("{what} is {given:?}, must {}", allowed(*least, *most))]
     OutOfRange {
         /// The argument's name.
-        quantity: &'static str,
+        what: &'static str,
         /// What was given.
-        value: f64,
+        given: f64,
         /// Smallest value allowed.
         least: f64,
         /// Largest value allowed.
         most: f64,
     },
     /// A count is below the least that makes sense.
-    #[error("{quantity} is {given}, must be at least {least}")]
+    #[error("{what} is {given}, must be at least {least}")]
     TooFew {
         /// The argument's name.
-        quantity: &'static str,
+        what: &'static str,
         /// What was given.
         given: usize,
         /// Smallest count allowed.
@@ -59,22 +59,22 @@ pub enum ImplicitError {
         outer: f64,
     },
     /// A list has another length than the membrane has nodes.
-    #[error("{quantity}: {given} nodes given, {expected} expected")]
+    #[error("{what}: {given} nodes given, {expected} expected")]
     WrongLength {
         /// The argument's name.
-        quantity: &'static str,
+        what: &'static str,
         /// Nodes given.
         given: usize,
         /// Nodes of the membrane.
         expected: usize,
     },
     /// The drive gave a value that is not finite, or a volume that is not positive.
-    #[error("the drive gives {value:?} at t = {time:?}")]
+    #[error("the drive gives {given:?} at t = {time:?}")]
     BadDrive {
         /// Time asked for.
         time: f64,
         /// Value given.
-        value: f64,
+        given: f64,
     },
     /// The prescribed volume is not the one the membrane has to begin with.
     #[error(
@@ -117,7 +117,7 @@ pub enum ImplicitError {
     /// The motion ran away: the scheme is unstable at this step, or the load has no equilibrium. The state is that
     /// before the step.
     #[error(
-        "step {step}, from t = {time:?} with dt = {dt:?}, ran away: the {quantity} of node {node} came to {value:e}"
+        "step {step}, from t = {time:?} with dt = {dt:?}, ran away: the {what} of node {node} came to {value:e}"
     )]
     Unstable {
         /// Which step, from 1.
@@ -127,7 +127,7 @@ pub enum ImplicitError {
         /// Time step.
         dt: f64,
         /// What ran away, position or velocity.
-        quantity: &'static str,
+        what: &'static str,
         /// Of which node.
         node: usize,
         /// To where, cm or cm/s: beyond 1e100 or NaN.
@@ -155,7 +155,7 @@ fn allowed(least: f64, most: f64) -> String {
 
 /// Refuses a list of `given` nodes where the membrane has `expected`.
 pub(crate) fn length(
-    quantity: &'static str,
+    what: &'static str,
     given: usize,
     expected: usize,
 ) -> Result<(), ImplicitError> {
@@ -163,7 +163,7 @@ pub(crate) fn length(
         Ok(())
     } else {
         Err(ImplicitError::WrongLength {
-            quantity,
+            what,
             given,
             expected,
         })
@@ -172,41 +172,37 @@ pub(crate) fn length(
 
 /// Refuses a count of `given` where it must be `least`.
 pub(crate) fn at_least(
-    quantity: &'static str,
+    what: &'static str,
     given: usize,
     least: usize,
 ) -> Result<(), ImplicitError> {
     if given >= least {
         Ok(())
     } else {
-        Err(ImplicitError::TooFew {
-            quantity,
-            given,
-            least,
-        })
+        Err(ImplicitError::TooFew { what, given, least })
     }
 }
 
-/// `value` if it is finite and within [`least`, `most`].
+/// `given` if it is finite and within [`least`, `most`].
 pub(crate) fn within(
-    quantity: &'static str,
-    value: f64,
+    what: &'static str,
+    given: f64,
     least: f64,
     most: f64,
 ) -> Result<f64, ImplicitError> {
-    if value.is_finite() && value >= least && value <= most {
-        Ok(value)
+    if given.is_finite() && given >= least && given <= most {
+        Ok(given)
     } else {
         Err(ImplicitError::OutOfRange {
-            quantity,
-            value,
+            what,
+            given,
             least,
             most,
         })
     }
 }
 
-/// `value` if it is finite and positive.
-pub(crate) fn positive(quantity: &'static str, value: f64) -> Result<f64, ImplicitError> {
-    within(quantity, value, f64::MIN_POSITIVE, f64::MAX)
+/// `given` if it is finite and positive.
+pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, ImplicitError> {
+    within(what, given, f64::MIN_POSITIVE, f64::MAX)
 }

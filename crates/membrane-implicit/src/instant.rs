@@ -42,9 +42,9 @@ impl Instant {
         body: &MovingMembrane,
         intensity: f64,
     ) -> Result<(), ImplicitError> {
-        let (time, value) = (self.time, intensity);
+        let (time, given) = (self.time, intensity);
         if !intensity.is_finite() {
-            return Err(ImplicitError::BadDrive { time, value });
+            return Err(ImplicitError::BadDrive { time, given });
         }
         self.intensity = intensity;
         body.pressure_into(time, &self.nodes, intensity, &mut self.pressure)?;

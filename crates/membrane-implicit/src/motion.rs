@@ -159,10 +159,10 @@ impl Motion {
         }
         within("time", time, f64::MIN, f64::MAX)?;
         let expected = self.inner.body.n_nodes();
-        for (quantity, list) in [("points", points), ("velocities", velocities)] {
-            length(quantity, list.len(), expected)?;
+        for (what, list) in [("points", points), ("velocities", velocities)] {
+            length(what, list.len(), expected)?;
             for value in list.as_flattened() {
-                within(quantity, *value, -FARTHEST, FARTHEST)?;
+                within(what, *value, -FARTHEST, FARTHEST)?;
             }
         }
         self.inner

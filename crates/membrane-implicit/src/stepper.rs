@@ -221,14 +221,14 @@ impl Stepper {
                 value.abs()
             }
         };
-        let (k, (quantity, &value)) = (positions.enumerate())
+        let (k, (what, &value)) = (positions.enumerate())
             .chain(velocities.enumerate())
             .max_by(|(_, (_, a)), (_, (_, b))| size(**a).total_cmp(&size(**b)))?;
         Some(ImplicitError::Unstable {
             step: self.work.steps + 1,
             time: self.now().time,
             dt,
-            quantity,
+            what,
             node: k / 2,
             value,
         })

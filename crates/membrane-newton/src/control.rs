@@ -91,14 +91,10 @@ impl Target {
 }
 
 /// `value` if it is finite and exceeds `above`.
-pub(crate) fn check(quantity: &'static str, value: f64, above: f64) -> Result<f64, NewtonError> {
-    if value.is_finite() && value > above {
-        Ok(value)
+pub(crate) fn check(what: &'static str, given: f64, above: f64) -> Result<f64, NewtonError> {
+    if given.is_finite() && given > above {
+        Ok(given)
     } else {
-        Err(NewtonError::OutOfRange {
-            quantity,
-            value,
-            above,
-        })
+        Err(NewtonError::OutOfRange { what, given, above })
     }
 }

@@ -119,8 +119,8 @@ impl Resolution {
         if !solved.load.is_finite() {
             // A total force is the intensity times a surface.
             return Err(NewtonError::Membrane(MembraneError::NotFinite {
-                quantity: "load",
-                value: solved.load,
+                what: "load",
+                given: solved.load,
             }));
         }
         Ok(solved)

@@ -30,12 +30,12 @@ pub enum NewtonError {
         pivot: f64,
     },
     /// A control or option has a value that nothing can be solved for.
-    #[error("{quantity} is {value:?}, must be finite{}", beyond(*above))]
+    #[error("{what} is {given:?}, must be finite{}", beyond(*above))]
     OutOfRange {
         /// What was given.
-        quantity: &'static str,
+        what: &'static str,
         /// Its value.
-        value: f64,
+        given: f64,
         /// The bound it must exceed; the largest number below zero where zero is allowed.
         above: f64,
     },
@@ -50,14 +50,14 @@ pub enum NewtonError {
         outer: f64,
     },
     /// A vector or a matrix has another size than it must have.
-    #[error("{quantity}: {given} given, {needed} needed")]
+    #[error("{what}: {given} given, {expected} needed")]
     WrongLength {
         /// What has it.
-        quantity: &'static str,
+        what: &'static str,
         /// The size given.
         given: usize,
         /// The size needed.
-        needed: usize,
+        expected: usize,
     },
     /// The control was raised from the start but not to the value wanted: past `reached` (within
     /// about 1e-4 of it) this branch of equilibria turns back, or the load steps ran out. A control that does not turn
@@ -134,19 +134,15 @@ fn beyond(above: f64) -> String {
     }
 }
 
-/// Refuses something of size `given` where it must be `needed`.
-pub(crate) fn length(
-    quantity: &'static str,
-    given: usize,
-    needed: usize,
-) -> Result<(), NewtonError> {
-    if given == needed {
+/// Refuses something of size `given` where it must be `expected`.
+pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<(), NewtonError> {
+    if given == expected {
         Ok(())
     } else {
         Err(NewtonError::WrongLength {
-            quantity,
+            what,
             given,
-            needed,
+            expected,
         })
     }
 }

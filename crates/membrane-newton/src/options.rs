@@ -60,11 +60,11 @@ impl NewtonOptions {
 
     /// Tolerances that no comparison could fail, or that none could meet, are refused.
     pub(crate) fn check(&self) -> Result<(), NewtonError> {
-        for (quantity, value) in [
+        for (what, value) in [
             ("residual tolerance", self.residual_tolerance),
             ("step tolerance", self.step_tolerance),
         ] {
-            check(quantity, value, BELOW_ZERO)?;
+            check(what, value, BELOW_ZERO)?;
         }
         Ok(())
     }

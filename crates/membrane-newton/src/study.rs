@@ -45,11 +45,11 @@ pub fn paper_newton(
     iterations: usize,
     tolerance: f64,
 ) -> Result<Vec<f64>, NewtonError> {
-    for (quantity, value) in [("load", load), ("tolerance", tolerance)] {
-        if !value.is_finite() {
+    for (what, given) in [("load", load), ("tolerance", tolerance)] {
+        if !given.is_finite() {
             return Err(NewtonError::Membrane(MembraneError::NotFinite {
-                quantity,
-                value,
+                what,
+                given,
             }));
         }
     }

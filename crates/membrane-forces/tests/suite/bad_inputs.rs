@@ -20,8 +20,8 @@ fn sizes_must_be_positive_and_finite() {
     assert_eq!(
         RestShape::disc(-2.0).unwrap_err(),
         MembraneError::NotPositive {
-            quantity: "radius",
-            value: -2.0
+            what: "radius",
+            given: -2.0
         }
     );
 }
@@ -69,7 +69,7 @@ fn rest_shapes_must_not_cross_or_stand_still() {
         RestShape::from_function(line, &[0.5, 0.5]),
         Err(MembraneError::BadBreakpoint {
             index: 1,
-            value: 0.5
+            given: 0.5
         })
     ));
 }
@@ -145,7 +145,7 @@ fn a_rest_curve_that_is_no_number_at_a_node_is_refused() {
         second: [0.0; 2],
     };
     let membrane = Membrane::new(RestShape::from_function(curve, &[]).unwrap());
-    let refused = |error| matches!(error, MembraneError::NotFinite { value, .. } if value.is_nan());
+    let refused = |error| matches!(error, MembraneError::NotFinite { given, .. } if given.is_nan());
     assert!(refused(
         FiniteDifferences::new(&membrane, 1001).unwrap_err()
     ));
@@ -194,22 +194,22 @@ fn states_of_another_length_are_refused() {
     for given in [0, 1, 2, 3, 21, 1000] {
         let state = vec![1.0; given];
         for d in [&whole, &half] {
-            let needed = d.start().len();
+            let expected = d.start().len();
             let refused = MembraneError::WrongLength {
-                quantity: "nodes",
+                what: "nodes",
                 given,
-                needed,
+                expected,
             };
             assert_eq!(d.measure(Measure::Length, &state).unwrap_err(), refused);
             assert_eq!(d.measures(&state).unwrap_err(), refused);
             assert_eq!(d.points(&state).unwrap_err(), refused);
             assert_eq!(d.point(&state, 0), None);
         }
-        let needed = spectral.start().len();
+        let expected = spectral.start().len();
         let refused = MembraneError::WrongLength {
-            quantity: "nodes",
+            what: "nodes",
             given,
-            needed,
+            expected,
         };
         let measure = spectral.measure(Measure::Area, &state);
         assert_eq!(measure.unwrap_err(), refused);
@@ -243,13 +243,12 @@ fn curves_of_fewer_than_two_nodes_measure_nothing() {
             measure.gradient_into(nodes, &mut gradient);
             assert!(gradient.iter().all(|g| *g == [0.0; 2]));
             assert_eq!(measure.rate(nodes, &gradient), Ok(0.0));
-            let (quantity, given, needed) = ("velocities", 2, nodes.len());
-            let expected = MembraneError::WrongLength {
-                quantity,
-                given,
-                needed,
+            let refused = MembraneError::WrongLength {
+                what: "velocities",
+                given: 2,
+                expected: nodes.len(),
             };
-            assert_eq!(measure.rate(nodes, &[[0.0; 2]; 2]), Err(expected));
+            assert_eq!(measure.rate(nodes, &[[0.0; 2]; 2]), Err(refused));
         }
     }
 }

@@ -74,7 +74,7 @@ fn states_of_any_length_have_a_volume() {
 }
 
 const NEVER_REFRESHED: ImplicitError = ImplicitError::TooFew {
-    quantity: "refresh_every",
+    what: "refresh_every",
     given: 0,
     least: 1,
 };
@@ -193,7 +193,7 @@ fn pairs_and_states() {
     let points = vec![[0.0; 2]; 100];
     let state = inflate(Scheme::TrBdf2).with_state(0.0, &points, &points);
     let expected = ImplicitError::WrongLength {
-        quantity: "points",
+        what: "points",
         given: 100,
         expected: 101,
     };

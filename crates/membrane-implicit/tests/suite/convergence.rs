@@ -190,8 +190,8 @@ fn a_state_that_is_set_has_no_step_behind_it() {
     assert_eq!(
         before,
         Err(ImplicitError::OutOfRange {
-            quantity: "time",
-            value: 1.0,
+            what: "time",
+            given: 1.0,
             least: 2.0,
             most: 2.0
         })

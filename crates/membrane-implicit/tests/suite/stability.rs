@@ -205,13 +205,13 @@ fn what_runs_away_says_so_in_time() {
                         dt: by,
                         node,
                         value,
-                        quantity,
+                        what,
                     },
                 )) => {
                     assert_eq!((step, time, by), (wanted, start, dt), "{case}");
                     assert!(
                         node < 51 && (value.is_nan() || value.abs() >= 1e98),
-                        "{case}: {quantity} {value:e}"
+                        "{case}: {what} {value:e}"
                     );
                 }
                 other => panic!("{case}: {other:?}"),
@@ -245,12 +245,8 @@ fn too_large_to_move() {
 fn causes_are_reachable_and_said_once() {
     let few = MovingMembrane::new(&balloon(), 2).unwrap_err();
     let source = few.source().and_then(|source| source.downcast_ref());
-    let (quantity, given, least) = ("nodes", 2, 3);
-    let expected = MembraneError::TooFew {
-        quantity,
-        given,
-        least,
-    };
+    let (what, given, least) = ("nodes", 2, 3);
+    let expected = MembraneError::TooFew { what, given, least };
     assert_eq!(source, Some(&expected));
     assert_eq!(few.to_string(), "no forces at t = 0.0");
     let (row, pivot) = (3, 0.0);

@@ -40,7 +40,7 @@ fn impossible_controls() {
     assert!(matches!(
         disc.solve(Control::VolumeGain(0.6), &options),
         Err(NewtonError::OutOfRange {
-            quantity: "volume of the start",
+            what: "volume of the start",
             ..
         })
     ));
@@ -173,7 +173,7 @@ fn tolerances_that_say_nothing_are_refused() {
             ] {
                 let error = outcome.unwrap_err();
                 assert!(
-                    matches!(error, NewtonError::OutOfRange { value, .. } if value.to_bits() == bad.to_bits()),
+                    matches!(error, NewtonError::OutOfRange { given, .. } if given.to_bits() == bad.to_bits()),
                     "{error}"
                 );
                 let message = error.to_string();
@@ -201,7 +201,7 @@ fn tolerances_that_say_nothing_are_refused() {
 #[test]
 fn matrices_and_unknowns_of_another_size_are_refused() {
     let mut lu = BandedLu::for_matrix(&BandMatrix::zeros(3, 1, 2).unwrap());
-    for ((n, lower, upper), quantity, given, needed) in [
+    for ((n, lower, upper), what, given, expected) in [
         ((4, 1, 2), "rows", 4, 3),
         ((0, 1, 2), "rows", 0, 3),
         ((3, 2, 2), "diagonals below the main one", 2, 1),
@@ -209,9 +209,9 @@ fn matrices_and_unknowns_of_another_size_are_refused() {
     ] {
         let refused = lu.factor(&BandMatrix::zeros(n, lower, upper).unwrap());
         let expected = NewtonError::WrongLength {
-            quantity,
+            what,
             given,
-            needed,
+            expected,
         };
         assert_eq!(refused.unwrap_err(), expected);
     }
@@ -241,9 +241,9 @@ fn matrices_and_unknowns_of_another_size_are_refused() {
     }
     for mut x in [vec![], vec![1.0], vec![1.0; 3]] {
         let expected = NewtonError::WrongLength {
-            quantity: "unknowns",
+            what: "unknowns",
             given: x.len(),
-            needed: 2,
+            expected: 2,
         };
         let refused = newton(&mut Line, &mut x, &NewtonOptions::default());
         assert_eq!(refused.unwrap_err(), expected);
@@ -268,8 +268,8 @@ fn a_total_force_beyond_the_largest_number_is_refused() {
     let solved = |f: f64| solver.solve(Control::Intensity(f), &NewtonOptions::default());
     assert!(solved(1e140).unwrap().load.is_finite());
     let refused = MembraneError::NotFinite {
-        quantity: "load",
-        value: f64::INFINITY,
+        what: "load",
+        given: f64::INFINITY,
     };
     assert_eq!(solved(1e150).unwrap_err(), NewtonError::Membrane(refused));
 }

@@ -180,12 +180,12 @@ fn an_unfactored_system_says_so() {
         .eliminate(0.5, solve)
         .unwrap()
         .correct(&mut [0.0], 0.0);
-    let (given, needed) = (1, 2);
-    let quantity = "unknowns within a border";
+    let (given, expected) = (1, 2);
+    let what = "unknowns within a border";
     let expected = NewtonError::WrongLength {
-        quantity,
+        what,
         given,
-        needed,
+        expected,
     };
     assert_eq!(refused, Err(expected));
 }

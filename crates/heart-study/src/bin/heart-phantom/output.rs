@@ -230,9 +230,9 @@ mod tests {
 
     #[test]
     fn a_cause_is_told_once() {
-        let value = f64::NAN;
-        let quantity = "radius";
-        let cause = MembraneError::NotFinite { quantity, value };
+        let given = f64::NAN;
+        let what = "radius";
+        let cause = MembraneError::NotFinite { what, given };
         let error = PhantomError::Membrane(NewtonError::from(cause));
         let said = "the membrane cannot be solved for: radius must be finite, got NaN";
         assert_eq!(told(&error), said);
