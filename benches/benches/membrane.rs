@@ -34,7 +34,9 @@ fn faer_newton(differences: &FiniteDifferences) -> f64 {
             .pressure_force_into(&x, 17.5, &mut residual)
             .expect("regular curve");
         let mut band = differences.band();
-        differences.add_elastic_tangent_into(1.0, &mut band);
+        differences
+            .add_elastic_tangent_into(1.0, &mut band)
+            .unwrap();
         differences
             .add_pressure_tangent_into(&x, 17.5, 1.0, &mut band)
             .expect("regular curve");

@@ -3,7 +3,7 @@
 use crate::band::BandMatrix;
 use crate::curve::CurvePiece;
 use crate::discrete::{DiscreteMembrane, Setting, Tangent};
-use crate::error::{MembraneError, at_least, at_most, finite};
+use crate::error::{MembraneError, at_least, at_most, finite, length};
 use crate::law::LoadKind;
 use crate::material::NodeSprings;
 use crate::measures::Measure;
@@ -159,11 +159,17 @@ impl FiniteDifferences {
     /// `band` += `scale` dF_e/dc. Block tridiagonal with diagonal blocks; pentadiagonal with
     /// second neighbours; independent of the state; symmetric among interior nodes.
     ///
-    /// # Panics
-    /// `band` has not the rows, or not the diagonals, of [`FiniteDifferences::band`].
-    pub fn add_elastic_tangent_into(&self, scale: f64, band: &mut BandMatrix) {
-        self.check_band(band);
+    /// # Errors
+    /// [`MembraneError::WrongLength`] if `band` has not the rows, [`MembraneError::TooFew`] if it has not the diagonals, of
+    /// [`FiniteDifferences::band`].
+    pub fn add_elastic_tangent_into(
+        &self,
+        scale: f64,
+        band: &mut BandMatrix,
+    ) -> Result<(), MembraneError> {
+        self.check_band(band)?;
         self.springs.add_tangent_into(scale, band);
+        Ok(())
     }
 
     /// `band` += `scale` dF_p/dc at fixed intensity: the exact derivative (Eq. 14 with its signs
@@ -171,10 +177,7 @@ impl FiniteDifferences {
     /// see [`FiniteDifferences::pressure_rank_one_into`].
     ///
     /// # Errors
-    /// The neighbours of a node coincide.
-    ///
-    /// # Panics
-    /// `nodes` not of the length of [`DiscreteMembrane::start`], or `band` as in
+    /// The neighbours of a node coincide; [`MembraneError::WrongLength`] of `nodes`; `band` as in
     /// [`FiniteDifferences::add_elastic_tangent_into`].
     pub fn add_pressure_tangent_into(
         &self,
@@ -183,8 +186,8 @@ impl FiniteDifferences {
         scale: f64,
         band: &mut BandMatrix,
     ) -> Result<(), MembraneError> {
-        self.setting.check([nodes.len()]);
-        self.check_band(band);
+        self.setting.refuse(nodes)?;
+        self.check_band(band)?;
         let f = intensity * scale;
         for n in self.springs.nodes.moving() {
             let (d, per_length) = self.normal(nodes, n)?;
@@ -207,9 +210,6 @@ impl FiniteDifferences {
     /// dF^x/dc_y(n-1) and dF^y/dc_x(n-1) have the wrong sign on 1/n. It is here to show what Newton does with it.
     ///
     /// # Errors
-    /// The neighbours of a node coincide.
-    ///
-    /// # Panics
     /// As [`FiniteDifferences::add_pressure_tangent_into`].
     pub fn add_misprint_into(
         &self,
@@ -217,8 +217,8 @@ impl FiniteDifferences {
         intensity: f64,
         band: &mut BandMatrix,
     ) -> Result<(), MembraneError> {
-        self.setting.check([nodes.len()]);
-        self.check_band(band);
+        self.setting.refuse(nodes)?;
+        self.check_band(band)?;
         for n in self.springs.nodes.moving() {
             // right: f (1/n - d^2/n^3); printed: f (d^2/n^3 + 1/n), and its negative for the other
             let (d, per_length) = self.normal(nodes, n)?;
@@ -236,10 +236,7 @@ impl FiniteDifferences {
     /// Returns whether there is one; under the other laws both are set to zero.
     ///
     /// # Errors
-    /// The neighbours of a node coincide.
-    ///
-    /// # Panics
-    /// A length that is not that of [`DiscreteMembrane::start`].
+    /// The neighbours of a node coincide; [`MembraneError::WrongLength`] of one of the three.
     pub fn pressure_rank_one_into(
         &self,
         nodes: &[f64],
@@ -247,6 +244,9 @@ impl FiniteDifferences {
         column: &mut [f64],
         row: &mut [f64],
     ) -> Result<bool, MembraneError> {
+        self.setting.refuse(nodes)?;
+        length("column", column.len(), nodes.len())?;
+        length("row", row.len(), nodes.len())?;
         match self.setting.law.load_kind() {
             LoadKind::Intensity => {
                 column.fill(0.0);
@@ -284,15 +284,10 @@ impl FiniteDifferences {
         there.then(|| self.node(nodes, n))
     }
 
-    fn check_band(&self, band: &BandMatrix) {
-        let (n, bandwidth) = (self.start().len(), self.bandwidth());
-        assert!(
-            band.len() == n && band.lower().min(band.upper()) >= bandwidth,
-            "expected {n} rows with {bandwidth} diagonals on either side, got {} with {} and {}",
-            band.len(),
-            band.lower(),
-            band.upper()
-        );
+    fn check_band(&self, band: &BandMatrix) -> Result<(), MembraneError> {
+        length("rows of the band", band.len(), self.start().len())?;
+        let diagonals = band.lower().min(band.upper());
+        at_least("diagonals on either side", diagonals, self.bandwidth())
     }
 }
 
@@ -313,7 +308,8 @@ impl DiscreteMembrane for FiniteDifferences {
         intensity: f64,
         out: &mut [f64],
     ) -> Result<(), MembraneError> {
-        self.setting.check([nodes.len(), out.len()]);
+        self.setting.refuse(nodes)?;
+        length("forces", out.len(), nodes.len())?;
         let points = nodes.as_chunks::<2>().0;
         let last = points.len() - 1;
         let forces = out.as_chunks_mut::<2>().0;
@@ -350,8 +346,10 @@ impl DiscreteMembrane for FiniteDifferences {
         intensity: f64,
         out: &mut Tangent,
     ) -> Result<(), MembraneError> {
+        self.setting.refuse(nodes)?;
+        self.check_band(&out.band)?;
         out.band.clear();
-        self.add_elastic_tangent_into(1.0, &mut out.band);
+        self.add_elastic_tangent_into(1.0, &mut out.band)?;
         self.add_pressure_tangent_into(nodes, intensity, 1.0, &mut out.band)?;
         for &held in self.held() {
             out.band.add_inside(held, held, 1.0);

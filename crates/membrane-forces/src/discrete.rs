@@ -20,11 +20,11 @@ use crate::rest::CurvePoint;
 /// surface, F / S(c), with S from [`DiscreteMembrane::measure`].
 ///
 /// # Errors
-/// [`MembraneError::WrongLength`] from whatever takes a state and returns a result: one that has not the length of
-/// [`DiscreteMembrane::start`].
+/// [`MembraneError::WrongLength`] from whatever returns a `Result`: a state or a slice that has not the length of
+/// [`DiscreteMembrane::start`], or a [`Tangent`] of another membrane.
 ///
 /// # Panics
-/// From whatever writes into a slice: a state or a slice that has another length.
+/// [`DiscreteMembrane::elastic_force_into`] and [`DiscreteMembrane::measure_gradient_into`], which cannot fail otherwise: such a length.
 pub trait DiscreteMembrane: Debug + Send + Sync {
     /// What does not depend on how it is discretised.
     fn setting(&self) -> &Setting;
@@ -194,8 +194,8 @@ impl Setting {
     /// # Panics
     /// One of `lengths` is not that of a state.
     pub(crate) fn check<const N: usize>(&self, lengths: [usize; N]) {
-        let needed = [self.start.len(); N];
-        assert_eq!(lengths, needed, "numbers in states or forces");
+        let expected = [self.start.len(); N];
+        assert_eq!(lengths, expected, "numbers in states or forces");
     }
 
     pub(crate) fn refuse(&self, nodes: &[f64]) -> Result<(), MembraneError> {

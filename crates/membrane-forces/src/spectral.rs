@@ -6,7 +6,7 @@ use crate::band::BandMatrix;
 use crate::chebyshev::Reference;
 use crate::curve::CurvePiece;
 use crate::discrete::{DiscreteMembrane, Setting, Tangent};
-use crate::error::{MembraneError, at_least, at_most, finite};
+use crate::error::{MembraneError, at_least, at_most, finite, length};
 use crate::material::{ElementSprings, compliance};
 use crate::measures::{Measure, Measures};
 use crate::membrane::Membrane;
@@ -259,7 +259,8 @@ impl DiscreteMembrane for SpectralElements {
         intensity: f64,
         out: &mut [f64],
     ) -> Result<(), MembraneError> {
-        self.setting.check([nodes.len(), out.len()]);
+        self.setting.refuse(nodes)?;
+        length("forces", out.len(), nodes.len())?;
         out.fill(0.0);
         let p = self.degree();
         for e in 0..self.elements.len() {
@@ -287,8 +288,13 @@ impl DiscreteMembrane for SpectralElements {
         intensity: f64,
         out: &mut Tangent,
     ) -> Result<(), MembraneError> {
-        self.setting.check([nodes.len()]);
+        self.setting.refuse(nodes)?;
         let (p, last) = (self.degree(), self.elements.len() - 1);
+        length("blocks", out.blocks.len(), last + 1)?;
+        length("rows of the band", out.band.len(), 2 * (last + 2))?;
+        for block in &out.blocks {
+            length("numbers of a block", block.len(), 4 * (p + 1).pow(2))?;
+        }
         for (e, block) in out.blocks.iter_mut().enumerate() {
             self.element_tangent_into(e, nodes, intensity, block)?;
         }

@@ -40,13 +40,15 @@ impl MovingMembrane {
     /// # Errors
     /// Fewer than three nodes, a stiffness that is not positive, coinciding nodes, or some beyond 1e100 cm.
     pub fn new(membrane: &Membrane, n_nodes: usize) -> Result<Self, ImplicitError> {
-        let differences = FiniteDifferences::new(membrane, n_nodes)
-            .map_err(|error| ImplicitError::Membrane { time: 0.0, error })?;
+        let refused = |error| ImplicitError::Membrane { time: 0.0, error };
+        let differences = FiniteDifferences::new(membrane, n_nodes).map_err(refused)?;
         for value in differences.start() {
             within("rest position", *value, -FARTHEST, FARTHEST)?;
         }
         let mut springs = differences.band();
-        differences.add_elastic_tangent_into(1.0, &mut springs);
+        differences
+            .add_elastic_tangent_into(1.0, &mut springs)
+            .map_err(refused)?;
         Ok(Self {
             length: Measure::Length.of(differences.start().as_chunks().0),
             largest_frequency: largest_eigenvalue(&springs).sqrt(),

@@ -301,10 +301,7 @@ impl Motion {
     /// interpolation, error O(dt^4) beside that of the scheme. Cost O(N).
     ///
     /// # Errors
-    /// A time outside the last step.
-    ///
-    /// # Panics
-    /// Slices that are not N long.
+    /// A time outside the last step; [`ImplicitError::WrongLength`] for slices that are not N long.
     pub fn at_into(
         &self,
         time: f64,
@@ -317,10 +314,7 @@ impl Motion {
     /// As [`Motion::at_into`], of the outer membrane; does nothing without one.
     ///
     /// # Errors
-    /// A time outside the last step.
-    ///
-    /// # Panics
-    /// Slices that are not N long.
+    /// A time outside the last step; [`ImplicitError::WrongLength`] for slices that are not N long.
     pub fn outer_at_into(
         &self,
         time: f64,

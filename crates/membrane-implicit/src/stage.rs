@@ -97,7 +97,8 @@ impl Stage {
         let membrane = |error| ImplicitError::Membrane { time, error };
         let d = &body.differences;
         self.matrix.clear();
-        d.add_elastic_tangent_into(-h * h, &mut self.matrix);
+        d.add_elastic_tangent_into(-h * h, &mut self.matrix)
+            .map_err(membrane)?;
         match self.jacobian {
             Jacobian::Differences { .. } => {
                 self.add_differences(d, nodes, -h * h * intensity, work)

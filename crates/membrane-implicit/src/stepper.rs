@@ -9,7 +9,7 @@ use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
 use crate::body::{FARTHEST, MovingMembrane, hold_ends};
 use crate::drive::DriveKind;
 use crate::energy::{Energy, Ledger};
-use crate::error::{ImplicitError, within};
+use crate::error::{ImplicitError, length, within};
 use crate::instant::{Instant, Step, add_slopes, volume_gradient};
 use crate::scheme::{Family, Jacobian, Scheme, Tableau};
 use crate::stage::{LocalError, Stage};
@@ -383,7 +383,8 @@ impl Stepper {
         let (old, now) = (&self.old, self.now());
         within("time", time, old.time, now.time)?;
         let n = now.nodes.len() / 2;
-        assert_eq!((points.len(), velocities.len()), (n, n), "nodes");
+        length("points", points.len(), n)?;
+        length("velocities", velocities.len(), n)?;
         let dt = now.time - old.time;
         let t = if dt > 0.0 {
             (time - old.time) / dt

@@ -2,20 +2,32 @@
 
 use membrane_forces::{
     BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, DiscreteMembrane, FiniteDifferences,
-    LinearEquilibrium, Measure, Measures, Membrane, MembraneError, RestShape, SpectralElements,
-    Stiffness, balloon_at_rest,
+    LinearEquilibrium, Measure, Measures, Membrane, MembraneError, PressureLaw, RestShape,
+    SpectralElements, Stiffness, balloon_at_rest,
 };
 
 #[test]
 fn sizes_must_be_positive_and_finite() {
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(RestShape::balloon(bad, 1.0).is_err());
-        assert!(RestShape::balloon(1.0, bad).is_err());
-        assert!(RestShape::disc(bad).is_err());
-        assert!(Stiffness::constant(bad).is_err());
-        assert!(Stiffness::samples(&[1.0, bad]).is_err());
-        assert!(CircleEquilibrium::new(bad, 1.0).is_err());
-        assert!(LinearEquilibrium::disc(bad, 1.0).is_err());
+        for refused in [
+            RestShape::balloon(bad, 1.0).err(),
+            RestShape::balloon(1.0, bad).err(),
+            RestShape::disc(bad).err(),
+            Stiffness::constant(bad).err(),
+            CircleEquilibrium::new(bad, 1.0).err(),
+            LinearEquilibrium::disc(bad, 1.0).err(),
+        ] {
+            let given = match refused {
+                Some(MembraneError::NotFinite { given, .. }) if !bad.is_finite() => given,
+                Some(MembraneError::NotPositive { given, .. }) if bad.is_finite() => given,
+                other => panic!("{bad}: {other:?}"),
+            };
+            assert_eq!(given.to_bits(), bad.to_bits());
+        }
+        let samples = Stiffness::samples(&[1.0, bad]);
+        assert!(
+            matches!(samples, Err(MembraneError::BadStiffness { s: 1.0, given }) if given.to_bits() == bad.to_bits())
+        );
     }
     assert_eq!(
         RestShape::disc(-2.0).unwrap_err(),
@@ -107,7 +119,13 @@ fn too_few_nodes_and_too_much_pressure() {
         LinearEquilibrium::disc(1.0, std::f64::consts::TAU),
         Err(MembraneError::PastBlowUp { .. })
     ));
-    assert!(membrane.with_ends([[0.0, 1.0], [f64::NAN, 0.0]]).is_err());
+    assert!(matches!(
+        membrane.with_ends([[0.0, 1.0], [f64::NAN, 0.0]]),
+        Err(MembraneError::NotFinite {
+            what: "held end",
+            ..
+        })
+    ));
 }
 
 #[test]
@@ -228,6 +246,78 @@ fn states_of_another_length_are_refused() {
     }
 }
 
+/// Whatever returns a `Result` refuses slices and matrices of another size, and writes nothing.
+#[test]
+fn results_of_another_length_are_refused() {
+    let refused = |what, given, expected| {
+        Err(MembraneError::WrongLength {
+            what,
+            given,
+            expected,
+        })
+    };
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    for law in [PressureLaw::PerMaterialLength, PressureLaw::TotalForce] {
+        let membrane = membrane.clone().with_law(law);
+        let d = FiniteDifferences::new(&membrane, 11).unwrap();
+        let (state, mut good) = (d.start(), vec![7.0; 22]);
+        let (mut bad, untouched) = (vec![7.0; 21], vec![7.0; 22]);
+        let force = d.pressure_force_into(&bad, 1.0, &mut good);
+        assert_eq!(force, refused("nodes", 21, 22));
+        let force = d.pressure_force_into(state, 1.0, &mut bad);
+        assert_eq!(force, refused("forces", 21, 22));
+        let column = d.pressure_rank_one_into(state, 1.0, &mut bad, &mut good);
+        assert_eq!(column.map(drop), refused("column", 21, 22));
+        let row = d.pressure_rank_one_into(state, 1.0, &mut good, &mut bad);
+        assert_eq!(row.map(drop), refused("row", 21, 22));
+        let nodes = d.pressure_rank_one_into(&bad.clone(), 1.0, &mut good, &mut bad);
+        assert_eq!(nodes.map(drop), refused("nodes", 21, 22));
+        assert_eq!((&good, &bad[..]), (&untouched, &untouched[..21]));
+    }
+    let d = FiniteDifferences::new(&membrane, 11).unwrap();
+    let mut long = BandMatrix::zeros(24, 3, 3).unwrap();
+    let mut narrow = BandMatrix::zeros(22, 3, 2).unwrap();
+    let few = MembraneError::TooFew {
+        what: "diagonals on either side",
+        given: 2,
+        least: 3,
+    };
+    for (band, expected) in [
+        (&mut long, refused("rows of the band", 24, 22)),
+        (&mut narrow, Err(few)),
+    ] {
+        let before = band.clone();
+        assert_eq!(d.add_elastic_tangent_into(1.0, band), expected);
+        let state = d.start();
+        assert_eq!(d.add_pressure_tangent_into(state, 1.0, 1.0, band), expected);
+        assert_eq!(d.add_misprint_into(state, 1.0, band), expected);
+        assert_eq!(*band, before);
+    }
+    let spectral = SpectralElements::new(&membrane, 6, 2).unwrap();
+    let mut state = spectral.start().to_vec();
+    let (elements, numbers) = (spectral.n_elements(), state.len());
+    let rows = 2 * (elements + 1);
+    let mut tangent = d.tangent();
+    let other = spectral.tangent_into(&state, 1.0, &mut tangent);
+    assert_eq!(other, refused("blocks", 0, elements));
+    let mut tangent = spectral.tangent();
+    assert_eq!(
+        d.tangent_into(d.start(), 1.0, &mut tangent),
+        refused("rows of the band", rows, 22)
+    );
+    tangent.blocks[1].pop();
+    let short = spectral.tangent_into(&state, 1.0, &mut tangent);
+    assert_eq!(short, refused("numbers of a block", 195, 196));
+    tangent.band = BandMatrix::zeros(5, 3, 3).unwrap();
+    let small = spectral.tangent_into(&state, 1.0, &mut tangent);
+    assert_eq!(small, refused("rows of the band", 5, rows));
+    let force = spectral.pressure_force_into(&state, 1.0, &mut [0.0; 3]);
+    assert_eq!(force, refused("forces", 3, numbers));
+    state.pop();
+    let nodes = spectral.tangent_into(&state, 1.0, &mut tangent);
+    assert_eq!(nodes, refused("nodes", numbers - 1, numbers));
+}
+
 #[test]
 fn curves_of_fewer_than_two_nodes_measure_nothing() {
     let nothing = Measures {
@@ -342,8 +432,16 @@ fn closed_forms_are_numbers_or_refused() {
             }
         }
     }
-    assert!(balloon_at_rest(1.0, 1e103).is_err() && CircleEquilibrium::new(1e300, 1e3).is_err());
-    assert!(LinearEquilibrium::disc(1e300, 1.0).is_err());
+    for refused in [
+        balloon_at_rest(1.0, 1e103).err(),
+        CircleEquilibrium::new(1e300, 1e3).err(),
+        LinearEquilibrium::disc(1e300, 1.0).err(),
+    ] {
+        assert!(
+            matches!(refused, Some(MembraneError::NotFinite { .. })),
+            "{refused:?}"
+        );
+    }
     assert!(LinearEquilibrium::disc(1e100, 1.0).is_ok());
 }
 

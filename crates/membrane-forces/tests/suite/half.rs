@@ -106,8 +106,8 @@ fn the_half_curve_has_the_forces_and_measures_of_the_whole() {
                 check("pressure force", &a, &b);
 
                 let (mut band, mut full) = (half.band(), whole.band());
-                half.add_elastic_tangent_into(2.0, &mut band);
-                whole.add_elastic_tangent_into(2.0, &mut full);
+                half.add_elastic_tangent_into(2.0, &mut band).unwrap();
+                whole.add_elastic_tangent_into(2.0, &mut full).unwrap();
                 half.add_pressure_tangent_into(&x_half, 3.0, 0.5, &mut band)
                     .unwrap();
                 whole

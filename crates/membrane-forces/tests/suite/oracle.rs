@@ -83,7 +83,9 @@ fn tangents_of_differences_are_the_derivatives() {
                 .collect::<Vec<_>>()
         };
         let mut band = differences.band();
-        differences.add_elastic_tangent_into(1e-3, &mut band);
+        differences
+            .add_elastic_tangent_into(1e-3, &mut band)
+            .unwrap();
         differences
             .add_pressure_tangent_into(&x, intensity(&x), 1.0, &mut band)
             .unwrap();

@@ -169,7 +169,18 @@ fn dense_output_is_as_good_as_the_steps() {
             })
             .unwrap();
         worst.push(error);
-        assert!(motion.at_into(0.0, &mut points, &mut velocities).is_err());
+        let before = motion.at_into(0.0, &mut points, &mut velocities);
+        assert!(
+            matches!(
+                before,
+                Err(ImplicitError::OutOfRange {
+                    what: "time",
+                    given: 0.0,
+                    ..
+                })
+            ),
+            "{before:?}"
+        );
     }
     let slope = (worst[0] / worst[1]).log2();
     println!("{worst:?} slope {slope}");
@@ -186,6 +197,17 @@ fn a_state_that_is_set_has_no_step_behind_it() {
     let (set, mut points) = (set.unwrap(), vec![[0.0; 2]; 101]);
     set.at_into(2.0, &mut points, &mut velocities).unwrap();
     assert_eq!(points, moved);
+    let lists = |n: usize| vec![[0.0; 2]; n];
+    for (what, n, m, given) in [("points", 100, 101, 100), ("velocities", 101, 102, 102)] {
+        let refused = set.at_into(2.0, &mut lists(n), &mut lists(m));
+        let expected = 101;
+        let length = ImplicitError::WrongLength {
+            what,
+            given,
+            expected,
+        };
+        assert_eq!(refused, Err(length));
+    }
     let before = set.at_into(1.0, &mut points, &mut velocities);
     assert_eq!(
         before,

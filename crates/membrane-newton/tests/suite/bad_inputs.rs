@@ -91,7 +91,14 @@ fn bad_discretisations_and_pairs() {
             tolerance: f64::NAN,
         },
     ] {
-        assert!(Solver::new(&membrane, bad).is_err(), "{bad:?}");
+        let error = Solver::new(&membrane, bad).unwrap_err();
+        let kind = match bad {
+            Discretisation::SpectralAdaptive { .. } => {
+                matches!(error, NewtonError::OutOfRange { .. })
+            }
+            _ => matches!(error, NewtonError::Membrane(MembraneError::TooFew { .. })),
+        };
+        assert!(kind, "{bad:?}: {error:?}");
     }
     let law = PressureLaw::PerMaterialLength;
     let (small, large) = (solver(law, 1.75), solver(law, 2.75));
@@ -115,10 +122,16 @@ fn a_volume_out_of_reach_is_no_answer() {
     let options = NewtonOptions::default();
     for gain in [1e100, 1e200, 1e300] {
         let control = Control::VolumeGain(gain);
+        let refused = |outcome| {
+            assert!(
+                matches!(outcome, Err(NewtonError::NotConverged { .. })),
+                "{gain:e}: {outcome:?}"
+            );
+        };
         let inner = solver(PressureLaw::PerMaterialLength, 1.75);
-        assert!(inner.solve(control, &options).is_err(), "{gain:e}");
+        refused(inner.solve(control, &options).map(drop));
         let pair = Pair::new(inner, solver(PressureLaw::PerMaterialLength, 2.75)).unwrap();
-        assert!(pair.solve(control, &options).is_err(), "{gain:e}");
+        refused(pair.solve(control, &options).map(drop));
     }
 }
 

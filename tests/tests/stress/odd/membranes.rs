@@ -169,7 +169,7 @@ fn forces_of_differences(d: &FiniteDifferences) {
     d.held();
     let n = d.start().len();
     let mut band = d.band();
-    d.add_elastic_tangent_into(f64::NAN, &mut band);
+    d.add_elastic_tangent_into(f64::NAN, &mut band).unwrap();
     let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
     for value in ODD {
         let state = vec![value; n];
