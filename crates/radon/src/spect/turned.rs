@@ -139,8 +139,8 @@ impl<'a> Turned<'a> {
 
 /// Refuses more cells, or pixels in cells, than numbers of 32 bits.
 fn numbered(n_planes: usize, n_bins: usize, n: usize) -> Result<(), RadonError> {
-    let (name, a, b) = ("cells of a view", n_planes, n_bins);
-    u32::try_from(n).map_or(Err(RadonError::TooLarge { name, a, b }), |_| Ok(()))
+    let (what, a, b) = ("cells of a view", n_planes, n_bins);
+    u32::try_from(n).map_or(Err(RadonError::TooLarge { what, a, b }), |_| Ok(()))
 }
 
 /// Distance of the farthest corner of a grid from the axis of rotation.

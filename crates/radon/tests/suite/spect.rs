@@ -276,14 +276,14 @@ fn what_makes_no_sense_is_refused() {
         };
         Collimator::parallel_holes(&holes, 0.38).unwrap_err()
     };
-    for (wrong, what) in [
+    for (wrong, expected) in [
         (holes(0.0, 3.5, 27.0), "hole diameter"),
         (holes(0.15, -1.0, 27.0), "hole length"),
         (holes(0.15, 3.5, 0.0), "attenuation of the septa"),
         (holes(0.15, 3.5, 0.5), "effective hole length"),
     ] {
         assert!(
-            matches!(wrong, RadonError::NotPositive { name, .. } if name == what),
+            matches!(wrong, RadonError::NotPositive { what, .. } if what == expected),
             "{wrong}"
         );
     }
@@ -324,7 +324,7 @@ fn what_makes_no_sense_is_refused() {
             matches!(
                 wrong,
                 RadonError::OutOfRange {
-                    name: "tolerance",
+                    what: "tolerance",
                     ..
                 }
             ),
@@ -364,12 +364,12 @@ fn what_makes_no_sense_is_refused() {
     );
     let wrong = operator.forward_into(&x[1..], &mut y).unwrap_err();
     assert!(
-        matches!(wrong, RadonError::WrongLength { name: "volume", .. }),
+        matches!(wrong, RadonError::WrongLength { what: "volume", .. }),
         "{wrong}"
     );
     let wrong = operator.adjoint_into(&y[1..], &mut x).unwrap_err();
     assert!(
-        matches!(wrong, RadonError::WrongLength { name: "views", .. }),
+        matches!(wrong, RadonError::WrongLength { what: "views", .. }),
         "{wrong}"
     );
     x[5] = f64::INFINITY;

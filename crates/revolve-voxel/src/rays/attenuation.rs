@@ -16,7 +16,9 @@ use nalgebra::Vector3;
 
 use crate::error::{finite, positive};
 use crate::rays::cylinder::across;
-use crate::{Body, EllipticCylinder, Error, Organs, ParallelRays, Ray, RayCounters, Sample, Span};
+use crate::{
+    Body, EllipticCylinder, Organs, ParallelRays, Ray, RayCounters, RevolveError, Sample, Span,
+};
 
 /// What weakens the rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,10 +43,10 @@ impl<'a> Attenuator<'a> {
     /// A medium of attenuation `mu` in 1/cm; of a body with organs around it, `mu` is the body's.
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::Negative`] for mu; [`Error::NoSuchLayer`].
-    pub fn new(mu: f64, medium: Medium<'a>) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`], [`RevolveError::Negative`] for mu; [`RevolveError::NoSuchLayer`].
+    pub fn new(mu: f64, medium: Medium<'a>) -> Result<Self, RevolveError> {
         if finite("attenuation", mu)? < 0.0 {
-            return Err(Error::Negative {
+            return Err(RevolveError::Negative {
                 what: "attenuation",
                 given: mu,
             });
@@ -52,7 +54,7 @@ impl<'a> Attenuator<'a> {
         if let Medium::Layer(body, layer) = medium
             && layer >= body.layers().len()
         {
-            return Err(Error::NoSuchLayer {
+            return Err(RevolveError::NoSuchLayer {
                 given: layer,
                 layers: body.layers().len(),
             });
@@ -71,7 +73,7 @@ impl<'a> Attenuator<'a> {
     }
 
     /// Rays along a torso never leave it.
-    pub(crate) fn check_direction(&self, d: &Vector3<f64>) -> Result<(), Error> {
+    pub(crate) fn check_direction(&self, d: &Vector3<f64>) -> Result<(), RevolveError> {
         match self.medium {
             Medium::Layer(..) => Ok(()),
             Medium::Torso(_) | Medium::Around(..) => {
@@ -165,7 +167,7 @@ impl Body {
     /// the rays.
     ///
     /// # Errors
-    /// As [`Body::project_add`]; [`Error::NotPositive`] for rays along the axis of a torso.
+    /// As [`Body::project_add`]; [`RevolveError::NotPositive`] for rays along the axis of a torso.
     ///
     /// ```
     /// use revolve_voxel::{Attenuator, Body, EllipticCylinder, Medium, Meridian, ParallelDetector, Pose};
@@ -178,7 +180,7 @@ impl Body {
     /// body.project_attenuated_add(&rays, &[1.0], 1.0, &attenuator, &mut seen)?;
     /// let exact = (-0.15_f64 * 7.5).exp() * (1.0 - (-0.15_f64).exp()) / 0.15;
     /// assert!((seen[0] - exact).abs() < 1e-12);
-    /// # Ok::<(), revolve_voxel::Error>(())
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     pub fn project_attenuated_add<T: Sample>(
         &self,
@@ -187,7 +189,7 @@ impl Body {
         weight: f64,
         attenuator: &Attenuator,
         out: &mut [T],
-    ) -> Result<RayCounters, Error> {
+    ) -> Result<RayCounters, RevolveError> {
         attenuator.check_direction(&rays.direction())?;
         self.project_measured(rays, activity, weight, out, |[bin, row]| {
             let way = attenuator.along(&rays.line(bin, row));
