@@ -12,7 +12,8 @@ impl Organs {
     /// attenuator if there is one (the detector is ahead of the rays).
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the weight, [`RevolveError::NotPositive`] for rays along z.
+    /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the weight, [`RevolveError::NotPositive`] for rays
+    /// along z.
     pub fn project_around_add<T: Sample>(
         &self,
         body: &Body,

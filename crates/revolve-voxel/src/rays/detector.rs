@@ -31,7 +31,8 @@ impl ParallelDetector {
     /// A detector centred on the axis of turning; `pitch` is [bin, row].
     ///
     /// # Errors
-    /// [`RevolveError::TooFew`] without a bin or a row; [`RevolveError::NotPositive`], [`RevolveError::NotFinite`], [`RevolveError::TooLarge`].
+    /// [`RevolveError::TooFew`] without a bin or a row; [`RevolveError::NotPositive`], [`RevolveError::NotFinite`],
+    /// [`RevolveError::TooLarge`].
     pub fn new(n_bins: usize, n_rows: usize, pitch: [f64; 2]) -> Result<Self, RevolveError> {
         countable("rays of a view", &[n_bins, n_rows])?;
         positive("bin pitch", pitch[0])?;
@@ -117,8 +118,8 @@ impl ParallelRays {
     /// A raster of `[n_bins, n_rows]` rays; the direction is normalised.
     ///
     /// # Errors
-    /// [`RevolveError::NotPositive`] for a count of zero or a zero direction, [`RevolveError::NotFinite`] for a number or for the last ray's
-    /// place, [`RevolveError::TooLarge`].
+    /// [`RevolveError::NotPositive`] for a count of zero or a zero direction, [`RevolveError::NotFinite`] for a number or for the last
+    /// ray's place, [`RevolveError::TooLarge`].
     pub fn new(
         [n_bins, n_rows]: [usize; 2],
         first: Point3<f64>,
@@ -164,7 +165,8 @@ impl ParallelRays {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`] for a plane; [`RevolveError::NotPositive`] unless each is beyond the one before; [`RevolveError::TooLarge`].
+    /// [`RevolveError::NotFinite`] for a plane; [`RevolveError::NotPositive`] unless each is beyond the one before;
+    /// [`RevolveError::TooLarge`].
     pub fn with_planes(mut self, planes: &[f64]) -> Result<Self, RevolveError> {
         for plane in planes {
             finite("plane across the rays", *plane)?;

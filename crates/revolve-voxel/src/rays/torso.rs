@@ -72,7 +72,8 @@ impl EllipticCylinder {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the activity, [`RevolveError::NotPositive`] for rays along z.
+    /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the activity, [`RevolveError::NotPositive`] for
+    /// rays along z.
     pub fn project_add<T: Sample>(
         &self,
         rays: &ParallelRays,

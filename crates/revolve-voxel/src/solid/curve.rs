@@ -26,8 +26,8 @@ impl Curve {
     /// A curve from the ends of its pieces' intervals, ascending, and the pieces between them.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] unless there is one more knot than pieces and at least one piece, [`RevolveError::NotFinite`] for a knot
-    /// or a coefficient, [`RevolveError::NotPositive`] for an interval.
+    /// [`RevolveError::WrongLength`] unless there is one more knot than pieces and at least one piece, [`RevolveError::NotFinite`] for a
+    /// knot or a coefficient, [`RevolveError::NotPositive`] for an interval.
     pub fn new(knots: Vec<f64>, mut pieces: Vec<Piece>) -> Result<Self, RevolveError> {
         length(
             "knots (one more than pieces)",
@@ -75,7 +75,8 @@ impl Curve {
     /// parameter: a wall between such curves ends where the body does. A polyline is its own.
     ///
     /// # Errors
-    /// [`RevolveError::NotPositive`] for the tolerance, [`RevolveError::TooFine`] if more than ten million points would be needed for a piece.
+    /// [`RevolveError::NotPositive`] for the tolerance, [`RevolveError::TooFine`] if more than ten million points would be needed for a
+    /// piece.
     pub fn drawn(&self, tolerance: f64) -> Result<Self, RevolveError> {
         if self.degree() <= 1 {
             return Ok(self.clone());

@@ -24,8 +24,8 @@ impl Body {
     /// The surface of one layer as triangles with their points on it, nowhere farther from it than `tolerance`.
     ///
     /// # Errors
-    /// [`RevolveError::NotPositive`] for the tolerance; [`RevolveError::NoSuchLayer`]; [`RevolveError::TooFine`] if it needs more than 2^31 points,
-    /// [`RevolveError::TooLarge`] if there is no memory for them.
+    /// [`RevolveError::NotPositive`] for the tolerance; [`RevolveError::NoSuchLayer`]; [`RevolveError::TooFine`] if it needs more than 2^31
+    /// points, [`RevolveError::TooLarge`] if there is no memory for them.
     pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, RevolveError> {
         positive("tolerance", tolerance)?;
         let meridian = self.layer(layer)?;

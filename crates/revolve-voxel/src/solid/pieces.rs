@@ -73,8 +73,8 @@ impl Meridian {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`] for a coefficient, [`RevolveError::NotPositive`] for the tolerance, [`RevolveError::Gap`] between pieces,
-    /// [`RevolveError::TooFine`] if more than ten million segments would be needed, and those of [`Meridian::new`].
+    /// [`RevolveError::NotFinite`] for a coefficient, [`RevolveError::NotPositive`] for the tolerance, [`RevolveError::Gap`] between
+    /// pieces, [`RevolveError::TooFine`] if more than ten million segments would be needed, and those of [`Meridian::new`].
     pub fn smooth(pieces: &[Piece], tolerance: f64) -> Result<Self, RevolveError> {
         positive("tolerance", tolerance)?;
         let mut points: Vec<[f64; 2]> = Vec::new();

@@ -19,8 +19,8 @@ impl VoxelGrid {
     /// A grid from its numbers of voxels `[nx, ny, nz]`, per-axis steps and the first voxel's centre.
     ///
     /// # Errors
-    /// [`RevolveError::TooFew`] without a voxel, [`RevolveError::NotPositive`] for a spacing, [`RevolveError::NotFinite`], [`RevolveError::TooLarge`] for more
-    /// voxels than can be addressed.
+    /// [`RevolveError::TooFew`] without a voxel, [`RevolveError::NotPositive`] for a spacing, [`RevolveError::NotFinite`],
+    /// [`RevolveError::TooLarge`] for more voxels than can be addressed.
     pub fn new(
         shape: [usize; 3],
         spacing: [f64; 3],

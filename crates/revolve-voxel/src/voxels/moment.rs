@@ -26,7 +26,8 @@ impl Body {
     /// Activity of every voxel, `[z][y][x]`, x fastest.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`], [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooFew`] or [`RevolveError::NotPositive`] for the sampling, [`RevolveError::TooLarge`].
+    /// [`RevolveError::WrongLength`], [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooFew`] or
+    /// [`RevolveError::NotPositive`] for the sampling, [`RevolveError::TooLarge`].
     pub fn voxelize<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -44,7 +45,8 @@ impl Body {
     /// A volume need never be whole in memory: slab by slab gives the same bits.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for a wrong buffer, slices or number of activities; [`RevolveError::NotFinite`]; [`RevolveError::TooFew`], [`RevolveError::NotPositive`].
+    /// [`RevolveError::WrongLength`] for a wrong buffer, slices or number of activities; [`RevolveError::NotFinite`];
+    /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`].
     pub fn voxelize_add<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -93,7 +95,8 @@ impl Moment<'_> {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for a wrong buffer, slices or number of activities; [`RevolveError::NotFinite`]; [`RevolveError::TooFew`], [`RevolveError::NotPositive`].
+    /// [`RevolveError::WrongLength`] for a wrong buffer, slices or number of activities; [`RevolveError::NotFinite`];
+    /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`].
     pub fn voxelize_add<T: Sample>(
         moments: &[Moment<'_>],
         grid: &VoxelGrid,

@@ -76,14 +76,15 @@ impl Organs {
     /// let ball = OrganShape::Ellipsoid(Ellipsoid::new([0.0; 3], [2.0; 3])?);
     /// let organs = Organs::new(vec![Organ { shape: ball, activity: 3.0, attenuation: 0.1 }])?;
     /// let grid = VoxelGrid::centred([20, 20, 20], [0.25; 3], [0.0; 3])?;
-    /// let map: Vec<f64> = organs.voxelize(grid, 0..20, |organ| organ.activity)?;
+    /// let map: Vec<f64> = organs.voxelize(&grid, 0..20, |organ| organ.activity)?;
     /// let volume = map.iter().sum::<f64>() / 3.0 * 0.25_f64.powi(3);
     /// assert!((volume / (4.0 / 3.0 * std::f64::consts::PI * 8.0) - 1.0).abs() < 1e-4);
     /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for slices that do not fit; [`RevolveError::NotFinite`] for what `of` says; [`RevolveError::TooLarge`].
+    /// [`RevolveError::WrongLength`] for slices that do not fit; [`RevolveError::NotFinite`] for what `of` says;
+    /// [`RevolveError::TooLarge`].
     pub fn voxelize<T: Sample>(
         &self,
         grid: &VoxelGrid,

@@ -26,8 +26,8 @@ impl VoxelGrid {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for a volume that is not the grid's, [`RevolveError::TooFew`] for less than two points; [`RevolveError::NotFinite`] for a place,
-    /// [`RevolveError::TooLarge`].
+    /// [`RevolveError::WrongLength`] for a volume that is not the grid's, [`RevolveError::TooFew`] for less than two points;
+    /// [`RevolveError::NotFinite`] for a place, [`RevolveError::TooLarge`].
     pub fn profile<T: Sample>(
         &self,
         volume: &[T],

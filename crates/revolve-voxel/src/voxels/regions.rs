@@ -74,8 +74,8 @@ impl<T: Sample> RegionVolumes<T> {
     /// The mean over each voxel of a quantity with one value a region and none outside: activity, attenuation.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the values; [`RevolveError::WrongLength`] for a region of another number of voxels
-    /// than there are labels.
+    /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the values; [`RevolveError::WrongLength`] for a region of another
+    /// number of voxels than there are labels.
     pub fn mean_of(&self, values: &[f64]) -> Result<Vec<T>, RevolveError> {
         length("values (one per region)", self.coverage.len(), values.len())?;
         for &value in values {

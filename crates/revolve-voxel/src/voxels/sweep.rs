@@ -54,7 +54,8 @@ impl Sweep {
     /// cost grows with the surfaces that bound the sets, not with the number of voxels.
     ///
     /// # Errors
-    /// [`RevolveError::TooFew`] without a shape or a layer, [`RevolveError::WrongLength`] for shapes with different numbers of layers; [`RevolveError::TooLarge`].
+    /// [`RevolveError::TooFew`] without a shape or a layer, [`RevolveError::WrongLength`] for shapes with different numbers of layers;
+    /// [`RevolveError::TooLarge`].
     pub fn of(shapes: &[&[Meridian]], pose: &Pose, grid: &VoxelGrid) -> Result<Self, RevolveError> {
         let n_layers = shapes.first().map_or(0, |layers| layers.len());
         at_least("layers of the first shape", n_layers, 1)?;

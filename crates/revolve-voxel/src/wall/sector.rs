@@ -41,8 +41,8 @@ impl Sector {
     /// The part of `ring` from the first azimuth to the last, in radians.
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`] unless the last azimuth is larger, [`RevolveError::TooWide`] for more than a
-    /// turn.
+    /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`] unless the last azimuth is larger, [`RevolveError::TooWide`] for more
+    /// than a turn.
     pub fn new(ring: Meridian, azimuths: [f64; 2], pose: Pose) -> Result<Self, RevolveError> {
         Ok(Self {
             wedge: Wedge::new(azimuths)?,

@@ -58,8 +58,8 @@ impl Shell {
     /// (base to apex).
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`] or [`RevolveError::NotPositive`] for the range, [`RevolveError::Folded`] where lines between the curves cross in
-    /// the wall or a radius is negative, so that s and u are no coordinates.
+    /// [`RevolveError::NotFinite`] or [`RevolveError::NotPositive`] for the range, [`RevolveError::Folded`] where lines between the curves
+    /// cross in the wall or a radius is negative, so that s and u are no coordinates.
     pub fn new(inner: Curve, outer: Curve, range: [f64; 2]) -> Result<Self, RevolveError> {
         let [first, last] = range;
         finite("start of the parameter", first)?;
