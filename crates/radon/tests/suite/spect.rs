@@ -345,14 +345,14 @@ fn what_makes_no_sense_is_refused() {
     let beside = views.clone().with_offset(1e300).unwrap();
     let flat = SliceAxis::new(3, 1e-3).unwrap();
     let tiny = ImageGrid::square(3, 1e-3).unwrap();
-    for (wrong, what) in [
+    for (wrong, expected) in [
         (placed(views, &far, &layers), "planes of a view"),
         (placed(&beside, &grid, &layers), "bins from the axis"),
         (placed(views, &grid, &flat), "pitch in voxels"),
         (placed(views, &tiny, &layers), "pitch in voxels"),
     ] {
         assert!(
-            matches!(wrong, RadonError::OutOfRange { name, .. } if name == what),
+            matches!(wrong, RadonError::OutOfRange { what, .. } if what == expected),
             "{wrong}"
         );
     }
