@@ -12,7 +12,7 @@
 //! attenuation in a convex domain: Kim et al., IEEE Trans. Nucl. Sci. 31 (1984) 538,
 //! <https://doi.org/10.1109/TNS.1984.4333314>).
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use crate::error::{finite, positive};
 use crate::rays::cylinder::across;
@@ -37,6 +37,8 @@ pub enum Medium<'a> {
 pub struct Attenuator<'a> {
     mu: f64,
     medium: Medium<'a>,
+    /// Middle and square of the radius of a ball round a body with organs around it: most rays pass it by.
+    ball: (Point3<f64>, f64),
 }
 
 impl<'a> Attenuator<'a> {
@@ -59,7 +61,17 @@ impl<'a> Attenuator<'a> {
                 layers: body.layers().len(),
             });
         }
-        Ok(Self { mu, medium })
+        let mut ball = (Point3::origin(), 0.0);
+        if let Medium::Around(_, body) = medium {
+            let [low, high] = body.bounding_box(body.layers().len() - 1)?;
+            let (low, high) = (low.coords, high.coords);
+            // Larger by more than any rounding.
+            ball = (
+                Point3::from((low + high) * 0.5),
+                0.2501 * (high - low).norm_squared(),
+            );
+        }
+        Ok(Self { mu, medium, ball })
     }
 
     /// Attenuation in 1/cm.
@@ -91,7 +103,11 @@ impl<'a> Attenuator<'a> {
             Medium::Torso(torso) => alike(torso.span(ray).into_iter().collect()),
             Medium::Around(organs, body) => {
                 let outermost = &body.layers()[body.layers().len() - 1];
-                let own = body.spans_in(outermost, ray);
+                let beside = (ray.origin() - self.ball.0).cross(&ray.direction());
+                let own = match beside.norm_squared() <= self.ball.1 {
+                    true => body.spans_in(outermost, ray),
+                    false => Vec::new(),
+                };
                 let around = organs.pieces(ray).into_iter();
                 let around = around.map(|(span, organ)| (span, organ.attenuation));
                 let mut pieces: Vec<_> = around.flat_map(|piece| without(piece, &own)).collect();
