@@ -88,8 +88,8 @@ pub use model::{
     Stretch, Uptake, VolumeCurve, VolumeRange, Wall, WallRegion,
 };
 pub use phantom::{
-    Artefacts, Edge, Memory, Numbers, Output, Phantom, PhantomParts, PhaseOf, PhaseReport,
-    PlannedFile, Product, ScenePhase, Seen, Thickness, Warning, WorkReport,
+    Artefacts, Edge, Memory, Method, Numbers, Osem, OsemReport, Output, Phantom, PhantomParts,
+    PhaseOf, PhaseReport, PlannedFile, Product, ScenePhase, Seen, Thickness, Warning, WorkReport,
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]

@@ -1,6 +1,9 @@
 //! What a run takes from the heap at most, against what was said before. A program of its own: the counter is the process's.
 
-use heart_phantom::scene::{Accuracy, Counts, DiscretisationSettings, Mode, Noise, Product, Scene};
+use heart_phantom::scene::{
+    Accuracy, AttenuationSettings, CollimatorSettings, Counts, DiscretisationSettings,
+    HolesSettings, MediumSettings, Method, Mode, Noise, Osem, Product, Scene,
+};
 use heart_phantom::{Phantom, run};
 use peak_alloc::PeakAlloc;
 
@@ -48,7 +51,29 @@ fn runs_take_what_was_said() {
     all.output.write.push(Product::Labels);
     let mut fine = scene(Mode::WholeCycle, 32);
     fine.acquisition.accuracy = Accuracy::Steps(256);
+    let mut modelled = scene(Mode::Static { phase: 0.0 }, 64);
+    modelled.collimator = Some(CollimatorSettings {
+        holes: HolesSettings::GeLehr,
+        intrinsic_fwhm: 0.38,
+        tolerance: 1e-4,
+    });
+    modelled.attenuation = Some(AttenuationSettings {
+        coefficient: 0.15,
+        medium: MediumSettings::Torso {
+            centre: [0.0; 2],
+            semi_axes: [12.0, 9.0],
+        },
+    });
+    modelled.reconstruction.method = Method::Osem(Osem {
+        attenuation: true,
+        resolution: true,
+        ..Osem::new(8, 1)
+    });
+    let mut lines = scene(Mode::Static { phase: 0.0 }, 96);
+    lines.reconstruction.method = Method::Osem(Osem::new(4, 1));
     for (name, scene, bound) in [
+        ("OSEM", modelled, usize::MAX),
+        ("OSEM of lines", lines, usize::MAX),
         ("static", scene(Mode::Static { phase: 0.0 }, 96), usize::MAX),
         ("whole cycle", scene(Mode::WholeCycle, 96), usize::MAX),
         ("noise", noisy, usize::MAX),

@@ -261,7 +261,7 @@ impl ParallelGeometry {
                         return Err(RadonError::ShortArc {
                             gap: gap[widest],
                             ratio,
-                            most: ArcPolicy::COMPLETE_RATIO,
+                            allowed: ArcPolicy::COMPLETE_RATIO,
                             furthest,
                         });
                     }

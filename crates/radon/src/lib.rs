@@ -84,7 +84,6 @@ mod filter;
 mod geometry;
 mod iterative;
 mod measure;
-mod nodes;
 #[cfg(feature = "noise")]
 mod noise;
 mod phantom;

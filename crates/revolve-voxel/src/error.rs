@@ -1,16 +1,18 @@
 //! The crate's error type: what was given, what is allowed.
 
+use thiserror::Error;
+
 /// Bad input, found before any work starts.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
-pub enum RevolveError {
+pub enum Error {
     /// Fewer points than a meridian needs.
-    #[error("a meridian needs at least {least} distinct points, got {given}")]
+    #[error("a meridian needs at least {needed} distinct points, got {given}")]
     TooFewPoints {
         /// Distinct points given.
         given: usize,
         /// Points needed.
-        least: usize,
+        needed: usize,
     },
     /// A count is below the least that makes sense.
     #[error("{what}: {given} given, at least {least} needed")]
@@ -125,7 +127,7 @@ pub enum RevolveError {
     },
     /// A list has the wrong length.
     #[error("{what}: expected length {expected}, got {given}")]
-    WrongLength {
+    Length {
         /// Which list.
         what: &'static str,
         /// The length needed.
@@ -160,33 +162,29 @@ pub enum RevolveError {
 }
 
 /// `Ok` if the number is finite.
-pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64, RevolveError> {
+pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64, Error> {
     if given.is_finite() {
         Ok(given)
     } else {
-        Err(RevolveError::NotFinite { what, given })
+        Err(Error::NotFinite { what, given })
     }
 }
 
 /// `Ok` if the number is finite and positive.
-pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, RevolveError> {
+pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, Error> {
     if finite(what, given)? > 0.0 {
         Ok(given)
     } else {
-        Err(RevolveError::NotPositive { what, given })
+        Err(Error::NotPositive { what, given })
     }
 }
 
 /// `Ok` if the length is the expected one.
-pub(crate) fn length(
-    what: &'static str,
-    expected: usize,
-    given: usize,
-) -> Result<(), RevolveError> {
+pub(crate) fn length(what: &'static str, expected: usize, given: usize) -> Result<(), Error> {
     if given == expected {
         Ok(())
     } else {
-        Err(RevolveError::WrongLength {
+        Err(Error::Length {
             what,
             expected,
             given,
@@ -195,16 +193,16 @@ pub(crate) fn length(
 }
 
 /// `Ok` if there are at least so many.
-pub(crate) fn at_least(what: &'static str, given: usize, least: usize) -> Result<(), RevolveError> {
+pub(crate) fn at_least(what: &'static str, given: usize, least: usize) -> Result<(), Error> {
     if given >= least {
         Ok(())
     } else {
-        Err(RevolveError::TooFew { what, given, least })
+        Err(Error::TooFew { what, given, least })
     }
 }
 
 /// The product of some counts, each positive, if that many samples with scratch can be addressed.
-pub(crate) fn countable(what: &'static str, counts: &[usize]) -> Result<(), RevolveError> {
+pub(crate) fn countable(what: &'static str, counts: &[usize]) -> Result<(), Error> {
     let mut samples = 1.0;
     for &n in counts {
         at_least(what, n, 1)?;
@@ -214,25 +212,22 @@ pub(crate) fn countable(what: &'static str, counts: &[usize]) -> Result<(), Revo
     if samples <= isize::MAX as f64 / 32.0 {
         Ok(())
     } else {
-        Err(RevolveError::TooLarge { what, samples })
+        Err(Error::TooLarge { what, samples })
     }
 }
 
 /// An empty list with room for `len`, or the error that says that there is none.
-pub(crate) fn room<T>(what: &'static str, len: usize) -> Result<Vec<T>, RevolveError> {
+pub(crate) fn room<T>(what: &'static str, len: usize) -> Result<Vec<T>, Error> {
     let mut room: Vec<T> = Vec::new();
     if room.try_reserve_exact(len).is_err() {
         let samples = len as f64;
-        return Err(RevolveError::TooLarge { what, samples });
+        return Err(Error::TooLarge { what, samples });
     }
     Ok(room)
 }
 
 /// `len` zeros, or the error that says that there is no room for them.
-pub(crate) fn zeros<T: Copy + Default>(
-    what: &'static str,
-    len: usize,
-) -> Result<Vec<T>, RevolveError> {
+pub(crate) fn zeros<T: Copy + Default>(what: &'static str, len: usize) -> Result<Vec<T>, Error> {
     // Asked for first: `vec!` ends the process if it is refused, and alone does not touch the memory.
     drop(room::<T>(what, len)?);
     Ok(vec![T::default(); len])

@@ -30,7 +30,9 @@ impl Phantom {
         let parts = scene.parts()?;
         let source = Source { scene, file };
         let mut phantom = Self::from_parts(parts).map_err(|error| match error {
-            PhantomError::NotBuilt { .. } => source.refused(error),
+            PhantomError::NotBuilt { .. } | PhantomError::OutOfRange { .. } => {
+                source.refused(error)
+            }
             error => error,
         })?;
         phantom.source = Some(source);

@@ -1,5 +1,6 @@
 //! How much memory a scene needs, before any work.
 
+use super::method::Method;
 use super::output::Product;
 use crate::Phantom;
 use crate::model::without_overlap;
@@ -79,20 +80,21 @@ impl Phantom {
         // Noise is counted beside what it is the noise of.
         let copies = 1 + u64::from(parts.noise.is_some());
         let voxels = camera.grid().len() as u64;
+        let reconstruction = match (reconstructs, &parts.method) {
+            (false, _) => 0,
+            (true, Method::Fbp) => WORK_BYTES.min(8 * voxels),
+            (true, Method::Osem(osem)) => self.bytes_of_osem(osem),
+        };
         Memory {
             shapes: alive * (shape + defects) + fields,
             views: points + if sees { copies * samples } else { 0 },
-            volumes: voxels
-                * (4 * u64::from(reconstructs)
-                    + 4 * u64::from(wants(Product::Truth))
-                    + 4 * u64::from(judges)
-                    + u64::from(wants(Product::Labels))
-                    + 4 * u64::from(wants(Product::Attenuation)))
-                + if reconstructs {
-                    WORK_BYTES.min(8 * voxels)
-                } else {
-                    0
-                },
+            volumes: reconstruction
+                + voxels
+                    * (4 * u64::from(reconstructs)
+                        + 4 * u64::from(wants(Product::Truth))
+                        + 4 * u64::from(judges)
+                        + u64::from(wants(Product::Labels))
+                        + 4 * u64::from(wants(Product::Attenuation))),
         }
     }
 

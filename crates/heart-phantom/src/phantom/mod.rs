@@ -4,7 +4,9 @@ mod artefacts;
 #[cfg(feature = "scene")]
 mod from_scene;
 mod memory;
+mod method;
 mod numbers;
+mod osem;
 mod output;
 mod parts;
 mod phases;
@@ -19,6 +21,7 @@ mod work;
 
 pub use artefacts::Artefacts;
 pub use memory::Memory;
+pub use method::{Method, Osem, OsemReport};
 pub use numbers::{Numbers, Thickness};
 pub use output::{Output, Product};
 #[cfg(feature = "scene")]

@@ -1,5 +1,6 @@
 //! What a phantom is made of: the domain's own types, put together by hand or from a scene.
 
+use super::method::Method;
 use super::output::{Output, Product};
 use crate::error::{PhantomError, check, check_count};
 use crate::model::Attenuation;
@@ -79,7 +80,9 @@ pub struct PhantomParts {
     pub mode: Mode,
     /// How finely that time is sampled.
     pub accuracy: Accuracy,
-    /// Filtered back-projection of the views into the camera's pixels.
+    /// How volumes are made from the views.
+    pub method: Method,
+    /// Filtered back-projection of the views into the camera's pixels, if that is the method.
     pub reconstruction: FbpOptions,
     /// Largest error of a voxel's covered fraction in exact volumes.
     pub truth_tolerance: f64,
@@ -109,6 +112,7 @@ impl PhantomParts {
             noise: None,
             mode: Mode::WholeCycle,
             accuracy: Accuracy::Steps(32),
+            method: Method::default(),
             reconstruction: FbpOptions::default(),
             truth_tolerance: 1e-3,
             side: SIDE,
@@ -153,6 +157,7 @@ impl PhantomParts {
         }
         // Finer ones would have millions of triangles.
         check("mesh tolerance", self.output.mesh_tolerance, 1e-5, 0.1)?;
+        self.check_method()?;
         self.check_output()
     }
 

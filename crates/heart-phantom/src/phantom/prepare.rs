@@ -3,7 +3,7 @@
 use super::output::Product;
 use crate::error::PhantomError;
 use crate::scan::Counts;
-use crate::{Acquisition, Phantom, Regions, Rotation};
+use crate::{Acquisition, Method, Phantom, Regions, Rotation};
 use std::collections::BTreeSet;
 
 /// Most shapes that are tried: of more, some between the smallest and the largest.
@@ -70,6 +70,9 @@ impl Phantom {
     }
 
     fn try_reconstruction(&self) -> Result<(), PhantomError> {
+        if let Method::Osem(osem) = &self.parts().method {
+            return self.try_model(osem, 0);
+        }
         self.plan(0)?;
         if let Rotation::Continuous = self.camera().rotation() {
             let policy = self.parts().reconstruction.arc;

@@ -3,7 +3,7 @@
 use super::Phantom;
 use crate::error::{PhantomError, check_count};
 use crate::truth::truth_of_slices;
-use crate::{Acquisition, Regions, Rotation};
+use crate::{Acquisition, Method, OsemReport, Regions, Rotation};
 use radon::{FbpPlan, StackOrder};
 use revolve_voxel::{Mesh, Sampling};
 use std::ops::Range;
@@ -11,15 +11,26 @@ use std::sync::{Arc, PoisonError};
 
 /// The body's region that holds the defects.
 const WALL: usize = 1;
+
 impl Phantom {
-    /// One slice of the reconstruction of a gate, `[y][x]`, from one row of each view, and those that the blur reaches.
+    /// One slice of the reconstruction of a gate, `[y][x]`, from one row of each view, and those that the blur reaches;
+    /// by [`Method::Osem`], which knows no slice alone, that of the whole volume, at the cost of the whole.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there is no such gate or slice; [`PhantomError::Radon`] if the arc is too short.
+    /// [`PhantomError::Count`] if there is no such gate or slice; [`PhantomError::Radon`] if the arc is too short for [`Method::Fbp`].
     pub fn slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
         check_count("slice", z, 0, self.parts.camera.n_rows() - 1)?;
-        let sinogram = self.take(gate, 0..self.parts.camera.n_views(), z..z + 1, &|_| ())?;
-        self.reconstruct_slices(gate, &sinogram.samples, 1)
+        match self.parts.method {
+            Method::Fbp => {
+                let views = 0..self.parts.camera.n_views();
+                let sinogram = self.take(gate, views, z..z + 1, &|_| ())?;
+                self.back_project(gate, &sinogram.samples, 1)
+            }
+            Method::Osem(_) => {
+                let len = self.parts.camera.grid().slice_len();
+                Ok(self.volume(gate)?[z * len..][..len].to_vec())
+            }
+        }
     }
 
     /// The reconstruction of a gate, `[z][y][x]`: the voxels of [`Camera::grid`], of a camera whose pixels are a region those of the region
@@ -36,10 +47,33 @@ impl Phantom {
     /// ([`Phantom::geometry`]).
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Radon`] for a wrong length, a sample that is not finite, or
-    /// an arc that is too short.
+    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Radon`] or [`PhantomError::Length`] for a wrong length,
+    /// [`PhantomError::Radon`] for a sample that is not finite, by [`Method::Fbp`] for an arc that is too short, by [`Method::Osem`] for a
+    /// sample below zero.
     pub fn reconstruct(&self, gate: usize, views: &[f32]) -> Result<Vec<f32>, PhantomError> {
-        self.reconstruct_slices(gate, views, self.parts.camera.n_rows())
+        Ok(self.reconstruct_observed(gate, views, &|_| ())?.0)
+    }
+
+    /// The same, and what OSEM did. `progress` is told the number of its passes done.
+    ///
+    /// # Errors
+    /// As [`Phantom::reconstruct`].
+    pub fn reconstruct_observed(
+        &self,
+        gate: usize,
+        views: &[f32],
+        progress: &dyn Fn(usize),
+    ) -> Result<(Vec<f32>, Option<OsemReport>), PhantomError> {
+        match &self.parts.method {
+            Method::Fbp => {
+                let n_slices = self.parts.camera.n_rows();
+                Ok((self.back_project(gate, views, n_slices)?, None))
+            }
+            Method::Osem(osem) => {
+                let (volume, report) = self.osem(osem, gate, views, progress)?;
+                Ok((volume, Some(report)))
+            }
+        }
     }
 
     /// The exact volume of a gate, `[z][y][x]`: the mean over each voxel and over the time that the views see together, see
@@ -163,7 +197,7 @@ impl Phantom {
         Ok(made)
     }
 
-    fn reconstruct_slices(
+    fn back_project(
         &self,
         gate: usize,
         views: &[f32],

@@ -31,6 +31,8 @@ pub struct WorkReport {
     pub rows_filtered: usize,
     /// Rows without signal.
     pub rows_skipped: usize,
+    /// Passes of OSEM through all views of a gate.
+    pub osem_iterations: usize,
 }
 
 /// The counters behind a [`WorkReport`].
@@ -67,6 +69,10 @@ impl Work {
             sum.rows_filtered += report.rows_filtered;
             sum.rows_skipped += report.rows_skipped;
         });
+    }
+
+    pub(crate) fn osem(&self, iterations: usize) {
+        self.add(|sum| sum.osem_iterations += iterations);
     }
 
     /// Counters that are only added to are whole even after a panic elsewhere.

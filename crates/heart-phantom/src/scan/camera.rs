@@ -7,6 +7,9 @@ use std::f64::consts::PI;
 /// Samples of one set of views or of one volume: 8 GiB of `f32`.
 pub(crate) const MOST_SAMPLES: f64 = 2_147_483_648.0;
 
+/// What there are too many of.
+pub(crate) const VOXELS: &str = "voxels";
+
 /// How the camera goes from view to view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
@@ -102,7 +105,7 @@ impl Camera {
         let samples = product([from.views, from.bins, from.rows]);
         check("views x bins x rows", samples, 0.0, MOST_SAMPLES)?;
         let voxels = product([from.pixels[0], from.pixels[1], from.rows]);
-        check("voxels", voxels, 0.0, MOST_SAMPLES)?;
+        check(VOXELS, voxels, 0.0, MOST_SAMPLES)?;
         let angles: Vec<f64> = (0..from.views)
             .map(|k| from.start + k as f64 * from.arc / n)
             .collect();
@@ -138,6 +141,29 @@ impl Camera {
             rows,
             ..self.from.clone()
         })
+    }
+
+    /// The same with voxels that reach, along x and along y, from `low` to `high` in cm, too, and with as many layers more below and above;
+    /// and which of them is the first one of these.
+    pub(crate) fn with_voxels_around(
+        &self,
+        reach: [[f64; 2]; 2],
+        layers: f64,
+    ) -> Result<([usize; 3], Self), PhantomError> {
+        let mut wide = self.from.clone();
+        let mut first = [0, 0, layers as usize];
+        wide.rows += 2 * first[2];
+        for (axis, [low, high]) in reach.into_iter().enumerate() {
+            let (pixel, centre) = (wide.pixel, wide.centre[axis]);
+            let half = 0.5 * wide.pixels[axis] as f64 * pixel;
+            // What only rounding puts outside is inside.
+            let more = |missing: f64| (missing / pixel - 1e-6).ceil().max(0.0);
+            let [before, behind] = [more(centre - half - low), more(high - centre - half)];
+            first[axis] = before as usize;
+            wide.pixels[axis] += (before + behind) as usize;
+            wide.centre[axis] += 0.5 * (behind - before) * pixel;
+        }
+        Ok((first, Self::with_geometry(&wide)?))
     }
 
     /// Angles and bins. A camera that turns all the time stands at these angles in the middle of each view's time; what it saw in a

@@ -17,9 +17,9 @@ mod wide;
 
 pub use acquire::acquire;
 pub use acquisition::{Acquisition, Sinograms, TruthOf};
-#[cfg(feature = "scene")]
-pub(crate) use camera::MOST_SAMPLES;
 pub use camera::{Camera, CameraGeometry, Rotation};
+#[cfg(feature = "scene")]
+pub(crate) use camera::{MOST_SAMPLES, VOXELS};
 pub use depth::Collimation;
 pub(crate) use depth::Depth;
 pub(crate) use readout::Readout;

@@ -49,6 +49,7 @@ impl Scene {
             noise: self.noise,
             mode: self.acquisition.mode,
             accuracy: self.acquisition.accuracy,
+            method: self.reconstruction.method,
             reconstruction: fbp_of(&self.reconstruction),
             truth_tolerance: self.truth.tolerance,
             // the middle of the inner cylinder

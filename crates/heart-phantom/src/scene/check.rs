@@ -1,7 +1,8 @@
 //! What a scene may hold: every field in its range, and the fields with each other.
 
+use super::check_reconstruction::{reconstruction, region_has_a_place};
 use super::check_time::{acquisition, turning};
-use super::fault::{Checked, count, fault, spelled, within};
+use super::fault::{Checked, LENGTH, count, fault, spelled, within};
 use super::*;
 use crate::files::Format;
 use crate::model::MAX_ACTIVITY;
@@ -15,8 +16,6 @@ use crate::{Uptake, VolumeCurve, VolumeRange};
 
 /// Sizes of an arc in degrees.
 const ARC: [f64; 2] = [1e-3, 3600.0];
-/// Lengths in cm.
-const LENGTH: [f64; 2] = [1e-6, 1e6];
 
 pub(super) fn scene(scene: &Scene) -> Checked {
     heart(&scene.heart)?;
@@ -374,83 +373,6 @@ fn camera(camera: &CameraSettings) -> Checked {
         return Err(fault("camera.views", camera.views, wanted));
     }
     Ok(())
-}
-
-fn reconstruction(scene: &Scene) -> Checked {
-    let settings = &scene.reconstruction;
-    match &settings.window {
-        Window::Butterworth { order } => {
-            let field = "reconstruction.window.butterworth.order";
-            count(field, *order as usize, [1, 1000])?;
-        }
-        Window::Custom(gains) => {
-            let field = "reconstruction.window.custom";
-            count(field, gains.len(), [2, 65_536])?;
-            (gains.iter()).try_for_each(|gain| within(field, *gain, [-1e6, 1e6]))?;
-        }
-        _ => {}
-    }
-    within("reconstruction.cutoff", settings.cutoff, [1e-3, 1.0])?;
-    if let Some(pixels) = settings.pixels {
-        count("reconstruction.pixels", pixels, [1, 8192])?;
-    }
-    if let Some(pixel) = settings.pixel {
-        within("reconstruction.pixel", pixel, LENGTH)?;
-    }
-    let pixels = settings.pixels.unwrap_or(scene.camera.bins);
-    let voxels = (pixels * pixels) as f64 * scene.camera.rows as f64;
-    if voxels > MOST_SAMPLES {
-        let field = match settings.pixels {
-            Some(_) => "reconstruction.pixels",
-            None => "camera.bins",
-        };
-        let wanted = format!(
-            "voxels: reconstruction.pixels^2 x camera.rows = {voxels:e} must be at most {MOST_SAMPLES:e}"
-        );
-        return Err(fault(field, pixels, wanted));
-    }
-    if let Some(region) = settings.region {
-        for (field, [from, to]) in [
-            ("reconstruction.region.x", region.x),
-            ("reconstruction.region.y", region.y),
-        ] {
-            if from >= to || to > pixels {
-                let wanted = format!("must be [from, to] with from < to <= {pixels}");
-                return Err(fault(field, format!("[{from}, {to}]"), wanted));
-            }
-        }
-    }
-    let views = scene.camera.views;
-    // No gap between neighbouring directions is wider than two steps.
-    let least = 180.0 / (1.0 + 1.0 / views as f64);
-    if settings.arc == ArcPolicy::Complete && scene.camera.arc.abs() < least {
-        // Its default would do, so that it stands in the file; `reconstruction.arc` may not.
-        let wanted = format!(
-            "must be 180 or more, either way ({} is enough for {views} views: no gap is wider than two steps), \
-             or reconstruction.arc one of extend, truncate, rescale",
-            Number(enough(least))
-        );
-        return Err(fault("camera.arc", Number(scene.camera.arc), wanted));
-    }
-    Ok(())
-}
-
-/// Interfile 3.3 has no key for a place: readers take the volume as centred.
-fn region_has_a_place(scene: &Scene) -> Checked {
-    let settings = &scene.reconstruction;
-    let pixels = settings.pixels.unwrap_or(scene.camera.bins);
-    match settings.region {
-        Some(PixelRange { x, y })
-            if scene.output.volumes == Format::InterfileSimind
-                && [x, y].iter().any(|[from, to]| from + to != pixels) =>
-        {
-            let wanted = format!(
-                "has no place for a region off the centre; choose another format, or [from, to] with from + to = {pixels}"
-            );
-            Err(fault("output.volumes", "interfile-simind", wanted))
-        }
-        _ => Ok(()),
-    }
 }
 
 fn output(output: &Output) -> Checked {

@@ -2,6 +2,7 @@
 
 mod build;
 mod check;
+mod check_reconstruction;
 mod check_time;
 mod error;
 mod fault;
@@ -13,7 +14,9 @@ mod source;
 mod study;
 mod template;
 
-pub use crate::{Accuracy, Activity, Balloon, Counts, Mode, Noise, Output, Product, Rotation};
+pub use crate::{
+    Accuracy, Activity, Balloon, Counts, Method, Mode, Noise, Osem, Output, Product, Rotation,
+};
 pub use error::SceneError;
 pub(crate) use error::place_in;
 pub use membrane_forces::PressureLaw;

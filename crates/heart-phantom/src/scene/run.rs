@@ -9,8 +9,8 @@ use crate::files::{
 };
 use crate::phantom::{phase_name, surface_name};
 use crate::{
-    Artefacts, Memory, Numbers, Phantom, PhaseReport, Product, ScenePhase, TruthOf, ViewReport,
-    Warning, WorkReport,
+    Artefacts, Memory, Method, Numbers, OsemReport, Phantom, PhaseReport, Product, ScenePhase,
+    TruthOf, ViewReport, Warning, WorkReport,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -82,6 +82,9 @@ pub struct GateReport {
     /// Mean counts of a sample of 1, where views with noise were made.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub counts_per_unit: Option<f64>,
+    /// What OSEM did, where it reconstructed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub osem: Option<OsemReport>,
     /// What the exact volume is the mean over, where it was written: its file is `truth`, or `truth-mean-of-views`, and `rmse` below
     /// is the difference from it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -207,6 +210,7 @@ impl Writer<'_> {
             quadrature_error: None,
             quadrature_steps: None,
             counts_per_unit: None,
+            osem: None,
             truth: None,
             artefacts: None,
         };
@@ -225,7 +229,14 @@ impl Writer<'_> {
             }
             if reconstruct {
                 progress("reconstruction", 0.5);
-                let made = phantom.reconstruct(gate, &views.samples)?;
+                let passes = match phantom.parts().method {
+                    Method::Fbp => 1,
+                    Method::Osem(osem) => osem.iterations,
+                };
+                let told =
+                    |done| progress("reconstruction", 0.5 + 0.15 * done as f64 / passes as f64);
+                let (made, osem) = phantom.reconstruct_observed(gate, &views.samples, &told)?;
+                report.osem = osem;
                 if self.wants(Product::Reconstruction) {
                     let name = phantom.gate_name(RECONSTRUCTION, gate);
                     self.write_volume(&name, made.as_slice())?;

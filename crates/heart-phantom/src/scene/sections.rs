@@ -1,7 +1,7 @@
 //! The sections of a scene: plain data, defaults of the paper's study.
 
 use crate::scan::{Accuracy, Mode};
-use crate::{Balloon, Rotation, VolumeCurve, VolumeRange};
+use crate::{Balloon, Method, Rotation, VolumeCurve, VolumeRange};
 use membrane_forces::PressureLaw;
 use radon::{ArcPolicy, Window};
 use serde::de::{Deserializer, Error as _, SeqAccess, Visitor};
@@ -349,10 +349,12 @@ impl Default for AcquisitionSettings {
     }
 }
 
-/// `[reconstruction]`: filtered back-projection, slice by slice.
+/// `[reconstruction]`: volumes from views.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReconstructionSettings {
+    /// How: `window`, `cutoff` and `arc` are those of filtered back-projection.
+    pub method: Method,
     /// Window of the ramp filter.
     pub window: Window,
     /// Cutoff as a share of the Nyquist frequency of the bins.
@@ -373,6 +375,7 @@ pub struct ReconstructionSettings {
 impl Default for ReconstructionSettings {
     fn default() -> Self {
         Self {
+            method: Method::Fbp,
             window: Window::RamLak,
             cutoff: 1.0,
             pixels: None,

@@ -3,6 +3,7 @@
 use super::place;
 use super::study::Scene;
 use crate::error::PhantomError;
+use crate::scan::VOXELS;
 use std::path::PathBuf;
 
 /// The scene that a phantom was made from.
@@ -25,6 +26,10 @@ impl Source {
             PhantomError::Quadrature { .. } => "acquisition.accuracy.tolerance".to_owned(),
             PhantomError::Radon(radon::RadonError::ShortArc { .. }) => "camera.arc".to_owned(),
             PhantomError::Radon(_) => "reconstruction".to_owned(),
+            // Those of the scene were checked; a model has more.
+            PhantomError::OutOfRange { what, .. } if *what == VOXELS => {
+                "reconstruction.method".to_owned()
+            }
             PhantomError::NothingToCount => "noise.counts.total".to_owned(),
             PhantomError::NotBuilt { what, .. } => match &self.scene.output {
                 output if *what == output.volumes.name() => "output.volumes".to_owned(),

@@ -66,7 +66,7 @@ pub struct Scene {
     pub noise: Option<Noise>,
     /// When the views are taken.
     pub acquisition: AcquisitionSettings,
-    /// Filtered back-projection.
+    /// Volumes from views.
     pub reconstruction: ReconstructionSettings,
     /// The exact volumes.
     pub truth: TruthSettings,

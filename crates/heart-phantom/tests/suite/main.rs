@@ -7,6 +7,7 @@ mod files;
 mod lock;
 mod material;
 mod organs;
+mod osem;
 mod parts;
 mod phantom;
 mod prepare;

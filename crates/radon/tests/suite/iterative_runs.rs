@@ -366,7 +366,7 @@ fn bad_input_is_refused_with_its_numbers() {
         assert_eq!(
             error,
             RadonError::WrongLength {
-                what: "data",
+                name: "data",
                 given: 3,
                 expected: 4
             }
@@ -376,7 +376,7 @@ fn bad_input_is_refused_with_its_numbers() {
         assert_eq!(
             error,
             RadonError::WrongLength {
-                what: "image",
+                name: "image",
                 given: 2,
                 expected: 3
             }
@@ -386,7 +386,7 @@ fn bad_input_is_refused_with_its_numbers() {
         assert!(matches!(
             error,
             RadonError::BadSample {
-                what: "data",
+                name: "data",
                 index: 2,
                 ..
             }
@@ -396,7 +396,7 @@ fn bad_input_is_refused_with_its_numbers() {
         assert!(matches!(
             error,
             RadonError::BadSample {
-                what: "image",
+                name: "image",
                 index: 1,
                 ..
             }
@@ -411,7 +411,7 @@ fn bad_input_is_refused_with_its_numbers() {
         )
         .unwrap_err()
     };
-    let negative = |what, index, given| RadonError::NegativeSample { what, index, given };
+    let negative = |name, index, given| RadonError::NegativeSample { name, index, given };
     assert_eq!(
         em(&[1.0, -2.0, 1.0, 1.0], &x, vec![]),
         negative("data", 1, -2.0)
@@ -427,7 +427,7 @@ fn bad_input_is_refused_with_its_numbers() {
     assert!(matches!(
         em(&b, &x, vec![1.0]),
         RadonError::WrongLength {
-            what: "background",
+            name: "background",
             given: 1,
             expected: 4
         }
@@ -440,7 +440,7 @@ fn bad_input_is_refused_with_its_numbers() {
     assert!(matches!(
         sirt(&a, &b, &mut x.clone(), &crossed),
         Err(RadonError::OutOfRange {
-            what: "upper bound",
+            name: "upper bound",
             ..
         })
     ));
@@ -467,14 +467,14 @@ fn bad_input_is_refused_with_its_numbers() {
     assert!(matches!(
         sirt(&mixed, &[1.0], &mut [0.0; 2], &SirtOptions::default()),
         Err(RadonError::NegativeSample {
-            what: "row sums",
+            name: "row sums",
             ..
         })
     ));
     assert!(matches!(
         mlem(&mixed, &[1.0], &mut [1.0; 2], &EmOptions::default()),
         Err(RadonError::NegativeSample {
-            what: "column sums",
+            name: "column sums",
             ..
         })
     ));
@@ -504,6 +504,6 @@ fn bad_input_is_refused_with_its_numbers() {
     ));
     assert!(matches!(
         osem(&subset(vec![0]), &b, &mut x.clone(), &EmOptions::default()),
-        Err(RadonError::WrongLength { what: "subset", .. })
+        Err(RadonError::WrongLength { name: "subset", .. })
     ));
 }

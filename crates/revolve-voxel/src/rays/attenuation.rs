@@ -12,13 +12,11 @@
 //! attenuation in a convex domain: Kim et al., IEEE Trans. Nucl. Sci. 31 (1984) 538,
 //! <https://doi.org/10.1109/TNS.1984.4333314>).
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
 use crate::error::{finite, positive};
 use crate::rays::cylinder::across;
-use crate::{
-    Body, EllipticCylinder, Organs, ParallelRays, Ray, RayCounters, RevolveError, Sample, Span,
-};
+use crate::{Body, EllipticCylinder, Error, Organs, ParallelRays, Ray, RayCounters, Sample, Span};
 
 /// What weakens the rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,18 +35,16 @@ pub enum Medium<'a> {
 pub struct Attenuator<'a> {
     mu: f64,
     medium: Medium<'a>,
-    /// Middle and square of the radius of a ball round a body with organs around it: most rays pass it by.
-    ball: (Point3<f64>, f64),
 }
 
 impl<'a> Attenuator<'a> {
     /// A medium of attenuation `mu` in 1/cm; of a body with organs around it, `mu` is the body's.
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`], [`RevolveError::Negative`] for mu; [`RevolveError::NoSuchLayer`].
-    pub fn new(mu: f64, medium: Medium<'a>) -> Result<Self, RevolveError> {
+    /// [`Error::NotFinite`], [`Error::Negative`] for mu; [`Error::NoSuchLayer`].
+    pub fn new(mu: f64, medium: Medium<'a>) -> Result<Self, Error> {
         if finite("attenuation", mu)? < 0.0 {
-            return Err(RevolveError::Negative {
+            return Err(Error::Negative {
                 what: "attenuation",
                 given: mu,
             });
@@ -56,22 +52,12 @@ impl<'a> Attenuator<'a> {
         if let Medium::Layer(body, layer) = medium
             && layer >= body.layers().len()
         {
-            return Err(RevolveError::NoSuchLayer {
+            return Err(Error::NoSuchLayer {
                 given: layer,
                 layers: body.layers().len(),
             });
         }
-        let mut ball = (Point3::origin(), 0.0);
-        if let Medium::Around(_, body) = medium {
-            let [low, high] = body.bounding_box(body.layers().len() - 1)?;
-            let (low, high) = (low.coords, high.coords);
-            // Larger by more than any rounding.
-            ball = (
-                Point3::from((low + high) * 0.5),
-                0.2501 * (high - low).norm_squared(),
-            );
-        }
-        Ok(Self { mu, medium, ball })
+        Ok(Self { mu, medium })
     }
 
     /// Attenuation in 1/cm.
@@ -85,7 +71,7 @@ impl<'a> Attenuator<'a> {
     }
 
     /// Rays along a torso never leave it.
-    pub(crate) fn check_direction(&self, d: &Vector3<f64>) -> Result<(), RevolveError> {
+    pub(crate) fn check_direction(&self, d: &Vector3<f64>) -> Result<(), Error> {
         match self.medium {
             Medium::Layer(..) => Ok(()),
             Medium::Torso(_) | Medium::Around(..) => {
@@ -103,11 +89,7 @@ impl<'a> Attenuator<'a> {
             Medium::Torso(torso) => alike(torso.span(ray).into_iter().collect()),
             Medium::Around(organs, body) => {
                 let outermost = &body.layers()[body.layers().len() - 1];
-                let beside = (ray.origin() - self.ball.0).cross(&ray.direction());
-                let own = match beside.norm_squared() <= self.ball.1 {
-                    true => body.spans_in(outermost, ray),
-                    false => Vec::new(),
-                };
+                let own = body.spans_in(outermost, ray);
                 let around = organs.pieces(ray).into_iter();
                 let around = around.map(|(span, organ)| (span, organ.attenuation));
                 let mut pieces: Vec<_> = around.flat_map(|piece| without(piece, &own)).collect();
@@ -183,7 +165,7 @@ impl Body {
     /// the rays.
     ///
     /// # Errors
-    /// As [`Body::project_add`]; [`RevolveError::NotPositive`] for rays along the axis of a torso.
+    /// As [`Body::project_add`]; [`Error::NotPositive`] for rays along the axis of a torso.
     ///
     /// ```
     /// use revolve_voxel::{Attenuator, Body, EllipticCylinder, Medium, Meridian, ParallelDetector, Pose};
@@ -196,7 +178,7 @@ impl Body {
     /// body.project_attenuated_add(&rays, &[1.0], 1.0, &attenuator, &mut seen)?;
     /// let exact = (-0.15_f64 * 7.5).exp() * (1.0 - (-0.15_f64).exp()) / 0.15;
     /// assert!((seen[0] - exact).abs() < 1e-12);
-    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// # Ok::<(), revolve_voxel::Error>(())
     /// ```
     pub fn project_attenuated_add<T: Sample>(
         &self,
@@ -205,7 +187,7 @@ impl Body {
         weight: f64,
         attenuator: &Attenuator,
         out: &mut [T],
-    ) -> Result<RayCounters, RevolveError> {
+    ) -> Result<RayCounters, Error> {
         attenuator.check_direction(&rays.direction())?;
         self.project_measured(rays, activity, weight, out, |[bin, row]| {
             let way = attenuator.along(&rays.line(bin, row));

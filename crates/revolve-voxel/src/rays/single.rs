@@ -2,7 +2,7 @@
 
 use crate::rays::chord::Hint;
 use crate::rays::direction::Direction;
-use crate::{Body, Meridian, Ray, RevolveError, Span};
+use crate::{Body, Error, Meridian, Ray, Span};
 
 impl Body {
     /// Length of the line inside one layer.
@@ -13,8 +13,8 @@ impl Body {
     /// Cost: the logarithm of the number of segments.
     ///
     /// # Errors
-    /// [`RevolveError::NoSuchLayer`].
-    pub fn chord(&self, layer: usize, ray: &Ray) -> Result<f64, RevolveError> {
+    /// [`Error::NoSuchLayer`].
+    pub fn chord(&self, layer: usize, ray: &Ray) -> Result<f64, Error> {
         Ok(self.chord_in(self.layer(layer)?, ray))
     }
 
@@ -29,8 +29,8 @@ impl Body {
     /// Line integral of the activity along the whole line.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the activities.
-    pub fn line_integral(&self, ray: &Ray, activity: &[f64]) -> Result<f64, RevolveError> {
+    /// [`Error::Length`] or [`Error::NotFinite`] for the activities.
+    pub fn line_integral(&self, ray: &Ray, activity: &[f64]) -> Result<f64, Error> {
         let weights = self.weights(activity)?;
         let chords = self.layers().iter().map(|layer| self.chord_in(layer, ray));
         Ok(weights.iter().zip(chords).map(|(w, chord)| w * chord).sum())
@@ -39,8 +39,8 @@ impl Body {
     /// Sorted, disjoint intervals of the line inside one layer.
     ///
     /// # Errors
-    /// [`RevolveError::NoSuchLayer`].
-    pub fn spans(&self, layer: usize, ray: &Ray) -> Result<Vec<Span>, RevolveError> {
+    /// [`Error::NoSuchLayer`].
+    pub fn spans(&self, layer: usize, ray: &Ray) -> Result<Vec<Span>, Error> {
         Ok(self.spans_in(self.layer(layer)?, ray))
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::{PI, TAU};
 
-use crate::RevolveError;
+use crate::Error;
 use crate::error::{finite, positive};
 use crate::solid::segment::ROUNDING;
 
@@ -35,13 +35,13 @@ pub(crate) enum Place {
 
 impl Wedge {
     /// From one azimuth to a larger one, in radians.
-    pub(crate) fn new([from, to]: [f64; 2]) -> Result<Self, RevolveError> {
+    pub(crate) fn new([from, to]: [f64; 2]) -> Result<Self, Error> {
         finite("first azimuth", from)?;
         finite("last azimuth", to)?;
         let opening = positive("opening of the wedge", to - from)?;
         // A full turn given as a sum of angles may be off by rounding.
         if opening > TAU * (1.0 + 1e-12) {
-            return Err(RevolveError::TooWide {
+            return Err(Error::TooWide {
                 given: opening,
                 most: TAU,
             });

@@ -436,6 +436,46 @@ const BAD: &[(&str, &str, &str)] = &[
         "output.projections",
         "interfile-stir",
     ),
+    (
+        "[reconstruction]\nmethod = 'mlem'",
+        "reconstruction.method",
+        "`osem`",
+    ),
+    (
+        "[reconstruction]\nmethod = 'osem'",
+        "reconstruction.method",
+        "subsets = 8",
+    ),
+    (
+        "[reconstruction]\nmethod = { osem = { subsets = 0, iterations = 4 } }",
+        "reconstruction.method.osem.subsets",
+        "between",
+    ),
+    (
+        "[reconstruction]\nmethod = { osem = { subsets = 91, iterations = 4 } }",
+        "reconstruction.method.osem.subsets",
+        "90",
+    ),
+    (
+        "[reconstruction]\nmethod = { osem = { subsets = 8, iterations = 0 } }",
+        "reconstruction.method.osem.iterations",
+        "between",
+    ),
+    (
+        "[reconstruction]\nmethod = { osem = { subsets = 8, iterations = 4, tolerance = 0.0 } }",
+        "reconstruction.method.osem.tolerance",
+        "between",
+    ),
+    (
+        "[reconstruction]\nmethod = { osem = { subsets = 8, iterations = 4, attenuation = true } }",
+        "reconstruction.method.osem.attenuation",
+        "[attenuation]",
+    ),
+    (
+        "[reconstruction]\nmethod = { osem = { subsets = 8, iterations = 4, resolution = true } }",
+        "reconstruction.method.osem.resolution",
+        "[collimator]",
+    ),
 ];
 
 #[test]

@@ -1,0 +1,255 @@
+//! Volumes by OSEM: all slices at once, from a model of what the camera does.
+//!
+//! The model's voxels are those of the camera and as many more around them as the views see into, and as emit or attenuate: what lies beyond
+//! a region that is asked for is in the views all the same. Those of the camera are cut out at the end.
+
+use super::method::{Method, Osem, OsemReport};
+use super::{Phantom, PhantomParts};
+use crate::error::PhantomError;
+use crate::scan::{Collimation, Scan};
+use crate::truth::truth_of_slices;
+use crate::{Activity, Camera};
+use radon::{
+    Collimator, EmOptions, IterativeReport, LinearOperator, SliceAxis, SpectGeometry,
+    SpectOperator, SpectOptions, Stopping, osem_observed,
+};
+use revolve_voxel::{Organ, Organs};
+use std::ops::ControlFlow;
+
+/// Layers of so many standard deviations of the widest response, beyond the first row and the last, are blurred into the views.
+const MARGIN: f64 = 3.0;
+/// Images of views, blurred depth by depth, for two views a thread.
+const WORK_BYTES: u64 = 16 << 20;
+
+/// The voxels of the model.
+#[derive(Debug)]
+pub(crate) struct ModelVoxels {
+    /// The camera with these voxels; its rows are their layers.
+    pub(crate) camera: Camera,
+    /// Which of them is the first of the camera's own, along x, y and z.
+    first: [usize; 3],
+}
+
+impl PhantomParts {
+    /// What OSEM may have no sense without, or no place.
+    pub(super) fn check_method(&self) -> Result<(), PhantomError> {
+        let Method::Osem(osem) = &self.method else {
+            return Ok(());
+        };
+        osem.check(self.camera.n_views())?;
+        for (asked, there, what) in [
+            (osem.attenuation, self.attenuation.is_some(), "attenuation"),
+            (osem.resolution, self.collimator.is_some(), "collimator"),
+        ] {
+            if asked && !there {
+                return Err(PhantomError::Absent { what });
+            }
+        }
+        self.model_voxels(osem).map(drop)
+    }
+
+    /// The voxels of the model.
+    pub(super) fn model_voxels(&self, osem: &Osem) -> Result<ModelVoxels, PhantomError> {
+        let camera = &self.camera;
+        let half = 0.5 * camera.n_bins() as f64 * camera.pitch();
+        let mut reach = [[-half, half]; 2];
+        let mut hold = |centre: [f64; 2], half: [f64; 2]| {
+            for ([low, high], (c, a)) in reach.iter_mut().zip(centre.into_iter().zip(half)) {
+                (*low, *high) = (low.min(c - a), high.max(c + a));
+            }
+        };
+        let medium = self.attenuation.filter(|_| osem.attenuation);
+        let background = self.background.map(|background| background.torso);
+        let torso = medium.and_then(|medium| medium.torso);
+        for around in [background, torso].into_iter().flatten() {
+            hold(around.centre(), around.semi_axes());
+        }
+        for organ in self.organs.iter().flat_map(Organs::as_slice) {
+            if organ.activity > 0.0 || (medium.is_some() && organ.attenuation > 0.0) {
+                let ([x, y, _], [a, b, _]) = organ.shape.bounds();
+                hold([x, y], [a, b]);
+            }
+        }
+        let far = self.radius + half;
+        let width = self.response(osem).sigma(far);
+        let layers = (MARGIN * width / camera.detector().pitch()[1]).ceil();
+        let (first, camera) = camera.with_voxels_around(reach, layers)?;
+        Ok(ModelVoxels { camera, first })
+    }
+
+    /// How the model has points blurred. Views are samples, the model's are means over bins: what those are wider by is taken off the
+    /// crystal's variance, as far as it goes.
+    fn response(&self, osem: &Osem) -> Collimator {
+        let collimator = self.collimator.filter(|_| osem.resolution);
+        let Some(Collimation { response, .. }) = collimator else {
+            return Collimator::default();
+        };
+        let [bin, row] = self.camera.detector().pitch();
+        let wider = bin.min(row).powi(2) / 12.0;
+        let intrinsic = (response.intrinsic().powi(2) - wider).max(0.0).sqrt();
+        // Nothing that `new` could refuse.
+        Collimator::new(response.slope(), response.at_face(), intrinsic).unwrap_or(response)
+    }
+}
+
+impl ModelVoxels {
+    /// The voxels of a camera from a volume of the model, `[z][y][x]` both.
+    fn cut(&self, volume: &[f32], camera: &Camera) -> Vec<f32> {
+        let ([nx, ny, _], [own, rows, slices]) =
+            (self.camera.grid().shape(), camera.grid().shape());
+        let [x, y, z] = self.first;
+        let row = |k: usize| ((z + k / rows) * ny + y + k % rows) * nx + x;
+        (0..slices * rows)
+            .flat_map(|k| &volume[row(k)..row(k) + own])
+            .copied()
+            .collect()
+    }
+}
+
+impl Phantom {
+    /// The volume of some views of a gate. `progress` is told the number of passes done.
+    pub(super) fn osem(
+        &self,
+        osem: &Osem,
+        gate: usize,
+        views: &[f32],
+        progress: &dyn Fn(usize),
+    ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
+        let voxels = self.parts().model_voxels(osem)?;
+        let map = match osem.attenuation {
+            true => self.mean_attenuation(gate, &voxels.camera)?,
+            false => Vec::new(),
+        };
+        let operator = self.model(osem, gate, &voxels, map)?;
+        let expected = operator.data_len();
+        if views.len() != expected {
+            return Err(PhantomError::Length {
+                what: "views",
+                given: views.len(),
+                expected,
+            });
+        }
+        // Of nothing, or nearly nothing, rounding leaves less.
+        let most = views.iter().fold(0.0f32, |most, &x| most.max(x));
+        let nothing = -f32::EPSILON * most..0.0;
+        let counted = |&x: &f32| if nothing.contains(&x) { 0.0 } else { x };
+        let views: Vec<f32> = views.iter().map(counted).collect();
+
+        // What no view sees stays empty; all else starts with the counts that there are.
+        let mut volume = vec![0.0f32; operator.image_len()];
+        operator.adjoint_into(&vec![1.0; expected], &mut volume)?;
+        let sum = |samples: &[f32]| samples.iter().map(|&x| f64::from(x)).sum::<f64>();
+        let level = (sum(&views) / sum(&volume)) as f32;
+        let start = |x: &mut f32| *x = if *x > 0.0 { level } else { 0.0 };
+        volume.iter_mut().for_each(start);
+
+        let mut subsets = operator.subsets(osem.subsets)?;
+        subsets.sort_by_key(|subset| subset.operator.views()[0].reverse_bits());
+        let stopping = Stopping::default().with_max_iterations(osem.iterations);
+        let options = EmOptions::default().with_stopping(stopping);
+        let watch = |report: &IterativeReport, _: &[f32]| {
+            progress(report.iterations);
+            let change = report.history.last().and_then(|last| last.change);
+            match osem.tolerance.zip(change) {
+                Some((tolerance, change)) if change <= tolerance => ControlFlow::Break(()),
+                _ => ControlFlow::Continue(()),
+            }
+        };
+        let report = osem_observed(&subsets, &views, &mut volume, &options, watch)?;
+        self.work.osem(report.iterations);
+        let last = report.history.last();
+        let report = OsemReport {
+            iterations: report.iterations,
+            change: last.and_then(|last| last.change).unwrap_or(0.0),
+            residual: last.map_or(0.0, |last| last.residual),
+        };
+        Ok((voxels.cut(&volume, self.camera()), report))
+    }
+
+    /// Memory that it takes at most, in bytes: an estimate.
+    pub(super) fn bytes_of_osem(&self, osem: &Osem) -> u64 {
+        let (parts, views) = (self.parts(), self.camera().n_views());
+        let Ok(voxels) = parts.model_voxels(osem) else {
+            return 0;
+        };
+        let (image, n) = (voxels.camera.image(), voxels.camera.grid().len());
+        // Volume, start and factors of a pass, a copy for the model; sensitivities of the subsets; the map twice.
+        let volumes = 4 + osem.subsets + 2 * usize::from(osem.attenuation);
+        // Pixels and lengths of the cells that they meet, and those of a view before they are sorted.
+        let overlaps = image.image_len() * (36 * views + 80 * rayon::current_num_threads());
+        // Their places among all, data twice, backgrounds, expected ones.
+        let samples = 24 * views * self.camera().view_len();
+        (4 * volumes * n + overlaps + samples) as u64 + WORK_BYTES
+    }
+
+    /// Makes the model of a gate's views, but for its attenuation, to see whether there is one.
+    pub(super) fn try_model(&self, osem: &Osem, gate: usize) -> Result<(), PhantomError> {
+        let voxels = self.parts().model_voxels(osem)?;
+        self.model(osem, gate, &voxels, Vec::new()).map(drop)
+    }
+
+    fn model(
+        &self,
+        osem: &Osem,
+        gate: usize,
+        voxels: &ModelVoxels,
+        map: Vec<f32>,
+    ) -> Result<SpectOperator<f32>, PhantomError> {
+        let (parts, wide) = (self.parts(), &voxels.camera);
+        let [_, pitch] = self.camera().detector().pitch();
+        let rows = SliceAxis::new(self.camera().n_rows(), pitch)?;
+        let layers = SliceAxis::new(wide.n_rows(), pitch)?;
+        // Lines have no face that they end at.
+        let radius = match osem.resolution {
+            true => parts.radius,
+            false => {
+                let image = wide.image();
+                let [x, y] = image.pixel_centre(0, 0).map(f64::abs);
+                let [u, v] = image.pixel_centre(image.nx() - 1, image.ny() - 1);
+                2.0 * (x.max(u.abs()).hypot(y.max(v.abs())) + image.spacing()[0])
+            }
+        };
+        let geometry = SpectGeometry::circular(&self.geometry(gate)?, &rows, radius)?;
+        let options = SpectOptions::default()
+            .with_collimator(parts.response(osem))
+            .with_attenuation(map);
+        let operator = SpectOperator::new(&geometry, wide.image(), &layers, &options)?;
+        Ok(operator)
+    }
+
+    /// The attenuation of the model's voxels, in the mean over the time that the views of a gate see; a torso does not move.
+    fn mean_attenuation(&self, gate: usize, wide: &Camera) -> Result<Vec<f32>, PhantomError> {
+        let parts = self.parts();
+        let Some(attenuation) = &parts.attenuation else {
+            let what = "attenuation";
+            return Err(PhantomError::Absent { what });
+        };
+        let acquisition = self.acquisition(gate)?;
+        match attenuation.torso {
+            Some(_) => {
+                let shape = self.shape_at_gain(self.cycle().gains()[0])?;
+                attenuation.map(shape.body(), None, wide.grid(), parts.truth_tolerance)
+            }
+            None => {
+                // What attenuates is to voxels what emits as much.
+                let seen = |organ: &Organ| Organ {
+                    activity: organ.attenuation,
+                    ..*organ
+                };
+                let organs = parts.organs.as_ref().map(Organs::as_slice);
+                let organs = organs.map(|organs| Organs::new(organs.iter().map(seen).collect()));
+                let organs = organs.transpose()?;
+                let activity = Activity::from([attenuation.coefficient; 2]);
+                let (heart, cycle) = (self.heart(), self.cycle());
+                let scan = Scan {
+                    organs: organs.as_ref(),
+                    ..Scan::plain(heart, wide, cycle, acquisition, activity)
+                };
+                let (map, counters) =
+                    truth_of_slices(&scan, parts.truth_tolerance, 0..wide.n_rows())?;
+                self.work.voxels(counters);
+                Ok(map)
+            }
+        }
+    }
+}

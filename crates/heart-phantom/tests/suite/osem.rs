@@ -1,0 +1,330 @@
+//! Volumes by OSEM: what they hold, what they take, what is refused.
+
+use heart_phantom::scene::{
+    AttenuationSettings, BackgroundSettings, CollimatorSettings, DiscretisationSettings,
+    HolesSettings, MediumSettings, Mode, OrganSettings, OrganShapeSettings, PixelRange, Scene,
+};
+use heart_phantom::{Accuracy, Method, Osem, Phantom, PhantomError, PhantomParts, Uptake, run};
+use std::sync::Mutex;
+
+/// Views of the heart at rest within a torso through a collimator, in half a centimetre.
+fn scene() -> Scene {
+    let mut scene = Scene::default().with_mode(Mode::Static { phase: 0.0 });
+    scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
+    scene.camera.views = 32;
+    scene.camera.arc = 360.0;
+    (scene.camera.bins, scene.camera.rows) = (32, 30);
+    scene.camera.pitch = [0.5; 2];
+    scene.attenuation = Some(AttenuationSettings {
+        coefficient: 0.15,
+        medium: MediumSettings::Torso {
+            centre: [1.0, 0.0],
+            semi_axes: [14.0, 10.0],
+        },
+    });
+    scene.collimator = Some(CollimatorSettings {
+        holes: HolesSettings::GeLehr,
+        intrinsic_fwhm: 0.38,
+        tolerance: 1e-4,
+    });
+    scene
+}
+
+fn by(osem: Osem) -> Scene {
+    let mut scene = scene();
+    scene.reconstruction.method = Method::Osem(osem);
+    scene
+}
+
+/// All that the scene has is modelled.
+fn whole(subsets: usize, iterations: usize) -> Osem {
+    Osem {
+        attenuation: true,
+        resolution: true,
+        ..Osem::new(subsets, iterations)
+    }
+}
+
+fn sum(samples: &[f32]) -> f64 {
+    samples.iter().map(|&x| f64::from(x)).sum()
+}
+
+/// Of a phantom's volume: the sum over that of the truth, and the mean of the wall's inner voxels.
+fn found(scene: Scene) -> (f64, Option<f64>) {
+    let phantom = Phantom::new(scene).unwrap();
+    let (volume, truth) = (phantom.volume(0).unwrap(), phantom.truth(0).unwrap());
+    let artefacts = phantom.artefacts(0, &volume, &truth).unwrap();
+    (sum(&volume) / sum(&truth), artefacts.wall_mean)
+}
+
+#[test]
+fn the_wall_has_its_activity() {
+    // The torso reaches far beyond the views, and so does the model's map of it.
+    let (all, wall) = found(by(whole(8, 4)));
+    println!("OSEM: {all} of all, wall {wall:?}");
+    let (by_lines, wall_by_lines) = found(by(Osem::new(8, 4)));
+    println!("without a model: {by_lines} of all, wall {wall_by_lines:?}");
+    let (by_fbp, wall_by_fbp) = found(scene());
+    println!("FBP: {by_fbp} of all, wall {wall_by_fbp:?}");
+    // Views are samples at the middles of bins half the wall wide.
+    assert!((all - 1.0).abs() < 0.01, "{all}");
+    // A wall as thin as the camera's resolution is too low at first, and overshoots later.
+    assert!((wall.unwrap() - 1.0).abs() < 0.1, "{wall:?}");
+    assert!(wall_by_lines.unwrap() < 0.25 && wall_by_fbp.unwrap() < 0.25);
+    assert!(by_lines < 0.25 && by_fbp < 0.25);
+}
+
+#[test]
+fn a_uniform_body_is_uniform() {
+    let mut scene = by(whole(8, 6));
+    scene.activity.cavity = Uptake::Concentration(1.0);
+    let medium = scene.attenuation.unwrap().medium;
+    let MediumSettings::Torso { centre, semi_axes } = medium else {
+        panic!()
+    };
+    // All of it, or what views miss would be found in what they see; higher than all rows.
+    (scene.camera.bins, scene.camera.rows) = (64, 12);
+    scene.background = Some(BackgroundSettings {
+        concentration: 1.0,
+        centre,
+        semi_axes,
+    });
+    let phantom = Phantom::new(scene).unwrap();
+    let volume = phantom.volume(0).unwrap();
+    let (grid, inner) = (phantom.camera().grid(), 0.8);
+    let mut inside = Vec::new();
+    for (k, x) in volume.iter().enumerate() {
+        let p = grid.centre(k % 64, k / 64 % 64, k / (64 * 64));
+        let [x_of, y_of] = [(p.x - centre[0]) / semi_axes[0], p.y / semi_axes[1]];
+        if x_of.hypot(y_of) < inner {
+            inside.push(*x);
+        }
+    }
+    let mean = sum(&inside) / inside.len() as f64;
+    let off = inside.iter().map(|x| (f64::from(*x) - mean).abs());
+    let off = off.sum::<f64>() / inside.len() as f64;
+    println!("{mean} +- {off}");
+    // Deep in a torso of four mean free paths, after 48 steps.
+    assert!((mean - 1.0).abs() < 0.01 && off < 0.05, "{mean} {off}");
+}
+
+#[test]
+fn a_gated_study_has_its_ejection_fraction() {
+    let mut scene = by(whole(8, 4)).with_mode(Mode::Gated { gates: 4 });
+    // Blood that is seen: a sum is a volume.
+    scene.activity.cavity = Uptake::Concentration(1.0);
+    scene.activity.wall = Uptake::Concentration(0.0);
+    scene.acquisition.accuracy = Accuracy::Steps(8);
+    let phantom = Phantom::new(scene).unwrap();
+    let ejection = |volume: &dyn Fn(usize) -> Vec<f32>| {
+        let sums = [0, 1, 2, 3].map(|gate| sum(&volume(gate)));
+        let most = sums.iter().fold(0.0f64, |a, &b| a.max(b));
+        1.0 - sums.iter().fold(most, |a, &b| a.min(b)) / most
+    };
+    let found = ejection(&|gate| phantom.volume(gate).unwrap());
+    let truth = ejection(&|gate| phantom.truth(gate).unwrap());
+    println!("{found} of {truth}");
+    assert!((found - truth).abs() < 0.005, "{found} {truth}");
+    assert!(truth > 0.2);
+}
+
+#[test]
+fn a_heart_that_attenuates_and_beats_has_its_activity() {
+    let osem = Osem {
+        attenuation: true,
+        ..Osem::new(8, 4)
+    };
+    let mut scene = by(osem).with_mode(Mode::WholeCycle);
+    scene.acquisition.accuracy = Accuracy::Steps(8);
+    scene.collimator = None;
+    scene.attenuation = Some(AttenuationSettings {
+        coefficient: 0.15,
+        medium: MediumSettings::Heart,
+    });
+    let (all, _) = found(scene.clone());
+    scene.reconstruction.method = Method::Osem(Osem::new(8, 4));
+    let (without, _) = found(scene);
+    println!("{all} {without}");
+    // The map is that of the mean heart.
+    assert!((all - 1.0).abs() < 0.01, "{all}");
+    assert!(without < 0.85, "{without}");
+}
+
+#[test]
+fn organs_attenuate_and_emit_in_the_model_too() {
+    let mut scene = by(whole(8, 4));
+    let centre = [1.0, 0.0];
+    let body = OrganShapeSettings::Cylinder {
+        centre,
+        semi_axes: [14.0, 10.0],
+    };
+    let lung = OrganShapeSettings::Ellipsoid {
+        centre: [-8.0, 0.0, 0.0],
+        semi_axes: [4.0, 6.0, 10.0],
+    };
+    for (shape, attenuation) in [(body, 0.15), (lung, 0.05)] {
+        scene = scene.with_organ(OrganSettings {
+            shape,
+            activity: 0.0,
+            attenuation,
+        });
+    }
+    scene.attenuation = Some(AttenuationSettings {
+        coefficient: 0.15,
+        medium: MediumSettings::Heart,
+    });
+    let (all, wall) = found(scene.clone());
+    println!("{all} of all, wall {wall:?}");
+    assert!((all - 1.0).abs() < 0.01, "{all}");
+    // Activity beyond the ends of the views has a place, and so is not taken for the heart's.
+    scene.organs[0].activity = 0.2;
+    let phantom = Phantom::new(scene).unwrap();
+    let volume = phantom.volume(0).unwrap();
+    let truth = phantom.truth(0).unwrap();
+    let all = sum(&volume) / sum(&truth);
+    println!("{all} of all with a warm body");
+    assert!((all - 1.0).abs() < 0.03, "{all}");
+}
+
+#[test]
+fn the_same_bits_for_any_number_of_threads() {
+    let mut small = by(whole(3, 2));
+    small.camera.views = 10; // subsets of four, three and three
+    let phantom = Phantom::new(small).unwrap();
+    let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
+    let volume = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new();
+        let pool = pool.num_threads(threads).build().unwrap();
+        pool.install(|| phantom.reconstruct(0, &views).unwrap())
+    };
+    let one = volume(1);
+    assert!(one.iter().any(|x| *x > 0.5));
+    assert!(
+        one.iter()
+            .zip(volume(2))
+            .all(|(a, b)| a.to_bits() == b.to_bits())
+    );
+}
+
+#[test]
+fn a_region_and_a_slice_are_those_of_the_whole() {
+    let mut scene = by(whole(4, 2));
+    scene.camera.views = 12;
+    let n = scene.camera.bins;
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let volume = phantom.volume(0).unwrap();
+    assert_eq!(phantom.slice(0, 9).unwrap(), volume[9 * n * n..10 * n * n]);
+    let ([x, y], [to_x, to_y]) = ([4, 10], [20, 29]);
+    scene.reconstruction.region = Some(PixelRange {
+        x: [x, to_x],
+        y: [y, to_y],
+    });
+    let region = Phantom::new(scene.clone()).unwrap().volume(0).unwrap();
+    let cut = |k: usize| {
+        let (i, j, slice) = (k % 16, k / 16 % 19, k / (16 * 19));
+        volume[(slice * n + y + j) * n + x + i]
+    };
+    assert!(region.iter().enumerate().all(|(k, &v)| v == cut(k)));
+    assert_eq!(region.len(), 16 * 19 * scene.camera.rows);
+
+    // Pixels of another size, some where no view looks: nothing is there.
+    scene.reconstruction.region = None;
+    (scene.reconstruction.pixels, scene.reconstruction.pixel) = (Some(60), Some(0.7));
+    scene.reconstruction.method = Method::Osem(Osem::new(4, 2));
+    let wide = Phantom::new(scene).unwrap().volume(0).unwrap();
+    assert!(wide[0] == 0.0 && wide.iter().any(|x| *x > 0.1));
+}
+
+#[test]
+fn a_run_tells_what_it_did() {
+    let mut scene = by(Osem {
+        tolerance: Some(0.1),
+        ..whole(4, 30)
+    });
+    scene.camera.views = 12;
+    let phantom = Phantom::new(scene).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let told = Mutex::new(Vec::new());
+    let report = run(&phantom, folder.path(), &|progress| {
+        if progress.stage == "reconstruction" {
+            told.lock().unwrap().push(progress.fraction);
+        }
+    })
+    .unwrap();
+    let osem = report.gates[0].osem.unwrap();
+    assert!(
+        (2..30).contains(&osem.iterations) && osem.change <= 0.1,
+        "{osem:?}"
+    );
+    assert!(osem.residual < 0.5);
+    assert_eq!(report.work.osem_iterations, osem.iterations);
+    assert_eq!(report.work.slices_reconstructed, 0);
+    // One before the first pass.
+    let told = told.into_inner().unwrap();
+    assert_eq!(told.len(), osem.iterations + 1);
+    assert!(told.windows(2).all(|pair| pair[0] < pair[1]));
+}
+
+#[test]
+fn parts_that_make_no_sense_are_refused() {
+    let refused = |change: &dyn Fn(&mut PhantomParts)| {
+        let mut parts = by(whole(4, 2)).parts().unwrap();
+        change(&mut parts);
+        Phantom::from_parts(parts).unwrap_err().to_string()
+    };
+    for (osem, says) in [
+        (
+            Osem::new(0, 1),
+            "subsets of OSEM is 0, must be between 1 and 32",
+        ),
+        (
+            Osem::new(33, 1),
+            "subsets of OSEM is 33, must be between 1 and 32",
+        ),
+        (Osem::new(1, 0), "iterations of OSEM is 0"),
+        (
+            Osem {
+                tolerance: Some(f64::NAN),
+                ..Osem::new(1, 1)
+            },
+            "tolerance of OSEM is NaN",
+        ),
+    ] {
+        let error = refused(&|parts| parts.method = Method::Osem(osem));
+        assert!(error.starts_with(says), "{error}");
+    }
+    let error = refused(&|parts| parts.attenuation = None);
+    assert_eq!(error, "there is no attenuation");
+    let error = refused(&|parts| parts.collimator = None);
+    assert_eq!(error, "there is no collimator");
+
+    // A torso of which no model would fit.
+    let mut vast = by(whole(4, 2));
+    vast.attenuation = Some(AttenuationSettings {
+        coefficient: 1e-9,
+        medium: MediumSettings::Torso {
+            centre: [0.0; 2],
+            semi_axes: [1e5; 2],
+        },
+    });
+    match Phantom::new(vast) {
+        Err(PhantomError::Refused { field, .. }) => assert_eq!(field, "reconstruction.method"),
+        other => panic!("{other:?}"),
+    }
+
+    let phantom = Phantom::new(by(whole(4, 2))).unwrap();
+    let mut views = vec![1.0f32; 32 * phantom.camera().view_len()];
+    assert!(matches!(
+        phantom.reconstruct(0, &views[1..]),
+        Err(PhantomError::Length { .. })
+    ));
+    views[7] = -1.0;
+    assert!(matches!(
+        phantom.reconstruct(0, &views),
+        Err(PhantomError::Radon(_))
+    ));
+    // An arc too short for filtered back-projection.
+    let mut short = by(Osem::new(2, 1));
+    short.camera.arc = 90.0;
+    Phantom::new(short).unwrap().prepare().unwrap();
+}
