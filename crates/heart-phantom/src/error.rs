@@ -139,7 +139,7 @@ pub enum PhantomError {
     },
     /// A solid, its rays or its voxels could not be made.
     #[error(transparent)]
-    Solid(#[from] revolve_voxel::Error),
+    Solid(#[from] revolve_voxel::RevolveError),
     /// A reconstruction could not be made.
     #[error(transparent)]
     Radon(#[from] radon::RadonError),

@@ -1,14 +1,13 @@
 //! Blur that grows with depth: slabs of a view, each seen by a width of its own, for the price of a few blurs.
 //!
-//! A slab of variance V is not blurred by itself. It is shared out, linearly in the variance, between two *nodes* of variances
-//! `W <= V < W + D`: a mixture of two Gaussians in shares 1 - t and t has the variance `W + t D` asked for, exactly, and its peak (in the
-//! plane, `1 / (2 pi V)`) is higher by at most a quarter of `(D / V)^2`. Nodes stand as close as a tolerance of that asks.
+//! A slab of variance V is not blurred by itself, but shared out between two [nodes](crate::nodes), which are.
 //! The kernels are those of [`Blur`](crate::Blur), whose variances are exact.
 
 use rayon::prelude::*;
 
 use crate::blur::{gaussian_of_integers, weigh};
 use crate::error::{finite, length, positive, within};
+use crate::nodes::Nodes;
 use crate::{RadonError, Sample};
 
 /// Slabs of views `[row][slab][bin]`, blurred and added up: a plan, shared by threads.
@@ -50,36 +49,19 @@ impl DepthBlur {
         for axis in 0..2 {
             positive("pitch", pitch[axis])?;
         }
-        let [mut near, mut far] = [f64::INFINITY, 0.0f64];
         for &variance in variances {
             within("variance of a slab", variance, 0.0, f64::MAX)?;
-            (near, far) = (near.min(variance), far.max(variance));
         }
-        // Bins are wide themselves: a variance counts from that of a hat as wide as a bin, 1/6 of its square.
-        let growth = 2.0 * tolerance.sqrt();
-        let own = pitch[0].min(pitch[1]).powi(2) / 6.0;
-        let mut at = vec![near.min(far)];
-        while let Some(&last) = at.last()
-            && last < far
-        {
-            at.push(last + growth * (last + own));
-        }
+        let Nodes {
+            variances: at,
+            shares: slabs,
+        } = Nodes::new(variances, pitch, tolerance);
         let weights = |variance: &f64| {
             let [bins, rows] = pitch.map(|pitch| gaussian_of_integers(variance.sqrt() / pitch));
             Ok([bins?, rows?])
         };
         let nodes = at.iter().map(weights).collect::<Result<_, RadonError>>()?;
-        let share = |&variance: &f64| {
-            let j = at.partition_point(|&w| w <= variance).max(1) - 1;
-            match at.get(j + 1) {
-                Some(next) => (j, (variance - at[j]) / (next - at[j])),
-                None => (j, 0.0),
-            }
-        };
-        Ok(Self {
-            slabs: variances.iter().map(share).collect(),
-            nodes,
-        })
+        Ok(Self { slabs, nodes })
     }
 
     /// Bins, and rows, over which a sample is spread at most.

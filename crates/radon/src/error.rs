@@ -10,36 +10,36 @@ use std::sync::Arc;
 #[non_exhaustive]
 pub enum RadonError {
     /// A number is NaN or infinite.
-    #[error("{name} must be finite, got {given:?}")]
+    #[error("{what} must be finite, got {given:?}")]
     NotFinite {
         /// Name of the parameter.
-        name: &'static str,
+        what: &'static str,
         /// The value given.
         given: f64,
     },
     /// A number that must be greater than zero is not.
-    #[error("{name} must be greater than zero, got {given:?}")]
+    #[error("{what} must be greater than zero, got {given:?}")]
     NotPositive {
         /// Name of the parameter.
-        name: &'static str,
+        what: &'static str,
         /// The value given.
         given: f64,
     },
     /// A count is below the least that makes sense.
-    #[error("{name} must be at least {least}, got {given}")]
+    #[error("{what} must be at least {least}, got {given}")]
     TooFew {
         /// Name of the count.
-        name: &'static str,
+        what: &'static str,
         /// The value given.
         given: usize,
         /// The least value allowed.
         least: usize,
     },
     /// A number lies outside its interval.
-    #[error("{name} must lie in [{least:?}, {most:?}], got {given:?}")]
+    #[error("{what} must lie in [{least:?}, {most:?}], got {given:?}")]
     OutOfRange {
         /// Name of the parameter.
-        name: &'static str,
+        what: &'static str,
         /// The value given.
         given: f64,
         /// The least value allowed.
@@ -48,40 +48,40 @@ pub enum RadonError {
         most: f64,
     },
     /// An array does not have the length that the geometry asks for.
-    #[error("{name} must hold {expected} samples, got {given}")]
+    #[error("{what} must hold {expected} samples, got {given}")]
     WrongLength {
         /// Name of the array.
-        name: &'static str,
+        what: &'static str,
         /// The length given.
         given: usize,
         /// The length that was expected.
         expected: usize,
     },
     /// A stored sample is NaN or infinite.
-    #[error("{name} holds {given:?} at index {index}")]
+    #[error("{what} holds {given:?} at index {index}")]
     BadSample {
         /// Name of the array.
-        name: &'static str,
+        what: &'static str,
         /// Index of the first bad sample.
         index: usize,
         /// Its value.
         given: f64,
     },
     /// A stored sample is negative where only values >= 0 make sense.
-    #[error("{name} holds the negative value {given:?} at index {index}")]
+    #[error("{what} holds the negative value {given:?} at index {index}")]
     NegativeSample {
         /// Name of the array.
-        name: &'static str,
+        what: &'static str,
         /// Index of the first negative sample.
         index: usize,
         /// Its value.
         given: f64,
     },
     /// The array sizes multiply to more than the address space holds, or than there is memory for.
-    #[error("{name}: {a} x {b} samples do not fit into memory")]
+    #[error("{what}: {a} x {b} samples do not fit into memory")]
     TooLarge {
         /// Name of the array.
-        name: &'static str,
+        what: &'static str,
         /// First factor.
         a: usize,
         /// Second factor.
@@ -89,7 +89,7 @@ pub enum RadonError {
     },
     /// The views leave a wedge of directions unmeasured and the policy was [`ArcPolicy::Complete`](crate::ArcPolicy::Complete).
     #[error(
-        "views leave a gap of {gap:?} rad between neighbouring directions, {ratio:?} times the mean of the others (at most {allowed:?} allowed){}",
+        "views leave a gap of {gap:?} rad between neighbouring directions, {ratio:?} times the mean of the others (at most {most:?} allowed){}",
         hint(*furthest)
     )]
     ShortArc {
@@ -98,7 +98,7 @@ pub enum RadonError {
         /// That gap divided by the mean of the other gaps.
         ratio: f64,
         /// The largest ratio that counts as complete.
-        allowed: f64,
+        most: f64,
         /// The largest angle given, without its sign, in radians.
         furthest: f64,
     },
@@ -125,10 +125,10 @@ pub enum RadonError {
         arc: f64,
     },
     /// An index range is empty, reversed or leaves the array.
-    #[error("{name}: range {start}..{end} must be non-empty and lie within 0..{len}")]
+    #[error("{what}: range {start}..{end} must be non-empty and lie within 0..{len}")]
     BadRange {
         /// Name of the range.
-        name: &'static str,
+        what: &'static str,
         /// First index.
         start: usize,
         /// One past the last index.
@@ -143,12 +143,12 @@ pub enum RadonError {
         given: crate::InstructionSet,
     },
     /// The memory budget is below what the smallest slab needs.
-    #[error("the smallest slab needs {needed} bytes, the budget is {budget}")]
+    #[error("the smallest slab needs {least} bytes, the budget is {given}")]
     BudgetTooSmall {
         /// Bytes that the smallest slab needs.
-        needed: usize,
+        least: usize,
         /// Bytes allowed.
-        budget: usize,
+        given: usize,
     },
     /// The corners do not bound an area: fewer than three, collinear, or edges that cross.
     #[error("polygon of {corners} corners and signed area {area:?} is not simple")]
@@ -222,35 +222,35 @@ fn hint(furthest: f64) -> String {
 }
 
 /// `given` if it is finite.
-pub(crate) fn finite(name: &'static str, given: f64) -> Result<f64, RadonError> {
+pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64, RadonError> {
     if given.is_finite() {
         Ok(given)
     } else {
-        Err(RadonError::NotFinite { name, given })
+        Err(RadonError::NotFinite { what, given })
     }
 }
 
 /// `given` if it is finite and greater than zero.
-pub(crate) fn positive(name: &'static str, given: f64) -> Result<f64, RadonError> {
-    if finite(name, given)? > 0.0 {
+pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, RadonError> {
+    if finite(what, given)? > 0.0 {
         Ok(given)
     } else {
-        Err(RadonError::NotPositive { name, given })
+        Err(RadonError::NotPositive { what, given })
     }
 }
 
 /// `Ok` if `given` is finite and lies in [`least`, `most`].
 pub(crate) fn within(
-    name: &'static str,
+    what: &'static str,
     given: f64,
     least: f64,
     most: f64,
 ) -> Result<(), RadonError> {
-    if (least..=most).contains(&finite(name, given)?) {
+    if (least..=most).contains(&finite(what, given)?) {
         Ok(())
     } else {
         Err(RadonError::OutOfRange {
-            name,
+            what,
             given,
             least,
             most,
@@ -260,24 +260,24 @@ pub(crate) fn within(
 
 /// `given` if it is at least `least`.
 pub(crate) fn at_least(
-    name: &'static str,
+    what: &'static str,
     given: usize,
     least: usize,
 ) -> Result<usize, RadonError> {
     if given >= least {
         Ok(given)
     } else {
-        Err(RadonError::TooFew { name, given, least })
+        Err(RadonError::TooFew { what, given, least })
     }
 }
 
 /// `Ok` if the array holds `expected` samples.
-pub(crate) fn length(name: &'static str, given: usize, expected: usize) -> Result<(), RadonError> {
+pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<(), RadonError> {
     if given == expected {
         Ok(())
     } else {
         Err(RadonError::WrongLength {
-            name,
+            what,
             given,
             expected,
         })
@@ -285,29 +285,29 @@ pub(crate) fn length(name: &'static str, given: usize, expected: usize) -> Resul
 }
 
 /// `a * b`, or the error that says that it does not fit.
-pub(crate) fn product(name: &'static str, a: usize, b: usize) -> Result<usize, RadonError> {
+pub(crate) fn product(what: &'static str, a: usize, b: usize) -> Result<usize, RadonError> {
     // Half the address space, as for any Rust allocation, and 16 bytes a sample with scratch.
     a.checked_mul(b)
         .filter(|&n| n <= isize::MAX as usize / 16)
-        .ok_or(RadonError::TooLarge { name, a, b })
+        .ok_or(RadonError::TooLarge { what, a, b })
 }
 
 /// An empty list with room for `a * b`, or the error that says that there is none.
-pub(crate) fn room<T>(name: &'static str, a: usize, b: usize) -> Result<Vec<T>, RadonError> {
+pub(crate) fn room<T>(what: &'static str, a: usize, b: usize) -> Result<Vec<T>, RadonError> {
     let mut room = Vec::new();
-    match room.try_reserve_exact(product(name, a, b)?) {
+    match room.try_reserve_exact(product(what, a, b)?) {
         Ok(()) => Ok(room),
-        Err(_) => Err(RadonError::TooLarge { name, a, b }),
+        Err(_) => Err(RadonError::TooLarge { what, a, b }),
     }
 }
 
 /// `a * b` zeros, or the error that says that there is no room for them.
 pub(crate) fn zeros<T: Copy + Default>(
-    name: &'static str,
+    what: &'static str,
     a: usize,
     b: usize,
 ) -> Result<Vec<T>, RadonError> {
     // Asked for first: `vec!` ends the process if it is refused, and alone does not touch the memory.
-    drop(room::<T>(name, a, b)?);
+    drop(room::<T>(what, a, b)?);
     Ok(vec![T::default(); a * b])
 }

@@ -123,7 +123,7 @@ pub fn ramp_response(window: &Window, cutoff: f64, len: usize) -> Result<Vec<f64
     window.check()?;
     if positive("cutoff", cutoff)? > 1.0 {
         return Err(RadonError::OutOfRange {
-            name: "cutoff",
+            what: "cutoff",
             given: cutoff,
             least: 0.0,
             most: 1.0,

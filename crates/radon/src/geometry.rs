@@ -261,7 +261,7 @@ impl ParallelGeometry {
                         return Err(RadonError::ShortArc {
                             gap: gap[widest],
                             ratio,
-                            allowed: ArcPolicy::COMPLETE_RATIO,
+                            most: ArcPolicy::COMPLETE_RATIO,
                             furthest,
                         });
                     }

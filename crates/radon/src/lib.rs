@@ -84,6 +84,7 @@ mod filter;
 mod geometry;
 mod iterative;
 mod measure;
+mod nodes;
 #[cfg(feature = "noise")]
 mod noise;
 mod phantom;

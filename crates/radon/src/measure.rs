@@ -198,7 +198,7 @@ fn check_period(values: usize, mask: usize) -> Result<(), RadonError> {
         Ok(())
     } else {
         Err(RadonError::WrongLength {
-            name: "mask",
+            what: "mask",
             given: mask,
             expected: values,
         })

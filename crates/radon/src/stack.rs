@@ -11,7 +11,7 @@ use crate::{Sample, StackOrder};
 /// A stack of slices, each of `n_rows` rows (image rows or views) of `row_len` samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Stack {
-    pub(crate) name: &'static str,
+    pub(crate) what: &'static str,
     pub(crate) n_slices: usize,
     pub(crate) n_rows: usize,
     pub(crate) row_len: usize,
@@ -22,16 +22,16 @@ impl Stack {
     pub(crate) fn check_length(&self, given: usize) -> Result<(), RadonError> {
         let slice_len = self.n_rows * self.row_len;
         length(
-            self.name,
+            self.what,
             given,
-            product(self.name, slice_len, self.n_slices)?,
+            product(self.what, slice_len, self.n_slices)?,
         )
     }
 
     pub(crate) fn check_slices(&self, slices: &Range<usize>) -> Result<(), RadonError> {
         if slices.start > slices.end || slices.end > self.n_slices {
             return Err(RadonError::BadRange {
-                name: "slices",
+                what: "slices",
                 start: slices.start,
                 end: slices.end,
                 len: self.n_slices,
@@ -74,7 +74,7 @@ impl Stack {
         let slices: Vec<_> = slices.into_par_iter().map(scan).collect();
         match slices.iter().filter_map(|&(_, bad)| bad).min() {
             Some(index) => Err(RadonError::BadSample {
-                name: self.name,
+                what: self.what,
                 index,
                 given: data[index].f64(),
             }),

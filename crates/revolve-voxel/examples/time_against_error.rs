@@ -7,7 +7,7 @@ use revolve_voxel::{Body, Meridian, Pose, Sampling, VoxelGrid};
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::time::Instant;
 
-fn balloon(radius: f64) -> Result<Meridian, revolve_voxel::Error> {
+fn balloon(radius: f64) -> Result<Meridian, revolve_voxel::RevolveError> {
     let n = 200;
     let h = 9.5 + radius;
     let points: Vec<[f64; 2]> = (0..=n)

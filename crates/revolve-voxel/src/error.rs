@@ -1,18 +1,16 @@
 //! The crate's error type: what was given, what is allowed.
 
-use thiserror::Error;
-
 /// Bad input, found before any work starts.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum Error {
+pub enum RevolveError {
     /// Fewer points than a meridian needs.
-    #[error("a meridian needs at least {needed} distinct points, got {given}")]
+    #[error("a meridian needs at least {least} distinct points, got {given}")]
     TooFewPoints {
         /// Distinct points given.
         given: usize,
         /// Points needed.
-        needed: usize,
+        least: usize,
     },
     /// A count is below the least that makes sense.
     #[error("{what}: {given} given, at least {least} needed")]
@@ -127,7 +125,7 @@ pub enum Error {
     },
     /// A list has the wrong length.
     #[error("{what}: expected length {expected}, got {given}")]
-    Length {
+    WrongLength {
         /// Which list.
         what: &'static str,
         /// The length needed.
@@ -162,29 +160,33 @@ pub enum Error {
 }
 
 /// `Ok` if the number is finite.
-pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64, Error> {
+pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64, RevolveError> {
     if given.is_finite() {
         Ok(given)
     } else {
-        Err(Error::NotFinite { what, given })
+        Err(RevolveError::NotFinite { what, given })
     }
 }
 
 /// `Ok` if the number is finite and positive.
-pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, Error> {
+pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, RevolveError> {
     if finite(what, given)? > 0.0 {
         Ok(given)
     } else {
-        Err(Error::NotPositive { what, given })
+        Err(RevolveError::NotPositive { what, given })
     }
 }
 
 /// `Ok` if the length is the expected one.
-pub(crate) fn length(what: &'static str, expected: usize, given: usize) -> Result<(), Error> {
+pub(crate) fn length(
+    what: &'static str,
+    expected: usize,
+    given: usize,
+) -> Result<(), RevolveError> {
     if given == expected {
         Ok(())
     } else {
-        Err(Error::Length {
+        Err(RevolveError::WrongLength {
             what,
             expected,
             given,
@@ -193,16 +195,16 @@ pub(crate) fn length(what: &'static str, expected: usize, given: usize) -> Resul
 }
 
 /// `Ok` if there are at least so many.
-pub(crate) fn at_least(what: &'static str, given: usize, least: usize) -> Result<(), Error> {
+pub(crate) fn at_least(what: &'static str, given: usize, least: usize) -> Result<(), RevolveError> {
     if given >= least {
         Ok(())
     } else {
-        Err(Error::TooFew { what, given, least })
+        Err(RevolveError::TooFew { what, given, least })
     }
 }
 
 /// The product of some counts, each positive, if that many samples with scratch can be addressed.
-pub(crate) fn countable(what: &'static str, counts: &[usize]) -> Result<(), Error> {
+pub(crate) fn countable(what: &'static str, counts: &[usize]) -> Result<(), RevolveError> {
     let mut samples = 1.0;
     for &n in counts {
         at_least(what, n, 1)?;
@@ -212,22 +214,25 @@ pub(crate) fn countable(what: &'static str, counts: &[usize]) -> Result<(), Erro
     if samples <= isize::MAX as f64 / 32.0 {
         Ok(())
     } else {
-        Err(Error::TooLarge { what, samples })
+        Err(RevolveError::TooLarge { what, samples })
     }
 }
 
 /// An empty list with room for `len`, or the error that says that there is none.
-pub(crate) fn room<T>(what: &'static str, len: usize) -> Result<Vec<T>, Error> {
+pub(crate) fn room<T>(what: &'static str, len: usize) -> Result<Vec<T>, RevolveError> {
     let mut room: Vec<T> = Vec::new();
     if room.try_reserve_exact(len).is_err() {
         let samples = len as f64;
-        return Err(Error::TooLarge { what, samples });
+        return Err(RevolveError::TooLarge { what, samples });
     }
     Ok(room)
 }
 
 /// `len` zeros, or the error that says that there is no room for them.
-pub(crate) fn zeros<T: Copy + Default>(what: &'static str, len: usize) -> Result<Vec<T>, Error> {
+pub(crate) fn zeros<T: Copy + Default>(
+    what: &'static str,
+    len: usize,
+) -> Result<Vec<T>, RevolveError> {
     // Asked for first: `vec!` ends the process if it is refused, and alone does not touch the memory.
     drop(room::<T>(what, len)?);
     Ok(vec![T::default(); len])

@@ -26,7 +26,7 @@
 //! let (a, b): (f64, f64) = (image.iter().sum(), volume.iter().sum());
 //! assert!((a * 0.125 * 0.125 / exact - 1.0).abs() < 1e-2);
 //! assert!((b * grid.voxel_volume() / exact - 1.0).abs() < 1e-4);
-//! # Ok::<(), revolve_voxel::Error>(())
+//! # Ok::<(), revolve_voxel::RevolveError>(())
 //! ```
 //!
 //! # Conventions
@@ -79,7 +79,7 @@ mod voxels;
 mod wall;
 
 pub use counters::{RayCounters, VoxelCounters};
-pub use error::Error;
+pub use error::RevolveError;
 pub use nalgebra;
 pub use rays::attenuation::{Attenuator, Medium};
 pub use rays::cylinder::EllipticCylinder;

@@ -263,7 +263,7 @@ impl Heart {
         let body = Body::new(layers, self.pose)?;
         let length = curves[1].iter().fold(0.0, |most: f64, [x, _]| most.max(*x));
         match body.check_nested(self.tolerance + ROUNDING * length) {
-            Err(revolve_voxel::Error::NotNested { depth, x, r, .. }) => {
+            Err(revolve_voxel::RevolveError::NotNested { depth, x, r, .. }) => {
                 Err(PhantomError::Crossed { gain, depth, x, r })
             }
             checked => Ok(checked.map(|()| HeartShape {

@@ -46,17 +46,7 @@ impl Phantom {
             let widest = self.widest_ellipse(&around.torso);
             found.extend(self.beyond_bins(Seen::Background, widest));
         }
-        for organ in parts.organs.iter().flat_map(Organs::as_slice) {
-            if organ.activity > 0.0 {
-                let ([x, y, z], [a, b, c]) = organ.shape.bounds();
-                let widest = self.widest_ellipse(&EllipticCylinder::new([x, y], [a, b])?);
-                found.extend(self.beyond_bins(Seen::Background, widest));
-                let rows = Some(2.0 * (z.abs() + c)).filter(|height| height.is_finite());
-                let beyond =
-                    |needed| truncated(Seen::Background, Edge::Rows, needed, self.height(), None);
-                found.extend(rows.and_then(beyond));
-            }
-        }
+        found.extend(self.truncated_organs()?);
         let medium = parts.attenuation.filter(|medium| medium.coefficient > 0.0);
         if let Some(torso) = medium.and_then(|medium| medium.torso) {
             let widest = self.widest_ellipse(&torso);
@@ -84,6 +74,31 @@ impl Phantom {
         (phases.into_iter())
             .map(|phase| outside_of(&*self.shape(phase)?))
             .collect()
+    }
+
+    /// Active organs that reach beyond the bins, or beyond the rows: of each the farthest.
+    fn truncated_organs(&self) -> Result<Vec<Warning>, PhantomError> {
+        let (mut widest, mut highest) = (None, 0.0f64);
+        let organs = self.parts().organs.iter().flat_map(Organs::as_slice);
+        for organ in organs.filter(|organ| organ.activity > 0.0) {
+            let ([x, y, z], [a, b, c]) = organ.shape.bounds();
+            if let Some((half, theta)) =
+                self.widest_ellipse(&EllipticCylinder::new([x, y], [a, b])?)
+            {
+                wider(&mut widest, half, theta);
+            }
+            // What has no ends goes on beyond any rows, as a background does.
+            if c.is_finite() {
+                highest = highest.max(z.abs() + c);
+            }
+        }
+        let what = Seen::Background;
+        let rows = truncated(what, Edge::Rows, 2.0 * highest, self.height(), None);
+        Ok(self
+            .beyond_bins(what, widest)
+            .into_iter()
+            .chain(rows)
+            .collect())
     }
 
     fn truncated_heart(&self, bodies: &[Body]) -> Result<Vec<Warning>, PhantomError> {

@@ -38,7 +38,7 @@ fn every_scene_runs_without_a_warning() {
         }
         n += 1;
     }
-    assert_eq!(n, 2);
+    assert_eq!(n, 3);
 }
 
 /// The guide's example is the file, so that both run.

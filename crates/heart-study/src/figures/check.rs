@@ -7,14 +7,10 @@ use super::FigureError;
 /// Samples that a thread checks at a time.
 const CHUNK: usize = 1 << 16;
 
-/// At least `needed` entries.
-pub(super) fn at_least(what: &'static str, given: usize, needed: usize) -> Result<(), FigureError> {
-    if given < needed {
-        return Err(FigureError::TooFew {
-            what,
-            given,
-            needed,
-        });
+/// At least `least` entries.
+pub(super) fn at_least(what: &'static str, given: usize, least: usize) -> Result<(), FigureError> {
+    if given < least {
+        return Err(FigureError::TooFew { what, given, least });
     }
     Ok(())
 }
@@ -57,13 +53,13 @@ pub(super) fn finite_samples(what: &'static str, values: &[f32]) -> Result<(), F
     }
 }
 
-/// At least `needed` points, all finite.
+/// At least `least` points, all finite.
 pub(super) fn points(
     what: &'static str,
     points: &[[f64; 2]],
-    needed: usize,
+    least: usize,
 ) -> Result<(), FigureError> {
-    at_least(what, points.len(), needed)?;
+    at_least(what, points.len(), least)?;
     match points
         .iter()
         .position(|p| !(p[0].is_finite() && p[1].is_finite()))

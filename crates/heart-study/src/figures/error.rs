@@ -6,15 +6,15 @@ use heart_phantom::PhantomError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {
-    /// An input that needs at least `needed` entries has fewer.
-    #[error("{what}: {given} entries, at least {needed} needed")]
+    /// An input that needs at least `least` entries has fewer.
+    #[error("{what}: {given} entries, at least {least} needed")]
     TooFew {
         /// The input's name.
         what: &'static str,
         /// Entries given.
         given: usize,
         /// Entries needed.
-        needed: usize,
+        least: usize,
     },
     /// An entry is NaN or infinite.
     #[error("{what}: entry {index} is not finite")]
@@ -64,7 +64,7 @@ pub enum FigureError {
     },
     /// A membrane is not the meridian of a solid.
     #[error("no solid of revolution")]
-    Body(#[source] heart_phantom::revolve_voxel::Error),
+    Body(#[source] heart_phantom::revolve_voxel::RevolveError),
     /// The plotting library refused; the buffer is in memory, so this is not about files.
     #[error("drawing failed")]
     Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),

@@ -1,7 +1,7 @@
 //! The heart wall as a solid to look at: a ring of revolution, whole or cut open, and where on its membranes a ray meets it.
 
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
-use heart_phantom::revolve_voxel::{Curve, Error, Meridian, Pose, Ray, Sector, Shell};
+use heart_phantom::revolve_voxel::{Curve, Meridian, Pose, Ray, RevolveError, Sector, Shell};
 
 use super::{FigureError, WallState};
 
@@ -57,7 +57,11 @@ impl Wall {
         Self::between(state, pose, azimuths).map_err(FigureError::Body)
     }
 
-    fn between(state: &WallState<'_>, pose: Pose, azimuths: [f64; 2]) -> Result<Self, Error> {
+    fn between(
+        state: &WallState<'_>,
+        pose: Pose,
+        azimuths: [f64; 2],
+    ) -> Result<Self, RevolveError> {
         let halves = [state.inner, state.outer].map(upper_half);
         let [(inner_knots, inner), (outer_knots, outer)] = &halves;
         let around: Vec<_> = outer.iter().chain(inner.iter().rev()).copied().collect();

@@ -87,7 +87,7 @@ impl<T: Sample> FbpPlan<T> {
         let (a, b) = (geometry.n_bins(), options.interpolation.upsampling());
         if a > LONGEST / b {
             return Err(RadonError::TooLarge {
-                name: "filtered row",
+                what: "filtered row",
                 a,
                 b,
             });
@@ -104,10 +104,10 @@ impl<T: Sample> FbpPlan<T> {
             .region
             .clone()
             .unwrap_or((0..grid.nx(), 0..grid.ny()));
-        for (name, range, len) in [("region x", &x, grid.nx()), ("region y", &y, grid.ny())] {
+        for (what, range, len) in [("region x", &x, grid.nx()), ("region y", &y, grid.ny())] {
             if range.start >= range.end || range.end > len {
                 return Err(RadonError::BadRange {
-                    name,
+                    what,
                     start: range.start,
                     end: range.end,
                     len,
@@ -250,7 +250,7 @@ impl<T: Sample> FbpPlan<T> {
 
     fn stack(&self, n_slices: usize, order: StackOrder) -> Stack {
         Stack {
-            name: "projections",
+            what: "projections",
             n_slices,
             n_rows: self.geometry.n_views(),
             row_len: self.geometry.n_bins(),
@@ -366,8 +366,8 @@ impl<T: Sample> FbpPlan<T> {
         let at_once = (self.options.memory / 2 / per_slice).min(n_slices.max(1));
         if at_once == 0 {
             return Err(RadonError::BudgetTooSmall {
-                needed: 2 * per_slice,
-                budget: self.options.memory,
+                least: 2 * per_slice,
+                given: self.options.memory,
             }
             .into());
         }
@@ -419,8 +419,8 @@ impl<T: Sample> FbpPlan<T> {
             }
             if lanes == 1 {
                 return Err(RadonError::BudgetTooSmall {
-                    needed: self.block_bytes(1, 1),
-                    budget: memory,
+                    least: self.block_bytes(1, 1),
+                    given: memory,
                 });
             }
             n = if self.instructions.lanes_for::<T>(lanes / 2) < lanes {

@@ -186,7 +186,7 @@ pub fn osem_observed<T: Sample, O: LinearOperator<T>>(
         length("image", image.len(), subset.operator.image_len())?;
         if let Some(&index) = subset.data.iter().find(|&&i| i >= data.len()) {
             return Err(RadonError::BadRange {
-                name: "subset",
+                what: "subset",
                 start: index,
                 end: index.saturating_add(1),
                 len: data.len(),

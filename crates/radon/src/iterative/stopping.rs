@@ -81,13 +81,13 @@ impl<'a, T: Sample> Monitor<'a, T> {
         gradient: Option<f64>,
         observe: Observer<'a, T>,
     ) -> Result<Self, RadonError> {
-        for (name, rule) in [
+        for (what, rule) in [
             ("residual rule", stopping.residual),
             ("change rule", stopping.change),
             ("gradient rule", gradient),
         ] {
             if let Some(rule) = rule {
-                within(name, rule, 0.0, f64::MAX)?;
+                within(what, rule, 0.0, f64::MAX)?;
             }
         }
         Ok(Self {

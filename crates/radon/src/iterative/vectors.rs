@@ -46,12 +46,12 @@ pub(super) fn relative_change<T: Sample>(new: &[T], old: &[T]) -> f64 {
 }
 
 pub(crate) fn check_samples<T: Sample>(
-    name: &'static str,
+    what: &'static str,
     samples: &[T],
 ) -> Result<(), RadonError> {
     match samples.iter().position(|x| !x.finite()) {
         Some(index) => Err(RadonError::BadSample {
-            name,
+            what,
             index,
             given: samples[index].f64(),
         }),
@@ -60,12 +60,12 @@ pub(crate) fn check_samples<T: Sample>(
 }
 
 pub(crate) fn check_not_negative<T: Sample>(
-    name: &'static str,
+    what: &'static str,
     samples: &[T],
 ) -> Result<(), RadonError> {
     match samples.iter().position(|&x| x < T::ZERO) {
         Some(index) => Err(RadonError::NegativeSample {
-            name,
+            what,
             index,
             given: samples[index].f64(),
         }),

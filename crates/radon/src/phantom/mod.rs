@@ -30,10 +30,10 @@ pub enum BinSampling {
 /// Positions and sizes of shapes go up to here, and sizes down to one over it: products of six of them are numbers.
 const LARGEST: f64 = 1e50;
 
-fn place(name: &'static str, given: f64) -> Result<(), RadonError> {
-    within(name, given, -LARGEST, LARGEST)
+fn place(what: &'static str, given: f64) -> Result<(), RadonError> {
+    within(what, given, -LARGEST, LARGEST)
 }
 
-fn size(name: &'static str, given: f64) -> Result<(), RadonError> {
-    within(name, positive(name, given)?, 1.0 / LARGEST, LARGEST)
+fn size(what: &'static str, given: f64) -> Result<(), RadonError> {
+    within(what, positive(what, given)?, 1.0 / LARGEST, LARGEST)
 }

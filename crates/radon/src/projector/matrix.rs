@@ -70,7 +70,7 @@ impl Projector {
                 let more = columns.try_reserve(row.len());
                 if more.and(weights.try_reserve(row.len())).is_err() {
                     return Err(RadonError::TooLarge {
-                        name: "weights of the matrix",
+                        what: "weights of the matrix",
                         a: held + row.len(),
                         b: 1,
                     });

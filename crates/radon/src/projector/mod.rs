@@ -87,7 +87,7 @@ impl Projector {
         if i32::try_from(pixels).is_err() {
             let (a, b) = (grid.nx(), grid.ny());
             return Err(RadonError::TooLarge {
-                name: "image",
+                what: "image",
                 a,
                 b,
             });

@@ -88,7 +88,7 @@ impl<T: Sample> StackOperator<T> {
         at_least("n_subsets", n_subsets, 1)?;
         if n_subsets > n_views {
             return Err(RadonError::OutOfRange {
-                name: "n_subsets",
+                what: "n_subsets",
                 given: n_subsets as f64,
                 least: 1.0,
                 most: n_views as f64,

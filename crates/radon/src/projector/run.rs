@@ -343,14 +343,14 @@ impl Projector {
 
     fn stacks(&self, n_slices: usize, order: StackOrder) -> (Stack, Stack) {
         let images = Stack {
-            name: "volume",
+            what: "volume",
             n_slices,
             n_rows: self.grid.ny(),
             row_len: self.grid.nx(),
             order: StackOrder::SliceViewBin,
         };
         let sinograms = Stack {
-            name: "projections",
+            what: "projections",
             n_slices,
             n_rows: self.geometry.n_views(),
             row_len: self.geometry.n_bins(),

@@ -37,12 +37,12 @@ impl Collimator {
     /// # Errors
     /// [`RadonError::NotFinite`], [`RadonError::OutOfRange`] for a number below zero.
     pub fn new(slope: f64, at_face: f64, intrinsic: f64) -> Result<Self, RadonError> {
-        for (name, given) in [
+        for (what, given) in [
             ("slope of the collimator's response", slope),
             ("width of the response at the face", at_face),
             ("intrinsic width", intrinsic),
         ] {
-            within(name, given, 0.0, f64::MAX)?;
+            within(what, given, 0.0, f64::MAX)?;
         }
         Ok(Self {
             slope,

@@ -1,6 +1,6 @@
 //! Blur that grows with depth, for the price of a few blurs.
 //!
-//! Planes are shared out among a few nodes ([`super::nodes`]). Nor is each node blurred by itself: node j is blurred by the difference of variances
+//! Planes are shared out among a few nodes ([`crate::nodes`]). Nor is each node blurred by itself: node j is blurred by the difference of variances
 //! W_j - W_i and added to node i, its parent, from the farthest to the nearest, which is blurred to the image that the camera sees. King,
 //! Pan & Luo (1997, IEEE Trans. Nucl. Sci. 44) call that Gaussian diffusion and tell how masks of too narrow Gaussians spoil it. Here masks
 //! have the variance asked for whatever their width, and steps are at least [`STEP`] of a bin's area, from where on Gaussians of the
@@ -8,8 +8,8 @@
 //! >= 0, and so are those of their sums.
 
 use super::lanes::{LANES, Lanes};
-use super::nodes::Nodes;
 use crate::blur::gaussian_of_integers;
+use crate::nodes::Nodes;
 use crate::simd::Plain;
 use crate::{RadonError, Sample};
 

@@ -6,7 +6,6 @@ mod collimator;
 mod depth;
 mod geometry;
 mod lanes;
-pub(crate) mod nodes;
 mod operator;
 mod options;
 mod overlap;

@@ -88,8 +88,9 @@ impl<T: Sample> SpectOperator<T> {
     /// Plans the views of volumes on `grid` in `layers`.
     ///
     /// # Errors
-    /// [`RadonError::OutOfRange`] for a tolerance outside [1e-6, 0.1], a pitch that is not between 1e-3 and 1e3 voxels, a response four standard
-    /// deviations of which are more than 10 000 bins, or a voxel 1e6 mean free paths thick; [`RadonError::WrongLength`],
+    /// [`RadonError::OutOfRange`] for a tolerance outside [1e-6, 0.1], a pitch that is not between 1e-2 and 1e2 voxels, a response four
+    /// standard deviations of which are more than 10 000 bins, a grid or detector a million pixels or 1e9 bins away from the axis, or a
+    /// voxel 1e6 mean free paths thick; [`RadonError::WrongLength`],
     /// [`RadonError::BadSample`], [`RadonError::NegativeSample`] for the attenuation map; [`RadonError::TooLarge`].
     pub fn new(
         geometry: &SpectGeometry,

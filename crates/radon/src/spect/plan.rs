@@ -53,7 +53,7 @@ impl<T: Sample> Plan<T> {
             (views.pitch(), dy),
             (rows.spacing(), layers.spacing()),
         ] {
-            within("pitch in voxels", pitch / spacing, 1e-3, 1e3)?;
+            within("pitch in voxels", pitch / spacing, 1e-2, 1e2)?;
         }
         let n_voxels = product("volume", grid.image_len(), layers.n_slices())?;
         let farthest = geometry.radii().iter().fold(0.0, |m: f64, &r| m.max(r)) + reach(grid);
@@ -70,8 +70,7 @@ impl<T: Sample> Plan<T> {
             n_blocks: (before + rows.n_slices() + margin[1]).div_ceil(LANES),
         };
         product("frame", frame.n_bins, LANES * frame.n_blocks)?;
-        let turned = Turned::new(geometry, grid, frame.n_bins, bins);
-        turned.check()?;
+        let turned = Turned::new(geometry, grid, frame.n_bins, bins)?;
         let axial = Axial::new(grid, layers, rows, before, frame.n_blocks)?;
         let attenuation = match options.attenuation.as_slice() {
             [] => None,

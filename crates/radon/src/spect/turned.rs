@@ -4,7 +4,7 @@ use super::axial::Axial;
 use super::depth::Depths;
 use super::overlap::Cover;
 use super::{Collimator, SpectGeometry};
-use crate::error::{RadonError, product, room};
+use crate::error::{RadonError, product, room, within};
 use crate::{ImageGrid, Sample};
 
 /// A place in a turned plane that meets pixels: those of the entries up to `end`, behind those of the cell before it.
@@ -46,24 +46,36 @@ pub(super) struct Turned<'a> {
 }
 
 impl<'a> Turned<'a> {
+    /// For a frame of `n_bins`, `margin` of them before the detector's.
     pub(super) fn new(
         geometry: &'a SpectGeometry,
         grid: &'a ImageGrid,
         n_bins: usize,
         margin: usize,
-    ) -> Self {
+    ) -> Result<Self, RadonError> {
         let [dx, dy] = grid.spacing();
-        let depth = dx.min(dy);
+        let (depth, views) = (dx.min(dy), geometry.views());
+        // Cells of all planes are numbers of 32 bits, and places of bins have digits left behind the point.
+        let planes = 2.0 * reach(grid) / depth;
+        within("planes of a view", planes, 0.0, 1e6)?;
+        let farthest = (views.offset().abs() + reach(grid)) / views.pitch();
+        within("bins from the axis", farthest, 0.0, 1e9)?;
         // As even or odd as the rows of pixels, lest planes halve them in the view at 0.
-        let n = (2.0 * reach(grid) / depth).ceil() as usize;
-        Self {
+        let n = planes.ceil() as usize;
+        let n_planes = n + (n + grid.ny()) % 2;
+        numbered(
+            n_planes,
+            n_bins,
+            product("cells of a view", n_planes, n_bins)?,
+        )?;
+        Ok(Self {
             geometry,
             grid,
             n_bins,
             margin,
-            n_planes: n + (n + grid.ny()) % 2,
+            n_planes,
             depth,
-        }
+        })
     }
 
     /// The cells of a view and the pixels in them, and how planes are blurred; planes whose middle is behind the collimator's face are
@@ -108,6 +120,7 @@ impl<'a> Turned<'a> {
                 }
             });
         }
+        numbered(self.n_planes, n_bins, found.len())?;
         let planes = found.iter().map(|&(cell, ..)| cell as usize / n_bins);
         let (nearest, farthest) = planes.fold((usize::MAX, 0), |(a, b), p| (a.min(p), b.max(p)));
         let nearest = nearest.min(farthest);
@@ -122,13 +135,12 @@ impl<'a> Turned<'a> {
             depths: Depths::new(&variances, [pitch, rows.spacing()], tolerance)?,
         })
     }
+}
 
-    /// Cells of all planes must be numbers of 32 bits.
-    pub(super) fn check(&self) -> Result<(), RadonError> {
-        let (name, a, b) = ("cells of a view", self.n_planes, self.n_bins);
-        let cells = product(name, a, b)?.max(6 * self.grid.image_len());
-        u32::try_from(cells).map_or(Err(RadonError::TooLarge { name, a, b }), |_| Ok(()))
-    }
+/// Refuses more cells, or pixels in cells, than numbers of 32 bits.
+fn numbered(n_planes: usize, n_bins: usize, n: usize) -> Result<(), RadonError> {
+    let (what, a, b) = ("cells of a view", n_planes, n_bins);
+    u32::try_from(n).map_or(Err(RadonError::TooLarge { what, a, b }), |_| Ok(()))
 }
 
 /// Distance of the farthest corner of a grid from the axis of rotation.

@@ -22,7 +22,7 @@ fn geometry() {
     assert!(matches!(
         ParallelGeometry::new([], 8, 1.0),
         Err(TooFew {
-            name: "n_views",
+            what: "n_views",
             given: 0,
             least: 1
         })
@@ -30,7 +30,7 @@ fn geometry() {
     assert!(matches!(
         ParallelGeometry::new([0.0], 0, 1.0),
         Err(TooFew {
-            name: "n_bins",
+            what: "n_bins",
             given: 0,
             ..
         })
@@ -38,7 +38,7 @@ fn geometry() {
     assert!(matches!(
         ParallelGeometry::new([0.0], 8, 0.0),
         Err(NotPositive {
-            name: "pitch",
+            what: "pitch",
             given: 0.0
         })
     ));
@@ -48,7 +48,7 @@ fn geometry() {
     ));
     assert!(matches!(
         ParallelGeometry::new([0.0, f64::NAN], 8, 1.0),
-        Err(NotFinite { name: "angle", .. })
+        Err(NotFinite { what: "angle", .. })
     ));
     assert!(matches!(
         ParallelGeometry::new([0.0], 8, f64::INFINITY),
@@ -60,7 +60,7 @@ fn geometry() {
     ));
     assert!(matches!(
         ParallelGeometry::arc_radians(3, 0.0, 8, 1.0),
-        Err(NotPositive { name: "arc", .. })
+        Err(NotPositive { what: "arc", .. })
     ));
     assert!(matches!(
         ParallelGeometry::arc_radians(usize::MAX, 1.0, 8, 1.0),
@@ -69,7 +69,7 @@ fn geometry() {
     let geometry = half_turn(4, 8, 1.0);
     assert!(matches!(
         geometry.clone().with_offset(f64::NAN),
-        Err(NotFinite { name: "offset", .. })
+        Err(NotFinite { what: "offset", .. })
     ));
     assert!(matches!(
         geometry.with_rotation_bin(f64::INFINITY),
@@ -82,18 +82,18 @@ fn grid() {
     use RadonError::*;
     assert!(matches!(
         ImageGrid::new(0, 4, 1.0),
-        Err(TooFew { name: "nx", .. })
+        Err(TooFew { what: "nx", .. })
     ));
     assert!(matches!(
         ImageGrid::new(4, 0, 1.0),
-        Err(TooFew { name: "ny", .. })
+        Err(TooFew { what: "ny", .. })
     ));
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         for spacing in [[bad, 1.0], [1.0, bad]] {
             assert!(matches!(
                 ImageGrid::anisotropic(4, 4, spacing),
                 Err(NotFinite {
-                    name: "spacing",
+                    what: "spacing",
                     ..
                 })
             ));
@@ -105,7 +105,7 @@ fn grid() {
             assert_eq!(
                 ImageGrid::anisotropic(4, 4, spacing).unwrap_err(),
                 NotPositive {
-                    name: "spacing",
+                    what: "spacing",
                     given
                 }
             );
@@ -113,7 +113,7 @@ fn grid() {
     }
     assert!(matches!(
         ImageGrid::anisotropic(4, 4, [1.0, 1e308]),
-        Err(NotFinite { name: "extent", .. })
+        Err(NotFinite { what: "extent", .. })
     ));
     assert!(matches!(
         ImageGrid::new(usize::MAX, 2, 1.0),
@@ -194,14 +194,14 @@ fn short_arcs_are_refused_unless_a_policy_says_what_to_do() {
         Err(RadonError::ShortArc {
             gap,
             ratio,
-            allowed,
+            most,
             furthest,
         }) => {
             assert_eq!(furthest, geometry.angles()[59]);
             assert!(
                 (gap - (std::f64::consts::PI - 59.0 / 30.0)).abs() < 1e-12
                     && ratio > 30.0
-                    && allowed == 4.0
+                    && most == 4.0
             );
         }
         other => panic!("{other:?}"),

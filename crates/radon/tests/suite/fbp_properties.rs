@@ -239,7 +239,7 @@ fn a_memory_budget_changes_no_bit_and_is_kept() {
     let largest = plan(64 << 20).work_bytes(70).unwrap();
     // Fewer views at once, narrower blocks, one slice at a time, one view of it at a time.
     let smallest = match plan(0).work_bytes(70) {
-        Err(RadonError::BudgetTooSmall { needed, budget: 0 }) => needed,
+        Err(RadonError::BudgetTooSmall { least, given: 0 }) => least,
         other => panic!("{other:?}"),
     };
     for memory in [

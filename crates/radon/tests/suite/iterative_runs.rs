@@ -366,7 +366,7 @@ fn bad_input_is_refused_with_its_numbers() {
         assert_eq!(
             error,
             RadonError::WrongLength {
-                name: "data",
+                what: "data",
                 given: 3,
                 expected: 4
             }
@@ -376,7 +376,7 @@ fn bad_input_is_refused_with_its_numbers() {
         assert_eq!(
             error,
             RadonError::WrongLength {
-                name: "image",
+                what: "image",
                 given: 2,
                 expected: 3
             }
@@ -386,7 +386,7 @@ fn bad_input_is_refused_with_its_numbers() {
         assert!(matches!(
             error,
             RadonError::BadSample {
-                name: "data",
+                what: "data",
                 index: 2,
                 ..
             }
@@ -396,7 +396,7 @@ fn bad_input_is_refused_with_its_numbers() {
         assert!(matches!(
             error,
             RadonError::BadSample {
-                name: "image",
+                what: "image",
                 index: 1,
                 ..
             }
@@ -411,7 +411,7 @@ fn bad_input_is_refused_with_its_numbers() {
         )
         .unwrap_err()
     };
-    let negative = |name, index, given| RadonError::NegativeSample { name, index, given };
+    let negative = |what, index, given| RadonError::NegativeSample { what, index, given };
     assert_eq!(
         em(&[1.0, -2.0, 1.0, 1.0], &x, vec![]),
         negative("data", 1, -2.0)
@@ -427,7 +427,7 @@ fn bad_input_is_refused_with_its_numbers() {
     assert!(matches!(
         em(&b, &x, vec![1.0]),
         RadonError::WrongLength {
-            name: "background",
+            what: "background",
             given: 1,
             expected: 4
         }
@@ -440,7 +440,7 @@ fn bad_input_is_refused_with_its_numbers() {
     assert!(matches!(
         sirt(&a, &b, &mut x.clone(), &crossed),
         Err(RadonError::OutOfRange {
-            name: "upper bound",
+            what: "upper bound",
             ..
         })
     ));
@@ -467,14 +467,14 @@ fn bad_input_is_refused_with_its_numbers() {
     assert!(matches!(
         sirt(&mixed, &[1.0], &mut [0.0; 2], &SirtOptions::default()),
         Err(RadonError::NegativeSample {
-            name: "row sums",
+            what: "row sums",
             ..
         })
     ));
     assert!(matches!(
         mlem(&mixed, &[1.0], &mut [1.0; 2], &EmOptions::default()),
         Err(RadonError::NegativeSample {
-            name: "column sums",
+            what: "column sums",
             ..
         })
     ));
@@ -504,6 +504,6 @@ fn bad_input_is_refused_with_its_numbers() {
     ));
     assert!(matches!(
         osem(&subset(vec![0]), &b, &mut x.clone(), &EmOptions::default()),
-        Err(RadonError::WrongLength { name: "subset", .. })
+        Err(RadonError::WrongLength { what: "subset", .. })
     ));
 }

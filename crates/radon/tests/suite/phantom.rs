@@ -342,7 +342,7 @@ fn bad_shapes_are_refused_with_their_numbers() {
     assert_eq!(
         Shape2::ellipse([0.0; 2], [1.0, -2.0], 0.0).unwrap_err(),
         RadonError::NotPositive {
-            name: "ellipse semi-axis",
+            what: "ellipse semi-axis",
             given: -2.0
         }
     );

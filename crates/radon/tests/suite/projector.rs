@@ -426,7 +426,7 @@ fn bad_input_is_refused_with_its_numbers() {
     assert_eq!(
         projector.forward(&[0.0f32; 23]).unwrap_err(),
         RadonError::WrongLength {
-            name: "volume",
+            what: "volume",
             given: 23,
             expected: 24
         }
@@ -434,7 +434,7 @@ fn bad_input_is_refused_with_its_numbers() {
     assert_eq!(
         projector.adjoint(&[0.0f64; 16]).unwrap_err(),
         RadonError::WrongLength {
-            name: "projections",
+            what: "projections",
             given: 16,
             expected: 15
         }
@@ -446,7 +446,7 @@ fn bad_input_is_refused_with_its_numbers() {
         assert!(matches!(
             projector.forward_stack(&image, 2, StackOrder::SliceViewBin),
             Err(RadonError::BadSample {
-                name: "volume",
+                what: "volume",
                 index: 29,
                 ..
             })
@@ -469,7 +469,7 @@ fn bad_input_is_refused_with_its_numbers() {
         assert!(matches!(
             Projector::new(&geometry, &odd, Kernel::Strip),
             Err(RadonError::OutOfRange {
-                name: "pitch in pixels",
+                what: "pitch in pixels",
                 ..
             })
         ));

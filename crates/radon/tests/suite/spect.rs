@@ -276,14 +276,14 @@ fn what_makes_no_sense_is_refused() {
         };
         Collimator::parallel_holes(&holes, 0.38).unwrap_err()
     };
-    for (wrong, what) in [
+    for (wrong, expected) in [
         (holes(0.0, 3.5, 27.0), "hole diameter"),
         (holes(0.15, -1.0, 27.0), "hole length"),
         (holes(0.15, 3.5, 0.0), "attenuation of the septa"),
         (holes(0.15, 3.5, 0.5), "effective hole length"),
     ] {
         assert!(
-            matches!(wrong, RadonError::NotPositive { name, .. } if name == what),
+            matches!(wrong, RadonError::NotPositive { what, .. } if what == expected),
             "{wrong}"
         );
     }
@@ -324,7 +324,7 @@ fn what_makes_no_sense_is_refused() {
             matches!(
                 wrong,
                 RadonError::OutOfRange {
-                    name: "tolerance",
+                    what: "tolerance",
                     ..
                 }
             ),
@@ -335,6 +335,28 @@ fn what_makes_no_sense_is_refused() {
         plan(&SpectOptions::default().with_collimator(Collimator::new(1e9, 0.0, 0.0).unwrap()));
     assert!(matches!(wrong, RadonError::OutOfRange { .. }), "{wrong}");
 
+    let placed = |views: &ParallelGeometry, grid: &ImageGrid, layers: &SliceAxis| {
+        let geometry = SpectGeometry::circular(views, rows, 9.0).unwrap();
+        let options = SpectOptions::<f64>::default();
+        SpectOperator::new(&geometry, grid, layers, &options).unwrap_err()
+    };
+    let (grid, layers) = (small.grid, small.layers);
+    let far = grid.with_centre([0.0, -1e300]).unwrap();
+    let beside = views.clone().with_offset(1e300).unwrap();
+    let flat = SliceAxis::new(3, 1e-3).unwrap();
+    let tiny = ImageGrid::square(3, 1e-3).unwrap();
+    for (wrong, expected) in [
+        (placed(views, &far, &layers), "planes of a view"),
+        (placed(&beside, &grid, &layers), "bins from the axis"),
+        (placed(views, &grid, &flat), "pitch in voxels"),
+        (placed(views, &tiny, &layers), "pitch in voxels"),
+    ] {
+        assert!(
+            matches!(wrong, RadonError::OutOfRange { what, .. } if what == expected),
+            "{wrong}"
+        );
+    }
+
     let operator = small.operator::<f64>(&SpectOptions::default());
     let (mut x, mut y) = (
         vec![0.0; operator.image_len()],
@@ -342,12 +364,12 @@ fn what_makes_no_sense_is_refused() {
     );
     let wrong = operator.forward_into(&x[1..], &mut y).unwrap_err();
     assert!(
-        matches!(wrong, RadonError::WrongLength { name: "volume", .. }),
+        matches!(wrong, RadonError::WrongLength { what: "volume", .. }),
         "{wrong}"
     );
     let wrong = operator.adjoint_into(&y[1..], &mut x).unwrap_err();
     assert!(
-        matches!(wrong, RadonError::WrongLength { name: "views", .. }),
+        matches!(wrong, RadonError::WrongLength { what: "views", .. }),
         "{wrong}"
     );
     x[5] = f64::INFINITY;
@@ -442,7 +464,7 @@ fn odd_shapes_are_seen_or_not() {
     let above = axis(3, 1.0).with_centre(90.0).unwrap();
     assert_eq!(seen(&one, axis(1, 3.0), above, 4, 9.0), 0.0);
     let fine = ParallelGeometry::new([0.7], 300, 0.02).unwrap();
-    assert!(seen(&fine, axis(2, 40.0), axis(50, 0.04), 2, 9.0) > 0.0);
+    assert!(seen(&fine, axis(2, 4.0), axis(50, 0.04), 2, 9.0) > 0.0);
     let coarse = ParallelGeometry::new([0.7], 2, 50.0).unwrap();
     assert!(seen(&coarse, axis(100, 0.02), axis(2, 1.0), 8, 9.0) > 0.0);
 }

@@ -5,14 +5,15 @@ use rayon::prelude::*;
 use crate::error::{finite, length, positive};
 use crate::rays::cylinder::across;
 use crate::rays::slabs::for_slabs;
-use crate::{Attenuator, Body, Error, Organs, ParallelRays, Ray, RayCounters, Sample, Span};
+use crate::{Attenuator, Body, Organs, ParallelRays, Ray, RayCounters, RevolveError, Sample, Span};
 
 impl Organs {
     /// Adds `weight` times the integral of the organs' activity along the rays, wherever the body is not, to an image; weakened by an
     /// attenuator if there is one (the detector is ahead of the rays).
     ///
     /// # Errors
-    /// [`Error::Length`] for a wrong image, [`Error::NotFinite`] for the weight, [`Error::NotPositive`] for rays along z.
+    /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the weight, [`RevolveError::NotPositive`] for rays
+    /// along z.
     pub fn project_around_add<T: Sample>(
         &self,
         body: &Body,
@@ -20,7 +21,7 @@ impl Organs {
         weight: f64,
         attenuator: Option<&Attenuator>,
         out: &mut [T],
-    ) -> Result<RayCounters, Error> {
+    ) -> Result<RayCounters, RevolveError> {
         finite("weight", weight)?;
         length("image", rays.image_len(), out.len())?;
         positive("rays' part across the torso", across(&rays.direction()))?;

@@ -12,11 +12,13 @@
 //! attenuation in a convex domain: Kim et al., IEEE Trans. Nucl. Sci. 31 (1984) 538,
 //! <https://doi.org/10.1109/TNS.1984.4333314>).
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use crate::error::{finite, positive};
 use crate::rays::cylinder::across;
-use crate::{Body, EllipticCylinder, Error, Organs, ParallelRays, Ray, RayCounters, Sample, Span};
+use crate::{
+    Body, EllipticCylinder, Organs, ParallelRays, Ray, RayCounters, RevolveError, Sample, Span,
+};
 
 /// What weakens the rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,16 +37,18 @@ pub enum Medium<'a> {
 pub struct Attenuator<'a> {
     mu: f64,
     medium: Medium<'a>,
+    /// Middle and square of the radius of a ball round a body with organs around it: most rays pass it by.
+    ball: (Point3<f64>, f64),
 }
 
 impl<'a> Attenuator<'a> {
     /// A medium of attenuation `mu` in 1/cm; of a body with organs around it, `mu` is the body's.
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::Negative`] for mu; [`Error::NoSuchLayer`].
-    pub fn new(mu: f64, medium: Medium<'a>) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`], [`RevolveError::Negative`] for mu; [`RevolveError::NoSuchLayer`].
+    pub fn new(mu: f64, medium: Medium<'a>) -> Result<Self, RevolveError> {
         if finite("attenuation", mu)? < 0.0 {
-            return Err(Error::Negative {
+            return Err(RevolveError::Negative {
                 what: "attenuation",
                 given: mu,
             });
@@ -52,12 +56,22 @@ impl<'a> Attenuator<'a> {
         if let Medium::Layer(body, layer) = medium
             && layer >= body.layers().len()
         {
-            return Err(Error::NoSuchLayer {
+            return Err(RevolveError::NoSuchLayer {
                 given: layer,
                 layers: body.layers().len(),
             });
         }
-        Ok(Self { mu, medium })
+        let mut ball = (Point3::origin(), 0.0);
+        if let Medium::Around(_, body) = medium {
+            let [low, high] = body.bounding_box(body.layers().len() - 1)?;
+            let (low, high) = (low.coords, high.coords);
+            // Larger by more than any rounding.
+            ball = (
+                Point3::from((low + high) * 0.5),
+                0.2501 * (high - low).norm_squared(),
+            );
+        }
+        Ok(Self { mu, medium, ball })
     }
 
     /// Attenuation in 1/cm.
@@ -71,7 +85,7 @@ impl<'a> Attenuator<'a> {
     }
 
     /// Rays along a torso never leave it.
-    pub(crate) fn check_direction(&self, d: &Vector3<f64>) -> Result<(), Error> {
+    pub(crate) fn check_direction(&self, d: &Vector3<f64>) -> Result<(), RevolveError> {
         match self.medium {
             Medium::Layer(..) => Ok(()),
             Medium::Torso(_) | Medium::Around(..) => {
@@ -89,7 +103,11 @@ impl<'a> Attenuator<'a> {
             Medium::Torso(torso) => alike(torso.span(ray).into_iter().collect()),
             Medium::Around(organs, body) => {
                 let outermost = &body.layers()[body.layers().len() - 1];
-                let own = body.spans_in(outermost, ray);
+                let beside = (ray.origin() - self.ball.0).cross(&ray.direction());
+                let own = match beside.norm_squared() <= self.ball.1 {
+                    true => body.spans_in(outermost, ray),
+                    false => Vec::new(),
+                };
                 let around = organs.pieces(ray).into_iter();
                 let around = around.map(|(span, organ)| (span, organ.attenuation));
                 let mut pieces: Vec<_> = around.flat_map(|piece| without(piece, &own)).collect();
@@ -165,7 +183,7 @@ impl Body {
     /// the rays.
     ///
     /// # Errors
-    /// As [`Body::project_add`]; [`Error::NotPositive`] for rays along the axis of a torso.
+    /// As [`Body::project_add`]; [`RevolveError::NotPositive`] for rays along the axis of a torso.
     ///
     /// ```
     /// use revolve_voxel::{Attenuator, Body, EllipticCylinder, Medium, Meridian, ParallelDetector, Pose};
@@ -178,7 +196,7 @@ impl Body {
     /// body.project_attenuated_add(&rays, &[1.0], 1.0, &attenuator, &mut seen)?;
     /// let exact = (-0.15_f64 * 7.5).exp() * (1.0 - (-0.15_f64).exp()) / 0.15;
     /// assert!((seen[0] - exact).abs() < 1e-12);
-    /// # Ok::<(), revolve_voxel::Error>(())
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     pub fn project_attenuated_add<T: Sample>(
         &self,
@@ -187,7 +205,7 @@ impl Body {
         weight: f64,
         attenuator: &Attenuator,
         out: &mut [T],
-    ) -> Result<RayCounters, Error> {
+    ) -> Result<RayCounters, RevolveError> {
         attenuator.check_direction(&rays.direction())?;
         self.project_measured(rays, activity, weight, out, |[bin, row]| {
             let way = attenuator.along(&rays.line(bin, row));

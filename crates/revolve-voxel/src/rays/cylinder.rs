@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::error::{finite, length, positive};
 use crate::solid::segment::ROUNDING;
 use crate::voxels::coverage::check_range;
-use crate::{Error, Ray, Sample, Span, VoxelGrid};
+use crate::{Ray, RevolveError, Sample, Span, VoxelGrid};
 
 /// A cylinder of elliptic section along the lab's z axis, without ends: a torso.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,8 +21,8 @@ impl EllipticCylinder {
     /// The cylinder about the axis through `centre` (x, y) with half-widths `semi_axes` along x and y, in cm.
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::NotPositive`].
-    pub fn new(centre: [f64; 2], semi_axes: [f64; 2]) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`].
+    pub fn new(centre: [f64; 2], semi_axes: [f64; 2]) -> Result<Self, RevolveError> {
         for k in 0..2 {
             finite("centre of the torso", centre[k])?;
             positive("semi-axis of the torso", semi_axes[k])?;
@@ -63,14 +63,14 @@ impl EllipticCylinder {
     /// attenuation map, exact.
     ///
     /// # Errors
-    /// [`Error::Length`] for slices or a buffer that do not fit, [`Error::NotFinite`] for the value.
+    /// [`RevolveError::WrongLength`] for slices or a buffer that do not fit, [`RevolveError::NotFinite`] for the value.
     pub fn voxelize_add<T: Sample>(
         &self,
         grid: &VoxelGrid,
         slices: Range<usize>,
         value: f64,
         out: &mut [T],
-    ) -> Result<(), Error> {
+    ) -> Result<(), RevolveError> {
         finite("value", value)?;
         check_slices(grid, &slices, out.len())?;
         if out.is_empty() {
@@ -111,7 +111,7 @@ pub(crate) fn check_slices(
     grid: &VoxelGrid,
     slices: &Range<usize>,
     given: usize,
-) -> Result<(), Error> {
+) -> Result<(), RevolveError> {
     check_range(grid, slices)?;
     length("volume", grid.slice_len() * slices.len(), given)
 }

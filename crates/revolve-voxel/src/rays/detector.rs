@@ -12,7 +12,7 @@ use crate::rays::cone::Batch;
 use crate::rays::direction::Direction;
 use crate::rays::silhouette::Silhouette;
 use crate::rays::slabs::for_slabs;
-use crate::{Body, Error, Ray, RayCounters, Sample};
+use crate::{Body, Ray, RayCounters, RevolveError, Sample};
 
 /// A flat detector of a parallel beam that turns about the lab's z axis.
 ///
@@ -31,8 +31,9 @@ impl ParallelDetector {
     /// A detector centred on the axis of turning; `pitch` is [bin, row].
     ///
     /// # Errors
-    /// [`Error::TooFew`] without a bin or a row; [`Error::NotPositive`], [`Error::NotFinite`], [`Error::TooLarge`].
-    pub fn new(n_bins: usize, n_rows: usize, pitch: [f64; 2]) -> Result<Self, Error> {
+    /// [`RevolveError::TooFew`] without a bin or a row; [`RevolveError::NotPositive`], [`RevolveError::NotFinite`],
+    /// [`RevolveError::TooLarge`].
+    pub fn new(n_bins: usize, n_rows: usize, pitch: [f64; 2]) -> Result<Self, RevolveError> {
         countable("rays of a view", &[n_bins, n_rows])?;
         positive("bin pitch", pitch[0])?;
         positive("row pitch", pitch[1])?;
@@ -47,8 +48,8 @@ impl ParallelDetector {
     /// The same detector with its centre at `offset` = [along the bins, along z].
     ///
     /// # Errors
-    /// [`Error::NotFinite`].
-    pub fn with_offset(mut self, offset: [f64; 2]) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`].
+    pub fn with_offset(mut self, offset: [f64; 2]) -> Result<Self, RevolveError> {
         finite("bin offset", offset[0])?;
         finite("row offset", offset[1])?;
         self.offset = offset;
@@ -78,8 +79,8 @@ impl ParallelDetector {
     /// The rays of one view.
     ///
     /// # Errors
-    /// [`Error::NotFinite`].
-    pub fn rays(&self, theta: f64) -> Result<ParallelRays, Error> {
+    /// [`RevolveError::NotFinite`].
+    pub fn rays(&self, theta: f64) -> Result<ParallelRays, RevolveError> {
         finite("view angle", theta)?;
         let (sin, cos) = theta.sin_cos();
         let bins = Vector3::new(cos, sin, 0.0);
@@ -117,15 +118,15 @@ impl ParallelRays {
     /// A raster of `[n_bins, n_rows]` rays; the direction is normalised.
     ///
     /// # Errors
-    /// [`Error::NotPositive`] for a count of zero or a zero direction, [`Error::NotFinite`] for a number or for the last ray's
-    /// place, [`Error::TooLarge`].
+    /// [`RevolveError::NotPositive`] for a count of zero or a zero direction, [`RevolveError::NotFinite`] for a number or for the last
+    /// ray's place, [`RevolveError::TooLarge`].
     pub fn new(
         [n_bins, n_rows]: [usize; 2],
         first: Point3<f64>,
         bin_step: Vector3<f64>,
         row_step: Vector3<f64>,
         direction: Vector3<f64>,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, RevolveError> {
         countable("rays of a view", &[n_bins, n_rows])?;
         for v in bin_step.iter().chain(row_step.iter()) {
             finite("step between rays", *v)?;
@@ -160,12 +161,13 @@ impl ParallelRays {
     /// let rays = ParallelDetector::new(1, 1, [1.0, 1.0])?.rays(0.0)?; // along +y, through the rod from -1/2 to 1/2
     /// let (slabs, _) = body.project::<f64>(&rays.with_planes(&[-0.25, 0.125])?, &[1.0])?;
     /// assert_eq!(slabs, [0.25, 0.375, 0.375]);
-    /// # Ok::<(), revolve_voxel::Error>(())
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for a plane; [`Error::NotPositive`] unless each is beyond the one before; [`Error::TooLarge`].
-    pub fn with_planes(mut self, planes: &[f64]) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`] for a plane; [`RevolveError::NotPositive`] unless each is beyond the one before;
+    /// [`RevolveError::TooLarge`].
+    pub fn with_planes(mut self, planes: &[f64]) -> Result<Self, RevolveError> {
         for plane in planes {
             finite("plane across the rays", *plane)?;
         }
@@ -212,11 +214,11 @@ impl ParallelRays {
     /// Some rows of the raster: what is computed for them is, bit for bit, the cut from the whole.
     ///
     /// # Errors
-    /// [`Error::TooFew`] without a row; [`Error::Length`] for rows beyond the raster.
-    pub fn rows(&self, rows: Range<usize>) -> Result<Self, Error> {
+    /// [`RevolveError::TooFew`] without a row; [`RevolveError::WrongLength`] for rows beyond the raster.
+    pub fn rows(&self, rows: Range<usize>) -> Result<Self, RevolveError> {
         at_least("rows", rows.len(), 1)?;
         if rows.end > self.n_rows {
-            return Err(Error::Length {
+            return Err(RevolveError::WrongLength {
                 what: "rows (at most)",
                 expected: self.n_rows,
                 given: rows.end,
@@ -249,12 +251,12 @@ impl Body {
     /// Rows are shared among the threads of the current rayon pool; the result does not depend on their number.
     ///
     /// # Errors
-    /// [`Error::Length`] or [`Error::NotFinite`] for the activities, [`Error::TooLarge`] for the image.
+    /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooLarge`] for the image.
     pub fn project<T: Sample>(
         &self,
         rays: &ParallelRays,
         activity: &[f64],
-    ) -> Result<(Vec<T>, RayCounters), Error> {
+    ) -> Result<(Vec<T>, RayCounters), RevolveError> {
         let mut out = zeros("rays of a view", rays.image_len())?;
         let counters = self.project_add(rays, activity, 1.0, &mut out)?;
         Ok((out, counters))
@@ -263,14 +265,14 @@ impl Body {
     /// Adds `weight` times the line integrals to an image: the building block of time averages.
     ///
     /// # Errors
-    /// [`Error::Length`] for a wrong image or number of activities, [`Error::NotFinite`].
+    /// [`RevolveError::WrongLength`] for a wrong image or number of activities, [`RevolveError::NotFinite`].
     pub fn project_add<T: Sample>(
         &self,
         rays: &ParallelRays,
         activity: &[f64],
         weight: f64,
         out: &mut [T],
-    ) -> Result<RayCounters, Error> {
+    ) -> Result<RayCounters, RevolveError> {
         self.project_measured(rays, activity, weight, out, |_| |low, high, _| high - low)
     }
 
@@ -284,7 +286,7 @@ impl Body {
         weight: f64,
         out: &mut [T],
         measure: impl Fn([usize; 2]) -> M + Sync,
-    ) -> Result<RayCounters, Error> {
+    ) -> Result<RayCounters, RevolveError> {
         let weights = self.weights(activity)?;
         finite("weight", weight)?;
         length("image", rays.image_len(), out.len())?;

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::error::{finite, positive};
-use crate::{EllipticCylinder, Error, Ray, Span};
+use crate::{EllipticCylinder, Ray, RevolveError, Span};
 
 /// An ellipsoid with its axes along the lab's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,8 +16,8 @@ impl Ellipsoid {
     /// The ellipsoid about `centre` with half-widths `semi_axes` along x, y and z, in cm.
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::NotPositive`].
-    pub fn new(centre: [f64; 3], semi_axes: [f64; 3]) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`].
+    pub fn new(centre: [f64; 3], semi_axes: [f64; 3]) -> Result<Self, RevolveError> {
         for k in 0..3 {
             finite("centre of an organ", centre[k])?;
             positive("semi-axis of an organ", semi_axes[k])?;
@@ -111,7 +111,7 @@ pub struct Organ {
 /// let pieces = organs.pieces(&ray);
 /// assert_eq!(pieces.len(), 3); // torso, lung, torso
 /// assert_eq!(pieces[1].0.length(), 14.0);
-/// # Ok::<(), revolve_voxel::Error>(())
+/// # Ok::<(), revolve_voxel::RevolveError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Organs(Vec<Organ>);
@@ -120,15 +120,15 @@ impl Organs {
     /// Organs in the order in which they replace each other.
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::Negative`] for an activity or an attenuation.
-    pub fn new(organs: Vec<Organ>) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`], [`RevolveError::Negative`] for an activity or an attenuation.
+    pub fn new(organs: Vec<Organ>) -> Result<Self, RevolveError> {
         for organ in &organs {
             for (what, given) in [
                 ("activity of an organ", organ.activity),
                 ("attenuation of an organ", organ.attenuation),
             ] {
                 if finite(what, given)? < 0.0 {
-                    return Err(Error::Negative { what, given });
+                    return Err(RevolveError::Negative { what, given });
                 }
             }
         }

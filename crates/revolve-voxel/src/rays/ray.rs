@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::Error;
+use crate::RevolveError;
 use crate::error::finite;
 
 /// A straight line, origin and unit direction; the parameter `t` is a signed distance.
@@ -16,8 +16,8 @@ impl Ray {
     /// A ray through `origin` along `direction`, which is normalised.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for a NaN or infinite component, [`Error::NoDirection`] for zero.
-    pub fn new(origin: Point3<f64>, direction: Vector3<f64>) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`] for a NaN or infinite component, [`RevolveError::NoDirection`] for zero.
+    pub fn new(origin: Point3<f64>, direction: Vector3<f64>) -> Result<Self, RevolveError> {
         for v in origin.iter() {
             finite("ray origin", *v)?;
         }
@@ -27,7 +27,7 @@ impl Ray {
         // Scale first: the square of a tiny or huge component would under- or overflow.
         let scale = direction.amax();
         if scale == 0.0 {
-            return Err(Error::NoDirection);
+            return Err(RevolveError::NoDirection);
         }
         Ok(Self {
             origin,

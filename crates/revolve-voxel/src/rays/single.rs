@@ -2,7 +2,7 @@
 
 use crate::rays::chord::Hint;
 use crate::rays::direction::Direction;
-use crate::{Body, Error, Meridian, Ray, Span};
+use crate::{Body, Meridian, Ray, RevolveError, Span};
 
 impl Body {
     /// Length of the line inside one layer.
@@ -13,8 +13,8 @@ impl Body {
     /// Cost: the logarithm of the number of segments.
     ///
     /// # Errors
-    /// [`Error::NoSuchLayer`].
-    pub fn chord(&self, layer: usize, ray: &Ray) -> Result<f64, Error> {
+    /// [`RevolveError::NoSuchLayer`].
+    pub fn chord(&self, layer: usize, ray: &Ray) -> Result<f64, RevolveError> {
         Ok(self.chord_in(self.layer(layer)?, ray))
     }
 
@@ -29,8 +29,8 @@ impl Body {
     /// Line integral of the activity along the whole line.
     ///
     /// # Errors
-    /// [`Error::Length`] or [`Error::NotFinite`] for the activities.
-    pub fn line_integral(&self, ray: &Ray, activity: &[f64]) -> Result<f64, Error> {
+    /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the activities.
+    pub fn line_integral(&self, ray: &Ray, activity: &[f64]) -> Result<f64, RevolveError> {
         let weights = self.weights(activity)?;
         let chords = self.layers().iter().map(|layer| self.chord_in(layer, ray));
         Ok(weights.iter().zip(chords).map(|(w, chord)| w * chord).sum())
@@ -39,8 +39,8 @@ impl Body {
     /// Sorted, disjoint intervals of the line inside one layer.
     ///
     /// # Errors
-    /// [`Error::NoSuchLayer`].
-    pub fn spans(&self, layer: usize, ray: &Ray) -> Result<Vec<Span>, Error> {
+    /// [`RevolveError::NoSuchLayer`].
+    pub fn spans(&self, layer: usize, ray: &Ray) -> Result<Vec<Span>, RevolveError> {
         Ok(self.spans_in(self.layer(layer)?, ray))
     }
 

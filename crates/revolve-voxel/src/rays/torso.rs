@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::error::{finite, length, positive};
 use crate::rays::cylinder::across;
 use crate::rays::slabs::for_slabs;
-use crate::{Attenuator, Body, EllipticCylinder, Error, Meridian, ParallelRays, Sample};
+use crate::{Attenuator, Body, EllipticCylinder, Meridian, ParallelRays, RevolveError, Sample};
 
 /// Corners of the polygon that stands for a circle round the axis: it reaches beyond it by 1 / cos(pi / 256) - 1 = 7.5e-5.
 const CORNERS: usize = 256;
@@ -24,7 +24,7 @@ impl EllipticCylinder {
     /// let torso = EllipticCylinder::new([0.1, 0.0], [0.8, 0.9])?;
     /// let growth = torso.growth_to_hold(&body);
     /// assert!(growth >= 0.6 / 0.8 && growth < 0.6 / 0.8 + 1e-4);
-    /// # Ok::<(), revolve_voxel::Error>(())
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     pub fn growth_to_hold(&self, body: &Body) -> f64 {
         let (centre, semi_axes) = (self.centre(), self.semi_axes());
@@ -68,18 +68,19 @@ impl EllipticCylinder {
     /// for (plain, weak) in seen.iter().zip(&weakened) {
     ///     assert!((weak - 0.5 * (1.0 - (-0.2 * plain / 0.5).exp()) / 0.2).abs() < 1e-12);
     /// }
-    /// # Ok::<(), revolve_voxel::Error>(())
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     ///
     /// # Errors
-    /// [`Error::Length`] for a wrong image, [`Error::NotFinite`] for the activity, [`Error::NotPositive`] for rays along z.
+    /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the activity, [`RevolveError::NotPositive`] for
+    /// rays along z.
     pub fn project_add<T: Sample>(
         &self,
         rays: &ParallelRays,
         activity: f64,
         attenuator: Option<&Attenuator>,
         out: &mut [T],
-    ) -> Result<(), Error> {
+    ) -> Result<(), RevolveError> {
         finite("activity", activity)?;
         length("image", rays.image_len(), out.len())?;
         positive("rays' part across the torso", across(&rays.direction()))?;

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use crate::error::{at_least, finite, length};
 use crate::solid::meridian::Meridian;
-use crate::{Error, Measures, Pose};
+use crate::{Measures, Pose, RevolveError};
 
 /// Layers of solids about one axis, innermost first, standing in the lab.
 ///
@@ -26,8 +26,8 @@ impl Body {
     /// A body from its layers, innermost first.
     ///
     /// # Errors
-    /// [`Error::TooFew`] without a layer.
-    pub fn new(layers: Vec<Meridian>, pose: Pose) -> Result<Self, Error> {
+    /// [`RevolveError::TooFew`] without a layer.
+    pub fn new(layers: Vec<Meridian>, pose: Pose) -> Result<Self, RevolveError> {
         at_least("layers of a body", layers.len(), 1)?;
         Ok(Self { layers, pose })
     }
@@ -38,8 +38,8 @@ impl Body {
     }
 
     /// One of the layers.
-    pub(crate) fn layer(&self, layer: usize) -> Result<&Meridian, Error> {
-        self.layers.get(layer).ok_or(Error::NoSuchLayer {
+    pub(crate) fn layer(&self, layer: usize) -> Result<&Meridian, RevolveError> {
+        self.layers.get(layer).ok_or(RevolveError::NoSuchLayer {
             given: layer,
             layers: self.layers.len(),
         })
@@ -53,8 +53,8 @@ impl Body {
     /// Measures of one region in the body frame: those of its layer less those of the layer within.
     ///
     /// # Errors
-    /// [`Error::NoSuchLayer`].
-    pub fn region_measures(&self, region: usize) -> Result<Measures, Error> {
+    /// [`RevolveError::NoSuchLayer`].
+    pub fn region_measures(&self, region: usize) -> Result<Measures, RevolveError> {
         let layer = self.layer(region)?;
         Ok(match region.checked_sub(1) {
             None => layer.measures(),
@@ -65,8 +65,8 @@ impl Body {
     /// Smallest box in the lab, along its axes, that holds one layer: its lowest and highest corner.
     ///
     /// # Errors
-    /// [`Error::NoSuchLayer`].
-    pub fn bounding_box(&self, layer: usize) -> Result<[Point3<f64>; 2], Error> {
+    /// [`RevolveError::NoSuchLayer`].
+    pub fn bounding_box(&self, layer: usize) -> Result<[Point3<f64>; 2], RevolveError> {
         let layer = self.layer(layer)?;
         let axis = self.pose.axis();
         let origin = self.pose.to_lab(&Point3::origin());
@@ -94,8 +94,8 @@ impl Body {
     /// Signed distance of a lab point from one layer's surface: negative inside.
     ///
     /// # Errors
-    /// [`Error::NoSuchLayer`].
-    pub fn signed_distance(&self, layer: usize, p: &Point3<f64>) -> Result<f64, Error> {
+    /// [`RevolveError::NoSuchLayer`].
+    pub fn signed_distance(&self, layer: usize, p: &Point3<f64>) -> Result<f64, RevolveError> {
         Ok(self.layer(layer)?.signed_distance(&self.pose.to_body(p)))
     }
 
@@ -104,8 +104,8 @@ impl Body {
     /// Nothing else requires it: where an inner layer reaches outside, the activity there is as the formula above says.
     ///
     /// # Errors
-    /// [`Error::NotNested`] with the worst place; [`Error::NotFinite`].
-    pub fn check_nested(&self, tolerance: f64) -> Result<(), Error> {
+    /// [`RevolveError::NotNested`] with the worst place; [`RevolveError::NotFinite`].
+    pub fn check_nested(&self, tolerance: f64) -> Result<(), RevolveError> {
         finite("tolerance", tolerance)?;
         for (layer, pair) in self.layers.windows(2).enumerate() {
             let (inner, outer) = (&pair[0], &pair[1]);
@@ -126,14 +126,14 @@ impl Body {
                         |a, b| if b.0 > a.0 { b } else { a },
                     );
             if depth > tolerance {
-                return Err(Error::NotNested { layer, depth, x, r });
+                return Err(RevolveError::NotNested { layer, depth, x, r });
             }
         }
         Ok(())
     }
 
     /// Weight of each layer's indicator: differences of activities.
-    pub(crate) fn weights(&self, activity: &[f64]) -> Result<Vec<f64>, Error> {
+    pub(crate) fn weights(&self, activity: &[f64]) -> Result<Vec<f64>, RevolveError> {
         length(
             "activities (one per region)",
             self.layers.len(),

@@ -2,7 +2,7 @@
 
 use crate::error::{finite, length, positive};
 use crate::solid::series::{chebyshev, power};
-use crate::{Error, Piece};
+use crate::{Piece, RevolveError};
 
 /// Pieces of polynomials on consecutive intervals of a parameter s; x and r in cm.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,9 +26,9 @@ impl Curve {
     /// A curve from the ends of its pieces' intervals, ascending, and the pieces between them.
     ///
     /// # Errors
-    /// [`Error::Length`] unless there is one more knot than pieces and at least one piece, [`Error::NotFinite`] for a knot
-    /// or a coefficient, [`Error::NotPositive`] for an interval.
-    pub fn new(knots: Vec<f64>, mut pieces: Vec<Piece>) -> Result<Self, Error> {
+    /// [`RevolveError::WrongLength`] unless there is one more knot than pieces and at least one piece, [`RevolveError::NotFinite`] for a
+    /// knot or a coefficient, [`RevolveError::NotPositive`] for an interval.
+    pub fn new(knots: Vec<f64>, mut pieces: Vec<Piece>) -> Result<Self, RevolveError> {
         length(
             "knots (one more than pieces)",
             pieces.len().max(1) + 1,
@@ -61,7 +61,7 @@ impl Curve {
     ///
     /// # Errors
     /// As [`Curve::new`].
-    pub fn polyline(knots: &[f64], points: &[[f64; 2]]) -> Result<Self, Error> {
+    pub fn polyline(knots: &[f64], points: &[[f64; 2]]) -> Result<Self, RevolveError> {
         length("points (one per knot)", knots.len(), points.len())?;
         let between = |p: &[[f64; 2]], k: usize| vec![p[0][k], p[1][k] - p[0][k]];
         let pieces = points.windows(2).map(|p| Piece::Power {
@@ -75,8 +75,9 @@ impl Curve {
     /// parameter: a wall between such curves ends where the body does. A polyline is its own.
     ///
     /// # Errors
-    /// [`Error::NotPositive`] for the tolerance, [`Error::TooFine`] if more than ten million points would be needed for a piece.
-    pub fn drawn(&self, tolerance: f64) -> Result<Self, Error> {
+    /// [`RevolveError::NotPositive`] for the tolerance, [`RevolveError::TooFine`] if more than ten million points would be needed for a
+    /// piece.
+    pub fn drawn(&self, tolerance: f64) -> Result<Self, RevolveError> {
         if self.degree() <= 1 {
             return Ok(self.clone());
         }

@@ -67,7 +67,7 @@ impl Meridian {
     /// let cylinder = Meridian::new(&[[0.0, 1.0], [4.0, 1.0]])?;
     /// assert_eq!(cylinder.signed_distance(&Point3::new(2.0, 0.6, 0.0)), -0.4);
     /// assert_eq!(cylinder.signed_distance(&Point3::new(7.0, 5.0, 0.0)), 5.0);
-    /// # Ok::<(), revolve_voxel::Error>(())
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     pub fn signed_distance(&self, p: &Point3<f64>) -> f64 {
         self.distance_at(p.x, p.y.hypot(p.z))

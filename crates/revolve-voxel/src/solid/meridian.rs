@@ -1,6 +1,6 @@
 //! The meridian that is turned about the axis.
 
-use crate::Error;
+use crate::RevolveError;
 use crate::solid::box_tree::BoxTree;
 use crate::solid::chains::{Chain, Node, chains, tree};
 use crate::solid::measures::Measures;
@@ -18,7 +18,7 @@ const N_BLOCKS: usize = 64;
 /// use revolve_voxel::Meridian;
 /// let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]])?; // open at the base: a disc closes it
 /// assert!((cone.measures().volume - std::f64::consts::PI).abs() < 1e-14);
-/// # Ok::<(), revolve_voxel::Error>(())
+/// # Ok::<(), revolve_voxel::RevolveError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Meridian {
@@ -39,9 +39,9 @@ impl Meridian {
     /// Repeated points are merged. An end with r > 0 is closed by a disc.
     ///
     /// # Errors
-    /// [`Error::TooFewPoints`], [`Error::NotFinitePoint`], [`Error::NegativeRadius`], [`Error::SelfCrossing`],
-    /// [`Error::NoVolume`].
-    pub fn new(points: &[[f64; 2]]) -> Result<Self, Error> {
+    /// [`RevolveError::TooFewPoints`], [`RevolveError::NotFinitePoint`], [`RevolveError::NegativeRadius`], [`RevolveError::SelfCrossing`],
+    /// [`RevolveError::NoVolume`].
+    pub fn new(points: &[[f64; 2]]) -> Result<Self, RevolveError> {
         let mut path = checked(points, 2)?;
         if path[0][1] > 0.0 {
             path.insert(0, [path[0][0], 0.0]);
@@ -59,7 +59,7 @@ impl Meridian {
     ///
     /// # Errors
     /// As [`Meridian::new`]; at least three distinct points are needed.
-    pub fn ring(points: &[[f64; 2]]) -> Result<Self, Error> {
+    pub fn ring(points: &[[f64; 2]]) -> Result<Self, RevolveError> {
         let mut path = checked(points, 3)?;
         if path[0] != path[path.len() - 1] {
             path.push(path[0]);
@@ -71,12 +71,12 @@ impl Meridian {
     /// (y > 0, the base) to the apex, where y changes sign; between two nodes the apex is interpolated.
     ///
     /// # Errors
-    /// As [`Meridian::new`], and [`Error::NegativeRadius`] if the curve starts below the axis.
-    pub fn from_full_curve(points: &[[f64; 2]]) -> Result<Self, Error> {
+    /// As [`Meridian::new`], and [`RevolveError::NegativeRadius`] if the curve starts below the axis.
+    pub fn from_full_curve(points: &[[f64; 2]]) -> Result<Self, RevolveError> {
         let mut half = Vec::with_capacity(points.len() / 2 + 2);
         for (i, &p) in points.iter().enumerate() {
             if !(p[0].is_finite() && p[1].is_finite()) {
-                return Err(Error::NotFinitePoint {
+                return Err(RevolveError::NotFinitePoint {
                     index: i,
                     x: p[0],
                     r: p[1],
@@ -94,7 +94,7 @@ impl Meridian {
         Self::new(&half)
     }
 
-    fn from_path(mut path: Vec<[f64; 2]>, ring: bool) -> Result<Self, Error> {
+    fn from_path(mut path: Vec<[f64; 2]>, ring: bool) -> Result<Self, RevolveError> {
         let volume = Measures::signed_volume(&path);
         if volume < 0.0 {
             path.reverse();
@@ -108,7 +108,7 @@ impl Meridian {
         let size = (x_max - x_min).max(r_max);
         let rounding = x_min.abs().max(x_max.abs()) * r_max * r_max;
         if volume.is_nan() || volume.abs() <= 1e-14 * size.powi(3).max(rounding) {
-            return Err(Error::NoVolume { volume });
+            return Err(RevolveError::NoVolume { volume });
         }
         let mut segments: Vec<Segment> = Vec::with_capacity(path.len());
         for pair in path.windows(2) {
@@ -250,14 +250,14 @@ fn share_axis_points(segments: &mut [Segment]) {
 }
 
 /// Finite, non-negative, without repeats.
-fn checked(points: &[[f64; 2]], needed: usize) -> Result<Vec<[f64; 2]>, Error> {
+fn checked(points: &[[f64; 2]], least: usize) -> Result<Vec<[f64; 2]>, RevolveError> {
     let mut path: Vec<[f64; 2]> = Vec::with_capacity(points.len() + 2);
     for (index, &[x, r]) in points.iter().enumerate() {
         if !(x.is_finite() && r.is_finite()) {
-            return Err(Error::NotFinitePoint { index, x, r });
+            return Err(RevolveError::NotFinitePoint { index, x, r });
         }
         if r < 0.0 {
-            return Err(Error::NegativeRadius { index, r });
+            return Err(RevolveError::NegativeRadius { index, r });
         }
         // `+ 0.0` turns a negative zero into zero.
         let mut p = [x + 0.0, r + 0.0];
@@ -271,10 +271,10 @@ fn checked(points: &[[f64; 2]], needed: usize) -> Result<Vec<[f64; 2]>, Error> {
             path.push(p);
         }
     }
-    if path.len() < needed {
-        return Err(Error::TooFewPoints {
+    if path.len() < least {
+        return Err(RevolveError::TooFewPoints {
             given: path.len(),
-            needed,
+            least,
         });
     }
     Ok(path)

@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::error::{positive, room};
 use crate::solid::meridian::Meridian;
-use crate::{Body, Error};
+use crate::{Body, RevolveError};
 
 /// A closed triangle mesh, every edge shared by two triangles, seen counter-clockwise from outside.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,9 +24,9 @@ impl Body {
     /// The surface of one layer as triangles with their points on it, nowhere farther from it than `tolerance`.
     ///
     /// # Errors
-    /// [`Error::NotPositive`] for the tolerance; [`Error::NoSuchLayer`]; [`Error::TooFine`] if it needs more than 2^31 points,
-    /// [`Error::TooLarge`] if there is no memory for them.
-    pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, Error> {
+    /// [`RevolveError::NotPositive`] for the tolerance; [`RevolveError::NoSuchLayer`]; [`RevolveError::TooFine`] if it needs more than 2^31
+    /// points, [`RevolveError::TooLarge`] if there is no memory for them.
+    pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, RevolveError> {
         positive("tolerance", tolerance)?;
         let meridian = self.layer(layer)?;
         // Half the tolerance along the meridian, half around it: r (1 - cos(pi / n)) <= tolerance / 2.
@@ -37,7 +37,7 @@ impl Body {
         let outlines = outlines(meridian, 0.5 * tolerance);
         let n_rings: usize = outlines.iter().map(|s| s.points.len()).sum();
         if n_around * n_rings as f64 > f64::from(i32::MAX) {
-            return Err(Error::TooFine {
+            return Err(RevolveError::TooFine {
                 tolerance,
                 most: i32::MAX as usize,
             });

@@ -2,7 +2,7 @@
 
 use crate::error::{finite, positive};
 use crate::solid::series::{chebyshev, power};
-use crate::{Error, Meridian};
+use crate::{Meridian, RevolveError};
 
 /// A smooth stretch of meridian, x and r as polynomials of a parameter: what a spectral membrane solver gives.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +36,7 @@ impl Piece {
     }
 
     /// Appends the points after the first of a polyline that stays within `tolerance`, each with its fraction.
-    pub(crate) fn draw(&self, tolerance: f64, points: &mut Vec<Drawn>) -> Result<(), Error> {
+    pub(crate) fn draw(&self, tolerance: f64, points: &mut Vec<Drawn>) -> Result<(), RevolveError> {
         // As many stretches as the degree: none can then hide a wiggle between the points looked at.
         let degree = self.coefficients().iter().fold(1, |m, c| c.len().max(m));
         let at = |k: usize| k as f64 / degree as f64;
@@ -69,13 +69,13 @@ impl Meridian {
     /// let piece = Piece::Chebyshev { x: vec![1.0, 1.0], r: vec![0.5, 0.0, -0.5] };
     /// let spindle = Meridian::smooth(&[piece], 1e-8)?;
     /// assert!((spindle.measures().volume - 16.0 * std::f64::consts::PI / 15.0).abs() < 1e-7);
-    /// # Ok::<(), revolve_voxel::Error>(())
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for a coefficient, [`Error::NotPositive`] for the tolerance, [`Error::Gap`] between pieces,
-    /// [`Error::TooFine`] if more than ten million segments would be needed, and those of [`Meridian::new`].
-    pub fn smooth(pieces: &[Piece], tolerance: f64) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`] for a coefficient, [`RevolveError::NotPositive`] for the tolerance, [`RevolveError::Gap`] between
+    /// pieces, [`RevolveError::TooFine`] if more than ten million segments would be needed, and those of [`Meridian::new`].
+    pub fn smooth(pieces: &[Piece], tolerance: f64) -> Result<Self, RevolveError> {
         positive("tolerance", tolerance)?;
         let mut points: Vec<[f64; 2]> = Vec::new();
         for (index, piece) in pieces.iter().enumerate() {
@@ -88,7 +88,7 @@ impl Meridian {
                 Some(end) => {
                     let gap = (start[0] - end[0]).hypot(start[1] - end[1]);
                     if gap > tolerance {
-                        return Err(Error::Gap {
+                        return Err(RevolveError::Gap {
                             piece: index,
                             gap,
                             tolerance,
@@ -132,7 +132,7 @@ pub(crate) fn flatten(
     ends: [[f64; 2]; 2],
     tolerance: f64,
     points: &mut Vec<Drawn>,
-) -> Result<(), Error> {
+) -> Result<(), RevolveError> {
     let (dx, dr) = (ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]);
     let length = dx.hypot(dr);
     let off = |p: [f64; 2]| {
@@ -151,7 +151,7 @@ pub(crate) fn flatten(
         .all(|p| off(p) <= 0.9 * tolerance);
     if flat || u[1] - u[0] < 1e-12 {
         if points.len() >= MOST_SEGMENTS {
-            return Err(Error::TooFine {
+            return Err(RevolveError::TooFine {
                 tolerance,
                 most: MOST_SEGMENTS,
             });

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
-use crate::Error;
+use crate::RevolveError;
 use crate::error::finite;
 use crate::solid::segment::ROUNDING;
 
@@ -14,7 +14,7 @@ use crate::solid::segment::ROUNDING;
 /// let pose = Pose::axis_along_z(5.625)?.turned_x(FRAC_PI_4)?.turned_y(FRAC_PI_4)?;
 /// let d = pose.axis();
 /// assert!((d.x - 0.5).abs() < 1e-15 && (d.y + 0.5f64.sqrt()).abs() < 1e-15 && (d.z - 0.5).abs() < 1e-15);
-/// # Ok::<(), revolve_voxel::Error>(())
+/// # Ok::<(), revolve_voxel::RevolveError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
@@ -32,8 +32,8 @@ impl Pose {
     /// Any rigid motion, body to lab.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] if a component is NaN or infinite; the rotation is renormalised.
-    pub fn new(isometry: Isometry3<f64>) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`] if a component is NaN or infinite; the rotation is renormalised.
+    pub fn new(isometry: Isometry3<f64>) -> Result<Self, RevolveError> {
         for v in isometry.translation.vector.iter() {
             finite("translation", *v)?;
         }
@@ -42,7 +42,7 @@ impl Pose {
         }
         let norm = isometry.rotation.coords.norm();
         if norm <= 0.0 {
-            return Err(Error::NotPositive {
+            return Err(RevolveError::NotPositive {
                 what: "norm of the rotation",
                 given: norm,
             });
@@ -57,8 +57,8 @@ impl Pose {
     /// (distance from x = 0 along the axis) at the origin. Body y goes to lab x, body z to lab y.
     ///
     /// # Errors
-    /// [`Error::NotFinite`].
-    pub fn axis_along_z(axial_point: f64) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`].
+    pub fn axis_along_z(axial_point: f64) -> Result<Self, RevolveError> {
         finite("axial point", axial_point)?;
         let columns = nalgebra::Matrix3::from_columns(&[Vector3::z(), Vector3::x(), Vector3::y()]);
         let rotation =
@@ -71,28 +71,28 @@ impl Pose {
     /// Turned about the lab's x axis (right-handed, radians), after the motions so far.
     ///
     /// # Errors
-    /// [`Error::NotFinite`].
-    pub fn turned_x(self, angle: f64) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`].
+    pub fn turned_x(self, angle: f64) -> Result<Self, RevolveError> {
         self.turned(Vector3::x(), angle)
     }
 
     /// Turned about the lab's y axis (right-handed, radians), after the motions so far.
     ///
     /// # Errors
-    /// [`Error::NotFinite`].
-    pub fn turned_y(self, angle: f64) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`].
+    pub fn turned_y(self, angle: f64) -> Result<Self, RevolveError> {
         self.turned(Vector3::y(), angle)
     }
 
     /// Turned about the lab's z axis (right-handed, radians), after the motions so far.
     ///
     /// # Errors
-    /// [`Error::NotFinite`].
-    pub fn turned_z(self, angle: f64) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`].
+    pub fn turned_z(self, angle: f64) -> Result<Self, RevolveError> {
         self.turned(Vector3::z(), angle)
     }
 
-    fn turned(self, axis: Vector3<f64>, angle: f64) -> Result<Self, Error> {
+    fn turned(self, axis: Vector3<f64>, angle: f64) -> Result<Self, RevolveError> {
         finite("angle", angle)?;
         // The square of a vector's length overflows long before an angle does.
         let rotation = if angle.abs() < 1e100 {
@@ -108,8 +108,8 @@ impl Pose {
     /// Shifted by a lab vector, after the motions so far.
     ///
     /// # Errors
-    /// [`Error::NotFinite`].
-    pub fn shifted(self, by: Vector3<f64>) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`].
+    pub fn shifted(self, by: Vector3<f64>) -> Result<Self, RevolveError> {
         for v in by.iter() {
             finite("shift", *v)?;
         }

@@ -1,6 +1,6 @@
 //! Does a meridian cross itself?
 
-use crate::Error;
+use crate::RevolveError;
 use crate::solid::box_tree::BoxTree;
 use crate::solid::segment::Segment;
 
@@ -9,7 +9,7 @@ use crate::solid::segment::Segment;
 const APART: f64 = 16.0 * f64::EPSILON;
 
 /// Each segment against those whose boxes meet its own; neighbours may share their common point.
-pub(crate) fn check(segments: &[Segment], boxes: &BoxTree) -> Result<(), Error> {
+pub(crate) fn check(segments: &[Segment], boxes: &BoxTree) -> Result<(), RevolveError> {
     let n = segments.len();
     let coordinates = segments.iter().flat_map(|s| [s.start(), s.end()]).flatten();
     let near = APART * coordinates.fold(0.0, |most: f64, v| most.max(v.abs()));
@@ -33,7 +33,7 @@ pub(crate) fn check(segments: &[Segment], boxes: &BoxTree) -> Result<(), Error> 
             }
         });
         if let Some(second) = crossed {
-            return Err(Error::SelfCrossing { first: k, second });
+            return Err(RevolveError::SelfCrossing { first: k, second });
         }
     }
     check_axis(segments)
@@ -41,7 +41,7 @@ pub(crate) fn check(segments: &[Segment], boxes: &BoxTree) -> Result<(), Error> 
 
 /// Along the axis solid and void take turns, wherever the meridian leaves it (solid begins, seen along x) and comes back (solid
 /// ends): else two parts of the solid overlap, although their outlines may not meet off the axis.
-fn check_axis(segments: &[Segment]) -> Result<(), Error> {
+fn check_axis(segments: &[Segment]) -> Result<(), RevolveError> {
     // Place, angle from the axis, whether solid begins.
     let mut feet = Vec::new();
     for (k, s) in segments.iter().enumerate() {
@@ -56,7 +56,7 @@ fn check_axis(segments: &[Segment]) -> Result<(), Error> {
     for (i, &(_, _, begins, second)) in feet.iter().enumerate() {
         if begins != (i % 2 == 0) {
             let first = feet[i.saturating_sub(1)].3;
-            return Err(Error::SelfCrossing { first, second });
+            return Err(RevolveError::SelfCrossing { first, second });
         }
     }
     Ok(())

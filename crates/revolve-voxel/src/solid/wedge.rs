@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::{PI, TAU};
 
-use crate::Error;
+use crate::RevolveError;
 use crate::error::{finite, positive};
 use crate::solid::segment::ROUNDING;
 
@@ -35,13 +35,13 @@ pub(crate) enum Place {
 
 impl Wedge {
     /// From one azimuth to a larger one, in radians.
-    pub(crate) fn new([from, to]: [f64; 2]) -> Result<Self, Error> {
+    pub(crate) fn new([from, to]: [f64; 2]) -> Result<Self, RevolveError> {
         finite("first azimuth", from)?;
         finite("last azimuth", to)?;
         let opening = positive("opening of the wedge", to - from)?;
         // A full turn given as a sum of angles may be off by rounding.
         if opening > TAU * (1.0 + 1e-12) {
-            return Err(Error::TooWide {
+            return Err(RevolveError::TooWide {
                 given: opening,
                 most: TAU,
             });

@@ -9,7 +9,7 @@ use crate::voxels::block::{BLOCK, Block, Placed, eighths};
 use crate::voxels::field::{Answer, Field};
 use crate::voxels::patch::{Cuboid, Patch, patch};
 use crate::voxels::sections::Sections;
-use crate::{Body, Error, Meridian, Pose, Sample, VoxelCounters, VoxelGrid};
+use crate::{Body, Meridian, Pose, RevolveError, Sample, VoxelCounters, VoxelGrid};
 
 /// How a voxel's value is found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,16 +57,16 @@ fn halvings(layer: &Meridian, grid: &VoxelGrid) -> [u32; 3] {
 }
 
 /// Are the slices in the grid, and in order?
-pub(crate) fn check_range(grid: &VoxelGrid, slices: &Range<usize>) -> Result<(), Error> {
+pub(crate) fn check_range(grid: &VoxelGrid, slices: &Range<usize>) -> Result<(), RevolveError> {
     if slices.end > grid.shape()[2] {
-        return Err(Error::Length {
+        return Err(RevolveError::WrongLength {
             what: "slices (at most)",
             expected: grid.shape()[2],
             given: slices.end,
         });
     }
     if slices.start > slices.end {
-        return Err(Error::Length {
+        return Err(RevolveError::WrongLength {
             what: "first slice (at most)",
             expected: slices.end,
             given: slices.start,
@@ -80,7 +80,7 @@ pub(crate) fn check(
     grid: &VoxelGrid,
     slices: &Range<usize>,
     sampling: Sampling,
-) -> Result<(), Error> {
+) -> Result<(), RevolveError> {
     check_range(grid, slices)?;
     match sampling {
         Sampling::Centre => {}

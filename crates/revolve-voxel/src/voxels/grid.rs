@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::Error;
+use crate::RevolveError;
 use crate::error::{countable, finite, positive};
 
 /// A regular grid of voxels; volumes on it are indexed `[z][y][x]`, x fastest.
@@ -19,9 +19,13 @@ impl VoxelGrid {
     /// A grid from its numbers of voxels `[nx, ny, nz]`, per-axis steps and the first voxel's centre.
     ///
     /// # Errors
-    /// [`Error::TooFew`] without a voxel, [`Error::NotPositive`] for a spacing, [`Error::NotFinite`], [`Error::TooLarge`] for more
-    /// voxels than can be addressed.
-    pub fn new(shape: [usize; 3], spacing: [f64; 3], origin: [f64; 3]) -> Result<Self, Error> {
+    /// [`RevolveError::TooFew`] without a voxel, [`RevolveError::NotPositive`] for a spacing, [`RevolveError::NotFinite`],
+    /// [`RevolveError::TooLarge`] for more voxels than can be addressed.
+    pub fn new(
+        shape: [usize; 3],
+        spacing: [f64; 3],
+        origin: [f64; 3],
+    ) -> Result<Self, RevolveError> {
         countable("voxels", &shape)?;
         for a in 0..3 {
             positive("voxel spacing", spacing[a])?;
@@ -38,7 +42,11 @@ impl VoxelGrid {
     ///
     /// # Errors
     /// As [`VoxelGrid::new`].
-    pub fn centred(shape: [usize; 3], spacing: [f64; 3], offset: [f64; 3]) -> Result<Self, Error> {
+    pub fn centred(
+        shape: [usize; 3],
+        spacing: [f64; 3],
+        offset: [f64; 3],
+    ) -> Result<Self, RevolveError> {
         let first = |a: usize| offset[a] - 0.5 * (shape[a] as f64 - 1.0) * spacing[a];
         Self::new(shape, spacing, [first(0), first(1), first(2)])
     }
@@ -47,7 +55,7 @@ impl VoxelGrid {
     ///
     /// # Errors
     /// As [`VoxelGrid::new`].
-    pub fn cube(n: usize, spacing: f64) -> Result<Self, Error> {
+    pub fn cube(n: usize, spacing: f64) -> Result<Self, RevolveError> {
         Self::centred([n; 3], [spacing; 3], [0.0; 3])
     }
 

@@ -1,7 +1,7 @@
 //! Sets of voxels: intersection, union, erosion, and what lies far from a set.
 
 use crate::Sample;
-use crate::error::{Error, countable, length};
+use crate::error::{RevolveError, countable, length};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ use std::ops::Range;
 /// mask.erode(2); // the border of the grid counts as outside
 /// assert_eq!(mask.count(), 1);
 /// assert_eq!(mask.farther_than(1.0).count(), 125 - 7);
-/// # Ok::<(), revolve_voxel::Error>(())
+/// # Ok::<(), revolve_voxel::RevolveError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mask {
@@ -30,9 +30,9 @@ impl Mask {
     /// A mask of `shape = [nz, ny, nx]` from its voxels in index order `[z][y][x]`.
     ///
     /// # Errors
-    /// [`Error::Length`] if their number is not `nz ny nx`; [`Error::TooLarge`] for sides whose product, one of zero
+    /// [`RevolveError::WrongLength`] if their number is not `nz ny nx`; [`RevolveError::TooLarge`] for sides whose product, one of zero
     /// counted as one, is beyond any memory.
-    pub fn new(shape: [usize; 3], set: Vec<bool>) -> Result<Self, Error> {
+    pub fn new(shape: [usize; 3], set: Vec<bool>) -> Result<Self, RevolveError> {
         countable("voxels of a mask", &shape.map(|n| n.max(1)))?;
         length("mask", shape.iter().product(), set.len())?;
         Ok(Self { shape, set })
@@ -41,12 +41,12 @@ impl Mask {
     /// The voxels whose value satisfies `predicate`; values in index order `[z][y][x]`.
     ///
     /// # Errors
-    /// [`Error::Length`] if their number is not `nz ny nx`.
+    /// [`RevolveError::WrongLength`] if their number is not `nz ny nx`.
     pub fn of_values<T: Sample>(
         shape: [usize; 3],
         values: &[T],
         predicate: impl Fn(f64) -> bool + Sync,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, RevolveError> {
         let set = values
             .par_iter()
             .with_min_len(1 << 14)
@@ -73,20 +73,24 @@ impl Mask {
     /// Keeps the voxels that are in `other` too.
     ///
     /// # Errors
-    /// [`Error::Length`] for a side of another length.
-    pub fn intersect(&mut self, other: &Mask) -> Result<(), Error> {
+    /// [`RevolveError::WrongLength`] for a side of another length.
+    pub fn intersect(&mut self, other: &Mask) -> Result<(), RevolveError> {
         self.combine(other, |a, b| a & b)
     }
 
     /// Adds the voxels of `other`.
     ///
     /// # Errors
-    /// [`Error::Length`] for a side of another length.
-    pub fn unite(&mut self, other: &Mask) -> Result<(), Error> {
+    /// [`RevolveError::WrongLength`] for a side of another length.
+    pub fn unite(&mut self, other: &Mask) -> Result<(), RevolveError> {
         self.combine(other, |a, b| a | b)
     }
 
-    fn combine(&mut self, other: &Mask, with: impl Fn(bool, bool) -> bool) -> Result<(), Error> {
+    fn combine(
+        &mut self,
+        other: &Mask,
+        with: impl Fn(bool, bool) -> bool,
+    ) -> Result<(), RevolveError> {
         for (own, given) in self.shape.into_iter().zip(other.shape) {
             length("side of a mask", own, given)?;
         }
@@ -99,8 +103,8 @@ impl Mask {
     /// Keeps, in every slice, the pixels that are in `slice` (index order `[y][x]`).
     ///
     /// # Errors
-    /// [`Error::Length`] if it does not hold `ny nx` pixels.
-    pub fn intersect_slices(&mut self, slice: &[bool]) -> Result<(), Error> {
+    /// [`RevolveError::WrongLength`] if it does not hold `ny nx` pixels.
+    pub fn intersect_slices(&mut self, slice: &[bool]) -> Result<(), RevolveError> {
         length(
             "slice of a mask",
             self.shape[1] * self.shape[2],

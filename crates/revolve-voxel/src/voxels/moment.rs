@@ -9,7 +9,7 @@ use crate::error::{finite, length};
 use crate::voxels::block::{BLOCK, Block};
 use crate::voxels::coverage::{Painter, Sampling, check};
 use crate::voxels::mirror::Mirror;
-use crate::{Body, Error, Sample, VoxelCounters, VoxelGrid};
+use crate::{Body, RevolveError, Sample, VoxelCounters, VoxelGrid};
 
 /// A body as it stands for a share of the time.
 #[derive(Debug, Clone, Copy)]
@@ -26,13 +26,14 @@ impl Body {
     /// Activity of every voxel, `[z][y][x]`, x fastest.
     ///
     /// # Errors
-    /// [`Error::Length`], [`Error::NotFinite`] for the activities, [`Error::TooFew`] or [`Error::NotPositive`] for the sampling, [`Error::TooLarge`].
+    /// [`RevolveError::WrongLength`], [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooFew`] or
+    /// [`RevolveError::NotPositive`] for the sampling, [`RevolveError::TooLarge`].
     pub fn voxelize<T: Sample>(
         &self,
         grid: &VoxelGrid,
         sampling: Sampling,
         activity: &[f64],
-    ) -> Result<(Vec<T>, VoxelCounters), Error> {
+    ) -> Result<(Vec<T>, VoxelCounters), RevolveError> {
         let mut out = crate::error::zeros("voxels", grid.len())?;
         let counters =
             self.voxelize_add(grid, 0..grid.shape()[2], sampling, activity, 1.0, &mut out)?;
@@ -44,7 +45,8 @@ impl Body {
     /// A volume need never be whole in memory: slab by slab gives the same bits.
     ///
     /// # Errors
-    /// [`Error::Length`] for a wrong buffer, slices or number of activities; [`Error::NotFinite`]; [`Error::TooFew`], [`Error::NotPositive`].
+    /// [`RevolveError::WrongLength`] for a wrong buffer, slices or number of activities; [`RevolveError::NotFinite`];
+    /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`].
     pub fn voxelize_add<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -53,7 +55,7 @@ impl Body {
         activity: &[f64],
         weight: f64,
         out: &mut [T],
-    ) -> Result<VoxelCounters, Error> {
+    ) -> Result<VoxelCounters, RevolveError> {
         let moment = Moment {
             body: self,
             activity,
@@ -74,7 +76,7 @@ impl Moment<'_> {
     ///
     /// ```
     /// use revolve_voxel::{Body, Meridian, Moment, Pose, Sampling, VoxelGrid};
-    /// let ball = |r: f64| -> Result<Body, revolve_voxel::Error> {
+    /// let ball = |r: f64| -> Result<Body, revolve_voxel::RevolveError> {
     ///     let cones = Meridian::new(&[[-r, 0.0], [0.0, r], [r, 0.0]])?;
     ///     Body::new(vec![cones], Pose::axis_along_z(0.0)?)
     /// };
@@ -89,18 +91,19 @@ impl Moment<'_> {
     /// let exact = 0.25 * volume(&small) + 0.75 * volume(&large);
     /// assert!((mean.iter().sum::<f64>() * grid.voxel_volume() / exact - 1.0).abs() < 1e-3);
     /// assert!(counters.mirrored > 0);
-    /// # Ok::<(), revolve_voxel::Error>(())
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     ///
     /// # Errors
-    /// [`Error::Length`] for a wrong buffer, slices or number of activities; [`Error::NotFinite`]; [`Error::TooFew`], [`Error::NotPositive`].
+    /// [`RevolveError::WrongLength`] for a wrong buffer, slices or number of activities; [`RevolveError::NotFinite`];
+    /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`].
     pub fn voxelize_add<T: Sample>(
         moments: &[Moment<'_>],
         grid: &VoxelGrid,
         slices: Range<usize>,
         sampling: Sampling,
         out: &mut [T],
-    ) -> Result<VoxelCounters, Error> {
+    ) -> Result<VoxelCounters, RevolveError> {
         let mut layers = Vec::new();
         for moment in moments {
             let weights = moment.body.weights(moment.activity)?;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::error::{finite, zeros};
 use crate::rays::cylinder::disc_in_box;
 use crate::voxels::coverage::check_range;
-use crate::{Error, Organ, OrganShape, Organs, Sample, VoxelGrid};
+use crate::{Organ, OrganShape, Organs, RevolveError, Sample, VoxelGrid};
 
 /// Points and weights of Gauss and Legendre on [0, 1].
 const GAUSS: [[f64; 2]; 8] = [
@@ -76,24 +76,25 @@ impl Organs {
     /// let ball = OrganShape::Ellipsoid(Ellipsoid::new([0.0; 3], [2.0; 3])?);
     /// let organs = Organs::new(vec![Organ { shape: ball, activity: 3.0, attenuation: 0.1 }])?;
     /// let grid = VoxelGrid::centred([20, 20, 20], [0.25; 3], [0.0; 3])?;
-    /// let map: Vec<f64> = organs.voxelize(grid, 0..20, |organ| organ.activity)?;
+    /// let map: Vec<f64> = organs.voxelize(&grid, 0..20, |organ| organ.activity)?;
     /// let volume = map.iter().sum::<f64>() / 3.0 * 0.25_f64.powi(3);
     /// assert!((volume / (4.0 / 3.0 * std::f64::consts::PI * 8.0) - 1.0).abs() < 1e-4);
-    /// # Ok::<(), revolve_voxel::Error>(())
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     ///
     /// # Errors
-    /// [`Error::Length`] for slices that do not fit; [`Error::NotFinite`] for what `of` says; [`Error::TooLarge`].
+    /// [`RevolveError::WrongLength`] for slices that do not fit; [`RevolveError::NotFinite`] for what `of` says;
+    /// [`RevolveError::TooLarge`].
     pub fn voxelize<T: Sample>(
         &self,
         grid: &VoxelGrid,
         slices: Range<usize>,
         of: impl Fn(&Organ) -> f64,
-    ) -> Result<Vec<T>, Error> {
+    ) -> Result<Vec<T>, RevolveError> {
         check_range(grid, &slices)?;
         let values = (self.as_slice().iter())
             .map(|organ| Ok((organ.shape, finite("value of an organ", of(organ))?)))
-            .collect::<Result<Vec<_>, Error>>()?;
+            .collect::<Result<Vec<_>, RevolveError>>()?;
         let ([nx, ny, _], sides) = (grid.shape(), grid.spacing());
         let mut out = zeros("voxels", nx * ny * slices.len())?;
         out.par_chunks_mut(nx)

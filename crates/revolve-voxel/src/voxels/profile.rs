@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use crate::error::{at_least, finite, length, zeros};
-use crate::{Error, Sample, VoxelGrid};
+use crate::{RevolveError, Sample, VoxelGrid};
 
 /// Values at equal steps along a line.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,18 +22,18 @@ impl VoxelGrid {
     /// let x: Vec<f32> = (0..512).map(|k| grid.centre(k % 8, 0, 0).x as f32).collect();
     /// let line = grid.profile(&x, [Point3::new(-2.0, 0.3, 0.1), Point3::new(2.0, 0.7, 0.0)], 5)?;
     /// assert_eq!(line.values(), [-2.0, -1.0, 0.0, 1.0, 2.0]);
-    /// # Ok::<(), revolve_voxel::Error>(())
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     ///
     /// # Errors
-    /// [`Error::Length`] for a volume that is not the grid's, [`Error::TooFew`] for less than two points; [`Error::NotFinite`] for a place,
-    /// [`Error::TooLarge`].
+    /// [`RevolveError::WrongLength`] for a volume that is not the grid's, [`RevolveError::TooFew`] for less than two points;
+    /// [`RevolveError::NotFinite`] for a place, [`RevolveError::TooLarge`].
     pub fn profile<T: Sample>(
         &self,
         volume: &[T],
         [from, to]: [Point3<f64>; 2],
         n: usize,
-    ) -> Result<Profile, Error> {
+    ) -> Result<Profile, RevolveError> {
         length("volume", self.len(), volume.len())?;
         at_least("points of a profile", n, 2)?;
         for v in from.iter().chain(to.iter()) {
@@ -96,7 +96,7 @@ impl Profile {
     ///     .collect();
     /// let line = grid.profile(&ramp, [Point3::new(-6.0, 0.0, 0.0), Point3::new(6.0, 0.0, 0.0)], 241)?;
     /// assert!((line.edge_width(0.9, 0.1).unwrap() - 3.2).abs() < 1e-9);
-    /// # Ok::<(), revolve_voxel::Error>(())
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     pub fn edge_width(&self, high: f64, low: f64) -> Option<f64> {
         let most = self.values.iter().copied().fold(0.0, f64::max);

@@ -8,7 +8,7 @@ use crate::error::{finite, length, zeros};
 use crate::voxels::block::{BLOCK, slabs};
 use crate::voxels::coverage::{Painter, check};
 use crate::voxels::field::Field;
-use crate::{Body, Error, Sample, Sampling, Sector, VoxelCounters, VoxelGrid};
+use crate::{Body, RevolveError, Sample, Sampling, Sector, VoxelCounters, VoxelGrid};
 
 /// Coverage of each region and labels, `[z][y][x]` over the slices asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,13 +27,13 @@ impl Body {
     /// Coverage of every region and labels for some slices of a grid.
     ///
     /// # Errors
-    /// As [`Body::voxelize_add`]; [`Error::Length`] for more than 254 layers, which labels cannot number.
+    /// As [`Body::voxelize_add`]; [`RevolveError::WrongLength`] for more than 254 layers, which labels cannot number.
     pub fn regions<T: Sample>(
         &self,
         grid: &VoxelGrid,
         slices: Range<usize>,
         sampling: Sampling,
-    ) -> Result<RegionVolumes<T>, Error> {
+    ) -> Result<RegionVolumes<T>, RevolveError> {
         let n = self.layers().len();
         numbered("layers (at most)", n)?;
         check(grid, &slices, sampling)?;
@@ -74,9 +74,9 @@ impl<T: Sample> RegionVolumes<T> {
     /// The mean over each voxel of a quantity with one value a region and none outside: activity, attenuation.
     ///
     /// # Errors
-    /// [`Error::Length`] or [`Error::NotFinite`] for the values; [`Error::Length`] for a region of another number of voxels
-    /// than there are labels.
-    pub fn mean_of(&self, values: &[f64]) -> Result<Vec<T>, Error> {
+    /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the values; [`RevolveError::WrongLength`] for a region of another
+    /// number of voxels than there are labels.
+    pub fn mean_of(&self, values: &[f64]) -> Result<Vec<T>, RevolveError> {
         length("values (one per region)", self.coverage.len(), values.len())?;
         for &value in values {
             finite("value of a region", value)?;
@@ -102,7 +102,7 @@ impl<T: Sample> RegionVolumes<T> {
     /// The grid, slices and sampling are those of [`Body::regions`]; coverages stay as they are.
     ///
     /// # Errors
-    /// As [`Sector::voxelize_add`]; [`Error::Length`] for a region that is none, or more than 254 regions and pieces.
+    /// As [`Sector::voxelize_add`]; [`RevolveError::WrongLength`] for a region that is none, or more than 254 regions and pieces.
     pub fn label_pieces(
         &mut self,
         region: usize,
@@ -110,10 +110,10 @@ impl<T: Sample> RegionVolumes<T> {
         grid: &VoxelGrid,
         slices: Range<usize>,
         sampling: Sampling,
-    ) -> Result<(), Error> {
+    ) -> Result<(), RevolveError> {
         let n = self.coverage.len();
         if region >= n {
-            return Err(Error::Length {
+            return Err(RevolveError::WrongLength {
                 what: "regions (at least)",
                 expected: region.saturating_add(1),
                 given: n,
@@ -152,10 +152,10 @@ impl<T: Sample> RegionVolumes<T> {
 }
 
 /// Labels are bytes.
-fn numbered(what: &'static str, given: usize) -> Result<(), Error> {
+fn numbered(what: &'static str, given: usize) -> Result<(), RevolveError> {
     let expected = 254;
     if given > expected {
-        return Err(Error::Length {
+        return Err(RevolveError::WrongLength {
             what,
             expected,
             given,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::error::{at_least, length, zeros};
 use crate::voxels::block::{BLOCK, Placed, eighths, slabs};
 use crate::voxels::field::Field;
-use crate::{Error, Mask, Meridian, Pose, VoxelCounters, VoxelGrid};
+use crate::{Mask, Meridian, Pose, RevolveError, VoxelCounters, VoxelGrid};
 
 /// The voxels of a grid, by their centres, seen over several shapes of one body.
 ///
@@ -21,7 +21,7 @@ use crate::{Error, Mask, Meridian, Pose, VoxelCounters, VoxelGrid};
 /// let wall = &sweep.always[1]; // between the large cavity and the small outside
 /// assert!(cavity.count() > 0 && wall.count() > 0);
 /// assert!(cavity.count() + wall.count() < sweep.ever.count());
-/// # Ok::<(), revolve_voxel::Error>(())
+/// # Ok::<(), revolve_voxel::RevolveError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -54,8 +54,9 @@ impl Sweep {
     /// cost grows with the surfaces that bound the sets, not with the number of voxels.
     ///
     /// # Errors
-    /// [`Error::TooFew`] without a shape or a layer, [`Error::Length`] for shapes with different numbers of layers; [`Error::TooLarge`].
-    pub fn of(shapes: &[&[Meridian]], pose: &Pose, grid: &VoxelGrid) -> Result<Self, Error> {
+    /// [`RevolveError::TooFew`] without a shape or a layer, [`RevolveError::WrongLength`] for shapes with different numbers of layers;
+    /// [`RevolveError::TooLarge`].
+    pub fn of(shapes: &[&[Meridian]], pose: &Pose, grid: &VoxelGrid) -> Result<Self, RevolveError> {
         let n_layers = shapes.first().map_or(0, |layers| layers.len());
         at_least("layers of the first shape", n_layers, 1)?;
         for layers in shapes {

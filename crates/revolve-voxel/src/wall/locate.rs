@@ -12,7 +12,7 @@ use crate::voxels::coverage::check_range;
 use crate::wall::cells::Cells;
 use crate::wall::isoline::{ON_AXIS, cross, less, norm};
 use crate::wall::root::rising_root;
-use crate::{Error, Pose, Shell, VoxelGrid};
+use crate::{Pose, RevolveError, Shell, VoxelGrid};
 
 impl Shell {
     /// Layer and s of a point (x, r), or nothing if it is not in the wall.
@@ -62,14 +62,14 @@ impl Shell {
     /// rayon pool, with the same bits for any number of them.
     ///
     /// # Errors
-    /// [`Error::Length`] for slices that the grid does not have.
+    /// [`RevolveError::WrongLength`] for slices that the grid does not have.
     pub fn map_voxels<T: Send>(
         &self,
         pose: &Pose,
         grid: &VoxelGrid,
         slices: Range<usize>,
         f: impl Fn(&Point3<f64>, [f64; 2]) -> T + Sync,
-    ) -> Result<Vec<(usize, T)>, Error> {
+    ) -> Result<Vec<(usize, T)>, RevolveError> {
         check_range(grid, &slices)?;
         let [nx, ny, _] = grid.shape();
         let Cells { low, high, .. } = self.cells();

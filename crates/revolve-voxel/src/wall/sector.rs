@@ -12,8 +12,8 @@ use crate::solid::wedge::{Place, Wedge};
 use crate::voxels::patch::Cuboid;
 use crate::voxels::sections::Sections;
 use crate::{
-    Attenuator, Body, Error, Hit, Meridian, ParallelRays, Pose, Ray, RayCounters, Sample, Sampling,
-    VoxelCounters, VoxelGrid,
+    Attenuator, Body, Hit, Meridian, ParallelRays, Pose, Ray, RayCounters, RevolveError, Sample,
+    Sampling, VoxelCounters, VoxelGrid,
 };
 
 /// The part of a solid of revolution between two half-planes that start at its axis, standing in the lab.
@@ -27,7 +27,7 @@ use crate::{
 /// let ring = Meridian::ring(&[[0.0, 1.0], [0.0, 2.0], [3.0, 2.0], [3.0, 1.0]])?;
 /// let quarter = Sector::new(ring, [0.0, std::f64::consts::FRAC_PI_2], Pose::axis_along_z(1.5)?)?;
 /// assert!((quarter.volume() - 0.25 * std::f64::consts::PI * 3.0 * 3.0).abs() < 1e-12);
-/// # Ok::<(), revolve_voxel::Error>(())
+/// # Ok::<(), revolve_voxel::RevolveError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sector {
@@ -41,9 +41,9 @@ impl Sector {
     /// The part of `ring` from the first azimuth to the last, in radians.
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::NotPositive`] unless the last azimuth is larger, [`Error::TooWide`] for more than a
-    /// turn.
-    pub fn new(ring: Meridian, azimuths: [f64; 2], pose: Pose) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`] unless the last azimuth is larger, [`RevolveError::TooWide`] for more
+    /// than a turn.
+    pub fn new(ring: Meridian, azimuths: [f64; 2], pose: Pose) -> Result<Self, RevolveError> {
         Ok(Self {
             wedge: Wedge::new(azimuths)?,
             ring: Body::new(vec![ring], pose)?,
@@ -83,7 +83,7 @@ impl Sector {
     /// let ray = Ray::new(Point3::new(1.0, 0.5, -4.0), Vector3::z())?;
     /// let hit = half.first_hit(&ray).unwrap();
     /// assert_eq!((hit.t, hit.normal), (4.0, -Vector3::z())); // on the face of the cut
-    /// # Ok::<(), revolve_voxel::Error>(())
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     pub fn first_hit(&self, ray: &Ray) -> Option<Hit> {
         let (origin, along, near) = self.in_body(ray);
@@ -129,7 +129,7 @@ impl Sector {
     /// (the detector is ahead of the rays).
     ///
     /// # Errors
-    /// [`Error::Length`] for a wrong image, [`Error::NotFinite`] for the activity; as
+    /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the activity; as
     /// [`Body::project_attenuated_add`].
     pub fn project_add<T: Sample>(
         &self,
@@ -137,7 +137,7 @@ impl Sector {
         activity: f64,
         attenuator: Option<&Attenuator>,
         out: &mut [T],
-    ) -> Result<RayCounters, Error> {
+    ) -> Result<RayCounters, RevolveError> {
         if let Some(attenuator) = attenuator {
             attenuator.check_direction(&rays.direction())?;
         }
@@ -170,7 +170,7 @@ impl Sector {
         sampling: Sampling,
         activity: f64,
         out: &mut [T],
-    ) -> Result<VoxelCounters, Error> {
+    ) -> Result<VoxelCounters, RevolveError> {
         finite("activity", activity)?;
         check_slices(grid, &slices, out.len())?;
         let tolerance = match sampling {

@@ -15,7 +15,7 @@ use crate::solid::curve::Curve;
 use crate::wall::cells::{Cells, Line};
 use crate::wall::isoline::{Isolines, ON_AXIS, below, cross, mix};
 use crate::wall::shares::Shares;
-use crate::{Error, Meridian};
+use crate::{Meridian, RevolveError};
 
 /// Fewest lines between the curves from which the search for a point starts.
 const LINES: usize = 128;
@@ -41,7 +41,7 @@ const OFF_AXIS: f64 = 1e-6;
 /// assert!((x.hypot(r) - 4.5_f64.cbrt()).abs() < 1e-4);
 /// let [layer, s] = shell.locate([x, r]).unwrap();
 /// assert!((layer - 0.5).abs() < 1e-12 && (s - 0.4).abs() < 1e-12);
-/// # Ok::<(), revolve_voxel::Error>(())
+/// # Ok::<(), revolve_voxel::RevolveError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shell {
@@ -58,9 +58,9 @@ impl Shell {
     /// (base to apex).
     ///
     /// # Errors
-    /// [`Error::NotFinite`] or [`Error::NotPositive`] for the range, [`Error::Folded`] where lines between the curves cross in
-    /// the wall or a radius is negative, so that s and u are no coordinates.
-    pub fn new(inner: Curve, outer: Curve, range: [f64; 2]) -> Result<Self, Error> {
+    /// [`RevolveError::NotFinite`] or [`RevolveError::NotPositive`] for the range, [`RevolveError::Folded`] where lines between the curves
+    /// cross in the wall or a radius is negative, so that s and u are no coordinates.
+    pub fn new(inner: Curve, outer: Curve, range: [f64; 2]) -> Result<Self, RevolveError> {
         let [first, last] = range;
         finite("start of the parameter", first)?;
         positive("length of the parameter's range", last - first)?;
@@ -90,7 +90,7 @@ impl Shell {
                 let (r, jacobian) = (isoline.r[k], isoline.jacobian[k]);
                 if r.is_nan() || jacobian.is_nan() || r < least || jacobian < least * isolines.size
                 {
-                    return Err(Error::Folded { s, r, jacobian });
+                    return Err(RevolveError::Folded { s, r, jacobian });
                 }
             }
             lines.push(Line {
@@ -183,8 +183,13 @@ impl Shell {
     /// The solid between two layers and the lines of two s, as a meridian whose layers are drawn to `tolerance` (cm).
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::NotPositive`] for the tolerance or a range of no width; those of [`Meridian::ring`].
-    pub fn region(&self, layers: [f64; 2], s: [f64; 2], tolerance: f64) -> Result<Meridian, Error> {
+    /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`] for the tolerance or a range of no width; those of [`Meridian::ring`].
+    pub fn region(
+        &self,
+        layers: [f64; 2],
+        s: [f64; 2],
+        tolerance: f64,
+    ) -> Result<Meridian, RevolveError> {
         positive("tolerance", tolerance)?;
         let layers = layers.map(|u| u.clamp(0.0, 1.0));
         let s = s.map(|s| self.clamped(s));
@@ -203,7 +208,7 @@ impl Shell {
     }
 
     /// A layer from one s to another as a polyline within `tolerance`.
-    fn arc(&self, layer: f64, s: [f64; 2], tolerance: f64) -> Result<Vec<[f64; 2]>, Error> {
+    fn arc(&self, layer: f64, s: [f64; 2], tolerance: f64) -> Result<Vec<[f64; 2]>, RevolveError> {
         let mut stops = vec![s[0]];
         stops.extend(self.knots.iter().filter(|&&k| k > s[0] && k < s[1]));
         stops.push(s[1]);

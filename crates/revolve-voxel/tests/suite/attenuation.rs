@@ -5,8 +5,8 @@ use crate::support;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Attenuator, Body, EllipticCylinder, Error, Medium, Meridian, ParallelDetector, ParallelRays,
-    Pose, Ray, VoxelGrid,
+    Attenuator, Body, EllipticCylinder, Medium, Meridian, ParallelDetector, ParallelRays, Pose,
+    Ray, RevolveError, VoxelGrid,
 };
 use std::f64::consts::PI;
 
@@ -229,16 +229,16 @@ fn nonsense_is_refused() {
     for bad in [f64::NAN, f64::INFINITY] {
         assert!(matches!(
             Attenuator::new(bad, Medium::Torso(torso())),
-            Err(Error::NotFinite { .. })
+            Err(RevolveError::NotFinite { .. })
         ));
     }
     assert!(matches!(
         Attenuator::new(-0.1, Medium::Torso(torso())),
-        Err(Error::Negative { .. })
+        Err(RevolveError::Negative { .. })
     ));
     assert!(matches!(
         Attenuator::new(0.1, Medium::Layer(&body, 2)),
-        Err(Error::NoSuchLayer {
+        Err(RevolveError::NoSuchLayer {
             given: 2,
             layers: 2
         })
@@ -258,7 +258,7 @@ fn nonsense_is_refused() {
     };
     assert!(matches!(
         add(&[0.0, 1.0], &along),
-        Err(Error::NotPositive { .. })
+        Err(RevolveError::NotPositive { .. })
     ));
     assert!(add(&[1.0], &rays(0.0)).is_err());
     assert!(add(&[1.0, f64::NAN], &rays(0.0)).is_err());

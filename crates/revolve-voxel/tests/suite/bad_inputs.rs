@@ -4,8 +4,8 @@ use crate::support;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use revolve_voxel::{
-    Body, Curve, EllipticCylinder, Error, Mask, Meridian, Mesh, ParallelDetector, ParallelRays,
-    Piece, Pose, Ray, Sampling, Shell, VoxelGrid,
+    Body, Curve, EllipticCylinder, Mask, Meridian, Mesh, ParallelDetector, ParallelRays, Piece,
+    Pose, Ray, RevolveError, Sampling, Shell, VoxelGrid,
 };
 use support::*;
 
@@ -13,35 +13,35 @@ use support::*;
 fn meridians() {
     assert!(matches!(
         Meridian::new(&[]),
-        Err(Error::TooFewPoints { given: 0, .. })
+        Err(RevolveError::TooFewPoints { given: 0, .. })
     ));
     assert!(matches!(
         Meridian::new(&[[0.0, 1.0]]),
-        Err(Error::TooFewPoints { given: 1, .. })
+        Err(RevolveError::TooFewPoints { given: 1, .. })
     ));
     assert!(matches!(
         Meridian::new(&[[0.0, 1.0], [0.0, 1.0]]),
-        Err(Error::TooFewPoints { given: 1, .. })
+        Err(RevolveError::TooFewPoints { given: 1, .. })
     ));
     assert!(matches!(
         Meridian::new(&[[0.0, 1.0], [f64::NAN, 1.0]]),
-        Err(Error::NotFinitePoint { index: 1, .. })
+        Err(RevolveError::NotFinitePoint { index: 1, .. })
     ));
     assert!(matches!(
         Meridian::new(&[[0.0, 1.0], [1.0, f64::INFINITY]]),
-        Err(Error::NotFinitePoint { index: 1, .. })
+        Err(RevolveError::NotFinitePoint { index: 1, .. })
     ));
     assert!(matches!(
         Meridian::new(&[[0.0, 1.0], [1.0, -0.5]]),
-        Err(Error::NegativeRadius { index: 1, .. })
+        Err(RevolveError::NegativeRadius { index: 1, .. })
     ));
     assert!(matches!(
         Meridian::new(&[[0.0, 0.0], [1.0, 0.0]]),
-        Err(Error::NoVolume { .. })
+        Err(RevolveError::NoVolume { .. })
     ));
     assert!(matches!(
         Meridian::new(&[[0.0, 1.0], [0.0, 2.0]]),
-        Err(Error::NoVolume { .. })
+        Err(RevolveError::NoVolume { .. })
     ));
     // A loop in the path; a path through its own closing disc; one that runs back over itself.
     let knot = [
@@ -54,16 +54,16 @@ fn meridians() {
     ];
     assert!(matches!(
         Meridian::new(&knot),
-        Err(Error::SelfCrossing { .. })
+        Err(RevolveError::SelfCrossing { .. })
     ));
     assert!(matches!(
         Meridian::new(&[[0.0, 1.0], [-1.0, 0.5], [3.0, 0.2]]),
-        Err(Error::SelfCrossing { .. })
+        Err(RevolveError::SelfCrossing { .. })
     ));
     let back = [[0.0, 1.0], [2.0, 1.0], [1.0, 1.0], [1.0, 0.5], [3.0, 0.0]];
     assert!(matches!(
         Meridian::new(&back),
-        Err(Error::SelfCrossing { .. })
+        Err(RevolveError::SelfCrossing { .. })
     ));
     // Parts that overlap and meet on the axis only: a cone within the rest; two that come down to one point, crossed over.
     let cone_within = [[0.0, 1.0], [1.0, 0.0], [-2.0, 0.0], [-2.0, 4.0], [5.0, 2.0]];
@@ -71,7 +71,7 @@ fn meridians() {
     for overlapping in [&cone_within[..], &crossed] {
         assert!(matches!(
             Meridian::new(overlapping),
-            Err(Error::SelfCrossing { .. })
+            Err(RevolveError::SelfCrossing { .. })
         ));
     }
     // The same parts side by side are a solid, and so is a ring that touches the axis.
@@ -94,19 +94,19 @@ fn meridians() {
     ];
     assert!(matches!(
         Meridian::new(&slit),
-        Err(Error::SelfCrossing { .. })
+        Err(RevolveError::SelfCrossing { .. })
     ));
     assert!(matches!(
         Meridian::ring(&[[0.0, 1.0], [1.0, 1.0]]),
-        Err(Error::TooFewPoints { needed: 3, .. })
+        Err(RevolveError::TooFewPoints { least: 3, .. })
     ));
     assert!(matches!(
         Meridian::from_full_curve(&[[0.0, -1.0], [1.0, 1.0]]),
-        Err(Error::NegativeRadius { .. })
+        Err(RevolveError::NegativeRadius { .. })
     ));
     assert!(matches!(
         Meridian::from_full_curve(&[[0.0, 1.0], [1.0, f64::NAN]]),
-        Err(Error::NotFinitePoint { .. })
+        Err(RevolveError::NotFinitePoint { .. })
     ));
     // Apex to base is turned round.
     let a = Meridian::new(&[[3.0, 0.0], [0.0, 1.0]]).unwrap();
@@ -134,18 +134,20 @@ fn smooth_pieces() {
     };
     assert!(matches!(
         Meridian::smooth(&[], 1e-3),
-        Err(Error::TooFewPoints { .. })
+        Err(RevolveError::TooFewPoints { .. })
     ));
     assert!(matches!(
         Meridian::smooth(&[line(0.0, 1.0)], 0.0),
-        Err(Error::NotPositive { .. })
+        Err(RevolveError::NotPositive { .. })
     ));
     assert!(matches!(
         Meridian::smooth(&[line(0.0, f64::NAN)], 1e-3),
-        Err(Error::NotFinite { .. })
+        Err(RevolveError::NotFinite { .. })
     ));
     let gap = Meridian::smooth(&[line(0.0, 1.0), line(1.5, 2.0)], 1e-3);
-    assert!(matches!(gap, Err(Error::Gap { piece: 1, gap, .. }) if (gap - 0.5).abs() < 1e-12));
+    assert!(
+        matches!(gap, Err(RevolveError::Gap { piece: 1, gap, .. }) if (gap - 0.5).abs() < 1e-12)
+    );
     let dips = Piece::Power {
         x: vec![0.0, 1.0],
         r: vec![0.5, -2.0, 2.0],
@@ -157,7 +159,7 @@ fn smooth_pieces() {
     };
     assert!(matches!(
         Meridian::smooth(&[below], 1e-3),
-        Err(Error::NegativeRadius { .. })
+        Err(RevolveError::NegativeRadius { .. })
     ));
     let round = Piece::Chebyshev {
         x: vec![0.0, 1.0],
@@ -165,7 +167,7 @@ fn smooth_pieces() {
     };
     assert!(matches!(
         Meridian::smooth(&[round], 1e-18),
-        Err(Error::TooFine { .. })
+        Err(RevolveError::TooFine { .. })
     ));
 }
 
@@ -183,7 +185,7 @@ fn poses_rays_grids_detectors() {
     let zero = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.0, 0.0, 0.0, 0.0));
     assert!(Pose::new(Isometry3::from_parts(Vector3::zeros().into(), zero)).is_err());
     let nowhere = Ray::new(Point3::origin(), Vector3::zeros());
-    assert_eq!(nowhere, Err(Error::NoDirection));
+    assert_eq!(nowhere, Err(RevolveError::NoDirection));
     assert!(Ray::new(Point3::new(nan, 0.0, 0.0), Vector3::x()).is_err());
     assert!(Ray::new(Point3::origin(), Vector3::new(1e-300, 0.0, 0.0)).is_ok());
     assert!(Ray::new(Point3::origin(), Vector3::new(1e300, 1e300, 0.0)).is_ok());
@@ -209,7 +211,7 @@ fn poses_rays_grids_detectors() {
 
 /// Counts are refused as counts.
 #[track_caller]
-fn assert_says<T: std::fmt::Debug>(refused: Result<T, Error>, message: &str) {
+fn assert_says<T: std::fmt::Debug>(refused: Result<T, RevolveError>, message: &str) {
     assert_eq!(refused.unwrap_err().to_string(), message);
 }
 
@@ -226,7 +228,7 @@ fn bodies_and_batches() {
         .unwrap();
     assert!(matches!(
         body.project::<f32>(&rays, &[1.0]),
-        Err(Error::Length {
+        Err(RevolveError::WrongLength {
             expected: 2,
             given: 1,
             ..
@@ -234,12 +236,12 @@ fn bodies_and_batches() {
     ));
     assert!(matches!(
         body.project::<f32>(&rays, &[1.0, f64::NAN]),
-        Err(Error::NotFinite { .. })
+        Err(RevolveError::NotFinite { .. })
     ));
     let mut short = vec![0.0f32; 15];
     assert!(matches!(
         body.project_add(&rays, &[1.0; 2], 1.0, &mut short),
-        Err(Error::Length {
+        Err(RevolveError::WrongLength {
             expected: 16,
             given: 15,
             ..
@@ -262,11 +264,11 @@ fn bodies_and_batches() {
     };
     assert!(matches!(
         voxels(0..3, Sampling::Centre, 12),
-        Err(Error::Length { .. })
+        Err(RevolveError::WrongLength { .. })
     ));
     assert!(matches!(
         voxels(0..2, Sampling::Centre, 7),
-        Err(Error::Length { .. })
+        Err(RevolveError::WrongLength { .. })
     ));
     assert_says(
         voxels(0..2, Sampling::Supersampled(0), 8),
@@ -274,11 +276,14 @@ fn bodies_and_batches() {
     );
     assert!(matches!(
         voxels(0..2, Sampling::Coverage { tolerance: 0.0 }, 8),
-        Err(Error::NotPositive { .. })
+        Err(RevolveError::NotPositive { .. })
     ));
     assert!(voxels(2..2, Sampling::Centre, 0).is_ok());
     assert!(body.mesh(0, -1.0).is_err());
-    assert!(matches!(body.mesh(0, 1e-30), Err(Error::TooFine { .. })));
+    assert!(matches!(
+        body.mesh(0, 1e-30),
+        Err(RevolveError::TooFine { .. })
+    ));
 }
 
 #[test]
@@ -288,7 +293,7 @@ fn layers_that_are_not_nested_are_reported() {
     assert!(body(1.0, 2.0).check_nested(0.0).is_ok());
     let found = body(2.0, 1.5).check_nested(1e-9);
     assert!(
-        matches!(found, Err(Error::NotNested { layer: 0, depth, .. }) if (depth - 0.5).abs() < 1e-12)
+        matches!(found, Err(RevolveError::NotNested { layer: 0, depth, .. }) if (depth - 0.5).abs() < 1e-12)
     );
 }
 
@@ -299,24 +304,24 @@ fn sizes_beyond_memory_are_refused() {
     for n in [usize::MAX, 1 << 32] {
         assert!(matches!(
             VoxelGrid::cube(n, 1.0),
-            Err(Error::TooLarge { .. })
+            Err(RevolveError::TooLarge { .. })
         ));
         assert!(matches!(
             ParallelDetector::new(n, n, [1.0; 2]),
-            Err(Error::TooLarge { .. })
+            Err(RevolveError::TooLarge { .. })
         ));
     }
     // Countable, but no amount of memory.
     let grid = VoxelGrid::cube(1 << 19, 1.0).unwrap();
     let volume = body.voxelize::<f32>(&grid, Sampling::Centre, &[1.0]);
-    assert!(matches!(volume, Err(Error::TooLarge { .. })));
+    assert!(matches!(volume, Err(RevolveError::TooLarge { .. })));
     let rays = ParallelDetector::new(1 << 28, 1 << 29, [1.0; 2])
         .unwrap()
         .rays(0.0)
         .unwrap();
     assert!(matches!(
         body.project::<f32>(&rays, &[1.0]),
-        Err(Error::TooLarge { .. })
+        Err(RevolveError::TooLarge { .. })
     ));
 }
 
@@ -340,7 +345,7 @@ fn a_layer_that_is_not_there_is_an_error() {
             body.mesh(absent, 0.1).unwrap_err(),
         ] {
             let (given, layers) = (absent, 1);
-            assert_eq!(error, Error::NoSuchLayer { given, layers });
+            assert_eq!(error, RevolveError::NoSuchLayer { given, layers });
         }
     }
 }
@@ -355,7 +360,7 @@ fn a_tolerance_that_is_no_number_settles_no_nesting() {
     for bad in [f64::NAN, f64::INFINITY] {
         assert!(matches!(
             cylinder().check_nested(bad),
-            Err(Error::NotFinite { .. })
+            Err(RevolveError::NotFinite { .. })
         ));
     }
 }
@@ -379,7 +384,7 @@ fn rays_beyond_a_raster() {
     assert!(raster(1000, 1e300).is_ok());
     assert!(matches!(
         raster(1 << 28, 1e300),
-        Err(Error::NotFinite { .. })
+        Err(RevolveError::NotFinite { .. })
     ));
 }
 
@@ -392,8 +397,8 @@ fn slices_out_of_order_and_samples_without_number() {
     let pose = Pose::identity();
     for (start, end) in [(3, 1), (usize::MAX, 2), (1 << 62, 4)] {
         let slices = start..end;
-        let refused = |outcome: Option<Error>| {
-            let Some(Error::Length { given, .. }) = outcome else {
+        let refused = |outcome: Option<RevolveError>| {
+            let Some(RevolveError::WrongLength { given, .. }) = outcome else {
                 return false;
             };
             given == start
@@ -412,7 +417,7 @@ fn slices_out_of_order_and_samples_without_number() {
         let sampling = Sampling::Supersampled(n);
         assert!(matches!(
             body.voxelize::<f64>(&grid, sampling, &[1.0]),
-            Err(Error::TooLarge { .. })
+            Err(RevolveError::TooLarge { .. })
         ));
     }
     // Nothing asked of a grid of 2^56 voxels to a slice takes no memory.
@@ -429,14 +434,14 @@ fn profiles_of_any_length() {
     for n in [usize::MAX, 1 << 60, 1 << 45] {
         assert!(matches!(
             grid.profile(&[1.0f32; 8], ends, n),
-            Err(Error::TooLarge { .. })
+            Err(RevolveError::TooLarge { .. })
         ));
     }
     for bad in [f64::NAN, f64::INFINITY] {
         let ends = [Point3::origin(), Point3::new(1.0, bad, 0.0)];
         assert!(matches!(
             grid.profile(&[1.0f32; 8], ends, 3),
-            Err(Error::NotFinite { .. })
+            Err(RevolveError::NotFinite { .. })
         ));
     }
 }
@@ -446,7 +451,7 @@ fn masks_with_a_side_of_zero() {
     for shape in [[0, usize::MAX, 2], [usize::MAX, 0, 2], [2, usize::MAX, 0]] {
         assert!(matches!(
             Mask::new(shape, vec![]),
-            Err(Error::TooLarge { .. })
+            Err(RevolveError::TooLarge { .. })
         ));
     }
     let mut long = Mask::new([0, 1 << 40, 1], vec![]).unwrap();
@@ -488,7 +493,7 @@ fn meshes_put_together_by_hand() {
     let fine = cylinder().mesh(0, 1e-17);
     assert!(matches!(
         fine,
-        Err(Error::TooFine { .. } | Error::TooLarge { .. })
+        Err(RevolveError::TooFine { .. } | RevolveError::TooLarge { .. })
     ));
 }
 
@@ -499,11 +504,11 @@ fn regions_whose_lists_were_changed() {
         .regions::<f64>(&grid, 0..2, Sampling::Centre)
         .unwrap();
     let none = regions.label_pieces(usize::MAX, &[], &grid, 0..2, Sampling::Centre);
-    assert!(matches!(none, Err(Error::Length { .. })));
+    assert!(matches!(none, Err(RevolveError::WrongLength { .. })));
     regions.coverage[0].pop();
     assert!(matches!(
         regions.mean_of(&[1.0]),
-        Err(Error::Length {
+        Err(RevolveError::WrongLength {
             expected: 8,
             given: 7,
             ..
@@ -523,7 +528,7 @@ fn a_wall_of_constants_on_the_axis_has_no_volume() {
     };
     assert!(matches!(
         Shell::new(point(0.0), point(1.0), [0.0, 1.0]),
-        Err(Error::NotPositive { .. } | Error::NotFinite { .. })
+        Err(RevolveError::NotPositive { .. } | RevolveError::NotFinite { .. })
     ));
 }
 
@@ -556,7 +561,7 @@ fn faces_no_farther_apart_than_rounding_are_refused() {
         for gap in [1e-200, 1e-17, 1e-15] {
             assert!(matches!(
                 meridian(gap, size),
-                Err(Error::SelfCrossing { .. })
+                Err(RevolveError::SelfCrossing { .. })
             ));
         }
         // Farther apart they are two, and the voxels hold what the measures say.

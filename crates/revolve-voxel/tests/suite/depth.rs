@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Attenuator, Body, Ellipsoid, EllipticCylinder, Error, Medium, Meridian, Organ, OrganShape,
-    Organs, ParallelDetector, ParallelRays, Pose, Ray, Sector, VoxelGrid,
+    Attenuator, Body, Ellipsoid, EllipticCylinder, Medium, Meridian, Organ, OrganShape, Organs,
+    ParallelDetector, ParallelRays, Pose, Ray, RevolveError, Sector, VoxelGrid,
 };
 
 const HEART_MU: f64 = 0.15;
@@ -225,22 +225,25 @@ fn voxels_of_organs_are_means_of_points() {
 fn bad_planes_and_organs_are_refused() {
     let rays = rays(0.0);
     let refused = |planes: &[f64]| rays.clone().with_planes(planes).unwrap_err();
-    assert!(matches!(refused(&[0.0, f64::NAN]), Error::NotFinite { .. }));
+    assert!(matches!(
+        refused(&[0.0, f64::NAN]),
+        RevolveError::NotFinite { .. }
+    ));
     assert!(matches!(
         refused(&[0.0, 0.0]),
-        Error::NotPositive { given: 0.0, .. }
+        RevolveError::NotPositive { given: 0.0, .. }
     ));
     assert!(matches!(
         refused(&[1.0, 0.5]),
-        Error::NotPositive { given: -0.5, .. }
+        RevolveError::NotPositive { given: -0.5, .. }
     ));
     assert!(matches!(
         Ellipsoid::new([0.0; 3], [1.0, 0.0, 1.0]),
-        Err(Error::NotPositive { .. })
+        Err(RevolveError::NotPositive { .. })
     ));
     assert!(matches!(
         Ellipsoid::new([f64::NAN; 3], [1.0; 3]),
-        Err(Error::NotFinite { .. })
+        Err(RevolveError::NotFinite { .. })
     ));
     let shape = OrganShape::Ellipsoid(Ellipsoid::new([0.0; 3], [1.0; 3]).unwrap());
     for (activity, attenuation) in [(-1.0, 0.1), (1.0, -0.1)] {
@@ -251,7 +254,7 @@ fn bad_planes_and_organs_are_refused() {
         };
         assert!(matches!(
             Organs::new(vec![organ]),
-            Err(Error::Negative { .. })
+            Err(RevolveError::Negative { .. })
         ));
     }
     let organ = Organ {
@@ -261,14 +264,14 @@ fn bad_planes_and_organs_are_refused() {
     };
     assert!(matches!(
         Organs::new(vec![organ]),
-        Err(Error::NotFinite { .. })
+        Err(RevolveError::NotFinite { .. })
     ));
     let (heart, organs) = (heart(), organs());
     let mut image = vec![0.0f32; 7];
     let refused = organs.project_around_add(&heart, &rays, 1.0, None, &mut image);
     assert!(matches!(
         refused,
-        Err(Error::Length {
+        Err(RevolveError::WrongLength {
             given: 7,
             expected: 480,
             ..

@@ -1,7 +1,7 @@
 //! Sets of voxels against their definitions.
 
 use proptest::prelude::*;
-use revolve_voxel::{Error, Mask};
+use revolve_voxel::{Mask, RevolveError};
 
 fn masks() -> impl Strategy<Value = Mask> {
     (1usize..7, 1usize..7, 1usize..9).prop_flat_map(|(nz, ny, nx)| {
@@ -88,7 +88,7 @@ fn sets_are_united_and_intersected() {
     let other = Mask::new([2, 2, 1], vec![true; 4]).unwrap();
     assert!(matches!(
         set.unite(&other),
-        Err(Error::Length {
+        Err(RevolveError::WrongLength {
             expected: 1,
             given: 2,
             ..
@@ -102,7 +102,7 @@ fn sets_are_united_and_intersected() {
 fn wrong_length_is_no_mask() {
     assert!(matches!(
         Mask::new([2, 2, 2], vec![true; 7]),
-        Err(Error::Length {
+        Err(RevolveError::WrongLength {
             expected: 8,
             given: 7,
             ..

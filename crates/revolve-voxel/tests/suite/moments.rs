@@ -3,7 +3,7 @@
 use crate::support;
 
 use nalgebra::Vector3;
-use revolve_voxel::{Body, Error, Moment, Pose, Sampling, VoxelGrid};
+use revolve_voxel::{Body, Moment, Pose, RevolveError, Sampling, VoxelGrid};
 use std::f64::consts::FRAC_PI_4;
 use support::*;
 
@@ -142,14 +142,17 @@ fn bad_moments_are_refused() {
         };
         Moment::voxelize_add(&[moment], &grid, slices, SAMPLING, &mut out)
     };
-    assert!(matches!(add(&[1.0], 1.0, 0..4), Err(Error::Length { .. })));
+    assert!(matches!(
+        add(&[1.0], 1.0, 0..4),
+        Err(RevolveError::WrongLength { .. })
+    ));
     assert!(matches!(
         add(&[1.0, f64::NAN], 1.0, 0..4),
-        Err(Error::NotFinite { .. })
+        Err(RevolveError::NotFinite { .. })
     ));
     assert!(matches!(
         add(&[1.0, 1.0], f64::INFINITY, 0..4),
-        Err(Error::NotFinite { .. })
+        Err(RevolveError::NotFinite { .. })
     ));
     assert!(add(&[1.0, 1.0], 1.0, 0..3).is_err());
     assert!(add(&[1.0, 1.0], 1.0, 2..6).is_err());

@@ -5,7 +5,7 @@ use crate::support;
 use approx::assert_relative_eq;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
-use revolve_voxel::{Body, Error, Meridian, Piece, Pose, Ray, Sampling, Sector, VoxelGrid};
+use revolve_voxel::{Body, Meridian, Piece, Pose, Ray, RevolveError, Sampling, Sector, VoxelGrid};
 use std::f64::consts::{PI, TAU};
 use support::*;
 
@@ -351,7 +351,10 @@ fn a_solid_far_along_its_axis_is_a_solid() {
     }
     // What is there for rounding alone is none.
     let thin = [[1e10, 1.0], [1e10 + 2e-6, 1.0]];
-    assert!(matches!(Meridian::new(&thin), Err(Error::NoVolume { .. })));
+    assert!(matches!(
+        Meridian::new(&thin),
+        Err(RevolveError::NoVolume { .. })
+    ));
 }
 
 #[test]

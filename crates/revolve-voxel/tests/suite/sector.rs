@@ -5,8 +5,8 @@ use crate::support;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Attenuator, Body, EllipticCylinder, Error, Medium, Meridian, ParallelDetector, ParallelRays,
-    Pose, Ray, Sampling, Sector, VoxelGrid,
+    Attenuator, Body, EllipticCylinder, Medium, Meridian, ParallelDetector, ParallelRays, Pose,
+    Ray, RevolveError, Sampling, Sector, VoxelGrid,
 };
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -349,7 +349,11 @@ fn nonsense_is_refused() {
         ([0.0, 6.3], true),
     ] {
         let error = Sector::new(ring(), azimuths, pose()).unwrap_err();
-        assert_eq!(matches!(error, Error::TooWide { .. }), wide, "{error}");
+        assert_eq!(
+            matches!(error, RevolveError::TooWide { .. }),
+            wide,
+            "{error}"
+        );
     }
     let sector = Sector::new(ring(), [0.0, 1.0], pose()).unwrap();
     assert!(

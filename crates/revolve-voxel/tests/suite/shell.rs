@@ -2,7 +2,9 @@
 
 use proptest::prelude::*;
 use revolve_voxel::nalgebra::{Point3, Vector3};
-use revolve_voxel::{Body, Curve, Error, Meridian, Piece, Pose, Ray, Sector, Shell, VoxelGrid};
+use revolve_voxel::{
+    Body, Curve, Meridian, Piece, Pose, Ray, RevolveError, Sector, Shell, VoxelGrid,
+};
 use std::f64::consts::PI;
 
 /// A cylinder closed by a half-ball, its parameter the share of the length: as polynomials of high degree for the cap.
@@ -355,11 +357,11 @@ fn nonsense_is_refused() {
     let curve = || balloon(8.5, 1.75, 1.0);
     assert!(matches!(
         Shell::new(balloon(8.5, 2.75, 1.0), curve(), [0.0, 1.0]),
-        Err(Error::Folded { .. })
+        Err(RevolveError::Folded { .. })
     ));
     assert!(matches!(
         Shell::new(curve(), curve(), [0.0, 1.0]),
-        Err(Error::NotPositive { .. })
+        Err(RevolveError::NotPositive { .. })
     ));
     for range in [
         [0.0, f64::NAN],

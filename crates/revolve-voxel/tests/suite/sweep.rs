@@ -4,7 +4,7 @@ use crate::support;
 
 use nalgebra::Point3;
 use proptest::prelude::*;
-use revolve_voxel::{Error, Mask, Meridian, Pose, Sweep, VoxelGrid};
+use revolve_voxel::{Mask, Meridian, Pose, RevolveError, Sweep, VoxelGrid};
 use support::*;
 
 /// Region of a point in one shape: the first layer that holds it.
@@ -107,7 +107,10 @@ fn shapes_that_are_none_are_refused() {
     for shapes in [&[][..], &[&[][..]], &[&one[..], &two]] {
         let refused = Sweep::of(shapes, &pose, &grid);
         assert!(
-            matches!(refused, Err(Error::Length { .. } | Error::TooFew { .. })),
+            matches!(
+                refused,
+                Err(RevolveError::WrongLength { .. } | RevolveError::TooFew { .. })
+            ),
             "{refused:?}"
         );
     }

@@ -21,7 +21,7 @@ fn bad_input_is_refused_with_its_numbers() {
         shapes(&[]),
         Err(TooFew {
             given: 0,
-            needed: 1,
+            least: 1,
             ..
         })
     ));
@@ -29,7 +29,7 @@ fn bad_input_is_refused_with_its_numbers() {
         shapes(&[shape(&good[..2])]),
         Err(TooFew {
             given: 2,
-            needed: 3,
+            least: 3,
             ..
         })
     ));
