@@ -132,9 +132,17 @@ fn options() {
     use RadonError::*;
     let with = |window| FbpOptions::default().with_window(window);
     for cutoff in [0.0, -0.5, 1.5, f64::NAN] {
+        let refused = plan(FbpOptions::default().with_cutoff(cutoff)).err();
         assert!(
-            plan(FbpOptions::default().with_cutoff(cutoff)).is_err(),
-            "cutoff {cutoff}"
+            matches!(
+                refused,
+                Some(
+                    OutOfRange { what: "cutoff", .. }
+                        | NotPositive { what: "cutoff", .. }
+                        | NotFinite { what: "cutoff", .. }
+                )
+            ),
+            "cutoff {cutoff}: {refused:?}"
         );
     }
     assert!(matches!(

@@ -106,7 +106,10 @@ fn degrees_taken_for_radians_are_refused_with_the_reason() {
         let refused = ParallelGeometry::arc_radians(60, arc, 4, 1.0);
         assert!(matches!(refused, Err(RadonError::LongArc { .. })), "{arc}");
     }
-    assert!(ParallelGeometry::arc_degrees(60, 721.0, 4, 1.0).is_err());
+    assert!(matches!(
+        ParallelGeometry::arc_degrees(60, 721.0, 4, 1.0),
+        Err(RadonError::LongArc { .. })
+    ));
 
     // Lists: a half or a full turn, the last view left out or not, either sense, any start.
     for (n, step, arc) in [(60, 3.0, 180.0), (361, 1.0, 360.0), (7, -30.0, 180.0)] {

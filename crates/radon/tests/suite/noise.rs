@@ -116,10 +116,27 @@ fn nothing_stays_nothing_and_a_total_is_met() {
 fn nonsense_is_refused() {
     let draw = |sample: f64, scale| poisson_counts(&[1.0, sample], scale, 0);
     for bad in [f64::NAN, f64::INFINITY, -1.0, -1e-300] {
-        assert!(draw(bad, CountScale::PerUnit(1.0)).is_err());
-        assert!(draw(bad, CountScale::Total(1.0)).is_err());
-        assert!(draw(1.0, CountScale::PerUnit(bad)).is_err());
-        assert!(draw(1.0, CountScale::Total(bad)).is_err());
+        for scale in [CountScale::PerUnit(1.0), CountScale::Total(1.0)] {
+            let refused = draw(bad, scale);
+            assert!(
+                matches!(
+                    refused,
+                    Err(RadonError::BadSample { index: 1, .. }
+                        | RadonError::NegativeSample { index: 1, .. })
+                ),
+                "{bad}: {refused:?}"
+            );
+        }
+        for scale in [CountScale::PerUnit(bad), CountScale::Total(bad)] {
+            let refused = draw(1.0, scale);
+            assert!(
+                matches!(
+                    refused,
+                    Err(RadonError::NotFinite { .. } | RadonError::NotPositive { .. })
+                ),
+                "{bad}: {refused:?}"
+            );
+        }
     }
     assert!(matches!(
         draw(1.0, CountScale::PerUnit(0.0)),

@@ -221,10 +221,21 @@ fn the_torso_fills_its_area() {
 #[test]
 fn nonsense_is_refused() {
     for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
-        assert!(EllipticCylinder::new([0.0; 2], [bad, 1.0]).is_err());
-        assert!(EllipticCylinder::new([0.0; 2], [1.0, bad]).is_err());
+        for semi_axes in [[bad, 1.0], [1.0, bad]] {
+            let refused = EllipticCylinder::new([0.0; 2], semi_axes);
+            assert!(
+                matches!(
+                    refused,
+                    Err(RevolveError::NotPositive { .. } | RevolveError::NotFinite { .. })
+                ),
+                "{bad}: {refused:?}"
+            );
+        }
     }
-    assert!(EllipticCylinder::new([f64::NAN, 0.0], [1.0; 2]).is_err());
+    assert!(matches!(
+        EllipticCylinder::new([f64::NAN, 0.0], [1.0; 2]),
+        Err(RevolveError::NotFinite { .. })
+    ));
     let body = body();
     for bad in [f64::NAN, f64::INFINITY] {
         assert!(matches!(
@@ -260,25 +271,28 @@ fn nonsense_is_refused() {
         add(&[0.0, 1.0], &along),
         Err(RevolveError::NotPositive { .. })
     ));
-    assert!(add(&[1.0], &rays(0.0)).is_err());
-    assert!(add(&[1.0, f64::NAN], &rays(0.0)).is_err());
-    assert!(add(&[1.0, 1.0], &rays(0.0)).is_err()); // a wrong image
+    // a wrong number of activities, and a wrong image
+    for activities in [&[1.0][..], &[1.0, 1.0]] {
+        assert!(matches!(
+            add(activities, &rays(0.0)),
+            Err(RevolveError::WrongLength { .. })
+        ));
+    }
+    assert!(matches!(
+        add(&[1.0, f64::NAN], &rays(0.0)),
+        Err(RevolveError::NotFinite { .. })
+    ));
     let grid = VoxelGrid::cube(2, 1.0).unwrap();
-    assert!(
-        torso()
-            .voxelize_add(&grid, 0..3, 1.0, &mut [0.0_f64; 12])
-            .is_err()
-    );
-    assert!(
-        torso()
-            .voxelize_add(&grid, 0..2, f64::NAN, &mut [0.0_f64; 8])
-            .is_err()
-    );
-    assert!(
-        torso()
-            .voxelize_add(&grid, 0..2, 1.0, &mut [0.0_f64; 7])
-            .is_err()
-    );
+    for (slices, n) in [(0..3, 12), (0..2, 7)] {
+        assert!(matches!(
+            torso().voxelize_add(&grid, slices, 1.0, &mut vec![0.0_f64; n]),
+            Err(RevolveError::WrongLength { .. })
+        ));
+    }
+    assert!(matches!(
+        torso().voxelize_add(&grid, 0..2, f64::NAN, &mut [0.0_f64; 8]),
+        Err(RevolveError::NotFinite { .. })
+    ));
 }
 
 proptest! {

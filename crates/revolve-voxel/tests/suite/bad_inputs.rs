@@ -174,39 +174,53 @@ fn smooth_pieces() {
 #[test]
 fn poses_rays_grids_detectors() {
     let nan = f64::NAN;
-    assert!(Pose::axis_along_z(nan).is_err());
-    assert!(Pose::identity().turned_x(f64::INFINITY).is_err());
-    assert!(
-        Pose::identity()
-            .shifted(Vector3::new(0.0, nan, 0.0))
-            .is_err()
-    );
-    assert!(Pose::new(Isometry3::translation(nan, 0.0, 0.0)).is_err());
+    let not_finite = |error: Option<RevolveError>| {
+        assert!(
+            matches!(error, Some(RevolveError::NotFinite { .. })),
+            "{error:?}"
+        );
+    };
+    let not_positive = |error: Option<RevolveError>| {
+        assert!(
+            matches!(error, Some(RevolveError::NotPositive { .. })),
+            "{error:?}"
+        );
+    };
+    not_finite(Pose::axis_along_z(nan).err());
+    not_finite(Pose::identity().turned_x(f64::INFINITY).err());
+    let shift = Vector3::new(0.0, nan, 0.0);
+    not_finite(Pose::identity().shifted(shift).err());
+    not_finite(Pose::new(Isometry3::translation(nan, 0.0, 0.0)).err());
     let zero = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.0, 0.0, 0.0, 0.0));
-    assert!(Pose::new(Isometry3::from_parts(Vector3::zeros().into(), zero)).is_err());
+    not_positive(Pose::new(Isometry3::from_parts(Vector3::zeros().into(), zero)).err());
     let nowhere = Ray::new(Point3::origin(), Vector3::zeros());
     assert_eq!(nowhere, Err(RevolveError::NoDirection));
-    assert!(Ray::new(Point3::new(nan, 0.0, 0.0), Vector3::x()).is_err());
+    not_finite(Ray::new(Point3::new(nan, 0.0, 0.0), Vector3::x()).err());
     assert!(Ray::new(Point3::origin(), Vector3::new(1e-300, 0.0, 0.0)).is_ok());
     assert!(Ray::new(Point3::origin(), Vector3::new(1e300, 1e300, 0.0)).is_ok());
     assert_says(
         VoxelGrid::cube(0, 1.0),
         "voxels: 0 given, at least 1 needed",
     );
-    assert!(VoxelGrid::cube(4, -1.0).is_err());
-    assert!(VoxelGrid::new([1; 3], [1.0; 3], [nan; 3]).is_err());
+    not_positive(VoxelGrid::cube(4, -1.0).err());
+    not_finite(VoxelGrid::new([1; 3], [1.0; 3], [nan; 3]).err());
     assert_says(
         ParallelDetector::new(0, 4, [1.0; 2]),
         "rays of a view: 0 given, at least 1 needed",
     );
-    assert!(ParallelDetector::new(4, 4, [1.0, 0.0]).is_err());
+    not_positive(ParallelDetector::new(4, 4, [1.0, 0.0]).err());
     let detector = ParallelDetector::new(4, 4, [1.0; 2]).unwrap();
-    assert!(detector.with_offset([nan, 0.0]).is_err());
-    assert!(detector.rays(nan).is_err());
+    not_finite(detector.with_offset([nan, 0.0]).err());
+    not_finite(detector.rays(nan).err());
     let x = Vector3::x();
-    assert!(ParallelRays::new([0, 1], Point3::origin(), x, x, x).is_err());
-    assert!(ParallelRays::new([1, 1], Point3::origin(), x * nan, x, x).is_err());
-    assert!(ParallelRays::new([1, 1], Point3::origin(), x, x, x * 0.0).is_err());
+    let no_bins = ParallelRays::new([0, 1], Point3::origin(), x, x, x);
+    assert!(matches!(
+        no_bins,
+        Err(RevolveError::TooFew { given: 0, .. })
+    ));
+    not_finite(ParallelRays::new([1, 1], Point3::origin(), x * nan, x, x).err());
+    let nowhere = ParallelRays::new([1, 1], Point3::origin(), x, x, x * 0.0);
+    assert_eq!(nowhere.err(), Some(RevolveError::NoDirection));
 }
 
 /// Counts are refused as counts.
@@ -247,10 +261,10 @@ fn bodies_and_batches() {
             ..
         })
     ));
-    assert!(
-        body.project_add(&rays, &[1.0; 2], f64::NAN, &mut [0.0f32; 16])
-            .is_err()
-    );
+    assert!(matches!(
+        body.project_add(&rays, &[1.0; 2], f64::NAN, &mut [0.0f32; 16]),
+        Err(RevolveError::NotFinite { .. })
+    ));
     let grid = VoxelGrid::cube(2, 1.0).unwrap();
     let voxels = |slices, sampling, n| {
         body.voxelize_add(
@@ -279,7 +293,10 @@ fn bodies_and_batches() {
         Err(RevolveError::NotPositive { .. })
     ));
     assert!(voxels(2..2, Sampling::Centre, 0).is_ok());
-    assert!(body.mesh(0, -1.0).is_err());
+    assert!(matches!(
+        body.mesh(0, -1.0),
+        Err(RevolveError::NotPositive { .. })
+    ));
     assert!(matches!(
         body.mesh(0, 1e-30),
         Err(RevolveError::TooFine { .. })
@@ -457,7 +474,10 @@ fn masks_with_a_side_of_zero() {
     let mut long = Mask::new([0, 1 << 40, 1], vec![]).unwrap();
     long.erode(3);
     assert_eq!(long.farther_than(f64::INFINITY).count(), 0);
-    assert!(long.intersect_slices(&[]).is_err());
+    assert!(matches!(
+        long.intersect_slices(&[]),
+        Err(RevolveError::WrongLength { .. })
+    ));
     // A reach beyond a long, thin grid does not look at all places of a ball of that radius.
     let mut set = vec![false; 1_000_000];
     set[17] = true;

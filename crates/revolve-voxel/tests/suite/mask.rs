@@ -73,7 +73,10 @@ fn values_and_slices() {
     mask.intersect_slices(&[true, false, false, true]).unwrap();
     let kept: Vec<usize> = (0..8).filter(|&i| mask.as_slice()[i]).collect();
     assert_eq!(kept, [3, 4, 7]);
-    assert!(mask.intersect_slices(&[true]).is_err());
+    assert!(matches!(
+        mask.intersect_slices(&[true]),
+        Err(RevolveError::WrongLength { given: 1, .. })
+    ));
 }
 
 #[test]
@@ -94,7 +97,10 @@ fn sets_are_united_and_intersected() {
             ..
         })
     ));
-    assert!(set.intersect(&other).is_err());
+    assert!(matches!(
+        set.intersect(&other),
+        Err(RevolveError::WrongLength { .. })
+    ));
     assert_eq!(set, mask([0, 1, 1, 0]));
 }
 
@@ -108,8 +114,18 @@ fn wrong_length_is_no_mask() {
             ..
         })
     ));
-    assert!(Mask::new([usize::MAX, 2, 2], vec![]).is_err());
-    assert!(Mask::of_values([1, 1, 3], &[0.0f32, 1.0], |v| v > 0.5).is_err());
+    assert!(matches!(
+        Mask::new([usize::MAX, 2, 2], vec![]),
+        Err(RevolveError::TooLarge { .. })
+    ));
+    assert!(matches!(
+        Mask::of_values([1, 1, 3], &[0.0f32, 1.0], |v| v > 0.5),
+        Err(RevolveError::WrongLength {
+            expected: 3,
+            given: 2,
+            ..
+        })
+    ));
     assert_eq!(
         Mask::new([0, 3, 0], vec![])
             .unwrap()

@@ -303,15 +303,22 @@ fn pieces_have_labels_of_their_own() {
         assert_eq!(*a, if *b == 3 { 4 } else { *b });
     }
     let many = vec![vec![&pieces[0]]; 253];
+    let refused = marked.label_pieces(1, &many, &grid, 0..1, sampling);
     assert!(
-        marked
-            .label_pieces(1, &many, &grid, 0..1, sampling)
-            .is_err()
+        matches!(
+            refused,
+            Err(RevolveError::WrongLength {
+                expected: 254,
+                given: 255,
+                ..
+            })
+        ),
+        "{refused:?}"
     );
+    let refused = marked.label_pieces(2, &list, &grid, 0..1, sampling);
     assert!(
-        marked
-            .label_pieces(2, &list, &grid, 0..1, sampling)
-            .is_err()
+        matches!(refused, Err(RevolveError::NoSuchLayer { given: 2, .. })),
+        "{refused:?}"
     );
 }
 
@@ -356,30 +363,34 @@ fn nonsense_is_refused() {
         );
     }
     let sector = Sector::new(ring(), [0.0, 1.0], pose()).unwrap();
-    assert!(
-        sector
-            .project_add(&rays(0.0), f64::NAN, None, &mut [0.0_f64; 1440])
-            .is_err()
-    );
-    assert!(
-        sector
-            .project_add(&rays(0.0), 1.0, None, &mut [0.0_f64; 1439])
-            .is_err()
-    );
+    assert!(matches!(
+        sector.project_add(&rays(0.0), f64::NAN, None, &mut [0.0_f64; 1440]),
+        Err(RevolveError::NotFinite { .. })
+    ));
+    assert!(matches!(
+        sector.project_add(&rays(0.0), 1.0, None, &mut [0.0_f64; 1439]),
+        Err(RevolveError::WrongLength { given: 1439, .. })
+    ));
     let grid = VoxelGrid::cube(2, 1.0).unwrap();
-    for (slices, sampling, activity, n) in [
-        (0..3, Sampling::Centre, 1.0, 12),
-        (0..2, Sampling::Centre, f64::NAN, 8),
-        (0..2, Sampling::Centre, 1.0, 7),
-        (0..2, Sampling::Coverage { tolerance: 0.0 }, 1.0, 8),
-        (0..2, Sampling::Supersampled(0), 1.0, 8),
-    ] {
-        assert!(
-            sector
-                .voxelize_add(&grid, slices, sampling, activity, &mut vec![0.0_f64; n])
-                .is_err()
-        );
+    let add = |slices, sampling, activity, n| {
+        sector.voxelize_add(&grid, slices, sampling, activity, &mut vec![0.0_f64; n])
+    };
+    for (slices, n) in [(0..3, 12), (0..2, 7)] {
+        let refused = add(slices, Sampling::Centre, 1.0, n);
+        assert!(matches!(refused, Err(RevolveError::WrongLength { .. })));
     }
+    assert!(matches!(
+        add(0..2, Sampling::Centre, f64::NAN, 8),
+        Err(RevolveError::NotFinite { .. })
+    ));
+    assert!(matches!(
+        add(0..2, Sampling::Coverage { tolerance: 0.0 }, 1.0, 8),
+        Err(RevolveError::NotPositive { .. })
+    ));
+    assert!(matches!(
+        add(0..2, Sampling::Supersampled(0), 1.0, 8),
+        Err(RevolveError::TooFew { given: 0, .. })
+    ));
 }
 
 proptest! {

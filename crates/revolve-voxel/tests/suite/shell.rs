@@ -270,11 +270,8 @@ fn voxels_of_the_wall_are_those_whose_centres_are_found_in_it() {
             all.len()
         );
     }
-    assert!(
-        shell
-            .map_voxels(&Pose::identity(), &grid, 20..27, |_, _| ())
-            .is_err()
-    );
+    let refused = shell.map_voxels(&Pose::identity(), &grid, 20..27, |_, _| ());
+    assert!(matches!(refused, Err(RevolveError::WrongLength { .. })));
 }
 
 #[test]
@@ -369,30 +366,33 @@ fn nonsense_is_refused() {
         [0.0, 0.0],
         [f64::NEG_INFINITY, 1.0],
     ] {
-        assert!(Shell::new(curve(), balloon(8.5, 2.75, 1.0), range).is_err());
+        let refused = Shell::new(curve(), balloon(8.5, 2.75, 1.0), range).err();
+        assert!(
+            matches!(
+                refused,
+                Some(RevolveError::NotPositive { .. } | RevolveError::NotFinite { .. })
+            ),
+            "{range:?}: {refused:?}"
+        );
     }
-    assert!(Curve::new(vec![0.0], vec![]).is_err());
-    assert!(
-        Curve::new(
-            vec![0.0, 0.0],
-            vec![Piece::Power {
-                x: vec![],
-                r: vec![]
-            }]
-        )
-        .is_err()
-    );
-    assert!(
-        Curve::new(
-            vec![0.0, 1.0],
-            vec![Piece::Power {
-                x: vec![f64::NAN],
-                r: vec![]
-            }]
-        )
-        .is_err()
-    );
-    assert!(Curve::polyline(&[0.0, 1.0], &[[0.0, 1.0]]).is_err());
+    let piece = |x: Vec<f64>| vec![Piece::Power { x, r: vec![] }];
+    for refused in [
+        Curve::new(vec![0.0], vec![]).err(),
+        Curve::polyline(&[0.0, 1.0], &[[0.0, 1.0]]).err(),
+    ] {
+        assert!(
+            matches!(refused, Some(RevolveError::WrongLength { .. })),
+            "{refused:?}"
+        );
+    }
+    assert!(matches!(
+        Curve::new(vec![0.0, 0.0], piece(vec![])),
+        Err(RevolveError::NotPositive { .. })
+    ));
+    assert!(matches!(
+        Curve::new(vec![0.0, 1.0], piece(vec![f64::NAN])),
+        Err(RevolveError::NotFinite { .. })
+    ));
     let shell = study();
     for (layers, s, tolerance) in [
         ([0.5, 0.5], [0.0, 1.0], 1e-3),
@@ -400,7 +400,14 @@ fn nonsense_is_refused() {
         ([0.0, 1.0], [0.0, 1.0], 0.0),
         ([0.0, f64::NAN], [0.0, 1.0], 1e-3),
     ] {
-        assert!(shell.region(layers, s, tolerance).is_err());
+        let refused = shell.region(layers, s, tolerance).err();
+        assert!(
+            matches!(
+                refused,
+                Some(RevolveError::NotPositive { .. } | RevolveError::NotFinite { .. })
+            ),
+            "{refused:?}"
+        );
     }
 }
 

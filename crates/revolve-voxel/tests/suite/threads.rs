@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use revolve_voxel::{ParallelDetector, Sampling, VoxelGrid};
+use revolve_voxel::{ParallelDetector, RevolveError, Sampling, VoxelGrid};
 use support::*;
 
 fn with_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
@@ -70,7 +70,14 @@ fn some_rows_are_the_cut_from_all() {
     let twice = rays.rows(4..19).unwrap().rows(2..3).unwrap();
     let (cut, _) = body.project::<f32>(&twice, &[0.2, 1.0]).unwrap();
     assert_eq!(cut, whole[33 * 6..33 * 7]);
-    assert!(rays.rows(19..21).is_err() && rays.rows(3..3).is_err());
+    assert!(matches!(
+        rays.rows(19..21),
+        Err(RevolveError::WrongLength { .. })
+    ));
+    assert!(matches!(
+        rays.rows(3..3),
+        Err(RevolveError::TooFew { given: 0, .. })
+    ));
 }
 
 #[test]
