@@ -317,7 +317,14 @@ fn pieces_have_labels_of_their_own() {
     );
     let refused = marked.label_pieces(2, &list, &grid, 0..1, sampling);
     assert!(
-        matches!(refused, Err(RevolveError::NoSuchLayer { given: 2, .. })),
+        matches!(
+            refused,
+            Err(RevolveError::WrongLength {
+                expected: 3,
+                given: 2,
+                ..
+            })
+        ),
         "{refused:?}"
     );
 }
