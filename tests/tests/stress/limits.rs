@@ -2,14 +2,14 @@
 //! that is killed while it writes.
 
 use heart_phantom::files::{Format, Volume, write_npy, write_volume};
-use heart_phantom::{MaterialPoint, Wall};
-use membrane_forces::{Membrane, RestShape, Stiffness};
-use membrane_newton::{Control, Discretisation, NewtonOptions, Pair, Solver};
+use heart_phantom::{MaterialPoint, PhantomError, Wall};
+use membrane_forces::{Membrane, MembraneError, RestShape, Stiffness};
+use membrane_newton::{Control, Discretisation, NewtonError, NewtonOptions, Pair, Solver};
 use nalgebra::{Point3, Vector3};
-use radon::{Blur, CountScale, ImageGrid, ParallelGeometry, poisson_counts};
+use radon::{Blur, CountScale, ImageGrid, ParallelGeometry, RadonError, poisson_counts};
 use revolve_voxel::{
     Attenuator, Body, Curve, EllipticCylinder, Medium, Meridian, ParallelDetector, ParallelRays,
-    Piece, Pose, Ray, Sampling, Sector, Shell, VoxelGrid,
+    Piece, Pose, Ray, RevolveError, Sampling, Sector, Shell, VoxelGrid,
 };
 use std::path::Path;
 use std::process::Command;
@@ -29,6 +29,32 @@ fn pair() -> Pair {
         .expect("nodes enough")
     };
     Pair::new(solver(1.75), solver(2.75)).expect("a wall")
+}
+
+fn forces(error: MembraneError) -> bool {
+    use MembraneError::*;
+    matches!(error, NotFinite { .. } | BadStiffness { .. })
+}
+
+fn newton(error: NewtonError) -> bool {
+    matches!(error, NewtonError::OutOfRange { .. })
+}
+
+fn solid(error: RevolveError) -> bool {
+    use RevolveError::*;
+    matches!(error, NotFinite { .. } | NotFinitePoint { .. })
+}
+
+fn slices(error: RadonError) -> bool {
+    use RadonError::*;
+    matches!(error, NotFinite { .. } | BadSample { .. })
+}
+
+fn heart(error: PhantomError) -> bool {
+    match error {
+        PhantomError::Solid(error) => solid(error),
+        error => matches!(error, PhantomError::OutOfRange { .. }),
+    }
 }
 
 #[test]
@@ -51,39 +77,68 @@ fn what_is_no_number_enters_nowhere() {
         let one = &mut [0.0_f64; 4];
         let entries = [
             // membrane-forces, membrane-newton
-            ("length of a balloon", RestShape::balloon(bad, 1.0).is_err()),
-            ("radius of a balloon", RestShape::balloon(1.0, bad).is_err()),
-            ("stiffness", Stiffness::constant(bad).is_err()),
+            (
+                "length of a balloon",
+                RestShape::balloon(bad, 1.0).err().is_some_and(forces),
+            ),
+            (
+                "radius of a balloon",
+                RestShape::balloon(1.0, bad).err().is_some_and(forces),
+            ),
+            (
+                "stiffness",
+                Stiffness::constant(bad).err().is_some_and(forces),
+            ),
             (
                 "stiffness samples",
-                Stiffness::samples(&[1.0, bad]).is_err(),
+                Stiffness::samples(&[1.0, bad]).err().is_some_and(forces),
             ),
-            ("volume gain", pair.solve_gain(bad, &options).is_err()),
-            ("load", pair.solve(Control::Load(bad), &options).is_err()),
+            (
+                "volume gain",
+                pair.solve_gain(bad, &options).err().is_some_and(newton),
+            ),
+            (
+                "load",
+                pair.solve(Control::Load(bad), &options)
+                    .err()
+                    .is_some_and(newton),
+            ),
             (
                 "volume",
-                pair.solve(Control::Volume(bad), &options).is_err(),
+                pair.solve(Control::Volume(bad), &options)
+                    .err()
+                    .is_some_and(newton),
             ),
             (
                 "intensity",
-                pair.solve(Control::Intensity(bad), &options).is_err(),
+                pair.solve(Control::Intensity(bad), &options)
+                    .err()
+                    .is_some_and(newton),
             ),
             // revolve-voxel
             (
                 "profile x",
-                Meridian::new(&[[0.0, 1.0], [bad, 0.0]]).is_err(),
+                Meridian::new(&[[0.0, 1.0], [bad, 0.0]])
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "profile r",
-                Meridian::new(&[[0.0, bad], [1.0, 0.0]]).is_err(),
+                Meridian::new(&[[0.0, bad], [1.0, 0.0]])
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "ring",
-                Meridian::ring(&[[0.0, 1.0], [bad, 2.0], [1.0, 2.0]]).is_err(),
+                Meridian::ring(&[[0.0, 1.0], [bad, 2.0], [1.0, 2.0]])
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "full curve",
-                Meridian::from_full_curve(&[[0.0, 1.0], [bad, 0.0], [0.0, -1.0]]).is_err(),
+                Meridian::from_full_curve(&[[0.0, 1.0], [bad, 0.0], [0.0, -1.0]])
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "piece",
@@ -94,7 +149,8 @@ fn what_is_no_number_enters_nowhere() {
                     }],
                     0.1,
                 )
-                .is_err(),
+                .err()
+                .is_some_and(solid),
             ),
             (
                 "tolerance of a piece",
@@ -105,30 +161,44 @@ fn what_is_no_number_enters_nowhere() {
                     }],
                     bad,
                 )
-                .is_err(),
+                .err()
+                .is_some_and(solid),
             ),
-            ("curve", line(bad).is_err()),
+            ("curve", line(bad).err().is_some_and(solid)),
             (
                 "range of a shell",
                 line(1.0)
                     .and_then(|c| Shell::new(c.clone(), c, [0.0, bad]))
-                    .is_err(),
+                    .err()
+                    .is_some_and(solid),
             ),
-            ("axial point", Pose::axis_along_z(bad).is_err()),
+            (
+                "axial point",
+                Pose::axis_along_z(bad).err().is_some_and(solid),
+            ),
             (
                 "turn",
-                pose.turned_x(bad).is_err()
-                    && pose.turned_y(bad).is_err()
-                    && pose.turned_z(bad).is_err(),
+                pose.turned_x(bad).err().is_some_and(solid)
+                    && pose.turned_y(bad).err().is_some_and(solid)
+                    && pose.turned_z(bad).err().is_some_and(solid),
             ),
-            ("shift", pose.shifted(Vector3::new(0.0, bad, 0.0)).is_err()),
+            (
+                "shift",
+                pose.shifted(Vector3::new(0.0, bad, 0.0))
+                    .err()
+                    .is_some_and(solid),
+            ),
             (
                 "ray origin",
-                Ray::new(Point3::new(bad, 0.0, 0.0), Vector3::x()).is_err(),
+                Ray::new(Point3::new(bad, 0.0, 0.0), Vector3::x())
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "ray direction",
-                Ray::new(Point3::origin(), Vector3::new(0.0, bad, 1.0)).is_err(),
+                Ray::new(Point3::origin(), Vector3::new(0.0, bad, 1.0))
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "raster",
@@ -139,107 +209,166 @@ fn what_is_no_number_enters_nowhere() {
                     Vector3::y(),
                     Vector3::z(),
                 )
-                .is_err(),
+                .err()
+                .is_some_and(solid),
             ),
             (
                 "bin pitch",
-                ParallelDetector::new(2, 2, [bad, 1.0]).is_err(),
+                ParallelDetector::new(2, 2, [bad, 1.0])
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "row pitch",
-                ParallelDetector::new(2, 2, [1.0, bad]).is_err(),
+                ParallelDetector::new(2, 2, [1.0, bad])
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "view angle",
                 ParallelDetector::new(2, 2, [1.0; 2])
                     .and_then(|d| d.rays(bad))
-                    .is_err(),
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "detector offset",
                 ParallelDetector::new(2, 2, [1.0; 2])
                     .and_then(|d| d.with_offset([0.0, bad]))
-                    .is_err(),
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "spacing",
-                VoxelGrid::new([2; 3], [1.0, bad, 1.0], [0.0; 3]).is_err(),
+                VoxelGrid::new([2; 3], [1.0, bad, 1.0], [0.0; 3])
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "grid origin",
-                VoxelGrid::new([2; 3], [1.0; 3], [0.0, 0.0, bad]).is_err(),
+                VoxelGrid::new([2; 3], [1.0; 3], [0.0, 0.0, bad])
+                    .err()
+                    .is_some_and(solid),
             ),
-            ("activity", body.project::<f32>(&rays, &[bad]).is_err()),
-            ("weight", body.project_add(&rays, &[1.0], bad, one).is_err()),
+            (
+                "activity",
+                body.project::<f32>(&rays, &[bad]).err().is_some_and(solid),
+            ),
+            (
+                "weight",
+                body.project_add(&rays, &[1.0], bad, one)
+                    .err()
+                    .is_some_and(solid),
+            ),
             (
                 "voxel activity",
                 body.voxelize::<f32>(&grid, Sampling::Centre, &[bad])
-                    .is_err(),
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "coverage",
                 body.voxelize::<f32>(&grid, Sampling::Coverage { tolerance: bad }, &[1.0])
-                    .is_err(),
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "attenuation",
-                Attenuator::new(bad, Medium::Torso(torso)).is_err(),
+                Attenuator::new(bad, Medium::Torso(torso))
+                    .err()
+                    .is_some_and(solid),
             ),
             (
                 "torso",
-                EllipticCylinder::new([0.0, bad], [1.0; 2]).is_err()
-                    && EllipticCylinder::new([0.0; 2], [bad, 1.0]).is_err(),
+                EllipticCylinder::new([0.0, bad], [1.0; 2])
+                    .err()
+                    .is_some_and(solid)
+                    && EllipticCylinder::new([0.0; 2], [bad, 1.0])
+                        .err()
+                        .is_some_and(solid),
             ),
             (
                 "azimuth",
-                Sector::new(ring(), [0.0, bad], pose).is_err()
-                    && Sector::new(ring(), [bad, 1.0], pose).is_err(),
+                Sector::new(ring(), [0.0, bad], pose)
+                    .err()
+                    .is_some_and(solid)
+                    && Sector::new(ring(), [bad, 1.0], pose)
+                        .err()
+                        .is_some_and(solid),
             ),
             (
                 "sector activity",
-                sector.project_add(&rays, bad, None, one).is_err(),
+                sector
+                    .project_add(&rays, bad, None, one)
+                    .err()
+                    .is_some_and(solid),
             ),
             // radon
             (
                 "arc",
-                ParallelGeometry::arc_radians(2, bad, 4, 1.0).is_err(),
+                ParallelGeometry::arc_radians(2, bad, 4, 1.0)
+                    .err()
+                    .is_some_and(slices),
             ),
             (
                 "pitch",
-                ParallelGeometry::arc_radians(2, 1.0, 4, bad).is_err(),
+                ParallelGeometry::arc_radians(2, 1.0, 4, bad)
+                    .err()
+                    .is_some_and(slices),
             ),
-            ("pixel", ImageGrid::square(4, bad).is_err()),
-            ("FWHM", Blur::new([4; 2], [1.0; 2], bad).is_err()),
-            ("blur pitch", Blur::new([4; 2], [bad, 1.0], 1.0).is_err()),
+            ("pixel", ImageGrid::square(4, bad).err().is_some_and(slices)),
+            (
+                "FWHM",
+                Blur::new([4; 2], [1.0; 2], bad).err().is_some_and(slices),
+            ),
+            (
+                "blur pitch",
+                Blur::new([4; 2], [bad, 1.0], 1.0).err().is_some_and(slices),
+            ),
             (
                 "blurred sample",
                 Blur::new([2; 2], [1.0; 2], 1.0)
                     .and_then(|b| b.apply(&mut [1.0, 1.0, bad, 1.0]))
-                    .is_err(),
+                    .err()
+                    .is_some_and(slices),
             ),
             (
                 "mean counts",
-                poisson_counts(&[1.0, bad], CountScale::PerUnit(1.0), 0).is_err(),
+                poisson_counts(&[1.0, bad], CountScale::PerUnit(1.0), 0)
+                    .err()
+                    .is_some_and(slices),
             ),
             (
                 "count scale",
-                poisson_counts(&[1.0], CountScale::PerUnit(bad), 0).is_err(),
+                poisson_counts(&[1.0], CountScale::PerUnit(bad), 0)
+                    .err()
+                    .is_some_and(slices),
             ),
             (
                 "total counts",
-                poisson_counts(&[1.0], CountScale::Total(bad), 0).is_err(),
+                poisson_counts(&[1.0], CountScale::Total(bad), 0)
+                    .err()
+                    .is_some_and(slices),
             ),
             // heart-phantom
-            ("layer", at(bad, 0.1, 0.0).is_err()),
-            ("s", at(0.5, bad, 0.0).is_err()),
-            ("azimuth of a point", at(0.5, 0.1, bad).is_err()),
+            ("layer", at(bad, 0.1, 0.0).err().is_some_and(heart)),
+            ("s", at(0.5, bad, 0.0).err().is_some_and(heart)),
+            (
+                "azimuth of a point",
+                at(0.5, 0.1, bad).err().is_some_and(heart),
+            ),
             (
                 "tolerance of a region",
-                wall.region([0.0, 1.0], [0.0, 0.5], bad).is_err() || bad == f64::INFINITY,
+                wall.region([0.0, 1.0], [0.0, 0.5], bad)
+                    .err()
+                    .is_some_and(heart)
+                    || bad == f64::INFINITY,
             ),
             (
                 "sample of a volume",
-                Volume::new(grid, [bad as f32; 8].as_slice()).is_err(),
+                Volume::new(grid, [bad as f32; 8].as_slice())
+                    .err()
+                    .is_some_and(heart),
             ),
         ];
         for (entry, refused) in entries {
@@ -255,26 +384,34 @@ fn sizes_beyond_memory_are_refused_and_not_tried() {
     let body = body();
     // Counts whose product overflows, and one that is a number but no amount of memory.
     for n in [usize::MAX, 1 << 32, 1 << 21] {
-        assert!(VoxelGrid::cube(n, 1.0).is_err());
+        let many = |error: RevolveError| matches!(error, RevolveError::TooLarge { .. });
+        assert!(VoxelGrid::cube(n, 1.0).err().is_some_and(many), "{n}");
         let detector = ParallelDetector::new(n, n, [1.0; 2]);
         let seen = detector
             .and_then(|detector| detector.rays(0.0))
             .and_then(|rays| body.project::<f64>(&rays, &[1.0]));
-        assert!(seen.is_err(), "{n} x {n} bins");
+        assert!(seen.err().is_some_and(many), "{n} x {n} bins");
     }
     let grid = VoxelGrid::new([1 << 19, 1 << 19, 1 << 19], [1.0; 3], [0.0; 3]).expect("countable");
-    assert!(
-        body.voxelize::<f32>(&grid, Sampling::Centre, &[1.0])
-            .is_err()
-    );
-    assert!(
-        body.regions::<f32>(&grid, 0..1 << 19, Sampling::Centre)
-            .is_err()
-    );
+    assert!(matches!(
+        body.voxelize::<f32>(&grid, Sampling::Centre, &[1.0]),
+        Err(RevolveError::TooLarge { .. })
+    ));
+    assert!(matches!(
+        body.regions::<f32>(&grid, 0..1 << 19, Sampling::Centre),
+        Err(RevolveError::TooLarge { .. })
+    ));
     let huge = usize::MAX;
-    assert!(ParallelGeometry::arc_radians(huge, 1.0, huge, 1.0).is_err());
-    assert!(ImageGrid::square(huge, 1.0).is_err());
-    assert!(Blur::new([huge; 2], [1.0; 2], 1.0).is_err());
+    for refused in [
+        ParallelGeometry::arc_radians(huge, 1.0, huge, 1.0).err(),
+        ImageGrid::square(huge, 1.0).err(),
+        Blur::new([huge; 2], [1.0; 2], 1.0).err(),
+    ] {
+        assert!(
+            matches!(refused, Some(RadonError::TooLarge { .. })),
+            "{refused:?}"
+        );
+    }
     let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).expect("a balloon"));
     for discretisation in [
         Discretisation::FiniteDifferences { nodes: huge },
@@ -296,9 +433,13 @@ fn sizes_beyond_memory_are_refused_and_not_tried() {
             per_piece: 1 << 32,
         },
     ] {
+        let refused = Solver::new(&membrane, discretisation).err();
         assert!(
-            Solver::new(&membrane, discretisation).is_err(),
-            "{discretisation:?}"
+            matches!(
+                refused,
+                Some(NewtonError::Membrane(MembraneError::TooMany { .. }))
+            ),
+            "{discretisation:?}: {refused:?}"
         );
     }
 }
@@ -312,9 +453,16 @@ fn a_folder_that_cannot_be_written_to_is_an_error() {
     std::fs::write(&file, "x").expect("a file");
     // A file in place of the folder; a folder of the system that takes no files, whoever asks.
     for place in [file.as_path(), Path::new("/proc/self"), Path::new("/sys")] {
-        assert!(write_npy(&place.join("a.npy"), &[8], &[0.5_f32; 8]).is_err());
-        assert!(write_volume(&place.join("a.nii"), &volume, Format::Nifti).is_err());
-        assert!(heart_phantom::files::create_writable_folder(&place.join("sub")).is_err());
+        for refused in [
+            write_npy(&place.join("a.npy"), &[8], &[0.5_f32; 8]).err(),
+            write_volume(&place.join("a.nii"), &volume, Format::Nifti).err(),
+            heart_phantom::files::create_writable_folder(&place.join("sub")).err(),
+        ] {
+            assert!(
+                matches!(refused, Some(PhantomError::File { .. })),
+                "{refused:?}"
+            );
+        }
     }
     assert_eq!(
         std::fs::read_dir(folder.path()).expect("a folder").count(),
