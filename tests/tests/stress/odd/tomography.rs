@@ -88,7 +88,10 @@ fn reconstructions(geometry: &ParallelGeometry, grid: &ImageGrid, options: &FbpO
     for value in [1.0, f64::NAN, f64::INFINITY, 1e300, 5e-324] {
         let sinogram = vec![value; geometry.sinogram_len()];
         back(plan.reconstruct(&sinogram));
-        assert!(plan.reconstruct(&sinogram[1..]).is_err());
+        assert!(matches!(
+            plan.reconstruct(&sinogram[1..]),
+            Err(radon::RadonError::WrongLength { .. })
+        ));
         let mut scratch = plan.scratch();
         for (start, end) in [(0, 1), (1, 0), (0, 2), (usize::MAX, 0), (5, usize::MAX)] {
             let slices = start..end;
@@ -115,8 +118,14 @@ fn projections(geometry: &ParallelGeometry, grid: &ImageGrid, kernel: Kernel) {
         let data = vec![value; n];
         back(projector.forward(&image));
         back(projector.adjoint(&data));
-        assert!(projector.forward(&image[1..]).is_err());
-        assert!(projector.adjoint(&[value; 1][..0]).is_err());
+        assert!(matches!(
+            projector.forward(&image[1..]),
+            Err(radon::RadonError::WrongLength { .. })
+        ));
+        assert!(matches!(
+            projector.adjoint(&[value; 1][..0]),
+            Err(radon::RadonError::WrongLength { .. })
+        ));
         let stopping = Stopping::default()
             .with_max_iterations(2)
             .with_residual(value);
@@ -141,7 +150,10 @@ fn projections(geometry: &ParallelGeometry, grid: &ImageGrid, kernel: Kernel) {
         back(mlem(&projector, &data, &mut start(), &options));
         let wrong = options.with_background(vec![value; 1]);
         back(mlem(&projector, &data, &mut start(), &wrong));
-        assert!(mlem(&projector, &[], &mut [], &wrong).is_err());
+        assert!(matches!(
+            mlem(&projector, &[], &mut [], &wrong),
+            Err(radon::RadonError::WrongLength { .. })
+        ));
     }
     for k in SIZES {
         back(projector.forward_stack::<f32>(&[], k, order));
@@ -202,7 +214,10 @@ fn shapes() {
         back(Phantom2::shepp_logan(a));
         back(Phantom3::shepp_logan(b));
     }
-    assert!(Shape2::polygon(vec![]).is_err());
+    assert!(matches!(
+        Shape2::polygon(vec![]),
+        Err(radon::RadonError::DegeneratePolygon { .. })
+    ));
 }
 
 fn solid_means(solid: Option<Shape3>, [a, b]: [f64; 2]) {
