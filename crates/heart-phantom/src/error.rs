@@ -20,28 +20,28 @@ pub enum PhantomError {
         tolerance: f64,
     },
     /// A number is not finite or outside the range that makes sense.
-    #[error("{what} is {}, must be between {} and {}", Number(*given), Number(*min), Number(*max))]
+    #[error("{what} is {}, must be between {} and {}", Number(*given), Number(*least), Number(*most))]
     OutOfRange {
         /// Which quantity.
         what: &'static str,
         /// The value given.
         given: f64,
         /// Smallest value allowed.
-        min: f64,
+        least: f64,
         /// Largest value allowed.
-        max: f64,
+        most: f64,
     },
     /// A count is outside the range that makes sense.
-    #[error("{what} is {given}, must be between {min} and {max}")]
+    #[error("{what} is {given}, must be between {least} and {most}")]
     Count {
         /// Which quantity.
         what: &'static str,
         /// The value given.
         given: usize,
         /// Smallest value allowed.
-        min: usize,
+        least: usize,
         /// Largest value allowed.
-        max: usize,
+        most: usize,
     },
     /// A count must be even.
     #[error("{what} is {given}, must be even")]
@@ -63,7 +63,7 @@ pub enum PhantomError {
     },
     /// An array has the wrong length.
     #[error("{what}: {given} values given, {expected} expected")]
-    Length {
+    WrongLength {
         /// Which array.
         what: &'static str,
         /// Its length.
@@ -264,41 +264,41 @@ fn threads(given: usize) -> String {
     }
 }
 
-/// `given` if it is finite and within `min..=max`.
+/// `given` if it is finite and within `least..=most`.
 pub(crate) fn check(
     what: &'static str,
     given: f64,
-    min: f64,
-    max: f64,
+    least: f64,
+    most: f64,
 ) -> Result<f64, PhantomError> {
     // A NaN fails both comparisons.
-    if given >= min && given <= max {
+    if given >= least && given <= most {
         Ok(given)
     } else {
         Err(PhantomError::OutOfRange {
             what,
             given,
-            min,
-            max,
+            least,
+            most,
         })
     }
 }
 
-/// `given` if it is within `min..=max`.
+/// `given` if it is within `least..=most`.
 pub(crate) fn check_count(
     what: &'static str,
     given: usize,
-    min: usize,
-    max: usize,
+    least: usize,
+    most: usize,
 ) -> Result<usize, PhantomError> {
-    if (min..=max).contains(&given) {
+    if (least..=most).contains(&given) {
         Ok(given)
     } else {
         Err(PhantomError::Count {
             what,
             given,
-            min,
-            max,
+            least,
+            most,
         })
     }
 }

@@ -53,7 +53,7 @@ fn put_png(out: impl Write, picture: &Picture) -> Result<(), EncodingError> {
 ///
 /// # Errors
 /// As [`write_png`] with `.gif`; [`PhantomError::Count`] if there are no frames, and
-/// [`PhantomError::Length`] if a frame has another size than the first.
+/// [`PhantomError::WrongLength`] if a frame has another size than the first.
 pub fn write_gif(
     path: &Path,
     frames: &[Volume],
@@ -71,7 +71,7 @@ pub fn write_gif(
     let first = &pictures[0];
     for picture in &pictures {
         if (picture.width, picture.height) != (first.width, first.height) {
-            return Err(PhantomError::Length {
+            return Err(PhantomError::WrongLength {
                 what: "pixels of a frame",
                 given: picture.pixels.len(),
                 expected: first.pixels.len(),

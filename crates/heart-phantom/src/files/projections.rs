@@ -21,7 +21,7 @@ impl<'a> Projections<'a> {
     /// blur of a real collimator grows with it.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there are no views; [`PhantomError::Length`] if there is not one
+    /// [`PhantomError::Count`] if there are no views; [`PhantomError::WrongLength`] if there is not one
     /// sample for each view, row and bin; [`PhantomError::OutOfRange`] if an angle or a sample is
     /// not finite, the radius is not positive, or a length in millimetres does not fit into 32 bits.
     pub fn new(

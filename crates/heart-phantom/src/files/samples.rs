@@ -46,7 +46,7 @@ impl Samples<'_> {
         // A product that overflows is no slice's length.
         let expected = shape.iter().fold(1, |n: usize, &k| n.saturating_mul(k));
         if self.len() != expected {
-            return Err(PhantomError::Length {
+            return Err(PhantomError::WrongLength {
                 what,
                 given: self.len(),
                 expected,
@@ -58,8 +58,8 @@ impl Samples<'_> {
             return Err(PhantomError::OutOfRange {
                 what,
                 given: f64::from(given),
-                min: f64::from(f32::MIN),
-                max: f64::from(f32::MAX),
+                least: f64::from(f32::MIN),
+                most: f64::from(f32::MAX),
             });
         }
         Ok(())

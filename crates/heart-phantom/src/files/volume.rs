@@ -16,7 +16,7 @@ impl<'a> Volume<'a> {
     /// A volume from the grid that it was made on, so that it is written where it was drawn.
     ///
     /// # Errors
-    /// [`PhantomError::Length`] if there is not one sample a voxel; [`PhantomError::OutOfRange`] if a
+    /// [`PhantomError::WrongLength`] if there is not one sample a voxel; [`PhantomError::OutOfRange`] if a
     /// sample is not finite, or if spacing or origin in millimetres do not fit into 32 bits, as some
     /// formats keep them.
     pub fn new(grid: VoxelGrid, samples: impl Into<Samples<'a>>) -> Result<Self, PhantomError> {

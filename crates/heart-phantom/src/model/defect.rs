@@ -122,8 +122,8 @@ impl Placed {
             PhantomError::Count {
                 what: "pieces without overlap of the defects",
                 given: MOST_PIECES + 1,
-                min: 0,
-                max: MOST_PIECES,
+                least: 0,
+                most: MOST_PIECES,
             },
         )?;
         let wall = |shape: &HeartShape| {

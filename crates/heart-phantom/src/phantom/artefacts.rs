@@ -59,7 +59,7 @@ impl Phantom {
     /// [`Camera::grid`], of a camera whose pixels are a region those of the region only, as [`Phantom::volume`] and [`Phantom::truth`] have.
     ///
     /// # Errors
-    /// As [`Phantom::regions_of`]; [`PhantomError::Length`] for a volume or a truth of another number of voxels.
+    /// As [`Phantom::regions_of`]; [`PhantomError::WrongLength`] for a volume or a truth of another number of voxels.
     pub fn artefacts(
         &self,
         gate: usize,

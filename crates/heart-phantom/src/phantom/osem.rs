@@ -123,7 +123,7 @@ impl Phantom {
         let operator = self.model(osem, gate, &voxels, map)?;
         let expected = operator.data_len();
         if views.len() != expected {
-            return Err(PhantomError::Length {
+            return Err(PhantomError::WrongLength {
                 what: "views",
                 given: views.len(),
                 expected,

@@ -183,8 +183,8 @@ impl PhantomParts {
             None => Err(PhantomError::Count {
                 what: "pieces without overlap of the defects",
                 given: MOST_PIECES + 1,
-                min: 0,
-                max: MOST_PIECES,
+                least: 0,
+                most: MOST_PIECES,
             }),
         }
     }

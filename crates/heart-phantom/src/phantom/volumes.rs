@@ -47,7 +47,7 @@ impl Phantom {
     /// ([`Phantom::geometry`]).
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Radon`] or [`PhantomError::Length`] for a wrong length,
+    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Radon`] or [`PhantomError::WrongLength`] for a wrong length,
     /// [`PhantomError::Radon`] for a sample that is not finite, by [`Method::Fbp`] for an arc that is too short, by [`Method::Osem`] for a
     /// sample below zero.
     pub fn reconstruct(&self, gate: usize, views: &[f32]) -> Result<Vec<f32>, PhantomError> {

@@ -98,7 +98,7 @@ impl Measures {
     /// Measures of `volume`, and against `truth` if there is one; both `[z][y][x]`.
     ///
     /// # Errors
-    /// [`PhantomError::Length`] if a volume does not have the camera's number of voxels, [`PhantomError::Radon`] if the regions are
+    /// [`PhantomError::WrongLength`] if a volume does not have the camera's number of voxels, [`PhantomError::Radon`] if the regions are
     /// another camera's.
     pub fn of(
         volume: &[f32],
@@ -112,7 +112,7 @@ impl Measures {
             ("truth", truth.map(<[f32]>::len)),
         ] {
             if let Some(given) = given.filter(|&given| given != expected) {
-                return Err(PhantomError::Length {
+                return Err(PhantomError::WrongLength {
                     what,
                     given,
                     expected,

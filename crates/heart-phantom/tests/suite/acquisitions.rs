@@ -213,7 +213,7 @@ fn bad_input_is_refused_with_its_numbers() {
     ] {
         let refused = acquire(&heart, &turning, &cycle, long, WALL, &|_| ());
         assert!(
-            matches!(refused, Err(PhantomError::Count { given, max: 16_777_216, .. }) if given > 20_000_000),
+            matches!(refused, Err(PhantomError::Count { given, most: 16_777_216, .. }) if given > 20_000_000),
             "{refused:?}"
         );
     }
@@ -224,7 +224,7 @@ fn bad_input_is_refused_with_its_numbers() {
         camera.rays(2),
         Err(PhantomError::Count {
             given: 2,
-            max: 1,
+            most: 1,
             ..
         })
     ));

@@ -225,7 +225,7 @@ fn a_collimator_that_cannot_be_is_refused() {
     });
     let error = Phantom::new(near).unwrap().view(0, 0).unwrap_err();
     assert!(
-        matches!(error, PhantomError::OutOfRange { given: 4.0, min, .. } if min > 4.0),
+        matches!(error, PhantomError::OutOfRange { given: 4.0, least, .. } if least > 4.0),
         "{error:?}"
     );
     // 1.5 mm holes of 35 mm at 10 cm, with a crystal of 3.8 mm: (0.15 (3.4257 + 10) / 3.4257)^2 + 0.38^2.

@@ -316,7 +316,7 @@ fn parts_that_make_no_sense_are_refused() {
     let mut views = vec![1.0f32; 32 * phantom.camera().view_len()];
     assert!(matches!(
         phantom.reconstruct(0, &views[1..]),
-        Err(PhantomError::Length { .. })
+        Err(PhantomError::WrongLength { .. })
     ));
     views[7] = -1.0;
     assert!(matches!(

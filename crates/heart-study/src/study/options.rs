@@ -62,28 +62,30 @@ impl StudyOptions {
     }
 }
 
-fn check(what: &'static str, given: f64, min: f64, max: f64) -> Result<(), PhantomError> {
+fn check(what: &'static str, given: f64, least: f64, most: f64) -> Result<(), PhantomError> {
     let refused = PhantomError::OutOfRange {
         what,
         given,
-        min,
-        max,
+        least,
+        most,
     };
     // A NaN fails both comparisons.
-    (given >= min && given <= max).then_some(()).ok_or(refused)
+    (given >= least && given <= most)
+        .then_some(())
+        .ok_or(refused)
 }
 
 fn check_count(
     what: &'static str,
     given: usize,
-    min: usize,
-    max: usize,
+    least: usize,
+    most: usize,
 ) -> Result<(), PhantomError> {
     let refused = PhantomError::Count {
         what,
         given,
-        min,
-        max,
+        least,
+        most,
     };
-    (min..=max).contains(&given).then_some(()).ok_or(refused)
+    (least..=most).contains(&given).then_some(()).ok_or(refused)
 }

@@ -16,7 +16,7 @@ fn volumes_that_make_no_sense_are_refused() {
     let short = Volume::new(grid, &samples[1..]);
     assert!(matches!(
         short,
-        Err(PhantomError::Length {
+        Err(PhantomError::WrongLength {
             given: 59,
             expected: 60,
             ..
@@ -60,7 +60,7 @@ fn a_side_too_long_for_16_bits_is_refused_by_nifti_alone() {
                     refused(folder.path(), result),
                     PhantomError::Count {
                         given: 32768,
-                        max: 32767,
+                        most: 32767,
                         ..
                     }
                 ));
@@ -127,7 +127,7 @@ fn an_array_has_to_fill_its_shape() {
     let path = folder.path().join("a.npy");
     for shape in [&[2, 2][..], &[], &[usize::MAX, 2]] {
         let error = refused(folder.path(), write_npy(&path, shape, &[0.0; 3]));
-        assert!(matches!(error, PhantomError::Length { given: 3, .. }));
+        assert!(matches!(error, PhantomError::WrongLength { given: 3, .. }));
     }
     write_npy(&path, &[3, 1], &[0.5, 1.5, 2.5]).unwrap();
     let found = read_npy(&fs::read(&path).unwrap());
@@ -146,7 +146,7 @@ fn projections_that_make_no_sense_are_refused() {
     ));
     assert!(matches!(
         new(&[0.0, 1.0], RADIUS, &samples[1..]),
-        Err(PhantomError::Length { .. })
+        Err(PhantomError::WrongLength { .. })
     ));
     for bad in [f64::NAN, f64::INFINITY, 1e7] {
         let result = new(&[0.0, bad], RADIUS, &samples);

@@ -92,7 +92,7 @@ fn values_begin_at_a_multiple_of_64_bytes_and_a_65th_axis_is_refused() {
             bad,
             PhantomError::Count {
                 given: 65,
-                max: 64,
+                most: 64,
                 ..
             }
         ),

@@ -40,7 +40,7 @@ fn sections_are_laid_out_with_left_on_the_right_and_the_head_on_top() {
         bad,
         Err(PhantomError::Count {
             given: 3,
-            max: 2,
+            most: 2,
             ..
         })
     ));
@@ -88,6 +88,6 @@ fn a_gif_shows_each_frame_with_its_exact_greys() {
     ];
     assert!(matches!(
         write(&mixed, 0.1),
-        Err(PhantomError::Length { .. })
+        Err(PhantomError::WrongLength { .. })
     ));
 }

@@ -269,7 +269,7 @@ fn a_region_is_the_cut_from_the_whole() {
     assert!(
         matches!(
             other,
-            PhantomError::Length {
+            PhantomError::WrongLength {
                 given: 64_000,
                 expected: 16_000,
                 ..

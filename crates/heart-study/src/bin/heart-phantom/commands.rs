@@ -225,8 +225,8 @@ fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
         return Err(Failure::Phantom(PhantomError::OutOfRange {
             what: "phase",
             given: phase,
-            min: 0.0,
-            max: 1.0,
+            least: 0.0,
+            most: 1.0,
         }));
     }
     let phase = phase + 0.0; // -0 is 0
