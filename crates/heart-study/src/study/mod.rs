@@ -131,7 +131,8 @@ fn solve(
     let clock = run.clock();
     if let Some(gallery) = &mut gallery {
         run.stage("drawing");
-        pictures::direct(gallery, &report.rest, &direct)?;
+        pictures::rest(gallery, &report.rest);
+        pictures::direct(gallery, &direct)?;
         pictures::evolving(gallery, &evolving)?;
         pictures::pair(gallery, &states)?;
     }

@@ -25,12 +25,8 @@ const VIEW: View = View {
 /// Layers and cells of the mesh between the membranes.
 const WALL_MESH: (usize, usize) = (5, 60);
 
-/// Rest shapes and the direct method: Table 1, Fig. 8, Newton's residuals.
-pub(super) fn direct(
-    gallery: &mut Gallery<'_>,
-    rest: &report::Rest,
-    study: &DirectStudy,
-) -> Result<(), StudyError> {
+/// Rest shapes: Table 1.
+pub(super) fn rest(gallery: &mut Gallery<'_>, rest: &report::Rest) {
     gallery.section(
         "Rest shapes",
         vec![
@@ -62,7 +58,10 @@ pub(super) fn direct(
         &["measure", "polygon", "closed form", "relative difference"],
         rows,
     );
+}
 
+/// The direct method: Fig. 8, Newton's residuals.
+pub(super) fn direct(gallery: &mut Gallery<'_>, study: &DirectStudy) -> Result<(), StudyError> {
     let figures = &study.figures;
     gallery.section(
         "Direct method",

@@ -6,6 +6,7 @@ use crate::instant::{Instant, Step, add_slopes, slope};
 use crate::scheme::{Jacobian, Tableau};
 use crate::stage::{Equation, Stage};
 use crate::target::Target;
+use crate::work::Work;
 
 const MAX_ITERATIONS: usize = 40;
 /// The next iteration must promise to move positions by less than this fraction of the membrane's
@@ -103,10 +104,33 @@ impl ImplicitStages {
             }
             Jacobian::Exact | Jacobian::Band => false,
         };
-        let mut fresh = refresh || !stage.is_factored_for(h);
+        let fresh = refresh || !stage.is_factored_for(h);
         if fresh {
             stage.linearise(&eq, (&new.nodes, &new.velocity), new.intensity, work)?;
         }
+        self.contract(&eq, now, new, fresh, work)?;
+        body.pressure_into(time, &new.nodes, new.intensity, &mut new.pressure)?;
+        work.force_calls += 1;
+        slope(&new.velocity, &self.velocities, h, &mut new.acceleration);
+        new.measure(body.differences.ds());
+        Ok(())
+    }
+
+    /// Iterates until a stage is solved, linearising again where that no longer contracts; `fresh` if it was just linearised.
+    fn contract(
+        &mut self,
+        eq: &Equation<'_>,
+        now: &Instant,
+        new: &mut Instant,
+        mut fresh: bool,
+        work: &mut Work,
+    ) -> Result<(), ImplicitError> {
+        let Self {
+            stage,
+            positions,
+            velocities,
+        } = self;
+        let (body, time, dt, h) = (eq.body, eq.time, eq.dt, eq.h);
         let tolerance = SOLVE_TOLERANCE * body.length;
         let not_solved = |iterations, change| ImplicitError::StepNotSolved {
             time,
@@ -117,7 +141,7 @@ impl ImplicitStages {
         let mut last = f64::INFINITY;
         for iteration in 1..=MAX_ITERATIONS {
             let change = stage.iterate(
-                &eq,
+                eq,
                 (positions, velocities),
                 (&mut new.nodes, &mut new.velocity, &mut new.intensity),
                 work,
@@ -148,14 +172,10 @@ impl ImplicitStages {
                     new.nodes.copy_from_slice(&now.nodes);
                     new.intensity = now.intensity;
                 }
-                stage.linearise(&eq, (&new.nodes, &new.velocity), new.intensity, work)?;
+                stage.linearise(eq, (&new.nodes, &new.velocity), new.intensity, work)?;
             }
             last = change;
         }
-        body.pressure_into(time, &new.nodes, new.intensity, &mut new.pressure)?;
-        work.force_calls += 1;
-        slope(&new.velocity, velocities, h, &mut new.acceleration);
-        new.measure(body.differences.ds());
         Ok(())
     }
 }
