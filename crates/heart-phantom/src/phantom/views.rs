@@ -24,7 +24,7 @@ impl Phantom {
     }
 
     /// The angles from which the views of a gate are seen, each in the mean over its time, and the bins. Of a camera that turns
-    /// all the time they are not those of [`Camera::geometry`], unless the views see all of their time.
+    /// all the time they are not those of [`Camera::geometry`](crate::Camera::geometry), unless the views see all of their time.
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate.

@@ -33,7 +33,7 @@ impl Phantom {
         }
     }
 
-    /// The reconstruction of a gate, `[z][y][x]`: the voxels of [`Camera::grid`], of a camera whose pixels are a region those of the region
+    /// The reconstruction of a gate, `[z][y][x]`: the voxels of [`Camera::grid`](crate::Camera::grid), of a camera whose pixels are a region those of the region
     /// only.
     ///
     /// # Errors

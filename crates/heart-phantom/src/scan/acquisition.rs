@@ -83,7 +83,7 @@ impl TruthOf {
 pub struct Sinograms {
     /// Line integrals in cm times activity, index order `[view][row][bin]`, bin fastest.
     pub samples: Vec<f32>,
-    /// The mean angle in radians from which each view was taken: the camera's own ([`Camera::geometry`]), unless it turns and the
+    /// The mean angle in radians from which each view was taken: the camera's own ([`Camera::geometry`](crate::Camera::geometry)), unless it turns and the
     /// view does not see all of its time. What reconstructs has to use these.
     pub angles: Vec<f64>,
     /// Distinct phases that the views see; of means over volumes, distinct volumes.
