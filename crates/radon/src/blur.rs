@@ -26,7 +26,7 @@ use crate::error::{at_least, finite, length, positive, product, within, zeros};
 use crate::{RadonError, Sample};
 
 /// Weights beyond this many standard deviations are dropped.
-const REACH: f64 = 5.0;
+pub(crate) const REACH: f64 = 5.0;
 /// Newton's method takes three or four steps.
 const MOST_STEPS: usize = 20;
 

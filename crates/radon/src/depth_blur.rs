@@ -5,10 +5,13 @@
 
 use rayon::prelude::*;
 
-use crate::blur::{gaussian_of_integers, weigh};
-use crate::error::{finite, length, positive, within};
+use crate::blur::{REACH, gaussian_of_integers, weigh};
+use crate::error::{at_least, finite, length, positive, within};
 use crate::nodes::Nodes;
 use crate::{RadonError, Sample};
+
+/// Most weights of all blurs along an axis: 800 MB.
+const MOST_WEIGHTS: f64 = 1e8;
 
 /// Slabs of views `[row][slab][bin]`, blurred and added up: a plan, shared by threads.
 ///
@@ -38,13 +41,15 @@ pub struct DepthBlur {
 }
 
 impl DepthBlur {
-    /// A blur of slabs by these variances (cm^2), in any order, for bins and rows of `pitch` (cm); `tolerance` is that of the height of a
+    /// A blur of slabs by these variances (cm^2), in any order, one at least, for bins and rows of `pitch` (cm); `tolerance` is that of the height of a
     /// point's image, as a share of it.
     ///
     /// # Errors
-    /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a pitch; [`RadonError::OutOfRange`] for a variance below zero or a
-    /// tolerance not between 1e-12 and 1; [`RadonError::TooLarge`].
+    /// [`RadonError::TooFew`] for no slab; [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a pitch; [`RadonError::OutOfRange`]
+    /// for a variance below zero, a tolerance not between 1e-12 and 1, or variances that take more than 1e5 blurs or 1e8 weights;
+    /// [`RadonError::TooLarge`].
     pub fn new(variances: &[f64], pitch: [f64; 2], tolerance: f64) -> Result<Self, RadonError> {
+        at_least("slabs of a blur", variances.len(), 1)?;
         within("tolerance of a blur", tolerance, 1e-12, 1.0)?;
         for axis in 0..2 {
             positive("pitch", pitch[axis])?;
@@ -55,7 +60,10 @@ impl DepthBlur {
         let Nodes {
             variances: at,
             shares: slabs,
-        } = Nodes::new(variances, pitch, tolerance);
+        } = Nodes::new(variances, pitch, tolerance)?;
+        let widest = at.last().map_or(0.0, |variance| variance.sqrt());
+        let n = at.len() as f64 * REACH * widest / pitch[0].min(pitch[1]);
+        within("weights of a blur", n, 0.0, MOST_WEIGHTS)?;
         let weights = |variance: &f64| {
             let [bins, rows] = pitch.map(|pitch| gaussian_of_integers(variance.sqrt() / pitch));
             Ok([bins?, rows?])
@@ -80,7 +88,7 @@ impl DepthBlur {
     /// [`reach`](Self::reach) more on either side.
     ///
     /// # Errors
-    /// [`RadonError::WrongLength`] unless there are whole rows of all slabs, and enough of them; [`RadonError::NotFinite`] for a sample.
+    /// [`RadonError::TooFew`] for no bin; [`RadonError::WrongLength`] unless there are whole rows of all slabs, and enough of them; [`RadonError::NotFinite`] for a sample.
     pub fn apply<T: Sample>(
         &self,
         slabs: &[T],
@@ -88,11 +96,12 @@ impl DepthBlur {
         above: usize,
         out: &mut [T],
     ) -> Result<(), RadonError> {
-        let row = (n_bins * self.slabs.len()).max(1);
+        at_least("bins", n_bins, 1)?;
+        let row = n_bins.saturating_mul(self.slabs.len());
         let n_rows = slabs.len() / row;
         length("slabs", slabs.len(), n_rows * row)?;
-        length("rows", out.len(), out.len() / n_bins.max(1) * n_bins)?;
-        if (above * n_bins).saturating_add(out.len()) > n_rows * n_bins {
+        length("rows", out.len(), out.len() / n_bins * n_bins)?;
+        if (above.saturating_mul(n_bins)).saturating_add(out.len()) > n_rows * n_bins {
             length("rows", out.len(), n_rows.saturating_sub(above) * n_bins)?;
         }
         for sample in slabs {

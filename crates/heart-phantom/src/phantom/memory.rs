@@ -38,7 +38,7 @@ impl Memory {
 
 impl Phantom {
     /// The memory that a run takes at most; no shape is solved and no ray cast for it. What shapes take while views are taken can be
-    /// bounded ([`Phantom::with_memory`]).
+    /// bounded ([`Phantom::with_memory`]). What the slabs of a collimator's views take is known once [`Phantom::prepare`] was called.
     ///
     /// ```
     /// use heart_phantom::{Phantom, Scene};
@@ -85,9 +85,18 @@ impl Phantom {
             (true, Method::Fbp) => WORK_BYTES.min(8 * voxels),
             (true, Method::Osem(osem)) => self.bytes_of_osem(osem),
         };
+        // Two views a thread may be under way.
+        let slabs = (self.depth_known()).map_or(0, |depth| {
+            2 * rayon::current_num_threads() * depth.view_bytes()
+        });
         Memory {
             shapes: alive * (shape + defects) + fields,
-            views: points + if sees { copies * samples } else { 0 },
+            views: points
+                + if sees {
+                    copies * samples + slabs as u64
+                } else {
+                    0
+                },
             volumes: reconstruction
                 + voxels
                     * (4 * u64::from(reconstructs)

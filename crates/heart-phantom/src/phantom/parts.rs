@@ -3,9 +3,7 @@
 use super::method::Method;
 use super::output::{Output, Product};
 use crate::error::{PhantomError, check, check_count};
-use crate::model::Attenuation;
-use crate::model::{Background, MAX_ACTIVITY};
-use crate::model::{MOST_PIECES, without_overlap};
+use crate::model::{Attenuation, Background, MAX_ACTIVITY, MOST_PIECES, without_overlap};
 use crate::scan::{Accuracy, Collimation, Counts, Mode, Noise, STEPS};
 use crate::{Activity, Camera, Cycle, Defect, Heart};
 use radon::FbpOptions;
@@ -88,7 +86,7 @@ pub struct PhantomParts {
     pub truth_tolerance: f64,
     /// Material coordinate, above 0 (the base) and below 1/2 (the apex), of the wall's side, where thickness and blur are told.
     pub side: f64,
-    /// Distance of the detector from the axis: some file formats ask for it, nothing else does.
+    /// Distance of the collimator's face from the axis in cm, for [`PhantomParts::collimator`]; some file formats ask for it, too.
     pub radius: f64,
     /// What a run writes, and so what [`Phantom::prepare`](crate::Phantom::prepare) and [`Phantom::memory`](crate::Phantom::memory) count on;
     /// it is checked always, and written by `run` only, which comes with the feature `scene`.
@@ -129,11 +127,12 @@ impl PhantomParts {
             check(what, background.concentration, 0.0, MAX_ACTIVITY)?;
         }
         if self.organs.is_some() {
-            let around = self.attenuation.filter(|medium| medium.torso.is_none());
-            if around.is_none() || self.background.is_some() {
+            let what = "attenuation of the heart, which organs around it need";
+            let own = self.attenuation.ok_or(PhantomError::Absent { what })?;
+            if own.torso.is_some() || self.background.is_some() {
                 return Err(PhantomError::Unsupported {
                     format: "a heart with organs around it",
-                    what: "a background, a torso that attenuates, or no attenuation of its own",
+                    what: "a background, or a torso that attenuates, besides",
                 });
             }
         }

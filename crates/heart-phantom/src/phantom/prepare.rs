@@ -44,6 +44,9 @@ impl Phantom {
         let wants = |product| self.parts().output.write.contains(&product);
         let reconstructs = wants(Product::Reconstruction) || wants(Product::Pictures);
         let sees = wants(Product::Projections) || reconstructs;
+        if sees {
+            self.depth()?;
+        }
         if reconstructs {
             self.try_reconstruction()?;
         }

@@ -133,7 +133,6 @@ impl Phantom {
             let mut taken = scan.rows(views, rows_there, progress)?;
             self.work.rays(taken.rays);
             taken.samples = self.middle(&taken.samples, depth.margin[0]);
-            self.readout.blur(&mut taken.samples, &rows)?;
             return Ok(taken);
         }
         let Some(wide) = self.wide()? else {
@@ -165,7 +164,7 @@ impl Phantom {
     }
 
     /// What blurs by depth; `None` without a collimator.
-    fn depth(&self) -> Result<Option<&Depth>, PhantomError> {
+    pub(super) fn depth(&self) -> Result<Option<&Depth>, PhantomError> {
         if self.depth.get().is_none() {
             let made = match &self.parts.collimator {
                 Some(collimation) if collimation.response.variance(f64::MAX) > 0.0 => {
@@ -182,7 +181,12 @@ impl Phantom {
             // Another thread may have been first, with the same.
             let _ = self.depth.set(made);
         }
-        Ok(self.depth.get().and_then(Option::as_ref))
+        Ok(self.depth_known())
+    }
+
+    /// The same, once it was made.
+    pub(super) fn depth_known(&self) -> Option<&Depth> {
+        self.depth.get().and_then(Option::as_ref)
     }
 
     /// The camera that sees all that the blur brings into the views; `None` where the camera does.

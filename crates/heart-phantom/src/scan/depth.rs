@@ -2,8 +2,8 @@
 //!
 //! The collimator's face is ahead of the rays, at `t = R` from the axis. Slab `k` is between the planes `t_k` and `t_(k + 1)`, its
 //! content exact; at the distance `d = R - t` it is seen `sigma(d)` wide. All of a slab is blurred alike, by the variance of its middle
-//! less `slope^2 h^2 / 12` for a thickness `h`: so the variance of a view is that of its lines plus the mean of `sigma(d)^2` to
-//! the fourth order in `h` where content changes smoothly with depth (midpoint rule, Euler-Maclaurin), and the view itself is right to the second.
+//! less `slope^2 h^2 / 12` for a thickness `h`: the variance of a view is that of its lines plus the mean of `sigma(d)^2`, and of that
+//! mean the errors of second order in `h` cancel where content changes smoothly with depth (midpoint rule, Euler-Maclaurin).
 
 use super::camera::Camera;
 use super::wide::widened;
@@ -14,6 +14,9 @@ use std::ops::Range;
 /// Fewest slabs where depth makes a difference, and most.
 const FEWEST_SLABS: f64 = 12.0;
 const MOST_SLABS: f64 = 2048.0;
+
+/// What has to be more than anything that is seen is from the axis.
+pub(crate) const FACE: &str = "distance of the collimator's face from the axis";
 
 /// Collimator and crystal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,8 +48,7 @@ impl Depth {
         radius: f64,
         extent: [f64; 2],
     ) -> Result<Self, PhantomError> {
-        let what = "distance of the collimator's face from the axis";
-        check(what, radius, extent[0], f64::MAX)?;
+        check(FACE, radius, extent[0], f64::MAX)?;
         let (response, side) = (&collimation.response, extent[0]);
         let near = response.sigma(radius - side);
         // slope^2 h^2 / 12 below the tolerance of the smallest variance; one slab where depth makes no difference.
@@ -74,6 +76,11 @@ impl Depth {
             planes,
             blur,
         })
+    }
+
+    /// Bytes that a view under way takes: its slabs, both halves of its rule and one point of it, and the images that are blurred.
+    pub(crate) fn view_bytes(&self) -> usize {
+        4 * self.camera.view_len() * (3 * (self.planes.len() + 1) + self.blur.n_nodes() + 2)
     }
 
     /// The rows of the wide camera that some of its rows, once blurred, are made of.

@@ -22,6 +22,8 @@ pub use camera::{Camera, CameraGeometry, Rotation};
 pub(crate) use camera::{MOST_SAMPLES, VOXELS};
 pub use depth::Collimation;
 pub(crate) use depth::Depth;
+#[cfg(feature = "scene")]
+pub(crate) use depth::FACE;
 pub(crate) use readout::Readout;
 pub use settings::{Accuracy, Counts, Mode, Noise};
 #[cfg(feature = "scene")]

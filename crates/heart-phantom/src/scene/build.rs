@@ -1,8 +1,7 @@
 //! From a scene's settings to the parts of a phantom: degrees become radians, settings the domain's own types.
 
 use crate::error::PhantomError;
-use crate::model::Attenuation;
-use crate::model::Background;
+use crate::model::{Attenuation, Background};
 use crate::phantom::PhantomParts;
 use crate::scan::{CameraGeometry, Collimation};
 use crate::scene::{

@@ -310,7 +310,7 @@ pub struct CameraSettings {
     pub rotation: Rotation,
     /// Seconds from the start of a view to the start of the next; a camera that stops takes no time to move.
     pub seconds_per_view: f64,
-    /// Distance of the detector from the axis in cm: some file formats ask for it, nothing else does.
+    /// Distance of the collimator's face from the axis in cm, for `[collimator]`; some file formats ask for it, too.
     pub radius: f64,
 }
 

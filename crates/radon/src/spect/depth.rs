@@ -43,7 +43,7 @@ impl<T: Sample> Depths<T> {
         let Nodes {
             variances: at,
             shares,
-        } = Nodes::new(variances, pitch, tolerance);
+        } = Nodes::new(variances, pitch, tolerance)?;
         let step = STEP * pitch[0].max(pitch[1]).powi(2);
         let node = |(j, &variance): (usize, &f64)| {
             let parent = at[..j].iter().rposition(|&w| variance - w >= step);

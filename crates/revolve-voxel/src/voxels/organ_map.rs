@@ -68,7 +68,7 @@ impl OrganShape {
 impl Organs {
     /// What `of` says of the organs, as its mean over every voxel in some slices, `[z][y][x]`; 0 where there is none.
     ///
-    /// Of an organ, covered fractions are right to some 1e-4; where the surfaces of several pass one voxel, what a later one leaves of an
+    /// Covered fractions of a cylinder are exact, those of an ellipsoid the mean of eight exact sections; where the surfaces of several pass one voxel, what a later one leaves of an
     /// earlier one is taken as if they were independent: `(1 - f) v + f w`.
     ///
     /// ```

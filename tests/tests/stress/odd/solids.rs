@@ -3,8 +3,9 @@
 use super::{ODD, SIZES, back, pairs};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, Unit, Vector3};
 use revolve_voxel::{
-    Attenuator, Body, Curve, EllipticCylinder, Mask, Medium, Meridian, ParallelDetector,
-    ParallelRays, Piece, Pose, Ray, Sampling, Sector, Shell, Sweep, VoxelGrid,
+    Attenuator, Body, Curve, Ellipsoid, EllipticCylinder, Mask, Medium, Meridian, Organ,
+    OrganShape, Organs, ParallelDetector, ParallelRays, Piece, Pose, Ray, Sampling, Sector, Shell,
+    Sweep, VoxelGrid,
 };
 
 fn meridians() -> Vec<Meridian> {
@@ -167,6 +168,19 @@ fn revolve_voxel_takes_anything() {
             back(torso.voxelize_add(&grids[0], 0..1, b, &mut [0.0; 6]));
             torso.span(&rays[0]);
         }
+        if let Some(ball) = back(Ellipsoid::new([a, 0.0, b], [1.0, b, a])) {
+            let shape = OrganShape::Ellipsoid(ball);
+            let organ = Organ {
+                shape,
+                activity: b,
+                attenuation: a,
+            };
+            if let Some(organs) = back(Organs::new(vec![organ])) {
+                organs.pieces(&rays[0]);
+                back(organs.voxelize::<f64>(&grids[0], 0..1, |organ| organ.activity));
+            }
+        }
+        back(rasters[0].clone().with_planes(&[a, b]));
         shells([a, b]);
         let mask = Mask::new([2, 1, 3], vec![true, false, true, true, true, false]);
         mask.expect("six voxels").farther_than(a);

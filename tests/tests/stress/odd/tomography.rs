@@ -2,10 +2,10 @@
 
 use super::{ODD, SIZES, back, pairs};
 use radon::{
-    ArcPolicy, BinSampling, Blur, CglsOptions, CountScale, EdgePolicy, EmOptions, FbpOptions,
-    FbpPlan, ImageGrid, Kernel, MaskedStats, ParallelGeometry, Phantom2, Phantom3, Projector,
-    Shape2, Shape3, SirtOptions, SliceAxis, StackOrder, Stopping, Window, cgls, mlem,
-    poisson_counts, ramp_sample, rmse_within, sirt,
+    ArcPolicy, BinSampling, Blur, CglsOptions, Collimator, CountScale, DepthBlur, EdgePolicy,
+    EmOptions, FbpOptions, FbpPlan, ImageGrid, Kernel, MaskedStats, ParallelGeometry, Phantom2,
+    Phantom3, Projector, Shape2, Shape3, SirtOptions, SliceAxis, StackOrder, Stopping, Window,
+    cgls, mlem, poisson_counts, ramp_sample, rmse_within, sirt,
 };
 
 #[test]
@@ -27,6 +27,20 @@ fn radon_takes_anything() {
             slices.slice_centre(usize::MAX);
         }
         back(Blur::new([4, 3], [1.0, a], b));
+        for blur in [
+            DepthBlur::new(&[a, b], [1.0; 2], 1e-3),
+            DepthBlur::new(&[0.0, 1.0], [a, b], 1e-12),
+            DepthBlur::new(&[], [1.0; 2], a),
+        ] {
+            if let Some(blur) = back(blur) {
+                for n in SIZES {
+                    back(blur.apply(&[a, b, 1.0, 0.0], n, n, &mut [0.0; 2]));
+                }
+            }
+        }
+        if let Some(response) = back(Collimator::new(a, b, 0.1)) {
+            response.sigma(b);
+        }
         back(poisson_counts(&[a as f32, 1.0], CountScale::PerUnit(b), 7));
         back(poisson_counts(&[a, 1.0], CountScale::Total(b), 7));
         Window::Hann.gain(a);
