@@ -2,6 +2,8 @@
 //! finite-difference system; the error is printed beside each time. The other rival, SciPy's
 //! `solve_bvp`, runs from peers/solve_bvp.py on the same problem.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use std::hint::black_box;
 
 use benches::{Effort, Row, timed};

@@ -1,5 +1,7 @@
 //! The moving membrane: a step's cost against N, and time against error beside diffsol.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use std::hint::black_box;
 use std::time::Duration;
 

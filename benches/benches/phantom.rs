@@ -1,6 +1,8 @@
 //! Benches of the phantom group: the sinogram of the posed wall from exact chords, and by the usual way over voxels and a
 //! projector, on the same camera; the time average against the number of phases. Errors are printed beside the times.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use std::hint::black_box;
 use std::time::Instant;
 

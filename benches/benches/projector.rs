@@ -3,6 +3,8 @@
 //! The object is a tilted thick shell whose projections are known exactly; each rival's relative L2 error against rays
 //! through the bin centres and against bin means is printed and asserted before it is timed.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use std::cell::LazyCell;
 use std::hint::black_box;
 

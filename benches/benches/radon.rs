@@ -1,5 +1,7 @@
 //! FBP and projectors beside a textbook version, on one Shepp-Logan phantom; each row's error is checked and printed.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use std::f64::consts::PI;
 use std::hint::black_box;
 

@@ -2,6 +2,8 @@
 //!
 //! Each bench asserts its answer first; the errors are printed beside the times.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::hint::black_box;
 

@@ -4,6 +4,8 @@
 //! The object is a Gaussian hill off the centre of a cylinder of water, whose views are an integral over depth and bins of smooth
 //! functions; each rival's relative L2 error against that is printed and asserted before it is timed.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use std::cell::LazyCell;
 use std::f64::consts::{LN_2, PI};
 use std::hint::black_box;

@@ -16,6 +16,8 @@
 //! }
 //! ```
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use std::hint::black_box;
 use std::time::Instant;
 

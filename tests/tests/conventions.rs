@@ -2,6 +2,8 @@
 //!
 //! The objects lie off the centre and differ from all their mirror images, so no sign can be wrong in both crates unseen.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use nalgebra::Vector3;
 use radon::{
     BinSampling, FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, Phantom3, Shape2, Shape3,

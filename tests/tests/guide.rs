@@ -1,5 +1,7 @@
 //! What `docs/guide-physicists.md` and `docs/pressure.md` show is what the program takes and says, and the crates compute.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use heart_phantom::scene::Scene;
 use membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, PairEquilibrium,

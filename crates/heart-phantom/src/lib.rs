@@ -54,15 +54,6 @@
 //!
 //! The paper's figures, its study as a whole and the command line are in the crate `heart-study`, above this one.
 
-#![cfg_attr(
-    not(test),
-    warn(
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::unreachable,
-        clippy::panic
-    )
-)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod error;

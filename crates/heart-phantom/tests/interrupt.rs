@@ -1,5 +1,7 @@
 //! What is left when writes are cut short: what was there. A program of its own: what is held is held for the whole process. Nothing
 //! here waits for a time to pass.
+
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 #![cfg(unix)] // where a file that is open can be removed
 
 use heart_phantom::files::{self, write_atomically};

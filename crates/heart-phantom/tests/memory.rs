@@ -1,5 +1,7 @@
 //! What a run takes from the heap at most, against what was said before. A program of its own: the counter is the process's.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use heart_phantom::scene::{
     Accuracy, AttenuationSettings, CollimatorSettings, Counts, DiscretisationSettings,
     HolesSettings, MediumSettings, Method, Mode, Noise, Osem, Product, Scene,

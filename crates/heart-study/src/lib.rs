@@ -16,16 +16,6 @@
 //!
 //! Conventions, units and index orders are those of [`heart_phantom`].
 
-#![cfg_attr(
-    not(test),
-    warn(
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::unreachable,
-        clippy::panic
-    )
-)]
-
 mod error;
 pub mod figures;
 mod study;

@@ -38,16 +38,6 @@
 //! Reference: Rohmer, Sitek, Gullberg, Simulation of the Beating Heart Based on Physically
 //! Modeling a Deformable Balloon, 2006, hal-03929238, with its misprints corrected.
 
-#![cfg_attr(
-    not(test),
-    warn(
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::unreachable,
-        clippy::panic
-    )
-)]
-
 mod band;
 mod chebyshev;
 mod closed_form;

@@ -33,16 +33,6 @@
 //! CAD 4 (1985) 436-451; Hosea and Shampine, Appl. Numer. Math. 20 (1996) 21-37.
 //! Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.12 and VII.
 
-#![cfg_attr(
-    not(test),
-    warn(
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::unreachable,
-        clippy::panic
-    )
-)]
-
 mod body;
 mod drive;
 mod energy;

@@ -1,5 +1,7 @@
 //! Inside a step nothing is allocated.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use std::alloc::System;
 
 use membrane_implicit::{

@@ -36,16 +36,6 @@
 //! Problems, 2004, doi:10.1007/978-3-642-23899-4; Trefethen, Spectral Methods in MATLAB, 2000,
 //! doi:10.1137/1.9780898719598.
 
-#![cfg_attr(
-    not(test),
-    warn(
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::unreachable,
-        clippy::panic
-    )
-)]
-
 mod banded;
 mod border;
 mod bordered;

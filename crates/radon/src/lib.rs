@@ -65,16 +65,6 @@
 //! 1985, doi:10.1118/1.595715.
 
 #![cfg_attr(docsrs, feature(doc_cfg))]
-#![cfg_attr(
-    not(test),
-    warn(
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::unreachable,
-        clippy::panic
-    )
-)]
-
 mod blur;
 mod compiled;
 mod depth_blur;

@@ -1,5 +1,7 @@
 //! What a run takes from the heap at most, against what the plan said before.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use peak_alloc::PeakAlloc;
 use radon::{
     FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, RadonError, StackOrder,

@@ -1,5 +1,7 @@
 //! Throughput of chords, views and voxels for a dilated two-membrane body.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, Sampling, VoxelGrid};
 use std::f64::consts::{FRAC_PI_4, PI};
 

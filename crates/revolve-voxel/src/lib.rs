@@ -60,16 +60,6 @@
 //! Plane through a box: Scardovelli and Zaleski, J. Comput. Phys. 164 (2000) 228, <https://doi.org/10.1006/jcph.2000.6567>.
 //! The bodies of the heart phantom: Rohmer, Sitek and Gullberg 2006 (hal-03929238).
 
-#![cfg_attr(
-    not(test),
-    warn(
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::unreachable,
-        clippy::panic
-    )
-)]
-
 mod counters;
 mod error;
 mod rays;

@@ -3,6 +3,8 @@
 //! Nothing here calls the crates: the formulas stand as printed and as corrected, side by side, on a discretisation written
 //! from scratch. That the crates use the corrected ones is the business of their own tests.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 mod measures;
 mod membrane;
 mod motion;

@@ -220,7 +220,7 @@ fn check_counts(
     let counts = with_threads(1, draw).ok()?;
     assert!(counts == with_threads(2, draw).expect("as with one thread"));
     let CountScale::Total(total) = scale else {
-        unreachable!("a total was asked for")
+        panic!("a total was asked for")
     };
     let sum: f64 = counts.iter().sum();
     // Eight standard deviations, in a number of scenes that will never be reached.

@@ -81,21 +81,30 @@ fn versions_beside_paths(path: &str, manifest: &Table) -> Vec<Finding> {
 
 /// Fields every package carries, and those a published one needs besides.
 fn package_fields(path: &str, manifest: &Table) -> Vec<Finding> {
-    let mut needed = vec!["license", "description", "edition", "rust-version"];
+    let mut needed = vec![
+        "package.license",
+        "package.description",
+        "package.edition",
+        "package.rust-version",
+        "lints.workspace",
+    ];
     let folder = path
         .strip_prefix("crates/")
         .and_then(|rest| rest.strip_suffix("/Cargo.toml"));
     if folder.is_some() {
-        needed.extend(["keywords", "categories", "readme", "metadata.docs.rs"]);
+        needed.extend([
+            "package.keywords",
+            "package.categories",
+            "package.readme",
+            "package.metadata.docs.rs",
+        ]);
     }
     let mut findings = Vec::new();
     for field in needed {
-        let mut value = manifest.get("package");
-        for key in field.split('.') {
-            value = value.and_then(|table| table.get(key));
-        }
-        if value.is_none() {
-            findings.push(Finding::new(path, 0, format!("[package] has no `{field}`")));
+        let mut keys = field.split('.');
+        let table = keys.next().and_then(|key| manifest.get(key));
+        if keys.fold(table, |table, key| table?.get(key)).is_none() {
+            findings.push(Finding::new(path, 0, format!("`{field}` is missing")));
         }
     }
     let text = |table: &str, key: &str| {
@@ -147,7 +156,7 @@ mod tests {
             .collect()
     }
 
-    const COMPLETE: &str = "[package]\nname = \"radon-fbp\"\nlicense.workspace = true\ndescription = \"x\"\nedition = \"2024\"\n\
+    const COMPLETE: &str = "lints.workspace = true\n[package]\nname = \"radon-fbp\"\nlicense.workspace = true\ndescription = \"x\"\nedition = \"2024\"\n\
         rust-version = \"1.89\"\nkeywords = [\"a\"]\ncategories = [\"b\"]\nreadme = \"README.md\"\n\
         [package.metadata.docs.rs]\nall-features = true\n[lib]\nname = \"radon\"\n";
 
@@ -201,9 +210,10 @@ mod tests {
 
     #[test]
     fn packages_outside_crates_stay_unpublished() {
-        let manifest = "[package]\nname = \"x\"\nlicense = \"MIT\"\ndescription = \"x\"\nedition = \"2024\"\nrust-version = \"1.89\"\n";
+        let manifest = "lints.workspace = true\n[package]\nname = \"x\"\nlicense = \"MIT\"\ndescription = \"x\"\nedition = \"2024\"\nrust-version = \"1.89\"\n";
         assert_eq!(findings("xtask/Cargo.toml", manifest).len(), 1);
-        assert!(findings("xtask/Cargo.toml", &format!("{manifest}publish = false\n")).is_empty());
+        let publish = manifest.replace("[package]\n", "[package]\npublish = false\n");
+        assert!(findings("xtask/Cargo.toml", &publish).is_empty());
     }
 
     #[test]

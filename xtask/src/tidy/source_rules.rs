@@ -28,7 +28,8 @@ pub(crate) fn check(path: &str, text: &str) -> Vec<Finding> {
             let message = "`#[ignore]`: make the test run, or guard it by a documented variable";
             findings.push(Finding::new(path, at + 1, message));
         }
-        let allows = line.contains("(unsafe_code)") && line.trim_start().starts_with("#");
+        let names = |mark| line.trim_start().starts_with(mark) && line.contains("unsafe_code");
+        let allows = names("#") || names("unsafe_code");
         if allows && !path.starts_with(UNSAFE_FOLDER) {
             let message = format!("`unsafe` outside {UNSAFE_FOLDER}");
             findings.push(Finding::new(path, at + 1, message));
@@ -206,6 +207,10 @@ mod tests {
     fn unsafe_is_allowed_in_one_folder() {
         let allows = "//! This.\n#![allow(unsafe_code)]\n";
         breaks(allows, 2);
+        breaks(
+            "//! This.\n#![allow(\n    missing_docs,\n    unsafe_code\n)]\n",
+            4,
+        );
         keeps(&format!("{UNSAFE_FOLDER}mod.rs"), allows);
     }
 

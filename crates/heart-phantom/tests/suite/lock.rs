@@ -99,7 +99,7 @@ fn the_lock_of_a_process_that_was_killed_is_taken_over() {
         let _held = lock_folder(Path::new(&folder)).unwrap();
         println!("held");
         let input = std::io::stdin().read(&mut [0]);
-        unreachable!("{input:?}");
+        panic!("{input:?}");
     }
     let folder = tempfile::tempdir().unwrap();
     let mut child = Command::new(std::env::current_exe().unwrap())

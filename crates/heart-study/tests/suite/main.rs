@@ -1,5 +1,7 @@
 //! Everything about this crate, in one program: what is generic is compiled once. What ends a process is in `interrupt.rs`.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 mod cli;
 mod cli_check;
 mod cli_folder;

@@ -1,5 +1,7 @@
 //! Everything about this crate, in one program: what is generic is compiled once.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 mod bad_inputs;
 mod half;
 mod oracle;

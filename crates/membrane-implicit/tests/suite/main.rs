@@ -1,5 +1,7 @@
 //! Everything about this crate, in one program: what is generic is compiled once. What counts allocations is in `allocation.rs`.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 #[path = "../common/mod.rs"]
 mod common;
 

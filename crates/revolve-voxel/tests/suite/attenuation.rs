@@ -142,7 +142,7 @@ fn quadrature(body: &Body, ray: &Ray, activity: &[f64], mu: f64, medium: Medium)
                 let [c, a] = [torso.centre(), torso.semi_axes()];
                 ((p.x - c[0]) / a[0]).hypot((p.y - c[1]) / a[1]) < 1.0
             }
-            _ => unreachable!(),
+            _ => panic!("three media"),
         };
         let step = if weakens { mu * h } else { 0.0 };
         let inside = (0..2).find(|&layer| body.signed_distance(layer, &p).unwrap() < 0.0);

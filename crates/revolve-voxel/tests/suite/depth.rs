@@ -65,7 +65,7 @@ fn held(heart: &Body, organs: &Organs, p: &Point3<f64>) -> [f64; 2] {
             let share = |k: usize| ((p[k] - e.centre()[k]) / e.semi_axes()[k]).powi(2);
             share(0) + share(1) + share(2) < 1.0
         }
-        _ => unreachable!("there are two shapes"),
+        _ => panic!("there are two shapes"),
     };
     let organ = organs.as_slice().iter().rev().find(|o| holds(&o.shape));
     organ.map_or([0.0; 2], |o| [o.activity, o.attenuation])
