@@ -86,8 +86,8 @@ pub use phantom::{
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use scan::ViewReport;
 pub use scan::{
-    Accuracy, Acquisition, Camera, CameraGeometry, Collimation, Counts, Mode, Noise, Rotation,
-    Sinograms, TruthOf, ViewTime, acquire,
+    Accuracy, Acquisition, Camera, CameraGeometry, Collimation, Counting, Counts, Decay, Mode,
+    Noise, Rotation, Sinograms, TruthOf, ViewTime, acquire,
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]

@@ -200,6 +200,7 @@ fn acquired(projections: &Projections, turn: &Turn) -> String {
     let [views, rows, bins] = projections.shape();
     let [pitch_bin, pitch_row] = projections.detector().pitch().map(millimetres);
     let radius = millimetres(projections.radius());
+    let counts = counts(projections.counts_per_unit());
     let Turn { start, extent, .. } = turn;
     let direction = match turn.direction {
         Direction::Cw => "CW",
@@ -218,8 +219,20 @@ fn acquired(projections: &Projections, turn: &Turn) -> String {
          start angle := {start}\n\
          orbit := circular\n\
          Radius := {radius}\n\
+         {counts}\
          !END OF INTERFILE :=\n"
     )
+}
+
+/// A comment, for Interfile has no such key: expected counts of a sample of 1, one number if all views have the same.
+fn counts(each: Option<&[f64]>) -> String {
+    let Some(counts) = each else {
+        return String::new();
+    };
+    let alike = counts.iter().all(|count| *count == counts[0]);
+    let told = &counts[..if alike { 1 } else { counts.len() }];
+    let told: Vec<String> = told.iter().map(f64::to_string).collect();
+    format!(";# counts per unit := {}\n", told.join(", "))
 }
 
 /// How the camera turns, in degrees.

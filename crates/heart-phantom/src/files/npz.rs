@@ -22,7 +22,8 @@ pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomEr
     )
 }
 
-/// Arrays `samples` [view][row][bin], `angles_rad`, `pitch_cm` and `first_cm` (bin, row), `radius_cm`.
+/// Arrays `samples` [view][row][bin], `angles_rad`, `pitch_cm` and `first_cm` (bin, row), `radius_cm`; `counts_per_unit` of each view, if
+/// it is known.
 pub(super) fn write_projections(
     path: &Path,
     projections: &Projections,
@@ -32,7 +33,9 @@ pub(super) fn write_projections(
         archive.array("angles_rad", projections.angles())?;
         archive.array("pitch_cm", &projections.detector().pitch())?;
         archive.array("first_cm", &projections.first())?;
-        archive.array("radius_cm", &[projections.radius()])
+        archive.array("radius_cm", &[projections.radius()])?;
+        (projections.counts_per_unit())
+            .map_or(Ok(()), |counts| archive.array("counts_per_unit", counts))
     })
 }
 

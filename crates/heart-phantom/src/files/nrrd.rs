@@ -42,13 +42,18 @@ pub(super) fn write_projections(
          angles_rad:=",
         millimetres(projections.radius())
     );
-    for (k, angle) in projections.angles().iter().enumerate() {
-        let gap = if k == 0 { "" } else { " " };
-        // Writing into a String does not fail.
-        let _ = write!(fields, "{gap}{angle}");
-    }
+    fields += &spaced(projections.angles());
     fields.push('\n');
+    if let Some(counts) = projections.counts_per_unit() {
+        // Writing into a String does not fail.
+        let _ = writeln!(fields, "counts_per_unit:={}", spaced(counts));
+    }
     write(path, &fields, projections.samples())
+}
+
+fn spaced(numbers: &[f64]) -> String {
+    let texts: Vec<String> = numbers.iter().map(f64::to_string).collect();
+    texts.join(" ")
 }
 
 fn write(path: &Path, fields: &str, samples: Samples) -> Result<(), PhantomError> {

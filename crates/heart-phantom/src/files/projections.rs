@@ -11,6 +11,7 @@ pub struct Projections<'a> {
     angles: &'a [f64],
     radius: f64,
     samples: Samples<'a>,
+    counts: Option<&'a [f64]>,
 }
 
 impl<'a> Projections<'a> {
@@ -49,7 +50,37 @@ impl<'a> Projections<'a> {
             angles,
             radius,
             samples,
+            counts: None,
         })
+    }
+
+    /// The same with the expected counts of a sample of 1 in each view, which headers then tell.
+    ///
+    /// # Errors
+    /// [`PhantomError::WrongLength`] unless there is one for each view; [`PhantomError::OutOfRange`] if one is not finite and positive.
+    pub fn with_counts_per_unit(mut self, counts: &'a [f64]) -> Result<Self, PhantomError> {
+        if counts.len() != self.angles.len() {
+            return Err(PhantomError::WrongLength {
+                what: "counts of a sample of 1",
+                given: counts.len(),
+                expected: self.angles.len(),
+            });
+        }
+        for &count in counts {
+            check(
+                "counts of a sample of 1",
+                count,
+                f64::MIN_POSITIVE,
+                f64::MAX,
+            )?;
+        }
+        self.counts = Some(counts);
+        Ok(self)
+    }
+
+    /// Expected counts of a sample of 1 in each view, if they are known.
+    pub fn counts_per_unit(&self) -> Option<&'a [f64]> {
+        self.counts
     }
 
     /// The detector.

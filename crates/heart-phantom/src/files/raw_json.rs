@@ -23,7 +23,7 @@ pub(super) fn write_projections(
     path: &Path,
     projections: &Projections,
 ) -> Result<(), PhantomError> {
-    let header = json!({
+    let mut header = json!({
         "order": ["view", "row", "bin"],
         "shape": projections.shape(),
         "pitch_cm": projections.detector().pitch(),
@@ -31,6 +31,9 @@ pub(super) fn write_projections(
         "angles_rad": projections.angles(),
         "radius_cm": projections.radius(),
     });
+    if let Some(counts) = projections.counts_per_unit() {
+        header["counts_per_unit"] = counts.into();
+    }
     write(path, header, projections.samples())
 }
 

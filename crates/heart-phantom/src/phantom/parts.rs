@@ -4,8 +4,8 @@ use super::method::Method;
 use super::output::{Output, Product};
 use crate::error::{PhantomError, check, check_count};
 use crate::model::{Attenuation, Background, MAX_ACTIVITY, MOST_PIECES, without_overlap};
-use crate::scan::{Accuracy, Collimation, Counts, Mode, Noise, STEPS};
-use crate::{Activity, Camera, Cycle, Defect, Heart};
+use crate::scan::{Accuracy, COUNTS, Collimation, Counting, Counts, Mode, Noise, STEPS};
+use crate::{Activity, Camera, Cycle, Defect, Heart, ViewTime};
 use radon::FbpOptions;
 use revolve_voxel::Organs;
 use std::f64::consts::TAU;
@@ -74,6 +74,8 @@ pub struct PhantomParts {
     pub collimator: Option<Collimation>,
     /// Counts; `None` for their means.
     pub noise: Option<Noise>,
+    /// What a sample is in counts, of activities in MBq; `None` if that is not known.
+    pub counting: Option<Counting>,
     /// The time that a view sees.
     pub mode: Mode,
     /// How finely that time is sampled.
@@ -108,6 +110,7 @@ impl PhantomParts {
             blur: None,
             collimator: None,
             noise: None,
+            counting: None,
             mode: Mode::WholeCycle,
             accuracy: Accuracy::Steps(32),
             method: Method::default(),
@@ -140,11 +143,8 @@ impl PhantomParts {
         if let Some(attenuation) = &self.attenuation {
             check("attenuation", attenuation.coefficient, 0.0, 1e6)?;
         }
-        if let Some(Noise { counts, .. }) = self.noise {
-            let (Counts::PerUnit(mean) | Counts::Total(mean)) = counts;
-            check("counts", mean, 1e-12, 1e12)?;
-        }
         self.check_times()?;
+        self.check_counts()?;
         check("truth tolerance", self.truth_tolerance, 1e-7, 0.5)?;
         check("side", self.side, 0f64.next_up(), 0.5f64.next_down())?;
         check("radius of the camera", self.radius, SIZES[0], SIZES[1])?;
@@ -201,6 +201,59 @@ impl PhantomParts {
             let acquisition = self.mode.acquisition(gate, points);
             acquisition.validate(&self.cycle, &self.camera)
         })
+    }
+
+    fn check_counts(&self) -> Result<(), PhantomError> {
+        let [least, most] = COUNTS;
+        match (self.noise.map(|noise| noise.counts), &self.counting) {
+            (Some(Counts::PerUnit(_) | Counts::Total(_)), Some(_)) => {
+                return Err(PhantomError::Unsupported {
+                    format: "a camera of known sensitivity",
+                    what: "noise of other counts than those expected",
+                });
+            }
+            (Some(Counts::PerUnit(mean) | Counts::Total(mean)), None) => {
+                check("counts", mean, least, most)?;
+            }
+            (Some(Counts::Expected), None) => {
+                let what = "sensitivity of the camera, which expected counts need";
+                return Err(PhantomError::Absent { what });
+            }
+            (Some(Counts::Expected) | None, _) => {}
+        }
+        let Some(counting) = &self.counting else {
+            return Ok(());
+        };
+        counting.validate()?;
+        for gate in 0..self.mode.n_gates() {
+            for time in self.view_times(gate) {
+                check("seconds that a view counts", time.window, 1e-9, 1e9)?;
+            }
+            for counts in self.expected_counts(gate).into_iter().flatten() {
+                check("expected counts of a sample of 1", counts, least, most)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// When and from where the views of a gate are taken.
+    pub(super) fn view_times(&self, gate: usize) -> Vec<ViewTime> {
+        let acquisition = self.mode.acquisition(gate, STEPS[0]);
+        (0..self.camera.n_views())
+            .map(|view_idx| acquisition.view_time(&self.cycle, &self.camera, view_idx))
+            .collect()
+    }
+
+    /// Expected counts of a sample of 1 in each view of a gate, where the camera's sensitivity is known.
+    pub(crate) fn expected_counts(&self, gate: usize) -> Option<Vec<f64>> {
+        let counting = self.counting.as_ref()?;
+        let [bin, row] = self.camera.detector().pitch();
+        let lasts = match self.mode {
+            Mode::Exposure { seconds } => seconds,
+            _ => self.camera.interval(),
+        };
+        let of = |time: &ViewTime| counting.per_unit(bin * row, time, lasts);
+        Some(self.view_times(gate).iter().map(of).collect())
     }
 
     fn check_output(&self) -> Result<(), PhantomError> {

@@ -3,7 +3,7 @@
 use super::Phantom;
 use super::warnings::half_extents;
 use crate::error::{PhantomError, check_count};
-use crate::scan::{Depth, STEPS, Scan, Wide};
+use crate::scan::{Depth, Scan, Wide};
 use crate::{Sinograms, ViewTime};
 use radon::ParallelGeometry;
 use revolve_voxel::Organs;
@@ -17,10 +17,7 @@ impl Phantom {
     /// [`PhantomError::Count`] if there is no such gate.
     pub fn view_times(&self, gate: usize) -> Result<Vec<ViewTime>, PhantomError> {
         check_count("gate", gate, 0, self.n_gates() - 1)?;
-        let acquisition = self.acquisition_of(gate, STEPS[0]);
-        let time =
-            |view_idx| acquisition.view_time(&self.parts.cycle, &self.parts.camera, view_idx);
-        Ok((0..self.parts.camera.n_views()).map(time).collect())
+        Ok(self.parts.view_times(gate))
     }
 
     /// The angles from which the views of a gate are seen, each in the mean over its time, and the bins. Of a camera that turns
@@ -83,16 +80,18 @@ impl Phantom {
             self.counts_per_unit(gate)?
         };
         let first = gate * self.parts.camera.n_views() + views.start;
+        let per_unit = per_unit.as_deref().map(|per_unit| &per_unit[views]);
         self.readout
             .count(&mut taken.samples, per_unit, first, &rows)?;
         Ok(taken)
     }
 
-    /// Mean counts of a sample of 1 in a gate; `None` without noise. Of a given total it takes all views of the gate, once.
+    /// Mean counts of a sample of 1 in each view of a gate, by the camera's sensitivity ([`Counting`](crate::Counting)), or by the noise,
+    /// the same in all; `None` without either. Of a given total it takes all views of the gate, once.
     ///
     /// # Errors
     /// As [`Phantom::view`].
-    pub fn counts_per_unit(&self, gate: usize) -> Result<Option<f64>, PhantomError> {
+    pub fn counts_per_unit(&self, gate: usize) -> Result<Option<Vec<f64>>, PhantomError> {
         check_count("gate", gate, 0, self.n_gates() - 1)?;
         let camera = &self.parts.camera;
         let (views, rows) = (0..camera.n_views(), 0..camera.n_rows());
@@ -106,12 +105,16 @@ impl Phantom {
         &self,
         gate: usize,
         all: impl FnOnce() -> Result<Cow<'a, [f32]>, PhantomError>,
-    ) -> Result<Option<f64>, PhantomError> {
-        if let Some(&known) = self.counts[gate].get() {
-            return Ok(Some(known));
+    ) -> Result<Option<Vec<f64>>, PhantomError> {
+        if let Some(expected) = self.parts.expected_counts(gate) {
+            return Ok(Some(expected));
         }
-        let made = self.readout.counts_per_unit(all)?;
-        Ok(made.map(|made| *self.counts[gate].get_or_init(|| made)))
+        let known = match self.counts[gate].get() {
+            Some(&known) => Some(known),
+            None => (self.readout.counts_per_unit(all)?)
+                .map(|made| *self.counts[gate].get_or_init(|| made)),
+        };
+        Ok(known.map(|known| vec![known; self.parts.camera.n_views()]))
     }
 
     /// Line integrals, blurred but without noise.

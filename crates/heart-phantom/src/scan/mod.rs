@@ -3,6 +3,7 @@
 mod acquire;
 mod acquisition;
 mod camera;
+mod counting;
 mod depth;
 mod levels;
 mod project;
@@ -20,6 +21,8 @@ pub use acquisition::{Acquisition, Sinograms, TruthOf};
 pub use camera::{Camera, CameraGeometry, Rotation};
 #[cfg(feature = "scene")]
 pub(crate) use camera::{MOST_SAMPLES, VOXELS};
+pub(crate) use counting::COUNTS;
+pub use counting::{Counting, Decay};
 pub use depth::Collimation;
 pub(crate) use depth::Depth;
 #[cfg(feature = "scene")]

@@ -35,13 +35,13 @@ impl Readout {
         Ok(())
     }
 
-    /// Mean counts of a sample of 1; `all` gives all samples of the gate, if they are needed.
+    /// Mean counts of a sample of 1 where the noise says it; `all` gives all samples of the gate, if they are needed.
     pub(crate) fn counts_per_unit<'a>(
         &self,
         all: impl FnOnce() -> Result<Cow<'a, [f32]>, PhantomError>,
     ) -> Result<Option<f64>, PhantomError> {
         Ok(match self.noise.map(|noise| noise.counts) {
-            None => None,
+            None | Some(Counts::Expected) => None,
             Some(Counts::PerUnit(counts)) => Some(counts),
             Some(Counts::Total(counts)) => {
                 let samples = all()?;
@@ -53,12 +53,12 @@ impl Readout {
         })
     }
 
-    /// Counts over `per_unit`: samples with noise, in the units that they had. `view` is the number of the first one, of all
-    /// gates.
+    /// Counts over `per_unit`, one of each view: samples with noise, in the units that they had. `view` is the number of the first one,
+    /// of all gates.
     pub(crate) fn count(
         &self,
         samples: &mut Vec<f32>,
-        per_unit: Option<f64>,
+        per_unit: Option<&[f64]>,
         view: usize,
         rows: &Range<usize>,
     ) -> Result<(), PhantomError> {
@@ -68,9 +68,8 @@ impl Readout {
         let [bins, n_rows] = self.size;
         let mut counts = vec![0.0f32; samples.len()];
         let len = (rows.len() * bins).max(1);
-        for (k, (view_samples, view_counts)) in
-            samples.chunks(len).zip(counts.chunks_mut(len)).enumerate()
-        {
+        let views = samples.chunks(len).zip(counts.chunks_mut(len));
+        for (k, ((view_samples, view_counts), &per_unit)) in views.zip(per_unit).enumerate() {
             // Each sample's number among all, so that a row alone has the noise that it has in the whole.
             let first = ((view + k) * n_rows + rows.start) * bins;
             poisson_counts_into(
@@ -80,10 +79,8 @@ impl Readout {
                 first as u64,
                 view_counts,
             )?;
+            (view_counts.iter_mut()).for_each(|count| *count /= per_unit as f32);
         }
-        counts
-            .iter_mut()
-            .for_each(|count| *count /= per_unit as f32);
         *samples = counts;
         Ok(())
     }

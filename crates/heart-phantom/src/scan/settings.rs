@@ -93,4 +93,6 @@ pub enum Counts {
     PerUnit(f64),
     /// In all views of a gate together; any part of it then needs all of its views once.
     Total(f64),
+    /// As the camera's sensitivity has them ([`Counting`](crate::Counting)), which has to be known then.
+    Expected,
 }

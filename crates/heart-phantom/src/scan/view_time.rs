@@ -43,6 +43,9 @@ pub struct ViewReport {
     pub phase: Vec<f64>,
     /// [`ViewTime::angle`] in degrees, as angles of scenes are.
     pub angle_deg: Vec<f64>,
+    /// Expected counts of a sample of 1, where views were made by a camera of known sensitivity ([`Counting`](crate::Counting)).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub counts_per_unit: Vec<f64>,
 }
 
 #[cfg(feature = "scene")]
@@ -54,6 +57,7 @@ impl ViewReport {
             window_s: column(|time| time.window),
             phase: column(|time| time.phase),
             angle_deg: column(|time| time.angle.to_degrees()),
+            counts_per_unit: Vec::new(),
         }
     }
 }

@@ -46,6 +46,7 @@ impl Scene {
             blur: self.blur.map(|blur| blur.fwhm),
             collimator: self.collimator.as_ref().map(collimation_of).transpose()?,
             noise: self.noise,
+            counting: self.counting,
             mode: self.acquisition.mode,
             accuracy: self.acquisition.accuracy,
             method: self.reconstruction.method,

@@ -7,7 +7,7 @@ use super::*;
 use crate::files::Format;
 use crate::model::{MAX_ACTIVITY, MAX_GAIN, MOST_PIECES, check_curve, without_overlap};
 use crate::phantom::MOST_DEFECTS;
-use crate::scan::MOST_SAMPLES;
+use crate::scan::{COUNTS, MOST_SAMPLES};
 use crate::scene::build::{collimation_of, defect_of, rest_volume_of};
 use crate::text::{Number, enough};
 use crate::{Uptake, VolumeCurve, VolumeRange};
@@ -235,14 +235,45 @@ fn detector(scene: &Scene) -> Checked {
             return Err(fault("blur", "there", wanted));
         }
     }
-    if let Some(noise) = scene.noise {
-        let (field, counts) = match noise.counts {
-            Counts::PerUnit(counts) => ("noise.counts.per_unit", counts),
-            Counts::Total(counts) => ("noise.counts.total", counts),
-        };
-        within(field, counts, [1e-12, 1e12])?;
+    counts(scene)
+}
+
+fn counts(scene: &Scene) -> Checked {
+    if let Some(counting) = &scene.counting {
+        within("counting.sensitivity", counting.sensitivity, COUNTS)?;
+        if let Decay::HalfLifeHours(hours) = counting.decay {
+            let field = "counting.decay.half_life_hours";
+            within(field, hours, Decay::HALF_LIVES)?;
+        }
+        match scene.acquisition.mode {
+            Mode::Instants => {
+                let wanted = "counts nothing, which [counting] needs: choose exposure, or another mode that lasts";
+                return Err(fault("acquisition.mode", "instants", wanted));
+            }
+            Mode::Exposure { seconds } => {
+                within("acquisition.mode.exposure.seconds", seconds, [1e-9, 1e9])?;
+            }
+            _ => {}
+        }
     }
-    Ok(())
+    let (field, mean) = match scene.noise.map(|noise| noise.counts) {
+        None => return Ok(()),
+        Some(Counts::Expected) if scene.counting.is_some() => return Ok(()),
+        Some(Counts::Expected) => {
+            return Err(fault(
+                "noise.counts",
+                "expected",
+                "needs a section [counting]",
+            ));
+        }
+        Some(Counts::PerUnit(mean)) => ("noise.counts.per_unit", mean),
+        Some(Counts::Total(mean)) => ("noise.counts.total", mean),
+    };
+    if scene.counting.is_some() {
+        let wanted = "must be expected beside [counting], which says how many counts there are";
+        return Err(fault("noise.counts", Number(mean), wanted));
+    }
+    within(field, mean, COUNTS)
 }
 
 fn check_collimator(settings: &CollimatorSettings) -> Checked {

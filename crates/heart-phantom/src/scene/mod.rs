@@ -15,7 +15,8 @@ mod study;
 mod template;
 
 pub use crate::{
-    Accuracy, Activity, Balloon, Counts, Method, Mode, Noise, Osem, Output, Product, Rotation,
+    Accuracy, Activity, Balloon, Counting, Counts, Decay, Method, Mode, Noise, Osem, Output,
+    Product, Rotation,
 };
 pub use error::SceneError;
 pub(crate) use error::place_in;

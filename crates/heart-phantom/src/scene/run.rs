@@ -79,7 +79,8 @@ pub struct GateReport {
     /// Steps a cycle of that quadrature, as given or as the tolerance took, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature_steps: Option<usize>,
-    /// Mean counts of a sample of 1, where views with noise were made.
+    /// Mean counts of a sample of 1, where views with noise were made, or the camera's sensitivity is known, and all views have the
+    /// same; what each has by that sensitivity is [`ViewReport::counts_per_unit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub counts_per_unit: Option<f64>,
     /// What OSEM did, where it reconstructed.
@@ -223,7 +224,12 @@ impl Writer<'_> {
             if views.quadrature_error.is_some() {
                 report.quadrature_steps = Some(phantom.steps()?);
             }
-            report.counts_per_unit = phantom.counts_per_unit(gate)?;
+            let counts = phantom.counts_per_unit(gate)?.unwrap_or_default();
+            let first = counts.first().copied();
+            report.counts_per_unit = first.filter(|&first| counts.iter().all(|&all| all == first));
+            if phantom.parts().counting.is_some() {
+                report.views.counts_per_unit = counts;
+            }
             if self.wants(Product::Projections) {
                 self.write_projections(gate, &views.samples)?;
             }
@@ -288,7 +294,11 @@ impl Writer<'_> {
     fn write_projections(&mut self, gate: usize, samples: &[f32]) -> Result<(), PhantomError> {
         let (camera, parts) = (self.phantom.camera(), self.phantom.parts());
         let angles = self.phantom.written_angles(gate)?;
-        let projections = Projections::new(*camera.detector(), &angles, parts.radius, samples)?;
+        let mut projections = Projections::new(*camera.detector(), &angles, parts.radius, samples)?;
+        let counts = parts.expected_counts(gate);
+        if let Some(counts) = &counts {
+            projections = projections.with_counts_per_unit(counts)?;
+        }
         let names = self.phantom.projection_names(gate);
         let format = parts.output.projections;
         files::write_projections(&self.out.join(&names[0]), &projections, format)?;

@@ -5,7 +5,7 @@ use super::sections::{
     CollimatorSettings, CycleSettings, DefectSettings, HeartSettings, OrganSettings, PoseSettings,
     ReconstructionSettings, TruthSettings,
 };
-use crate::{Accuracy, Activity, Mode, Noise, Output};
+use crate::{Accuracy, Activity, Counting, Mode, Noise, Output};
 use serde::{Deserialize, Serialize};
 
 /// Everything that determines a study. [`Default`] is that of Rohmer et al. 2006, with one cycle a view.
@@ -64,6 +64,9 @@ pub struct Scene {
     /// Counts; `None` for their means.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
+    /// What a sample is in counts; `None` if that is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub counting: Option<Counting>,
     /// When the views are taken.
     pub acquisition: AcquisitionSettings,
     /// Volumes from views.
@@ -156,6 +159,12 @@ impl Scene {
     /// The same with counts.
     pub fn with_noise(mut self, noise: Noise) -> Self {
         self.noise = Some(noise);
+        self
+    }
+
+    /// The same with a camera of known sensitivity.
+    pub fn with_counting(mut self, counting: Counting) -> Self {
+        self.counting = Some(counting);
         self
     }
 

@@ -4,6 +4,7 @@
 
 mod acquisitions;
 mod collimator;
+mod counting;
 mod errors;
 mod files;
 mod lock;

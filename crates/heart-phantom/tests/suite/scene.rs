@@ -113,6 +113,14 @@ fn nothing_of_a_full_scene_is_commented_out() {
         intrinsic_fwhm: 0.4,
         tolerance: 1e-4,
     });
+    other.counting = Some(Counting {
+        sensitivity: 75.0,
+        decay: Decay::HalfLifeHours(6.0),
+    });
+    other.noise = Some(Noise {
+        counts: Counts::Expected,
+        seed: 7,
+    });
     let pages = [&scene, &other].map(Scene::to_toml);
     let is_field =
         |line: &&str| line.starts_with("# ") && line.contains(" = ") && line.contains("  # ");
@@ -311,7 +319,7 @@ fn mistakes_are_said_in_plain_words() {
         ),
         (
             "noise = { counts = 1e6, seed = 1 }",
-            "noise.counts is 1e6; may be { total = 1e6 } in all views of a gate, or { per_unit = 10.0 }",
+            "noise.counts is 1e6; may be { total = 1e6 } in all views of a gate, { per_unit = 10.0 }, or expected, by [counting]",
         ),
         (
             "activity.wall = 1.0",

@@ -407,6 +407,7 @@ fn blur_and_noise_of_a_part_are_those_of_the_whole() {
         let total = match counts {
             Counts::PerUnit(counts) => mean * counts,
             Counts::Total(counts) => counts,
+            Counts::Expected => panic!("needs a sensitivity"),
         };
         assert!(
             (sum(&views) / mean - 1.0).abs() < 5.0 / total.sqrt(),

@@ -244,6 +244,46 @@ const BAD: &[(&str, &str, &str)] = &[
         "{ per_unit = ",
     ),
     (
+        "[noise]\ncounts = 'expected'\nseed = 1",
+        "noise.counts",
+        "[counting]",
+    ),
+    (
+        "[noise]\ncounts = { total = 1e6 }\nseed = 1\n[counting]\nsensitivity = 80.0\ndecay = 'none'",
+        "noise.counts",
+        "expected",
+    ),
+    (
+        "[counting]\nsensitivity = 0.0\ndecay = 'none'",
+        "counting.sensitivity",
+        "between",
+    ),
+    (
+        "[counting]\nsensitivity = nan\ndecay = 'none'",
+        "counting.sensitivity",
+        "between",
+    ),
+    (
+        "[counting]\nsensitivity = 80.0\ndecay = 'tc-98'",
+        "counting.decay",
+        "tc-99m",
+    ),
+    (
+        "[counting]\nsensitivity = 80.0\ndecay = { half_life_hours = -1.0 }",
+        "counting.decay.half_life_hours",
+        "between",
+    ),
+    (
+        "[counting]\nsensitivity = 80.0\ndecay = 'none'\n[acquisition]\nmode = 'instants'",
+        "acquisition.mode",
+        "exposure",
+    ),
+    (
+        "[counting]\nsensitivity = 80.0\ndecay = 'none'\n[acquisition]\nmode = { exposure = { seconds = 0.0 } }",
+        "acquisition.mode.exposure.seconds",
+        "between",
+    ),
+    (
         "[noise]\ncounts = { per_unit = 1.0 }\nseed = -1",
         "noise.seed",
         "a whole number",

@@ -1,0 +1,306 @@
+//! Counts by the camera's sensitivity: activity in MBq, seconds, decay.
+
+use heart_phantom::scene::{
+    Counting, Counts, Decay, DiscretisationSettings, Mode, Noise, Product, Scene,
+};
+use heart_phantom::{Phantom, PhantomError, Rotation, Uptake, run};
+use std::f64::consts::LN_2;
+use std::path::Path;
+
+const SENSITIVITY: f64 = 80.0;
+const SECONDS: f64 = 12.0;
+
+fn scene(mode: Mode, decay: Decay) -> Scene {
+    let mut scene = Scene::default().with_size(48).with_mode(mode);
+    scene.camera.views = 5;
+    scene.camera.seconds_per_view = SECONDS;
+    scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
+    scene.output.write = vec![Product::Projections];
+    scene.with_counting(Counting {
+        sensitivity: SENSITIVITY,
+        decay,
+    })
+}
+
+fn factors(scene: Scene, gate: usize) -> Vec<f64> {
+    let phantom = Phantom::new(scene).unwrap();
+    phantom.counts_per_unit(gate).unwrap().unwrap()
+}
+
+/// Counts of a view are those of all activity that there is: the sum of the samples is the volume integral, to the midpoint rule.
+#[test]
+fn counts_of_a_heart_are_those_of_its_activity() {
+    let total = 37.0; // MBq
+    let off = |size: usize| {
+        let mut scene = scene(Mode::Static { phase: 0.5 }, Decay::None).with_size(size);
+        scene.activity.wall = Uptake::Total(total);
+        scene.activity.cavity = Uptake::Concentration(0.02);
+        let phantom = Phantom::new(scene).unwrap();
+        let cavity = 0.02 * phantom.shape(0.5).unwrap().volumes()[0];
+        let exact = (total + cavity) * SENSITIVITY * SECONDS;
+        let factor = phantom.counts_per_unit(0).unwrap().unwrap();
+        (0..5)
+            .map(|view| {
+                let view_samples = phantom.view(0, view).unwrap();
+                let sum: f64 = view_samples.iter().map(|v| f64::from(*v)).sum();
+                (sum * factor[view] / exact - 1.0).abs()
+            })
+            .fold(0.0, f64::max)
+    };
+    let [coarse, fine] = [32, 128].map(off);
+    // A chord begins as the root of the distance from the edge: the midpoint rule is of order 3/2, a factor of 8 from bins of 0.5 cm,
+    // half as wide as the wall is thick, to 0.125 cm.
+    assert!(coarse < 3e-2 && fine < coarse / 8.0, "{coarse} {fine}");
+}
+
+#[test]
+fn a_view_counts_for_the_time_that_it_sees() {
+    let area = (16.0f64 / 48.0).powi(2);
+    let all = area * SENSITIVITY * SECONDS;
+    let near = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-12);
+    for mode in [Mode::Static { phase: 0.2 }, Mode::WholeCycle] {
+        for factor in factors(scene(mode, Decay::None), 0) {
+            near(factor, all);
+        }
+    }
+    for factor in factors(scene(Mode::Exposure { seconds: 0.3 }, Decay::None), 0) {
+        near(factor, all * 0.3 / SECONDS);
+    }
+    // A camera that stops: each gate a share; one that turns: all that comes of it, the gates together all of the time.
+    let gated = Mode::Gated { gates: 5 };
+    for gate in 0..5 {
+        for factor in factors(scene(gated, Decay::None), gate) {
+            near(factor, all / 5.0);
+        }
+    }
+    let mut turning = scene(gated, Decay::None);
+    turning.camera.rotation = Rotation::Continuous;
+    turning.camera.seconds_per_view = 1.3;
+    let gates: Vec<Vec<f64>> = (0..5).map(|gate| factors(turning.clone(), gate)).collect();
+    for view in 0..5 {
+        near(
+            gates.iter().map(|gate| gate[view]).sum(),
+            all * 1.3 / SECONDS,
+        );
+    }
+    // 1.4 beats a view: one gate comes once, another twice.
+    assert!(
+        gates
+            .iter()
+            .any(|gate| (gate[0] / gates[0][0] - 1.0).abs() > 0.3)
+    );
+}
+
+/// The mean of 2^(-t / h) over the time of view k against sums over many instants.
+#[test]
+fn decay_is_the_mean_over_the_time_of_a_view() {
+    let mean = |from: f64, seconds: f64, half_life: f64| {
+        // Simpson's rule, far finer than 1e-12 over a fraction of a half-life.
+        let n = 2000;
+        let at = |k: usize| (-LN_2 * (from + seconds * k as f64 / n as f64) / half_life).exp();
+        let inner: f64 = (1..n).map(|k| at(k) * [2.0, 4.0][k % 2]).sum();
+        (at(0) + inner + at(n)) / (3 * n) as f64
+    };
+    for (mode, seconds) in [
+        (Mode::WholeCycle, SECONDS),
+        (Mode::Exposure { seconds: 7.0 }, 7.0),
+    ] {
+        let alone = factors(scene(mode, Decay::None), 0);
+        for (decay, half_life) in [
+            (Decay::Tc99m, 21_625.92),
+            (Decay::HalfLifeHours(0.01), 36.0),
+            (Decay::HalfLifeHours(1e9), 3.6e12),
+        ] {
+            let found = factors(scene(mode, decay), 0);
+            for (view, (found, alone)) in found.iter().zip(&alone).enumerate() {
+                let exact = mean(view as f64 * SECONDS, seconds, half_life);
+                assert!(
+                    (found / alone / exact - 1.0).abs() < 1e-11,
+                    "{decay:?} {view}"
+                );
+            }
+        }
+    }
+}
+
+/// Counts over many seeds have the expected mean, and the variance of Poisson's law, in an early and in a late view.
+#[test]
+fn expected_counts_are_counted() {
+    let mut scene = scene(Mode::Static { phase: 0.3 }, Decay::HalfLifeHours(0.01)).with_size(16);
+    scene.activity.wall = Uptake::Concentration(0.02);
+    let means = Phantom::new(scene.clone()).unwrap();
+    let factors = means.counts_per_unit(0).unwrap().unwrap();
+    assert!(factors[4] < 0.5 * factors[0]);
+    let n_seeds = 400;
+    for view in [0, 4] {
+        let expected: Vec<f64> = (means.view(0, view).unwrap().iter())
+            .map(|v| f64::from(*v) * factors[view])
+            .collect();
+        let total: f64 = expected.iter().sum();
+        let mut sums = [0.0; 2];
+        for seed in 0..n_seeds {
+            let noise = Noise {
+                counts: Counts::Expected,
+                seed,
+            };
+            let phantom = Phantom::new(scene.clone().with_noise(noise)).unwrap();
+            let samples = phantom.view(0, view).unwrap();
+            let counts: Vec<f64> = (samples.iter())
+                .map(|v| f64::from(*v) * factors[view])
+                .collect();
+            // Whole numbers, to the rounding of an f32.
+            assert!(
+                counts
+                    .iter()
+                    .all(|c| (c - c.round()).abs() < 1e-6 * c.max(1.0))
+            );
+            let sum: f64 = counts.iter().sum();
+            sums[0] += sum / n_seeds as f64;
+            sums[1] += (sum - total).powi(2) / n_seeds as f64;
+        }
+        // Five standard deviations of a mean and of a variance over so many seeds.
+        let n = n_seeds as f64;
+        assert!(
+            (sums[0] - total).abs() < 5.0 * (total / n).sqrt(),
+            "{sums:?} {total}"
+        );
+        assert!(
+            (sums[1] / total - 1.0).abs() < 5.0 * (2.0 / n).sqrt(),
+            "{sums:?} {total}"
+        );
+    }
+}
+
+#[test]
+fn noise_of_a_part_is_that_of_the_whole() {
+    let noise = Noise {
+        counts: Counts::Expected,
+        seed: 3,
+    };
+    let scene = scene(Mode::Gated { gates: 2 }, Decay::Tc99m).with_noise(noise);
+    let all = Phantom::new(scene.clone()).unwrap().sinograms(1, &|_| ());
+    let len = 48 * 48;
+    let part = Phantom::new(scene).unwrap().view(1, 3).unwrap();
+    assert!(part == all.unwrap().samples[3 * len..4 * len]);
+}
+
+#[test]
+fn the_report_and_the_headers_tell_the_factor() {
+    use heart_phantom::files::Format;
+    let folder = tempfile::tempdir().unwrap();
+    let written = |decay: Decay, format: Format, name: &str| {
+        let mut scene = scene(Mode::WholeCycle, decay);
+        scene.output.projections = format;
+        let out = folder.path().join(name);
+        let phantom = Phantom::new(scene).unwrap();
+        let report = run(&phantom, &out, &|_| ()).unwrap();
+        let factors = phantom.counts_per_unit(0).unwrap().unwrap();
+        assert_eq!(report.gates[0].views.counts_per_unit, factors);
+        let alike = (decay == Decay::None).then_some(factors[0]);
+        assert_eq!(report.gates[0].counts_per_unit, alike);
+        (factors, out)
+    };
+    let texts = |factors: &[f64], between: &str| {
+        let texts: Vec<String> = factors.iter().map(f64::to_string).collect();
+        texts.join(between)
+    };
+    let line = |path: &Path, begins: &str| {
+        let text = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
+        let line = text.lines().find(|line| line.starts_with(begins));
+        line.unwrap().to_owned()
+    };
+    for (format, file) in [
+        (Format::InterfileStir, "projections.hs"),
+        (Format::InterfileSimind, "projections.h00"),
+    ] {
+        let (factors, out) = written(Decay::None, format, &format!("{file}-none"));
+        let told = line(&out.join(file), ";# counts per unit");
+        assert_eq!(told, format!(";# counts per unit := {}", factors[0]));
+        let (factors, out) = written(Decay::Tc99m, format, file);
+        let told = line(&out.join(file), ";# counts per unit");
+        assert_eq!(
+            told,
+            format!(";# counts per unit := {}", texts(&factors, ", "))
+        );
+    }
+    let (factors, out) = written(Decay::Tc99m, Format::Nrrd, "nrrd");
+    let told = line(&out.join("projections.nrrd"), "counts_per_unit:=");
+    assert_eq!(told, format!("counts_per_unit:={}", texts(&factors, " ")));
+    let (_, out) = written(Decay::Tc99m, Format::Npz, "npz");
+    let archive = std::fs::read(out.join("projections.npz")).unwrap();
+    let name = b"counts_per_unit.npy";
+    assert!(archive.windows(name.len()).any(|bytes| bytes == name));
+    let (factors, out) = written(Decay::Tc99m, Format::RawJson, "json");
+    let header = std::fs::read(out.join("projections.json")).unwrap();
+    let header: serde_json::Value = serde_json::from_slice(&header).unwrap();
+    // As read, to the last digit.
+    let told = header["counts_per_unit"].as_array().unwrap();
+    assert_eq!(told.len(), 5);
+    for (told, factor) in told.iter().zip(&factors) {
+        assert!((told.as_f64().unwrap() / factor - 1.0).abs() < 1e-15);
+    }
+}
+
+/// What a scene without the section has said so far it still says.
+#[test]
+fn nothing_is_told_of_a_camera_that_is_not_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut plain = scene(Mode::WholeCycle, Decay::None);
+    plain.counting = None;
+    plain.output.projections = heart_phantom::files::Format::InterfileStir;
+    let phantom = Phantom::new(plain).unwrap();
+    assert!(phantom.counts_per_unit(0).unwrap().is_none());
+    run(&phantom, folder.path(), &|_| ()).unwrap();
+    for file in ["report.json", "projections.hs"] {
+        let text = std::fs::read_to_string(folder.path().join(file)).unwrap();
+        assert!(
+            !text.contains("counting") && !text.contains("counts"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn cameras_without_sense_are_refused() {
+    let parts = |change: &dyn Fn(&mut heart_phantom::PhantomParts)| {
+        let mut parts = scene(Mode::WholeCycle, Decay::None).parts().unwrap();
+        change(&mut parts);
+        Phantom::from_parts(parts).unwrap_err()
+    };
+    let range = |change: &dyn Fn(&mut heart_phantom::PhantomParts)| match parts(change) {
+        PhantomError::OutOfRange { what, .. } => what,
+        other => panic!("{other:?}"),
+    };
+    for sensitivity in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let what = range(&|p| p.counting.as_mut().unwrap().sensitivity = sensitivity);
+        assert_eq!(what, "sensitivity of the camera");
+    }
+    for hours in [0.0, -6.0, f64::NAN] {
+        let decay = Decay::HalfLifeHours(hours);
+        let what = range(&|p| p.counting.as_mut().unwrap().decay = decay);
+        assert_eq!(what, "half-life in hours");
+    }
+    // 48 s are 1e4 half-lives: nothing is left.
+    let decay = Decay::HalfLifeHours(48.0 / 3600.0 / 1e4);
+    let what = range(&|p| p.counting.as_mut().unwrap().decay = decay);
+    assert_eq!(what, "expected counts of a sample of 1");
+    assert_eq!(
+        range(&|p| p.mode = Mode::Instants),
+        "seconds that a view counts"
+    );
+    let expected = Noise {
+        counts: Counts::Expected,
+        seed: 1,
+    };
+    let error = parts(&|p| (p.counting, p.noise) = (None, Some(expected)));
+    assert!(matches!(error, PhantomError::Absent { .. }), "{error:?}");
+    let noise = Noise {
+        counts: Counts::Total(1e5),
+        seed: 1,
+    };
+    let error = parts(&|p| p.noise = Some(noise));
+    assert!(
+        matches!(error, PhantomError::Unsupported { .. }),
+        "{error:?}"
+    );
+}
