@@ -268,8 +268,7 @@ fn threads(given: usize) -> String {
 pub(crate) fn check(
     what: &'static str,
     given: f64,
-    least: f64,
-    most: f64,
+    [least, most]: [f64; 2],
 ) -> Result<f64, PhantomError> {
     // A NaN fails both comparisons.
     if given >= least && given <= most {
@@ -288,8 +287,7 @@ pub(crate) fn check(
 pub(crate) fn check_count(
     what: &'static str,
     given: usize,
-    least: usize,
-    most: usize,
+    [least, most]: [usize; 2],
 ) -> Result<usize, PhantomError> {
     if (least..=most).contains(&given) {
         Ok(given)

@@ -60,6 +60,7 @@ mod error;
 pub mod files;
 mod model;
 mod phantom;
+mod ranges;
 mod scan;
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]

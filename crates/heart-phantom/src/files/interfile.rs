@@ -264,13 +264,13 @@ impl Turn {
         let step = (angles[angles.len() - 1] - angles[0]) / gaps;
         if angles.len() > 1 {
             // The smallest step that a header in degrees is not noise for.
-            check("step between views", step.abs(), 1e-9, f64::MAX)?;
+            check("step between views", step.abs(), [1e-9, f64::MAX])?;
         }
         for pair in angles.windows(2) {
             // Angles made by adding up steps are off by far less than this; a real unevenness is not.
             let slack = 1e-6 * step.abs();
             let (low, high) = (step - slack, step + slack);
-            check("step between views", pair[1] - pair[0], low, high)?;
+            check("step between views", pair[1] - pair[0], [low, high])?;
         }
         Ok(Self {
             start: short(angles[0].to_degrees()).rem_euclid(360.0),
@@ -287,7 +287,7 @@ impl Turn {
 fn check_centred(what: &'static str, given: f64, n: usize) -> Result<f64, PhantomError> {
     // The rounding of a centre found from n steps, far below anything that a picture shows.
     let slack = 1e-9 * n as f64;
-    check(what, given, -slack, slack)
+    check(what, given, [-slack, slack])
 }
 
 fn number_format(samples: Samples, float: &str) -> String {

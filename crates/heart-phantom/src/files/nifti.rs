@@ -41,7 +41,7 @@ fn header(volume: &Volume) -> Result<[u8; 352], PhantomError> {
     put(38, b"r"); // regular
     let mut dim = [3_i16, 1, 1, 1, 1, 1, 1, 1];
     for (to, n) in dim[1..].iter_mut().zip(volume.grid().shape()) {
-        *to = check_count("voxels along a side", n, 1, i16::MAX as usize)? as i16;
+        *to = check_count("voxels along a side", n, [1, i16::MAX as usize])? as i16;
     }
     for (k, n) in dim.iter().enumerate() {
         put(40 + 2 * k, &n.to_le_bytes());

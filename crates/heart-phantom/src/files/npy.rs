@@ -16,7 +16,7 @@ const MOST_AXES: usize = 64;
 /// [`PhantomError::WrongLength`] if `shape` and `values` disagree; [`PhantomError::Count`] if there are more than
 /// 64 axes, the most that NumPy has; [`PhantomError::File`] if the file cannot be written.
 pub fn write_npy(path: &Path, shape: &[usize], values: &[f32]) -> Result<(), PhantomError> {
-    check_count("axes of an npy array", shape.len(), 0, MOST_AXES)?;
+    check_count("axes of an npy array", shape.len(), [0, MOST_AXES])?;
     let expected = shape.iter().fold(1, |n: usize, &k| n.saturating_mul(k));
     if values.len() != expected {
         return Err(PhantomError::WrongLength {

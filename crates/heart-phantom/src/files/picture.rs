@@ -62,8 +62,8 @@ pub fn write_gif(
     seconds: f64,
 ) -> Result<(), PhantomError> {
     check_extension(path, "gif")?;
-    check_count("frames", frames.len(), 1, usize::MAX)?;
-    check("seconds a frame", seconds, 0.01, 655.35)?;
+    check_count("frames", frames.len(), [1, usize::MAX])?;
+    check("seconds a frame", seconds, [0.01, 655.35])?;
     let pictures: Vec<Picture> = frames
         .iter()
         .map(|frame| Picture::new(frame, section, grey))
@@ -108,16 +108,16 @@ struct Picture {
 impl Picture {
     fn new(volume: &Volume, section: Section, grey: [f64; 2]) -> Result<Self, PhantomError> {
         let [nx, ny, nz] = volume.grid().shape();
-        check("black", grey[0], f64::MIN, f64::MAX)?;
-        check("white", grey[1], grey[0].next_up(), f64::MAX)?;
+        check("black", grey[0], [f64::MIN, f64::MAX])?;
+        check("white", grey[1], [grey[0].next_up(), f64::MAX])?;
         let (index, n, width, height) = match section {
             Section::Axial(k) => (k, nz, nx, ny),
             Section::Coronal(k) => (k, ny, nx, nz),
             Section::Sagittal(k) => (k, nx, ny, nz),
         };
-        check_count("section", index, 0, n - 1)?;
+        check_count("section", index, [0, n - 1])?;
         for side in [width, height] {
-            check_count("pixels along a side", side, 1, usize::from(u16::MAX))?;
+            check_count("pixels along a side", side, [1, usize::from(u16::MAX)])?;
         }
         let at = |column: usize, row: usize| match section {
             Section::Axial(z) => (z * ny + row) * nx + column,

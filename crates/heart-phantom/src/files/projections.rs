@@ -32,18 +32,18 @@ impl<'a> Projections<'a> {
         samples: impl Into<Samples<'a>>,
     ) -> Result<Self, PhantomError> {
         let samples = samples.into();
-        crate::error::check_count("views", angles.len(), 1, usize::MAX)?;
+        crate::error::check_count("views", angles.len(), [1, usize::MAX])?;
         let shape = [angles.len(), detector.n_rows(), detector.n_bins()];
         samples.check("samples of projections", &shape)?;
         for &angle in angles {
             // Beyond this an f64 angle is no longer known to 1e-9 radians.
-            check("view angle", angle, -1e6, 1e6)?;
+            check("view angle", angle, [-1e6, 1e6])?;
         }
         let (least, most) = (f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX) / 10.0);
-        check("camera radius", radius, least, most)?;
+        check("camera radius", radius, [least, most])?;
         for a in 0..2 {
-            check("detector pitch", detector.pitch()[a], least, most)?;
-            check("detector offset", detector.offset()[a], -most, most)?;
+            check("detector pitch", detector.pitch()[a], [least, most])?;
+            check("detector offset", detector.offset()[a], [-most, most])?;
         }
         Ok(Self {
             detector,
@@ -70,8 +70,7 @@ impl<'a> Projections<'a> {
             check(
                 "counts of a sample of 1",
                 count,
-                f64::MIN_POSITIVE,
-                f64::MAX,
+                [f64::MIN_POSITIVE, f64::MAX],
             )?;
         }
         self.counts = Some(counts);

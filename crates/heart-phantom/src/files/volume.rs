@@ -25,8 +25,8 @@ impl<'a> Volume<'a> {
         let most = f64::from(f32::MAX) / 10.0;
         for a in 0..3 {
             let least = f64::from(f32::MIN_POSITIVE);
-            check("voxel spacing", grid.spacing()[a], least, most)?;
-            check("grid origin", grid.origin()[a], -most, most)?;
+            check("voxel spacing", grid.spacing()[a], [least, most])?;
+            check("grid origin", grid.origin()[a], [-most, most])?;
         }
         Ok(Self { grid, samples })
     }

@@ -2,12 +2,10 @@
 
 use crate::HeartShape;
 use crate::error::{PhantomError, check};
+use crate::ranges;
 use revolve_voxel::EllipticCylinder;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// Activities beyond this are no activities; it keeps sums within `f32`.
-pub(crate) const MAX_ACTIVITY: f64 = 1e12;
 
 /// The activity of a region.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,7 +96,7 @@ impl Activity {
             ("activity of the cavity", self.cavity),
             ("activity of the wall", self.wall),
         ] {
-            check(what, uptake.amount(), 0.0, MAX_ACTIVITY)?;
+            check(what, uptake.amount(), ranges::ACTIVITY)?;
         }
         Ok(())
     }

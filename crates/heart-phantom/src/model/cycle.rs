@@ -1,7 +1,8 @@
 //! The cardiac cycle: which phase at which time, which volume gain at which phase.
 
-use super::volume_curve::{Height, MAX_GAIN, VolumeCurve};
+use super::volume_curve::{Height, VolumeCurve};
 use crate::error::{PhantomError, check};
+use crate::ranges::GAIN;
 
 /// Phases are kept on a grid of `2^-40` of a cycle, so that instants which are whole cycles apart
 /// give the same bits although `t * bpm / 60` was rounded differently. At 65 beats per minute the
@@ -41,7 +42,7 @@ impl Cycle {
     /// [`PhantomError::OutOfRange`] unless `0 < beats_per_minute <= 1000` and
     /// `0 <= peak_gain <= 20`, both finite.
     pub fn new(beats_per_minute: f64, peak_gain: f64) -> Result<Self, PhantomError> {
-        check("peak_gain", peak_gain, 0.0, MAX_GAIN)?;
+        check("peak_gain", peak_gain, GAIN)?;
         Self::with_curve(beats_per_minute, &VolumeCurve::Sinusoid, [0.0, peak_gain])
     }
 
@@ -59,11 +60,10 @@ impl Cycle {
         check(
             "beats_per_minute",
             beats_per_minute,
-            f64::MIN_POSITIVE,
-            1000.0,
+            [f64::MIN_POSITIVE, 1000.0],
         )?;
-        check("largest gain", gains[1], 0.0, MAX_GAIN)?;
-        check("smallest gain", gains[0], 0.0, gains[1])?;
+        check("largest gain", gains[1], GAIN)?;
+        check("smallest gain", gains[0], [0.0, gains[1]])?;
         Ok(Self {
             beats_per_minute,
             beats_per_second: beats_per_minute / 60.0,

@@ -1,6 +1,7 @@
 //! Pieces of the wall that take up more or less than the rest of it, and move with it.
 
-use crate::error::PhantomError;
+use crate::error::{PhantomError, check_count};
+use crate::ranges::PIECES;
 use crate::{Heart, HeartShape, Wall, WallRegion};
 use rayon::prelude::*;
 use revolve_voxel::Sector;
@@ -8,8 +9,6 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Most pieces without overlap that all defects together may be made of.
-pub(crate) const MOST_PIECES: usize = 1000;
 /// Angles that differ by less are equal but for the rounding of a turn.
 const NO_ANGLE: f64 = 1e-12;
 
@@ -25,13 +24,13 @@ pub struct Defect {
     pub activity: f64,
 }
 
-/// What is left of each defect by those after it, as pieces that do not overlap, each with the number of its defect; none if they
-/// are more than [`MOST_PIECES`].
+/// What is left of each defect by those after it, as pieces that do not overlap, each with the number of its defect;
+/// [`PhantomError::Count`] if they are too many.
 ///
 /// Ranges of layers, s and azimuths are boxes in material coordinates, and so are the parts that remain: nothing is approximated.
 pub(crate) fn without_overlap(
     regions: impl IntoIterator<Item = WallRegion>,
-) -> Option<Vec<(usize, WallRegion)>> {
+) -> Result<Vec<(usize, WallRegion)>, PhantomError> {
     let mut pieces: Vec<(usize, WallRegion)> = Vec::new();
     for (k, region) in regions.into_iter().enumerate() {
         pieces = (pieces.into_iter())
@@ -41,11 +40,10 @@ pub(crate) fn without_overlap(
             })
             .collect();
         pieces.push((k, region));
-        if pieces.len() > MOST_PIECES {
-            return None;
-        }
+        let what = "pieces without overlap of the defects";
+        check_count(what, pieces.len(), PIECES)?;
     }
-    Some(pieces)
+    Ok(pieces)
 }
 
 /// What of a region lies outside another one: itself, as it is, if they do not overlap.
@@ -118,14 +116,7 @@ impl Placed {
         if defects.is_empty() {
             return Ok(Self::default());
         }
-        let pieces = without_overlap(defects.iter().map(|defect| defect.region)).ok_or(
-            PhantomError::Count {
-                what: "pieces without overlap of the defects",
-                given: MOST_PIECES + 1,
-                least: 0,
-                most: MOST_PIECES,
-            },
-        )?;
+        let pieces = without_overlap(defects.iter().map(|defect| defect.region))?;
         let wall = |shape: &HeartShape| {
             Wall::drawn(shape, heart.tolerance()).map_err(|source| PhantomError::NoMaterial {
                 gain: shape.gain(),

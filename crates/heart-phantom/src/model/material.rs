@@ -339,9 +339,9 @@ impl Wall {
 }
 
 fn checked(point: &MaterialPoint) -> Result<MaterialPoint, PhantomError> {
-    check("layer", point.layer, 0.0, 1.0)?;
-    check("material coordinate s", point.s, 0.0, APEX)?;
-    check("azimuth", point.azimuth, f64::MIN, f64::MAX)?;
+    check("layer", point.layer, [0.0, 1.0])?;
+    check("material coordinate s", point.s, [0.0, APEX])?;
+    check("azimuth", point.azimuth, [f64::MIN, f64::MAX])?;
     Ok(*point)
 }
 

@@ -10,16 +10,13 @@ mod material;
 mod shape;
 mod volume_curve;
 
-pub(crate) use activity::MAX_ACTIVITY;
 pub use activity::{Activity, Background, Uptake};
 pub use attenuation::Attenuation;
 pub use cycle::Cycle;
 pub use defect::Defect;
-pub(crate) use defect::{MOST_PIECES, Placed, without_overlap};
+pub(crate) use defect::{Placed, without_overlap};
 pub use heart::{Balloon, Heart};
 pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
 pub use shape::HeartShape;
 pub(crate) use volume_curve::Height;
-#[cfg(feature = "scene")]
-pub(crate) use volume_curve::{MAX_GAIN, check_curve};
 pub use volume_curve::{VolumeCurve, VolumeRange};

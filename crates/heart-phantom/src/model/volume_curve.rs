@@ -1,6 +1,7 @@
 //! How the cavity's volume runs through a beat, and how large it gets.
 
 use crate::error::{PhantomError, check, check_count};
+use crate::ranges::{EJECTION_FRACTION, GAIN};
 use std::f64::consts::TAU;
 
 /// Heart rates for which [`VolumeCurve::Physiological`] leaves time to fill.
@@ -78,21 +79,16 @@ impl VolumeRange {
     /// [`PhantomError::OutOfRange`] unless `0 <= gain <= 20`, `0 <= fraction <= 20/21`, `V_rest <= ESV <= EDV <= 21 V_rest`, and
     /// `V_rest` is that of a balloon: 1e-30 to 1e30 mL.
     pub fn gains(&self, rest_volume: f64) -> Result<[f64; 2], PhantomError> {
-        check("rest volume", rest_volume, 1e-30, 1e30)?;
+        check("rest volume", rest_volume, [1e-30, 1e30])?;
         match *self {
-            Self::Gain(gain) => Ok([0.0, check("gain", gain, 0.0, MAX_GAIN)?]),
+            Self::Gain(gain) => Ok([0.0, check("gain", gain, GAIN)?]),
             Self::EjectionFraction(fraction) => {
-                check(
-                    "ejection_fraction",
-                    fraction,
-                    0.0,
-                    MAX_GAIN / (1.0 + MAX_GAIN),
-                )?;
+                check("ejection_fraction", fraction, EJECTION_FRACTION)?;
                 Ok([0.0, fraction / (1.0 - fraction)])
             }
             Self::Volumes { edv, esv } => {
-                check("edv", edv, rest_volume, rest_volume * (1.0 + MAX_GAIN))?;
-                check("esv", esv, rest_volume, edv)?;
+                check("edv", edv, [rest_volume, rest_volume * (1.0 + GAIN[1])])?;
+                check("esv", esv, [rest_volume, edv])?;
                 Ok([esv, edv].map(|volume| (volume - rest_volume) / rest_volume))
             }
         }
@@ -106,15 +102,6 @@ impl VolumeRange {
         let [low, high] = self.gains(rest_volume)?;
         Ok((high - low) / (1.0 + high))
     }
-}
-
-/// Largest volume gain that a cycle may ask for.
-pub(crate) const MAX_GAIN: f64 = 20.0;
-
-/// Whether a curve makes sense at a heart rate.
-#[cfg(feature = "scene")]
-pub(crate) fn check_curve(curve: &VolumeCurve, beats_per_minute: f64) -> Result<(), PhantomError> {
-    Height::new(curve, beats_per_minute).map(drop)
 }
 
 /// A curve made ready for one heart rate: phase to a height of 0 (ESV) to 1 (EDV).
@@ -141,30 +128,23 @@ impl Height {
                 check(
                     "beats_per_minute of a physiological curve",
                     beats_per_minute,
-                    low,
-                    high,
+                    [low, high],
                 )?;
                 Ok(Self::Monotone(with_slopes(&physiological(
                     beats_per_minute,
                 ))))
             }
             VolumeCurve::Sampled(volumes) => {
-                check_count(
-                    "number of sampled volumes",
-                    volumes.len(),
-                    SAMPLES[0],
-                    SAMPLES[1],
-                )?;
+                check_count("number of sampled volumes", volumes.len(), SAMPLES)?;
                 for &volume in volumes {
-                    check("sampled volume", volume, -1e12, 1e12)?;
+                    check("sampled volume", volume, [-1e12, 1e12])?;
                 }
                 let low = volumes.iter().copied().fold(f64::INFINITY, f64::min);
                 let high = volumes.iter().copied().fold(f64::NEG_INFINITY, f64::max);
                 check(
                     "range of the sampled volumes",
                     high - low,
-                    f64::MIN_POSITIVE,
-                    1e13,
+                    [f64::MIN_POSITIVE, 1e13],
                 )?;
                 let n = volumes.len() as f64;
                 let points: Vec<[f64; 2]> = (volumes.iter().enumerate())

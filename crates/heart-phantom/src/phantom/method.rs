@@ -79,11 +79,11 @@ impl Osem {
 
     /// Its numbers, for as many views.
     pub(crate) fn check(&self, views: usize) -> Result<(), PhantomError> {
-        check_count("subsets of OSEM", self.subsets, 1, views)?;
-        check_count("iterations of OSEM", self.iterations, 1, Self::MOST)?;
+        check_count("subsets of OSEM", self.subsets, [1, views])?;
+        check_count("iterations of OSEM", self.iterations, [1, Self::MOST])?;
         if let Some(tolerance) = self.tolerance {
             let [least, most] = Self::TOLERANCE;
-            check("tolerance of OSEM", tolerance, least, most)?;
+            check("tolerance of OSEM", tolerance, [least, most])?;
         }
         Ok(())
     }

@@ -24,8 +24,6 @@ pub use memory::Memory;
 pub use method::{Method, Osem, OsemReport};
 pub use numbers::{Numbers, Thickness};
 pub use output::{Output, Product};
-#[cfg(feature = "scene")]
-pub(crate) use parts::MOST_DEFECTS;
 pub use parts::PhantomParts;
 pub use phases::{PhaseOf, PhaseReport, ScenePhase};
 pub use planned::PlannedFile;
@@ -168,7 +166,7 @@ impl Phantom {
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Quadrature`] if no number of steps suffices.
     pub fn acquisition(&self, gate: usize) -> Result<Acquisition, PhantomError> {
-        check_count("gate", gate, 0, self.n_gates() - 1)?;
+        check_count("gate", gate, [0, self.n_gates() - 1])?;
         Ok(self.acquisition_of(gate, self.steps()?))
     }
 

@@ -3,17 +3,14 @@
 use super::method::Method;
 use super::output::{Output, Product};
 use crate::error::{PhantomError, check, check_count};
-use crate::model::{Attenuation, Background, MAX_ACTIVITY, MOST_PIECES, without_overlap};
-use crate::scan::{Accuracy, COUNTS, Collimation, Counting, Counts, Mode, Noise, STEPS};
+use crate::model::{Attenuation, Background, without_overlap};
+use crate::ranges;
+use crate::scan::{Accuracy, Collimation, Counting, Counts, Mode, Noise, STEPS};
 use crate::{Activity, Camera, Cycle, Defect, Heart, ViewTime};
 use radon::FbpOptions;
 use revolve_voxel::Organs;
 use std::f64::consts::TAU;
 
-/// Each defect has a label of its own, above those of background, cavity and wall; labels are bytes.
-pub(crate) const MOST_DEFECTS: usize = 252;
-/// Lengths in cm, and times in seconds.
-const SIZES: [f64; 2] = [1e-6, 1e6];
 /// Where the wall's side is, if nothing else is said: two fifths of the way from base to apex.
 const SIDE: f64 = 0.2;
 
@@ -127,7 +124,7 @@ impl PhantomParts {
         self.activity.validate()?;
         if let Some(background) = &self.background {
             let what = "activity of the background";
-            check(what, background.concentration, 0.0, MAX_ACTIVITY)?;
+            check(what, background.concentration, ranges::ACTIVITY)?;
         }
         if self.organs.is_some() {
             let what = "attenuation of the heart, which organs around it need";
@@ -141,62 +138,60 @@ impl PhantomParts {
         }
         self.check_defects()?;
         if let Some(attenuation) = &self.attenuation {
-            check("attenuation", attenuation.coefficient, 0.0, 1e6)?;
+            check("attenuation", attenuation.coefficient, ranges::ATTENUATION)?;
         }
         self.check_times()?;
         self.check_counts()?;
-        check("truth tolerance", self.truth_tolerance, 1e-7, 0.5)?;
-        check("side", self.side, 0f64.next_up(), 0.5f64.next_down())?;
-        check("radius of the camera", self.radius, SIZES[0], SIZES[1])?;
+        check(
+            "truth tolerance",
+            self.truth_tolerance,
+            ranges::TRUTH_TOLERANCE,
+        )?;
+        check("side", self.side, [0f64.next_up(), 0.5f64.next_down()])?;
+        check("radius of the camera", self.radius, ranges::SIZE)?;
         if let Some(collimator) = &self.collimator {
             let what = "tolerance of the collimator's blur";
-            check(what, collimator.tolerance, 1e-9, 0.1)?;
+            check(what, collimator.tolerance, ranges::BLUR_TOLERANCE)?;
             let what = "FWHM of a blur beside a collimator, which has its own";
-            check(what, self.blur.unwrap_or(0.0), 0.0, 0.0)?;
+            check(what, self.blur.unwrap_or(0.0), [0.0, 0.0])?;
         }
-        // Finer ones would have millions of triangles.
-        check("mesh tolerance", self.output.mesh_tolerance, 1e-5, 0.1)?;
+        check(
+            "mesh tolerance",
+            self.output.mesh_tolerance,
+            ranges::MESH_TOLERANCE,
+        )?;
         self.check_method()?;
         self.check_output()
     }
 
     fn check_defects(&self) -> Result<(), PhantomError> {
-        check_count("defects", self.defects.len(), 0, MOST_DEFECTS)?;
+        check_count("defects", self.defects.len(), ranges::DEFECTS)?;
         for Defect { region, activity } in &self.defects {
-            let ascending = |what, [from, to]: [f64; 2], low: f64, high: f64| {
-                check(what, from, low, high)?;
-                check(what, to, from.next_up(), high)
+            let ascending = |what, [from, to]: [f64; 2], range: [f64; 2]| {
+                check(what, from, range)?;
+                check(what, to, [from.next_up(), range[1]])
             };
-            ascending("layers of a defect", region.layers, 0.0, 1.0)?;
-            ascending("s of a defect", region.s, 0.0, 0.5)?;
+            ascending("layers of a defect", region.layers, ranges::LAYER)?;
+            ascending("s of a defect", region.s, ranges::S)?;
             let [from, to] = region.azimuths;
-            check("azimuths of a defect", from, -2.0 * TAU, 2.0 * TAU)?;
+            check("azimuths of a defect", from, [-2.0 * TAU, 2.0 * TAU])?;
             // A turn, and the rounding of a turn in degrees.
             let most = from + TAU * (1.0 + 1e-12);
-            check("azimuths of a defect", to, from.next_up(), most)?;
-            check("activity of a defect", *activity, 0.0, 1e6)?;
+            check("azimuths of a defect", to, [from.next_up(), most])?;
+            check("activity of a defect", *activity, ranges::DEFECT_ACTIVITY)?;
         }
-        let regions = self.defects.iter().map(|defect| defect.region);
-        match without_overlap(regions) {
-            Some(_) => Ok(()),
-            None => Err(PhantomError::Count {
-                what: "pieces without overlap of the defects",
-                given: MOST_PIECES + 1,
-                least: 0,
-                most: MOST_PIECES,
-            }),
-        }
+        without_overlap(self.defects.iter().map(|defect| defect.region)).map(drop)
     }
 
     fn check_times(&self) -> Result<(), PhantomError> {
         let points = match self.accuracy {
-            Accuracy::Steps(steps) => check_count("steps", steps, 2, STEPS[1])?,
+            Accuracy::Steps(steps) => check_count("steps", steps, ranges::STEPS)?,
             Accuracy::Tolerance(tolerance) => {
-                check("tolerance of the views", tolerance, 1e-6, 1.0)?;
+                check("tolerance of the views", tolerance, ranges::VIEW_TOLERANCE)?;
                 2
             }
         };
-        let gates = check_count("gates", self.mode.n_gates(), 1, 1000)?;
+        let gates = check_count("gates", self.mode.n_gates(), ranges::GATES)?;
         (0..gates).try_for_each(|gate| {
             let acquisition = self.mode.acquisition(gate, points);
             acquisition.validate(&self.cycle, &self.camera)
@@ -204,7 +199,7 @@ impl PhantomParts {
     }
 
     fn check_counts(&self) -> Result<(), PhantomError> {
-        let [least, most] = COUNTS;
+        let [least, most] = ranges::COUNTS;
         match (self.noise.map(|noise| noise.counts), &self.counting) {
             (Some(Counts::PerUnit(_) | Counts::Total(_)), Some(_)) => {
                 return Err(PhantomError::Unsupported {
@@ -213,7 +208,7 @@ impl PhantomParts {
                 });
             }
             (Some(Counts::PerUnit(mean) | Counts::Total(mean)), None) => {
-                check("counts", mean, least, most)?;
+                check("counts", mean, [least, most])?;
             }
             (Some(Counts::Expected), None) => {
                 let what = "sensitivity of the camera, which expected counts need";
@@ -227,10 +222,10 @@ impl PhantomParts {
         counting.validate()?;
         for gate in 0..self.mode.n_gates() {
             for time in self.view_times(gate) {
-                check("seconds that a view counts", time.window, 1e-9, 1e9)?;
+                check("seconds that a view counts", time.window, [1e-9, 1e9])?;
             }
             for counts in self.expected_counts(gate).into_iter().flatten() {
-                check("expected counts of a sample of 1", counts, least, most)?;
+                check("expected counts of a sample of 1", counts, [least, most])?;
             }
         }
         Ok(())

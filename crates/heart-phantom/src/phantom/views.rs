@@ -16,7 +16,7 @@ impl Phantom {
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate.
     pub fn view_times(&self, gate: usize) -> Result<Vec<ViewTime>, PhantomError> {
-        check_count("gate", gate, 0, self.n_gates() - 1)?;
+        check_count("gate", gate, [0, self.n_gates() - 1])?;
         Ok(self.parts.view_times(gate))
     }
 
@@ -41,7 +41,7 @@ impl Phantom {
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate or view; what solving the shapes can return.
     pub fn view(&self, gate: usize, view_idx: usize) -> Result<Vec<f32>, PhantomError> {
-        check_count("view", view_idx, 0, self.parts.camera.n_views() - 1)?;
+        check_count("view", view_idx, [0, self.parts.camera.n_views() - 1])?;
         let rows = 0..self.parts.camera.n_rows();
         Ok(self
             .take(gate, view_idx..view_idx + 1, rows, &|_| ())?
@@ -92,7 +92,7 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::view`].
     pub fn counts_per_unit(&self, gate: usize) -> Result<Option<Vec<f64>>, PhantomError> {
-        check_count("gate", gate, 0, self.n_gates() - 1)?;
+        check_count("gate", gate, [0, self.n_gates() - 1])?;
         let camera = &self.parts.camera;
         let (views, rows) = (0..camera.n_views(), 0..camera.n_rows());
         self.counts_of(gate, || {

@@ -19,7 +19,7 @@ impl Phantom {
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate or slice; [`PhantomError::Radon`] if the arc is too short for [`Method::Fbp`].
     pub fn slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
-        check_count("slice", z, 0, self.parts.camera.n_rows() - 1)?;
+        check_count("slice", z, [0, self.parts.camera.n_rows() - 1])?;
         match self.parts.method {
             Method::Fbp => {
                 let views = 0..self.parts.camera.n_views();
@@ -90,7 +90,7 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::slice`].
     pub fn truth_slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
-        check_count("slice", z, 0, self.parts.camera.n_rows() - 1)?;
+        check_count("slice", z, [0, self.parts.camera.n_rows() - 1])?;
         self.truth_slices(self.acquisition(gate)?, z..z + 1)
     }
 

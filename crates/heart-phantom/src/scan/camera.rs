@@ -96,16 +96,16 @@ impl Camera {
     /// [`PhantomError::OutOfRange`] for angles beyond 1000 radians, an arc of nothing or an interval that is not positive, and for
     /// more than 2^31 samples of all views, or voxels.
     pub fn with_geometry(from: &CameraGeometry) -> Result<Self, PhantomError> {
-        check("arc", from.arc.abs(), f64::MIN_POSITIVE, 1e3)?;
-        check("start", from.start, -1e3, 1e3)?;
-        check("interval", from.interval, f64::MIN_POSITIVE, 1e9)?;
+        check("arc", from.arc.abs(), [f64::MIN_POSITIVE, 1e3])?;
+        check("start", from.start, [-1e3, 1e3])?;
+        check("interval", from.interval, [f64::MIN_POSITIVE, 1e9])?;
         let n = from.views as f64;
         // None of them counts as one: what comes below says what is missing.
         let product = |counts: [usize; 3]| counts.iter().map(|&n| n.max(1) as f64).product();
         let samples = product([from.views, from.bins, from.rows]);
-        check("views x bins x rows", samples, 0.0, MOST_SAMPLES)?;
+        check("views x bins x rows", samples, [0.0, MOST_SAMPLES])?;
         let voxels = product([from.pixels[0], from.pixels[1], from.rows]);
-        check(VOXELS, voxels, 0.0, MOST_SAMPLES)?;
+        check(VOXELS, voxels, [0.0, MOST_SAMPLES])?;
         let angles: Vec<f64> = (0..from.views)
             .map(|k| from.start + k as f64 * from.arc / n)
             .collect();
@@ -203,7 +203,7 @@ impl Camera {
     /// # Errors
     /// [`PhantomError::OutOfRange`] unless it is positive and at most 1e9 s.
     pub fn with_interval(mut self, seconds: f64) -> Result<Self, PhantomError> {
-        self.from.interval = check("interval", seconds, f64::MIN_POSITIVE, 1e9)?;
+        self.from.interval = check("interval", seconds, [f64::MIN_POSITIVE, 1e9])?;
         Ok(self)
     }
 
@@ -251,7 +251,7 @@ impl Camera {
     /// # Errors
     /// [`PhantomError::Count`] if there is no such view.
     pub fn rays(&self, view_idx: usize) -> Result<ParallelRays, PhantomError> {
-        check_count("view_idx", view_idx, 0, self.n_views() - 1)?;
+        check_count("view_idx", view_idx, [0, self.n_views() - 1])?;
         Ok(self.detector.rays(self.geometry.angles()[view_idx])?)
     }
 }

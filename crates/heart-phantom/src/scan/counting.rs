@@ -2,12 +2,11 @@
 
 use super::view_time::ViewTime;
 use crate::error::{PhantomError, check};
+use crate::ranges::COUNTS;
 use std::f64::consts::LN_2;
 
 /// Seconds of an hour.
 const HOUR: f64 = 3600.0;
-/// Counts of a sample of 1 have to be between these.
-pub(crate) const COUNTS: [f64; 2] = [1e-12, 1e12];
 
 /// The camera's sensitivity, `[counting]` of a scene: with it, activity is in MBq per mL, and a sample, activity times cm in the mean over
 /// the time that its view sees, stands for an expected number of counts,
@@ -84,11 +83,9 @@ impl Counting {
 
     /// Each number in its range.
     pub(crate) fn validate(&self) -> Result<(), PhantomError> {
-        let [least, most] = COUNTS;
-        check("sensitivity of the camera", self.sensitivity, least, most)?;
+        check("sensitivity of the camera", self.sensitivity, COUNTS)?;
         if let Decay::HalfLifeHours(hours) = self.decay {
-            let [least, most] = Decay::HALF_LIVES;
-            check("half-life in hours", hours, least, most)?;
+            check("half-life in hours", hours, Decay::HALF_LIVES)?;
         }
         Ok(())
     }

@@ -48,7 +48,7 @@ impl Depth {
         radius: f64,
         extent: [f64; 2],
     ) -> Result<Self, PhantomError> {
-        check(FACE, radius, extent[0], f64::MAX)?;
+        check(FACE, radius, [extent[0], f64::MAX])?;
         let (response, side) = (&collimation.response, extent[0]);
         let near = response.sigma(radius - side);
         // slope^2 h^2 / 12 below the tolerance of the smallest variance; one slab where depth makes no difference.

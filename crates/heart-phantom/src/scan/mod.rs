@@ -21,7 +21,6 @@ pub use acquisition::{Acquisition, Sinograms, TruthOf};
 pub use camera::{Camera, CameraGeometry, Rotation};
 #[cfg(feature = "scene")]
 pub(crate) use camera::{MOST_SAMPLES, VOXELS};
-pub(crate) use counting::COUNTS;
 pub use counting::{Counting, Decay};
 pub use depth::Collimation;
 pub(crate) use depth::Depth;
@@ -29,8 +28,6 @@ pub(crate) use depth::Depth;
 pub(crate) use depth::FACE;
 pub(crate) use readout::Readout;
 pub use settings::{Accuracy, Counts, Mode, Noise};
-#[cfg(feature = "scene")]
-pub(crate) use timing::MAX_POINTS_OF_ALL;
 pub(crate) use timing::STEPS;
 #[cfg(feature = "scene")]
 pub use view_time::ViewReport;

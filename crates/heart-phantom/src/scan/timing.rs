@@ -4,14 +4,15 @@ use super::acquisition::{Acquisition, TruthOf};
 use super::camera::Rotation;
 use crate::error::{PhantomError, check, check_count};
 use crate::model::Height;
+use crate::ranges;
 use crate::{Camera, Cycle};
 
 /// Most quadrature points a cycle.
 const MAX_POINTS: usize = 65536;
 /// Most points of all views together: each is a view of the heart.
-pub(crate) const MAX_POINTS_OF_ALL: usize = 1 << 24;
+const MAX_POINTS_OF_ALL: usize = 1 << 24;
 /// Fewest and most steps a cycle that a tolerance is met with.
-pub(crate) const STEPS: [usize; 2] = [8, 4096];
+pub(crate) const STEPS: [usize; 2] = [8, ranges::STEPS[1]];
 /// Arcs of a whole view of a turning camera, at least.
 const ARCS: usize = 32;
 /// A time of this share of a beat is rounding.
@@ -69,18 +70,18 @@ impl Acquisition {
     /// Checks everything before any work.
     pub(crate) fn validate(&self, cycle: &Cycle, camera: &Camera) -> Result<(), PhantomError> {
         match *self {
-            Acquisition::Static { phase, .. } => check("phase", phase, -1e9, 1e9).map(drop)?,
+            Acquisition::Static { phase, .. } => check("phase", phase, [-1e9, 1e9]).map(drop)?,
             Acquisition::Exposure { window, .. } => {
-                check("window", window, 0.0, camera.interval()).map(drop)?;
+                check("window", window, [0.0, camera.interval()]).map(drop)?;
             }
             Acquisition::Instants | Acquisition::WholeCycle { .. } => {}
             Acquisition::Gate { gate, gates, .. } => {
-                check_count("gates", gates, 1, MAX_POINTS)?;
-                check_count("gate", gate, 0, gates - 1)?;
+                check_count("gates", gates, [1, MAX_POINTS])?;
+                check_count("gate", gate, [0, gates - 1])?;
             }
         }
         if !matches!(self, Acquisition::Instants) {
-            let points = check_count("quadrature points", self.points(), 2, MAX_POINTS)?;
+            let points = check_count("quadrature points", self.points(), [2, MAX_POINTS])?;
             if !points.is_multiple_of(2) {
                 return Err(PhantomError::Odd {
                     what: "quadrature points",
@@ -90,7 +91,7 @@ impl Acquisition {
         }
         if let (Acquisition::WholeCycle { .. }, Rotation::Continuous) = (self, camera.rotation()) {
             let what = "interval of a turning camera";
-            check(what, camera.interval(), cycle.period(), 1e9)?;
+            check(what, camera.interval(), [cycle.period(), 1e9])?;
         }
         if let (&Acquisition::Gate { gate, .. }, Some(view_idx)) =
             (self, self.unseen(cycle, camera))
@@ -99,11 +100,11 @@ impl Acquisition {
         }
         let points = self.points_of_all(cycle, camera);
         let what = "quadrature points of all views";
-        check_count(what, points as usize, 0, MAX_POINTS_OF_ALL).map(drop)
+        check_count(what, points as usize, [0, MAX_POINTS_OF_ALL]).map(drop)
     }
 
     /// The first view of a turning camera in whose time the gate does not come.
-    pub(crate) fn unseen(&self, cycle: &Cycle, camera: &Camera) -> Option<usize> {
+    fn unseen(&self, cycle: &Cycle, camera: &Camera) -> Option<usize> {
         let seen = |view_idx: &usize| self.seen(cycle, camera, *view_idx).moments()[0];
         match (self, camera.rotation()) {
             // No longer than a beat at most, or it comes in every view.

@@ -32,11 +32,11 @@ impl Scene {
     /// # Errors
     /// [`PhantomError::Scene`]; [`PhantomError::Membrane`] if the discretised balloons make no pair.
     pub fn parts(&self) -> Result<PhantomParts, PhantomError> {
-        self.check()?;
+        let rest = self.checked()?;
         let inner = &self.heart.inner;
         Ok(PhantomParts {
             heart: heart_of(self)?,
-            cycle: cycle_of(self)?,
+            cycle: cycle_of(self, rest)?,
             camera: Camera::with_geometry(&geometry_of(self))?,
             activity: self.activity,
             background: self.background.as_ref().map(background_of).transpose()?,
@@ -104,8 +104,7 @@ pub(crate) fn rest_volume_of(scene: &Scene) -> Result<f64, PhantomError> {
     })
 }
 
-pub(crate) fn cycle_of(scene: &Scene) -> Result<Cycle, PhantomError> {
-    let rest = rest_volume_of(scene)?;
+pub(crate) fn cycle_of(scene: &Scene, rest: f64) -> Result<Cycle, PhantomError> {
     let (cycle, gains) = (&scene.cycle, scene.cycle.volume.gains(rest)?);
     Cycle::with_curve(cycle.beats_per_minute, &cycle.curve, gains)
 }

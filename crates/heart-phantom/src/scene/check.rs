@@ -2,12 +2,12 @@
 
 use super::check_reconstruction::{reconstruction, region_has_a_place};
 use super::check_time::{acquisition, turning};
-use super::fault::{Checked, LENGTH, count, fault, spelled, within};
+use super::fault::{Checked, count, fault, spelled, within};
 use super::*;
 use crate::files::Format;
-use crate::model::{MAX_ACTIVITY, MAX_GAIN, MOST_PIECES, check_curve, without_overlap};
-use crate::phantom::MOST_DEFECTS;
-use crate::scan::{COUNTS, MOST_SAMPLES};
+use crate::model::{Height, without_overlap};
+use crate::ranges;
+use crate::scan::MOST_SAMPLES;
 use crate::scene::build::{collimation_of, defect_of, rest_volume_of};
 use crate::text::{Number, enough};
 use crate::{Uptake, VolumeCurve, VolumeRange};
@@ -15,9 +15,11 @@ use crate::{Uptake, VolumeCurve, VolumeRange};
 /// Sizes of an arc in degrees.
 const ARC: [f64; 2] = [1e-3, 3600.0];
 
-pub(super) fn scene(scene: &Scene) -> Checked {
+/// Gives the rest volume that gains are over.
+pub(super) fn scene(scene: &Scene) -> Result<f64, SceneError> {
     heart(&scene.heart)?;
-    cycle(&scene.cycle, rest_volume_of(scene).unwrap_or(f64::NAN))?;
+    let rest = rest_volume_of(scene).unwrap_or(f64::NAN);
+    cycle(&scene.cycle, rest)?;
     pose(&scene.pose)?;
     for (region, uptake) in [
         ("cavity", scene.activity.cavity),
@@ -28,27 +30,20 @@ pub(super) fn scene(scene: &Scene) -> Checked {
             Uptake::Total(amount) => ("total", amount),
         };
         let field = format!("activity.{region}.{kind}");
-        within(&field, amount, [0.0, MAX_ACTIVITY])?;
+        within(&field, amount, ranges::ACTIVITY)?;
     }
     if let Some(background) = &scene.background {
-        within(
-            "background.concentration",
-            background.concentration,
-            [0.0, MAX_ACTIVITY],
-        )?;
+        let concentration = background.concentration;
+        within("background.concentration", concentration, ranges::ACTIVITY)?;
         torso("background", background.centre, background.semi_axes)?;
     }
-    // Labels are bytes.
-    count("defects", scene.defects.len(), [0, MOST_DEFECTS])?;
+    count("defects", scene.defects.len(), ranges::DEFECTS)?;
     for (k, settings) in scene.defects.iter().enumerate() {
         defect(&format!("defects.{}", k + 1), settings)?;
     }
-    let regions = scene
-        .defects
-        .iter()
-        .map(|settings| defect_of(settings).region);
-    if without_overlap(regions).is_none() {
-        let wanted = format!("overlap in more than {MOST_PIECES} pieces");
+    let defects = scene.defects.iter().map(defect_of);
+    if without_overlap(defects.map(|defect| defect.region)).is_err() {
+        let wanted = format!("overlap in more than {} pieces", ranges::PIECES[1]);
         return Err(fault("defects", scene.defects.len(), wanted));
     }
     detector(scene)?;
@@ -59,20 +54,22 @@ pub(super) fn scene(scene: &Scene) -> Checked {
     camera(&scene.camera)?;
     acquisition(scene)?;
     reconstruction(scene)?;
-    turning(scene)?;
-    within("truth.tolerance", scene.truth.tolerance, [1e-7, 0.5])?;
+    turning(scene, rest)?;
+    let tolerance = scene.truth.tolerance;
+    within("truth.tolerance", tolerance, ranges::TRUTH_TOLERANCE)?;
     if scene.attenuation.is_none() && scene.output.write.contains(&Product::Attenuation) {
         let wanted = "needs a section [attenuation]";
         return Err(fault("output.write", "attenuation", wanted));
     }
     output(&scene.output)?;
-    region_has_a_place(scene)
+    region_has_a_place(scene)?;
+    Ok(rest)
 }
 
 fn heart(heart: &HeartSettings) -> Checked {
     for (field, balloon) in [("heart.inner", heart.inner), ("heart.outer", heart.outer)] {
-        within(&format!("{field}.length"), balloon.length, LENGTH)?;
-        within(&format!("{field}.radius"), balloon.radius, LENGTH)?;
+        within(&format!("{field}.length"), balloon.length, ranges::SIZE)?;
+        within(&format!("{field}.radius"), balloon.radius, ranges::SIZE)?;
         within(
             &format!("{field}.stiffness"),
             balloon.stiffness,
@@ -119,7 +116,7 @@ fn cycle(cycle: &CycleSettings, rest: f64) -> Checked {
         cycle.beats_per_minute,
         [1.0, 1000.0],
     )?;
-    if let Err(error) = check_curve(&cycle.curve, cycle.beats_per_minute) {
+    if let Err(error) = Height::new(&cycle.curve, cycle.beats_per_minute) {
         let (field, given) = match &cycle.curve {
             VolumeCurve::Sampled(volumes) => (
                 "cycle.curve.sampled",
@@ -130,10 +127,10 @@ fn cycle(cycle: &CycleSettings, rest: f64) -> Checked {
         return Err(fault(field, given, error.to_string()));
     }
     match cycle.volume {
-        VolumeRange::Gain(gain) => within("cycle.volume.gain", gain, [0.0, MAX_GAIN]),
+        VolumeRange::Gain(gain) => within("cycle.volume.gain", gain, ranges::GAIN),
         VolumeRange::EjectionFraction(fraction) => {
-            let most = MAX_GAIN / (1.0 + MAX_GAIN);
-            within("cycle.volume.ejection_fraction", fraction, [0.0, most])
+            let field = "cycle.volume.ejection_fraction";
+            within(field, fraction, ranges::EJECTION_FRACTION)
         }
         VolumeRange::Volumes { edv, esv } => {
             let above = |field: &str, given: f64, least: f64, why: &str| {
@@ -159,7 +156,7 @@ fn cycle(cycle: &CycleSettings, rest: f64) -> Checked {
             within(
                 "cycle.volume.volumes.edv",
                 edv,
-                [rest, rest * (1.0 + MAX_GAIN)],
+                [rest, rest * (1.0 + ranges::GAIN[1])],
             )
         }
     }
@@ -167,7 +164,7 @@ fn cycle(cycle: &CycleSettings, rest: f64) -> Checked {
 
 fn pose(pose: &PoseSettings) -> Checked {
     if let Some(centre) = pose.centre {
-        within("pose.centre", centre, [-LENGTH[1], LENGTH[1]])?;
+        within("pose.centre", centre, [-ranges::SIZE[1], ranges::SIZE[1]])?;
     }
     for (field, angle) in [
         ("pose.turn_x", pose.turn_x),
@@ -177,13 +174,13 @@ fn pose(pose: &PoseSettings) -> Checked {
         within(field, angle, [-360.0, 360.0])?;
     }
     for shift in pose.shift {
-        within("pose.shift", shift, [-LENGTH[1], LENGTH[1]])?;
+        within("pose.shift", shift, [-ranges::SIZE[1], ranges::SIZE[1]])?;
     }
     Ok(())
 }
 
 fn defect(name: &str, defect: &DefectSettings) -> Checked {
-    let ascending = |field: &str, [from, to]: [f64; 2], low: f64, high: f64| {
+    let ascending = |field: &str, [from, to]: [f64; 2], [low, high]: [f64; 2]| {
         if from >= low && from < to && to <= high {
             Ok(())
         } else {
@@ -196,17 +193,14 @@ fn defect(name: &str, defect: &DefectSettings) -> Checked {
             ))
         }
     };
-    ascending("layers", defect.layers, 0.0, 1.0)?;
-    ascending("s", defect.s, 0.0, 0.5)?;
-    let from = defect.azimuths_degrees[0];
+    ascending("layers", defect.layers, ranges::LAYER)?;
+    ascending("s", defect.s, ranges::S)?;
+    let azimuths = defect.azimuths_degrees;
+    let from = azimuths[0];
     within(&format!("{name}.azimuths_degrees"), from, [-360.0, 360.0])?;
-    ascending(
-        "azimuths_degrees",
-        defect.azimuths_degrees,
-        from,
-        from + 360.0,
-    )?;
-    within(&format!("{name}.activity"), defect.activity, [0.0, 1e6])
+    ascending("azimuths_degrees", azimuths, [from, from + 360.0])?;
+    let field = format!("{name}.activity");
+    within(&field, defect.activity, ranges::DEFECT_ACTIVITY)
 }
 
 fn detector(scene: &Scene) -> Checked {
@@ -224,7 +218,7 @@ fn detector(scene: &Scene) -> Checked {
         within(
             "blur.fwhm",
             blur.fwhm,
-            [0.0, widths.fold(LENGTH[1], f64::min)],
+            [0.0, widths.fold(ranges::SIZE[1], f64::min)],
         )?;
     }
     if let Some(collimator) = &scene.collimator {
@@ -240,7 +234,7 @@ fn detector(scene: &Scene) -> Checked {
 
 fn counts(scene: &Scene) -> Checked {
     if let Some(counting) = &scene.counting {
-        within("counting.sensitivity", counting.sensitivity, COUNTS)?;
+        within("counting.sensitivity", counting.sensitivity, ranges::COUNTS)?;
         if let Decay::HalfLifeHours(hours) = counting.decay {
             let field = "counting.decay.half_life_hours";
             within(field, hours, Decay::HALF_LIVES)?;
@@ -273,7 +267,7 @@ fn counts(scene: &Scene) -> Checked {
         let wanted = "must be expected beside [counting], which says how many counts there are";
         return Err(fault("noise.counts", Number(mean), wanted));
     }
-    within(field, mean, COUNTS)
+    within(field, mean, ranges::COUNTS)
 }
 
 fn check_collimator(settings: &CollimatorSettings) -> Checked {
@@ -303,7 +297,8 @@ fn check_collimator(settings: &CollimatorSettings) -> Checked {
         settings.intrinsic_fwhm,
         [0.0, 1e3],
     )?;
-    within("collimator.tolerance", settings.tolerance, [1e-9, 0.1])?;
+    let tolerance = settings.tolerance;
+    within("collimator.tolerance", tolerance, ranges::BLUR_TOLERANCE)?;
     // What is left: holes that the septa leave no length.
     collimation_of(settings)
         .map(drop)
@@ -311,7 +306,8 @@ fn check_collimator(settings: &CollimatorSettings) -> Checked {
 }
 
 fn attenuation(settings: &AttenuationSettings) -> Checked {
-    within("attenuation.coefficient", settings.coefficient, [0.0, 1e6])?;
+    let coefficient = settings.coefficient;
+    within("attenuation.coefficient", coefficient, ranges::ATTENUATION)?;
     match settings.medium {
         MediumSettings::Torso { centre, semi_axes } => {
             torso("attenuation.medium.torso", centre, semi_axes)
@@ -331,15 +327,12 @@ fn organs(scene: &Scene) -> Checked {
                 torso(&format!("{name}.shape.ellipsoid"), centre, semi_axes)?;
             }
         }
+        let field = |field| format!("{name}.{field}");
+        within(&field("activity"), organ.activity, ranges::ACTIVITY)?;
         within(
-            &format!("{name}.activity"),
-            organ.activity,
-            [0.0, MAX_ACTIVITY],
-        )?;
-        within(
-            &format!("{name}.attenuation"),
+            &field("attenuation"),
             organ.attenuation,
-            [0.0, 1e6],
+            ranges::ATTENUATION,
         )?;
     }
     if scene.organs.is_empty() {
@@ -369,8 +362,12 @@ fn organs(scene: &Scene) -> Checked {
 
 fn torso<const N: usize>(name: &str, centre: [f64; N], semi_axes: [f64; N]) -> Checked {
     for (c, a) in centre.into_iter().zip(semi_axes) {
-        within(&format!("{name}.centre"), c, [-LENGTH[1], LENGTH[1]])?;
-        within(&format!("{name}.semi_axes"), a, LENGTH)?;
+        within(
+            &format!("{name}.centre"),
+            c,
+            [-ranges::SIZE[1], ranges::SIZE[1]],
+        )?;
+        within(&format!("{name}.semi_axes"), a, ranges::SIZE)?;
     }
     Ok(())
 }
@@ -388,14 +385,11 @@ fn camera(camera: &CameraSettings) -> Checked {
     count("camera.bins", camera.bins, [2, 8192])?;
     count("camera.rows", camera.rows, [1, 8192])?;
     for pitch in camera.pitch {
-        within("camera.pitch", pitch, LENGTH)?;
+        within("camera.pitch", pitch, ranges::SIZE)?;
     }
-    within(
-        "camera.seconds_per_view",
-        camera.seconds_per_view,
-        [1e-6, 1e6],
-    )?;
-    within("camera.radius", camera.radius, LENGTH)?;
+    let seconds = camera.seconds_per_view;
+    within("camera.seconds_per_view", seconds, ranges::SIZE)?;
+    within("camera.radius", camera.radius, ranges::SIZE)?;
     let samples = camera.views as f64 * camera.bins as f64 * camera.rows as f64;
     if samples > MOST_SAMPLES {
         let wanted = format!("views x bins x rows = {samples:e} must be at most {MOST_SAMPLES:e}");
@@ -405,8 +399,8 @@ fn camera(camera: &CameraSettings) -> Checked {
 }
 
 fn output(output: &Output) -> Checked {
-    // Finer ones would have millions of triangles.
-    within("output.mesh_tolerance", output.mesh_tolerance, [1e-5, 0.1])?;
+    let tolerance = output.mesh_tolerance;
+    within("output.mesh_tolerance", tolerance, ranges::MESH_TOLERANCE)?;
     if output.projections.projections_extension().is_none() {
         let names: Vec<String> = (Format::ALL.into_iter())
             .filter(|format| format.projections_extension().is_some())

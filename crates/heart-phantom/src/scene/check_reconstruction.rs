@@ -1,8 +1,9 @@
 //! What a scene may say of volumes from views.
 
-use super::fault::{Checked, LENGTH, count, fault, within};
+use super::fault::{Checked, count, fault, within};
 use super::*;
 use crate::files::Format;
+use crate::ranges;
 use crate::scan::MOST_SAMPLES;
 use crate::text::{Number, enough};
 
@@ -28,7 +29,7 @@ pub(super) fn reconstruction(scene: &Scene) -> Checked {
         count("reconstruction.pixels", pixels, [1, 8192])?;
     }
     if let Some(pixel) = settings.pixel {
-        within("reconstruction.pixel", pixel, LENGTH)?;
+        within("reconstruction.pixel", pixel, ranges::SIZE)?;
     }
     let pixels = settings.pixels.unwrap_or(scene.camera.bins);
     let voxels = (pixels * pixels) as f64 * scene.camera.rows as f64;

@@ -2,9 +2,9 @@
 
 use super::Scene;
 use super::fault::{Checked, count, fault, within};
-use crate::scan::MAX_POINTS_OF_ALL;
-use crate::scan::{Accuracy, Mode};
-use crate::scan::{Camera, Rotation};
+use crate::error::PhantomError;
+use crate::ranges;
+use crate::scan::{Accuracy, Camera, Mode, Rotation};
 use crate::scene::build::{cycle_of, geometry_of};
 use crate::text::enough;
 
@@ -25,66 +25,60 @@ pub(super) fn acquisition(scene: &Scene) -> Checked {
     }
     match scene.acquisition.accuracy {
         Accuracy::Steps(steps) => {
-            count("acquisition.accuracy.steps", steps, [2, 4096])?;
+            count("acquisition.accuracy.steps", steps, ranges::STEPS)?;
             if !steps.is_multiple_of(2) {
                 return Err(fault("acquisition.accuracy.steps", steps, "must be even"));
             }
             Ok(())
         }
         Accuracy::Tolerance(tolerance) => {
-            within("acquisition.accuracy.tolerance", tolerance, [1e-6, 1.0])
+            let field = "acquisition.accuracy.tolerance";
+            within(field, tolerance, ranges::VIEW_TOLERANCE)
         }
     }
 }
 
 /// A view of a turning camera sees what comes in its time. Of a tolerance it is known at work only how many steps it takes.
-pub(super) fn turning(scene: &Scene) -> Checked {
-    let (field, interval) = ("camera.seconds_per_view", scene.camera.seconds_per_view);
-    let refuse = |wanted: String| Err(fault(field, interval, wanted));
+pub(super) fn turning(scene: &Scene, rest: f64) -> Checked {
     // What is wrong with either of them has been said.
-    let (Ok(cycle), Ok(camera)) = (cycle_of(scene), Camera::with_geometry(&geometry_of(scene)))
-    else {
+    let (Ok(cycle), Ok(camera)) = (
+        cycle_of(scene, rest),
+        Camera::with_geometry(&geometry_of(scene)),
+    ) else {
         return Ok(());
     };
-    let (gates, period) = (scene.acquisition.mode.n_gates(), cycle.period());
     if camera.rotation() == Rotation::StepAndShoot {
         return Ok(());
     }
-    if scene.acquisition.mode == Mode::WholeCycle && interval < period {
-        return refuse(format!(
-            "must be at least one beat, {} s, when a turning camera sees whole beats",
-            enough(period)
-        ));
-    }
+    let (mode, interval) = (scene.acquisition.mode, scene.camera.seconds_per_view);
     let steps = match scene.acquisition.accuracy {
         Accuracy::Steps(steps) => steps,
         Accuracy::Tolerance(_) => 2,
     };
-    for gate in 0..gates {
-        let acquisition = scene.acquisition.mode.acquisition(gate, steps);
-        if let Some(view_idx) = acquisition.unseen(&cycle, &camera) {
-            return refuse(format!(
-                "gate {gate} of {gates} does not come in the time of view {view_idx}; one beat, {} s, is always enough",
-                enough(period)
-            ));
-        }
-    }
-    let points = scene
-        .acquisition
-        .mode
-        .acquisition(0, steps)
-        .points_of_all(&cycle, &camera);
-    if points > MAX_POINTS_OF_ALL as f64 {
-        return refuse(format!(
-            "{points:e} points of its quadrature, seen by a turning camera, must be at most {MAX_POINTS_OF_ALL:e}"
-        ));
-    }
-    Ok(())
+    let beat = enough(cycle.period());
+    let gates = mode.n_gates();
+    (0..gates).try_for_each(|gate| {
+        let seen = mode.acquisition(gate, steps).validate(&cycle, &camera);
+        let wanted = match seen {
+            Ok(()) => return Ok(()),
+            Err(PhantomError::OutOfRange { .. }) => {
+                format!("must be at least one beat, {beat} s, when a turning camera sees whole beats")
+            }
+            Err(PhantomError::Unseen { gate, view_idx }) => format!(
+                "gate {gate} of {gates} does not come in the time of view {view_idx}; one beat, {beat} s, is always enough"
+            ),
+            Err(PhantomError::Count { given, most, .. }) => format!(
+                "{given:e} points of its quadrature, seen by a turning camera, must be at most {most:e}"
+            ),
+            Err(other) => other.to_string(),
+        };
+        Err(fault("camera.seconds_per_view", interval, wanted))
+    })
 }
 
 fn all_gates(scene: &Scene, gates: usize) -> Checked {
     let field = "acquisition.mode.gated.gates";
-    count(field, gates, [1, 1000])?;
+    count(field, gates, ranges::GATES)?;
     let camera = &scene.camera;
     let pixels = scene.reconstruction.pixels.unwrap_or(camera.bins) as f64;
     let each = (camera.views as f64 * camera.bins as f64).max(pixels * pixels) * camera.rows as f64;

@@ -5,9 +5,6 @@ use crate::text::Number;
 use serde::Serialize;
 use std::fmt::Display;
 
-/// Lengths in cm.
-pub(super) const LENGTH: [f64; 2] = [1e-6, 1e6];
-
 pub(super) type Checked = Result<(), SceneError>;
 
 pub(super) fn fault(field: &str, given: impl Display, wanted: impl Into<String>) -> SceneError {

@@ -63,6 +63,11 @@ impl Scene {
     /// # Errors
     /// [`PhantomError::Scene`] with the field, what was given and what would be right.
     pub fn check(&self) -> Result<(), PhantomError> {
+        self.checked().map(drop)
+    }
+
+    /// The rest volume that gains are over, once all is checked.
+    pub(super) fn checked(&self) -> Result<f64, PhantomError> {
         check::scene(self).map_err(|fault| PhantomError::Scene(Box::new(fault)))
     }
 
