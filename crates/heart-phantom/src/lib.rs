@@ -76,8 +76,8 @@ pub use revolve_voxel;
 
 pub use error::PhantomError;
 pub use model::{
-    Activity, Attenuation, Background, Balloon, Cycle, Defect, Heart, HeartShape, MaterialPoint,
-    Stretch, Uptake, VolumeCurve, VolumeRange, Wall, WallRegion,
+    Activity, Attenuation, Background, Balloon, Cycle, Defect, Deformation, GreenStrain, Heart,
+    HeartShape, MaterialPoint, Stretch, Twist, Uptake, VolumeCurve, VolumeRange, Wall, WallRegion,
 };
 pub use phantom::{
     Artefacts, Edge, Memory, Method, Numbers, Osem, OsemReport, Output, Phantom, PhantomParts,

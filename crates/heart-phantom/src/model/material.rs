@@ -9,12 +9,16 @@
 //!   the strip's volumes, the same in all layers.
 //! - [`Wall::sliding`]: the wall slides along both membranes, as water does, so that every element keeps its volume and the
 //!   product of the stretches is 1 everywhere. A material s is then where it was between the membrane points s at rest.
+//!
+//! Either may turn about the axis as it goes ([`Twist`]), which changes no volume.
 
 use super::shape::HeartShape;
+use super::twist::Twist;
 use crate::error::{PhantomError, check};
 use membrane_newton::{Equilibrium, PairEquilibrium};
 use nalgebra::Point3;
 use revolve_voxel::{Curve, Meridian, Piece, Pose, Sector, Shell, Thickness, VoxelGrid};
+use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -54,6 +58,7 @@ pub struct Wall {
     pose: Pose,
     /// The wall at rest, if this one slides.
     rest: Option<Arc<Shell>>,
+    twist: Option<Arc<Twist>>,
 }
 
 /// A piece of the wall that moves with it: all material points within three ranges.
@@ -109,6 +114,7 @@ impl Wall {
             shell: Arc::new(Shell::new(inner, outer, [0.0, APEX])?),
             pose,
             rest: None,
+            twist: None,
         })
     }
 
@@ -135,6 +141,12 @@ impl Wall {
         self
     }
 
+    /// The same wall, turned about its axis layer by layer; angles are counted from the wall without a twist.
+    pub fn twisted(mut self, twist: Twist) -> Self {
+        self.twist = Some(Arc::new(twist));
+        self
+    }
+
     /// Volume of the wall in cm^3.
     pub fn volume(&self) -> f64 {
         self.shell.volume()
@@ -145,19 +157,29 @@ impl Wall {
     /// # Errors
     /// [`PhantomError::OutOfRange`] for a layer outside 0 to 1, an s outside 0 to 1/2, an angle that is not finite.
     pub fn position(&self, point: &MaterialPoint) -> Result<Point3<f64>, PhantomError> {
-        Ok(self.place(&checked(point)?))
+        Ok(self.place(&point.checked()?))
     }
 
     /// The material point at a place in the lab, its angle in (-pi, pi], or nothing outside the wall (whose surfaces belong
     /// to it).
     pub fn locate(&self, p: &Point3<f64>) -> Option<MaterialPoint> {
         let body = self.pose.to_body(p);
-        let [layer, at] = self.shell.locate([body.x, body.y.hypot(body.z)])?;
-        Some(MaterialPoint {
+        let found = self.shell.locate([body.x, body.y.hypot(body.z)])?;
+        Some(self.material(found, &body))
+    }
+
+    /// The material point at the layer and the membranes' own s where a body point was found.
+    pub(super) fn material(&self, [layer, at]: [f64; 2], body: &Point3<f64>) -> MaterialPoint {
+        let s = self.shell.carried(at, self.reference());
+        let place = body.z.atan2(body.y);
+        MaterialPoint {
             layer,
-            s: self.shell.carried(at, self.reference()),
-            azimuth: body.z.atan2(body.y),
-        })
+            s,
+            azimuth: match &self.twist {
+                None => place,
+                Some(twist) => PI - (PI - place + twist.angle(layer, s)).rem_euclid(TAU),
+            },
+        }
     }
 
     /// How far the material at a place moves from this phase to another: a lab vector in cm, or nothing outside the wall.
@@ -199,11 +221,16 @@ impl Wall {
             let [x, r] = to.shell.point(layer, self.same(at, to));
             let from = (p.y * p.y + p.z * p.z).sqrt();
             // On the axis any azimuth will do.
-            let [cos, sin] = if from > 0.0 {
+            let [mut cos, mut sin] = if from > 0.0 {
                 [p.y / from, p.z / from]
             } else {
                 [1.0, 0.0]
             };
+            if self.twist.is_some() || to.twist.is_some() {
+                let s = self.shell.carried(at, self.reference());
+                let (b, a) = (to.turn(layer, s) - self.turn(layer, s)).sin_cos();
+                [cos, sin] = [a * cos - b * sin, b * cos + a * sin];
+            }
             let there = to.pose.to_lab(&Point3::new(x, r * cos, r * sin));
             let way = there - self.pose.to_lab(p);
             [way.x as f32, way.y as f32, way.z as f32]
@@ -216,7 +243,7 @@ impl Wall {
     /// # Errors
     /// As [`Wall::position`].
     pub fn stretch(&self, to: &Wall, point: &MaterialPoint) -> Result<Stretch, PhantomError> {
-        let point = checked(point)?;
+        let point = point.checked()?;
         let [here, there] = [self, to].map(|wall| wall.element(&point));
         let [meridional, hoop, radial] = [0, 1, 2].map(|k| there[k] / here[k]);
         Ok(Stretch {
@@ -242,7 +269,8 @@ impl Wall {
         for k in 0..2 {
             let [layer, s] = [layers[k], s[k]];
             let azimuth = 0.0;
-            ends[k] = self.coordinate(checked(&MaterialPoint { layer, s, azimuth })?.s);
+            let point = MaterialPoint { layer, s, azimuth };
+            ends[k] = self.coordinate(point.checked()?.s);
         }
         Ok(self.shell.region(layers, ends, tolerance)?)
     }
@@ -291,8 +319,18 @@ impl Wall {
 
     fn place(&self, point: &MaterialPoint) -> Point3<f64> {
         let [x, r] = self.shell.point(point.layer, self.coordinate(point.s));
-        let (sin, cos) = point.azimuth.sin_cos();
+        let (sin, cos) = (point.azimuth + self.turn(point.layer, point.s)).sin_cos();
         self.pose.to_lab(&Point3::new(x, r * cos, r * sin))
+    }
+
+    /// How far a material point is turned about the axis.
+    fn turn(&self, layer: f64, s: f64) -> f64 {
+        (self.twist.as_ref()).map_or(0.0, |twist| twist.angle(layer, s))
+    }
+
+    /// The shell and where it stands.
+    pub(super) fn standing(&self) -> (&Shell, &Pose) {
+        (&self.shell, &self.pose)
     }
 
     /// The membranes' own s between which material s lies at this phase.
@@ -317,12 +355,19 @@ impl Wall {
 
     /// Sides of a material element: along the layer for each unit of s, round the axis, across layers for each unit of u.
     fn element(&self, point: &MaterialPoint) -> [f64; 3] {
+        let [across, along, [_, _, r]] = self.tangents(point);
+        let length = along[0].hypot(along[1]);
+        let area = along[0] * across[1] - along[1] * across[0];
+        [length, r, area / length]
+    }
+
+    /// Derivatives of the place of a material point by layer, s and azimuth, in its cylindrical frame: along the axis, away from it,
+    /// round it.
+    pub(super) fn tangents(&self, point: &MaterialPoint) -> [[f64; 3]; 3] {
         // The apex is a limit: sides and volumes vanish there together.
         let s = point.s.min(APEX * (1.0 - 1e-6));
         let at = self.coordinate(s);
         let [across, along] = self.shell.tangents(point.layer, at);
-        let length = along[0].hypot(along[1]);
-        let area = along[0] * across[1] - along[1] * across[0];
         let rate = match &self.rest {
             None => 1.0,
             Some(rest) => {
@@ -330,19 +375,27 @@ impl Wall {
                 share(rest, s) / share(&self.shell, at)
             }
         };
+        let r = self.shell.point(point.layer, at)[1];
+        let [by_layer, by_s] = match &self.twist {
+            None => [0.0; 2],
+            Some(twist) => twist.rates(point.layer, s).map(|rate| r * rate),
+        };
         [
-            length * rate,
-            self.shell.point(point.layer, at)[1],
-            area / length,
+            [across[0], across[1], by_layer],
+            [along[0] * rate, along[1] * rate, by_s],
+            [0.0, 0.0, r],
         ]
     }
 }
 
-fn checked(point: &MaterialPoint) -> Result<MaterialPoint, PhantomError> {
-    check("layer", point.layer, [0.0, 1.0])?;
-    check("material coordinate s", point.s, [0.0, APEX])?;
-    check("azimuth", point.azimuth, [f64::MIN, f64::MAX])?;
-    Ok(*point)
+impl MaterialPoint {
+    /// Itself, if it is in the wall.
+    pub(super) fn checked(&self) -> Result<Self, PhantomError> {
+        check("layer", self.layer, [0.0, 1.0])?;
+        check("material coordinate s", self.s, [0.0, APEX])?;
+        check("azimuth", self.azimuth, [f64::MIN, f64::MAX])?;
+        Ok(*self)
+    }
 }
 
 /// A solved membrane as a curve with its material coordinate.

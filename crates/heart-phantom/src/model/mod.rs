@@ -8,6 +8,8 @@ mod heart;
 mod kept;
 mod material;
 mod shape;
+mod strain;
+mod twist;
 mod volume_curve;
 
 pub use activity::{Activity, Background, Uptake};
@@ -18,5 +20,7 @@ pub(crate) use defect::{Placed, without_overlap};
 pub use heart::{Balloon, Heart};
 pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
 pub use shape::HeartShape;
+pub use strain::{Deformation, GreenStrain};
+pub use twist::Twist;
 pub(crate) use volume_curve::Height;
 pub use volume_curve::{VolumeCurve, VolumeRange};

@@ -9,6 +9,7 @@ mod errors;
 mod files;
 mod lock;
 mod material;
+mod motion;
 mod organs;
 mod osem;
 mod parts;
