@@ -3,24 +3,19 @@
 //!
 //! `cargo run --release -p heart-phantom --example ejection_fraction`
 
-use heart_phantom::scene::{Activity, CycleSettings, Mode, Scene};
+use heart_phantom::scene::{Mode, Scene};
 use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
 
 fn main() -> Result<(), PhantomError> {
     println!("gates   found     true");
     for gates in [4, 8, 16, 32] {
-        let scene = Scene::default()
+        let mut scene = Scene::default()
             .with_size(64)
-            .with_mode(Mode::Gated { gates })
-            .with_cycle(CycleSettings {
-                curve: VolumeCurve::Physiological,
-                volume: VolumeRange::EjectionFraction(0.5),
-                ..CycleSettings::default()
-            })
-            .with_activity(Activity {
-                cavity: Uptake::Concentration(1.0),
-                wall: Uptake::Concentration(0.0),
-            });
+            .with_mode(Mode::Gated { gates });
+        scene.cycle.curve = VolumeCurve::Physiological;
+        scene.cycle.volume = VolumeRange::EjectionFraction(0.5);
+        scene.activity.cavity = Uptake::Concentration(1.0);
+        scene.activity.wall = Uptake::Concentration(0.0);
         let phantom = Phantom::new(scene)?;
         let voxel = phantom.camera().grid().voxel_volume();
         let mut volumes = Vec::new();

@@ -2,23 +2,17 @@
 //!
 //! `cargo run --release -p heart-phantom --example gated_spect`
 
-use heart_phantom::scene::{Accuracy, CycleSettings, Mode, ReconstructionSettings, Scene, Window};
+use heart_phantom::scene::{Accuracy, Mode, Scene, Window};
 use heart_phantom::{Phantom, PhantomError, VolumeCurve, VolumeRange};
 use std::time::Instant;
 
 fn main() -> Result<(), PhantomError> {
     let mut scene = Scene::default()
         .with_size(128)
-        .with_mode(Mode::Gated { gates: 16 })
-        .with_cycle(CycleSettings {
-            beats_per_minute: 65.0,
-            curve: VolumeCurve::Physiological,
-            volume: VolumeRange::EjectionFraction(0.45),
-        })
-        .with_reconstruction(ReconstructionSettings {
-            window: Window::Hann,
-            ..ReconstructionSettings::default()
-        });
+        .with_mode(Mode::Gated { gates: 16 });
+    scene.cycle.curve = VolumeCurve::Physiological;
+    scene.cycle.volume = VolumeRange::EjectionFraction(0.45);
+    scene.reconstruction.window = Window::Hann;
     scene.camera.views = 64;
     scene.camera.seconds_per_view = 20.0;
     scene.acquisition.accuracy = Accuracy::Steps(32);

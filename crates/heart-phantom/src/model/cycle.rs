@@ -166,7 +166,10 @@ mod tests {
             ));
         }
         for bad in [-0.1, f64::NAN, 21.0] {
-            assert!(Cycle::new(65.0, bad).is_err());
+            assert!(matches!(
+                Cycle::new(65.0, bad),
+                Err(PhantomError::OutOfRange { .. })
+            ));
         }
         for curve in [VolumeCurve::Sinusoid, VolumeCurve::Physiological] {
             let cycle = Cycle::with_curve(65.0, &curve, [0.1, 0.6]).unwrap();

@@ -301,15 +301,27 @@ mod tests {
             },
         ];
         for range in bad {
-            assert!(range.gains(93.0).is_err(), "{range:?}");
+            let refused = range.gains(93.0);
+            assert!(
+                matches!(refused, Err(PhantomError::OutOfRange { .. })),
+                "{range:?}"
+            );
         }
         // No balloon: nothing to be a part or a multiple of.
         for volume in [0.0, -93.0, f64::MIN_POSITIVE, f64::NAN, f64::INFINITY] {
             let (edv, esv) = (volume, volume);
             let ranges = [VolumeRange::Gain(0.6), VolumeRange::Volumes { edv, esv }];
             for range in ranges {
-                assert!(range.gains(volume).is_err(), "{range:?}, {volume}");
-                assert!(range.ejection_fraction(volume).is_err());
+                let [a, b] = [
+                    range.gains(volume).map(drop),
+                    range.ejection_fraction(volume).map(drop),
+                ];
+                for refused in [a, b] {
+                    let what = "rest volume";
+                    assert!(
+                        matches!(refused, Err(PhantomError::OutOfRange { what: of, .. }) if of == what)
+                    );
+                }
             }
         }
     }
@@ -336,7 +348,11 @@ mod tests {
             assert!(samples[least..].is_sorted());
             assert!((0.0..=1.0).contains(&samples[1999]) && samples[1999] > 0.99);
         }
-        assert!(Height::new(&VolumeCurve::Physiological, 141.0).is_err());
+        let refused = Height::new(&VolumeCurve::Physiological, 141.0);
+        assert!(matches!(
+            refused,
+            Err(PhantomError::OutOfRange { given: 141.0, .. })
+        ));
     }
 
     #[test]
@@ -389,7 +405,12 @@ mod tests {
             vec![1.0, f64::NAN, 2.0],
             vec![1.0, f64::INFINITY, 2.0],
         ] {
-            assert!(Height::new(&VolumeCurve::Sampled(bad), 60.0).is_err());
+            let n = bad.len();
+            assert!(match Height::new(&VolumeCurve::Sampled(bad), 60.0) {
+                Err(PhantomError::Count { given, .. }) => n < 3 && given == n,
+                Err(PhantomError::OutOfRange { .. }) => n >= 3,
+                _ => false,
+            });
         }
     }
 }

@@ -20,7 +20,7 @@ impl Phantom {
     /// ```
     /// use heart_phantom::{Phantom, PhantomError, scene::{BackgroundSettings, Scene}};
     /// let narrow = BackgroundSettings { concentration: 1.0, centre: [0.0; 2], semi_axes: [4.0, 5.0] };
-    /// let scene = Scene::default().with_size(32).with_background(narrow);
+    /// let scene = Scene { background: Some(narrow), ..Scene::default().with_size(32) };
     /// let error = Phantom::new(scene)?.prepare().unwrap_err();
     /// let PhantomError::Refused { field, source, .. } = error else { panic!() };
     /// assert_eq!(field, "background.semi_axes");

@@ -5,7 +5,7 @@ use super::sections::{
     CollimatorSettings, CycleSettings, DefectSettings, HeartSettings, OrganSettings, PoseSettings,
     ReconstructionSettings, TruthSettings,
 };
-use crate::{Accuracy, Activity, Counting, Mode, Noise, Output};
+use crate::{Activity, Counting, Mode, Noise, Output};
 use serde::{Deserialize, Serialize};
 
 /// Everything that determines a study. [`Default`] is that of Rohmer et al. 2006, with one cycle a view.
@@ -14,13 +14,11 @@ use serde::{Deserialize, Serialize};
 /// in degrees (in all other types they are radians), volumes in mL.
 ///
 /// ```
-/// use heart_phantom::scene::{BlurSettings, CameraSettings, Counts, Mode, Noise, Scene};
-/// let camera = CameraSettings { views: 60, ..CameraSettings::default() };
-/// let scene = Scene::default()
-///     .with_camera(camera)
-///     .with_mode(Mode::Gated { gates: 8 })
-///     .with_blur(BlurSettings { fwhm: 0.8 })
-///     .with_noise(Noise { counts: Counts::Total(1e6), seed: 1 });
+/// use heart_phantom::scene::{BlurSettings, Counts, Mode, Noise, Scene};
+/// let mut scene = Scene::default().with_mode(Mode::Gated { gates: 8 });
+/// scene.camera.views = 60;
+/// scene.blur = Some(BlurSettings { fwhm: 0.8 });
+/// scene.noise = Some(Noise { counts: Counts::Total(1e6), seed: 1 });
 /// // The same from a file; what is left out is the default.
 /// let text = "[camera]\nviews = 60\n[blur]\nfwhm = 0.8\n[noise]\ncounts = { total = 1e6 }\nseed = 1\n\
 ///     [acquisition]\nmode = { gated = { gates = 8 } }\n";
@@ -78,111 +76,9 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The same with other balloons.
-    pub fn with_heart(mut self, heart: HeartSettings) -> Self {
-        self.heart = heart;
-        self
-    }
-
-    /// The same with another cycle.
-    pub fn with_cycle(mut self, cycle: CycleSettings) -> Self {
-        self.cycle = cycle;
-        self
-    }
-
-    /// The same with another pose.
-    pub fn with_pose(mut self, pose: PoseSettings) -> Self {
-        self.pose = pose;
-        self
-    }
-
-    /// The same with another activity.
-    pub fn with_activity(mut self, activity: Activity) -> Self {
-        self.activity = activity;
-        self
-    }
-
-    /// The same with activity around the heart.
-    pub fn with_background(mut self, background: BackgroundSettings) -> Self {
-        self.background = Some(background);
-        self
-    }
-
-    /// The same with one more organ, which replaces those before it.
-    pub fn with_organ(mut self, organ: OrganSettings) -> Self {
-        self.organs.push(organ);
-        self
-    }
-
-    /// The same with one more piece of the wall that has another activity.
-    pub fn with_defect(mut self, defect: DefectSettings) -> Self {
-        self.defects.push(defect);
-        self
-    }
-
-    /// The same with something that weakens the rays.
-    pub fn with_attenuation(mut self, attenuation: AttenuationSettings) -> Self {
-        self.attenuation = Some(attenuation);
-        self
-    }
-
-    /// The same with another camera.
-    pub fn with_camera(mut self, camera: CameraSettings) -> Self {
-        self.camera = camera;
-        self
-    }
-
     /// The same with views taken at other times.
     pub fn with_mode(mut self, mode: Mode) -> Self {
         self.acquisition.mode = mode;
-        self
-    }
-
-    /// The same with the time of the views sampled in another way.
-    pub fn with_accuracy(mut self, accuracy: Accuracy) -> Self {
-        self.acquisition.accuracy = accuracy;
-        self
-    }
-
-    /// The same with a detector of finite resolution.
-    pub fn with_blur(mut self, blur: BlurSettings) -> Self {
-        self.blur = Some(blur);
-        self
-    }
-
-    /// The same with a collimator.
-    pub fn with_collimator(mut self, collimator: CollimatorSettings) -> Self {
-        self.collimator = Some(collimator);
-        self
-    }
-
-    /// The same with counts.
-    pub fn with_noise(mut self, noise: Noise) -> Self {
-        self.noise = Some(noise);
-        self
-    }
-
-    /// The same with a camera of known sensitivity.
-    pub fn with_counting(mut self, counting: Counting) -> Self {
-        self.counting = Some(counting);
-        self
-    }
-
-    /// The same with another reconstruction.
-    pub fn with_reconstruction(mut self, reconstruction: ReconstructionSettings) -> Self {
-        self.reconstruction = reconstruction;
-        self
-    }
-
-    /// The same with other exact volumes.
-    pub fn with_truth(mut self, truth: TruthSettings) -> Self {
-        self.truth = truth;
-        self
-    }
-
-    /// The same with other results to write.
-    pub fn with_output(mut self, output: Output) -> Self {
-        self.output = output;
         self
     }
 

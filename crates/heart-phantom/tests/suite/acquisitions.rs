@@ -4,6 +4,9 @@ use heart_phantom::{
     Acquisition, Activity, Camera, CameraGeometry, Cycle, Heart, Measures, PhantomError, Regions,
     Rotation, Sinograms, Uptake, acquire, truth,
 };
+use membrane_newton::{MembraneError, NewtonError};
+use radon::RadonError;
+use revolve_voxel::RevolveError;
 use std::f64::consts::PI;
 
 const WALL: [f64; 2] = [0.0, 1.0];
@@ -184,7 +187,10 @@ fn bad_input_is_refused_with_its_numbers() {
             })
         ));
     }
-    assert!(try_it(Acquisition::still(f64::NAN)).is_err());
+    assert!(matches!(
+        try_it(Acquisition::still(f64::NAN)),
+        Err(PhantomError::OutOfRange { .. })
+    ));
     // More points than anyone waits for.
     let points = 65_536;
     let turning = Camera::with_geometry(&CameraGeometry {
@@ -218,8 +224,13 @@ fn bad_input_is_refused_with_its_numbers() {
         );
     }
     let still = Acquisition::still(0.0);
-    assert!(acquire(&heart, &camera, &cycle, still, [f64::NAN, 1.0], &|_| ()).is_err());
-    assert!(truth(&heart, &camera, &cycle, still, WALL, 0.0).is_err());
+    let refused = acquire(&heart, &camera, &cycle, still, [f64::NAN, 1.0], &|_| ());
+    assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
+    let refused = truth(&heart, &camera, &cycle, still, WALL, 0.0);
+    assert!(matches!(
+        refused,
+        Err(PhantomError::Solid(RevolveError::NotPositive { .. }))
+    ));
     assert!(matches!(
         camera.rays(2),
         Err(PhantomError::Count {
@@ -228,12 +239,44 @@ fn bad_input_is_refused_with_its_numbers() {
             ..
         })
     ));
-    assert!(Camera::new(0, 8, 16.0).is_err());
-    assert!(Camera::new(2, 0, 16.0).is_err());
-    assert!(Camera::new(2, 8, f64::NAN).is_err());
-    assert!(Heart::study(2).is_err());
-    assert!(heart.shapes(&[f64::NAN]).is_err());
-    assert!(heart.shapes(&[-1.0]).is_err());
+    for refused in [Camera::new(0, 8, 16.0), Camera::new(2, 0, 16.0)] {
+        assert!(
+            matches!(
+                refused,
+                Err(PhantomError::Radon(RadonError::TooFew { given: 0, .. }))
+            ),
+            "{refused:?}"
+        );
+    }
+    let refused = Camera::new(2, 8, f64::NAN);
+    assert!(
+        matches!(
+            refused,
+            Err(PhantomError::Radon(RadonError::NotFinite { .. }))
+        ),
+        "{refused:?}"
+    );
+    let refused = Heart::study(2);
+    assert!(
+        matches!(
+            refused,
+            Err(PhantomError::Membrane(NewtonError::Membrane(
+                MembraneError::TooFew { given: 2, .. }
+            )))
+        ),
+        "{refused:?}"
+    );
+    // A gain of -1 is a cavity of nothing.
+    for gain in [f64::NAN, -1.0] {
+        let refused = heart.shapes(&[gain]);
+        assert!(
+            matches!(
+                refused,
+                Err(PhantomError::Membrane(NewtonError::OutOfRange { .. }))
+            ),
+            "{refused:?}"
+        );
+    }
 }
 
 #[test]

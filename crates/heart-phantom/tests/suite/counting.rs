@@ -16,10 +16,11 @@ fn scene(mode: Mode, decay: Decay) -> Scene {
     scene.camera.seconds_per_view = SECONDS;
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
     scene.output.write = vec![Product::Projections];
-    scene.with_counting(Counting {
+    scene.counting = Some(Counting {
         sensitivity: SENSITIVITY,
         decay,
-    })
+    });
+    scene
 }
 
 fn factors(scene: Scene, gate: usize) -> Vec<f64> {
@@ -143,7 +144,11 @@ fn expected_counts_are_counted() {
                 counts: Counts::Expected,
                 seed,
             };
-            let phantom = Phantom::new(scene.clone().with_noise(noise)).unwrap();
+            let phantom = Phantom::new(Scene {
+                noise: Some(noise),
+                ..scene.clone()
+            });
+            let phantom = phantom.unwrap();
             let samples = phantom.view(0, view).unwrap();
             let counts: Vec<f64> = (samples.iter())
                 .map(|v| f64::from(*v) * factors[view])
@@ -177,7 +182,8 @@ fn noise_of_a_part_is_that_of_the_whole() {
         counts: Counts::Expected,
         seed: 3,
     };
-    let scene = scene(Mode::Gated { gates: 2 }, Decay::Tc99m).with_noise(noise);
+    let mut scene = scene(Mode::Gated { gates: 2 }, Decay::Tc99m);
+    scene.noise = Some(noise);
     let all = Phantom::new(scene.clone()).unwrap().sinograms(1, &|_| ());
     let len = 48 * 48;
     let part = Phantom::new(scene).unwrap().view(1, 3).unwrap();

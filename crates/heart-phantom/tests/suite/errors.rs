@@ -69,7 +69,10 @@ fn a_chain_tells_what_failed_and_why() {
         centre: [0.0; 2],
         semi_axes: [4.0, 5.0],
     };
-    let scene = Scene::default().with_size(32).with_background(narrow);
+    let scene = Scene {
+        background: Some(narrow),
+        ..Scene::default().with_size(32)
+    };
     let error = Phantom::new(scene).unwrap().prepare().unwrap_err();
     let said = chain(&error);
     assert_eq!(said[0], "background.semi_axes");

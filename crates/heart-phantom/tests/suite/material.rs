@@ -5,7 +5,7 @@ use membrane_newton::{
     Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, RestShape, Solver,
 };
 use proptest::prelude::*;
-use revolve_voxel::{Pose, VoxelGrid};
+use revolve_voxel::{Pose, RevolveError, VoxelGrid};
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
@@ -239,7 +239,15 @@ fn displacements_are_those_of_the_points_and_none_outside() {
         }
         volume_of(&walls[0], &grid, all.len());
     }
-    assert!(TIED[0].displacements(&TIED[2], &grid, 20..25).is_err());
+    let beyond = TIED[0].displacements(&TIED[2], &grid, 20..25);
+    assert!(matches!(
+        beyond,
+        Err(PhantomError::Solid(RevolveError::WrongLength {
+            given: 25,
+            expected: 24,
+            ..
+        }))
+    ));
 }
 
 fn volume_of(wall: &Wall, grid: &VoxelGrid, inside: usize) {
@@ -318,7 +326,11 @@ fn pieces_of_the_wall_move_with_it() {
         azimuths: [1.0, 1.0],
         ..region
     };
-    assert!(TIED[0].sector(&bad, 1e-3).is_err());
+    let refused = TIED[0].sector(&bad, 1e-3);
+    assert!(matches!(
+        refused,
+        Err(PhantomError::Solid(RevolveError::NotPositive { .. }))
+    ));
 }
 
 #[test]
@@ -351,12 +363,30 @@ fn nonsense_is_refused() {
             wall.position(&bad),
             Err(PhantomError::OutOfRange { .. })
         ));
-        assert!(wall.stretch(wall, &bad).is_err());
+        assert!(matches!(
+            wall.stretch(wall, &bad),
+            Err(PhantomError::OutOfRange { .. })
+        ));
     }
-    assert!(wall.region([0.2, 0.2], [0.0, 0.5], 1e-3).is_err());
-    assert!(wall.region([0.2, 1.2], [0.0, 0.5], 1e-3).is_err());
-    assert!(wall.region([0.2, 0.8], [0.3, 0.2], 1e-3).is_err());
-    assert!(wall.region([0.2, 0.8], [0.2, 0.3], f64::NAN).is_err());
+    for refused in [
+        wall.region([0.2, 0.2], [0.0, 0.5], 1e-3),
+        wall.region([0.2, 0.8], [0.3, 0.2], 1e-3),
+    ] {
+        assert!(matches!(
+            refused,
+            Err(PhantomError::Solid(RevolveError::NotPositive { .. }))
+        ));
+    }
+    let refused = wall.region([0.2, 1.2], [0.0, 0.5], 1e-3);
+    assert!(matches!(
+        refused,
+        Err(PhantomError::OutOfRange { given: 1.2, .. })
+    ));
+    let refused = wall.region([0.2, 0.8], [0.2, 0.3], f64::NAN);
+    assert!(matches!(
+        refused,
+        Err(PhantomError::Solid(RevolveError::NotFinite { .. }))
+    ));
     let far = nalgebra::Point3::new(f64::NAN, 0.0, 0.0);
     assert_eq!(wall.locate(&far), None);
     assert_eq!(wall.locate(&nalgebra::Point3::new(30.0, 0.0, 0.0)), None);

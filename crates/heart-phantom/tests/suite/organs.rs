@@ -31,19 +31,21 @@ fn heart_attenuates(coefficient: f64) -> AttenuationSettings {
 #[test]
 fn one_organ_is_a_background_in_a_torso() {
     let centre = [0.1, -0.2];
-    let plain = scene()
-        .with_background(BackgroundSettings {
+    let plain = Scene {
+        background: Some(BackgroundSettings {
             concentration: 0.2,
             centre,
             semi_axes: AXES,
-        })
-        .with_attenuation(AttenuationSettings {
+        }),
+        attenuation: Some(AttenuationSettings {
             coefficient: MU,
             medium: MediumSettings::Torso {
                 centre,
                 semi_axes: AXES,
             },
-        });
+        }),
+        ..scene()
+    };
     let organ = OrganSettings {
         shape: OrganShapeSettings::Cylinder {
             centre,
@@ -52,9 +54,11 @@ fn one_organ_is_a_background_in_a_torso() {
         activity: 0.2,
         attenuation: MU,
     };
-    let organs = scene()
-        .with_organ(organ)
-        .with_attenuation(heart_attenuates(MU));
+    let organs = Scene {
+        organs: vec![organ],
+        attenuation: Some(heart_attenuates(MU)),
+        ..scene()
+    };
     let [plain, organs] = [plain, organs].map(|scene| Phantom::new(scene).unwrap());
     let close = |a: &[f32], b: &[f32], most: f32| {
         for (k, (a, b)) in a.iter().zip(b).enumerate() {
@@ -84,12 +88,16 @@ fn sums_are_closed_forms() {
         activity,
         attenuation,
     };
-    let scene = (scene().with_organ(ball(2.0, 0.5, 0.0)))
-        .with_organ(ball(1.0, 0.1, 0.0))
-        .with_attenuation(heart_attenuates(0.0));
-    let phantom = Phantom::new(scene).unwrap();
-    let none = self::scene().with_attenuation(heart_attenuates(0.0));
-    let none = Phantom::new(none).unwrap();
+    let with = |organs| {
+        let scene = Scene {
+            organs,
+            attenuation: Some(heart_attenuates(0.0)),
+            ..scene()
+        };
+        Phantom::new(scene).unwrap()
+    };
+    let phantom = with(vec![ball(2.0, 0.5, 0.0), ball(1.0, 0.1, 0.0)]);
+    let none = with(Vec::new());
     let volume = |radius: f64| 4.0 / 3.0 * PI * 0.8 * radius.powi(3);
     let exact = 0.5 * (volume(2.0) - volume(1.0)) + 0.1 * volume(1.0);
     let sum = |values: Vec<f32>| values.iter().map(|v| f64::from(*v)).sum::<f64>();

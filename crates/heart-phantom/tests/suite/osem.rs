@@ -213,7 +213,7 @@ fn organs_attenuate_and_emit_in_the_model_too() {
         semi_axes: [4.0, 6.0, 10.0],
     };
     for (shape, attenuation) in [(body, 0.15), (lung, 0.05)] {
-        scene = scene.with_organ(OrganSettings {
+        scene.organs.push(OrganSettings {
             shape,
             activity: 0.0,
             attenuation,

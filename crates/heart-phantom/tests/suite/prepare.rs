@@ -251,7 +251,9 @@ proptest! {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("notes.txt"), "mine").unwrap();
         for (mode, output) in runs {
-            let scene = small(mode).with_output(output).with_attenuation(AttenuationSettings {
+            let mut scene = small(mode);
+            scene.output = output;
+            scene.attenuation = Some(AttenuationSettings {
                 coefficient: 0.1,
                 medium: MediumSettings::Heart,
             });
@@ -302,11 +304,9 @@ fn a_folder_in_the_way_is_found_before_any_view() {
 #[test]
 fn surfaces_of_many_gates_have_the_sizes_that_were_told() {
     const GATES: usize = 300;
-    let scene = small(Mode::Gated { gates: GATES }).with_output(Output {
-        write: vec![Product::Meshes],
-        mesh_tolerance: 0.05,
-        ..Output::default()
-    });
+    let mut scene = small(Mode::Gated { gates: GATES });
+    scene.output.write = vec![Product::Meshes];
+    scene.output.mesh_tolerance = 0.05;
     let phantom = Phantom::new(scene).unwrap();
     let planned = phantom.files().unwrap();
     let told = |gate: usize, surface: &str| {

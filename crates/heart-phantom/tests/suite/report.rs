@@ -28,7 +28,8 @@ fn done(scene: Scene, out: &Path) -> RunReport {
 fn pictures_have_the_window_of_their_slices() {
     let folder = tempfile::tempdir().unwrap();
     let write = [Product::Reconstruction, Product::Pictures];
-    let scene = small(Mode::Gated { gates: 3 }, &write).with_attenuation(AttenuationSettings {
+    let mut scene = small(Mode::Gated { gates: 3 }, &write);
+    scene.attenuation = Some(AttenuationSettings {
         coefficient: 1.0,
         medium: MediumSettings::Heart,
     });
@@ -105,7 +106,8 @@ fn labels_maps_and_surfaces_are_those_of_the_mode() {
     ];
     for (mode, expected) in modes {
         let folder = tempfile::tempdir().unwrap();
-        let scene = small(mode, &write).with_attenuation(AttenuationSettings {
+        let mut scene = small(mode, &write);
+        scene.attenuation = Some(AttenuationSettings {
             coefficient: 0.5,
             medium: MediumSettings::Heart,
         });
@@ -202,8 +204,9 @@ fn counts_per_unit_are_told_by_gate() {
         (Counts::Total(1e5), [true; 2]),
         (Counts::PerUnit(7.0), [false; 2]),
     ] {
-        let noise = Noise { counts, seed: 3 };
-        let report = done(scene.clone().with_noise(noise), folder.path());
+        let mut scene = scene.clone();
+        scene.noise = Some(Noise { counts, seed: 3 });
+        let report = done(scene, folder.path());
         for (gate, total) in of_gate.into_iter().enumerate() {
             let per_unit = report.gates[gate].counts_per_unit.unwrap();
             let views = means.sinograms(gate, &|_| ()).unwrap().samples;

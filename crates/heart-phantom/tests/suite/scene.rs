@@ -95,7 +95,8 @@ fn nothing_of_a_full_scene_is_commented_out() {
     });
     scene.reconstruction.window = Window::Custom(vec![1.0, 0.5, 0.25]);
     // What has no place beside a background, a torso and a blur.
-    let mut other = scene.clone().with_organ(OrganSettings {
+    let mut other = scene.clone();
+    other.organs.push(OrganSettings {
         shape: OrganShapeSettings::Cylinder {
             centre: [0.0; 2],
             semi_axes: [9.0; 2],
@@ -148,7 +149,11 @@ fn numbers_that_are_too_large_to_write_are_refused_by_their_line() {
         counts: Counts::Total(1e6),
         seed: u64::MAX,
     };
-    let page = Scene::default().with_noise(noise).to_toml();
+    let scene = Scene {
+        noise: Some(noise),
+        ..Scene::default()
+    };
+    let page = scene.to_toml();
     let error = error_of(&page);
     assert_eq!(error.field, "noise.seed");
     let line = 1 + page
@@ -193,33 +198,32 @@ fn each_part_of_a_scene_can_be_built() {
         [output]
         write = ['labels']
     ";
-    let scene = Scene::default()
-        .with_background(BackgroundSettings {
+    let mut scene = Scene {
+        background: Some(BackgroundSettings {
             concentration: 0.1,
             centre: [0.0, 1.0],
             semi_axes: [7.0, 6.0],
-        })
-        .with_defect(DefectSettings {
+        }),
+        defects: vec![DefectSettings {
             layers: [0.0, 0.5],
             s: [0.1, 0.3],
             azimuths_degrees: [-30.0, 30.0],
             activity: 0.0,
-        })
-        .with_attenuation(AttenuationSettings {
+        }],
+        attenuation: Some(AttenuationSettings {
             coefficient: 0.15,
             medium: MediumSettings::Heart,
-        })
-        .with_accuracy(Accuracy::Tolerance(0.01))
-        .with_blur(BlurSettings { fwhm: 0.8 })
-        .with_noise(Noise {
+        }),
+        blur: Some(BlurSettings { fwhm: 0.8 }),
+        noise: Some(Noise {
             counts: Counts::PerUnit(10.0),
             seed: 7,
-        })
-        .with_truth(TruthSettings { tolerance: 0.01 })
-        .with_output(Output {
-            write: vec![Product::Labels],
-            ..Output::default()
-        });
+        }),
+        truth: TruthSettings { tolerance: 0.01 },
+        ..Scene::default()
+    };
+    scene.acquisition.accuracy = Accuracy::Tolerance(0.01);
+    scene.output.write = vec![Product::Labels];
     assert_eq!(Scene::from_toml(text).unwrap(), scene);
     scene.check().unwrap();
 }

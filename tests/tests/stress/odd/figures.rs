@@ -2,8 +2,8 @@
 
 use super::{ODD, SIZES, back, pairs};
 use heart_study::figures::{
-    CircleStudy, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume, circle,
-    force_frames, histories, isosurface, projections, shapes, slice, slices,
+    CircleStudy, FigureError, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume,
+    circle, force_frames, histories, isosurface, projections, shapes, slice, slices,
 };
 
 #[test]
@@ -20,7 +20,12 @@ fn figures_take_anything() {
             size: [n, n, 2],
             spacing: 1.0,
         };
-        assert!(slice(&odd, Plane::Z(0), [0.0, 1.0], "").is_err());
+        let refused = slice(&odd, Plane::Z(0), [0.0, 1.0], "");
+        assert!(match refused {
+            Err(FigureError::TooFew { given, .. }) => given == n,
+            Err(FigureError::Mismatch { given, .. }) => n >= 2 && given == 8,
+            _ => false,
+        });
         for plane in [Plane::X(n), Plane::Y(n), Plane::Z(n)] {
             assert_eq!(slice(&volume(1.0), plane, [0.0, 1.0], "").is_ok(), n < 2);
         }
@@ -33,9 +38,15 @@ fn figures_take_anything() {
             1.0,
         ));
     }
-    assert!(slices(&volume(1.0), &[], [0.0, 1.0], "").is_err());
-    assert!(projections(&[], 2, 1.0).is_err() && shapes(&[]).is_err());
-    assert!(force_frames(&[]).is_err() && histories("", None, &[]).is_err());
+    for nothing in [
+        slices(&volume(1.0), &[], [0.0, 1.0], ""),
+        projections(&[], 2, 1.0),
+        shapes(&[]),
+        force_frames(&[]),
+        histories("", None, &[]),
+    ] {
+        assert!(matches!(nothing, Err(FigureError::TooFew { given: 0, .. })));
+    }
     for a in ODD {
         back(slice(&volume(a), Plane::Z(0), [0.0, 1.0], "a"));
         back(slice(&volume(1.0), Plane::Z(0), [0.0, a], "a"));

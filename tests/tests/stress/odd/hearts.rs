@@ -4,9 +4,12 @@ use super::{ODD, SIZES, back, pairs};
 use heart_phantom::files::{Format, Projections, Volume, write_npy, write_volume};
 use heart_phantom::{
     Acquisition, Activity, Balloon, Camera, Cycle, Heart, MaterialPoint, Measures as Quality,
-    Phantom, Regions, Scene, VolumeCurve, VolumeRange, Wall, WallRegion, acquire, truth,
+    Phantom, PhantomError, Regions, Scene, VolumeCurve, VolumeRange, Wall, WallRegion, acquire,
+    truth,
 };
+use membrane_newton::{MembraneError, NewtonError};
 use nalgebra::Point3;
+use radon::RadonError;
 use revolve_voxel::{ParallelDetector, VoxelGrid};
 use std::path::Path;
 
@@ -77,8 +80,14 @@ fn heart_phantom_takes_anything() {
     }
     for n in SIZES {
         if n > 3 {
-            assert!(Camera::new(n, 3, 16.0).is_err() && Camera::new(2, n, 16.0).is_err());
-            assert!(Heart::study(n).is_err());
+            for refused in [Camera::new(n, 3, 16.0), Camera::new(2, n, 16.0)] {
+                assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
+            }
+            let refused = Heart::study(n);
+            assert!(matches!(
+                refused,
+                Err(PhantomError::Membrane(NewtonError::Membrane(MembraneError::TooMany { given, .. }))) if given == n
+            ));
         }
         back(Camera::new(n, 3, 16.0));
         back(Camera::new(2, n, 16.0));
@@ -87,8 +96,14 @@ fn heart_phantom_takes_anything() {
     let regions = Regions::new(&heart, &camera, &cycles[0]).expect("regions");
     for n in [0, 1, 6 * 6 * 6 - 1, 2 * 6 * 6 * 6] {
         let volume = vec![f32::NAN; n];
-        assert!(Quality::of(&volume, None, &regions, &camera).is_err());
-        assert!(Quality::of(&[0.0; 216], Some(&volume), &regions, &camera).is_err());
+        for refused in [
+            Quality::of(&volume, None, &regions, &camera),
+            Quality::of(&[0.0; 216], Some(&volume), &regions, &camera),
+        ] {
+            assert!(
+                matches!(refused, Err(PhantomError::WrongLength { given, expected: 216, .. }) if given == n)
+            );
+        }
     }
     walls(&heart);
     phantoms();
@@ -143,7 +158,11 @@ fn phantoms() {
         back(phantom.slice(n.max(1), 0));
         back(phantom.truth_slice(n.max(1), n));
         back(phantom.acquisition(n));
-        assert!(phantom.reconstruct(0, &vec![0.0; n.min(5)]).is_err());
+        let refused = phantom.reconstruct(0, &vec![0.0; n.min(5)]);
+        assert!(
+            matches!(refused, Err(PhantomError::Radon(RadonError::WrongLength { given, .. })) if given == n.min(5)),
+            "{refused:?}"
+        );
         back(Phantom::new(Scene::default().with_size(n.max(1 << 33))));
     }
     for phase in ODD {
@@ -155,7 +174,11 @@ fn phantoms() {
         back(phantom.meshes(phase));
         back(phantom.thickness(phase));
     }
-    assert!(phantom.artefacts(0, &[], &[]).is_err());
+    let refused = phantom.artefacts(0, &[], &[]);
+    assert!(matches!(
+        refused,
+        Err(PhantomError::WrongLength { given: 0, .. })
+    ));
     for text in [
         "",
         "=",
@@ -168,7 +191,15 @@ fn phantoms() {
         back(Scene::from_toml(text));
     }
     let grid = VoxelGrid::cube(2, 1.0).expect("voxels");
-    assert!(Volume::new(grid, [0.0_f32; 7].as_slice()).is_err());
+    let refused = Volume::new(grid, [0.0_f32; 7].as_slice());
+    assert!(matches!(
+        refused,
+        Err(PhantomError::WrongLength {
+            given: 7,
+            expected: 8,
+            ..
+        })
+    ));
     let folder = tempfile::tempdir().expect("a folder");
     for name in ["", ".", "a", "a.nii", "a\u{0}.npy", "b.npy"] {
         let path = folder.path().join(name);

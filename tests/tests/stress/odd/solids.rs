@@ -4,8 +4,8 @@ use super::{ODD, SIZES, back, pairs};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, Unit, Vector3};
 use revolve_voxel::{
     Attenuator, Body, Curve, Ellipsoid, EllipticCylinder, Mask, Medium, Meridian, Organ,
-    OrganShape, Organs, ParallelDetector, ParallelRays, Piece, Pose, Ray, Sampling, Sector, Shell,
-    Sweep, VoxelGrid,
+    OrganShape, Organs, ParallelDetector, ParallelRays, Piece, Pose, Ray, RevolveError, Sampling,
+    Sector, Shell, Sweep, VoxelGrid,
 };
 
 fn meridians() -> Vec<Meridian> {
@@ -23,15 +23,27 @@ fn meridians() -> Vec<Meridian> {
         found.extend(back(Meridian::smooth(&[piece], b.max(1e-4))));
     }
     for empty in [&[][..], &[[0.0, 1.0]]] {
-        assert!(Meridian::new(empty).is_err() && Meridian::ring(empty).is_err());
-        assert!(Meridian::from_full_curve(empty).is_err());
+        for refused in [
+            Meridian::new(empty),
+            Meridian::ring(empty),
+            Meridian::from_full_curve(empty),
+        ] {
+            let given = empty.len();
+            assert!(
+                matches!(refused, Err(RevolveError::TooFewPoints { given: n, .. }) if n == given)
+            );
+        }
     }
-    assert!(Meridian::smooth(&[], 0.1).is_err());
     let nothing = Piece::Power {
         x: vec![],
         r: vec![],
     };
-    assert!(Meridian::smooth(&[nothing], 0.1).is_err());
+    for (points, pieces) in [(0, &[][..]), (1, &[nothing])] {
+        let refused = Meridian::smooth(pieces, 0.1);
+        assert!(
+            matches!(refused, Err(RevolveError::TooFewPoints { given, .. }) if given == points)
+        );
+    }
     found
 }
 
@@ -113,11 +125,15 @@ fn revolve_voxel_takes_anything() {
         let grid = &grids[(11 * k) % grids.len()];
         back(body.project::<f32>(raster, &[1.0, 0.5]));
         back(body.project::<f64>(raster, &[ODD[k % ODD.len()], 0.5]));
-        assert!(body.project::<f64>(raster, &[]).is_err());
-        assert!(
-            body.project_add::<f64>(raster, &[1.0; 2], 1.0, &mut [])
-                .is_err()
-        );
+        for refused in [
+            body.project::<f64>(raster, &[]).map(drop),
+            (body.project_add::<f64>(raster, &[1.0; 2], 1.0, &mut [])).map(drop),
+        ] {
+            assert!(matches!(
+                refused,
+                Err(RevolveError::WrongLength { given: 0, .. })
+            ));
+        }
         // Voxels and sectors take the time of all the rest: of every fifth.
         if k % 5 > 0 {
             continue;
@@ -158,8 +174,15 @@ fn revolve_voxel_takes_anything() {
         let body = Body::new(vec![cone], pose).expect("a layer");
         back(Attenuator::new(0.1, Medium::Layer(&body, layer)));
     }
-    assert!(Body::new(vec![], pose).is_err());
-    assert!(Sweep::of(&[], &pose, &grids[0]).is_err());
+    for refused in [
+        Body::new(vec![], pose).map(drop),
+        Sweep::of(&[], &pose, &grids[0]).map(drop),
+    ] {
+        assert!(matches!(
+            refused,
+            Err(RevolveError::TooFew { given: 0, .. })
+        ));
+    }
     for [a, b] in pairs() {
         if let Some(torso) = back(EllipticCylinder::new([a, 0.0], [1.0, b])) {
             let raster = &rasters[0];

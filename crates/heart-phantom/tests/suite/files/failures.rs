@@ -2,6 +2,7 @@
 
 use super::*;
 use heart_phantom::files::write_npy;
+use revolve_voxel::RevolveError;
 
 /// The error, and that the folder is as it was.
 fn refused(folder: &Path, result: Result<(), PhantomError>) -> PhantomError {
@@ -29,8 +30,10 @@ fn volumes_that_make_no_sense_are_refused() {
         assert!(matches!(volume, Err(PhantomError::OutOfRange { .. })));
     }
     // The grid itself refuses these.
-    assert!(VoxelGrid::new(SHAPE, [f64::NAN, 1.0, 1.0], [0.0; 3]).is_err());
-    assert!(VoxelGrid::new([0, 1, 1], SPACING, [0.0; 3]).is_err());
+    let refused = VoxelGrid::new(SHAPE, [f64::NAN, 1.0, 1.0], [0.0; 3]);
+    assert!(matches!(refused, Err(RevolveError::NotFinite { .. })));
+    let refused = VoxelGrid::new([0, 1, 1], SPACING, [0.0; 3]);
+    assert!(matches!(refused, Err(RevolveError::TooFew { .. })));
     // Lengths that f32 headers would turn into infinity or zero.
     for (spacing, origin) in [(1e39, 0.0), (1e-40, 0.0), (1.0, 1e38)] {
         let grid = VoxelGrid::new([1; 3], [spacing; 3], [origin; 3]).unwrap();
@@ -38,7 +41,8 @@ fn volumes_that_make_no_sense_are_refused() {
         assert!(matches!(volume, Err(PhantomError::OutOfRange { .. })));
     }
     // A count of voxels that overflows.
-    assert!(VoxelGrid::new([usize::MAX; 3], SPACING, [0.0; 3]).is_err());
+    let refused = VoxelGrid::new([usize::MAX; 3], SPACING, [0.0; 3]);
+    assert!(matches!(refused, Err(RevolveError::TooLarge { .. })));
 }
 
 #[test]
@@ -205,7 +209,8 @@ fn no_folder_and_a_folder_in_the_way_leave_nothing() {
         let path = path_of(folder.path(), format);
         let in_the_way = path.with_extension(data);
         fs::create_dir(&in_the_way).unwrap();
-        assert!(write_volume(&path, &volume, format).is_err());
+        let refused = write_volume(&path, &volume, format);
+        assert!(matches!(refused, Err(PhantomError::File { path, .. }) if path == in_the_way));
         assert!(!path.exists(), "{format:?}: a header without data");
         assert_eq!(entries(folder.path()), 1);
         fs::remove_dir(in_the_way).unwrap();

@@ -143,7 +143,7 @@ fn an_edge_is_measured_from_what_surrounds_it_and_where_it_is_seen() {
     let found = |bins: usize, background: f64| {
         let mut scene = resting(bins);
         if background > 0.0 {
-            scene = scene.with_background(BackgroundSettings {
+            scene.background = Some(BackgroundSettings {
                 concentration: background,
                 centre: [0.0; 2],
                 semi_axes: [7.7; 2],

@@ -313,11 +313,13 @@ fn labels_surfaces_and_activity_at_a_phase() {
             assert!((mesh.volume() / volume - 1.0).abs() < 0.02);
         }
     }
-    assert!(
-        phantom.acquisition(1).is_err()
-            && phantom.view(0, 12).is_err()
-            && phantom.slice(0, 40).is_err()
-    );
+    for (refused, beyond) in [
+        (phantom.acquisition(1).map(drop), 1),
+        (phantom.view(0, 12).map(drop), 12),
+        (phantom.slice(0, 40).map(drop), 40),
+    ] {
+        assert!(matches!(refused, Err(PhantomError::Count { given, .. }) if given == beyond));
+    }
 }
 
 #[test]

@@ -182,14 +182,14 @@ fn any_scene() -> impl Strategy<Value = Scene> {
                 let centre = [0.3, -0.2];
                 if around {
                     // More than the wall holds, so that the wall is what is taken away.
-                    scene = scene.with_background(BackgroundSettings {
+                    scene.background = Some(BackgroundSettings {
                         concentration: 2.0,
                         centre,
                         semi_axes,
                     });
                 }
                 if weakened {
-                    scene = scene.with_attenuation(AttenuationSettings {
+                    scene.attenuation = Some(AttenuationSettings {
                         coefficient: 0.15,
                         medium: MediumSettings::Torso { centre, semi_axes },
                     });
@@ -241,7 +241,8 @@ fn a_background_that_does_not_surround_the_heart_is_refused() {
     };
     // The heart's widest shape decides, whatever the phases of the views.
     let reach = |a: f64, b: f64| {
-        let mut scene = scene.clone().with_background(background(a, b));
+        let mut scene = scene.clone();
+        scene.background = Some(background(a, b));
         scene.acquisition.mode = Mode::Static { phase: 0.5 };
         let phantom = Phantom::new(scene).unwrap();
         let [views, truth, labels] = [
@@ -270,6 +271,6 @@ fn a_background_that_does_not_surround_the_heart_is_refused() {
         concentration: 0.0,
         ..background(1.0, 1.0)
     };
-    scene = scene.with_background(nothing);
+    scene.background = Some(nothing);
     assert!(Phantom::new(scene).unwrap().view(0, 0).is_ok());
 }

@@ -106,7 +106,8 @@ fn a_background_and_a_torso_wider_than_the_bins_are_told() {
         centre: [1.0, -0.5],
         semi_axes: [9.5, 7.5],
     };
-    let mut scene = small(Mode::Static { phase: 0.0 }).with_background(around);
+    let mut scene = small(Mode::Static { phase: 0.0 });
+    scene.background = Some(around);
     scene.camera.rotation = Rotation::Continuous;
     scene.activity.wall = Uptake::Concentration(0.0);
     let [far, _] = farthest(&seen_by_a_large_camera(&scene));
@@ -132,7 +133,8 @@ fn a_background_and_a_torso_wider_than_the_bins_are_told() {
             semi_axes: around.semi_axes,
         },
     };
-    let mut other = scene.clone().with_attenuation(torso(0.1));
+    let mut other = scene.clone();
+    other.attenuation = Some(torso(0.1));
     other.background = None;
     let [
         Warning::Truncated {
@@ -231,13 +233,14 @@ fn a_heart_that_reaches_out_of_the_torso_is_told_by_how_much() {
     let torso = |semi_axes: [f64; 2]| {
         let mut scene = small(Mode::Static { phase: 0.5 });
         (scene.pose.turn_x, scene.pose.turn_y) = (0.0, 0.0);
-        scene.with_attenuation(AttenuationSettings {
+        scene.attenuation = Some(AttenuationSettings {
             coefficient: 0.15,
             medium: MediumSettings::Torso {
                 centre: [0.0; 2],
                 semi_axes,
             },
-        })
+        });
+        scene
     };
     // A heart upright about the torso's axis reaches as far as its largest radius.
     let shape = Phantom::new(torso([3.0; 2])).unwrap().shape(0.5).unwrap();
