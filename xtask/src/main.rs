@@ -52,8 +52,8 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "report",
-        arguments: "[--quick] [--peers] [--against FILE]",
-        what: "run time against error, measured now: docs/performance.md with its plots and numbers; ratios to the last ones",
+        arguments: "[--quick] [--peers] [--builds] [--against FILE]",
+        what: "run time against error, and of builds, measured now: docs/performance.md with its plots and numbers; ratios to the last ones",
         run: report::task,
     },
     Task {

@@ -1,5 +1,9 @@
 //! A beating heart phantom with exact ground truth.
 //!
+#![doc = include_str!("../README.md")]
+//!
+//! # Equations
+//!
 //! Two concentric elastic balloons, endocardium and epicardium, are inflated by water. Their shapes `c(s)` follow from
 //!
 #![doc = include_str!("../img/equations.html")]
@@ -8,31 +12,6 @@
 //! pressures `f` are solved for. The shapes are revolved into a body, a camera turns round it while it beats, and its line
 //! integrals are exact.
 //!
-//! ```
-//! use heart_phantom::{Acquisition, Camera, Cycle, Heart, acquire};
-//! let heart = Heart::study(201)?;
-//! let camera = Camera::new(6, 32, 16.0)?;
-//! let cycle = Cycle::new(65.0, 0.6)?;
-//! let short = Acquisition::Instants;
-//! let sinograms = acquire(&heart, &camera, &cycle, short, [0.0, 1.0], &|_| ())?;
-//! assert_eq!(sinograms.samples.len(), 6 * 32 * 32); // [view][row][bin]
-//! assert_eq!(sinograms.distinct_phases, 6);
-//! # Ok::<(), heart_phantom::PhantomError>(())
-//! ```
-//!
-//! A heart of any two membranes and any volume curve, with defects, blur, noise, attenuation, is put together as [`PhantomParts`]. A
-//! whole study is a `Scene`, which a [`Phantom`] brings to life part by part:
-//!
-//! ```
-//! use heart_phantom::{Phantom, Scene, scene::Mode};
-//! let scene = Scene::default().with_size(32).with_mode(Mode::Gated { gates: 8 });
-//! let phantom = Phantom::new(scene)?;
-//! let slice = phantom.slice(2, 16)?; // one gate, one slice: one row of each view, the phases of one gate
-//! assert_eq!(phantom.work().slices_reconstructed, 1);
-//! # let _ = slice;
-//! # Ok::<(), heart_phantom::PhantomError>(())
-//! ```
-//!
 //! # Conventions
 //! Centimetres, seconds, radians; 1 cm^3 is 1 mL. Body frame: x along the axis of revolution from the base to the apex.
 //! Lab frame: the camera turns about z; view `theta` has its bins along `(cos theta, sin theta, 0)` and its rays along
@@ -40,7 +19,7 @@
 //! `[view][row][bin]`, volumes `[z][y][x]`, the last index fastest.
 //!
 //! # What it is not
-//! No anatomy beyond the two balloons, no twist, no blood flow. No numerical kernels: those are in the crates below,
+//! No anatomy beyond the two balloons and the organs that are put around them, no blood flow. No numerical kernels: those are in the crates below,
 //! [`membrane_newton`], [`membrane_implicit`], [`revolve_voxel`] and [`radon`].
 //!
 //! # Files
@@ -95,7 +74,3 @@ pub use scan::{
 pub use scene::{GateReport, PictureReport, Progress, RunReport, Scene, SliceOrders, run};
 pub use text::shown;
 pub use truth::{Measures, Regions, truth};
-
-#[doc = include_str!("../README.md")]
-#[cfg(doctest)]
-struct ReadmeDoctests;

@@ -1,5 +1,9 @@
 //! Elastic membranes of revolution under pressure: rest shapes, forces, exact tangents, measures.
 //!
+#![doc = include_str!("../README.md")]
+//!
+//! # Equations
+//!
 //! A membrane is a plane curve c(s) = (x, y), s in [0, 1] material, that is revolved about the x axis.
 //! Springs pull it back to its rest shape c0, pressure pushes it out along the exterior normal n:
 //!
@@ -13,20 +17,6 @@
 //! | f | force intensity, per unit of material length | force per unit s |
 //! | F | total force, f = F / S(c) | f cm^2 |
 //! | p | force per unit of current length, f = p abs(c') | f / cm |
-//!
-//! ```
-//! use membrane_forces::{CircleEquilibrium, DiscreteMembrane, FiniteDifferences, Membrane, RestShape};
-//! let disc = Membrane::new(RestShape::disc(1.0)?);
-//! let differences = FiniteDifferences::new(&disc, 401)?;
-//! let circle = CircleEquilibrium::new(1.0, 10.0)?; // the exact equilibrium
-//! let nodes: Vec<f64> = (0..401).flat_map(|n| circle.at(n as f64 / 400.0)).collect();
-//! let (mut elastic, mut pressure) = (vec![0.0; 802], vec![0.0; 802]);
-//! differences.elastic_force_into(&nodes, &mut elastic);
-//! differences.pressure_force_into(&nodes, 10.0, &mut pressure)?;
-//! let residual = elastic.iter().zip(&pressure).map(|(e, p)| (e + p).abs()).fold(0.0, f64::max);
-//! assert!(residual < 1e-3); // second order in ds = 1/400, next to a force of 10
-//! # Ok::<(), membrane_forces::MembraneError>(())
-//! ```
 //!
 #![doc = include_str!("../img/body.svg")]
 //!
@@ -71,7 +61,3 @@ pub use membrane::Membrane;
 pub use rest::{CurvePoint, RestShape};
 pub use spectral::SpectralElements;
 pub use stiffness::Stiffness;
-
-#[doc = include_str!("../README.md")]
-#[cfg(doctest)]
-struct ReadmeDoctests;

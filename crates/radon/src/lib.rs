@@ -1,5 +1,7 @@
 //! Parallel-beam tomography on a CPU: projectors with exact adjoints, filtered back-projection, analytic test objects.
 //!
+#![doc = include_str!("../README.md")]
+//!
 //! # What it computes
 //!
 //! The Radon transform p of an image f (value x length), and filtered back-projection:
@@ -8,27 +10,6 @@
 //!
 //! h is the band-limited ramp times a window, from its spatial samples (unit pitch here); w are the weights of the angle list.
 //! A projector is `(A x)[view, bin] = sum over pixels of weight * x[pixel]`; its adjoint uses the same weights.
-//!
-//! # Example
-//!
-//! ```
-//! use radon::{BinSampling, FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, Phantom2};
-//! let geometry = ParallelGeometry::half_turn(90, 96, 0.1)?;
-//! let grid = ImageGrid::square(96, 0.1)?;
-//! let phantom = Phantom2::shepp_logan(4.8)?;
-//! let sinogram: Vec<f32> = phantom.sinogram(&geometry, BinSampling::Mean)?;
-//! let image = FbpPlan::new(&geometry, &grid, &FbpOptions::default())?.reconstruct(&sinogram)?;
-//! let [x, y] = grid.pixel_centre(48, 60);
-//! assert!((f64::from(image[60 * 96 + 48]) - phantom.value([x, y])).abs() < 0.05);
-//! # Ok::<(), radon::RadonError>(())
-//! ```
-//!
-//! # Conventions
-//!
-//! Lengths in one unit throughout (cm elsewhere in this workspace), angles in radians. View theta looks along
-//! (-sin theta, cos theta); its bins lie along (cos theta, sin theta), bin k of n centred at (k - (n-1)/2) pitch + offset from the
-//! axis of rotation, which is the origin. Pixels are counted from their centres alike. Sinograms are `[view][bin]`, images `[y][x]`,
-//! volumes `[slice][y][x]`, stacks of projections as [`StackOrder`] says.
 //!
 #![doc = include_str!("../img/camera.svg")]
 #![doc = include_str!("../img/centres.svg")]
@@ -54,10 +35,6 @@
 //!
 //! Neither fan nor cone beam, no scatter, no files; objects beyond the analytic ones are the caller's. Attenuation and a blur that grows with
 //! the distance are in [`SpectOperator`] alone.
-//!
-//! # Features
-//!
-//! `sprs`: the projector as a sparse matrix. `noise`: Poisson counts.
 //!
 //! # References
 //!
@@ -109,7 +86,3 @@ pub use spect::{Collimator, ParallelHoles, SpectGeometry, SpectOperator, SpectOp
 #[cfg(feature = "sprs")]
 #[cfg_attr(docsrs, doc(cfg(feature = "sprs")))]
 pub use sprs;
-
-#[doc = include_str!("../README.md")]
-#[cfg(doctest)]
-struct ReadmeDoctests;

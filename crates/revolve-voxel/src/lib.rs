@@ -1,5 +1,7 @@
 //! Solids of revolution: exact chords, exact measures, coverage voxels and meshes from a meridian.
 //!
+#![doc = include_str!("../README.md")]
+//!
 //! # Equations
 //! A meridian r(x) >= 0 (cm, x along the axis from base to apex) turned about the axis bounds a solid. Of a line with unit
 //! direction d the distance R from the axis and the axial coordinate x are
@@ -10,24 +12,6 @@
 //! (cm) is the signed sum, over stretches of the meridian with concave r, of the line's length in the convex solid under each.
 //! V is the volume (cm^3), S the surface (cm^2). A voxel's coverage is the fraction of
 //! its volume inside the solid.
-//!
-//! # Example
-//! ```
-//! use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, Sampling, VoxelGrid};
-//! let inner = Meridian::new(&[[0.0, 1.0], [3.0, 1.0], [4.0, 0.0]])?;
-//! let outer = Meridian::new(&[[0.0, 2.0], [3.0, 2.0], [5.0, 0.0]])?;
-//! let body = Body::new(vec![inner, outer], Pose::axis_along_z(2.5)?.turned_x(0.5)?)?;
-//! let wall = [0.0, 1.0]; // activity of the cavity, of the wall
-//! let rays = ParallelDetector::new(64, 64, [0.125, 0.125])?.rays(0.3)?;
-//! let (image, _) = body.project::<f64>(&rays, &wall)?;
-//! let grid = VoxelGrid::cube(48, 0.16)?;
-//! let (volume, _) = body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &wall)?;
-//! let exact = body.region_measures(1)?.volume;
-//! let (a, b): (f64, f64) = (image.iter().sum(), volume.iter().sum());
-//! assert!((a * 0.125 * 0.125 / exact - 1.0).abs() < 1e-2);
-//! assert!((b * grid.voxel_volume() / exact - 1.0).abs() < 1e-4);
-//! # Ok::<(), revolve_voxel::RevolveError>(())
-//! ```
 //!
 //! # Conventions
 //! Centimetres and radians. Body frame: x along the axis; lab frame: [`Pose`]. Bin, row and voxel k of n have their centres at
@@ -51,10 +35,7 @@
 //! solid: all of a grid costs what cubes of its voxels' shortest side would, and a look more for each time an edge is halved.
 //!
 //! # What it is not
-//! No scattering or noise; no attenuation but by one uniform medium; no solids but those of revolution; no files but meshes.
-//!
-//! # Features
-//! None.
+//! No scattering or noise; no attenuation but by uniform media; no solids but those of revolution; no files but meshes.
 //!
 //! # References
 //! Plane through a box: Scardovelli and Zaleski, J. Comput. Phys. 164 (2000) 228, <https://doi.org/10.1006/jcph.2000.6567>.
@@ -94,7 +75,3 @@ pub use voxels::sweep::Sweep;
 pub use wall::sector::Sector;
 pub use wall::shell::Shell;
 pub use wall::thickness::Thickness;
-
-#[doc = include_str!("../README.md")]
-#[cfg(doctest)]
-struct ReadmeDoctests;

@@ -5,6 +5,7 @@
 //! that docs/performance.json held before, or to those of another such file.
 
 mod against;
+mod building;
 mod machine;
 mod page;
 mod peers;
@@ -36,6 +37,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
     let Given {
         quick,
         peers,
+        builds,
         against,
     } = Given::parse(arguments)?;
     let root = root();
@@ -55,11 +57,17 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
         println!("peers");
         rows.extend(peers::rows(&root, quick)?);
     }
+    let older = fs::read_to_string(root.join("docs/performance.md")).unwrap_or_default();
+    let building = match builds {
+        true => building::measured(&root, &machine)?,
+        false => building::kept(&older).to_owned(),
+    };
     let flags: String = [(quick, " --quick"), (peers, " --peers")]
         .into_iter()
         .filter_map(|(given, flag)| given.then_some(flag))
         .collect();
-    write(&root.join("docs"), &rows, &machine, &flags)?;
+    let page = page::markdown(&rows, &machine, &flags) + &building;
+    write(&root.join("docs"), &rows, &machine, &page)?;
     if let Some(earlier) = earlier {
         print!("{}", earlier.beside(&rows));
     }
@@ -72,6 +80,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
 struct Given {
     quick: bool,
     peers: bool,
+    builds: bool,
     against: Option<String>,
 }
 
@@ -83,13 +92,14 @@ impl Given {
             match argument.as_str() {
                 "--quick" => given.quick = true,
                 "--peers" => given.peers = true,
+                "--builds" => given.builds = true,
                 "--against" => {
                     let file = rest.next().ok_or("--against needs a file")?;
                     given.against = Some(file.clone());
                 }
                 other => {
                     return Err(format!(
-                        "`{other}`? usage: cargo xtask report [--quick] [--peers] [--against FILE]"
+                        "`{other}`? usage: cargo xtask report [--quick] [--peers] [--builds] [--against FILE]"
                     ));
                 }
             }
@@ -127,7 +137,7 @@ fn output(command: &mut Command) -> Result<String, String> {
 }
 
 /// The page, its plots and its numbers, into `docs`.
-fn write(docs: &Path, rows: &[Row], machine: &Machine, flags: &str) -> Result<(), String> {
+fn write(docs: &Path, rows: &[Row], machine: &Machine, page: &str) -> Result<(), String> {
     let put = |name: &str, text: &str| {
         let path = docs.join(name);
         fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))
@@ -137,7 +147,7 @@ fn write(docs: &Path, rows: &[Row], machine: &Machine, flags: &str) -> Result<()
         put(&format!("img/{}", group.file()), &plot::svg(&group)?)?;
     }
     put("performance.json", &rows::json(rows, &machine.commit)?)?;
-    put("performance.md", &page::markdown(rows, machine, flags))
+    put("performance.md", page)
 }
 
 #[cfg(test)]
@@ -167,7 +177,8 @@ at error 1e-2 ours 1 ms
             date: "2000-01-01".into(),
             commit: "abc1234".into(),
         };
-        write(&docs, &rows, &machine, " --quick").unwrap();
+        let page = page::markdown(&rows, &machine, " --quick");
+        write(&docs, &rows, &machine, &page).unwrap();
         let read = |name: &str| fs::read_to_string(docs.join(name)).unwrap();
         let page = read("performance.md");
         for wanted in [
@@ -200,8 +211,8 @@ at error 1e-2 ours 1 ms
             Given::parse(&words)
         };
         assert_eq!(read("").unwrap(), Given::default());
-        let all = read("--peers --against old.json --quick").unwrap();
-        assert!(all.quick && all.peers && all.against.as_deref() == Some("old.json"));
+        let all = read("--peers --builds --against old.json --quick").unwrap();
+        assert!(all.quick && all.peers && all.builds && all.against.as_deref() == Some("old.json"));
         assert!(read("--against").is_err() && read("--fast").is_err());
     }
 

@@ -35,8 +35,8 @@ impl Scene {
         let rest = self.checked()?;
         let inner = &self.heart.inner;
         Ok(PhantomParts {
-            heart: heart_of(self)?,
-            cycle: cycle_of(self, rest)?,
+            cycle: cycle_of(self, rest.volume)?,
+            heart: rest.heart.map_or_else(|| heart_of(self), Ok)?,
             camera: Camera::with_geometry(&geometry_of(self))?,
             activity: self.activity,
             background: self.background.as_ref().map(background_of).transpose()?,
@@ -90,18 +90,30 @@ fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
     )
 }
 
-/// Volume at rest that gains are over: that of the inner balloon as it is solved, so that volumes which are asked for are those that come
-/// out; ratios need no such thing.
-pub(crate) fn rest_volume_of(scene: &Scene) -> Result<f64, PhantomError> {
-    let inner = scene.heart.inner;
-    let exact = balloon_at_rest(inner.length, inner.radius)?.volume;
-    Ok(match scene.cycle.volume {
-        // What makes no heart is told where the heart is made.
-        VolumeRange::Volumes { .. } => {
-            heart_of(scene).map_or(exact, |heart| heart.pair().inner().start_measures().volume)
-        }
-        VolumeRange::Gain(_) | VolumeRange::EjectionFraction(_) => exact,
-    })
+/// What gains of the volume are over.
+pub(crate) struct Rest {
+    /// Volume at rest: that of the inner balloon as it is solved, so that volumes which are asked for are those that come out; ratios need
+    /// no such thing.
+    pub(crate) volume: f64,
+    /// The heart, if it had to be made for that.
+    pub(crate) heart: Option<Heart>,
+}
+
+impl Rest {
+    pub(crate) fn of(scene: &Scene) -> Result<Self, PhantomError> {
+        let inner = scene.heart.inner;
+        let exact = balloon_at_rest(inner.length, inner.radius)?.volume;
+        let heart = match scene.cycle.volume {
+            // What makes no heart is told where the heart is made.
+            VolumeRange::Volumes { .. } => heart_of(scene).ok(),
+            VolumeRange::Gain(_) | VolumeRange::EjectionFraction(_) => None,
+        };
+        let solved = |heart: &Heart| heart.pair().inner().start_measures().volume;
+        Ok(Self {
+            volume: heart.as_ref().map_or(exact, solved),
+            heart,
+        })
+    }
 }
 
 pub(crate) fn cycle_of(scene: &Scene, rest: f64) -> Result<Cycle, PhantomError> {

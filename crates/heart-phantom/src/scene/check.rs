@@ -8,18 +8,21 @@ use crate::files::Format;
 use crate::model::{Height, without_overlap};
 use crate::ranges;
 use crate::scan::MOST_SAMPLES;
-use crate::scene::build::{collimation_of, defect_of, rest_volume_of};
+use crate::scene::build::{Rest, collimation_of, defect_of};
 use crate::text::{Number, enough};
 use crate::{Uptake, VolumeCurve, VolumeRange};
 
 /// Sizes of an arc in degrees.
 const ARC: [f64; 2] = [1e-3, 3600.0];
 
-/// Gives the rest volume that gains are over.
-pub(super) fn scene(scene: &Scene) -> Result<f64, SceneError> {
+/// Gives what gains are over.
+pub(super) fn scene(scene: &Scene) -> Result<Rest, SceneError> {
     heart(&scene.heart)?;
-    let rest = rest_volume_of(scene).unwrap_or(f64::NAN);
-    cycle(&scene.cycle, rest)?;
+    let rest = Rest::of(scene).unwrap_or(Rest {
+        volume: f64::NAN,
+        heart: None,
+    });
+    cycle(&scene.cycle, rest.volume)?;
     pose(&scene.pose)?;
     for (region, uptake) in [
         ("cavity", scene.activity.cavity),
@@ -54,7 +57,7 @@ pub(super) fn scene(scene: &Scene) -> Result<f64, SceneError> {
     camera(&scene.camera)?;
     acquisition(scene)?;
     reconstruction(scene)?;
-    turning(scene, rest)?;
+    turning(scene, rest.volume)?;
     let tolerance = scene.truth.tolerance;
     within("truth.tolerance", tolerance, ranges::TRUTH_TOLERANCE)?;
     if scene.attenuation.is_none() && scene.output.write.contains(&Product::Attenuation) {

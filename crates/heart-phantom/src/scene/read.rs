@@ -1,5 +1,6 @@
 //! Scenes from and to text, checked.
 
+use super::build::Rest;
 use super::error::SceneError;
 use super::study::Scene;
 use super::{check, place, template};
@@ -66,8 +67,8 @@ impl Scene {
         self.checked().map(drop)
     }
 
-    /// The rest volume that gains are over, once all is checked.
-    pub(super) fn checked(&self) -> Result<f64, PhantomError> {
+    /// What gains are over, once all is checked.
+    pub(super) fn checked(&self) -> Result<Rest, PhantomError> {
         check::scene(self).map_err(|fault| PhantomError::Scene(Box::new(fault)))
     }
 

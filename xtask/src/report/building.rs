@@ -1,0 +1,95 @@
+//! How long it takes to build from nothing.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+use std::time::Instant;
+use std::{env, fs, process};
+
+use super::machine::Machine;
+use super::output;
+
+/// Begins the section, the last one of the page.
+const HEADING: &str = "\n## building\n";
+
+/// What is built: its name and the arguments of cargo.
+const BUILDS: [(&str, &[&str]); 3] = [
+    (
+        "the library heart-phantom",
+        &["build", "--release", "-p", "heart-phantom", "--lib"],
+    ),
+    (
+        "the program heart-phantom",
+        &["build", "--release", "-p", "heart-study"],
+    ),
+    ("every test", &["test", "--workspace", "--no-run"]),
+];
+
+/// The section of a page that was written before; nothing if it has none.
+pub(super) fn kept(page: &str) -> &str {
+    page.find(HEADING).map_or("", |at| &page[at..])
+}
+
+/// The section, measured now: each build in an empty folder of its own.
+pub(super) fn measured(root: &Path, machine: &Machine) -> Result<String, String> {
+    let Machine {
+        processor,
+        threads,
+        compiler,
+        date,
+        commit,
+        ..
+    } = machine;
+    let mut section = format!(
+        "{HEADING}\nFrom nothing, all dependencies included, on {date} at commit {commit}. {processor}, {threads} hardware threads, {compiler}.\n\n\
+         | what | command | wall time | processor time |\n| --- | --- | ---: | ---: |\n"
+    );
+    let folder = env::temp_dir().join(format!("xtask-building-{}", process::id()));
+    for (what, arguments) in BUILDS {
+        let (before, clock) = (processor_seconds()?, Instant::now());
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(arguments).current_dir(root);
+        let built = output(cargo.env("CARGO_TARGET_DIR", &folder));
+        let (wall, spent) = (clock.elapsed().as_secs_f64(), processor_seconds()? - before);
+        fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        built?;
+        let command = arguments.join(" ");
+        // Writing to a String does not fail.
+        let _ = writeln!(
+            section,
+            "| {what} | `cargo {command}` | {wall:.0} s | {spent:.0} s |"
+        );
+    }
+    Ok(section)
+}
+
+/// Processor time of the commands that have ended so far, as Linux counts it: hundredths of a second, the 16th and 17th number of the process.
+fn processor_seconds() -> Result<f64, String> {
+    let stat = fs::read_to_string("/proc/self/stat").map_err(|error| format!("stat: {error}"))?;
+    // The name of the process, in brackets, may hold anything; the third number comes after it.
+    let (_, numbers) = stat.rsplit_once(')').ok_or("stat: no name")?;
+    let ticks = numbers.split_whitespace().skip(13).take(2);
+    let ticks: Vec<f64> = ticks.filter_map(|ticks| ticks.parse().ok()).collect();
+    Ok(ticks.iter().sum::<f64>() / 100.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_section_of_an_older_page_is_kept() {
+        let section = format!("{HEADING}\nFrom nothing.\n");
+        assert_eq!(kept(&format!("# Page\n\n## motion\n{section}")), section);
+        assert_eq!(kept("# Page\n\n## motion\n"), "");
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn commands_are_counted_once_they_have_ended() {
+        let before = processor_seconds().unwrap();
+        let mut shell = Command::new("sh");
+        output(shell.args(["-c", "i=0; while [ $i -lt 300000 ]; do i=$((i+1)); done"])).unwrap();
+        assert!(processor_seconds().unwrap() > before);
+    }
+}
