@@ -8,9 +8,13 @@ use std::time::Instant;
 
 use benches::{Effort, Row, on_threads, timed};
 use criterion::Criterion;
-use heart_phantom::{Acquisition, Camera, Cycle, Heart, Phantom, acquire, scene, truth};
+use heart_phantom::{Acquisition, BinSample, Camera, Cycle, Heart, Phantom, acquire, scene, truth};
 use heart_study::StudyOptions;
-use radon::{Kernel, Projector, StackOrder};
+use radon::{
+    Blur, Kernel, LinearOperator, Projector, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
+    StackOrder,
+};
+use rayon::prelude::*;
 
 const WALL: [f64; 2] = [0.0, 1.0];
 const STILL: Acquisition = Acquisition::still(0.0);
@@ -158,6 +162,153 @@ fn rows(effort: Effort) {
     }
     papers(effort);
     gated_studies(effort);
+    collimated(effort);
+}
+
+/// Exact views of a heart at rest through a collimator, with and without a chest around it.
+fn through_a_collimator(size: usize, chest: bool, tolerance: f64) -> Phantom {
+    let mut scene = scene::Scene::default()
+        .with_size(size)
+        .with_mode(scene::Mode::Static { phase: 0.0 });
+    scene.camera.views = 64;
+    scene.camera.arc = 360.0;
+    scene.camera.pitch = [51.2 / size as f64; 2];
+    scene.camera.radius = scene::Orbit::Circle(24.0);
+    scene.collimator = Some(scene::CollimatorSettings {
+        holes: scene::HolesSettings::GeLehr,
+        intrinsic_fwhm: 0.38,
+        tolerance,
+    });
+    if chest {
+        scene.chest = Some(scene::Chest::default());
+    }
+    Phantom::new(scene).expect("a scene")
+}
+
+fn views(phantom: &Phantom) -> Vec<f32> {
+    phantom.sinograms(0, &|_| ()).expect("views").samples
+}
+
+/// The plain way to the same: exact integrals between planes as thick as a bin, each blurred by itself.
+fn every_plane_by_itself(phantom: &Phantom) -> Vec<f32> {
+    const REACH: f64 = 12.8;
+    let (camera, parts) = (phantom.camera(), phantom.parts());
+    let (n_bins, n_rows) = (camera.n_bins(), camera.n_rows());
+    let shape = phantom.shape(0.0).expect("a shape");
+    let response = parts.collimator.expect("a collimator").response;
+    let radii = phantom.radii().expect("a circle");
+    let n = (2.0 * REACH / camera.pitch()).ceil() as usize;
+    let plane = |k: usize| (k as f64 / n as f64 - 0.5) * 2.0 * REACH;
+    let planes: Vec<f64> = (1..n).map(plane).collect();
+    let view = |view_idx: usize| {
+        let rays = camera.rays(view_idx).expect("a view");
+        let rays = rays.with_planes(&planes).expect("ascending planes");
+        let (slabs, _) = shape.body().project::<f32>(&rays, &WALL).expect("slabs");
+        let mut seen = vec![0.0f32; n_bins * n_rows];
+        for k in 0..n {
+            let mut image: Vec<f32> = (0..n_rows)
+                .flat_map(|row| &slabs[(row * n + k) * n_bins..][..n_bins])
+                .copied()
+                .collect();
+            let distance = radii[view_idx] - 0.5 * (plane(k) + plane(k + 1));
+            let fwhm = response.sigma(distance) * (8.0 * std::f64::consts::LN_2).sqrt();
+            let pitch = camera.detector().pitch();
+            let blur = Blur::new([n_bins, n_rows], pitch, fwhm).expect("a width");
+            blur.apply(&mut image).expect("an image");
+            seen.iter_mut().zip(image).for_each(|(sum, v)| *sum += v);
+        }
+        seen
+    };
+    (0..camera.n_views())
+        .into_par_iter()
+        .flat_map_iter(view)
+        .collect()
+}
+
+/// The exact views, and those of the voxel operator of exact voxels, both as means over bins: its order.
+fn operators(effort: Effort) {
+    let sizes: &[usize] = match effort {
+        Effort::Quick => &[32, 64],
+        Effort::Full => &[64, 128, 256],
+    };
+    for &size in sizes {
+        let mut parts = through_a_collimator(size, false, 1e-4).parts().clone();
+        parts.bin_sample = BinSample::Means { tolerance: 1e-3 };
+        let phantom = Phantom::from_parts(parts).expect("a phantom");
+        let (exact, volume) = (views(&phantom), phantom.truth(0).expect("a truth"));
+        let (camera, radii) = (phantom.camera(), phantom.radii().expect("a circle"));
+        let axis = SliceAxis::new(size, camera.pitch()).expect("a pitch");
+        let geometry = SpectGeometry::new(camera.geometry(), &axis, radii).expect("an orbit");
+        let response = phantom.parts().collimator.expect("one").response;
+        let options = SpectOptions::default().with_collimator(response);
+        let operator = SpectOperator::<f32>::new(&geometry, camera.image(), &axis, &options);
+        let operator = operator.expect("a geometry");
+        let mut made = vec![0.0f32; exact.len()];
+        for threads in [1, 2] {
+            let forward = || {
+                operator
+                    .forward_into(&volume, &mut made)
+                    .expect("lengths fit")
+            };
+            let (seconds, ()) = on_threads(threads, || timed(3, forward));
+            Row {
+                study: "SPECT",
+                method: "voxel operator on exact voxels",
+                case: "64 views of a heart through a collimator, means over bins",
+                size,
+                threads,
+                seconds,
+                error: distance(&made, &exact),
+                error_kind: "relative L2",
+            }
+            .print();
+        }
+    }
+}
+
+fn collimated(effort: Effort) {
+    operators(effort);
+    let sizes: &[usize] = match effort {
+        Effort::Quick => &[64],
+        Effort::Full => &[64, 128],
+    };
+    for &size in sizes {
+        let print = |method: &str, case: &str, threads: usize, (seconds, error): (f64, f64)| {
+            Row {
+                study: "SPECT",
+                method,
+                case,
+                size,
+                threads,
+                seconds,
+                error,
+                error_kind: "relative L2",
+            }
+            .print();
+        };
+        for (chest, case) in [
+            (false, "64 exact views of a heart through a collimator"),
+            (
+                true,
+                "64 exact views of a heart in a chest through a collimator",
+            ),
+        ] {
+            let truth = views(&through_a_collimator(size, chest, 1e-6));
+            for threads in [1, 2] {
+                for (tolerance, method) in [(1e-4, "slabs, 1e-4"), (1e-3, "slabs, 1e-3")] {
+                    let made = || views(&through_a_collimator(size, chest, tolerance));
+                    let (seconds, made) = on_threads(threads, || timed(3, made));
+                    print(method, case, threads, (seconds, distance(&made, &truth)));
+                }
+                if !chest {
+                    let plain = || every_plane_by_itself(&through_a_collimator(size, chest, 1e-4));
+                    let (seconds, made) = on_threads(threads, || timed(1, plain));
+                    let method = "every plane by itself";
+                    print(method, case, threads, (seconds, distance(&made, &truth)));
+                }
+            }
+        }
+    }
 }
 
 /// `cargo paper --no-figures` from start to end, files and all; the error is that of its static reconstruction.

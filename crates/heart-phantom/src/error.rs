@@ -137,6 +137,32 @@ pub enum PhantomError {
         /// How much wider the background has to be, about its axis.
         times: f64,
     },
+    /// The collimator's face is not in front of all that there is.
+    #[error(
+        "in view {view_idx} the collimator's face is {} cm from the axis of turning, and the body reaches {} cm towards it",
+        Number(brief(*radius)),
+        Number(enough(*needed))
+    )]
+    DetectorInside {
+        /// The view in which it is farthest inside.
+        view_idx: usize,
+        /// How far from the axis of turning the face is there, cm.
+        radius: f64,
+        /// How far the body reaches, cm.
+        needed: f64,
+    },
+    /// As many rays of each bin as are tried do not make its mean to the tolerance.
+    #[error(
+        "{rays} rays of each bin make its mean to {reached:e} only; the tolerance is {tolerance:e}"
+    )]
+    BinMeans {
+        /// Estimated relative error of the views that was reached.
+        reached: f64,
+        /// What was asked for.
+        tolerance: f64,
+        /// Rays of a bin.
+        rays: usize,
+    },
     /// A solid, its rays or its voxels could not be made.
     #[error(transparent)]
     Solid(#[from] revolve_voxel::RevolveError),

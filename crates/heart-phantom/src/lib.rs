@@ -55,19 +55,21 @@ pub use revolve_voxel;
 
 pub use error::PhantomError;
 pub use model::{
-    Activity, Attenuation, Background, Balloon, Cycle, Defect, Deformation, GreenStrain, Heart,
-    HeartShape, MaterialPoint, Stretch, Twist, Uptake, VolumeCurve, VolumeRange, Wall, WallRegion,
+    Activity, Attenuation, Background, Balloon, Chest, Cycle, Defect, Deformation, GreenStrain,
+    Heart, HeartShape, MaterialPoint, Stretch, Twist, Uptake, VolumeCurve, VolumeRange, Wall,
+    WallRegion,
 };
 pub use phantom::{
-    Artefacts, Edge, Memory, Method, Numbers, Osem, OsemReport, Output, Phantom, PhantomParts,
-    PhaseOf, PhaseReport, PlannedFile, Product, ScenePhase, Seen, Thickness, Warning, WorkReport,
+    Artefacts, BinMeans, Edge, Memory, Method, Numbers, Osem, OsemReport, Output, Phantom,
+    PhantomParts, PhaseOf, PhaseReport, PlannedFile, Product, ScenePhase, Seen, Thickness, Warning,
+    WorkReport,
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use scan::ViewReport;
 pub use scan::{
-    Accuracy, Acquisition, Camera, CameraGeometry, Collimation, Counting, Counts, Decay, Mode,
-    Noise, Rotation, Sinograms, TruthOf, ViewTime, acquire,
+    Accuracy, Acquisition, BinSample, Camera, CameraGeometry, Collimation, Counting, Counts, Decay,
+    Heads, Mode, Noise, Orbit, Rotation, Sinograms, TruthOf, ViewTime, acquire,
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]

@@ -41,7 +41,8 @@ impl Nodes {
         )?;
         let (mut variances, mut last) = (vec![near], near);
         while last < far {
-            last += growth * (last + own);
+            // Not beyond the farthest, so that none reaches farther.
+            last = (last + growth * (last + own)).min(far);
             variances.push(last);
         }
         let share = |&variance: &f64| {

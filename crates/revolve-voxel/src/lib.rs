@@ -53,6 +53,7 @@ pub use counters::{RayCounters, VoxelCounters};
 pub use error::RevolveError;
 pub use nalgebra;
 pub use rays::attenuation::{Attenuator, Medium};
+pub use rays::capsule::Capsule;
 pub use rays::cylinder::EllipticCylinder;
 pub use rays::detector::{ParallelDetector, ParallelRays};
 pub use rays::organ::{Ellipsoid, Organ, OrganShape, Organs};

@@ -13,19 +13,24 @@
 //! - SIMIND: the keys of the `.h00` files that it writes: `short float`, rows from the top down (`Image Orientation` 1 0 0 0 0 -1),
 //!   and the first slice of a map towards the head (<http://www.radfys.lu.se/simind/Change.html>: "first ... image is located
 //!   towards +X", X being its long axis). Readers look at `program version`: from 8 on the radius is in mm, before in cm.
+//! - Radii of other orbits: STIR has `orbit := non-circular` and `Radii := {...}` in mm (the same file, and `radii` in it); SIMIND has
+//!   `orbit := noncircular` and a text file `.cor` beside, a radius in cm a line, which PyTomography takes as `corrfile` and as it is
+//!   (`io/SPECT/simind.py`).
 //! - PyTomography 3.4.0 (<https://pypi.org/project/pytomography/3.4.0>), which reads these files: view k of a step d is at
 //!   `-start + k d`, of CW at `start - k d` (`io/SPECT/simind.py`); from angle beta the bins of an image array `[x][y]` lie along
 //!   (cos beta, -sin beta), the detector towards (-sin beta, -cos beta) (`utils/spatial.py`, `rotate_detector_z`, and kornia's
 //!   `rotate`, counter-clockwise as displayed). With beta = 180 degrees - theta and the bins the other way round, as a camera
 //!   in front of the patient shows them, arrays of volumes and of maps are the lab's. Growing angles are then CW.
 
-use super::names::data_beside;
-use super::names::millimetres;
+use super::names::{data_beside, millimetres};
 use crate::error::{PhantomError, check};
 use crate::files::atomic::write_with_header;
-use crate::files::{Projections, Samples, Volume};
+use crate::files::{Projections, Radius, Samples, Volume, write_atomically};
 use crate::text::short;
 use std::path::Path;
+
+/// What the name of SIMIND's file of radii ends in.
+pub(crate) const ORBIT_EXTENSION: &str = "cor";
 
 pub(super) fn write_volume_stir(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "v");
@@ -115,7 +120,14 @@ pub(super) fn write_projections_stir(
     let (data, name) = data_beside(path, "s");
     let turn = Turn::new(projections)?;
     let number = number_format(projections.samples(), "float");
-    let acquired = acquired(projections, &turn);
+    let orbit = match projections.radius() {
+        Radius::Circular(radius) => circular(radius),
+        Radius::PerView(radii) => {
+            let radii: Vec<_> = radii.iter().map(|r| millimetres(*r).to_string()).collect();
+            format!("orbit := non-circular\nRadii := {{{}}}\n", radii.join(", "))
+        }
+    };
+    let acquired = acquired(projections, &turn, &orbit);
     let header = format!(
         "!INTERFILE :=\n\
          !imaging modality := nucmed\n\
@@ -157,7 +169,17 @@ pub(super) fn write_projections_simind(
         direction,
         ..turn
     };
-    let acquired = acquired(projections, &turn);
+    let orbit = match projections.radius() {
+        Radius::Circular(radius) => circular(radius),
+        Radius::PerView(radii) => {
+            let (beside, name) = data_beside(path, ORBIT_EXTENSION);
+            write_atomically(&beside, |out| {
+                (radii.iter()).try_for_each(|radius| writeln!(out, "{}", short(*radius)))
+            })?;
+            format!("orbit := noncircular\n;# Non-Uniform Orbit File := {name}\n")
+        }
+    };
+    let acquired = acquired(projections, &turn, &orbit);
     let header = format!(
         "{head}\
          ;# Image Orientation := 1.000 0.000 0.000 0.000 0.000 -1.000\n\
@@ -196,10 +218,9 @@ fn simind_head(data: &str, images: usize) -> String {
 }
 
 /// The keys of projections that both flavours share, from the number of views to the end.
-fn acquired(projections: &Projections, turn: &Turn) -> String {
+fn acquired(projections: &Projections, turn: &Turn, orbit: &str) -> String {
     let [views, rows, bins] = projections.shape();
     let [pitch_bin, pitch_row] = projections.detector().pitch().map(millimetres);
-    let radius = millimetres(projections.radius());
     let counts = counts(projections.counts_per_unit());
     let Turn { start, extent, .. } = turn;
     let direction = match turn.direction {
@@ -217,11 +238,14 @@ fn acquired(projections: &Projections, turn: &Turn) -> String {
          !SPECT STUDY (acquired data) :=\n\
          !direction of rotation := {direction}\n\
          start angle := {start}\n\
-         orbit := circular\n\
-         Radius := {radius}\n\
+         {orbit}\
          {counts}\
          !END OF INTERFILE :=\n"
     )
+}
+
+fn circular(radius: f64) -> String {
+    format!("orbit := circular\nRadius := {}\n", millimetres(radius))
 }
 
 /// A comment, for Interfile has no such key: expected counts of a sample of 1, one number if all views have the same.

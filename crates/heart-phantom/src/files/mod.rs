@@ -19,7 +19,7 @@
 //! | `MetaImage`, `MetaImageSingle` | `.mhd` + `.raw`, `.mha` | LPS, mm: (x, y, z) | yes | no |
 //! | `Nrrd` | `.nrrd` | LPS, mm: (x, y, z) | yes | yes, with angles |
 //! | `InterfileStir` | `.hv` + `.v`, `.hs` + `.s` | STIR, mm: (x, y, -z), head first | yes | even steps, centred |
-//! | `InterfileSimind` | `.h00` + `.a00` | centred, mm, head first, bins as seen from in front | centred | even steps, centred |
+//! | `InterfileSimind` | `.h00` + `.a00`, and `.cor` of an orbit that is no circle | centred, mm, head first, bins as seen from in front | centred | even steps, centred |
 //! | `RawJson` | `.json` + `.bin` | lab, cm | yes | yes, with angles |
 //!
 //! Samples are little-endian. What a format cannot hold is refused ([`PhantomError`]) before anything is written, never
@@ -71,6 +71,7 @@ pub const PROGRAM: &str = concat!("heart-phantom ", env!("CARGO_PKG_VERSION"));
 
 pub use atomic::{HeldWrites, create_writable_folder, remove_unfinished, write_atomically};
 pub use format::{Format, SliceOrder, write_projections, write_volume};
+pub(crate) use interfile::ORBIT_EXTENSION;
 pub use lock::{FolderLock, lock_folder};
 pub(crate) use mesh::stl_bytes;
 pub use mesh::{write_ply, write_stl};
@@ -84,6 +85,6 @@ pub use older::{is_product, lock_beside, remove_older};
 #[cfg(feature = "files")]
 #[cfg_attr(docsrs, doc(cfg(feature = "files")))]
 pub use picture::{Section, write_gif, write_png};
-pub use projections::Projections;
+pub use projections::{Projections, Radius};
 pub use samples::Samples;
 pub use volume::Volume;

@@ -22,7 +22,7 @@ pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomEr
     )
 }
 
-/// Arrays `samples` [view][row][bin], `angles_rad`, `pitch_cm` and `first_cm` (bin, row), `radius_cm`; `counts_per_unit` of each view, if
+/// Arrays `samples` [view][row][bin], `angles_rad`, `pitch_cm` and `first_cm` (bin, row), `radius_cm` (one, or one for each view); `counts_per_unit` of each view, if
 /// it is known.
 pub(super) fn write_projections(
     path: &Path,
@@ -33,7 +33,7 @@ pub(super) fn write_projections(
         archive.array("angles_rad", projections.angles())?;
         archive.array("pitch_cm", &projections.detector().pitch())?;
         archive.array("first_cm", &projections.first())?;
-        archive.array("radius_cm", &[projections.radius()])?;
+        archive.array("radius_cm", projections.radius().as_slice())?;
         (projections.counts_per_unit())
             .map_or(Ok(()), |counts| archive.array("counts_per_unit", counts))
     })

@@ -30,6 +30,8 @@ pub(super) fn write_projections(
     let [views, rows, bins] = projections.shape();
     let [pitch_bin, pitch_row] = projections.detector().pitch().map(millimetres);
     let [bin, row] = projections.first().map(millimetres);
+    let radii = projections.radius();
+    let radii: Vec<f64> = radii.as_slice().iter().map(|r| millimetres(*r)).collect();
     let mut fields = format!(
         "sizes: {bins} {rows} {views}\n\
          spacings: {pitch_bin} {pitch_row} 1\n\
@@ -40,7 +42,7 @@ pub(super) fn write_projections(
          first_row_mm:={row}\n\
          radius_mm:={}\n\
          angles_rad:=",
-        millimetres(projections.radius())
+        spaced(&radii)
     );
     fields += &spaced(projections.angles());
     fields.push('\n');

@@ -2,7 +2,7 @@
 
 use super::atomic::{failed, remove_if_there};
 use super::names::WORDS;
-use super::{FolderLock, Format, PROGRAM, REPORT, lock_folder};
+use super::{FolderLock, Format, ORBIT_EXTENSION, PROGRAM, REPORT, lock_folder};
 use crate::error::PhantomError;
 use serde::Deserialize;
 use std::ffi::OsStr;
@@ -87,7 +87,9 @@ pub fn is_product(name: &OsStr) -> bool {
         .contains(&Some(extension))
     };
     (is_figure || WORDS.contains(&word) || OF_THE_STUDY.contains(&word))
-        && (OTHER_EXTENSIONS.contains(&extension) || Format::ALL.into_iter().any(of_a_format))
+        && (OTHER_EXTENSIONS.contains(&extension)
+            || extension == ORBIT_EXTENSION
+            || Format::ALL.into_iter().any(of_a_format))
 }
 
 /// Nothing can be renamed onto a folder: it is found out before there is something to rename.

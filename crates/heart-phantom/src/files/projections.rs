@@ -4,34 +4,65 @@ use crate::error::{PhantomError, check};
 use crate::files::Samples;
 use revolve_voxel::ParallelDetector;
 
+/// Distance of the detector's face from the axis of turning, in cm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Radius<'a> {
+    /// The same in all views.
+    Circular(f64),
+    /// That of each view.
+    PerView(&'a [f64]),
+}
+
+impl From<f64> for Radius<'_> {
+    fn from(radius: f64) -> Self {
+        Self::Circular(radius)
+    }
+}
+
+impl<'a> From<&'a [f64]> for Radius<'a> {
+    fn from(radii: &'a [f64]) -> Self {
+        Self::PerView(radii)
+    }
+}
+
+impl Radius<'_> {
+    /// One number, or one for each view.
+    pub fn as_slice(&self) -> &[f64] {
+        match self {
+            Self::Circular(radius) => std::slice::from_ref(radius),
+            Self::PerView(radii) => radii,
+        }
+    }
+}
+
 /// The images of a turning camera, index order `[view][row][bin]`, with where they were taken from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projections<'a> {
     detector: ParallelDetector,
     angles: &'a [f64],
-    radius: f64,
+    radius: Radius<'a>,
     samples: Samples<'a>,
     counts: Option<&'a [f64]>,
 }
 
 impl<'a> Projections<'a> {
     /// Images from the detector that took them, the angle of each view in radians, and the distance
-    /// in cm of the detector's face from the axis of turning.
+    /// in cm of the detector's face from the axis of turning: a number, or a slice with one for each view.
     ///
     /// A parallel beam has the same line integrals at any distance; Interfile asks for it, as the
     /// blur of a real collimator grows with it.
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there are no views; [`PhantomError::WrongLength`] if there is not one
-    /// sample for each view, row and bin; [`PhantomError::OutOfRange`] if an angle or a sample is
+    /// sample for each view, row and bin, or one radius for each view; [`PhantomError::OutOfRange`] if an angle or a sample is
     /// not finite, the radius is not positive, or a length in millimetres does not fit into 32 bits.
     pub fn new(
         detector: ParallelDetector,
         angles: &'a [f64],
-        radius: f64,
+        radius: impl Into<Radius<'a>>,
         samples: impl Into<Samples<'a>>,
     ) -> Result<Self, PhantomError> {
-        let samples = samples.into();
+        let (radius, samples) = (radius.into(), samples.into());
         crate::error::check_count("views", angles.len(), [1, usize::MAX])?;
         let shape = [angles.len(), detector.n_rows(), detector.n_bins()];
         samples.check("samples of projections", &shape)?;
@@ -40,7 +71,18 @@ impl<'a> Projections<'a> {
             check("view angle", angle, [-1e6, 1e6])?;
         }
         let (least, most) = (f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX) / 10.0);
-        check("camera radius", radius, [least, most])?;
+        if let Radius::PerView(radii) = radius
+            && radii.len() != angles.len()
+        {
+            return Err(PhantomError::WrongLength {
+                what: "radii of the camera",
+                given: radii.len(),
+                expected: angles.len(),
+            });
+        }
+        for &radius in radius.as_slice() {
+            check("camera radius", radius, [least, most])?;
+        }
         for a in 0..2 {
             check("detector pitch", detector.pitch()[a], [least, most])?;
             check("detector offset", detector.offset()[a], [-most, most])?;
@@ -93,7 +135,7 @@ impl<'a> Projections<'a> {
     }
 
     /// Distance of the detector's face from the axis of turning in cm.
-    pub fn radius(&self) -> f64 {
+    pub fn radius(&self) -> Radius<'a> {
         self.radius
     }
 

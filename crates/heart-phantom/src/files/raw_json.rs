@@ -3,7 +3,7 @@
 use super::names::data_beside;
 use crate::error::PhantomError;
 use crate::files::atomic::write_with_header;
-use crate::files::{Projections, Samples, Volume};
+use crate::files::{Projections, Radius, Samples, Volume};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -29,7 +29,10 @@ pub(super) fn write_projections(
         "pitch_cm": projections.detector().pitch(),
         "first_cm": projections.first(),
         "angles_rad": projections.angles(),
-        "radius_cm": projections.radius(),
+        "radius_cm": match projections.radius() {
+            Radius::Circular(radius) => json!(radius),
+            Radius::PerView(radii) => json!(radii),
+        },
     });
     if let Some(counts) = projections.counts_per_unit() {
         header["counts_per_unit"] = counts.into();

@@ -2,6 +2,7 @@
 
 mod activity;
 mod attenuation;
+mod chest;
 mod cycle;
 mod defect;
 mod heart;
@@ -14,6 +15,7 @@ mod volume_curve;
 
 pub use activity::{Activity, Background, Uptake};
 pub use attenuation::Attenuation;
+pub use chest::Chest;
 pub use cycle::Cycle;
 pub use defect::Defect;
 pub(crate) use defect::{Placed, without_overlap};

@@ -49,7 +49,7 @@ pub struct Osem {
     /// Whether it models attenuation: by the mean of the map over the time that the views of the gate see.
     #[cfg_attr(feature = "scene", serde(default))]
     pub attenuation: bool,
-    /// Whether it models the collimator, `PhantomParts::radius` from the axis; the tolerance of that is 1e-3 ([`radon::SpectOptions`]).
+    /// Whether it models the collimator, `PhantomParts::orbit` from the axis; the tolerance of that is 1e-3 ([`radon::SpectOptions`]).
     #[cfg_attr(feature = "scene", serde(default))]
     pub resolution: bool,
     /// It ends earlier after a pass that changed the volume by no more than this share of it (root mean squares).

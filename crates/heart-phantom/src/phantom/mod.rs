@@ -1,6 +1,7 @@
 //! A phantom: everything on demand, and nothing twice.
 
 mod artefacts;
+mod bins;
 #[cfg(feature = "scene")]
 mod from_scene;
 mod memory;
@@ -12,6 +13,7 @@ mod parts;
 mod phases;
 mod planned;
 mod prepare;
+mod reach;
 mod steps;
 mod views;
 mod volumes;
@@ -20,6 +22,7 @@ mod warnings;
 mod work;
 
 pub use artefacts::Artefacts;
+pub use bins::BinMeans;
 pub use memory::Memory;
 pub use method::{Method, Osem, OsemReport};
 pub use numbers::{Numbers, Thickness};
@@ -34,7 +37,7 @@ use work::Work;
 pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
-use crate::scan::{Depth, Readout, STEPS, Scan, Wide};
+use crate::scan::{Depth, Facing, Readout, STEPS, Scan, Wide};
 #[cfg(feature = "scene")]
 use crate::scene::{Scene, Source};
 use crate::{Acquisition, Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
@@ -65,6 +68,9 @@ pub struct Phantom {
     parts: PhantomParts,
     pub(crate) readout: Readout,
     pub(crate) wide: OnceLock<Option<Wide>>,
+    /// The lattice of the means over bins, and its number.
+    bins: OnceLock<(BinMeans, usize)>,
+    facing: OnceLock<Vec<Facing>>,
     depth: OnceLock<Option<Depth>>,
     /// Mean counts of a sample of 1, by gate.
     counts: Vec<OnceLock<f64>>,
@@ -97,6 +103,8 @@ impl Phantom {
                 size,
             },
             wide: OnceLock::new(),
+            bins: OnceLock::new(),
+            facing: OnceLock::new(),
             depth: OnceLock::new(),
             counts: vec![OnceLock::new(); parts.mode.n_gates()],
             steps: OnceLock::new(),
@@ -215,6 +223,7 @@ impl Phantom {
             // Far below what any detector resolves.
             tolerance: 1e-5 * self.parts.heart.length(),
             depth: None,
+            lattice: vec![[0.0; 2]],
         }
     }
 

@@ -6,7 +6,7 @@
 use super::method::{Method, Osem, OsemReport};
 use super::{Phantom, PhantomParts};
 use crate::error::PhantomError;
-use crate::scan::{Collimation, Scan};
+use crate::scan::{BinSample, Collimation, Scan};
 use crate::truth::truth_of_slices;
 use crate::{Activity, Camera};
 use radon::{
@@ -45,11 +45,13 @@ impl PhantomParts {
                 return Err(PhantomError::Absent { what });
             }
         }
-        self.model_voxels(osem).map(drop)
+        // That of the body's contour is known once there is a body.
+        let radii = self.nominal_radii().unwrap_or_default();
+        self.model_voxels(osem, farthest(&radii)).map(drop)
     }
 
-    /// The voxels of the model.
-    pub(super) fn model_voxels(&self, osem: &Osem) -> Result<ModelVoxels, PhantomError> {
+    /// The voxels of the model, of a camera whose face is nowhere farther from the axis than that.
+    fn model_voxels(&self, osem: &Osem, radius: f64) -> Result<ModelVoxels, PhantomError> {
         let camera = &self.camera;
         let half = 0.5 * camera.n_bins() as f64 * camera.pitch();
         let mut reach = [[-half, half]; 2];
@@ -70,26 +72,33 @@ impl PhantomParts {
                 hold([x, y], [a, b]);
             }
         }
-        let far = self.radius + half;
-        let width = self.response(osem).sigma(far);
+        let width = self.response(osem).sigma(radius + half);
         let layers = (MARGIN * width / camera.detector().pitch()[1]).ceil();
         let (first, camera) = camera.with_voxels_around(reach, layers)?;
         Ok(ModelVoxels { camera, first })
     }
 
-    /// How the model has points blurred. Views are samples, the model's are means over bins: what those are wider by is taken off the
-    /// crystal's variance, as far as it goes.
+    /// How the model has points blurred. The model's views are means over bins: where those given are samples, what means are wider by is
+    /// taken off the crystal's variance, as far as it goes.
     fn response(&self, osem: &Osem) -> Collimator {
         let collimator = self.collimator.filter(|_| osem.resolution);
         let Some(Collimation { response, .. }) = collimator else {
             return Collimator::default();
         };
         let [bin, row] = self.camera.detector().pitch();
-        let wider = bin.min(row).powi(2) / 12.0;
+        let wider = match self.bin_sample {
+            BinSample::Centres => bin.min(row).powi(2) / 12.0,
+            BinSample::Means { .. } => 0.0,
+        };
         let intrinsic = (response.intrinsic().powi(2) - wider).max(0.0).sqrt();
         // Nothing that `new` could refuse.
         Collimator::new(response.slope(), response.at_face(), intrinsic).unwrap_or(response)
     }
+}
+
+/// Where the collimator's face is farthest from the axis.
+fn farthest(radii: &[f64]) -> f64 {
+    radii.iter().fold(0.0, |most, radius| most.max(*radius))
 }
 
 impl ModelVoxels {
@@ -115,7 +124,7 @@ impl Phantom {
         views: &[f32],
         progress: &dyn Fn(usize),
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
-        let voxels = self.parts().model_voxels(osem)?;
+        let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
         let map = match osem.attenuation {
             true => self.mean_attenuation(gate, &voxels.camera)?,
             false => Vec::new(),
@@ -169,7 +178,9 @@ impl Phantom {
     /// Memory that it takes at most, in bytes: an estimate.
     pub(super) fn bytes_of_osem(&self, osem: &Osem) -> u64 {
         let (parts, views) = (self.parts(), self.camera().n_views());
-        let Ok(voxels) = parts.model_voxels(osem) else {
+        let known = (self.facing.get()).map(|views| views.iter().map(|view| view.radius).collect());
+        let radii = parts.nominal_radii().or(known).unwrap_or_default();
+        let Ok(voxels) = parts.model_voxels(osem, farthest(&radii)) else {
             return 0;
         };
         let (image, n) = (voxels.camera.image(), voxels.camera.grid().len());
@@ -184,7 +195,7 @@ impl Phantom {
 
     /// Makes the model of a gate's views, but for its attenuation, to see whether there is one.
     pub(super) fn try_model(&self, osem: &Osem, gate: usize) -> Result<(), PhantomError> {
-        let voxels = self.parts().model_voxels(osem)?;
+        let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
         self.model(osem, gate, &voxels, Vec::new()).map(drop)
     }
 
@@ -200,16 +211,17 @@ impl Phantom {
         let rows = SliceAxis::new(self.camera().n_rows(), pitch)?;
         let layers = SliceAxis::new(wide.n_rows(), pitch)?;
         // Lines have no face that they end at.
-        let radius = match osem.resolution {
-            true => parts.radius,
+        let radii = match osem.resolution {
+            true => self.radii()?,
             false => {
                 let image = wide.image();
                 let [x, y] = image.pixel_centre(0, 0).map(f64::abs);
                 let [u, v] = image.pixel_centre(image.nx() - 1, image.ny() - 1);
-                2.0 * (x.max(u.abs()).hypot(y.max(v.abs())) + image.spacing()[0])
+                let far = 2.0 * (x.max(u.abs()).hypot(y.max(v.abs())) + image.spacing()[0]);
+                vec![far; self.camera().n_views()]
             }
         };
-        let geometry = SpectGeometry::circular(&self.geometry(gate)?, &rows, radius)?;
+        let geometry = SpectGeometry::new(&self.geometry(gate)?, &rows, radii)?;
         let options = SpectOptions::default()
             .with_collimator(parts.response(osem))
             .with_attenuation(map);

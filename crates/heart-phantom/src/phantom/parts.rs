@@ -3,9 +3,10 @@
 use super::method::Method;
 use super::output::{Output, Product};
 use crate::error::{PhantomError, check, check_count};
+use crate::files::Format;
 use crate::model::{Attenuation, Background, without_overlap};
 use crate::ranges;
-use crate::scan::{Accuracy, Collimation, Counting, Counts, Mode, Noise, STEPS};
+use crate::scan::{Accuracy, BinSample, Collimation, Counting, Counts, Mode, Noise, Orbit, STEPS};
 use crate::{Activity, Camera, Cycle, Defect, Heart, ViewTime};
 use radon::FbpOptions;
 use revolve_voxel::Organs;
@@ -67,7 +68,7 @@ pub struct PhantomParts {
     pub attenuation: Option<Attenuation>,
     /// Full width at half maximum of the detector's Gaussian blur; `None` for lines.
     pub blur: Option<f64>,
-    /// Resolution that depends on depth, in front of a collimator `radius` from the axis; `None` for lines.
+    /// Resolution that depends on depth, in front of a collimator where [`PhantomParts::orbit`] has it; `None` for lines.
     pub collimator: Option<Collimation>,
     /// Counts; `None` for their means.
     pub noise: Option<Noise>,
@@ -85,8 +86,10 @@ pub struct PhantomParts {
     pub truth_tolerance: f64,
     /// Material coordinate, above 0 (the base) and below 1/2 (the apex), of the wall's side, where thickness and blur are told.
     pub side: f64,
-    /// Distance of the collimator's face from the axis in cm, for [`PhantomParts::collimator`]; some file formats ask for it, too.
-    pub radius: f64,
+    /// Distance of the collimator's face from the axis in each view, for [`PhantomParts::collimator`]; file formats tell it, too.
+    pub orbit: Orbit,
+    /// What a sample of a view is: the line through the middle of its bin, or a mean.
+    pub bin_sample: BinSample,
     /// What a run writes, and so what [`Phantom::prepare`](crate::Phantom::prepare) and [`Phantom::memory`](crate::Phantom::memory) count on;
     /// it is checked always, and written by `run` only, which comes with the feature `scene`.
     pub output: Output,
@@ -114,7 +117,8 @@ impl PhantomParts {
             reconstruction: FbpOptions::default(),
             truth_tolerance: 1e-3,
             side: SIDE,
-            radius: 20.0,
+            orbit: Orbit::Circle(20.0),
+            bin_sample: BinSample::Centres,
             output: Output::default(),
         }
     }
@@ -148,7 +152,8 @@ impl PhantomParts {
             ranges::TRUTH_TOLERANCE,
         )?;
         check("side", self.side, [0f64.next_up(), 0.5f64.next_down()])?;
-        check("radius of the camera", self.radius, ranges::SIZE)?;
+        self.orbit.check(self.camera.n_views())?;
+        self.bin_sample.check()?;
         if let Some(collimator) = &self.collimator {
             let what = "tolerance of the collimator's blur";
             check(what, collimator.tolerance, ranges::BLUR_TOLERANCE)?;
@@ -239,6 +244,12 @@ impl PhantomParts {
             .collect()
     }
 
+    /// Distance of the collimator's face from the axis in each view, unless the body's contour says it.
+    pub(super) fn nominal_radii(&self) -> Option<Vec<f64>> {
+        let angles = self.camera.geometry().angles().iter().enumerate();
+        (angles.map(|(k, theta)| self.orbit.radius(k, *theta))).collect()
+    }
+
     /// Expected counts of a sample of 1 in each view of a gate, where the camera's sensitivity is known.
     pub(crate) fn expected_counts(&self, gate: usize) -> Option<Vec<f64>> {
         let counting = self.counting.as_ref()?;
@@ -271,6 +282,13 @@ impl PhantomParts {
                 what: "attenuation",
             });
         }
+        let even = matches!(projections, Format::InterfileStir | Format::InterfileSimind);
+        if even && !self.camera.has_even_steps() {
+            return Err(PhantomError::Unsupported {
+                format: projections.name(),
+                what: "views of two heads that make no even steps together",
+            });
+        }
         if projections.projections_extension().is_none() {
             return Err(PhantomError::Unsupported {
                 format: projections.name(),
@@ -285,7 +303,6 @@ impl PhantomParts {
 mod tests {
     use super::*;
     use crate::Phantom;
-    use crate::files::Format;
 
     #[test]
     fn an_output_that_this_build_leaves_out_is_refused() {

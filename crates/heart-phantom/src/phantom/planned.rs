@@ -4,9 +4,10 @@ use super::output::Product;
 use super::phases::PhaseOf;
 use crate::error::PhantomError;
 use crate::files::{
-    ATTENUATION, LABELS, MOVING, PROJECTIONS, RECONSTRUCTION, REPORT, SLICE, SURFACES,
+    ATTENUATION, Format, LABELS, MOVING, ORBIT_EXTENSION, PROJECTIONS, RECONSTRUCTION, REPORT,
+    SLICE, SURFACES,
 };
-use crate::{Phantom, files};
+use crate::{Orbit, Phantom, files};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
@@ -138,7 +139,7 @@ impl Phantom {
         }
     }
 
-    /// The file of the views of a gate, and the one of its data, if there are two.
+    /// The file of the views of a gate, that of its radii, where the format has one, and the one of its data, if it has.
     pub(crate) fn projection_names(&self, gate: usize) -> Vec<PathBuf> {
         let format = self.parts().output.projections;
         #[expect(clippy::unreachable, reason = "the parts were checked")]
@@ -146,7 +147,12 @@ impl Phantom {
             unreachable!("the parts were checked")
         };
         let name = self.gate_name(PROJECTIONS, gate);
-        named(&name, extension, format.projections_data_extension())
+        let mut names = named(&name, extension, format.projections_data_extension());
+        let circle = matches!(self.parts().orbit, Orbit::Circle(_));
+        if format == Format::InterfileSimind && !circle {
+            names.insert(1, format!("{name}.{ORBIT_EXTENSION}").into());
+        }
+        names
     }
 
     /// The file of a volume, and the one of its data, if there are two.

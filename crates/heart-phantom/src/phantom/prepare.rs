@@ -45,6 +45,7 @@ impl Phantom {
         let reconstructs = wants(Product::Reconstruction) || wants(Product::Pictures);
         let sees = wants(Product::Projections) || reconstructs;
         if sees {
+            self.bin_means()?;
             self.depth()?;
         }
         if reconstructs {

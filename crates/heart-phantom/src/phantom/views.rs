@@ -1,12 +1,10 @@
 //! Views of a phantom, with its blur and noise.
 
 use super::Phantom;
-use super::warnings::half_extents;
 use crate::error::{PhantomError, check_count};
-use crate::scan::{Depth, Scan, Wide};
+use crate::scan::{Depth, Facing, Scan, Wide};
 use crate::{Sinograms, ViewTime};
 use radon::ParallelGeometry;
-use revolve_voxel::Organs;
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -126,10 +124,12 @@ impl Phantom {
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Sinograms, PhantomError> {
         let acquisition = self.acquisition(gate)?;
+        let lattice = self.lattice()?;
         if let Some(depth) = self.depth()? {
             let [_, above] = depth.margin;
             let scan = Scan {
                 depth: Some(depth),
+                lattice,
                 ..self.scan(&depth.camera, acquisition)
             };
             let rows_there = rows.start + above..rows.end + above;
@@ -140,7 +140,10 @@ impl Phantom {
         }
         let Some(wide) = self.wide()? else {
             let cast = self.readout.rows_seen(&rows);
-            let scan = self.scan(self.camera(), acquisition);
+            let scan = Scan {
+                lattice,
+                ..self.scan(self.camera(), acquisition)
+            };
             let mut taken = scan.rows(views, cast, progress)?;
             self.work.rays(taken.rays);
             self.readout.blur(&mut taken.samples, &rows)?;
@@ -149,7 +152,10 @@ impl Phantom {
         let [beside, above] = wide.margin;
         let rows = rows.start + above..rows.end + above;
         let cast = wide.blur.rows_seen(&rows);
-        let scan = self.scan(&wide.camera, acquisition);
+        let scan = Scan {
+            lattice,
+            ..self.scan(&wide.camera, acquisition)
+        };
         let mut taken = scan.rows(views, cast, progress)?;
         self.work.rays(taken.rays);
         let blurred = wide.blur.rows(taken.samples, &rows)?;
@@ -171,12 +177,19 @@ impl Phantom {
         if self.depth.get().is_none() {
             let made = match &self.parts.collimator {
                 Some(collimation) if collimation.response.variance(f64::MAX) > 0.0 => {
-                    let (camera, radius) = (self.camera(), self.parts.radius);
+                    if let Some((view_idx, Facing { radius, body, .. })) = self.inside()? {
+                        return Err(PhantomError::DetectorInside {
+                            view_idx,
+                            radius,
+                            needed: body,
+                        });
+                    }
+                    let (camera, views) = (self.camera(), self.facing()?.to_vec());
                     let [side, end] = self.extent()?;
                     // What goes on beyond all rows is blurred into them from both sides.
                     let endless = self.parts.background.is_some();
                     let end = if endless { f64::INFINITY } else { end };
-                    Some(Depth::new(collimation, camera, radius, [side, end])?)
+                    Some(Depth::new(collimation, camera, views, [side, end])?)
                 }
                 // A point is seen as a point.
                 Some(_) | None => None,
@@ -207,24 +220,5 @@ impl Phantom {
             return Ok(None);
         };
         Wide::around(self.camera(), blur, fwhm, self.extent()?)
-    }
-
-    /// How far from the axis, and from the middle along it, there is anything to see, in cm.
-    fn extent(&self) -> Result<[f64; 2], PhantomError> {
-        let [mut side, mut end] = [0.0f64; 2];
-        for body in self.outermost()? {
-            let [x, y, z] = half_extents(&body);
-            (side, end) = (side.max(x.hypot(y)), end.max(z));
-        }
-        if let Some(around) = &self.parts.background {
-            let ([x, y], [a, b]) = (around.torso.centre(), around.torso.semi_axes());
-            // Along z it goes on as its mirror image does.
-            side = side.max(x.hypot(y) + a.max(b));
-        }
-        for organ in self.parts.organs.iter().flat_map(Organs::as_slice) {
-            let ([x, y, z], [a, b, c]) = organ.shape.bounds();
-            (side, end) = (side.max(x.hypot(y) + a.max(b)), end.max(z.abs() + c));
-        }
-        Ok([side, end])
     }
 }

@@ -238,6 +238,7 @@ mod tests {
             views: 8,
             arc: std::f64::consts::TAU,
             start: 0.0,
+            heads: crate::Heads::One,
             bins: 8,
             rows: 1,
             pitch: [2.0; 2],

@@ -10,7 +10,8 @@ use std::fmt;
 /// Something allowed that a user may not expect; its text says what it does, with the numbers.
 ///
 /// In `report.json` an object with a `message` and with the fields `what`, `edge`, `needed_cm`, `seen_cm`, `angle_degrees` of what is
-/// truncated; `edge`, `nearest_cm` and `reach_cm` of a heart outside; `times` of one that reaches out of the torso; `off_degrees` of uneven angles.
+/// truncated; `edge`, `nearest_cm` and `reach_cm` of a heart outside; `times` of one that reaches out of the torso; `view`, `radius_cm` and
+/// `needed_cm` of a detector inside the body; `off_degrees` of uneven angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -43,6 +44,16 @@ pub enum Warning {
         /// How many times as far from the torso's axis as its surface the heart reaches.
         times: f64,
     },
+    /// The collimator's face, where the orbit has it, is within the body. Lines are as they are; whoever models the collimator from the
+    /// headers has a detector in the patient.
+    DetectorInside {
+        /// The view in which it is farthest inside.
+        view: usize,
+        /// How far from the axis of turning it is there, in cm.
+        radius: f64,
+        /// How far the body reaches towards it.
+        needed: f64,
+    },
     /// A turning camera sees gates from uneven angles, and the format of the projections has room for even ones only: their mean
     /// is right.
     UnevenAngles {
@@ -57,9 +68,11 @@ pub enum Warning {
 pub enum Seen {
     /// Cavity and wall, at end-diastole and end-systole, or at the one phase that is looked at.
     Heart,
-    /// What surrounds the heart ([`PhantomParts::background`](crate::PhantomParts::background), `[background]` of a scene).
+    /// What surrounds the heart and is active ([`PhantomParts::background`](crate::PhantomParts::background), `[background]` of a scene, or
+    /// organs).
     Background,
-    /// The torso that attenuates ([`PhantomParts::attenuation`](crate::PhantomParts::attenuation), `[attenuation]` of a scene).
+    /// The torso that attenuates ([`PhantomParts::attenuation`](crate::PhantomParts::attenuation), `[attenuation]` of a scene), or organs that
+    /// do and are not active.
     Torso,
 }
 
@@ -139,6 +152,17 @@ impl fmt::Display for Warning {
                     "the heart reaches out of the torso that attenuates, {times} times as far as its surface: what is outside weakens no ray"
                 )
             }
+            Self::DetectorInside {
+                view,
+                radius,
+                needed,
+            } => {
+                let (radius, needed) = (brief(radius), enough(needed));
+                write!(
+                    f,
+                    "the camera's face is within the body: in view {view} it is {radius} cm from the axis of turning, and the body reaches {needed} cm towards it"
+                )
+            }
             Self::UnevenAngles { off } => write!(
                 f,
                 "the gates of a turning camera are seen from uneven angles, up to {:.3} degrees from where Interfile puts them; \
@@ -188,6 +212,16 @@ impl Serialize for Warning {
             Self::OutOfTorso { times } => {
                 map.serialize_entry("what", "heart-out-of-torso")?;
                 map.serialize_entry("times", &short(times))?;
+            }
+            Self::DetectorInside {
+                view,
+                radius,
+                needed,
+            } => {
+                map.serialize_entry("what", "detector-inside")?;
+                map.serialize_entry("view", &view)?;
+                map.serialize_entry("radius_cm", &short(radius))?;
+                map.serialize_entry("needed_cm", &short(needed))?;
             }
             Self::UnevenAngles { off } => {
                 map.serialize_entry("what", "angles")?;

@@ -6,7 +6,7 @@ use super::warning::{Edge, Seen, Warning};
 use crate::error::PhantomError;
 use crate::files::Format;
 use crate::{HeartShape, Mode, Rotation};
-use revolve_voxel::{Body, EllipticCylinder, Organs};
+use revolve_voxel::{Body, EllipticCylinder, Organ, Organs};
 use std::f64::consts::PI;
 
 /// Directions of half a turn in which it is looked for a gap: the widest one is found to 1 - cos(pi / 128), 3e-4 of itself.
@@ -56,6 +56,18 @@ impl Phantom {
             // It is too large by less than that.
             found.extend((times > 1.0 + 1e-4).then_some(Warning::OutOfTorso { times }));
         }
+        // Through a collimator there would be no view at all, and of a heart that is elsewhere enough was said.
+        let elsewhere = found.iter().any(|w| matches!(w, Warning::OutOfView { .. }));
+        if parts.collimator.is_none() && !elsewhere {
+            found.extend(
+                self.inside()?
+                    .map(|(view, facing)| Warning::DetectorInside {
+                        view,
+                        radius: facing.radius,
+                        needed: facing.body,
+                    }),
+            );
+        }
         if parts.output.write.contains(&Product::Projections) {
             found.extend(self.uneven_angles()?);
         }
@@ -76,29 +88,32 @@ impl Phantom {
             .collect()
     }
 
-    /// Active organs that reach beyond the bins, or beyond the rows: of each the farthest.
+    /// Organs that reach beyond the bins, or beyond the rows: of those that are active, and of those that only attenuate, the farthest.
     fn truncated_organs(&self) -> Result<Vec<Warning>, PhantomError> {
-        let (mut widest, mut highest) = (None, 0.0f64);
         let organs = self.parts().organs.iter().flat_map(Organs::as_slice);
-        for organ in organs.filter(|organ| organ.activity > 0.0) {
-            let ([x, y, z], [a, b, c]) = organ.shape.bounds();
-            if let Some((half, theta)) =
-                self.widest_ellipse(&EllipticCylinder::new([x, y], [a, b])?)
-            {
-                wider(&mut widest, half, theta);
+        let (active, others): (Vec<&Organ>, Vec<&Organ>) =
+            organs.partition(|organ| organ.activity > 0.0);
+        let weakens = |organ: &&Organ| organ.attenuation > 0.0;
+        let passive: Vec<&Organ> = others.into_iter().filter(weakens).collect();
+        let mut found = Vec::new();
+        for (what, organs) in [(Seen::Background, active), (Seen::Torso, passive)] {
+            let (mut widest, mut highest) = (None, 0.0f64);
+            for organ in organs {
+                let ([x, y, z], [a, b, c]) = organ.shape.bounds();
+                let section = EllipticCylinder::new([x, y], [a, b])?;
+                if let Some((half, theta)) = self.widest_ellipse(&section) {
+                    wider(&mut widest, half, theta);
+                }
+                // What has no ends goes on beyond any rows, as a background does.
+                if c.is_finite() {
+                    highest = highest.max(z.abs() + c);
+                }
             }
-            // What has no ends goes on beyond any rows, as a background does.
-            if c.is_finite() {
-                highest = highest.max(z.abs() + c);
-            }
+            found.extend(self.beyond_bins(what, widest));
+            let rows = truncated(what, Edge::Rows, 2.0 * highest, self.height(), None);
+            found.extend(rows);
         }
-        let what = Seen::Background;
-        let rows = truncated(what, Edge::Rows, 2.0 * highest, self.height(), None);
-        Ok(self
-            .beyond_bins(what, widest)
-            .into_iter()
-            .chain(rows)
-            .collect())
+        Ok(found)
     }
 
     fn truncated_heart(&self, bodies: &[Body]) -> Result<Vec<Warning>, PhantomError> {
@@ -244,13 +259,13 @@ fn outside_of(shape: &HeartShape) -> Result<Body, PhantomError> {
 }
 
 /// A body as a camera at an angle has it: along x what is along its bins.
-fn turned(body: &Body, theta: f64) -> Result<Body, PhantomError> {
+pub(super) fn turned(body: &Body, theta: f64) -> Result<Body, PhantomError> {
     let pose = body.pose().turned_z(-theta)?;
     Ok(Body::new(body.layers().to_vec(), pose)?)
 }
 
 /// From where to where bodies reach along an axis, all together.
-fn span(bodies: &[Body], axis: usize) -> Result<[f64; 2], PhantomError> {
+pub(super) fn span(bodies: &[Body], axis: usize) -> Result<[f64; 2], PhantomError> {
     let mut all = [f64::INFINITY, f64::NEG_INFINITY];
     for body in bodies {
         let [low, high] = body.bounding_box(0)?;
@@ -260,7 +275,7 @@ fn span(bodies: &[Body], axis: usize) -> Result<[f64; 2], PhantomError> {
 }
 
 /// How far a body reaches from the planes through the origin, to the farther side.
-pub(crate) fn half_extents(body: &Body) -> [f64; 3] {
+pub(super) fn half_extents(body: &Body) -> [f64; 3] {
     let [low, high] = body.bounding_box(0).unwrap_or_default();
     [0, 1, 2].map(|a| high[a].max(-low[a]))
 }

@@ -96,6 +96,10 @@ pub struct Sinograms {
     /// `N = (sum d^2)^2 / sum d^4` counts them. Never less than the relative error of the cavity's mean volume by equal steps (root
     /// mean square over the views), which the curve alone tells.
     pub quadrature_error: Option<f64>,
+    /// Of views through a collimator an estimate of the relative error in the Euclidean norm that slabs and the Gaussians which they share
+    /// make ([`Collimation`](crate::Collimation)): a third of the difference from views of four times the tolerance, in up to eight views evenly
+    /// among all; `None` where none of them was taken.
+    pub depth_error: Option<f64>,
     /// Rays cast and skipped.
     pub rays: RayCounters,
 }

@@ -22,15 +22,47 @@ pub enum Rotation {
     Continuous,
 }
 
+/// The heads of a camera, each a detector behind a collimator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Heads {
+    /// One.
+    One,
+    /// Two, fixed to each other: they turn together, and view `k` of the one is taken while view `k` of the other is.
+    Two {
+        /// How far the second is ahead of the first one, in radians.
+        angle: f64,
+    },
+}
+
+impl Heads {
+    /// How many.
+    pub fn count(self) -> usize {
+        match self {
+            Self::One => 1,
+            Self::Two { .. } => 2,
+        }
+    }
+
+    /// How far the last one is ahead of the first.
+    fn angle(self) -> f64 {
+        match self {
+            Self::One => 0.0,
+            Self::Two { angle } => angle,
+        }
+    }
+}
+
 /// Views, detector and voxels, for [`Camera::with_geometry`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraGeometry {
-    /// Number of views.
+    /// Number of views of a head.
     pub views: usize,
-    /// Angle covered in radians, counter-clockwise seen from +z; negative turns the other way.
+    /// Angle that a head covers in radians, counter-clockwise seen from +z; negative turns the other way.
     pub arc: f64,
     /// Angle of the first view in radians.
     pub start: f64,
+    /// How many heads take views at a time.
+    pub heads: Heads,
     /// Bins of a row.
     pub bins: usize,
     /// Rows, which are also the slices of the volume.
@@ -54,7 +86,8 @@ pub struct CameraGeometry {
 ///
 /// View `k` of `n` looks from `theta_k = start + k arc / n`: bins lie along `(cos theta, sin theta, 0)`,
 /// rays run along `(-sin theta, cos theta, 0)`, rows lie along z. Bins, rows and voxels are centred:
-/// number `k` of `m` at `(k - (m - 1) / 2) * pitch`. Slice `j` of the volume is at the height of row `j`.
+/// number `k` of `m` at `(k - (m - 1) / 2) * pitch`. Slice `j` of the volume is at the height of row `j`. Of two heads the second one's
+/// views come after those of the first, number `n + k` at the time of number `k`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     from: CameraGeometry,
@@ -78,6 +111,7 @@ impl Camera {
             views: n_views,
             arc: PI,
             start: 0.0,
+            heads: Heads::One,
             bins: size,
             rows: size,
             pitch: [pitch; 2],
@@ -98,17 +132,21 @@ impl Camera {
     pub fn with_geometry(from: &CameraGeometry) -> Result<Self, PhantomError> {
         check("arc", from.arc.abs(), [f64::MIN_POSITIVE, 1e3])?;
         check("start", from.start, [-1e3, 1e3])?;
+        check("angle between the heads", from.heads.angle(), [-1e3, 1e3])?;
         check("interval", from.interval, [f64::MIN_POSITIVE, 1e9])?;
         let n = from.views as f64;
         // None of them counts as one: what comes below says what is missing.
         let product = |counts: [usize; 3]| counts.iter().map(|&n| n.max(1) as f64).product();
-        let samples = product([from.views, from.bins, from.rows]);
+        let n_views = from.views.saturating_mul(from.heads.count());
+        let samples = product([n_views, from.bins, from.rows]);
         check("views x bins x rows", samples, [0.0, MOST_SAMPLES])?;
         let voxels = product([from.pixels[0], from.pixels[1], from.rows]);
         check(VOXELS, voxels, [0.0, MOST_SAMPLES])?;
-        let angles: Vec<f64> = (0..from.views)
-            .map(|k| from.start + k as f64 * from.arc / n)
-            .collect();
+        let angle = |view_idx: usize| {
+            let (head, k) = (view_idx / from.views, view_idx % from.views);
+            from.start + head as f64 * from.heads.angle() + k as f64 * from.arc / n
+        };
+        let angles: Vec<f64> = (0..n_views).map(angle).collect();
         let ([bin, row], [nx, ny], [x, y]) = (from.pitch, from.pixels, from.centre);
         Ok(Self {
             from: from.clone(),
@@ -198,6 +236,24 @@ impl Camera {
         self.from.interval
     }
 
+    /// Seconds from the start of the first view to that of another one, which on two heads start together.
+    pub fn view_start(&self, view_idx: usize) -> f64 {
+        (view_idx % self.from.views) as f64 * self.from.interval
+    }
+
+    /// How many heads take views at a time.
+    pub fn heads(&self) -> Heads {
+        self.from.heads
+    }
+
+    /// Whether each view is as far from the one before as all others, which those of two heads need not be.
+    pub(crate) fn has_even_steps(&self) -> bool {
+        let angles = self.geometry.angles();
+        let step = |pair: &[f64]| pair[1] - pair[0];
+        (angles.windows(2))
+            .all(|pair| (step(pair) - step(angles)).abs() <= 1e-9 * step(angles).abs())
+    }
+
     /// The same camera with another interval between views.
     ///
     /// # Errors
@@ -207,7 +263,7 @@ impl Camera {
         Ok(self)
     }
 
-    /// Number of views.
+    /// Number of views, of all heads.
     pub fn n_views(&self) -> usize {
         self.geometry.n_views()
     }

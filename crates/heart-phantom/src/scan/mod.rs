@@ -2,10 +2,13 @@
 
 mod acquire;
 mod acquisition;
+mod bin_sample;
 mod camera;
 mod counting;
 mod depth;
+mod halves;
 mod levels;
+mod orbit;
 mod project;
 mod quadrature;
 mod readout;
@@ -18,14 +21,15 @@ mod wide;
 
 pub use acquire::acquire;
 pub use acquisition::{Acquisition, Sinograms, TruthOf};
-pub use camera::{Camera, CameraGeometry, Rotation};
+pub use bin_sample::BinSample;
+pub(crate) use bin_sample::lattice;
+pub use camera::{Camera, CameraGeometry, Heads, Rotation};
 #[cfg(feature = "scene")]
 pub(crate) use camera::{MOST_SAMPLES, VOXELS};
 pub use counting::{Counting, Decay};
 pub use depth::Collimation;
-pub(crate) use depth::Depth;
-#[cfg(feature = "scene")]
-pub(crate) use depth::FACE;
+pub(crate) use depth::{Depth, Facing};
+pub use orbit::Orbit;
 pub(crate) use readout::Readout;
 pub use settings::{Accuracy, Counts, Mode, Noise};
 pub(crate) use timing::STEPS;

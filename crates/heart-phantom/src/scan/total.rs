@@ -1,5 +1,6 @@
 //! What views add up to, and what that says of the quadrature over time.
 
+use super::depth::Squares;
 use super::quadrature::Nodes;
 use revolve_voxel::RayCounters;
 use std::collections::BTreeSet;
@@ -17,6 +18,8 @@ pub(super) struct Total {
     plans: usize,
     volume: f64,
     averaged: bool,
+    /// Sums over the views in which the error of the blur by depth was estimated.
+    blurred: Option<Squares>,
     pub(super) phases: BTreeSet<u64>,
     pub(super) gains: BTreeSet<u64>,
 }
@@ -29,6 +32,19 @@ impl Total {
         self.phases
             .extend(plan.phases.iter().map(|phase| phase.to_bits()));
         self.gains.extend(plan.gains().map(f64::to_bits));
+    }
+
+    pub(super) fn blur(&mut self, view: Option<Squares>) {
+        if let Some([error, all]) = view {
+            let [errors, alls] = self.blurred.get_or_insert_default();
+            *errors += error;
+            *alls += all;
+        }
+    }
+
+    pub(super) fn depth_error(&self) -> Option<f64> {
+        let [error, all] = self.blurred?;
+        Some(if all > 0.0 { (error / all).sqrt() } else { 0.0 })
     }
 
     pub(super) fn quadrature_error(&self) -> Option<f64> {

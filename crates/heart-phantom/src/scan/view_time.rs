@@ -8,7 +8,7 @@ use crate::{Camera, Cycle};
 
 /// When a view is taken, and from where.
 ///
-/// View `k` has the time from `k T` to `(k + 1) T`, `T` the seconds from the start of a view to the start of the next. A camera
+/// View `k` of a head has the time from `k T` to `(k + 1) T`, `T` the seconds from the start of a view to the start of the next. A camera
 /// that stops stands at the view's nominal angle `theta_k` all that time. One that turns all the time passes it in the middle:
 /// `theta(t) = theta_k + ((t - k T) / T - 1/2) step`, so that an instant, which is taken at `t = k T`, is seen from half a step
 /// before, and an exposure of `w` seconds from `theta(k T)` to `theta(k T + w)`.
@@ -16,7 +16,7 @@ use crate::{Camera, Cycle};
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct ViewTime {
-    /// Seconds from the start of the first view to that of this one, `k T`.
+    /// Seconds from the start of the first view to that of this one: `k T` of view `k` of a head.
     pub start: f64,
     /// Seconds of its time that the view sees: 0 of an instant, of a gate those in which the beat is in it. A camera that stops sees
     /// whole beats in the mean, all of the view's seconds, and of `n` gates each for a share `1 / n` of them, however many beats they are.
@@ -43,6 +43,8 @@ pub struct ViewReport {
     pub phase: Vec<f64>,
     /// [`ViewTime::angle`] in degrees, as angles of scenes are.
     pub angle_deg: Vec<f64>,
+    /// Distance of the collimator's face from the axis of turning in cm.
+    pub radius_cm: Vec<f64>,
     /// Expected counts of a sample of 1, where views were made by a camera of known sensitivity ([`Counting`](crate::Counting)).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub counts_per_unit: Vec<f64>,
@@ -50,13 +52,14 @@ pub struct ViewReport {
 
 #[cfg(feature = "scene")]
 impl ViewReport {
-    pub(crate) fn of(times: &[ViewTime]) -> Self {
+    pub(crate) fn of(times: &[ViewTime], radii: &[f64]) -> Self {
         let column = |of: fn(&ViewTime) -> f64| times.iter().map(|time| short(of(time))).collect();
         Self {
             start_s: column(|time| time.start),
             window_s: column(|time| time.window),
             phase: column(|time| time.phase),
             angle_deg: column(|time| time.angle.to_degrees()),
+            radius_cm: radii.iter().map(|radius| short(*radius)).collect(),
             counts_per_unit: Vec::new(),
         }
     }
@@ -113,7 +116,7 @@ impl Acquisition {
         let whole = [0.0, 1.0];
         let interval = camera.interval();
         let from = |seconds: f64, gate: [f64; 2]| {
-            let phase = cycle.phase(view_idx as f64 * interval);
+            let phase = cycle.phase(camera.view_start(view_idx));
             let beats = seconds / cycle.period();
             TimeSeen {
                 ends: [phase, phase + beats],
@@ -148,7 +151,7 @@ impl Acquisition {
     /// When and from where a view is taken.
     pub(crate) fn view_time(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> ViewTime {
         let interval = camera.interval();
-        let start = view_idx as f64 * interval;
+        let start = camera.view_start(view_idx);
         let [beats, _] = self.seen(cycle, camera, view_idx).moments();
         ViewTime {
             start,

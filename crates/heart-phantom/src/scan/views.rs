@@ -4,14 +4,16 @@
 //! in batches; the sums are formed in the same order, whatever that memory is.
 
 use super::acquisition::{Acquisition, Sinograms};
-use super::depth::Depth;
+use super::depth::{Depth, Squares};
+use super::halves::Halves;
+use super::project::Aim;
 use super::quadrature::{Node, Nodes, Quadrature};
 use super::total::Total;
 use crate::error::PhantomError;
 use crate::model::{Activity, Attenuation, Background, Defect, Placed};
 use crate::{Camera, Cycle, Heart, HeartShape};
 use rayon::prelude::*;
-use revolve_voxel::{Organs, RayCounters};
+use revolve_voxel::{Capsule, Organs, RayCounters};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -37,6 +39,8 @@ pub(crate) struct Scan<'a> {
     pub(crate) tolerance: f64,
     /// What blurs by depth, if anything does; then `camera` is its own.
     pub(crate) depth: Option<&'a Depth>,
+    /// Where the rays of each bin are, from its middle in shares of its sides; their mean counts.
+    pub(crate) lattice: Vec<[f64; 2]>,
 }
 
 /// Views that are taken together.
@@ -62,6 +66,8 @@ struct Taking<'a> {
     /// Sums of the second and of the fourth powers of the differences from the rule with half the points.
     difference: f64,
     fourth: f64,
+    /// The estimated error of the blur by depth, where the view was looked at for it.
+    blur: Option<Squares>,
 }
 
 /// The shapes of a batch of points.
@@ -91,6 +97,7 @@ impl<'a> Scan<'a> {
             organs: None,
             tolerance: 0.0,
             depth: None,
+            lattice: vec![[0.0; 2]],
         }
     }
 }
@@ -127,6 +134,7 @@ impl Scan<'_> {
             distinct_phases: total.phases.len(),
             distinct_shapes: total.gains.len(),
             quadrature_error: total.quadrature_error(),
+            depth_error: total.depth_error(),
             rays: total.rays,
         })
     }
@@ -209,6 +217,7 @@ impl Scan<'_> {
                 square: 0.0,
                 difference: 0.0,
                 fourth: 0.0,
+                blur: None,
             })
             .collect();
         let batches = group.batches(self.heart.most_shapes());
@@ -224,6 +233,7 @@ impl Scan<'_> {
             total.square += view.square;
             total.difference += view.difference;
             total.fourth += view.fourth;
+            total.blur(view.blur);
         }
         Ok(())
     }
@@ -232,7 +242,7 @@ impl Scan<'_> {
     fn at_once(&self, batches: usize) -> usize {
         match self.depth {
             Some(depth) if batches > 1 => {
-                let slabs = self.camera.view_len() * (depth.planes.len() + 1);
+                let slabs = self.camera.view_len() * depth.most_slabs();
                 (MOST_SLABS_KEPT / slabs).max(1)
             }
             _ => usize::MAX,
@@ -267,7 +277,8 @@ impl Scan<'_> {
             if last {
                 view.finish();
                 if let Some(depth) = self.depth {
-                    depth.view(&std::mem::take(&mut view.slabs), rows, view.image)?;
+                    let slabs = std::mem::take(&mut view.slabs);
+                    view.blur = depth.view(view.view_idx, &slabs, rows, view.image)?;
                 }
                 self.no_negatives(view.image);
                 done();
@@ -284,16 +295,18 @@ impl Scan<'_> {
         shapes: &Shapes<'_>,
         rows: &Range<usize>,
     ) -> Result<(), PhantomError> {
+        let (planes, seen_rows) = match self.depth {
+            None => (Vec::new(), rows.clone()),
+            Some(depth) => (depth.planes(view.view_idx), depth.rows_seen(rows)),
+        };
         let Taking {
+            view_idx,
             image,
             slabs,
             odd: odd_half,
             ..
         } = view;
-        let (planes, seen_rows) = match self.depth {
-            None => (&[][..], rows.clone()),
-            Some(depth) => (&depth.planes[..], depth.rows_seen(rows)),
-        };
+        let view_idx = *view_idx;
         let even_half: &mut [f32] = match self.depth {
             None => image,
             Some(_) => {
@@ -302,35 +315,44 @@ impl Scan<'_> {
                 slabs
             }
         };
-        let mut both = Vec::new();
-        for node in nodes {
-            let [even, odd] = node.weights;
-            if odd != 0.0 {
-                odd_half.resize(even_half.len(), 0.0);
+        let capsule = self.capsule(nodes, shapes);
+        let aim = |share: f64| Aim {
+            theta: self.camera.angle(view_idx, share),
+            planes: &planes,
+            rows: &seen_rows,
+        };
+        let mut halves = Halves::new(even_half, odd_half);
+        // Organs beside the heart are the same in all its shapes: once for all points that look from the same place.
+        if let Some(capsule) = &capsule {
+            let mut places: BTreeMap<u64, [f64; 2]> = BTreeMap::new();
+            for node in nodes {
+                let sum = places.entry(node.share.to_bits()).or_default();
+                *sum = [0, 1].map(|half| sum[half] + node.weights[half]);
             }
-            let theta = self.camera.angle(view.view_idx, node.share);
-            let rays = self.camera.detector().rays(theta)?;
-            let rays = rays.with_planes(planes)?.rows(seen_rows.clone())?;
+            for (share, weights) in places {
+                let aim = aim(f64::from_bits(share));
+                halves.add(weights, |weight, target| {
+                    self.project_past(&aim, capsule, weight, target)
+                })?;
+            }
+        }
+        for node in nodes {
+            let aim = aim(node.share);
             let shape = shapes.by_gain[&node.gain.to_bits()];
             let heart = (&**shape, shapes.placed.of(shape));
-            let done = if odd == 0.0 {
-                self.project(heart, &rays, even, even_half)?
-            } else if even == 0.0 {
-                self.project(heart, &rays, odd, odd_half)?
-            } else {
-                both.clear();
-                both.resize(even_half.len(), 0.0f32);
-                let done = self.project(heart, &rays, 1.0, &mut both)?;
-                for (weight, target) in [(even, &mut *even_half), (odd, &mut odd_half[..])] {
-                    for (sum, value) in target.iter_mut().zip(&both) {
-                        *sum += (weight * f64::from(*value)) as f32;
-                    }
-                }
-                done
-            };
+            let done = halves.add(node.weights, |weight, target| {
+                self.project(heart, &aim, capsule.as_ref(), weight, target)
+            })?;
             view.rays = view.rays + done;
         }
         Ok(())
+    }
+
+    /// What holds the heart in all the shapes of some points, where there are active organs around it.
+    fn capsule(&self, nodes: &[Node], shapes: &Shapes<'_>) -> Option<Capsule> {
+        self.organs.filter(|organs| organs.is_active())?;
+        let shape = |node: &Node| shapes.by_gain[&node.gain.to_bits()].body();
+        Capsule::around(nodes.iter().map(shape))
     }
 
     /// The view that is hardest to sample.

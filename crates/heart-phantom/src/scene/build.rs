@@ -6,10 +6,10 @@ use crate::phantom::PhantomParts;
 use crate::scan::{CameraGeometry, Collimation};
 use crate::scene::{
     AttenuationSettings, BackgroundSettings, CollimatorSettings, DefectSettings,
-    DiscretisationSettings, HolesSettings, MediumSettings, OrganSettings, OrganShapeSettings,
-    ReconstructionSettings, Scene,
+    DiscretisationSettings, HeadsSettings, HolesSettings, MediumSettings, OrganSettings,
+    OrganShapeSettings, ReconstructionSettings, Scene,
 };
-use crate::{Balloon, Camera, Cycle, Defect, Heart, VolumeRange, WallRegion};
+use crate::{Balloon, Camera, Cycle, Defect, Heads, Heart, VolumeRange, WallRegion};
 use membrane_newton::membrane_forces::balloon_at_rest;
 use membrane_newton::{Discretisation, Membrane};
 use radon::{Collimator, FbpOptions, ParallelHoles};
@@ -40,9 +40,9 @@ impl Scene {
             camera: Camera::with_geometry(&geometry_of(self))?,
             activity: self.activity,
             background: self.background.as_ref().map(background_of).transpose()?,
-            organs: organs_of(&self.organs)?,
+            organs: organs_of(self)?,
             defects: self.defects.iter().map(defect_of).collect(),
-            attenuation: self.attenuation.as_ref().map(attenuation_of).transpose()?,
+            attenuation: self.attenuates().as_ref().map(attenuation_of).transpose()?,
             blur: self.blur.map(|blur| blur.fwhm),
             collimator: self.collimator.as_ref().map(collimation_of).transpose()?,
             noise: self.noise,
@@ -54,7 +54,8 @@ impl Scene {
             truth_tolerance: self.truth.tolerance,
             // the middle of the inner cylinder
             side: 0.5 * (inner.length / (2.0 * inner.length + PI * inner.radius)),
-            radius: self.camera.radius,
+            orbit: self.camera.radius.clone(),
+            bin_sample: self.camera.samples,
             output: self.output.clone(),
         })
     }
@@ -128,7 +129,7 @@ fn background_of(settings: &BackgroundSettings) -> Result<Background, PhantomErr
     })
 }
 
-fn organs_of(settings: &[OrganSettings]) -> Result<Option<Organs>, PhantomError> {
+fn organs_of(scene: &Scene) -> Result<Option<Organs>, PhantomError> {
     let organ = |settings: &OrganSettings| -> Result<Organ, PhantomError> {
         let shape = match settings.shape {
             OrganShapeSettings::Cylinder { centre, semi_axes } => {
@@ -144,7 +145,13 @@ fn organs_of(settings: &[OrganSettings]) -> Result<Option<Organs>, PhantomError>
             attenuation: settings.attenuation,
         })
     };
-    let organs = settings.iter().map(organ).collect::<Result<Vec<_>, _>>()?;
+    let mut organs = match scene.chest {
+        Some(chest) => chest.organs()?.as_slice().to_vec(),
+        None => Vec::new(),
+    };
+    for settings in &scene.organs {
+        organs.push(organ(settings)?);
+    }
     Ok(match organs.is_empty() {
         true => None,
         false => Some(Organs::new(organs)?),
@@ -207,6 +214,15 @@ fn fbp_of(settings: &ReconstructionSettings) -> FbpOptions {
         .with_arc(settings.arc)
 }
 
+pub(crate) fn heads_of(heads: HeadsSettings) -> Heads {
+    match heads {
+        HeadsSettings::One => Heads::One,
+        HeadsSettings::Two { angle } => Heads::Two {
+            angle: angle.to_radians(),
+        },
+    }
+}
+
 pub(crate) fn geometry_of(scene: &Scene) -> CameraGeometry {
     let (camera, volume) = (&scene.camera, &scene.reconstruction);
     let pixels = volume.pixels.unwrap_or(camera.bins);
@@ -218,6 +234,7 @@ pub(crate) fn geometry_of(scene: &Scene) -> CameraGeometry {
         views: camera.views,
         arc: camera.arc.to_radians(),
         start: camera.start.to_radians(),
+        heads: heads_of(camera.heads),
         bins: camera.bins,
         rows: camera.rows,
         pitch: camera.pitch,

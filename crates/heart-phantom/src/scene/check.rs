@@ -1,5 +1,6 @@
 //! What a scene may hold: every field in its range, and the fields with each other.
 
+use super::check_camera::{camera, even_steps};
 use super::check_reconstruction::{reconstruction, region_has_a_place};
 use super::check_time::{acquisition, turning};
 use super::fault::{Checked, count, fault, spelled, within};
@@ -7,13 +8,9 @@ use super::*;
 use crate::files::Format;
 use crate::model::{Height, without_overlap};
 use crate::ranges;
-use crate::scan::MOST_SAMPLES;
 use crate::scene::build::{Rest, collimation_of, defect_of};
 use crate::text::{Number, enough};
 use crate::{Uptake, VolumeCurve, VolumeRange};
-
-/// Sizes of an arc in degrees.
-const ARC: [f64; 2] = [1e-3, 3600.0];
 
 /// Gives what gains are over.
 pub(super) fn scene(scene: &Scene) -> Result<Rest, SceneError> {
@@ -60,11 +57,12 @@ pub(super) fn scene(scene: &Scene) -> Result<Rest, SceneError> {
     turning(scene, rest.volume)?;
     let tolerance = scene.truth.tolerance;
     within("truth.tolerance", tolerance, ranges::TRUTH_TOLERANCE)?;
-    if scene.attenuation.is_none() && scene.output.write.contains(&Product::Attenuation) {
+    if scene.attenuates().is_none() && scene.output.write.contains(&Product::Attenuation) {
         let wanted = "needs a section [attenuation]";
         return Err(fault("output.write", "attenuation", wanted));
     }
     output(&scene.output)?;
+    even_steps(scene)?;
     region_has_a_place(scene)?;
     Ok(rest)
 }
@@ -338,21 +336,28 @@ fn organs(scene: &Scene) -> Checked {
             ranges::ATTENUATION,
         )?;
     }
-    if scene.organs.is_empty() {
+    if let Some(chest) = scene.chest {
+        for (field, activity) in [
+            ("chest.trunk", chest.trunk),
+            ("chest.lungs", chest.lungs),
+            ("chest.liver", chest.liver),
+            ("chest.spine", chest.spine),
+        ] {
+            within(field, activity, ranges::ACTIVITY)?;
+        }
+    }
+    if scene.organs.is_empty() && scene.chest.is_none() {
         return Ok(());
     }
     if scene.background.is_some() {
-        return Err(fault(
-            "background",
-            "there",
-            "has no place beside [[organs]]",
-        ));
+        let wanted = "has no place beside [chest] or [[organs]]";
+        return Err(fault("background", "there", wanted));
     }
-    let own = (scene.attenuation.as_ref()).map(|own| own.medium);
-    match own {
+    match scene.attenuates().map(|own| own.medium) {
         Some(MediumSettings::Heart) => Ok(()),
         Some(MediumSettings::Torso { .. }) => {
-            let wanted = "must be heart beside [[organs]], which have attenuations of their own";
+            let wanted =
+                "must be heart beside [chest] or [[organs]], which have attenuations of their own";
             Err(fault("attenuation.medium", "torso", wanted))
         }
         None => {
@@ -371,32 +376,6 @@ fn torso<const N: usize>(name: &str, centre: [f64; N], semi_axes: [f64; N]) -> C
             [-ranges::SIZE[1], ranges::SIZE[1]],
         )?;
         within(&format!("{name}.semi_axes"), a, ranges::SIZE)?;
-    }
-    Ok(())
-}
-
-fn camera(camera: &CameraSettings) -> Checked {
-    count("camera.views", camera.views, [1, 10_000])?;
-    if !(ARC[0]..=ARC[1]).contains(&camera.arc.abs()) {
-        let [least, most] = ARC.map(Number);
-        let wanted = format!(
-            "its size must be between {least} and {most}, and below 0 it turns the other way"
-        );
-        return Err(fault("camera.arc", Number(camera.arc), wanted));
-    }
-    within("camera.start", camera.start, [-360.0, 360.0])?;
-    count("camera.bins", camera.bins, [2, 8192])?;
-    count("camera.rows", camera.rows, [1, 8192])?;
-    for pitch in camera.pitch {
-        within("camera.pitch", pitch, ranges::SIZE)?;
-    }
-    let seconds = camera.seconds_per_view;
-    within("camera.seconds_per_view", seconds, ranges::SIZE)?;
-    within("camera.radius", camera.radius, ranges::SIZE)?;
-    let samples = camera.views as f64 * camera.bins as f64 * camera.rows as f64;
-    if samples > MOST_SAMPLES {
-        let wanted = format!("views x bins x rows = {samples:e} must be at most {MOST_SAMPLES:e}");
-        return Err(fault("camera.views", camera.views, wanted));
     }
     Ok(())
 }

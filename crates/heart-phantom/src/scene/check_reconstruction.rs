@@ -2,10 +2,13 @@
 
 use super::fault::{Checked, count, fault, within};
 use super::*;
+use crate::Camera;
 use crate::files::Format;
 use crate::ranges;
 use crate::scan::MOST_SAMPLES;
+use crate::scene::build::{geometry_of, heads_of};
 use crate::text::{Number, enough};
+use radon::RadonError;
 
 pub(super) fn reconstruction(scene: &Scene) -> Checked {
     let settings = &scene.reconstruction;
@@ -58,6 +61,9 @@ pub(super) fn reconstruction(scene: &Scene) -> Checked {
     // No gap between neighbouring directions is wider than two steps.
     let least = 180.0 / (1.0 + 1.0 / views as f64);
     let needs_all = settings.method == Method::Fbp && settings.arc == ArcPolicy::Complete;
+    if needs_all && scene.camera.heads != HeadsSettings::One {
+        return both_heads(scene);
+    }
     if needs_all && scene.camera.arc.abs() < least {
         // Its default would do, so that it stands in the file; `reconstruction.arc` may not.
         let wanted = format!(
@@ -70,14 +76,30 @@ pub(super) fn reconstruction(scene: &Scene) -> Checked {
     Ok(())
 }
 
+/// The directions of two heads together.
+fn both_heads(scene: &Scene) -> Checked {
+    // What else is wrong has been said, or will be.
+    let Ok(camera) = Camera::with_geometry(&geometry_of(scene)) else {
+        return Ok(());
+    };
+    match camera.geometry().view_weights(ArcPolicy::Complete) {
+        Err(RadonError::ShortArc { .. }) => {
+            let wanted = "must leave no direction out, with camera.heads and either way, or reconstruction.arc be one of extend, truncate, rescale";
+            Err(fault("camera.arc", Number(scene.camera.arc), wanted))
+        }
+        _ => Ok(()),
+    }
+}
+
 fn check_osem(osem: &Osem, scene: &Scene) -> Checked {
     let field = |name: &str| format!("reconstruction.method.osem.{name}");
-    count(&field("subsets"), osem.subsets, [1, scene.camera.views])?;
+    let views = scene.camera.views * heads_of(scene.camera.heads).count();
+    count(&field("subsets"), osem.subsets, [1, views])?;
     count(&field("iterations"), osem.iterations, [1, Osem::MOST])?;
     if let Some(tolerance) = osem.tolerance {
         within(&field("tolerance"), tolerance, Osem::TOLERANCE)?;
     }
-    let attenuates = scene.attenuation.is_some();
+    let attenuates = scene.attenuates().is_some();
     for (name, asked, there, section) in [
         ("attenuation", osem.attenuation, attenuates, "[attenuation]"),
         (

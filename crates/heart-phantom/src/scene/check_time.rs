@@ -5,7 +5,7 @@ use super::fault::{Checked, count, fault, within};
 use crate::error::PhantomError;
 use crate::ranges;
 use crate::scan::{Accuracy, Camera, Mode, Rotation};
-use crate::scene::build::{cycle_of, geometry_of};
+use crate::scene::build::{cycle_of, geometry_of, heads_of};
 use crate::text::enough;
 
 /// Samples of all sets of views, or of all their volumes: 1 TiB of `f32`.
@@ -81,7 +81,8 @@ fn all_gates(scene: &Scene, gates: usize) -> Checked {
     count(field, gates, ranges::GATES)?;
     let camera = &scene.camera;
     let pixels = scene.reconstruction.pixels.unwrap_or(camera.bins) as f64;
-    let each = (camera.views as f64 * camera.bins as f64).max(pixels * pixels) * camera.rows as f64;
+    let views = camera.views as f64 * heads_of(camera.heads).count() as f64;
+    let each = (views * camera.bins as f64).max(pixels * pixels) * camera.rows as f64;
     let samples = gates as f64 * each;
     if samples > MOST_SAMPLES_OF_ALL {
         let wanted = format!(

@@ -2,6 +2,7 @@
 
 mod build;
 mod check;
+mod check_camera;
 mod check_reconstruction;
 mod check_time;
 mod error;
@@ -15,8 +16,8 @@ mod study;
 mod template;
 
 pub use crate::{
-    Accuracy, Activity, Balloon, Counting, Counts, Decay, Method, Mode, Noise, Osem, Output,
-    Product, Rotation,
+    Accuracy, Activity, Balloon, BinSample, Chest, Counting, Counts, Decay, Method, Mode, Noise,
+    Orbit, Osem, Output, Product, Rotation,
 };
 pub use error::SceneError;
 pub(crate) use error::place_in;
@@ -25,9 +26,9 @@ pub use radon::{ArcPolicy, Window};
 pub use run::{GateReport, PictureReport, Progress, RunReport, SliceOrders, run};
 pub use sections::{
     AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
-    CollimatorSettings, CycleSettings, DefectSettings, DiscretisationSettings, HeartSettings,
-    HolesSettings, MediumSettings, OrganSettings, OrganShapeSettings, PixelRange, PoseSettings,
-    ReconstructionSettings, TruthSettings,
+    CollimatorSettings, CycleSettings, DefectSettings, DiscretisationSettings, HeadsSettings,
+    HeartSettings, HolesSettings, MediumSettings, OrganSettings, OrganShapeSettings, PixelRange,
+    PoseSettings, ReconstructionSettings, TruthSettings,
 };
 pub(crate) use source::Source;
 pub use study::Scene;

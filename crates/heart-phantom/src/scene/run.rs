@@ -5,12 +5,12 @@ use crate::error::PhantomError;
 #[cfg(feature = "files")]
 use crate::files::MOVING;
 use crate::files::{
-    self, ATTENUATION, LABELS, Projections, RECONSTRUCTION, SURFACES, SliceOrder, Volume,
+    self, ATTENUATION, LABELS, Projections, RECONSTRUCTION, Radius, SURFACES, SliceOrder, Volume,
 };
 use crate::phantom::{phase_name, surface_name};
 use crate::{
-    Artefacts, Memory, Method, Numbers, OsemReport, Phantom, PhaseReport, Product, ScenePhase,
-    TruthOf, ViewReport, Warning, WorkReport,
+    Artefacts, BinMeans, Memory, Method, Numbers, Orbit, OsemReport, Phantom, PhaseReport, Product,
+    ScenePhase, TruthOf, ViewReport, Warning, WorkReport,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -79,6 +79,12 @@ pub struct GateReport {
     /// Steps a cycle of that quadrature, as given or as the tolerance took, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature_steps: Option<usize>,
+    /// Of views through a collimator the estimated relative error of their blur ([`Sinograms::depth_error`](crate::Sinograms::depth_error)).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_error: Option<f64>,
+    /// How means over bins were made, where samples are such ([`Phantom::bin_means`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bin_means: Option<BinMeans>,
     /// Mean counts of a sample of 1, where views with noise were made, or the camera's sensitivity is known, and all views have the
     /// same; what each has by that sensitivity is [`ViewReport::counts_per_unit`].
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -207,9 +213,11 @@ impl Writer<'_> {
         let pictures = self.wants(Product::Pictures);
         let reconstruct = self.wants(Product::Reconstruction) || pictures;
         let mut report = GateReport {
-            views: ViewReport::of(&phantom.view_times(gate)?),
+            views: ViewReport::of(&phantom.view_times(gate)?, &phantom.radii()?),
             quadrature_error: None,
             quadrature_steps: None,
+            depth_error: None,
+            bin_means: None,
             counts_per_unit: None,
             osem: None,
             truth: None,
@@ -221,6 +229,8 @@ impl Writer<'_> {
             let views =
                 phantom.sinograms(gate, &|done| progress("views", 0.5 * done as f64 / n_views))?;
             report.quadrature_error = views.quadrature_error;
+            report.depth_error = views.depth_error;
+            report.bin_means = phantom.bin_means()?;
             if views.quadrature_error.is_some() {
                 report.quadrature_steps = Some(phantom.steps()?);
             }
@@ -294,7 +304,12 @@ impl Writer<'_> {
     fn write_projections(&mut self, gate: usize, samples: &[f32]) -> Result<(), PhantomError> {
         let (camera, parts) = (self.phantom.camera(), self.phantom.parts());
         let angles = self.phantom.written_angles(gate)?;
-        let mut projections = Projections::new(*camera.detector(), &angles, parts.radius, samples)?;
+        let radii = self.phantom.radii()?;
+        let radius = match parts.orbit {
+            Orbit::Circle(radius) => Radius::Circular(radius),
+            _ => Radius::PerView(&radii),
+        };
+        let mut projections = Projections::new(*camera.detector(), &angles, radius, samples)?;
         let counts = parts.expected_counts(gate);
         if let Some(counts) = &counts {
             projections = projections.with_counts_per_unit(counts)?;

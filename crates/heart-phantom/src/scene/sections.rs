@@ -1,6 +1,6 @@
 //! The sections of a scene: plain data, defaults of the paper's study.
 
-use crate::scan::{Accuracy, Mode};
+use crate::scan::{Accuracy, BinSample, Mode, Orbit};
 use crate::{Balloon, Method, Rotation, VolumeCurve, VolumeRange};
 use membrane_forces::PressureLaw;
 use radon::{ArcPolicy, Window};
@@ -214,8 +214,7 @@ pub struct BlurSettings {
     pub fwhm: f64,
 }
 
-/// `[collimator]`: parallel holes and a crystal in front of which, `camera.radius` from the axis, things are seen the wider the farther
-/// away they are.
+/// `[collimator]`: parallel holes and a crystal, where `camera.radius` has them; things are seen the wider the farther away they are.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CollimatorSettings {
@@ -289,16 +288,31 @@ pub enum MediumSettings {
     },
 }
 
-/// `[camera]`: views and detector.
+/// The heads of a camera.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum HeadsSettings {
+    /// One.
+    One,
+    /// Two, fixed to each other, which take their views at the same times.
+    Two {
+        /// Degrees from the first to the second.
+        angle: f64,
+    },
+}
+
+/// `[camera]`: views and detector.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraSettings {
-    /// Number of views.
+    /// Number of views of a head.
     pub views: usize,
     /// Degrees that they cover, counter-clockwise seen from +z if positive.
     pub arc: f64,
     /// Angle of the first view in degrees.
     pub start: f64,
+    /// How many heads take views at a time.
+    pub heads: HeadsSettings,
     /// Bins of a row.
     pub bins: usize,
     /// Rows, one for each slice.
@@ -306,12 +320,14 @@ pub struct CameraSettings {
     /// Pitch of bins and of rows in cm.
     #[serde(deserialize_with = "exactly")]
     pub pitch: [f64; 2],
+    /// What a bin holds.
+    pub samples: BinSample,
     /// How it goes from view to view.
     pub rotation: Rotation,
     /// Seconds from the start of a view to the start of the next; a camera that stops takes no time to move.
     pub seconds_per_view: f64,
-    /// Distance of the collimator's face from the axis in cm, for `[collimator]`; some file formats ask for it, too.
-    pub radius: f64,
+    /// Distance of the collimator's face from the axis in each view, for `[collimator]`; file formats tell it, too.
+    pub radius: Orbit,
 }
 
 impl Default for CameraSettings {
@@ -320,12 +336,14 @@ impl Default for CameraSettings {
             views: 90,
             arc: 180.0,
             start: 0.0,
+            heads: HeadsSettings::One,
             bins: 256,
             rows: 256,
             pitch: [0.0625; 2],
+            samples: BinSample::Centres,
             rotation: Rotation::StepAndShoot,
             seconds_per_view: 1.0,
-            radius: 20.0,
+            radius: Orbit::Circle(20.0),
         }
     }
 }

@@ -3,7 +3,6 @@
 use super::place;
 use super::study::Scene;
 use crate::error::PhantomError;
-use crate::scan::FACE;
 use crate::scan::VOXELS;
 use std::path::PathBuf;
 
@@ -31,7 +30,8 @@ impl Source {
             PhantomError::OutOfRange { what, .. } if *what == VOXELS => {
                 "reconstruction.method".to_owned()
             }
-            PhantomError::OutOfRange { what, .. } if *what == FACE => "camera.radius".to_owned(),
+            PhantomError::BinMeans { .. } => "camera.samples".to_owned(),
+            PhantomError::DetectorInside { .. } => "camera.radius".to_owned(),
             PhantomError::NothingToCount => "noise.counts.total".to_owned(),
             PhantomError::NotBuilt { what, .. } => match &self.scene.output {
                 output if *what == output.volumes.name() => "output.volumes".to_owned(),

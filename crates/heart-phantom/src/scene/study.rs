@@ -2,10 +2,10 @@
 
 use super::sections::{
     AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
-    CollimatorSettings, CycleSettings, DefectSettings, HeartSettings, OrganSettings, PoseSettings,
-    ReconstructionSettings, TruthSettings,
+    CollimatorSettings, CycleSettings, DefectSettings, HeartSettings, MediumSettings,
+    OrganSettings, PoseSettings, ReconstructionSettings, TruthSettings,
 };
-use crate::{Activity, Counting, Mode, Noise, Output};
+use crate::{Activity, Chest, Counting, Mode, Noise, Output};
 use serde::{Deserialize, Serialize};
 
 /// Everything that determines a study. [`Default`] is that of Rohmer et al. 2006, with one cycle a view.
@@ -42,6 +42,9 @@ pub struct Scene {
     /// What surrounds the heart; `None` for nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<BackgroundSettings>,
+    /// Trunk, lungs, liver and spine of an adult around the heart, before all other organs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chest: Option<Chest>,
     /// What is around the heart, in the place of a background: each replaces those before it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub organs: Vec<OrganSettings>,
@@ -76,6 +79,15 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// What the heart attenuates: in a chest as soft tissue does, if nothing else is said.
+    pub(super) fn attenuates(&self) -> Option<AttenuationSettings> {
+        let soft = AttenuationSettings {
+            coefficient: Chest::SOFT_TISSUE,
+            medium: MediumSettings::Heart,
+        };
+        self.attenuation.or(self.chest.map(|_| soft))
+    }
+
     /// The same with views taken at other times.
     pub fn with_mode(mut self, mode: Mode) -> Self {
         self.acquisition.mode = mode;

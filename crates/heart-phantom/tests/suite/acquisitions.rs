@@ -1,8 +1,8 @@
 //! Acquisitions and truth against conservation, symmetry and each other.
 
 use heart_phantom::{
-    Acquisition, Activity, Camera, CameraGeometry, Cycle, Heart, Measures, PhantomError, Regions,
-    Rotation, Sinograms, Uptake, acquire, truth,
+    Acquisition, Activity, Camera, CameraGeometry, Cycle, Heads, Heart, Measures, PhantomError,
+    Regions, Rotation, Sinograms, Uptake, acquire, truth,
 };
 use membrane_newton::{MembraneError, NewtonError};
 use radon::RadonError;
@@ -197,6 +197,7 @@ fn bad_input_is_refused_with_its_numbers() {
         views: 2,
         arc: PI,
         start: 0.0,
+        heads: Heads::One,
         bins: 8,
         rows: 8,
         pitch: [2.0; 2],
@@ -338,6 +339,7 @@ fn a_turning_camera_averages_over_the_angles_that_it_passes() {
         views,
         arc: PI,
         start,
+        heads: Heads::One,
         bins: 24,
         rows: 20,
         pitch: [0.6, 0.7],

@@ -1,6 +1,8 @@
 //! Views through a collimator against moments, the plain loop over depths, and themselves.
 
-use heart_phantom::scene::{CollimatorSettings, HolesSettings, Mode, Scene};
+use heart_phantom::scene::{
+    AttenuationSettings, CollimatorSettings, HolesSettings, MediumSettings, Mode, Orbit, Scene,
+};
 use heart_phantom::{Collimation, Phantom, PhantomError};
 use radon::Collimator;
 use std::f64::consts::{LN_2, PI};
@@ -16,7 +18,7 @@ fn scene() -> Scene {
         .with_mode(Mode::Static { phase: 0.3 });
     scene.camera.views = 4;
     scene.camera.arc = 360.0;
-    scene.camera.radius = RADIUS;
+    scene.camera.radius = Orbit::Circle(RADIUS);
     scene.heart.discretisation =
         heart_phantom::scene::DiscretisationSettings::Differences { nodes: 201 };
     scene
@@ -158,12 +160,60 @@ fn views_converge_with_the_tolerance() {
     }
 }
 
+/// What the report tells of a view's error, against the error: from a rest whose own is a hundredth of it.
+#[test]
+fn the_error_of_slabs_is_what_is_told() {
+    let all = |tolerance: f64| {
+        through(response(), tolerance)
+            .sinograms(0, &|_| ())
+            .unwrap()
+    };
+    let finest = all(1e-6).samples;
+    for tolerance in [1e-2, 1e-3, 1e-4] {
+        let made = all(tolerance);
+        let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
+        let off: f64 = made.samples.iter().zip(&finest).map(square).sum();
+        let norm: f64 = finest.iter().map(|v| f64::from(*v).powi(2)).sum();
+        let (told, error) = (made.depth_error.unwrap(), (off / norm).sqrt());
+        println!("tolerance {tolerance}: error {error:e}, told {told:e}");
+        // From above, by 1.3 to 4 times: errors fall faster than the tolerance as slabs get thinner.
+        assert!(
+            (1.0..5.0).contains(&(told / error)),
+            "{tolerance}: {told} {error}"
+        );
+    }
+    // One view of the four is looked at by itself, too; lines have no such error.
+    assert!(through(response(), 1e-4).view(0, 0).is_ok());
+    let lines = Phantom::new(scene()).unwrap();
+    assert_eq!(lines.sinograms(0, &|_| ()).unwrap().depth_error, None);
+}
+
 #[test]
 fn without_width_the_bits_are_those_of_lines() {
     let lines = Phantom::new(scene()).unwrap();
     let none = through(Collimator::default(), 1e-4);
     assert!(lines.view(0, 3).unwrap() == none.view(0, 3).unwrap());
     assert_eq!(lines.work(), none.work());
+}
+
+#[test]
+fn without_coefficients_the_bits_are_those_of_lines() {
+    for medium in [
+        MediumSettings::Heart,
+        MediumSettings::Torso {
+            centre: [0.0; 2],
+            semi_axes: [9.0, 8.0],
+        },
+    ] {
+        let mut none = scene();
+        none.attenuation = Some(AttenuationSettings {
+            coefficient: 0.0,
+            medium,
+        });
+        let [lines, none] = [scene(), none].map(|scene| Phantom::new(scene).unwrap());
+        assert!(lines.view(0, 1).unwrap() == none.view(0, 1).unwrap());
+        assert_eq!(lines.work(), none.work());
+    }
 }
 
 #[test]
@@ -217,7 +267,7 @@ fn a_collimator_that_cannot_be_is_refused() {
     }
     // The heart would reach through the collimator.
     let mut near = scene();
-    near.camera.radius = 4.0;
+    near.camera.radius = Orbit::Circle(4.0);
     near.collimator = Some(CollimatorSettings {
         holes: HolesSettings::SiemensLehr,
         intrinsic_fwhm: 0.4,
@@ -231,7 +281,7 @@ fn a_collimator_that_cannot_be_is_refused() {
     );
     let error = Phantom::new(near).unwrap().view(0, 0).unwrap_err();
     assert!(
-        matches!(error, PhantomError::OutOfRange { given: 4.0, least, .. } if least > 4.0),
+        matches!(error, PhantomError::DetectorInside { radius: 4.0, needed, .. } if needed > 4.0),
         "{error:?}"
     );
     // 1.5 mm holes of 35 mm at 10 cm, with a crystal of 3.8 mm: (0.15 (3.4257 + 10) / 3.4257)^2 + 0.38^2.

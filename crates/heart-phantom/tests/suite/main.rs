@@ -3,6 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 mod acquisitions;
+mod bins;
 mod collimator;
 mod counting;
 mod errors;
@@ -10,6 +11,8 @@ mod files;
 mod lock;
 mod material;
 mod motion;
+mod operator;
+mod orbit;
 mod organs;
 mod osem;
 mod parts;

@@ -1,10 +1,10 @@
 //! Organs around the heart: as a torso they are what a background and a torso are, and their sums are closed forms.
 
-use heart_phantom::Phantom;
 use heart_phantom::scene::{
-    AttenuationSettings, BackgroundSettings, DiscretisationSettings, MediumSettings, Mode,
+    AttenuationSettings, BackgroundSettings, Chest, DiscretisationSettings, MediumSettings, Mode,
     OrganSettings, OrganShapeSettings, Product, Scene,
 };
+use heart_phantom::{Edge, Phantom, Seen, Warning, run};
 use std::f64::consts::PI;
 
 const N: usize = 40;
@@ -109,4 +109,124 @@ fn sums_are_closed_forms() {
     let held = (sum(phantom.truth(0).unwrap()) - sum(none.truth(0).unwrap())) * voxel;
     // Fractions of voxels to some 1e-4; f32 sums.
     assert!((held / exact - 1.0).abs() < 1e-3, "{held} {exact}");
+}
+
+/// One line of a scene: volumes of what there is, by the volumes of its shapes, and the attenuation of each.
+#[test]
+fn a_chest_is_one_line() {
+    let mut scene = Scene::from_toml("[chest]\n").unwrap();
+    assert_eq!(scene.chest, Some(Chest::default()));
+    scene = scene.with_size(40).with_mode(Mode::Static { phase: 0.0 });
+    scene.camera.pitch = [1.1; 2];
+    scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
+    scene.output.write = vec![Product::Attenuation, Product::Truth];
+    // Far above, where nothing but the trunk and the spine is.
+    scene.pose.shift = [0.0, -3.0, 200.0];
+    let liver_alone = Chest {
+        trunk: 0.0,
+        lungs: 0.0,
+        liver: 2.0,
+        spine: 0.0,
+    };
+    scene.chest = Some(liver_alone);
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let grams = |samples: Vec<f32>, unit: f64| {
+        let sum: f64 = samples.iter().map(|v| f64::from(*v)).sum();
+        sum * phantom.camera().grid().voxel_volume() / unit * 1.04
+    };
+    // The reference man's liver, of 1800 g.
+    let liver = grams(phantom.truth(0).unwrap(), 2.0);
+    assert!((liver - 1800.0).abs() < 2.0, "{liver}");
+    let map = phantom.attenuation(0.0).unwrap();
+    let at = |place: [f64; 3]| {
+        let grid = phantom.camera().grid();
+        let [i, j, k] =
+            [0, 1, 2].map(|a| ((place[a] - grid.origin()[a]) / grid.spacing()[a]).round() as usize);
+        f64::from(map[(k * grid.shape()[1] + j) * grid.shape()[0] + i])
+    };
+    for (place, mu) in [
+        ([15.0, 0.0, -18.0], 0.1585),
+        ([8.5, 0.0, 4.0], 0.0451),
+        ([-8.5, 0.0, 4.0], 0.0451),
+        ([-7.0, 0.0, -14.0], 0.1585),
+        ([0.0, 5.5, 0.0], 0.2137),
+        ([0.0, 15.0, 0.0], 0.0),
+    ] {
+        assert!((at(place) - mu).abs() < 1e-6, "{place:?}: {}", at(place));
+    }
+    // The heart attenuates as soft tissue, if nothing else is said.
+    scene.pose.shift = [3.0, -3.0, 0.0];
+    let inside = Phantom::new(scene.clone()).unwrap();
+    let own = inside.parts().attenuation.unwrap();
+    assert_eq!((own.coefficient, own.torso), (Chest::SOFT_TISSUE, None));
+    let bad = Scene::from_toml("[chest]\nliver = -1.0\n").unwrap_err();
+    assert!(bad.to_string().contains("chest.liver"), "{bad}");
+    let bad = Scene::from_toml(
+        "[chest]\n[background]\nconcentration = 1.0\ncentre = [0, 0]\nsemi_axes = [9, 9]\n",
+    );
+    assert!(bad.unwrap_err().to_string().contains("background"));
+    // What is more of an organ comes after them.
+    let more = OrganSettings {
+        shape: OrganShapeSettings::Ellipsoid {
+            centre: [-7.0, 0.0, -14.0],
+            semi_axes: [1.0; 3],
+        },
+        activity: 5.0,
+        attenuation: 0.0,
+    };
+    scene.organs.push(more);
+    let organs = Phantom::new(scene).unwrap();
+    let organs = organs.parts().organs.as_ref().unwrap().as_slice().to_vec();
+    assert_eq!((organs.len(), organs[5].activity), (6, 5.0));
+}
+
+#[test]
+fn organs_outside_the_field_are_warnings_in_the_report_too() {
+    let ball = |centre: [f64; 3], activity: f64| OrganSettings {
+        shape: OrganShapeSettings::Ellipsoid {
+            centre,
+            semi_axes: [3.0; 3],
+        },
+        activity,
+        attenuation: 0.1,
+    };
+    let mut scene = scene();
+    scene.attenuation = Some(heart_attenuates(MU));
+    scene.output.write = vec![Product::Projections];
+    let told = |organ: OrganSettings| {
+        let mut scene = scene.clone();
+        scene.organs.push(organ);
+        let phantom = Phantom::new(scene).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+        assert_eq!(report.warnings, phantom.warnings().unwrap());
+        report.warnings
+    };
+    assert_eq!(told(ball([4.9, 0.0, -4.9], 0.2)), []);
+    // To the side by 9 cm from the first view, of 16 cm across: 18.
+    for (centre, edge) in [
+        ([6.0, 0.0, 0.0], Edge::Bins),
+        ([0.0, 0.0, -6.0], Edge::Rows),
+    ] {
+        for (activity, what) in [(0.2, Seen::Background), (0.0, Seen::Torso)] {
+            let found = told(ball(centre, activity));
+            let [
+                Warning::Truncated {
+                    what: of,
+                    edge: at,
+                    needed,
+                    seen,
+                    ..
+                },
+            ] = found[..]
+            else {
+                panic!("{found:?}");
+            };
+            assert_eq!((of, at), (what, edge));
+            assert!(
+                (needed - 18.0).abs() < 1e-9 && (seen - 16.0).abs() < 1e-9,
+                "{needed} {seen}"
+            );
+        }
+    }
 }

@@ -2,7 +2,8 @@
 
 use heart_phantom::scene::{
     AttenuationSettings, BackgroundSettings, CollimatorSettings, DiscretisationSettings,
-    HolesSettings, MediumSettings, Mode, OrganSettings, OrganShapeSettings, PixelRange, Scene,
+    HeadsSettings, HolesSettings, MediumSettings, Mode, Orbit, OrganSettings, OrganShapeSettings,
+    PixelRange, Scene,
 };
 use heart_phantom::{Accuracy, Method, Osem, Phantom, PhantomError, PhantomParts, Uptake, run};
 use std::sync::Mutex;
@@ -72,6 +73,24 @@ fn the_wall_has_its_activity() {
     assert!((wall.unwrap() - 1.0).abs() < 0.1, "{wall:?}");
     assert!(wall_by_lines.unwrap() < 0.25 && wall_by_fbp.unwrap() < 0.25);
     assert!(by_lines < 0.25 && by_fbp < 0.25);
+}
+
+/// Two heads on the contour of the torso, where each view has a radius of its own.
+#[test]
+fn an_orbit_near_the_body_is_modelled() {
+    let mut near = by(whole(8, 4));
+    (near.camera.views, near.camera.arc) = (16, 180.0);
+    near.camera.heads = HeadsSettings::Two { angle: 180.0 };
+    near.camera.radius = Orbit::Contour { gap: 1.0 };
+    let radii = Phantom::new(near.clone()).unwrap().radii().unwrap();
+    let [least, most] =
+        [f64::min as fn(f64, f64) -> f64, f64::max].map(|f| radii.iter().copied().reduce(f));
+    assert!(least.unwrap() < 11.1 && most.unwrap() > 15.0, "{radii:?}");
+    let (all, wall) = found(near);
+    println!("contour: {all} of all, wall {wall:?}");
+    assert!((all - 1.0).abs() < 0.005, "{all}");
+    // The nearer the camera, the sharper it sees, and the more the edges of so thin a wall overshoot.
+    assert!((wall.unwrap() - 1.0).abs() < 0.2, "{wall:?}");
 }
 
 /// A volume `[z][y][x]` of cubes, filtered by a Gaussian that is so many of them wide (its standard deviation), by the plain sum along

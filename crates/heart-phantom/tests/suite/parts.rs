@@ -10,7 +10,7 @@ use heart_phantom::scene::{
 };
 use heart_phantom::{
     Accuracy, Attenuation, Background, Balloon, Camera, Counts, Cycle, Defect, Heart, Mode, Noise,
-    Phantom, PhantomError, PhantomParts, VolumeCurve, WallRegion, run,
+    Orbit, Phantom, PhantomError, PhantomParts, VolumeCurve, WallRegion, run,
 };
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -379,7 +379,9 @@ fn parts_that_make_no_sense_are_refused() {
         }),
         ("truth tolerance", &|p| p.truth_tolerance = 0.0),
         ("side", &|p| p.side = 0.5),
-        ("radius of the camera", &|p| p.radius = f64::INFINITY),
+        ("radius of the camera", &|p| {
+            p.orbit = Orbit::Circle(f64::INFINITY)
+        }),
     ];
     for (quantity, change) in out_of_range {
         let error = refused(change);

@@ -105,6 +105,7 @@ fn nothing_of_a_full_scene_is_commented_out() {
         attenuation: 0.1,
     });
     (other.background, other.blur) = (None, None);
+    other.chest = Some(Chest::default());
     other.attenuation = Some(AttenuationSettings {
         coefficient: 0.1,
         medium: MediumSettings::Heart,

@@ -110,7 +110,9 @@ impl<'a> Attenuator<'a> {
                 };
                 let around = organs.pieces(ray).into_iter();
                 let around = around.map(|(span, organ)| (span, organ.attenuation));
-                let mut pieces: Vec<_> = around.flat_map(|piece| without(piece, &own)).collect();
+                let mut pieces: Vec<_> = around
+                    .flat_map(|(span, mu)| without(span, &own).map(move |span| (span, mu)))
+                    .collect();
                 pieces.extend(own.iter().map(|span| (*span, mu)));
                 pieces.sort_by(|a, b| a.0.enter.total_cmp(&b.0.enter));
                 pieces
@@ -121,21 +123,19 @@ impl<'a> Attenuator<'a> {
     }
 }
 
-/// What other stretches, in their order, leave of a piece.
-fn without((span, mu): (Span, f64), others: &[Span]) -> Vec<(Span, f64)> {
-    let (mut left, mut enter) = (Vec::new(), span.enter);
-    for other in others {
-        let exit = other.enter.min(span.exit);
-        if exit > enter {
-            left.push((Span { enter, exit }, mu));
-        }
-        enter = enter.max(other.exit);
-    }
-    if span.exit > enter {
-        let exit = span.exit;
-        left.push((Span { enter, exit }, mu));
-    }
-    left
+/// What other stretches, in their order, leave of one.
+pub(crate) fn without(span: Span, others: &[Span]) -> impl Iterator<Item = Span> + '_ {
+    let ends = others
+        .iter()
+        .map(|other| other.enter)
+        .chain([f64::INFINITY]);
+    let starts = [f64::NEG_INFINITY].into_iter();
+    let starts = starts.chain(others.iter().map(|other| other.exit));
+    let gaps = starts.zip(ends).map(move |(enter, exit)| Span {
+        enter: enter.max(span.enter),
+        exit: exit.min(span.exit),
+    });
+    gaps.filter(|gap| gap.exit > gap.enter)
 }
 
 /// The way of one ray through a medium: stretches in their order, each with its attenuation.

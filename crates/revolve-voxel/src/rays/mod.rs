@@ -2,6 +2,7 @@
 
 mod around;
 pub(crate) mod attenuation;
+pub(crate) mod capsule;
 pub(crate) mod chord;
 pub(crate) mod cone;
 pub(crate) mod cylinder;

@@ -37,15 +37,17 @@ impl Ellipsoid {
 
     /// The stretch of a ray within the ellipsoid.
     pub fn span(&self, ray: &Ray) -> Option<Span> {
-        // In coordinates in which it is the unit ball.
+        // In coordinates in which it is the unit ball. There the direction may be so short or so long that its square is no number.
         let scaled = |v: Vector3<f64>| v.component_div(&Vector3::from(self.semi_axes));
         let (p, v) = (
             scaled(ray.origin() - Point3::from(self.centre)),
             scaled(ray.direction()),
         );
-        let speed = v.norm();
-        let middle = -p.dot(&v) / (speed * speed);
-        let distance = p.cross(&v).norm() / speed;
+        let size = v.amax();
+        let speed = size * (v / size).norm();
+        let v = v / speed;
+        let middle = -p.dot(&v) / speed;
+        let distance = p.cross(&v).norm();
         let half = ((1.0 - distance) * (1.0 + distance)).max(0.0).sqrt() / speed;
         (half > 0.0).then_some(Span {
             enter: middle - half,
@@ -147,15 +149,34 @@ impl Organs {
 
     /// What a ray passes of them: stretches in their order along the ray, each with the one organ that counts there.
     pub fn pieces(&self, ray: &Ray) -> Vec<(Span, Organ)> {
-        let spans: Vec<(Span, Organ)> = (self.0.iter())
-            .filter_map(|organ| Some((organ.shape.span(ray)?, *organ)))
-            .collect();
-        let mut ends: Vec<f64> = (spans.iter())
-            .flat_map(|(span, _)| [span.enter, span.exit])
-            .collect();
+        Finder::default().pieces(self, ray).to_vec()
+    }
+}
+
+/// Finds what rays pass of organs, with work arrays that stay.
+#[derive(Debug, Default)]
+pub(crate) struct Finder {
+    spans: Vec<(Span, Organ)>,
+    ends: Vec<f64>,
+    pieces: Vec<(Span, Organ)>,
+}
+
+impl Finder {
+    /// [`Organs::pieces`].
+    pub(crate) fn pieces(&mut self, organs: &Organs, ray: &Ray) -> &[(Span, Organ)] {
+        let Self {
+            spans,
+            ends,
+            pieces,
+        } = self;
+        let found = (organs.0.iter()).filter_map(|organ| Some((organ.shape.span(ray)?, *organ)));
+        spans.clear();
+        spans.extend(found);
+        ends.clear();
+        ends.extend(spans.iter().flat_map(|(span, _)| [span.enter, span.exit]));
         ends.sort_by(f64::total_cmp);
         ends.dedup();
-        let mut pieces: Vec<(Span, Organ)> = Vec::with_capacity(ends.len());
+        pieces.clear();
         for pair in ends.windows(2) {
             let [enter, exit] = [pair[0], pair[1]];
             let counts =

@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Attenuator, Body, Ellipsoid, EllipticCylinder, Medium, Meridian, Organ, OrganShape, Organs,
-    ParallelDetector, ParallelRays, Pose, Ray, RevolveError, Sector, VoxelGrid,
+    Attenuator, Body, Capsule, Ellipsoid, EllipticCylinder, Medium, Meridian, Organ, OrganShape,
+    Organs, ParallelDetector, ParallelRays, Pose, Ray, RevolveError, Sector, VoxelGrid,
 };
 
 const HEART_MU: f64 = 0.15;
@@ -12,8 +12,14 @@ const ACTIVITY: [f64; 2] = [0.3, 1.0];
 
 /// A blunt cone within a larger one, waisted, off the axis and tilted.
 fn heart() -> Body {
+    larger(1.0)
+}
+
+/// The same, larger about its axis point.
+fn larger(size: f64) -> Body {
     let layer = |scale: f64| {
-        let points = [[0.0, 1.5], [1.0, 0.9], [3.0, 1.4], [4.0, 0.0]].map(|p| p.map(|v| v * scale));
+        let points =
+            [[0.0, 1.5], [1.0, 0.9], [3.0, 1.4], [4.0, 0.0]].map(|p| p.map(|v| v * scale * size));
         Meridian::new(&points).unwrap()
     };
     let pose = Pose::axis_along_z(2.0).unwrap().turned_x(0.8).unwrap();
@@ -123,7 +129,14 @@ fn organs_and_slabs_are_what_integration_along_each_ray_says() {
         let rays = rays(theta).with_planes(&planes).unwrap();
         let mut seen = vec![0.0f64; 20 * 5 * 24];
         (heart.project_attenuated_add(&rays, &ACTIVITY, 1.0, &attenuator, &mut seen)).unwrap();
-        (organs.project_around_add(&heart, &rays, 1.0, Some(&attenuator), &mut seen)).unwrap();
+        // Of the larger capsule more rays are taken as those that may meet the heart.
+        let capsule = match theta > 3.0 {
+            true => Capsule::around([&heart]).unwrap(),
+            false => Capsule::around([&heart, &larger(1.6)]).unwrap(),
+        };
+        (organs.project_past_add(&capsule, &rays, 1.0, true, &mut seen)).unwrap();
+        (organs.project_around_add(&heart, &capsule, &rays, 1.0, Some(HEART_MU), &mut seen))
+            .unwrap();
         for (row, bin) in (0..20)
             .step_by(3)
             .flat_map(|row| (0..24).map(move |bin| (row, bin)))
@@ -268,7 +281,13 @@ fn bad_planes_and_organs_are_refused() {
     ));
     let (heart, organs) = (heart(), organs());
     let mut image = vec![0.0f32; 7];
-    let refused = organs.project_around_add(&heart, &rays, 1.0, None, &mut image);
+    let capsule = Capsule::around([&heart]).unwrap();
+    let refused = organs.project_around_add(&heart, &capsule, &rays, 1.0, None, &mut image);
+    assert!(matches!(refused, Err(RevolveError::WrongLength { .. })));
+    let mut whole = vec![0.0f32; 480];
+    let refused = organs.project_around_add(&heart, &capsule, &rays, 1.0, Some(-0.1), &mut whole);
+    assert!(matches!(refused, Err(RevolveError::Negative { .. })));
+    let refused = organs.project_past_add(&capsule, &rays, 1.0, false, &mut image);
     assert!(matches!(
         refused,
         Err(RevolveError::WrongLength {
@@ -279,7 +298,37 @@ fn bad_planes_and_organs_are_refused() {
     ));
 }
 
+#[test]
+fn an_ellipsoid_may_be_as_large_as_numbers_are() {
+    for size in [1e-160, 1e160] {
+        let ball = Ellipsoid::new([0.0; 3], [size, 2.0 * size, size]).unwrap();
+        let ray = Ray::new(Point3::origin(), Vector3::y()).unwrap();
+        let span = ball.span(&ray).unwrap();
+        assert!((span.exit / size - 2.0).abs() < 1e-15 && span.enter == -span.exit);
+    }
+    assert!(Capsule::around([]).is_none());
+}
+
 proptest! {
+    /// What passes a capsule by meets no body in it, be they turned and shifted against each other.
+    #[test]
+    fn a_capsule_holds_its_bodies(
+        origin in prop::array::uniform3(-6.0..6.0),
+        direction in prop::array::uniform3(-1.0..1.0),
+        turn in -0.5..0.5,
+        shift in -1.0..1.0,
+    ) {
+        prop_assume!(direction.iter().any(|d: &f64| d.abs() > 0.1));
+        let one = heart();
+        let pose = one.pose().turned_x(turn).unwrap().shifted(Vector3::new(shift, 0.0, shift));
+        let other = Body::new(larger(1.2).layers().to_vec(), pose.unwrap()).unwrap();
+        let ray = Ray::new(Point3::from(origin), Vector3::from(direction)).unwrap();
+        let capsule = Capsule::around([&one, &other]).unwrap();
+        let met = [&one, &other].iter().any(|body| body.chord(1, &ray).unwrap() > 0.0);
+        prop_assert!(capsule.meets(&ray) || !met);
+    }
+
+
     /// The chord of an ellipsoid is that of a ball in coordinates in which it is one.
     #[test]
     fn an_ellipsoid_is_a_scaled_ball(

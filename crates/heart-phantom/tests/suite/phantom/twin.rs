@@ -6,7 +6,7 @@ use heart_phantom::scene::{
     Accuracy, AttenuationSettings, BackgroundSettings, BlurSettings, Counts,
     DiscretisationSettings, MediumSettings, Mode, Noise, PixelRange, Rotation, Scene,
 };
-use heart_phantom::{Phantom, Uptake, VolumeCurve, VolumeRange};
+use heart_phantom::{Orbit, Phantom, Uptake, VolumeCurve, VolumeRange};
 
 /// The same heart in units of a tenth: lengths times 10, volumes times 1000, attenuation by length over 10. Concentrations stay, totals
 /// grow with the volume; a count of 1 is for a tenth of the line integral.
@@ -43,7 +43,10 @@ fn twin(scene: &Scene) -> Scene {
         }
     }
     times(&mut twin.camera.pitch, 10.0);
-    twin.camera.radius *= 10.0;
+    twin.camera.radius = match twin.camera.radius {
+        Orbit::Circle(radius) => Orbit::Circle(10.0 * radius),
+        other => panic!("{other:?}"),
+    };
     if let Some(blur) = &mut twin.blur {
         blur.fwhm *= 10.0;
     }

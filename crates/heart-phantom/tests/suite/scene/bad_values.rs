@@ -328,6 +328,42 @@ const BAD: &[(&str, &str, &str)] = &[
     ),
     ("[camera]\nradius = -1.0", "camera.radius", "between"),
     (
+        "[camera]\nradius = 'near'",
+        "camera.radius",
+        "contour = { gap",
+    ),
+    (
+        "[camera]\nradius = { per_view = [20.0, 21.0] }",
+        "camera.radius.per_view",
+        "90, one for each view",
+    ),
+    (
+        "[camera]\nradius = { ellipse = { semi_axes = [20.0, -1.0] } }",
+        "camera.radius.ellipse.semi_axes",
+        "between",
+    ),
+    (
+        "[camera]\nradius = { contour = { gap = nan } }",
+        "camera.radius.contour.gap",
+        "between",
+    ),
+    ("[camera]\nheads = 'three'", "camera.heads", "one"),
+    (
+        "[camera]\nheads = { two = { angle = 361.0 } }",
+        "camera.heads.two.angle",
+        "between",
+    ),
+    ("[camera]\nsamples = 'corners'", "camera.samples", "centres"),
+    (
+        "[camera]\nsamples = { means = { tolerance = 0.0 } }",
+        "camera.samples.means.tolerance",
+        "between",
+    ),
+    ("[chest]\ntrunk = -0.1", "chest.trunk", "between"),
+    ("[chest]\nlungs = nan", "chest.lungs", "between"),
+    ("[chest]\nliver = 1e13", "chest.liver", "between"),
+    ("[chest]\nspine = -1.0", "chest.spine", "between"),
+    (
         "[acquisition]\nmode = 'long'",
         "acquisition.mode",
         "whole-cycle",

@@ -1,0 +1,102 @@
+//! A chest of published sizes around the heart.
+
+use crate::error::{PhantomError, check};
+use crate::ranges;
+use revolve_voxel::{Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs};
+
+/// What the trunk, both lungs, the liver and the spine of an adult hold, per mL. The defaults are made up.
+///
+/// ```text
+///         shape, centre and half-widths along x, y and z in cm              density   attenuation, 1/cm
+/// trunk   cylinder   ( 0, 0)          20, 10                                1.04      0.1585
+/// lungs   ellipsoids (-+8.5, 0, 4.5)  5, 7.5, 12                            0.296     0.0451
+/// liver   ellipsoid  (-8, -1.5, -14)  9, 7, 6.56                            1.04      0.1585
+/// spine   cylinder   ( 0, 5.5)        2, 2.5                                1.4       0.2137
+/// ```
+///
+/// +x is the patient's left, +y the back, +z the head; z = 0 is 51 cm above the trunk's lower end, at the height of the heart. Trunk, spine
+/// and the lungs' section and height are those of the adult phantom of Oak Ridge (Cristy & Eckerman 1987, ORNL/TM-8381, as Geant4's
+/// example `human_phantom` has them), whose lungs are the upper halves of ellipsoids of twice that height. The liver, there a cylinder cut
+/// by a plane, is an ellipsoid in its place of the reference man's 1800 g (ICRP Publication 89). Compositions and densities are that
+/// example's, attenuation at 140.5 keV is that of the elements by Elam, Ravel & Sieber (2002, doi:10.1016/S0969-806X(01)00227-4), with
+/// coherent scattering.
+///
+/// ```
+/// use heart_phantom::Chest;
+/// let organs = Chest::default().organs()?;
+/// assert_eq!(organs.as_slice().len(), 5); // of two lungs
+/// # Ok::<(), heart_phantom::PhantomError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+pub struct Chest {
+    /// Of the trunk, but for what is in it.
+    pub trunk: f64,
+    /// Of both lungs.
+    pub lungs: f64,
+    /// Of the liver.
+    pub liver: f64,
+    /// Of the spine.
+    pub spine: f64,
+}
+
+impl Default for Chest {
+    fn default() -> Self {
+        Self {
+            trunk: 0.1,
+            lungs: 0.03,
+            liver: 0.3,
+            spine: 0.05,
+        }
+    }
+}
+
+impl Chest {
+    /// Attenuation of soft tissue, and so of the heart, at 140.5 keV (1/cm).
+    pub const SOFT_TISSUE: f64 = 0.1585;
+    const LUNG: f64 = 0.0451;
+    const SKELETON: f64 = 0.2137;
+
+    /// The organs, in the order in which they replace each other.
+    ///
+    /// # Errors
+    /// [`PhantomError::OutOfRange`] for an activity that is not between 0 and 1e12.
+    pub fn organs(&self) -> Result<Organs, PhantomError> {
+        let cylinder = |centre, half| {
+            Ok::<_, PhantomError>(OrganShape::Cylinder(EllipticCylinder::new(centre, half)?))
+        };
+        let ellipsoid = |centre, half| {
+            Ok::<_, PhantomError>(OrganShape::Ellipsoid(Ellipsoid::new(centre, half)?))
+        };
+        let lung = |x: f64| ellipsoid([x, 0.0, 4.5], [5.0, 7.5, 12.0]);
+        let shapes = [
+            (
+                cylinder([0.0, 0.0], [20.0, 10.0])?,
+                self.trunk,
+                Self::SOFT_TISSUE,
+            ),
+            (lung(8.5)?, self.lungs, Self::LUNG),
+            (lung(-8.5)?, self.lungs, Self::LUNG),
+            (
+                ellipsoid([-8.0, -1.5, -14.0], [9.0, 7.0, 6.56])?,
+                self.liver,
+                Self::SOFT_TISSUE,
+            ),
+            (
+                cylinder([0.0, 5.5], [2.0, 2.5])?,
+                self.spine,
+                Self::SKELETON,
+            ),
+        ];
+        for (_, activity, _) in &shapes {
+            check("activity of the chest", *activity, ranges::ACTIVITY)?;
+        }
+        let organ = |(shape, activity, attenuation)| Organ {
+            shape,
+            activity,
+            attenuation,
+        };
+        Ok(Organs::new(shapes.into_iter().map(organ).collect())?)
+    }
+}

@@ -1,0 +1,148 @@
+//! How far what there is reaches: from the axis, along it, and towards the camera in each view.
+
+use super::Phantom;
+use super::warnings::{half_extents, span, turned};
+use crate::error::PhantomError;
+use crate::scan::{Facing, Orbit};
+use crate::{Rotation, ranges};
+use revolve_voxel::{Body, Organs};
+
+/// An ellipse of the plane in which the camera turns: all that an organ or a torso is, seen along z.
+struct Section {
+    centre: [f64; 2],
+    semi_axes: [f64; 2],
+    active: bool,
+}
+
+impl Section {
+    /// From where to where it reaches along rays at `theta`.
+    fn span(&self, theta: f64) -> [f64; 2] {
+        let (sin, cos) = theta.sin_cos();
+        let ([x, y], [a, b]) = (self.centre, self.semi_axes);
+        let (middle, half) = (y * cos - x * sin, (a * sin).hypot(b * cos));
+        [middle - half, middle + half]
+    }
+}
+
+impl Phantom {
+    /// Distance of the collimator's face from the axis of turning in each view, in cm.
+    ///
+    /// ```
+    /// use heart_phantom::{Orbit, Phantom, Scene};
+    /// let mut parts = Scene::default().with_size(32).parts()?;
+    /// parts.orbit = Orbit::Contour { gap: 1.0 };
+    /// let phantom = Phantom::from_parts(parts)?;
+    /// let radii = phantom.radii()?;
+    /// assert!(radii.len() == 90 && radii.iter().all(|radius| (4.0..9.0).contains(radius)));
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// For [`Orbit::Contour`] what solving the shapes can return.
+    pub fn radii(&self) -> Result<Vec<f64>, PhantomError> {
+        match self.parts.nominal_radii() {
+            Some(radii) => Ok(radii),
+            None => Ok(self.facing()?.iter().map(|view| view.radius).collect()),
+        }
+    }
+
+    /// Where the face of each view is, and what is in front of it.
+    pub(super) fn facing(&self) -> Result<&[Facing], PhantomError> {
+        if self.facing.get().is_none() {
+            let (bodies, sections) = (self.outermost()?, self.sections());
+            let made = (0..self.camera().n_views())
+                .map(|view_idx| self.facing_of(view_idx, &bodies, &sections))
+                .collect::<Result<Vec<_>, _>>()?;
+            // Another thread may have been first, with the same.
+            let _ = self.facing.set(made);
+        }
+        Ok(self.facing.get().map_or(&[], Vec::as_slice))
+    }
+
+    /// The view whose face is farthest within what it should be in front of.
+    pub(super) fn inside(&self) -> Result<Option<(usize, Facing)>, PhantomError> {
+        let within = |view: &Facing| view.body - view.radius;
+        let worst = (self.facing()?.iter().copied().enumerate())
+            .max_by(|(_, a), (_, b)| within(a).total_cmp(&within(b)));
+        // What only rounding puts inside is outside.
+        Ok(worst.filter(|(_, view)| within(view) > 1e-9 * view.radius))
+    }
+
+    fn facing_of(
+        &self,
+        view_idx: usize,
+        bodies: &[Body],
+        sections: &[Section],
+    ) -> Result<Facing, PhantomError> {
+        let camera = self.camera();
+        let shares: &[f64] = match camera.rotation() {
+            Rotation::StepAndShoot => &[0.5],
+            Rotation::Continuous => &[0.0, 0.25, 0.5, 0.75, 1.0],
+        };
+        let (mut seen, mut body) = ([f64::INFINITY, f64::NEG_INFINITY], f64::NEG_INFINITY);
+        for share in shares {
+            let theta = camera.angle(view_idx, *share);
+            let turned = (bodies.iter())
+                .map(|body| turned(body, theta))
+                .collect::<Result<Vec<_>, _>>()?;
+            let heart = span(&turned, 1)?;
+            let others = sections.iter().map(|s| (s.span(theta), s.active));
+            for ([low, high], active) in others.chain([(heart, true)]) {
+                body = body.max(high);
+                if active {
+                    seen = [seen[0].min(low), seen[1].max(high)];
+                }
+            }
+        }
+        let theta = camera.geometry().angles()[view_idx];
+        let radius = match self.parts.orbit {
+            // At some distance from the axis it has to be.
+            Orbit::Contour { gap } => (body + gap).max(ranges::SIZE[0]),
+            ref orbit => orbit.radius(view_idx, theta).unwrap_or_default(),
+        };
+        Ok(Facing { radius, seen, body })
+    }
+
+    /// How far from the axis, and from the middle along it, there is anything to see, in cm.
+    pub(super) fn extent(&self) -> Result<[f64; 2], PhantomError> {
+        let [mut side, mut end] = [0.0f64; 2];
+        for body in self.outermost()? {
+            let [x, y, z] = half_extents(&body);
+            (side, end) = (side.max(x.hypot(y)), end.max(z));
+        }
+        if let Some(around) = &self.parts.background {
+            let ([x, y], [a, b]) = (around.torso.centre(), around.torso.semi_axes());
+            // Along z it goes on as its mirror image does.
+            side = side.max(x.hypot(y) + a.max(b));
+        }
+        for organ in self.parts.organs.iter().flat_map(Organs::as_slice) {
+            let ([x, y, z], [a, b, c]) = organ.shape.bounds();
+            (side, end) = (side.max(x.hypot(y) + a.max(b)), end.max(z.abs() + c));
+        }
+        Ok([side, end])
+    }
+
+    /// All that is around the heart.
+    fn sections(&self) -> Vec<Section> {
+        let parts = &self.parts;
+        let torso = (parts.attenuation).and_then(|medium| medium.torso);
+        let around = parts.background.map(|background| background.torso);
+        let cylinders = [(torso, false), (around, true)].into_iter();
+        let cylinders = cylinders.filter_map(|(torso, active)| Some((torso?, active)));
+        let cylinders = cylinders.map(|(torso, active)| Section {
+            centre: torso.centre(),
+            semi_axes: torso.semi_axes(),
+            active,
+        });
+        let organs = parts.organs.iter().flat_map(Organs::as_slice);
+        let organs = organs.map(|organ| {
+            let ([x, y, _], [a, b, _]) = organ.shape.bounds();
+            Section {
+                centre: [x, y],
+                semi_axes: [a, b],
+                active: organ.activity > 0.0,
+            }
+        });
+        cylinders.chain(organs).collect()
+    }
+}

@@ -1,0 +1,122 @@
+//! How far from the axis of turning the collimator's face is in each view.
+
+use crate::error::{PhantomError, check};
+use crate::ranges;
+
+/// The way of a camera's head about the axis of turning. At view theta its face is at `R (-sin theta, cos theta)`, at right angles to the
+/// rays, and `R` is what an orbit tells: one for a view, which a camera that turns all the time keeps all through it.
+///
+/// In a scene a number is a circle.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "scene",
+    serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)
+)]
+#[non_exhaustive]
+pub enum Orbit {
+    /// As far in all views, cm.
+    Circle(f64),
+    /// How far in each view, cm.
+    PerView(Vec<f64>),
+    /// The middle of the face goes along an ellipse about the axis: `R = 1 / sqrt((sin theta / a)^2 + (cos theta / b)^2)`.
+    Ellipse {
+        /// Half-widths `a` along x and `b` along y, cm.
+        semi_axes: [f64; 2],
+    },
+    /// As near as what there is lets it come in every view: heart, torso and organs, active or not.
+    Contour {
+        /// From the face to the nearest of them, cm.
+        gap: f64,
+    },
+}
+
+impl Orbit {
+    /// Distance of the face in view number `view_idx`, which looks from `theta`; `None` if that is as far as the body reaches and more.
+    pub(crate) fn radius(&self, view_idx: usize, theta: f64) -> Option<f64> {
+        match self {
+            Self::Circle(radius) => Some(*radius),
+            Self::PerView(radii) => radii.get(view_idx).copied(),
+            Self::Ellipse { semi_axes: [a, b] } => {
+                let (sin, cos) = theta.sin_cos();
+                Some(1.0 / (sin / a).hypot(cos / b))
+            }
+            Self::Contour { .. } => None,
+        }
+    }
+
+    /// Each number in its range, and one for each view where each view has its own.
+    pub(crate) fn check(&self, n_views: usize) -> Result<(), PhantomError> {
+        const RADIUS: &str = "radius of the camera";
+        match self {
+            Self::Circle(radius) => check(RADIUS, *radius, ranges::SIZE).map(drop),
+            Self::PerView(radii) if radii.len() != n_views => Err(PhantomError::WrongLength {
+                what: "radii of the orbit",
+                given: radii.len(),
+                expected: n_views,
+            }),
+            Self::PerView(radii) => {
+                (radii.iter()).try_for_each(|radius| check(RADIUS, *radius, ranges::SIZE).map(drop))
+            }
+            Self::Ellipse { semi_axes } => (semi_axes.iter()).try_for_each(|half| {
+                check("half-width of the orbit", *half, ranges::SIZE).map(drop)
+            }),
+            Self::Contour { gap } => {
+                check("gap between body and camera", *gap, [0.0, ranges::SIZE[1]]).map(drop)
+            }
+        }
+    }
+}
+
+#[cfg(feature = "scene")]
+mod file {
+    use super::Orbit;
+    use serde::de::value::MapAccessDeserializer;
+    use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
+    use serde::ser::{Serialize, Serializer};
+    use std::fmt;
+
+    impl Serialize for Orbit {
+        fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+            match self {
+                Self::Circle(radius) => to.serialize_f64(*radius),
+                Self::PerView(_) | Self::Ellipse { .. } | Self::Contour { .. } => {
+                    Self::serialize(self, to)
+                }
+            }
+        }
+    }
+
+    impl<'de> Deserialize<'de> for Orbit {
+        fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+            from.deserialize_any(NumberOrTable)
+        }
+    }
+
+    struct NumberOrTable;
+
+    impl<'de> Visitor<'de> for NumberOrTable {
+        type Value = Orbit;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            // What leads to the template's advice.
+            f.write_str("struct variant or a number")
+        }
+
+        fn visit_f64<E>(self, radius: f64) -> Result<Orbit, E> {
+            Ok(Orbit::Circle(radius))
+        }
+
+        fn visit_i64<E>(self, radius: i64) -> Result<Orbit, E> {
+            Ok(Orbit::Circle(radius as f64))
+        }
+
+        fn visit_u64<E>(self, radius: u64) -> Result<Orbit, E> {
+            Ok(Orbit::Circle(radius as f64))
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Orbit, A::Error> {
+            Orbit::deserialize(MapAccessDeserializer::new(table))
+        }
+    }
+}
