@@ -2,67 +2,20 @@
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
+#[path = "common/case.rs"]
+mod case;
+
 use std::f64::consts::PI;
 use std::hint::black_box;
 
 use benches::{Effort, Row, on_threads, timed};
+use case::{Case, case};
 use criterion::{BenchmarkId, Criterion, Throughput};
 use radon::{
-    BinSampling, FbpOptions, FbpPlan, ImageGrid, InstructionSet, Interpolation, Kernel,
-    ParallelGeometry, Phantom2, Projector, StackOrder, Window, disc_mask, rmse_within,
+    FbpOptions, FbpPlan, InstructionSet, Interpolation, Kernel, Projector, StackOrder, Window,
 };
 
-/// Phantom, its exact sinogram of bin means, and its image of pixel means.
-struct Case {
-    n: usize,
-    geometry: ParallelGeometry,
-    grid: ImageGrid,
-    sinogram: Vec<f32>,
-    image: Vec<f32>,
-}
-
-fn case(n: usize, n_views: usize) -> Case {
-    let geometry = ParallelGeometry::half_turn(n_views, n, 1.0).unwrap();
-    let grid = ImageGrid::square(n, 1.0).unwrap();
-    let phantom = Phantom2::shepp_logan(n as f64 / 2.0).unwrap();
-    let (sinogram, image) = (
-        phantom
-            .sinogram(&geometry, BinSampling::Mean)
-            .expect("room"),
-        phantom.image(&grid).expect("room"),
-    );
-    Case {
-        n,
-        geometry,
-        grid,
-        sinogram,
-        image,
-    }
-}
-
 impl Case {
-    fn rmse(&self, image: &[f32]) -> f64 {
-        let mask = disc_mask(&self.grid, self.n as f64 / 2.0 - 1.0).expect("room");
-        rmse_within(image, &self.image, &mask).unwrap().unwrap()
-    }
-
-    /// Relative L2 distance of a sinogram from the exact bin means.
-    fn distance(&self, rays: &[f32]) -> f64 {
-        let norm = |v: &[f32]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
-        let pairs = rays.iter().zip(&self.sinogram);
-        let difference: Vec<f32> = pairs.map(|(a, b)| a - b).collect();
-        norm(&difference) / norm(&self.sinogram)
-    }
-
-    fn plan(&self, options: FbpOptions) -> FbpPlan<f32> {
-        FbpPlan::new(&self.geometry, &self.grid, &options).unwrap()
-    }
-
-    /// The same slice `n_slices` times, `[slice][view][bin]`.
-    fn stack(&self, n_slices: usize) -> Vec<f32> {
-        self.sinogram.repeat(n_slices)
-    }
-
     /// FBP as in a textbook: each row convolved with the ramp, each pixel visited for each view.
     fn textbook(&self) -> Vec<f32> {
         let n = self.n;

@@ -12,12 +12,12 @@ import time
 def arguments():
     p = argparse.ArgumentParser(description=__doc__)
     p.add_argument("--ours", required=True, help="path of the built example fbp_raw")
-    p.add_argument("--case", choices=["shell", "shepp-logan", "both"], default="both")
+    p.add_argument("--case", choices=["shell", "shepp-logan", "both", "large"], default="both")
     p.add_argument("--sampling", choices=["centre", "mean"], default="centre")
     p.add_argument("--filter", choices=["ram-lak", "hann"], default="ram-lak")
     p.add_argument("--threads", type=int, default=2)
     p.add_argument("--repeats", type=int, default=5)
-    p.add_argument("--tools", default="ours,ours-band-limited,finufft,astra,scikit-image")
+    p.add_argument("--tools", help="comma-separated; all that suit the case if not given")
     p.add_argument("--rows", action="store_true", help="print rows for cargo xtask report as well")
     p.add_argument("--json", help="append the rows to this file, one JSON object a line")
     return p.parse_args()
@@ -44,13 +44,13 @@ def timed(run):
     return statistics.median(seconds)
 
 
-def ours(sino, interpolation="linear"):
+def ours(sino, interpolation="linear", method="auto"):
     n_views, n_slices, n = sino.shape
     with tempfile.TemporaryDirectory() as folder:
         source, target = pathlib.Path(folder, "in.f32"), pathlib.Path(folder, "out.f32")
         sino.astype("<f4").tofile(source)
         command = [ARGS.ours, source, target, n_views, n_slices, n, ARGS.filter, interpolation, "view-slice-bin", ARGS.repeats,
-                   ARGS.threads]
+                   ARGS.threads, method]
         out = subprocess.run([str(a) for a in command], check=True, capture_output=True, text=True).stdout
         return statistics.median(map(float, out.split())), np.fromfile(target, "<f4").reshape(n_slices, n, n), False
 
@@ -65,7 +65,7 @@ def response(n):
     return np.fft.rfft(h).real * (.5 + .5 * np.cos(2 * np.pi * frequency) if ARGS.filter == "hann" else 1)
 
 
-def finufft(sino):
+def finufft(sino, eps=1e-3):
     """Each view's spectrum times the ramp lies on a line through the origin of the image's spectrum; a type-1 transform sums
     them. Two slices travel as one complex image."""
     import finufft as nufft
@@ -83,7 +83,7 @@ def finufft(sino):
     if n_slices % 2:
         rows = np.concatenate([rows, np.zeros_like(rows[:1])])
     pairs = len(rows) // 2
-    plan = nufft.Plan(1, (n, n), n_trans=pairs, eps=1e-3, isign=1, dtype="complex64", nthreads=ARGS.threads)
+    plan = nufft.Plan(1, (n, n), n_trans=pairs, eps=eps, isign=1, dtype="complex64", nthreads=ARGS.threads)
     plan.setpts(fy.astype(np.float32).ravel(), fx.astype(np.float32).ravel())
     images = np.empty((2 * pairs, n, n), np.float32)
 
@@ -145,18 +145,22 @@ def scikit_image(sino):
     return slice_by_slice(sino, reconstruct)
 
 
-TOOLS = {"ours": ours, "ours-band-limited": lambda s: ours(s, "band-limited"), "finufft": finufft, "astra": astra,
-         "scikit-image": scikit_image}
+TOOLS = {"ours": ours, "ours-band-limited": lambda s: ours(s, "band-limited"), "ours-direct": lambda s: ours(s, method="direct"),
+         "finufft": finufft, "finufft-1e-4": lambda s: finufft(s, 1e-4), "astra": astra, "scikit-image": scikit_image}
+SLOW = ["astra", "scikit-image"]
 
 
 def main():
     cases = {"shell": (shell(), 256, 90, middle(256)), "shepp-logan": (shepp_logan(512), 512, 720, np.zeros(1))}
+    if ARGS.case == "large":
+        cases = {f"shepp-logan {n}": (shepp_logan(n), n, n * 45 // 32, np.zeros(1)) for n in (512, 1024, 2048)}
     print("| case | tool | s | rmse | edge | far inside | far outside | gain |\n|---|---|---|---|---|---|---|---|")
     for case, (objects, n, n_views, z) in cases.items():
-        if ARGS.case not in (case, "both"):
+        if ARGS.case not in (case, "both", "large"):
             continue
         sino, truth = sinogram(objects, n, n_views, z, ARGS.sampling), averages(objects, n, z)
-        for tool in ARGS.tools.split(","):
+        tools = [tool for tool in TOOLS if ARGS.case != "large" or tool not in SLOW]
+        for tool in ARGS.tools.split(",") if ARGS.tools else tools:
             # scikit-image's axis is bin and pixel n//2, half a step off ours: exact data for its own grid.
             if tool == "scikit-image":
                 data, against = own_axis(objects, n, n_views, z, ARGS.sampling), averages(moved(objects), n, z)

@@ -1,11 +1,14 @@
 //! Reconstructs a raw little-endian f32 stack and prints how long each repeat took: what the comparison with other tools calls.
 //!
-//! `fbp_raw INPUT OUTPUT n_views n_slices n_bins WINDOW INTERPOLATION ORDER REPEATS [THREADS]`, for instance
+//! `fbp_raw INPUT OUTPUT n_views n_slices n_bins WINDOW INTERPOLATION ORDER REPEATS [THREADS [METHOD]]`, METHOD `auto`
+//! (if none is given), `direct` or the tolerance of a Fourier method, for instance
 //! `fbp_raw sinogram.f32 volume.f32 90 256 256 ram-lak linear view-slice-bin 7 2`; an OUTPUT of `-` writes nothing.
 
 use std::time::Instant;
 
-use radon::{FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, StackOrder, Window};
+use radon::{
+    FbpOptions, FbpPlan, ImageGrid, Interpolation, Method, ParallelGeometry, StackOrder, Window,
+};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -22,13 +25,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         rest @ ..,
     ] = &args[..]
     else {
-        return Err("usage: fbp_raw INPUT OUTPUT n_views n_slices n_bins WINDOW INTERPOLATION ORDER REPEATS [THREADS]".into());
+        return Err("usage: fbp_raw INPUT OUTPUT n_views n_slices n_bins WINDOW INTERPOLATION ORDER REPEATS [THREADS [METHOD]]".into());
     };
     if let Some(threads) = rest.first() {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.parse()?)
             .build_global()?;
     }
+    let method = match rest.get(1).map(String::as_str) {
+        None | Some("auto") => Method::Auto,
+        Some("direct") => Method::Direct,
+        Some(tolerance) => Method::Fourier {
+            tolerance: tolerance.parse()?,
+        },
+    };
     let window = match window.as_str() {
         "ram-lak" => Window::RamLak,
         "shepp-logan" => Window::SheppLogan,
@@ -56,7 +66,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let grid = ImageGrid::square(n_bins, 1.0)?;
     let options = FbpOptions::default()
         .with_window(window)
-        .with_interpolation(interpolation);
+        .with_interpolation(interpolation)
+        .with_method(method);
     let plan = FbpPlan::<f32>::new(&geometry, &grid, &options)?;
     let mut volume = vec![0.0; n_slices * plan.image_len()];
     let mut scratch = plan.scratch();

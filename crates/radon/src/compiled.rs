@@ -5,15 +5,19 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::{Fft, FftPlanner};
 
 use crate::error::RadonError;
 use crate::fbp::{FbpPlan, FbpReport, FbpScratch};
+use crate::fourier::{Gridding, GriddingScratch, Response};
 use crate::iterative::{CglsOptions, EmOptions, IterativeReport, LinearOperator, Observer};
 use crate::iterative::{SirtOptions, cgls, em, sirt};
 use crate::projector::{Projector, ProjectorReport, ProjectorScratch};
 use crate::spect::{self, SpectGeometry, SpectOptions};
 use crate::stack::Stack;
-use crate::{Blur, DepthBlur, ImageGrid, Sample, SliceAxis, StackOrder};
+use crate::{
+    Blur, DepthBlur, ImageGrid, InstructionSet, ParallelGeometry, Sample, SliceAxis, StackOrder,
+};
 
 /// Declares the trait's methods and gives each of the sample types its own, which is a call of the generic function named behind `=`.
 macro_rules! compiled {
@@ -33,10 +37,19 @@ macro_rules! compiled {
 
 compiled! {
     fn transforms(forward: usize, inverse: usize) -> Transforms<Self> = transforms;
+    fn complex_transforms(len: usize) -> ComplexTransforms<Self> = complex_transforms;
     fn reconstruct(
         plan: &FbpPlan<Self>, stack: &Stack, projections: &[Self], slices: Range<usize>, slab: &mut [Self],
         scratch: &mut FbpScratch<Self>, memory: usize
     ) -> Result<FbpReport, RadonError> = FbpPlan::run;
+    fn gridding(
+        geometry: &ParallelGeometry, grid: &ImageGrid, tolerance: f64, set: InstructionSet, response: Response
+    ) -> Result<Gridding<Self>, RadonError> = Gridding::new;
+    fn project_gridded(gridding: &Gridding<Self>, image: &[Self], rows: &mut [Self], scratch: &mut GriddingScratch<Self>) -> ()
+        = Gridding::project;
+    fn project_back_gridded(
+        gridding: &Gridding<Self>, rows: &[Self], image: &mut [Self], scratch: &mut GriddingScratch<Self>
+    ) -> () = Gridding::project_back;
     fn project(
         projector: &Projector, volume: &[Self], n_slices: usize, order: StackOrder, projections: &mut [Self],
         scratch: &mut ProjectorScratch<Self>
@@ -78,4 +91,13 @@ fn transforms<T: realfft::FftNum>(forward: usize, inverse: usize) -> Transforms<
         planner.plan_fft_forward(forward),
         planner.plan_fft_inverse(inverse),
     )
+}
+
+/// Forward and inverse transforms of complex rows.
+pub(crate) type ComplexTransforms<T> = (Arc<dyn Fft<T>>, Arc<dyn Fft<T>>);
+
+/// Plans transforms of `len` complex samples, there and back.
+fn complex_transforms<T: realfft::FftNum>(len: usize) -> ComplexTransforms<T> {
+    let mut planner = FftPlanner::new();
+    (planner.plan_fft_forward(len), planner.plan_fft_inverse(len))
 }

@@ -31,6 +31,11 @@
 //! `f64` samples have their adjoint by the path of stacks. Users: [`Projector::forward`], [`Projector::adjoint`], all solvers with a
 //! [`Projector`] as their operator, and what is left of a stack beyond its last full block.
 //!
+//! # Large slices
+//!
+//! The sum over views takes N³ updates, a Fourier method N² log N operations. [`FbpPlan`] takes whichever it expects to be faster
+//! ([`Method`]); for forward projection [`FourierProjector`] stands beside [`Projector`], whose weights it does not share.
+//!
 //! # What it is not
 //!
 //! Neither fan nor cone beam, no scatter, no files; objects beyond the analytic ones are the caller's. Attenuation and a blur that grows with
@@ -48,6 +53,7 @@ mod depth_blur;
 mod error;
 mod fbp;
 mod filter;
+mod fourier;
 mod geometry;
 mod iterative;
 mod measure;
@@ -55,6 +61,7 @@ mod nodes;
 #[cfg(feature = "noise")]
 mod noise;
 mod phantom;
+mod pool;
 mod projector;
 mod sample;
 mod simd;
@@ -65,8 +72,11 @@ mod stack;
 pub use blur::Blur;
 pub use depth_blur::DepthBlur;
 pub use error::{RadonError, UserError};
-pub use fbp::{EdgePolicy, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation, Skip};
+pub use fbp::{
+    EdgePolicy, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation, Method, Skip,
+};
 pub use filter::{Window, padded_len, ramp_response, ramp_sample};
+pub use fourier::FourierProjector;
 pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry, StackOrder};
 pub use iterative::{
     CglsOptions, EmOptions, Iteration, IterativeReport, LinearOperator, SirtOptions, StoppedBy,

@@ -4,7 +4,7 @@
 
 use peak_alloc::PeakAlloc;
 use radon::{
-    FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, RadonError, StackOrder,
+    FbpOptions, FbpPlan, ImageGrid, Interpolation, Method, ParallelGeometry, RadonError, StackOrder,
 };
 
 #[global_allocator]
@@ -34,11 +34,18 @@ fn a_run_takes_what_was_said_and_a_stream_its_budget() {
             .num_threads(threads)
             .build()
             .unwrap();
-        for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
+        let fourier = Method::Fourier { tolerance: 1e-4 };
+        for (interpolation, method) in [
+            (Interpolation::Linear, Method::Direct),
+            (Interpolation::BandLimited, Method::Direct),
+            (Interpolation::Linear, fourier),
+            (Interpolation::BandLimited, fourier),
+        ] {
             for memory in [64 << 20, 3 << 20, 3 << 19] {
                 let options = FbpOptions::default()
                     .with_memory(memory)
-                    .with_interpolation(interpolation);
+                    .with_interpolation(interpolation)
+                    .with_method(method);
                 let plan = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
                 let said = pool.install(|| plan.work_bytes(n_slices)).unwrap();
                 assert!(said <= memory);
@@ -58,7 +65,7 @@ fn a_run_takes_what_was_said_and_a_stream_its_budget() {
                 let (first, second) = (peak(&mut run), peak(&mut run));
                 assert!(
                     first <= said + BOOKKEEPING,
-                    "{threads} threads, {interpolation:?}, {memory}: {first} of {said}"
+                    "{threads} threads, {method:?}, {interpolation:?}, {memory}: {first} of {said}"
                 );
                 // The filtered rows, the larger part, are kept.
                 assert!(second < first, "{second} of {first}");
@@ -77,7 +84,7 @@ fn a_run_takes_what_was_said_and_a_stream_its_budget() {
                 });
                 assert!(
                     streamed <= memory + BOOKKEEPING,
-                    "{threads} threads, {interpolation:?}: {streamed} of {memory}"
+                    "{threads} threads, {method:?}, {interpolation:?}: {streamed} of {memory}"
                 );
             }
         }

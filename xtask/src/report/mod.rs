@@ -27,6 +27,7 @@ const BENCHES: &[&str] = &[
     "motion",
     "revolve",
     "radon",
+    "slices",
     "projector",
     "spect",
     "phantom",

@@ -43,6 +43,13 @@ pub(super) fn rows(root: &Path, quick: bool) -> Result<Vec<Row>, String> {
         }
         rows.extend(parse(&output(&mut fbp)?)?);
         if !quick {
+            let mut large = Command::new(&python);
+            large
+                .arg(peers.join("tomography.py"))
+                .arg("--ours")
+                .arg(root.join("target/release/examples/fbp_raw"))
+                .args(["--threads", threads, "--rows", "--case", "large"]);
+            rows.extend(parse(&output(&mut large)?)?);
             let mut projection = Command::new(&python);
             projection
                 .arg(peers.join("projection.py"))

@@ -2,6 +2,7 @@
 
 use super::method::Method;
 use super::output::Product;
+use super::parts::WORK_BYTES;
 use crate::Phantom;
 use crate::model::without_overlap;
 use crate::scan::MOST_NODES;
@@ -12,8 +13,6 @@ use std::collections::BTreeSet;
 /// About a point of the quadrature (32), its place in a tree of distinct ones (some 36) and in the list of phases (8), with the room by
 /// which lists grow.
 const POINT_BYTES: u64 = 120;
-/// Work arrays of a reconstruction ([`radon::FbpOptions`]).
-const WORK_BYTES: u64 = 64 << 20;
 
 /// Memory that `run` of a scene takes at most, in bytes: an estimate, some tens of per cent above what is taken as a
 /// rule, more where a tolerance leaves open how many shapes it takes.
@@ -82,7 +81,7 @@ impl Phantom {
         let voxels = camera.grid().len() as u64;
         let reconstruction = match (reconstructs, &parts.method) {
             (false, _) => 0,
-            (true, Method::Fbp) => WORK_BYTES.min(8 * voxels),
+            (true, Method::Fbp) => (WORK_BYTES as u64).min(8 * voxels),
             (true, Method::Osem(osem)) => self.bytes_of_osem(osem),
         };
         // Two views a thread may be under way.

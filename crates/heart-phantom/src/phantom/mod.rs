@@ -28,6 +28,8 @@ pub use method::{Method, Osem, OsemReport};
 pub use numbers::{Numbers, Thickness};
 pub use output::{Output, Product};
 pub use parts::PhantomParts;
+#[cfg(feature = "scene")]
+pub(crate) use parts::WORK_BYTES;
 pub use phases::{PhaseOf, PhaseReport, ScenePhase};
 pub use planned::PlannedFile;
 #[cfg(feature = "scene")]

@@ -12,6 +12,8 @@ use radon::FbpOptions;
 use revolve_voxel::Organs;
 use std::f64::consts::TAU;
 
+/// Bytes for the work arrays of a reconstruction, whose slices are rarely large.
+pub(crate) const WORK_BYTES: usize = 64 << 20;
 /// Where the wall's side is, if nothing else is said: two fifths of the way from base to apex.
 const SIDE: f64 = 0.2;
 
@@ -114,7 +116,7 @@ impl PhantomParts {
             mode: Mode::WholeCycle,
             accuracy: Accuracy::Steps(32),
             method: Method::default(),
-            reconstruction: FbpOptions::default(),
+            reconstruction: FbpOptions::default().with_memory(WORK_BYTES),
             truth_tolerance: 1e-3,
             side: SIDE,
             orbit: Orbit::Circle(20.0),

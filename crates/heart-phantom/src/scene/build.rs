@@ -2,7 +2,7 @@
 
 use crate::error::PhantomError;
 use crate::model::{Attenuation, Background};
-use crate::phantom::PhantomParts;
+use crate::phantom::{PhantomParts, WORK_BYTES};
 use crate::scan::{CameraGeometry, Collimation};
 use crate::scene::{
     AttenuationSettings, BackgroundSettings, CollimatorSettings, DefectSettings,
@@ -209,6 +209,7 @@ pub(crate) fn collimation_of(settings: &CollimatorSettings) -> Result<Collimatio
 
 fn fbp_of(settings: &ReconstructionSettings) -> FbpOptions {
     FbpOptions::default()
+        .with_memory(WORK_BYTES)
         .with_window(settings.window.clone())
         .with_cutoff(settings.cutoff)
         .with_arc(settings.arc)

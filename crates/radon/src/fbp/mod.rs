@@ -5,17 +5,20 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::error::{RadonError, length, product, zeros};
+use crate::fourier::{Gridding, GriddingScratch};
 use crate::geometry::{ImageGrid, ParallelGeometry, StackOrder};
 use crate::sample::Sample;
 use crate::simd::{InstructionSet, interleave};
 use crate::stack::{Stack, aligned};
 
 mod backproject;
+mod fourier;
+mod method;
 mod options;
 mod rows;
 
 use backproject::Steps;
-pub use options::{EdgePolicy, FbpOptions, FbpReport, Interpolation, Skip};
+pub use options::{EdgePolicy, FbpOptions, FbpReport, Interpolation, Method, Skip};
 use rows::RowFilter;
 
 /// Filtered back-projection, planned once and run many times, by many threads (`&self`, `Send + Sync`).
@@ -51,6 +54,8 @@ pub struct FbpPlan<T: Sample> {
     /// Per view: quadrature weight over pitch, which the filter leaves out; without a filter the weight.
     scales: Vec<T>,
     steps: Steps<T>,
+    /// The Fourier method, where it is used.
+    gridding: Option<Gridding<T>>,
     instructions: InstructionSet,
     options: FbpOptions,
 }
@@ -69,6 +74,7 @@ impl<T: Sample> std::fmt::Debug for FbpPlan<T> {
 #[derive(Debug, Default)]
 pub struct FbpScratch<T> {
     filtered: Vec<T>,
+    gridding: GriddingScratch<T>,
 }
 
 impl<T: Sample> FbpPlan<T> {
@@ -93,7 +99,6 @@ impl<T: Sample> FbpPlan<T> {
             });
         }
         let weights = geometry.view_weights(options.arc)?;
-        let filter = RowFilter::new(geometry.n_bins(), options)?;
         let instructions = options.instructions.unwrap_or_else(InstructionSet::detect);
         if !instructions.is_available() {
             return Err(RadonError::InstructionSetMissing {
@@ -115,6 +120,14 @@ impl<T: Sample> FbpPlan<T> {
             }
         }
         let pitch = if options.ramp { geometry.pitch() } else { 1.0 };
+        let gridding = method::plan(geometry, grid, options, instructions, x.len() * y.len())?;
+        // A row that is transformed anyway needs no finer samples for that.
+        let interpolation = match gridding {
+            Some(_) => Interpolation::Linear,
+            None => options.interpolation,
+        };
+        let filter_options = options.clone().with_interpolation(interpolation);
+        let filter = RowFilter::new(geometry.n_bins(), &filter_options)?;
         Ok(Self {
             geometry: geometry.clone(),
             grid: *grid,
@@ -124,8 +137,9 @@ impl<T: Sample> FbpPlan<T> {
                 grid,
                 (x, y),
                 filter.out_len(),
-                options.interpolation.upsampling(),
+                interpolation.upsampling(),
             )?,
+            gridding,
             filter,
             instructions,
             options: options.clone(),
@@ -167,6 +181,7 @@ impl<T: Sample> FbpPlan<T> {
     pub fn scratch(&self) -> FbpScratch<T> {
         FbpScratch {
             filtered: Vec::new(),
+            gridding: GriddingScratch::default(),
         }
     }
 
@@ -292,6 +307,11 @@ impl<T: Sample> FbpPlan<T> {
             }
         }
         report.slices_reconstructed = images.len();
+        if let Some(gridding) = &self.gridding {
+            self.check_budget(gridding, memory)?;
+            report += self.run_gridded(gridding, stack, projections, &mut images, scratch);
+            return Ok(report);
+        }
         let (most_lanes, views_at_once) = self.block(images.len(), memory)?;
         let mut rest = &mut images[..];
         while !rest.is_empty() {
@@ -362,14 +382,19 @@ impl<T: Sample> FbpPlan<T> {
         mut write: impl FnMut(Range<usize>, &[T]) -> Result<(), E>,
     ) -> Result<FbpReport, E> {
         let per_slice = (self.sinogram_len() + self.image_len()) * size_of::<T>();
-        // Half for the slabs, the other half for the work on them.
-        let at_once = (self.options.memory / 2 / per_slice).min(n_slices.max(1));
+        // Half for the slabs, the other half for the work on them; or what that takes, where it is the same for any number of slices.
+        let given = self.options.memory;
+        let work = match &self.gridding {
+            Some(gridding) => self.check_budget(gridding, given)?,
+            None => given.div_ceil(2),
+        };
+        let at_once = ((given - work) / per_slice).min(n_slices.max(1));
         if at_once == 0 {
-            return Err(RadonError::BudgetTooSmall {
-                least: 2 * per_slice,
-                given: self.options.memory,
-            }
-            .into());
+            let least = match self.gridding {
+                Some(_) => work + per_slice,
+                None => 2 * per_slice,
+            };
+            return Err(RadonError::BudgetTooSmall { least, given }.into());
         }
         let mut projections = zeros("projections", at_once, self.sinogram_len())?;
         let mut images = zeros("volume", at_once, self.image_len())?;
@@ -381,8 +406,8 @@ impl<T: Sample> FbpPlan<T> {
             let images = &mut images[..slices.len() * self.image_len()];
             read(slices.clone(), projections)?;
             let stack = self.stack(slices.len(), StackOrder::SliceViewBin);
-            let (all, memory) = (0..slices.len(), self.options.memory / 2);
-            report += T::reconstruct(self, &stack, projections, all, images, &mut scratch, memory)?;
+            let all = 0..slices.len();
+            report += T::reconstruct(self, &stack, projections, all, images, &mut scratch, work)?;
             write(slices, images)?;
         }
         Ok(report)
@@ -393,6 +418,9 @@ impl<T: Sample> FbpPlan<T> {
     /// # Errors
     /// [`RadonError::BudgetTooSmall`].
     pub fn work_bytes(&self, n_slices: usize) -> Result<usize, RadonError> {
+        if let Some(gridding) = &self.gridding {
+            return self.check_budget(gridding, self.options.memory);
+        }
         let (lanes, views) = self.block(n_slices, self.options.memory)?;
         Ok(self.block_bytes(lanes, views))
     }

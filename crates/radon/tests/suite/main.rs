@@ -12,6 +12,7 @@ mod fbp_edges;
 mod fbp_oracle;
 mod fbp_properties;
 mod filter;
+mod fourier;
 mod geometry;
 mod iterative;
 mod iterative_runs;

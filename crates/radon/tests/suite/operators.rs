@@ -10,7 +10,7 @@ use common::dense::{Dense, many, not_negative};
 use common::noise;
 use radon::{
     ArcPolicy, CglsOptions, EdgePolicy, EmOptions, FbpOptions, FbpPlan, ImageGrid, InstructionSet,
-    Interpolation, IterativeReport, Kernel, LinearOperator, ParallelGeometry, Projector,
+    Interpolation, IterativeReport, Kernel, LinearOperator, Method, ParallelGeometry, Projector,
     RadonError, SirtOptions, Skip, StackOrder, StoppedBy, Stopping, Subset, Window, cgls,
     cgls_observed, mlem, mlem_observed, osem, osem_observed, sirt, sirt_observed,
 };
@@ -235,7 +235,7 @@ fn a_plan_tells_what_it_was_made_for() {
 /// Each builder sets its field and leaves the others.
 #[test]
 fn options_are_put_together_field_by_field() {
-    let changes: [fn(FbpOptions) -> FbpOptions; 10] = [
+    let changes: [fn(FbpOptions) -> FbpOptions; 11] = [
         |o| o.without_ramp(),
         |o| o.with_window(Window::Hann),
         |o| o.with_cutoff(0.5),
@@ -245,6 +245,7 @@ fn options_are_put_together_field_by_field() {
         |o| o.with_region(1..2, 3..4),
         |o| o.with_skip(Skip::Nothing),
         |o| o.with_instructions(InstructionSet::Baseline),
+        |o| o.with_method(Method::Direct),
         |o| o.with_memory(7),
     ];
     let mut expected = FbpOptions::default();
@@ -260,6 +261,7 @@ fn options_are_put_together_field_by_field() {
             6 => expected.region = Some((1..2, 3..4)),
             7 => expected.skip = Skip::Nothing,
             8 => expected.instructions = Some(InstructionSet::Baseline),
+            9 => expected.method = Method::Direct,
             _ => expected.memory = 7,
         }
         built = change(built);

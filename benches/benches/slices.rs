@@ -1,0 +1,148 @@
+//! Single slices, small and large: the direct sum beside Fourier methods, Joseph's projection beside the Fourier projector; each row's
+//! error is printed.
+
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
+#[path = "common/case.rs"]
+mod case;
+
+use std::hint::black_box;
+
+use benches::{Effort, Row, on_threads, timed};
+use case::case;
+use criterion::{Criterion, Throughput};
+use radon::{
+    FbpOptions, FourierProjector, Interpolation, Kernel, LinearOperator, Method, Projector,
+};
+
+/// One slice by either method: growth with its side, n x n pixels from 45/32 n views.
+fn large_rows(effort: Effort) {
+    let sizes: &[usize] = match effort {
+        Effort::Quick => &[256],
+        Effort::Full => &[256, 512, 1024, 2048, 4096],
+    };
+    for &n in sizes {
+        let case = case(n, n * 45 / 32);
+        let repeats = if n > 1024 { 3 } else { 7 };
+        let row =
+            |study: &str, method: &str, threads: usize, seconds: f64, error: f64, kind: &str| {
+                Row {
+                    study,
+                    method,
+                    case: "one slice of n x n pixels from 45 n / 32 views",
+                    size: n,
+                    threads,
+                    seconds,
+                    error,
+                    error_kind: kind,
+                }
+                .print();
+            };
+        let methods = [
+            ("direct", Method::Direct, Interpolation::Linear),
+            (
+                "Fourier, 1e-3",
+                Method::Fourier { tolerance: 1e-3 },
+                Interpolation::Linear,
+            ),
+            (
+                "Fourier, 1e-4",
+                Method::Fourier { tolerance: 1e-4 },
+                Interpolation::Linear,
+            ),
+            (
+                "Fourier, 1e-6",
+                Method::Fourier { tolerance: 1e-6 },
+                Interpolation::Linear,
+            ),
+            (
+                "Fourier, 1e-4, band-limited",
+                Method::Fourier { tolerance: 1e-4 },
+                Interpolation::BandLimited,
+            ),
+        ];
+        for (name, method, interpolation) in methods {
+            // Half a minute of one thread.
+            if n > 2048 && method == Method::Direct {
+                continue;
+            }
+            let options = FbpOptions::default()
+                .with_method(method)
+                .with_interpolation(interpolation);
+            let plan = case.plan(options);
+            let (mut image, mut scratch) = (vec![0.0; n * n], plan.scratch());
+            for threads in [1, 2] {
+                let run = || plan.reconstruct_into(&case.sinogram, &mut image, &mut scratch);
+                let (seconds, done) = on_threads(threads, || timed(repeats, run));
+                done.expect("room");
+                row(
+                    "FBP of one slice",
+                    name,
+                    threads,
+                    seconds,
+                    case.rmse(&image),
+                    "rms within the circle",
+                );
+            }
+        }
+        if n > 2048 {
+            continue;
+        }
+        let mut rays = vec![0.0_f32; case.sinogram.len()];
+        let joseph = Projector::new(&case.geometry, &case.grid, Kernel::Joseph).unwrap();
+        let fourier = FourierProjector::new(&case.geometry, &case.grid, 1e-4).expect("room");
+        let operators: [(&str, &(dyn LinearOperator<f32> + Sync)); 2] =
+            [("Joseph", &joseph), ("Fourier, 1e-4", &fourier)];
+        for (name, operator) in operators {
+            for threads in [1, 2] {
+                let run = || operator.forward_into(&case.image, &mut rays);
+                let (seconds, done) = on_threads(threads, || timed(repeats, run));
+                done.expect("room");
+                let kind = "relative L2 against exact bin means";
+                row(
+                    "projection of one slice",
+                    name,
+                    threads,
+                    seconds,
+                    case.distance(&rays),
+                    kind,
+                );
+            }
+        }
+    }
+}
+
+/// One slice of 512 x 512 pixels by either method.
+fn one_large_slice(c: &mut Criterion) {
+    let case = case(512, 720);
+    let mut group = c.benchmark_group("radon/large/512x512x720");
+    group
+        .throughput(Throughput::Elements(512 * 512 * 720))
+        .sample_size(10);
+    for (name, method) in [
+        ("direct", Method::Direct),
+        ("Fourier", Method::Fourier { tolerance: 1e-4 }),
+    ] {
+        let plan = case.plan(FbpOptions::default().with_method(method));
+        println!(
+            "{name}: rmse {:.5}",
+            case.rmse(&plan.reconstruct(&case.sinogram).unwrap())
+        );
+        let (mut image, mut scratch) = (vec![0.0; 512 * 512], plan.scratch());
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                plan.reconstruct_into(
+                    black_box(&case.sinogram),
+                    black_box(&mut image),
+                    &mut scratch,
+                )
+                .unwrap()
+            })
+        });
+    }
+    group.finish();
+}
+
+fn main() {
+    benches::run(large_rows, &[one_large_slice]);
+}

@@ -1,0 +1,81 @@
+//! Runs by the Fourier method.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::{FbpPlan, FbpReport, FbpScratch, Method, Skip};
+use crate::Sample;
+use crate::error::RadonError;
+use crate::fourier::Gridding;
+use crate::pool::Pool;
+use crate::stack::Stack;
+
+impl<T: Sample> FbpPlan<T> {
+    /// The method of its runs: what was asked for, or what [`Method::Auto`] chose.
+    pub fn method(&self) -> Method {
+        match (&self.gridding, self.options.method) {
+            (None, _) => Method::Direct,
+            (Some(_), Method::Fourier { tolerance }) => Method::Fourier { tolerance },
+            (Some(_), _) => Method::Fourier {
+                tolerance: Method::AUTO_TOLERANCE,
+            },
+        }
+    }
+
+    /// Bytes of the work arrays.
+    ///
+    /// # Errors
+    /// [`RadonError::BudgetTooSmall`] if they do not fit in `memory`.
+    pub(super) fn check_budget(
+        &self,
+        gridding: &Gridding<T>,
+        memory: usize,
+    ) -> Result<usize, RadonError> {
+        let n_threads = rayon::current_num_threads();
+        let least = gridding.work_bytes(n_threads) + n_threads * self.filter.scratch_bytes();
+        if least > memory {
+            let given = memory;
+            return Err(RadonError::BudgetTooSmall { least, given });
+        }
+        Ok(least)
+    }
+
+    /// Reconstructs slices one by one.
+    pub(super) fn run_gridded(
+        &self,
+        gridding: &Gridding<T>,
+        stack: &Stack,
+        projections: &[T],
+        images: &mut [(usize, &mut [T])],
+        scratch: &mut FbpScratch<T>,
+    ) -> FbpReport {
+        let filtered = AtomicUsize::new(0);
+        let pool = Pool::default();
+        let (x, y) = self.region();
+        for (slice, image) in images.iter_mut() {
+            let fill = |view: usize, out: &mut [T]| {
+                let row = stack.row(projections, view, *slice);
+                if self.options.skip == Skip::Empty && row.iter().all(|&p| p == T::ZERO) {
+                    return false;
+                }
+                filtered.fetch_add(1, Ordering::Relaxed);
+                pool.with(
+                    || self.filter.scratch(),
+                    |scratch| {
+                        let rows = std::iter::once(Some(row));
+                        for filtered in self.filter.filter(rows, self.scales[view], scratch) {
+                            out.copy_from_slice(filtered);
+                        }
+                    },
+                );
+                true
+            };
+            gridding.back_project(fill, &[x.clone(), y.clone()], image, &mut scratch.gridding);
+        }
+        let rows_filtered = filtered.into_inner();
+        FbpReport {
+            rows_filtered,
+            rows_skipped: images.len() * self.geometry.n_views() - rows_filtered,
+            ..FbpReport::default()
+        }
+    }
+}

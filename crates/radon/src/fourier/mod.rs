@@ -1,0 +1,482 @@
+//! Back-projection of rows and its transpose by Fourier transforms: N^2 log N operations where a sum over views takes N^3.
+//!
+//! The image of rows q_v that are read between their bins by a kernel of response G,
+//!
+//! ```text
+//! f(x) = sum_v sum_j q_v[j] K(x . theta_v - s_j)        K(s) = sum_k G(k / P) cos(2 pi k s / (P pitch)) / P
+//! ```
+//!
+//! is a sum of plane waves, whose frequencies are those of the rows of P samples along the direction of their view. They are *spread* over
+//! the cells of a rectangular grid in the image's spectrum, one transform of that grid gives all pixels, and what spreading does to
+//! the image, a smooth factor that is known, is divided out (type 1 of the non-uniform transforms of Dutt & Rokhlin 1993,
+//! doi:10.1137/0914081; gridding, O'Sullivan 1985, doi:10.1109/TMI.1985.4307723). The transpose does each step's transpose in turn.
+//!
+//! Work is cut into bands of columns of the grid: whoever has a band takes all samples in it, in the order of the views, and
+//! transforms its columns at once, so that the grid is never held whole and results have the same bits for any number of threads.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use realfft::{ComplexToReal, RealToComplex};
+use rustfft::Fft;
+use rustfft::num_complex::Complex;
+
+use crate::error::{RadonError, within};
+use crate::filter::padded_len;
+use crate::pool::Pool;
+use crate::simd::{DIGITS, InstructionSet, LANES, RayPath, Taps, spread};
+use crate::{ImageGrid, ParallelGeometry, Sample};
+
+mod polar;
+mod project;
+mod projector;
+mod taps;
+
+use polar::{Columns, Polar, PolarView, Segment, turns};
+pub use projector::FourierProjector;
+use taps::{FINER, Shape};
+
+/// Columns of the grid that are worked on together.
+const BAND: usize = 32;
+
+/// How much work there is, known before anything is planned.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Counts {
+    pub(crate) n_views: usize,
+    /// Samples after which a row repeats itself.
+    pub(crate) row_len: usize,
+    /// Cells of the image's spectrum along x and y.
+    pub(crate) cells: [usize; 2],
+    /// Samples that are spread.
+    pub(crate) n_spread: f64,
+    /// Rows of the image.
+    pub(crate) ny: usize,
+}
+
+impl Counts {
+    pub(crate) fn new(
+        geometry: &ParallelGeometry,
+        grid: &ImageGrid,
+        response: Response,
+    ) -> Result<Self, RadonError> {
+        let row_len = row_period(geometry, grid)?;
+        let least = |n: usize| ((n as f64 * FINER).ceil() as usize).max(2 * LANES);
+        let n_views = geometry.n_views();
+        Ok(Self {
+            n_views,
+            row_len,
+            cells: [padded_len(least(grid.nx()))?, padded_len(least(grid.ny()))?],
+            n_spread: response.most([1.0, 0.0]) * row_len as f64 * n_views as f64,
+            ny: grid.ny(),
+        })
+    }
+}
+
+/// The pair of operators, planned.
+pub struct Gridding<T: Sample> {
+    polar: Polar,
+    n_bins: usize,
+    /// Pixels along x and y.
+    n: [usize; 2],
+    taps: Taps<T>,
+    /// G / P for each replica and sample of half a spectrum.
+    gains: Vec<Vec<T>>,
+    /// What spreading is divided out by, along x and along y.
+    inverse: [Vec<T>; 2],
+    row: (Arc<dyn RealToComplex<T>>, Arc<dyn ComplexToReal<T>>),
+    along_x: (Arc<dyn RealToComplex<T>>, Arc<dyn ComplexToReal<T>>),
+    along_y: (Arc<dyn Fft<T>>, Arc<dyn Fft<T>>),
+    instructions: InstructionSet,
+}
+
+impl<T: Sample> std::fmt::Debug for Gridding<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Gridding").finish_non_exhaustive()
+    }
+}
+
+/// How rows are read between their bins: K by its response, at frequencies in units of 1/pitch.
+#[derive(Clone, Copy, Debug)]
+pub enum Response {
+    /// By straight lines between the bins: the first lobe of sinc^2.
+    Lines,
+    /// By straight lines between samples so much finer than bins: what the row's own band holds.
+    FineLines(f64),
+    /// As means over bins of an image of these pixels.
+    BinMeans { pitch: f64, spacing: [f64; 2] },
+}
+
+impl Response {
+    fn gain(self, frequency: f64) -> f64 {
+        let sinc = |x: f64| {
+            if x == 0.0 {
+                1.0
+            } else {
+                (PI * x).sin() / (PI * x)
+            }
+        };
+        match self {
+            Self::Lines => sinc(frequency).powi(2),
+            Self::FineLines(finer) => sinc(frequency / finer).powi(2),
+            Self::BinMeans {
+                pitch,
+                spacing: [dx, dy],
+            } => dx * dy / pitch * sinc(frequency),
+        }
+    }
+
+    /// The greatest frequency in a direction (cosine and sine).
+    fn most(self, [cos, sin]: [f64; 2]) -> f64 {
+        match self {
+            Self::Lines => 1.0,
+            Self::FineLines(_) => 0.5,
+            Self::BinMeans {
+                pitch,
+                spacing: [dx, dy],
+            } => 0.5 * pitch / (dx * cos.abs()).max(dy * sin.abs()),
+        }
+    }
+}
+
+/// Work arrays.
+#[derive(Debug, Default)]
+pub struct GriddingScratch<T> {
+    /// `[view by direction][sample of half a spectrum]`
+    spectra: Vec<Complex<T>>,
+    /// `[band][row of the image][column]`: the image's spectrum along x.
+    bands: Vec<Complex<T>>,
+    /// One for each thread that is at work.
+    works: Pool<Work<T>>,
+}
+
+/// What one thread holds.
+#[derive(Debug, Default)]
+struct Work<T> {
+    /// `[column][cell]` of a band and of `LANES / 2` columns on either side.
+    cells: Vec<Complex<T>>,
+    row: Vec<T>,
+    spectrum: Vec<Complex<T>>,
+    fft: Vec<Complex<T>>,
+}
+
+impl<T: Sample> Gridding<T> {
+    pub(crate) fn new(
+        geometry: &ParallelGeometry,
+        grid: &ImageGrid,
+        tolerance: f64,
+        instructions: InstructionSet,
+        response: Response,
+    ) -> Result<Self, RadonError> {
+        let shape = Shape::for_tolerance(tolerance);
+        let n = [grid.nx(), grid.ny()];
+        let Counts { row_len, cells, .. } = Counts::new(geometry, grid, response)?;
+        let polar = Polar::new(geometry, grid, (row_len, cells), |direction| {
+            response.most(direction)
+        })?;
+        let half = polar.half_len();
+        let gains = (0..polar.replicas.len()).map(|replica| {
+            let gain = |k: usize| {
+                // Both ends of half a spectrum are their own mirror images, and are met twice.
+                let share = if k == 0 || k == half - 1 { 0.5 } else { 1.0 };
+                let frequency = (polar.first(replica) + k as i64) as f64 / row_len as f64;
+                T::of(share * response.gain(frequency) / row_len as f64)
+            };
+            (0..half).map(gain).collect()
+        });
+        let inverse = |axis: usize| {
+            let (n, cells) = (n[axis], cells[axis] as f64);
+            (0..n)
+                .map(|i| T::of(1.0 / shape.transform((i as f64 - (n / 2) as f64) / cells)))
+                .collect()
+        };
+        Ok(Self {
+            gains: gains.collect(),
+            inverse: [inverse(0), inverse(1)],
+            n_bins: geometry.n_bins(),
+            n,
+            taps: shape.taps(),
+            row: T::transforms(row_len, row_len),
+            along_x: T::transforms(cells[0], cells[0]),
+            along_y: T::complex_transforms(cells[1]),
+            polar,
+            instructions,
+        })
+    }
+
+    fn n_columns(&self) -> usize {
+        self.polar.cells[0] / 2 + 1
+    }
+
+    fn spectra_len(&self) -> usize {
+        self.polar.views.len() * self.polar.half_len()
+    }
+
+    fn bands_len(&self) -> usize {
+        self.n_columns().div_ceil(BAND) * BAND * self.n[1]
+    }
+
+    /// Distance between the columns of a band in work: not a multiple of a power of two, lest they share the places of a cache.
+    fn stride(&self) -> usize {
+        (self.polar.cells[1] + LANES / 2).next_multiple_of(16) + 8
+    }
+
+    fn cells_len(&self) -> usize {
+        (BAND + LANES) * self.stride()
+    }
+
+    /// Bytes of the work arrays of a back-projection on `n_threads` threads.
+    pub(crate) fn work_bytes(&self, n_threads: usize) -> usize {
+        let row = self.polar.row_len.max(self.polar.cells[0]);
+        let work = self.cells_len() + row + self.fft_len();
+        let shared = self.spectra_len() + self.bands_len();
+        (shared + n_threads * work) * size_of::<Complex<T>>()
+    }
+
+    fn fft_len(&self) -> usize {
+        let lens = [
+            self.row.0.get_scratch_len(),
+            self.row.1.get_scratch_len(),
+            self.along_x.0.get_scratch_len(),
+            self.along_x.1.get_scratch_len(),
+            self.along_y.0.get_inplace_scratch_len(),
+            self.along_y.1.get_inplace_scratch_len(),
+        ];
+        lens.into_iter().fold(0, usize::max)
+    }
+
+    /// The image, `[y][x]`, of rows that `fill(view, row)` writes, `false` for a row of zeros; only `region` of it (x and y).
+    pub(crate) fn back_project(
+        &self,
+        fill: impl Fn(usize, &mut [T]) -> bool + Sync,
+        region: &[Range<usize>; 2],
+        image: &mut [T],
+        scratch: &mut GriddingScratch<T>,
+    ) {
+        let GriddingScratch {
+            spectra,
+            bands,
+            works,
+        } = scratch;
+        let spectra = grown(spectra, self.spectra_len());
+        let bands = grown(bands, self.bands_len());
+        spectra
+            .par_chunks_exact_mut(self.polar.half_len())
+            .zip(&self.polar.views)
+            .for_each(|(half, view)| {
+                works.with(Work::default, |work| {
+                    self.transform_row(&fill, view, half, work)
+                });
+            });
+        let spectra = &*spectra;
+        bands
+            .par_chunks_exact_mut(BAND * self.n[1])
+            .enumerate()
+            .for_each(|(band, columns)| {
+                works.with(Work::default, |work| {
+                    self.spread_band(spectra, band, columns, work)
+                });
+            });
+        let bands = &*bands;
+        image
+            .par_chunks_exact_mut(region[0].len())
+            .zip(region[1].clone())
+            .for_each(|(row, y)| {
+                works.with(Work::default, |work| {
+                    self.image_row(bands, y, &region[0], row, work)
+                });
+            });
+    }
+
+    /// The image, `[y][x]`, of rows `[view][bin]`: the transpose of [`Self::project`].
+    pub(crate) fn project_back(
+        &self,
+        rows: &[T],
+        image: &mut [T],
+        scratch: &mut GriddingScratch<T>,
+    ) {
+        let fill = |view: usize, row: &mut [T]| {
+            row.copy_from_slice(&rows[view * self.n_bins..][..self.n_bins]);
+            true
+        };
+        self.back_project(fill, &self.n.map(|n| 0..n), image, scratch);
+    }
+
+    /// Half the spectrum of a row, about the image's reference pixel.
+    fn transform_row(
+        &self,
+        fill: &(impl Fn(usize, &mut [T]) -> bool + Sync),
+        view: &PolarView,
+        half: &mut [Complex<T>],
+        work: &mut Work<T>,
+    ) {
+        let row = grown(&mut work.row, self.polar.row_len);
+        if !fill(view.view, &mut row[..self.n_bins]) {
+            half.fill(Complex::default());
+            return;
+        }
+        row[self.n_bins..].fill(T::ZERO);
+        let fft = grown(&mut work.fft, self.fft_len());
+        let done = self.row.0.process_with_scratch(row, half, fft);
+        debug_assert!(done.is_ok());
+        for (value, phase) in half.iter_mut().zip(turns(view.turn)) {
+            *value = *value * Complex::new(T::of(phase.re), T::of(phase.im));
+            if view.conjugate {
+                *value = value.conj();
+            }
+        }
+    }
+
+    /// The phase of a replica's first frequency.
+    fn factor(&self, view: &PolarView, replica: usize) -> Complex<T> {
+        let phase = Complex::cis(-view.turn * self.polar.first(replica) as f64);
+        let im = if view.conjugate { -phase.im } else { phase.im };
+        Complex::new(T::of(phase.re), T::of(im))
+    }
+
+    /// A segment's way through the columns of a band in work, the first of which is `first`.
+    fn path(&self, segment: &Segment, first: i64) -> RayPath {
+        let period = (self.polar.cells[1] as i64) << DIGITS;
+        // The first of the cells that a sample is spread over.
+        let shift = (2 - self.taps.width as i64) << (DIGITS - 1);
+        RayPath {
+            at: [
+                segment.at[0] + shift - (first << DIGITS),
+                (segment.at[1] + shift).rem_euclid(period),
+            ],
+            step: [segment.step[0], segment.step[1].rem_euclid(period)],
+            period,
+            stride: self.stride(),
+            mirrored: segment.mirrored,
+        }
+    }
+
+    /// Spreads all samples over a band and transforms its columns.
+    fn spread_band(
+        &self,
+        spectra: &[Complex<T>],
+        band: usize,
+        columns: &mut [Complex<T>],
+        work: &mut Work<T>,
+    ) {
+        let cells = grown(&mut work.cells, self.cells_len());
+        cells.fill(Complex::default());
+        let [first, end] = [band, band + 1].map(|b| (b * BAND) as i64);
+        let half_width = (self.taps.width as i64) << (DIGITS - 1);
+        // Samples whose cells reach into the band.
+        let reach = (first << DIGITS) - half_width..((end - 1) << DIGITS) + half_width;
+        let reach = Columns {
+            samples: reach.clone(),
+            mirrored: reach,
+        };
+        let margin = LANES / 2;
+        let mut any = false;
+        let halves = spectra.chunks_exact(self.polar.half_len());
+        for (view, half) in self.polar.views.iter().zip(halves) {
+            self.polar.segments(view, &reach, |segment| {
+                any = true;
+                let gains = &self.gains[segment.replica][segment.samples.clone()];
+                let samples = &half[segment.samples.clone()];
+                let path = self.path(&segment, first - margin as i64);
+                let values = (samples, gains, self.factor(view, segment.replica));
+                spread(self.instructions, &self.taps, &path, values, cells);
+            });
+        }
+        if !any {
+            columns.fill(Complex::default());
+            return;
+        }
+        let (stride, n_cells) = (self.stride(), self.polar.cells[1]);
+        let fft = grown(&mut work.fft, self.fft_len());
+        let cells = &mut cells[margin * stride..][..BAND * stride];
+        for column in cells.chunks_exact_mut(stride) {
+            let (column, behind) = column.split_at_mut(n_cells);
+            for (cell, value) in column.iter_mut().zip(&behind[..margin]) {
+                *cell = *cell + value;
+            }
+            self.along_y.1.process_with_scratch(column, fft);
+        }
+        for (y, columns) in columns.chunks_exact_mut(BAND).enumerate() {
+            let y = self.place(1, y);
+            for (value, column) in columns.iter_mut().zip(cells.chunks_exact(stride)) {
+                *value = column[y];
+            }
+        }
+    }
+
+    /// Where a pixel stands in a transform, whose first sample is the reference pixel.
+    fn place(&self, axis: usize, pixel: usize) -> usize {
+        let (n, cells) = (self.n[axis], self.polar.cells[axis]);
+        (pixel + cells - n / 2) % cells
+    }
+
+    /// One row of the image from its spectrum along x.
+    fn image_row(
+        &self,
+        bands: &[Complex<T>],
+        y: usize,
+        x: &Range<usize>,
+        out: &mut [T],
+        work: &mut Work<T>,
+    ) {
+        let spectrum = grown(&mut work.spectrum, self.n_columns());
+        for (columns, band) in spectrum
+            .chunks_mut(BAND)
+            .zip(bands.chunks_exact(BAND * self.n[1]))
+        {
+            columns.copy_from_slice(&band[y * BAND..][..columns.len()]);
+        }
+        real_ends(spectrum);
+        let row = grown(&mut work.row, self.polar.cells[0]);
+        let fft = grown(&mut work.fft, self.fft_len());
+        let done = self.along_x.1.process_with_scratch(spectrum, row, fft);
+        debug_assert!(done.is_ok());
+        let inverse_y = self.inverse[1][y];
+        // What is left of the reference pixel stands at the end.
+        let middle = (self.n[0] / 2).clamp(x.start, x.end);
+        let (left, right) = out.split_at_mut(middle - x.start);
+        for (out, x) in [(left, x.start..middle), (right, middle..x.end)] {
+            let Some(first) = x.clone().next() else {
+                continue;
+            };
+            let values = &row[self.place(0, first)..];
+            for ((out, value), inverse) in out.iter_mut().zip(values).zip(&self.inverse[0][x]) {
+                *out = *value * *inverse * inverse_y;
+            }
+        }
+    }
+}
+
+/// Refuses what cannot be kept in single precision, or what is no approximation.
+pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), RadonError> {
+    within("tolerance", tolerance, 1e-6, 1e-2)
+}
+
+/// The first `len` samples of memory that grows if need be.
+fn grown<S: Clone + Default>(memory: &mut Vec<S>, len: usize) -> &mut [S] {
+    if memory.len() < len {
+        memory.resize(len, S::default());
+    }
+    &mut memory[..len]
+}
+
+/// What a real row's transform has at both ends.
+fn real_ends<T: Sample>(spectrum: &mut [Complex<T>]) {
+    if let [first, .., last] = spectrum {
+        first.im = T::ZERO;
+        last.im = T::ZERO;
+    }
+}
+
+/// Samples after which a row may repeat itself: no pixel is so far from the row's middle that it reads the next copy.
+fn row_period(geometry: &ParallelGeometry, grid: &ImageGrid) -> Result<usize, RadonError> {
+    let corners =
+        [0, grid.nx() - 1].map(|ix| [0, grid.ny() - 1].map(|iy| grid.pixel_centre(ix, iy)));
+    let corners = corners.iter().flatten().map(|[x, y]| x.hypot(*y));
+    let farthest = corners.fold(0.0, f64::max) + geometry.offset().abs();
+    let n = geometry.n_bins() as f64;
+    let least = (n / 2.0 + farthest / geometry.pitch() + 2.0).max(n + 2.0);
+    within("row of a Fourier method", least, 0.0, f64::from(1 << 23))?;
+    padded_len(least.ceil() as usize)
+}

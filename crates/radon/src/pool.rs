@@ -1,0 +1,26 @@
+//! Work arrays that threads lend each other.
+
+use std::sync::{Mutex, PoisonError};
+
+/// As many work arrays as there are threads at work at the same time.
+#[derive(Debug)]
+pub(crate) struct Pool<S>(Mutex<Vec<S>>);
+
+impl<S> Default for Pool<S> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<S> Pool<S> {
+    /// Calls `f` with work arrays that nobody uses, or new ones.
+    pub(crate) fn with<R>(&self, new: impl FnOnce() -> S, f: impl FnOnce(&mut S) -> R) -> R {
+        // Work arrays have no state that a panic could spoil.
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let free = lock().pop();
+        let mut work = free.unwrap_or_else(new);
+        let result = f(&mut work);
+        lock().push(work);
+        result
+    }
+}

@@ -1,0 +1,474 @@
+//! The Fourier methods: FBP against the direct sum and the formula, the projector against its definition, its adjoint, exact bin means.
+
+use std::f64::consts::PI;
+
+use proptest::prelude::*;
+use radon::{
+    ArcPolicy, BinSampling, EdgePolicy, FbpOptions, FbpPlan, FourierProjector, ImageGrid,
+    InstructionSet, Interpolation, Kernel, LinearOperator, Method, ParallelGeometry, Phantom2,
+    Projector, RadonError, Window, disc_mask, rmse_within,
+};
+
+const SETS: [InstructionSet; 4] = [
+    InstructionSet::Baseline,
+    InstructionSet::Avx2,
+    InstructionSet::Avx512,
+    InstructionSet::Neon,
+];
+
+fn signs(n: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed.wrapping_mul(2).wrapping_add(1);
+    let next = |_| {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (state >> 33) as f64 / f64::from(1 << 30) - 1.0
+    };
+    (0..n).map(next).collect()
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    norm(&difference) / norm(b)
+}
+
+/// Uneven angles beyond both half turns, an axis beside the middle, pixels of two spacings beside the axis.
+fn odd_case(coarse: f64) -> (ParallelGeometry, ImageGrid) {
+    let angles: Vec<f64> = (0..23).map(|k| 0.1 + 2.399_963 * f64::from(k)).collect();
+    let geometry = ParallelGeometry::new(angles, 31, 0.3).unwrap();
+    let grid = ImageGrid::anisotropic(20, 27, [0.35 * coarse, 0.25 * coarse]).unwrap();
+    (
+        geometry.with_offset(0.4).unwrap(),
+        grid.with_centre([0.7, -0.2]).unwrap(),
+    )
+}
+
+/// Frequencies j / period that a response lets through, of the period that keeps copies of a row from the image.
+fn waves(most: f64, period: f64, pitch: f64) -> impl Iterator<Item = f64> {
+    let n = (most / pitch * period + 1e-9) as i64;
+    (-n..=n).map(move |j| j as f64 / period)
+}
+
+/// Back-projection of rows by the first lobe of the response of straight lines, wave by wave.
+fn wave_by_wave(
+    geometry: &ParallelGeometry,
+    grid: &ImageGrid,
+    rows: &[f64],
+    period: f64,
+) -> Vec<f64> {
+    let (pitch, n_bins) = (geometry.pitch(), geometry.n_bins());
+    let sinc = |x: f64| {
+        if x == 0.0 {
+            1.0
+        } else {
+            (PI * x).sin() / (PI * x)
+        }
+    };
+    let weights = geometry.view_weights(ArcPolicy::Complete).unwrap();
+    let mut image = vec![0.0; grid.image_len()];
+    for (view, theta) in geometry.angles().iter().enumerate() {
+        let row = &rows[view * n_bins..][..n_bins];
+        for f in waves(1.0, period, pitch) {
+            let (mut re, mut im) = (0.0, 0.0);
+            for (k, value) in row.iter().enumerate() {
+                let phase = 2.0 * PI * f * geometry.bin_centre(k);
+                re += value * phase.cos();
+                im -= value * phase.sin();
+            }
+            let gain = weights[view] * sinc(f * pitch).powi(2) * pitch / period;
+            for (i, pixel) in image.iter_mut().enumerate() {
+                let [x, y] = grid.pixel_centre(i % grid.nx(), i / grid.nx());
+                let phase = 2.0 * PI * f * (x * theta.cos() + y * theta.sin());
+                *pixel += gain * (re * phase.cos() - im * phase.sin());
+            }
+        }
+    }
+    image
+}
+
+/// The period that a plan takes: see `row_period`.
+fn period(geometry: &ParallelGeometry, grid: &ImageGrid) -> f64 {
+    let corners =
+        [0, grid.nx() - 1].map(|ix| [0, grid.ny() - 1].map(|iy| grid.pixel_centre(ix, iy)));
+    let corners = corners.iter().flatten().map(|[x, y]| x.hypot(*y));
+    let farthest = corners.fold(0.0, f64::max) + geometry.offset().abs();
+    let n = geometry.n_bins() as f64;
+    let least = (n / 2.0 + farthest / geometry.pitch() + 2.0).max(n + 2.0);
+    radon::padded_len(least.ceil() as usize).unwrap() as f64 * geometry.pitch()
+}
+
+#[test]
+fn the_tolerance_is_kept() {
+    // Pixels coarser than bins fold high frequencies, finer ones leave cells empty.
+    for coarse in [0.3, 1.0, 3.0] {
+        let (geometry, grid) = odd_case(coarse);
+        let rows = signs(geometry.sinogram_len(), 1);
+        let expected = wave_by_wave(&geometry, &grid, &rows, period(&geometry, &grid));
+        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
+            let options = FbpOptions::default()
+                .without_ramp()
+                .with_method(Method::Fourier { tolerance });
+            let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
+            let error = distance(&plan.reconstruct(&rows).unwrap(), &expected);
+            println!("back-projection, {coarse}, {tolerance:e}: {error:.1e}");
+            assert!(error < tolerance, "{coarse} {tolerance:e}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn projections_are_those_of_the_definition() {
+    for coarse in [0.5, 1.0, 2.0] {
+        let (geometry, grid) = odd_case(coarse);
+        let (period, pitch, [dx, dy]) =
+            (period(&geometry, &grid), geometry.pitch(), grid.spacing());
+        let image = signs(grid.image_len(), 2);
+        let sinc = |x: f64| {
+            if x == 0.0 {
+                1.0
+            } else {
+                (PI * x).sin() / (PI * x)
+            }
+        };
+        let mut expected = Vec::new();
+        for theta in geometry.angles() {
+            let (sin, cos) = theta.sin_cos();
+            let most = 0.5 * pitch / (dx * cos.abs()).max(dy * sin.abs());
+            let mut row = vec![0.0; geometry.n_bins()];
+            for f in waves(most, period, pitch) {
+                let (mut re, mut im) = (0.0, 0.0);
+                for (i, value) in image.iter().enumerate() {
+                    let [x, y] = grid.pixel_centre(i % grid.nx(), i / grid.nx());
+                    let phase = 2.0 * PI * f * (x * cos + y * sin);
+                    re += value * phase.cos();
+                    im -= value * phase.sin();
+                }
+                let gain = dx * dy / period * sinc(f * pitch);
+                for (k, value) in row.iter_mut().enumerate() {
+                    let phase = 2.0 * PI * f * geometry.bin_centre(k);
+                    *value += gain * (re * phase.cos() - im * phase.sin());
+                }
+            }
+            expected.extend(row);
+        }
+        for tolerance in [1e-3, 1e-6] {
+            let projector = FourierProjector::<f64>::new(&geometry, &grid, tolerance).unwrap();
+            let error = distance(&projector.forward(&image).unwrap(), &expected);
+            println!("projection, {coarse}, {tolerance:e}: {error:.1e}");
+            assert!(error < tolerance, "{coarse} {tolerance:e}: {error:e}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn the_fourier_pair_is_adjoint_for_any_geometry(
+        (n_views, n_bins, nx, ny) in (1_usize..12, 1_usize..40, 1_usize..30, 1_usize..30),
+        (start, step, offset, centre) in (-7.0..7.0, 0.01..3.0, -2.0..2.0, -3.0..3.0),
+        (pitch, dx, dy) in (0.2..2.0, 0.1..3.0, 0.1..3.0),
+        digits in 2_i32..7,
+    ) {
+        let angles: Vec<f64> = (0..n_views).map(|k| start + step * k as f64).collect();
+        let geometry = ParallelGeometry::new(angles, n_bins, pitch).unwrap().with_offset(offset).unwrap();
+        let grid = ImageGrid::anisotropic(nx, ny, [dx, dy]).unwrap().with_centre([centre, -offset]).unwrap();
+        let projector = FourierProjector::<f64>::new(&geometry, &grid, 10.0_f64.powi(-digits)).unwrap();
+        let (x, y) = (signs(nx * ny, 3), signs(n_views * n_bins, 4));
+        let (ax, aty) = (projector.forward(&x).unwrap(), projector.adjoint(&y).unwrap());
+        let scale = (norm(&ax) * norm(&y)).max(norm(&x) * norm(&aty));
+        prop_assert!((dot(&ax, &y) - dot(&x, &aty)).abs() <= 1e-12 * scale);
+    }
+}
+
+#[test]
+fn the_fourier_projector_has_the_error_of_joseph_or_less() {
+    let geometry = ParallelGeometry::half_turn(60, 128, 1.0).unwrap();
+    let grid = ImageGrid::square(128, 1.0).unwrap();
+    let phantom = Phantom2::shepp_logan(64.0).unwrap();
+    let exact: Vec<f64> = phantom.sinogram(&geometry, BinSampling::Mean).unwrap();
+    let image: Vec<f64> = phantom.image(&grid).unwrap();
+    let joseph = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
+    let joseph = distance(&joseph.forward(&image).unwrap(), &exact);
+    let fourier = FourierProjector::new(&geometry, &grid, 1e-4).unwrap();
+    let fourier = distance(&fourier.forward(&image).unwrap(), &exact);
+    println!("against exact bin means: Joseph {joseph:.5}, Fourier {fourier:.5}");
+    assert!(fourier < 1.02 * joseph);
+}
+
+fn phantom_case(n: usize, n_views: usize) -> (ParallelGeometry, ImageGrid, Vec<f64>, Vec<f64>) {
+    let geometry = ParallelGeometry::half_turn(n_views, n, 1.0).unwrap();
+    let grid = ImageGrid::square(n, 1.0).unwrap();
+    let phantom = Phantom2::shepp_logan(n as f64 / 2.0).unwrap();
+    let sinogram = phantom.sinogram(&geometry, BinSampling::Mean).unwrap();
+    let truth = phantom.image(&grid).unwrap();
+    (geometry, grid, sinogram, truth)
+}
+
+#[test]
+fn methods_agree_within_their_bound() {
+    let (geometry, grid, sinogram, truth) = phantom_case(128, 180);
+    let mask = disc_mask(&grid, 63.0).unwrap();
+    // What lines between bins let through beyond their first lobe, less of it with a window; of finer samples next to nothing.
+    for (interpolation, window, bound) in [
+        (Interpolation::Linear, Window::RamLak, 4e-3),
+        (Interpolation::Linear, Window::Hann, 2e-3),
+        (Interpolation::BandLimited, Window::RamLak, 1e-3),
+        (Interpolation::BandLimited, Window::Hann, 3e-4),
+    ] {
+        for edge in [
+            EdgePolicy::Zero,
+            EdgePolicy::Repeat,
+            EdgePolicy::Fade,
+            EdgePolicy::Ellipse,
+        ] {
+            let options = FbpOptions::default()
+                .with_interpolation(interpolation)
+                .with_window(window.clone())
+                .with_edge(edge);
+            let image = |method| {
+                let options = options.clone().with_method(method);
+                FbpPlan::new(&geometry, &grid, &options)
+                    .unwrap()
+                    .reconstruct(&sinogram)
+                    .unwrap()
+            };
+            let direct = image(Method::Direct);
+            let fourier = image(Method::Fourier { tolerance: 1e-4 });
+            let between = rmse_within(&fourier, &direct, &mask).unwrap().unwrap();
+            let error = |image: &[f64]| rmse_within(image, &truth, &mask).unwrap().unwrap();
+            let (direct, fourier) = (error(&direct), error(&fourier));
+            println!(
+                "{interpolation:?} {window:?} {edge:?}: {direct:.5} {fourier:.5}, between {between:.1e}"
+            );
+            assert!(between < bound && (fourier / direct - 1.0).abs() < 0.02);
+        }
+    }
+}
+
+#[test]
+fn truncated_rows_are_treated_as_by_the_direct_sum() {
+    // Half the bins: what the image holds beyond them is cut off by both methods at the same place.
+    let geometry = ParallelGeometry::half_turn(120, 64, 1.0)
+        .unwrap()
+        .with_offset(3.3)
+        .unwrap();
+    let grid = ImageGrid::square(60, 1.0).unwrap();
+    let phantom = Phantom2::shepp_logan(64.0).unwrap();
+    let sinogram: Vec<f64> = phantom.sinogram(&geometry, BinSampling::Mean).unwrap();
+    let mask = disc_mask(&grid, 26.0).unwrap();
+    for edge in [
+        EdgePolicy::Zero,
+        EdgePolicy::Repeat,
+        EdgePolicy::Fade,
+        EdgePolicy::Ellipse,
+    ] {
+        let image = |method| {
+            let options = FbpOptions::default()
+                .with_edge(edge)
+                .with_window(Window::Hann)
+                .with_method(method);
+            FbpPlan::new(&geometry, &grid, &options)
+                .unwrap()
+                .reconstruct(&sinogram)
+                .unwrap()
+        };
+        let (direct, fourier) = (
+            image(Method::Direct),
+            image(Method::Fourier { tolerance: 1e-5 }),
+        );
+        let between = rmse_within(&fourier, &direct, &mask).unwrap().unwrap();
+        println!("{edge:?}: {between:.1e}");
+        assert!(between < 2e-3);
+    }
+}
+
+#[test]
+fn a_fourier_image_has_the_same_bits_by_any_way() {
+    let (geometry, grid) = odd_case(1.0);
+    let rows: Vec<f32> = signs(geometry.sinogram_len(), 5)
+        .iter()
+        .map(|&x| x as f32)
+        .collect();
+    let options = FbpOptions::default().with_method(Method::Fourier { tolerance: 1e-4 });
+    let plan = FbpPlan::new(&geometry, &grid, &options).unwrap();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| plan.reconstruct(&rows).unwrap())
+    };
+    let image = on(1);
+    for threads in [2, 3, 8] {
+        assert_eq!(image, on(threads));
+    }
+    let projector = FourierProjector::new(&geometry, &grid, 1e-4).unwrap();
+    let forward = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| projector.forward(&image).unwrap())
+    };
+    assert_eq!(forward(1), forward(3));
+
+    // A part of the image, a slice among others, used work arrays.
+    let part = FbpPlan::new(&geometry, &grid, &options.clone().with_region(3..17, 5..11)).unwrap();
+    let cut: Vec<f32> = (5..11)
+        .flat_map(|y| image[y * 20 + 3..y * 20 + 17].to_vec())
+        .collect();
+    let mut scratch = plan.scratch();
+    let mut out = vec![0.0; cut.len()];
+    let _ = plan
+        .reconstruct_into(&rows, &mut [0.0; 540], &mut scratch)
+        .unwrap();
+    part.reconstruct_into(&rows, &mut out, &mut scratch)
+        .unwrap();
+    assert_eq!(out, cut);
+    let stack: Vec<f32> = [vec![0.0; rows.len()], rows.clone(), vec![1.0; rows.len()]].concat();
+    let volume = plan
+        .reconstruct_stack(&stack, 3, radon::StackOrder::SliceViewBin)
+        .unwrap();
+    assert!(volume[..540].iter().all(|&x| x == 0.0) && volume[540..1080] == image);
+}
+
+#[test]
+fn every_instruction_set_spreads_the_same_to_rounding() {
+    let (geometry, grid) = odd_case(1.0);
+    let rows: Vec<f32> = signs(geometry.sinogram_len(), 6)
+        .iter()
+        .map(|&x| x as f32)
+        .collect();
+    let fine: Vec<f64> = rows.iter().map(|&x| f64::from(x)).collect();
+    for tolerance in [1e-2, 1e-3, 1e-4, 1e-6] {
+        let options = FbpOptions::default().with_method(Method::Fourier { tolerance });
+        let twin = FbpPlan::<f64>::new(&geometry, &grid, &options)
+            .unwrap()
+            .reconstruct(&fine)
+            .unwrap();
+        for set in SETS.into_iter().filter(|set| set.is_available()) {
+            let options = options.clone().with_instructions(set);
+            let single = FbpPlan::new(&geometry, &grid, &options)
+                .unwrap()
+                .reconstruct(&rows)
+                .unwrap();
+            let single: Vec<f64> = single.iter().map(|&x| f64::from(x)).collect();
+            let double = FbpPlan::new(&geometry, &grid, &options)
+                .unwrap()
+                .reconstruct(&fine)
+                .unwrap();
+            assert!(
+                distance(&single, &twin) < 2e-6 && distance(&double, &twin) < 1e-13,
+                "{set:?}"
+            );
+            let projector = |set| {
+                FourierProjector::<f64>::with_instructions(&geometry, &grid, tolerance, set)
+                    .unwrap()
+            };
+            let [a, b] =
+                [set, InstructionSet::Baseline].map(|set| projector(set).forward(&twin).unwrap());
+            assert!(distance(&a, &b) < 1e-13, "{set:?}");
+        }
+    }
+}
+
+#[test]
+fn the_plan_chooses_its_method_and_says_so() {
+    let plan = |n: usize, n_views: usize, options: FbpOptions| {
+        let geometry = ParallelGeometry::half_turn(n_views, n, 1.0).unwrap();
+        FbpPlan::<f32>::new(&geometry, &ImageGrid::square(n, 1.0).unwrap(), &options).unwrap()
+    };
+    let auto = FbpOptions::default();
+    assert_eq!(plan(128, 90, auto.clone()).method(), Method::Direct);
+    let fourier = Method::Fourier {
+        tolerance: Method::AUTO_TOLERANCE,
+    };
+    assert_eq!(plan(1024, 1440, auto.clone()).method(), fourier);
+    assert_eq!(plan(2048, 2880, auto.clone()).method(), fourier);
+    // A small part costs less than transforms of the whole; a small budget leaves the sum.
+    assert_eq!(
+        plan(1024, 1440, auto.clone().with_region(0..32, 0..32)).method(),
+        Method::Direct
+    );
+    assert_eq!(
+        plan(1024, 1440, auto.clone().with_memory(1 << 20)).method(),
+        Method::Direct
+    );
+    // Four times the data: image and sinogram of 2048 x 2048 from 2880 views.
+    let large = plan(2048, 2880, auto.with_memory(1 << 30));
+    let data = 4 * (2048 * 2048 + 2048 * 2880);
+    let bytes = large.work_bytes(1).unwrap();
+    println!(
+        "work arrays of 2048 x 2048 from 2880 views: {:.2} of the data",
+        bytes as f64 / data as f64
+    );
+    assert!(bytes < 4 * data);
+}
+
+#[test]
+fn what_a_fourier_method_cannot_do_is_refused() {
+    let (geometry, grid) = odd_case(1.0);
+    for tolerance in [0.0, 1e-7, 0.1, f64::NAN, f64::INFINITY] {
+        let options = FbpOptions::default().with_method(Method::Fourier { tolerance });
+        let errors = [
+            FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap_err(),
+            FourierProjector::<f32>::new(&geometry, &grid, tolerance).unwrap_err(),
+        ];
+        for error in errors {
+            assert!(matches!(
+                error,
+                RadonError::OutOfRange {
+                    what: "tolerance",
+                    ..
+                } | RadonError::NotFinite {
+                    what: "tolerance",
+                    ..
+                }
+            ));
+        }
+    }
+    let options = FbpOptions::default().with_method(Method::Fourier { tolerance: 1e-3 });
+    let plan = FbpPlan::<f32>::new(&geometry, &grid, &options.clone().with_memory(1000)).unwrap();
+    let error = plan.reconstruct(&[1.0; 23 * 31]).unwrap_err();
+    assert!(matches!(
+        error,
+        RadonError::BudgetTooSmall { given: 1000, .. }
+    ));
+    // A row that begins a light year from the axis.
+    let far = geometry.clone().with_offset(1e18).unwrap();
+    let error = FbpPlan::<f32>::new(&far, &grid, &options).unwrap_err();
+    assert!(matches!(error, RadonError::OutOfRange { .. }));
+    assert_eq!(
+        FbpPlan::<f32>::new(&far, &grid, &FbpOptions::default())
+            .unwrap()
+            .method(),
+        Method::Direct
+    );
+    let projector = FourierProjector::<f32>::new(&geometry, &grid, 1e-3).unwrap();
+    assert!(matches!(
+        projector.forward(&[0.0; 3]).unwrap_err(),
+        RadonError::WrongLength { .. }
+    ));
+    let mut image = [0.0; 540];
+    image[7] = f32::NAN;
+    assert!(matches!(
+        projector.forward(&image).unwrap_err(),
+        RadonError::BadSample { index: 7, .. }
+    ));
+    let mut short = [0.0; 3];
+    let error = projector
+        .adjoint_into(&[0.0; 23 * 31], &mut short)
+        .unwrap_err();
+    assert!(matches!(
+        error,
+        RadonError::WrongLength { expected: 540, .. }
+    ));
+}
