@@ -3,6 +3,7 @@
 mod artefacts;
 #[cfg(feature = "scene")]
 mod from_scene;
+mod gates;
 mod memory;
 mod method;
 mod numbers;

@@ -5,6 +5,7 @@ mod acquisition;
 mod camera;
 mod counting;
 mod depth;
+mod gates;
 mod levels;
 mod project;
 mod quadrature;
@@ -26,6 +27,7 @@ pub use depth::Collimation;
 pub(crate) use depth::Depth;
 #[cfg(feature = "scene")]
 pub(crate) use depth::FACE;
+pub(crate) use gates::{SharedShapes, add_to_gates};
 pub(crate) use readout::Readout;
 pub use settings::{Accuracy, Counts, Mode, Noise};
 pub(crate) use timing::STEPS;
