@@ -12,6 +12,7 @@ pub(crate) const PUBLISHED: &[&str] = &[
     "revolve-voxel",
     "radon",
     "heart-phantom",
+    "heart-cohort",
     "heart-study",
 ];
 

@@ -16,7 +16,8 @@ const FLOORS: &[(&str, &[&str])] = &[
         &["membrane-forces", "membrane-newton"],
     ),
     ("crates/heart-phantom", BELOW),
-    ("crates/heart-study", &["heart-phantom"]),
+    ("crates/heart-cohort", &["heart-phantom"]),
+    ("crates/heart-study", &["heart-phantom", "heart-cohort"]),
     ("tests", ALL),
     ("benches", ALL),
     ("xtask", &[]),
@@ -36,6 +37,7 @@ const ALL: &[&str] = &[
     "revolve-voxel",
     "radon",
     "heart-phantom",
+    "heart-cohort",
     "heart-study",
 ];
 

@@ -76,7 +76,7 @@ pub use lock::{FolderLock, lock_folder};
 pub(crate) use mesh::stl_bytes;
 pub use mesh::{write_ply, write_stl};
 pub(crate) use names::{ATTENUATION, LABELS, MOVING, PROJECTIONS, RECONSTRUCTION, SLICE, SURFACES};
-pub use npy::write_npy;
+pub use npy::{put_npy, write_npy};
 #[cfg(feature = "scene")]
 pub(crate) use older::check_no_folder;
 #[cfg(feature = "scene")]

@@ -28,6 +28,27 @@ pub fn write_npy(path: &Path, shape: &[usize], values: &[f32]) -> Result<(), Pha
     write_samples(path, shape, values.into())
 }
 
+/// Writes an array as a NumPy `.npy` file into anything that takes bytes, an archive for example: little-endian, in C order. `shape` lists
+/// the axes from slowest to fastest.
+///
+/// ```
+/// use heart_phantom::files::{Samples, put_npy};
+/// let mut bytes = Vec::new();
+/// put_npy(&mut bytes, &[2, 3], Samples::U8(&[1, 2, 3, 4, 5, 6]))?;
+/// assert!(bytes.starts_with(b"\x93NUMPY") && bytes.ends_with(&[5, 6]));
+/// # Ok::<(), std::io::Error>(())
+/// ```
+///
+/// # Errors
+/// That of `out`; [`io::ErrorKind::InvalidInput`] for more than 64 axes, or if `shape` and `samples` disagree.
+pub fn put_npy(out: &mut dyn Write, shape: &[usize], samples: Samples) -> io::Result<()> {
+    let expected = shape.iter().fold(1, |n: usize, &k| n.saturating_mul(k));
+    if shape.len() > MOST_AXES || samples.len() != expected {
+        return Err(io::ErrorKind::InvalidInput.into());
+    }
+    put_samples(out, shape, samples)
+}
+
 pub(super) fn volume_shape(volume: &Volume) -> [usize; 3] {
     let [nx, ny, nz] = volume.grid().shape();
     [nz, ny, nx]

@@ -4,6 +4,7 @@ mod artefacts;
 mod bins;
 #[cfg(feature = "scene")]
 mod from_scene;
+mod gates;
 mod memory;
 mod method;
 mod numbers;

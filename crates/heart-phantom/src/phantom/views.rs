@@ -71,17 +71,27 @@ impl Phantom {
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Sinograms, PhantomError> {
         let mut taken = self.means(gate, views.clone(), rows.clone(), progress)?;
+        self.count(gate, &views, &rows, &mut taken.samples)?;
+        Ok(taken)
+    }
+
+    /// Counts some rows of some views of a gate, whose means these are.
+    pub(super) fn count(
+        &self,
+        gate: usize,
+        views: &Range<usize>,
+        rows: &Range<usize>,
+        samples: &mut Vec<f32>,
+    ) -> Result<(), PhantomError> {
         let camera = &self.parts.camera;
-        let per_unit = if (&views, &rows) == (&(0..camera.n_views()), &(0..camera.n_rows())) {
-            self.counts_of(gate, || Ok(Cow::Borrowed(&taken.samples)))?
+        let per_unit = if (views, rows) == (&(0..camera.n_views()), &(0..camera.n_rows())) {
+            self.counts_of(gate, || Ok(Cow::Borrowed(&samples[..])))?
         } else {
             self.counts_per_unit(gate)?
         };
         let first = gate * self.parts.camera.n_views() + views.start;
-        let per_unit = per_unit.as_deref().map(|per_unit| &per_unit[views]);
-        self.readout
-            .count(&mut taken.samples, per_unit, first, &rows)?;
-        Ok(taken)
+        let per_unit = (per_unit.as_deref()).map(|per_unit| &per_unit[views.clone()]);
+        self.readout.count(samples, per_unit, first, rows)
     }
 
     /// Mean counts of a sample of 1 in each view of a gate, by the camera's sensitivity ([`Counting`](crate::Counting)), or by the noise,
@@ -206,7 +216,7 @@ impl Phantom {
     }
 
     /// The camera that sees all that the blur brings into the views; `None` where the camera does.
-    fn wide(&self) -> Result<Option<&Wide>, PhantomError> {
+    pub(super) fn wide(&self) -> Result<Option<&Wide>, PhantomError> {
         if self.wide.get().is_none() {
             let made = self.make_wide()?;
             // Another thread may have been first, with the same.

@@ -156,7 +156,7 @@ impl Scan<'_> {
         }
     }
 
-    fn quadrature(&self) -> Quadrature<'_> {
+    pub(super) fn quadrature(&self) -> Quadrature<'_> {
         Quadrature::new(self.acquisition, self.cycle, self.camera)
     }
 

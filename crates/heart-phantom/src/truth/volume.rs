@@ -2,7 +2,7 @@
 
 use crate::error::PhantomError;
 use crate::model::Activity;
-use crate::scan::Scan;
+use crate::scan::{Scan, SharedShapes, add_to_gates};
 use crate::{Acquisition, Camera, Cycle, Heart, HeartShape};
 use revolve_voxel::{Moment, Sampling, VoxelCounters, VoxelGrid};
 use std::ops::Range;
@@ -67,6 +67,32 @@ pub(crate) fn truth_of_slices(
     }
     scan.no_negatives(&mut volume);
     Ok((volume, counters))
+}
+
+/// The volumes of so many gates, `[gate][z][y][x]`, of shapes that they share, without organs.
+pub(crate) fn truth_of_gates(
+    scan: &Scan<'_>,
+    n_gates: usize,
+    shared: &SharedShapes,
+    tolerance: f64,
+) -> Result<(Vec<f32>, VoxelCounters), PhantomError> {
+    scan.activity.validate()?;
+    let (grid, slices) = (scan.camera.grid(), 0..scan.camera.n_rows());
+    let mut one = vec![0.0f32; grid.len()];
+    if let Some(background) = &scan.background {
+        let concentration = background.concentration;
+        (background.torso).voxelize_add(grid, slices.clone(), concentration, &mut one)?;
+    }
+    let mut volumes = one.repeat(n_gates);
+    let mut counters = VoxelCounters::default();
+    for (&gain, uses) in shared.gains.iter().zip(&shared.uses) {
+        one.fill(0.0);
+        let whole = [(gain, 1.0)];
+        counters = counters + add_shapes(scan, &whole, tolerance, slices.clone(), &mut one)?;
+        add_to_gates(&one, uses, &mut volumes);
+    }
+    scan.no_negatives(&mut volumes);
+    Ok((volumes, counters))
 }
 
 /// How many shapes one pass adds up. It does not depend on the heart's memory, so that the sums have the same bits whatever that is.

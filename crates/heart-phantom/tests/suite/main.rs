@@ -8,6 +8,7 @@ mod collimator;
 mod counting;
 mod errors;
 mod files;
+mod gates;
 mod lock;
 mod material;
 mod motion;

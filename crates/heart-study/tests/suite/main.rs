@@ -4,6 +4,7 @@
 
 mod cli;
 mod cli_check;
+mod cli_cohort;
 mod cli_folder;
 mod cli_output;
 mod cli_scene;

@@ -80,6 +80,11 @@ pub(crate) enum Command {
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
     },
+    /// Many hearts, drawn from a scene in which some fields vary, in shards that any machine can make.
+    Cohort {
+        #[command(subcommand)]
+        command: Cohort,
+    },
     /// Completions for a shell, to the standard output.
     Completions {
         /// Which shell.
@@ -90,6 +95,101 @@ pub(crate) enum Command {
         /// The page of one of these commands.
         command: Option<String>,
     },
+}
+
+/// What to do with a cohort.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Cohort {
+    /// Write a cohort with a comment on every line, to a file or to the standard output.
+    Init {
+        /// The file; it must not exist yet.
+        file: Option<PathBuf>,
+    },
+    /// Draw the members and compute some: ranges of the fields, bytes and time of the whole.
+    Check {
+        /// The cohort.
+        cohort: PathBuf,
+        /// Members to compute.
+        #[arg(long, default_value_t = 10, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
+        members: u64,
+    },
+    /// Make a shard, unless it is whole: an archive in the layout of WebDataset with its record.
+    Run {
+        /// The cohort.
+        cohort: PathBuf,
+        /// Folder to write to; made if it does not exist. Many processes may write to it.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        /// Which shard of how many, from 1, such as 3/40; or all/40, one after the other.
+        #[arg(long, default_value = "1/1", value_name = "K/N", value_parser = shards)]
+        shard: Shards,
+    },
+    /// Make one manifest, as CSV (and as Parquet where this is built with that), of a folder that has all shards.
+    Merge {
+        /// The folder of the shards.
+        dir: PathBuf,
+    },
+    /// Check all shards by their checksums, and some members by computing them again.
+    Verify {
+        /// The cohort.
+        cohort: PathBuf,
+        /// The folder of the shards.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        /// Members to compute again.
+        #[arg(long, default_value_t = 10, value_name = "N")]
+        members: u64,
+        /// Which ones: another seed, others.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
+    /// Print a script for sbatch that makes all shards on a cluster with Slurm.
+    Slurm {
+        /// The cohort.
+        cohort: PathBuf,
+        /// Folder to write to, seen by all machines.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        /// Shards, tasks of the array.
+        #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
+        shards: u64,
+        /// Minutes that a task may take.
+        #[arg(long, default_value_t = 60, value_name = "N")]
+        minutes: u64,
+        /// Memory of a task in MiB.
+        #[arg(long, default_value_t = 4096, value_name = "MIB")]
+        task_memory: u64,
+        /// Partition; that of the site if not given.
+        #[arg(long, value_name = "NAME")]
+        partition: Option<String>,
+    },
+}
+
+/// Some shard, or all of them (`None`), of how many.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shards {
+    pub(crate) which: Option<u64>,
+    pub(crate) of: u64,
+}
+
+fn shards(text: &str) -> Result<Shards, String> {
+    let numbers = text.split_once('/').and_then(|(which, of)| {
+        let which = match which {
+            "all" => None,
+            which => Some(which.parse().ok()?),
+        };
+        let of = of.parse().ok()?;
+        Some(Shards { which, of })
+    });
+    let inside = |shards: &Shards| {
+        shards.of > 0
+            && shards
+                .which
+                .is_none_or(|which| (1..=shards.of).contains(&which))
+    };
+    numbers
+        .filter(inside)
+        .ok_or_else(|| "wanted K/N with K from 1 to N, or all/N".to_owned())
 }
 
 /// The limit is that of the study's options.

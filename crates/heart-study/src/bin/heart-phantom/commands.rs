@@ -1,6 +1,7 @@
 //! What each command does.
 
 use crate::arguments::{Arguments, Command, Paper};
+use crate::cohort;
 use crate::output::{Answer, Failure, complain};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
@@ -14,12 +15,12 @@ use serde_json::json;
 use std::io;
 use std::path::{Path, PathBuf};
 
-type Done = Result<Answer, Failure>;
+pub(crate) type Done = Result<Answer, Failure>;
 
 pub(crate) fn run(arguments: &Arguments) -> Done {
     match &arguments.command {
         Command::Paper(options) => paper(arguments, options),
-        Command::Init { file } => init(file.as_deref()),
+        Command::Init { file } => init(file.as_deref(), Scene::default().to_toml()),
         Command::Check { scene } => in_pool(arguments, || check(arguments, scene)),
         Command::Run { scene, out } => in_pool(arguments, || run_scene(arguments, scene, out)),
         Command::Truth { scene, phase, out } => {
@@ -31,6 +32,7 @@ pub(crate) fn run(arguments: &Arguments) -> Done {
             gate,
             out,
         } => in_pool(arguments, || one_view(scene, [*gate, *view], out)),
+        Command::Cohort { command } => in_pool(arguments, || cohort::run(arguments, command)),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             let mut command = Arguments::command();
@@ -81,8 +83,8 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
     Ok(Answer::Report(json!(report), lines))
 }
 
-fn init(file: Option<&Path>) -> Done {
-    let text = Scene::default().to_toml();
+/// Writes a text to start from.
+pub(crate) fn init(file: Option<&Path>, text: String) -> Done {
     let Some(path) = file else {
         return Ok(Answer::Text(text));
     };
@@ -150,7 +152,7 @@ fn check(arguments: &Arguments, path: &Path) -> Done {
 }
 
 /// Bytes in the largest unit of which there is one.
-fn size(bytes: u64) -> String {
+pub(crate) fn size(bytes: u64) -> String {
     let (mut amount, mut unit) = (bytes as f64, "bytes");
     for larger in ["KiB", "MiB", "GiB", "TiB"] {
         if amount >= 1024.0 {
@@ -355,7 +357,7 @@ fn text(bytes: &[u8]) -> Answer {
     Answer::Text(String::from_utf8_lossy(bytes).into_owned())
 }
 
-fn bar(arguments: &Arguments) -> ProgressBar {
+pub(crate) fn bar(arguments: &Arguments) -> ProgressBar {
     if arguments.quiet || arguments.json {
         return ProgressBar::hidden();
     }

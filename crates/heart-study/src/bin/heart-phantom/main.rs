@@ -1,6 +1,7 @@
 //! The command line. `heart-phantom init > scene.toml`, then `heart-phantom run scene.toml --out DIR`.
 
 mod arguments;
+mod cohort;
 mod commands;
 mod output;
 #[cfg(unix)]

@@ -1,10 +1,12 @@
 //! How the program answers: in words, or as JSON and nothing else, on either output.
 
 use clap::error::ErrorKind;
+use heart_cohort::CohortError;
 use heart_phantom::{PhantomError, shown};
 use heart_study::StudyError;
 use serde_json::{Value, json};
 use std::io::{self, Write};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// What a command has to say.
@@ -18,6 +20,8 @@ pub(crate) enum Answer {
 /// Why there is no answer.
 pub(crate) enum Failure {
     Phantom(PhantomError),
+    /// A cohort, or a shard of it.
+    Cohort(CohortError),
     /// A figure that could not be drawn.
     Study(StudyError),
     /// A command line that cannot be understood, or that asks for help.
@@ -27,6 +31,15 @@ pub(crate) enum Failure {
 impl From<PhantomError> for Failure {
     fn from(error: PhantomError) -> Self {
         Self::Phantom(error)
+    }
+}
+
+impl From<CohortError> for Failure {
+    fn from(error: CohortError) -> Self {
+        match error {
+            CohortError::Phantom(error) => Self::Phantom(error),
+            error => Self::Cohort(error),
+        }
     }
 }
 
@@ -80,6 +93,15 @@ impl Output {
             Err(Failure::Phantom(error)) => {
                 self.refuse(&told(&error), as_json(&error));
                 ExitCode::from(code(&error))
+            }
+            Err(Failure::Cohort(error)) => {
+                let (text, code) = (told(&error), code_of_cohort(&error));
+                let mut json = json!({ "error": text, "code": code });
+                if let CohortError::Text(error) = &error {
+                    locate(&mut json, &error.file, &error.field, error.place);
+                }
+                self.refuse(&text, json);
+                ExitCode::from(code)
             }
             Err(Failure::Study(error)) => {
                 let text = told(&error);
@@ -205,6 +227,18 @@ fn code(error: &PhantomError) -> u8 {
     }
 }
 
+/// The same for cohorts.
+fn code_of_cohort(error: &CohortError) -> u8 {
+    match error {
+        CohortError::Text(_)
+        | CohortError::Read { .. }
+        | CohortError::Unmet { .. }
+        | CohortError::NoShard { .. }
+        | CohortError::OtherCohort { .. } => 2,
+        _ => 1,
+    }
+}
+
 fn as_json(error: &PhantomError) -> Value {
     let mut json = json!({ "error": told(error), "code": code(error) });
     let at = match error {
@@ -215,12 +249,17 @@ fn as_json(error: &PhantomError) -> Value {
         _ => None,
     };
     if let Some((file, field, place)) = at {
-        json["file"] = json!(file.as_ref().map(|file| file.to_string_lossy()));
-        json["field"] = json!(field);
-        json["line"] = json!(place.map(|[line, _]| line));
-        json["column"] = json!(place.map(|[_, column]| column));
+        locate(&mut json, file, field, place);
     }
     json
+}
+
+/// Where in which file.
+fn locate(json: &mut Value, file: &Option<PathBuf>, field: &str, place: Option<[usize; 2]>) {
+    json["file"] = json!(file.as_ref().map(|file| file.to_string_lossy()));
+    json["field"] = json!(field);
+    json["line"] = json!(place.map(|[line, _]| line));
+    json["column"] = json!(place.map(|[_, column]| column));
 }
 
 #[cfg(test)]

@@ -1,0 +1,158 @@
+//! A member computed: its piece of a shard.
+
+use crate::cohort::hexadecimal;
+use crate::draw::Member;
+use crate::piece::Piece;
+use heart_phantom::files::{Samples, put_npy};
+use heart_phantom::{Numbers, Phantom, PhantomError, Product};
+use serde_json::json;
+use sha2::{Digest, Sha256};
+use std::error::Error;
+use std::io::Write;
+
+/// What a member has become: its files as they stand in a shard, or why there are none.
+#[derive(Debug)]
+pub(crate) struct Computed {
+    /// Bytes of the archive, headers and padding included.
+    pub(crate) bytes: Vec<u8>,
+    /// SHA-256 of them.
+    pub(crate) sha256: String,
+    pub(crate) numbers: Numbers,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// Computes a member on the threads of the pool that this is called in, with so many bytes for shapes of the heart.
+///
+/// # Errors
+/// Why it is refused.
+pub(crate) fn compute(member: &Member, memory: usize) -> Result<Computed, String> {
+    let scene = member.scene().map_err(|error| error.to_string())?;
+    let made =
+        Phantom::new(scene).and_then(|phantom| of_phantom(member, &phantom.with_memory(memory)));
+    made.map_err(|error| reason(&error))
+}
+
+fn of_phantom(member: &Member, phantom: &Phantom) -> Result<Computed, PhantomError> {
+    phantom.prepare()?;
+    let (numbers, warnings) = (phantom.numbers()?, phantom.warnings()?);
+    let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    let products = products_of(phantom);
+    let mut piece = Piece::new(&member.key);
+    let failed = |source| PhantomError::File {
+        path: member.key.clone().into(),
+        source,
+    };
+    (piece.add_json("scene.json", &json!(phantom.scene()))).map_err(failed)?;
+    let values: serde_json::Map<_, _> = member.values.iter().cloned().collect();
+    let told = json!({
+        "member": member.index, "case": member.case, "values": values, "numbers": numbers, "warnings": warnings,
+    });
+    piece.add_json("numbers.json", &told).map_err(failed)?;
+    (piece.add("cls", |out| write!(out, "{}", member.case_index))).map_err(failed)?;
+    let views = (products.iter().any(|product| needs_views(*product)))
+        .then(|| phantom.sinograms_of_gates())
+        .transpose()?;
+    for product in products {
+        add(
+            &mut piece,
+            phantom,
+            product,
+            views.as_deref().unwrap_or_default(),
+        )?;
+    }
+    let bytes = piece.into_bytes();
+    Ok(Computed {
+        sha256: hexadecimal(&Sha256::digest(&bytes)),
+        bytes,
+        numbers,
+        warnings,
+    })
+}
+
+fn products_of(phantom: &Phantom) -> Vec<Product> {
+    let mut products = phantom.parts().output.write.clone();
+    products.sort_unstable();
+    products.dedup();
+    products
+}
+
+fn needs_views(product: Product) -> bool {
+    matches!(product, Product::Projections | Product::Reconstruction)
+}
+
+/// The array of a product: of all gates `[gate][view][row][bin]` or `[gate][z][y][x]`, or of all phases `[phase][z][y][x]`.
+fn add(
+    piece: &mut Piece,
+    phantom: &Phantom,
+    product: Product,
+    views: &[f32],
+) -> Result<(), PhantomError> {
+    let camera = phantom.camera();
+    let [nx, ny, nz] = camera.grid().shape();
+    let n_gates = phantom.n_gates();
+    let phases: Vec<f64> = phantom.phases().iter().map(|phase| phase.phase).collect();
+    let gates_shape = [n_gates, nz, ny, nx];
+    let phases_shape = [phases.len(), nz, ny, nx];
+    match product {
+        Product::Projections => {
+            let shape = [n_gates, camera.n_views(), camera.n_rows(), camera.n_bins()];
+            put(piece, "projections.npy", &shape, views)?;
+        }
+        Product::Reconstruction => {
+            let length = views.len() / n_gates;
+            let mut volumes = Vec::new();
+            for (gate, own) in views.chunks(length.max(1)).enumerate() {
+                volumes.extend(phantom.reconstruct(gate, own)?);
+            }
+            put(piece, "reconstruction.npy", &gates_shape, &volumes[..])?;
+        }
+        Product::Truth => {
+            let volumes = phantom.truth_of_gates()?;
+            put(piece, "truth.npy", &gates_shape, &volumes[..])?;
+        }
+        Product::Labels => {
+            let mut labels = Vec::new();
+            for phase in phases {
+                labels.extend(phantom.labels(phase)?);
+            }
+            put(piece, "labels.npy", &phases_shape, &labels[..])?;
+        }
+        Product::Attenuation => {
+            let mut maps = Vec::new();
+            for phase in phases {
+                maps.extend(phantom.attenuation(phase)?);
+            }
+            put(piece, "attenuation.npy", &phases_shape, &maps[..])?;
+        }
+        // Refused when the text was read.
+        _ => {}
+    }
+    Ok(())
+}
+
+fn put<'a>(
+    piece: &mut Piece,
+    name: &str,
+    shape: &[usize],
+    samples: impl Into<Samples<'a>>,
+) -> Result<(), PhantomError> {
+    let samples = samples.into();
+    (piece.add(name, |out| put_npy(out, shape, samples))).map_err(|source| PhantomError::File {
+        path: name.into(),
+        source,
+    })
+}
+
+/// The error and what led to it.
+pub(crate) fn reason(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let said = error.to_string();
+        if !text.ends_with(&said) {
+            text = format!("{text}: {said}");
+        }
+        cause = error.source();
+    }
+    text
+}

@@ -1,0 +1,163 @@
+//! The draws of a member: from its index to the values of its fields.
+
+use crate::cohort::{Case, Cohort, Sampling};
+use crate::error::CohortError;
+use crate::{field, sobol};
+use heart_phantom::Scene;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use serde_json::Value;
+
+/// The stream of the shift of Sobol's points; members have the streams of their indices.
+const STREAM_OF_SHIFT: u64 = u64::MAX;
+/// Bits of a seed that programs which know no whole numbers keep, too.
+const BITS_OF_SEED: u32 = 53;
+
+/// One member: which case it is of, and what was drawn for it.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Member {
+    /// Its place in the cohort, from 0.
+    pub index: u64,
+    /// Its name in shards and manifests, eight digits.
+    pub key: String,
+    /// Name of its case; empty where the cohort has no cases.
+    pub case: String,
+    /// Place of the case in the text, from 0.
+    pub case_index: usize,
+    /// Draws that it took to meet the constraints, from 1.
+    pub attempts: u32,
+    /// What was drawn, by the dotted paths of the fields, in their order.
+    pub values: Vec<(String, Value)>,
+    /// The whole scene, as JSON.
+    scene: Value,
+}
+
+impl Member {
+    /// The number that a field of its scene has; `None` if it has none there.
+    pub fn number(&self, path: &str) -> Option<f64> {
+        field::get(&self.scene, path)?.as_f64()
+    }
+
+    /// Its scene.
+    ///
+    /// # Errors
+    /// What makes the values that were drawn no scene: a member that is refused.
+    pub fn scene(&self) -> Result<Scene, serde_json::Error> {
+        serde_json::from_value(self.scene.clone())
+    }
+}
+
+impl Cohort {
+    /// What was drawn for a member. It depends on the text and the index alone.
+    ///
+    /// Of its stream of ChaCha8 (seed of the cohort, stream = index) the first 53 bits are the seed of its noise, where its scene
+    /// has noise and the text does not vary that seed; then come the coordinates in the unit cube, draw by draw, or with
+    /// [`Sampling::Sobol`] point `index + draw * 2^k`, 2^k the first power that is not below the number of members.
+    ///
+    /// # Errors
+    /// [`CohortError::Unmet`] if no draw meets the constraints.
+    pub fn member(&self, index: u64) -> Result<Member, CohortError> {
+        let mut stream = self.stream(index);
+        let noise = stream.next_u64() >> (64 - BITS_OF_SEED);
+        let mut failed = vec![0; self.constraints.len()];
+        for attempt in 0..self.attempts {
+            let point = self.point(index, attempt, &mut stream);
+            let (case_index, case) = self.case_at(point[0]);
+            let values: Vec<(String, Value)> = (self.varied.iter().zip(&point[1..]))
+                .filter_map(|(path, &u)| {
+                    let value = case.vary.get(path)?.value(u, self.whole.contains(path));
+                    Some((path.clone(), value))
+                })
+                .collect();
+            let number = |path: &str| number_of(case, &values, path);
+            let broken = (self.constraints.iter())
+                .position(|constraint| constraint.holds(&number) != Ok(true));
+            if let Some(broken) = broken {
+                failed[broken] += 1;
+                continue;
+            }
+            return Ok(Member {
+                index,
+                key: format!("{index:08}"),
+                case: case.name.clone(),
+                case_index,
+                attempts: attempt + 1,
+                scene: scene_of(case, &values, noise),
+                values,
+            });
+        }
+        let most = failed.iter().copied().max().unwrap_or(0);
+        let worst = failed.iter().position(|count| *count == most).unwrap_or(0);
+        Err(CohortError::Unmet {
+            member: index,
+            attempts: self.attempts,
+            constraint: self.constraints[worst].text().to_owned(),
+            failed: most,
+        })
+    }
+
+    fn stream(&self, stream: u64) -> ChaCha8Rng {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(stream);
+        random
+    }
+
+    /// The case's coordinate and that of each varied field, in (0, 1).
+    fn point(&self, index: u64, attempt: u32, stream: &mut ChaCha8Rng) -> Vec<f64> {
+        let dimensions = 0..=self.varied.len();
+        match self.sampling {
+            Sampling::Plain => dimensions
+                .map(|_| ((stream.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64)
+                .collect(),
+            Sampling::Sobol => {
+                let block = self.members.next_power_of_two();
+                let at = (index + block * u64::from(attempt)) as u32;
+                let mut shifts = self.stream(STREAM_OF_SHIFT);
+                dimensions
+                    .map(|d| sobol::sobol(at, d) ^ shifts.next_u32())
+                    .map(|x| (f64::from(x) + 0.5) / (1u64 << 32) as f64)
+                    .collect()
+            }
+        }
+    }
+
+    fn case_at(&self, u: f64) -> (usize, &Case) {
+        let all: f64 = self.cases.iter().map(|case| case.weight).sum();
+        let (mut last, mut left) = (0, u * all);
+        for (k, case) in self.cases.iter().enumerate() {
+            last = k;
+            if left < case.weight {
+                break;
+            }
+            left -= case.weight;
+        }
+        (last, &self.cases[last])
+    }
+}
+
+/// The number that a field has with what was drawn, be that the field itself or a table that holds it.
+fn number_of(case: &Case, values: &[(String, Value)], path: &str) -> Option<f64> {
+    for (drawn, value) in values {
+        if let Some(rest) = path.strip_prefix(drawn.as_str()) {
+            match rest.strip_prefix('.') {
+                None if rest.is_empty() => return value.as_f64(),
+                Some(rest) => return field::get(value, rest)?.as_f64(),
+                None => {}
+            }
+        }
+    }
+    field::get(&case.scene, path)?.as_f64()
+}
+
+fn scene_of(case: &Case, values: &[(String, Value)], noise: u64) -> Value {
+    let mut scene = case.scene.clone();
+    if field::get(&scene, "noise.seed").is_some() {
+        field::set(&mut scene, "noise.seed", Value::from(noise));
+    }
+    for (path, value) in values {
+        // Each was tried when the text was read.
+        field::set(&mut scene, path, value.clone());
+    }
+    scene
+}

@@ -1,0 +1,286 @@
+//! Constraints between fields: `heart.outer.radius > heart.inner.radius + 0.6`.
+//!
+//! ```text
+//! constraint = sum ("<" | "<=" | ">" | ">=") sum
+//! sum        = product {("+" | "-") product}
+//! product    = factor {("*" | "/") factor}
+//! factor     = number | field | "-" factor | "(" sum ")"
+//! ```
+
+/// A comparison of two sums over fields.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Constraint {
+    text: String,
+    left: Sum,
+    is: Order,
+    right: Sum,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Order {
+    Less,
+    LessOrEqual,
+    More,
+    MoreOrEqual,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Sum {
+    Number(f64),
+    Field(String),
+    Minus(Box<Sum>),
+    Of(Box<Sum>, char, Box<Sum>),
+}
+
+/// Deepest nesting of brackets and signs, and longest text: a sum is as deep as it is long.
+const MOST_DEEP: usize = 50;
+const MOST_BYTES: usize = 2000;
+
+impl Constraint {
+    /// Reads a constraint; what is wrong with it if it is none.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        if text.len() > MOST_BYTES {
+            return Err(format!("is longer than {MOST_BYTES} bytes"));
+        }
+        let mut reader = Reader {
+            text,
+            at: 0,
+            deep: 0,
+        };
+        let left = reader.sum()?;
+        let is = match reader.next() {
+            Some('<') if reader.takes('=') => Order::LessOrEqual,
+            Some('<') => Order::Less,
+            Some('>') if reader.takes('=') => Order::MoreOrEqual,
+            Some('>') => Order::More,
+            _ => return Err(reader.expected("one of < <= > >=")),
+        };
+        let right = reader.sum()?;
+        match reader.peek() {
+            None => Ok(Self {
+                text: text.trim().to_owned(),
+                left,
+                is,
+                right,
+            }),
+            Some(_) => Err(reader.expected("an end, or one of + - * /")),
+        }
+    }
+
+    /// As it was written.
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The fields that it is about.
+    pub(crate) fn fields(&self) -> Vec<&str> {
+        let mut fields = Vec::new();
+        self.left.add_fields(&mut fields);
+        self.right.add_fields(&mut fields);
+        fields
+    }
+
+    /// Whether it holds; never where a side is no number. A field without a value is the error.
+    pub(crate) fn holds<'a>(
+        &'a self,
+        value: &impl Fn(&str) -> Option<f64>,
+    ) -> Result<bool, &'a str> {
+        let (left, right) = (self.left.value(value)?, self.right.value(value)?);
+        Ok(match self.is {
+            Order::Less => left < right,
+            Order::LessOrEqual => left <= right,
+            Order::More => left > right,
+            Order::MoreOrEqual => left >= right,
+        })
+    }
+}
+
+impl Sum {
+    fn value<'a>(&'a self, of: &impl Fn(&str) -> Option<f64>) -> Result<f64, &'a str> {
+        Ok(match self {
+            Self::Number(number) => *number,
+            Self::Field(field) => of(field).ok_or(field.as_str())?,
+            Self::Minus(sum) => -sum.value(of)?,
+            Self::Of(left, operation, right) => {
+                let (left, right) = (left.value(of)?, right.value(of)?);
+                match operation {
+                    '+' => left + right,
+                    '-' => left - right,
+                    '*' => left * right,
+                    _ => left / right,
+                }
+            }
+        })
+    }
+
+    fn add_fields<'a>(&'a self, fields: &mut Vec<&'a str>) {
+        match self {
+            Self::Number(_) => {}
+            Self::Field(field) => fields.push(field),
+            Self::Minus(sum) => sum.add_fields(fields),
+            Self::Of(left, _, right) => {
+                left.add_fields(fields);
+                right.add_fields(fields);
+            }
+        }
+    }
+}
+
+struct Reader<'a> {
+    text: &'a str,
+    at: usize,
+    deep: usize,
+}
+
+impl<'a> Reader<'a> {
+    fn rest(&self) -> &'a str {
+        &self.text[self.at..]
+    }
+
+    fn peek(&mut self) -> Option<char> {
+        self.at = self.text.len() - self.rest().trim_start().len();
+        self.rest().chars().next()
+    }
+
+    fn next(&mut self) -> Option<char> {
+        let next = self.peek()?;
+        self.at += next.len_utf8();
+        Some(next)
+    }
+
+    /// Takes a character that follows at once.
+    fn takes(&mut self, wanted: char) -> bool {
+        let is_there = self.rest().starts_with(wanted);
+        self.at += if is_there { wanted.len_utf8() } else { 0 };
+        is_there
+    }
+
+    fn expected(&self, what: &str) -> String {
+        let from = self.text[..self.at].chars().count();
+        format!("expected {what} near character {from}")
+    }
+
+    fn sum(&mut self) -> Result<Sum, String> {
+        self.chain(&['+', '-'], Self::product)
+    }
+
+    fn product(&mut self) -> Result<Sum, String> {
+        self.chain(&['*', '/'], Self::factor)
+    }
+
+    fn chain(
+        &mut self,
+        operations: &[char],
+        part: fn(&mut Self) -> Result<Sum, String>,
+    ) -> Result<Sum, String> {
+        let mut left = part(self)?;
+        while let Some(operation) = self.peek().filter(|next| operations.contains(next)) {
+            self.next();
+            left = Sum::Of(Box::new(left), operation, Box::new(part(self)?));
+        }
+        Ok(left)
+    }
+
+    fn factor(&mut self) -> Result<Sum, String> {
+        self.deep += 1;
+        if self.deep > MOST_DEEP {
+            return Err(format!("more than {MOST_DEEP} brackets in each other"));
+        }
+        let factor = match self.peek() {
+            Some('-') => {
+                self.next();
+                Sum::Minus(Box::new(self.factor()?))
+            }
+            Some('(') => {
+                self.next();
+                let sum = self.sum()?;
+                if self.next() != Some(')') {
+                    return Err(self.expected("a closing bracket"));
+                }
+                sum
+            }
+            Some(c) if c.is_ascii_digit() || c == '.' => self.number()?,
+            Some(c) if c.is_ascii_alphabetic() => {
+                Sum::Field(self.word(|c| c.is_ascii_alphanumeric() || "._".contains(c)))
+            }
+            _ => return Err(self.expected("a number, a field or a bracket")),
+        };
+        self.deep -= 1;
+        Ok(factor)
+    }
+
+    fn number(&mut self) -> Result<Sum, String> {
+        let mut last = ' ';
+        let word = self.word(|c| {
+            let is_part =
+                c.is_ascii_alphanumeric() || c == '.' || ("+-".contains(c) && "eE".contains(last));
+            last = c;
+            is_part
+        });
+        word.parse()
+            .map(Sum::Number)
+            .map_err(|_| format!("`{word}` is no number"))
+    }
+
+    fn word(&mut self, mut is_part: impl FnMut(char) -> bool) -> String {
+        let length = self
+            .rest()
+            .find(|c| !is_part(c))
+            .unwrap_or(self.rest().len());
+        let word = self.rest()[..length].to_owned();
+        self.at += length;
+        word
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn holds(text: &str) -> bool {
+        let value = |field: &str| match field {
+            "a.b" => Some(2.0),
+            "c_1.2" => Some(-3.0),
+            _ => None,
+        };
+        Constraint::parse(text).unwrap().holds(&value).unwrap()
+    }
+
+    #[test]
+    fn sums_are_those_of_school() {
+        for text in [
+            "a.b + 1 * 2 > 3.9",
+            "a.b - 1 - 1 <= 0",
+            "2*(a.b + 1) >= 6",
+            "-c_1.2 > a.b",
+            "--a.b/4 < .51",
+            "1e-3 < 1.5E+2",
+            "8 / 2 / 2 >= 2",
+            " a.b>c_1.2 ",
+        ] {
+            assert!(holds(text), "{text}");
+        }
+        assert!(!holds("a.b > 2"));
+        assert!(!holds("0 / 0 <= 1"));
+    }
+
+    #[test]
+    fn what_is_no_constraint_is_told() {
+        for (text, says) in [
+            ("", "a number, a field or a bracket near character 0"),
+            ("a.b", "one of < <= > >="),
+            ("a.b > 1 2", "an end"),
+            ("(a.b > 1", "a closing bracket"),
+            ("a.b > 1.2.3", "`1.2.3` is no number"),
+            ("1 > \u{5fc3}", "a number"),
+            ("a = b", "one of <"),
+        ] {
+            let error = Constraint::parse(text).unwrap_err();
+            assert!(error.contains(says), "{text}: {error}");
+        }
+        assert!(Constraint::parse(&"(".repeat(100_000)).is_err());
+        let unknown = Constraint::parse("a.b > x.y").unwrap();
+        assert_eq!(unknown.holds(&|_| None), Err("a.b"));
+        assert_eq!(unknown.fields(), ["a.b", "x.y"]);
+    }
+}

@@ -1,0 +1,115 @@
+//! Fields of a scene as data, by their dotted path: `heart.inner.radius`, `pose.shift.1`, `defects.2.activity`; arrays count from 1, as
+//! in the errors of a scene.
+
+use serde_json::{Map, Value};
+
+/// What stands at a path.
+pub(crate) fn get<'a>(scene: &'a Value, path: &str) -> Option<&'a Value> {
+    path.split('.').try_fold(scene, |at, name| match at {
+        Value::Object(table) => table.get(name),
+        Value::Array(array) => array.get(index(name)?),
+        _ => None,
+    })
+}
+
+/// What stands at a path of a table.
+pub(crate) fn get_in<'a>(table: &'a Map<String, Value>, path: &str) -> Option<&'a Value> {
+    match path.split_once('.') {
+        None => table.get(path),
+        Some((first, rest)) => get(table.get(first)?, rest),
+    }
+}
+
+/// Puts a value at a path, with the tables that lead there; false if something else is in the way.
+pub(crate) fn set(scene: &mut Value, path: &str, value: Value) -> bool {
+    let mut at = scene;
+    for name in path.split('.') {
+        if at.is_null() {
+            *at = Value::Object(Map::new());
+        }
+        at = match at {
+            Value::Object(table) => table.entry(name).or_insert(Value::Null),
+            Value::Array(array) => match index(name).and_then(|k| array.get_mut(k)) {
+                Some(entry) => entry,
+                None => return false,
+            },
+            _ => return false,
+        };
+    }
+    *at = value;
+    true
+}
+
+/// Lays a table over another: tables go entry by entry, all else is replaced. A table of one entry whose place another name takes is a
+/// choice made anew, such as `{ gain = 0.6 }` where `{ ejection_fraction = 0.4 }` is laid over it.
+pub(crate) fn lay_over(below: &mut Value, above: &Value) {
+    let (Value::Object(old), Value::Object(new)) = (&mut *below, above) else {
+        *below = above.clone();
+        return;
+    };
+    let chosen_anew = old.len() == 1 && new.len() == 1 && !old.keys().eq(new.keys());
+    if chosen_anew {
+        *below = above.clone();
+        return;
+    }
+    for (name, value) in new {
+        lay_over(old.entry(name).or_insert(Value::Null), value);
+    }
+}
+
+/// The paths of all values of a table that are no tables themselves.
+pub(crate) fn leaves(table: &Map<String, Value>, prefix: &str) -> Vec<String> {
+    let path = |name: &str| match prefix {
+        "" => name.to_owned(),
+        prefix => format!("{prefix}.{name}"),
+    };
+    (table.iter())
+        .flat_map(|(name, value)| match value {
+            Value::Object(table) => leaves(table, &path(name)),
+            _ => vec![path(name)],
+        })
+        .collect()
+}
+
+fn index(name: &str) -> Option<usize> {
+    name.parse::<usize>().ok()?.checked_sub(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn paths_lead_through_tables_and_arrays() {
+        let mut scene = json!({ "a": { "b": 1 }, "c": [{ "d": 2 }, 3], "e": "name" });
+        assert_eq!(get(&scene, "c.1.d"), Some(&json!(2)));
+        for missing in ["a.x", "c.0", "c.3", "c.x", "e.f", ""] {
+            assert_eq!(get(&scene, missing), None, "{missing}");
+        }
+        assert!(set(&mut scene, "c.2", json!(4)) && set(&mut scene, "x.y", json!(5)));
+        assert_eq!(
+            scene,
+            json!({ "a": { "b": 1 }, "c": [{ "d": 2 }, 4], "e": "name", "x": { "y": 5 } })
+        );
+        assert!(!set(&mut scene, "e.f", json!(0)) && !set(&mut scene, "c.9", json!(0)));
+    }
+
+    #[test]
+    fn what_lies_above_counts() {
+        let mut below = json!({ "a": { "b": 1, "c": 2 }, "volume": { "gain": 0.6 }, "d": [1, 2] });
+        lay_over(
+            &mut below,
+            &json!({ "a": { "b": 3 }, "volume": { "volumes": { "edv": 1 } }, "d": [4] }),
+        );
+        assert_eq!(
+            below,
+            json!({ "a": { "b": 3, "c": 2 }, "volume": { "volumes": { "edv": 1 } }, "d": [4] })
+        );
+        lay_over(
+            &mut below,
+            &json!({ "volume": { "volumes": { "edv": 2 } } }),
+        );
+        assert_eq!(below["volume"], json!({ "volumes": { "edv": 2 } }));
+    }
+}

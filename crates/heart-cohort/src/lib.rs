@@ -1,0 +1,50 @@
+//! Cohorts of beating hearts, for training networks.
+//!
+#![doc = include_str!("../README.md")]
+//!
+//! [`Cohort`] is the text, checked; [`Cohort::member`] what was drawn for a member; [`run_shard`] computes some members in a row and writes
+//! them as one archive; [`merge`] makes one manifest of all shards; [`verify`] computes some members again and compares bytes;
+//! [`survey`] tells ranges, bytes and time before; [`sbatch`] is a script for Slurm.
+//!
+//! # Which bytes are the same
+//! Those of a member depend on the meaning of the text, its index and the version of the program: not on the cut into shards, on threads, on
+//! memory, or on who computes it, on processors of one kind. Between kinds of processors (other instruction sets, another mathematical
+//! library of the system) samples may differ by rounding; what was drawn does not.
+
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
+mod cohort;
+mod compute;
+mod distribution;
+mod draw;
+mod error;
+mod expression;
+mod field;
+mod folder;
+mod manifest;
+#[cfg(feature = "parquet")]
+mod parquet_file;
+mod piece;
+mod place;
+mod quantile;
+mod read;
+mod record;
+mod shard;
+mod slurm;
+mod sobol;
+mod survey;
+mod verify;
+mod workers;
+
+pub use heart_phantom;
+
+pub use cohort::{Cohort, Sampling};
+pub use distribution::Distribution;
+pub use draw::Member;
+pub use error::{CohortError, TextError};
+pub use manifest::{ManifestReport, merge};
+pub use record::Row;
+pub use shard::{RunOptions, Shard, ShardReport, run_shard};
+pub use slurm::{SlurmOptions, sbatch};
+pub use survey::{FieldRange, Survey, survey};
+pub use verify::{VerifyReport, verify};

@@ -1,0 +1,441 @@
+//! A cohort from its text: every field that it names is one of the scene, or the error says where it is not.
+
+use crate::cohort::{Case, Cohort, Sampling};
+use crate::distribution::Distribution;
+use crate::error::{CohortError, TextError};
+use crate::expression::Constraint;
+use crate::{field, place, sobol};
+use heart_phantom::{PhantomError, Product, Scene, files::Format};
+use serde::Deserialize;
+use serde_json::{Map, Value};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// No text of a cohort is longer; a device may be.
+const MOST_BYTES: u64 = 1 << 24;
+/// Most members: points of Sobol have 32 bits, and some are needed for draws that are rejected.
+const MOST_MEMBERS: u64 = 1 << 26;
+
+/// The file as it stands.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Text {
+    members: u64,
+    #[serde(default = "one")]
+    seed: u64,
+    #[serde(default)]
+    sampling: Sampling,
+    #[serde(default = "thousand")]
+    attempts: u32,
+    base: Option<PathBuf>,
+    #[serde(default)]
+    constraints: Vec<String>,
+    #[serde(default)]
+    scene: Map<String, Value>,
+    #[serde(default)]
+    vary: Map<String, Value>,
+    #[serde(default)]
+    cases: Vec<TextOfCase>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TextOfCase {
+    name: Option<String>,
+    #[serde(default = "unit")]
+    weight: f64,
+    #[serde(default)]
+    scene: Map<String, Value>,
+    #[serde(default)]
+    vary: Map<String, Value>,
+}
+
+fn one() -> u64 {
+    1
+}
+
+fn thousand() -> u32 {
+    1000
+}
+
+fn unit() -> f64 {
+    1.0
+}
+
+impl Cohort {
+    /// Reads a cohort from a file; a base scene is looked for beside it.
+    ///
+    /// # Errors
+    /// [`CohortError::Read`] if the file cannot be read; [`CohortError::Text`] with line and field for what makes no sense;
+    /// [`CohortError::Phantom`] for a base scene that cannot be read.
+    pub fn load(path: &Path) -> Result<Self, CohortError> {
+        let unread = |source| CohortError::Read {
+            path: path.to_path_buf(),
+            source,
+        };
+        let text = read(path).map_err(unread)?;
+        let folder = path.parent().unwrap_or(Path::new("."));
+        Self::of_text(&text, folder).map_err(|error| match error {
+            CohortError::Text(mut error) => {
+                error.file = Some(path.to_path_buf());
+                CohortError::Text(error)
+            }
+            error => error,
+        })
+    }
+
+    /// Reads a cohort; a base scene is looked for from the folder that the process is in.
+    ///
+    /// # Errors
+    /// As [`Cohort::load`].
+    pub fn from_toml(text: &str) -> Result<Self, CohortError> {
+        Self::of_text(text, Path::new("."))
+    }
+
+    fn of_text(text: &str, folder: &Path) -> Result<Self, CohortError> {
+        let given: Text = toml::from_str(text).map_err(|error| TextError {
+            file: None,
+            place: error
+                .span()
+                .map(|span| place::line_and_column(text, span.start)),
+            field: String::new(),
+            what: error.message().trim().to_owned(),
+        })?;
+        let reader = Reader { text };
+        let base = match &given.base {
+            Some(base) => Scene::load(&folder.join(base))?,
+            None => Scene::default(),
+        };
+        let mut cohort = Self {
+            members: given.members,
+            seed: given.seed,
+            sampling: given.sampling,
+            attempts: given.attempts,
+            cases: Vec::new(),
+            constraints: Vec::new(),
+            varied: BTreeSet::new(),
+            whole: BTreeSet::new(),
+            digest: String::new(),
+        };
+        reader.check_numbers(&cohort)?;
+        let base = reader.laid_over(&json_of(&base), &given.scene, "scene")?;
+        let vary = reader.distributions(&given.vary, "vary")?;
+        let only = TextOfCase {
+            name: Some(String::new()),
+            weight: 1.0,
+            scene: Map::new(),
+            vary: Map::new(),
+        };
+        let (has_cases, cases) = match given.cases.is_empty() {
+            true => (false, vec![only]),
+            false => (true, given.cases),
+        };
+        for (k, case) in cases.iter().enumerate() {
+            let case = reader.case(case, k, &base, &vary)?;
+            let section = if has_cases {
+                format!("cases.{}", k + 1)
+            } else {
+                String::new()
+            };
+            cohort.whole.extend(reader.whole_fields(&case, &section)?);
+            cohort.varied.extend(case.vary.keys().cloned());
+            cohort.cases.push(case);
+        }
+        reader.check_weights(&cohort.cases)?;
+        if cohort.sampling == Sampling::Sobol && cohort.varied.len() >= sobol::MOST_DIMENSIONS {
+            let what = format!(
+                "sobol fills {} dimensions at most, the case and the fields that vary, and these are {}; take plain",
+                sobol::MOST_DIMENSIONS,
+                cohort.varied.len() + 1
+            );
+            return Err(reader.wrong("sampling", what).into());
+        }
+        cohort.constraints = reader.constraints(&given.constraints, &cohort)?;
+        Ok(cohort.with_digest())
+    }
+}
+
+/// The text, for the places of what is wrong with it.
+struct Reader<'a> {
+    text: &'a str,
+}
+
+impl Reader<'_> {
+    fn wrong(&self, field: &str, what: impl Into<String>) -> TextError {
+        TextError {
+            file: None,
+            place: place::of_field(self.text, field),
+            field: field.to_owned(),
+            what: what.into(),
+        }
+    }
+
+    fn check_numbers(&self, cohort: &Cohort) -> Result<(), TextError> {
+        let wrong = |field, given: u64, most| {
+            Err(self.wrong(field, format!("is {given}; must be 1 to {most}")))
+        };
+        if !(1..=MOST_MEMBERS).contains(&cohort.members) {
+            return wrong("members", cohort.members, MOST_MEMBERS);
+        }
+        // So many blocks of points are there.
+        let blocks = (1 << 32) / cohort.members.next_power_of_two();
+        let most = match cohort.sampling {
+            Sampling::Plain => 1_000_000,
+            Sampling::Sobol => blocks.min(1_000_000),
+        };
+        if !(1..=most).contains(&u64::from(cohort.attempts)) {
+            return wrong("attempts", cohort.attempts.into(), most);
+        }
+        Ok(())
+    }
+
+    fn check_weights(&self, cases: &[Case]) -> Result<(), TextError> {
+        for (k, case) in cases.iter().enumerate() {
+            if !(case.weight > 0.0 && case.weight.is_finite()) {
+                let what = format!("is {}; must be above 0", case.weight);
+                return Err(self.wrong(&format!("cases.{}.weight", k + 1), what));
+            }
+            if cases[..k].iter().any(|other| other.name == case.name) {
+                let what = format!("`{}` is the name of another case, too", case.name);
+                return Err(self.wrong(&format!("cases.{}.name", k + 1), what));
+            }
+        }
+        Ok(())
+    }
+
+    /// A scene with a section of the text laid over it, checked, defaults filled in.
+    fn laid_over(
+        &self,
+        base: &Value,
+        above: &Map<String, Value>,
+        section: &str,
+    ) -> Result<Value, TextError> {
+        let mut scene = base.clone();
+        field::lay_over(&mut scene, &Value::Object(above.clone()));
+        let scene: Scene = match serde_json::from_value(scene) {
+            Ok(scene) => scene,
+            Err(error) => {
+                // The first field that alone makes the same trouble is to blame.
+                let blamed = field::leaves(above, "").into_iter().find(|path| {
+                    let mut scene = base.clone();
+                    let value = field::get_in(above, path).cloned().unwrap_or_default();
+                    !field::set(&mut scene, path, value)
+                        || serde_json::from_value::<Scene>(scene).is_err()
+                });
+                let field = match blamed {
+                    Some(path) => format!("{section}.{path}"),
+                    None => section.to_owned(),
+                };
+                return Err(self.wrong(&field, error.to_string()));
+            }
+        };
+        scene.check().map_err(|error| match error {
+            PhantomError::Scene(error) => {
+                let field = format!("{section}.{}", error.field);
+                match error.given.as_str() {
+                    "" => self.wrong(&field, error.wanted.clone()),
+                    given => self.wrong(&field, format!("is {given}; {}", error.wanted)),
+                }
+            }
+            error => self.wrong(section, error.to_string()),
+        })?;
+        self.check_output(&scene, section)?;
+        Ok(json_of(&scene))
+    }
+
+    /// Shards hold arrays, as npy.
+    fn check_output(&self, scene: &Scene, section: &str) -> Result<(), TextError> {
+        let output = &scene.output;
+        for product in &output.write {
+            match product {
+                Product::Projections
+                | Product::Reconstruction
+                | Product::Truth
+                | Product::Labels
+                | Product::Attenuation => {}
+                _ => {
+                    let field = format!("{section}.output.write");
+                    let what = "shards hold projections, reconstruction, truth, labels and attenuation, nothing else";
+                    return Err(self.wrong(&field, what));
+                }
+            }
+        }
+        if output.volumes != Format::Npy || output.projections != Format::Npy {
+            let what = "shards hold arrays as npy, in no other format";
+            return Err(self.wrong(&format!("{section}.output"), what));
+        }
+        Ok(())
+    }
+
+    /// What varies, by its path.
+    fn distributions(
+        &self,
+        table: &Map<String, Value>,
+        section: &str,
+    ) -> Result<BTreeMap<String, Distribution>, TextError> {
+        let mut found = BTreeMap::new();
+        for (name, value) in table {
+            let at = format!("{section}.{name}");
+            let is_one = |inner: &Map<String, Value>| {
+                inner
+                    .keys()
+                    .any(|key| Distribution::NAMES.contains(&key.as_str()))
+            };
+            match value {
+                Value::Object(inner) if !is_one(inner) && !inner.is_empty() => {
+                    for (path, distribution) in self.distributions(inner, &at)? {
+                        found.insert(format!("{name}.{path}"), distribution);
+                    }
+                }
+                value => {
+                    let distribution: Distribution = serde_json::from_value(value.clone())
+                        .map_err(|error| {
+                            let names = Distribution::NAMES.join(", ");
+                            self.wrong(&at, format!("{error}; wanted one of {names}"))
+                        })?;
+                    if let Some(fault) = distribution.fault() {
+                        return Err(self.wrong(&at, fault));
+                    }
+                    found.insert(name.clone(), distribution);
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// A case: what varies in all of them varies in it, unless it says otherwise.
+    fn case(
+        &self,
+        given: &TextOfCase,
+        k: usize,
+        base: &Value,
+        vary: &BTreeMap<String, Distribution>,
+    ) -> Result<Case, TextError> {
+        let section = format!("cases.{}", k + 1);
+        let scene = match given.scene.is_empty() {
+            true => base.clone(),
+            false => self.laid_over(base, &given.scene, &format!("{section}.scene"))?,
+        };
+        let fixed = field::leaves(&given.scene, "");
+        let is_within = |path: &str, other: &str| {
+            path.strip_prefix(other)
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        let mut varied: BTreeMap<String, Distribution> = (vary.iter())
+            .filter(|(path, _)| {
+                !fixed
+                    .iter()
+                    .any(|other| is_within(path, other) || is_within(other, path))
+            })
+            .map(|(path, distribution)| (path.clone(), distribution.clone()))
+            .collect();
+        varied.extend(self.distributions(&given.vary, &format!("{section}.vary"))?);
+        Ok(Case {
+            name: given
+                .name
+                .clone()
+                .unwrap_or_else(|| format!("case {}", k + 1)),
+            weight: given.weight,
+            scene,
+            vary: varied,
+        })
+    }
+
+    /// Tries each varied field by itself: which are whole numbers, and which are no fields of the scene at all.
+    fn whole_fields(&self, case: &Case, section: &str) -> Result<Vec<String>, TextError> {
+        let mut whole = Vec::new();
+        for (path, distribution) in &case.vary {
+            let tried = |value: Value| -> Result<(), String> {
+                let mut scene = case.scene.clone();
+                if !field::set(&mut scene, path, value) {
+                    return Err("there is no such field in the scene".into());
+                }
+                let scene = serde_json::from_value::<Scene>(scene);
+                scene.map(drop).map_err(|error| error.to_string())
+            };
+            let outcome = match distribution {
+                Distribution::Choice(values) => {
+                    values.iter().try_for_each(|value| tried(value.clone()))
+                }
+                // Half way between two whole numbers: a field that takes it takes all numbers.
+                _ => tried(Value::from(0.5)).or_else(|error| match tried(Value::from(1)) {
+                    Ok(()) => {
+                        whole.push(path.clone());
+                        distribution.fault_of_whole().map_or(Ok(()), Err)
+                    }
+                    Err(_) => Err(error),
+                }),
+            };
+            outcome.map_err(|what| {
+                let own = format!("{section}.vary.{path}");
+                let is_own = !section.is_empty() && place::has(self.text, &own);
+                let field = if is_own { own } else { format!("vary.{path}") };
+                self.wrong(&field, format!("{what}{}", there_is(&case.scene, path)))
+            })?;
+        }
+        Ok(whole)
+    }
+
+    fn constraints(&self, given: &[String], cohort: &Cohort) -> Result<Vec<Constraint>, TextError> {
+        let mut constraints = Vec::new();
+        for (k, text) in given.iter().enumerate() {
+            let at = format!("constraints.{}", k + 1);
+            let constraint = Constraint::parse(text)
+                .map_err(|what| self.wrong(&at, format!("`{text}`: {what}")))?;
+            for field in constraint.fields() {
+                let is_known = |(case, k): (&Case, usize)| {
+                    case.vary.contains_key(field) || cohort.number_of_case(k, field).is_some()
+                };
+                let drawn_within = |case: &Case| {
+                    case.vary.keys().any(|path| {
+                        field
+                            .strip_prefix(path.as_str())
+                            .is_some_and(|rest| rest.starts_with('.'))
+                    })
+                };
+                for (k, case) in cohort.cases.iter().enumerate() {
+                    if !is_known((case, k)) && !drawn_within(case) {
+                        let what = format!("`{text}`: the scene has no number {field}");
+                        return Err(self.wrong(&at, what));
+                    }
+                }
+            }
+            constraints.push(constraint);
+        }
+        Ok(constraints)
+    }
+}
+
+/// What there is where a field was looked for, to be added to a message.
+fn there_is(scene: &Value, path: &str) -> String {
+    let mut parent = path;
+    while let Some((above, _)) = parent.rsplit_once('.') {
+        parent = above;
+        match field::get(scene, parent) {
+            None => {}
+            Some(Value::Object(table)) => {
+                let names: Vec<&str> = table.keys().map(String::as_str).collect();
+                return format!("; {parent} of the scene has {}", names.join(", "));
+            }
+            Some(value) => return format!("; {parent} of the scene is {value}"),
+        }
+    }
+    String::new()
+}
+
+fn read(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let file = File::open(path)?;
+    file.take(MOST_BYTES + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > MOST_BYTES {
+        return Err(io::ErrorKind::FileTooLarge.into());
+    }
+    Ok(text)
+}
+
+/// A scene as data, defaults filled in. Its numbers were checked or come from a file, and JSON has all names that it has.
+pub(crate) fn json_of(scene: &Scene) -> Value {
+    serde_json::to_value(scene).unwrap_or_default()
+}

@@ -1,0 +1,142 @@
+//! What a cohort will be, before it is made: ranges from the draws, bytes and time from some members tried.
+
+use crate::cohort::Cohort;
+use crate::compute::compute;
+use crate::error::CohortError;
+use crate::shard::RunOptions;
+use crate::workers;
+use serde::Serialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// Most members that are drawn for it.
+const MOST_DRAWN: u64 = 20_000;
+
+/// What was found of a cohort.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Survey {
+    /// Members of the cohort.
+    pub members: u64,
+    /// Members that were drawn, from the first on.
+    pub drawn: u64,
+    /// Draws that it took.
+    pub draws: u64,
+    /// How many of these members are of each case.
+    pub cases: BTreeMap<String, u64>,
+    /// Each varied field, in the order of their paths.
+    pub fields: Vec<FieldRange>,
+    /// Members that were computed, evenly from the first to the last.
+    pub tried: u64,
+    /// Why some of them were refused, with their keys.
+    pub refused: Vec<(String, String)>,
+    /// Bytes of all shards together, by the mean of those tried.
+    pub bytes: u64,
+    /// Members a second, on these threads of this machine.
+    pub members_per_second: f64,
+    /// Threads that they were computed on.
+    pub threads: usize,
+}
+
+/// The values that were drawn for a field.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct FieldRange {
+    /// Its dotted path.
+    pub path: String,
+    /// Least, mean and largest number; `None` if it has values that are no numbers.
+    pub range: Option<[f64; 3]>,
+    /// How many different values it has, if these are few.
+    pub values: Option<usize>,
+}
+
+/// Draws the members, at most 20 000, and computes some of them, to tell what a cohort will be; nothing is written.
+///
+/// # Errors
+/// [`CohortError::Unmet`] for constraints that cannot be met; [`CohortError::Threads`].
+pub fn survey(cohort: &Cohort, tried: u64, options: &RunOptions) -> Result<Survey, CohortError> {
+    let (members, tried) = (cohort.members(), tried.min(cohort.members()));
+    let drawn = members.min(MOST_DRAWN);
+    let (mut draws, mut cases) = (0, BTreeMap::new());
+    let mut fields: BTreeMap<String, Seen> = BTreeMap::new();
+    for index in 0..drawn {
+        let member = cohort.member(index)?;
+        draws += u64::from(member.attempts);
+        *cases.entry(member.case).or_insert(0) += 1;
+        for (path, value) in member.values {
+            fields.entry(path).or_default().add(&value);
+        }
+    }
+    let pools = workers::pools(options.threads)?;
+    let start = Instant::now();
+    let (mut refused, mut bytes) = (Vec::new(), 0);
+    let work = |k: u64| -> Result<_, CohortError> {
+        let member = cohort.member(k * members / tried)?;
+        let made = compute(&member, options.memory_of_each());
+        Ok((member.key, made))
+    };
+    workers::in_order(0..tried, &pools, work, |done| {
+        let (key, made) = done?;
+        match made {
+            Ok(made) => bytes += made.bytes.len() as u64,
+            Err(reason) => refused.push((key, reason)),
+        }
+        Ok::<(), CohortError>(())
+    })?;
+    let seconds = start.elapsed().as_secs_f64();
+    Ok(Survey {
+        members,
+        drawn,
+        draws,
+        cases,
+        fields: (fields.into_iter())
+            .map(|(path, seen)| seen.range(path))
+            .collect(),
+        tried,
+        refused,
+        bytes: (bytes as f64 / tried.max(1) as f64 * members as f64) as u64,
+        members_per_second: tried as f64 / seconds,
+        threads: pools.len(),
+    })
+}
+
+/// What was seen of a field.
+#[derive(Default)]
+struct Seen {
+    numbers: Vec<f64>,
+    others: bool,
+    different: BTreeMap<String, ()>,
+}
+
+impl Seen {
+    /// So many different values are few.
+    const FEW: usize = 20;
+
+    fn add(&mut self, value: &Value) {
+        match value.as_f64() {
+            Some(number) => self.numbers.push(number),
+            None => self.others = true,
+        }
+        if self.different.len() <= Self::FEW {
+            self.different.insert(value.to_string(), ());
+        }
+    }
+
+    fn range(self, path: String) -> FieldRange {
+        let n = self.numbers.len() as f64;
+        let least = self.numbers.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = self
+            .numbers
+            .iter()
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max);
+        let mean = self.numbers.iter().sum::<f64>() / n;
+        let different = self.different.len();
+        FieldRange {
+            path,
+            range: (!self.others).then_some([least, mean, most]),
+            values: (different <= Self::FEW).then_some(different),
+        }
+    }
+}

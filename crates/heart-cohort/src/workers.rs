@@ -1,0 +1,85 @@
+//! Members side by side: each on one thread, for as many threads as there are, and handed over in their order.
+
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use std::ops::Range;
+use std::sync::mpsc::sync_channel;
+
+/// Threads for members, one pool each.
+pub(crate) fn pools(threads: usize) -> Result<Vec<ThreadPool>, ThreadPoolBuildError> {
+    (0..threads.max(1))
+        .map(|_| ThreadPoolBuilder::new().num_threads(1).build())
+        .collect()
+}
+
+/// Does `work` for each index in one of the pools and hands the results to `take` in the order of the indices. No more than two
+/// results of a pool wait, so that the memory does not depend on the number of indices. What `work` does in parallel by itself
+/// stays on its own thread: many members keep all threads busy, with nothing to wait for each other.
+///
+/// # Errors
+/// The first one of `take`, after which no further work begins.
+pub(crate) fn in_order<T: Send, E>(
+    indices: Range<u64>,
+    pools: &[ThreadPool],
+    work: impl Fn(u64) -> T + Sync,
+    mut take: impl FnMut(T) -> Result<(), E>,
+) -> Result<(), E> {
+    let work = &work;
+    std::thread::scope(|scope| {
+        let results: Vec<_> = (pools.iter().zip(indices.clone()))
+            .map(|(pool, first)| {
+                let (send, receive) = sync_channel(1);
+                let own = (first..indices.end).step_by(pools.len());
+                scope.spawn(move || {
+                    for index in own {
+                        // Nobody listens any more after a failure.
+                        if send.send(pool.install(|| work(index))).is_err() {
+                            break;
+                        }
+                    }
+                });
+                receive
+            })
+            .collect();
+        for (_, result) in indices.zip(results.iter().cycle()) {
+            // A thread that ended early panicked, which the end of the scope passes on.
+            let Ok(done) = result.recv() else { break };
+            take(done)?;
+        }
+        Ok(())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    #[test]
+    fn results_come_in_order_and_none_runs_far_ahead() {
+        for threads in [1, 2, 3, 50] {
+            let begun = AtomicU64::new(0);
+            let mut taken = Vec::new();
+            let work = |index| {
+                begun.fetch_add(1, Ordering::SeqCst);
+                assert_eq!(rayon::current_num_threads(), 1);
+                index
+            };
+            let take = |index: u64| {
+                taken.push(index);
+                // One in the making, one that waits, one just handed over, for each thread.
+                assert!(begun.load(Ordering::SeqCst) <= taken.len() as u64 + 3 * threads as u64);
+                Ok(())
+            };
+            in_order::<_, ()>(5..25, &pools(threads).unwrap(), work, take).unwrap();
+            assert_eq!(taken, (5..25).collect::<Vec<u64>>());
+        }
+    }
+
+    #[test]
+    fn a_failure_ends_the_work() {
+        let begun = AtomicU64::new(0);
+        let work = |_| begun.fetch_add(1, Ordering::SeqCst);
+        let ended = in_order(0..1_000_000, &pools(2).unwrap(), work, |_| Err("full"));
+        assert!(ended == Err("full") && begun.load(Ordering::SeqCst) < 10);
+    }
+}

@@ -1,0 +1,36 @@
+//! What a shard takes from the heap, by the number of its members. A program of its own: the counter is the process's.
+
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
+use heart_cohort::{Cohort, RunOptions, Shard, run_shard};
+use peak_alloc::PeakAlloc;
+
+#[global_allocator]
+static HEAP: PeakAlloc = PeakAlloc;
+
+/// Most that a row of the record takes: a dozen names with their numbers.
+const ROW_BYTES: usize = 4096;
+
+fn peak(members: usize) -> usize {
+    let text = format!(
+        "members = {members}\n[scene]\nheart.discretisation = {{ differences = {{ nodes = 51 }} }}
+camera = {{ views = 4, bins = 16, rows = 16, pitch = [0.8, 0.8] }}
+acquisition.mode = {{ gated = {{ gates = 2 }} }}\noutput.write = [\"projections\", \"truth\"]
+[vary]\ncycle.volume.gain = {{ uniform = [0.3, 0.6] }}\n"
+    );
+    let cohort = Cohort::from_toml(&text).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let (shard, options) = (Shard { shard: 1, of: 1 }, RunOptions::new(2));
+    HEAP.reset_peak_usage();
+    let before = HEAP.current_usage();
+    run_shard(&cohort, folder.path(), shard, &options, &|_| ()).unwrap();
+    HEAP.peak_usage() - before
+}
+
+#[test]
+fn memory_does_not_grow_with_members() {
+    peak(4);
+    let (few, many) = (peak(10), peak(110));
+    // A member's piece has 40 KB: were they kept, there would be 4 MB more.
+    assert!(many < few + 100 * ROW_BYTES, "{few} {many}");
+}

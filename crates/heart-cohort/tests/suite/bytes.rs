@@ -1,0 +1,171 @@
+//! The bytes of members: what they are, and that nothing changes them.
+
+use crate::{all, names, shard, with_refused};
+use heart_cohort::Row;
+use heart_cohort::heart_phantom::Phantom;
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+
+/// The pieces of all members, one after the other, and their rows without the place in a shard.
+fn pieces(folder: &Path, of: u64, threads: usize) -> (Vec<u8>, Vec<Row>) {
+    let (mut bytes, mut rows) = (Vec::new(), Vec::new());
+    for report in all(&with_refused(14), folder, of, threads) {
+        let archive = fs::read(&report.path).unwrap();
+        assert_eq!(archive.len() as u64, report.bytes);
+        // Without the two empty blocks at the end.
+        bytes.extend_from_slice(&archive[..archive.len() - 1024]);
+        rows.extend(report.rows.into_iter().map(|row| {
+            let mut row = row;
+            row.offset = 0;
+            row
+        }));
+    }
+    (bytes, rows)
+}
+
+#[test]
+fn bytes_of_members_are_the_same_for_any_shards_and_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let expected = pieces(&folder.path().join("serial"), 1, 1);
+    assert_eq!(expected.1.len(), 14);
+    let keys: Vec<String> = (0..14).map(|k| format!("{k:08}")).collect();
+    assert!(
+        expected.1.iter().map(|row| &row.key).eq(&keys),
+        "no key is missing"
+    );
+    for (of, threads) in [(1, 2), (2, 1), (2, 2), (7, 1), (7, 2), (14, 3)] {
+        let found = pieces(&folder.path().join(format!("{of}-{threads}")), of, threads);
+        assert_eq!(found.1, expected.1, "{of} shards, {threads} threads");
+        assert!(found.0 == expected.0, "{of} shards, {threads} threads");
+    }
+}
+
+/// The archive as another reader sees it; the arrays as the phantom of the member's scene has them, computed by itself.
+#[test]
+fn a_shard_holds_what_its_members_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let cohort = with_refused(6);
+    let report = shard(&cohort, folder.path(), [1, 1], 2);
+    let kept: Vec<&Row> = report
+        .rows
+        .iter()
+        .filter(|row| row.refused.is_none())
+        .collect();
+    assert!(kept.len() < 6 && !kept.is_empty());
+    let mut archive = tar::Archive::new(fs::File::open(&report.path).unwrap());
+    let mut files = Vec::new();
+    for entry in archive.entries().unwrap() {
+        let mut entry = entry.unwrap();
+        let header = entry.header();
+        let fixed = [header.mode(), header.mtime().map(|time| time as u32)].map(Result::unwrap);
+        assert_eq!(fixed, [0o644, 0]);
+        assert_eq!([header.uid().unwrap(), header.gid().unwrap()], [0; 2]);
+        let name = entry.path().unwrap().to_string_lossy().into_owned();
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).unwrap();
+        files.push((name, bytes));
+    }
+    let wanted = [
+        "scene.json",
+        "numbers.json",
+        "cls",
+        "projections.npy",
+        "reconstruction.npy",
+        "truth.npy",
+        "labels.npy",
+    ];
+    let expected = kept
+        .iter()
+        .flat_map(|row| wanted.map(|name| format!("{}.{name}", row.key)));
+    assert!(files.iter().map(|(name, _)| name.clone()).eq(expected));
+    for (row, files) in kept.iter().zip(files.chunks(wanted.len())) {
+        let scene = serde_json::from_slice(&files[0].1).unwrap();
+        assert_eq!(cohort.member(row.member).unwrap().scene().unwrap(), scene);
+        let phantom = Phantom::new(scene).unwrap();
+        let numbers: serde_json::Value = serde_json::from_slice(&files[1].1).unwrap();
+        let edv = numbers["numbers"]["edv"].as_f64().unwrap();
+        assert_eq!(edv, phantom.numbers().unwrap().edv);
+        assert_eq!(row.numbers["edv"], edv);
+        let close = |file: usize, shape: &str, of: &dyn Fn(usize) -> Vec<f32>| {
+            let samples = npy(&files[file].1, shape);
+            let expected: Vec<f32> = (0..2).flat_map(of).collect();
+            assert_eq!(samples.len(), expected.len());
+            let most = expected.iter().copied().fold(0.0, f32::max);
+            assert!(most > 0.0);
+            // Gates that share a shape are summed in another order: rounding of f32.
+            let worst =
+                (samples.iter().zip(&expected)).fold(0f32, |w, (a, b)| w.max((a - b).abs()));
+            assert!(worst <= 2e-6 * most, "{shape}: {worst}");
+        };
+        close(5, "(2, 8, 8, 8)", &|gate| phantom.truth(gate).unwrap());
+        let volumes = npy(&files[4].1, "(2, 8, 8, 8)");
+        assert!(volumes.iter().any(|sample| *sample > 0.0));
+        // With noise, counts in the units of the samples.
+        let views = npy(&files[3].1, "(2, 3, 8, 8)");
+        assert!(
+            views
+                .iter()
+                .all(|sample| ((sample * 100.0).round() / 100.0 - sample).abs() < 1e-5)
+        );
+        let phases = phantom.phases();
+        let labels: Vec<u8> = phases
+            .iter()
+            .flat_map(|at| phantom.labels(at.phase).unwrap())
+            .collect();
+        assert!(files[6].1.ends_with(&labels) && labels.len() == 2 * 512);
+    }
+}
+
+/// Samples of a file of NumPy, read by hand.
+fn npy(bytes: &[u8], shape: &str) -> Vec<f32> {
+    assert!(bytes.starts_with(b"\x93NUMPY\x01\x00"));
+    let length = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    let header = std::str::from_utf8(&bytes[10..length]).unwrap();
+    assert!(
+        header.contains("'<f4'") && header.contains(shape),
+        "{header}"
+    );
+    (bytes[length..].chunks_exact(4))
+        .map(|four| f32::from_le_bytes(four.try_into().unwrap()))
+        .collect()
+}
+
+#[test]
+fn whole_shards_are_skipped_and_broken_ones_made_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let cohort = with_refused(4);
+    let first = shard(&cohort, folder.path(), [1, 2], 1);
+    let (archive, record) = (first.path.clone(), first.path.with_extension("json"));
+    let bytes = fs::read(&archive).unwrap();
+    let again = |skipped| {
+        let report = shard(&cohort, folder.path(), [1, 2], 2);
+        assert_eq!(report.skipped, skipped);
+        assert_eq!(report.rows, first.rows);
+        assert!(fs::read(&archive).unwrap() == bytes);
+        assert_eq!(names(folder.path()).len(), 2);
+    };
+    again(true);
+    for at in [0, 600, bytes.len() - 1] {
+        let mut broken = bytes.clone();
+        broken[at] ^= 1;
+        fs::write(&archive, broken).unwrap();
+        again(false);
+    }
+    fs::write(&archive, &bytes[..bytes.len() - 512]).unwrap();
+    again(false);
+    fs::remove_file(&archive).unwrap();
+    again(false);
+    fs::write(&record, "{").unwrap();
+    again(false);
+    fs::remove_file(&record).unwrap();
+    again(false);
+    // What a process that was killed has left of this shard goes, of another one it stays.
+    let left = folder.path().join("shard-00001-of-00002.tar.99-1.tmp");
+    let other = folder.path().join("shard-00002-of-00002.tar.99-1.tmp");
+    fs::write(&left, "half").unwrap();
+    again(true);
+    fs::write(&other, "half").unwrap();
+    shard(&cohort, folder.path(), [1, 2], 1);
+    assert!(other.exists() && !left.exists());
+}

@@ -1,0 +1,271 @@
+//! What is refused, with which words, and that nothing is left behind.
+
+use crate::{SCENE, names, shard, text, with_refused};
+use heart_cohort::{Cohort, CohortError, RunOptions, Shard, merge, run_shard, verify};
+use std::fs;
+
+#[track_caller]
+fn says(text: &str, words: &[&str]) {
+    let error = Cohort::from_toml(text).unwrap_err().to_string();
+    for word in words {
+        assert!(error.contains(word), "{error}");
+    }
+}
+
+#[test]
+fn a_field_that_does_not_exist_is_told_with_its_line() {
+    for (vary, words) in [
+        (
+            "heart.inner.raduis = { uniform = [1.0, 2.0] }",
+            [
+                "line 12, ",
+                "vary.heart.inner.raduis: unknown field `raduis`",
+            ],
+        ),
+        (
+            "\"hart.inner.radius\" = { uniform = [1.0, 2.0] }",
+            ["line 12, ", "vary.hart.inner.radius: unknown field `hart`"],
+        ),
+        (
+            "cycle.volume.gian = { uniform = [1.0, 2.0] }",
+            ["line 12, ", "; cycle.volume of the scene has gain"],
+        ),
+        (
+            "pose.shift.4 = { uniform = [1.0, 2.0] }",
+            ["line 12, ", "no such field"],
+        ),
+        (
+            "defects.1.activity = { uniform = [1.0, 2.0] }",
+            ["line 12, ", "vary.defects.1.activity"],
+        ),
+        (
+            "heart.law = { uniform = [1.0, 2.0] }",
+            ["line 12, ", "vary.heart.law"],
+        ),
+        (
+            "heart.law = { choice = [\"total-force\", \"x\"] }",
+            ["line 12, ", "unknown variant `x`"],
+        ),
+        (
+            "camera.views = { normal = { mean = 9.0 } }",
+            ["line 12, ", "missing field `sd`"],
+        ),
+        (
+            "camera.views = { uniform = [3.2, 3.8] }",
+            ["line 12, ", "no whole number"],
+        ),
+        (
+            "camera.pitch.1 = { unifrom = [1.0, 2.0] }",
+            [
+                "line 12, ",
+                "wanted one of uniform, normal, log-normal, choice",
+            ],
+        ),
+        (
+            "camera.pitch.1 = { uniform = [nan, 2.0] }",
+            ["line 12, ", "vary.camera.pitch.1"],
+        ),
+        (
+            "camera.pitch.1 = { uniform = [2.0, 1.0] }",
+            ["line 12, ", "must not be above"],
+        ),
+        ("camera.pitch.1 = 2.0", ["line 12, ", "wanted one of"]),
+    ] {
+        says(&text(3, "seed = 1", vary), &words);
+    }
+    says(
+        "members = 3\n[scene]\ncamera.view = 3\n",
+        &["line 3, column 15: scene.camera.view: unknown field `view`"],
+    );
+    says(
+        "members = 3\n[scene]\ncamera.views = -3\n",
+        &["line 3", "scene.camera.views"],
+    );
+    says(
+        "members = 3\n[scene]\ncamera.views = 0\n",
+        &["line 3", "scene.camera.views: is 0; "],
+    );
+    says(
+        "members = 3\n[scene]\noutput.write = [\"meshes\"]\n",
+        &["line 3", "nothing else"],
+    );
+    says(
+        "members = 3\n[scene]\noutput.volumes = \"nifti\"\n",
+        &["line 3", "as npy"],
+    );
+    says(
+        "members = 3\n[[cases]]\nvary.heart.x = { choice = [1] }\n",
+        &["line 3", "cases.1.vary.heart.x"],
+    );
+    says(
+        "members = 3\n[[cases]]\nweight = 0\n",
+        &["line 3", "above 0"],
+    );
+    says("members = 0\n", &["line 1, column 11: members: is 0"]);
+    says(
+        "members = 3\nmember = 4\n",
+        &["line 2, column 1: ", "unknown field `member`"],
+    );
+    says("seed = 3\n", &["missing field `members`"]);
+    says(
+        "members = 3\nsampling = \"sobol\"\nattempts = 2000000000\n",
+        &["line 3", "attempts"],
+    );
+    says("members = \n", &["line 1"]);
+    let many: String = (1..=64)
+        .map(|k| format!("heart.inner.radius{k} = {{ choice = [1] }}\n"))
+        .collect();
+    says(&text(3, "sampling = \"sobol\"", &many), &["unknown field"]);
+}
+
+#[test]
+fn constraints_without_sense_are_told_with_their_line() {
+    for (constraint, words) in [
+        ("heart.inner.radius >", "a number, a field"),
+        ("heart.inner.radius", "one of < <= > >="),
+        ("heart.inner.x > 1", "the scene has no number heart.inner.x"),
+        ("heart.law > 1", "the scene has no number heart.law"),
+    ] {
+        let head = format!("constraints = [\n \"1 < 2\",\n \"{constraint}\"]");
+        says(&text(3, &head, ""), &["line 4", "constraints.2", words]);
+    }
+}
+
+#[test]
+fn an_impossible_constraint_leaves_nothing_behind() {
+    let head =
+        "attempts = 50\nconstraints = [\"cycle.volume.gain > 0\", \"heart.inner.radius > 3\"]";
+    let vary = "heart.inner.radius = { uniform = [1.5, 2.0] }";
+    let cohort = Cohort::from_toml(&text(3, head, vary)).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let error = run_shard(
+        &cohort,
+        &out,
+        Shard { shard: 1, of: 1 },
+        &RunOptions::new(1),
+        &|_| (),
+    )
+    .unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "member 0: none of 50 draws meets all constraints; `heart.inner.radius > 3` fails in 50 of them"
+    );
+    assert!(!out.exists());
+}
+
+#[test]
+fn files_that_cannot_be_read_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cohort.toml");
+    let load = || Cohort::load(&path).unwrap_err();
+    assert!(matches!(load(), CohortError::Read { .. }));
+    fs::create_dir(&path).unwrap();
+    assert!(matches!(load(), CohortError::Read { .. }));
+    fs::remove_dir(&path).unwrap();
+    fs::write(&path, b"members = \xff").unwrap();
+    assert!(matches!(load(), CohortError::Read { .. }));
+    fs::write(&path, "members = 3\nbase = \"scene.toml\"\n").unwrap();
+    assert!(load().to_string().contains("scene.toml"));
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, "[camera]\nviews = 0\n").unwrap();
+    assert!(load().to_string().contains("scene.toml:2:9: camera.views"));
+    // It is looked for beside the cohort, and counts below its [scene].
+    fs::write(&scene, "[camera]\nviews = 7\nbins = 32\n").unwrap();
+    fs::write(
+        &path,
+        "members = 3\nbase = \"scene.toml\"\n[scene]\ncamera.bins = 16\n",
+    )
+    .unwrap();
+    let scene = Cohort::load(&path)
+        .unwrap()
+        .member(0)
+        .unwrap()
+        .scene()
+        .unwrap();
+    assert_eq!([scene.camera.views, scene.camera.bins], [7, 16]);
+    fs::write(&path, "members = 3\n[vary]\nx = { choice = [1] }\n").unwrap();
+    let error = load().to_string();
+    assert!(
+        error.contains("cohort.toml:3:5: vary.x: unknown field `x`"),
+        "{error}"
+    );
+}
+
+#[test]
+fn shards_that_there_are_not_are_refused() {
+    let cohort = with_refused(3);
+    let folder = tempfile::tempdir().unwrap();
+    for shard in [[0, 3], [4, 3], [1, 0], [1, 4]] {
+        let [shard, of] = shard;
+        let run = run_shard(
+            &cohort,
+            folder.path(),
+            Shard { shard, of },
+            &RunOptions::new(1),
+            &|_| (),
+        );
+        assert!(matches!(run, Err(CohortError::NoShard { .. })));
+    }
+    assert_eq!(names(folder.path()), [""; 0]);
+}
+
+#[test]
+fn a_shard_of_another_cohort_is_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    shard(&with_refused(3), folder.path(), [1, 1], 1);
+    let before = fs::read(folder.path().join("shard-00001-of-00001.tar")).unwrap();
+    let other = Cohort::from_toml(&text(3, "seed = 6", "")).unwrap();
+    let run = run_shard(
+        &other,
+        folder.path(),
+        Shard { shard: 1, of: 1 },
+        &RunOptions::new(1),
+        &|_| (),
+    );
+    assert!(matches!(run, Err(CohortError::OtherCohort { .. })));
+    assert!(matches!(
+        verify(&other, folder.path(), 1, 1, &RunOptions::new(1)),
+        Err(CohortError::OtherCohort { .. })
+    ));
+    assert!(fs::read(folder.path().join("shard-00001-of-00001.tar")).unwrap() == before);
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_to_is_told_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    fs::write(&file, "x").unwrap();
+    let begun = std::sync::atomic::AtomicBool::new(false);
+    let progress = |_| begun.store(true, std::sync::atomic::Ordering::Relaxed);
+    let run = run_shard(
+        &with_refused(3),
+        &file,
+        Shard { shard: 1, of: 1 },
+        &RunOptions::new(1),
+        &progress,
+    );
+    assert!(matches!(run, Err(CohortError::Phantom(_))) && !begun.into_inner());
+    assert!(matches!(merge(&file), Err(CohortError::Read { .. })));
+}
+
+#[test]
+fn a_member_that_the_physics_refuses_has_its_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let vary = "background.semi_axes.1 = { choice = [3.0, 30.0] }";
+    let head = "sampling = \"sobol\"";
+    let torso = format!(
+        "{SCENE}background = {{ concentration = 0.1, centre = [0.0, 0.0], semi_axes = [30.0, 30.0] }}\n"
+    );
+    let text = text(8, head, vary).replace(SCENE, &torso);
+    let report = shard(&Cohort::from_toml(&text).unwrap(), folder.path(), [1, 1], 2);
+    assert_eq!((report.rows.len(), report.refused()), (8, 4));
+    for row in &report.rows {
+        let is_narrow = row.values["background.semi_axes.1"] == 3.0;
+        assert_eq!(row.refused.is_some(), is_narrow);
+        if let Some(reason) = &row.refused {
+            assert!(reason.contains("background"), "{reason}");
+            assert!(row.bytes == 0 && row.sha256.is_empty() && row.numbers.is_empty());
+        }
+    }
+}

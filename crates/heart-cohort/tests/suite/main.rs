@@ -1,0 +1,52 @@
+//! Cohorts from their text to their shards, by members of 8 x 8 bins.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod bytes;
+mod draws;
+mod failures;
+mod folder;
+mod manifest;
+
+use heart_cohort::{Cohort, RunOptions, Shard, ShardReport, run_shard};
+use std::path::Path;
+
+/// Two gates of a small heart before a small camera: some milliseconds a member.
+const SCENE: &str = "[scene]
+heart.discretisation = { differences = { nodes = 51 } }
+camera = { views = 3, bins = 8, rows = 8, pitch = [1.5, 1.5] }
+acquisition.mode = { gated = { gates = 2 } }
+noise = { counts = { per_unit = 100.0 }, seed = 1 }
+output.write = [\"truth\", \"projections\", \"reconstruction\", \"labels\"]
+reconstruction.arc = \"extend\"
+";
+
+/// The text of a cohort of such members.
+fn text(members: u64, head: &str, vary: &str) -> String {
+    format!("members = {members}\n{head}\n{SCENE}\n[vary]\n{vary}\n")
+}
+
+/// Some members are refused: their outer balloon is not outside.
+fn with_refused(members: u64) -> Cohort {
+    let vary = "heart.outer.radius = { choice = [2.6, 2.8, 1.7] }\ncycle.volume.gain = { uniform = [0.2, 0.6] }";
+    Cohort::from_toml(&text(members, "seed = 5", vary)).unwrap()
+}
+
+fn shard(cohort: &Cohort, folder: &Path, [shard, of]: [u64; 2], threads: usize) -> ShardReport {
+    let options = RunOptions::new(threads);
+    run_shard(cohort, folder, Shard { shard, of }, &options, &|_| ()).unwrap()
+}
+
+fn all(cohort: &Cohort, folder: &Path, of: u64, threads: usize) -> Vec<ShardReport> {
+    (1..=of)
+        .map(|k| shard(cohort, folder, [k, of], threads))
+        .collect()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}

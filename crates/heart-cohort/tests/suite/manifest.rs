@@ -1,0 +1,137 @@
+//! One manifest of all shards.
+
+use crate::{all, names, with_refused};
+use heart_cohort::{CohortError, merge};
+use std::fs;
+
+#[test]
+fn a_manifest_has_a_row_for_every_member() {
+    let folder = tempfile::tempdir().unwrap();
+    let cohort = with_refused(9);
+    let reports = all(&cohort, folder.path(), 3, 1);
+    fs::write(
+        folder.path().join("shard-00002-of-00003.json.7-7.tmp"),
+        "half",
+    )
+    .unwrap();
+    let report = merge(folder.path()).unwrap();
+    assert_eq!((report.members, report.shards), (9, 3));
+    assert_eq!(
+        report.bytes,
+        reports.iter().map(|report| report.bytes).sum::<u64>()
+    );
+    assert!(
+        names(folder.path())
+            .iter()
+            .all(|name| !name.ends_with(".tmp"))
+    );
+    let mut csv = csv::Reader::from_path(folder.path().join("manifest.csv")).unwrap();
+    let header = csv.headers().unwrap().clone();
+    let column = |name: &str| header.iter().position(|other| other == name).unwrap();
+    let rows: Vec<csv::StringRecord> = csv.records().map(Result::unwrap).collect();
+    let expected: Vec<_> = reports.iter().flat_map(|report| &report.rows).collect();
+    assert_eq!(rows.len(), 9);
+    for (k, (row, expected)) in rows.iter().zip(&expected).enumerate() {
+        assert_eq!(&row[column("key")], format!("{k:08}"));
+        assert_eq!(
+            &row[column("shard")],
+            format!("shard-{:05}-of-00003.tar", k / 3 + 1)
+        );
+        assert_eq!(&row[column("sha256")], expected.sha256);
+        assert_eq!(row[column("status")] == *"ok", expected.refused.is_none());
+        assert_eq!(
+            row[column("reason")],
+            *expected.refused.as_deref().unwrap_or_default()
+        );
+        let gain: f64 = row[column("cycle.volume.gain")].parse().unwrap();
+        assert_eq!(Some(gain), expected.values["cycle.volume.gain"].as_f64());
+        let edv = expected
+            .numbers
+            .get("edv")
+            .and_then(serde_json::Value::as_f64);
+        assert_eq!(row[column("edv")].parse().ok(), edv);
+        if edv.is_some() {
+            // The piece is where the row says: it begins with its name.
+            let archive = fs::read(folder.path().join(&row[column("shard")])).unwrap();
+            let at: usize = row[column("offset")].parse().unwrap();
+            assert!(archive[at..].starts_with(&row.as_slice().as_bytes()[..8]));
+        }
+    }
+    #[cfg(feature = "parquet")]
+    parquet_says_the_same(folder.path(), &header, &rows);
+    // It is the same whoever made the shards, and made again.
+    let bytes = fs::read(folder.path().join("manifest.csv")).unwrap();
+    merge(folder.path()).unwrap();
+    assert!(fs::read(folder.path().join("manifest.csv")).unwrap() == bytes);
+}
+
+#[cfg(feature = "parquet")]
+fn parquet_says_the_same(
+    folder: &std::path::Path,
+    header: &csv::StringRecord,
+    rows: &[csv::StringRecord],
+) {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+    let file = fs::File::open(folder.join("manifest.parquet")).unwrap();
+    let reader = SerializedFileReader::new(file).unwrap();
+    assert_eq!(
+        reader.metadata().file_metadata().num_rows(),
+        rows.len() as i64
+    );
+    for (found, row) in reader.get_row_iter(None).unwrap().zip(rows) {
+        let found = found.unwrap();
+        let cells: Vec<(String, Field)> = found
+            .get_column_iter()
+            .map(|(name, field)| (name.clone(), field.clone()))
+            .collect();
+        assert!(cells.iter().map(|(name, _)| name.as_str()).eq(header));
+        for ((_, field), text) in cells.iter().zip(row) {
+            match field {
+                Field::Null => assert_eq!(text, ""),
+                Field::Str(found) => assert_eq!(found, text),
+                Field::Long(found) => assert_eq!(found.to_string(), text),
+                Field::Double(found) => assert_eq!(text.parse(), Ok(*found)),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn a_folder_that_lacks_a_shard_has_no_manifest() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(matches!(
+        merge(folder.path()),
+        Err(CohortError::Cuts { cuts: 0, .. })
+    ));
+    let cohort = with_refused(6);
+    let reports = all(&cohort, folder.path(), 3, 1);
+    let archive = fs::read(&reports[1].path).unwrap();
+    for bytes in [None, Some(&archive[..100])] {
+        fs::remove_file(&reports[1].path).unwrap();
+        if let Some(bytes) = bytes {
+            fs::write(&reports[1].path, bytes).unwrap();
+        }
+        let error = merge(folder.path()).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                CohortError::Missing {
+                    missing: 1,
+                    of: 3,
+                    first: 2,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+        fs::write(&reports[1].path, &archive).unwrap();
+    }
+    assert!(!folder.path().join("manifest.csv").exists());
+    all(&cohort, folder.path(), 2, 1);
+    assert!(matches!(
+        merge(folder.path()),
+        Err(CohortError::Cuts { cuts: 2, .. })
+    ));
+}

@@ -1,0 +1,117 @@
+//! The views of all gates together: a shape of the heart that several gates see is projected once.
+
+use super::project::Aim;
+use super::quadrature::Node;
+use super::views::Scan;
+use crate::HeartShape;
+use crate::error::PhantomError;
+use crate::model::Placed;
+use rayon::prelude::*;
+use revolve_voxel::{Organs, RayCounters};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Shapes, each with the gates that see it and for which share of their time.
+pub(crate) struct SharedShapes {
+    pub(crate) gains: Vec<f64>,
+    pub(crate) uses: Vec<Vec<(usize, f64)>>,
+}
+
+impl SharedShapes {
+    /// Those of some scans, one a gate; `None` if it takes more than how the heart beats to tell their views: they differ in more than
+    /// their angle, depth blurs them, active organs stand around the heart (which are integrated once for all of its shapes,
+    /// gate by gate), or their shapes do not fit into the heart's memory together.
+    pub(crate) fn of(scans: &[Scan<'_>]) -> Result<Option<Self>, PhantomError> {
+        let mut by_gain: BTreeMap<u64, Vec<(usize, f64)>> = BTreeMap::new();
+        for (gate, scan) in scans.iter().enumerate() {
+            scan.acquisition.validate(scan.cycle, scan.camera)?;
+            let organs = scan.organs.is_some_and(Organs::is_active);
+            let alike = scan.acquisition.same_for_all_views(scan.camera);
+            if scan.depth.is_some() || organs || !alike {
+                return Ok(None);
+            }
+            for node in scan.quadrature().view(0).nodes {
+                // All that there is to a point: another field would have to be equal, too.
+                let Node {
+                    gain,
+                    share,
+                    weights: [even, odd],
+                } = node;
+                if share != 0.0 {
+                    return Ok(None);
+                }
+                let uses = by_gain.entry(gain.to_bits()).or_default();
+                uses.push((gate, even + odd));
+            }
+        }
+        let most = scans.first().map_or(0, |scan| scan.heart.most_shapes());
+        Ok((by_gain.len() <= most).then(|| Self {
+            gains: by_gain.keys().map(|bits| f64::from_bits(*bits)).collect(),
+            uses: by_gain.into_values().collect(),
+        }))
+    }
+}
+
+/// Adds a weighted copy to each of those gates, whose samples follow each other in pieces of the copy's length.
+pub(crate) fn add_to_gates(one: &[f32], uses: &[(usize, f64)], all: &mut [f32]) {
+    for &(gate, weight) in uses {
+        let own = &mut all[gate * one.len()..(gate + 1) * one.len()];
+        for (sum, value) in own.iter_mut().zip(one) {
+            *sum += (weight * f64::from(*value)) as f32;
+        }
+    }
+}
+
+impl Scan<'_> {
+    /// All rows of all views of so many gates, `[gate][view][row][bin]`, before any blur.
+    pub(crate) fn of_gates(
+        &self,
+        n_gates: usize,
+        shared: &SharedShapes,
+    ) -> Result<(Vec<f32>, RayCounters), PhantomError> {
+        self.activity.validate()?;
+        let solved = self.heart.shapes(&shared.gains)?;
+        let placed = self.placed(&solved)?;
+        let views = (0..self.camera.n_views())
+            .into_par_iter()
+            .map(|view_idx| self.view_of_gates(view_idx, n_gates, (&solved, &placed), shared))
+            .collect::<Result<Vec<_>, _>>()?;
+        let (n_views, len) = (views.len(), self.camera.view_len());
+        let mut samples = vec![0.0f32; n_gates * n_views * len];
+        let mut rays = RayCounters::default();
+        for (view_idx, (view, done)) in views.iter().enumerate() {
+            rays = rays + *done;
+            for (gate, own) in view.chunks(len).enumerate() {
+                let at = (gate * n_views + view_idx) * len;
+                samples[at..at + len].copy_from_slice(own);
+            }
+        }
+        Ok((samples, rays))
+    }
+
+    /// One view of all gates, `[gate][row][bin]`.
+    fn view_of_gates(
+        &self,
+        view_idx: usize,
+        n_gates: usize,
+        (solved, placed): (&[Arc<HeartShape>], &Placed),
+        shared: &SharedShapes,
+    ) -> Result<(Vec<f32>, RayCounters), PhantomError> {
+        let len = self.camera.view_len();
+        let aim = Aim {
+            theta: self.camera.angle(view_idx, 0.0),
+            planes: &[],
+            rows: &(0..self.camera.n_rows()),
+        };
+        let (mut samples, mut one) = (vec![0.0f32; n_gates * len], vec![0.0f32; len]);
+        let mut done = RayCounters::default();
+        for (shape, uses) in solved.iter().zip(&shared.uses) {
+            one.fill(0.0);
+            let heart = (&**shape, placed.of(shape));
+            done = done + self.project(heart, &aim, None, 1.0, &mut one)?;
+            add_to_gates(&one, uses, &mut samples);
+        }
+        self.no_negatives(&mut samples);
+        Ok((samples, done))
+    }
+}

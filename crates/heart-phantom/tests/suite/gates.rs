@@ -1,0 +1,132 @@
+//! All gates together, against each by itself.
+
+use heart_phantom::scene::{
+    Accuracy, BackgroundSettings, BlurSettings, CollimatorSettings, DefectSettings, HolesSettings,
+    Mode, Scene,
+};
+use heart_phantom::{Phantom, Rotation, VolumeCurve};
+
+fn scene() -> Scene {
+    let mut scene = Scene::default()
+        .with_size(12)
+        .with_mode(Mode::Gated { gates: 6 });
+    scene.camera.views = 4;
+    scene.acquisition.accuracy = Accuracy::Steps(24);
+    scene
+}
+
+fn one_by_one(phantom: &Phantom, of: impl Fn(usize) -> Vec<f32>) -> Vec<f32> {
+    (0..phantom.n_gates()).flat_map(of).collect()
+}
+
+/// The largest differences of views and volumes, as shares of the largest sample.
+fn differences(scene: &Scene) -> [f32; 2] {
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let views = one_by_one(&phantom, |gate| {
+        phantom.sinograms(gate, &|_| ()).unwrap().samples
+    });
+    let volumes = one_by_one(&phantom, |gate| phantom.truth(gate).unwrap());
+    let together = [
+        phantom.sinograms_of_gates().unwrap(),
+        phantom.truth_of_gates().unwrap(),
+    ];
+    let mut found = [0.0; 2];
+    for (found, (a, b)) in found.iter_mut().zip(together.iter().zip([views, volumes])) {
+        assert_eq!(a.len(), b.len());
+        let most = b.iter().copied().fold(0.0, f32::max);
+        assert!(most > 0.0);
+        *found = a
+            .iter()
+            .zip(&b)
+            .fold(0f32, |worst, (a, b)| worst.max((a - b).abs()))
+            / most;
+    }
+    found
+}
+
+#[test]
+fn gates_together_are_those_taken_by_themselves() {
+    let defect = DefectSettings {
+        layers: [0.0, 0.6],
+        s: [0.2, 0.4],
+        azimuths_degrees: [0.0, 80.0],
+        activity: 0.2,
+    };
+    let around = BackgroundSettings {
+        concentration: 0.3,
+        centre: [0.0; 2],
+        semi_axes: [14.0, 12.0],
+    };
+    let mut physiological = scene();
+    physiological.cycle.curve = VolumeCurve::Physiological;
+    for scene in [
+        scene(),
+        physiological.clone().with_defect(defect),
+        physiological.with_background(around),
+        scene()
+            .with_blur(BlurSettings { fwhm: 1.5 })
+            .with_background(around)
+            .with_defect(defect),
+    ] {
+        // A sum of some six terms, each rounded to 24 bits, in the one order and in the other.
+        let found = differences(&scene);
+        assert!(found.iter().all(|worst| *worst < 1e-6), "{found:?}");
+    }
+}
+
+#[test]
+fn what_shares_no_shape_has_its_own_bits() {
+    let mut turning = scene();
+    turning.camera.rotation = Rotation::Continuous;
+    turning.camera.seconds_per_view = 10.0;
+    let collimator = CollimatorSettings {
+        holes: HolesSettings::GeLehr,
+        intrinsic_fwhm: 0.38,
+        tolerance: 1e-2,
+    };
+    assert_eq!(differences(&turning), [0.0; 2]);
+    assert_eq!(differences(&scene().with_collimator(collimator))[0], 0.0);
+    assert_eq!(differences(&scene().with_mode(Mode::WholeCycle)), [0.0; 2]);
+}
+
+#[test]
+fn a_shape_that_gates_share_is_looked_at_once() {
+    let work = |together: bool| {
+        let phantom = Phantom::new(scene()).unwrap();
+        if together {
+            phantom.sinograms_of_gates().unwrap();
+            phantom.truth_of_gates().unwrap();
+        } else {
+            one_by_one(&phantom, |gate| {
+                phantom.sinograms(gate, &|_| ()).unwrap().samples
+            });
+            one_by_one(&phantom, |gate| phantom.truth(gate).unwrap());
+        }
+        phantom.work()
+    };
+    let (together, alone) = (work(true), work(false));
+    // 24 steps a beat are 13 shapes of a sinusoid; six gates by themselves see five each.
+    assert_eq!((together.shapes_solved, alone.shapes_solved), (13, 13));
+    let rays = |work: heart_phantom::WorkReport| work.rays_cast + work.rays_skipped;
+    assert_eq!(rays(together), 13 * 4 * 12 * 12);
+    assert_eq!(rays(alone), 30 * 4 * 12 * 12);
+    assert!(together.voxels_cut < alone.voxels_cut);
+}
+
+#[test]
+fn threads_change_no_bit_of_gates_together() {
+    let of = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let phantom = Phantom::new(scene()).unwrap();
+            [
+                phantom.sinograms_of_gates().unwrap(),
+                phantom.truth_of_gates().unwrap(),
+            ]
+        })
+    };
+    assert_eq!(of(1), of(3));
+}

@@ -1,0 +1,179 @@
+//! Cohorts: what `heart-phantom cohort` does.
+
+use crate::arguments::{Arguments, Cohort as Command, Shards};
+use crate::commands::{Done, bar, init, size};
+use crate::output::Answer;
+use heart_cohort::{
+    Cohort, RunOptions, Shard, SlurmOptions, Survey, merge, run_shard, sbatch, survey, verify,
+};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Called in the pool that has the threads asked for.
+pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
+    match command {
+        Command::Init { file } => init(file.as_deref(), Cohort::TEMPLATE.to_owned()),
+        Command::Check { cohort, members } => {
+            let found = survey(&Cohort::load(cohort)?, *members, &options(arguments))?;
+            Ok(Answer::Report(json!(found), lines(&found)))
+        }
+        Command::Run { cohort, out, shard } => shards(arguments, cohort, out, *shard),
+        Command::Merge { dir } => {
+            let report = merge(dir)?;
+            let files = report.files.iter().map(|file| file.to_string_lossy());
+            let found = json!({
+                "members": report.members, "refused": report.refused, "shards": report.shards, "bytes": report.bytes,
+                "files": files.collect::<Vec<_>>(),
+            });
+            let line = format!(
+                "{} members in {} shards ({}), {} refused",
+                report.members,
+                report.shards,
+                size(report.bytes),
+                report.refused
+            );
+            let written = report
+                .files
+                .iter()
+                .map(|file| format!("  {}", file.display()));
+            Ok(Answer::Report(
+                found,
+                [line].into_iter().chain(written).collect(),
+            ))
+        }
+        Command::Verify {
+            cohort,
+            out,
+            members,
+            seed,
+        } => {
+            let report = verify(
+                &Cohort::load(cohort)?,
+                out,
+                *members,
+                *seed,
+                &options(arguments),
+            )?;
+            let found = json!({ "shards": report.shards, "members": report.members, "refused": report.refused });
+            let line = format!(
+                "{} shards are whole, {} members came out with the same bytes",
+                report.shards,
+                report.members.len()
+            );
+            Ok(Answer::Report(found, vec![line]))
+        }
+        Command::Slurm {
+            cohort,
+            out,
+            shards,
+            minutes,
+            task_memory,
+            partition,
+        } => {
+            let known = Cohort::load(cohort)?;
+            // Checked here rather than in each task.
+            Shard {
+                shard: 1,
+                of: *shards,
+            }
+            .members(&known)?;
+            let options = SlurmOptions::new(*shards)
+                .with_threads(arguments.threads.unwrap_or(2))
+                .with_minutes(*minutes)
+                .with_memory_mib(*task_memory)
+                .with_partition(partition.clone());
+            let absolute = |path: &Path| std::path::absolute(path).unwrap_or(path.to_path_buf());
+            let program = std::env::current_exe().unwrap_or(PathBuf::from("heart-phantom"));
+            Ok(Answer::Text(sbatch(
+                &program,
+                &absolute(cohort),
+                &absolute(out),
+                &options,
+            )))
+        }
+    }
+}
+
+fn options(arguments: &Arguments) -> RunOptions {
+    let options = RunOptions::new(rayon::current_num_threads());
+    match arguments.memory {
+        Some(mib) => options.with_memory(mib << 20),
+        None => options,
+    }
+}
+
+fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> Done {
+    let cohort = Cohort::load(cohort)?;
+    let of = shards.of;
+    let which = match shards.which {
+        Some(shard) => shard..=shard,
+        None => 1..=of,
+    };
+    let (mut made, mut skipped, mut members, mut refused, mut bytes) = (0, 0, 0, 0, 0);
+    let bar = bar(arguments);
+    let total: u64 = (which.clone())
+        .map(|shard| Shard { shard, of }.members(&cohort))
+        .try_fold(0, |sum, range| {
+            range.map(|range| sum + range.end - range.start)
+        })?;
+    bar.set_length(total);
+    for shard in which {
+        let progress = |done| bar.set_position(members + done);
+        let report = run_shard(
+            &cohort,
+            out,
+            Shard { shard, of },
+            &options(arguments),
+            &progress,
+        )?;
+        skipped += u64::from(report.skipped);
+        made += u64::from(!report.skipped);
+        refused += report.refused() as u64;
+        members += report.rows.len() as u64;
+        bytes += report.bytes;
+    }
+    bar.finish_and_clear();
+    let found = json!({
+        "shards_made": made, "shards_skipped": skipped, "members": members, "refused": refused, "bytes": bytes,
+    });
+    let line = format!(
+        "{made} shards made, {skipped} were whole; {members} members ({}), {refused} refused, in {}",
+        size(bytes),
+        out.display()
+    );
+    Ok(Answer::Report(found, vec![line]))
+}
+
+fn lines(found: &Survey) -> Vec<String> {
+    let mut lines = vec![format!(
+        "{} members; {} draws for {} of them",
+        found.members, found.draws, found.drawn
+    )];
+    for (case, count) in found.cases.iter().filter(|(case, _)| !case.is_empty()) {
+        lines.push(format!("  {case}: {count} of them"));
+    }
+    for field in &found.fields {
+        let range = field
+            .range
+            .map_or("names or tables".to_owned(), |[least, mean, most]| {
+                format!("{least:.4} to {most:.4}, mean {mean:.4}")
+            });
+        let few = field
+            .values
+            .map_or(String::new(), |n| format!(", {n} different values"));
+        lines.push(format!("  {}: {range}{few}", field.path));
+    }
+    for (key, reason) in &found.refused {
+        lines.push(format!("  {key} is refused: {reason}"));
+    }
+    let seconds = found.members as f64 / found.members_per_second;
+    lines.push(format!(
+        "{} to write; {:.2} members a second on {} threads ({} tried): {:.2} hours for all",
+        size(found.bytes),
+        found.members_per_second,
+        found.threads,
+        found.tried,
+        seconds / 3600.0
+    ));
+    lines
+}

@@ -1,0 +1,135 @@
+//! The command line of cohorts.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const COHORT: &str = "members = 6
+[scene]
+heart.discretisation = { differences = { nodes = 51 } }
+camera = { views = 3, bins = 16, rows = 16, pitch = [0.8, 0.8] }
+output.write = [\"projections\", \"truth\"]
+[vary]
+heart.outer.radius = { choice = [2.6, 2.8, 1.7] }
+cycle.volume.gain = { uniform = [0.2, 0.6] }
+";
+
+fn cohort(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
+        .args([&["--json", "--threads", "2", "cohort"], arguments].concat())
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+#[track_caller]
+fn answer(folder: &Path, arguments: &[&str]) -> serde_json::Value {
+    let output = cohort(folder, arguments);
+    assert!(output.status.success(), "{output:?}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn files(folder: &Path) -> Vec<String> {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name();
+    entries
+        .map(|entry| name(entry).into_string().unwrap())
+        .collect()
+}
+
+#[test]
+fn a_cohort_goes_from_its_text_to_its_manifest() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    assert!(cohort(folder, &["init", "template.toml"]).status.success());
+    assert!(
+        !cohort(folder, &["init", "template.toml"]).status.success(),
+        "it exists"
+    );
+    fs::write(folder.join("cohort.toml"), COHORT).unwrap();
+    let found = answer(folder, &["check", "cohort.toml", "--members", "3"]);
+    assert_eq!((&found["members"], &found["tried"]), (&6.into(), &3.into()));
+    assert_eq!(found["fields"][0]["path"], "cycle.volume.gain");
+    let run = ["run", "cohort.toml", "--out", "out", "--shard"];
+    let one = answer(folder, &[&run[..], &["2/3"]].concat());
+    assert_eq!(
+        (&one["shards_made"], &one["members"]),
+        (&1.into(), &2.into())
+    );
+    let all = answer(folder, &[&run[..], &["all/3"]].concat());
+    assert_eq!(
+        (&all["shards_made"], &all["shards_skipped"]),
+        (&2.into(), &1.into())
+    );
+    let merged = answer(folder, &["merge", "out"]);
+    assert_eq!(
+        (&merged["members"], &merged["refused"]),
+        (&6.into(), &all["refused"])
+    );
+    assert!(folder.join("out/manifest.csv").is_file());
+    let verified = answer(
+        folder,
+        &["verify", "cohort.toml", "--out", "out", "--members", "4"],
+    );
+    assert_eq!(verified["members"].as_array().map(Vec::len), Some(4));
+    let script = answer(
+        folder,
+        &["slurm", "cohort.toml", "--out", "out", "--shards", "3"],
+    );
+    let script = script["text"].as_str().unwrap();
+    assert!(script.contains("#SBATCH --array=1-3\n") && script.contains("cohort.toml' --out '/"));
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_with_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(
+        folder.join("cohort.toml"),
+        COHORT.replace("volume.gain", "volume.gian"),
+    )
+    .unwrap();
+    let output = cohort(folder, &["check", "cohort.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    let error: serde_json::Value = serde_json::from_slice(&output.stderr).unwrap();
+    assert_eq!(
+        (&error["line"], &error["field"]),
+        (&8.into(), &"vary.cycle.volume.gian".into())
+    );
+    for arguments in [
+        &["check", "missing.toml"][..],
+        &["run", "cohort.toml", "--out", "out", "--shard", "0/3"],
+        &["run", "cohort.toml", "--out", "out", "--shard", "3"],
+        &["slurm", "cohort.toml", "--out", "out", "--shards", "0"],
+    ] {
+        let output = cohort(folder, arguments);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+    }
+    assert_eq!(cohort(folder, &["merge", "out"]).status.code(), Some(2));
+    assert!(!folder.join("out").exists());
+}
+
+/// A limit on the size of files stands for a disk that is full: the write fails in the same way.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_nothing_half_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("cohort.toml"), COHORT).unwrap();
+    let program = env!("CARGO_BIN_EXE_heart-phantom");
+    let run = format!("ulimit -f 16; exec '{program}' cohort run cohort.toml --out out");
+    let output = Command::new("sh")
+        .args(["-c", &run])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        words.contains("cannot write") && words.contains("shard-00001-of-00001.tar"),
+        "{words}"
+    );
+    assert_eq!(files(&folder.join("out")), [""; 0]);
+}

@@ -1,0 +1,1 @@
+"""Shards of heart-phantom cohorts on engines written in Python."""
