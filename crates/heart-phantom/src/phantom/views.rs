@@ -130,7 +130,7 @@ impl Phantom {
             let [_, above] = depth.margin;
             let scan = Scan {
                 depth: Some(depth),
-                ..self.scan(&depth.camera, acquisition)
+                ..self.scan(&depth.camera, gate, acquisition)
             };
             let rows_there = rows.start + above..rows.end + above;
             let mut taken = scan.rows(views, rows_there, progress)?;
@@ -140,7 +140,7 @@ impl Phantom {
         }
         let Some(wide) = self.wide()? else {
             let cast = self.readout.rows_seen(&rows);
-            let scan = self.scan(self.camera(), acquisition);
+            let scan = self.scan(self.camera(), gate, acquisition);
             let mut taken = scan.rows(views, cast, progress)?;
             self.work.rays(taken.rays);
             self.readout.blur(&mut taken.samples, &rows)?;
@@ -149,7 +149,7 @@ impl Phantom {
         let [beside, above] = wide.margin;
         let rows = rows.start + above..rows.end + above;
         let cast = wide.blur.rows_seen(&rows);
-        let scan = self.scan(&wide.camera, acquisition);
+        let scan = self.scan(&wide.camera, gate, acquisition);
         let mut taken = scan.rows(views, cast, progress)?;
         self.work.rays(taken.rays);
         let blurred = wide.blur.rows(taken.samples, &rows)?;

@@ -3,18 +3,19 @@
 use super::views::Scan;
 use crate::HeartShape;
 use crate::error::PhantomError;
-use revolve_voxel::{ParallelRays, RayCounters, Sector};
+use revolve_voxel::{Body, ParallelRays, RayCounters, Sector};
 
 impl Scan<'_> {
-    /// Adds `weight` times the line integrals of all that there is, with the heart in this shape and its defects.
+    /// Adds `weight` times the line integrals of all that there is, with the heart in this shape, as a body that stands where it does now,
+    /// and its defects.
     pub(super) fn project(
         &self,
-        (shape, defects): (&HeartShape, &[(Sector, f64)]),
+        (shape, body, defects): (&HeartShape, &Body, &[(usize, Sector, f64)]),
         rays: &ParallelRays,
         weight: f64,
         target: &mut [f32],
     ) -> Result<RayCounters, PhantomError> {
-        let (body, [cavity, wall]) = (shape.body(), self.activity.of(shape));
+        let [cavity, wall] = self.activity.of(shape);
         // The torso is everywhere, the heart what differs from it.
         let around = (self.background).map_or(0.0, |background| background.concentration);
         let activity = [cavity - around, wall - around];
@@ -29,7 +30,8 @@ impl Scan<'_> {
             None => body.project_add(rays, &activity, weight, target)?,
             Some(medium) => body.project_attenuated_add(rays, &activity, weight, medium, target)?,
         };
-        for (sector, factor) in defects {
+        for (_, sector, factor) in defects {
+            let sector = sector.standing(*body.pose());
             let difference = weight * factor * wall;
             done = done + sector.project_add(rays, difference, attenuator.as_ref(), target)?;
         }

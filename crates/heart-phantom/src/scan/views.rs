@@ -5,13 +5,14 @@
 
 use super::acquisition::{Acquisition, Sinograms};
 use super::depth::Depth;
-use super::quadrature::{Node, Nodes, Quadrature};
+use super::nodes::{Node, Nodes};
+use super::quadrature::Quadrature;
 use super::total::Total;
 use crate::error::PhantomError;
 use crate::model::{Activity, Attenuation, Background, Defect, Placed};
-use crate::{Camera, Cycle, Heart, HeartShape};
+use crate::{Camera, Cycle, Heart, HeartShape, Twist};
 use rayon::prelude::*;
-use revolve_voxel::{Organs, RayCounters};
+use revolve_voxel::{Organs, Pose, RayCounters};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -31,12 +32,23 @@ pub(crate) struct Scan<'a> {
     pub(crate) activity: Activity,
     pub(crate) attenuation: Option<Attenuation>,
     pub(crate) defects: &'a [Defect],
+    /// How the wall is twisted at end-systole.
+    pub(crate) twist: Option<&'a Twist>,
     pub(crate) background: Option<Background>,
     pub(crate) organs: Option<&'a Organs>,
     /// How far the defects' layers may be from where they are, cm.
     pub(crate) tolerance: f64,
     /// What blurs by depth, if anything does; then `camera` is its own.
     pub(crate) depth: Option<&'a Depth>,
+}
+
+/// A volume of the cavity at a place of the breath, and how long.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Lasting {
+    pub(crate) gain: f64,
+    pub(crate) breath: f64,
+    /// Share of the time of all views.
+    pub(crate) share: f64,
 }
 
 /// Views that are taken together.
@@ -87,6 +99,7 @@ impl<'a> Scan<'a> {
             activity,
             attenuation: None,
             defects: &[],
+            twist: None,
             background: None,
             organs: None,
             tolerance: 0.0,
@@ -134,9 +147,19 @@ impl Scan<'_> {
     /// The defects in each of some distinct shapes, all of which the background surrounds: from it they are taken away.
     pub(crate) fn placed(&self, shapes: &[Arc<HeartShape>]) -> Result<Placed, PhantomError> {
         if let Some(background) = &self.background {
-            background.check_surrounds(shapes)?;
+            let mut standing = vec![*self.heart.pose()];
+            if self.cycle.breathing().is_some() {
+                standing.extend([self.pose(0.5)?, self.pose(1.0)?]);
+            }
+            for pose in standing {
+                background.check_surrounds(shapes, pose)?;
+            }
         }
-        Placed::new(self.heart, self.defects, self.tolerance, shapes)
+        let twist = |gain: f64| {
+            let twist = self.twist?;
+            Some(twist.scaled(self.cycle.emptied(gain)))
+        };
+        Placed::new(self.heart, (self.defects, twist), self.tolerance, shapes)
     }
 
     /// Where something is taken away that is there, as much as there is, rounding may leave less than nothing.
@@ -146,6 +169,15 @@ impl Scan<'_> {
                 .iter_mut()
                 .for_each(|sample| *sample = sample.max(0.0));
         }
+    }
+
+    /// Where the heart stands when the breath has come so far.
+    pub(crate) fn pose(&self, breath: f64) -> Result<Pose, PhantomError> {
+        let pose = self.heart.pose();
+        Ok(match self.cycle.breathing() {
+            None => *pose,
+            Some(breathing) => breathing.moved(pose, breath)?,
+        })
     }
 
     fn quadrature(&self) -> Quadrature<'_> {
@@ -159,7 +191,7 @@ impl Scan<'_> {
         mut take: impl FnMut(Group) -> Result<(), PhantomError>,
     ) -> Result<(), PhantomError> {
         let quadrature = self.quadrature();
-        if self.acquisition.same_for_all_views(self.camera) {
+        if self.acquisition.same_for_all_views(self.cycle, self.camera) {
             let plans = vec![quadrature.view(views.start)];
             return take(Group { views, plans });
         }
@@ -312,7 +344,8 @@ impl Scan<'_> {
             let rays = self.camera.detector().rays(theta)?;
             let rays = rays.with_planes(planes)?.rows(seen_rows.clone())?;
             let shape = shapes.by_gain[&node.gain.to_bits()];
-            let heart = (&**shape, shapes.placed.of(shape));
+            let body = shape.body().standing(self.pose(node.breath)?);
+            let heart = (&**shape, &body, shapes.placed.of(shape));
             let done = if odd == 0.0 {
                 self.project(heart, &rays, even, even_half)?
             } else if even == 0.0 {
@@ -335,7 +368,7 @@ impl Scan<'_> {
 
     /// The view that is hardest to sample.
     pub(crate) fn hardest_view(&self) -> usize {
-        if self.acquisition.same_for_all_views(self.camera) {
+        if self.acquisition.same_for_all_views(self.cycle, self.camera) {
             return 0;
         }
         let quadrature = self.quadrature();
@@ -364,29 +397,46 @@ impl Scan<'_> {
         }
     }
 
+    /// How far the breath has come in each view, in the mean over what it sees.
+    pub(crate) fn breaths_of_views(&self) -> Vec<f64> {
+        let quadrature = self.quadrature();
+        let mean = |view_idx| {
+            let nodes = quadrature.view(view_idx).nodes.into_iter();
+            nodes
+                .map(|node| (node.weights[0] + node.weights[1]) * node.breath)
+                .sum()
+        };
+        (0..self.camera.n_views()).map(mean).collect()
+    }
+
     /// Views that differ in what they see.
     fn n_plans(&self) -> usize {
-        if self.acquisition.same_for_all_views(self.camera) {
+        if self.acquisition.same_for_all_views(self.cycle, self.camera) {
             1
         } else {
             self.camera.n_views()
         }
     }
 
-    /// Each volume gain with its share of the time of all views, equal ones merged.
-    pub(crate) fn times(&self) -> Result<Vec<(f64, f64)>, PhantomError> {
+    /// Each volume gain and breath with its share of the time of all views, equal ones merged.
+    pub(crate) fn times(&self) -> Result<Vec<Lasting>, PhantomError> {
         self.acquisition.validate(self.cycle, self.camera)?;
         let quadrature = self.quadrature();
         let n_views = self.n_plans();
-        let mut times: Vec<(f64, f64)> = Vec::new();
+        let mut times: Vec<Lasting> = Vec::new();
         let mut known = BTreeMap::new();
         for view_idx in 0..n_views {
             for node in quadrature.view(view_idx).nodes {
                 let weight = (node.weights[0] + node.weights[1]) / n_views as f64;
-                let at = *known.entry(node.gain.to_bits()).or_insert(times.len());
+                let state = [node.gain, node.breath].map(f64::to_bits);
+                let at = *known.entry(state).or_insert(times.len());
                 match times.get_mut(at) {
-                    Some((_, sum)) => *sum += weight,
-                    None => times.push((node.gain, weight)),
+                    Some(lasting) => lasting.share += weight,
+                    None => times.push(Lasting {
+                        gain: node.gain,
+                        breath: node.breath,
+                        share: weight,
+                    }),
                 }
             }
         }

@@ -6,6 +6,7 @@ mod check_reconstruction;
 mod check_time;
 mod error;
 mod fault;
+mod motion;
 mod place;
 mod read;
 mod run;
@@ -15,12 +16,13 @@ mod study;
 mod template;
 
 pub use crate::{
-    Accuracy, Activity, Balloon, Counting, Counts, Decay, Method, Mode, Noise, Osem, Output,
-    Product, Rotation,
+    Accuracy, Activity, Balloon, Beats, BreathingCurve, Counting, Counts, Decay, GatedBy, Method,
+    Mode, Noise, Osem, Output, Product, RespiratoryGates, Rotation, RrIntervals,
 };
 pub use error::SceneError;
 pub(crate) use error::place_in;
 pub use membrane_forces::PressureLaw;
+pub use motion::{BreathingSettings, PointSettings, TwistSettings};
 pub use radon::{ArcPolicy, Window};
 pub use run::{GateReport, PictureReport, Progress, RunReport, SliceOrders, run};
 pub use sections::{

@@ -4,6 +4,7 @@
 
 mod acquisitions;
 mod collimator;
+mod compensated;
 mod counting;
 mod errors;
 mod files;
@@ -15,7 +16,9 @@ mod osem;
 mod parts;
 mod phantom;
 mod prepare;
+mod real_time;
 mod report;
 mod scene;
 mod scenes;
 mod time;
+mod truth_of_motion;
