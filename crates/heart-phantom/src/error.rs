@@ -53,7 +53,7 @@ pub enum PhantomError {
     },
     /// A gate does not come in the time of a view.
     #[error(
-        "gate {gate} does not come in the time of view {view_idx}; a view of a turning camera that lasts a beat sees every gate"
+        "gate {gate} does not come in the time of view {view_idx}; a view that lasts a beat, and a breath where that is gated, sees every gate"
     )]
     Unseen {
         /// The gate, from 0.
@@ -108,7 +108,7 @@ pub enum PhantomError {
         r: f64,
     },
     /// The wall has no material coordinates, which defects are given in: lines between points of equal s cross in it.
-    #[error("at a volume gain of {} the wall has no place for defects", Number(brief(*gain)))]
+    #[error("at a volume gain of {} the wall has no place for defects, and no motion of material", Number(brief(*gain)))]
     NoMaterial {
         /// Volume gain of the cavity.
         gain: f64,

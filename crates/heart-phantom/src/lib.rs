@@ -55,14 +55,14 @@ pub use revolve_voxel;
 
 pub use error::PhantomError;
 pub use model::{
-    Activity, Attenuation, Background, Balloon, Chest, Cycle, Defect, Deformation, GreenStrain,
-    Heart, HeartShape, MaterialPoint, Stretch, Twist, Uptake, VolumeCurve, VolumeRange, Wall,
-    WallRegion,
+    Activity, Attenuation, Background, Balloon, Beats, Breathing, BreathingCurve, Chest, Cycle,
+    Defect, Deformation, GatedBy, GreenStrain, Heart, HeartShape, MaterialPoint, RespiratoryGates,
+    RrIntervals, Stretch, Twist, Uptake, VolumeCurve, VolumeRange, Wall, WallRegion,
 };
 pub use phantom::{
-    Artefacts, BinMeans, Edge, Memory, Method, Numbers, Osem, OsemReport, Output, Phantom,
-    PhantomParts, PhaseOf, PhaseReport, PlannedFile, Product, ScenePhase, Seen, Thickness, Warning,
-    WorkReport,
+    Artefacts, BeatReport, BinMeans, Edge, Memory, Method, Moment, MotionField, MotionReport,
+    Numbers, Osem, OsemReport, Output, Phantom, PhantomParts, PhaseOf, PhaseReport, PlannedFile,
+    PointMotion, Product, ScenePhase, Seen, Thickness, Warning, WorkReport,
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]

@@ -132,6 +132,19 @@ fn solve_both(
 }
 
 impl PairEquilibrium {
+    /// Two membranes solved one by one, each for its own volume, as a pair whose wall was to have `wall_volume` cm^3; the pair's report is
+    /// empty, those of the two are theirs.
+    pub fn of(inner: Equilibrium, outer: Equilibrium, wall_volume: f64) -> Self {
+        let between = outer.measures.volume - inner.measures.volume;
+        Self {
+            wall_volume: between,
+            wall_volume_error: between / wall_volume - 1.0,
+            inner,
+            outer,
+            report: NewtonReport::default(),
+        }
+    }
+
     /// Derivatives of the inner and of the outer membrane by the value of the inner one's
     /// `control`, the wall keeping its volume; see [`Equilibrium::sensitivity`].
     ///

@@ -6,7 +6,7 @@
 use super::names::data_beside;
 use crate::error::PhantomError;
 use crate::files::atomic::write_with_header;
-use crate::files::{Samples, Volume, write_atomically};
+use crate::files::{Format, Samples, Volume, write_atomically};
 use std::path::Path;
 
 pub(super) fn write_mhd(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
@@ -22,6 +22,28 @@ pub(super) fn write_mha(path: &Path, volume: &Volume) -> Result<(), PhantomError
     write_atomically(path, |out| {
         out.write_all(header.as_bytes())?;
         volume.samples().write(out)
+    })
+}
+
+/// Writes so many components, the fastest in memory, on the voxels of a volume that says where they are.
+pub(super) fn write_field(
+    path: &Path,
+    place: &Volume,
+    (components, samples): (usize, &[f32]),
+    format: Format,
+) -> Result<(), PhantomError> {
+    let of = |data: &str| {
+        let channels = format!("ElementNumberOfChannels = {components}\nElementType");
+        header(place, data).replacen("ElementType", &channels, 1)
+    };
+    let samples = Samples::F32(samples);
+    if format == Format::MetaImage {
+        let (data, name) = data_beside(path, "raw");
+        return write_with_header(path, of(&name).as_bytes(), &data, |out| samples.write(out));
+    }
+    write_atomically(path, |out| {
+        out.write_all(of("LOCAL").as_bytes())?;
+        samples.write(out)
     })
 }
 

@@ -43,6 +43,7 @@
 //! ```
 
 mod atomic;
+mod field;
 mod format;
 mod interfile;
 mod lock;
@@ -70,12 +71,15 @@ pub const REPORT: &str = "report.json";
 pub const PROGRAM: &str = concat!("heart-phantom ", env!("CARGO_PKG_VERSION"));
 
 pub use atomic::{HeldWrites, create_writable_folder, remove_unfinished, write_atomically};
+pub use field::{Field, FieldOf, write_field};
 pub use format::{Format, SliceOrder, write_projections, write_volume};
 pub(crate) use interfile::ORBIT_EXTENSION;
 pub use lock::{FolderLock, lock_folder};
 pub(crate) use mesh::stl_bytes;
 pub use mesh::{write_ply, write_stl};
-pub(crate) use names::{ATTENUATION, LABELS, MOVING, PROJECTIONS, RECONSTRUCTION, SLICE, SURFACES};
+pub(crate) use names::{
+    ATTENUATION, FIELDS, LABELS, MOVING, PROJECTIONS, RECONSTRUCTION, SLICE, SURFACES,
+};
 pub use npy::{put_npy, write_npy};
 #[cfg(feature = "scene")]
 pub(crate) use older::check_no_folder;

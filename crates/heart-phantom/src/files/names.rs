@@ -38,7 +38,7 @@ pub(super) fn data_beside(header: &Path, extension: &str) -> (std::path::PathBuf
 
 /// What the names of the files of a run begin with, up to a hyphen or a dot.
 #[cfg(feature = "scene")]
-pub(crate) const WORDS: [&str; 9] = [
+pub(crate) const WORDS: [&str; 12] = [
     PROJECTIONS,
     RECONSTRUCTION,
     // That of all views together too.
@@ -47,6 +47,9 @@ pub(crate) const WORDS: [&str; 9] = [
     ATTENUATION,
     SURFACES[0],
     SURFACES[1],
+    FIELDS[0].0,
+    FIELDS[1].0,
+    FIELDS[2].0,
     SLICE,
     "beat",
 ];
@@ -54,6 +57,8 @@ pub(crate) const WORDS: [&str; 9] = [
 pub(crate) const PROJECTIONS: &str = "projections";
 pub(crate) const SLICE: &str = "slice";
 pub(crate) const RECONSTRUCTION: &str = "reconstruction";
+/// Fields of motion, each with the numbers of a voxel.
+pub(crate) const FIELDS: [(&str, u64); 3] = [("displacement", 3), ("velocity", 3), ("strain", 6)];
 pub(crate) const LABELS: &str = "labels";
 pub(crate) const ATTENUATION: &str = "attenuation";
 /// The inner and the outer one.

@@ -33,6 +33,54 @@ fn put(out: &mut dyn Write, header: &[u8; 352], volume: &Volume) -> io::Result<(
     volume.samples().write(out)
 }
 
+/// Intents of vectors a voxel: displacements, and any.
+pub(super) const DISPVECT: i16 = 1006;
+pub(super) const VECTOR: i16 = 1007;
+
+/// So many components, one after the other along the fifth axis, each as large as a volume that says where it is.
+pub(super) struct Components<'a> {
+    pub(super) place: &'a Volume<'a>,
+    pub(super) n: usize,
+    pub(super) intent: i16,
+    pub(super) samples: &'a [f32],
+}
+
+impl Components<'_> {
+    pub(super) fn write(&self, path: &Path) -> Result<(), PhantomError> {
+        let header = self.header()?;
+        write_atomically(path, |out| self.put(out, &header))
+    }
+
+    #[cfg(feature = "files")]
+    pub(super) fn write_gz(&self, path: &Path) -> Result<(), PhantomError> {
+        let header = self.header()?;
+        write_atomically(path, |out| {
+            let level = flate2::Compression::fast();
+            let mut out = flate2::write::GzEncoder::new(out, level);
+            self.put(&mut out, &header)?;
+            out.finish()?;
+            Ok(())
+        })
+    }
+
+    fn put(&self, out: &mut dyn Write, header: &[u8; 352]) -> io::Result<()> {
+        out.write_all(header)?;
+        Samples::F32(self.samples).write(out)
+    }
+
+    fn header(&self) -> Result<[u8; 352], PhantomError> {
+        let mut header = header(self.place)?;
+        let n = check_count("components of a field", self.n, [1, i16::MAX as usize])? as i16;
+        header[40..42].copy_from_slice(&5_i16.to_le_bytes()); // dim[0]
+        header[50..52].copy_from_slice(&n.to_le_bytes()); // dim[5]
+        header[68..70].copy_from_slice(&self.intent.to_le_bytes()); // intent_code
+        for axis in [4, 5] {
+            header[76 + 4 * axis..80 + 4 * axis].copy_from_slice(&1_f32.to_le_bytes()); // pixdim
+        }
+        Ok(header)
+    }
+}
+
 /// The header and the four bytes that say that no extension follows.
 fn header(volume: &Volume) -> Result<[u8; 352], PhantomError> {
     let mut header = [0; 352];

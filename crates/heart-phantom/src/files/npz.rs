@@ -11,15 +11,20 @@ use zip::{CompressionMethod, ZipWriter};
 
 /// Arrays `samples` [z][y][x], `spacing_cm` and `origin_cm` (x, y, z).
 pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
-    write_npz(
-        path,
-        &npy::volume_shape(volume),
-        volume.samples(),
-        |archive| {
-            archive.array("spacing_cm", &volume.grid().spacing())?;
-            archive.array("origin_cm", &volume.grid().origin())
-        },
-    )
+    write_field(path, volume, &npy::volume_shape(volume), volume.samples())
+}
+
+/// The same with samples of another shape on the voxels of a volume.
+pub(super) fn write_field(
+    path: &Path,
+    place: &Volume,
+    shape: &[usize],
+    samples: Samples,
+) -> Result<(), PhantomError> {
+    write_npz(path, shape, samples, |archive| {
+        archive.array("spacing_cm", &place.grid().spacing())?;
+        archive.array("origin_cm", &place.grid().origin())
+    })
 }
 
 /// Arrays `samples` [view][row][bin], `angles_rad`, `pitch_cm` and `first_cm` (bin, row), `radius_cm` (one, or one for each view); `counts_per_unit` of each view, if

@@ -3,7 +3,7 @@
 use crate::HeartShape;
 use crate::error::{PhantomError, check};
 use crate::ranges;
-use revolve_voxel::EllipticCylinder;
+use revolve_voxel::{EllipticCylinder, Pose};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -45,8 +45,12 @@ pub struct Background {
 }
 
 impl Background {
-    /// Whether there is background wherever one of the shapes takes its place.
-    pub(crate) fn check_surrounds(&self, shapes: &[Arc<HeartShape>]) -> Result<(), PhantomError> {
+    /// Whether there is background wherever one of the shapes, standing so, takes its place.
+    pub(crate) fn check_surrounds(
+        &self,
+        shapes: &[Arc<HeartShape>],
+        pose: Pose,
+    ) -> Result<(), PhantomError> {
         if self.concentration == 0.0 {
             return Ok(());
         }
@@ -54,7 +58,7 @@ impl Background {
             .map(|shape| (shape.gain().to_bits(), shape))
             .collect();
         distinct.into_values().try_for_each(|shape| {
-            let times = self.torso.growth_to_hold(shape.body());
+            let times = self.torso.growth_to_hold(&shape.body().standing(pose));
             let gain = shape.gain();
             match times < 1.0 {
                 true => Ok(()),

@@ -1,8 +1,11 @@
-//! The cardiac cycle: which phase at which time, which volume gain at which phase.
+//! The cardiac cycle: which phase at which time, which volume gain at which phase; and the breath, if there is one.
 
+use super::breathing::Breathing;
+use super::rhythm::{Beats, Rhythm};
 use super::volume_curve::{Height, VolumeCurve};
 use crate::error::{PhantomError, check};
 use crate::ranges::GAIN;
+use std::sync::Arc;
 
 /// Phases are kept on a grid of `2^-40` of a cycle, so that instants which are whole cycles apart
 /// give the same bits although `t * bpm / 60` was rounded differently. At 65 beats per minute the
@@ -33,6 +36,11 @@ pub struct Cycle {
     beats_per_second: f64,
     gains: [f64; 2],
     height: Height,
+    /// Beats that differ, or of which some do not count.
+    rhythm: Option<Arc<Rhythm>>,
+    breathing: Option<Arc<Breathing>>,
+    /// The respiratory gate that is looked at.
+    breath_gate: Option<usize>,
 }
 
 impl Cycle {
@@ -69,12 +77,97 @@ impl Cycle {
             beats_per_second: beats_per_minute / 60.0,
             gains,
             height: Height::new(curve, beats_per_minute)?,
+            rhythm: None,
+            breathing: None,
+            breath_gate: None,
         })
+    }
+
+    /// The same with beats that differ in length, about this cycle's own rate. Beats that all last the cycle's period and count are
+    /// those of a regular cycle, to the bit.
+    ///
+    /// The camera then knows real time: views see what comes in it, whether it stops or not, and nothing of beats that are not
+    /// accepted.
+    ///
+    /// ```
+    /// use heart_phantom::{Beats, Cycle, RrIntervals};
+    /// let cycle = Cycle::new(60.0, 0.6)?.with_beats(&Beats::new(RrIntervals::List(vec![1.0, 1.2])))?;
+    /// // Filled after 0.6 of the second beat's 1.2 seconds: of the sinusoid the filling is diastole, and takes the change.
+    /// assert!((cycle.phase(1.0 + 0.7) - 0.5).abs() < 1e-12);
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`PhantomError::OutOfRange`] for an interval that leaves diastole no time or is longer than 60 s, and for a deviation of more
+    /// than half a period; [`PhantomError::Count`] for an empty list.
+    pub fn with_beats(mut self, beats: &Beats) -> Result<Self, PhantomError> {
+        let rhythm = Rhythm::new(beats, self.period(), &self.height)?;
+        self.rhythm = (!rhythm.is_plain()).then(|| Arc::new(rhythm));
+        Ok(self)
+    }
+
+    /// The same with a heart that moves with the breath. Before one that moves nothing nothing changes, to the bit, unless it has gates;
+    /// before any other views see what comes in their own time, as of [beats that differ](Cycle::with_beats).
+    pub fn with_breathing(mut self, breathing: Breathing) -> Self {
+        let there = breathing.moves() || breathing.gates().is_some();
+        self.breathing = there.then(|| Arc::new(breathing));
+        self
     }
 
     /// Phase in `[0, 1)` at time `t` in seconds; phase 0 is at `t = 0`.
     pub fn phase(&self, t: f64) -> f64 {
-        wrap(t * self.beats_per_second)
+        match &self.rhythm {
+            None => wrap(t * self.beats_per_second),
+            Some(rhythm) => {
+                let beat = rhythm.beat(rhythm.number_at(t));
+                wrap(rhythm.phase(&beat, t - beat.start))
+            }
+        }
+    }
+
+    /// How the heart moves with the breath.
+    pub fn breathing(&self) -> Option<&Breathing> {
+        self.breathing.as_deref()
+    }
+
+    /// How far the breath has come at a time; 0 without one.
+    pub fn breath(&self, t: f64) -> f64 {
+        (self.breathing.as_ref()).map_or(0.0, |breathing| breathing.fraction(t))
+    }
+
+    /// The beats, if some of them differ or do not count.
+    pub(crate) fn rhythm(&self) -> Option<&Rhythm> {
+        self.rhythm.as_deref()
+    }
+
+    /// Whether views see what comes in their own time: of beats that differ, or of a breath.
+    pub(crate) fn in_real_time(&self) -> bool {
+        self.rhythm.is_some() || self.breathing.is_some()
+    }
+
+    /// Number of respiratory gates, or 1.
+    pub(crate) fn breath_gates(&self) -> usize {
+        (self.breathing.as_ref())
+            .and_then(|breathing| breathing.gates())
+            .map_or(1, |gates| gates.count())
+    }
+
+    /// The same, only one of the respiratory gates looked at.
+    pub(crate) fn in_breath_gate(mut self, gate: usize) -> Self {
+        let gated = |breathing: &Arc<Breathing>| breathing.gates().is_some();
+        self.breath_gate = (self.breathing.as_ref().is_some_and(gated)).then_some(gate);
+        self
+    }
+
+    /// The same, holding its breath.
+    pub(crate) fn without_breathing(mut self) -> Self {
+        (self.breathing, self.breath_gate) = (None, None);
+        self
+    }
+
+    /// The respiratory gate that is looked at.
+    pub(crate) fn breath_gate(&self) -> Option<usize> {
+        self.breath_gate
     }
 
     /// A phase reduced to `[0, 1)`, on the grid that times give.
@@ -91,6 +184,15 @@ impl Cycle {
     pub(crate) fn gain_at_height(&self, height: f64) -> f64 {
         let [low, high] = self.gains;
         low + (high - low) * height
+    }
+
+    /// How far the cavity has emptied at a gain: 0 at end-diastole, 1 at end-systole; 0 where the volume stays.
+    pub(crate) fn emptied(&self, gain: f64) -> f64 {
+        let [low, high] = self.gains;
+        match high > low {
+            true => ((high - gain) / (high - low)).clamp(0.0, 1.0),
+            false => 0.0,
+        }
     }
 
     /// The form of the curve.

@@ -2,13 +2,15 @@
 
 use crate::error::{PhantomError, check_count};
 use crate::ranges::PIECES;
-use crate::{Heart, HeartShape, Wall, WallRegion};
+use crate::{Heart, HeartShape, Twist, Wall, WallRegion};
 use rayon::prelude::*;
-use revolve_voxel::Sector;
+use revolve_voxel::{Pose, Sector};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+/// How far the sides of a defect in a twisted wall may be from where they are, along the wall and again across it, cm.
+const STEP: f64 = 0.005;
 /// Angles that differ by less are equal but for the rounding of a turn.
 const NO_ANGLE: f64 = 1e-12;
 
@@ -100,16 +102,53 @@ fn around([from, to]: [f64; 2], [a, b]: [f64; 2]) -> [[f64; 2]; 2] {
 /// The defects of each shape as solids that do not overlap, with the activity that they add to the wall's, which is 1.
 #[derive(Debug, Default)]
 pub(crate) struct Placed {
-    shapes: BTreeMap<u64, Vec<(Sector, f64)>>,
-    /// The number of the defect that each solid is a part of.
-    owners: Vec<usize>,
+    shapes: BTreeMap<u64, Vec<(usize, Sector, f64)>>,
+}
+
+/// A piece of a twisted wall as cells of its layers and its length, each turned as a whole by the twist of its middle.
+///
+/// What turns keeps its volume, so that the cells have that of the piece whatever they are; they are as many as keep the sides of the
+/// piece within twice [`STEP`] of where they are.
+fn cells(region: &WallRegion, twist: &Twist, radius: f64) -> Vec<WallRegion> {
+    // Where a twist is straight between its samples, as between the cells of a fine grid, the largest change is that between corners.
+    let change = |n: usize, at: &dyn Fn(f64) -> [f64; 2]| -> f64 {
+        let angle = |k: usize| {
+            let [layer, s] = at(k as f64 / n as f64);
+            twist.angle(layer, s)
+        };
+        (0..n).map(|k| (angle(k + 1) - angle(k)).abs()).sum()
+    };
+    let ([from, to], [inner, outer]) = (region.s, region.layers);
+    let along = [inner, outer].map(|u| change(64, &|t| [u, from + t * (to - from)]));
+    let across = (0..=16).map(|k| from + f64::from(k) / 16.0 * (to - from));
+    let across = across.map(|s| change(1, &|t| [inner + t * (outer - inner), s]));
+    let count = |turned: f64| (radius * turned / (2.0 * STEP)).ceil().max(1.0) as usize;
+    let n = count(along[0].max(along[1]));
+    let m = count(across.fold(0.0, f64::max));
+    let part = |[from, to]: [f64; 2], k: usize, n: usize| {
+        [k, k + 1].map(|k| match k == n {
+            true => to,
+            false => from + (to - from) * k as f64 / n as f64,
+        })
+    };
+    let cell = |k: usize| {
+        let (layers, s) = (part(region.layers, k / n, m), part(region.s, k % n, n));
+        let [layer, middle] = [layers, s].map(|[a, b]| 0.5 * (a + b));
+        let turn = twist.angle(layer, middle);
+        WallRegion {
+            layers,
+            s,
+            azimuths: region.azimuths.map(|azimuth| azimuth + turn),
+        }
+    };
+    (0..n * m).map(cell).collect()
 }
 
 impl Placed {
     /// The defects in each of some distinct shapes, drawn to `tolerance` cm. Solves the shape at rest, if there are any defects.
     pub(crate) fn new(
         heart: &Heart,
-        defects: &[Defect],
+        (defects, twist): (&[Defect], impl Fn(f64) -> Option<Twist> + Sync),
         tolerance: f64,
         shapes: &[Arc<HeartShape>],
     ) -> Result<Self, PhantomError> {
@@ -123,42 +162,48 @@ impl Placed {
                 source: Box::new(source),
             })
         };
-        let rest = wall(&heart.shapes(&[0.0])?[0])?;
+        let rest = wall(&*heart.rest()?)?;
         let placed: Vec<Result<_, PhantomError>> = shapes
             .par_iter()
             .map(|shape| {
                 let wall = wall(shape)?.sliding_from(&rest);
-                let sectors = (pieces.iter())
-                    .map(|(owner, region)| {
-                        let sector = wall.sector(region, tolerance);
+                let twist = twist(shape.gain());
+                let mut sectors = Vec::new();
+                for (owner, region) in &pieces {
+                    let cells = match &twist {
+                        None => vec![*region],
+                        Some(twist) => cells(region, twist, shape.radius()),
+                    };
+                    for cell in cells {
+                        let sector = wall.sector(&cell, tolerance);
                         let sector = sector.map_err(|source| PhantomError::NoDefect {
                             defect: *owner,
                             gain: shape.gain(),
                             source: Box::new(source),
                         })?;
-                        Ok((sector, defects[*owner].activity - 1.0))
-                    })
-                    .collect::<Result<_, PhantomError>>()?;
+                        sectors.push((*owner, sector, defects[*owner].activity - 1.0));
+                    }
+                }
                 Ok((shape.gain().to_bits(), sectors))
             })
             .collect();
         // Of several errors the first, whichever thread was faster.
         let shapes = placed.into_iter().collect::<Result<_, PhantomError>>()?;
-        let owners = pieces.into_iter().map(|(owner, _)| owner).collect();
-        Ok(Self { shapes, owners })
+        Ok(Self { shapes })
     }
 
-    pub(crate) fn of(&self, shape: &HeartShape) -> &[(Sector, f64)] {
+    /// Each with the number of its defect.
+    pub(crate) fn of(&self, shape: &HeartShape) -> &[(usize, Sector, f64)] {
         self.shapes
             .get(&shape.gain().to_bits())
             .map_or(&[], Vec::as_slice)
     }
 
-    /// The solids of each of `n` defects.
-    pub(crate) fn by_defect(&self, shape: &HeartShape, n: usize) -> Vec<Vec<&Sector>> {
+    /// The solids of each of `n` defects of a heart that stands so.
+    pub(crate) fn by_defect(&self, shape: &HeartShape, n: usize, pose: Pose) -> Vec<Vec<Sector>> {
         let mut parts = vec![Vec::new(); n];
-        for (owner, (sector, _)) in self.owners.iter().zip(self.of(shape)) {
-            parts[*owner].push(sector);
+        for (owner, sector, _) in self.of(shape) {
+            parts[*owner].push(sector.standing(pose));
         }
         parts
     }
@@ -184,6 +229,56 @@ mod tests {
         (region.layers[0]..region.layers[1]).contains(&layer)
             && (region.s[0]..region.s[1]).contains(&s)
             && turn < region.azimuths[1] - region.azimuths[0]
+    }
+
+    #[test]
+    fn a_twist_keeps_the_volume_of_a_defect_and_moves_it() {
+        let heart = Heart::study(101).unwrap();
+        let shapes = heart.shapes(&[0.3]).unwrap();
+        let region = WallRegion {
+            layers: [0.1, 0.8],
+            s: [0.1, 0.4],
+            azimuths: [0.2, 1.4],
+        };
+        let defects = [Defect {
+            region,
+            activity: 0.0,
+        }];
+        let twist = Twist::linear([-3.0, 10.0], [-3.0, 6.0]).unwrap();
+        let placed = |twist: Option<Twist>| {
+            let of = (&defects[..], |_| twist.clone());
+            Placed::new(&heart, of, 1e-5, &shapes).unwrap()
+        };
+        let volume = |placed: &Placed| -> f64 {
+            let sectors = placed.of(&shapes[0]).iter();
+            sectors.map(|(_, sector, _)| sector.volume()).sum()
+        };
+        let [still, twisted] = [placed(None), placed(Some(twist.clone()))];
+        assert!(twisted.of(&shapes[0]).len() > 10);
+        // Layers drawn as polygons to 1e-5 cm have volumes of their own: whole ones, of no layer in between, have none.
+        let apart = (volume(&twisted) / volume(&still) - 1.0).abs();
+        assert!(apart < 1e-4, "{apart}");
+        let whole = WallRegion {
+            layers: [0.0, 1.0],
+            ..region
+        };
+        let wall = Wall::new(&shapes[0]).unwrap();
+        let exact = |region: &WallRegion| wall.sector(region, 1e-7).unwrap().volume();
+        let cells = cells(&whole, &twist, 3.5);
+        let sum: f64 = cells.iter().map(exact).sum();
+        assert!((sum / exact(&whole) - 1.0).abs() < 1e-10, "{sum}");
+        // No side is farther from where it is than the tolerance.
+        for cell in &cells {
+            let middle = [cell.layers, cell.s].map(|[a, b]| 0.5 * (a + b));
+            let turned = cell.azimuths[0] - whole.azimuths[0];
+            assert!((turned - twist.angle(middle[0], middle[1])).abs() < 1e-12);
+            for layer in cell.layers {
+                for s in cell.s {
+                    let off = 3.5 * (turned - twist.angle(layer, s)).abs();
+                    assert!(off <= 2.0 * STEP, "{off}");
+                }
+            }
+        }
     }
 
     proptest! {

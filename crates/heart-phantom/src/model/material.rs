@@ -23,7 +23,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// The material coordinate of the apex.
-const APEX: f64 = 0.5;
+pub(super) const APEX: f64 = 0.5;
 
 /// A point of the wall that is told from all others at every phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,6 +144,12 @@ impl Wall {
     /// The same wall, turned about its axis layer by layer; angles are counted from the wall without a twist.
     pub fn twisted(mut self, twist: Twist) -> Self {
         self.twist = Some(Arc::new(twist));
+        self
+    }
+
+    /// The same wall standing elsewhere.
+    pub fn standing(mut self, pose: Pose) -> Self {
+        self.pose = pose;
         self
     }
 
@@ -278,6 +284,9 @@ impl Wall {
     /// A piece of the wall at this phase as a solid in the lab, its layers drawn to `tolerance` in cm: exact line integrals
     /// and coverage of, say, a defect.
     ///
+    /// Of a wall that twists it is the piece without its twist, which has sides that no half plane is; the defects of a
+    /// [`Phantom`](crate::Phantom) twist, as fine cells.
+    ///
     /// Add to what the wall gives the difference of the activities, that of the piece less that of the wall. Where
     /// pieces overlap, their differences add up.
     ///
@@ -317,7 +326,7 @@ impl Wall {
         &self.pose
     }
 
-    fn place(&self, point: &MaterialPoint) -> Point3<f64> {
+    pub(super) fn place(&self, point: &MaterialPoint) -> Point3<f64> {
         let [x, r] = self.shell.point(point.layer, self.coordinate(point.s));
         let (sin, cos) = (point.azimuth + self.turn(point.layer, point.s)).sin_cos();
         self.pose.to_lab(&Point3::new(x, r * cos, r * sin))
@@ -329,7 +338,7 @@ impl Wall {
     }
 
     /// The shell and where it stands.
-    pub(super) fn standing(&self) -> (&Shell, &Pose) {
+    pub(super) fn standing_shell(&self) -> (&Shell, &Pose) {
         (&self.shell, &self.pose)
     }
 

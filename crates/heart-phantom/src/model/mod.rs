@@ -2,25 +2,32 @@
 
 mod activity;
 mod attenuation;
+mod base;
+mod breathing;
 mod chest;
 mod cycle;
 mod defect;
 mod heart;
 mod kept;
 mod material;
+mod rhythm;
 mod shape;
 mod strain;
 mod twist;
+mod velocity;
 mod volume_curve;
 
 pub use activity::{Activity, Background, Uptake};
 pub use attenuation::Attenuation;
+pub use breathing::{Breathing, BreathingCurve, RespiratoryGates};
 pub use chest::Chest;
 pub use cycle::Cycle;
 pub use defect::Defect;
 pub(crate) use defect::{Placed, without_overlap};
 pub use heart::{Balloon, Heart};
 pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
+pub(crate) use rhythm::Rhythm;
+pub use rhythm::{Beats, GatedBy, RrIntervals};
 pub use shape::HeartShape;
 pub use strain::{Deformation, GreenStrain};
 pub use twist::Twist;

@@ -2,7 +2,7 @@
 
 use crate::error::PhantomError;
 use membrane_newton::PairEquilibrium;
-use revolve_voxel::{Body, Meridian, Mesh};
+use revolve_voxel::{Body, Meridian, Mesh, Pose};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -75,6 +75,19 @@ impl HeartShape {
         ]
     }
 
+    /// The largest distance of the outer membrane from the axis, cm.
+    pub fn radius(&self) -> f64 {
+        self.curves[1]
+            .iter()
+            .fold(0.0, |most: f64, [_, y]| most.max(y.abs()))
+    }
+
+    /// From the plane of the base to the inner apex, cm.
+    pub fn cavity_length(&self) -> f64 {
+        let [apex, base] = [0.5, 0.0].map(|s| self.solution.inner.at(s).position[0]);
+        apex - base
+    }
+
     /// Relative change of the wall's volume since rest.
     pub fn wall_volume_error(&self) -> f64 {
         self.solution.wall_volume_error
@@ -87,14 +100,25 @@ impl HeartShape {
     /// [`PhantomError::Solid`] if there is no such layer, for a tolerance that is not positive, or one that needs too many triangles;
     /// [`PhantomError::NotMeshed`] where rounding leaves the volume fewer digits than the tolerance has.
     pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, PhantomError> {
-        let Some(solid) = self.body.layers().get(layer).map(Meridian::measures) else {
-            return Ok(self.body.mesh(layer, tolerance)?);
+        self.mesh_standing(*self.body.pose(), layer, tolerance)
+    }
+
+    /// The same of the heart in another place.
+    pub(crate) fn mesh_standing(
+        &self,
+        pose: Pose,
+        layer: usize,
+        tolerance: f64,
+    ) -> Result<Mesh, PhantomError> {
+        let body = self.body.standing(pose);
+        let Some(solid) = body.layers().get(layer).map(Meridian::measures) else {
+            return Ok(body.mesh(layer, tolerance)?);
         };
         // A surface that is off by this everywhere is off by so much of the volume.
         let mut distance = tolerance * solid.volume / solid.surface;
         let mut reached = f64::INFINITY;
         for _ in 0..MOST_HALVINGS {
-            let mesh = self.body.mesh(layer, distance)?;
+            let mesh = body.mesh(layer, distance)?;
             reached = (mesh.volume() / solid.volume - 1.0).abs();
             if reached <= tolerance {
                 return Ok(mesh);

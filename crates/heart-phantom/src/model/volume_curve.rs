@@ -2,7 +2,7 @@
 
 use crate::error::{PhantomError, check, check_count};
 use crate::ranges::{EJECTION_FRACTION, GAIN};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Heart rates for which [`VolumeCurve::Physiological`] leaves time to fill.
 const PHYSIOLOGICAL_BPM: [f64; 2] = [35.0, 140.0];
@@ -108,6 +108,8 @@ impl VolumeRange {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Height {
     Sinusoid,
+    /// `sin(pi p)^(2 n)`, of breathing: the larger n, the longer it stays at 0.
+    Power(i32),
     Monotone(Vec<Knot>),
 }
 
@@ -158,7 +160,7 @@ impl Height {
     /// The first phase of height 0 and of height 1.
     pub(crate) fn extreme_phases(&self) -> [f64; 2] {
         match self {
-            Self::Sinusoid => [0.0, 0.5],
+            Self::Sinusoid | Self::Power(_) => [0.0, 0.5],
             Self::Monotone(knots) => {
                 // A monotone cubic has its extrema at knots.
                 let first = |height: f64| knots.iter().find(|knot| knot.height == height);
@@ -172,7 +174,7 @@ impl Height {
         let inside = |phase: &f64| *phase > from && *phase < to;
         match self {
             // More of them than turns, so that low polynomials follow the cosine in between.
-            Self::Sinusoid => (0..=16)
+            Self::Sinusoid | Self::Power(_) => (0..=16)
                 .map(|k| f64::from(k) / 16.0)
                 .filter(inside)
                 .collect(),
@@ -192,6 +194,7 @@ impl Height {
                 let phase = phase.min(1.0 - phase);
                 (1.0 - (TAU * phase).cos()) / 2.0
             }
+            Self::Power(n) => (PI * phase.min(1.0 - phase)).sin().powi(2 * n),
             Self::Monotone(_) if phase.is_nan() => f64::NAN,
             Self::Monotone(knots) => {
                 let next = knots.partition_point(|knot| knot.phase <= phase);

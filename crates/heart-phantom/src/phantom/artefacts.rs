@@ -1,11 +1,12 @@
 //! What motion, few views, noise and blur do to a reconstruction.
 
 use crate::error::PhantomError;
-use crate::scan::Mode;
-use crate::truth::{MOST_IN_PASS, swept};
+use crate::scan::{Lasting, Mode};
+use crate::truth::{BREATHS, MOST_IN_PASS, swept};
 use crate::{Camera, Measures, Phantom, Regions};
 use revolve_voxel::Mask;
 use revolve_voxel::nalgebra::{Point3, Vector3};
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 /// Fewest voxels of a wall whose mean is worth something.
@@ -47,12 +48,31 @@ impl Phantom {
         let acquisition = self.acquisition(gate)?;
         let mut regions = self.regions()?.clone();
         if let Mode::Static { .. } | Mode::Gated { .. } = self.parts().mode {
-            let times = self.scan(self.camera(), acquisition).times()?;
+            let times = self.scan(self.camera(), gate, acquisition).times()?;
+            let breaths = breaths_of(&times);
             let shapes = self.heart().shapes(&some_of(times))?;
-            let (always, _) = swept(&shapes, self.heart().pose(), self.camera())?;
+            let poses = breaths.into_iter().map(|breath| self.pose(breath));
+            let poses = poses.collect::<Result<Vec<_>, _>>()?;
+            let (always, _) = swept(&shapes, &poses, self.camera())?;
             [regions.cavity, regions.wall] = always.map(inside);
         }
         Ok(regions)
+    }
+
+    /// How far the breath has come, in the mean over what the views of a gate see; 0 without one.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate.
+    pub fn mean_breath(&self, gate: usize) -> Result<f64, PhantomError> {
+        let acquisition = self.acquisition(gate)?;
+        if self.cycle().breathing().is_none() {
+            return Ok(0.0);
+        }
+        let times = self.scan(self.camera(), gate, acquisition).times()?;
+        Ok(times
+            .iter()
+            .map(|lasting| lasting.share * lasting.breath)
+            .sum())
     }
 
     /// How a volume of a gate compares with the truth: streaks outside the heart, unevenness of the wall, blur. Both have the voxels of
@@ -70,7 +90,7 @@ impl Phantom {
         let measures = Measures::of(volume, Some(truth), &regions, self.camera())?;
         let shape = self.shape_at_gain(self.cycle().gains()[0])?;
         let solution = shape.solution();
-        let pose = self.heart().pose();
+        let pose = self.pose(self.mean_breath(gate)?)?;
         let length = self.heart().length();
         let voxel = self.camera().grid().spacing()[0];
         let around = self
@@ -150,9 +170,26 @@ fn room(camera: &Camera, from: &Point3<f64>, along: &Vector3<f64>) -> f64 {
     room
 }
 
+/// The breaths, or of many as many as sweeps take: the first and the last, and others between.
+fn breaths_of(times: &[Lasting]) -> Vec<f64> {
+    let mut breaths: Vec<f64> = times.iter().map(|lasting| lasting.breath).collect();
+    breaths.sort_by(f64::total_cmp);
+    breaths.dedup();
+    if breaths.len() > BREATHS.len() {
+        let ends = [breaths[0], breaths[breaths.len() - 1]];
+        breaths = BREATHS
+            .map(|share| ends[0] + share * (ends[1] - ends[0]))
+            .to_vec();
+    }
+    breaths
+}
+
 /// The gains, or of very many as many as one pass takes, the first and the last in volume among them.
-fn some_of(times: Vec<(f64, f64)>) -> Vec<f64> {
-    let mut gains: Vec<f64> = times.into_iter().map(|(gain, _)| gain).collect();
+fn some_of(times: Vec<Lasting>) -> Vec<f64> {
+    // In their order, which decides what is looked at first; each once.
+    let mut known = BTreeSet::new();
+    let gains = times.into_iter().map(|lasting| lasting.gain);
+    let mut gains: Vec<f64> = gains.filter(|gain| known.insert(gain.to_bits())).collect();
     if gains.len() > MOST_IN_PASS {
         gains.sort_by(f64::total_cmp);
         let last = (gains.len() - 1) as f64 / (MOST_IN_PASS - 1) as f64;

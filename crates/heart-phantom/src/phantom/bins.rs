@@ -78,7 +78,7 @@ impl Phantom {
         let small = self.extreme_phases()[0];
         let scan = Scan {
             lattice: lattice(BinSample::LATTICES[at]),
-            ..self.scan(self.camera(), Acquisition::still(small))
+            ..self.scan(self.camera(), 0, Acquisition::still(small))
         };
         let mut samples = Vec::new();
         for view_idx in [0, self.camera().n_views() / 2] {

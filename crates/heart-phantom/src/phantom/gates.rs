@@ -37,7 +37,7 @@ impl Phantom {
         let (camera, n_gates) = (self.camera(), self.n_gates());
         let scan = Scan {
             lattice: self.lattice()?,
-            ..self.scan(camera, self.acquisition(0)?)
+            ..self.scan(camera, 0, self.acquisition(0)?)
         };
         let (mut samples, rays) = scan.of_gates(n_gates, &shared)?;
         self.work.rays(rays);
@@ -67,7 +67,7 @@ impl Phantom {
         let Some(shared) = shared else {
             return self.one_by_one(|gate| self.truth(gate));
         };
-        let scan = self.scan(self.camera(), self.acquisition(0)?);
+        let scan = self.scan(self.camera(), 0, self.acquisition(0)?);
         let tolerance = self.parts.truth_tolerance;
         let (volumes, counters) = truth_of_gates(&scan, self.n_gates(), &shared, tolerance)?;
         self.work.voxels(counters);
@@ -79,7 +79,7 @@ impl Phantom {
             return Ok(None);
         }
         let scans = (0..self.n_gates())
-            .map(|gate| Ok(self.scan(self.camera(), self.acquisition(gate)?)))
+            .map(|gate| Ok(self.scan(self.camera(), gate, self.acquisition(gate)?)))
             .collect::<Result<Vec<_>, PhantomError>>()?;
         SharedShapes::of(&scans)
     }

@@ -55,7 +55,7 @@ impl Phantom {
 
         let seen = self.distinct_shapes();
         let kept = seen.min(heart.most_shapes());
-        let scan = self.scan(camera, self.acquisition_of(0, STEPS[0]));
+        let scan = self.scan(camera, 0, self.acquisition_of(0, STEPS[0]));
         let passed = if wants(Product::Truth) {
             seen.min(in_pass(&scan))
         } else {
@@ -74,7 +74,7 @@ impl Phantom {
 
         let samples = 4 * (camera.n_views() * camera.view_len()) as u64;
         // Points of the quadrature over time, of as many views as are taken together.
-        let points = scan.acquisition.points_of_all(self.cycle(), camera);
+        let points = scan.acquisition.points_of_all(scan.cycle, camera);
         let points = POINT_BYTES * points.min(MOST_NODES as f64) as u64;
         // Noise is counted beside what it is the noise of.
         let copies = 1 + u64::from(parts.noise.is_some());
@@ -102,7 +102,9 @@ impl Phantom {
                         + 4 * u64::from(wants(Product::Truth))
                         + 4 * u64::from(judges)
                         + u64::from(wants(Product::Labels))
-                        + 4 * u64::from(wants(Product::Attenuation))),
+                        + 4 * u64::from(wants(Product::Attenuation))
+                        // Twelve numbers a voxel, and as a file has those of one field.
+                        + 96 * u64::from(wants(Product::Motion))),
         }
     }
 
@@ -116,7 +118,7 @@ impl Phantom {
         let most = self.heart().most_shapes().max(MOST_IN_PASS);
         let mut gains = BTreeSet::new();
         for gate in 0..self.n_gates() {
-            let scan = self.scan(self.camera(), self.acquisition_of(gate, steps));
+            let scan = self.scan(self.camera(), gate, self.acquisition_of(gate, steps));
             scan.collect_gains(&mut gains, most);
         }
         gains.len()

@@ -1,12 +1,15 @@
 //! A phantom: everything on demand, and nothing twice.
 
 mod artefacts;
+mod beats;
 mod bins;
+mod compensated;
 #[cfg(feature = "scene")]
 mod from_scene;
 mod gates;
 mod memory;
 mod method;
+mod motion;
 mod numbers;
 mod osem;
 mod output;
@@ -23,15 +26,17 @@ mod warnings;
 mod work;
 
 pub use artefacts::Artefacts;
+pub use beats::BeatReport;
 pub use bins::BinMeans;
 pub use memory::Memory;
 pub use method::{Method, Osem, OsemReport};
+pub use motion::{MotionField, MotionReport, PointMotion};
 pub use numbers::{Numbers, Thickness};
 pub use output::{Output, Product};
 pub use parts::PhantomParts;
 #[cfg(feature = "scene")]
 pub(crate) use parts::WORK_BYTES;
-pub use phases::{PhaseOf, PhaseReport, ScenePhase};
+pub use phases::{Moment, PhaseOf, PhaseReport, ScenePhase};
 pub use planned::PlannedFile;
 #[cfg(feature = "scene")]
 pub(crate) use planned::{phase_name, surface_name};
@@ -45,6 +50,7 @@ use crate::scan::{Depth, Facing, Readout, STEPS, Scan, Wide};
 use crate::scene::{Scene, Source};
 use crate::{Acquisition, Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
 use radon::{Blur, FbpPlan, Skip};
+use revolve_voxel::Pose;
 use std::sync::{Arc, Mutex, OnceLock};
 
 /// A phantom: what its [parts](PhantomParts) or a scene describe, computed when it is asked for.
@@ -69,6 +75,8 @@ use std::sync::{Arc, Mutex, OnceLock};
 #[derive(Debug)]
 pub struct Phantom {
     parts: PhantomParts,
+    /// The cycle, each of its respiratory gates by itself.
+    cycles: Vec<Cycle>,
     pub(crate) readout: Readout,
     pub(crate) wide: OnceLock<Option<Wide>>,
     /// The lattice of the means over bins, and its number.
@@ -109,7 +117,8 @@ impl Phantom {
             bins: OnceLock::new(),
             facing: OnceLock::new(),
             depth: OnceLock::new(),
-            counts: vec![OnceLock::new(); parts.mode.n_gates()],
+            counts: vec![OnceLock::new(); parts.n_gates()],
+            cycles: parts.cycles(),
             steps: OnceLock::new(),
             regions: OnceLock::new(),
             plan: Mutex::new(None),
@@ -161,7 +170,8 @@ impl Phantom {
         &self.parts.cycle
     }
 
-    /// Number of sets of views: the gates, or 1.
+    /// Number of sets of views: the cardiac gates or 1, times the respiratory gates or 1. Set `k G + g` is the cardiac gate g of G in the
+    /// respiratory gate k.
     pub fn n_gates(&self) -> usize {
         self.counts.len()
     }
@@ -184,7 +194,7 @@ impl Phantom {
     /// What the exact volumes are the mean over.
     pub fn truth_of(&self) -> TruthOf {
         self.acquisition_of(0, STEPS[0])
-            .truth_of(&self.parts.cycle, &self.parts.camera)
+            .truth_of(self.cycle_of(0), &self.parts.camera)
     }
 
     /// The heart at a phase.
@@ -209,18 +219,31 @@ impl Phantom {
     }
 
     pub(crate) fn acquisition_of(&self, gate: usize, points: usize) -> Acquisition {
-        self.parts.mode.acquisition(gate, points)
+        let gates = self.parts.mode.n_gates();
+        self.parts.mode.acquisition(gate % gates, points)
     }
 
-    pub(crate) fn scan<'a>(&'a self, camera: &'a Camera, acquisition: Acquisition) -> Scan<'a> {
+    /// The cycle with the respiratory gate that a set of views is of.
+    pub(crate) fn cycle_of(&self, gate: usize) -> &Cycle {
+        &self.cycles[gate / self.parts.mode.n_gates()]
+    }
+
+    /// What a set of views is, or with another time.
+    pub(crate) fn scan<'a>(
+        &'a self,
+        camera: &'a Camera,
+        gate: usize,
+        acquisition: Acquisition,
+    ) -> Scan<'a> {
         Scan {
             heart: &self.parts.heart,
             camera,
-            cycle: &self.parts.cycle,
+            cycle: self.cycle_of(gate),
             acquisition,
             activity: self.parts.activity,
             attenuation: self.parts.attenuation,
             defects: &self.parts.defects,
+            twist: self.parts.twist.as_ref(),
             background: self.parts.background,
             organs: self.parts.organs.as_ref(),
             // Far below what any detector resolves.
@@ -228,6 +251,33 @@ impl Phantom {
             depth: None,
             lattice: vec![[0.0; 2]],
         }
+    }
+
+    /// Looks at the heart at a moment, whatever views see.
+    pub(crate) fn at_moment<T>(
+        &self,
+        moment: Moment,
+        look: impl FnOnce(&Scan<'_>) -> Result<T, PhantomError>,
+    ) -> Result<T, PhantomError> {
+        let heart = self.parts.heart.standing(self.pose(moment.breath)?);
+        let cycle = self.parts.cycle.clone().without_breathing();
+        look(&Scan {
+            heart: &heart,
+            cycle: &cycle,
+            ..self.scan(&self.parts.camera, 0, Acquisition::still(moment.phase))
+        })
+    }
+
+    /// Where the heart stands when the breath has come so far: 0 at end-expiration, 1 at end-inspiration.
+    ///
+    /// # Errors
+    /// [`PhantomError::Solid`] for a number that is not finite.
+    pub fn pose(&self, breath: f64) -> Result<Pose, PhantomError> {
+        let pose = self.parts.heart.pose();
+        Ok(match self.parts.cycle.breathing() {
+            None => *pose,
+            Some(breathing) => breathing.moved(pose, breath)?,
+        })
     }
 
     pub(crate) fn shape_at_gain(&self, gain: f64) -> Result<Arc<HeartShape>, PhantomError> {

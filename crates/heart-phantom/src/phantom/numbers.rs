@@ -3,6 +3,7 @@
 use crate::error::PhantomError;
 use crate::{HeartShape, Phantom};
 use revolve_voxel::nalgebra::Point3;
+use std::f64::consts::PI;
 
 /// The numbers of a heart, as a clinic would measure them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +22,13 @@ pub struct Numbers {
     pub gain: f64,
     /// Stroke volume times heart rate, L a minute.
     pub cardiac_output: f64,
+    /// How far the plane of the base goes down, cm.
+    pub base_descent: f64,
+    /// What share of the stroke volume that is: the outer membrane's largest section at end-diastole times the descent, over the stroke
+    /// volume.
+    pub base_share: f64,
+    /// Shortening of the cavity, base to inner apex, from end-diastole to end-systole, as a share of its length.
+    pub longitudinal_shortening: f64,
     /// Volume of the wall in mL, the same at all phases.
     pub wall_volume: f64,
     /// Thickness of the wall at end-diastole.
@@ -50,6 +58,8 @@ impl Phantom {
         self.heart().shapes(&[systole, diastole])?;
         let (small, large) = (self.shape_at_gain(systole)?, self.shape_at_gain(diastole)?);
         let (esv, edv) = (small.volumes()[0], large.volumes()[0]);
+        let descent = self.heart().base_descent(systole);
+        let swept = PI * large.radius().powi(2) * descent;
         Ok(Numbers {
             edv,
             esv,
@@ -57,6 +67,12 @@ impl Phantom {
             ejection_fraction: (edv - esv) / edv,
             gain: diastole,
             cardiac_output: (edv - esv) * self.cycle().beats_per_minute() / 1000.0,
+            base_descent: descent,
+            base_share: match edv > esv {
+                true => swept / (edv - esv),
+                false => 0.0,
+            },
+            longitudinal_shortening: 1.0 - small.cavity_length() / large.cavity_length(),
             wall_volume: self.heart().pair().wall_volume(),
             diastolic_thickness: self.thickness_of(&large),
             systolic_thickness: self.thickness_of(&small),

@@ -252,7 +252,7 @@ impl Phantom {
                 let organs = organs.map(|organs| Organs::new(organs.iter().map(seen).collect()));
                 let organs = organs.transpose()?;
                 let activity = Activity::from([attenuation.coefficient; 2]);
-                let (heart, cycle) = (self.heart(), self.cycle());
+                let (heart, cycle) = (self.heart(), self.cycle_of(gate));
                 let scan = Scan {
                     organs: organs.as_ref(),
                     ..Scan::plain(heart, wide, cycle, acquisition, activity)

@@ -51,6 +51,9 @@ pub enum Product {
     Attenuation,
     /// Surfaces (STL) at the same phases.
     Meshes,
+    /// Displacements, velocities and strains of the wall since end-diastole, at the same phases, on the voxels that it fills at
+    /// end-diastole ([`Phantom::motion`](crate::Phantom::motion)).
+    Motion,
     /// Pictures of the middle slice; of gates also a moving one.
     Pictures,
 }

@@ -7,7 +7,7 @@ use crate::files::Format;
 use crate::model::{Attenuation, Background, without_overlap};
 use crate::ranges;
 use crate::scan::{Accuracy, BinSample, Collimation, Counting, Counts, Mode, Noise, Orbit, STEPS};
-use crate::{Activity, Camera, Cycle, Defect, Heart, ViewTime};
+use crate::{Activity, Camera, Cycle, Defect, Heart, MaterialPoint, Twist, ViewTime};
 use radon::FbpOptions;
 use revolve_voxel::Organs;
 use std::f64::consts::TAU;
@@ -66,6 +66,11 @@ pub struct PhantomParts {
     pub organs: Option<Organs>,
     /// Pieces of the wall with another activity; where they overlap, the last one counts.
     pub defects: Vec<Defect>,
+    /// How far the wall is twisted at end-systole; at any other phase so much less as the cavity is fuller. `None` for a wall that is
+    /// not. It moves material and defects, whose sides it puts within 0.1 mm of where they are, and no outline.
+    pub twist: Option<Twist>,
+    /// Material points whose motion the report has.
+    pub points: Vec<MaterialPoint>,
     /// What weakens the rays.
     pub attenuation: Option<Attenuation>,
     /// Full width at half maximum of the detector's Gaussian blur; `None` for lines.
@@ -108,6 +113,8 @@ impl PhantomParts {
             background: None,
             organs: None,
             defects: Vec::new(),
+            twist: None,
+            points: Vec::new(),
             attenuation: None,
             blur: None,
             collimator: None,
@@ -143,6 +150,12 @@ impl PhantomParts {
             }
         }
         self.check_defects()?;
+        check_count("points", self.points.len(), ranges::POINTS)?;
+        for point in &self.points {
+            check("layer of a point", point.layer, ranges::LAYER)?;
+            check("s of a point", point.s, ranges::S)?;
+            check("azimuth of a point", point.azimuth, [-2.0 * TAU, 2.0 * TAU])?;
+        }
         if let Some(attenuation) = &self.attenuation {
             check("attenuation", attenuation.coefficient, ranges::ATTENUATION)?;
         }
@@ -199,10 +212,31 @@ impl PhantomParts {
             }
         };
         let gates = check_count("gates", self.mode.n_gates(), ranges::GATES)?;
-        (0..gates).try_for_each(|gate| {
-            let acquisition = self.mode.acquisition(gate, points);
-            acquisition.validate(&self.cycle, &self.camera)
-        })
+        for (k, cycle) in self.cycles().iter().enumerate() {
+            for gate in 0..gates {
+                let acquisition = self.mode.acquisition(gate, points);
+                (acquisition.validate(cycle, &self.camera)).map_err(|error| match error {
+                    PhantomError::Unseen { gate, view_idx } => PhantomError::Unseen {
+                        gate: k * gates + gate,
+                        view_idx,
+                    },
+                    error => error,
+                })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets of views.
+    pub(crate) fn n_gates(&self) -> usize {
+        self.mode.n_gates() * self.cycle.breath_gates()
+    }
+
+    /// The cycle, each of its respiratory gates by itself.
+    pub(super) fn cycles(&self) -> Vec<Cycle> {
+        (0..self.cycle.breath_gates())
+            .map(|gate| self.cycle.clone().in_breath_gate(gate))
+            .collect()
     }
 
     fn check_counts(&self) -> Result<(), PhantomError> {
@@ -227,7 +261,7 @@ impl PhantomParts {
             return Ok(());
         };
         counting.validate()?;
-        for gate in 0..self.mode.n_gates() {
+        for gate in 0..self.n_gates() {
             for time in self.view_times(gate) {
                 check("seconds that a view counts", time.window, [1e-9, 1e9])?;
             }
@@ -240,9 +274,11 @@ impl PhantomParts {
 
     /// When and from where the views of a gate are taken.
     pub(super) fn view_times(&self, gate: usize) -> Vec<ViewTime> {
-        let acquisition = self.mode.acquisition(gate, STEPS[0]);
+        let gates = self.mode.n_gates();
+        let acquisition = self.mode.acquisition(gate % gates, STEPS[0]);
+        let cycle = self.cycle.clone().in_breath_gate(gate / gates);
         (0..self.camera.n_views())
-            .map(|view_idx| acquisition.view_time(&self.cycle, &self.camera, view_idx))
+            .map(|view_idx| acquisition.view_time(&cycle, &self.camera, view_idx))
             .collect()
     }
 
@@ -289,6 +325,12 @@ impl PhantomParts {
             return Err(PhantomError::Unsupported {
                 format: projections.name(),
                 what: "views of two heads that make no even steps together",
+            });
+        }
+        if write.contains(&Product::Motion) && !volumes.holds_fields() {
+            return Err(PhantomError::Unsupported {
+                format: volumes.name(),
+                what: "several numbers a voxel",
             });
         }
         if projections.projections_extension().is_none() {

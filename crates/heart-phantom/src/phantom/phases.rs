@@ -2,7 +2,7 @@
 
 use crate::error::PhantomError;
 use crate::scan::Mode;
-use crate::{HeartShape, Phantom, Thickness};
+use crate::{HeartShape, Phantom, RespiratoryGates, Thickness};
 use std::fmt;
 
 /// A phase, and what it stands for.
@@ -13,6 +13,33 @@ pub struct ScenePhase {
     pub of: PhaseOf,
     /// The phase.
     pub phase: f64,
+    /// How far the breath has come: 0 at end-expiration, and without one; 1 at end-inspiration.
+    pub breath: f64,
+}
+
+impl ScenePhase {
+    /// Its phase of the beat, and its breath.
+    pub fn moment(&self) -> Moment {
+        Moment {
+            phase: self.phase,
+            breath: self.breath,
+        }
+    }
+}
+
+/// A phase of the beat at a place of the breath. A phase alone is at end-expiration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// The phase of the beat.
+    pub phase: f64,
+    /// How far the breath has come, from 0 at end-expiration to 1 at end-inspiration.
+    pub breath: f64,
+}
+
+impl From<f64> for Moment {
+    fn from(phase: f64) -> Self {
+        Self { phase, breath: 0.0 }
+    }
 }
 
 /// What a phase stands for; its name ([`fmt::Display`]) ends the names of files: `labels-gate-03`.
@@ -57,6 +84,9 @@ pub struct PhaseReport {
     pub of: String,
     /// The phase.
     pub phase: f64,
+    /// How far the breath has come, of a heart that breathes: 0 at end-expiration, 1 at end-inspiration.
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    pub breath: Option<f64>,
     /// Volume of the cavity in mL.
     pub cavity_ml: f64,
     /// Its gain, `(V - V_rest) / V_rest`.
@@ -72,21 +102,50 @@ pub struct PhaseReport {
 
 impl Phantom {
     /// The phases that stand for the views: the one of a static scene, the middle of each gate, and end-diastole and end-systole
-    /// where every view sees many.
+    /// where every view sees many; of a heart that breathes at end-expiration, or in the middle of each respiratory gate.
     pub fn phases(&self) -> Vec<ScenePhase> {
+        let gates = self.n_gates();
+        let middle = |gate: usize, phase: f64| ScenePhase {
+            of: PhaseOf::Gate { gate, gates },
+            phase,
+            breath: self.middle_breath(gate),
+        };
         match self.parts().mode {
-            Mode::Static { phase } => vec![ScenePhase {
+            Mode::Static { phase } if gates == 1 => vec![ScenePhase {
                 of: PhaseOf::Static,
                 phase,
+                breath: 0.0,
             }],
-            Mode::Gated { gates } => (0..gates)
-                .map(|gate| ScenePhase {
-                    of: PhaseOf::Gate { gate, gates },
-                    phase: (gate as f64 + 0.5) / gates as f64,
+            Mode::Static { phase } => (0..gates).map(|gate| middle(gate, phase)).collect(),
+            Mode::Gated { gates: cardiac } => (0..gates)
+                .map(|gate| {
+                    let phase = ((gate % cardiac) as f64 + 0.5) / cardiac as f64;
+                    middle(gate, phase)
                 })
                 .collect(),
-            Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle => self.ends().to_vec(),
+            Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle if gates == 1 => {
+                self.ends().to_vec()
+            }
+            // Each respiratory gate sees all of the beat: it is shown at end-diastole.
+            Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle => {
+                let [diastole, _] = self.ends();
+                (0..gates)
+                    .map(|gate| middle(gate, diastole.phase))
+                    .collect()
+            }
         }
+    }
+
+    /// The breath in the middle of the respiratory gate that a set of views is of.
+    fn middle_breath(&self, gate: usize) -> f64 {
+        let cycle = self.cycle_of(gate);
+        let gated = cycle.breath_gate().zip(cycle.breathing());
+        let middle = |gate: usize, n: usize| (gate as f64 + 0.5) / n as f64;
+        gated.map_or(0.0, |(gate, breathing)| match breathing.gates() {
+            None => 0.0,
+            Some(RespiratoryGates::Phase(n)) => breathing.at_phase(middle(gate, n)),
+            Some(RespiratoryGates::Amplitude(n)) => middle(gate, n),
+        })
     }
 
     /// The heart at each of [`Phantom::phases`], and at end-diastole and end-systole.
@@ -106,6 +165,7 @@ impl Phantom {
         let report = |at: &ScenePhase, shape: &HeartShape| PhaseReport {
             of: at.of.to_string(),
             phase: at.phase,
+            breath: self.cycle().breathing().map(|_| at.breath),
             cavity_ml: shape.volumes()[0],
             gain: shape.gain(),
             thickness: self.thickness_of(shape),
@@ -123,6 +183,10 @@ impl Phantom {
             (PhaseOf::EndDiastole, diastole),
             (PhaseOf::EndSystole, systole),
         ]
-        .map(|(of, phase)| ScenePhase { of, phase })
+        .map(|(of, phase)| ScenePhase {
+            of,
+            phase,
+            breath: 0.0,
+        })
     }
 }

@@ -4,10 +4,10 @@ use super::output::Product;
 use super::phases::PhaseOf;
 use crate::error::PhantomError;
 use crate::files::{
-    ATTENUATION, Format, LABELS, MOVING, ORBIT_EXTENSION, PROJECTIONS, RECONSTRUCTION, REPORT,
-    SLICE, SURFACES,
+    ATTENUATION, FIELDS, Format, LABELS, MOVING, ORBIT_EXTENSION, PROJECTIONS, RECONSTRUCTION,
+    REPORT, SLICE, SURFACES,
 };
-use crate::{Orbit, Phantom, files};
+use crate::{Moment, Orbit, Phantom, files};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
@@ -39,7 +39,7 @@ impl Phantom {
     /// # Errors
     /// For surfaces those of [`Phantom::meshes`].
     pub fn files(&self) -> Result<Vec<PlannedFile>, PhantomError> {
-        self.planned(|phase| Ok(self.meshes(phase)?.map(|mesh| files::stl_bytes(&mesh))))
+        self.planned(|at| Ok(self.meshes(at)?.map(|mesh| files::stl_bytes(&mesh))))
     }
 
     /// Their names alone; no surface is made for it.
@@ -52,7 +52,7 @@ impl Phantom {
     /// With the sizes of both surfaces at a phase as they are told.
     fn planned(
         &self,
-        surface_bytes: impl Fn(f64) -> Result<[u64; 2], PhantomError>,
+        surface_bytes: impl Fn(Moment) -> Result<[u64; 2], PhantomError>,
     ) -> Result<Vec<PlannedFile>, PhantomError> {
         let mut planned = Vec::new();
         for &product in &self.parts().output.write {
@@ -68,7 +68,7 @@ impl Phantom {
     fn plan_files(
         &self,
         product: Product,
-        surface_bytes: &impl Fn(f64) -> Result<[u64; 2], PhantomError>,
+        surface_bytes: &impl Fn(Moment) -> Result<[u64; 2], PhantomError>,
         planned: &mut Vec<PlannedFile>,
     ) -> Result<(), PhantomError> {
         let (camera, phases) = (self.camera(), self.phases());
@@ -105,6 +105,14 @@ impl Phantom {
                     add(self.volume_names(&phase_name(what, scene_phase.of)), bytes);
                 }
             }
+            Product::Motion => {
+                for scene_phase in phases {
+                    for (what, components) in FIELDS {
+                        let names = self.volume_names(&phase_name(what, scene_phase.of));
+                        add(names, 4 * components * voxels);
+                    }
+                }
+            }
             Product::Meshes => {
                 // Phases of one gain, on the way in and on the way out, have the same shape.
                 let mut known = HashMap::new();
@@ -112,7 +120,7 @@ impl Phantom {
                     let gain = self.cycle().gain(scene_phase.phase).to_bits();
                     let bytes = match known.entry(gain) {
                         Entry::Occupied(bytes) => *bytes.get(),
-                        Entry::Vacant(place) => *place.insert(surface_bytes(scene_phase.phase)?),
+                        Entry::Vacant(place) => *place.insert(surface_bytes(scene_phase.moment())?),
                     };
                     SURFACES.iter().zip(bytes).for_each(|(what, bytes)| {
                         add(vec![surface_name(what, scene_phase.of)], bytes)

@@ -60,10 +60,13 @@ impl Phantom {
             self.add_gains_of_views(&mut gains)?;
         }
         self.try_gains(&gains)?;
+        if wants(Product::Motion) || !self.parts().points.is_empty() {
+            self.wall(self.reference())?;
+        }
         if wants(Product::Meshes) {
             let phases = self.phases();
             for scene_phase in phases.iter().take(MOST_TRIED) {
-                self.meshes(scene_phase.phase)?;
+                self.meshes(scene_phase.moment())?;
             }
         }
         let counts = self.parts().noise.map(|noise| noise.counts);
@@ -90,7 +93,7 @@ impl Phantom {
     /// Those of all views; or, where there are too many, some of the first ones, from the smallest to the largest.
     fn add_gains_of_views(&self, gains: &mut BTreeSet<u64>) -> Result<(), PhantomError> {
         for gate in 0..self.n_gates() {
-            let scan = self.scan(self.camera(), self.acquisition(gate)?);
+            let scan = self.scan(self.camera(), gate, self.acquisition(gate)?);
             scan.collect_gains(gains, MOST_TRIED + 1);
         }
         if gains.len() > MOST_TRIED {
@@ -115,7 +118,7 @@ impl Phantom {
 
     fn try_gains(&self, gains: &BTreeSet<u64>) -> Result<(), PhantomError> {
         let gains: Vec<f64> = gains.iter().map(|bits| f64::from_bits(*bits)).collect();
-        let scan = self.scan(self.camera(), Acquisition::still(0.0));
+        let scan = self.scan(self.camera(), 0, Acquisition::still(0.0));
         for some in gains.chunks(self.heart().most_shapes()) {
             scan.placed(&self.heart().shapes(some)?)?;
         }
@@ -127,7 +130,7 @@ impl Phantom {
         for gate in 0..self.n_gates() {
             let seen = |view_idx| -> Result<bool, PhantomError> {
                 let rows = 0..self.camera().n_rows();
-                let scan = self.scan(self.camera(), self.acquisition(gate)?);
+                let scan = self.scan(self.camera(), gate, self.acquisition(gate)?);
                 let view = scan.rows(view_idx..view_idx + 1, rows, &|_| ())?;
                 Ok(view.samples.iter().any(|sample| *sample > 0.0))
             };

@@ -20,7 +20,10 @@ impl Phantom {
         };
         let averaged = match self.parts().mode {
             Mode::Instants => false,
-            Mode::Static { .. } => self.camera().rotation() != Rotation::StepAndShoot,
+            Mode::Static { .. } => {
+                let turns = self.camera().rotation() != Rotation::StepAndShoot;
+                turns || self.cycle().breathing().is_some()
+            }
             Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => true,
         };
         if !averaged {
@@ -35,7 +38,7 @@ impl Phantom {
         loop {
             let mut reached = 0.0f64;
             for gate in 0..self.n_gates() {
-                let scan = self.scan(&camera, self.acquisition_of(gate, steps));
+                let scan = self.scan(&camera, gate, self.acquisition_of(gate, steps));
                 // What is hard of a heart that is still is the angle, say that at which its base is seen edge on.
                 let views: BTreeSet<usize> = match scan.acquisition {
                     Acquisition::Static { .. } => (0..camera.n_views()).collect(),

@@ -140,7 +140,7 @@ impl Phantom {
             let scan = Scan {
                 depth: Some(depth),
                 lattice,
-                ..self.scan(&depth.camera, acquisition)
+                ..self.scan(&depth.camera, gate, acquisition)
             };
             let rows_there = rows.start + above..rows.end + above;
             let mut taken = scan.rows(views, rows_there, progress)?;
@@ -152,7 +152,7 @@ impl Phantom {
             let cast = self.readout.rows_seen(&rows);
             let scan = Scan {
                 lattice,
-                ..self.scan(self.camera(), acquisition)
+                ..self.scan(self.camera(), gate, acquisition)
             };
             let mut taken = scan.rows(views, cast, progress)?;
             self.work.rays(taken.rays);
@@ -164,7 +164,7 @@ impl Phantom {
         let cast = wide.blur.rows_seen(&rows);
         let scan = Scan {
             lattice,
-            ..self.scan(&wide.camera, acquisition)
+            ..self.scan(&wide.camera, gate, acquisition)
         };
         let mut taken = scan.rows(views, cast, progress)?;
         self.work.rays(taken.rays);

@@ -2,10 +2,11 @@
 
 use super::Phantom;
 use crate::error::{PhantomError, check_count};
+use crate::scan::Scan;
 use crate::truth::truth_of_slices;
-use crate::{Acquisition, Method, OsemReport, Regions, Rotation};
+use crate::{Method, Moment, OsemReport, Regions, Rotation};
 use radon::{FbpPlan, StackOrder};
-use revolve_voxel::{Mesh, Sampling};
+use revolve_voxel::{Mesh, Sampling, Sector};
 use std::ops::Range;
 use std::sync::{Arc, PoisonError};
 
@@ -82,7 +83,8 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::view`].
     pub fn truth(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
-        self.truth_slices(self.acquisition(gate)?, 0..self.parts.camera.n_rows())
+        let scan = self.scan(&self.parts.camera, gate, self.acquisition(gate)?);
+        self.truth_slices(&scan, 0..self.parts.camera.n_rows())
     }
 
     /// One slice of the exact volume of a gate, `[y][x]`.
@@ -91,15 +93,17 @@ impl Phantom {
     /// As [`Phantom::slice`].
     pub fn truth_slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
         check_count("slice", z, [0, self.parts.camera.n_rows() - 1])?;
-        self.truth_slices(self.acquisition(gate)?, z..z + 1)
+        let scan = self.scan(&self.parts.camera, gate, self.acquisition(gate)?);
+        self.truth_slices(&scan, z..z + 1)
     }
 
     /// The activity of every voxel at a phase, `[z][y][x]`, averaged over the voxel.
     ///
     /// # Errors
     /// As [`Phantom::shape`].
-    pub fn activity(&self, phase: f64) -> Result<Vec<f32>, PhantomError> {
-        self.truth_slices(Acquisition::still(phase), 0..self.parts.camera.n_rows())
+    pub fn activity(&self, at: impl Into<Moment>) -> Result<Vec<f32>, PhantomError> {
+        let slices = 0..self.parts.camera.n_rows();
+        self.at_moment(at.into(), |scan| self.truth_slices(scan, slices))
     }
 
     /// What every voxel holds most of at a phase, `[z][y][x]`: 0 background, 1 cavity, 2 wall; of the wall's voxels 3 are those
@@ -110,16 +114,18 @@ impl Phantom {
     ///
     /// # Errors
     /// As [`Phantom::shape`].
-    pub fn labels(&self, phase: f64) -> Result<Vec<u8>, PhantomError> {
+    pub fn labels(&self, at: impl Into<Moment>) -> Result<Vec<u8>, PhantomError> {
         let sampling = Sampling::Coverage {
             tolerance: self.parts.truth_tolerance,
         };
         let (grid, slices) = (self.parts.camera.grid(), 0..self.parts.camera.n_rows());
-        let shape = self.shape(phase)?;
-        let mut regions = (shape.body()).regions::<f32>(grid, slices.clone(), sampling)?;
-        let scan = self.scan(&self.parts.camera, Acquisition::still(phase));
-        let placed = scan.placed(std::slice::from_ref(&shape))?;
-        let defects = placed.by_defect(&shape, self.parts.defects.len());
+        let at = at.into();
+        let (shape, pose) = (self.shape(at.phase)?, self.pose(at.breath)?);
+        let body = shape.body().standing(pose);
+        let mut regions = body.regions::<f32>(grid, slices.clone(), sampling)?;
+        let placed = self.at_moment(at, |scan| scan.placed(std::slice::from_ref(&shape)))?;
+        let defects = placed.by_defect(&shape, self.parts.defects.len(), pose);
+        let defects: Vec<Vec<&Sector>> = defects.iter().map(|d| d.iter().collect()).collect();
         regions.label_pieces(WALL, &defects, grid, slices, sampling)?;
         self.work.voxels(regions.counters);
         Ok(regions.labels)
@@ -136,15 +142,15 @@ impl Phantom {
     ///
     /// # Errors
     /// [`PhantomError::Absent`] if nothing attenuates; as [`Phantom::shape`].
-    pub fn attenuation(&self, phase: f64) -> Result<Vec<f32>, PhantomError> {
+    pub fn attenuation(&self, at: impl Into<Moment>) -> Result<Vec<f32>, PhantomError> {
         let Some(attenuation) = &self.parts.attenuation else {
             return Err(PhantomError::Absent {
                 what: "attenuation",
             });
         };
-        let tolerance = self.parts.truth_tolerance;
+        let (at, tolerance) = (at.into(), self.parts.truth_tolerance);
         attenuation.map(
-            self.shape(phase)?.body(),
+            &(self.shape(at.phase)?.body()).standing(self.pose(at.breath)?),
             self.parts.organs.as_ref(),
             self.parts.camera.grid(),
             tolerance,
@@ -156,10 +162,14 @@ impl Phantom {
     ///
     /// # Errors
     /// As [`Phantom::shape`].
-    pub fn meshes(&self, phase: f64) -> Result<[Mesh; 2], PhantomError> {
-        let shape = self.shape(phase)?;
+    pub fn meshes(&self, at: impl Into<Moment>) -> Result<[Mesh; 2], PhantomError> {
+        let at = at.into();
+        let (shape, pose) = (self.shape(at.phase)?, self.pose(at.breath)?);
         let tolerance = self.parts.output.mesh_tolerance;
-        Ok([shape.mesh(0, tolerance)?, shape.mesh(1, tolerance)?])
+        Ok([
+            shape.mesh_standing(pose, 0, tolerance)?,
+            shape.mesh_standing(pose, 1, tolerance)?,
+        ])
     }
 
     /// The voxels over which reconstructions are judged; from 24 phases, made once.
@@ -214,12 +224,11 @@ impl Phantom {
 
     fn truth_slices(
         &self,
-        acquisition: Acquisition,
+        scan: &Scan<'_>,
         slices: Range<usize>,
     ) -> Result<Vec<f32>, PhantomError> {
         let tolerance = self.parts.truth_tolerance;
-        let scan = self.scan(&self.parts.camera, acquisition);
-        let (volume, counters) = truth_of_slices(&scan, tolerance, slices)?;
+        let (volume, counters) = truth_of_slices(scan, tolerance, slices)?;
         self.work.voxels(counters);
         Ok(volume)
     }

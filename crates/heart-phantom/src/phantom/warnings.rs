@@ -83,9 +83,18 @@ impl Phantom {
                 self.extreme_phases().to_vec()
             }
         };
-        (phases.into_iter())
-            .map(|phase| outside_of(&*self.shape(phase)?))
-            .collect()
+        let breaths: &[f64] = match self.cycle().breathing() {
+            None => &[0.0],
+            Some(_) => &[0.0, 0.5, 1.0],
+        };
+        let mut bodies = Vec::new();
+        for phase in phases {
+            let body = outside_of(&*self.shape(phase)?)?;
+            for breath in breaths {
+                bodies.push(body.standing(self.pose(*breath)?));
+            }
+        }
+        Ok(bodies)
     }
 
     /// Organs that reach beyond the bins, or beyond the rows: of those that are active, and of those that only attenuate, the farthest.

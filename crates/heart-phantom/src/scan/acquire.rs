@@ -14,7 +14,7 @@ impl Acquisition {
     pub fn solve(&self, heart: &Heart, camera: &Camera, cycle: &Cycle) -> Result<(), PhantomError> {
         let none = Activity::from([0.0; 2]);
         let times = Scan::plain(heart, camera, cycle, *self, none).times()?;
-        let gains = times.iter().map(|(gain, _)| *gain);
+        let gains = times.iter().map(|lasting| lasting.gain);
         let kept: Vec<f64> = gains.take(heart.most_shapes()).collect();
         heart.shapes(&kept).map(drop)
     }

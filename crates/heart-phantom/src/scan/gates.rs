@@ -1,7 +1,7 @@
 //! The views of all gates together: a shape of the heart that several gates see is projected once.
 
 use super::project::Aim;
-use super::quadrature::Node;
+use super::nodes::Node;
 use super::views::Scan;
 use crate::HeartShape;
 use crate::error::PhantomError;
@@ -20,20 +20,22 @@ pub(crate) struct SharedShapes {
 impl SharedShapes {
     /// Those of some scans, one a gate; `None` if it takes more than how the heart beats to tell their views: they differ in more than
     /// their angle, depth blurs them, active organs stand around the heart (which are integrated once for all of its shapes,
-    /// gate by gate), or their shapes do not fit into the heart's memory together.
+    /// gate by gate), the heart is moved by breathing, or their shapes do not fit
+    /// into the heart's memory together.
     pub(crate) fn of(scans: &[Scan<'_>]) -> Result<Option<Self>, PhantomError> {
         let mut by_gain: BTreeMap<u64, Vec<(usize, f64)>> = BTreeMap::new();
         for (gate, scan) in scans.iter().enumerate() {
             scan.acquisition.validate(scan.cycle, scan.camera)?;
             let organs = scan.organs.is_some_and(Organs::is_active);
-            let alike = scan.acquisition.same_for_all_views(scan.camera);
-            if scan.depth.is_some() || organs || !alike {
+            let alike = scan.acquisition.same_for_all_views(scan.cycle, scan.camera);
+            if scan.depth.is_some() || organs || scan.cycle.breathing().is_some() || !alike {
                 return Ok(None);
             }
             for node in scan.quadrature().view(0).nodes {
                 // All that there is to a point: another field would have to be equal, too.
                 let Node {
                     gain,
+                    breath: _,
                     share,
                     weights: [even, odd],
                 } = node;
@@ -107,7 +109,7 @@ impl Scan<'_> {
         let mut done = RayCounters::default();
         for (shape, uses) in solved.iter().zip(&shared.uses) {
             one.fill(0.0);
-            let heart = (&**shape, placed.of(shape));
+            let heart = (&**shape, shape.body(), placed.of(shape));
             done = done + self.project(heart, &aim, None, 1.0, &mut one)?;
             add_to_gates(&one, uses, &mut samples);
         }

@@ -17,7 +17,7 @@ use std::f64::consts::FRAC_PI_2;
 /// A span of heights, or a time as a share of what is seen, that is rounding.
 const NOTHING: f64 = 1e-9;
 /// Points and weights of Gauss and Legendre on [-1, 1]: exact to degree 5, where a cubic of time, times time, has 4.
-const GAUSS: [[f64; 2]; 3] = [
+pub(super) const GAUSS: [[f64; 2]; 3] = [
     [-0.774_596_669_241_483_4, 5.0 / 9.0],
     [0.0, 8.0 / 9.0],
     [0.774_596_669_241_483_4, 5.0 / 9.0],
@@ -59,17 +59,9 @@ impl<'a> Levels<'a> {
         for h in stretches.iter().copied().flat_map(heights) {
             (low, high) = (low.min(h), high.max(h));
         }
-        if high - low <= NOTHING {
-            made.levels.push(low);
-        } else {
-            let cells = 2.0
-                * (0.25 * points as f64 * (high - low) - NOTHING)
-                    .ceil()
-                    .max(1.0);
-            // Half as equal steps of volume, half as those of a sinusoid: a beat is longest where it turns round.
-            let at = |u: f64| low + (high - low) * 0.5 * (u + (FRAC_PI_2 * u).sin().powi(2));
-            made.levels
-                .extend((0..=cells as usize).map(|j| at(j as f64 / cells)));
+        made.levels = levels_between([low, high], points);
+        if made.levels.len() > 1 {
+            let cells = (made.levels.len() - 1) as f64;
             made.still = long_stays(&stretches, heights, cells);
         }
         if whole {
@@ -212,6 +204,21 @@ impl<'a> Levels<'a> {
             }
         }
     }
+}
+
+/// Levels from the lowest to the highest height, an even number of steps with as many as a beat of `points` steps has on its way up or
+/// down; one alone where nothing is between.
+pub(super) fn levels_between([low, high]: [f64; 2], points: usize) -> Vec<f64> {
+    if high - low <= NOTHING {
+        return vec![low];
+    }
+    let cells = 2.0
+        * (0.25 * points as f64 * (high - low) - NOTHING)
+            .ceil()
+            .max(1.0);
+    // Half as equal steps of volume, half as those of a sinusoid: a beat is longest where it turns round.
+    let at = |u: f64| low + (high - low) * 0.5 * (u + (FRAC_PI_2 * u).sin().powi(2));
+    (0..=cells as usize).map(|j| at(j as f64 / cells)).collect()
 }
 
 /// Heights at which the curve stays for at least a share `1 / (2 cells)` of all the time.

@@ -4,7 +4,7 @@ use super::views::Scan;
 use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::model::Attenuation;
-use revolve_voxel::{Capsule, ParallelRays, RayCounters, Sector};
+use revolve_voxel::{Body, Capsule, ParallelRays, RayCounters, Sector};
 use std::ops::Range;
 
 /// The rays of a view: from where, through which planes, in which rows.
@@ -13,6 +13,9 @@ pub(super) struct Aim<'a> {
     pub(super) planes: &'a [f64],
     pub(super) rows: &'a Range<usize>,
 }
+
+/// A shape of the heart, as a body that stands where it does now, and its defects.
+type Standing<'a> = (&'a HeartShape, &'a Body, &'a [(usize, Sector, f64)]);
 
 impl Scan<'_> {
     /// What weakens the rays, if anything does: where all coefficients are zero, views have the bits of lines.
@@ -40,7 +43,7 @@ impl Scan<'_> {
     /// rays that pass `capsule` by ([`Self::project_past`]).
     pub(super) fn project(
         &self,
-        heart: (&HeartShape, &[(Sector, f64)]),
+        heart: Standing<'_>,
         aim: &Aim<'_>,
         capsule: Option<&Capsule>,
         weight: f64,
@@ -56,13 +59,13 @@ impl Scan<'_> {
 
     fn project_once(
         &self,
-        (shape, defects): (&HeartShape, &[(Sector, f64)]),
+        (shape, body, defects): Standing<'_>,
         rays: &ParallelRays,
         capsule: Option<&Capsule>,
         weight: f64,
         target: &mut [f32],
     ) -> Result<RayCounters, PhantomError> {
-        let (body, [cavity, wall]) = (shape.body(), self.activity.of(shape));
+        let [cavity, wall] = self.activity.of(shape);
         // The torso is everywhere, the heart what differs from it.
         let around = (self.background).map_or(0.0, |background| background.concentration);
         let activity = [cavity - around, wall - around];
@@ -77,7 +80,8 @@ impl Scan<'_> {
             None => body.project_add(rays, &activity, weight, target)?,
             Some(medium) => body.project_attenuated_add(rays, &activity, weight, medium, target)?,
         };
-        for (sector, factor) in defects {
+        for (_, sector, factor) in defects {
+            let sector = sector.standing(*body.pose());
             let difference = weight * factor * wall;
             done = done + sector.project_add(rays, difference, attenuator.as_ref(), target)?;
         }

@@ -2,75 +2,21 @@
 //!
 //! A sinusoid before a camera that stands still is sampled at equal steps of time, the trapezoidal rule: as means over volumes these
 //! are the Gauss rule of its weight, and mirrored phases share their shapes. Everything else is a mean over [`Levels`] of volume.
+//! Beats that differ, and breathing, are seen in real time, as a mean over volumes and breaths ([`Product`]).
 //! While the camera turns the time of a view is cut into arcs, in each of which a level is seen from the mean angle of its time there.
 
 use super::acquisition::Acquisition;
 use super::camera::Rotation;
 use super::levels::Levels;
+use super::nodes::Nodes;
+use super::product::Product;
 use super::timing::{NO_TIME, arcs, even};
 use super::view_time::TimeSeen;
 use crate::{Camera, Cycle};
-use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// Arcs of any part of a view of a turning camera at least: a flat base seen edge on comes and goes at once.
 const FEWEST_ARCS: usize = 8;
-
-/// One point of the quadrature over a view, equal ones merged.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Node {
-    /// Volume gain of the cavity.
-    pub(crate) gain: f64,
-    /// Share of the view's time that has passed.
-    pub(crate) share: f64,
-    /// The view is the sum over both of these weights, the rule with half the points twice that over the first.
-    pub(crate) weights: [f64; 2],
-}
-
-/// The points over which a view is averaged, and how many phases of the cycle they see.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Nodes {
-    pub(crate) nodes: Vec<Node>,
-    /// Phases seen; of means over volumes, the gains.
-    pub(crate) phases: Vec<f64>,
-    /// How far the mean volume of the cavity is from that over the view's time, as a share of it.
-    pub(crate) volume_error: f64,
-    known: BTreeMap<[u64; 2], usize>,
-}
-
-impl Nodes {
-    fn add(&mut self, gain: f64, share: f64, weights: [f64; 2]) {
-        let nodes = &mut self.nodes;
-        let at = *(self.known)
-            .entry([gain.to_bits(), share.to_bits()])
-            .or_insert_with(|| {
-                nodes.push(Node {
-                    gain,
-                    share,
-                    weights: [0.0; 2],
-                });
-                nodes.len() - 1
-            });
-        for (sum, weight) in self.nodes[at].weights.iter_mut().zip(weights) {
-            *sum += weight;
-        }
-    }
-
-    /// The gains of all points.
-    pub(crate) fn gains(&self) -> impl Iterator<Item = f64> {
-        self.nodes.iter().map(|node| node.gain)
-    }
-
-    /// How far the volume is from its mean over the view, in the mean and as a share of it: the more, the harder it is to sample.
-    pub(crate) fn spread(&self) -> f64 {
-        let mean = |of: &dyn Fn(&Node) -> f64| -> f64 {
-            let weight = |node: &Node| node.weights[0] + node.weights[1];
-            self.nodes.iter().map(|node| weight(node) * of(node)).sum()
-        };
-        let volume = mean(&|node| 1.0 + node.gain);
-        mean(&|node| (1.0 + node.gain - volume).abs()) / volume
-    }
-}
 
 /// The quadrature of an acquisition's views.
 pub(crate) struct Quadrature<'a> {
@@ -79,15 +25,19 @@ pub(crate) struct Quadrature<'a> {
     camera: &'a Camera,
     /// The levels of all views, where each sees a whole beat.
     levels: Option<Levels<'a>>,
+    /// What views are in real time.
+    product: Option<Product<'a>>,
 }
 
 impl<'a> Quadrature<'a> {
     pub(crate) fn new(acquisition: Acquisition, cycle: &'a Cycle, camera: &'a Camera) -> Self {
         let seen = acquisition.seen(cycle, camera, 0);
-        let whole = seen.beats >= 1.0 || acquisition.same_for_all_views(camera);
-        let levels = (whole && acquisition.by_volume(cycle, camera))
+        let whole = seen.beats >= 1.0 || acquisition.same_for_all_views(cycle, camera);
+        let real = acquisition.in_real_time(cycle);
+        let levels = (!real && whole && acquisition.by_volume(cycle, camera))
             .then(|| Levels::new(cycle.height(), &seen, acquisition.points()));
         Self {
+            product: real.then(|| Product::new(acquisition, cycle, camera)),
             acquisition,
             cycle,
             camera,
@@ -97,6 +47,9 @@ impl<'a> Quadrature<'a> {
 
     /// The points of one view.
     pub(crate) fn view(&self, view_idx: usize) -> Nodes {
+        if let Some(product) = &self.product {
+            return product.view(view_idx);
+        }
         let seen = self.acquisition.seen(self.cycle, self.camera, view_idx);
         let turning = match self.camera.rotation() {
             Rotation::StepAndShoot => None,
@@ -121,7 +74,7 @@ impl<'a> Quadrature<'a> {
         let mut made = Nodes::default();
         let (phase, gain) = (self.cycle.wrapped(phase), self.cycle.gain(phase));
         for (j, weights) in trapezoidal(arcs, 1.0) {
-            made.add(gain, j as f64 / arcs as f64, weights);
+            made.add([gain, 0.0], j as f64 / arcs as f64, weights);
         }
         made.phases.push(phase);
         made
@@ -140,7 +93,7 @@ impl<'a> Quadrature<'a> {
                 let along = j as f64 / steps.max(1) as f64;
                 let phase = self.cycle.wrapped(from + (to - from) * along);
                 let gain = self.cycle.gain(phase);
-                made.add(gain, 0.0, weights);
+                made.add([gain, 0.0], 0.0, weights);
                 made.phases.push(phase);
                 mean += (weights[0] + weights[1]) * (1.0 + gain);
             }
@@ -190,7 +143,11 @@ impl<'a> Quadrature<'a> {
                     if *time > NO_TIME * NO_TIME * all {
                         let gain = self.cycle.gain_at_height(levels.height(k));
                         let share = turning.map_or(0.0, |beats| (moment / time - from) / beats);
-                        made.add(gain, share, weights.map(|weight| weight * time / all));
+                        made.add(
+                            [gain, 0.0],
+                            share,
+                            weights.map(|weight| weight * time / all),
+                        );
                     }
                 }
             }

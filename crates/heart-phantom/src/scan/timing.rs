@@ -20,7 +20,10 @@ pub(crate) const NO_TIME: f64 = 1e-9;
 
 impl Acquisition {
     /// Whether all views see the same phases with the same weights.
-    pub(crate) fn same_for_all_views(&self, camera: &Camera) -> bool {
+    pub(crate) fn same_for_all_views(&self, cycle: &Cycle, camera: &Camera) -> bool {
+        if self.in_real_time(cycle) {
+            return false;
+        }
         match self {
             Acquisition::Static { .. } => true,
             Acquisition::WholeCycle { .. } | Acquisition::Gate { .. } => {
@@ -30,12 +33,24 @@ impl Acquisition {
         }
     }
 
+    /// Whether views see what comes in their own time, whatever the camera does.
+    pub(crate) fn in_real_time(&self, cycle: &Cycle) -> bool {
+        match self {
+            // A heart that does not beat has no beats that differ.
+            Acquisition::Static { .. } => cycle.breathing().is_some(),
+            _ => cycle.in_real_time(),
+        }
+    }
+
     /// What its exact volume is the mean over.
     pub fn truth_of(&self, cycle: &Cycle, camera: &Camera) -> TruthOf {
+        if self.in_real_time(cycle) {
+            return TruthOf::MeanOfViews;
+        }
         let first = self.seen(cycle, camera, 0);
         let whole = first.beats >= 1.0 && (first.beats - first.beats.round()).abs() <= NO_TIME;
         let same = |view_idx| self.seen(cycle, camera, view_idx).ends[0] == first.ends[0];
-        if self.same_for_all_views(camera) || whole || (1..camera.n_views()).all(same) {
+        if self.same_for_all_views(cycle, camera) || whole || (1..camera.n_views()).all(same) {
             TruthOf::EachView
         } else {
             TruthOf::MeanOfViews
@@ -52,6 +67,9 @@ impl Acquisition {
             Acquisition::Exposure { .. }
             | Acquisition::WholeCycle { .. }
             | Acquisition::Gate { .. } => {}
+        }
+        if self.in_real_time(cycle) {
+            return true;
         }
         camera.rotation() != Rotation::StepAndShoot || *cycle.height() != Height::Sinusoid
     }
@@ -89,13 +107,17 @@ impl Acquisition {
                 });
             }
         }
-        if let (Acquisition::WholeCycle { .. }, Rotation::Continuous) = (self, camera.rotation()) {
+        if let (Acquisition::WholeCycle { .. }, Rotation::Continuous) = (self, camera.rotation())
+            && !self.in_real_time(cycle)
+        {
             let what = "interval of a turning camera";
             check(what, camera.interval(), [cycle.period(), 1e9])?;
         }
-        if let (&Acquisition::Gate { gate, .. }, Some(view_idx)) =
-            (self, self.unseen(cycle, camera))
-        {
+        if let Some(view_idx) = self.unseen(cycle, camera) {
+            let gate = match *self {
+                Acquisition::Gate { gate, .. } => gate,
+                _ => 0,
+            };
             return Err(PhantomError::Unseen { gate, view_idx });
         }
         let points = self.points_of_all(cycle, camera);
@@ -103,8 +125,17 @@ impl Acquisition {
         check_count(what, points as usize, [0, MAX_POINTS_OF_ALL]).map(drop)
     }
 
-    /// The first view of a turning camera in whose time the gate does not come.
+    /// The first view in whose time the gate does not come, or nothing that counts.
     fn unseen(&self, cycle: &Cycle, camera: &Camera) -> Option<usize> {
+        if self.in_real_time(cycle) {
+            let lasts = match *self {
+                Acquisition::Instants => false,
+                Acquisition::Exposure { window, .. } => window > 0.0,
+                _ => true,
+            };
+            let sees = |view_idx: &usize| self.seconds(cycle, camera, *view_idx)[0] > 0.0;
+            return (0..camera.n_views()).find(|view_idx| lasts && !sees(view_idx));
+        }
         let seen = |view_idx: &usize| self.seen(cycle, camera, *view_idx).moments()[0];
         match (self, camera.rotation()) {
             // No longer than a beat at most, or it comes in every view.
@@ -119,13 +150,24 @@ impl Acquisition {
 
     /// Points of all views together, before equal ones are merged.
     pub(crate) fn points_of_all(&self, cycle: &Cycle, camera: &Camera) -> f64 {
-        let n_views = if self.same_for_all_views(camera) {
+        let n_views = if self.same_for_all_views(cycle, camera) {
             1
         } else {
             camera.n_views()
         };
         let beats = self.seen(cycle, camera, 0).beats;
         let points = self.points() as f64;
+        if self.in_real_time(cycle) {
+            // All pairs of levels at most; a way through them meets two rows of them.
+            let breaths = camera.interval() / cycle.breathing().map_or(f64::MAX, |b| b.period());
+            let pairs = (0.5 * points + 1.0) * (0.5 * points + 1.0);
+            let ways = 4.0 * points * (1.0 + camera.interval() / cycle.period() + breaths);
+            let arcs = match camera.rotation() {
+                Rotation::StepAndShoot => 0.0,
+                Rotation::Continuous => 8.0 * arcs(self.points()) as f64,
+            };
+            return n_views as f64 * (ways.min(pairs) + arcs);
+        }
         let of_view = match (self, camera.rotation()) {
             (Acquisition::Instants, _) | (Acquisition::Static { .. }, Rotation::StepAndShoot) => {
                 return 0.0;

@@ -1,7 +1,7 @@
 //! What views add up to, and what that says of the quadrature over time.
 
 use super::depth::Squares;
-use super::quadrature::Nodes;
+use super::nodes::Nodes;
 use revolve_voxel::RayCounters;
 use std::collections::BTreeSet;
 

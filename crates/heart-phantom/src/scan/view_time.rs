@@ -2,6 +2,7 @@
 
 use super::acquisition::Acquisition;
 use super::camera::Rotation;
+use super::spans;
 #[cfg(feature = "scene")]
 use crate::text::short;
 use crate::{Camera, Cycle};
@@ -19,7 +20,8 @@ pub struct ViewTime {
     /// Seconds from the start of the first view to that of this one: `k T` of view `k` of a head.
     pub start: f64,
     /// Seconds of its time that the view sees: 0 of an instant, of a gate those in which the beat is in it. A camera that stops sees
-    /// whole beats in the mean, all of the view's seconds, and of `n` gates each for a share `1 / n` of them, however many beats they are.
+    /// whole beats in the mean, all of the view's seconds, and of `n` gates each for a share `1 / n` of them, however many beats they are;
+    /// of beats that differ, and of a heart that breathes, any camera sees what comes in the view's own time.
     pub window: f64,
     /// Phase of the beat at the start of the view, which is not that of the gate it is sorted into; of a heart that is held at a
     /// phase, that one.
@@ -111,6 +113,12 @@ impl TimeSeen {
 }
 
 impl Acquisition {
+    /// In real time, how many seconds a view sees, and the moment in their middle.
+    pub(super) fn seconds(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> [f64; 2] {
+        let start = view_idx as f64 * camera.interval();
+        spans::seen(&spans::of_view(*self, cycle, camera, view_idx), start)
+    }
+
     /// What a view sees of the beat.
     pub(crate) fn seen(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> TimeSeen {
         let whole = [0.0, 1.0];
@@ -155,12 +163,15 @@ impl Acquisition {
         let [beats, _] = self.seen(cycle, camera, view_idx).moments();
         ViewTime {
             start,
-            window: match (self, camera.rotation()) {
-                (Self::Static { .. } | Self::WholeCycle { .. }, _) => interval,
-                (Self::Instants, _) => 0.0,
-                (&Self::Exposure { window, .. }, _) => window,
-                (Self::Gate { .. }, Rotation::StepAndShoot) => interval * beats,
-                (Self::Gate { .. }, Rotation::Continuous) => beats * cycle.period(),
+            window: match self.in_real_time(cycle) {
+                true => self.seconds(cycle, camera, view_idx)[0],
+                false => match (self, camera.rotation()) {
+                    (Self::Static { .. } | Self::WholeCycle { .. }, _) => interval,
+                    (Self::Instants, _) => 0.0,
+                    (&Self::Exposure { window, .. }, _) => window,
+                    (Self::Gate { .. }, Rotation::StepAndShoot) => interval * beats,
+                    (Self::Gate { .. }, Rotation::Continuous) => beats * cycle.period(),
+                },
             },
             phase: match *self {
                 Self::Static { phase, .. } => phase,
@@ -174,6 +185,11 @@ impl Acquisition {
     pub(crate) fn angle(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> f64 {
         if camera.rotation() == Rotation::StepAndShoot {
             return camera.angle(view_idx, 0.5);
+        }
+        if self.in_real_time(cycle) {
+            let start = view_idx as f64 * camera.interval();
+            let [_, middle] = self.seconds(cycle, camera, view_idx);
+            return camera.angle(view_idx, (middle - start) / camera.interval());
         }
         let share = match *self {
             Self::Static { .. } | Self::WholeCycle { .. } => 0.5,

@@ -6,14 +6,15 @@
 use super::acquisition::{Acquisition, Sinograms};
 use super::depth::{Depth, Squares};
 use super::halves::Halves;
+use super::nodes::{Node, Nodes};
 use super::project::Aim;
-use super::quadrature::{Node, Nodes, Quadrature};
+use super::quadrature::Quadrature;
 use super::total::Total;
 use crate::error::PhantomError;
 use crate::model::{Activity, Attenuation, Background, Defect, Placed};
-use crate::{Camera, Cycle, Heart, HeartShape};
+use crate::{Camera, Cycle, Heart, HeartShape, Twist};
 use rayon::prelude::*;
-use revolve_voxel::{Capsule, Organs, RayCounters};
+use revolve_voxel::{Body, Capsule, Organs, Pose, RayCounters};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -33,6 +34,8 @@ pub(crate) struct Scan<'a> {
     pub(crate) activity: Activity,
     pub(crate) attenuation: Option<Attenuation>,
     pub(crate) defects: &'a [Defect],
+    /// How the wall is twisted at end-systole.
+    pub(crate) twist: Option<&'a Twist>,
     pub(crate) background: Option<Background>,
     pub(crate) organs: Option<&'a Organs>,
     /// How far the defects' layers may be from where they are, cm.
@@ -41,6 +44,15 @@ pub(crate) struct Scan<'a> {
     pub(crate) depth: Option<&'a Depth>,
     /// Where the rays of each bin are, from its middle in shares of its sides; their mean counts.
     pub(crate) lattice: Vec<[f64; 2]>,
+}
+
+/// A volume of the cavity at a place of the breath, and how long.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Lasting {
+    pub(crate) gain: f64,
+    pub(crate) breath: f64,
+    /// Share of the time of all views.
+    pub(crate) share: f64,
 }
 
 /// Views that are taken together.
@@ -93,6 +105,7 @@ impl<'a> Scan<'a> {
             activity,
             attenuation: None,
             defects: &[],
+            twist: None,
             background: None,
             organs: None,
             tolerance: 0.0,
@@ -142,9 +155,19 @@ impl Scan<'_> {
     /// The defects in each of some distinct shapes, all of which the background surrounds: from it they are taken away.
     pub(crate) fn placed(&self, shapes: &[Arc<HeartShape>]) -> Result<Placed, PhantomError> {
         if let Some(background) = &self.background {
-            background.check_surrounds(shapes)?;
+            let mut standing = vec![*self.heart.pose()];
+            if self.cycle.breathing().is_some() {
+                standing.extend([self.pose(0.5)?, self.pose(1.0)?]);
+            }
+            for pose in standing {
+                background.check_surrounds(shapes, pose)?;
+            }
         }
-        Placed::new(self.heart, self.defects, self.tolerance, shapes)
+        let twist = |gain: f64| {
+            let twist = self.twist?;
+            Some(twist.scaled(self.cycle.emptied(gain)))
+        };
+        Placed::new(self.heart, (self.defects, twist), self.tolerance, shapes)
     }
 
     /// Where something is taken away that is there, as much as there is, rounding may leave less than nothing.
@@ -154,6 +177,15 @@ impl Scan<'_> {
                 .iter_mut()
                 .for_each(|sample| *sample = sample.max(0.0));
         }
+    }
+
+    /// Where the heart stands when the breath has come so far.
+    pub(crate) fn pose(&self, breath: f64) -> Result<Pose, PhantomError> {
+        let pose = self.heart.pose();
+        Ok(match self.cycle.breathing() {
+            None => *pose,
+            Some(breathing) => breathing.moved(pose, breath)?,
+        })
     }
 
     pub(super) fn quadrature(&self) -> Quadrature<'_> {
@@ -167,7 +199,7 @@ impl Scan<'_> {
         mut take: impl FnMut(Group) -> Result<(), PhantomError>,
     ) -> Result<(), PhantomError> {
         let quadrature = self.quadrature();
-        if self.acquisition.same_for_all_views(self.camera) {
+        if self.acquisition.same_for_all_views(self.cycle, self.camera) {
             let plans = vec![quadrature.view(views.start)];
             return take(Group { views, plans });
         }
@@ -315,7 +347,7 @@ impl Scan<'_> {
                 slabs
             }
         };
-        let capsule = self.capsule(nodes, shapes);
+        let capsule = self.capsule(nodes, shapes)?;
         let aim = |share: f64| Aim {
             theta: self.camera.angle(view_idx, share),
             planes: &planes,
@@ -339,7 +371,8 @@ impl Scan<'_> {
         for node in nodes {
             let aim = aim(node.share);
             let shape = shapes.by_gain[&node.gain.to_bits()];
-            let heart = (&**shape, shapes.placed.of(shape));
+            let body = shape.body().standing(self.pose(node.breath)?);
+            let heart = (&**shape, &body, shapes.placed.of(shape));
             let done = halves.add(node.weights, |weight, target| {
                 self.project(heart, &aim, capsule.as_ref(), weight, target)
             })?;
@@ -348,16 +381,26 @@ impl Scan<'_> {
         Ok(())
     }
 
-    /// What holds the heart in all the shapes of some points, where there are active organs around it.
-    fn capsule(&self, nodes: &[Node], shapes: &Shapes<'_>) -> Option<Capsule> {
-        self.organs.filter(|organs| organs.is_active())?;
-        let shape = |node: &Node| shapes.by_gain[&node.gain.to_bits()].body();
-        Capsule::around(nodes.iter().map(shape))
+    /// What holds the heart in all the shapes and places of some points, where there are active organs around it.
+    fn capsule(
+        &self,
+        nodes: &[Node],
+        shapes: &Shapes<'_>,
+    ) -> Result<Option<Capsule>, PhantomError> {
+        if !self.organs.is_some_and(Organs::is_active) {
+            return Ok(None);
+        }
+        let body = |node: &Node| -> Result<Body, PhantomError> {
+            let shape = shapes.by_gain[&node.gain.to_bits()];
+            Ok(shape.body().standing(self.pose(node.breath)?))
+        };
+        let bodies = nodes.iter().map(body).collect::<Result<Vec<_>, _>>()?;
+        Ok(Capsule::around(&bodies))
     }
 
     /// The view that is hardest to sample.
     pub(crate) fn hardest_view(&self) -> usize {
-        if self.acquisition.same_for_all_views(self.camera) {
+        if self.acquisition.same_for_all_views(self.cycle, self.camera) {
             return 0;
         }
         let quadrature = self.quadrature();
@@ -386,29 +429,46 @@ impl Scan<'_> {
         }
     }
 
+    /// How far the breath has come in each view, in the mean over what it sees.
+    pub(crate) fn breaths_of_views(&self) -> Vec<f64> {
+        let quadrature = self.quadrature();
+        let mean = |view_idx| {
+            let nodes = quadrature.view(view_idx).nodes.into_iter();
+            nodes
+                .map(|node| (node.weights[0] + node.weights[1]) * node.breath)
+                .sum()
+        };
+        (0..self.camera.n_views()).map(mean).collect()
+    }
+
     /// Views that differ in what they see.
     fn n_plans(&self) -> usize {
-        if self.acquisition.same_for_all_views(self.camera) {
+        if self.acquisition.same_for_all_views(self.cycle, self.camera) {
             1
         } else {
             self.camera.n_views()
         }
     }
 
-    /// Each volume gain with its share of the time of all views, equal ones merged.
-    pub(crate) fn times(&self) -> Result<Vec<(f64, f64)>, PhantomError> {
+    /// Each volume gain and breath with its share of the time of all views, equal ones merged.
+    pub(crate) fn times(&self) -> Result<Vec<Lasting>, PhantomError> {
         self.acquisition.validate(self.cycle, self.camera)?;
         let quadrature = self.quadrature();
         let n_views = self.n_plans();
-        let mut times: Vec<(f64, f64)> = Vec::new();
+        let mut times: Vec<Lasting> = Vec::new();
         let mut known = BTreeMap::new();
         for view_idx in 0..n_views {
             for node in quadrature.view(view_idx).nodes {
                 let weight = (node.weights[0] + node.weights[1]) / n_views as f64;
-                let at = *known.entry(node.gain.to_bits()).or_insert(times.len());
+                let state = [node.gain, node.breath].map(f64::to_bits);
+                let at = *known.entry(state).or_insert(times.len());
                 match times.get_mut(at) {
-                    Some((_, sum)) => *sum += weight,
-                    None => times.push((node.gain, weight)),
+                    Some(lasting) => lasting.share += weight,
+                    None => times.push(Lasting {
+                        gain: node.gain,
+                        breath: node.breath,
+                        share: weight,
+                    }),
                 }
             }
         }

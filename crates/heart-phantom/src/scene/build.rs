@@ -34,14 +34,20 @@ impl Scene {
     pub fn parts(&self) -> Result<PhantomParts, PhantomError> {
         let rest = self.checked()?;
         let inner = &self.heart.inner;
+        let cycle = cycle_of(self, rest.volume)?;
         Ok(PhantomParts {
-            cycle: cycle_of(self, rest.volume)?,
-            heart: rest.heart.map_or_else(|| heart_of(self), Ok)?,
+            heart: (rest.heart.map_or_else(|| heart_of(self), Ok)?)
+                .with_base_descent(self.cycle.base_descent, cycle.gains())?,
+            cycle,
             camera: Camera::with_geometry(&geometry_of(self))?,
             activity: self.activity,
             background: self.background.as_ref().map(background_of).transpose()?,
             organs: organs_of(self)?,
             defects: self.defects.iter().map(defect_of).collect(),
+            twist: (self.twist.as_ref())
+                .map(|twist| twist.twist())
+                .transpose()?,
+            points: self.points.iter().map(|point| point.point()).collect(),
             attenuation: self.attenuates().as_ref().map(attenuation_of).transpose()?,
             blur: self.blur.map(|blur| blur.fwhm),
             collimator: self.collimator.as_ref().map(collimation_of).transpose()?,
@@ -118,6 +124,18 @@ impl Rest {
 }
 
 pub(crate) fn cycle_of(scene: &Scene, rest: f64) -> Result<Cycle, PhantomError> {
+    let mut cycle = regular_cycle_of(scene, rest)?;
+    if let Some(beats) = &scene.beats {
+        cycle = cycle.with_beats(beats)?;
+    }
+    if let Some(settings) = &scene.breathing {
+        cycle = cycle.with_breathing(settings.breathing()?);
+    }
+    Ok(cycle)
+}
+
+/// Without beats that differ, and without breathing.
+pub(crate) fn regular_cycle_of(scene: &Scene, rest: f64) -> Result<Cycle, PhantomError> {
     let (cycle, gains) = (&scene.cycle, scene.cycle.volume.gains(rest)?);
     Cycle::with_curve(cycle.beats_per_minute, &cycle.curve, gains)
 }

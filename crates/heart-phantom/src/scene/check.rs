@@ -4,11 +4,12 @@ use super::check_camera::{camera, even_steps};
 use super::check_reconstruction::{reconstruction, region_has_a_place};
 use super::check_time::{acquisition, turning};
 use super::fault::{Checked, count, fault, spelled, within};
+use super::motion;
 use super::*;
 use crate::files::Format;
 use crate::model::{Height, without_overlap};
 use crate::ranges;
-use crate::scene::build::{Rest, collimation_of, defect_of};
+use crate::scene::build::{Rest, collimation_of, defect_of, regular_cycle_of};
 use crate::text::{Number, enough};
 use crate::{Uptake, VolumeCurve, VolumeRange};
 
@@ -20,7 +21,13 @@ pub(super) fn scene(scene: &Scene) -> Result<Rest, SceneError> {
         heart: None,
     });
     cycle(&scene.cycle, rest.volume)?;
+    if let (Some(beats), Ok(cycle)) = (&scene.beats, regular_cycle_of(scene, rest.volume)) {
+        motion::beats(beats, cycle)?;
+    }
     pose(&scene.pose)?;
+    if let Some(breathing) = &scene.breathing {
+        breathing.check()?;
+    }
     for (region, uptake) in [
         ("cavity", scene.activity.cavity),
         ("wall", scene.activity.wall),
@@ -46,6 +53,10 @@ pub(super) fn scene(scene: &Scene) -> Result<Rest, SceneError> {
         let wanted = format!("overlap in more than {} pieces", ranges::PIECES[1]);
         return Err(fault("defects", scene.defects.len(), wanted));
     }
+    if let Some(twist) = &scene.twist {
+        twist.check()?;
+    }
+    motion::points(&scene.points)?;
     detector(scene)?;
     organs(scene)?;
     if let Some(settings) = &scene.attenuation {
@@ -127,6 +138,7 @@ fn cycle(cycle: &CycleSettings, rest: f64) -> Checked {
         };
         return Err(fault(field, given, error.to_string()));
     }
+    within("cycle.base_descent", cycle.base_descent, ranges::DESCENT)?;
     match cycle.volume {
         VolumeRange::Gain(gain) => within("cycle.volume.gain", gain, ranges::GAIN),
         VolumeRange::EjectionFraction(fraction) => {
@@ -394,6 +406,11 @@ fn output(output: &Output) -> Checked {
             spelled(output.projections),
             wanted,
         ));
+    }
+    if output.write.contains(&Product::Motion) && !output.volumes.holds_fields() {
+        let wanted = "has no place for several numbers a voxel, which motion has; npy, npz, nifti, nifti-gz, meta-image and \
+                      meta-image-single have";
+        return Err(fault("output.volumes", spelled(output.volumes), wanted));
     }
     for (k, product) in output.write.iter().enumerate() {
         if output.write[..k].contains(product) {

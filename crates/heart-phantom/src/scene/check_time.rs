@@ -20,9 +20,10 @@ pub(super) fn acquisition(scene: &Scene) -> Checked {
             seconds,
             [0.0, interval],
         )?,
-        Mode::Gated { gates } => all_gates(scene, gates)?,
+        Mode::Gated { gates } => count("acquisition.mode.gated.gates", gates, ranges::GATES)?,
         Mode::Instants | Mode::WholeCycle => {}
     }
+    all_gates(scene)?;
     match scene.acquisition.accuracy {
         Accuracy::Steps(steps) => {
             count("acquisition.accuracy.steps", steps, ranges::STEPS)?;
@@ -47,7 +48,7 @@ pub(super) fn turning(scene: &Scene, rest: f64) -> Checked {
     ) else {
         return Ok(());
     };
-    if camera.rotation() == Rotation::StepAndShoot {
+    if camera.rotation() == Rotation::StepAndShoot && !cycle.in_real_time() {
         return Ok(());
     }
     let (mode, interval) = (scene.acquisition.mode, scene.camera.seconds_per_view);
@@ -56,19 +57,24 @@ pub(super) fn turning(scene: &Scene, rest: f64) -> Checked {
         Accuracy::Tolerance(_) => 2,
     };
     let beat = enough(cycle.period());
-    let gates = mode.n_gates();
+    let (cardiac, gates) = (mode.n_gates(), mode.n_gates() * cycle.breath_gates());
     (0..gates).try_for_each(|gate| {
-        let seen = mode.acquisition(gate, steps).validate(&cycle, &camera);
+        let cycle = cycle.clone().in_breath_gate(gate / cardiac);
+        let acquisition = mode.acquisition(gate % cardiac, steps);
+        let seen = acquisition.validate(&cycle, &camera);
         let wanted = match seen {
             Ok(()) => return Ok(()),
             Err(PhantomError::OutOfRange { .. }) => {
                 format!("must be at least one beat, {beat} s, when a turning camera sees whole beats")
             }
+            Err(PhantomError::Unseen { view_idx, .. }) if cycle.in_real_time() => format!(
+                "gate {gate} of {gates} does not come in the time of view {view_idx}, of beats that count and of breaths"
+            ),
             Err(PhantomError::Unseen { gate, view_idx }) => format!(
                 "gate {gate} of {gates} does not come in the time of view {view_idx}; one beat, {beat} s, is always enough"
             ),
             Err(PhantomError::Count { given, most, .. }) => format!(
-                "{given:e} points of its quadrature, seen by a turning camera, must be at most {most:e}"
+                "{given:e} points of its quadrature, seen in real time, must be at most {most:e}"
             ),
             Err(other) => other.to_string(),
         };
@@ -76,15 +82,22 @@ pub(super) fn turning(scene: &Scene, rest: f64) -> Checked {
     })
 }
 
-fn all_gates(scene: &Scene, gates: usize) -> Checked {
-    let field = "acquisition.mode.gated.gates";
-    count(field, gates, ranges::GATES)?;
+fn all_gates(scene: &Scene) -> Checked {
+    let breathing = scene
+        .breathing
+        .as_ref()
+        .and_then(|breathing| breathing.gates);
+    let (field, respiratory) = match breathing {
+        None => ("acquisition.mode.gated.gates", 1),
+        Some(gates) => ("breathing.gates", gates.count()),
+    };
+    let gates = scene.acquisition.mode.n_gates() * respiratory;
     let camera = &scene.camera;
     let pixels = scene.reconstruction.pixels.unwrap_or(camera.bins) as f64;
     let views = camera.views as f64 * heads_of(camera.heads).count() as f64;
     let each = (views * camera.bins as f64).max(pixels * pixels) * camera.rows as f64;
     let samples = gates as f64 * each;
-    if samples > MOST_SAMPLES_OF_ALL {
+    if gates > 1 && samples > MOST_SAMPLES_OF_ALL {
         let wanted = format!(
             "{gates} sets of views or volumes of {each:e} samples must be at most {MOST_SAMPLES_OF_ALL:e} samples"
         );

@@ -7,6 +7,7 @@ mod check_reconstruction;
 mod check_time;
 mod error;
 mod fault;
+mod motion;
 mod place;
 mod read;
 mod run;
@@ -16,12 +17,14 @@ mod study;
 mod template;
 
 pub use crate::{
-    Accuracy, Activity, Balloon, BinSample, Chest, Counting, Counts, Decay, Method, Mode, Noise,
-    Orbit, Osem, Output, Product, Rotation,
+    Accuracy, Activity, Balloon, Beats, BinSample, BreathingCurve, Chest, Counting, Counts, Decay,
+    GatedBy, Method, Mode, Noise, Orbit, Osem, Output, Product, RespiratoryGates, Rotation,
+    RrIntervals,
 };
 pub use error::SceneError;
 pub(crate) use error::place_in;
 pub use membrane_forces::PressureLaw;
+pub use motion::{BreathingSettings, PointSettings, TwistSettings};
 pub use radon::{ArcPolicy, Window};
 pub use run::{GateReport, PictureReport, Progress, RunReport, SliceOrders, run};
 pub use sections::{

@@ -5,12 +5,13 @@ use crate::error::PhantomError;
 #[cfg(feature = "files")]
 use crate::files::MOVING;
 use crate::files::{
-    self, ATTENUATION, LABELS, Projections, RECONSTRUCTION, Radius, SURFACES, SliceOrder, Volume,
+    self, ATTENUATION, FIELDS, Field, FieldOf, LABELS, Projections, RECONSTRUCTION, Radius,
+    SURFACES, SliceOrder, Volume,
 };
 use crate::phantom::{phase_name, surface_name};
 use crate::{
-    Artefacts, BinMeans, Memory, Method, Numbers, Orbit, OsemReport, Phantom, PhaseReport, Product,
-    ScenePhase, TruthOf, ViewReport, Warning, WorkReport,
+    Artefacts, BeatReport, BinMeans, Memory, Method, MotionReport, Numbers, Orbit, OsemReport,
+    Phantom, PhaseReport, Product, ScenePhase, TruthOf, ViewReport, Warning, WorkReport,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -39,6 +40,12 @@ pub struct RunReport {
     pub numbers: Numbers,
     /// The heart at the phases that stand for the views, and at end-diastole and end-systole.
     pub phases: Vec<PhaseReport>,
+    /// Torsion, shortening and the scene's points at the phases that stand for the views, where motion was written, or there are points.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub motion: Vec<MotionReport>,
+    /// The beats, where they differ or some do not count.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beats: Option<BeatReport>,
     /// One entry for each gate, or one.
     pub gates: Vec<GateReport>,
     /// What the pictures show, where such were written.
@@ -175,6 +182,11 @@ pub fn run(
         warnings,
         numbers,
         phases,
+        motion: match writer.wants(Product::Motion) || !phantom.parts().points.is_empty() {
+            true => phantom.motion_reports()?,
+            false => Vec::new(),
+        },
+        beats: phantom.beats(),
         gates,
         pictures,
         slice_order: SliceOrders {
@@ -280,17 +292,21 @@ impl Writer<'_> {
 
     /// Labels, maps and surfaces at the phases that stand for the views.
     fn phases(&mut self) -> Result<(), PhantomError> {
-        for ScenePhase { of, phase } in self.phantom.phases() {
+        for scene_phase in self.phantom.phases() {
+            let (of, at) = (scene_phase.of, scene_phase.moment());
             if self.wants(Product::Labels) {
-                let labels = self.phantom.labels(phase)?;
+                let labels = self.phantom.labels(at)?;
                 self.write_volume(&phase_name(LABELS, of), labels.as_slice())?;
             }
             if self.wants(Product::Attenuation) {
-                let map = self.phantom.attenuation(phase)?;
+                let map = self.phantom.attenuation(at)?;
                 self.write_volume(&phase_name(ATTENUATION, of), map.as_slice())?;
             }
+            if self.wants(Product::Motion) {
+                self.write_motion(&scene_phase)?;
+            }
             if self.wants(Product::Meshes) {
-                let meshes = self.phantom.meshes(phase)?;
+                let meshes = self.phantom.meshes(at)?;
                 for (surface, mesh) in SURFACES.iter().zip(&meshes) {
                     let file = surface_name(surface, of);
                     files::write_stl(&self.out.join(&file), mesh)?;
@@ -318,6 +334,24 @@ impl Writer<'_> {
         let format = parts.output.projections;
         files::write_projections(&self.out.join(&names[0]), &projections, format)?;
         self.files.extend(names);
+        Ok(())
+    }
+
+    /// Displacements, velocities and strains to a phase.
+    fn write_motion(&mut self, to: &ScenePhase) -> Result<(), PhantomError> {
+        let motion = self.phantom.motion(to.moment())?;
+        let format = self.phantom.parts().output.volumes;
+        let grid = *self.phantom.camera().grid();
+        for ((what, _), (samples, of)) in FIELDS.iter().zip([
+            (&motion.displacement, FieldOf::Displacement),
+            (&motion.velocity, FieldOf::Velocity),
+            (&motion.strain, FieldOf::Components(6)),
+        ]) {
+            let names = self.phantom.volume_names(&phase_name(what, to.of));
+            let field = Field::new(grid, samples, of)?;
+            files::write_field(&self.out.join(&names[0]), &field, format)?;
+            self.files.extend(names);
+        }
         Ok(())
     }
 

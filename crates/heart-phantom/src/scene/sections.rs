@@ -94,6 +94,8 @@ pub struct CycleSettings {
     pub curve: VolumeCurve,
     /// Its size. Volumes are taken against the closed form of the inner balloon's rest volume.
     pub volume: VolumeRange,
+    /// How far the plane of the base goes down from end-diastole to end-systole, cm, while the outer apex rests.
+    pub base_descent: f64,
 }
 
 impl Default for CycleSettings {
@@ -102,6 +104,7 @@ impl Default for CycleSettings {
             beats_per_minute: 65.0,
             curve: VolumeCurve::Sinusoid,
             volume: VolumeRange::Gain(0.6),
+            base_descent: 0.0,
         }
     }
 }
@@ -450,7 +453,7 @@ impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for Exactly<T, N> {
     }
 }
 
-fn exactly<'de, D, T, const N: usize>(from: D) -> Result<[T; N], D::Error>
+pub(super) fn exactly<'de, D, T, const N: usize>(from: D) -> Result<[T; N], D::Error>
 where
     D: Deserializer<'de>,
     T: Deserialize<'de>,

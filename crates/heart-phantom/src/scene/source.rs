@@ -19,6 +19,7 @@ impl Source {
     pub(crate) fn refused(&self, error: PhantomError) -> PhantomError {
         let field = match &error {
             PhantomError::Uncovered { .. } => "background.semi_axes".to_owned(),
+            PhantomError::NoMaterial { .. } if self.scene.defects.is_empty() => "heart".to_owned(),
             PhantomError::NoMaterial { .. } => "defects".to_owned(),
             PhantomError::NoDefect { defect, .. } => format!("defects.{}", defect + 1),
             PhantomError::Crossed { .. } | PhantomError::Balloon(_) => "heart".to_owned(),

@@ -1,11 +1,12 @@
 //! A scene as data.
 
+use super::motion::{BreathingSettings, PointSettings, TwistSettings};
 use super::sections::{
     AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
     CollimatorSettings, CycleSettings, DefectSettings, HeartSettings, MediumSettings,
     OrganSettings, PoseSettings, ReconstructionSettings, TruthSettings,
 };
-use crate::{Activity, Chest, Counting, Mode, Noise, Output};
+use crate::{Activity, Beats, Chest, Counting, Mode, Noise, Output};
 use serde::{Deserialize, Serialize};
 
 /// Everything that determines a study. [`Default`] is that of Rohmer et al. 2006, with one cycle a view.
@@ -35,8 +36,14 @@ pub struct Scene {
     pub heart: HeartSettings,
     /// Heart rate and volume curve.
     pub cycle: CycleSettings,
+    /// Beats that differ in length; `None` for a regular beat.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beats: Option<Beats>,
     /// Where the heart stands.
     pub pose: PoseSettings,
+    /// How it moves with the breath; `None` for a breath that is held.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub breathing: Option<BreathingSettings>,
     /// What cavity and wall hold.
     pub activity: Activity,
     /// What surrounds the heart; `None` for nothing.
@@ -51,6 +58,12 @@ pub struct Scene {
     /// Pieces of the wall with another activity.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub defects: Vec<DefectSettings>,
+    /// How the wall is twisted at end-systole; `None` for a wall that is not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub twist: Option<TwistSettings>,
+    /// Material points whose motion the report has.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<PointSettings>,
     /// What weakens the rays; `None` for nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub attenuation: Option<AttenuationSettings>,

@@ -119,7 +119,7 @@ pub(super) fn advice(path: &str, given: &str) -> Option<String> {
         .collect();
     fields.dedup();
     let section = match path.as_str() {
-        "defects" => "[[defects]]".to_owned(),
+        "defects" | "organs" | "points" => format!("[[{path}]]"),
         _ => format!("[{path}]"),
     };
     (!fields.is_empty()).then(|| format!("must be a section {section} of {}", fields.join(", ")))

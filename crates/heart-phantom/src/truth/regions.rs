@@ -8,6 +8,8 @@ use std::sync::Arc;
 
 /// Phases over which "at all phases" and "at any phase" are taken, as many shapes at most.
 pub(crate) const MASK_PHASES: usize = 24;
+/// Places of the breath over which the same is taken.
+pub(crate) const BREATHS: [f64; 5] = [0.0, 1.0, 0.5, 0.25, 0.75];
 
 /// The sets of voxels over which a reconstruction is judged. They do not depend on the
 /// acquisition, so that its figures can be compared with another's.
@@ -24,8 +26,8 @@ pub struct Regions {
 }
 
 impl Regions {
-    /// The sets for a heart that runs through `cycle`, from 24 equally spaced phases; a voxel is
-    /// where its centre is.
+    /// The sets for a heart that runs through `cycle`, from 24 equally spaced phases, of a heart that breathes at five places each; a
+    /// voxel is where its centre is.
     ///
     /// # Errors
     /// What solving the shapes can return.
@@ -35,8 +37,14 @@ impl Regions {
         let last = gains.len() - 1;
         gains.swap(last, last.min(1));
         let shapes = heart.shapes(&gains)?;
-        let (always, ever) = swept(&shapes, heart.pose(), camera)?;
-        let [mut cavity, mut wall] = always;
+        let ([mut cavity, mut wall], ever) = match cycle.breathing() {
+            None => swept(&shapes, &[*heart.pose()], camera)?,
+            Some(breathing) => {
+                let poses = BREATHS.map(|breath| breathing.moved(heart.pose(), breath));
+                let poses = poses.into_iter().collect::<Result<Vec<_>, _>>()?;
+                swept(&shapes, &poses, camera)?
+            }
+        };
         wall.erode(2);
         cavity.erode(2);
         let disc = disc_mask(camera.image(), camera.field_radius())?;
@@ -60,19 +68,33 @@ impl Regions {
     }
 }
 
-/// What is in the cavity and in the wall at all of some shapes, and what is in the heart at any of them.
+/// What is in the cavity and in the wall at all of some shapes wherever each stands, and what is in the heart at any of them.
 pub(crate) fn swept(
     shapes: &[Arc<HeartShape>],
-    pose: &Pose,
+    poses: &[Pose],
     camera: &Camera,
 ) -> Result<([Mask; 2], Mask), PhantomError> {
     let layers: Vec<&[Meridian]> = shapes.iter().map(|s| s.body().layers()).collect();
-    let Sweep { always, ever, .. } = Sweep::of(&layers, pose, camera.grid())?;
-    match <[Mask; 2]>::try_from(always) {
-        Ok(always) => Ok((always, ever)),
+    let mut all: Option<([Mask; 2], Mask)> = None;
+    for pose in poses {
+        let Sweep { always, ever, .. } = Sweep::of(&layers, pose, camera.grid())?;
         #[expect(clippy::unreachable, reason = "a heart has two layers")]
-        Err(_) => unreachable!("a heart has two layers"),
+        let Ok(always) = <[Mask; 2]>::try_from(always) else {
+            unreachable!("a heart has two layers")
+        };
+        match &mut all {
+            None => all = Some((always, ever)),
+            Some((kept, held)) => {
+                for (kept, here) in kept.iter_mut().zip(&always) {
+                    kept.intersect(here)?;
+                }
+                held.unite(&ever)?;
+            }
+        }
     }
+    all.ok_or(PhantomError::Absent {
+        what: "place of the heart",
+    })
 }
 
 /// How a reconstruction compares with the truth and with what an ideal one would show. A measure

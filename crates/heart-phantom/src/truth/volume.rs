@@ -2,9 +2,9 @@
 
 use crate::error::PhantomError;
 use crate::model::Activity;
-use crate::scan::{Scan, SharedShapes, add_to_gates};
+use crate::scan::{Lasting, Scan, SharedShapes, add_to_gates};
 use crate::{Acquisition, Camera, Cycle, Heart, HeartShape};
-use revolve_voxel::{Moment, Sampling, VoxelCounters, VoxelGrid};
+use revolve_voxel::{Body, Moment, Sampling, VoxelCounters, VoxelGrid};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -55,9 +55,9 @@ pub(crate) fn truth_of_slices(
     if let Some(organs) = scan.organs.filter(|organs| organs.is_active()) {
         let mut heart = vec![0.0f32; volume.len()];
         for part in times.chunks(in_pass(scan)) {
-            let (shapes, weights) = shapes_of(scan, part)?;
-            let all = vec![[1.0; 2]; shapes.len()];
-            let of = (&shapes[..], &all[..], &weights[..]);
+            let (bodies, weights) = (bodies(scan, part, &shapes_of(scan, part)?)?, shares(part));
+            let all = vec![[1.0; 2]; bodies.len()];
+            let of = (&bodies[..], &all[..], &weights[..]);
             counters = counters + add_bodies(of, grid, tolerance, slices.clone(), &mut heart)?;
         }
         let around: Vec<f32> = organs.voxelize(grid, slices, |organ| organ.activity)?;
@@ -87,7 +87,11 @@ pub(crate) fn truth_of_gates(
     let mut counters = VoxelCounters::default();
     for (&gain, uses) in shared.gains.iter().zip(&shared.uses) {
         one.fill(0.0);
-        let whole = [(gain, 1.0)];
+        let whole = [Lasting {
+            gain,
+            breath: 0.0,
+            share: 1.0,
+        }];
         counters = counters + add_shapes(scan, &whole, tolerance, slices.clone(), &mut one)?;
         add_to_gates(&one, uses, &mut volumes);
     }
@@ -116,12 +120,13 @@ pub(crate) fn finder_bytes(scan: &Scan<'_>) -> usize {
 /// Adds the shapes of some gains, each for its share of the time.
 fn add_shapes(
     scan: &Scan<'_>,
-    times: &[(f64, f64)],
+    times: &[Lasting],
     tolerance: f64,
     slices: Range<usize>,
     volume: &mut [f32],
 ) -> Result<VoxelCounters, PhantomError> {
-    let (shapes, weights) = shapes_of(scan, times)?;
+    let (shapes, weights) = (shapes_of(scan, times)?, shares(times));
+    let bodies = bodies(scan, times, &shapes)?;
     let placed = scan.placed(&shapes)?;
     let grid = scan.camera.grid();
     let around = (scan.background).map_or(0.0, |background| background.concentration);
@@ -129,11 +134,12 @@ fn add_shapes(
     let held: Vec<[f64; 2]> = (shapes.iter())
         .map(|shape| scan.activity.of(shape).map(|held| held - around))
         .collect();
-    let of = (&shapes[..], &held[..], &weights[..]);
+    let of = (&bodies[..], &held[..], &weights[..]);
     let mut counters = add_bodies(of, grid, tolerance, slices.clone(), volume)?;
-    for (shape, weight) in shapes.iter().zip(&weights) {
+    for ((shape, body), weight) in shapes.iter().zip(&bodies).zip(&weights) {
         let [_, wall] = scan.activity.of(shape);
-        for (sector, factor) in placed.of(shape) {
+        for (_, sector, factor) in placed.of(shape) {
+            let sector = sector.standing(*body.pose());
             let difference = weight * factor * wall;
             let done = sector.voxelize_add(grid, slices.clone(), sampling, difference, volume)?;
             counters = counters + done;
@@ -142,26 +148,39 @@ fn add_shapes(
     Ok(counters)
 }
 
-/// The shapes of some gains, with their shares of the time.
-fn shapes_of(
-    scan: &Scan<'_>,
-    times: &[(f64, f64)],
-) -> Result<(Vec<Arc<HeartShape>>, Vec<f64>), PhantomError> {
-    let (gains, weights): (Vec<f64>, Vec<f64>) = times.iter().copied().unzip();
-    Ok((scan.heart.shapes(&gains)?, weights))
+/// The shapes of some gains.
+fn shapes_of(scan: &Scan<'_>, times: &[Lasting]) -> Result<Vec<Arc<HeartShape>>, PhantomError> {
+    let gains: Vec<f64> = times.iter().map(|lasting| lasting.gain).collect();
+    scan.heart.shapes(&gains)
 }
 
-/// Adds some shapes, each with what its cavity and its wall hold and with a weight.
+/// The same where each stands.
+fn bodies(
+    scan: &Scan<'_>,
+    times: &[Lasting],
+    shapes: &[Arc<HeartShape>],
+) -> Result<Vec<Body>, PhantomError> {
+    let standing = |(lasting, shape): (&Lasting, &Arc<HeartShape>)| {
+        Ok(shape.body().standing(scan.pose(lasting.breath)?))
+    };
+    times.iter().zip(shapes).map(standing).collect()
+}
+
+fn shares(times: &[Lasting]) -> Vec<f64> {
+    times.iter().map(|lasting| lasting.share).collect()
+}
+
+/// Adds some bodies, each with what its cavity and its wall hold and with a weight.
 fn add_bodies(
-    (shapes, held, weights): (&[Arc<HeartShape>], &[[f64; 2]], &[f64]),
+    (bodies, held, weights): (&[Body], &[[f64; 2]], &[f64]),
     grid: &VoxelGrid,
     tolerance: f64,
     slices: Range<usize>,
     volume: &mut [f32],
 ) -> Result<VoxelCounters, PhantomError> {
-    let moments: Vec<Moment> = (shapes.iter().zip(held).zip(weights))
-        .map(|((shape, activity), &weight)| Moment {
-            body: shape.body(),
+    let moments: Vec<Moment> = (bodies.iter().zip(held).zip(weights))
+        .map(|((body, activity), &weight)| Moment {
+            body,
             activity,
             weight,
         })
@@ -173,29 +192,45 @@ fn add_bodies(
 }
 
 /// Gains with their shares, or where there are very many, fewer of about equal shares that stand for them.
-fn thinned(mut times: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+fn thinned(mut times: Vec<Lasting>) -> Vec<Lasting> {
     if times.len() <= MOST_SHAPES {
         return times;
     }
-    times.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let order =
+        |a: &Lasting, b: &Lasting| (a.breath.total_cmp(&b.breath)).then(a.gain.total_cmp(&b.gain));
+    times.sort_by(order);
     let mut passed = 0.0;
-    let group = |&(_, weight): &(f64, f64)| {
+    let group = |lasting: &Lasting| {
         let at = (passed * MOST_SHAPES as f64) as usize;
-        passed += weight;
+        passed += lasting.share;
         at.min(MOST_SHAPES - 1)
     };
     let groups: Vec<usize> = times.iter().map(group).collect();
-    let mut thinned: Vec<(usize, f64, f64)> = Vec::with_capacity(MOST_SHAPES);
-    for (group, (gain, weight)) in groups.into_iter().zip(times) {
+    // Sums of gain and of breath, each times its share, and of shares.
+    let mut thinned: Vec<(usize, [f64; 2], f64)> = Vec::with_capacity(MOST_SHAPES);
+    for (
+        group,
+        Lasting {
+            gain,
+            breath,
+            share,
+        },
+    ) in groups.into_iter().zip(times)
+    {
         match thinned.last_mut() {
-            Some((last, moment, sum)) if *last == group => {
-                *moment += weight * gain;
-                *sum += weight;
+            Some((last, moments, sum)) if *last == group => {
+                moments[0] += share * gain;
+                moments[1] += share * breath;
+                *sum += share;
             }
-            _ => thinned.push((group, weight * gain, weight)),
+            _ => thinned.push((group, [gain, breath].map(|of| share * of), share)),
         }
     }
     (thinned.into_iter())
-        .map(|(_, moment, sum)| (moment / sum, sum))
+        .map(|(_, [gain, breath], share)| Lasting {
+            gain: gain / share,
+            breath: breath / share,
+            share,
+        })
         .collect()
 }

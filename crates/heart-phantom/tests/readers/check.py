@@ -209,6 +209,42 @@ READERS = {
 }
 
 
+def check_field(entry, path):
+    """Vectors, linear in the place in the lab: 3 x 3 numbers and an offset. Who knows a world has them along its axes, in mm."""
+    lab = entry["origin"] + indices() * SPACING
+    expected = lab @ np.array(entry["gradient"]).T + entry["offset"]
+    vectors = entry["of"] != "Components"
+    lps = 10 * expected if vectors else expected
+    ras = lps * [-1, -1, 1] if vectors else expected
+    shape = tuple(SHAPE)
+
+    def close(found, wanted):
+        np.testing.assert_allclose(found.reshape(-1, 3), wanted, atol=2e-4, err_msg=str(entry))
+
+    if entry["format"] in ("npy", "npz"):
+        found = np.load(path)
+        found = found["samples"] if entry["format"] == "npz" else found
+        assert found.shape == shape[::-1] + (3,) and found.dtype == np.float32
+        close(found, expected)
+        return
+    if entry["format"].startswith("nifti"):
+        image = nibabel.load(path)
+        assert image.shape == shape + (1, 3), image.shape
+        code = 1006 if entry["of"] == "Displacement" else 1007
+        assert int(image.header["intent_code"]) == code
+        found = np.asanyarray(image.dataobj)[..., 0, :]
+        close(found.transpose(2, 1, 0, 3), ras)
+        places = nibabel.affines.apply_affine(image.affine, indices()) @ np.linalg.inv(RAS_FROM_LAB)
+        np.testing.assert_allclose(places, lab, atol=1e-4)
+    image = sitk.ReadImage(str(path))
+    assert image.GetNumberOfComponentsPerPixel() == 3 and image.GetSize() == tuple(int(n) for n in SHAPE)
+    # ITK turns displacements of NIfTI into its own world, LPS, and leaves any other vector as it is.
+    turned = entry["of"] == "Displacement" or not entry["format"].startswith("nifti")
+    close(sitk.GetArrayFromImage(image), lps if turned else ras)
+    first = image.TransformIndexToPhysicalPoint((0, 0, 0))
+    np.testing.assert_allclose(first, 10 * np.array(entry["origin"]), atol=1e-3)
+
+
 def check_stack(entry, path):
     bins, rows, pitch = scene["bins"], scene["rows"], np.array(scene["pitch"])
     angles = np.array(entry["angles"])
@@ -269,6 +305,8 @@ for entry in scene["files"]:
         check_volume(entry, *npy_places(path, entry))
 for entry in scene["stacks"]:
     check_stack(entry, folder / entry["name"])
+for entry in scene["fields"]:
+    check_field(entry, folder / entry["name"])
 if not PYTOMOGRAPHY:
     print("without PyTomography: SIMIND's angles are not checked")
-print(f"{len(scene['files']) + len(scene['stacks'])} files agree")
+print(f"{len(scene['files']) + len(scene['stacks']) + len(scene['fields'])} files agree")

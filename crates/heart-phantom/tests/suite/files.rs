@@ -5,7 +5,8 @@
 
 use heart_phantom::PhantomError;
 use heart_phantom::files::{
-    Format, Projections, Volume, write_ply, write_projections, write_stl, write_volume,
+    Field, FieldOf, Format, Projections, Volume, write_field, write_ply, write_projections,
+    write_stl, write_volume,
 };
 use minimal::*;
 use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, VoxelGrid};

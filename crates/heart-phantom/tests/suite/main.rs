@@ -5,6 +5,7 @@
 mod acquisitions;
 mod bins;
 mod collimator;
+mod compensated;
 mod counting;
 mod errors;
 mod files;
@@ -19,7 +20,9 @@ mod osem;
 mod parts;
 mod phantom;
 mod prepare;
+mod real_time;
 mod report;
 mod scene;
 mod scenes;
 mod time;
+mod truth_of_motion;

@@ -20,6 +20,17 @@ stiffness = 1.5
 [cycle]
 curve = { sampled = [120.0, 60.0, 50.0, 110.0] }
 volume = { volumes = { edv = 150.0, esv = 120.0 } }
+base_descent = 0.4
+[beats]
+intervals = { list = [0.9, 0.92] }
+accepted = [0.5, 1.5]
+gated_by = 'time-after-r'
+[breathing]
+shift = [0.1, 0.0, -1.5]
+turn_degrees = [1.0, 0.0, 0.0]
+period = 3.5
+curve = { lujan = { n = 2 } }
+start = 0.25
 [pose]
 centre = 4.0
 turn_z = -10.0
@@ -40,6 +51,13 @@ layers = [0.5, 1.0]
 s = [0.4, 0.5]
 azimuths_degrees = [0.0, 360.0]
 activity = 2.0
+[twist]
+inner_degrees = [-3.0, 4.0, 10.0]
+outer_degrees = [-3.0, 8.0]
+[[points]]
+layer = 0.5
+s = 0.2
+azimuth_degrees = 30.0
 [blur]
 fwhm = 0.8
 [noise]
@@ -106,6 +124,9 @@ fn nothing_of_a_full_scene_is_commented_out() {
     });
     (other.background, other.blur) = (None, None);
     other.chest = Some(Chest::default());
+    if let Some(breathing) = &mut other.breathing {
+        breathing.gates = Some(RespiratoryGates::Amplitude(1));
+    }
     other.attenuation = Some(AttenuationSettings {
         coefficient: 0.1,
         medium: MediumSettings::Heart,

@@ -1,5 +1,7 @@
 //! Nested solids with an activity per region.
 
+use std::sync::Arc;
+
 use nalgebra::Point3;
 
 use crate::error::{at_least, finite, length};
@@ -18,7 +20,8 @@ use crate::{Measures, Pose, RevolveError};
 /// negative there in the same way, so that sums over regions stay right. [`Body::check_nested`] tells before any work.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
-    layers: Vec<Meridian>,
+    /// Shared by all that stands elsewhere.
+    layers: Arc<[Meridian]>,
     pose: Pose,
 }
 
@@ -29,7 +32,25 @@ impl Body {
     /// [`RevolveError::TooFew`] without a layer.
     pub fn new(layers: Vec<Meridian>, pose: Pose) -> Result<Self, RevolveError> {
         at_least("layers of a body", layers.len(), 1)?;
+        let layers = layers.into();
         Ok(Self { layers, pose })
+    }
+
+    /// The same body in another place; its layers are shared, so that it costs next to nothing.
+    ///
+    /// ```
+    /// use revolve_voxel::nalgebra::Vector3;
+    /// use revolve_voxel::{Body, Meridian, Pose};
+    /// let rod = Body::new(vec![Meridian::new(&[[0.0, 1.0], [3.0, 1.0]])?], Pose::identity())?;
+    /// let moved = rod.standing(rod.pose().shifted(Vector3::new(0.0, 0.0, 2.0))?);
+    /// assert_eq!(moved.bounding_box(0)?[0].z, 1.0);
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
+    pub fn standing(&self, pose: Pose) -> Self {
+        Self {
+            layers: self.layers.clone(),
+            pose,
+        }
     }
 
     /// The layers, innermost first.

@@ -51,6 +51,19 @@ impl Sector {
         })
     }
 
+    /// The same sector in another place; its ring is shared.
+    pub fn standing(&self, pose: Pose) -> Self {
+        Self {
+            ring: self.ring.standing(pose),
+            ..self.clone()
+        }
+    }
+
+    /// Where it stands.
+    pub fn pose(&self) -> &Pose {
+        self.ring.pose()
+    }
+
     /// Volume in cm^3.
     pub fn volume(&self) -> f64 {
         self.ring.layers()[0].measures().volume * self.opening / std::f64::consts::TAU

@@ -210,7 +210,10 @@ impl Shell {
     /// A layer from one s to another as a polyline within `tolerance`.
     fn arc(&self, layer: f64, s: [f64; 2], tolerance: f64) -> Result<Vec<[f64; 2]>, RevolveError> {
         let mut stops = vec![s[0]];
-        stops.extend(self.knots.iter().filter(|&&k| k > s[0] && k < s[1]));
+        // A knot that means an end but for rounding would make a side of rounding.
+        let near = 1e-12 * (self.range()[1] - self.range()[0]);
+        let inside = |k: &&f64| **k > s[0] + near && **k < s[1] - near;
+        stops.extend(self.knots.iter().filter(inside));
         stops.push(s[1]);
         let mut points = vec![(s[0], self.point(layer, s[0]))];
         let at = |s: f64| self.point(layer, s);

@@ -45,7 +45,9 @@ fn independent_readers_agree() {
             stacks.push(serde_json::json!({"name": name, "format": format, "angles": angles}));
         }
     }
+    let fields = fields(folder.path());
     let scene = serde_json::json!({
+        "fields": fields,
         "shape": SHAPE, "spacing": SPACING, "field": [1.0, 8.0, 64.0], "files": files,
         "bins": BINS, "rows": ROWS, "pitch": PITCH, "radius": RADIUS,
         "seen": [0.125, 0.015625], "stacks": stacks,
@@ -60,7 +62,47 @@ fn independent_readers_agree() {
     let said = String::from_utf8_lossy(&run.stdout).into_owned();
     let complaints = String::from_utf8_lossy(&run.stderr).into_owned();
     assert!(run.status.success(), "{said}{complaints}");
-    let expected = format!("{} files agree", files.len() + stacks.len());
+    let expected = format!("{} files agree", files.len() + stacks.len() + fields.len());
     assert!(said.contains(&expected), "{said}");
     eprintln!("{said}");
+}
+
+/// Vectors that are a linear function of the place, none of whose axes or signs looks like another, in each format that holds any.
+fn fields(folder: &Path) -> Vec<serde_json::Value> {
+    let gradient = [[1.0, 0.5, -0.25], [0.0, -2.0, 0.75], [0.5, 0.25, 3.0]];
+    let offset = [0.25, -1.5, 4.0];
+    let mut made = Vec::new();
+    for format in Format::ALL
+        .into_iter()
+        .filter(|format| format.holds_fields())
+    {
+        let grid = grid(format);
+        let [nx, ny, nz] = grid.shape();
+        let mut samples = Vec::new();
+        for k in 0..nx * ny * nz {
+            let p = grid.centre(k % nx, k / nx % ny, k / (nx * ny));
+            for a in 0..3 {
+                let value: f64 = (0..3).map(|b| gradient[a][b] * p[b]).sum();
+                samples.push((value + offset[a]) as f32);
+            }
+        }
+        for of in [
+            FieldOf::Displacement,
+            FieldOf::Velocity,
+            FieldOf::Components(3),
+        ] {
+            let kind = match of {
+                FieldOf::Components(_) => "Components".to_owned(),
+                of => format!("{of:?}"),
+            };
+            let name = format!("field-{format:?}-{kind}.{}", format.volume_extension());
+            let field = Field::new(grid, &samples, of).unwrap();
+            write_field(&folder.join(&name), &field, format).unwrap();
+            made.push(serde_json::json!({
+                "name": name, "format": format, "of": kind, "origin": grid.origin(),
+                "gradient": gradient, "offset": offset,
+            }));
+        }
+    }
+    made
 }

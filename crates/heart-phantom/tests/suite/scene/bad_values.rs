@@ -487,6 +487,98 @@ const BAD: &[(&str, &str, &str)] = &[
     ),
     ("[truth]\ntolerance = 0.0", "truth.tolerance", "between"),
     (
+        "[cycle]\nbase_descent = -1.0",
+        "cycle.base_descent",
+        "between 0 and 10",
+    ),
+    (
+        "[twist]\ninner_degrees = [0.0, 400.0]\nouter_degrees = [0.0, 1.0]",
+        "twist.inner_degrees",
+        "360",
+    ),
+    (
+        "[twist]\ninner_degrees = [0.0, 4.0]\nouter_degrees = [1.0]",
+        "twist.outer_degrees",
+        "between 2",
+    ),
+    (
+        "[[points]]\nlayer = 1.5\ns = 0.1\nazimuth_degrees = 0.0",
+        "points.1.layer",
+        "between",
+    ),
+    (
+        "[[points]]\nlayer = 0.5\ns = 0.6\nazimuth_degrees = 0.0",
+        "points.1.s",
+        "between",
+    ),
+    (
+        "[[points]]\nlayer = 0.5\ns = 0.5\nazimuth_degrees = 1000.0",
+        "points.1.azimuth_degrees",
+        "720",
+    ),
+    (
+        "[output]\nwrite = ['motion']\nvolumes = 'nrrd'",
+        "output.volumes",
+        "nifti",
+    ),
+    (
+        "[beats]\nintervals = { list = [0.9, 0.1] }",
+        "beats.intervals.list",
+        "between",
+    ),
+    (
+        "[beats]\nintervals = { list = [] }",
+        "beats.intervals.list",
+        "between 1",
+    ),
+    (
+        "[beats]\nintervals = { random = { deviation = 3.0, ectopic = 0.0, seed = 1 } }",
+        "beats.intervals.random.deviation",
+        "between",
+    ),
+    (
+        "[beats]\nintervals = { random = { deviation = 0.1, ectopic = 0.6, seed = 1 } }",
+        "beats.intervals.random.ectopic",
+        "between 0 and 0.5",
+    ),
+    (
+        "[beats]\nintervals = { list = [0.9] }\naccepted = [1.0, 0.5]",
+        "beats.accepted",
+        "between",
+    ),
+    (
+        "[beats]\nintervals = { list = [0.9] }\ngated_by = 'phase'",
+        "beats.gated_by",
+        "time-after-r",
+    ),
+    (
+        "[breathing]\nshift = [0.0, 0.0, 200.0]",
+        "breathing.shift",
+        "between",
+    ),
+    (
+        "[breathing]\nturn_degrees = [0.0, 200.0, 0.0]",
+        "breathing.turn_degrees",
+        "180",
+    ),
+    ("[breathing]\nperiod = 0.0", "breathing.period", "between"),
+    ("[breathing]\nstart = 1.5", "breathing.start", "between"),
+    (
+        "[breathing]\ncurve = { lujan = { n = 0 } }",
+        "breathing.curve.lujan.n",
+        "between 1 and 20",
+    ),
+    (
+        "[breathing]\ncurve = { sampled = [1.0, 1.0, 1.0] }",
+        "breathing.curve.sampled",
+        "range",
+    ),
+    (
+        "[breathing]\ngates = { amplitude = 0 }",
+        "breathing.gates.amplitude",
+        "between 1 and 100",
+    ),
+    (
         "[output]\nwrite = ['sinogram']",
         "output.write",
         "projections",

@@ -1,0 +1,45 @@
+//! How fast the wall's material moves.
+
+use super::material::{MaterialPoint, Wall};
+use crate::error::PhantomError;
+use nalgebra::{Point3, Vector3};
+use revolve_voxel::VoxelGrid;
+use std::ops::Range;
+
+impl Wall {
+    /// How fast the material is that fills, at this phase, the centres of the voxels of some slices: lab vectors in cm/s, from where it is
+    /// at two other moments, `seconds` apart. Those in the wall with their numbers among these slices (`[z][y][x]`), rising.
+    ///
+    /// # Errors
+    /// As [`Wall::displacements`].
+    pub fn velocities(
+        &self,
+        between: [&Wall; 2],
+        seconds: f64,
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+    ) -> Result<Vec<(usize, [f32; 3])>, PhantomError> {
+        let velocity = |p: &Point3<f64>, found: [f64; 2]| {
+            let way = moved(between, &self.material(found, p)) / seconds;
+            [way.x as f32, way.y as f32, way.z as f32]
+        };
+        let (shell, pose) = self.standing_shell();
+        Ok(shell.map_voxels(pose, grid, slices, velocity)?)
+    }
+
+    /// How fast a material point is, cm/s, from where it is in two walls, `seconds` apart.
+    ///
+    /// # Errors
+    /// As [`Wall::position`].
+    pub fn velocity(
+        between: [&Wall; 2],
+        seconds: f64,
+        point: &MaterialPoint,
+    ) -> Result<[f64; 3], PhantomError> {
+        Ok((moved(between, &point.checked()?) / seconds).into())
+    }
+}
+
+fn moved([from, to]: [&Wall; 2], point: &MaterialPoint) -> Vector3<f64> {
+    to.place(point) - from.place(point)
+}

@@ -1,0 +1,237 @@
+//! What a view sees in real time: the stretches of it that count, beat by beat and breath by breath.
+
+use super::acquisition::Acquisition;
+use crate::model::{Breathing, Height, Rhythm};
+use crate::{Camera, Cycle, RespiratoryGates};
+use std::borrow::Cow;
+
+/// Seconds that are rounding.
+const NO_SECONDS: f64 = 1e-9;
+
+/// A stretch of time in which phase of the beat and phase of the breath are linear, and volume and breath rise, fall or stay.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Span {
+    /// From where to where in seconds, from the start of the first view on.
+    pub(super) time: [f64; 2],
+    /// Phase of the beat at both ends.
+    pub(super) phase: [f64; 2],
+    /// Phase of the breath at both ends, 0 to 1.
+    pub(super) breath: [f64; 2],
+}
+
+impl Span {
+    /// How long it is in seconds.
+    pub(super) fn seconds(&self) -> f64 {
+        self.time[1] - self.time[0]
+    }
+
+    /// The part of it between two times.
+    pub(super) fn part(&self, [from, to]: [f64; 2]) -> Option<Self> {
+        let [from, to] = [from.max(self.time[0]), to.min(self.time[1])];
+        (to > from).then(|| Self {
+            time: [from, to],
+            phase: [from, to].map(|t| self.phase_at(t)),
+            breath: [from, to].map(|t| self.breath_at(t)),
+        })
+    }
+
+    pub(super) fn phase_at(&self, t: f64) -> f64 {
+        self.along(self.phase, t)
+    }
+
+    pub(super) fn breath_at(&self, t: f64) -> f64 {
+        self.along(self.breath, t)
+    }
+
+    fn along(&self, [from, to]: [f64; 2], t: f64) -> f64 {
+        let share = (t - self.time[0]) / self.seconds();
+        // Exactly at the ends, whatever the rounding.
+        from + (to - from)
+            * if self.seconds() > 0.0 {
+                share.clamp(0.0, 1.0)
+            } else {
+                0.0
+            }
+    }
+}
+
+/// The stretches that a view sees, in their order.
+pub(super) fn of_view(
+    acquisition: Acquisition,
+    cycle: &Cycle,
+    camera: &Camera,
+    view_idx: usize,
+) -> Vec<Span> {
+    let [from, to] = times(acquisition, camera, view_idx);
+    let beating = match acquisition {
+        Acquisition::Static { phase, .. } => vec![Span {
+            time: [from, to],
+            phase: [cycle.wrapped(phase); 2],
+            breath: [0.0; 2],
+        }],
+        Acquisition::Gate { gate, gates, .. } => beats(cycle, [from, to], Some([gate, gates])),
+        Acquisition::Instants | Acquisition::Exposure { .. } | Acquisition::WholeCycle { .. } => {
+            beats(cycle, [from, to], None)
+        }
+    };
+    match cycle.breathing() {
+        None => beating,
+        Some(breathing) => (beating.into_iter())
+            .flat_map(|span| breaths(&span, breathing, cycle.breath_gate()))
+            .collect(),
+    }
+}
+
+/// Seconds that a view sees, and the moment in the middle of what it sees; the start of the view if it sees nothing.
+pub(super) fn seen(spans: &[Span], start: f64) -> [f64; 2] {
+    let seconds: f64 = spans.iter().map(Span::seconds).sum();
+    let moment: f64 = (spans.iter())
+        .map(|span| span.seconds() * 0.5 * (span.time[0] + span.time[1]))
+        .sum();
+    match seconds > NO_SECONDS {
+        true => [seconds, moment / seconds],
+        false => [0.0, start],
+    }
+}
+
+/// The time of a view.
+fn times(acquisition: Acquisition, camera: &Camera, view_idx: usize) -> [f64; 2] {
+    let start = view_idx as f64 * camera.interval();
+    match acquisition {
+        Acquisition::Instants => [start; 2],
+        Acquisition::Exposure { window, .. } => [start, start + window],
+        Acquisition::Static { .. } | Acquisition::WholeCycle { .. } | Acquisition::Gate { .. } => {
+            [start, start + camera.interval()]
+        }
+    }
+}
+
+/// What of a time accepted beats fill, or a gate of them.
+fn beats(cycle: &Cycle, [from, to]: [f64; 2], gate: Option<[usize; 2]>) -> Vec<Span> {
+    let rhythm: Cow<'_, Rhythm> = match cycle.rhythm() {
+        Some(rhythm) => Cow::Borrowed(rhythm),
+        None => Cow::Owned(Rhythm::regular(cycle.period())),
+    };
+    let mut spans = Vec::new();
+    for k in rhythm.number_at(from).. {
+        let beat = rhythm.beat(k);
+        if beat.start >= to {
+            break;
+        }
+        if !rhythm.accepts(&beat) {
+            continue;
+        }
+        let [open, close] = match gate {
+            None => [0.0, beat.length],
+            Some([gate, gates]) => rhythm.gate(&beat, gate, gates),
+        };
+        for (seconds, phases) in rhythm.linear_parts(&beat) {
+            let part = Span {
+                time: seconds.map(|t| beat.start + t),
+                phase: phases,
+                breath: [0.0; 2],
+            };
+            let window = [from.max(beat.start + open), to.min(beat.start + close)];
+            let Some(part) = part.part(window) else {
+                continue;
+            };
+            let [a, b] = part.phase;
+            let per_phase = part.seconds() / (b - a);
+            let knots = cycle.height().knots_between(a, b);
+            let at = |phase: &f64| part.time[0] + (phase - a) * per_phase;
+            cut(&part, &knots.iter().map(at).collect::<Vec<_>>(), &mut spans);
+        }
+    }
+    spans
+}
+
+/// The same with the breath, or a gate of it.
+fn breaths(span: &Span, breathing: &Breathing, gate: Option<usize>) -> Vec<Span> {
+    let [from, to] = span.time.map(|t| breathing.breaths(t));
+    let mut spans = Vec::new();
+    let mut whole = from.floor();
+    while whole < to {
+        let ends = [0.0, 1.0].map(|phase| breathing.time_of(whole + phase));
+        if let Some(mut part) = span.part(ends) {
+            part.breath = part
+                .time
+                .map(|t| (breathing.breaths(t) - whole).clamp(0.0, 1.0));
+            let [a, b] = part.breath;
+            let knots = breathing.curve().knots_between(a, b);
+            let at = |phase: &f64| breathing.time_of(whole + phase);
+            cut(&part, &knots.iter().map(at).collect::<Vec<_>>(), &mut spans);
+        }
+        whole += 1.0;
+    }
+    let Some((gate, gates)) = gate.zip(breathing.gates()) else {
+        return spans;
+    };
+    let [low, high] = [gate, gate + 1].map(|g| g as f64 / gates.count() as f64);
+    let within = |span: &Span| match gates {
+        RespiratoryGates::Phase(_) => {
+            let [a, b] = span.breath;
+            let rate = span.seconds() / (b - a);
+            span.part([low, high].map(|phase| span.time[0] + (phase - a) * rate))
+        }
+        RespiratoryGates::Amplitude(_) => {
+            let [a, b] = span.breath.map(|phase| breathing.at_phase(phase));
+            // All of it at the very end belongs to the last gate.
+            if a == b {
+                let held = a >= low && (a < high || gate + 1 == gates.count());
+                return held.then_some(*span);
+            }
+            let at = |level: f64| crossing(breathing.curve(), span, level);
+            let [x, y] = [at(low), at(high)];
+            span.part([x.min(y), x.max(y)])
+        }
+    };
+    spans.iter().filter_map(within).collect()
+}
+
+/// When the breath of a stretch is at a level, or the end that is nearer to it.
+fn crossing(curve: &Height, span: &Span, level: f64) -> f64 {
+    root(span.time, |t| curve.at(span.breath_at(t)), level)
+}
+
+/// Where a function that rises or falls from one end to the other is at a level, or the end that is nearer to it.
+pub(super) fn root([mut a, mut b]: [f64; 2], at: impl Fn(f64) -> f64, level: f64) -> f64 {
+    let (mut low, mut high) = (at(a) - level, at(b) - level);
+    if low == 0.0 || (low > 0.0) == (high > 0.0) && low.abs() <= high.abs() {
+        return a;
+    } else if high == 0.0 || (low > 0.0) == (high > 0.0) {
+        return b;
+    }
+    // Regula falsi that halves the value of an end which stays (Dowell and Jarratt 1971, doi:10.1007/BF01934364).
+    let mut last = 0;
+    for _ in 0..60 {
+        let x = (a * high - b * low) / (high - low);
+        let x = if x > a && x < b { x } else { 0.5 * (a + b) };
+        let value = at(x) - level;
+        if value == 0.0 || b - a <= 1e-13 * (a.abs() + b.abs()) {
+            return x;
+        }
+        if (value > 0.0) == (high > 0.0) {
+            (b, high) = (x, value);
+            if last == 1 {
+                low *= 0.5;
+            }
+            last = 1;
+        } else {
+            (a, low) = (x, value);
+            if last == -1 {
+                high *= 0.5;
+            }
+            last = -1;
+        }
+    }
+    0.5 * (a + b)
+}
+
+/// A stretch cut at some times that rise.
+fn cut(span: &Span, at: &[f64], into: &mut Vec<Span>) {
+    let mut from = span.time[0];
+    for &to in at.iter().chain([&span.time[1]]) {
+        into.extend(span.part([from, to]));
+        from = to;
+    }
+}

@@ -1,0 +1,152 @@
+//! Motion-compensated reconstruction of a heart that breathes and does not beat: the exact motion taken back.
+
+use crate::phantom::small;
+use heart_phantom::Phantom;
+use heart_phantom::revolve_voxel::nalgebra::Vector3;
+use heart_phantom::scene::*;
+use radon::{FbpOptions, FbpPlan, ImageGrid, StackOrder, add_shifted};
+
+fn still() -> Scene {
+    let mut scene = small(Mode::Static { phase: 0.3 });
+    scene.camera.views = 40;
+    scene.camera.seconds_per_view = 4.0;
+    scene.acquisition.accuracy = Accuracy::Steps(32);
+    scene
+}
+
+fn breathing(shift: [f64; 3], gates: usize) -> Scene {
+    let mut scene = still();
+    scene.breathing = Some(BreathingSettings {
+        shift,
+        gates: Some(RespiratoryGates::Amplitude(gates)),
+        ..BreathingSettings::default()
+    });
+    scene
+}
+
+/// In f64, from the chords of the body itself: moved by three rows, and, seen from 0 and 90 degrees, by two bins and one.
+#[test]
+fn whole_bins_and_rows_are_taken_back_to_rounding() {
+    let phantom = Phantom::new(still()).unwrap();
+    let camera = phantom.camera();
+    let (n, pitch) = (camera.n_bins(), camera.pitch());
+    let shape = phantom.shape(0.3).unwrap();
+    for (views, shift) in [
+        (
+            (0..40).collect::<Vec<usize>>(),
+            Vector3::new(0.0, 0.0, -3.0) * pitch,
+        ),
+        (vec![0, 20], Vector3::new(2.0, -1.0, 3.0) * pitch),
+    ] {
+        let pose = shape.body().pose().shifted(shift).unwrap();
+        let moved = shape.body().standing(pose);
+        let [mut exact, mut back] = [
+            vec![0.0f64; views.len() * n * n],
+            vec![0.0f64; views.len() * n * n],
+        ];
+        let mut angles = Vec::new();
+        for (k, &view) in views.iter().enumerate() {
+            let theta = camera.geometry().angles()[view];
+            angles.push(theta);
+            let rays = camera.detector().rays(theta).unwrap();
+            let part = k * n * n..(k + 1) * n * n;
+            shape
+                .body()
+                .project_add(&rays, &[0.0, 1.0], 1.0, &mut exact[part.clone()])
+                .unwrap();
+            let mut seen = vec![0.0f64; n * n];
+            moved
+                .project_add(&rays, &[0.0, 1.0], 1.0, &mut seen)
+                .unwrap();
+            // Rounding of an angle makes no part of a bin.
+            let by = [shift.x * theta.cos() + shift.y * theta.sin(), shift.z];
+            let by = by.map(|by| (by / pitch * 1e12).round() / 1e12);
+            add_shifted(&seen, [n, n], by, 1.0, &mut back[part]).unwrap();
+        }
+        let most = exact.iter().copied().fold(0.0, f64::max);
+        let apart = exact.iter().zip(&back).map(|(a, b)| (a - b).abs());
+        // A chord is a root next to the edge of the body: where it is nearly nothing it has half the digits.
+        let square: f64 = apart.map(|d| d * d).sum();
+        assert!(
+            (square / exact.len() as f64).sqrt() < 1e-12 * most,
+            "{square}"
+        );
+        if views.len() == 40 {
+            let geometry = radon::ParallelGeometry::new(angles, n, pitch).unwrap();
+            let image = ImageGrid::square(n, pitch).unwrap();
+            let plan = FbpPlan::<f64>::new(&geometry, &image, &FbpOptions::default()).unwrap();
+            let volume = |views: &[f64]| {
+                let mut volume = vec![0.0; n * n * n];
+                plan.reconstruct_stack_into(
+                    views,
+                    n,
+                    StackOrder::ViewSliceBin,
+                    &mut volume,
+                    &mut plan.scratch(),
+                )
+                .unwrap();
+                volume
+            };
+            let [a, b] = [volume(&exact), volume(&back)];
+            let square: f64 = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum();
+            let norm: f64 = a.iter().map(|a| a * a).sum();
+            assert!((square / norm).sqrt() < 1e-12, "{}", (square / norm).sqrt());
+        }
+    }
+}
+
+#[test]
+fn a_breathing_heart_comes_out_as_the_still_one_to_the_interpolation() {
+    let still = Phantom::new(still()).unwrap();
+    let sharp = still.sinograms(0, &|_| ()).unwrap().samples;
+    let expected = still.reconstruct(0, &sharp).unwrap();
+    let off = |views: &[f32]| {
+        let volume = still.reconstruct(0, views).unwrap();
+        let square = volume
+            .iter()
+            .zip(&expected)
+            .map(|(a, b)| f64::from(a - b).powi(2));
+        let norm: f64 = expected.iter().map(|b| f64::from(*b).powi(2)).sum();
+        (square.sum::<f64>() / norm).sqrt()
+    };
+    let shift = [0.3, 0.5, -1.6];
+    let mut errors = Vec::new();
+    for gates in [2, 4, 8] {
+        let phantom = Phantom::new(breathing(shift, gates)).unwrap();
+        errors.push(off(&phantom.compensated_views(0).unwrap()));
+    }
+    // All of the breath, not taken back.
+    let mut blurred = breathing(shift, 1);
+    blurred.breathing.as_mut().unwrap().gates = None;
+    let blurred = off(&Phantom::new(blurred)
+        .unwrap()
+        .sinograms(0, &|_| ())
+        .unwrap()
+        .samples);
+    // What interpolation alone costs: the still views moved half a bin there and back.
+    let len = still.camera().view_len();
+    let mut moved = vec![0.0f32; sharp.len()];
+    for (view, moved) in sharp.chunks(len).zip(moved.chunks_mut(len)) {
+        let mut there = vec![0.0f32; len];
+        add_shifted(view, [40, 40], [0.5, 0.5], 1.0, &mut there).unwrap();
+        add_shifted(&there, [40, 40], [-0.5, -0.5], 1.0, moved).unwrap();
+    }
+    let interpolated = off(&moved);
+    println!("gates 2, 4, 8: {errors:?}, blurred {blurred}, interpolated {interpolated}");
+    assert!(errors[0] > errors[1] && errors[1] > errors[2], "{errors:?}");
+    assert!(errors[2] < 0.5 * blurred);
+    assert!(errors[2] < interpolated, "{errors:?} {interpolated}");
+    // No breath at all: the views themselves.
+    assert!(still.compensated_views(0).unwrap() == sharp);
+}
+
+#[test]
+fn a_breath_that_turns_is_refused() {
+    let mut scene = breathing([0.0; 3], 2);
+    scene.breathing.as_mut().unwrap().turn_degrees = [5.0, 0.0, 0.0];
+    let refused = Phantom::new(scene)
+        .unwrap()
+        .compensated_views(0)
+        .unwrap_err();
+    assert!(refused.to_string().contains("turns the heart"), "{refused}");
+}

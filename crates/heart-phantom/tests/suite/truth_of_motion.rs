@@ -1,0 +1,326 @@
+//! Twist, base and the fields of motion, from scenes to files.
+
+use crate::phantom::{infarct, small};
+use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
+use heart_phantom::scene::*;
+use heart_phantom::{MaterialPoint, Moment, Phantom, run};
+
+fn twist() -> TwistSettings {
+    TwistSettings {
+        inner_degrees: vec![-3.0, 10.0],
+        outer_degrees: vec![-3.0, 8.0],
+    }
+}
+
+/// A coarse heart in polynomials: its material is exact.
+fn smooth(mode: Mode) -> Scene {
+    let mut scene = small(mode).with_size(24);
+    scene.heart.discretisation = DiscretisationSettings::Spectral {
+        degree: 14,
+        per_piece: 1,
+        tolerance: 1e-4,
+    };
+    scene
+}
+
+/// Everything that moves at once.
+fn lively() -> Scene {
+    let mut scene = smooth(Mode::Gated { gates: 4 });
+    scene.twist = Some(twist());
+    scene.cycle.base_descent = 1.6;
+    scene.camera.seconds_per_view = 4.0;
+    scene.breathing = Some(BreathingSettings {
+        shift: [0.1, 0.3, -1.5],
+        turn_degrees: [4.0, 0.0, -3.0],
+        gates: Some(RespiratoryGates::Amplitude(2)),
+        ..BreathingSettings::default()
+    });
+    scene
+}
+
+#[test]
+fn a_twist_changes_no_bit_of_a_wall_without_defects() {
+    let plain = small(Mode::Gated { gates: 2 }).with_size(20);
+    let mut twisted = plain.clone();
+    twisted.twist = Some(twist());
+    let [plain, twisted] = [plain.clone(), twisted].map(|scene| Phantom::new(scene).unwrap());
+    let views = |phantom: &Phantom| phantom.sinograms(1, &|_| ()).unwrap().samples;
+    assert!(views(&plain) == views(&twisted));
+    assert!(plain.truth(1).unwrap() == twisted.truth(1).unwrap());
+    assert!(plain.labels(0.2).unwrap() == twisted.labels(0.2).unwrap());
+    // Nor a twist of nothing one of a wall with defects.
+    let mut still = small(Mode::Static { phase: 0.1 }).with_size(20);
+    still.defects.push(infarct());
+    let mut none = still.clone();
+    none.twist = Some(TwistSettings {
+        inner_degrees: vec![0.0; 2],
+        outer_degrees: vec![0.0; 2],
+    });
+    let [still, none] = [still, none].map(|scene| Phantom::new(scene).unwrap());
+    assert!(still.view(0, 3).unwrap() == none.view(0, 3).unwrap());
+    assert!(still.truth(0).unwrap() == none.truth(0).unwrap());
+}
+
+#[test]
+fn defects_twist_with_the_material_and_keep_their_volume() {
+    let mut scene = smooth(Mode::Static { phase: 0.0 }).with_size(32);
+    scene.twist = Some(twist());
+    scene.truth.tolerance = 1e-4;
+    scene.defects.push(DefectSettings {
+        layers: [0.0, 1.0],
+        s: [0.15, 0.45],
+        azimuths_degrees: [-40.0, 50.0],
+        activity: 0.0,
+    });
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let region = phantom.parts().defects[0].region;
+    let wall = phantom.wall(0.0).unwrap();
+    let grid = *phantom.camera().grid();
+    // Of the voxels in the wall, each with its label: those of the defect are those whose material is of it, but next to its sides.
+    let labels = phantom.labels(0.0).unwrap();
+    let (mut inside, mut moved) = (0, 0);
+    let untwisted = {
+        let mut scene = scene.clone();
+        scene.twist = None;
+        Phantom::new(scene).unwrap().labels(0.0).unwrap()
+    };
+    for k in 0..grid.len() {
+        let p = grid.centre(k % 32, k / 32 % 32, k / 1024);
+        let Some(point) = wall.locate(&p) else {
+            continue;
+        };
+        let MaterialPoint { s, azimuth, layer } = point;
+        let (from, to) = (region.azimuths[0], region.azimuths[1]);
+        let held = s > region.s[0] && s < region.s[1] && azimuth > from && azimuth < to;
+        // Half a voxel from every side, along the azimuth with its radius of up to 4 cm, along s with its length of 10 cm or so.
+        let near = (azimuth - from).abs().min((azimuth - to).abs()) < 0.25
+            || (s - region.s[0]).abs().min((s - region.s[1]).abs()) < 0.025
+            || !(0.2..0.8).contains(&layer)
+            || s > 0.44;
+        if !near {
+            assert_eq!(labels[k] == 3, held, "{point:?}");
+            inside += usize::from(held);
+        }
+        moved += usize::from(labels[k] != untwisted[k]);
+    }
+    assert!(inside > 30, "{inside}");
+    assert!(moved > 10, "{moved}");
+    // Exact chords: what the views miss of the wall is the defect's volume, whatever the twist; so do the voxels.
+    let total = |phantom: &Phantom| -> [f64; 2] {
+        let area = 0.5f64.powi(2);
+        let views = phantom.view(0, 0).unwrap();
+        let truth = phantom.truth(0).unwrap();
+        let sum = |of: &[f32]| of.iter().map(|x| f64::from(*x)).sum::<f64>();
+        [sum(&views) * area, sum(&truth) * grid.voxel_volume()]
+    };
+    let [_, twisted] = total(&phantom);
+    let plain = phantom.heart().pair().wall_volume();
+    let opening = (region.azimuths[1] - region.azimuths[0]) / std::f64::consts::TAU;
+    let ring = phantom
+        .wall(0.0)
+        .unwrap()
+        .region([0.0, 1.0], region.s, 1e-5)
+        .unwrap();
+    let expected = plain - opening * ring.measures().volume;
+    assert!(
+        (twisted - expected).abs() < 2e-3 * plain,
+        "{twisted} {expected}"
+    );
+}
+
+#[test]
+fn the_base_goes_down_the_apex_rests_and_the_wall_keeps_its_volume() {
+    let mut scene = smooth(Mode::Static { phase: 0.0 });
+    scene.cycle.base_descent = 1.6;
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    for phase in [0.0, 0.1, 0.25, 0.4, 0.5] {
+        let shape = phantom.shape(phase).unwrap();
+        assert!(
+            shape.wall_volume_error().abs() < 1e-12,
+            "{}",
+            shape.wall_volume_error()
+        );
+        let height = shape.gain() / 0.6;
+        let ring = shape.solution().inner.at(0.0).position[0];
+        assert!((ring - 1.6 * (1.0 - height)).abs() < 1e-12, "{ring}");
+        let apex = shape.solution().outer.at(0.5).position[0];
+        let rests = phantom
+            .shape(0.5)
+            .unwrap()
+            .solution()
+            .outer
+            .at(0.5)
+            .position[0];
+        assert!((apex - rests).abs() < 1e-9, "{apex} {rests}");
+        let expected = phantom.shape(0.0).unwrap().volumes()[0] * (1.0 + shape.gain());
+        assert!((shape.volumes()[0] / expected - 1.0).abs() < 1e-12);
+    }
+    let numbers = phantom.numbers().unwrap();
+    println!("{numbers:?}");
+    assert!((numbers.ejection_fraction - 0.375).abs() < 1e-10);
+    assert_eq!(numbers.base_descent, 1.6);
+    assert!(numbers.longitudinal_shortening > 0.1 && numbers.longitudinal_shortening < 0.2);
+    assert!(numbers.base_share > 0.5);
+    // None at all is the heart without it, to the bit.
+    scene.cycle.base_descent = 0.0;
+    let still = Phantom::new(scene.clone()).unwrap();
+    let plain = small(Mode::Static { phase: 0.2 });
+    let descent = plain.clone();
+    assert_eq!(descent.cycle.base_descent, 0.0);
+    assert_eq!(still.numbers().unwrap().base_descent, 0.0);
+    let heart = still
+        .heart()
+        .clone()
+        .with_base_descent(0.0, [0.0, 0.6])
+        .unwrap();
+    let shapes = heart.shapes(&[0.2]).unwrap();
+    assert_eq!(
+        shapes[0].curves(),
+        still.heart().shapes(&[0.2]).unwrap()[0].curves()
+    );
+}
+
+#[test]
+fn with_everything_moving_volumes_hold_and_points_go_there_and_back() {
+    let phantom = Phantom::new(lively()).unwrap();
+    let moments = [
+        phantom.reference(),
+        Moment {
+            phase: 0.0,
+            breath: 1.0,
+        },
+        Moment {
+            phase: 0.13,
+            breath: 0.4,
+        },
+        Moment {
+            phase: 0.7,
+            breath: 0.9,
+        },
+    ];
+    let walls = moments.map(|at| phantom.wall(at).unwrap());
+    for k in 0..200 {
+        let share = |a: f64| (f64::from(k) * a).fract();
+        let point = MaterialPoint {
+            layer: share(0.618),
+            s: 0.5 * share(0.414),
+            azimuth: 6.0 * share(0.732) - 3.0,
+        };
+        for pair in [[0, 1], [1, 2], [2, 3], [3, 0]] {
+            let [from, to] = pair.map(|k| &walls[k]);
+            let volume = from.deformation(to, &point).unwrap().gradient.determinant();
+            assert!((volume - 1.0).abs() < 1e-12, "{point:?} {}", volume - 1.0);
+            let p = from.position(&point).unwrap();
+            let there = p + Vector3::from(from.displacement(to, &p).unwrap());
+            let back = there + Vector3::from(to.displacement(from, &there).unwrap());
+            assert!((back - p).norm() < 1e-10, "{point:?} {p} {back}");
+        }
+    }
+}
+
+#[test]
+fn fields_are_those_of_their_points() {
+    let phantom = Phantom::new(lively()).unwrap();
+    let to = Moment {
+        phase: 0.1,
+        breath: 0.75,
+    };
+    let motion = phantom.motion(to).unwrap();
+    let [from, there] = [phantom.reference(), to].map(|at| phantom.wall(at).unwrap());
+    let grid = *phantom.camera().grid();
+    assert!(motion.voxels.len() > 200);
+    let h = 1e-4;
+    let around = [-h, h].map(|by| {
+        let phase = to.phase + by;
+        phantom.wall(Moment { phase, ..to }).unwrap()
+    });
+    for &k in &motion.voxels {
+        let p: Point3<f64> = grid.centre(k % 24, k / 24 % 24, k / 576);
+        let point = from.locate(&p).unwrap();
+        let way = there.position(&point).unwrap() - p;
+        let strain = from
+            .deformation(&there, &point)
+            .unwrap()
+            .strain()
+            .components();
+        let speed = around[1].position(&point).unwrap() - around[0].position(&point).unwrap();
+        let speed = speed / (2.0 * h * phantom.cycle().period());
+        for a in 0..3 {
+            assert!((f64::from(motion.displacement[3 * k + a]) - way[a]).abs() < 1e-6);
+            // Of second order in a thousandth of a beat.
+            let found = f64::from(motion.velocity[3 * k + a]);
+            assert!((found - speed[a]).abs() < 1e-3, "{found} {}", speed[a]);
+        }
+        for (a, e) in strain.iter().enumerate() {
+            let found = f64::from(motion.strain[6 * k + a]);
+            assert!((found - e).abs() < 1e-6 * (1.0 + e.abs()), "{found} {e}");
+        }
+    }
+    // Nothing outside.
+    let all: usize = motion.displacement.iter().filter(|x| **x != 0.0).count();
+    assert!(all <= 3 * motion.voxels.len());
+}
+
+#[test]
+fn a_run_writes_the_motion_of_each_gate_and_tells_torsion() {
+    let mut scene = lively();
+    scene.camera.views = 2;
+    scene.output.write = vec![Product::Motion];
+    scene.points = vec![PointSettings {
+        layer: 0.5,
+        s: 0.2,
+        azimuth_degrees: 90.0,
+    }];
+    for (format, end) in [
+        (heart_phantom::files::Format::Nifti, "nii"),
+        (heart_phantom::files::Format::MetaImageSingle, "mha"),
+    ] {
+        scene.output.volumes = format;
+        let folder = tempfile::tempdir().unwrap();
+        let phantom = Phantom::new(scene.clone()).unwrap();
+        let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+        let planned = phantom.files().unwrap();
+        assert_eq!(report.files.len(), 3 * 8 + 1);
+        assert_eq!(planned.len(), 3 * 8 + 1);
+        for file in planned {
+            let name = file.name.to_str().unwrap();
+            let written = std::fs::metadata(folder.path().join(&file.name))
+                .unwrap()
+                .len();
+            assert!(
+                written >= file.bytes && written < file.bytes + 600 || file.bytes == 0,
+                "{name}"
+            );
+        }
+        assert!(
+            folder
+                .path()
+                .join(format!("displacement-gate-03.{end}"))
+                .exists()
+        );
+        let bytes = std::fs::read(folder.path().join(format!("velocity-gate-03.{end}"))).unwrap();
+        let number = |at: usize| i16::from_le_bytes([bytes[at], bytes[at + 1]]);
+        match end {
+            // Dimensions 5, the fifth of 3, vectors.
+            "nii" => assert_eq!([number(40), number(50), number(68)], [5, 3, 1007]),
+            _ => assert!(
+                String::from_utf8_lossy(&bytes[..400]).contains("ElementNumberOfChannels = 3\n")
+            ),
+        }
+        assert_eq!(report.motion.len(), 8);
+        // The twist of the mean membrane is 12 degrees from base to apex at end-systole, over the 11 cm or so of the cavity.
+        let systole = &report.motion[0];
+        assert!(
+            systole.torsion_degrees_per_cm > 0.7 && systole.torsion_degrees_per_cm < 1.3,
+            "{systole:?}"
+        );
+        assert!(systole.longitudinal_shortening > 0.05);
+        assert_eq!(systole.points.len(), 1);
+        let wall = phantom.wall(phantom.phases()[0].moment()).unwrap();
+        let place = wall.position(&phantom.parts().points[0]).unwrap();
+        assert_eq!(
+            systole.points[0].position_cm,
+            <[f64; 3]>::from(place.coords)
+        );
+    }
+}
