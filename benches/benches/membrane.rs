@@ -11,7 +11,9 @@ use criterion::Criterion;
 use faer::prelude::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use membrane_forces::{DiscreteMembrane, FiniteDifferences, Measure, Membrane, RestShape};
-use membrane_newton::{Control, Discretisation, NewtonOptions, Pair, Solver};
+use membrane_newton::{
+    Control, Discretisation, NewtonOptions, Pair, Rubber, Solver, StrainEnergy, Thickness,
+};
 
 /// f for a gain of 0.6 and the volume it belongs to (h = 8.5, R = 1.75, lambda = 1).
 const GAIN: f64 = 0.6;
@@ -122,6 +124,84 @@ fn rows(effort: Effort) {
     }
 }
 
+/// p / (mu h) of the balloon of neo-Hookean rubber at a gain of 0.3, per cm.
+const RUBBER_PRESSURE: f64 = 0.256444419246;
+
+fn rubber(radius: f64, discretisation: Discretisation) -> Solver {
+    let energy = StrainEnergy::NeoHookean { mu: 1.0 };
+    let rubber = Rubber::new(energy, Thickness::UNIT).expect("positive");
+    Solver::new(&balloon(radius).with_rubber(rubber), discretisation).expect("mirrored")
+}
+
+/// The same for rubber at a gain of 0.3.
+fn rubber_rows(effort: Effort) {
+    let options = NewtonOptions::default();
+    let (nodes, degrees): (&[usize], &[usize]) = match effort {
+        Effort::Quick => (&[201], &[12, 24]),
+        Effort::Full => (&[101, 201, 401, 801, 1601, 3201], &[8, 12, 16, 20, 24, 28]),
+    };
+    let differences = nodes.iter().map(|&nodes| {
+        let how = Discretisation::FiniteDifferences { nodes };
+        ("finite differences", nodes, how)
+    });
+    let spectral = degrees.iter().map(|&degree| {
+        let how = Discretisation::Spectral {
+            degree,
+            per_piece: 1,
+        };
+        ("spectral elements", degree, how)
+    });
+    for (method, size, how) in differences.chain(spectral) {
+        let solver = rubber(1.75, how);
+        let (seconds, pressure) = timed(15, || {
+            let solved = solver.solve(Control::VolumeGain(0.3), &options);
+            solved.expect("converges").intensity
+        });
+        Row {
+            study: "static solve",
+            method,
+            case: "rubber balloon at a gain of 0.3, from rest",
+            size,
+            threads: 1,
+            seconds,
+            error: (pressure / RUBBER_PRESSURE - 1.0).abs(),
+            error_kind: "relative error of the pressure (reference good to 2e-12)",
+        }
+        .print();
+    }
+}
+
+/// Rubber at a gain of 0.6 from rest: spectral elements, a pair, differences of more and more nodes.
+fn rubber_gain(c: &mut Criterion) {
+    let options = NewtonOptions::default();
+    let mut group = c.benchmark_group("membrane/rubber-gain-0.6");
+    let spectral = Discretisation::Spectral {
+        degree: 16,
+        per_piece: 1,
+    };
+    let inner = rubber(1.75, spectral);
+    group.bench_function("spectral", |b| {
+        b.iter(|| black_box(&inner).solve(Control::VolumeGain(GAIN), &options))
+    });
+    let pair = Pair::new(inner.clone(), rubber(2.75, spectral)).expect("the outer one is larger");
+    let solved = pair.solve_gain(GAIN, &options).expect("converges");
+    assert!(solved.wall_volume_error.abs() < 1e-13);
+    group.bench_function("pair-spectral", |b| {
+        b.iter(|| black_box(&pair).solve_gain(GAIN, &options))
+    });
+    group.sample_size(10);
+    for nodes in [1001, 10_001] {
+        let solver = rubber(1.75, Discretisation::FiniteDifferences { nodes });
+        group.bench_function(format!("differences-{nodes}"), |b| {
+            b.iter(|| {
+                let solved = black_box(&solver).solve(Control::VolumeGain(GAIN), &options);
+                solved.expect("converges")
+            })
+        });
+    }
+    group.finish();
+}
+
 fn membrane(c: &mut Criterion) {
     let options = NewtonOptions::default();
 
@@ -179,5 +259,9 @@ fn membrane(c: &mut Criterion) {
 }
 
 fn main() {
-    benches::run(rows, &[membrane]);
+    let all = |effort| {
+        rows(effort);
+        rubber_rows(effort);
+    };
+    benches::run(all, &[membrane, rubber_gain]);
 }

@@ -57,6 +57,13 @@ impl Reference {
         reference
     }
 
+    /// Values and derivatives at each Gauss point, as rows over the nodes.
+    pub(crate) fn gauss_rows(&self) -> impl Iterator<Item = (&[f64], &[f64])> {
+        let n = self.nodes.len();
+        let values = self.to_gauss.chunks_exact(n);
+        values.zip(self.derivative_to_gauss.chunks_exact(n))
+    }
+
     /// `row` . values = value at `t` of the polynomial through `values` at the nodes (barycentric).
     pub(crate) fn value_row(&self, t: f64, row: &mut [f64]) {
         let degree = self.nodes.len() - 1;
@@ -106,6 +113,15 @@ impl Reference {
 fn weight(j: usize, degree: usize) -> f64 {
     let half = if j == 0 || j == degree { 0.5 } else { 1.0 };
     if j.is_multiple_of(2) { half } else { -half }
+}
+
+/// Place of node `i` in an element's tangent: interior nodes first, then the two ends.
+pub(crate) fn local_index(i: usize, p: usize) -> usize {
+    match i {
+        0 => p - 1,
+        i if i == p => p,
+        i => i - 1,
+    }
 }
 
 /// Points and weights on [0, 1] that integrate polynomials up to degree 2 n - 1 exactly.

@@ -4,11 +4,12 @@ use crate::band::BandMatrix;
 use crate::curve::CurvePiece;
 use crate::discrete::{DiscreteMembrane, Setting, Tangent};
 use crate::error::{MembraneError, at_least, at_most, finite, length};
-use crate::law::LoadKind;
-use crate::material::NodeSprings;
+use crate::half::Nodes;
+use crate::material::{Material, NodeSprings};
 use crate::measures::Measure;
 use crate::membrane::Membrane;
 use crate::rest::{CurvePoint, RestShape};
+use crate::rubber_nodes::NodeRubber;
 
 /// A membrane at N equally spaced material points s_n = n ds, ds = 1 / (N - 1).
 ///
@@ -30,14 +31,26 @@ use crate::rest::{CurvePoint, RestShape};
 /// those of the whole curve. An odd N has a node on the axis, free along it and held on it; with an
 /// even N the axis lies between the last node and its image.
 ///
+/// A membrane of rubber consists of two-node elements instead, whose energy takes W at both ends; it is half a curve always.
+///
 /// Errors are of order ds^2 where lambda is smooth. Where it jumps c' does, and with it the normal, of which a
 /// node has one: order ds under the laws per material length and total force (a jump at a node is best;
 /// spectral elements with a breakpoint there lose nothing).
 #[derive(Debug, Clone)]
 pub struct FiniteDifferences {
-    setting: Setting,
+    pub(crate) setting: Setting,
     shape: RestShape,
-    springs: NodeSprings,
+    pub(crate) nodes: Nodes,
+    ds: f64,
+    /// Rest positions of the nodes kept.
+    rest: Vec<f64>,
+    pub(crate) material: NodeMaterial,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) enum NodeMaterial {
+    Springs(NodeSprings),
+    Rubber(NodeRubber),
 }
 
 /// Ten thousand times what resolves any balloon; some gigabytes with the solver's arrays.
@@ -48,7 +61,8 @@ impl FiniteDifferences {
     ///
     /// # Errors
     /// Fewer than three nodes or more than ten million, a stiffness that is not positive at a sample, or coinciding
-    /// neighbours in the rest shape.
+    /// neighbours in the rest shape; rubber that is not its own mirror image, under another law than that of a pressure, or on the axis
+    /// elsewhere than at its apex.
     pub fn new(membrane: &Membrane, n_nodes: usize) -> Result<Self, MembraneError> {
         at_least("nodes", n_nodes, 3)?;
         at_most("nodes", n_nodes, MOST_NODES)?;
@@ -67,16 +81,56 @@ impl FiniteDifferences {
         }
         let s = (0..n_nodes).map(|n| n as f64 / last as f64);
         let mut setting = Setting::new(membrane, s, &rest);
-        let springs = NodeSprings::new(membrane, rest)?;
-        setting.stiffness_scale = springs.scale();
-        if setting.law.blows_up() {
-            setting.blow_up = springs.blow_up();
+        let (whole, kept) = (n_nodes, n_nodes);
+        let nodes = Nodes { whole, kept };
+        let (shape, ds) = (membrane.rest().clone(), 1.0 / last as f64);
+        match membrane.material() {
+            Material::Springs { stiffness, second } => {
+                let springs = NodeSprings::new(stiffness, second.as_ref(), rest.clone())?;
+                setting.stiffness_scale = springs.scale();
+                if setting.law.blows_up() {
+                    setting.blow_up = springs.blow_up();
+                }
+                Ok(Self {
+                    setting,
+                    shape,
+                    nodes,
+                    ds,
+                    rest,
+                    material: NodeMaterial::Springs(springs),
+                })
+            }
+            Material::Rubber(rubber) => {
+                membrane.check_law()?;
+                let thickness = |n: usize| rubber.thickness().at(n as f64 * ds);
+                let mut most: f64 = 0.0;
+                for n in 0..n_nodes {
+                    let (here, image) = (thickness(n)?, thickness(last - n)?);
+                    most = most.max(here);
+                    if (here - image).abs() > 1e-12 * here {
+                        return Err(MembraneError::NotMirrored);
+                    }
+                }
+                let size = setting.start.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+                if !is_mirrored(&rest, size) || !is_mirrored(&setting.start, size) {
+                    return Err(MembraneError::NotMirrored);
+                }
+                let nodes = nodes.half();
+                setting.end_at_axis(2 * nodes.kept, n_nodes % 2 == 1);
+                setting.stiffness_scale = rubber.energy().shear_modulus() * most;
+                cut_rest(&mut rest, nodes);
+                let positions = (0..n_nodes).map(|n| n as f64 * ds);
+                let rubber = NodeRubber::new(rubber, nodes, rest.as_chunks().0, positions)?;
+                Ok(Self {
+                    setting,
+                    shape,
+                    nodes,
+                    ds,
+                    rest,
+                    material: NodeMaterial::Rubber(rubber),
+                })
+            }
         }
-        Ok(Self {
-            setting,
-            shape: membrane.rest().clone(),
-            springs,
-        })
     }
 
     /// [`FiniteDifferences::new`], of which only the nodes with s <= 1/2 are kept if rest shape,
@@ -95,51 +149,50 @@ impl FiniteDifferences {
     /// As [`FiniteDifferences::new`].
     pub fn half(membrane: &Membrane, n_nodes: usize) -> Result<Self, MembraneError> {
         let mut this = Self::new(membrane, n_nodes)?;
-        if !this.is_symmetric() {
-            return Ok(this);
-        }
-        let nodes = this.springs.nodes.half();
-        this.setting.end_at_axis(2 * nodes.kept, n_nodes % 2 == 1);
-        this.springs.nodes = nodes;
-        let rest = &mut this.springs.rest;
-        rest.truncate(2 * nodes.kept);
-        rest.shrink_to_fit();
-        if n_nodes % 2 == 1 {
-            rest[2 * nodes.kept - 1] = 0.0;
+        match &mut this.material {
+            NodeMaterial::Springs(springs) => {
+                let size = this.setting.start.iter();
+                let size = size.fold(0.0f64, |m, v| m.max(v.abs()));
+                if !(is_mirrored(&this.rest, size)
+                    && is_mirrored(&this.setting.start, size)
+                    && springs.are_symmetric())
+                {
+                    return Ok(this);
+                }
+                this.nodes = this.nodes.half();
+                let kept = 2 * this.nodes.kept;
+                this.setting.end_at_axis(kept, n_nodes % 2 == 1);
+                springs.nodes = this.nodes;
+                cut_rest(&mut this.rest, this.nodes);
+                springs.rest.clone_from(&this.rest);
+                springs.rest.shrink_to_fit();
+            }
+            NodeMaterial::Rubber(_) => (),
         }
         Ok(this)
     }
 
-    /// Whether the whole curve equals its own mirror image to rounding.
-    fn is_symmetric(&self) -> bool {
-        let size = self.start().iter().fold(0.0f64, |m, v| m.max(v.abs()));
-        let close = |a: f64, b: f64| (a - b).abs() <= 1e-13 * size;
-        let mirrored = |nodes: &[f64]| {
-            let points = nodes.as_chunks::<2>().0;
-            let mut pairs = points.iter().zip(points.iter().rev());
-            pairs.all(|(a, b)| close(a[0], b[0]) && close(a[1], -b[1]))
-        };
-        mirrored(&self.springs.rest) && mirrored(self.start()) && self.springs.are_symmetric()
-    }
-
     /// Number of nodes N of the whole curve, held ends included.
     pub fn n_nodes(&self) -> usize {
-        self.springs.nodes.whole
+        self.nodes.whole
     }
 
     /// Spacing of the material coordinate.
     pub fn ds(&self) -> f64 {
-        self.springs.ds
+        self.ds
     }
 
     /// Rest shape at the nodes, flat.
     pub fn rest(&self) -> &[f64] {
-        &self.springs.rest
+        &self.rest
     }
 
     /// Half bandwidth of every tangent: 3, or 4 with second neighbours.
     pub fn bandwidth(&self) -> usize {
-        if self.springs.second.is_empty() { 3 } else { 4 }
+        match &self.material {
+            NodeMaterial::Springs(springs) if !springs.second.is_empty() => 4,
+            NodeMaterial::Springs(_) | NodeMaterial::Rubber(_) => 3,
+        }
     }
 
     /// A zero matrix of the shape every tangent of this membrane fits.
@@ -147,133 +200,34 @@ impl FiniteDifferences {
         BandMatrix::of_shape(self.start().len(), self.bandwidth(), self.bandwidth())
     }
 
-    /// Elastic energy of the whole curve above that of its start, force per s times cm. Cost O(N).
+    /// Elastic energy of the whole curve above that of its start, force per s times cm; of rubber that of the body, not a number where it
+    /// is stretched beyond what it can be. Cost O(N).
     ///
     /// # Panics
     /// A length that is not that of [`DiscreteMembrane::start`].
     pub fn elastic_energy(&self, nodes: &[f64]) -> f64 {
         self.setting.check([nodes.len()]);
-        self.springs.energy(nodes, self.start())
-    }
-
-    /// `band` += `scale` dF_e/dc. Block tridiagonal with diagonal blocks; pentadiagonal with
-    /// second neighbours; independent of the state; symmetric among interior nodes.
-    ///
-    /// # Errors
-    /// [`MembraneError::WrongLength`] if `band` has not the rows, [`MembraneError::TooFew`] if it has not the diagonals, of
-    /// [`FiniteDifferences::band`].
-    pub fn add_elastic_tangent_into(
-        &self,
-        scale: f64,
-        band: &mut BandMatrix,
-    ) -> Result<(), MembraneError> {
-        self.check_band(band)?;
-        self.springs.add_tangent_into(scale, band);
-        Ok(())
-    }
-
-    /// `band` += `scale` dF_p/dc at fixed intensity: the exact derivative (Eq. 14 with its signs
-    /// corrected). Under the total-force law the full derivative has a rank-one part as well,
-    /// see [`FiniteDifferences::pressure_rank_one_into`].
-    ///
-    /// # Errors
-    /// The neighbours of a node coincide; [`MembraneError::WrongLength`] of `nodes`; `band` as in
-    /// [`FiniteDifferences::add_elastic_tangent_into`].
-    pub fn add_pressure_tangent_into(
-        &self,
-        nodes: &[f64],
-        intensity: f64,
-        scale: f64,
-        band: &mut BandMatrix,
-    ) -> Result<(), MembraneError> {
-        self.setting.refuse(nodes)?;
-        self.check_band(band)?;
-        let f = intensity * scale;
-        for n in self.springs.nodes.moving() {
-            let (d, per_length) = self.normal(nodes, n)?;
-            let (next, sign) = self.springs.nodes.place(n + 1);
-            let by = self.setting.law.derivative(f, d, per_length);
-            for row in 0..2 {
-                if self.springs.nodes.is_held(n, row) {
-                    continue;
-                }
-                band.add_inside(2 * n + row, 2 * next, by[row][0]);
-                band.add_inside(2 * n + row, 2 * next + 1, sign * by[row][1]);
-                band.add_inside(2 * n + row, 2 * n - 2, -by[row][0]);
-                band.add_inside(2 * n + row, 2 * n - 1, -by[row][1]);
-            }
-        }
-        Ok(())
-    }
-
-    /// `band` += what the pressure part of Eq. 14 of Rohmer et al. 2006 **as printed** has beside the derivative: its entries
-    /// dF^x/dc_y(n-1) and dF^y/dc_x(n-1) have the wrong sign on 1/n. It is here to show what Newton does with it.
-    ///
-    /// # Errors
-    /// As [`FiniteDifferences::add_pressure_tangent_into`].
-    pub fn add_misprint_into(
-        &self,
-        nodes: &[f64],
-        intensity: f64,
-        band: &mut BandMatrix,
-    ) -> Result<(), MembraneError> {
-        self.setting.refuse(nodes)?;
-        self.check_band(band)?;
-        for n in self.springs.nodes.moving() {
-            // right: f (1/n - d^2/n^3); printed: f (d^2/n^3 + 1/n), and its negative for the other
-            let (d, per_length) = self.normal(nodes, n)?;
-            let f = intensity * per_length.powi(3);
-            band.add_inside(2 * n, 2 * n - 1, 2.0 * f * d[1] * d[1]);
-            if !self.springs.nodes.is_held(n, 1) {
-                band.add_inside(2 * n + 1, 2 * n - 2, -2.0 * f * d[0] * d[0]);
-            }
-        }
-        Ok(())
-    }
-
-    /// The part of the pressure tangent that is not in the band: under the total-force law
-    /// dF_p/dc = band + `column` (x) `row`, with `column` = -(load / S^2) n and `row` = grad S.
-    /// Returns whether there is one; under the other laws both are set to zero.
-    ///
-    /// # Errors
-    /// The neighbours of a node coincide; [`MembraneError::WrongLength`] of one of the three.
-    pub fn pressure_rank_one_into(
-        &self,
-        nodes: &[f64],
-        load: f64,
-        column: &mut [f64],
-        row: &mut [f64],
-    ) -> Result<bool, MembraneError> {
-        self.setting.refuse(nodes)?;
-        length("column", column.len(), nodes.len())?;
-        length("row", row.len(), nodes.len())?;
-        match self.setting.law.load_kind() {
-            LoadKind::Intensity => {
-                column.fill(0.0);
-                row.fill(0.0);
-                Ok(false)
-            }
-            LoadKind::TotalForce => {
-                let surface = self.measure(Measure::Surface, nodes)?;
-                self.pressure_force_into(nodes, -load / (surface * surface), column)?;
-                self.measure_gradient_into(Measure::Surface, nodes, row);
-                Ok(true)
+        match &self.material {
+            NodeMaterial::Springs(springs) => springs.energy(nodes, self.start()),
+            NodeMaterial::Rubber(rubber) => {
+                let at = |nodes: &[f64]| rubber.energy(nodes.as_chunks().0).unwrap_or(f64::NAN);
+                at(nodes) - at(self.start())
             }
         }
     }
 
     /// c(n+1) - c(n-1) and the factor that makes it the tangent the law multiplies.
     #[inline]
-    fn normal(&self, nodes: &[f64], n: usize) -> Result<([f64; 2], f64), MembraneError> {
+    pub(crate) fn normal(&self, nodes: &[f64], n: usize) -> Result<([f64; 2], f64), MembraneError> {
         let next = self.node(nodes, n + 1);
         let d = [next[0] - nodes[2 * n - 2], next[1] - nodes[2 * n - 1]];
-        Ok((d, self.setting.law.factor(d, 2.0 * self.springs.ds, n)?))
+        Ok((d, self.setting.law.factor(d, 2.0 * self.ds, n)?))
     }
 
     /// Node `n` of the whole curve in state `nodes`; `n` < N.
     #[inline]
     fn node(&self, nodes: &[f64], n: usize) -> [f64; 2] {
-        let (at, sign) = self.springs.nodes.place(n);
+        let (at, sign) = self.nodes.place(n);
         [nodes[2 * at], sign * nodes[2 * at + 1]]
     }
 
@@ -284,7 +238,14 @@ impl FiniteDifferences {
         there.then(|| self.node(nodes, n))
     }
 
-    fn check_band(&self, band: &BandMatrix) -> Result<(), MembraneError> {
+    fn rubber(&self, what: &'static str) -> Result<&NodeRubber, MembraneError> {
+        match &self.material {
+            NodeMaterial::Rubber(rubber) => Ok(rubber),
+            NodeMaterial::Springs(_) => Err(MembraneError::OtherMaterial { what }),
+        }
+    }
+
+    pub(crate) fn check_band(&self, band: &BandMatrix) -> Result<(), MembraneError> {
         length("rows of the band", band.len(), self.start().len())?;
         let diagonals = band.lower().min(band.upper());
         at_least("diagonals on either side", diagonals, self.bandwidth())
@@ -298,7 +259,17 @@ impl DiscreteMembrane for FiniteDifferences {
 
     fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
         self.setting.check([nodes.len(), out.len()]);
-        self.springs.pull_into(nodes, out.as_chunks_mut::<2>().0);
+        match &self.material {
+            NodeMaterial::Springs(springs) => {
+                springs.pull_into(nodes, out.as_chunks_mut::<2>().0);
+            }
+            NodeMaterial::Rubber(rubber) => {
+                let pulled = rubber.pull_into(nodes.as_chunks().0, out.as_chunks_mut().0);
+                if pulled.is_err() {
+                    out.fill(f64::NAN);
+                }
+            }
+        }
         self.setting.hold(out, 0.0);
     }
 
@@ -310,6 +281,13 @@ impl DiscreteMembrane for FiniteDifferences {
     ) -> Result<(), MembraneError> {
         self.setting.refuse(nodes)?;
         length("forces", out.len(), nodes.len())?;
+        if let NodeMaterial::Rubber(rubber) = &self.material {
+            rubber.check(nodes.as_chunks().0)?;
+            self.measure_gradient_into(Measure::Volume, nodes, out);
+            out.iter_mut().for_each(|value| *value *= intensity);
+            self.setting.hold(out, 0.0);
+            return Ok(());
+        }
         let points = nodes.as_chunks::<2>().0;
         let last = points.len() - 1;
         let forces = out.as_chunks_mut::<2>().0;
@@ -319,7 +297,7 @@ impl DiscreteMembrane for FiniteDifferences {
         if !self
             .setting
             .law
-            .forces_into(intensity, steps, 2.0 * self.springs.ds, inside)
+            .forces_into(intensity, steps, 2.0 * self.ds, inside)
         {
             for n in 1..last {
                 self.normal(nodes, n)?;
@@ -346,14 +324,52 @@ impl DiscreteMembrane for FiniteDifferences {
         intensity: f64,
         out: &mut Tangent,
     ) -> Result<(), MembraneError> {
+        self.taut_tangent_into(nodes, intensity, f64::NEG_INFINITY, out)
+    }
+
+    fn taut_tangent_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        least: f64,
+        out: &mut Tangent,
+    ) -> Result<(), MembraneError> {
         self.setting.refuse(nodes)?;
         self.check_band(&out.band)?;
         out.band.clear();
-        self.add_elastic_tangent_into(1.0, &mut out.band)?;
-        self.add_pressure_tangent_into(nodes, intensity, 1.0, &mut out.band)?;
+        match &self.material {
+            NodeMaterial::Springs(springs) => {
+                springs.add_tangent_into(1.0, &mut out.band);
+                self.add_pressure_tangent_into(nodes, intensity, 1.0, &mut out.band)?;
+            }
+            NodeMaterial::Rubber(rubber) => {
+                let points = nodes.as_chunks().0;
+                rubber.add_tangent_into(points, intensity, least, &mut out.band)?;
+            }
+        }
         for &held in self.held() {
             out.band.add_inside(held, held, 1.0);
         }
+        Ok(())
+    }
+
+    fn strain_energy(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
+        self.setting.refuse(nodes)?;
+        self.rubber("strain energy")?.energy(nodes.as_chunks().0)
+    }
+
+    fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
+        self.setting.refuse(nodes)?;
+        match &self.material {
+            NodeMaterial::Springs(_) => Ok(f64::INFINITY),
+            NodeMaterial::Rubber(rubber) => rubber.least_tension(nodes.as_chunks().0),
+        }
+    }
+
+    fn momentum_into(&self, velocities: &[f64], out: &mut [f64]) -> Result<(), MembraneError> {
+        self.setting.refuse(velocities)?;
+        length("momenta", out.len(), velocities.len())?;
+        self.rubber("momentum")?.momentum_into(velocities, out);
         Ok(())
     }
 
@@ -396,7 +412,7 @@ impl DiscreteMembrane for FiniteDifferences {
         let s = s.clamp(0.0, 1.0);
         let last = self.n_nodes() - 1;
         let n = ((s * last as f64) as usize).min(last - 1);
-        let (ds, t) = (self.springs.ds, s * last as f64 - n as f64);
+        let (ds, t) = (self.ds, s * last as f64 - n as f64);
         let mut out = self.shape.at(s);
         for k in 0..2 {
             let u = |m: usize| self.node(nodes, m)[k] - self.shape.at(m as f64 * ds).position[k];
@@ -413,5 +429,22 @@ impl DiscreteMembrane for FiniteDifferences {
             out.second[k] += (2.0 * c2 + 6.0 * t * c3) / (ds * ds);
         }
         Ok(out)
+    }
+}
+
+/// Whether a curve of this size equals its own mirror image to rounding.
+fn is_mirrored(nodes: &[f64], size: f64) -> bool {
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-13 * size;
+    let points = nodes.as_chunks::<2>().0;
+    let mut pairs = points.iter().zip(points.iter().rev());
+    pairs.all(|(a, b)| close(a[0], b[0]) && close(a[1], -b[1]))
+}
+
+/// Cuts rest positions at the axis, on which the last of an odd number of nodes is.
+fn cut_rest(rest: &mut Vec<f64>, nodes: Nodes) {
+    rest.truncate(2 * nodes.kept);
+    rest.shrink_to_fit();
+    if nodes.whole % 2 == 1 {
+        rest[2 * nodes.kept - 1] = 0.0;
     }
 }

@@ -6,6 +6,7 @@ use crate::band::BandMatrix;
 use crate::curve::CurvePiece;
 use crate::error::{MembraneError, length};
 use crate::law::PressureLaw;
+use crate::material::Material;
 use crate::measures::{Measure, Measures};
 use crate::membrane::Membrane;
 use crate::rest::CurvePoint;
@@ -14,7 +15,8 @@ use crate::rest::CurvePoint;
 ///
 /// A state is their positions from s = 0 on, flat: x0, y0, x1, y1, ... Forces are laid out alike, and are per unit s. If rest shape,
 /// stiffness and ends are mirror images about the x axis the state may end there ([`DiscreteMembrane::is_half`]); what is asked
-/// of the whole curve is that of the whole curve all the same.
+/// of the whole curve is that of the whole curve all the same. A membrane of rubber is such a half always, and its forces are minus
+/// the derivatives of its energy by its nodes, not per unit s.
 ///
 /// The `intensity` that pressure functions take is f or p: the load itself, or under the total-force law the load over the
 /// surface, F / S(c), with S from [`DiscreteMembrane::measure`].
@@ -49,7 +51,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         &self.setting().held
     }
 
-    /// Largest stiffness, lambda + 4 lambda_2.
+    /// Largest stiffness, lambda + 4 lambda_2; of rubber shear modulus times thickness.
     fn stiffness_scale(&self) -> f64 {
         self.setting().stiffness_scale
     }
@@ -60,14 +62,29 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         self.setting().blow_up
     }
 
-    /// `out` = elastic force F_e; zero where the membrane is held.
+    /// Intensity that moves a membrane of this length by about that length.
+    fn intensity_scale(&self, length: f64) -> f64 {
+        let Setting {
+            membrane,
+            stiffness_scale,
+            ..
+        } = self.setting();
+        match membrane.material() {
+            Material::Springs { .. } => self.law().intensity_scale(*stiffness_scale, length),
+            // of a sphere of this meridian, some stiffness over its radius
+            Material::Rubber(_) => std::f64::consts::PI * stiffness_scale / length,
+        }
+    }
+
+    /// `out` = elastic force F_e; zero where the membrane is held. Not numbers where rubber is stretched beyond what it can be,
+    /// of which [`DiscreteMembrane::pressure_force_into`] makes an error.
     fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]);
 
     /// `out` = pressure force F_p at force intensity `intensity`, zero where the membrane is held; it is linear in the intensity,
     /// so intensity 1 gives dF_p / d intensity.
     ///
     /// # Errors
-    /// The curve has no direction at a node, so its normal is undefined.
+    /// The curve has no direction at a node, so its normal is undefined; rubber is stretched beyond what it can be.
     fn pressure_force_into(
         &self,
         nodes: &[f64],
@@ -88,6 +105,42 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         intensity: f64,
         out: &mut Tangent,
     ) -> Result<(), MembraneError>;
+
+    /// [`DiscreteMembrane::tangent_into`] as if rubber had nowhere less tension along the meridian than `least` times its shear modulus
+    /// (over l1, per area at rest), which makes it regular where it is slack and shapes start from. That of springs is the exact one.
+    ///
+    /// # Errors
+    /// As [`DiscreteMembrane::pressure_force_into`].
+    fn taut_tangent_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        least: f64,
+        out: &mut Tangent,
+    ) -> Result<(), MembraneError> {
+        let _ = least;
+        self.tangent_into(nodes, intensity, out)
+    }
+
+    /// Elastic energy of a body of rubber: the integral of 2 pi r0 h W over the meridian, zero at rest.
+    ///
+    /// # Errors
+    /// As [`DiscreteMembrane::pressure_force_into`]; [`MembraneError::OtherMaterial`] for springs.
+    fn strain_energy(&self, nodes: &[f64]) -> Result<f64, MembraneError>;
+
+    /// Least tension of rubber along the meridian, as [`DiscreteMembrane::taut_tangent_into`] has it: dW/dl1 over l1 and the shear
+    /// modulus. Infinite for springs.
+    ///
+    /// # Errors
+    /// As [`DiscreteMembrane::pressure_force_into`].
+    fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError>;
+
+    /// `out` = what `velocities` of rubber of density 1 have as momentum at the nodes: the integral of 2 pi r0 h v over the meridian, times
+    /// the functions that the nodes stand for. With two-node elements each node has half of its elements' volumes.
+    ///
+    /// # Errors
+    /// [`MembraneError::OtherMaterial`] for springs.
+    fn momentum_into(&self, velocities: &[f64], out: &mut [f64]) -> Result<(), MembraneError>;
 
     /// A measure of the whole curve.
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError>;
@@ -148,6 +201,7 @@ pub struct Tangent {
 /// What a discretised membrane has however it is discretised; its methods in [`DiscreteMembrane`] say what each is.
 #[derive(Debug, Clone)]
 pub struct Setting {
+    pub(crate) membrane: Membrane,
     pub(crate) law: PressureLaw,
     pub(crate) start: Vec<f64>,
     pub(crate) half: bool,
@@ -157,12 +211,18 @@ pub struct Setting {
 }
 
 impl Setting {
+    /// The membrane that has been discretised.
+    pub fn membrane(&self) -> &Membrane {
+        &self.membrane
+    }
+
     /// Of the whole of `membrane`, with rest positions `rest` at `s`.
     pub(crate) fn new(membrane: &Membrane, s: impl Iterator<Item = f64>, rest: &[f64]) -> Self {
         let mut start = rest.to_vec();
         membrane.hold_ends(s.zip(start.as_chunks_mut::<2>().0));
         let last = start.len() - 2;
         Self {
+            membrane: membrane.clone(),
             law: membrane.law(),
             start,
             half: false,

@@ -22,12 +22,12 @@ pub enum MembraneError {
         /// What was given.
         given: f64,
     },
-    /// The stiffness is zero, negative, NaN or infinite somewhere.
-    #[error("stiffness must be positive and finite, got {given:?} at s = {s:?}")]
+    /// The stiffness, or the thickness of rubber, is zero, negative, NaN or infinite somewhere.
+    #[error("stiffness or thickness must be positive and finite, got {given:?} at s = {s:?}")]
     BadStiffness {
         /// Material coordinate of the offending value.
         s: f64,
-        /// The stiffness there.
+        /// The value there.
         given: f64,
     },
     /// Fewer points, nodes or samples than the construction needs.
@@ -105,6 +105,28 @@ pub enum MembraneError {
         pressure: f64,
         /// The bound: 2 pi over the integral of 1 / lambda.
         limit: f64,
+    },
+    /// Rubber stretched further than it can be, or to nothing.
+    #[error(
+        "stretches {} and {} are not between zero and what the rubber allows, l1^2 + l2^2 + l3^2 < {limit:?}", given[0], given[1]
+    )]
+    PastStretch {
+        /// Along the meridian and around the axis.
+        given: [f64; 2],
+        /// What the sum of the squares of all three must stay below.
+        limit: f64,
+    },
+    /// Rubber makes a body of revolution: rest shape, thickness and ends have to be mirror images about the axis.
+    #[error("a membrane of rubber has to be its own mirror image about the axis")]
+    NotMirrored,
+    /// Rubber is under a pressure, which is force per area as it is.
+    #[error("a membrane of rubber is under the law per current length, another was given")]
+    LawOfRubber,
+    /// What was asked for is of springs alone, or of rubber alone.
+    #[error("{what}: not of this material")]
+    OtherMaterial {
+        /// What was asked for.
+        what: &'static str,
     },
 }
 

@@ -22,8 +22,9 @@
 //!
 //! Conventions: centimetres; curves run from (0, +R) over the apex to (0, -R); states are flat, x0, y0,
 //! x1, y1, ...; forces are per unit s, F_e + F_p vanishes at equilibrium. What it is not: there is
-//! no solver here (`membrane-newton`) and no time (`membrane-implicit`); no bending, no
-//! circumferential tension, no gravity. The feature `serde` gives [`PressureLaw`] names in files.
+//! no solver here (`membrane-newton`) and no time (`membrane-implicit`); no bending, no gravity, and no
+//! tension around the axis but in [`Rubber`], whose forces are those at the nodes. The feature `serde` gives [`PressureLaw`] and
+//! [`StrainEnergy`] names in files.
 //!
 //! Reference: Rohmer, Sitek, Gullberg, Simulation of the Beating Heart Based on Physically
 //! Modeling a Deformable Balloon, 2006, hal-03929238, with its misprints corrected.
@@ -44,9 +45,13 @@ mod material;
 mod measures;
 mod membrane;
 mod rest;
+mod rubber_elements;
+mod rubber_nodes;
 mod spectral;
 mod spectral_measures;
+mod spring_tangents;
 mod stiffness;
+mod strain_energy;
 
 pub use band::BandMatrix;
 pub use closed_form::{CircleEquilibrium, balloon_at_rest};
@@ -56,8 +61,10 @@ pub use discrete::{DiscreteMembrane, Setting, Tangent};
 pub use error::MembraneError;
 pub use law::{LoadKind, PressureLaw};
 pub use linear_equilibrium::LinearEquilibrium;
+pub use material::{Material, Rubber};
 pub use measures::{Measure, Measures};
 pub use membrane::Membrane;
 pub use rest::{CurvePoint, RestShape};
 pub use spectral::SpectralElements;
-pub use stiffness::Stiffness;
+pub use stiffness::{Stiffness, Thickness};
+pub use strain_energy::{StrainEnergy, Strained, Stretched};

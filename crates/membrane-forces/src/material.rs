@@ -1,4 +1,5 @@
-//! The material: springs. All of a discretised membrane that depends on what it is made of.
+//! The material: springs or rubber. All of a discretised membrane that depends on what it is made of, but for the energy of rubber
+//! (`strain_energy.rs`) and its derivatives by the nodes (`rubber_nodes.rs`, `rubber_elements.rs`).
 //!
 //! A spring pulls by its stiffness times the difference of the displacements u = c - c0 of its ends: in the limit of fine meshes
 //! the force is (lambda u')', its energy the integral of lambda |u'|^2 / 2. Force and energy are those of straight springs of no
@@ -10,9 +11,60 @@ use std::f64::consts::PI;
 
 use crate::band::BandMatrix;
 use crate::chebyshev::{Reference, gauss_legendre};
-use crate::error::MembraneError;
+use crate::error::{MembraneError, positive};
 use crate::half::Nodes;
-use crate::membrane::Membrane;
+use crate::stiffness::{Stiffness, Thickness};
+use crate::strain_energy::StrainEnergy;
+
+/// What a membrane is made of.
+#[derive(Debug, Clone)]
+pub enum Material {
+    /// The paper's springs: they pull back along the displacement, with no tension around the axis.
+    Springs {
+        /// lambda(s) between neighbours.
+        stiffness: Stiffness,
+        /// lambda_2(s) between second neighbours, if there are such springs.
+        second: Option<Stiffness>,
+    },
+    /// Rubber, with tensions along the meridian and around the axis.
+    Rubber(Rubber),
+}
+
+/// A sheet of incompressible rubber.
+#[derive(Debug, Clone)]
+pub struct Rubber {
+    pub(crate) energy: StrainEnergy,
+    pub(crate) thickness: Thickness,
+}
+
+impl Rubber {
+    /// Of strain energy `energy`, `thickness` cm thick at rest.
+    ///
+    /// # Errors
+    /// Those of [`StrainEnergy::check`].
+    pub fn new(energy: StrainEnergy, thickness: Thickness) -> Result<Self, MembraneError> {
+        energy.check()?;
+        Ok(Self { energy, thickness })
+    }
+
+    /// Its strain energy.
+    pub fn energy(&self) -> &StrainEnergy {
+        &self.energy
+    }
+
+    /// Its thickness at rest.
+    pub fn thickness(&self) -> &Thickness {
+        &self.thickness
+    }
+
+    /// The distance from the axis of a rest curve that is at `y` at `s`; none but the apex is on it.
+    pub(crate) fn radius(&self, y: f64, s: f64) -> Result<f64, MembraneError> {
+        positive(
+            "distance of rubber from the axis at rest",
+            if s > 0.5 { -y } else { y },
+        )
+    }
+}
 
 /// Springs between the nodes of finite differences.
 #[derive(Debug, Clone)]
@@ -28,15 +80,19 @@ pub(crate) struct NodeSprings {
 }
 
 impl NodeSprings {
-    /// Of `membrane` between as many nodes as `rest` has.
-    pub(crate) fn new(membrane: &Membrane, rest: Vec<f64>) -> Result<Self, MembraneError> {
+    /// Between as many nodes as `rest` has.
+    pub(crate) fn new(
+        stiffness: &Stiffness,
+        second: Option<&Stiffness>,
+        rest: Vec<f64>,
+    ) -> Result<Self, MembraneError> {
         let (whole, kept) = (rest.len() / 2, rest.len() / 2);
         let last = whole - 1;
-        let first = (0..last).map(|n| membrane.stiffness().at((n as f64 + 0.5) / last as f64));
+        let first = (0..last).map(|n| stiffness.at((n as f64 + 0.5) / last as f64));
         let first = first.collect::<Result<_, _>>()?;
-        let second = match membrane.second_neighbours() {
-            Some(stiffness) => (0..=last)
-                .map(|n| stiffness.at(n as f64 / last as f64))
+        let second = match second {
+            Some(second) => (0..=last)
+                .map(|n| second.at(n as f64 / last as f64))
                 .collect::<Result<_, _>>()?,
             None => Vec::new(),
         };
@@ -250,7 +306,11 @@ impl ElementSprings {
 
 /// Integral of 1 / lambda between `from` and `to`: a Gauss rule on more and more panels until it
 /// no longer changes, whatever the degree of the elements.
-pub(crate) fn compliance(membrane: &Membrane, from: f64, to: f64) -> Result<f64, MembraneError> {
+pub(crate) fn compliance(
+    stiffness: impl Fn(f64) -> Result<f64, MembraneError>,
+    from: f64,
+    to: f64,
+) -> Result<f64, MembraneError> {
     let rule = gauss_legendre(20);
     let mut last = f64::INFINITY;
     for panels in (0..8).map(|k| 1 << k) {
@@ -259,7 +319,7 @@ pub(crate) fn compliance(membrane: &Membrane, from: f64, to: f64) -> Result<f64,
         for panel in 0..panels {
             for (t, weight) in &rule {
                 let s = from + width * (f64::from(panel) + t);
-                sum += weight * width / membrane.effective_stiffness(s)?;
+                sum += weight * width / stiffness(s)?;
             }
         }
         if (sum - last).abs() <= 1e-14 * sum {

@@ -2,8 +2,10 @@
 
 use crate::error::{MembraneError, finite};
 use crate::law::PressureLaw;
-use crate::rest::RestShape;
+use crate::material::{Material, Rubber};
+use crate::rest::{CurvePoint, RestShape};
 use crate::stiffness::Stiffness;
+use crate::strain_energy::Stretched;
 
 /// An elastic membrane in the plane of its axis of revolution.
 ///
@@ -18,8 +20,7 @@ use crate::stiffness::Stiffness;
 #[derive(Debug, Clone)]
 pub struct Membrane {
     rest: RestShape,
-    stiffness: Stiffness,
-    second: Option<Stiffness>,
+    material: Material,
     law: PressureLaw,
     ends: [[f64; 2]; 2],
 }
@@ -30,25 +31,46 @@ impl Membrane {
         let ends = [rest.at(0.0).position, rest.at(1.0).position];
         Self {
             rest,
-            stiffness: Stiffness::UNIT,
-            second: None,
+            material: Material::Springs {
+                stiffness: Stiffness::UNIT,
+                second: None,
+            },
             law: PressureLaw::default(),
             ends,
         }
     }
 
-    /// The same with stiffness lambda(s) of the springs between neighbours.
+    /// The same of springs with stiffness lambda(s) between neighbours.
     pub fn with_stiffness(mut self, stiffness: Stiffness) -> Self {
-        self.stiffness = stiffness;
+        let second = self.second_neighbours().cloned();
+        self.material = Material::Springs { stiffness, second };
         self
     }
 
-    /// The same with springs of stiffness lambda_2(s) between second neighbours (3.2.3).
+    /// The same of springs, also with stiffness lambda_2(s) between second neighbours (3.2.3).
     ///
     /// Both springs pull with (stiffness / ds^2) times the difference of displacements, so in
     /// the limit of fine meshes the membrane has stiffness lambda + 4 lambda_2.
     pub fn with_second_neighbours(mut self, stiffness: Stiffness) -> Self {
-        self.second = Some(stiffness);
+        let second = Some(stiffness);
+        let stiffness = self.stiffness().cloned().unwrap_or(Stiffness::UNIT);
+        self.material = Material::Springs { stiffness, second };
+        self
+    }
+
+    /// The same made of rubber instead of springs, under a pressure: [`PressureLaw::PerCurrentLength`], which of a body of revolution
+    /// is force per area of the surface as it is.
+    ///
+    /// ```
+    /// use membrane_forces::{Membrane, RestShape, Rubber, StrainEnergy, Thickness};
+    /// let latex = Rubber::new(StrainEnergy::NeoHookean { mu: 400.0 }, Thickness::constant(0.05)?)?;
+    /// let balloon = Membrane::new(RestShape::balloon(8.5, 1.75)?).with_rubber(latex);
+    /// assert!(balloon.stiffness().is_none());
+    /// # Ok::<(), membrane_forces::MembraneError>(())
+    /// ```
+    pub fn with_rubber(mut self, rubber: Rubber) -> Self {
+        self.material = Material::Rubber(rubber);
+        self.law = PressureLaw::PerCurrentLength;
         self
     }
 
@@ -95,34 +117,91 @@ impl Membrane {
         &self.rest
     }
 
-    /// Stiffness lambda(s) between neighbours.
-    pub fn stiffness(&self) -> &Stiffness {
-        &self.stiffness
+    /// What it is made of.
+    pub fn material(&self) -> &Material {
+        &self.material
+    }
+
+    /// Stiffness lambda(s) between neighbours, if it is made of springs.
+    pub fn stiffness(&self) -> Option<&Stiffness> {
+        match &self.material {
+            Material::Springs { stiffness, .. } => Some(stiffness),
+            Material::Rubber(_) => None,
+        }
     }
 
     /// Stiffness lambda_2(s) between second neighbours, if there are such springs.
     pub fn second_neighbours(&self) -> Option<&Stiffness> {
-        self.second.as_ref()
+        match &self.material {
+            Material::Springs { second, .. } => second.as_ref(),
+            Material::Rubber(_) => None,
+        }
     }
 
-    /// lambda(s) + 4 lambda_2(s): the stiffness in the limit of fine meshes.
+    /// lambda(s) + 4 lambda_2(s): the stiffness of springs in the limit of fine meshes.
     ///
     /// # Errors
-    /// A stiffness that is not finite or not positive.
+    /// A stiffness that is not finite or not positive; [`MembraneError::OtherMaterial`].
     pub fn effective_stiffness(&self, s: f64) -> Result<f64, MembraneError> {
-        let second = self
-            .second
-            .as_ref()
-            .map_or(Ok(0.0), |second| second.at(s))?;
-        Ok(self.stiffness.at(s)? + 4.0 * second)
+        match &self.material {
+            Material::Springs { stiffness, second } => {
+                let second = second.as_ref().map_or(Ok(0.0), |second| second.at(s))?;
+                Ok(stiffness.at(s)? + 4.0 * second)
+            }
+            Material::Rubber(_) => Err(MembraneError::OtherMaterial {
+                what: "effective stiffness",
+            }),
+        }
+    }
+
+    /// The rubber at `s`, where the membrane is at `here`. On the axis, where the stretch around it is that of nothing, it is the one
+    /// along the meridian.
+    ///
+    /// # Errors
+    /// [`MembraneError::OtherMaterial`] for springs; [`MembraneError::PastStretch`].
+    pub fn stretched(&self, s: f64, here: &CurvePoint) -> Result<Stretched, MembraneError> {
+        let Material::Rubber(rubber) = &self.material else {
+            return Err(MembraneError::OtherMaterial { what: "stretches" });
+        };
+        let rest = self.rest.at(s.clamp(0.0, 1.0));
+        let speed = |point: &CurvePoint| point.first[0].hypot(point.first[1]);
+        let l1 = speed(here) / speed(&rest);
+        // the apex of what is its own mirror image is on the axis, whatever sine and cosine have rounded it to
+        let l2 = match s {
+            0.5 => l1,
+            _ => here.position[1] / rest.position[1],
+        };
+        let [w1, w2] = rubber.energy().at(l1, l2)?.by;
+        let thickness = rubber.thickness().at(s.clamp(0.0, 1.0))?;
+        Ok(Stretched {
+            stretches: [l1, l2, 1.0 / (l1 * l2)],
+            tensions: [thickness * w1 / l2, thickness * w2 / l1],
+            stresses: [l1 * w1, l2 * w2],
+        })
+    }
+
+    /// Refuses rubber under another law than that of a pressure.
+    pub(crate) fn check_law(&self) -> Result<(), MembraneError> {
+        match (&self.material, self.law) {
+            (Material::Springs { .. }, _)
+            | (Material::Rubber(_), PressureLaw::PerCurrentLength) => Ok(()),
+            (Material::Rubber(_), PressureLaw::PerMaterialLength | PressureLaw::TotalForce) => {
+                Err(MembraneError::LawOfRubber)
+            }
+        }
     }
 
     /// Where rest shape or stiffness is not smooth, on [0, 1] or, cut at the apex, on [0, 1/2].
     pub(crate) fn breakpoints(&self, half: bool) -> Vec<f64> {
         let mut all = self.rest.breakpoints().to_vec();
-        all.extend(self.stiffness.breakpoints());
-        if let Some(second) = &self.second {
-            all.extend(second.breakpoints());
+        match &self.material {
+            Material::Springs { stiffness, second } => {
+                all.extend(stiffness.breakpoints());
+                if let Some(second) = second {
+                    all.extend(second.breakpoints());
+                }
+            }
+            Material::Rubber(rubber) => all.extend(rubber.thickness().breakpoints()),
         }
         if half {
             all.retain(|&b| b < 0.5);

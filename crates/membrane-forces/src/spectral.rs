@@ -3,14 +3,15 @@
 use std::f64::consts::PI;
 
 use crate::band::BandMatrix;
-use crate::chebyshev::Reference;
+use crate::chebyshev::{Reference, local_index};
 use crate::curve::CurvePiece;
 use crate::discrete::{DiscreteMembrane, Setting, Tangent};
 use crate::error::{MembraneError, at_least, at_most, finite, length};
-use crate::material::{ElementSprings, compliance};
+use crate::material::{ElementSprings, Material, compliance};
 use crate::measures::{Measure, Measures};
 use crate::membrane::Membrane;
 use crate::rest::CurvePoint;
+use crate::rubber_elements::RubberElements;
 
 /// A membrane as polynomials of one degree p on elements that follow the breakpoints of its rest
 /// shape and stiffness.
@@ -26,6 +27,9 @@ use crate::rest::CurvePoint;
 /// (lambda u')_right - (lambda u')_left. Both vanish at equilibrium, also where c0' or lambda
 /// jumps. Second neighbours enter by their limit, lambda + 4 lambda_2.
 ///
+/// Of rubber the forces are minus the derivatives of the energy by the nodes, the energy by a Gauss rule of 3 p / 2 + 2 points an element
+/// (Galerkin's method).
+///
 /// If rest shape, stiffness and ends are mirror images about the x axis, only s in [0, 1/2] is
 /// discretised; the apex is then free along the axis and held on it.
 #[derive(Debug, Clone)]
@@ -33,6 +37,13 @@ pub struct SpectralElements {
     setting: Setting,
     pub(crate) reference: Reference,
     elements: Vec<Element>,
+    material: ElementMaterial,
+}
+
+#[derive(Debug, Clone)]
+enum ElementMaterial {
+    Springs(Vec<ElementSprings>),
+    Rubber(RubberElements),
 }
 
 /// The part of a curve from s = `from` to `to`.
@@ -40,7 +51,6 @@ pub struct SpectralElements {
 struct Element {
     from: f64,
     to: f64,
-    springs: ElementSprings,
 }
 
 /// Interpolation at so many Chebyshev points is stable, and far beyond need.
@@ -55,7 +65,8 @@ impl SpectralElements {
     ///
     /// # Errors
     /// Degree below 2 or above 1000, no element per piece or more elements than 1e8 over
-    /// (degree + 3)^2, a stiffness that is not positive at a node, a rest curve that is not finite.
+    /// (degree + 3)^2, a stiffness that is not positive at a node, a rest curve that is not finite; rubber that is not its own
+    /// mirror image, under another law than that of a pressure, or on the axis elsewhere than at its apex.
     pub fn new(
         membrane: &Membrane,
         degree: usize,
@@ -73,10 +84,14 @@ impl SpectralElements {
             at_most(what, degree.max(size), MOST_DEGREE)?;
         }
         at_most(what, degree.max(size), MOST_SIZE)?;
+        membrane.check_law()?;
         let reference = Reference::new(degree);
         let full = Self::on(membrane, &reference, &breaks, per_piece)?;
         if !full.is_symmetric() {
-            return Ok(full);
+            return match &full.material {
+                ElementMaterial::Springs(_) => Ok(full),
+                ElementMaterial::Rubber(_) => Err(MembraneError::NotMirrored),
+            };
         }
         let breaks = membrane.breakpoints(true);
         let mut half = Self::on(membrane, &reference, &breaks, per_piece)?;
@@ -97,6 +112,12 @@ impl SpectralElements {
         let (mut positions, mut rest_all) = (vec![0.0], Vec::new());
         // of the integral of 1 / lambda, under a law that needs it
         let (mut scale, mut soft) = (0.0, 0.0);
+        let mut material = match membrane.material() {
+            Material::Springs { .. } => ElementMaterial::Springs(Vec::new()),
+            Material::Rubber(rubber) => {
+                ElementMaterial::Rubber(RubberElements::new(rubber, reference))
+            }
+        };
         let rest_breaks = membrane.rest().breakpoints();
         for piece in breaks.windows(2) {
             let inside = 0.5 * (piece[0] + piece[1]);
@@ -110,37 +131,48 @@ impl SpectralElements {
                 };
                 let from = at(k);
                 let s = reference.nodes.iter().map(|t| from + (to - from) * t);
-                // just inside, so that a jump at the element's end is seen from its side
-                let inside = (1e-12 * (to - from)).max(8.0 * f64::EPSILON);
-                let stiffness = s
-                    .clone()
-                    .map(|s| membrane.effective_stiffness(s.max(from + inside).min(to - inside)));
-                let stiffness: Vec<f64> = stiffness.collect::<Result<_, _>>()?;
-                if membrane.law().blows_up() {
-                    soft += compliance(membrane, from, to)?;
-                }
-                scale = stiffness.iter().copied().fold(scale, f64::max);
-                let rest = s
-                    .clone()
-                    .map(|s| membrane.rest().at_in(rest_piece, s).position);
-                let rest: Vec<[f64; 2]> = rest.collect();
+                let rest_at = |s: f64| membrane.rest().at_in(rest_piece, s);
+                let rest: Vec<[f64; 2]> = s.clone().map(|s| rest_at(s).position).collect();
                 for value in rest.as_flattened() {
                     finite("rest curve", *value)?;
                 }
                 let skip = usize::from(!elements.is_empty());
                 rest_all.extend(rest[skip..].as_flattened());
                 positions.extend(s.skip(1));
-                let springs = ElementSprings::new(reference, rest, &stiffness, to - from);
-                elements.push(Element { from, to, springs });
+                match &mut material {
+                    ElementMaterial::Springs(springs) => {
+                        // just inside, so that a jump at the element's end is seen from its side
+                        let inside = (1e-12 * (to - from)).max(8.0 * f64::EPSILON);
+                        let at = |s| membrane.effective_stiffness(s);
+                        let nodes = reference.nodes.iter().map(|t| from + (to - from) * t);
+                        let stiffness = nodes.map(|s| at(s.max(from + inside).min(to - inside)));
+                        let stiffness: Vec<f64> = stiffness.collect::<Result<_, _>>()?;
+                        if membrane.law().blows_up() {
+                            soft += compliance(at, from, to)?;
+                        }
+                        scale = stiffness.iter().copied().fold(scale, f64::max);
+                        let length = to - from;
+                        springs.push(ElementSprings::new(reference, rest, &stiffness, length));
+                    }
+                    ElementMaterial::Rubber(rubber) => {
+                        rubber.push(reference, (from, to), rest_at)?;
+                        scale = rubber.scale();
+                    }
+                }
+                elements.push(Element { from, to });
             }
         }
         let mut setting = Setting::new(membrane, positions.into_iter(), &rest_all);
         setting.stiffness_scale = scale;
-        setting.blow_up = 2.0 * PI / soft;
+        setting.blow_up = match &material {
+            ElementMaterial::Springs(_) => 2.0 * PI / soft,
+            ElementMaterial::Rubber(_) => f64::INFINITY,
+        };
         Ok(Self {
             setting,
             reference: reference.clone(),
             elements,
+            material,
         })
     }
 
@@ -157,6 +189,7 @@ impl SpectralElements {
     /// `out` = derivative of the forces that element `e` contributes by its own nodes, as [`Tangent`] has it.
     fn element_tangent_into(
         &self,
+        springs: &ElementSprings,
         e: usize,
         nodes: &[f64],
         intensity: f64,
@@ -168,7 +201,7 @@ impl SpectralElements {
         let per_s = 1.0 / (this.to - this.from);
         for i in 0..n {
             let derivative = &self.reference.derivative[i * n..(i + 1) * n];
-            let elastic = &this.springs.matrix[i * n..(i + 1) * n];
+            let elastic = &springs.matrix[i * n..(i + 1) * n];
             // the pressure force by c', row by row
             let mut by = [[0.0; 2]; 2];
             if i > 0 && i < p {
@@ -186,6 +219,13 @@ impl SpectralElements {
             }
         }
         Ok(())
+    }
+
+    fn rubber(&self, what: &'static str) -> Result<&RubberElements, MembraneError> {
+        match &self.material {
+            ElementMaterial::Rubber(rubber) => Ok(rubber),
+            ElementMaterial::Springs(_) => Err(MembraneError::OtherMaterial { what }),
+        }
     }
 
     fn piece(&self, nodes: &[f64], e: usize) -> CurvePiece {
@@ -228,10 +268,15 @@ impl SpectralElements {
         let s = self.positions();
         let nodes = s.iter().zip(self.start().as_chunks::<2>().0);
         let mut images = nodes.clone().zip(nodes.rev());
-        let elements = self.elements.iter();
+        let same_material = match &self.material {
+            ElementMaterial::Springs(springs) => {
+                (springs.iter().zip(springs.iter().rev())).all(|(a, b)| a.mirrors(b))
+            }
+            ElementMaterial::Rubber(rubber) => rubber.are_symmetric(),
+        };
         images.all(|((s, a), (image, b))| {
             close(*s, 1.0 - image, 1.0) && close(a[0], b[0], size) && close(a[1], -b[1], size)
-        }) && (elements.clone().zip(elements.rev())).all(|(a, b)| a.springs.mirrors(&b.springs))
+        }) && same_material
     }
 }
 
@@ -243,16 +288,24 @@ impl DiscreteMembrane for SpectralElements {
     fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
         self.setting.check([nodes.len(), out.len()]);
         out.fill(0.0);
-        for (e, element) in self.elements.iter().enumerate() {
+        for e in 0..self.elements.len() {
             let window = self.window(e);
             let (nodes, out) = (&nodes[window.clone()], &mut out[window]);
-            let springs = &element.springs;
-            springs.add_pull_into(nodes.as_chunks().0, out.as_chunks_mut().0);
+            let (nodes, out) = (nodes.as_chunks().0, out.as_chunks_mut().0);
+            match &self.material {
+                ElementMaterial::Springs(springs) => springs[e].add_pull_into(nodes, out),
+                ElementMaterial::Rubber(rubber) => {
+                    let pulled = rubber.add_pull_into(e, &self.reference, nodes, out);
+                    if pulled.is_err() {
+                        out.fill([f64::NAN; 2]);
+                    }
+                }
+            }
         }
         self.setting.hold(out, 0.0);
     }
 
-    /// Zero where elements meet, too: what acts there is a jump of the tension.
+    /// Of springs zero where elements meet, too: what acts there is a jump of the tension.
     fn pressure_force_into(
         &self,
         nodes: &[f64],
@@ -263,6 +316,15 @@ impl DiscreteMembrane for SpectralElements {
         length("forces", out.len(), nodes.len())?;
         out.fill(0.0);
         let p = self.degree();
+        if let ElementMaterial::Rubber(rubber) = &self.material {
+            for e in 0..self.elements.len() {
+                rubber.check(e, &self.reference, nodes[self.window(e)].as_chunks().0)?;
+            }
+            self.integrate(Measure::Volume, nodes, Some(out));
+            out.iter_mut().for_each(|value| *value *= intensity);
+            self.setting.hold(out, 0.0);
+            return Ok(());
+        }
         for e in 0..self.elements.len() {
             for i in 1..p {
                 let (d, scale) = self.direction(nodes, e, i)?;
@@ -288,6 +350,16 @@ impl DiscreteMembrane for SpectralElements {
         intensity: f64,
         out: &mut Tangent,
     ) -> Result<(), MembraneError> {
+        self.taut_tangent_into(nodes, intensity, f64::NEG_INFINITY, out)
+    }
+
+    fn taut_tangent_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        least: f64,
+        out: &mut Tangent,
+    ) -> Result<(), MembraneError> {
         self.setting.refuse(nodes)?;
         let (p, last) = (self.degree(), self.elements.len() - 1);
         length("blocks", out.blocks.len(), last + 1)?;
@@ -296,7 +368,16 @@ impl DiscreteMembrane for SpectralElements {
             length("numbers of a block", block.len(), 4 * (p + 1).pow(2))?;
         }
         for (e, block) in out.blocks.iter_mut().enumerate() {
-            self.element_tangent_into(e, nodes, intensity, block)?;
+            match &self.material {
+                ElementMaterial::Springs(springs) => {
+                    self.element_tangent_into(&springs[e], e, nodes, intensity, block)?;
+                }
+                ElementMaterial::Rubber(rubber) => {
+                    let nodes = nodes[self.window(e)].as_chunks().0;
+                    let load = (intensity, least);
+                    rubber.tangent_into(e, &self.reference, nodes, load, block)?;
+                }
+            }
         }
         out.band.clear();
         for &held in self.held() {
@@ -306,6 +387,49 @@ impl DiscreteMembrane for SpectralElements {
             out.blocks[e][row * size..(row + 1) * size].fill(0.0);
             let end = 2 * (node / p) + k;
             out.band.add_inside(end, end, 1.0);
+        }
+        Ok(())
+    }
+
+    fn strain_energy(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
+        self.setting.refuse(nodes)?;
+        let rubber = self.rubber("strain energy")?;
+        let parts = (0..self.elements.len()).map(|e| {
+            let nodes = nodes[self.window(e)].as_chunks().0;
+            rubber.energy(e, &self.reference, nodes)
+        });
+        parts.sum()
+    }
+
+    fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
+        self.setting.refuse(nodes)?;
+        match &self.material {
+            ElementMaterial::Springs(_) => Ok(f64::INFINITY),
+            ElementMaterial::Rubber(rubber) => {
+                let mut least = f64::INFINITY;
+                for e in 0..self.elements.len() {
+                    let nodes = nodes[self.window(e)].as_chunks().0;
+                    least = least.min(rubber.least_tension(e, &self.reference, nodes)?);
+                }
+                Ok(least)
+            }
+        }
+    }
+
+    fn momentum_into(&self, velocities: &[f64], out: &mut [f64]) -> Result<(), MembraneError> {
+        self.setting.refuse(velocities)?;
+        length("momenta", out.len(), velocities.len())?;
+        let rubber = self.rubber("momentum")?;
+        out.fill(0.0);
+        for e in 0..self.elements.len() {
+            let window = self.window(e);
+            let (from, out) = (&velocities[window.clone()], &mut out[window]);
+            rubber.add_momentum_into(
+                e,
+                &self.reference,
+                from.as_chunks().0,
+                out.as_chunks_mut().0,
+            );
         }
         Ok(())
     }
@@ -366,14 +490,5 @@ impl DiscreteMembrane for SpectralElements {
         } else {
             piece.at(s)
         })
-    }
-}
-
-/// Place of node `i` in an element's tangent: interior nodes first, then the two ends.
-fn local_index(i: usize, p: usize) -> usize {
-    match i {
-        0 => p - 1,
-        i if i == p => p,
-        i => i - 1,
     }
 }

@@ -5,9 +5,12 @@ use std::sync::Arc;
 
 use crate::error::{MembraneError, at_least, positive, rising};
 
-/// Spring stiffness along the material coordinate s in [0, 1].
+/// Spring stiffness along the material coordinate s in [0, 1], or any positive number there, such as a [`Thickness`].
 #[derive(Clone)]
 pub struct Stiffness(Profile);
+
+/// Thickness h(s) of rubber at rest, cm, given as a stiffness is.
+pub type Thickness = Stiffness;
 
 type StiffnessFunction = dyn Fn(f64) -> f64 + Send + Sync;
 

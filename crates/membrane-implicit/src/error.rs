@@ -91,6 +91,9 @@ pub enum ImplicitError {
     /// An explicit scheme has no unknown pressure: it cannot hold a volume.
     #[error("an explicit scheme cannot prescribe the volume")]
     ExplicitVolume,
+    /// Rubber moves under a pressure, or with a volume, given as functions of time.
+    #[error("rubber is driven by a pressure or a volume")]
+    RubberDrive,
     /// A splitting applies the pressure between moves: it cannot answer to the flow.
     #[error("a splitting cannot answer to the state")]
     SplitFeedback,

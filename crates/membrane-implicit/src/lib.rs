@@ -32,6 +32,7 @@ mod error;
 mod evolving;
 mod instant;
 mod motion;
+mod rubber;
 mod scheme;
 mod stage;
 mod stepper;
@@ -48,5 +49,6 @@ pub use membrane_newton::{
     Stiffness,
 };
 pub use motion::{Motion, State, Stop, TimeStep, Tolerance};
+pub use rubber::RubberMotion;
 pub use scheme::{Jacobian, Scheme};
 pub use work::Work;

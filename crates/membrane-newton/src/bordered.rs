@@ -1,6 +1,6 @@
 //! Equilibrium and control as one system: the shape and its force intensity.
 
-use membrane_forces::{DiscreteMembrane, Measure, MembraneError};
+use membrane_forces::{DiscreteMembrane, Material, Measure, MembraneError};
 
 use crate::border::Border;
 use crate::control::Target;
@@ -21,6 +21,8 @@ pub(crate) struct Bordered<'a> {
     stiffness_scale: f64,
     /// Sizes of the shape and of the intensity that steps are compared with.
     size: (f64, f64),
+    /// Tension that tangents of rubber have at least, over its shear modulus; that of its exact ones is below every number.
+    least: f64,
     /// Sign of the determinant when factored first and when factored last, 0 if never.
     signs: (f64, f64),
 }
@@ -43,8 +45,36 @@ impl<'a> Bordered<'a> {
             length_scale,
             stiffness_scale,
             size: (length_scale, stiffness_scale),
+            least: f64::NEG_INFINITY,
             signs: (0.0, 0.0),
         }
+    }
+
+    /// Tangents from here on have at least this tension where the membrane is of rubber.
+    pub(crate) fn set_least_tension(&mut self, least: f64) {
+        self.least = least;
+    }
+
+    /// Takes the branch of rubber to be the one that it starts on: stable as long as what is prescribed is held.
+    ///
+    /// The energy is then a minimum, K negative definite where nothing is held, and the border of a volume, -g.K^-1 g, or of an
+    /// intensity, 1, positive.
+    pub(crate) fn expect_stable(&mut self) {
+        match self.discrete.setting().membrane().material() {
+            Material::Springs { .. } => (),
+            Material::Rubber(_) => {
+                let free = self.elastic.len() - self.discrete.held().len();
+                let sign = if free % 2 == 0 { 1.0 } else { -1.0 };
+                self.signs = (sign, sign);
+            }
+        }
+    }
+
+    /// Volume that a shell as large as the start sweeps when it moves by its radius.
+    pub(crate) fn volume_scale(&self) -> f64 {
+        let start = self.discrete.start();
+        let surface = self.measure(Measure::Surface, start);
+        surface * self.length_scale / (2.0 * std::f64::consts::PI)
     }
 
     fn measure(&self, measure: Measure, nodes: &[f64]) -> f64 {
@@ -76,8 +106,7 @@ impl<'a> Bordered<'a> {
 
     /// Intensity that moves the membrane by about its length.
     fn intensity_scale(&self) -> f64 {
-        let law = self.discrete.law();
-        law.intensity_scale(self.stiffness_scale, self.length_scale)
+        self.discrete.intensity_scale(self.length_scale)
     }
 
     /// What changes of the intensity are measured by: the prescribed one, be it ever so small, or what
@@ -153,7 +182,7 @@ impl<'a> Bordered<'a> {
             border,
             ..
         } = self;
-        let sign = factors.factor(*discrete, nodes, f)?;
+        let sign = factors.factor(*discrete, nodes, (f, self.least))?;
         discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
         let row = border.row_mut();
         let corner = match self.target {

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{CurvePiece, CurvePoint, LoadKind, Measures, MembraneError};
+use membrane_forces::{
+    CurvePiece, CurvePoint, LoadKind, Measures, Membrane, MembraneError, Stretched,
+};
 
 use crate::error::{NewtonError, own};
 use crate::report::NewtonReport;
@@ -52,6 +54,32 @@ impl Equilibrium {
         law.mean_pressure(self.intensity, self.measures.length)
     }
 
+    /// Stretches, tensions and stresses of rubber at material coordinate `s`, clamped to [0, 1].
+    ///
+    /// ```
+    /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, RestShape, Solver};
+    /// use membrane_newton::{Rubber, StrainEnergy, Thickness};
+    /// let rubber = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT)?;
+    /// let disc = Membrane::new(RestShape::disc(1.0)?).with_rubber(rubber);
+    /// let solver = Solver::new(&disc, Discretisation::Spectral { degree: 24, per_piece: 1 })?;
+    /// let blown = solver.solve(Control::Volume(1.19181877167), &NewtonOptions::default())?;
+    /// let apex = blown.stretched(0.5)?;
+    /// assert!((blown.intensity - 1.30986814766).abs() < 1e-10);
+    /// assert!((apex.stretches[0] - 1.3).abs() < 1e-8 && apex.stretches[0] == apex.stretches[1]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A membrane of springs, which has none.
+    pub fn stretched(&self, s: f64) -> Result<Stretched, NewtonError> {
+        Ok(self.membrane().stretched(s, &self.at(s))?)
+    }
+
+    /// The membrane.
+    pub fn membrane(&self) -> &Membrane {
+        self.resolution.discrete.setting().membrane()
+    }
+
     /// Nodes [x, y] of the discretisation from s = 0 to s = 1, cm.
     pub fn points(&self) -> Vec<[f64; 2]> {
         own(self.resolution.discrete.points(self.nodes()))
@@ -76,6 +104,9 @@ impl Equilibrium {
         own(self.resolution.discrete.at(self.nodes(), s))
     }
 }
+
+/// Tension of rubber below zero by this fraction of its modulus is rounding: that of a state at rest.
+const SLACK: f64 = 1e-9;
 
 impl Resolution {
     /// The state that follows `curve`, which need not be of this resolution.
@@ -116,6 +147,10 @@ impl Resolution {
     ) -> Result<Equilibrium, NewtonError> {
         let solved = self.equilibrium(state, report);
         solved.measures.finite()?;
+        let tension = self.discrete.least_tension(solved.nodes())?;
+        if tension < -SLACK {
+            return Err(NewtonError::Slack { tension });
+        }
         if !solved.load.is_finite() {
             // A total force is the intensity times a surface.
             return Err(NewtonError::Membrane(MembraneError::NotFinite {

@@ -61,7 +61,8 @@ pub enum NewtonError {
     },
     /// The control was raised from the start but not to the value wanted: past `reached` (within
     /// about 1e-4 of it) this branch of equilibria turns back, or the load steps ran out. A control that does not turn
-    /// back there, often area or volume, goes on.
+    /// back there, often area or volume, goes on. Under a pressure that rubber does not bear `reached` is its largest pressure, to
+    /// rounding.
     #[error("no equilibrium found past control value {reached:?}, {wanted:?} wanted, {} load steps", report.load_steps)]
     LimitPoint {
         /// Last value of the control that was solved for, in the unit of the control; a volume for a
@@ -90,6 +91,18 @@ pub enum NewtonError {
     OtherBranch {
         /// What was tried.
         report: NewtonReport,
+    },
+    /// Rubber is pushed together along the meridian somewhere: no membrane is in equilibrium so.
+    #[error("slack: the tension along the meridian falls to {tension:?} times the shear modulus")]
+    Slack {
+        /// Least tension, dW/dl1 over l1 and the shear modulus.
+        tension: f64,
+    },
+    /// An eigenvalue that inverse iteration does not tell from the next one.
+    #[error("the eigenvalue nearest to zero does not settle, last {eigenvalue:?}")]
+    Unsettled {
+        /// What it came to last.
+        eigenvalue: f64,
     },
     /// Newton stopped before the residual or the step was small enough.
     #[error("not converged after {} iterations: scaled residual {:e}, scaled step {:e}", report.iterations, report.residual, report.step)]

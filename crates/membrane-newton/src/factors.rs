@@ -42,16 +42,16 @@ impl Factors {
         }
     }
 
-    /// Factors the tangent at `nodes` and `intensity`; returns the sign of its determinant (its rows and columns are
+    /// Factors the tangent at `nodes` and `intensity`, as if rubber had at least this tension; returns the sign of its determinant (its rows and columns are
     /// reordered alike, which does not change it).
     pub(crate) fn factor(
         &mut self,
         discrete: &dyn DiscreteMembrane,
         nodes: &[f64],
-        intensity: f64,
+        (intensity, least): (f64, f64),
     ) -> Result<f64, NewtonError> {
         self.factored = false;
-        discrete.tangent_into(nodes, intensity, &mut self.tangent)?;
+        discrete.taut_tangent_into(nodes, intensity, least, &mut self.tangent)?;
         let Tangent { blocks, band, .. } = &mut self.tangent;
         let mut sign = 1.0;
         for (e, block) in blocks.iter_mut().enumerate() {
@@ -223,7 +223,7 @@ mod tests {
                         lu.solve_in_place(&mut vec![1.0; nodes.len()]),
                         Err(NewtonError::NotFactored)
                     );
-                    let found = lu.factor(&elements, &nodes, 4.0).unwrap();
+                    let found = lu.factor(&elements, &nodes, (4.0, 0.0)).unwrap();
                     let factors = matrix.clone().lu();
                     let signs = factors.u().diagonal().map(f64::signum).product();
                     let sign = signs * factors.p().determinant::<f64>();

@@ -8,6 +8,8 @@ use crate::continuation;
 use crate::control::{Control, Target};
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, own};
+use crate::inflation;
+use crate::limit;
 use crate::newton::ResidualSystem;
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
@@ -70,16 +72,36 @@ impl Layers {
     fn solve_here(
         &self,
         state: &mut [f64],
-        start: &[f64],
+        (start, from_rest): (&[f64], bool),
         control: Control,
         options: &NewtonOptions,
     ) -> Result<NewtonReport, NewtonError> {
         let mut system = self.system(control)?;
-        let values = (
-            system.control_value(start),
-            self.0[0].target(control)?.value(),
-        );
-        continuation::solve(&mut system, state, start, values, options)
+        let target = self.0[0].target(control)?;
+        if !self.0.iter().any(|resolution| resolution.is_rubber()) {
+            let values = (system.control_value(start), target.value());
+            return continuation::solve(&mut system, state, start, values, options);
+        }
+        let mut outcome = if from_rest {
+            inflation::solve(&mut system, state, start, target, options)
+        } else {
+            system.each().for_each(|m| m.set_least_tension(0.0));
+            let values = (system.control_value(start), target.value());
+            continuation::solve(&mut system, state, start, values, options)
+        };
+        if let (
+            Err(NewtonError::LimitPoint {
+                reached, wanted, ..
+            }),
+            Target::Intensity(_),
+        ) = (&mut outcome, target)
+            && self.0[0].is_rubber()
+            && let Some(most) = limit::pressure(&self.0[0], state)
+            && most <= *wanted
+        {
+            *reached = most;
+        }
+        outcome
     }
 
     fn check_resolved(&self, state: &[f64]) -> Result<(), NewtonError> {
@@ -128,7 +150,8 @@ impl Layers {
         let mut total = NewtonReport::default();
         let mut state = start.clone();
         loop {
-            let mut outcome = self.solve_here(&mut state, &start, control, options);
+            let from = (&start[..], near.is_empty());
+            let mut outcome = self.solve_here(&mut state, from, control, options);
             if let Some(report) = outcome.as_mut().map_or_else(NewtonError::report_mut, Some) {
                 report.add_earlier(&total);
                 total.clone_from(report);

@@ -33,12 +33,15 @@
 mod banded;
 mod border;
 mod bordered;
+mod branch;
 mod continuation;
 mod control;
 mod equilibrium;
 mod error;
 mod factors;
+mod inflation;
 mod layers;
+mod limit;
 mod newton;
 mod options;
 mod pair;
@@ -53,12 +56,13 @@ mod turning;
 
 pub use banded::{BandedLu, Factored};
 pub use border::{Border, Eliminated, dot_in_eight};
+pub use branch::{BranchPoint, Stability};
 pub use control::Control;
 pub use equilibrium::Equilibrium;
 pub use error::{NewtonError, UserError};
 pub use membrane_forces::{
     self, BandMatrix, CurvePiece, CurvePoint, DiscreteMembrane, Measure, Measures, Membrane,
-    MembraneError, PressureLaw, RestShape, Stiffness,
+    MembraneError, PressureLaw, RestShape, Rubber, Stiffness, StrainEnergy, Stretched, Thickness,
 };
 pub use newton::{NewtonScratch, ResidualSystem, newton, newton_observed, newton_with};
 pub use options::{LineSearch, NewtonOptions};

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use membrane_forces::{
-    DiscreteMembrane, Measure, Measures, Membrane, MembraneError, SpectralElements,
+    DiscreteMembrane, Material, Measure, Measures, Membrane, MembraneError, SpectralElements,
 };
 
 use crate::bordered::Bordered;
@@ -107,6 +107,13 @@ impl Resolution {
             Ok(())
         } else {
             Err(NewtonError::Unresolved { tail, tolerance })
+        }
+    }
+
+    pub(crate) fn is_rubber(&self) -> bool {
+        match self.discrete.setting().membrane().material() {
+            Material::Springs { .. } => false,
+            Material::Rubber(_) => true,
         }
     }
 

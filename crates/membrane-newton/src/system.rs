@@ -42,6 +42,22 @@ impl<'a> System<'a> {
         }
     }
 
+    /// The membrane inside all others.
+    pub(crate) fn innermost(&mut self) -> &mut Bordered<'a> {
+        &mut self.membranes[0]
+    }
+
+    /// Volume of the membrane inside all others.
+    pub(crate) fn volume(&self, x: &[f64]) -> f64 {
+        let Range { start, end } = self.places[0];
+        self.membranes[0].volume(&x[start..end - 1])
+    }
+
+    /// All of them, from the inside out.
+    pub(crate) fn each(&mut self) -> impl Iterator<Item = &mut Bordered<'a>> {
+        self.membranes.iter_mut()
+    }
+
     /// What the control prescribes, as it is in state `x`.
     pub(crate) fn control_value(&self, x: &[f64]) -> f64 {
         self.membranes[0].target_value(&x[self.places[0].clone()])

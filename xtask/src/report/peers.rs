@@ -21,8 +21,10 @@ pub(super) fn rows(root: &Path, quick: bool) -> Result<Vec<Row>, String> {
             .arg(peers.join("requirements.txt")),
     )?;
     let mut rows = Vec::new();
-    let mut bvp = Command::new(&python);
-    rows.extend(parse(&output(bvp.arg(peers.join("solve_bvp.py")))?)?);
+    for script in ["solve_bvp.py", "rubber.py"] {
+        let mut bvp = Command::new(&python);
+        rows.extend(parse(&output(bvp.arg(peers.join(script)))?)?);
+    }
 
     // The scripts time our FBP on their input through this example.
     let mut build = Command::new(env!("CARGO"));

@@ -5,3 +5,4 @@
 mod bad_inputs;
 mod half;
 mod oracle;
+mod rubber;

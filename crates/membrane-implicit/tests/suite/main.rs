@@ -12,4 +12,5 @@ mod equilibrium;
 mod feedback;
 mod paper;
 mod pump;
+mod rubber;
 mod stability;

@@ -13,4 +13,5 @@ mod own_systems;
 mod pentadiagonal;
 mod properties;
 mod robustness;
+mod rubber;
 mod sensitivity;

@@ -1,0 +1,274 @@
+//! Rubber of spectral elements: forces and tangents as derivatives of its energy by its nodes.
+//!
+//! The energy is that of `rubber_nodes.rs`, by the Gauss rule of each element (Galerkin's method). No point of it is on the axis, where
+//! l2 = y / r0 would be 0 / 0; the curve's own polynomials make l1 = l2 there.
+
+use std::f64::consts::PI;
+
+use crate::chebyshev::{Reference, local_index};
+use crate::error::{MembraneError, finite};
+use crate::material::Rubber;
+use crate::rest::CurvePoint;
+use crate::strain_energy::Strained;
+
+/// Rubber of all elements of a curve.
+#[derive(Debug, Clone)]
+pub(crate) struct RubberElements {
+    rubber: Rubber,
+    /// Values and slopes at quadrature points, row by row, the nodes in the order of a tangent's block.
+    values: Vec<f64>,
+    slopes: Vec<f64>,
+    elements: Vec<Vec<Point>>,
+}
+
+/// A quadrature point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Point {
+    /// 2 pi r0 h dS.
+    weight: f64,
+    /// Of the rule, over the element's own coordinate.
+    rule: f64,
+    /// Over the derivative of S by the element's own coordinate.
+    per_length: f64,
+    /// 1 / r0.
+    per_radius: f64,
+}
+
+/// The curve at a quadrature point: derivative by the element's own coordinate, y, W.
+struct Here {
+    d: [f64; 2],
+    y: f64,
+    speed: f64,
+    w: Strained,
+}
+
+impl RubberElements {
+    /// Of a curve without elements.
+    pub(crate) fn new(rubber: &Rubber, reference: &Reference) -> Self {
+        let n = reference.nodes.len();
+        let ordered = |table: &[f64]| {
+            let mut out = vec![0.0; table.len()];
+            for (out, row) in out.chunks_exact_mut(n).zip(table.chunks_exact(n)) {
+                for (i, value) in row.iter().enumerate() {
+                    out[local_index(i, n - 1)] = *value;
+                }
+            }
+            out
+        };
+        Self {
+            rubber: rubber.clone(),
+            values: ordered(&reference.to_gauss),
+            slopes: ordered(&reference.derivative_to_gauss),
+            elements: Vec::new(),
+        }
+    }
+
+    /// Adds the element between `from` and `to`, whose place and derivative at rest are `rest`.
+    pub(crate) fn push(
+        &mut self,
+        reference: &Reference,
+        (from, to): (f64, f64),
+        rest: impl Fn(f64) -> CurvePoint,
+    ) -> Result<(), MembraneError> {
+        let mut points = Vec::with_capacity(reference.gauss.len());
+        for &(t, rule) in &reference.gauss {
+            let s = from + (to - from) * t;
+            let CurvePoint {
+                position, first, ..
+            } = rest(s);
+            let speed = finite("rest curve", first[0].hypot(first[1]))?;
+            if speed == 0.0 {
+                let index = points.len();
+                return Err(MembraneError::CoincidentPoints { index });
+            }
+            let (radius, speed) = (self.rubber.radius(position[1], s)?, speed * (to - from));
+            points.push(Point {
+                weight: 2.0 * PI * radius * self.rubber.thickness.at(s)? * speed * rule,
+                rule,
+                per_length: 1.0 / speed,
+                per_radius: 1.0 / radius,
+            });
+        }
+        self.elements.push(points);
+        Ok(())
+    }
+
+    /// Largest shear modulus times thickness.
+    pub(crate) fn scale(&self) -> f64 {
+        let each = self.elements.iter().flatten();
+        let thickness = each.map(|p| p.weight * p.per_length / p.rule * p.per_radius / (2.0 * PI));
+        self.rubber.energy.shear_modulus() * thickness.fold(0.0, f64::max)
+    }
+
+    #[inline]
+    fn here(
+        &self,
+        (values, slopes): (&[f64], &[f64]),
+        point: &Point,
+        nodes: &[[f64; 2]],
+    ) -> Result<Here, MembraneError> {
+        let (mut d, mut y) = ([0.0; 2], 0.0);
+        for ((value, slope), node) in values.iter().zip(slopes).zip(nodes) {
+            d[0] += slope * node[0];
+            d[1] += slope * node[1];
+            y += value * node[1];
+        }
+        let speed = (d[0] * d[0] + d[1] * d[1]).sqrt();
+        let w = (self.rubber.energy).at(speed * point.per_length, y * point.per_radius)?;
+        Ok(Here { d, y, speed, w })
+    }
+
+    /// Whether every stretch of element `e` is one that the rubber takes.
+    pub(crate) fn check(
+        &self,
+        e: usize,
+        reference: &Reference,
+        nodes: &[[f64; 2]],
+    ) -> Result<(), MembraneError> {
+        for (point, rows) in self.elements[e].iter().zip(reference.gauss_rows()) {
+            self.here(rows, point, nodes)?;
+        }
+        Ok(())
+    }
+
+    /// Least dW/dl1 over l1 and the shear modulus.
+    pub(crate) fn least_tension(
+        &self,
+        e: usize,
+        reference: &Reference,
+        nodes: &[[f64; 2]],
+    ) -> Result<f64, MembraneError> {
+        let mut least = f64::INFINITY;
+        for (point, rows) in self.elements[e].iter().zip(reference.gauss_rows()) {
+            let Here { speed, w, .. } = self.here(rows, point, nodes)?;
+            least = least.min(w.by[0] / (speed * point.per_length));
+        }
+        Ok(least / self.rubber.energy.shear_modulus())
+    }
+
+    /// Energy of the part of the body that is element `e`.
+    pub(crate) fn energy(
+        &self,
+        e: usize,
+        reference: &Reference,
+        nodes: &[[f64; 2]],
+    ) -> Result<f64, MembraneError> {
+        let mut sum = 0.0;
+        for (point, rows) in self.elements[e].iter().zip(reference.gauss_rows()) {
+            sum += point.weight * self.here(rows, point, nodes)?.w.energy;
+        }
+        Ok(sum)
+    }
+
+    /// `out` -= the derivative of the energy.
+    pub(crate) fn add_pull_into(
+        &self,
+        e: usize,
+        reference: &Reference,
+        nodes: &[[f64; 2]],
+        out: &mut [[f64; 2]],
+    ) -> Result<(), MembraneError> {
+        for (point, rows) in self.elements[e].iter().zip(reference.gauss_rows()) {
+            let Here { d, speed, w, .. } = self.here(rows, point, nodes)?;
+            let tension = point.weight * w.by[0] * point.per_length / speed;
+            let hoop = point.weight * w.by[1] * point.per_radius;
+            let pull = [tension * d[0], tension * d[1]];
+            for ((value, slope), out) in rows.0.iter().zip(rows.1).zip(&mut *out) {
+                out[0] -= pull[0] * slope;
+                out[1] -= pull[1] * slope + hoop * value;
+            }
+        }
+        Ok(())
+    }
+
+    /// `out` = the derivative of forces and of `pressure` times the gradient of the volume by the element's nodes, as
+    /// [`Tangent`](crate::Tangent) has it, with a tension of at least `least`. Cost O(degree^3).
+    pub(crate) fn tangent_into(
+        &self,
+        e: usize,
+        reference: &Reference,
+        nodes: &[[f64; 2]],
+        (pressure, least): (f64, f64),
+        out: &mut [f64],
+    ) -> Result<(), MembraneError> {
+        out.fill(0.0);
+        let (n, size) = (nodes.len(), 2 * nodes.len());
+        let least = least * self.rubber.energy.shear_modulus();
+        // Of one quadrature point, by x and y of each node in the block's order: what a row takes times its own slope if it is of an x,
+        // and times its slope and its value if it is of a y.
+        let mut by_x = vec![0.0; size];
+        let (mut by_slope, mut by_value) = (by_x.clone(), by_x.clone());
+        let ordered = self.values.chunks_exact(n).zip(self.slopes.chunks_exact(n));
+        let tables = reference.gauss_rows().zip(ordered);
+        for (point, (rows, (values, slopes))) in self.elements[e].iter().zip(tables) {
+            let Here { d, y, speed, w } = self.here(rows, point, nodes)?;
+            let [aa, ab, bb] = w.second.map(|second| -point.weight * second);
+            let square = point.per_length * point.per_length;
+            let tension = w.by[0] * point.per_length / speed;
+            let across = -point.weight * tension.max(least * square);
+            let along = aa * square;
+            let [ux, uy] = [d[0] / speed, d[1] / speed];
+            let mixed = ab * point.per_length * point.per_radius;
+            let xx = along * ux * ux + across * uy * uy;
+            let xy = (along - across) * ux * uy;
+            let yy = along * uy * uy + across * ux * ux;
+            let volume = 2.0 * PI * pressure * point.rule;
+            let x_value = mixed * ux + volume * y;
+            let y_value = mixed * uy;
+            let value = bb * point.per_radius * point.per_radius + volume * d[0];
+            for j in 0..n {
+                let (v, s) = (values[j], slopes[j]);
+                by_x[2 * j] = xx * s;
+                by_x[2 * j + 1] = xy * s + x_value * v;
+                by_slope[2 * j] = xy * s;
+                by_slope[2 * j + 1] = yy * s + y_value * v;
+                by_value[2 * j] = x_value * s;
+                by_value[2 * j + 1] = y_value * s + value * v;
+            }
+            for (i, rows) in out.chunks_exact_mut(2 * size).enumerate() {
+                let (v, s) = (values[i], slopes[i]);
+                let (x_row, y_row) = rows.split_at_mut(size);
+                for (out, by) in x_row.iter_mut().zip(&by_x) {
+                    *out += s * by;
+                }
+                for (out, (slope, value)) in y_row.iter_mut().zip(by_slope.iter().zip(&by_value)) {
+                    *out += s * slope + v * value;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// `out` += what `velocities` of density 1 have as momentum in element `e`.
+    pub(crate) fn add_momentum_into(
+        &self,
+        e: usize,
+        reference: &Reference,
+        velocities: &[[f64; 2]],
+        out: &mut [[f64; 2]],
+    ) {
+        for (point, (values, _)) in self.elements[e].iter().zip(reference.gauss_rows()) {
+            let mut v = [0.0; 2];
+            for (value, node) in values.iter().zip(velocities) {
+                v[0] += point.weight * value * node[0];
+                v[1] += point.weight * value * node[1];
+            }
+            for (value, out) in values.iter().zip(&mut *out) {
+                out[0] += value * v[0];
+                out[1] += value * v[1];
+            }
+        }
+    }
+
+    /// Whether the elements are their own mirror image, to rounding.
+    pub(crate) fn are_symmetric(&self) -> bool {
+        let points = || self.elements.iter().flatten();
+        let largest = |of: fn(&Point) -> f64| points().map(of).fold(0.0, f64::max);
+        let (weight, slope) = (largest(|p| p.weight), largest(|p| p.per_length));
+        let mut pairs = points().zip(self.elements.iter().rev().flat_map(|e| e.iter().rev()));
+        pairs.all(|(a, b)| {
+            (a.weight - b.weight).abs() <= 1e-12 * weight
+                && (a.per_length - b.per_length).abs() <= 1e-12 * slope
+        })
+    }
+}

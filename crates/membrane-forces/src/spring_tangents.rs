@@ -1,0 +1,127 @@
+//! Tangents of springs between nodes in parts: what the springs have of any state, what the pressure adds, and what a total force does.
+
+use crate::band::BandMatrix;
+use crate::differences::{FiniteDifferences, NodeMaterial};
+use crate::discrete::DiscreteMembrane;
+use crate::error::{MembraneError, length};
+use crate::law::LoadKind;
+use crate::material::NodeSprings;
+use crate::measures::Measure;
+
+impl FiniteDifferences {
+    /// `band` += `scale` dF_e/dc. Block tridiagonal with diagonal blocks; pentadiagonal with
+    /// second neighbours; independent of the state; symmetric among interior nodes.
+    ///
+    /// # Errors
+    /// [`MembraneError::WrongLength`] if `band` has not the rows, [`MembraneError::TooFew`] if it has not the diagonals, of
+    /// [`FiniteDifferences::band`]; [`MembraneError::OtherMaterial`].
+    pub fn add_elastic_tangent_into(
+        &self,
+        scale: f64,
+        band: &mut BandMatrix,
+    ) -> Result<(), MembraneError> {
+        self.check_band(band)?;
+        self.springs("elastic tangent of no state")?
+            .add_tangent_into(scale, band);
+        Ok(())
+    }
+
+    /// `band` += `scale` dF_p/dc at fixed intensity: the exact derivative (Eq. 14 with its signs
+    /// corrected). Under the total-force law the full derivative has a rank-one part as well,
+    /// see [`FiniteDifferences::pressure_rank_one_into`].
+    ///
+    /// # Errors
+    /// The neighbours of a node coincide; [`MembraneError::WrongLength`] of `nodes`; `band` as in
+    /// [`FiniteDifferences::add_elastic_tangent_into`].
+    pub fn add_pressure_tangent_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        scale: f64,
+        band: &mut BandMatrix,
+    ) -> Result<(), MembraneError> {
+        self.setting.refuse(nodes)?;
+        self.check_band(band)?;
+        self.springs("pressure tangent of its own")?;
+        let f = intensity * scale;
+        for n in self.nodes.moving() {
+            let (d, per_length) = self.normal(nodes, n)?;
+            let (next, sign) = self.nodes.place(n + 1);
+            let by = self.setting.law.derivative(f, d, per_length);
+            for row in 0..2 {
+                if self.nodes.is_held(n, row) {
+                    continue;
+                }
+                band.add_inside(2 * n + row, 2 * next, by[row][0]);
+                band.add_inside(2 * n + row, 2 * next + 1, sign * by[row][1]);
+                band.add_inside(2 * n + row, 2 * n - 2, -by[row][0]);
+                band.add_inside(2 * n + row, 2 * n - 1, -by[row][1]);
+            }
+        }
+        Ok(())
+    }
+
+    /// `band` += what the pressure part of Eq. 14 of Rohmer et al. 2006 **as printed** has beside the derivative: its entries
+    /// dF^x/dc_y(n-1) and dF^y/dc_x(n-1) have the wrong sign on 1/n. It is here to show what Newton does with it.
+    ///
+    /// # Errors
+    /// As [`FiniteDifferences::add_pressure_tangent_into`].
+    pub fn add_misprint_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        band: &mut BandMatrix,
+    ) -> Result<(), MembraneError> {
+        self.setting.refuse(nodes)?;
+        self.check_band(band)?;
+        self.springs("misprint")?;
+        for n in self.nodes.moving() {
+            // right: f (1/n - d^2/n^3); printed: f (d^2/n^3 + 1/n), and its negative for the other
+            let (d, per_length) = self.normal(nodes, n)?;
+            let f = intensity * per_length.powi(3);
+            band.add_inside(2 * n, 2 * n - 1, 2.0 * f * d[1] * d[1]);
+            if !self.nodes.is_held(n, 1) {
+                band.add_inside(2 * n + 1, 2 * n - 2, -2.0 * f * d[0] * d[0]);
+            }
+        }
+        Ok(())
+    }
+
+    /// The part of the pressure tangent that is not in the band: under the total-force law
+    /// dF_p/dc = band + `column` (x) `row`, with `column` = -(load / S^2) n and `row` = grad S.
+    /// Returns whether there is one; under the other laws both are set to zero.
+    ///
+    /// # Errors
+    /// The neighbours of a node coincide; [`MembraneError::WrongLength`] of one of the three.
+    pub fn pressure_rank_one_into(
+        &self,
+        nodes: &[f64],
+        load: f64,
+        column: &mut [f64],
+        row: &mut [f64],
+    ) -> Result<bool, MembraneError> {
+        self.setting.refuse(nodes)?;
+        length("column", column.len(), nodes.len())?;
+        length("row", row.len(), nodes.len())?;
+        match self.setting.law.load_kind() {
+            LoadKind::Intensity => {
+                column.fill(0.0);
+                row.fill(0.0);
+                Ok(false)
+            }
+            LoadKind::TotalForce => {
+                let surface = self.measure(Measure::Surface, nodes)?;
+                self.pressure_force_into(nodes, -load / (surface * surface), column)?;
+                self.measure_gradient_into(Measure::Surface, nodes, row);
+                Ok(true)
+            }
+        }
+    }
+
+    fn springs(&self, what: &'static str) -> Result<&NodeSprings, MembraneError> {
+        match &self.material {
+            NodeMaterial::Springs(springs) => Ok(springs),
+            NodeMaterial::Rubber(_) => Err(MembraneError::OtherMaterial { what }),
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! Strain energies W of rubber: all that depends on which rubber it is.
+//!
+//! Rubber keeps its volume: of the stretches l1 along the meridian, l2 around the axis and l3 across the thickness, l3 = 1 / (l1 l2).
+
+use crate::error::{MembraneError, finite, positive};
+
+/// Energy per volume of an incompressible rubber as a function of its principal stretches; moduli in kPa.
+///
+/// | rubber | W | source |
+/// | --- | --- | --- |
+/// | neo-Hookean | mu/2 (I1 - 3) | Treloar 1943 |
+/// | Mooney and Rivlin | c1 (I1 - 3) + c2 (I2 - 3) | Mooney 1940; Green and Adkins 1970 |
+/// | Ogden | sum of mu_k / alpha_k (l1^alpha_k + l2^alpha_k + l3^alpha_k - 3) | Ogden 1972, doi:10.1098/rspa.1972.0026 |
+/// | Gent | -mu jm/2 ln(1 - (I1 - 3) / jm) | Gent 1996, doi:10.5254/1.3538357 |
+///
+/// with I1 = l1^2 + l2^2 + l3^2 and I2 = l1^-2 + l2^-2 + l3^-2.
+///
+/// ```
+/// use membrane_forces::StrainEnergy;
+/// // a neo-Hookean balloon that is a sphere of radius 1 at rest: p = 2 h W_1 / l^2, largest at l = 7^(1/6)
+/// let rubber = StrainEnergy::NeoHookean { mu: 1.0 };
+/// let l = 7f64.powf(1.0 / 6.0);
+/// let pressure = 2.0 * rubber.at(l, l)?.by[0] / (l * l);
+/// assert!((pressure - 1.2394574632).abs() < 1e-10);
+/// # Ok::<(), membrane_forces::MembraneError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(rename_all = "snake_case", deny_unknown_fields)
+)]
+pub enum StrainEnergy {
+    /// Chains of Gaussian length.
+    NeoHookean {
+        /// Shear modulus.
+        mu: f64,
+    },
+    /// Linear in both invariants; shear modulus 2 (c1 + c2).
+    MooneyRivlin {
+        /// Factor of I1 - 3, positive.
+        c1: f64,
+        /// Factor of I2 - 3, not negative.
+        c2: f64,
+    },
+    /// A sum of powers of the stretches, of any number of terms; shear modulus half the sum of mu_k alpha_k.
+    Ogden {
+        /// `[mu_k, alpha_k]`, each of a positive product.
+        terms: Vec<[f64; 2]>,
+    },
+    /// Chains that cannot be longer than they are: I1 stays below 3 + jm.
+    Gent {
+        /// Shear modulus.
+        mu: f64,
+        /// How far I1 - 3 may go.
+        jm: f64,
+    },
+}
+
+/// A strain energy with its derivatives by l1 and l2, where l3 = 1 / (l1 l2).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Strained {
+    /// W.
+    pub energy: f64,
+    /// dW/dl1, dW/dl2: forces per area at rest.
+    pub by: [f64; 2],
+    /// Second derivatives: by l1 twice, by both, by l2 twice.
+    pub second: [f64; 3],
+}
+
+/// Rubber of a membrane at one place of its surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Stretched {
+    /// Stretches along the meridian, around the axis and across the thickness.
+    pub stretches: [f64; 3],
+    /// Tensions along the meridian and around the axis, force per width as it is: kPa cm for moduli in kPa.
+    pub tensions: [f64; 2],
+    /// Stresses along the meridian and around the axis, force per area as it is, in the unit of the moduli.
+    pub stresses: [f64; 2],
+}
+
+impl StrainEnergy {
+    /// Refuses constants that no rubber has.
+    ///
+    /// # Errors
+    /// One that is not finite or not positive (c2 may be zero), an Ogden energy without terms, or with one whose product
+    /// mu_k alpha_k is not positive.
+    pub fn check(&self) -> Result<(), MembraneError> {
+        match self {
+            Self::NeoHookean { mu } => positive("mu", *mu).map(drop),
+            Self::MooneyRivlin { c1, c2 } => {
+                positive("c1", *c1)?;
+                match finite("c2", *c2)? {
+                    given if given < 0.0 => Err(MembraneError::NotPositive { what: "c2", given }),
+                    _ => Ok(()),
+                }
+            }
+            Self::Ogden { terms } => {
+                crate::error::at_least("Ogden terms", terms.len(), 1)?;
+                terms.iter().try_for_each(|[mu, alpha]| {
+                    finite("mu_k", *mu)?;
+                    finite("alpha_k", *alpha)?;
+                    positive("mu_k alpha_k", mu * alpha).map(drop)
+                })
+            }
+            Self::Gent { mu, jm } => {
+                positive("mu", *mu)?;
+                positive("jm", *jm).map(drop)
+            }
+        }
+    }
+
+    /// Shear modulus of small strains.
+    pub fn shear_modulus(&self) -> f64 {
+        match self {
+            Self::NeoHookean { mu } | Self::Gent { mu, .. } => *mu,
+            Self::MooneyRivlin { c1, c2 } => 2.0 * (c1 + c2),
+            Self::Ogden { terms } => 0.5 * terms.iter().map(|[mu, alpha]| mu * alpha).sum::<f64>(),
+        }
+    }
+
+    /// W and its derivatives at these stretches.
+    ///
+    /// # Errors
+    /// [`MembraneError::PastStretch`]: a stretch that is not positive, or beyond what the rubber's chains allow.
+    #[inline]
+    pub fn at(&self, l1: f64, l2: f64) -> Result<Strained, MembraneError> {
+        let refuse = |limit: f64| MembraneError::PastStretch {
+            given: [l1, l2],
+            limit,
+        };
+        if !(l1 > 0.0 && l2 > 0.0 && l1 * l2 < f64::INFINITY) {
+            return Err(refuse(f64::INFINITY));
+        }
+        Ok(match self {
+            Self::NeoHookean { mu } => first_invariant(l1, l2).times(0.5 * mu),
+            Self::MooneyRivlin { c1, c2 } => {
+                let (first, second) = (first_invariant(l1, l2), second_invariant(l1, l2));
+                first.times(*c1).plus(second.times(*c2))
+            }
+            Self::Ogden { terms } => {
+                let powers = terms
+                    .iter()
+                    .map(|[mu, alpha]| powers(l1, l2, *alpha).times(mu / alpha));
+                powers.fold(Strained::NONE, Strained::plus)
+            }
+            Self::Gent { mu, jm } => {
+                let first = first_invariant(l1, l2);
+                let left = 1.0 - first.energy / jm;
+                if left <= 0.0 {
+                    return Err(refuse(3.0 + jm));
+                }
+                // of f(I) = -mu jm/2 ln(1 - I/jm): f' = mu / (2 left), f'' = mu / (2 jm left^2)
+                let slope = 0.5 * mu / left;
+                let bend = slope / (jm * left);
+                let ([a, b], [aa, ab, bb]) = (first.by, first.second);
+                Strained {
+                    energy: -0.5 * mu * jm * (-first.energy / jm).ln_1p(),
+                    by: [slope * a, slope * b],
+                    second: [
+                        slope * aa + bend * a * a,
+                        slope * ab + bend * a * b,
+                        slope * bb + bend * b * b,
+                    ],
+                }
+            }
+        })
+    }
+}
+
+impl Strained {
+    /// Where there is no rubber.
+    pub(crate) const NONE: Self = Self {
+        energy: 0.0,
+        by: [0.0; 2],
+        second: [0.0; 3],
+    };
+
+    #[inline]
+    fn times(self, factor: f64) -> Self {
+        Self {
+            energy: factor * self.energy,
+            by: self.by.map(|v| factor * v),
+            second: self.second.map(|v| factor * v),
+        }
+    }
+
+    #[inline]
+    fn plus(self, other: Self) -> Self {
+        let ([a, b], [c, d]) = (self.by, other.by);
+        let ([e, f, g], [h, i, j]) = (self.second, other.second);
+        Self {
+            energy: self.energy + other.energy,
+            by: [a + c, b + d],
+            second: [e + h, f + i, g + j],
+        }
+    }
+}
+
+/// I1 - 3, without the cancellation of its terms at rest.
+#[inline]
+fn first_invariant(a: f64, b: f64) -> Strained {
+    let (over_a, over_b) = (1.0 / a, 1.0 / b);
+    let third = over_a * over_b * over_a * over_b;
+    let (e, f, g) = (a - 1.0, b - 1.0, third - 1.0);
+    // l^2 - 1 = (l - 1) (l + 1), and l3^2 - 1 as it is
+    Strained {
+        energy: e * (a + 1.0) + f * (b + 1.0) + g,
+        by: [2.0 * (a - third * over_a), 2.0 * (b - third * over_b)],
+        second: [
+            2.0 + 6.0 * third * over_a * over_a,
+            4.0 * third * over_a * over_b,
+            2.0 + 6.0 * third * over_b * over_b,
+        ],
+    }
+}
+
+/// I2 - 3.
+#[inline]
+fn second_invariant(a: f64, b: f64) -> Strained {
+    let (over_a, over_b) = (1.0 / a, 1.0 / b);
+    let (p, q) = (over_a * over_a, over_b * over_b);
+    let (aa, bb) = (a * a, b * b);
+    Strained {
+        energy: (p - 1.0) + (q - 1.0) + (aa * bb - 1.0),
+        by: [2.0 * (a * bb - p * over_a), 2.0 * (b * aa - q * over_b)],
+        second: [
+            2.0 * (bb + 3.0 * p * p),
+            4.0 * a * b,
+            2.0 * (aa + 3.0 * q * q),
+        ],
+    }
+}
+
+/// l1^alpha + l2^alpha + l3^alpha - 3.
+#[inline]
+fn powers(a: f64, b: f64, alpha: f64) -> Strained {
+    let (over_a, over_b) = (1.0 / a, 1.0 / b);
+    let (p, q) = (a.powf(alpha), b.powf(alpha));
+    let third = 1.0 / (p * q);
+    let square = alpha * alpha;
+    // of l^alpha by l: alpha l^(alpha - 1), alpha (alpha - 1) l^(alpha - 2); of l3^alpha: -alpha, alpha (alpha + 1)
+    let bend = |power: f64, over: f64| {
+        alpha * ((alpha - 1.0) * power + (alpha + 1.0) * third) * over * over
+    };
+    Strained {
+        energy: (p - 1.0) + (q - 1.0) + (third - 1.0),
+        by: [alpha * (p - third) * over_a, alpha * (q - third) * over_b],
+        second: [
+            bend(p, over_a),
+            square * third * over_a * over_b,
+            bend(q, over_b),
+        ],
+    }
+}

@@ -1,0 +1,416 @@
+//! Rubber: strain energies against closed forms, forces and tangents against the energy, equilibria known in closed form.
+
+use membrane_forces::{
+    DiscreteMembrane, FiniteDifferences, Measure, Membrane, MembraneError, PressureLaw, RestShape,
+    Rubber, SpectralElements, Stiffness, StrainEnergy, Thickness,
+};
+use std::f64::consts::PI;
+
+/// One of each, with mu = 1 at small strain.
+fn energies() -> Vec<StrainEnergy> {
+    vec![
+        StrainEnergy::NeoHookean { mu: 1.0 },
+        StrainEnergy::MooneyRivlin { c1: 0.4, c2: 0.1 },
+        // Ogden 1972 for vulcanised rubber, in units of its shear modulus 4.225
+        StrainEnergy::Ogden {
+            terms: vec![
+                [6.3 / 4.225, 1.3],
+                [0.012 / 4.225, 5.0],
+                [-0.1 / 4.225, -2.0],
+            ],
+        },
+        StrainEnergy::Gent { mu: 1.0, jm: 30.0 },
+    ]
+}
+
+/// dW/dl of the three stretches that are free, divided by hand from the definitions: no invariant, no elimination of l3.
+fn principal(energy: &StrainEnergy, l: [f64; 3]) -> [f64; 3] {
+    let i1: f64 = l.iter().map(|l| l * l).sum();
+    l.map(|l| match energy {
+        StrainEnergy::NeoHookean { mu } => mu * l,
+        StrainEnergy::MooneyRivlin { c1, c2 } => 2.0 * c1 * l - 2.0 * c2 * l.powi(-3),
+        StrainEnergy::Ogden { terms } => terms.iter().map(|[mu, a]| mu * l.powf(a - 1.0)).sum(),
+        StrainEnergy::Gent { mu, jm } => mu * l / (1.0 - (i1 - 3.0) / jm),
+    })
+}
+
+#[test]
+fn strain_energies_have_the_derivatives_they_say() {
+    for energy in energies() {
+        assert!((energy.shear_modulus() - 1.0).abs() < 1e-3, "{energy:?}");
+        for (l1, l2) in [(1.0, 1.0), (1.3, 0.9), (2.0, 1.7), (0.8, 2.5)] {
+            let here = energy.at(l1, l2).unwrap();
+            // W_1 = w_1 - l3 / l1 w_3, exact
+            let l3 = 1.0 / (l1 * l2);
+            let [w1, w2, w3] = principal(&energy, [l1, l2, l3]);
+            for (found, exact) in here.by.iter().zip([w1 - l3 / l1 * w3, w2 - l3 / l2 * w3]) {
+                assert!(
+                    (found - exact).abs() < 1e-13 * (1.0 + exact.abs() + w1),
+                    "{energy:?}"
+                );
+            }
+            // second derivatives and W by central differences: e^2 and rounding over e
+            let e = 1e-6;
+            let at = |a: f64, b: f64| energy.at(l1 + a, l2 + b).unwrap();
+            let (a, b) = (at(e, 0.0), at(-e, 0.0));
+            let (c, d) = (at(0.0, e), at(0.0, -e));
+            let slope = |x: f64, y: f64| (x - y) / (2.0 * e);
+            let pairs = [
+                (slope(a.energy, b.energy), here.by[0]),
+                (slope(c.energy, d.energy), here.by[1]),
+                (slope(a.by[0], b.by[0]), here.second[0]),
+                (slope(a.by[1], b.by[1]), here.second[1]),
+                (slope(c.by[0], d.by[0]), here.second[1]),
+                (slope(c.by[1], d.by[1]), here.second[2]),
+            ];
+            for (difference, exact) in pairs {
+                assert!(
+                    (difference - exact).abs() < 1e-8 * (1.0 + exact.abs()),
+                    "{energy:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Haughton and Ogden 1979 write the sphere's pressure as a sum over principal stresses; here it is that of `principal`.
+#[test]
+fn spheres_and_tubes_have_their_closed_forms() {
+    for energy in energies() {
+        for l in [1.001, 1.2, 1.5, 2.0, 3.0] {
+            let here = energy.at(l, l).unwrap();
+            let [w1, _, w3] = principal(&energy, [l, l, 1.0 / (l * l)]);
+            // p = (2 h / r0) (w1 - l^-3 w3) / l^2
+            let exact = 2.0 * (w1 - w3 / l.powi(3)) / (l * l);
+            let found = 2.0 * here.by[0] / (l * l);
+            assert!((found / exact - 1.0).abs() < 1e-12, "{energy:?} {l}");
+        }
+    }
+    // neo-Hookean: p = 2 (1/l - 1/l^7), largest at 7^(1/6)
+    let rubber = &energies()[0];
+    let limit = 7f64.powf(1.0 / 6.0);
+    let pressure = |l: f64| 2.0 * rubber.at(l, l).unwrap().by[0] / (l * l);
+    assert!((pressure(limit) - 2.0 * (1.0 / limit - limit.powi(-7))).abs() < 1e-14);
+    assert!((pressure(limit) - 1.23946).abs() < 5e-6);
+    assert!(pressure(limit - 1e-4) < pressure(limit) && pressure(limit + 1e-4) < pressure(limit));
+    // small strain e: p = 2 E h e / (r0 (1 - nu)) = 12 mu e h / r0, nu = 1/2, E = 3 mu; error of second order
+    for energy in energies() {
+        let off = |e: f64| {
+            let l = 1.0 + e;
+            let linear = 12.0 * energy.shear_modulus() * e;
+            2.0 * energy.at(l, l).unwrap().by[0] / (l * l) - linear
+        };
+        let order = (off(2e-3) / off(1e-3)).log2();
+        assert!((order - 2.0).abs() < 0.02, "{energy:?} {order}");
+    }
+}
+
+#[test]
+fn rubber_says_where_its_stretches_end() {
+    let gent = StrainEnergy::Gent { mu: 1.0, jm: 30.0 };
+    // 2 l^2 + l^-4 = 33
+    let (mut low, mut high): (f64, f64) = (1.0, 5.0);
+    while high - low > 1e-15 * high {
+        let l = 0.5 * (low + high);
+        if l <= low || l >= high {
+            break;
+        }
+        if 2.0 * l * l + l.powi(-4) < 33.0 {
+            low = l
+        } else {
+            high = l
+        }
+    }
+    assert!(gent.at(low * (1.0 - 1e-12), low * (1.0 - 1e-12)).is_ok());
+    let past = gent.at(high * (1.0 + 1e-12), high * (1.0 + 1e-12));
+    assert!(matches!(
+        past,
+        Err(MembraneError::PastStretch { limit: 33.0, .. })
+    ));
+    for energy in energies() {
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let refused = energy.at(bad, 1.0);
+            assert!(
+                matches!(refused, Err(MembraneError::PastStretch { .. })),
+                "{bad}"
+            );
+        }
+    }
+    let bad = [
+        StrainEnergy::NeoHookean { mu: 0.0 },
+        StrainEnergy::NeoHookean { mu: f64::NAN },
+        StrainEnergy::MooneyRivlin { c1: 1.0, c2: -0.1 },
+        StrainEnergy::Ogden { terms: vec![] },
+        StrainEnergy::Ogden {
+            terms: vec![[1.0, -2.0]],
+        },
+        StrainEnergy::Gent { mu: 1.0, jm: 0.0 },
+    ];
+    for energy in bad {
+        assert!(
+            Rubber::new(energy.clone(), Thickness::UNIT).is_err(),
+            "{energy:?}"
+        );
+    }
+}
+
+fn rubber(energy: StrainEnergy) -> Rubber {
+    let thickness = Thickness::function(|s| 0.1 + 0.05 * (2.0 * PI * s).cos(), &[]).unwrap();
+    Rubber::new(energy, thickness).unwrap()
+}
+
+fn balloon(energy: StrainEnergy) -> Membrane {
+    Membrane::new(RestShape::balloon(8.5, 1.75).unwrap()).with_rubber(rubber(energy))
+}
+
+fn discretised(membrane: &Membrane) -> Vec<Box<dyn DiscreteMembrane>> {
+    vec![
+        Box::new(FiniteDifferences::new(membrane, 20).unwrap()),
+        Box::new(FiniteDifferences::half(membrane, 21).unwrap()),
+        Box::new(SpectralElements::new(membrane, 7, 1).unwrap()),
+        Box::new(SpectralElements::new(membrane, 4, 2).unwrap()),
+    ]
+}
+
+/// A stretched, uneven state and a direction, both zero where the membrane is held.
+fn state(d: &dyn DiscreteMembrane) -> (Vec<f64>, Vec<f64>) {
+    let mut x: Vec<f64> = d.start().to_vec();
+    let mut along = vec![0.0; x.len()];
+    for (i, (x, along)) in x.iter_mut().zip(&mut along).enumerate() {
+        if !d.held().contains(&i) {
+            *x *= 1.15 + 0.02 * (i as f64).sin();
+            *along = 0.3 * (1.7 * i as f64).cos() * x.abs().min(1.0);
+        }
+    }
+    (x, along)
+}
+
+fn force(d: &dyn DiscreteMembrane, x: &[f64], p: f64) -> Vec<f64> {
+    let (mut elastic, mut pressure) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+    d.elastic_force_into(x, &mut elastic);
+    d.pressure_force_into(x, p, &mut pressure).unwrap();
+    elastic.iter().zip(&pressure).map(|(a, b)| a + b).collect()
+}
+
+/// A tangent as a dense matrix.
+fn dense(d: &dyn DiscreteMembrane, x: &[f64], p: f64) -> Vec<Vec<f64>> {
+    let mut tangent = d.tangent();
+    d.tangent_into(x, p, &mut tangent).unwrap();
+    let n = x.len();
+    let mut out = vec![vec![0.0; n]; n];
+    let blocks = tangent.blocks.len();
+    if blocks == 0 {
+        for i in 0..n {
+            for j in 0..n {
+                out[i][j] = tangent.band.get(i, j).unwrap();
+            }
+        }
+        return out;
+    }
+    let degree = (n / 2 - 1) / blocks;
+    for (e, block) in tangent.blocks.iter().enumerate() {
+        let size = 2 * (degree + 1);
+        let node = |i: usize| match i / 2 {
+            k if k < degree - 1 => e * degree + k + 1,
+            k if k == degree - 1 => e * degree,
+            _ => e * degree + degree,
+        };
+        for i in 0..size {
+            for j in 0..size {
+                out[2 * node(i) + i % 2][2 * node(j) + j % 2] += block[i * size + j];
+            }
+        }
+    }
+    for &held in d.held() {
+        out[held].fill(0.0);
+        out[held][held] = 1.0;
+    }
+    out
+}
+
+#[test]
+fn forces_are_minus_the_derivative_of_the_energy_and_tangents_that_of_forces() {
+    for energy in energies() {
+        for d in discretised(&balloon(energy)) {
+            let d = &*d;
+            assert!(d.is_half());
+            let p = 0.07;
+            let (x, along) = state(d);
+            let moved =
+                |e: f64| -> Vec<f64> { x.iter().zip(&along).map(|(x, a)| x + e * a).collect() };
+            let total = |x: &[f64]| {
+                d.strain_energy(x).unwrap() - p * d.measure(Measure::Volume, x).unwrap()
+            };
+            let (f, k) = (force(d, &x, p), dense(d, &x, p));
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let k_along: Vec<f64> = k.iter().map(|row| dot(row, &along)).collect();
+            let curvature = dot(&k_along, &along);
+            // E(x + e a) = E - e f.a - e^2/2 a.K a + O(e^3)
+            let left = |e: f64| {
+                total(&moved(e)) - total(&x) + e * dot(&f, &along) + 0.5 * e * e * curvature
+            };
+            let order = (left(4e-3) / left(2e-3)).abs().log2();
+            assert!(order > 2.8, "{} numbers: {order}", x.len());
+            // f(x + e a) = f + e K a + O(e^2)
+            let left = |e: f64| {
+                let there = force(d, &moved(e), p);
+                let off = there
+                    .iter()
+                    .zip(&f)
+                    .zip(&k_along)
+                    .map(|((b, a), k)| (b - a - e * k).abs());
+                off.fold(0.0, f64::max)
+            };
+            let order = (left(1e-3) / left(5e-4)).log2();
+            assert!((order - 2.0).abs() < 0.1, "{} numbers: {order}", x.len());
+            // symmetric to rounding where nothing is held
+            let size = k.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
+            let free = |i: &usize| !d.held().contains(i);
+            for i in (0..x.len()).filter(free) {
+                for j in (0..i).filter(free) {
+                    assert!((k[i][j] - k[j][i]).abs() < 1e-14 * size, "{i} {j}");
+                }
+            }
+        }
+    }
+}
+
+/// A hemisphere whose ring is wide enough to be that of the whole sphere blown up is one half of it: forces vanish.
+#[test]
+fn the_sphere_is_in_equilibrium_at_its_closed_form() {
+    let hemisphere = || {
+        RestShape::from_function(
+            |s| {
+                let angle = PI * (s - 0.5);
+                let (sin, cos) = angle.sin_cos();
+                membrane_forces::CurvePoint {
+                    position: [2.0 * cos, -2.0 * sin],
+                    first: [-2.0 * PI * sin, -2.0 * PI * cos],
+                    second: [-2.0 * PI * PI * cos, 2.0 * PI * PI * sin],
+                }
+            },
+            &[],
+        )
+        .unwrap()
+    };
+    for energy in energies() {
+        for l in [1.1, 7f64.powf(1.0 / 6.0), 2.0] {
+            let rubber = Rubber::new(energy.clone(), Thickness::constant(0.3).unwrap()).unwrap();
+            let membrane = Membrane::new(hemisphere())
+                .with_rubber(rubber)
+                .with_ends([[0.0, 2.0 * l], [0.0, -2.0 * l]])
+                .unwrap();
+            let p = 2.0 * 0.3 / 2.0 * energy.at(l, l).unwrap().by[0] / (l * l);
+            let worst = |d: &dyn DiscreteMembrane| {
+                let x: Vec<f64> = (d.positions().iter().take(d.start().len() / 2))
+                    .flat_map(|s| {
+                        let (sin, cos) = (PI * (s - 0.5)).sin_cos();
+                        [2.0 * l * cos, -2.0 * l * sin]
+                    })
+                    .collect();
+                force(d, &x, p).iter().fold(0.0, |m: f64, v| m.max(v.abs()))
+            };
+            let spectral = worst(&SpectralElements::new(&membrane, 16, 1).unwrap());
+            // forces of this size: p pi r^2; the polynomials are right to 1e-13
+            assert!(
+                spectral < 1e-11 * p * PI * 4.0 * l * l,
+                "{energy:?} {l}: {spectral:e}"
+            );
+            // of the order ds^3 on a node, whose share of the forces is of the order ds; ds^2 beside the axis, where that is of the order ds^2
+            let off = |n: usize| worst(&FiniteDifferences::new(&membrane, n).unwrap());
+            let order = (off(101) / off(201)).log2();
+            assert!(order > 1.9, "{order}");
+        }
+    }
+}
+
+#[test]
+fn what_rubber_cannot_be_is_refused() {
+    let neo = || rubber(StrainEnergy::NeoHookean { mu: 1.0 });
+    let rest = || RestShape::balloon(8.5, 1.75).unwrap();
+    let both = |m: &Membrane| {
+        let differences = FiniteDifferences::new(m, 21).map(drop);
+        assert_eq!(differences, SpectralElements::new(m, 8, 1).map(drop));
+        differences
+    };
+    let lawless = Membrane::new(rest())
+        .with_rubber(neo())
+        .with_law(PressureLaw::TotalForce);
+    assert_eq!(both(&lawless), Err(MembraneError::LawOfRubber));
+    let skew = Thickness::function(|s| 1.0 + s, &[]).unwrap();
+    let skew = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, skew).unwrap();
+    let skew = Membrane::new(rest()).with_rubber(skew);
+    assert_eq!(both(&skew), Err(MembraneError::NotMirrored));
+    let moved = Membrane::new(rest())
+        .with_rubber(neo())
+        .with_ends([[0.0, 1.75], [0.1, -1.75]])
+        .unwrap();
+    assert_eq!(both(&moved), Err(MembraneError::NotMirrored));
+    let touching = RestShape::polyline(&[
+        [0.0, 1.0],
+        [1.0, 0.0],
+        [2.0, 1.0],
+        [3.0, 0.0],
+        [2.0, -1.0],
+        [1.0, 0.0],
+        [0.0, -1.0],
+    ]);
+    assert!(
+        touching.is_err()
+            || FiniteDifferences::new(&Membrane::new(touching.unwrap()).with_rubber(neo()), 25)
+                .is_err()
+    );
+    // springs of rubber, rubber of springs
+    let balloon = Membrane::new(rest()).with_rubber(neo());
+    let differences = FiniteDifferences::new(&balloon, 21).unwrap();
+    let mut band = differences.band();
+    let tangent = differences.add_elastic_tangent_into(1.0, &mut band);
+    assert!(matches!(tangent, Err(MembraneError::OtherMaterial { .. })));
+    let springs = FiniteDifferences::new(&Membrane::new(rest()), 21).unwrap();
+    assert!(matches!(
+        springs.strain_energy(springs.start()),
+        Err(MembraneError::OtherMaterial { .. })
+    ));
+    // back to springs
+    assert!(
+        balloon
+            .with_stiffness(Stiffness::UNIT)
+            .stiffness()
+            .is_some()
+    );
+    // inside out
+    let mut x = differences.start().to_vec();
+    x[5] = -1.0;
+    let (mut out, n) = (vec![0.0; x.len()], x.len());
+    let refused = differences.pressure_force_into(&x, 1.0, &mut out);
+    assert!(matches!(refused, Err(MembraneError::PastStretch { .. })));
+    differences.elastic_force_into(&x, &mut out);
+    assert!(out[n / 2].is_nan());
+    assert!(differences.strain_energy(&x).is_err());
+}
+
+#[test]
+fn momentum_is_that_of_the_rubber_there_is() {
+    // all at velocity (1, 1): the volume of rubber
+    for d in discretised(&balloon(StrainEnergy::NeoHookean { mu: 1.0 })) {
+        let mut out = vec![0.0; d.start().len()];
+        d.momentum_into(&vec![1.0; out.len()], &mut out).unwrap();
+        let volume: f64 = out.iter().step_by(2).sum();
+        // of thickness 0.1 + 0.05 cos(2 pi s), by a fine sum
+        let (h, r) = (8.5, 1.75);
+        let length = 2.0 * h + PI * r;
+        let n = 100_000;
+        let exact: f64 = (0..n)
+            .map(|k| {
+                let s = (k as f64 + 0.5) / n as f64 * 0.5;
+                let radius = if s * length < h {
+                    r
+                } else {
+                    r * ((s * length - h) / r).cos()
+                };
+                2.0 * PI * radius * (0.1 + 0.05 * (2.0 * PI * s).cos()) * length * 0.5 / n as f64
+            })
+            .sum();
+        assert!((volume / exact - 1.0).abs() < 0.01, "{volume} {exact}");
+    }
+}

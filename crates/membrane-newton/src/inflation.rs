@@ -1,0 +1,184 @@
+//! Rubber from rest, where it has no tension and its tangent no inverse.
+//!
+//! The first step is that of a membrane under some tension: it has the volume that is asked for and about the shape. From there on
+//! Newton's tangents have tensions along the meridian that are not below zero. An answer in which none is has the exact tangent, so that
+//! the last steps are quadratic; one in which some is would be no equilibrium of a membrane.
+
+use membrane_forces::Measure;
+
+use crate::continuation;
+use crate::control::Target;
+use crate::error::NewtonError;
+use crate::newton::{NewtonScratch, ResidualSystem, newton_with};
+use crate::options::NewtonOptions;
+use crate::report::NewtonReport;
+use crate::system::System;
+use crate::turning::Reach;
+
+/// Tension of the first step, for a change of volume by what the membrane sweeps as it moves by its radius.
+const FIRST_TENSION: f64 = 4.0;
+/// Where a prescribed load begins: a change of volume in the same unit.
+const FIRST_VOLUME: f64 = 0.05;
+/// Forces of a membrane at rest, over their scale: rounding.
+const AT_REST: f64 = 1e-13;
+/// How often the first change of volume is halved.
+const HALVINGS: usize = 12;
+
+/// Solves for `wanted`, and leaves the answer in `state`: from `state` itself, if it is another one than `start`, the state at rest; at
+/// once from there; or from the first volume on the way that can be reached at once.
+pub(crate) fn solve(
+    system: &mut System<'_>,
+    state: &mut [f64],
+    start: &[f64],
+    wanted: Target,
+    options: &NewtonOptions,
+) -> Result<NewtonReport, NewtonError> {
+    options.check()?;
+    let mut search = Inflation {
+        system,
+        scratch: NewtonScratch::default(),
+        report: NewtonReport::default(),
+    };
+    search.system.innermost().target = wanted;
+    search.system.each().for_each(|m| m.expect_stable());
+    if state != start && search.newton(state, start, options).is_ok() {
+        return Ok(search.report);
+    }
+    state.copy_from_slice(start);
+    let mut residual = vec![0.0; start.len()];
+    search.system.residual_into(start, &mut residual)?;
+    if search.system.residual_norm(&residual) <= options.residual_tolerance.max(AT_REST) {
+        return Ok(search.report);
+    }
+    let rest = search.system.volume(start);
+    let unit = search.system.innermost().volume_scale();
+    let (first, at_once) = match wanted {
+        Target::Measure(Measure::Volume, volume) => (volume - rest, true),
+        Target::Measure(..) | Target::Intensity(_) | Target::TotalForce(_) => {
+            (FIRST_VOLUME * unit, false)
+        }
+    };
+    let mut last = None;
+    for halving in 0..=HALVINGS {
+        let change = first * 0.5f64.powi(halving as i32);
+        match search.launch(state, start, rest + change, options) {
+            Ok(()) if halving == 0 && at_once => return Ok(search.report),
+            Ok(()) => {
+                last = None;
+                break;
+            }
+            Err(error) => last = Some(error),
+        }
+    }
+    if let Some(mut error) = last {
+        if let Some(report) = error.report_mut() {
+            report.clone_from(&search.report);
+        }
+        return Err(error);
+    }
+    search.walk(state, wanted, options)
+}
+
+struct Inflation<'a, 's> {
+    system: &'a mut System<'s>,
+    scratch: NewtonScratch,
+    /// Everything that was tried.
+    report: NewtonReport,
+}
+
+impl Inflation<'_, '_> {
+    /// Blows the membrane at rest up to `volume` in one go.
+    fn launch(
+        &mut self,
+        state: &mut [f64],
+        start: &[f64],
+        volume: f64,
+        options: &NewtonOptions,
+    ) -> Result<(), NewtonError> {
+        let system = &mut *self.system;
+        let change = (volume - system.volume(start)).abs();
+        system.innermost().target = Target::Measure(Measure::Volume, volume);
+        for membrane in system.each() {
+            let tension = FIRST_TENSION * change / membrane.volume_scale();
+            membrane.set_least_tension(tension.clamp(1e-9, 1.0));
+        }
+        state.copy_from_slice(start);
+        let mut step = vec![0.0; start.len()];
+        system.residual_into(start, &mut step)?;
+        system.factor(start)?;
+        system.solve_in_place(&mut step)?;
+        self.report.factorisations += 1;
+        self.report.residual_calls += 1;
+        for (x, step) in state.iter_mut().zip(&step) {
+            *x -= step;
+        }
+        self.newton(state, start, options)
+    }
+
+    /// Newton from `state` to what the membranes' targets say.
+    fn newton(
+        &mut self,
+        state: &mut [f64],
+        start: &[f64],
+        options: &NewtonOptions,
+    ) -> Result<(), NewtonError> {
+        let system = &mut *self.system;
+        for membrane in system.each() {
+            membrane.set_least_tension(0.0);
+            membrane.expect_stable();
+        }
+        let outcome = newton_with(system, state, options, &mut self.scratch);
+        let mut report = self.scratch.report().clone();
+        report.add_earlier(&self.report);
+        self.report = report;
+        outcome?;
+        if system.keeps_sign() && system.within(Reach::Direct, start, state) {
+            Ok(())
+        } else {
+            let report = NewtonReport::default();
+            Err(NewtonError::OtherBranch { report })
+        }
+    }
+
+    /// From the equilibrium `state` to `wanted`.
+    fn walk(
+        &mut self,
+        state: &mut [f64],
+        wanted: Target,
+        options: &NewtonOptions,
+    ) -> Result<NewtonReport, NewtonError> {
+        let system = &mut *self.system;
+        system.innermost().target = wanted;
+        system.each().for_each(|m| m.expect_stable());
+        let launched = state.to_vec();
+        let values = (system.control_value(&launched), wanted.value());
+        let mut outcome = continuation::solve(system, state, &launched, values, options);
+        if let Some(report) = outcome.as_mut().map_or_else(NewtonError::report_mut, Some) {
+            report.add_earlier(&self.report);
+        }
+        if let Err(NewtonError::LimitPoint { reached, .. }) = &outcome
+            && let Err(past) = self.ahead(state, wanted.value() - reached)
+        {
+            return Err(past);
+        }
+        outcome
+    }
+
+    /// Refuses to go on along the branch if that stretches the rubber beyond what it can be.
+    fn ahead(&mut self, state: &[f64], change: f64) -> Result<(), NewtonError> {
+        let system = &mut *self.system;
+        let mut rate = vec![0.0; state.len()];
+        let known = system
+            .factor(state)
+            .and_then(|()| system.rate_into(&mut rate));
+        if known.is_err() {
+            return Ok(());
+        }
+        let next = state.iter().zip(&rate).map(|(x, rate)| x + change * rate);
+        let next: Vec<f64> = next.collect();
+        match system.residual_into(&next, &mut rate) {
+            Err(NewtonError::Membrane(error)) => Err(NewtonError::Membrane(error)),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! The largest pressure that rubber bears, as the solution of one system of equations.
+
+use membrane_forces::Measure;
+
+use crate::bordered::Bordered;
+use crate::control::Target;
+use crate::resolution::Resolution;
+
+/// Iterations from where a walk ends, some 1e-4 of the pressure before the limit.
+const ITERATIONS: usize = 30;
+
+/// The pressure at the limit point near `state`; none if Newton does not find one.
+///
+/// The state z' = dx/dV solves A z' = e, with A the derivative of the residual R(c, p) = (forces, volume), symmetric, and e the unit of its
+/// last row. At the limit its last number, dp/dV, vanishes. Its derivative along v is -v.w with w = D^2 R[z', z'], the third
+/// derivatives of the energy, taken here as a second difference. Newton for R = 0 and dp/dV = 0 is then
+///
+/// ```text
+/// x += z + alpha z',     A z = -R,     alpha = (z'_p - w.z) / (w.z')
+/// ```
+pub(crate) fn pressure(resolution: &Resolution, state: &[f64]) -> Option<f64> {
+    let last = resolution.discrete.start().len();
+    let mut x = state[..=last].to_vec();
+    let mut system = resolution.system(Target::Measure(Measure::Volume, 0.0));
+    let n = x.len();
+    let (mut z, mut rate, mut w) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let (mut moved, mut there) = (vec![0.0; n], vec![0.0; n]);
+    for _ in 0..ITERATIONS {
+        let volume = system.volume(&x[..last]);
+        system.target = Target::Measure(Measure::Volume, volume);
+        system.residual_into(&x, &mut z).ok()?;
+        system.factor(&x).ok()?;
+        w.copy_from_slice(&z);
+        w.iter_mut().for_each(|w| *w *= -2.0);
+        rate.fill(0.0);
+        rate[last] = 1.0;
+        system.solve_in_place(&mut rate).ok()?;
+        // a step of 1e-4 leaves 1e-8 of the second difference to truncation and as much to rounding
+        let step = 1e-4 / system.shape_norm(&rate);
+        for sign in [1.0, -1.0] {
+            for ((moved, x), rate) in moved.iter_mut().zip(&x).zip(&rate) {
+                *moved = x + sign * step * rate;
+            }
+            system.residual_into(&moved, &mut there).ok()?;
+            w.iter_mut().zip(&there).for_each(|(w, r)| *w += r);
+        }
+        w.iter_mut().for_each(|w| *w /= step * step);
+        system.solve_in_place(&mut z).ok()?;
+        z.iter_mut().for_each(|z| *z = -*z);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let alpha = (rate[last] - dot(&w, &z)) / dot(&w, &rate);
+        // not further than half its size at once
+        let size = alpha.abs() * system.shape_norm(&rate);
+        let alpha = alpha * (0.5 / size).min(1.0);
+        let mut change = vec![0.0; n];
+        for (change, (z, rate)) in change.iter_mut().zip(z.iter().zip(&rate)) {
+            *change = z + alpha * rate;
+        }
+        x.iter_mut().zip(&change).for_each(|(x, c)| *x += c);
+        let moved = system.step_norm(&change);
+        if !moved.is_finite() {
+            return None;
+        }
+        if moved <= SETTLED {
+            return system.is_defined(&x).then_some(x[last]);
+        }
+    }
+    None
+}
+
+/// A step this small changes the pressure, which is stationary, by its square.
+const SETTLED: f64 = 1e-9;
+
+impl Bordered<'_> {
+    /// Whether forces are defined in state `x`.
+    fn is_defined(&mut self, x: &[f64]) -> bool {
+        let mut out = vec![0.0; x.len()];
+        self.residual_into(x, &mut out).is_ok()
+    }
+}

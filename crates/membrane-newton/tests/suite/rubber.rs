@@ -1,0 +1,360 @@
+//! Rubber in equilibrium: reference values, first integrals, limit points, pairs.
+//!
+//! The reference values of the disc and the balloon are those of an independent shooting code in extended precision.
+
+use std::f64::consts::PI;
+
+use membrane_newton::{
+    Control, Discretisation, Equilibrium, Membrane, MembraneError, NewtonError, NewtonOptions,
+    Pair, RestShape, Rubber, Solver, StrainEnergy, Thickness,
+};
+
+const NEO: StrainEnergy = StrainEnergy::NeoHookean { mu: 1.0 };
+
+fn of(rest: RestShape, energy: StrainEnergy) -> Membrane {
+    let rubber = Rubber::new(energy, Thickness::UNIT).unwrap();
+    Membrane::new(rest).with_rubber(rubber)
+}
+
+fn balloon() -> Membrane {
+    of(RestShape::balloon(8.5, 1.75).unwrap(), NEO)
+}
+
+fn disc() -> Membrane {
+    of(RestShape::disc(1.0).unwrap(), NEO)
+}
+
+fn spectral(membrane: &Membrane, degree: usize, per_piece: usize) -> Solver {
+    Solver::new(membrane, Discretisation::Spectral { degree, per_piece }).unwrap()
+}
+
+fn differences(membrane: &Membrane, nodes: usize) -> Solver {
+    Solver::new(membrane, Discretisation::FiniteDifferences { nodes }).unwrap()
+}
+
+fn solve(solver: &Solver, control: Control) -> Equilibrium {
+    solver.solve(control, &NewtonOptions::default()).unwrap()
+}
+
+#[test]
+fn the_flat_disc_reaches_its_reference_values() {
+    let solver = spectral(&disc(), 28, 1);
+    let (p, volume) = (1.30986814766, 1.19181877167);
+    let by_volume = solve(&solver, Control::Volume(volume));
+    // digits given: half a unit of the last, and what the volume's rounding is worth
+    assert!(
+        (by_volume.intensity - p).abs() < 1e-10,
+        "{}",
+        by_volume.intensity
+    );
+    let apex = by_volume.at(0.5);
+    assert!(
+        (apex.position[0] - 0.63795620552).abs() < 1e-10,
+        "{}",
+        apex.position[0]
+    );
+    let stretched = by_volume.stretched(0.5).unwrap();
+    assert!((stretched.stretches[0] - 1.3).abs() < 1e-9, "{stretched:?}");
+    let by_pressure = solve(&solver, Control::Load(p));
+    assert!((by_pressure.measures.volume - volume).abs() < 1e-10);
+    // finite differences come to it with order two
+    let off = |nodes| solve(&differences(&disc(), nodes), Control::Volume(volume)).intensity - p;
+    let order = (off(101) / off(201)).log2();
+    assert!((order - 2.0).abs() < 0.05, "{order}");
+}
+
+#[test]
+fn the_balloon_of_the_paper_reaches_its_reference_values() {
+    for solver in [
+        spectral(&balloon(), 24, 1),
+        Solver::new(
+            &balloon(),
+            Discretisation::SpectralAdaptive { tolerance: 1e-10 },
+        )
+        .unwrap(),
+    ] {
+        let solved = solve(&solver, Control::VolumeGain(0.3));
+        assert!(
+            (solved.intensity - 0.256444419246).abs() < 1e-10,
+            "{}",
+            solved.intensity
+        );
+        let apex = solved.at(0.5).position[0];
+        assert!((apex - 10.4269328444).abs() < 1e-10, "{apex}");
+    }
+    // both numbers of nodes, with a node at the apex and without
+    for (few, many) in [(101, 201), (100, 200)] {
+        let off = |nodes| {
+            solve(&differences(&balloon(), nodes), Control::VolumeGain(0.3)).intensity
+                - 0.256444419246
+        };
+        let order = (off(few) / off(many)).log2();
+        assert!((order - 2.0).abs() < 0.1, "{order}");
+    }
+}
+
+/// Along a piece of constant r0 and h the energy W - l1 W_1 does not change (Pipkin 1968), and along all of the meridian the tension's
+/// part along the axis is what the pressure pushes on its cross section: 2 pi y T1 cos = p pi y^2.
+#[test]
+fn first_integrals_hold_along_the_curve() {
+    for energy in [
+        NEO,
+        StrainEnergy::MooneyRivlin { c1: 0.4, c2: 0.1 },
+        StrainEnergy::Ogden {
+            terms: vec![[1.491, 1.3], [0.00284, 5.0], [-0.02367, -2.0]],
+        },
+        StrainEnergy::Gent { mu: 1.0, jm: 20.0 },
+    ] {
+        let membrane = of(RestShape::balloon(8.5, 1.75).unwrap(), energy.clone());
+        let solved = solve(&spectral(&membrane, 32, 2), Control::VolumeGain(0.5));
+        let p = solved.intensity;
+        let mut first = None;
+        for k in 0..=400 {
+            let s = 0.5 * f64::from(k) / 400.0;
+            let (here, stretched) = (solved.at(s), solved.stretched(s).unwrap());
+            let y = here.position[1];
+            let cos = here.tangent()[0];
+            let balance = 2.0 * PI * y * stretched.tensions[0] * cos - p * PI * y * y;
+            assert!(
+                balance.abs() < 1e-10 * p * PI * 1.75 * 1.75 * 4.0,
+                "{energy:?} {s}: {balance:e}"
+            );
+            if s < 8.5 / (17.0 + PI * 1.75) {
+                let [l1, l2, _] = stretched.stretches;
+                let w = energy.at(l1, l2).unwrap();
+                let integral = w.energy - l1 * w.by[0];
+                let first = *first.get_or_insert(integral);
+                assert!(
+                    (integral - first).abs() < 1e-10,
+                    "{energy:?} {s}: {:e}",
+                    integral - first
+                );
+            }
+        }
+    }
+}
+
+/// The middle of a long tube with closed ends: p = h W_2 / (r0 l1 l2) and W_1 = p r0 l2^2 / (2 h).
+#[test]
+fn a_long_tube_is_that_of_the_closed_form() {
+    let membrane = of(RestShape::balloon(60.0, 1.0).unwrap(), NEO);
+    let solved = solve(&spectral(&membrane, 24, 12), Control::VolumeGain(0.2));
+    let [l1, l2, _] = solved.stretched(0.25).unwrap().stretches;
+    let w = NEO.at(l1, l2).unwrap();
+    assert!((w.by[1] / (l1 * l2) - solved.intensity).abs() < 1e-10);
+    assert!((w.by[0] - 0.5 * solved.intensity * l2 * l2).abs() < 1e-10);
+    // of a small strain e2: linear theory, p = 4 mu h e2 / r0 with e1 = 0 at nu = 1/2; the rest of second order
+    let off = |gain: f64| {
+        let solved = solve(&spectral(&membrane, 24, 12), Control::VolumeGain(gain));
+        let l2 = solved.stretched(0.25).unwrap().stretches[1];
+        solved.intensity - 4.0 * (l2 - 1.0)
+    };
+    let order = (off(0.02) / off(0.01)).abs().log2();
+    assert!((order - 2.0).abs() < 0.05, "{order}");
+}
+
+#[test]
+fn rest_states_start_by_themselves() {
+    for (membrane, degree) in [(balloon(), 24), (disc(), 24)] {
+        for solver in [spectral(&membrane, degree, 1), differences(&membrane, 101)] {
+            let unit = if solver.start_measures().volume > 0.0 {
+                93.0
+            } else {
+                1.0
+            };
+            let mut last = 0.0;
+            for gain in [1e-6, 1e-4, 1e-2, 0.1, 0.5] {
+                let volume = solver.start_measures().volume + unit * gain;
+                let solved = solve(&solver, Control::Volume(volume));
+                assert!((solved.measures.volume / volume - 1.0).abs() < 1e-12);
+                // the disc's pressure is that of the cube of its volume: of 1e-4 it is rounding beside its stiffness
+                if unit == 1.0 && gain < 1e-2 {
+                    continue;
+                }
+                assert!(solved.intensity > last, "{gain}: {}", solved.intensity);
+                last = solved.intensity;
+                let again = solve(&solver, Control::Load(solved.intensity));
+                let off = again.measures.volume - volume;
+                assert!(off.abs() < 1e-8 * unit * gain.max(1e-3), "{gain}: {off:e}");
+            }
+        }
+    }
+    let none = solve(&spectral(&balloon(), 16, 1), Control::Load(0.0));
+    assert_eq!(none.report.iterations, 0);
+}
+
+#[test]
+fn the_limit_pressure_is_found_exactly() {
+    for solver in [
+        spectral(&balloon(), 20, 2),
+        differences(&balloon(), 201),
+        spectral(&disc(), 20, 1),
+    ] {
+        let found = solver.solve(Control::Load(10.0), &NewtonOptions::default());
+        let Err(NewtonError::LimitPoint {
+            reached,
+            wanted: 10.0,
+            ..
+        }) = found
+        else {
+            panic!("{found:?}");
+        };
+        // the slow twin: volumes nearer and nearer to where dp/dV vanishes
+        let rest = solver.start_measures().volume;
+        let unit = if rest > 0.0 { rest } else { 1.0 };
+        let mut here = solve(&solver, Control::Volume(rest + 0.3 * unit));
+        let slope = |at: &Equilibrium| at.sensitivity(Control::Volume(1.0)).unwrap().intensity;
+        let options = NewtonOptions::default();
+        let step = 0.1 * unit;
+        while slope(&here) > 0.0 {
+            let next = here.measures.volume + step;
+            here = solver
+                .solve_from(&here, Control::Volume(next), &options)
+                .unwrap();
+        }
+        let (mut low, mut high) = (here.measures.volume - step, here.measures.volume);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            here = solver
+                .solve_from(&here, Control::Volume(middle), &options)
+                .unwrap();
+            if slope(&here) > 0.0 {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+        let most = here.intensity;
+        assert!((reached / most - 1.0).abs() < 1e-10, "{reached} {most}");
+        // just below it there is an equilibrium, just above there is none
+        let below = solve(&solver, Control::Load(reached * (1.0 - 1e-6)));
+        assert!(below.measures.volume < here.measures.volume);
+        let above = solver.solve(Control::Load(reached * (1.0 + 1e-6)), &options);
+        assert!(matches!(above, Err(NewtonError::LimitPoint { .. })));
+    }
+}
+
+#[test]
+fn a_branch_walks_past_the_limit_and_says_what_is_stable() {
+    let solver = spectral(&disc(), 16, 1);
+    let volumes: Vec<f64> = (1..=24).map(|k| 0.25 * f64::from(k)).collect();
+    let points = solver.branch(&volumes, &NewtonOptions::default()).unwrap();
+    let past = points.iter().position(|p| p.slope < 0.0).unwrap();
+    assert!(past > 2 && past < points.len() - 2);
+    for (k, point) in points.iter().enumerate() {
+        assert_eq!(
+            point.stability.at_pressure > 0.0,
+            k < past,
+            "{k}: {point:?}"
+        );
+        assert!(point.stability.at_volume > 0.0);
+        assert_eq!(point.slope > 0.0, k < past);
+    }
+    // against central differences of p(V)
+    for k in 1..points.len() - 1 {
+        let p = |k: usize| points[k].equilibrium.intensity;
+        let slope = (p(k + 1) - p(k - 1)) / 0.5;
+        assert!(
+            (slope - points[k].slope).abs() < 0.3 * points[0].slope,
+            "{k}"
+        );
+    }
+}
+
+#[test]
+fn a_pair_of_rubber_keeps_its_wall() {
+    let outer = of(RestShape::balloon(8.5, 2.75).unwrap(), NEO);
+    let pair = Pair::new(spectral(&balloon(), 20, 1), spectral(&outer, 20, 1)).unwrap();
+    let options = NewtonOptions::default();
+    for gain in [0.01, 0.3, 0.6] {
+        let solved = pair.solve_gain(gain, &options).unwrap();
+        assert!(
+            solved.wall_volume_error.abs() < 1e-13,
+            "{:e}",
+            solved.wall_volume_error
+        );
+        let alone = solve(&spectral(&balloon(), 20, 1), Control::VolumeGain(gain));
+        assert!((alone.intensity - solved.inner.intensity).abs() < 1e-11);
+        assert!(solved.outer.intensity > 0.0 && solved.outer.intensity < solved.inner.intensity);
+        let [inner, outer] = solved.sensitivity(Control::VolumeGain(gain)).unwrap();
+        let e = 1e-5;
+        let near = |by: f64| {
+            pair.solve_from(&solved, Control::VolumeGain(gain + by), &options)
+                .unwrap()
+        };
+        let (ahead, behind) = (near(e), near(-e));
+        let slope = (ahead.inner.intensity - behind.inner.intensity) / (2.0 * e);
+        assert!(
+            (slope - inner.intensity).abs() < 1e-6 * inner.intensity.abs().max(1.0),
+            "{slope}"
+        );
+        let slope = (ahead.outer.intensity - behind.outer.intensity) / (2.0 * e);
+        assert!(
+            (slope - outer.intensity).abs() < 1e-6 * outer.intensity.abs().max(1.0),
+            "{slope}"
+        );
+    }
+}
+
+#[test]
+fn ends_may_be_held_elsewhere() {
+    // a disc drawn out to 1.5 of its radius: flat, l1 = l2 = 1.5 everywhere, T = W_1 / l2
+    let drawn = disc().with_ends([[0.0, 1.5], [0.0, -1.5]]).unwrap();
+    for solver in [spectral(&drawn, 12, 1), differences(&drawn, 401)] {
+        let flat = solve(&solver, Control::Load(0.0));
+        let here = flat.stretched(0.2).unwrap();
+        let tension = NEO.at(1.5, 1.5).unwrap().by[0] / 1.5;
+        assert!(
+            (here.tensions[0] - tension).abs() < 1e-9 && (here.tensions[1] - tension).abs() < 1e-9
+        );
+        // a taut sheet under a small pressure, either way: height p R^2 / (4 T)
+        for p in [1e-4, -1e-4] {
+            let pushed = solve(&solver, Control::Load(p));
+            let height = p * 2.25 / (4.0 * tension);
+            assert!((pushed.at(0.5).position[0] / height - 1.0).abs() < 1e-3);
+        }
+    }
+}
+
+#[test]
+fn what_rubber_does_not_do_is_a_typed_error() {
+    let options = NewtonOptions::default();
+    let gent = of(
+        RestShape::balloon(8.5, 1.75).unwrap(),
+        StrainEnergy::Gent { mu: 1.0, jm: 2.0 },
+    );
+    for solver in [spectral(&gent, 16, 1), differences(&gent, 51)] {
+        let past = solver.solve(Control::VolumeGain(20.0), &options);
+        assert!(
+            matches!(
+                past,
+                Err(NewtonError::Membrane(MembraneError::PastStretch { .. }))
+            ),
+            "{past:?}"
+        );
+        // up to there its pressure has no limit
+        assert!(solver.solve(Control::Load(2.0), &options).is_ok());
+    }
+    for solver in [spectral(&balloon(), 16, 1), differences(&balloon(), 51)] {
+        assert!(solver.solve(Control::VolumeGain(-0.2), &options).is_err());
+        assert!(solver.solve(Control::Load(-0.1), &options).is_err());
+    }
+    let springs = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    let solved = solve(&spectral(&springs, 8, 1), Control::Load(1.0));
+    let other = Err(MembraneError::OtherMaterial { what: "stretches" }.into());
+    assert_eq!(solved.stretched(0.1), other);
+    assert!(solved.stability().is_err());
+}
+
+/// Ten thousand nodes take about the iterations of a hundred, and come to the same with order two.
+#[test]
+fn fine_differences_converge_as_coarse_ones_do() {
+    let solved = [1001, 10_001]
+        .map(|nodes| solve(&differences(&balloon(), nodes), Control::VolumeGain(0.6)));
+    let iterations = solved.each_ref().map(|s| s.report.iterations);
+    assert!(iterations[1] <= iterations[0] + 6, "{iterations:?}");
+    for (solved, bound) in solved.iter().zip([1e-4, 1e-6]) {
+        let off = solved.intensity / 0.371980648542 - 1.0;
+        assert!(off.abs() < bound, "{off:e}");
+    }
+}
