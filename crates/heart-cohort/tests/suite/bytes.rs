@@ -2,7 +2,7 @@
 
 use crate::{all, names, shard, with_refused};
 use heart_cohort::Row;
-use heart_cohort::heart_phantom::Phantom;
+use heart_cohort::heart_phantom::{Phantom, Scene};
 use std::fs;
 use std::io::Read;
 use std::path::Path;
@@ -80,7 +80,7 @@ fn a_shard_holds_what_its_members_are() {
         .flat_map(|row| wanted.map(|name| format!("{}.{name}", row.key)));
     assert!(files.iter().map(|(name, _)| name.clone()).eq(expected));
     for (row, files) in kept.iter().zip(files.chunks(wanted.len())) {
-        let scene = serde_json::from_slice(&files[0].1).unwrap();
+        let scene: Scene = serde_json::from_slice(&files[0].1).unwrap();
         assert_eq!(cohort.member(row.member).unwrap().scene().unwrap(), scene);
         let phantom = Phantom::new(scene).unwrap();
         let numbers: serde_json::Value = serde_json::from_slice(&files[1].1).unwrap();

@@ -155,12 +155,12 @@ vary.cycle.volume.gain = {{ uniform = [0.2, 0.3] }}\nvary.defects.1.activity = {
             }
         }
     }
-    // A shifted sequence has each share to a few points.
+    // 900 are four blocks of powers of two, each with less than one point too many or too few at either end of a share.
     assert!(
         counts
             .iter()
             .zip([300, 150, 450])
-            .all(|(n, wanted): (&i32, i32)| (n - wanted).abs() < 5),
+            .all(|(n, wanted): (&i32, i32)| (n - wanted).abs() < 9),
         "{counts:?}"
     );
 }

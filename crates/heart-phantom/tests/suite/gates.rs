@@ -59,15 +59,15 @@ fn gates_together_are_those_taken_by_themselves() {
     };
     let mut physiological = scene();
     physiological.cycle.curve = VolumeCurve::Physiological;
-    for scene in [
-        scene(),
-        physiological.clone().with_defect(defect),
-        physiological.with_background(around),
-        scene()
-            .with_blur(BlurSettings { fwhm: 1.5 })
-            .with_background(around)
-            .with_defect(defect),
-    ] {
+    let mut with_defect = physiological.clone();
+    with_defect.defects.push(defect);
+    physiological.background = Some(around);
+    let mut with_all = scene();
+    with_all.background = Some(around);
+    with_all.defects.push(defect);
+    let mut blurred = with_all.clone();
+    blurred.blur = Some(BlurSettings { fwhm: 1.5 });
+    for scene in [scene(), physiological, with_defect, with_all, blurred] {
         // A sum of some six terms, each rounded to 24 bits, in the one order and in the other.
         let found = differences(&scene);
         assert!(found.iter().all(|worst| *worst < 1e-6), "{found:?}");
@@ -85,7 +85,9 @@ fn what_shares_no_shape_has_its_own_bits() {
         tolerance: 1e-2,
     };
     assert_eq!(differences(&turning), [0.0; 2]);
-    assert_eq!(differences(&scene().with_collimator(collimator))[0], 0.0);
+    let mut collimated = scene();
+    collimated.collimator = Some(collimator);
+    assert_eq!(differences(&collimated)[0], 0.0);
     assert_eq!(differences(&scene().with_mode(Mode::WholeCycle)), [0.0; 2]);
 }
 
