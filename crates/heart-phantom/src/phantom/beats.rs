@@ -24,7 +24,8 @@ impl Phantom {
     /// The beats from the start of the first view to the end of the last; `None` if they are all alike and count.
     pub fn beats(&self) -> Option<BeatReport> {
         let rhythm = self.cycle().rhythm()?;
-        let end = self.camera().n_views() as f64 * self.camera().interval();
+        let camera = self.camera();
+        let end = camera.view_start(camera.n_views() - 1) + camera.interval();
         let beats: Vec<_> = (0..)
             .map(|k| rhythm.beat(k))
             .take_while(|beat| beat.start < end)

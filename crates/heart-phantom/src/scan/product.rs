@@ -85,7 +85,7 @@ impl<'a> Product<'a> {
 
     /// The points of one view.
     pub(super) fn view(&self, view_idx: usize) -> Nodes {
-        let start = view_idx as f64 * self.camera.interval();
+        let start = self.camera.view_start(view_idx);
         let spans = self.spans(view_idx);
         let [seconds, _] = spans::seen(&spans, start);
         if seconds == 0.0 {

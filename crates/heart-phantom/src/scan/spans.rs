@@ -96,7 +96,7 @@ pub(super) fn seen(spans: &[Span], start: f64) -> [f64; 2] {
 
 /// The time of a view.
 fn times(acquisition: Acquisition, camera: &Camera, view_idx: usize) -> [f64; 2] {
-    let start = view_idx as f64 * camera.interval();
+    let start = camera.view_start(view_idx);
     match acquisition {
         Acquisition::Instants => [start; 2],
         Acquisition::Exposure { window, .. } => [start, start + window],

@@ -115,7 +115,7 @@ impl TimeSeen {
 impl Acquisition {
     /// In real time, how many seconds a view sees, and the moment in their middle.
     pub(super) fn seconds(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> [f64; 2] {
-        let start = view_idx as f64 * camera.interval();
+        let start = camera.view_start(view_idx);
         spans::seen(&spans::of_view(*self, cycle, camera, view_idx), start)
     }
 
@@ -187,7 +187,7 @@ impl Acquisition {
             return camera.angle(view_idx, 0.5);
         }
         if self.in_real_time(cycle) {
-            let start = view_idx as f64 * camera.interval();
+            let start = camera.view_start(view_idx);
             let [_, middle] = self.seconds(cycle, camera, view_idx);
             return camera.angle(view_idx, (middle - start) / camera.interval());
         }
