@@ -1,7 +1,7 @@
 //! NumPy: single arrays.
 
 use crate::error::{PhantomError, check_count};
-use crate::files::{Samples, Volume, write_atomically};
+use crate::files::{Samples, write_atomically};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -26,11 +26,6 @@ pub fn write_npy(path: &Path, shape: &[usize], values: &[f32]) -> Result<(), Pha
         });
     }
     write_samples(path, shape, values.into())
-}
-
-pub(super) fn volume_shape(volume: &Volume) -> [usize; 3] {
-    let [nx, ny, nz] = volume.grid().shape();
-    [nz, ny, nx]
 }
 
 pub(super) fn write_samples(

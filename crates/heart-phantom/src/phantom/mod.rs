@@ -23,7 +23,7 @@ pub use artefacts::Artefacts;
 pub use memory::Memory;
 pub use method::{Method, Osem, OsemReport};
 pub use numbers::{Numbers, Thickness};
-pub use output::{Output, Product};
+pub use output::{GateFiles, Output, Product};
 pub use parts::PhantomParts;
 pub use phases::{PhaseOf, PhaseReport, ScenePhase};
 pub use planned::PlannedFile;

@@ -10,7 +10,7 @@ use crate::ranges;
 use crate::scan::MOST_SAMPLES;
 use crate::scene::build::{Rest, collimation_of, defect_of};
 use crate::text::{Number, enough};
-use crate::{Uptake, VolumeCurve, VolumeRange};
+use crate::{GateFiles, Uptake, VolumeCurve, VolumeRange};
 
 /// Sizes of an arc in degrees.
 const ARC: [f64; 2] = [1e-3, 3600.0];
@@ -65,6 +65,7 @@ pub(super) fn scene(scene: &Scene) -> Result<Rest, SceneError> {
         return Err(fault("output.write", "attenuation", wanted));
     }
     output(&scene.output)?;
+    one_file(scene)?;
     region_has_a_place(scene)?;
     Ok(rest)
 }
@@ -397,6 +398,39 @@ fn camera(camera: &CameraSettings) -> Checked {
     if samples > MOST_SAMPLES {
         let wanted = format!("views x bins x rows = {samples:e} must be at most {MOST_SAMPLES:e}");
         return Err(fault("camera.views", camera.views, wanted));
+    }
+    Ok(())
+}
+
+/// The same of a scene as `check_gates` of parts.
+fn one_file(scene: &Scene) -> Checked {
+    let output = &scene.output;
+    let Mode::Gated { gates: 2.. } = scene.acquisition.mode else {
+        return Ok(());
+    };
+    if output.gates == GateFiles::Each {
+        return Ok(());
+    }
+    let sees = output.write.contains(&Product::Projections);
+    let gives = (output.write.iter()).any(|product| {
+        !matches!(
+            product,
+            Product::Projections | Product::Meshes | Product::Pictures
+        )
+    });
+    for (used, field, format) in [
+        (sees, "output.projections", output.projections),
+        (gives, "output.volumes", output.volumes),
+    ] {
+        if used && !format.holds_gates() {
+            let wanted =
+                "has no room for all gates in one file: choose another, or gates = \"each\"";
+            return Err(fault(field, spelled(format), wanted));
+        }
+    }
+    if sees && scene.camera.rotation == crate::Rotation::Continuous {
+        let wanted = "must be each: a camera that turns sees each gate from other angles";
+        return Err(fault("output.gates", "one-file", wanted));
     }
     Ok(())
 }

@@ -9,20 +9,22 @@ mod fault;
 mod place;
 mod read;
 mod run;
+mod run_report;
 mod sections;
 mod source;
 mod study;
 mod template;
 
 pub use crate::{
-    Accuracy, Activity, Balloon, Counting, Counts, Decay, Method, Mode, Noise, Osem, Output,
-    Product, Rotation,
+    Accuracy, Activity, Balloon, Counting, Counts, Decay, GateFiles, Method, Mode, Noise, Osem,
+    Output, Product, Rotation,
 };
 pub use error::SceneError;
 pub(crate) use error::place_in;
 pub use membrane_forces::PressureLaw;
 pub use radon::{ArcPolicy, Window};
-pub use run::{GateReport, PictureReport, Progress, RunReport, SliceOrders, run};
+pub use run::{GateResults, Run, run};
+pub use run_report::{GateReport, PictureReport, Progress, RunReport, SliceOrders};
 pub use sections::{
     AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
     CollimatorSettings, CycleSettings, DefectSettings, DiscretisationSettings, HeartSettings,
