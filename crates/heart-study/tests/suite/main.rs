@@ -6,5 +6,6 @@ mod cli;
 mod cli_check;
 mod cli_folder;
 mod cli_output;
+mod cli_page;
 mod cli_scene;
 mod figures;
