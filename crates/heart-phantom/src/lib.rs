@@ -23,11 +23,13 @@
 //! [`membrane_newton`], [`membrane_implicit`], [`revolve_voxel`] and [`radon`].
 //!
 //! # Files
-//! [`files`] writes volumes and projections whole or not at all: npy, npz, NIfTI, MetaImage, NRRD, Interfile, raw with JSON.
+//! [`files`] writes volumes and projections whole or not at all: npy, npz, NIfTI, MetaImage, NRRD, Interfile,
+//! raw with JSON, DICOM.
 //!
 //! # Features
-//! Both are on by default; without them (`default-features = false`) the physics is 52 packages instead of 82, itself among them.
+//! The first two are on by default; without them (`default-features = false`) the physics is 52 packages instead of 82, itself among them.
 //! - `scene`: `Scene`, its TOML, `run` and its report.
+//! - `dicom` (off by default): DICOM.
 //! - `files`: the formats that need a library: npz, compressed NIfTI, raw with JSON, pictures of slices (PNG, GIF). Without it they are
 //!   refused ([`PhantomError::NotBuilt`]); all others are there.
 //!
@@ -60,9 +62,9 @@ pub use model::{
     RrIntervals, Stretch, Twist, Uptake, VolumeCurve, VolumeRange, Wall, WallRegion,
 };
 pub use phantom::{
-    Artefacts, BeatReport, BinMeans, Edge, Memory, Method, Moment, MotionField, MotionReport,
-    Numbers, Osem, OsemReport, Output, Phantom, PhantomParts, PhaseOf, PhaseReport, PlannedFile,
-    PointMotion, Product, ScenePhase, Seen, Thickness, Warning, WorkReport,
+    Artefacts, BeatReport, BinMeans, Edge, GateFiles, Memory, Method, Moment, MotionField,
+    MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhantomParts, PhaseOf, PhaseReport,
+    PlannedFile, PointMotion, Product, ScenePhase, Seen, Thickness, Warning, WorkReport,
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
@@ -73,6 +75,8 @@ pub use scan::{
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
-pub use scene::{GateReport, PictureReport, Progress, RunReport, Scene, SliceOrders, run};
+pub use scene::{
+    GateReport, GateResults, PictureReport, Progress, Run, RunReport, Scene, SliceOrders, run,
+};
 pub use text::shown;
 pub use truth::{Measures, Regions, truth};

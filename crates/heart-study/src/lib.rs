@@ -3,13 +3,15 @@
 #![doc = include_str!("../README.md")]
 //!
 //! [`run`] does it and writes a folder: arrays, [`report`], and a page with all figures. [`figures`] draws each of them from plain
-//! data. Conventions, units and index orders are those of [`heart_phantom`].
+//! data, [`Look`] makes pictures and a page of a run of any scene. Conventions, units and index orders are those of [`heart_phantom`].
 
 mod error;
 pub mod figures;
+mod look;
 mod study;
 
 pub use error::StudyError;
 pub use heart_phantom;
+pub use look::Look;
 pub use study::report::{self, Report};
 pub use study::{StudyOptions, run, summary};

@@ -60,6 +60,7 @@ fn more(random: &mut Random, attenuates: bool) -> String {
         "interfile-stir",
         "interfile-simind",
         "raw-json",
+        "dicom",
     ];
     line(format!("volumes = '{}'", random.pick(&formats)));
     line(format!(
@@ -70,7 +71,8 @@ fn more(random: &mut Random, attenuates: bool) -> String {
             "nrrd",
             "interfile-stir",
             "interfile-simind",
-            "raw-json"
+            "raw-json",
+            "dicom"
         ])
     ));
     text

@@ -2,6 +2,7 @@
 //!
 //! Each rule is a pure function from text to findings, so that its tests are two snippets: one that breaks it, one that keeps it.
 
+mod assets;
 mod circles;
 mod conventions;
 mod floors;
@@ -71,6 +72,7 @@ fn check(root: &Path) -> Result<Vec<Finding>, String> {
             findings.extend(source_rules::check(path, text));
         }
     }
+    findings.extend(assets::check(&files));
     findings.extend(circles::check(&files));
     findings.extend(floors::check(&files));
     findings.extend(manifests::check(&files));

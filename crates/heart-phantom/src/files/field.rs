@@ -111,12 +111,14 @@ pub fn write_field(path: &Path, field: &Field, format: Format) -> Result<(), Pha
         }
         #[cfg(not(feature = "files"))]
         Format::Npz | Format::NiftiGz => format.check_built(),
-        Format::Nrrd | Format::InterfileStir | Format::InterfileSimind | Format::RawJson => {
-            Err(PhantomError::Unsupported {
-                format: format.name(),
-                what: "several numbers a voxel here: npy, npz, NIfTI and MetaImage can",
-            })
-        }
+        Format::Nrrd
+        | Format::InterfileStir
+        | Format::InterfileSimind
+        | Format::RawJson
+        | Format::Dicom => Err(PhantomError::Unsupported {
+            format: format.name(),
+            what: "several numbers a voxel here: npy, npz, NIfTI and MetaImage can",
+        }),
     }
 }
 
@@ -130,7 +132,11 @@ impl Format {
             | Self::NiftiGz
             | Self::MetaImage
             | Self::MetaImageSingle => true,
-            Self::Nrrd | Self::InterfileStir | Self::InterfileSimind | Self::RawJson => false,
+            Self::Nrrd
+            | Self::InterfileStir
+            | Self::InterfileSimind
+            | Self::RawJson
+            | Self::Dicom => false,
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use super::names::check_extension;
 use crate::error::PhantomError;
+#[cfg(feature = "dicom")]
+use crate::files::dicom;
 use crate::files::{Projections, Volume, interfile, metaimage, nifti, npy, nrrd};
 #[cfg(feature = "files")]
 use crate::files::{npz, raw_json};
@@ -33,6 +35,8 @@ pub enum Format {
     InterfileSimind,
     /// Raw samples with a JSON header beside them.
     RawJson,
+    /// DICOM: images of nuclear medicine, all frames in one file, integers of 16 bits with their factor.
+    Dicom,
 }
 
 /// From which end rows of projections and slices of volumes follow each other in a file, the patient's head at +z.
@@ -48,7 +52,7 @@ pub enum SliceOrder {
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Npy,
         Self::Npz,
         Self::Nifti,
@@ -59,6 +63,7 @@ impl Format {
         Self::InterfileStir,
         Self::InterfileSimind,
         Self::RawJson,
+        Self::Dicom,
     ];
 
     /// The name of the format.
@@ -73,10 +78,11 @@ impl Format {
             Self::InterfileStir => "Interfile (STIR)",
             Self::InterfileSimind => "Interfile (SIMIND)",
             Self::RawJson => "raw with JSON",
+            Self::Dicom => "DICOM",
         }
     }
 
-    /// Whether this build writes it: compressed, archived and JSON ones come with the feature `files`.
+    /// Whether this build writes it: compressed, archived and JSON ones come with the feature `files`, DICOM with `dicom`.
     ///
     /// # Errors
     /// [`PhantomError::NotBuilt`].
@@ -88,11 +94,36 @@ impl Format {
                     feature: "files",
                 })
             }
+            Self::Dicom if !cfg!(feature = "dicom") => Err(PhantomError::NotBuilt {
+                what: self.name(),
+                feature: "dicom",
+            }),
             _ => Ok(()),
         }
     }
 
-    /// The order of rows and slices in its files.
+    /// Bytes of a sample that is no label in its files, before any compression.
+    pub(crate) fn sample_bytes(self) -> u64 {
+        match self {
+            Self::Dicom => 2,
+            _ => 4,
+        }
+    }
+
+    /// Whether the gates of a beat have room in one of its files.
+    pub fn holds_gates(self) -> bool {
+        !matches!(self, Self::InterfileStir)
+    }
+
+    /// The order of rows of projections in its files.
+    pub fn row_order(self) -> SliceOrder {
+        match self {
+            Self::Dicom => SliceOrder::HeadToFeet,
+            format => format.slice_order(),
+        }
+    }
+
+    /// The order of slices of volumes in its files.
     pub fn slice_order(self) -> SliceOrder {
         match self {
             Self::InterfileStir | Self::InterfileSimind => SliceOrder::HeadToFeet,
@@ -103,7 +134,8 @@ impl Format {
             | Self::MetaImage
             | Self::MetaImageSingle
             | Self::Nrrd
-            | Self::RawJson => SliceOrder::FeetToHead,
+            | Self::RawJson
+            | Self::Dicom => SliceOrder::FeetToHead,
         }
     }
 
@@ -120,6 +152,7 @@ impl Format {
             Self::InterfileStir => "hv",
             Self::InterfileSimind => "h00",
             Self::RawJson => "json",
+            Self::Dicom => "dcm",
         }
     }
 
@@ -145,7 +178,8 @@ impl Format {
             | Self::Nifti
             | Self::NiftiGz
             | Self::MetaImageSingle
-            | Self::Nrrd => None,
+            | Self::Nrrd
+            | Self::Dicom => None,
         }
     }
 
@@ -164,13 +198,13 @@ impl Format {
 ///
 /// # Errors
 /// [`PhantomError::Extension`]; [`PhantomError::Count`] if a side is too long for the format;
-/// [`PhantomError::OutOfRange`] if the format cannot hold the grid's place;
-/// [`PhantomError::NotBuilt`] for a format of the feature `files` in a build without it; [`PhantomError::File`] if the files cannot be written. Whatever the error, no file that was there
+/// [`PhantomError::OutOfRange`] if the format cannot hold the grid's place; [`PhantomError::Unsupported`] if it has no room for gates;
+/// [`PhantomError::NotBuilt`] for a format of the feature `files` or `dicom` in a build without it; [`PhantomError::File`] if the files cannot be written. Whatever the error, no file that was there
 /// before is half written, and no header points to data that are not there.
 pub fn write_volume(path: &Path, volume: &Volume, format: Format) -> Result<(), PhantomError> {
     check_extension(path, format.volume_extension())?;
     match format {
-        Format::Npy => npy::write_samples(path, &npy::volume_shape(volume), volume.samples()),
+        Format::Npy => npy::write_samples(path, &volume.axes(), volume.samples()),
         #[cfg(feature = "files")]
         Format::Npz => npz::write_volume(path, volume),
         Format::Nifti => nifti::write(path, volume),
@@ -183,6 +217,10 @@ pub fn write_volume(path: &Path, volume: &Volume, format: Format) -> Result<(), 
         Format::InterfileSimind => interfile::write_volume_simind(path, volume),
         #[cfg(feature = "files")]
         Format::RawJson => raw_json::write_volume(path, volume),
+        #[cfg(feature = "dicom")]
+        Format::Dicom => dicom::write_volume(path, volume),
+        #[cfg(not(feature = "dicom"))]
+        Format::Dicom => format.check_built(),
         #[cfg(not(feature = "files"))]
         Format::Npz | Format::NiftiGz | Format::RawJson => format.check_built(),
     }
@@ -192,7 +230,7 @@ pub fn write_volume(path: &Path, volume: &Volume, format: Format) -> Result<(), 
 ///
 /// # Errors
 /// [`PhantomError::Unsupported`] if the format has no place for angles; else as [`write_volume`].
-/// Interfile holds even steps between the views and a detector centred on the axis only:
+/// Interfile and DICOM hold even steps between the views and a detector centred on the axis only:
 /// [`PhantomError::OutOfRange`] says what was found.
 pub fn write_projections(
     path: &Path,
@@ -208,7 +246,7 @@ pub fn write_projections(
     };
     check_extension(path, extension)?;
     match format {
-        Format::Npy => npy::write_samples(path, &projections.shape(), projections.samples()),
+        Format::Npy => npy::write_samples(path, &projections.axes(), projections.samples()),
         #[cfg(feature = "files")]
         Format::Npz => npz::write_projections(path, projections),
         Format::Nrrd => nrrd::write_projections(path, projections),
@@ -216,6 +254,10 @@ pub fn write_projections(
         Format::InterfileSimind => interfile::write_projections_simind(path, projections),
         #[cfg(feature = "files")]
         Format::RawJson => raw_json::write_projections(path, projections),
+        #[cfg(feature = "dicom")]
+        Format::Dicom => dicom::write_projections(path, projections),
+        #[cfg(not(feature = "dicom"))]
+        Format::Dicom => format.check_built(),
         #[cfg(not(feature = "files"))]
         Format::Npz | Format::RawJson => format.check_built(),
         Format::Nifti | Format::NiftiGz | Format::MetaImage | Format::MetaImageSingle => {

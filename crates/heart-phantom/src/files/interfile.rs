@@ -21,9 +21,13 @@
 //!   (cos beta, -sin beta), the detector towards (-sin beta, -cos beta) (`utils/spatial.py`, `rotate_detector_z`, and kornia's
 //!   `rotate`, counter-clockwise as displayed). With beta = 180 degrees - theta and the bins the other way round, as a camera
 //!   in front of the patient shows them, arrays of volumes and of maps are the lab's. Growing angles are then CW.
+//! - Gates in one file: `GSPECT`, in which one time window, the R-R intervals accepted, has an image of each view or slice for each of its
+//!   time slots. The keys are those of Interfile 3.3 as xmedcon reads them (`m-intf.c`).
+//! - xmedcon 0.23.0, which asks for the number of images, of energy windows and of heads, that STIR can do without.
 
 use super::names::{data_beside, millimetres};
-use crate::error::{PhantomError, check};
+use super::turn::{Direction, Turn, check_centred};
+use crate::error::PhantomError;
 use crate::files::atomic::write_with_header;
 use crate::files::{Projections, Radius, Samples, Volume, write_atomically};
 use crate::text::short;
@@ -33,6 +37,7 @@ use std::path::Path;
 pub(crate) const ORBIT_EXTENSION: &str = "cor";
 
 pub(super) fn write_volume_stir(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    refuse_gates(volume.seconds_per_gate())?;
     let (data, name) = data_beside(path, "v");
     let [nx, ny, nz] = volume.grid().shape();
     let [dx, dy, dz] = volume.spacing_mm();
@@ -85,14 +90,17 @@ pub(super) fn write_volume_simind(path: &Path, volume: &Volume) -> Result<(), Ph
         let centre = volume.grid().origin()[a] + 0.5 * (shape[a] as f64 - 1.0) * spacing;
         check_centred("centre of the grid in voxels", centre / spacing, shape[a])?;
     }
-    let head = simind_head(&name, nz);
+    let gates = Gates::new(volume.n_gates(), volume.seconds_per_gate());
+    let images = volume.n_gates() * nz;
+    let head = simind_head(&name, images, &gates);
+    let study = &gates.study;
     let number = number_format(volume.samples(), "short float");
     let thickness = dz / dx;
     let header = format!(
         "{head}\
-         !SPECT STUDY (General) :=\n\
+         {study}\
          number of detector heads := 1\n\
-         !number of images/energy window := {nz}\n\
+         !number of images/energy window := {images}\n\
          !process status := reconstructed\n\
          !matrix size [1] := {nx}\n\
          !matrix size [2] := {ny}\n\
@@ -117,6 +125,7 @@ pub(super) fn write_projections_stir(
     path: &Path,
     projections: &Projections,
 ) -> Result<(), PhantomError> {
+    refuse_gates(projections.seconds_per_gate())?;
     let (data, name) = data_beside(path, "s");
     let turn = Turn::new(projections)?;
     let number = number_format(projections.samples(), "float");
@@ -128,6 +137,7 @@ pub(super) fn write_projections_stir(
         }
     };
     let acquired = acquired(projections, &turn, &orbit);
+    let [views, ..] = projections.shape();
     let header = format!(
         "!INTERFILE :=\n\
          !imaging modality := nucmed\n\
@@ -140,8 +150,11 @@ pub(super) fn write_projections_stir(
          patient orientation := head_in\n\
          patient rotation := supine\n\
          imagedata byte order := LITTLEENDIAN\n\
+         !total number of images := {views}\n\
+         !number of energy windows := 1\n\
          !SPECT STUDY (General) :=\n\
          {number}\
+         number of detector heads := 1\n\
          {acquired}"
     );
     // Rows from head to feet, as the slices.
@@ -157,8 +170,10 @@ pub(super) fn write_projections_simind(
 ) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "a00");
     let turn = Turn::new(projections)?;
-    let [views, ..] = projections.shape();
-    let head = simind_head(&name, views);
+    let gates = Gates::new(projections.n_gates(), projections.seconds_per_gate());
+    let images = projections.n_gates() * projections.angles().len();
+    let head = simind_head(&name, images, &gates);
+    let study = &gates.study;
     let number = number_format(projections.samples(), "short float");
     let (start, direction) = match turn.direction {
         Direction::Ccw => (180.0 - turn.start, Direction::Cw),
@@ -183,10 +198,10 @@ pub(super) fn write_projections_simind(
     let header = format!(
         "{head}\
          ;# Image Orientation := 1.000 0.000 0.000 0.000 0.000 -1.000\n\
-         !SPECT STUDY (General) :=\n\
+         {study}\
          {number}\
          number of detector heads := 1\n\
-         !number of images/energy window := {views}\n\
+         !number of images/energy window := {images}\n\
          {acquired}"
     );
     // Rows from head to feet, bins from s = +.
@@ -196,8 +211,50 @@ pub(super) fn write_projections_simind(
     })
 }
 
+/// The gates of one file, or none.
+struct Gates {
+    kind: &'static str,
+    /// The line that the study begins with, and what gates have besides.
+    study: String,
+}
+
+impl Gates {
+    fn new(n: usize, seconds: Option<f64>) -> Self {
+        match seconds {
+            None => Self {
+                kind: "tomographic",
+                study: "!SPECT STUDY (General) :=\n".into(),
+            },
+            Some(seconds) => Self {
+                kind: "GSPECT",
+                study: format!(
+                    "!GATED SPECT STUDY (general) :=\n\
+                     !gated SPECT nesting outer level := Gated\n\
+                     number of time windows := 1\n\
+                     !Gated Study (each time window) :=\n\
+                     !time window number := 1\n\
+                     !number of images in time window := {n}\n\
+                     !image duration (sec) := {seconds}\n"
+                ),
+            },
+        }
+    }
+}
+
+/// STIR has gates in files of their own.
+fn refuse_gates(seconds: Option<f64>) -> Result<(), PhantomError> {
+    match seconds {
+        None => Ok(()),
+        Some(_) => Err(PhantomError::Unsupported {
+            format: "Interfile (STIR)",
+            what: "gates in one file",
+        }),
+    }
+}
+
 /// What SIMIND's headers begin with; the version is that whose units they are in.
-fn simind_head(data: &str, images: usize) -> String {
+fn simind_head(data: &str, images: usize, gates: &Gates) -> String {
+    let kind = gates.kind;
     format!(
         "!INTERFILE :=\n\
          !imaging modality := nucmed\n\
@@ -208,7 +265,7 @@ fn simind_head(data: &str, images: usize) -> String {
          !data offset in bytes := 0\n\
          !name of data file := {data}\n\
          !GENERAL IMAGE DATA :=\n\
-         !type of data := tomographic\n\
+         !type of data := {kind}\n\
          patient orientation := head_in\n\
          patient rotation := supine\n\
          imagedata byte order := LITTLEENDIAN\n\
@@ -257,61 +314,6 @@ fn counts(each: Option<&[f64]>) -> String {
     let told = &counts[..if alike { 1 } else { counts.len() }];
     let told: Vec<String> = told.iter().map(f64::to_string).collect();
     format!(";# counts per unit := {}\n", told.join(", "))
-}
-
-/// How the camera turns, in degrees.
-struct Turn {
-    start: f64,
-    extent: f64,
-    direction: Direction,
-}
-
-/// Which way a header says that the camera turns.
-enum Direction {
-    Cw,
-    Ccw,
-}
-
-impl Turn {
-    /// # Errors
-    /// [`PhantomError::OutOfRange`] if the views are not evenly spaced or the detector is not
-    /// centred: there are no keys for that.
-    fn new(projections: &Projections) -> Result<Self, PhantomError> {
-        let angles = projections.angles();
-        let [_, rows, bins] = projections.shape();
-        let detector = projections.detector();
-        for (a, n) in [bins, rows].into_iter().enumerate() {
-            let offset = detector.offset()[a] / detector.pitch()[a];
-            check_centred("detector offset in bins", offset, n)?;
-        }
-        let gaps = (angles.len() - 1).max(1) as f64;
-        let step = (angles[angles.len() - 1] - angles[0]) / gaps;
-        if angles.len() > 1 {
-            // The smallest step that a header in degrees is not noise for.
-            check("step between views", step.abs(), [1e-9, f64::MAX])?;
-        }
-        for pair in angles.windows(2) {
-            // Angles made by adding up steps are off by far less than this; a real unevenness is not.
-            let slack = 1e-6 * step.abs();
-            let (low, high) = (step - slack, step + slack);
-            check("step between views", pair[1] - pair[0], [low, high])?;
-        }
-        Ok(Self {
-            start: short(angles[0].to_degrees()).rem_euclid(360.0),
-            extent: short((step.abs() * angles.len() as f64).to_degrees()),
-            direction: match step < 0.0 {
-                true => Direction::Cw,
-                false => Direction::Ccw,
-            },
-        })
-    }
-}
-
-/// `given` of `n` steps has to be zero up to rounding.
-fn check_centred(what: &'static str, given: f64, n: usize) -> Result<f64, PhantomError> {
-    // The rounding of a centre found from n steps, far below anything that a picture shows.
-    let slack = 1e-9 * n as f64;
-    check(what, given, [-slack, slack])
 }
 
 fn number_format(samples: Samples, float: &str) -> String {

@@ -1,27 +1,26 @@
 //! MetaImage: a text header, then the samples, in one file or two.
 //!
 //! Keys as in <https://itk.org/Wiki/ITK/MetaIO/Documentation>. The world of ITK is LPS, as the lab, so that the matrix is the
-//! identity; MetaImage's word for it, `RAI`, names where the axes come from.
+//! identity; MetaImage's word for it, `RAI`, names where the axes come from. Gates are the channels of a voxel, one after the other.
 
 use super::names::data_beside;
 use crate::error::PhantomError;
 use crate::files::atomic::write_with_header;
 use crate::files::{Format, Samples, Volume, write_atomically};
+use std::io::{self, Write};
 use std::path::Path;
 
 pub(super) fn write_mhd(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "raw");
     let header = header(volume, &name);
-    write_with_header(path, header.as_bytes(), &data, |out| {
-        volume.samples().write(out)
-    })
+    write_with_header(path, header.as_bytes(), &data, |out| put(out, volume))
 }
 
 pub(super) fn write_mha(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     let header = header(volume, "LOCAL");
     write_atomically(path, |out| {
         out.write_all(header.as_bytes())?;
-        volume.samples().write(out)
+        put(out, volume)
     })
 }
 
@@ -47,6 +46,14 @@ pub(super) fn write_field(
     })
 }
 
+fn put(out: &mut dyn Write, volume: &Volume) -> io::Result<()> {
+    let samples = volume.samples();
+    match volume.seconds_per_gate() {
+        None => samples.write(out),
+        Some(_) => samples.write_interleaved(volume.grid().len(), out),
+    }
+}
+
 fn header(volume: &Volume, data: &str) -> String {
     let [nx, ny, nz] = volume.grid().shape();
     let [dx, dy, dz] = volume.spacing_mm();
@@ -55,6 +62,13 @@ fn header(volume: &Volume, data: &str) -> String {
         Samples::F32(_) => "MET_FLOAT",
         Samples::U8(_) => "MET_UCHAR",
         Samples::U16(_) => "MET_USHORT",
+    };
+    let gates = match volume.seconds_per_gate() {
+        None => String::new(),
+        Some(seconds) => {
+            let n = volume.n_gates();
+            format!("SecondsPerGate = {seconds}\nElementNumberOfChannels = {n}\n")
+        }
     };
     format!(
         "ObjectType = Image\n\
@@ -68,6 +82,7 @@ fn header(volume: &Volume, data: &str) -> String {
          AnatomicalOrientation = RAI\n\
          ElementSpacing = {dx} {dy} {dz}\n\
          DimSize = {nx} {ny} {nz}\n\
+         {gates}\
          ElementType = {kind}\n\
          ElementDataFile = {data}\n"
     )

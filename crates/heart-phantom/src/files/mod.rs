@@ -21,6 +21,11 @@
 //! | `InterfileStir` | `.hv` + `.v`, `.hs` + `.s` | STIR, mm: (x, y, -z), head first | yes | even steps, centred |
 //! | `InterfileSimind` | `.h00` + `.a00`, and `.cor` of an orbit that is no circle | centred, mm, head first, bins as seen from in front | centred | even steps, centred |
 //! | `RawJson` | `.json` + `.bin` | lab, cm | yes | yes, with angles |
+//! | `Dicom` | `.dcm` | LPS, mm: (x, y, z); integers with a factor | yes | even steps, centred |
+//!
+//! The gates of a beat go into one file each, or into one for all ([`Volume::of_gates`], [`Projections::of_gates`]; not as
+//! `InterfileStir`): the slowest axis of arrays, the fourth of NIfTI and NRRD, the channels of MetaImage, the time slots of Interfile and
+//! DICOM.
 //!
 //! Samples are little-endian. What a format cannot hold is refused ([`PhantomError`]) before anything is written, never
 //! dropped; `Npy` alone holds samples and nothing else.
@@ -43,6 +48,8 @@
 //! ```
 
 mod atomic;
+#[cfg(feature = "dicom")]
+mod dicom;
 mod field;
 mod format;
 mod interfile;
@@ -63,6 +70,7 @@ mod projections;
 #[cfg(feature = "files")]
 mod raw_json;
 mod samples;
+mod turn;
 mod volume;
 
 /// The name of a run's report, which lists its files.
@@ -71,6 +79,9 @@ pub const REPORT: &str = "report.json";
 pub const PROGRAM: &str = concat!("heart-phantom ", env!("CARGO_PKG_VERSION"));
 
 pub use atomic::{HeldWrites, create_writable_folder, remove_unfinished, write_atomically};
+#[cfg(feature = "dicom")]
+#[cfg_attr(docsrs, doc(cfg(feature = "dicom")))]
+pub use dicom::write_ct;
 pub use field::{Field, FieldOf, write_field};
 pub use format::{Format, SliceOrder, write_projections, write_volume};
 pub(crate) use interfile::ORBIT_EXTENSION;
@@ -80,6 +91,7 @@ pub use mesh::{write_ply, write_stl};
 pub(crate) use names::{
     ATTENUATION, FIELDS, LABELS, MOVING, PROJECTIONS, RECONSTRUCTION, SLICE, SURFACES,
 };
+pub use nifti::nifti_bytes;
 pub use npy::{put_npy, write_npy};
 #[cfg(feature = "scene")]
 pub(crate) use older::check_no_folder;

@@ -38,7 +38,7 @@ pub(super) fn data_beside(header: &Path, extension: &str) -> (std::path::PathBuf
 
 /// What the names of the files of a run begin with, up to a hyphen or a dot.
 #[cfg(feature = "scene")]
-pub(crate) const WORDS: [&str; 12] = [
+pub(crate) const WORDS: [&str; 13] = [
     PROJECTIONS,
     RECONSTRUCTION,
     // That of all views together too.
@@ -52,6 +52,7 @@ pub(crate) const WORDS: [&str; 12] = [
     FIELDS[2].0,
     SLICE,
     "beat",
+    "curves",
 ];
 
 pub(crate) const PROJECTIONS: &str = "projections";

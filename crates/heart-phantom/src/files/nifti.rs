@@ -4,12 +4,30 @@
 //! than by a crate: the one there is for Rust brings arrays of its own and leaves qform and sform to the caller.
 //!
 //! NIfTI's world is right, anterior, superior; the lab is left, posterior, superior. So world = (-x, -y, z): half a turn about
-//! z, quaternion (0, 0, 0, 1), no reflection (qfac = 1). Both forms say so, with code 1 (scanner anatomical).
+//! z, quaternion (0, 0, 0, 1), no reflection (qfac = 1). Both forms say so, with code 1 (scanner anatomical). Gates are the fourth
+//! axis, in seconds.
 
-use crate::error::{PhantomError, check_count};
+use crate::error::{PhantomError, check, check_count};
 use crate::files::{Samples, Volume, write_atomically};
 use std::io::{self, Write};
 use std::path::Path;
+
+/// A volume as the bytes of a NIfTI-1 file, for programs that embed it or send it; a sample is `factor` times what is stored
+/// (`scl_slope`).
+///
+/// # Errors
+/// [`PhantomError::Count`] if a side is too long for the format; [`PhantomError::OutOfRange`] if the factor is not positive.
+pub fn nifti_bytes(volume: &Volume, factor: f64) -> Result<Vec<u8>, PhantomError> {
+    let least = f64::from(f32::MIN_POSITIVE);
+    let factor = check("factor of samples", factor, [least, f64::from(f32::MAX)])?;
+    let mut header = header(volume)?;
+    header[112..116].copy_from_slice(&(factor as f32).to_le_bytes()); // scl_slope
+    let samples = volume.samples();
+    let mut bytes = Vec::with_capacity(header.len() + samples.len() * samples.bytes_each());
+    // A list of bytes takes all of them.
+    let _ = put(&mut bytes, &header, volume);
+    Ok(bytes)
+}
 
 pub(super) fn write(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     let header = header(volume)?;
@@ -91,6 +109,12 @@ fn header(volume: &Volume) -> Result<[u8; 352], PhantomError> {
     for (to, n) in dim[1..].iter_mut().zip(volume.grid().shape()) {
         *to = check_count("voxels along a side", n, [1, i16::MAX as usize])? as i16;
     }
+    if let Some(seconds) = volume.seconds_per_gate() {
+        let most = [1, i16::MAX as usize];
+        dim[0] = 4;
+        dim[4] = check_count("gates", volume.n_gates(), most)? as i16;
+        put(92, &(seconds as f32).to_le_bytes()); // pixdim[4]
+    }
     for (k, n) in dim.iter().enumerate() {
         put(40 + 2 * k, &n.to_le_bytes());
     }
@@ -111,7 +135,8 @@ fn header(volume: &Volume) -> Result<[u8; 352], PhantomError> {
     }
     put(108, &352_f32.to_le_bytes()); // vox_offset
     put(112, &1_f32.to_le_bytes()); // scl_slope
-    put(123, &[2]); // xyzt_units: mm
+    let time = volume.seconds_per_gate().map_or(0, |_| 8);
+    put(123, &[2 | time]); // xyzt_units: mm, s
     put(
         148,
         b"heart-phantom; lab x, y, z = left, posterior, superior",

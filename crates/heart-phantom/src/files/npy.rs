@@ -1,7 +1,7 @@
 //! NumPy: single arrays.
 
 use crate::error::{PhantomError, check_count};
-use crate::files::{Samples, Volume, write_atomically};
+use crate::files::{Samples, write_atomically};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -47,11 +47,6 @@ pub fn put_npy(out: &mut dyn Write, shape: &[usize], samples: Samples) -> io::Re
         return Err(io::ErrorKind::InvalidInput.into());
     }
     put_samples(out, shape, samples)
-}
-
-pub(super) fn volume_shape(volume: &Volume) -> [usize; 3] {
-    let [nx, ny, nz] = volume.grid().shape();
-    [nz, ny, nx]
 }
 
 pub(super) fn write_samples(

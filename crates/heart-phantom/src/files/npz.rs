@@ -9,9 +9,13 @@ use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// Arrays `samples` [z][y][x], `spacing_cm` and `origin_cm` (x, y, z).
+/// Arrays `samples` [z][y][x], `spacing_cm` and `origin_cm` (x, y, z); of gates `samples` [gate][z][y][x] and `seconds_per_gate`.
 pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
-    write_field(path, volume, &npy::volume_shape(volume), volume.samples())
+    write_npz(path, &volume.axes(), volume.samples(), |archive| {
+        archive.array("spacing_cm", &volume.grid().spacing())?;
+        archive.array("origin_cm", &volume.grid().origin())?;
+        archive.some("seconds_per_gate", volume.seconds_per_gate())
+    })
 }
 
 /// The same with samples of another shape on the voxels of a volume.
@@ -27,21 +31,26 @@ pub(super) fn write_field(
     })
 }
 
-/// Arrays `samples` [view][row][bin], `angles_rad`, `pitch_cm` and `first_cm` (bin, row), `radius_cm` (one, or one for each view); `counts_per_unit` of each view, if
-/// it is known.
+/// Arrays `samples` [view][row][bin], `angles_rad`, `pitch_cm` and `first_cm` (bin, row), `radius_cm` (one, or one for each view);
+/// `counts_per_unit` of each view, if it is known; of gates `samples` [gate][view][row][bin] and `seconds_per_gate`.
 pub(super) fn write_projections(
     path: &Path,
     projections: &Projections,
 ) -> Result<(), PhantomError> {
-    let shape = projections.shape();
-    write_npz(path, &shape, projections.samples(), |archive| {
-        archive.array("angles_rad", projections.angles())?;
-        archive.array("pitch_cm", &projections.detector().pitch())?;
-        archive.array("first_cm", &projections.first())?;
-        archive.array("radius_cm", projections.radius().as_slice())?;
-        (projections.counts_per_unit())
-            .map_or(Ok(()), |counts| archive.array("counts_per_unit", counts))
-    })
+    write_npz(
+        path,
+        &projections.axes(),
+        projections.samples(),
+        |archive| {
+            archive.array("angles_rad", projections.angles())?;
+            archive.array("pitch_cm", &projections.detector().pitch())?;
+            archive.array("first_cm", &projections.first())?;
+            archive.array("radius_cm", projections.radius().as_slice())?;
+            archive.some("seconds_per_gate", projections.seconds_per_gate())?;
+            (projections.counts_per_unit())
+                .map_or(Ok(()), |counts| archive.array("counts_per_unit", counts))
+        },
+    )
 }
 
 struct Archive<'a>(ZipWriter<&'a mut BufWriter<File>>);
@@ -52,6 +61,10 @@ impl Archive<'_> {
             .compression_method(CompressionMethod::Stored)
             .large_file(true); // past 4 GiB
         Ok(self.0.start_file(format!("{name}.npy"), options)?)
+    }
+
+    fn some(&mut self, name: &str, value: Option<f64>) -> io::Result<()> {
+        value.map_or(Ok(()), |value| self.array(name, &[value]))
     }
 
     fn array(&mut self, name: &str, values: &[f64]) -> io::Result<()> {

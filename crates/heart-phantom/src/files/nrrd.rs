@@ -1,4 +1,4 @@
-//! NRRD with its data inside, raw. Fields as in <https://teem.sourceforge.net/nrrd/format.html>.
+//! NRRD with its data inside, raw. Fields as in <https://teem.sourceforge.net/nrrd/format.html>. Gates are a fourth axis, a list.
 
 use super::names::millimetres;
 use crate::error::PhantomError;
@@ -10,15 +10,25 @@ pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomEr
     let [nx, ny, nz] = volume.grid().shape();
     let [dx, dy, dz] = volume.spacing_mm();
     let [x, y, z] = volume.origin_mm();
+    let (size, direction, kind, time) = match volume.seconds_per_gate() {
+        None => Default::default(),
+        Some(seconds) => (
+            format!(" {}", volume.n_gates()),
+            " none",
+            " list",
+            format!("seconds_per_gate:={seconds}\n"),
+        ),
+    };
     let fields = format!(
         "space: left-posterior-superior\n\
-         sizes: {nx} {ny} {nz}\n\
-         space directions: ({dx},0,0) (0,{dy},0) (0,0,{dz})\n\
-         kinds: domain domain domain\n\
+         sizes: {nx} {ny} {nz}{size}\n\
+         space directions: ({dx},0,0) (0,{dy},0) (0,0,{dz}){direction}\n\
+         kinds: domain domain domain{kind}\n\
          space units: \"mm\" \"mm\" \"mm\"\n\
-         space origin: ({x},{y},{z})\n"
+         space origin: ({x},{y},{z})\n\
+         {time}"
     );
-    write(path, &fields, volume.samples())
+    write(path, volume.axes().len(), &fields, volume.samples())
 }
 
 /// Axes bin, row, view. The third counts the views, as they need not be evenly spaced: the angles are a key of their own.
@@ -32,12 +42,24 @@ pub(super) fn write_projections(
     let [bin, row] = projections.first().map(millimetres);
     let radii = projections.radius();
     let radii: Vec<f64> = radii.as_slice().iter().map(|r| millimetres(*r)).collect();
+    let (size, spacing, kind, label, unit, time) = match projections.seconds_per_gate() {
+        None => Default::default(),
+        Some(seconds) => (
+            format!(" {}", projections.n_gates()),
+            format!(" {seconds}"),
+            " list",
+            " \"gate\"",
+            " \"s\"",
+            format!("seconds_per_gate:={seconds}\n"),
+        ),
+    };
     let mut fields = format!(
-        "sizes: {bins} {rows} {views}\n\
-         spacings: {pitch_bin} {pitch_row} 1\n\
-         kinds: domain domain domain\n\
-         labels: \"bin\" \"row\" \"view\"\n\
-         units: \"mm\" \"mm\" \"\"\n\
+        "sizes: {bins} {rows} {views}{size}\n\
+         spacings: {pitch_bin} {pitch_row} 1{spacing}\n\
+         kinds: domain domain domain{kind}\n\
+         labels: \"bin\" \"row\" \"view\"{label}\n\
+         units: \"mm\" \"mm\" \"\"{unit}\n\
+         {time}\
          first_bin_mm:={bin}\n\
          first_row_mm:={row}\n\
          radius_mm:={}\n\
@@ -50,7 +72,12 @@ pub(super) fn write_projections(
         // Writing into a String does not fail.
         let _ = writeln!(fields, "counts_per_unit:={}", spaced(counts));
     }
-    write(path, &fields, projections.samples())
+    write(
+        path,
+        projections.axes().len(),
+        &fields,
+        projections.samples(),
+    )
 }
 
 fn spaced(numbers: &[f64]) -> String {
@@ -58,7 +85,7 @@ fn spaced(numbers: &[f64]) -> String {
     texts.join(" ")
 }
 
-fn write(path: &Path, fields: &str, samples: Samples) -> Result<(), PhantomError> {
+fn write(path: &Path, axes: usize, fields: &str, samples: Samples) -> Result<(), PhantomError> {
     let kind = match samples {
         Samples::F32(_) => "float",
         Samples::U8(_) => "uint8",
@@ -70,7 +97,7 @@ fn write(path: &Path, fields: &str, samples: Samples) -> Result<(), PhantomError
             "NRRD0004\n\
              # heart-phantom\n\
              type: {kind}\n\
-             dimension: 3\n\
+             dimension: {axes}\n\
              endian: little\n\
              encoding: raw\n\
              {fields}\n"

@@ -16,7 +16,7 @@ const MOST_BYTES: u64 = 1 << 30;
 /// What the names of the study's files begin with, besides `fig` and two digits.
 const OF_THE_STUDY: [&str; 5] = ["static", "short", "long", "newton", "index"];
 /// What names of surfaces, pictures and pages end in.
-const OTHER_EXTENSIONS: [&str; 4] = ["stl", "png", "gif", "html"];
+const OTHER_EXTENSIONS: [&str; 5] = ["stl", "png", "gif", "svg", "html"];
 
 /// What is read of an older report.
 #[derive(Deserialize)]

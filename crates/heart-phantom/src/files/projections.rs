@@ -2,6 +2,7 @@
 
 use crate::error::{PhantomError, check};
 use crate::files::Samples;
+use crate::files::samples::gates_of;
 use revolve_voxel::ParallelDetector;
 
 /// Distance of the detector's face from the axis of turning, in cm.
@@ -35,7 +36,8 @@ impl Radius<'_> {
     }
 }
 
-/// The images of a turning camera, index order `[view][row][bin]`, with where they were taken from.
+/// The images of a turning camera, index order `[view][row][bin]`, with where they were taken from. Of the gates of a beat
+/// `[gate][view][row][bin]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projections<'a> {
     detector: ParallelDetector,
@@ -43,6 +45,9 @@ pub struct Projections<'a> {
     radius: Radius<'a>,
     samples: Samples<'a>,
     counts: Option<&'a [f64]>,
+    seconds: f64,
+    seconds_per_gate: Option<f64>,
+    study: Option<&'a str>,
 }
 
 impl<'a> Projections<'a> {
@@ -93,19 +98,63 @@ impl<'a> Projections<'a> {
             radius,
             samples,
             counts: None,
+            seconds: 0.0,
+            seconds_per_gate: None,
+            study: None,
         })
     }
 
-    /// The same with the expected counts of a sample of 1 in each view, which headers then tell.
+    /// The images of the gates of a beat, `[gate][view][row][bin]`, all from the same angles, `seconds` from one gate to the next: one
+    /// file for all of them.
     ///
     /// # Errors
-    /// [`PhantomError::WrongLength`] unless there is one for each view; [`PhantomError::OutOfRange`] if one is not finite and positive.
+    /// As [`Projections::new`], with a number of samples that is no multiple of that of a gate; [`PhantomError::OutOfRange`] if `seconds`
+    /// is not positive.
+    pub fn of_gates(
+        detector: ParallelDetector,
+        angles: &'a [f64],
+        radius: impl Into<Radius<'a>>,
+        samples: impl Into<Samples<'a>>,
+        seconds: f64,
+    ) -> Result<Self, PhantomError> {
+        let samples = samples.into();
+        let view_len = detector.n_rows().saturating_mul(detector.n_bins());
+        let first = gates_of(samples, angles.len().saturating_mul(view_len), seconds)?;
+        let projections = Self::new(detector, angles, radius, first)?;
+        samples.check("samples of projections", &[samples.len()])?;
+        Ok(Self {
+            samples,
+            seconds_per_gate: Some(seconds),
+            ..projections
+        })
+    }
+
+    /// The same with the seconds that each view, or the gate of one, sees; 0 if that is not told.
+    ///
+    /// # Errors
+    /// [`PhantomError::OutOfRange`] if they are negative or not finite.
+    pub fn with_seconds(mut self, seconds: f64) -> Result<Self, PhantomError> {
+        self.seconds = check("seconds of a view", seconds, [0.0, 1e9])?;
+        Ok(self)
+    }
+
+    /// The same as part of a study, see [`Volume::with_study`](crate::files::Volume::with_study).
+    pub fn with_study(mut self, name: &'a str) -> Self {
+        self.study = Some(name);
+        self
+    }
+
+    /// The same with the expected counts of a sample of 1 in each view, `[view]` or `[gate][view]`, which headers then tell.
+    ///
+    /// # Errors
+    /// [`PhantomError::WrongLength`] unless there is one for each view of each gate; [`PhantomError::OutOfRange`] if one is not finite and positive.
     pub fn with_counts_per_unit(mut self, counts: &'a [f64]) -> Result<Self, PhantomError> {
-        if counts.len() != self.angles.len() {
+        let expected = self.n_gates() * self.angles.len();
+        if counts.len() != expected {
             return Err(PhantomError::WrongLength {
                 what: "counts of a sample of 1",
                 given: counts.len(),
-                expected: self.angles.len(),
+                expected,
             });
         }
         for &count in counts {
@@ -139,12 +188,38 @@ impl<'a> Projections<'a> {
         self.radius
     }
 
-    /// The samples, `[view][row][bin]`.
+    /// Seconds that each view sees, 0 if that is not told.
+    pub fn seconds(&self) -> f64 {
+        self.seconds
+    }
+
+    /// Seconds from one gate to the next, of images of gates.
+    pub fn seconds_per_gate(&self) -> Option<f64> {
+        self.seconds_per_gate
+    }
+
+    /// Number of gates, or 1.
+    pub fn n_gates(&self) -> usize {
+        self.samples.len() / self.shape().iter().product::<usize>().max(1)
+    }
+
+    /// The name of the study.
+    pub fn study(&self) -> Option<&'a str> {
+        self.study
+    }
+
+    /// The samples, `[view][row][bin]` or `[gate][view][row][bin]`.
     pub fn samples(&self) -> Samples<'a> {
         self.samples
     }
 
-    /// `[views, rows, bins]`.
+    /// Their axes from slowest to fastest.
+    pub(super) fn axes(&self) -> Vec<usize> {
+        let gates = self.seconds_per_gate.map(|_| self.n_gates());
+        gates.into_iter().chain(self.shape()).collect()
+    }
+
+    /// `[views, rows, bins]` of a gate.
     pub(super) fn shape(&self) -> [usize; 3] {
         [
             self.angles.len(),

@@ -8,14 +8,14 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
-    let [nx, ny, nz] = volume.grid().shape();
-    let header = json!({
+    let mut header = json!({
         "order": ["z", "y", "x"],
-        "shape": [nz, ny, nx],
+        "shape": volume.axes(),
         "spacing_cm": volume.grid().spacing(),
         "origin_cm": volume.grid().origin(),
         "axes": {"x": "left", "y": "posterior", "z": "superior"},
     });
+    of_gates(&mut header, volume.seconds_per_gate());
     write(path, header, volume.samples())
 }
 
@@ -25,7 +25,7 @@ pub(super) fn write_projections(
 ) -> Result<(), PhantomError> {
     let mut header = json!({
         "order": ["view", "row", "bin"],
-        "shape": projections.shape(),
+        "shape": projections.axes(),
         "pitch_cm": projections.detector().pitch(),
         "first_cm": projections.first(),
         "angles_rad": projections.angles(),
@@ -37,7 +37,19 @@ pub(super) fn write_projections(
     if let Some(counts) = projections.counts_per_unit() {
         header["counts_per_unit"] = counts.into();
     }
+    of_gates(&mut header, projections.seconds_per_gate());
     write(path, header, projections.samples())
+}
+
+/// What gates have besides: another axis, and the time along it.
+fn of_gates(header: &mut Value, seconds: Option<f64>) {
+    let Some(seconds) = seconds else {
+        return;
+    };
+    header["seconds_per_gate"] = seconds.into();
+    if let Some(order) = header["order"].as_array_mut() {
+        order.insert(0, "gate".into());
+    }
 }
 
 fn write(path: &Path, mut header: Value, samples: Samples) -> Result<(), PhantomError> {

@@ -1,6 +1,6 @@
 //! The numbers of a volume or a stack, and their bytes.
 
-use crate::error::PhantomError;
+use crate::error::{PhantomError, check};
 use std::io::{self, Write};
 use std::ops::Range;
 
@@ -99,11 +99,86 @@ impl Samples<'_> {
         Ok(())
     }
 
+    /// Those of each block of `len` from the last to the first.
+    #[cfg(feature = "dicom")]
+    pub(super) fn backwards(&self, len: usize) -> OwnSamples {
+        fn each<T: Copy>(values: &[T], len: usize) -> Vec<T> {
+            values.chunks(len).flat_map(backwards).collect()
+        }
+        match self {
+            Self::F32(values) => OwnSamples::F32(each(values, len)),
+            Self::U8(values) => OwnSamples::U8(each(values, len)),
+            Self::U16(values) => OwnSamples::U16(each(values, len)),
+        }
+    }
+
+    /// Writes the first sample of each block of `len`, then the second of each, and so on.
+    pub(super) fn write_interleaved(&self, len: usize, out: &mut dyn Write) -> io::Result<()> {
+        // As many samples of a block at once as fill a piece.
+        let blocks = self.len() / len.max(1);
+        let run = (PIECE / 4 / blocks.max(1)).max(1);
+        for from in (0..len).step_by(run) {
+            let to = len.min(from + run);
+            let places = (from..to).flat_map(|k| (0..blocks).map(move |block| block * len + k));
+            match self {
+                Self::F32(v) => {
+                    Samples::F32(&places.map(|k| v[k]).collect::<Vec<_>>()).write(out)?
+                }
+                Self::U8(v) => Samples::U8(&places.map(|k| v[k]).collect::<Vec<_>>()).write(out)?,
+                Self::U16(v) => {
+                    Samples::U16(&places.map(|k| v[k]).collect::<Vec<_>>()).write(out)?
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn write_range(&self, range: Range<usize>, out: &mut dyn Write) -> io::Result<()> {
         match self {
             Self::F32(values) => write_bytes(&values[range], |v| v.to_le_bytes(), out),
             Self::U8(values) => out.write_all(&values[range]),
             Self::U16(values) => write_bytes(&values[range], |v| v.to_le_bytes(), out),
+        }
+    }
+}
+
+/// The samples of the first of several gates of `len` each, `seconds` from one to the next; there have to be whole ones.
+pub(super) fn gates_of(
+    samples: Samples<'_>,
+    len: usize,
+    seconds: f64,
+) -> Result<Samples<'_>, PhantomError> {
+    check("seconds a gate", seconds, [1e-9, 1e9])?;
+    let given = samples.len();
+    if given < len || !given.is_multiple_of(len.max(1)) {
+        return Err(PhantomError::WrongLength {
+            what: "samples of gates",
+            given,
+            expected: given.next_multiple_of(len.max(1)).max(len),
+        });
+    }
+    Ok(match samples {
+        Samples::F32(values) => Samples::F32(&values[..len]),
+        Samples::U8(values) => Samples::U8(&values[..len]),
+        Samples::U16(values) => Samples::U16(&values[..len]),
+    })
+}
+
+/// Samples of one's own.
+#[cfg(feature = "dicom")]
+pub(super) enum OwnSamples {
+    F32(Vec<f32>),
+    U8(Vec<u8>),
+    U16(Vec<u16>),
+}
+
+#[cfg(feature = "dicom")]
+impl OwnSamples {
+    pub(super) fn as_samples(&self) -> Samples<'_> {
+        match self {
+            Self::F32(values) => values.into(),
+            Self::U8(values) => values.into(),
+            Self::U16(values) => values.into(),
         }
     }
 }

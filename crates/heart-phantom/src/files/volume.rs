@@ -3,13 +3,16 @@
 use super::names::millimetres;
 use crate::error::{PhantomError, check};
 use crate::files::Samples;
+use crate::files::samples::gates_of;
 use revolve_voxel::VoxelGrid;
 
-/// Samples on a voxel grid, index order `[z][y][x]`; lab frame, centimetres, axes along x, y, z.
+/// Samples on a voxel grid, index order `[z][y][x]`; lab frame, centimetres, axes along x, y, z. Of the gates of a beat `[gate][z][y][x]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Volume<'a> {
     grid: VoxelGrid,
     samples: Samples<'a>,
+    seconds: Option<f64>,
+    study: Option<&'a str>,
 }
 
 impl<'a> Volume<'a> {
@@ -28,7 +31,66 @@ impl<'a> Volume<'a> {
             check("voxel spacing", grid.spacing()[a], [least, most])?;
             check("grid origin", grid.origin()[a], [-most, most])?;
         }
-        Ok(Self { grid, samples })
+        Ok(Self {
+            grid,
+            samples,
+            seconds: None,
+            study: None,
+        })
+    }
+
+    /// The volumes of the gates of a beat, `[gate][z][y][x]`, `seconds` from one to the next: one file for all of them.
+    ///
+    /// ```
+    /// use heart_phantom::files::{Format, Volume, write_volume};
+    /// use heart_phantom::revolve_voxel::VoxelGrid;
+    /// let grid = VoxelGrid::centred([4, 3, 2], [0.1; 3], [0.0; 3])?;
+    /// let beat = vec![0.5_f32; 8 * 24];
+    /// let volume = Volume::of_gates(grid, &beat, 0.125)?; // 8 gates of a beat of a second
+    /// let folder = tempfile::tempdir()?; // or any other
+    /// write_volume(&folder.path().join("beat.nii"), &volume, Format::Nifti)?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Volume::new`], with a number of samples that is no multiple of that of the voxels; [`PhantomError::OutOfRange`] if `seconds` is
+    /// not positive.
+    pub fn of_gates(
+        grid: VoxelGrid,
+        samples: impl Into<Samples<'a>>,
+        seconds: f64,
+    ) -> Result<Self, PhantomError> {
+        let samples = samples.into();
+        let first = gates_of(samples, grid.len(), seconds)?;
+        let volume = Self::new(grid, first)?;
+        samples.check("samples of a volume", &[samples.len()])?;
+        Ok(Self {
+            samples,
+            seconds: Some(seconds),
+            ..volume
+        })
+    }
+
+    /// The same as part of a study: files with one name of a study belong together where a format knows of studies (DICOM). Any text,
+    /// such as that of a scene.
+    pub fn with_study(mut self, name: &'a str) -> Self {
+        self.study = Some(name);
+        self
+    }
+
+    /// Seconds from one gate to the next, of volumes of gates.
+    pub fn seconds_per_gate(&self) -> Option<f64> {
+        self.seconds
+    }
+
+    /// Number of gates, or 1.
+    pub fn n_gates(&self) -> usize {
+        self.samples.len() / self.grid.len().max(1)
+    }
+
+    /// The name of the study.
+    pub fn study(&self) -> Option<&'a str> {
+        self.study
     }
 
     /// The grid.
@@ -36,9 +98,16 @@ impl<'a> Volume<'a> {
         &self.grid
     }
 
-    /// The samples, `[z][y][x]`.
+    /// The samples, `[z][y][x]` or `[gate][z][y][x]`.
     pub fn samples(&self) -> Samples<'a> {
         self.samples
+    }
+
+    /// Its axes from slowest to fastest.
+    pub(super) fn axes(&self) -> Vec<usize> {
+        let [nx, ny, nz] = self.grid.shape();
+        let gates = self.seconds.map(|_| self.n_gates());
+        gates.into_iter().chain([nz, ny, nx]).collect()
     }
 
     /// Step between voxels `[x, y, z]` in mm.

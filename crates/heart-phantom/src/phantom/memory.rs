@@ -24,7 +24,7 @@ pub struct Memory {
     pub shapes: u64,
     /// The views of one gate, and when they see what.
     pub views: u64,
-    /// Reconstruction, exact volume and masks of one gate.
+    /// Reconstruction, exact volume and masks of one gate; all that goes into one file of all gates.
     pub volumes: u64,
 }
 
@@ -84,6 +84,18 @@ impl Phantom {
             (true, Method::Fbp) => (WORK_BYTES as u64).min(8 * voxels),
             (true, Method::Osem(osem)) => self.bytes_of_osem(osem),
         };
+        // What waits until all gates are there.
+        let collected = match self.one_file() {
+            false => 0,
+            true => {
+                let volumes = u64::from(wants(Product::Reconstruction))
+                    + u64::from(wants(Product::Truth))
+                    + u64::from(wants(Product::Attenuation));
+                let views = u64::from(wants(Product::Projections)) * samples;
+                let labels = u64::from(wants(Product::Labels)) * voxels;
+                self.n_gates() as u64 * (4 * volumes * voxels + views + labels)
+            }
+        };
         // Two views a thread may be under way.
         let slabs = (self.depth_known()).map_or(0, |depth| {
             2 * rayon::current_num_threads() * depth.view_bytes()
@@ -97,6 +109,7 @@ impl Phantom {
                     0
                 },
             volumes: reconstruction
+                + collected
                 + voxels
                     * (4 * u64::from(reconstructs)
                         + 4 * u64::from(wants(Product::Truth))

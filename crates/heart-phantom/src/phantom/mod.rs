@@ -32,7 +32,7 @@ pub use memory::Memory;
 pub use method::{Method, Osem, OsemReport};
 pub use motion::{MotionField, MotionReport, PointMotion};
 pub use numbers::{Numbers, Thickness};
-pub use output::{Output, Product};
+pub use output::{GateFiles, Output, Product};
 pub use parts::PhantomParts;
 #[cfg(feature = "scene")]
 pub(crate) use parts::WORK_BYTES;

@@ -13,6 +13,8 @@ pub struct Output {
     pub volumes: Format,
     /// Format of projections.
     pub projections: Format,
+    /// Whether the gates go into files of their own.
+    pub gates: GateFiles,
     /// Largest relative error of the volume that a surface encloses.
     pub mesh_tolerance: f64,
 }
@@ -27,9 +29,22 @@ impl Default for Output {
             ],
             volumes: Format::Npy,
             projections: Format::Npy,
+            gates: GateFiles::Each,
             mesh_tolerance: 1e-3,
         }
     }
+}
+
+/// Where the gates of a beat go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+pub enum GateFiles {
+    /// Each into a file of its own: `truth-gate-03`.
+    #[default]
+    Each,
+    /// All into one: `truth`, four-dimensional; surfaces and pictures have their own all the same.
+    OneFile,
 }
 
 /// A result that can be written; `report.json` with the numbers is always there.

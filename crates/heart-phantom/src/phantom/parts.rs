@@ -1,13 +1,13 @@
 //! What a phantom is made of: the domain's own types, put together by hand or from a scene.
 
 use super::method::Method;
-use super::output::{Output, Product};
+use super::output::{GateFiles, Output, Product};
 use crate::error::{PhantomError, check, check_count};
 use crate::files::Format;
 use crate::model::{Attenuation, Background, without_overlap};
 use crate::ranges;
 use crate::scan::{Accuracy, BinSample, Collimation, Counting, Counts, Mode, Noise, Orbit, STEPS};
-use crate::{Activity, Camera, Cycle, Defect, Heart, MaterialPoint, Twist, ViewTime};
+use crate::{Activity, Camera, Cycle, Defect, Heart, MaterialPoint, Rotation, Twist, ViewTime};
 use radon::FbpOptions;
 use revolve_voxel::Organs;
 use std::f64::consts::TAU;
@@ -337,6 +337,38 @@ impl PhantomParts {
             return Err(PhantomError::Unsupported {
                 format: projections.name(),
                 what: "the angles of projections",
+            });
+        }
+        self.check_gates()
+    }
+
+    /// Gates in one file: of a format that holds them, and seen from the same angles.
+    fn check_gates(&self) -> Result<(), PhantomError> {
+        let output = &self.output;
+        if output.gates == GateFiles::Each || self.mode.n_gates() == 1 {
+            return Ok(());
+        }
+        let what = "gates in one file";
+        let sees = output.write.contains(&Product::Projections);
+        let of_volumes = [
+            Product::Reconstruction,
+            Product::Truth,
+            Product::Labels,
+            Product::Attenuation,
+        ];
+        let gives = of_volumes
+            .iter()
+            .any(|product| output.write.contains(product));
+        for (used, format) in [(sees, output.projections), (gives, output.volumes)] {
+            if used && !format.holds_gates() {
+                let format = format.name();
+                return Err(PhantomError::Unsupported { format, what });
+            }
+        }
+        if sees && self.camera.rotation() == Rotation::Continuous {
+            return Err(PhantomError::Unsupported {
+                format: "a camera that turns, which sees each gate from other angles,",
+                what,
             });
         }
         Ok(())

@@ -1,13 +1,13 @@
 //! What a run writes, before it does: the names of its files and their sizes.
 
-use super::output::Product;
+use super::output::{GateFiles, Product};
 use super::phases::PhaseOf;
 use crate::error::PhantomError;
 use crate::files::{
     ATTENUATION, FIELDS, Format, LABELS, MOVING, ORBIT_EXTENSION, PROJECTIONS, RECONSTRUCTION,
     REPORT, SLICE, SURFACES,
 };
-use crate::{Moment, Orbit, Phantom, files};
+use crate::{Mode, Moment, Orbit, Phantom, files};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
@@ -82,25 +82,40 @@ impl Phantom {
             }));
         };
         let gates = 0..self.n_gates();
+        let sample = self.parts().output.volumes.sample_bytes();
+        // Of what goes into one file.
+        let (in_one, times) = match self.one_file() {
+            true => (0..1, self.n_gates() as u64),
+            false => (gates.clone(), 1),
+        };
         match product {
             Product::Projections => {
-                let bytes = 4 * (camera.n_views() * camera.view_len()) as u64;
-                gates.for_each(|gate| add(self.projection_names(gate), bytes));
+                let sample = self.parts().output.projections.sample_bytes();
+                let bytes = times * sample * (camera.n_views() * camera.view_len()) as u64;
+                in_one.for_each(|gate| add(self.projection_names(gate), bytes));
             }
             Product::Reconstruction | Product::Truth => {
                 let what = match product {
                     Product::Truth => self.truth_of().file_name(),
                     _ => RECONSTRUCTION,
                 };
-                gates.for_each(|gate| {
-                    add(self.volume_names(&self.gate_name(what, gate)), 4 * voxels)
+                in_one.for_each(|gate| {
+                    let name = match self.one_file() {
+                        true => what.to_owned(),
+                        false => self.gate_name(what, gate),
+                    };
+                    add(self.volume_names(&name), times * sample * voxels);
                 });
             }
             Product::Labels | Product::Attenuation => {
                 let (what, bytes) = match product {
                     Product::Labels => (LABELS, voxels),
-                    _ => (ATTENUATION, 4 * voxels),
+                    _ => (ATTENUATION, sample * voxels),
                 };
+                if self.one_file() {
+                    add(self.volume_names(what), times * bytes);
+                    return Ok(());
+                }
                 for scene_phase in phases {
                     add(self.volume_names(&phase_name(what, scene_phase.of)), bytes);
                 }
@@ -139,6 +154,12 @@ impl Phantom {
         Ok(())
     }
 
+    /// Whether all gates go into one file.
+    pub(crate) fn one_file(&self) -> bool {
+        matches!(self.parts().mode, Mode::Gated { .. })
+            && self.parts().output.gates == GateFiles::OneFile
+    }
+
     /// `what`, or `what-gate-03`.
     pub(crate) fn gate_name(&self, what: &str, gate: usize) -> String {
         match self.n_gates() {
@@ -154,7 +175,10 @@ impl Phantom {
         let Some(extension) = format.projections_extension() else {
             unreachable!("the parts were checked")
         };
-        let name = self.gate_name(PROJECTIONS, gate);
+        let name = match self.one_file() {
+            true => PROJECTIONS.to_owned(),
+            false => self.gate_name(PROJECTIONS, gate),
+        };
         let mut names = named(&name, extension, format.projections_data_extension());
         let circle = matches!(self.parts().orbit, Orbit::Circle(_));
         if format == Format::InterfileSimind && !circle {

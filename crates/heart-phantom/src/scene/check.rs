@@ -11,7 +11,7 @@ use crate::model::{Height, without_overlap};
 use crate::ranges;
 use crate::scene::build::{Rest, collimation_of, defect_of, regular_cycle_of};
 use crate::text::{Number, enough};
-use crate::{Uptake, VolumeCurve, VolumeRange};
+use crate::{GateFiles, Uptake, VolumeCurve, VolumeRange};
 
 /// Gives what gains are over.
 pub(super) fn scene(scene: &Scene) -> Result<Rest, SceneError> {
@@ -74,6 +74,7 @@ pub(super) fn scene(scene: &Scene) -> Result<Rest, SceneError> {
     }
     output(&scene.output)?;
     even_steps(scene)?;
+    one_file(scene)?;
     region_has_a_place(scene)?;
     Ok(rest)
 }
@@ -388,6 +389,39 @@ fn torso<const N: usize>(name: &str, centre: [f64; N], semi_axes: [f64; N]) -> C
             [-ranges::SIZE[1], ranges::SIZE[1]],
         )?;
         within(&format!("{name}.semi_axes"), a, ranges::SIZE)?;
+    }
+    Ok(())
+}
+
+/// The same of a scene as `check_gates` of parts.
+fn one_file(scene: &Scene) -> Checked {
+    let output = &scene.output;
+    let Mode::Gated { gates: 2.. } = scene.acquisition.mode else {
+        return Ok(());
+    };
+    if output.gates == GateFiles::Each {
+        return Ok(());
+    }
+    let sees = output.write.contains(&Product::Projections);
+    let gives = (output.write.iter()).any(|product| {
+        !matches!(
+            product,
+            Product::Projections | Product::Meshes | Product::Pictures
+        )
+    });
+    for (used, field, format) in [
+        (sees, "output.projections", output.projections),
+        (gives, "output.volumes", output.volumes),
+    ] {
+        if used && !format.holds_gates() {
+            let wanted =
+                "has no room for all gates in one file: choose another, or gates = \"each\"";
+            return Err(fault(field, spelled(format), wanted));
+        }
+    }
+    if sees && scene.camera.rotation == crate::Rotation::Continuous {
+        let wanted = "must be each: a camera that turns sees each gate from other angles";
+        return Err(fault("output.gates", "one-file", wanted));
     }
     Ok(())
 }

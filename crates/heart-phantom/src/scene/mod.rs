@@ -11,6 +11,7 @@ mod motion;
 mod place;
 mod read;
 mod run;
+mod run_report;
 mod sections;
 mod source;
 mod study;
@@ -18,15 +19,16 @@ mod template;
 
 pub use crate::{
     Accuracy, Activity, Balloon, Beats, BinSample, BreathingCurve, Chest, Counting, Counts, Decay,
-    GatedBy, Method, Mode, Noise, Orbit, Osem, Output, Product, RespiratoryGates, Rotation,
-    RrIntervals,
+    GateFiles, GatedBy, Method, Mode, Noise, Orbit, Osem, Output, Product, RespiratoryGates,
+    Rotation, RrIntervals,
 };
 pub use error::SceneError;
 pub(crate) use error::place_in;
 pub use membrane_forces::PressureLaw;
 pub use motion::{BreathingSettings, PointSettings, TwistSettings};
 pub use radon::{ArcPolicy, Window};
-pub use run::{GateReport, PictureReport, Progress, RunReport, SliceOrders, run};
+pub use run::{GateResults, Run, run};
+pub use run_report::{GateReport, PictureReport, Progress, RunReport, SliceOrders};
 pub use sections::{
     AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
     CollimatorSettings, CycleSettings, DefectSettings, DiscretisationSettings, HeadsSettings,

@@ -1,134 +1,65 @@
 //! A scene from start to end: everything that it asks for, written to a folder.
 
+use super::run_report::{GateReport, PictureReport, Progress, RunReport, SliceOrders};
 use super::study::Scene;
-use crate::error::PhantomError;
+use crate::error::{PhantomError, check_count};
 #[cfg(feature = "files")]
 use crate::files::MOVING;
 use crate::files::{
-    self, ATTENUATION, FIELDS, Field, FieldOf, LABELS, Projections, RECONSTRUCTION, Radius,
-    SURFACES, SliceOrder, Volume,
+    self, ATTENUATION, FIELDS, Field, FieldOf, FolderLock, LABELS, PROJECTIONS, Projections,
+    RECONSTRUCTION, Radius, SURFACES, Volume,
 };
 use crate::phantom::{phase_name, surface_name};
-use crate::{
-    Artefacts, BeatReport, BinMeans, Memory, Method, MotionReport, Numbers, Orbit, OsemReport,
-    Phantom, PhaseReport, Product, ScenePhase, TruthOf, ViewReport, Warning, WorkReport,
-};
-use serde::Serialize;
+use crate::{Method, Orbit, Phantom, Product, ScenePhase, ViewReport};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// How far a computation is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// What is being done.
-    pub stage: &'static str,
-    /// Share of the work behind us, 0 to 1.
-    pub fraction: f64,
-}
-
-/// What a run found and did; `report.json` holds it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct RunReport {
-    /// The program and its version: [`files::PROGRAM`].
-    pub program: String,
-    /// The scene, defaults filled in, if the phantom was made from one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scene: Option<Scene>,
-    /// What may surprise.
-    pub warnings: Vec<Warning>,
-    /// Volumes, ejection fraction, wall.
-    pub numbers: Numbers,
-    /// The heart at the phases that stand for the views, and at end-diastole and end-systole.
-    pub phases: Vec<PhaseReport>,
-    /// Torsion, shortening and the scene's points at the phases that stand for the views, where motion was written, or there are points.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub motion: Vec<MotionReport>,
-    /// The beats, where they differ or some do not count.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub beats: Option<BeatReport>,
-    /// One entry for each gate, or one.
-    pub gates: Vec<GateReport>,
-    /// What the pictures show, where such were written.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pictures: Option<PictureReport>,
-    /// Rows and slices in the files of the formats chosen.
-    pub slice_order: SliceOrders,
-    /// What the numbers in label volumes stand for, from 0 on, where such were written.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub labels: Vec<String>,
-    /// Memory that this was said to take at most.
-    pub memory: Memory,
-    /// Work done.
-    pub work: WorkReport,
-    /// Files written, relative to the folder.
-    pub files: Vec<PathBuf>,
-}
-
-/// The order of what follows each other along z, in the files of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[non_exhaustive]
-pub struct SliceOrders {
-    /// Rows of the projections.
-    pub projections: SliceOrder,
-    /// Slices of the volumes.
-    pub volumes: SliceOrder,
-}
-
-/// One set of views.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct GateReport {
-    /// When and from where its views are taken.
-    pub views: ViewReport,
-    /// Estimated relative error of the quadrature over time, where there is one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub quadrature_error: Option<f64>,
-    /// Steps a cycle of that quadrature, as given or as the tolerance took, where there is one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub quadrature_steps: Option<usize>,
-    /// Of views through a collimator the estimated relative error of their blur ([`Sinograms::depth_error`](crate::Sinograms::depth_error)).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub depth_error: Option<f64>,
-    /// How means over bins were made, where samples are such ([`Phantom::bin_means`]).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bin_means: Option<BinMeans>,
-    /// Mean counts of a sample of 1, where views with noise were made, or the camera's sensitivity is known, and all views have the
-    /// same; what each has by that sensitivity is [`ViewReport::counts_per_unit`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub counts_per_unit: Option<f64>,
-    /// What OSEM did, where it reconstructed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub osem: Option<OsemReport>,
-    /// What the exact volume is the mean over, where it was written: its file is `truth`, or `truth-mean-of-views`, and `rmse` below
-    /// is the difference from it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub truth: Option<TruthOf>,
-    /// The reconstruction against the truth, where both were made.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub artefacts: Option<Artefacts>,
-}
-
-/// The slice that all pictures of a run show, and its greys.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct PictureReport {
-    /// Index of the slice.
-    pub slice: usize,
-    /// Its height in cm.
-    pub z_cm: f64,
-    /// Activity that is black, as is everything below.
-    pub black: f64,
-    /// Activity that is white: the largest of that slice in all gates.
-    pub white: f64,
-}
-
-/// A phantom that writes into a folder.
-struct Writer<'a> {
+/// A run in steps: [`run`] for whoever makes something of the results besides, while they are there.
+///
+/// ```
+/// use heart_phantom::{Phantom, Run, Scene};
+/// let phantom = Phantom::new(Scene::default().with_size(16))?;
+/// let folder = tempfile::tempdir()?; // or any other
+/// let mut run = Run::begin(&phantom, folder.path(), &["notes.txt".into()])?;
+/// let mut most = 0.0f32;
+/// for gate in 0..phantom.n_gates() {
+///     let results = run.gate(gate, &|_| ())?;
+///     most = results.reconstruction.iter().flatten().copied().fold(most, f32::max);
+/// }
+/// let report = run.finish(&|_| (), |report| {
+///     let notes = format!("{most} of {} mL", report.numbers.edv);
+///     heart_phantom::files::write_atomically(&folder.path().join("notes.txt"), |out| out.write_all(notes.as_bytes()))
+/// })?;
+/// assert!(report.files.contains(&"notes.txt".into()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Run<'a> {
     phantom: &'a Phantom,
     out: &'a Path,
+    /// The scene, which names the study.
+    study: Option<String>,
+    /// Names that files of the caller will have.
+    beside: Vec<PathBuf>,
     files: Vec<PathBuf>,
+    gates: Vec<GateReport>,
     /// The middle slice of each reconstruction, for pictures of one window.
     middle: Vec<Vec<f32>>,
+    /// All gates of what goes into one file, by the name of the file.
+    collected: BTreeMap<String, Vec<f32>>,
+    _held: FolderLock,
+}
+
+/// What a gate of a run has made, of what the scene asks for.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct GateResults {
+    /// The views, `[view][row][bin]`.
+    pub projections: Option<Vec<f32>>,
+    /// The volume reconstructed from them, `[z][y][x]`.
+    pub reconstruction: Option<Vec<f32>>,
+    /// The exact volume, `[z][y][x]`.
+    pub truth: Option<Vec<f32>>,
 }
 
 /// Computes and writes what the scene's `[output]` asks for, and `report.json`. Every file is written whole or not at all;
@@ -145,82 +76,133 @@ pub fn run(
     out: &Path,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<RunReport, PhantomError> {
-    let _held = files::lock_folder(out)?;
-    phantom.prepare()?;
-    let planned = phantom.file_names()?;
-    files::check_no_folder(out, &planned)?;
-    files::remove_older(out, &planned)?;
-    let mut writer = Writer {
-        phantom,
-        out,
-        files: Vec::new(),
-        middle: Vec::new(),
-    };
-    // Of the two extreme shapes: a heart that has none is known before any view.
-    let numbers = phantom.numbers()?;
-    let warnings = phantom.warnings()?;
-    let phases = phantom.phase_reports()?;
-    let n_gates = phantom.n_gates();
-    let mut gates = Vec::with_capacity(n_gates);
-    for gate in 0..n_gates {
-        gates.push(writer.gate(gate, &|stage, share| {
-            progress(Progress {
-                stage,
-                fraction: (gate as f64 + share) / (n_gates as f64 + 0.5),
-            });
-        })?);
+    let mut run = Run::begin(phantom, out, &[])?;
+    for gate in 0..phantom.n_gates() {
+        run.gate(gate, progress)?;
     }
-    progress(Progress {
-        stage: "phases",
-        fraction: n_gates as f64 / (n_gates as f64 + 0.5),
-    });
-    writer.phases()?;
-    let pictures = writer.pictures()?;
-    let mut report = RunReport {
-        program: files::PROGRAM.into(),
-        scene: phantom.scene().cloned(),
-        warnings,
-        numbers,
-        phases,
-        motion: match writer.wants(Product::Motion) || !phantom.parts().points.is_empty() {
-            true => phantom.motion_reports()?,
-            false => Vec::new(),
-        },
-        beats: phantom.beats(),
-        gates,
-        pictures,
-        slice_order: SliceOrders {
-            projections: phantom.parts().output.projections.slice_order(),
-            volumes: phantom.parts().output.volumes.slice_order(),
-        },
-        labels: if writer.wants(Product::Labels) {
-            phantom.label_names()
-        } else {
-            Vec::new()
-        },
-        memory: phantom.memory(),
-        work: phantom.work(),
-        files: writer.files,
-    };
-    report.files.push(files::REPORT.into());
-    files::write_atomically(&out.join(files::REPORT), |file| {
-        serde_json::to_writer_pretty(&mut *file, &report)?;
-        file.write_all(b"\n")
-    })?;
-    Ok(report)
+    run.finish(progress, |_| Ok(()))
 }
 
-impl Writer<'_> {
+impl<'a> Run<'a> {
+    /// Takes the folder, finds what would be refused, and removes what an earlier run has left. `beside` are the names of files that
+    /// the caller will write there.
+    ///
+    /// # Errors
+    /// Those of [`run`] before any view.
+    pub fn begin(
+        phantom: &'a Phantom,
+        out: &'a Path,
+        beside: &[PathBuf],
+    ) -> Result<Self, PhantomError> {
+        let held = files::lock_folder(out)?;
+        phantom.prepare()?;
+        let planned = [&phantom.file_names()?, beside].concat();
+        files::check_no_folder(out, &planned)?;
+        files::remove_older(out, &planned)?;
+        // Of the two extreme shapes: a heart that has none is known before any view.
+        phantom.numbers()?;
+        Ok(Self {
+            phantom,
+            out,
+            study: phantom.scene().map(Scene::to_toml),
+            beside: beside.to_vec(),
+            files: Vec::new(),
+            gates: Vec::new(),
+            middle: Vec::new(),
+            collected: BTreeMap::new(),
+            _held: held,
+        })
+    }
+
+    /// Writes views, reconstruction and truth of a gate, which have to come in their order from 0, each once.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] for another gate; later those of [`run`].
+    pub fn gate(
+        &mut self,
+        gate: usize,
+        progress: &(dyn Fn(Progress) + Sync),
+    ) -> Result<GateResults, PhantomError> {
+        let next = self.gates.len();
+        check_count("gate", gate, [next, next])?;
+        check_count("gate", gate, [0, self.phantom.n_gates() - 1])?;
+        let all = self.phantom.n_gates() as f64 + 0.5;
+        let told = |stage, share| {
+            progress(Progress {
+                stage,
+                fraction: (gate as f64 + share) / all,
+            });
+        };
+        let (report, results) = self.make(gate, &told)?;
+        self.gates.push(report);
+        Ok(results)
+    }
+
+    /// Writes what is of phases, the pictures, by `write` what is the caller's, and `report.json`.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if a gate is missing; what `write` gives; those of [`run`].
+    pub fn finish<E: From<PhantomError>>(
+        mut self,
+        progress: &(dyn Fn(Progress) + Sync),
+        write: impl FnOnce(&RunReport) -> Result<(), E>,
+    ) -> Result<RunReport, E> {
+        let (phantom, n_gates) = (self.phantom, self.phantom.n_gates());
+        check_count("gates", self.gates.len(), [n_gates, n_gates])?;
+        progress(Progress {
+            stage: "phases",
+            fraction: n_gates as f64 / (n_gates as f64 + 0.5),
+        });
+        self.phases()?;
+        self.write_collected()?;
+        let pictures = self.pictures()?;
+        let mut report = RunReport {
+            program: files::PROGRAM.into(),
+            scene: phantom.scene().cloned(),
+            warnings: phantom.warnings()?,
+            numbers: phantom.numbers()?,
+            phases: phantom.phase_reports()?,
+            motion: match self.wants(Product::Motion) || !phantom.parts().points.is_empty() {
+                true => phantom.motion_reports()?,
+                false => Vec::new(),
+            },
+            beats: phantom.beats(),
+            gates: std::mem::take(&mut self.gates),
+            pictures,
+            slice_order: SliceOrders {
+                projections: phantom.parts().output.projections.row_order(),
+                volumes: phantom.parts().output.volumes.slice_order(),
+            },
+            labels: match self.wants(Product::Labels) {
+                true => phantom.label_names(),
+                false => Vec::new(),
+            },
+            memory: phantom.memory(),
+            work: phantom.work(),
+            files: std::mem::take(&mut self.files),
+        };
+        write(&report)?;
+        report.files.append(&mut self.beside);
+        report.files.push(files::REPORT.into());
+        files::write_atomically(&self.out.join(files::REPORT), |file| {
+            serde_json::to_writer_pretty(&mut *file, &report)?;
+            file.write_all(b"\n")
+        })?;
+        Ok(report)
+    }
+}
+
+impl Run<'_> {
     fn wants(&self, product: Product) -> bool {
         self.phantom.parts().output.write.contains(&product)
     }
 
     /// Views, reconstruction and truth of one gate.
-    fn gate(
+    fn make(
         &mut self,
         gate: usize,
         progress: &(dyn Fn(&'static str, f64) + Sync),
-    ) -> Result<GateReport, PhantomError> {
+    ) -> Result<(GateReport, GateResults), PhantomError> {
         let phantom = self.phantom;
         let pictures = self.wants(Product::Pictures);
         let reconstruct = self.wants(Product::Reconstruction) || pictures;
@@ -235,7 +217,7 @@ impl Writer<'_> {
             truth: None,
             artefacts: None,
         };
-        let mut volume = None;
+        let mut results = GateResults::default();
         if self.wants(Product::Projections) || reconstruct {
             let n_views = phantom.camera().n_views() as f64;
             let views =
@@ -266,41 +248,51 @@ impl Writer<'_> {
                 let (made, osem) = phantom.reconstruct_observed(gate, &views.samples, &told)?;
                 report.osem = osem;
                 if self.wants(Product::Reconstruction) {
-                    let name = phantom.gate_name(RECONSTRUCTION, gate);
-                    self.write_volume(&name, made.as_slice())?;
+                    self.write_volume(RECONSTRUCTION, gate, &made)?;
                 }
                 if pictures {
                     let len = phantom.camera().grid().slice_len();
                     let from = phantom.camera().n_rows() / 2 * len;
                     self.middle.push(made[from..from + len].to_vec());
                 }
-                volume = Some(made);
+                results.reconstruction = Some(made);
             }
+            results.projections = Some(views.samples);
         }
         if self.wants(Product::Truth) {
             progress("truth", 0.65);
             let (truth, of) = (phantom.truth(gate)?, phantom.truth_of());
-            self.write_volume(&phantom.gate_name(of.file_name(), gate), truth.as_slice())?;
+            self.write_volume(of.file_name(), gate, &truth)?;
             report.truth = Some(of);
-            if let Some(volume) = &volume {
+            if let Some(volume) = &results.reconstruction {
                 progress("measures", 0.95);
                 report.artefacts = Some(phantom.artefacts(gate, volume, &truth)?);
             }
+            results.truth = Some(truth);
         }
-        Ok(report)
+        Ok((report, results))
     }
 
     /// Labels, maps and surfaces at the phases that stand for the views.
     fn phases(&mut self) -> Result<(), PhantomError> {
+        let mut all_labels = Vec::new();
         for scene_phase in self.phantom.phases() {
             let (of, at) = (scene_phase.of, scene_phase.moment());
             if self.wants(Product::Labels) {
-                let labels = self.phantom.labels(at)?;
-                self.write_volume(&phase_name(LABELS, of), labels.as_slice())?;
+                let mut labels = self.phantom.labels(at)?;
+                if self.phantom.one_file() {
+                    all_labels.append(&mut labels);
+                } else {
+                    self.put_volume(&phase_name(LABELS, of), labels.as_slice())?;
+                }
             }
             if self.wants(Product::Attenuation) {
                 let map = self.phantom.attenuation(at)?;
-                self.write_volume(&phase_name(ATTENUATION, of), map.as_slice())?;
+                if self.phantom.one_file() {
+                    self.collect(ATTENUATION, &map);
+                } else {
+                    self.put_volume(&phase_name(ATTENUATION, of), map.as_slice())?;
+                }
             }
             if self.wants(Product::Motion) {
                 self.write_motion(&scene_phase)?;
@@ -314,21 +306,71 @@ impl Writer<'_> {
                 }
             }
         }
+        if !all_labels.is_empty() {
+            self.put_volume(LABELS, all_labels.as_slice())?;
+        }
         Ok(())
     }
 
+    /// The gates that go into one file, once all of them are there.
+    fn write_collected(&mut self) -> Result<(), PhantomError> {
+        for (name, samples) in std::mem::take(&mut self.collected) {
+            if name == PROJECTIONS {
+                self.put_projections(0, &samples)?;
+            } else {
+                self.put_volume(&name, samples.as_slice())?;
+            }
+        }
+        Ok(())
+    }
+
+    fn collect(&mut self, name: &str, samples: &[f32]) {
+        let all = self.collected.entry(name.to_owned()).or_default();
+        all.extend_from_slice(samples);
+    }
+
     fn write_projections(&mut self, gate: usize, samples: &[f32]) -> Result<(), PhantomError> {
+        if self.phantom.one_file() {
+            self.collect(PROJECTIONS, samples);
+            Ok(())
+        } else {
+            self.put_projections(gate, samples)
+        }
+    }
+
+    /// The views of a gate, or of all of them where they go into one file.
+    fn put_projections(&mut self, gate: usize, samples: &[f32]) -> Result<(), PhantomError> {
         let (camera, parts) = (self.phantom.camera(), self.phantom.parts());
+        let detector = *camera.detector();
         let angles = self.phantom.written_angles(gate)?;
         let radii = self.phantom.radii()?;
         let radius = match parts.orbit {
             Orbit::Circle(radius) => Radius::Circular(radius),
-            _ => Radius::PerView(&radii),
+            Orbit::PerView(_) | Orbit::Ellipse { .. } | Orbit::Contour { .. } => {
+                Radius::PerView(&radii)
+            }
         };
-        let mut projections = Projections::new(*camera.detector(), &angles, radius, samples)?;
-        let counts = parts.expected_counts(gate);
-        if let Some(counts) = &counts {
-            projections = projections.with_counts_per_unit(counts)?;
+        let mut projections = match self.seconds_per_gate() {
+            None => Projections::new(detector, &angles, radius, samples)?,
+            Some(seconds) => Projections::of_gates(detector, &angles, radius, samples, seconds)?,
+        };
+        let gates = if self.phantom.one_file() {
+            0..self.phantom.n_gates()
+        } else {
+            gate..gate + 1
+        };
+        let mut counts = Vec::new();
+        for gate in gates {
+            counts.extend(self.phantom.counts_per_unit(gate)?.into_iter().flatten());
+        }
+        if !counts.is_empty() {
+            projections = projections.with_counts_per_unit(&counts)?;
+        }
+        let times = self.phantom.view_times(gate)?;
+        let seen = times.iter().map(|time| time.window).sum::<f64>() / times.len() as f64;
+        projections = projections.with_seconds(seen)?;
+        if let Some(study) = &self.study {
+            projections = projections.with_study(study);
         }
         let names = self.phantom.projection_names(gate);
         let format = parts.output.projections;
@@ -355,17 +397,45 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn write_volume<'a>(
+    fn write_volume(
+        &mut self,
+        what: &str,
+        gate: usize,
+        samples: &[f32],
+    ) -> Result<(), PhantomError> {
+        if self.phantom.one_file() {
+            self.collect(what, samples);
+            Ok(())
+        } else {
+            self.put_volume(&self.phantom.gate_name(what, gate), samples)
+        }
+    }
+
+    /// A volume, or those of all gates where they go into one file.
+    fn put_volume<'s>(
         &mut self,
         name: &str,
-        samples: impl Into<files::Samples<'a>>,
+        samples: impl Into<files::Samples<'s>>,
     ) -> Result<(), PhantomError> {
         let format = self.phantom.parts().output.volumes;
-        let volume = Volume::new(*self.phantom.camera().grid(), samples)?;
+        let grid = *self.phantom.camera().grid();
+        let mut volume = match self.seconds_per_gate() {
+            None => Volume::new(grid, samples)?,
+            Some(seconds) => Volume::of_gates(grid, samples, seconds)?,
+        };
+        if let Some(study) = &self.study {
+            volume = volume.with_study(study);
+        }
         let names = self.phantom.volume_names(name);
         files::write_volume(&self.out.join(&names[0]), &volume, format)?;
         self.files.extend(names);
         Ok(())
+    }
+
+    /// From one gate to the next, where all go into one file.
+    fn seconds_per_gate(&self) -> Option<f64> {
+        let n_gates = self.phantom.n_gates() as f64;
+        (self.phantom.one_file()).then(|| self.phantom.cycle().period() / n_gates)
     }
 
     /// The middle slice of each gate, and of several the beat once round in its own time; greys from nothing to the largest

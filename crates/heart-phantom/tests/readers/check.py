@@ -6,18 +6,23 @@
 Every voxel of the volume has a value of its own, a linear function of its place in the lab (cm): each reader says where
 it puts each voxel, and that place has to have that value. No flip, shift, swapped axis or other unit passes.
 SIMIND's Interfile is read by the parsers of PyTomography, if it is installed (by itself: neither torch nor anything else that
-it wants is needed). Of STIR's, whose reader is a C++ library, the keys are read by hand, by its rules.
+it wants is needed), and both kinds by xmedcon, if there is `medcon`. Of STIR's, whose reader is a C++ library, the keys are read by
+hand, by its rules, besides.
 """
 
 import importlib.util
 import json
 import pathlib
+import shutil
+import subprocess
 import sys
+import tempfile
 import types
 
 import nibabel
 import nrrd
 import numpy as np
+import pydicom
 import SimpleITK as sitk
 
 folder = pathlib.Path(sys.argv[1])
@@ -99,7 +104,7 @@ def stir_places(path):
 
 
 def pytomography():
-    """PyTomography's module for SIMIND's files, with stand-ins for what it imports and the parsers do not need; None without it."""
+    """PyTomography's modules for SIMIND's files and for DICOM, with stand-ins for what it imports and the parsers do not need; None without it."""
     found = importlib.util.find_spec("pytomography")
     if found is None:
         return None
@@ -125,20 +130,28 @@ def pytomography():
         spec.loader.exec_module(module)
         return module
 
+    shared = ("open_multifile", "open_singlefile", "_get_affine_multifile", "_get_affine_single_file", "align_images_affine")
     stand_in("torch", tensor=lambda values: np.asarray(values).view(Array), Tensor=Array)
     stand_in("torch.nn")
-    stand_in("pydicom")
-    stand_in("pytomography", device=None)
+    for name in ("scipy", "rt_utils", "pandas"):
+        if importlib.util.find_spec(name) is None:
+            stand_in(name, RTStructBuilder=None)
+            stand_in(name + ".ndimage", affine_transform=None)
+    stand_in("pytomography", device=None, dtype=None, verbose=False)
     stand_in("pytomography.io")
     stand_in("pytomography.io.SPECT")
-    stand_in("pytomography.metadata")
-    stand_in("pytomography.metadata.SPECT", SPECTObjectMeta=Meta, SPECTProjMeta=Meta, SPECTPSFMeta=Meta)
+    stand_in("pytomography.metadata", ObjectMeta=Meta)
+    stand_in("pytomography.metadata.SPECT", SPECTObjectMeta=Meta, SPECTProjMeta=Meta, SPECTPSFMeta=Meta, StarGuideProjMeta=Meta)
     stand_in("pytomography.utils", get_mu_from_spectrum_interp=None, compute_EW_scatter=None)
-    load("pytomography.io.shared", "io/shared/interfile.py")
-    return load("pytomography.io.SPECT.simind", "io/SPECT/simind.py")
+    keys = load("pytomography.io.shared", "io/shared/interfile.py")
+    simind = load("pytomography.io.SPECT.simind", "io/SPECT/simind.py")
+    of_dicom = load("pytomography.io.shared.dicom", "io/shared/dicom.py")
+    vars(keys).update({name: getattr(of_dicom, name) for name in shared}, create_ds=None)
+    stand_in("pytomography.io.SPECT.attenuation_map", get_HU2mu_conversion=None)
+    return simind, load("pytomography.io.SPECT.dicom", "io/SPECT/dicom.py")
 
 
-PYTOMOGRAPHY = pytomography()
+PYTOMOGRAPHY, PYTOMOGRAPHY_DICOM = pytomography() or (None, None)
 
 
 def pytomography_places(path):
@@ -146,6 +159,17 @@ def pytomography_places(path):
     samples = np.asarray(PYTOMOGRAPHY.get_attenuation_map(str(path)))
     assert samples.shape == tuple(SHAPE)
     return samples.ravel(order="F"), (indices() - (SHAPE - 1) / 2) * SPACING
+
+
+def of_an_older_version(path):
+    """The same as SIMIND wrote it before its version 8, in whose headers the radius is in cm."""
+    text = path.read_text()
+    older = text.replace("program version := V8.0", "program version := V6.2")
+    older = older.replace(f"Radius := {10 * scene['radius']:g}\n", f"Radius := {scene['radius']:g}\n")
+    assert len(older) == len(text) - 1, "a version and a radius were replaced"
+    other = path.with_name("older-" + path.name)
+    other.write_text(older)
+    return other
 
 
 def check_pytomography_stack(path, expected, angles, pitch):
@@ -166,6 +190,47 @@ def check_pytomography_stack(path, expected, angles, pitch):
         way = int(np.rint(along[view]))
         assert abs(along[view] - way) < 1e-6
         np.testing.assert_allclose(seen[::way].T, expected[view], atol=2e-5)
+
+
+MEDCON = shutil.which("medcon")
+
+
+def by_medcon(path):
+    """The image that xmedcon makes of an Interfile, as nibabel and SimpleITK read it, and what it takes its geometry for, as DICOM."""
+    with tempfile.TemporaryDirectory() as out:
+        base = pathlib.Path(out) / "out"
+        command = [MEDCON, "-s", "-w", "-n", "-f", path.name, "-c", "nifti", "dicom", "-o", str(base)]
+        subprocess.run(command, cwd=path.parent, check=True, capture_output=True, stdin=subprocess.DEVNULL)
+        image = nibabel.load(base.with_suffix(".nii"))
+        samples = np.asanyarray(image.dataobj).copy()
+        # Itself a test of xmedcon: whoever reads its file, the samples are those.
+        np.testing.assert_array_equal(sitk.GetArrayFromImage(sitk.ReadImage(str(base.with_suffix(".nii")))).T, samples)
+        return samples, np.array(image.header.get_zooms()), pydicom.dcmread(base.with_suffix(".dcm"))
+
+
+def medcon_places(path, entry):
+    """It keeps no place: centred; the first slice is the one towards the head."""
+    samples, step, _ = by_medcon(path)
+    assert samples.shape == tuple(SHAPE)
+    if entry["format"] == "interfile-simind":
+        step[2] *= step[0] / step[:2].mean()  # a separation in pixels is to it one in the mean of their two sides
+    middle = entry["origin"] + (SHAPE - 1) / 2 * SPACING
+    places = middle + (indices() - (SHAPE - 1) / 2) * step / 10 * [1, 1, -1]
+    return samples.ravel(order="F").astype(entry["type"]), places
+
+
+def check_medcon_stack(path, header, samples, pitch):
+    """Samples, sizes and the radius are right. Its angles would be right if Interfile's were counted from the front of the patient and
+    DICOM's from the back, both the same way round: so it is neither STIR's rule nor PyTomography's."""
+    seen, step, dataset = by_medcon(path)
+    np.testing.assert_array_equal(seen.T, samples)
+    np.testing.assert_allclose(step[:2], 10 * pitch, rtol=1e-6)
+    rotation = dataset.RotationInformationSequence[0]
+    start = 180 - float(header["start angle"])
+    assert abs((float(rotation.StartAngle) - start + 180) % 360 - 180) < 1e-3
+    assert rotation.RotationDirection == {"CW": "CW", "CCW": "CC"}[header["direction of rotation"]]
+    assert float(rotation.RadialPosition) == float(header["radius"])  # mm
+    assert rotation.NumberOfFramesInRotation == len(samples)
 
 
 def simind_places(path):
@@ -284,21 +349,147 @@ def check_stack(entry, path):
         turned *= {"CCW": 1, "CW": -1}[header["direction of rotation"]]
         start = float(header["start angle"])
         assert float(header["radius"]) == 10 * scene["radius"]
+        if MEDCON:
+            check_medcon_stack(path, header, samples.reshape(shape), pitch)
         samples = samples.reshape(shape)[:, ::-1]  # rows from head to feet
         if entry["format"] == "interfile-simind":
             samples = samples[:, :, ::-1]  # as a camera in front of the patient shows them
             if PYTOMOGRAPHY:
-                check_pytomography_stack(path, expected, angles, pitch)
+                for version in (path, of_an_older_version(path)):
+                    check_pytomography_stack(version, expected, angles, pitch)
         else:
             np.testing.assert_allclose((start + turned - np.degrees(angles) + 180) % 360, 180)
     assert samples.shape == shape and samples.dtype == np.float32, entry
     np.testing.assert_allclose(samples, expected, atol=2e-5)
 
 
+def expected_volume(entry):
+    places = entry["origin"] + indices() * SPACING
+    return (places @ scene["field"]).reshape(SHAPE[::-1])
+
+
+def check_beat(entry, path):
+    """All gates of one file: each reader's [gate][z][y][x]."""
+    n = scene["gates"]
+    expected = np.stack([expected_volume(entry) + 1000 * gate for gate in range(n)])
+    found = []
+    if entry["format"].startswith("nifti"):
+        image = nibabel.load(path)
+        assert image.header.get_xyzt_units() == ("mm", "sec")
+        np.testing.assert_allclose(image.header.get_zooms(), [*(10 * SPACING), scene["seconds"]])
+        found.append(np.asanyarray(image.dataobj).T)
+        image = sitk.ReadImage(str(path))
+        assert image.GetDimension() == 4 and abs(image.GetSpacing()[3] - scene["seconds"]) < 1e-6
+        found.append(sitk.GetArrayFromImage(image))
+    elif entry["format"].startswith("interfile"):
+        if MEDCON:
+            found.append(by_medcon(path)[0].T[:, ::-1])  # slices from head to feet
+    else:
+        image = sitk.ReadImage(str(path))
+        assert image.GetNumberOfComponentsPerPixel() == n
+        np.testing.assert_allclose(image.GetOrigin(), 10 * np.array(entry["origin"]), atol=1e-6)
+        found.append(np.moveaxis(sitk.GetArrayFromImage(image), -1, 0))
+        if entry["format"] == "nrrd":
+            samples, header = nrrd.read(str(path), index_order="C")
+            assert float(header["seconds_per_gate"]) == scene["seconds"]
+            found.append(samples)
+    for samples in found:
+        assert samples.shape == expected.shape, (entry, samples.shape)
+        np.testing.assert_allclose(samples, expected, atol=2e-4)
+
+
+def asked(program, path):
+    """What a program of the Debian packages dicom3tools and dcmtk says of a file; nothing without it."""
+    if shutil.which(program) is None:
+        return ""
+    ended = subprocess.run([program, str(path)], capture_output=True, text=True)
+    said = ended.stdout + ended.stderr
+    assert ended.returncode == 0 and "Error" not in said and "E: " not in said, (path, said)
+    return said
+
+
+def check_dicom(entry):
+    names = entry.get("names") or [entry["name"]]
+    for name in names:
+        asked("dcmdump", folder / name)
+        asked("dciodvfy", folder / name)
+    if entry["kind"] == "views":
+        check_dicom_views(entry, folder / names[0])
+    elif entry["kind"] == "volume":
+        check_dicom_volume(entry, folder / names[0])
+    else:
+        check_ct(entry, [str(folder / name) for name in names])
+
+
+def check_dicom_views(entry, path):
+    bins, rows, pitch, angles = scene["bins"], scene["rows"], np.array(scene["pitch"]), np.array(entry["angles"])
+    n = scene["gates"] if entry["gated"] else 1
+    s = (np.arange(bins) - (bins - 1) / 2) * pitch[0]
+    z = (np.arange(rows) - (rows - 1) / 2) * pitch[1]
+    one = np.degrees(angles)[:, None, None] + scene["seen"][0] * s + scene["seen"][1] * z[:, None]
+    expected = np.stack([one + 1000 * gate for gate in range(n)])
+    dataset = pydicom.dcmread(path)
+    factor = float(dataset.RescaleSlope)
+    samples = factor * dataset.pixel_array.reshape(expected.shape)
+    np.testing.assert_allclose(samples[..., ::-1, ::-1], expected, atol=0.51 * factor)
+    assert list(dataset.PixelSpacing) == [10 * pitch[1], 10 * pitch[0]]
+    if not PYTOMOGRAPHY_DICOM:
+        return
+    # Its views are sorted by its angles; geometry as with SIMIND's files: `check_pytomography_stack`.
+    seen, beta, radii, _ = PYTOMOGRAPHY_DICOM.parse_projection_dataset(dataset)
+    seen = factor * np.asarray(seen)[0]  # [gate][view][bin][row], rows from feet to head
+    assert seen.shape == (n, len(angles), bins, rows)
+    np.testing.assert_allclose(radii, scene["radius"])
+    for view, angle in enumerate(np.radians(beta)):
+        theta = np.pi - angle
+        ours = int(np.argmax(np.cos(angles - theta)))
+        assert np.cos(angles[ours] - theta) > 1 - 1e-12, (beta, angles)
+        way = int(np.rint(np.cos(angle) * np.cos(angles[ours]) - np.sin(angle) * np.sin(angles[ours])))
+        np.testing.assert_allclose(
+            np.swapaxes(seen[:, view, ::way], 1, 2), expected[:, ours], atol=0.51 * factor
+        )
+    volume, projections = PYTOMOGRAPHY_DICOM.get_metadata(str(path))
+    # It takes the spacing down a picture for that across: right for square pixels.
+    np.testing.assert_allclose(projections.fields[1], pitch[::-1])
+    np.testing.assert_allclose(volume.affine_matrix[:2, 3], 10 * s[0])
+    assert projections.fields[0] == (bins, rows)
+
+
+def check_dicom_volume(entry, path):
+    n = scene["gates"] if entry["gated"] else 1
+    expected = np.concatenate([expected_volume(entry) + 1000 * gate for gate in range(n)])
+    dataset = pydicom.dcmread(path)
+    factor = float(dataset.RescaleSlope)
+    np.testing.assert_allclose(factor * dataset.pixel_array, expected, atol=0.51 * factor)
+    image = sitk.ReadImage(str(path))  # applies the factor; gates are more slices to it
+    np.testing.assert_allclose(sitk.GetArrayFromImage(image), expected, atol=0.51 * factor)
+    np.testing.assert_allclose(image.GetOrigin(), 10 * np.array(entry["origin"]), atol=1e-6)
+    np.testing.assert_allclose(image.GetSpacing(), 10 * SPACING, rtol=1e-9)
+    np.testing.assert_allclose(image.GetDirection(), np.eye(3).ravel())
+    if PYTOMOGRAPHY_DICOM and not entry["gated"]:
+        # In the unit of the samples, [x][y][z].
+        seen = np.asarray(PYTOMOGRAPHY_DICOM.get_attenuation_map_from_file(str(path)))
+        np.testing.assert_allclose(seen.T, expected, atol=0.51 * factor)
+
+
+def check_ct(entry, paths):
+    mu = entry["step"] * np.arange(SHAPE.prod()).reshape(SHAPE[::-1])
+    units = 1000 * (mu / entry["water"] - 1)
+    image = sitk.ReadImage(paths)
+    np.testing.assert_allclose(sitk.GetArrayFromImage(image), units, atol=0.51)
+    np.testing.assert_allclose(image.GetOrigin(), 10 * np.array(entry["origin"]), atol=1e-6)
+    np.testing.assert_allclose(image.GetSpacing(), 10 * SPACING, rtol=1e-6)
+    if PYTOMOGRAPHY_DICOM:
+        shared = sys.modules["pytomography.io.shared"]
+        np.testing.assert_allclose(np.asarray(shared.open_multifile(paths)).T, units, atol=0.51)
+
+
 for entry in scene["files"]:
     path = folder / entry["name"]
     for reader in READERS[entry["format"]]:
         check_volume(entry, *reader(path))
+    if MEDCON and entry["format"].startswith("interfile"):
+        check_volume(entry, *medcon_places(path, entry))
     if PYTOMOGRAPHY and (entry["format"], entry["type"]) == ("interfile-simind", "float32"):
         check_volume(entry, *pytomography_places(path))
     if entry["format"] == "npy":
@@ -307,6 +498,14 @@ for entry in scene["stacks"]:
     check_stack(entry, folder / entry["name"])
 for entry in scene["fields"]:
     check_field(entry, folder / entry["name"])
-if not PYTOMOGRAPHY:
-    print("without PyTomography: SIMIND's angles are not checked")
-print(f"{len(scene['files']) + len(scene['stacks']) + len(scene['fields'])} files agree")
+for entry in scene["beats"]:
+    check_beat(entry, folder / entry["name"])
+for entry in scene["dicom"]:
+    check_dicom(entry)
+for reader, there in (("PyTomography", PYTOMOGRAPHY), ("medcon", MEDCON)):
+    if not there:
+        print(f"without {reader}: what it makes of projections is not checked")
+for program in ("dciodvfy", "dcmdump"):
+    if not shutil.which(program):
+        print(f"without {program}")
+print(f"{sum(len(scene[of]) for of in ('files', 'stacks', 'fields', 'beats', 'dicom'))} files agree")

@@ -213,19 +213,26 @@ fn any_output() -> impl Strategy<Value = Output> {
         Product::Pictures,
     ];
     let n = all.len();
-    let projections: Vec<Format> = (Format::ALL.into_iter())
+    let built = |format: &Format| cfg!(feature = "dicom") || *format != Format::Dicom;
+    let volumes: Vec<Format> = Format::ALL.into_iter().filter(built).collect();
+    let projections: Vec<Format> = (volumes.iter().copied())
         .filter(|format| format.projections_extension().is_some())
         .collect();
-    let volumes = prop::sample::select(Format::ALL.to_vec());
+    let volumes = prop::sample::select(volumes);
     (
         prop::sample::subsequence(all, 0..=n),
         volumes,
         prop::sample::select(projections),
+        any::<bool>(),
     )
-        .prop_map(|(write, volumes, projections)| Output {
+        .prop_map(|(write, volumes, projections, one)| Output {
             write,
             volumes,
             projections,
+            gates: match one && volumes.holds_gates() && projections.holds_gates() {
+                true => GateFiles::OneFile,
+                false => GateFiles::Each,
+            },
             ..Output::default()
         })
 }
@@ -279,6 +286,8 @@ proptest! {
                     "gz" | "png" | "gif" => prop_assert!(size < file.bytes * 9 / 8 + 2048),
                     // An archive has a header for each of its arrays, and a list of them.
                     "npz" => prop_assert!((file.bytes..file.bytes + 4096).contains(&size)),
+                    // What each frame is, and what the file is.
+                    "dcm" => prop_assert!((file.bytes..file.bytes + 4096).contains(&size), "{file:?} {size}"),
                     _ => prop_assert!((file.bytes..file.bytes + 1024).contains(&size), "{file:?} {size}"),
                 }
             }

@@ -15,6 +15,8 @@
 //! | 15 to 17, reconstructions | [`slice()`], [`slices`], [`isosurface()`] |
 //! | 18, the circle | [`circle()`] |
 //!
+//! Of any heart: [`sections()`] through a volume with orientation marks, [`curves()`] as SVG, [`map()`] of any samples.
+//!
 //! [`Page`] writes the `index.html` that shows them. Lengths are in cm, angles in radians; the inner membrane is
 //! vermilion and the outer one blue throughout (Okabe and Ito's palette). The same input gives the same bytes for any
 //! number of threads; the functions are independent of one another and may run side by side.
@@ -32,6 +34,7 @@ mod canvas;
 mod check;
 mod circle;
 mod convergence;
+mod curves;
 mod error;
 mod forces;
 mod images;
@@ -41,6 +44,7 @@ mod page;
 mod picture;
 mod raster;
 mod render;
+mod sections;
 mod shapes;
 mod style;
 mod surface;
@@ -50,12 +54,15 @@ mod wall_mesh;
 pub use bodies::{bodies, poses};
 pub use circle::{CircleStudy, circle};
 pub use convergence::{History, histories};
+pub use curves::{Curve, curves};
 pub use error::FigureError;
 pub use forces::{ForceFrame, force_frames};
 pub use images::{Plane, Projection, Volume, projections, slice, slices};
 pub use isosurface::{IsoView, isosurface};
 pub use page::{Illustration, Page, Section, Table};
+pub(crate) use page::{STYLE as PAGE_STYLE, escape};
 pub use picture::Picture;
 pub use render::View;
+pub use sections::{Cut, map, sections};
 pub use shapes::{Shape, shapes};
 pub use wall_mesh::{WallState, wall_meshes};

@@ -52,7 +52,7 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-const STYLE: &str = "\
+pub(crate) const STYLE: &str = "\
 :root{color-scheme:light}\
 *{box-sizing:border-box}\
 body{margin:0 auto;max-width:62rem;padding:1.2rem 1rem 4rem;background:#fff;color:#1c1c1c;\
@@ -146,7 +146,7 @@ impl Illustration {
 }
 
 impl Table {
-    fn push(&self, html: &mut String) -> Result<(), FigureError> {
+    pub(crate) fn push(&self, html: &mut String) -> Result<(), FigureError> {
         // Writing to a String does not fail.
         let _ = write!(
             html,
@@ -182,7 +182,7 @@ fn paragraphs(html: &mut String, texts: &[String]) {
 }
 
 /// Text for an element or a quoted attribute.
-fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

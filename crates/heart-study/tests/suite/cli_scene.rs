@@ -77,6 +77,8 @@ fn run_writes_what_the_scene_asks_for() {
     listed.sort_unstable();
     let expected = [
         "beat.gif",
+        "curves.svg",
+        "index.html",
         "inner-gate-00.stl",
         "inner-gate-01.stl",
         "labels-gate-00.nrrd",
@@ -88,12 +90,16 @@ fn run_writes_what_the_scene_asks_for() {
         "projections-gate-01.hs",
         "projections-gate-01.s",
         "reconstruction-gate-00.nrrd",
+        "reconstruction-gate-00.png",
         "reconstruction-gate-01.nrrd",
+        "reconstruction-gate-01.png",
         "report.json",
         "slice-gate-00.png",
         "slice-gate-01.png",
         "truth-gate-00.nrrd",
+        "truth-gate-00.png",
         "truth-gate-01.nrrd",
+        "truth-gate-01.png",
     ];
     assert_eq!(listed, expected);
     for file in expected {
@@ -117,7 +123,7 @@ fn run_writes_what_the_scene_asks_for() {
         "1",
     ]));
     assert!(
-        shown.contains("EF 0.3750") && shown.contains("18 files"),
+        shown.contains("EF 0.3750") && shown.contains("24 files"),
         "{shown}"
     );
     for file in expected.iter().filter(|file| **file != "report.json") {

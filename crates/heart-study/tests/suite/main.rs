@@ -7,5 +7,6 @@ mod cli_check;
 mod cli_cohort;
 mod cli_folder;
 mod cli_output;
+mod cli_page;
 mod cli_scene;
 mod figures;

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn independent_readers_agree() {
-    let modules = "import nibabel, SimpleITK, numpy, nrrd";
+    let modules = "import nibabel, SimpleITK, numpy, nrrd, pydicom";
     let there = Command::new("python3").args(["-c", modules]).output();
     if !there.is_ok_and(|output| output.status.success()) {
         eprintln!("skipped: python3 cannot `{modules}`; see tests/readers/requirements.txt");
@@ -12,7 +12,7 @@ fn independent_readers_agree() {
     }
     let folder = tempfile::tempdir().unwrap();
     let mut files = Vec::new();
-    for format in Format::ALL {
+    for format in plain() {
         let grid = grid(format);
         let floats = sampled(&grid);
         let bytes = labels(&grid);
@@ -36,7 +36,7 @@ fn independent_readers_agree() {
     for (way, angles) in [("growing", &growing), ("falling", &falling)] {
         let (detector, samples) = stack(angles, [0.0; 2]);
         let projections = Projections::new(detector, angles, RADIUS, samples.as_slice()).unwrap();
-        for format in Format::ALL {
+        for format in plain() {
             let Some(extension) = format.projections_extension() else {
                 continue;
             };
@@ -46,11 +46,14 @@ fn independent_readers_agree() {
         }
     }
     let fields = fields(folder.path());
+    let beats = beats(folder.path());
+    let dicom = dicom(folder.path(), &[growing, falling]);
     let scene = serde_json::json!({
         "fields": fields,
         "shape": SHAPE, "spacing": SPACING, "field": [1.0, 8.0, 64.0], "files": files,
         "bins": BINS, "rows": ROWS, "pitch": PITCH, "radius": RADIUS,
-        "seen": [0.125, 0.015625], "stacks": stacks,
+        "seen": [0.125, 0.015625], "stacks": stacks, "beats": beats, "dicom": dicom,
+        "gates": GATES, "seconds": SECONDS,
     });
     fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers/check.py");
@@ -62,7 +65,8 @@ fn independent_readers_agree() {
     let said = String::from_utf8_lossy(&run.stdout).into_owned();
     let complaints = String::from_utf8_lossy(&run.stderr).into_owned();
     assert!(run.status.success(), "{said}{complaints}");
-    let expected = format!("{} files agree", files.len() + stacks.len() + fields.len());
+    let n = files.len() + stacks.len() + fields.len() + beats.len() + dicom.len();
+    let expected = format!("{n} files agree");
     assert!(said.contains(&expected), "{said}");
     eprintln!("{said}");
 }
@@ -103,6 +107,84 @@ fn fields(folder: &Path) -> Vec<serde_json::Value> {
                 "gradient": gradient, "offset": offset,
             }));
         }
+    }
+    made
+}
+
+const GATES: usize = 3;
+const SECONDS: f64 = 0.25;
+
+/// `one` for each gate, with 1000 more each time.
+fn by_gates(one: &[f32]) -> Vec<f32> {
+    let of = |gate: usize| one.iter().map(move |v| v + 1000.0 * gate as f32);
+    (0..GATES).flat_map(of).collect()
+}
+
+/// Volumes of all gates in one file, and views.
+fn beats(folder: &Path) -> Vec<serde_json::Value> {
+    let mut made = Vec::new();
+    for format in [
+        Format::Nifti,
+        Format::NiftiGz,
+        Format::MetaImage,
+        Format::MetaImageSingle,
+        Format::Nrrd,
+        Format::InterfileSimind,
+    ] {
+        let grid = grid(format);
+        let samples = by_gates(&sampled(&grid));
+        let volume = Volume::of_gates(grid, samples.as_slice(), SECONDS).unwrap();
+        let name = format!("{format:?}-beat.{}", format.volume_extension());
+        write_volume(&folder.join(&name), &volume, format).unwrap();
+        made.push(serde_json::json!({"name": name, "format": format, "origin": grid.origin()}));
+    }
+    made
+}
+
+/// DICOM of either way round, gated and not, a volume and a CT.
+fn dicom(folder: &Path, ways: &[Vec<f64>]) -> Vec<serde_json::Value> {
+    let mut made = Vec::new();
+    if !cfg!(feature = "dicom") {
+        return made;
+    }
+    for (way, angles) in ways.iter().enumerate() {
+        let (detector, one) = stack(angles, [0.0; 2]);
+        let all = by_gates(&one);
+        for gated in [false, true] {
+            let projections = match gated {
+                false => Projections::new(detector, angles, RADIUS, one.as_slice()),
+                true => Projections::of_gates(detector, angles, RADIUS, all.as_slice(), SECONDS),
+            };
+            let name = format!("views-{way}-{gated}.dcm");
+            write_projections(&folder.join(&name), &projections.unwrap(), Format::Dicom).unwrap();
+            made.push(serde_json::json!({
+                "name": name, "kind": "views", "gated": gated, "angles": angles,
+            }));
+        }
+    }
+    let grid = grid(Format::Dicom);
+    let one = sampled(&grid);
+    let all = by_gates(&one);
+    for gated in [false, true] {
+        let volume = match gated {
+            false => Volume::new(grid, one.as_slice()),
+            true => Volume::of_gates(grid, all.as_slice(), SECONDS),
+        };
+        let name = format!("volume-{gated}.dcm");
+        write_volume(&folder.join(&name), &volume.unwrap(), Format::Dicom).unwrap();
+        made.push(serde_json::json!({
+            "name": name, "kind": "volume", "gated": gated, "origin": grid.origin(),
+        }));
+    }
+    #[cfg(feature = "dicom")]
+    {
+        let map: Vec<f32> = (0..grid.len()).map(|k| 0.002 * k as f32).collect();
+        let volume = Volume::new(grid, map.as_slice()).unwrap();
+        let water = 0.1536;
+        let names = heart_phantom::files::write_ct(folder, "ct", &volume, water).unwrap();
+        made.push(serde_json::json!({
+            "kind": "ct", "names": names, "origin": grid.origin(), "water": water, "step": 0.002,
+        }));
     }
     made
 }

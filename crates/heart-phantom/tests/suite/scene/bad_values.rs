@@ -588,7 +588,18 @@ const BAD: &[(&str, &str, &str)] = &[
         "output.write",
         "once",
     ),
-    ("[output]\nvolumes = 'dicom'", "output.volumes", "nrrd"),
+    ("[output]\nvolumes = 'bitmap'", "output.volumes", "nrrd"),
+    ("[output]\ngates = 'two'", "output.gates", "one-file"),
+    (
+        "[acquisition]\nmode = { gated = { gates = 2 } }\n[output]\ngates = 'one-file'\nvolumes = 'interfile-stir'",
+        "output.volumes",
+        "one file",
+    ),
+    (
+        "[camera]\nrotation = 'continuous'\nseconds_per_view = 2.0\n[acquisition]\nmode = { gated = { gates = 2 } }\n[output]\ngates = 'one-file'",
+        "output.gates",
+        "other angles",
+    ),
     (
         "[output]\nmesh_tolerance = 1e-9",
         "output.mesh_tolerance",

@@ -54,6 +54,9 @@ pub(crate) enum Command {
         /// Folder to write to; made if it does not exist.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
+        /// No index.html, the page to look at the run in.
+        #[arg(long)]
+        no_html: bool,
     },
     /// The heart at one phase: volumes and wall thickness; with --out also activity and labels.
     Truth {

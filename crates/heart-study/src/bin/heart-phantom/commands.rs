@@ -8,8 +8,8 @@ use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::scene::Scene;
-use heart_phantom::{GateReport, Phantom, PhantomError, PlannedFile, Progress, RunReport};
-use heart_study::StudyOptions;
+use heart_phantom::{GateReport, Phantom, PhantomError, PlannedFile, Progress, Run, RunReport};
+use heart_study::{Look, StudyError, StudyOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io;
@@ -22,7 +22,11 @@ pub(crate) fn run(arguments: &Arguments) -> Done {
         Command::Paper(options) => paper(arguments, options),
         Command::Init { file } => init(file.as_deref(), Scene::default().to_toml()),
         Command::Check { scene } => in_pool(arguments, || check(arguments, scene)),
-        Command::Run { scene, out } => in_pool(arguments, || run_scene(arguments, scene, out)),
+        Command::Run {
+            scene,
+            out,
+            no_html,
+        } => in_pool(arguments, || run_scene(arguments, scene, out, !no_html)),
         Command::Truth { scene, phase, out } => {
             in_pool(arguments, || truth(scene, *phase, out.as_deref()))
         }
@@ -179,11 +183,11 @@ fn listed(files: &[PlannedFile]) -> Vec<String> {
     first.chain(last.iter().map(line)).collect()
 }
 
-fn run_scene(arguments: &Arguments, scene: &Path, out: &Path) -> Done {
+fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Done {
     let phantom = load(arguments, scene)?;
     warn(arguments, &phantom)?;
     let bar = bar(arguments);
-    let report = heart_phantom::run(&phantom, out, &|progress| show(&bar, progress));
+    let report = run_to_look_at(&phantom, out, page, &|progress| show(&bar, progress));
     bar.finish_and_clear();
     let report = report?;
     let numbers = &report.numbers;
@@ -200,6 +204,21 @@ fn run_scene(arguments: &Arguments, scene: &Path, out: &Path) -> Done {
         format!("{} files written to {}", report.files.len(), out.display()),
     ]);
     Ok(Answer::Report(json!(report), lines))
+}
+
+/// A run with its pictures and its page.
+fn run_to_look_at(
+    phantom: &Phantom,
+    out: &Path,
+    page: bool,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<RunReport, StudyError> {
+    let mut look = Look::new(phantom, page);
+    let mut run = Run::begin(phantom, out, &look.files())?;
+    for gate in 0..phantom.n_gates() {
+        look.see(gate, &run.gate(gate, progress)?)?;
+    }
+    run.finish(progress, |report| look.write(report, out))
 }
 
 /// How well the views are means over time, those of the worst gate; nothing where they are of one moment.

@@ -1,0 +1,101 @@
+//! Who is who: unique identifiers that follow from what they identify.
+
+use super::item::Item;
+use crate::files::PROGRAM;
+use dicom_core::{DataElement, VR};
+use dicom_dictionary_std::{tags, uids};
+use dicom_object::meta::FileMetaTableBuilder;
+use dicom_object::{FileDicomObject, InMemDicomObject};
+use std::io::{self, Write};
+
+/// A file as it is written.
+pub(super) type File = FileDicomObject<InMemDicomObject>;
+
+/// The files of one series: each data set with its identifiers, and those of series, study and frame of reference. Without the name of
+/// a study the series is one of its own.
+pub(super) fn series(items: Vec<Item>, class: &str, study: Option<&str>) -> io::Result<Vec<File>> {
+    let mut files = Vec::with_capacity(items.len());
+    let mut hash = Hash::new(b"series");
+    for item in items {
+        let meta = FileMetaTableBuilder::new()
+            .transfer_syntax(uids::EXPLICIT_VR_LITTLE_ENDIAN)
+            .media_storage_sop_class_uid(class)
+            .media_storage_sop_instance_uid("");
+        let file = item
+            .text(tags::SOP_CLASS_UID, VR::UI, class)
+            .into_object()
+            .with_exact_meta(meta.build().map_err(io::Error::other)?);
+        file.write_dataset(&mut hash).map_err(io::Error::other)?;
+        files.push(file);
+    }
+    let series = hash.uid();
+    let study = study.unwrap_or(&series).as_bytes();
+    let of = |what: &[u8], name: &[u8]| {
+        let mut hash = Hash::new(what);
+        // A hash takes everything.
+        let _ = hash.write_all(name);
+        hash.uid()
+    };
+    let (study, place) = (of(b"study", study), of(b"frame of reference", study));
+    for (k, file) in files.iter_mut().enumerate() {
+        let instance = of(format!("instance {k}").as_bytes(), series.as_bytes());
+        for (tag, uid) in [
+            (tags::SOP_INSTANCE_UID, &instance),
+            (tags::SERIES_INSTANCE_UID, &series),
+            (tags::STUDY_INSTANCE_UID, &study),
+            (tags::FRAME_OF_REFERENCE_UID, &place),
+        ] {
+            file.put(DataElement::new(tag, VR::UI, uid.as_str()));
+        }
+        file.update_meta(|meta| meta.media_storage_sop_instance_uid = instance);
+    }
+    Ok(files)
+}
+
+/// The hash FNV-1a of 128 bits (<https://www.rfc-editor.org/rfc/rfc9923>): the same on every machine and in every version.
+struct Hash(u128);
+
+impl Hash {
+    fn new(of: &[u8]) -> Self {
+        let mut hash = Self(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
+        hash.take(PROGRAM.as_bytes());
+        hash.take(of);
+        hash
+    }
+
+    fn take(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u128::from(byte)).wrapping_mul((1 << 88) + 0x13b);
+        }
+    }
+
+    /// An identifier below 2.25, of a UUID of version 8 (<https://www.rfc-editor.org/rfc/rfc9562>).
+    fn uid(&self) -> String {
+        let kept = self.0 & !(0xf << 76) & !(0b11 << 62);
+        format!("2.25.{}", kept | (8 << 76) | (0b10 << 62))
+    }
+}
+
+impl Write for Hash {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.take(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The vector of the RFC for the empty text and for `a`.
+    #[test]
+    fn the_hash_is_fnv() {
+        let mut hash = Hash(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
+        hash.take(b"a");
+        assert_eq!(hash.0, 0xd228_cb69_6f1a_8caf_7891_2b70_4e4a_8964);
+    }
+}

@@ -1,0 +1,118 @@
+//! A data set under construction: one line an attribute.
+
+use dicom_core::value::DataSetSequence;
+use dicom_core::{DataElement, PrimitiveValue, Tag, VR};
+use dicom_dictionary_std::tags;
+use dicom_object::InMemDicomObject;
+
+/// Longest number in decimal digits, bytes.
+const DECIMAL: usize = 16;
+
+/// A data set, or an item of a sequence.
+pub(super) struct Item(InMemDicomObject);
+
+impl Item {
+    pub(super) fn new() -> Self {
+        Self(InMemDicomObject::new_empty())
+    }
+
+    /// Text of any representation.
+    pub(super) fn text(mut self, tag: Tag, vr: VR, text: &str) -> Self {
+        self.0
+            .put(DataElement::new(tag, vr, PrimitiveValue::from(text)));
+        self
+    }
+
+    /// Attributes that have to be there and may be empty.
+    pub(super) fn empty(self, tags: &[(Tag, VR)]) -> Self {
+        (tags.iter()).fold(self, |mut item, &(tag, vr)| {
+            item.0.put(DataElement::new(tag, vr, PrimitiveValue::Empty));
+            item
+        })
+    }
+
+    /// Numbers in decimal digits.
+    pub(super) fn decimals(self, tag: Tag, values: &[f64]) -> Self {
+        let texts: Vec<String> = values.iter().map(|&value| decimal(value)).collect();
+        self.text(tag, VR::DS, &texts.join("\\"))
+    }
+
+    /// Whole numbers of 16 bits.
+    pub(super) fn shorts(mut self, tag: Tag, values: Vec<u16>) -> Self {
+        let value = PrimitiveValue::U16(values.into());
+        self.0.put(DataElement::new(tag, VR::US, value));
+        self
+    }
+
+    /// Pointers to attributes.
+    pub(super) fn pointers(mut self, tag: Tag, to: Vec<Tag>) -> Self {
+        let value = PrimitiveValue::Tags(to.into());
+        self.0.put(DataElement::new(tag, VR::AT, value));
+        self
+    }
+
+    pub(super) fn sequence(mut self, tag: Tag, items: Vec<Self>) -> Self {
+        let items: Vec<_> = items.into_iter().map(|item| item.0).collect();
+        let value = DataSetSequence::from(items);
+        self.0.put(DataElement::new(tag, VR::SQ, value));
+        self
+    }
+
+    /// A sequence of one code, with what modifies it.
+    pub(super) fn code(self, tag: Tag, [value, meaning]: [&str; 2], more: Self) -> Self {
+        let code = more
+            .text(tags::CODE_VALUE, VR::SH, value)
+            .text(tags::CODING_SCHEME_DESIGNATOR, VR::SH, "SCT")
+            .text(tags::CODE_MEANING, VR::LO, meaning);
+        self.sequence(tag, vec![code])
+    }
+
+    /// The image itself, little-endian.
+    pub(super) fn pixels(mut self, bytes: Vec<u8>, bits: u16) -> Self {
+        let vr = if bits == 8 { VR::OB } else { VR::OW };
+        let value = PrimitiveValue::U8(bytes.into());
+        self.0.put(DataElement::new(tags::PIXEL_DATA, vr, value));
+        self
+    }
+
+    pub(super) fn into_object(self) -> InMemDicomObject {
+        self.0
+    }
+}
+
+/// As many digits as there is room for.
+pub(super) fn decimal(value: f64) -> String {
+    let plain = value.to_string();
+    if plain.len() <= DECIMAL {
+        return plain;
+    }
+    let shorter = (0..DECIMAL)
+        .rev()
+        .map(|digits| format!("{value:.digits$e}"));
+    // Without a point there are at most eight bytes.
+    (shorter.into_iter().find(|text| text.len() <= DECIMAL)).unwrap_or(plain)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_fit_into_their_room_and_keep_eight_digits() {
+        for value in [
+            0.0,
+            180.0,
+            -28.64788975654116,
+            1.0 / 3.0,
+            -1.0 / 3e7,
+            f64::MAX,
+            -f64::MIN_POSITIVE,
+            123_456_789_012_345.6,
+        ] {
+            let text = decimal(value);
+            assert!(text.len() <= 16, "{text}");
+            let back: f64 = text.parse().unwrap();
+            assert!((back - value).abs() <= 1e-8 * value.abs(), "{text}");
+        }
+    }
+}

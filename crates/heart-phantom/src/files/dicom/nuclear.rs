@@ -1,0 +1,287 @@
+//! Nuclear Medicine Image Storage: views (`TOMO`, `GATED TOMO`) and volumes (`RECON TOMO`, `RECON GATED TOMO`).
+
+use super::identity::series;
+use super::item::{Item, decimal};
+use super::pixels::Pixels;
+use crate::error::{PhantomError, check_count};
+use crate::files::names::millimetres;
+use crate::files::turn::{Direction, Turn};
+use crate::files::{PROGRAM, Projections, Volume, write_atomically};
+use crate::text::short;
+use dicom_core::{Tag, VR};
+use dicom_dictionary_std::{tags, uids};
+use std::io;
+use std::path::Path;
+
+/// Numbers in these files are of 16 bits.
+const MOST: [usize; 2] = [1, u16::MAX as usize];
+
+/// Views, of gates all of them.
+pub(in crate::files) fn write_projections(
+    path: &Path,
+    projections: &Projections,
+) -> Result<(), PhantomError> {
+    let turn = Turn::new(projections)?;
+    let seconds = projections.seconds_per_gate();
+    let frames = Frames::new(projections.n_gates(), projections.shape(), seconds)?;
+    let Frames { frames: n, .. } = frames;
+    let [across, down] = projections.detector().pitch().map(millimetres);
+    // One, or one for each view.
+    let radii = projections.radius();
+    let radii: Vec<f64> = radii.as_slice().iter().map(|r| millimetres(*r)).collect();
+    let step = turn.extent / projections.angles().len() as f64;
+    // 0 at the back, as the lab, and the other way round.
+    let start = decimal((360.0 - turn.start).rem_euclid(360.0));
+    let direction = match turn.direction {
+        Direction::Ccw => "CW",
+        Direction::Cw => "CC",
+    };
+    let rotation = Item::new()
+        .text(tags::START_ANGLE, VR::DS, &start)
+        .decimals(tags::ANGULAR_STEP, &[step])
+        .text(tags::ROTATION_DIRECTION, VR::CS, direction)
+        .decimals(tags::SCAN_ARC, &[turn.extent])
+        .text(
+            tags::ACTUAL_FRAME_DURATION,
+            VR::IS,
+            &(1e3 * projections.seconds()).round().min(2e9).to_string(),
+        )
+        .decimals(tags::RADIAL_POSITION, &radii)
+        .shorts(tags::NUMBER_OF_FRAMES_IN_ROTATION, vec![frames.each]);
+    // The corner of the volume that the views are of, front, right and head: where readers put what they reconstruct.
+    let [_, rows, bins] = projections.shape();
+    let middle = |n: usize, mm: f64| short(0.5 * (n as f64 - 1.0) * mm);
+    let (x, z) = (middle(bins, across), middle(rows, down));
+    let detector = Item::new()
+        .text(tags::COLLIMATOR_TYPE, VR::CS, "PARA")
+        .text(tags::FOCAL_DISTANCE, VR::IS, "0")
+        .text(tags::START_ANGLE, VR::DS, &start)
+        .decimals(tags::RADIAL_POSITION, &radii)
+        .decimals(tags::IMAGE_POSITION_PATIENT, &[-x, -x, z])
+        .decimals(
+            tags::IMAGE_ORIENTATION_PATIENT,
+            &[1.0, 0.0, 0.0, 0.0, 0.0, -1.0],
+        );
+    let kind = if frames.is_gated() {
+        "ORIGINAL\\PRIMARY\\GATED TOMO\\EMISSION"
+    } else {
+        "ORIGINAL\\PRIMARY\\TOMO\\EMISSION"
+    };
+    let mut pointers = vec![
+        tags::ENERGY_WINDOW_VECTOR,
+        tags::DETECTOR_VECTOR,
+        tags::ROTATION_VECTOR,
+    ];
+    pointers.extend(frames.pointers());
+    pointers.push(tags::ANGULAR_VIEW_VECTOR);
+    let item = frames
+        .put(common(kind))
+        .pointers(tags::FRAME_INCREMENT_POINTER, pointers)
+        .shorts(tags::ENERGY_WINDOW_VECTOR, vec![1; n])
+        .shorts(tags::DETECTOR_VECTOR, vec![1; n])
+        .shorts(tags::ROTATION_VECTOR, vec![1; n])
+        .shorts(tags::ANGULAR_VIEW_VECTOR, frames.within())
+        .sequence(tags::ROTATION_INFORMATION_SEQUENCE, vec![rotation])
+        .sequence(tags::DETECTOR_INFORMATION_SEQUENCE, vec![detector]);
+    // As seen from the detector.
+    let seen = projections.samples().backwards(rows * bins);
+    let pixels = Pixels::new(seen.as_samples(), counts_of(projections));
+    let item = pixels.put(item, frames.sides, [down, across]);
+    write(path, item, projections.study())
+}
+
+/// A volume, of gates all of them.
+pub(in crate::files) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    let [nx, ny, nz] = volume.grid().shape();
+    let seconds = volume.seconds_per_gate();
+    let frames = Frames::new(volume.n_gates(), [nz, ny, nx], seconds)?;
+    let [dx, dy, dz] = volume.spacing_mm();
+    let kind = if frames.is_gated() {
+        "DERIVED\\PRIMARY\\RECON GATED TOMO\\EMISSION"
+    } else {
+        "DERIVED\\PRIMARY\\RECON TOMO\\EMISSION"
+    };
+    let detector = Item::new()
+        .text(tags::COLLIMATOR_TYPE, VR::CS, "PARA")
+        .text(tags::FOCAL_DISTANCE, VR::IS, "0")
+        .decimals(tags::IMAGE_POSITION_PATIENT, &volume.origin_mm())
+        .decimals(
+            tags::IMAGE_ORIENTATION_PATIENT,
+            &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+        );
+    // Asked for, and of no meaning here: a volume of this program may be of no rotation at all.
+    let rotation = Item::new()
+        .text(tags::START_ANGLE, VR::DS, "0")
+        .text(tags::ANGULAR_STEP, VR::DS, "0")
+        .text(tags::ROTATION_DIRECTION, VR::CS, "CC")
+        .text(tags::SCAN_ARC, VR::DS, "0")
+        .text(tags::ACTUAL_FRAME_DURATION, VR::IS, "0")
+        .shorts(tags::NUMBER_OF_FRAMES_IN_ROTATION, vec![frames.each]);
+    let mut pointers = frames.pointers();
+    pointers.push(tags::SLICE_VECTOR);
+    let item = frames
+        .put(common(kind))
+        .pointers(tags::FRAME_INCREMENT_POINTER, pointers)
+        .shorts(tags::SLICE_VECTOR, frames.within())
+        .shorts(tags::NUMBER_OF_SLICES, vec![frames.each])
+        .decimals(tags::SLICE_THICKNESS, &[dz])
+        .decimals(tags::SPACING_BETWEEN_SLICES, &[dz])
+        .sequence(tags::ROTATION_INFORMATION_SEQUENCE, vec![rotation])
+        .sequence(tags::DETECTOR_INFORMATION_SEQUENCE, vec![detector]);
+    let item = Pixels::new(volume.samples(), None).put(item, frames.sides, [dy, dx]);
+    write(path, item, volume.study())
+}
+
+fn write(path: &Path, item: Item, study: Option<&str>) -> Result<(), PhantomError> {
+    write_atomically(path, |out| {
+        for file in series(vec![item], uids::NUCLEAR_MEDICINE_IMAGE_STORAGE, study)? {
+            file.write_all(&mut *out).map_err(io::Error::other)?;
+        }
+        Ok(())
+    })
+}
+
+/// Counts of a sample of 1, if they are known and the same in all views of all gates.
+fn counts_of(projections: &Projections) -> Option<f64> {
+    let counts = projections.counts_per_unit()?;
+    let first = *counts.first()?;
+    counts.iter().all(|&count| count == first).then_some(first)
+}
+
+/// How many frames of which size there are, and of which gates.
+struct Frames {
+    gates: usize,
+    /// Of a gate.
+    each: u16,
+    /// Of all.
+    frames: usize,
+    /// Rows and columns.
+    sides: [u16; 2],
+    /// From a gate to the next.
+    seconds: Option<f64>,
+}
+
+impl Frames {
+    fn new(
+        gates: usize,
+        [each, rows, columns]: [usize; 3],
+        seconds: Option<f64>,
+    ) -> Result<Self, PhantomError> {
+        let number = |what, n| check_count(what, n, MOST).map(|n| n as u16);
+        number("gates", gates)?;
+        let bytes = 2.0 * gates as f64 * each as f64 * rows as f64 * columns as f64;
+        // The length of a value has 32 bits.
+        crate::error::check("bytes of the frames", bytes, [0.0, 4e9])?;
+        Ok(Self {
+            gates,
+            each: number("frames", each)?,
+            frames: gates * each,
+            sides: [number("rows", rows)?, number("columns", columns)?],
+            seconds,
+        })
+    }
+
+    fn is_gated(&self) -> bool {
+        self.seconds.is_some()
+    }
+
+    /// What a frame is of a gated study, besides its number within the gate.
+    fn pointers(&self) -> Vec<Tag> {
+        if self.is_gated() {
+            vec![tags::RR_INTERVAL_VECTOR, tags::TIME_SLOT_VECTOR]
+        } else {
+            Vec::new()
+        }
+    }
+
+    /// The number of each frame within its gate, from 1.
+    fn within(&self) -> Vec<u16> {
+        (0..self.gates).flat_map(|_| 1..=self.each).collect()
+    }
+
+    /// What all kinds of frames have.
+    fn put(&self, item: Item) -> Item {
+        let item = item
+            .text(tags::NUMBER_OF_FRAMES, VR::IS, &self.frames.to_string())
+            .shorts(tags::NUMBER_OF_ENERGY_WINDOWS, vec![1])
+            .shorts(tags::NUMBER_OF_DETECTORS, vec![1])
+            .shorts(tags::NUMBER_OF_ROTATIONS, vec![1]);
+        let Some(seconds) = self.seconds else {
+            return item;
+        };
+        let beat = (1e3 * seconds * self.gates as f64).round().min(2e9);
+        let beat = beat.to_string();
+        let times = Item::new()
+            .decimals(tags::FRAME_TIME, &[1e3 * seconds])
+            .text(tags::NOMINAL_INTERVAL, VR::IS, &beat)
+            .text(tags::LOW_RR_VALUE, VR::IS, &beat)
+            .text(tags::HIGH_RR_VALUE, VR::IS, &beat)
+            .text(tags::INTERVALS_ACQUIRED, VR::IS, "1")
+            .text(tags::INTERVALS_REJECTED, VR::IS, "0");
+        let gated = Item::new().sequence(tags::DATA_INFORMATION_SEQUENCE, vec![times]);
+        let slots = (1..=self.gates as u16).flat_map(|gate| vec![gate; self.each.into()]);
+        item.shorts(tags::RR_INTERVAL_VECTOR, vec![1; self.frames])
+            .shorts(tags::NUMBER_OF_RR_INTERVALS, vec![1])
+            .shorts(tags::TIME_SLOT_VECTOR, slots.collect())
+            .shorts(tags::NUMBER_OF_TIME_SLOTS, vec![self.gates as u16])
+            .text(tags::BEAT_REJECTION_FLAG, VR::CS, "N")
+            .sequence(tags::GATED_INFORMATION_SEQUENCE, vec![gated])
+    }
+}
+
+/// What every image of nuclear medicine has.
+fn common(kind: &str) -> Item {
+    let supine = Item::new().code(
+        tags::PATIENT_ORIENTATION_MODIFIER_CODE_SEQUENCE,
+        ["40199007", "supine"],
+        Item::new(),
+    );
+    let window = Item::new().text(tags::ENERGY_WINDOW_NAME, VR::SH, "window");
+    of_a_phantom("NM")
+        .text(tags::IMAGE_TYPE, VR::CS, kind)
+        .text(tags::BODY_PART_EXAMINED, VR::CS, "HEART")
+        .empty(&[
+            (tags::ACQUISITION_DATE, VR::DA),
+            (tags::ACQUISITION_TIME, VR::TM),
+            (tags::COUNTS_ACCUMULATED, VR::IS),
+            (tags::CORRECTED_IMAGE, VR::CS),
+        ])
+        .sequence(tags::ENERGY_WINDOW_INFORMATION_SEQUENCE, vec![window])
+        .sequence(tags::RADIOPHARMACEUTICAL_INFORMATION_SEQUENCE, Vec::new())
+        .code(
+            tags::PATIENT_ORIENTATION_CODE_SEQUENCE,
+            ["102538003", "recumbent"],
+            supine,
+        )
+        .code(
+            tags::PATIENT_GANTRY_RELATIONSHIP_CODE_SEQUENCE,
+            ["102540008", "headfirst"],
+            Item::new(),
+        )
+}
+
+/// What every image has: a patient without a name, and no clock.
+pub(super) fn of_a_phantom(modality: &str) -> Item {
+    Item::new()
+        .text(tags::SPECIFIC_CHARACTER_SET, VR::CS, "ISO_IR 192")
+        .text(tags::MODALITY, VR::CS, modality)
+        .text(tags::MANUFACTURER, VR::LO, "heart-phantom")
+        .text(tags::MANUFACTURER_MODEL_NAME, VR::LO, PROGRAM)
+        .text(tags::SOFTWARE_VERSIONS, VR::LO, env!("CARGO_PKG_VERSION"))
+        .text(tags::PATIENT_NAME, VR::PN, "Phantom^Heart")
+        .text(tags::PATIENT_ID, VR::LO, "heart-phantom")
+        .text(tags::SERIES_NUMBER, VR::IS, "1")
+        .text(tags::INSTANCE_NUMBER, VR::IS, "1")
+        .empty(&[
+            (tags::STUDY_DATE, VR::DA),
+            (tags::STUDY_TIME, VR::TM),
+            (tags::CONTENT_DATE, VR::DA),
+            (tags::CONTENT_TIME, VR::TM),
+            (tags::ACCESSION_NUMBER, VR::SH),
+            (tags::REFERRING_PHYSICIAN_NAME, VR::PN),
+            (tags::STUDY_ID, VR::SH),
+            (tags::PATIENT_BIRTH_DATE, VR::DA),
+            (tags::PATIENT_SEX, VR::CS),
+            (tags::POSITION_REFERENCE_INDICATOR, VR::LO),
+        ])
+}

@@ -1,0 +1,116 @@
+//! What a run tells: how far it is, and what it found and did.
+
+use super::study::Scene;
+use crate::files::SliceOrder;
+use crate::{
+    Artefacts, BeatReport, BinMeans, Memory, MotionReport, Numbers, OsemReport, PhaseReport,
+    TruthOf, ViewReport, Warning, WorkReport,
+};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// How far a computation is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// What is being done.
+    pub stage: &'static str,
+    /// Share of the work behind us, 0 to 1.
+    pub fraction: f64,
+}
+
+/// What a run found and did; `report.json` holds it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct RunReport {
+    /// The program and its version: [`PROGRAM`](crate::files::PROGRAM).
+    pub program: String,
+    /// The scene, defaults filled in, if the phantom was made from one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scene: Option<Scene>,
+    /// What may surprise.
+    pub warnings: Vec<Warning>,
+    /// Volumes, ejection fraction, wall.
+    pub numbers: Numbers,
+    /// The heart at the phases that stand for the views, and at end-diastole and end-systole.
+    pub phases: Vec<PhaseReport>,
+    /// Torsion, shortening and the scene's points at the phases that stand for the views, where motion was written, or there are points.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub motion: Vec<MotionReport>,
+    /// The beats, where they differ or some do not count.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beats: Option<BeatReport>,
+    /// One entry for each gate, or one.
+    pub gates: Vec<GateReport>,
+    /// What the pictures show, where such were written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pictures: Option<PictureReport>,
+    /// Rows and slices in the files of the formats chosen.
+    pub slice_order: SliceOrders,
+    /// What the numbers in label volumes stand for, from 0 on, where such were written.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub labels: Vec<String>,
+    /// Memory that this was said to take at most.
+    pub memory: Memory,
+    /// Work done.
+    pub work: WorkReport,
+    /// Files written, relative to the folder.
+    pub files: Vec<PathBuf>,
+}
+
+/// The order of what follows each other along z, in the files of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct SliceOrders {
+    /// Rows of the projections.
+    pub projections: SliceOrder,
+    /// Slices of the volumes.
+    pub volumes: SliceOrder,
+}
+
+/// One set of views.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct GateReport {
+    /// When and from where its views are taken.
+    pub views: ViewReport,
+    /// Estimated relative error of the quadrature over time, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quadrature_error: Option<f64>,
+    /// Steps a cycle of that quadrature, as given or as the tolerance took, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quadrature_steps: Option<usize>,
+    /// Of views through a collimator the estimated relative error of their blur ([`Sinograms::depth_error`](crate::Sinograms::depth_error)).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_error: Option<f64>,
+    /// How means over bins were made, where samples are such ([`Phantom::bin_means`](crate::Phantom::bin_means)).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bin_means: Option<BinMeans>,
+    /// Mean counts of a sample of 1, where views with noise were made, or the camera's sensitivity is known, and all views have the
+    /// same; what each has by that sensitivity is [`ViewReport::counts_per_unit`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub counts_per_unit: Option<f64>,
+    /// What OSEM did, where it reconstructed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub osem: Option<OsemReport>,
+    /// What the exact volume is the mean over, where it was written: its file is `truth`, or `truth-mean-of-views`, and `rmse` below
+    /// is the difference from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truth: Option<TruthOf>,
+    /// The reconstruction against the truth, where both were made.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub artefacts: Option<Artefacts>,
+}
+
+/// The slice that all pictures of a run show, and its greys.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct PictureReport {
+    /// Index of the slice.
+    pub slice: usize,
+    /// Its height in cm.
+    pub z_cm: f64,
+    /// Activity that is black, as is everything below.
+    pub black: f64,
+    /// Activity that is white: the largest of that slice in all gates.
+    pub white: f64,
+}

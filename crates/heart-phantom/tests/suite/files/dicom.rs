@@ -1,0 +1,252 @@
+//! DICOM: what is in the files, read back by tag. Whether they are DICOM, `readers/check.py` asks others.
+
+use super::*;
+use dicom_dictionary_std::tags;
+use dicom_object::{DefaultDicomObject, Tag, open_file};
+use heart_phantom::files::write_ct;
+
+const GATES: usize = 2;
+
+fn shorts(file: &DefaultDicomObject, tag: Tag) -> Vec<u16> {
+    file.element(tag).unwrap().to_multi_int().unwrap()
+}
+
+fn text(file: &DefaultDicomObject, tag: Tag) -> String {
+    file.element(tag).unwrap().to_str().unwrap().into_owned()
+}
+
+fn decimals(file: &DefaultDicomObject, tag: Tag) -> Vec<f64> {
+    file.element(tag).unwrap().to_multi_float64().unwrap()
+}
+
+/// Samples as the factor has them.
+fn samples_of(file: &DefaultDicomObject) -> (Vec<f64>, f64) {
+    let bytes = file.element(tags::PIXEL_DATA).unwrap().to_bytes().unwrap();
+    let factor = decimals(file, tags::RESCALE_SLOPE)[0];
+    let signed = shorts(file, tags::PIXEL_REPRESENTATION) == [1];
+    let words = bytes.chunks_exact(2).map(|pair| match signed {
+        true => f64::from(i16::from_le_bytes([pair[0], pair[1]])),
+        false => f64::from(u16::from_le_bytes([pair[0], pair[1]])),
+    });
+    (words.map(|word| factor * word).collect(), factor)
+}
+
+/// A view is what one sees from the detector, which is at the patient's back at 0 and on the left at 90 degrees.
+#[test]
+fn views_are_seen_from_where_the_header_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let growing: Vec<f64> = (0..6).map(|k| 0.5 + 0.25 * f64::from(k)).collect();
+    let falling: Vec<f64> = growing.iter().rev().copied().collect();
+    for angles in [&growing, &falling] {
+        for gates in [1, GATES] {
+            let (detector, one) = stack(angles, [0.0; 2]);
+            let samples: Vec<f32> = (0..gates)
+                .flat_map(|gate| one.iter().map(move |v| v + 10.0 * gate as f32))
+                .collect();
+            let projections = match gates {
+                1 => Projections::new(detector, angles, RADIUS, samples.as_slice()),
+                _ => Projections::of_gates(detector, angles, RADIUS, samples.as_slice(), 0.5),
+            };
+            let path = folder.path().join("a.dcm");
+            write_projections(&path, &projections.unwrap(), Format::Dicom).unwrap();
+            let file = open_file(&path).unwrap();
+            let n = gates * angles.len();
+            assert_eq!(text(&file, tags::NUMBER_OF_FRAMES).trim(), n.to_string());
+            let views: Vec<u16> = (0..n).map(|k| (k % angles.len()) as u16 + 1).collect();
+            assert_eq!(shorts(&file, tags::ANGULAR_VIEW_VECTOR), views);
+            if gates > 1 {
+                let slots: Vec<u16> = (0..n).map(|k| (k / angles.len()) as u16 + 1).collect();
+                assert_eq!(shorts(&file, tags::TIME_SLOT_VECTOR), slots);
+            }
+            let turns = file.element(tags::ROTATION_INFORMATION_SEQUENCE).unwrap();
+            let turn = &turns.items().unwrap()[0];
+            let number = |tag| turn.element(tag).unwrap().to_float64().unwrap();
+            assert_eq!(number(tags::RADIAL_POSITION), 10.0 * RADIUS);
+            let way = turn
+                .element(tags::ROTATION_DIRECTION)
+                .unwrap()
+                .to_str()
+                .unwrap();
+            let step = match way.trim() {
+                "CC" => number(tags::ANGULAR_STEP),
+                "CW" => -number(tags::ANGULAR_STEP),
+                other => panic!("{other}"),
+            };
+            let (found, factor) = samples_of(&file);
+            for (k, value) in found.iter().enumerate() {
+                let (gate, view) = (k / (6 * ROWS * BINS), k / (ROWS * BINS) % 6);
+                let (row, column) = (k / BINS % ROWS, k % BINS);
+                let alpha = (number(tags::START_ANGLE) + step * view as f64).to_radians();
+                // The detector at (sin, cos) of x to the left, y to the back; looking at the patient from there, head up,
+                // the picture's right is towards (-cos, sin).
+                let across = (column as f64 - 2.0) * PITCH[0];
+                let [x, y] = [-alpha.cos() * across, alpha.sin() * across];
+                let z = (1.5 - row as f64) * PITCH[1];
+                let theta = angles[view];
+                assert!((-theta.sin() - alpha.sin()).abs() < 1e-6);
+                let s = x * theta.cos() + y * theta.sin();
+                let expected = seen(theta, [s, z]) + 10.0 * gate as f64;
+                assert!(
+                    (value - expected).abs() < 0.51 * factor,
+                    "{value} {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_volume_is_where_it_was_and_labels_are_exact() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.dcm");
+    let grid = grid(Format::Dicom);
+    let samples = sampled(&grid);
+    write_volume(
+        &path,
+        &Volume::new(grid, samples.as_slice()).unwrap(),
+        Format::Dicom,
+    )
+    .unwrap();
+    let file = open_file(&path).unwrap();
+    let detectors = file.element(tags::DETECTOR_INFORMATION_SEQUENCE).unwrap();
+    let place = detectors.items().unwrap()[0]
+        .element(tags::IMAGE_POSITION_PATIENT)
+        .unwrap();
+    assert_eq!(
+        place.to_multi_float64().unwrap(),
+        grid.origin().map(|cm| 10.0 * cm)
+    );
+    let spacing = decimals(&file, tags::PIXEL_SPACING);
+    assert_eq!(
+        [spacing[1], spacing[0]],
+        [SPACING[0], SPACING[1]].map(|cm| 10.0 * cm)
+    );
+    assert_eq!(
+        decimals(&file, tags::SPACING_BETWEEN_SLICES),
+        [10.0 * SPACING[2]]
+    );
+    let (found, factor) = samples_of(&file);
+    let worst = (found.iter().zip(&samples)).map(|(a, b)| (a - f64::from(*b)).abs());
+    assert!(worst.fold(0.0, f64::max) < 0.51 * factor);
+    // 16 bits: the largest sample has the largest pixel.
+    assert_eq!(shorts(&file, tags::PIXEL_REPRESENTATION), [0]);
+    let most = f64::from(samples.iter().copied().fold(0.0f32, f32::max));
+    assert!((factor * 65535.0 - most).abs() < 1e-8 * most);
+    let bytes = labels(&grid);
+    write_volume(
+        &path,
+        &Volume::new(grid, bytes.as_slice()).unwrap(),
+        Format::Dicom,
+    )
+    .unwrap();
+    let file = open_file(&path).unwrap();
+    let kept = file.element(tags::PIXEL_DATA).unwrap().to_bytes().unwrap();
+    assert_eq!(kept[..bytes.len()], bytes[..]);
+    assert_eq!(decimals(&file, tags::RESCALE_SLOPE), [1.0]);
+}
+
+/// Where samples are counts over a number, the pixels are these counts.
+#[test]
+fn counts_are_kept_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.dcm");
+    let angles: Vec<f64> = (0..6).map(f64::from).collect();
+    let (detector, samples) = stack(&angles, [0.0; 2]);
+    let counts: Vec<u16> = (0..samples.len()).map(|k| (k * k % 4001) as u16).collect();
+    let per_unit = 1234.56789;
+    let samples: Vec<f32> = counts
+        .iter()
+        .map(|&n| (f64::from(n) / per_unit) as f32)
+        .collect();
+    let known = vec![per_unit; 6];
+    let projections = Projections::new(detector, &angles, RADIUS, samples.as_slice()).unwrap();
+    let projections = projections.with_counts_per_unit(&known).unwrap();
+    write_projections(&path, &projections, Format::Dicom).unwrap();
+    let file = open_file(&path).unwrap();
+    let pixels: Vec<u16> = shorts(&file, tags::PIXEL_DATA);
+    let turned = counts
+        .chunks(ROWS * BINS)
+        .flat_map(|view| view.iter().rev().copied());
+    assert!(pixels.iter().copied().eq(turned));
+    let factor = decimals(&file, tags::RESCALE_SLOPE)[0];
+    assert!((factor * per_unit - 1.0).abs() < 1e-8); // of a number in 16 characters
+}
+
+#[test]
+fn identifiers_follow_from_what_a_file_holds() {
+    let folder = tempfile::tempdir().unwrap();
+    let grid = grid(Format::Dicom);
+    let samples = sampled(&grid);
+    let other: Vec<f32> = samples.iter().map(|v| v + 1.0).collect();
+    let ids = |samples: &[f32], study: Option<&str>| {
+        let path = folder.path().join("a.dcm");
+        let volume = Volume::new(grid, samples).unwrap();
+        let volume = study.map_or(volume, |study| volume.with_study(study));
+        write_volume(&path, &volume, Format::Dicom).unwrap();
+        let bytes = fs::read(&path).unwrap();
+        let file = open_file(&path).unwrap();
+        let all = [
+            tags::STUDY_INSTANCE_UID,
+            tags::FRAME_OF_REFERENCE_UID,
+            tags::SERIES_INSTANCE_UID,
+            tags::SOP_INSTANCE_UID,
+        ];
+        let uids = all.map(|tag| text(&file, tag).trim_end_matches('\0').to_owned());
+        assert_eq!(
+            file.meta()
+                .media_storage_sop_instance_uid()
+                .trim_end_matches('\0'),
+            uids[3]
+        );
+        for uid in &uids {
+            let number: u128 = uid.strip_prefix("2.25.").unwrap().parse().unwrap();
+            assert_eq!(
+                (number >> 76 & 0xf, number >> 62 & 3),
+                (8, 2),
+                "a UUID of version 8"
+            );
+        }
+        (bytes, uids)
+    };
+    let (bytes, first) = ids(&samples, Some("scene"));
+    assert_eq!(ids(&samples, Some("scene")).0, bytes);
+    let (_, second) = ids(&other, Some("scene"));
+    assert_eq!(first[..2], second[..2]);
+    assert!((2..4).all(|k| first[k] != second[k]));
+    let (_, third) = ids(&samples, Some("another"));
+    assert!((0..2).all(|k| first[k] != third[k]));
+    let (_, alone) = ids(&samples, None);
+    assert_ne!(alone[0], first[0]);
+}
+
+#[test]
+fn a_ct_has_a_file_a_slice_in_hounsfield_units() {
+    let folder = tempfile::tempdir().unwrap();
+    let grid = grid(Format::Dicom);
+    let map: Vec<f32> = (0..grid.len()).map(|k| 0.01 * (k % 30) as f32).collect();
+    let volume = Volume::new(grid, map.as_slice()).unwrap();
+    let names = write_ct(folder.path(), "ct", &volume, 0.15).unwrap();
+    assert_eq!(names.len(), SHAPE[2]);
+    let mut series = Vec::new();
+    for (k, name) in names.iter().enumerate() {
+        let file = open_file(folder.path().join(name)).unwrap();
+        let z = decimals(&file, tags::IMAGE_POSITION_PATIENT)[2];
+        assert!((z - 10.0 * (grid.origin()[2] + k as f64 * SPACING[2])).abs() < 1e-9);
+        series.push(text(&file, tags::SERIES_INSTANCE_UID));
+        let (units, _) = samples_of(&file);
+        let slice = &map[k * SHAPE[0] * SHAPE[1]..];
+        for (unit, mu) in units.iter().zip(slice) {
+            assert!((unit - 1000.0 * (f64::from(*mu) / 0.15 - 1.0)).abs() <= 0.5);
+        }
+    }
+    assert!(series.iter().all(|uid| *uid == series[0]));
+    let far = vec![10.0f32; grid.len()];
+    let refused = write_ct(
+        folder.path(),
+        "far",
+        &Volume::new(grid, &far).unwrap(),
+        0.15,
+    );
+    assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
+    assert_eq!(entries(folder.path()), SHAPE[2]);
+}

@@ -1,0 +1,172 @@
+//! Sections through a volume with axes in cm, orientation marks and one window, and other samples as greys.
+
+use super::canvas::{
+    Axis, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, paint, paint_over, text, title,
+};
+use super::raster::{BAR_ROOM, bar_labels, check_window, fill, fill_bar};
+use super::style::{ORANGE, SMALL};
+use super::{FigureError, Picture, check};
+
+/// Pixels of the longest side of a section.
+const LONGEST: f64 = 330.0;
+/// Sections of a row.
+const PER_ROW: usize = 3;
+/// Room for the heading of all.
+const HEADING: i32 = 56;
+
+/// Samples of a plane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cut {
+    /// Above it.
+    pub title: String,
+    /// Below it and to its left, with their units.
+    pub labels: [String; 2],
+    /// What is to the left, to the right, below and above, such as `R`, `L`, `P`, `A`; empty for none.
+    pub marks: [String; 4],
+    /// Columns and rows.
+    pub size: [usize; 2],
+    /// Samples `[row][column]`, the lowest row first.
+    pub values: Vec<f32>,
+    /// The left and the right edge of the picture, its lower and its upper one, in the units of the labels; an axis may run backwards.
+    pub extent: [[f64; 2]; 2],
+}
+
+impl Cut {
+    fn check(&self) -> Result<(), FigureError> {
+        for n in self.size {
+            check::at_least("samples along a side", n, 1)?;
+        }
+        let expected = self.size[0].saturating_mul(self.size[1]);
+        check::same_len("samples of a section", self.values.len(), expected)?;
+        check::finite_samples("samples of a section", &self.values)?;
+        for [low, high] in self.extent {
+            check::interval("extent of a section", low.min(high), low.max(high))?;
+        }
+        Ok(())
+    }
+
+    fn lengths(&self) -> [f64; 2] {
+        self.extent.map(|[from, to]| (to - from).abs())
+    }
+}
+
+/// Draws sections side by side, three in a row, all of them in one scale and one window, with a colour bar and a heading.
+///
+/// # Errors
+/// [`FigureError`] if there is no section, samples and size disagree, a number is not finite, or the window or an extent is not an
+/// interval.
+pub fn sections(
+    cuts: &[Cut],
+    window: [f64; 2],
+    bar_label: &str,
+    heading: &str,
+) -> Result<Picture, FigureError> {
+    check::at_least("sections", cuts.len(), 1)?;
+    cuts.iter().try_for_each(Cut::check)?;
+    let longest = cuts.iter().flat_map(Cut::lengths).fold(0.0, f64::max);
+    let sides: Vec<[i32; 2]> = (cuts.iter())
+        .map(|cut| {
+            cut.lengths()
+                .map(|cm| (LONGEST * cm / longest).round().max(8.0) as i32)
+        })
+        .collect();
+    draw(cuts, &sides, window, bar_label, heading)
+}
+
+/// Draws samples of any two variables, such as a sinogram, `width` by `height` pixels.
+///
+/// # Errors
+/// As [`sections()`].
+pub fn map(
+    cut: &Cut,
+    [width, height]: [u32; 2],
+    window: [f64; 2],
+    bar_label: &str,
+) -> Result<Picture, FigureError> {
+    cut.check()?;
+    let side = |pixels: u32| pixels.clamp(8, 4096) as i32;
+    let cuts = std::slice::from_ref(cut);
+    draw(cuts, &[[side(width), side(height)]], window, bar_label, "")
+}
+
+fn draw(
+    cuts: &[Cut],
+    sides: &[[i32; 2]],
+    window: [f64; 2],
+    bar_label: &str,
+    heading: &str,
+) -> Result<Picture, FigureError> {
+    check_window(window)?;
+    let most = |a: usize| sides.iter().map(|side| side[a]).max().unwrap_or(0);
+    let step = (most(0) + LABELS_LEFT + 24, most(1) + LABELS_BELOW + 60);
+    let columns = cuts.len().min(PER_ROW);
+    let top = if heading.is_empty() { 56 } else { 56 + HEADING };
+    let place = |k: usize| {
+        let (column, row) = ((k % columns) as i32, (k / columns) as i32);
+        let [width, height] = sides[k];
+        Rect {
+            left: LABELS_LEFT + 8 + step.0 * column + (most(0) - width) / 2,
+            top: top + step.1 * row + (most(1) - height) / 2,
+            width,
+            height,
+        }
+    };
+    let bar = Rect {
+        left: LABELS_LEFT + 8 + step.0 * (columns as i32 - 1),
+        top,
+        width: most(0),
+        height: most(1),
+    };
+    let rows = cuts.len().div_ceil(columns) as i32;
+    let size = (step.0 * columns as i32 + BAR_ROOM, top - 56 + step.1 * rows);
+    let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
+        if !heading.is_empty() {
+            title(area, heading, (size.0 / 2, HEADING / 2))?;
+        }
+        for (k, cut) in cuts.iter().enumerate() {
+            let rect = place(k);
+            let axis = |a: usize, pixels: i32| {
+                let [from, to] = cut.extent[a];
+                let ticks = (pixels / 55).clamp(2, 9) as usize;
+                let axis = Axis::linear(from.min(to), from.max(to), ticks, &cut.labels[a]);
+                if to < from { axis.downwards() } else { axis }
+            };
+            let (x, y) = (axis(0, rect.width), axis(1, rect.height));
+            axes(area, rect, &cut.title, &x, &y)?;
+        }
+        bar_labels(area, bar, window, bar_label)
+    })?;
+    for (k, cut) in cuts.iter().enumerate() {
+        let [n_columns, n_rows] = cut.size;
+        let sample = |column: usize, row: usize| cut.values[row * n_columns + column];
+        fill(&mut picture, place(k), (n_columns, n_rows), window, sample);
+    }
+    fill_bar(&mut picture, bar, window);
+    if cuts
+        .iter()
+        .all(|cut| cut.marks.iter().all(String::is_empty))
+    {
+        return Ok(picture);
+    }
+    paint_over(picture, |area| {
+        for (k, cut) in cuts.iter().enumerate() {
+            let Rect {
+                left,
+                top,
+                width,
+                height,
+            } = place(k);
+            let (x, y) = (left + width / 2, top + height / 2);
+            let places = [
+                ((left + 6, y), Pin::Left),
+                ((left + width - 6, y), Pin::Right),
+                ((x, top + height - 16), Pin::Centre),
+                ((x, top + 16), Pin::Centre),
+            ];
+            for (mark, (at, pin)) in cut.marks.iter().zip(places) {
+                text(area, mark, SMALL, ORANGE, at, pin)?;
+            }
+        }
+        Ok(())
+    })
+}

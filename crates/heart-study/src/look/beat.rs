@@ -1,0 +1,133 @@
+//! All gates of a volume, small enough to be part of a page.
+
+use crate::StudyError;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use heart_phantom::files::{Volume, nifti_bytes};
+use heart_phantom::revolve_voxel::VoxelGrid;
+use heart_phantom::{Phantom, PhantomError};
+use std::io::Write;
+
+/// Most samples of all gates, a byte each: two such volumes, in base64, are some 16 MB of the 25 that a page may have.
+const MOST: usize = 6_000_000;
+
+/// The gates so far.
+#[derive(Debug)]
+pub(super) struct Beat {
+    grid: VoxelGrid,
+    /// Voxels along each axis that one of the page is the mean of.
+    factor: usize,
+    seconds: f64,
+    /// `[gate][z][y][x]` of the coarser voxels.
+    samples: Vec<f32>,
+}
+
+impl Beat {
+    pub(super) fn new(phantom: &Phantom) -> Self {
+        let grid = *phantom.camera().grid();
+        let n_gates = phantom.n_gates();
+        let len = |factor: usize| coarse(&grid, factor).iter().product::<usize>() * n_gates;
+        let factor = (1..).find(|&factor| len(factor) <= MOST).unwrap_or(1);
+        Self {
+            grid,
+            factor,
+            seconds: phantom.cycle().period() / n_gates as f64,
+            samples: Vec::new(),
+        }
+    }
+
+    /// The next gate, `[z][y][x]`.
+    pub(super) fn push(&mut self, volume: &[f32]) {
+        let [nx, ny, _] = self.grid.shape();
+        let ([mx, my, mz], [fx, fy, fz]) = (
+            coarse(&self.grid, self.factor),
+            factors(&self.grid, self.factor),
+        );
+        let scale = 1.0 / (fx * fy * fz) as f32;
+        for z in 0..mz {
+            for y in 0..my {
+                for x in 0..mx {
+                    let mut sum = 0.0;
+                    for k in z * fz..(z + 1) * fz {
+                        for j in y * fy..(y + 1) * fy {
+                            let from = (k * ny + j) * nx + x * fx;
+                            sum += volume[from..from + fx].iter().sum::<f32>();
+                        }
+                    }
+                    self.samples.push(sum * scale);
+                }
+            }
+        }
+    }
+
+    /// Edge of a voxel of the page over one of the volume.
+    pub(super) fn factor(&self) -> usize {
+        self.factor
+    }
+
+    /// A compressed NIfTI of bytes, from nothing to white of the window, in base64. What is below nothing is nothing.
+    pub(super) fn base64(&self, window: [f64; 2]) -> Result<String, StudyError> {
+        let (shape, spacing) = (coarse(&self.grid, self.factor), self.grid.spacing());
+        // A page has no negative samples.
+        let step = window[1] / 255.0;
+        let of = |v: &f32| (f64::from(*v) / step).round() as u8;
+        let bytes: Vec<u8> = self.samples.iter().map(of).collect();
+        let factors = factors(&self.grid, self.factor).map(|n| n as f64);
+        let coarse = [0, 1, 2].map(|a| spacing[a] * factors[a]);
+        // The first voxel of the page is the mean of those from the first one on.
+        let centre = [0, 1, 2].map(|a| {
+            let first = self.grid.origin()[a] + 0.5 * (factors[a] - 1.0) * spacing[a];
+            first + 0.5 * (shape[a] as f64 - 1.0) * coarse[a]
+        });
+        let grid = VoxelGrid::centred(shape, coarse, centre).map_err(PhantomError::from)?;
+        let volume = Volume::of_gates(grid, bytes.as_slice(), self.seconds)?;
+        let nifti = nifti_bytes(&volume, step)?;
+        let mut out = GzEncoder::new(Vec::new(), Compression::default());
+        let packed = out.write_all(&nifti).and_then(|()| out.finish());
+        let packed = packed.map_err(|source| PhantomError::File {
+            path: "index.html".into(),
+            source,
+        })?;
+        Ok(STANDARD.encode(packed))
+    }
+}
+
+/// Voxels along each axis; what is left over at the end is left out.
+fn coarse(grid: &VoxelGrid, factor: usize) -> [usize; 3] {
+    grid.shape().map(|n| n / factor.min(n))
+}
+
+/// How many voxels one of these is the mean of along each axis: no more than there are.
+fn factors(grid: &VoxelGrid, factor: usize) -> [usize; 3] {
+    grid.shape().map(|n| factor.min(n))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use heart_phantom::Scene;
+    use std::io::Read;
+
+    #[test]
+    fn voxels_of_the_page_are_means_where_those_of_the_volume_were() {
+        let phantom = Phantom::new(Scene::default().with_size(8)).unwrap();
+        let mut beat = Beat::new(&phantom);
+        assert_eq!(beat.factor, 1);
+        beat.factor = 2;
+        let volume: Vec<f32> = (0..512).map(|k| (k % 8) as f32).collect();
+        beat.push(&volume);
+        assert_eq!(beat.samples.len(), 64);
+        assert_eq!(beat.samples[..4], [0.5, 2.5, 4.5, 6.5]);
+        let packed = STANDARD.decode(beat.base64([0.0, 255.0]).unwrap()).unwrap();
+        let mut nifti = Vec::new();
+        flate2::read::GzDecoder::new(packed.as_slice())
+            .read_to_end(&mut nifti)
+            .unwrap();
+        let float = |at: usize| f32::from_le_bytes(nifti[at..at + 4].try_into().unwrap());
+        assert_eq!(float(80), 40.0); // mm, of 16 cm in 8 voxels
+        assert_eq!(float(268), 60.0); // of x, which points the other way
+        assert_eq!(nifti[352..356], [1, 3, 5, 7]); // halves are rounded up
+    }
+}

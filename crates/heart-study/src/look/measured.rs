@@ -1,0 +1,144 @@
+//! Curves over the beat and the views, and what the camera saw.
+
+use crate::StudyError;
+use crate::figures::{Curve, Cut, curves as drawn};
+use heart_phantom::revolve_voxel::nalgebra::Point3;
+use heart_phantom::{Phantom, RunReport};
+
+/// Points of a curve over the beat.
+const POINTS: usize = 96;
+/// Phases at which the pressures are solved for.
+const SOLVED: usize = 24;
+
+/// A plot of a page.
+#[derive(Debug)]
+pub(super) struct Plot {
+    pub(super) svg: String,
+    pub(super) caption: String,
+}
+
+/// Volume and pressures over the beat, and what the views sum up to.
+pub(super) fn curves(
+    phantom: &Phantom,
+    report: &RunReport,
+    sums: &[Vec<f64>],
+) -> Result<Vec<Plot>, StudyError> {
+    let (cycle, numbers) = (phantom.cycle(), &report.numbers);
+    let [low, high] = cycle.gains();
+    let volume = |phase: f64| {
+        let share = match high > low {
+            true => (cycle.gain(phase) - low) / (high - low),
+            false => 0.0,
+        };
+        numbers.esv + share * (numbers.edv - numbers.esv)
+    };
+    let phases = (0..=POINTS).map(|k| k as f64 / POINTS as f64);
+    let cavity: Vec<[f64; 2]> = phases.map(|phase| [phase, volume(phase)]).collect();
+    let mut plots = vec![Plot {
+        svg: drawn(
+            "phase of the beat",
+            "cavity (mL)",
+            &[Curve {
+                label: "",
+                points: &cavity,
+            }],
+        )?,
+        caption: "Volume of the cavity over a beat.".into(),
+    }];
+    let phases: Vec<f64> = (0..=SOLVED).map(|k| k as f64 / SOLVED as f64).collect();
+    let gains: Vec<f64> = phases.iter().map(|&phase| cycle.gain(phase)).collect();
+    let shapes = phantom.heart().shapes(&gains)?;
+    let pressure = |outer: bool| -> Vec<[f64; 2]> {
+        (phases.iter().zip(&shapes))
+            .map(|(&phase, shape)| {
+                let solution = shape.solution();
+                let of = if outer {
+                    &solution.outer
+                } else {
+                    &solution.inner
+                };
+                [phase, of.intensity]
+            })
+            .collect()
+    };
+    let (inner, outer) = (pressure(false), pressure(true));
+    let both = [("inner balloon", &inner), ("outer balloon", &outer)];
+    let both = both.map(|(label, points)| Curve { label, points });
+    plots.push(Plot {
+        svg: drawn("phase of the beat", "pressure (stiffness x cm)", &both)?,
+        caption:
+            "What the pressures of the two balloons are in the law chosen: stiffness times cm, \
+            per current length stiffness."
+                .into(),
+    });
+    if sums.iter().all(|sum| sum.len() > 1) && !sums.is_empty() {
+        let over: Vec<Vec<[f64; 2]>> = (sums.iter())
+            .map(|sum| {
+                sum.iter()
+                    .enumerate()
+                    .map(|(k, &sum)| [k as f64, sum])
+                    .collect()
+            })
+            .collect();
+        let labels: Vec<String> = (0..sums.len())
+            .map(|gate| format!("gate {}", gate + 1))
+            .collect();
+        let named = (2..=6).contains(&sums.len());
+        let views: Vec<Curve<'_>> = (over.iter().zip(&labels))
+            .map(|(points, label)| Curve {
+                label: if named { label } else { "" },
+                points,
+            })
+            .collect();
+        plots.push(Plot {
+            svg: drawn("view", "sum of a view", &views)?,
+            caption:
+                "What each view sums up to, samples times the area of a bin: the activity that the \
+                camera sees; of several gates in colours from the first to the last."
+                    .into(),
+        });
+    }
+    Ok(plots)
+}
+
+/// Of views `[view][row][bin]`: the row at the height of the heart's middle in all of them, and three of them.
+pub(super) fn cuts(phantom: &Phantom, views: &[f32]) -> Result<(Cut, Vec<Cut>), StudyError> {
+    let camera = phantom.camera();
+    let (bins, rows, n_views) = (camera.n_bins(), camera.n_rows(), camera.n_views());
+    let [bin, row] = camera.detector().pitch();
+    let heart = phantom.heart();
+    let middle = heart
+        .pose()
+        .to_lab(&Point3::new(0.5 * heart.length(), 0.0, 0.0));
+    let at = (middle.z / row + 0.5 * (rows as f64 - 1.0)).round();
+    let at = at.clamp(0.0, rows as f64 - 1.0) as usize;
+    let half = [0.5 * bins as f64 * bin, 0.5 * rows as f64 * row];
+    let sinogram = Cut {
+        title: format!(
+            "sinogram, z = {:.2} cm",
+            (at as f64 - 0.5 * (rows as f64 - 1.0)) * row
+        ),
+        labels: ["s (cm)".into(), "view".into()],
+        marks: Default::default(),
+        size: [bins, n_views],
+        values: (views.chunks_exact(rows * bins))
+            .flat_map(|view| &view[at * bins..(at + 1) * bins])
+            .copied()
+            .collect(),
+        extent: [[-half[0], half[0]], [-0.5, n_views as f64 - 0.5]],
+    };
+    let times = phantom.view_times(0)?;
+    let mut chosen = vec![0, n_views / 3, 2 * n_views / 3];
+    chosen.dedup();
+    let images = (chosen.into_iter())
+        .map(|k| Cut {
+            title: format!("view {k}, {:.1}°", times[k].angle.to_degrees()),
+            labels: ["s (cm)".into(), "z (cm)".into()],
+            marks: Default::default(),
+            size: [bins, rows],
+            values: views[k * rows * bins..(k + 1) * rows * bins].to_vec(),
+            extent: half.map(|half| [-half, half]),
+        })
+        .collect();
+    Ok((sinogram, images))
+}

@@ -1,0 +1,144 @@
+//! A run to look at: pictures of its volumes with axes, and a page that works from a file, without a network.
+
+mod beat;
+mod kept;
+mod measured;
+mod page;
+mod planes;
+
+use crate::StudyError;
+use heart_phantom::files::write_atomically;
+use heart_phantom::{GateResults, Phantom, PhaseOf, Product, RunReport};
+use kept::Kept;
+use std::path::{Path, PathBuf};
+
+/// The page.
+const PAGE: &str = "index.html";
+/// Curves, beside the pictures.
+const CURVES: &str = "curves.svg";
+
+/// What a run is shown by: it sees the results of each gate as they come, keeps what the pictures need of them, and writes at the end.
+///
+/// ```
+/// use heart_phantom::{Phantom, Run, Scene};
+/// use heart_study::Look;
+/// let phantom = Phantom::new(Scene::default().with_size(16))?;
+/// let folder = tempfile::tempdir()?; // or any other
+/// let mut look = Look::new(&phantom, true);
+/// let mut run = Run::begin(&phantom, folder.path(), &look.files())?;
+/// for gate in 0..phantom.n_gates() {
+///     look.see(gate, &run.gate(gate, &|_| ())?)?;
+/// }
+/// run.finish(&|_| (), |report| look.write(report, folder.path()))?;
+/// assert!(folder.path().join("index.html").exists());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Look<'a> {
+    kept: Kept<'a>,
+    /// Whether there is a page.
+    page: bool,
+}
+
+impl<'a> Look<'a> {
+    /// Of what the phantom's output asks for: pictures if it asks for these, the page if that is wanted. With neither it keeps nothing.
+    pub fn new(phantom: &'a Phantom, page: bool) -> Self {
+        let kept = Kept::new(phantom);
+        Self { kept, page }
+    }
+
+    fn pictures(&self) -> bool {
+        self.kept
+            .phantom
+            .parts()
+            .output
+            .write
+            .contains(&Product::Pictures)
+    }
+
+    /// The names of the files that it writes.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let mut files = Vec::new();
+        if self.pictures() {
+            let wants = |product| self.kept.phantom.parts().output.write.contains(&product);
+            let truth = self.kept.phantom.truth_of().file_name();
+            // Pictures are of reconstructions, asked for or not.
+            for name in ["reconstruction"]
+                .into_iter()
+                .chain(wants(Product::Truth).then_some(truth))
+            {
+                let gates = 0..self.kept.phantom.n_gates();
+                files.extend(gates.map(|gate| self.picture_name(name, gate)));
+            }
+            files.push(CURVES.into());
+        }
+        if self.page {
+            files.push(PAGE.into());
+        }
+        files
+    }
+
+    fn picture_name(&self, name: &str, gate: usize) -> PathBuf {
+        match self.kept.phantom.n_gates() {
+            1 => format!("{name}.png").into(),
+            gates => format!("{name}-{}.png", PhaseOf::Gate { gate, gates }).into(),
+        }
+    }
+
+    /// What a gate has made.
+    ///
+    /// # Errors
+    /// What solving for the heart's place can return.
+    pub fn see(&mut self, gate: usize, results: &GateResults) -> Result<(), StudyError> {
+        if !self.page && !self.pictures() {
+            return Ok(());
+        }
+        if let Some(views) = &results.projections {
+            let camera = self.kept.phantom.camera();
+            let [bin, row] = camera.detector().pitch();
+            let sum = |view: &[f32]| view.iter().map(|&v| f64::from(v)).sum::<f64>() * bin * row;
+            let views_of = views.chunks_exact(camera.view_len());
+            self.kept.sums.push(views_of.map(sum).collect());
+            if gate == 0 && self.page {
+                self.kept.sinogram = Some(measured::cuts(self.kept.phantom, views)?);
+            }
+        }
+        let truth = self.kept.phantom.truth_of().file_name();
+        for (name, volume) in [
+            ("reconstruction", &results.reconstruction),
+            (truth, &results.truth),
+        ] {
+            if let Some(volume) = volume {
+                self.kept.keep(name, volume, self.page);
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the pictures, the curves and the page.
+    ///
+    /// # Errors
+    /// [`StudyError`] if a file cannot be written, or a shape of the curves not be solved for.
+    pub fn write(&self, report: &RunReport, folder: &Path) -> Result<(), StudyError> {
+        if !self.page && !self.pictures() {
+            return Ok(());
+        }
+        let curves = measured::curves(self.kept.phantom, report, &self.kept.sums)?;
+        if self.pictures() {
+            for shown in &self.kept.shown {
+                for gate in 0..shown.cuts.len() {
+                    let picture = self.kept.picture(shown, gate)?;
+                    picture.write_png(folder.join(self.picture_name(shown.name, gate)))?;
+                }
+            }
+            // The first is that of the volume.
+            let text = curves.first().map_or("", |curve| curve.svg.as_str());
+            write_atomically(&folder.join(CURVES), |out| out.write_all(text.as_bytes()))?;
+        }
+        if self.page {
+            let html = page::html(&self.kept, report, &curves)?;
+            write_atomically(&folder.join(PAGE), |out| out.write_all(html.as_bytes()))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,244 @@
+//! Six sections through the middle of the heart: three planes of the body and three of the heart.
+
+use crate::figures::Cut;
+use heart_phantom::Phantom;
+use heart_phantom::revolve_voxel::VoxelGrid;
+use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
+
+/// A plane: what is to the right and what is up in the picture, in the lab; where its samples are along both, from its middle, cm.
+#[derive(Debug)]
+struct Plane {
+    title: String,
+    labels: [&'static str; 2],
+    right: Vector3<f64>,
+    up: Vector3<f64>,
+    middle: Point3<f64>,
+    /// Columns and rows.
+    size: [usize; 2],
+    /// Of the first sample, along right and up.
+    first: [f64; 2],
+    step: [f64; 2],
+    /// What the edges of the picture are called, along right and up.
+    extent: [[f64; 2]; 2],
+}
+
+/// The planes of a phantom.
+#[derive(Debug)]
+pub(super) struct Planes {
+    grid: VoxelGrid,
+    planes: Vec<Plane>,
+}
+
+impl Planes {
+    pub(super) fn new(phantom: &Phantom) -> Self {
+        let (grid, heart) = (*phantom.camera().grid(), phantom.heart());
+        let pose = heart.pose();
+        let middle = pose.to_lab(&Point3::new(0.5 * heart.length(), 0.0, 0.0));
+        let axis = pose.axis();
+        let mut planes = of_the_body(&grid, &middle);
+        planes.extend(of_the_heart(&grid, &middle, axis, 0.8 * heart.length()));
+        Self { grid, planes }
+    }
+
+    /// The sections of a volume `[z][y][x]`, between voxels by linear interpolation.
+    pub(super) fn cut(&self, volume: &[f32]) -> Vec<Cut> {
+        self.planes
+            .iter()
+            .map(|plane| plane.cut(&self.grid, volume))
+            .collect()
+    }
+}
+
+impl Plane {
+    fn cut(&self, grid: &VoxelGrid, volume: &[f32]) -> Cut {
+        let [columns, rows] = self.size;
+        let mut values = Vec::with_capacity(columns * rows);
+        for row in 0..rows {
+            let up = self.first[1] + row as f64 * self.step[1];
+            for column in 0..columns {
+                let right = self.first[0] + column as f64 * self.step[0];
+                let place = self.middle + self.right * right + self.up * up;
+                values.push(interpolated(grid, volume, &place));
+            }
+        }
+        Cut {
+            title: self.title.clone(),
+            labels: self.labels.map(String::from),
+            marks: [-self.right, self.right, -self.up, self.up].map(|way| letters(&way)),
+            size: self.size,
+            values,
+            extent: self.extent,
+        }
+    }
+}
+
+/// Axial, coronal and sagittal, on the voxels nearest to the middle, as radiologists look at them.
+fn of_the_body(grid: &VoxelGrid, middle: &Point3<f64>) -> Vec<Plane> {
+    let (shape, spacing, origin) = (grid.shape(), grid.spacing(), grid.origin());
+    let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
+    let nearest = [0, 1, 2].map(|a| {
+        let k = ((middle[a] - origin[a]) / spacing[a]).round();
+        origin[a] + k.clamp(0.0, (shape[a] - 1) as f64) * spacing[a]
+    });
+    let last = [0, 1, 2].map(|a| origin[a] + (shape[a] - 1) as f64 * spacing[a]);
+    // From the first voxel's edge to the last one's.
+    let edges = [0, 1, 2].map(|a| [origin[a] - 0.5 * spacing[a], last[a] + 0.5 * spacing[a]]);
+    let names = ["x (cm)", "y (cm)", "z (cm)"];
+    let plane = |title: &str, across: usize, [a, b]: [usize; 2], up: Vector3<f64>, down: bool| {
+        let mut corner = Point3::origin();
+        corner[across] = nearest[across];
+        corner[a] = origin[a];
+        corner[b] = if down { last[b] } else { origin[b] };
+        let [low, high] = edges[b];
+        Plane {
+            title: format!(
+                "{title}, {} = {:.2} cm",
+                &names[across][..1],
+                nearest[across]
+            ),
+            labels: [names[a], names[b]],
+            right: [x, y, z][a],
+            up,
+            middle: corner,
+            size: [shape[a], shape[b]],
+            first: [0.0; 2],
+            step: [spacing[a], spacing[b]],
+            extent: [edges[a], if down { [high, low] } else { [low, high] }],
+        }
+    };
+    vec![
+        plane("axial", 2, [0, 1], -y, true),
+        plane("coronal", 1, [0, 2], z, false),
+        plane("sagittal", 0, [1, 2], z, false),
+    ]
+}
+
+/// Short axis, horizontal and vertical long axis: the left ventricle as cardiologists look at it, from the apex, with the side that is
+/// up in the body on top, and with the apex on top or to the right.
+fn of_the_heart(
+    grid: &VoxelGrid,
+    middle: &Point3<f64>,
+    axis: Vector3<f64>,
+    half: f64,
+) -> Vec<Plane> {
+    // Of an axis that points up or down, to the front.
+    let up = match axis.z.abs() < 0.95 {
+        true => Vector3::z(),
+        false => -Vector3::y(),
+    };
+    let up = (up - axis * axis.dot(&up)).normalize();
+    let right = up.cross(&axis);
+    let step = grid.spacing().into_iter().fold(f64::INFINITY, f64::min);
+    // No finer than is seen, and no more than a picture has.
+    let step = step.max(2.0 * half / 512.0);
+    let n = (2.0 * half / step).ceil().max(2.0) as usize;
+    let half = 0.5 * n as f64 * step;
+    let plane = |title: &str, right, up| Plane {
+        title: title.into(),
+        labels: ["cm", "cm"],
+        right,
+        up,
+        middle: *middle,
+        size: [n; 2],
+        first: [0.5 * step - half; 2],
+        step: [step; 2],
+        extent: [[-half, half]; 2],
+    };
+    vec![
+        plane("short axis", right, up),
+        plane("horizontal long axis", right, axis),
+        plane("vertical long axis", axis, up),
+    ]
+}
+
+/// Letters of where a direction points to, the foremost first: left or right, anterior or posterior, superior or inferior.
+fn letters(way: &Vector3<f64>) -> String {
+    let mut parts = [(way.x, "LR"), (way.y, "PA"), (way.z, "SI")];
+    parts.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+    (parts.iter())
+        .filter(|(part, _)| part.abs() > 0.35)
+        .map(|(part, names)| {
+            if *part > 0.0 {
+                &names[..1]
+            } else {
+                &names[1..]
+            }
+        })
+        .collect()
+}
+
+/// Linear between the eight voxels around a place, nothing outside the volume; up to half a voxel beyond the outermost centres it is theirs.
+fn interpolated(grid: &VoxelGrid, volume: &[f32], place: &Point3<f64>) -> f32 {
+    let (shape, spacing, origin) = (grid.shape(), grid.spacing(), grid.origin());
+    let mut cell = [(0, 0, 0.0); 3];
+    for a in 0..3 {
+        let at = (place[a] - origin[a]) / spacing[a];
+        let last = (shape[a] - 1) as f64;
+        if at < -0.5 || at > last + 0.5 {
+            return 0.0;
+        }
+        let at = at.clamp(0.0, last);
+        let low = at.floor();
+        cell[a] = (low as usize, (low as usize + 1).min(shape[a] - 1), at - low);
+    }
+    let [(x0, x1, u), (y0, y1, v), (z0, z1, w)] = cell;
+    let sample =
+        |x: usize, y: usize, z: usize| f64::from(volume[(z * shape[1] + y) * shape[0] + x]);
+    let along_x = |y, z| sample(x0, y, z) * (1.0 - u) + sample(x1, y, z) * u;
+    let along_y = |z| along_x(y0, z) * (1.0 - v) + along_x(y1, z) * v;
+    (along_y(z0) * (1.0 - w) + along_y(z1) * w) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use heart_phantom::Scene;
+
+    /// A volume that is linear in place comes back linear, at the place that the axes name, with its marks at the right sides.
+    #[test]
+    fn sections_show_what_is_there() {
+        let phantom = Phantom::new(Scene::default().with_size(24)).unwrap();
+        let grid = *phantom.camera().grid();
+        let [nx, ny, nz] = grid.shape();
+        let field = |p: &Point3<f64>| p.x + 100.0 * p.y + 10_000.0 * p.z;
+        let mut volume = Vec::new();
+        for z in 0..nz {
+            for y in 0..ny {
+                for x in 0..nx {
+                    volume.push(field(&grid.centre(x, y, z)) as f32);
+                }
+            }
+        }
+        let planes = Planes::new(&phantom);
+        let cuts = planes.cut(&volume);
+        assert_eq!(cuts.len(), 6);
+        for (plane, cut) in planes.planes.iter().zip(&cuts) {
+            let [columns, rows] = cut.size;
+            let mut inside = 0;
+            for (k, value) in cut.values.iter().enumerate() {
+                let along = |a: usize, k: usize| plane.first[a] + k as f64 * plane.step[a];
+                let place = plane.middle
+                    + plane.right * along(0, k % columns)
+                    + plane.up * along(1, k / columns);
+                // Where all eight voxels are.
+                if place.coords.amax() < 7.5 {
+                    // f32 of at most 8e4.
+                    assert!((f64::from(*value) - field(&place)).abs() < 0.02);
+                    inside += 1;
+                }
+            }
+            assert!(inside > columns * rows / 2, "{}", cut.title);
+        }
+        let marks: Vec<[&str; 4]> = (cuts.iter())
+            .map(|cut| [0, 1, 2, 3].map(|k| cut.marks[k].as_str()))
+            .collect();
+        assert_eq!(marks[0], ["R", "L", "P", "A"]);
+        assert_eq!(marks[1], ["R", "L", "I", "S"]);
+        assert_eq!(marks[2], ["A", "P", "I", "S"]);
+        // The apex of the study points to the left, front and head: it is on top of one long axis and to the right of the other.
+        assert_eq!(marks[4][3], "ALS");
+        assert_eq!(marks[5][1], "ALS");
+        // Axial: y grows downwards.
+        assert!(cuts[0].extent[1][0] > cuts[0].extent[1][1]);
+    }
+}

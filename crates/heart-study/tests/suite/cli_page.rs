@@ -1,0 +1,179 @@
+//! The page that a run writes: whole in itself, of a size that can be sent, and left out where it is not wanted.
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+use std::process::Command;
+
+const SCENE: &str = "[heart]\ndiscretisation = { differences = { nodes = 51 } }\n\
+    [camera]\nviews = 6\nbins = 20\nrows = 16\npitch = [0.9, 1.1]\n\
+    [acquisition]\nmode = { gated = { gates = 3 } }\naccuracy = { steps = 6 }\n[truth]\ntolerance = 0.1\n";
+
+fn run(folder: &Path, rest: &str, arguments: &[&str]) -> serde_json::Value {
+    let scene = folder.join("scene.toml");
+    fs::write(&scene, format!("{SCENE}{rest}")).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
+        .args(["run", "scene.toml", "--out", "out", "--json"])
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// What stands in the element of this identifier.
+fn data<'a>(page: &'a str, id: &str) -> &'a str {
+    let from = page.find(&format!("id=\"{id}\"")).unwrap();
+    let from = from + page[from..].find('>').unwrap() + 1;
+    &page[from..from + page[from..].find('<').unwrap()]
+}
+
+fn unpacked(text: &str) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let packed = STANDARD.decode(text).unwrap();
+    flate2::read::GzDecoder::new(packed.as_slice())
+        .read_to_end(&mut bytes)
+        .unwrap();
+    bytes
+}
+
+#[test]
+fn a_page_holds_all_that_it_shows() {
+    let folder = tempfile::tempdir().unwrap();
+    let report = run(folder.path(), "", &[]);
+    let page = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
+    assert!(page.len() < 25_000_000);
+    // Nothing is fetched: no address but those of names of XML, and no file beside it.
+    for address in ["src=\"http", "href=\"http", "url(http", "@import", "<link"] {
+        assert!(!page.contains(address), "{address}");
+    }
+    for image in page.split("<img src=\"").skip(1) {
+        assert!(image.starts_with("data:image/png;base64,"));
+    }
+    let edv = report["numbers"]["edv"].as_f64().unwrap();
+    assert!(page.contains(&format!("<td>{edv:.3}</td>")));
+    assert_eq!(page.matches("<svg").count(), 3); // volume, pressures, views
+    // The library, and its licence.
+    assert!(unpacked(data(&page, "niivue")).starts_with(b"(function("));
+    assert!(page.contains("BSD 2-Clause License") && page.contains("Copyright (c) 2021, Niivue"));
+    // The volumes: all gates, where the grid is, in their unit.
+    for name in ["reconstruction", "truth"] {
+        let nifti = unpacked(data(&page, name));
+        let short = |at: usize| i16::from_le_bytes([nifti[at], nifti[at + 1]]);
+        let float = |at: usize| f32::from_le_bytes(nifti[at..at + 4].try_into().unwrap());
+        let sides = [40, 42, 44, 46, 48].map(short);
+        assert_eq!(sides, [4, 20, 20, 16, 3]);
+        assert_eq!(nifti.len(), 352 + 20 * 20 * 16 * 3);
+        assert!((float(92) - 60.0 / 65.0 / 3.0).abs() < 1e-6);
+        let most = nifti[352..].iter().max().unwrap();
+        let white = f32::from(*most) * float(112);
+        assert!(*most > 200 && white > 0.3, "{name}: {white}");
+        // The gates differ.
+        let gate = |k: usize| &nifti[352 + k * 6400..352 + (k + 1) * 6400];
+        assert!(gate(0) != gate(1));
+    }
+    assert!(
+        report["files"]
+            .as_array()
+            .unwrap()
+            .contains(&"index.html".into())
+    );
+    // A page of the same scene has the same bytes, also from one thread.
+    run(folder.path(), "", &["--threads", "1"]);
+    assert!(page == fs::read_to_string(folder.path().join("out/index.html")).unwrap());
+}
+
+#[test]
+fn a_page_that_is_not_wanted_is_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), "", &[]);
+    let page = folder.path().join("out/index.html");
+    assert!(page.exists());
+    // That of the earlier run goes.
+    let without = run(folder.path(), "", &["--no-html"]);
+    assert!(!page.exists());
+    assert!(
+        !without["files"]
+            .as_array()
+            .unwrap()
+            .contains(&"index.html".into())
+    );
+    // Without volumes there is a page without a viewer.
+    run(folder.path(), "[output]\nwrite = ['projections']\n", &[]);
+    let page = fs::read_to_string(page).unwrap();
+    assert!(!page.contains("id=\"niivue\"") && page.contains("What the camera saw"));
+}
+
+/// All gates of a study in one file each, and what is listed is there.
+#[test]
+fn a_study_in_one_file_a_kind() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = "[output]\nwrite = ['projections', 'reconstruction', 'truth', 'labels', 'pictures']\n\
+        gates = 'one-file'\nvolumes = 'nifti'\n";
+    let dicom = cfg!(feature = "dicom");
+    let projections = if dicom {
+        "projections = 'dicom'\n"
+    } else {
+        "projections = 'nrrd'\n"
+    };
+    let report = run(
+        folder.path(),
+        &format!("{output}{projections}"),
+        &["--no-html"],
+    );
+    let mut files: Vec<&str> = (report["files"].as_array().unwrap().iter())
+        .map(|file| file.as_str().unwrap())
+        .filter(|file| !file.ends_with(".png"))
+        .collect();
+    files.sort_unstable();
+    let views = if dicom {
+        "projections.dcm"
+    } else {
+        "projections.nrrd"
+    };
+    assert_eq!(
+        files,
+        [
+            "beat.gif",
+            "curves.svg",
+            "labels.nii",
+            views,
+            "reconstruction.nii",
+            "report.json",
+            "truth.nii"
+        ]
+    );
+    let nifti = fs::read(folder.path().join("out/truth.nii")).unwrap();
+    assert_eq!(nifti.len(), 352 + 4 * 3 * 20 * 20 * 16);
+    // The gates are those that have files of their own otherwise.
+    run(
+        folder.path(),
+        "[output]\nwrite = ['truth']\n",
+        &["--no-html"],
+    );
+    for gate in 0..3 {
+        let own = fs::read(folder.path().join(format!("out/truth-gate-0{gate}.npy"))).unwrap();
+        let len = 4 * 20 * 20 * 16;
+        assert!(nifti[352 + gate * len..352 + (gate + 1) * len] == own[own.len() - len..]);
+    }
+    // Of a format that has no room for them it is refused, with the field.
+    fs::write(
+        folder.path().join("scene.toml"),
+        format!("{SCENE}[output]\ngates = 'one-file'\nprojections = 'interfile-stir'\n"),
+    )
+    .unwrap();
+    let refused = Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
+        .args(["check", "scene.toml"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert!(
+        said.contains("output.projections") && said.contains("one file"),
+        "{said}"
+    );
+}
