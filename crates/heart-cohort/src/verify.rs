@@ -115,7 +115,7 @@ fn chosen(members: u64, count: u64, seed: u64) -> BTreeSet<u64> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut chosen = BTreeSet::new();
     while (chosen.len() as u64) < count {
-        chosen.insert((u128::from(random.next_u64()) * u128::from(members) >> 64) as u64);
+        chosen.insert(((u128::from(random.next_u64()) * u128::from(members)) >> 64) as u64);
     }
     chosen
 }

@@ -246,7 +246,7 @@ impl RubberMotion {
         let size = nodes.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let mut last = f64::INFINITY;
         for _ in 0..ITERATIONS {
-            let (middle, elastic, volume) = self.discrete_derivatives(nodes)?;
+            let [middle, elastic, volume] = self.discrete_derivatives(nodes)?;
             d.taut_tangent_into(&middle, *pressure, f64::NEG_INFINITY, &mut tangent)
                 .map_err(|error| self.refused(error))?;
             let mut missing = self.missing(nodes, dt, |i| elastic[i] + *pressure * volume[i]);
@@ -322,10 +322,7 @@ impl RubberMotion {
     }
 
     /// The middle of the step to `nodes`, -D E and D V, zero where the membrane is held.
-    fn discrete_derivatives(
-        &self,
-        nodes: &[f64],
-    ) -> Result<(Vec<f64>, Vec<f64>, Vec<f64>), ImplicitError> {
+    fn discrete_derivatives(&self, nodes: &[f64]) -> Result<[Vec<f64>; 3], ImplicitError> {
         let d = &self.discrete;
         let middle = self.nodes.iter().zip(nodes).map(|(a, b)| 0.5 * (a + b));
         let middle: Vec<f64> = middle.collect();
@@ -344,7 +341,7 @@ impl RubberMotion {
             let volumes = [self.volume(), self.volume_of(nodes)];
             self.secant(&mut volume, &moved, square, volumes);
         }
-        Ok((middle, elastic, volume))
+        Ok([middle, elastic, volume])
     }
 
     /// Adds to `derivative` so much of `moved` that its product with that is the difference of the two values, unless that difference is

@@ -64,7 +64,7 @@ impl<'a> Bordered<'a> {
             Material::Springs { .. } => (),
             Material::Rubber(_) => {
                 let free = self.elastic.len() - self.discrete.held().len();
-                let sign = if free % 2 == 0 { 1.0 } else { -1.0 };
+                let sign = if free.is_multiple_of(2) { 1.0 } else { -1.0 };
                 self.signs = (sign, sign);
             }
         }

@@ -115,6 +115,14 @@ impl Format {
         !matches!(self, Self::InterfileStir)
     }
 
+    /// Whether its projections are told by a first angle and one step from each to the next.
+    pub(crate) fn asks_even_steps(self) -> bool {
+        matches!(
+            self,
+            Self::InterfileStir | Self::InterfileSimind | Self::Dicom
+        )
+    }
+
     /// The order of rows of projections in its files.
     pub fn row_order(self) -> SliceOrder {
         match self {

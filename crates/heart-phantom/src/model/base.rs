@@ -3,6 +3,7 @@
 use super::material::APEX;
 use crate::error::{PhantomError, check};
 use crate::ranges::{DESCENT, GAIN};
+use membrane_newton::membrane_forces::Material;
 use membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, PairEquilibrium,
     RestShape, Solver,
@@ -109,12 +110,16 @@ fn shortened(membrane: &Membrane, ring: f64, short: f64) -> Result<Membrane, Pha
     };
     let rest = RestShape::from_function(curve, &inside)?;
     let ends = membrane.ends().map(|[x, y]| [x + ring, y]);
-    let mut made = Membrane::new(rest)
-        .with_ends(ends)?
-        .with_stiffness(membrane.stiffness().clone())
-        .with_law(membrane.law());
-    if let Some(second) = membrane.second_neighbours() {
-        made = made.with_second_neighbours(second.clone());
-    }
-    Ok(made)
+    let made = Membrane::new(rest).with_ends(ends)?;
+    let made = match membrane.material() {
+        Material::Rubber(rubber) => made.with_rubber(rubber.clone()),
+        Material::Springs { stiffness, second } => {
+            let made = made.with_stiffness(stiffness.clone());
+            match second {
+                Some(second) => made.with_second_neighbours(second.clone()),
+                None => made,
+            }
+        }
+    };
+    Ok(made.with_law(membrane.law()))
 }

@@ -3,7 +3,6 @@
 use super::method::Method;
 use super::output::{GateFiles, Output, Product};
 use crate::error::{PhantomError, check, check_count};
-use crate::files::Format;
 use crate::model::{Attenuation, Background, without_overlap};
 use crate::ranges;
 use crate::scan::{Accuracy, BinSample, Collimation, Counting, Counts, Mode, Noise, Orbit, STEPS};
@@ -320,8 +319,7 @@ impl PhantomParts {
                 what: "attenuation",
             });
         }
-        let even = matches!(projections, Format::InterfileStir | Format::InterfileSimind);
-        if even && !self.camera.has_even_steps() {
+        if projections.asks_even_steps() && !self.camera.has_even_steps() {
             return Err(PhantomError::Unsupported {
                 format: projections.name(),
                 what: "views of two heads that make no even steps together",

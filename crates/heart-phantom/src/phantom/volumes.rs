@@ -25,7 +25,9 @@ impl Phantom {
             Method::Fbp => {
                 let views = 0..self.parts.camera.n_views();
                 let sinogram = self.take(gate, views, z..z + 1, &|_| ())?;
-                self.back_project(gate, &sinogram.samples, 1)
+                let mut slice = vec![0.0f32; self.parts.camera.grid().slice_len()];
+                self.back_project(gate, &sinogram.samples, 1, &mut slice)?;
+                Ok(slice)
             }
             Method::Osem(_) => {
                 let len = self.parts.camera.grid().slice_len();
@@ -55,6 +57,31 @@ impl Phantom {
         Ok(self.reconstruct_observed(gate, views, &|_| ())?.0)
     }
 
+    /// The same into a volume of the caller's, whatever is in it: one that is used again costs no new memory.
+    ///
+    /// # Errors
+    /// As [`Phantom::reconstruct`]; [`PhantomError::WrongLength`] or [`PhantomError::Radon`] for a volume of another length.
+    pub fn reconstruct_into(
+        &self,
+        gate: usize,
+        views: &[f32],
+        volume: &mut [f32],
+    ) -> Result<(), PhantomError> {
+        if let Method::Fbp = self.parts.method {
+            return self.back_project(gate, views, self.parts.camera.n_rows(), volume);
+        }
+        let (given, expected) = (volume.len(), self.parts.camera.grid().len());
+        if given != expected {
+            return Err(PhantomError::WrongLength {
+                what: "volume",
+                given,
+                expected,
+            });
+        }
+        volume.copy_from_slice(&self.reconstruct(gate, views)?);
+        Ok(())
+    }
+
     /// The same, and what OSEM did. `progress` is told the number of its passes done.
     ///
     /// # Errors
@@ -67,8 +94,9 @@ impl Phantom {
     ) -> Result<(Vec<f32>, Option<OsemReport>), PhantomError> {
         match &self.parts.method {
             Method::Fbp => {
-                let n_slices = self.parts.camera.n_rows();
-                Ok((self.back_project(gate, views, n_slices)?, None))
+                let mut volume = vec![0.0f32; self.parts.camera.grid().len()];
+                self.reconstruct_into(gate, views, &mut volume)?;
+                Ok((volume, None))
             }
             Method::Osem(osem) => {
                 let (volume, report) = self.osem(osem, gate, views, progress)?;
@@ -212,14 +240,14 @@ impl Phantom {
         gate: usize,
         views: &[f32],
         n_slices: usize,
-    ) -> Result<Vec<f32>, PhantomError> {
+        volume: &mut [f32],
+    ) -> Result<(), PhantomError> {
         let plan = self.plan(gate)?;
-        let mut volume = vec![0.0f32; n_slices * plan.image_len()];
         let order = StackOrder::ViewSliceBin;
         let report =
-            plan.reconstruct_stack_into(views, n_slices, order, &mut volume, &mut plan.scratch())?;
+            plan.reconstruct_stack_into(views, n_slices, order, volume, &mut plan.scratch())?;
         self.work.reconstruction(report);
-        Ok(volume)
+        Ok(())
     }
 
     fn truth_slices(

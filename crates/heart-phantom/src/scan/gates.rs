@@ -1,7 +1,7 @@
 //! The views of all gates together: a shape of the heart that several gates see is projected once.
 
-use super::project::Aim;
 use super::nodes::Node;
+use super::project::Aim;
 use super::views::Scan;
 use crate::HeartShape;
 use crate::error::PhantomError;

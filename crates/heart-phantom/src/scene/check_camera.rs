@@ -4,7 +4,6 @@ use super::fault::{Checked, count, fault, spelled, within};
 use super::*;
 use crate::Camera;
 use crate::error::PhantomError;
-use crate::files::Format;
 use crate::ranges;
 use crate::scan::MOST_SAMPLES;
 use crate::scene::build::{geometry_of, heads_of};
@@ -76,18 +75,16 @@ fn orbit(orbit: &Orbit, n_views: usize) -> Checked {
     Err(fault(field, given, wanted))
 }
 
-/// Interfile has no other.
+/// Interfile and DICOM have no other.
 pub(super) fn even_steps(scene: &Scene) -> Checked {
     let projections = scene.output.projections;
     let Ok(camera) = Camera::with_geometry(&geometry_of(scene)) else {
         // It has been said what is wrong.
         return Ok(());
     };
-    match projections {
-        Format::InterfileStir | Format::InterfileSimind if !camera.has_even_steps() => {
-            let wanted = "needs even steps from the first view to the last of both heads: an arc as large as the angle between them";
-            Err(fault("output.projections", spelled(projections), wanted))
-        }
-        _ => Ok(()),
+    if projections.asks_even_steps() && !camera.has_even_steps() {
+        let wanted = "needs even steps from the first view to the last of both heads: an arc as large as the angle between them";
+        return Err(fault("output.projections", spelled(projections), wanted));
     }
+    Ok(())
 }

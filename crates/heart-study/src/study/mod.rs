@@ -72,8 +72,9 @@ fn run_in_pool(
     let clock = run.clock();
     let regions = Regions::new(&run.parts.heart, &run.parts.camera, &run.parts.cycle)?;
     run.time.truth_and_files += clock.seconds();
+    let mut volumes = [Vec::new(), Vec::new()];
     for (k, (name, mode)) in tomography::ACQUISITIONS.into_iter().enumerate() {
-        let result = tomography::reconstruct(&mut run, (name, mode), &regions)?;
+        let result = tomography::reconstruct(&mut run, (name, mode), &regions, &mut volumes)?;
         let clock = run.clock();
         if let Some(gallery) = &mut gallery {
             run.stage("drawing");
@@ -81,7 +82,7 @@ fn run_in_pool(
                 pictures::pose(gallery, &run)?;
                 pictures::projection_images(gallery, &run, &result.sinograms.samples)?;
             }
-            pictures::reconstruction(gallery, &run, (15 + k, name), &result.volume)?;
+            pictures::reconstruction(gallery, &run, (15 + k, name), &volumes[0])?;
         }
         run.time.truth_and_files += clock.seconds();
         let (ram_lak, hann) = match k {

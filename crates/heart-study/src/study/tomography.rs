@@ -21,16 +21,16 @@ pub(super) struct Reconstructed {
     pub(super) ram_lak: report::Acquisition,
     /// Figures of Hann.
     pub(super) hann: report::Acquisition,
-    /// The reconstruction by Ram-Lak, `[z][y][x]`.
-    pub(super) volume: Vec<f32>,
 }
 
 /// Takes one acquisition, reconstructs it with both windows, measures it and writes sinogram,
-/// volumes and truth. Each file is written while what comes next is computed.
+/// volumes and truth. Each file is written while what comes next is computed. `volumes` holds the reconstructions by Ram-Lak and by Hann,
+/// `[z][y][x]`; the next acquisition uses their memory again.
 pub(super) fn reconstruct(
     run: &mut Run<'_>,
     (name, mode): (&'static str, Mode),
     regions: &Regions,
+    [ram_lak, hann]: &mut [Vec<f32>; 2],
 ) -> Result<Reconstructed, PhantomError> {
     let with = |window| {
         let mut parts = run.parts.clone();
@@ -60,26 +60,26 @@ pub(super) fn reconstruct(
         || run.write(name, "sinogram", &[views, n, n], &sinograms.samples),
         || phantom.truth(0),
     )?;
-    let fbp = |phantom: &Phantom| {
+    let fbp = |phantom: &Phantom, volume: &mut Vec<f32>| {
         let clock = run.clock();
-        let volume = phantom.reconstruct(0, &sinograms.samples)?;
-        Ok((volume, clock.seconds()))
+        volume.resize(phantom.camera().grid().len(), 0.0);
+        phantom.reconstruct_into(0, &sinograms.samples, volume)?;
+        Ok(clock.seconds())
     };
     let measure = |volume: &[f32]| Measures::of(volume, Some(&truth), regions, camera);
     run.stage("reconstructing");
-    let (hann, first) = beside(
+    let first = beside(
         || run.write(name, truth_of.file_name(), &cube, &truth),
-        || fbp(&smooth),
+        || fbp(&smooth, hann),
     )?;
-    let ((volume, second), of_hann) = beside(
-        || run.write(name, "hann", &cube, &hann),
-        || Ok((fbp(&phantom)?, measure(&hann)?)),
+    let (second, of_hann) = beside(
+        || run.write(name, "hann", &cube, hann),
+        || Ok((fbp(&phantom, ram_lak)?, measure(hann)?)),
     )?;
-    drop(hann);
     run.stage("measuring");
     let of_ram_lak = beside(
-        || run.write(name, "ram-lak", &cube, &volume),
-        || measure(&volume),
+        || run.write(name, "ram-lak", &cube, ram_lak),
+        || measure(ram_lak),
     )?;
     let figures = |measures| summarise(&phantom, acquisition, &sinograms, solved, measures);
     let (ram_lak, hann) = (figures(&of_ram_lak), figures(&of_hann));
@@ -89,7 +89,6 @@ pub(super) fn reconstruct(
         sinograms,
         ram_lak,
         hann,
-        volume,
     })
 }
 

@@ -142,7 +142,7 @@ impl FbpOptions {
 /// The two methods compute the same sum but for two things: a Fourier method keeps of the straight lines between bins the first lobe of
 /// their response, up to the sampling frequency 1/pitch, and spreads samples over a grid to a `tolerance`. Images of edges differ by
 /// some 3e-3 of the step, root mean square (Shepp and Logan's phantom, `methods_agree_within_their_bound`), by 1e-3 with a window of Hann
-/// or with band-limited interpolation. Either is as far from the truth as the other.
+/// and by 3e-4 with band-limited interpolation. Either is as far from the truth as the other.
 ///
 /// | | one slice of N x N from V views | work arrays |
 /// | --- | --- | --- |

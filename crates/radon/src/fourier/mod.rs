@@ -229,7 +229,8 @@ impl<T: Sample> Gridding<T> {
     /// Bytes of the work arrays of a back-projection on `n_threads` threads.
     pub(crate) fn work_bytes(&self, n_threads: usize) -> usize {
         let row = self.polar.row_len.max(self.polar.cells[0]);
-        let work = self.cells_len() + row + self.fft_len();
+        // Half of a complex number for each sample of a row, and as much for its spectrum.
+        let work = self.cells_len() + row + 1 + self.fft_len();
         let shared = self.spectra_len() + self.bands_len();
         (shared + n_threads * work) * size_of::<Complex<T>>()
     }
@@ -456,6 +457,8 @@ pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), RadonError> {
 /// The first `len` samples of memory that grows if need be.
 fn grown<S: Clone + Default>(memory: &mut Vec<S>, len: usize) -> &mut [S] {
     if memory.len() < len {
+        // No more than plans say.
+        memory.reserve_exact(len - memory.len());
         memory.resize(len, S::default());
     }
     &mut memory[..len]

@@ -221,7 +221,7 @@ fn methods_agree_within_their_bound() {
         (Interpolation::Linear, Window::RamLak, 4e-3),
         (Interpolation::Linear, Window::Hann, 2e-3),
         (Interpolation::BandLimited, Window::RamLak, 1e-3),
-        (Interpolation::BandLimited, Window::Hann, 3e-4),
+        (Interpolation::BandLimited, Window::Hann, 5e-4),
     ] {
         for edge in [
             EdgePolicy::Zero,
