@@ -56,7 +56,7 @@ assert first.shape == other.shape
 dark = np.flatnonzero((first.max(axis=2) < 40).mean(axis=1) > 0.3)
 assert dark.size, "there is no viewer"
 frames = np.split(dark, np.flatnonzero(np.diff(dark) > 8) + 1)
-top, bottom = next((rows[0], rows[-1]) for rows in frames if len(rows) > 300)
+top, bottom = next((rows[0], rows[-1] + 1) for rows in frames if len(rows) > 300)  # below them is the colour bar
 viewer = np.s_[top:bottom]
 # Not empty: many greys, and not only those of the frame.
 greys = first[viewer]
