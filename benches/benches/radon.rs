@@ -11,9 +11,7 @@ use std::hint::black_box;
 use benches::{Effort, Row, on_threads, timed};
 use case::{Case, case};
 use criterion::{BenchmarkId, Criterion, Throughput};
-use radon::{
-    FbpOptions, FbpPlan, InstructionSet, Interpolation, Kernel, Projector, StackOrder, Window,
-};
+use radon::{FbpOptions, InstructionSet, Interpolation, Kernel, Projector, StackOrder, Window};
 
 impl Case {
     /// FBP as in a textbook: each row convolved with the ramp, each pixel visited for each view.
