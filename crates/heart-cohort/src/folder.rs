@@ -1,8 +1,8 @@
 //! The shards of a folder, as their records have them.
 
+use crate::cut::Shard;
 use crate::error::CohortError;
 use crate::record::Record;
-use crate::shard::Shard;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;

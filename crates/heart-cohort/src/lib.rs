@@ -15,6 +15,7 @@
 
 mod cohort;
 mod compute;
+mod cut;
 mod distribution;
 mod draw;
 mod error;
@@ -33,18 +34,20 @@ mod shard;
 mod slurm;
 mod sobol;
 mod survey;
+mod table;
 mod verify;
 mod workers;
 
 pub use heart_phantom;
 
 pub use cohort::{Cohort, Sampling};
+pub use cut::Shard;
 pub use distribution::Distribution;
 pub use draw::Member;
 pub use error::{CohortError, TextError};
 pub use manifest::{ManifestReport, merge};
 pub use record::Row;
-pub use shard::{RunOptions, Shard, ShardReport, run_shard};
+pub use shard::{RunOptions, ShardReport, run_shard};
 pub use slurm::{SlurmOptions, sbatch};
 pub use survey::{FieldRange, Survey, survey};
 pub use verify::{VerifyReport, verify};

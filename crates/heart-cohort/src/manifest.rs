@@ -4,11 +4,9 @@ use crate::error::CohortError;
 use crate::folder;
 #[cfg(feature = "parquet")]
 use crate::parquet_file;
-use crate::record::{Record, Row};
 use crate::shard::remove_left;
+use crate::table::{Cell, Columns, ForEach};
 use heart_phantom::files;
-use serde_json::Value;
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -28,113 +26,6 @@ pub struct ManifestReport {
     pub files: Vec<PathBuf>,
 }
 
-/// A cell of the table.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Cell {
-    Nothing,
-    Text(String),
-    Whole(u64),
-    Number(f64),
-}
-
-/// What stands in a column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
-    Text,
-    Whole,
-    Number,
-}
-
-/// Columns that every manifest begins with.
-const FIRST: [(&str, Kind); 11] = [
-    ("key", Kind::Text),
-    ("member", Kind::Whole),
-    ("shard", Kind::Text),
-    ("offset", Kind::Whole),
-    ("bytes", Kind::Whole),
-    ("sha256", Kind::Text),
-    ("status", Kind::Text),
-    ("reason", Kind::Text),
-    ("case", Kind::Text),
-    ("attempts", Kind::Whole),
-    ("warnings", Kind::Text),
-];
-
-/// The columns: [`FIRST`], then what was drawn, then the numbers of the hearts, each in the order of their names.
-pub(crate) struct Columns {
-    drawn: BTreeMap<String, Kind>,
-    numbers: BTreeMap<String, Kind>,
-}
-
-impl Columns {
-    /// Name and kind of each column.
-    pub(crate) fn all(&self) -> impl Iterator<Item = (&str, Kind)> {
-        let others = self.drawn.iter().chain(&self.numbers);
-        FIRST
-            .into_iter()
-            .chain(others.map(|(name, kind)| (name.as_str(), *kind)))
-    }
-
-    /// The cells of a member.
-    pub(crate) fn cells(&self, row: &Row, archive: &str) -> Vec<Cell> {
-        let text = |text: &str| match text {
-            "" => Cell::Nothing,
-            text => Cell::Text(text.to_owned()),
-        };
-        let is_there = row.refused.is_none();
-        let mut cells = vec![
-            text(&row.key),
-            Cell::Whole(row.member),
-            text(archive),
-            if is_there {
-                Cell::Whole(row.offset)
-            } else {
-                Cell::Nothing
-            },
-            Cell::Whole(row.bytes),
-            text(&row.sha256),
-            text(if is_there { "ok" } else { "refused" }),
-            text(row.refused.as_deref().unwrap_or_default()),
-            text(&row.case),
-            Cell::Whole(row.attempts.into()),
-            text(&row.warnings.join("; ")),
-        ];
-        for (columns, values) in [(&self.drawn, &row.values), (&self.numbers, &row.numbers)] {
-            cells.extend(
-                columns
-                    .iter()
-                    .map(|(name, kind)| cell(values.get(name), *kind)),
-            );
-        }
-        cells
-    }
-
-    fn add(&mut self, record: &Record) {
-        for row in &record.rows {
-            for (columns, values) in [
-                (&mut self.drawn, &row.values),
-                (&mut self.numbers, &row.numbers),
-            ] {
-                for (name, value) in values {
-                    let kind = columns.entry(name.clone()).or_insert(Kind::Number);
-                    if !value.is_number() {
-                        *kind = Kind::Text;
-                    }
-                }
-            }
-        }
-    }
-}
-
-fn cell(value: Option<&Value>, kind: Kind) -> Cell {
-    match (value, kind) {
-        (None | Some(Value::Null), _) => Cell::Nothing,
-        (Some(value), Kind::Number) => value.as_f64().map_or(Cell::Nothing, Cell::Number),
-        (Some(Value::String(text)), _) => Cell::Text(text.clone()),
-        (Some(value), _) => Cell::Text(value.to_string()),
-    }
-}
-
 /// Makes one manifest of the records of a folder that holds all shards of a cohort: `manifest.csv`, and with the feature `parquet` also
 /// `manifest.parquet`. One row a member, in their order: `key`, `shard` with `offset` and `bytes` of the member's piece in it, `status`
 /// (`ok` or `refused`) with its `reason`, the fields that were drawn by their paths, volumes and ejection fraction. Whatever killed
@@ -145,10 +36,7 @@ fn cell(value: Option<&Value>, kind: Kind) -> Cell {
 /// return.
 pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
     let shards = folder::shards_of(folder)?;
-    let mut columns = Columns {
-        drawn: BTreeMap::new(),
-        numbers: BTreeMap::new(),
-    };
+    let mut columns = Columns::default();
     let mut report = ManifestReport {
         members: 0,
         refused: 0,
@@ -196,10 +84,6 @@ pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
     }
     Ok(report)
 }
-
-/// Hands the cells of all members over, in their order.
-pub(crate) type ForEach<'a> =
-    &'a dyn Fn(&mut dyn FnMut(Vec<Cell>) -> io::Result<()>) -> io::Result<()>;
 
 fn write_csv(out: &mut dyn Write, columns: &Columns, for_each: ForEach<'_>) -> io::Result<()> {
     let mut csv = csv::Writer::from_writer(out);

@@ -1,6 +1,6 @@
 //! The manifest as Parquet.
 
-use crate::manifest::{Cell, Columns, ForEach, Kind};
+use crate::table::{Cell, Columns, ForEach, Kind};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;

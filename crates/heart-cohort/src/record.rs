@@ -1,9 +1,9 @@
 //! The record beside a shard: what the manifest says of each of its members, and the checksums by which it is known to be whole.
 
 use crate::cohort::hexadecimal;
+use crate::cut::Shard;
 use crate::error::CohortError;
 use crate::piece::END;
-use crate::shard::Shard;
 use heart_phantom::Numbers;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};

@@ -2,6 +2,7 @@
 
 use crate::cohort::Cohort;
 use crate::compute::{Computed, compute};
+use crate::cut::Shard;
 use crate::draw::Member;
 use crate::error::CohortError;
 use crate::piece::END;
@@ -10,21 +11,10 @@ use crate::workers;
 use heart_phantom::Heart;
 use heart_phantom::files::{self, PROGRAM};
 use rayon::ThreadPool;
-use serde::{Deserialize, Serialize};
 use serde_json::Map;
 use std::fs;
 use std::io;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
-
-/// Shard `shard` of `of`, counted from 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Shard {
-    /// Which, from 1.
-    pub shard: u64,
-    /// How many there are.
-    pub of: u64,
-}
 
 /// What became of a shard.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,30 +64,6 @@ impl RunOptions {
 
     pub(crate) fn memory_of_each(&self) -> usize {
         self.memory / self.threads.max(1)
-    }
-}
-
-impl Shard {
-    /// Its archive, such as `shard-00003-of-00040.tar`; its record has the ending `json`.
-    pub fn file_name(&self) -> String {
-        format!("shard-{:05}-of-{:05}.tar", self.shard, self.of)
-    }
-
-    /// Its members: `(shard - 1) n / of` to `shard n / of`, the last not included.
-    ///
-    /// # Errors
-    /// [`CohortError::NoShard`].
-    pub fn members(&self, cohort: &Cohort) -> Result<Range<u64>, CohortError> {
-        let n = cohort.members();
-        if self.of < 1 || self.of > n || !(1..=self.of).contains(&self.shard) {
-            return Err(CohortError::NoShard {
-                shard: self.shard,
-                of: self.of,
-                most: n,
-            });
-        }
-        let from = |shard| (u128::from(shard) * u128::from(n) / u128::from(self.of)) as u64;
-        Ok(from(self.shard - 1)..from(self.shard))
     }
 }
 

@@ -2,11 +2,11 @@
 
 use crate::cohort::Cohort;
 use crate::compute::compute;
+use crate::cut::Shard;
 use crate::error::CohortError;
 use crate::folder;
-use crate::record::Found;
-use crate::record::Row;
-use crate::shard::{RunOptions, Shard, found};
+use crate::record::{Found, Row};
+use crate::shard::{RunOptions, found};
 use crate::workers;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};

@@ -105,9 +105,13 @@ pub fn write_field(path: &Path, field: &Field, format: Format) -> Result<(), Pha
         Format::Nifti => components.write(path),
         #[cfg(feature = "files")]
         Format::NiftiGz => components.write_gz(path),
-        Format::MetaImage | Format::MetaImageSingle => {
+        Format::MetaImage => {
             let lps = of.in_world(samples, [1.0; 3]);
-            metaimage::write_field(path, &volume, (n, &lps), format)
+            metaimage::write_field_mhd(path, &volume, (n, &lps))
+        }
+        Format::MetaImageSingle => {
+            let lps = of.in_world(samples, [1.0; 3]);
+            metaimage::write_field_mha(path, &volume, (n, &lps))
         }
         #[cfg(not(feature = "files"))]
         Format::Npz | Format::NiftiGz => format.check_built(),

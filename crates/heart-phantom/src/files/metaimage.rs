@@ -6,7 +6,7 @@
 use super::names::data_beside;
 use crate::error::PhantomError;
 use crate::files::atomic::write_with_header;
-use crate::files::{Format, Samples, Volume, write_atomically};
+use crate::files::{Samples, Volume, write_atomically};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -24,26 +24,35 @@ pub(super) fn write_mha(path: &Path, volume: &Volume) -> Result<(), PhantomError
     })
 }
 
-/// Writes so many components, the fastest in memory, on the voxels of a volume that says where they are.
-pub(super) fn write_field(
+/// Writes so many components, the fastest in memory, on the voxels of a volume that says where they are, in a file beside the header.
+pub(super) fn write_field_mhd(
     path: &Path,
     place: &Volume,
     (components, samples): (usize, &[f32]),
-    format: Format,
 ) -> Result<(), PhantomError> {
-    let of = |data: &str| {
-        let channels = format!("ElementNumberOfChannels = {components}\nElementType");
-        header(place, data).replacen("ElementType", &channels, 1)
-    };
-    let samples = Samples::F32(samples);
-    if format == Format::MetaImage {
-        let (data, name) = data_beside(path, "raw");
-        return write_with_header(path, of(&name).as_bytes(), &data, |out| samples.write(out));
-    }
-    write_atomically(path, |out| {
-        out.write_all(of("LOCAL").as_bytes())?;
-        samples.write(out)
+    let (data, name) = data_beside(path, "raw");
+    let header = field_header(place, &name, components);
+    write_with_header(path, header.as_bytes(), &data, |out| {
+        Samples::F32(samples).write(out)
     })
+}
+
+/// The same in one file.
+pub(super) fn write_field_mha(
+    path: &Path,
+    place: &Volume,
+    (components, samples): (usize, &[f32]),
+) -> Result<(), PhantomError> {
+    let header = field_header(place, "LOCAL", components);
+    write_atomically(path, |out| {
+        out.write_all(header.as_bytes())?;
+        Samples::F32(samples).write(out)
+    })
+}
+
+fn field_header(place: &Volume, data: &str, components: usize) -> String {
+    let channels = format!("ElementNumberOfChannels = {components}\nElementType");
+    header(place, data).replacen("ElementType", &channels, 1)
 }
 
 fn put(out: &mut dyn Write, volume: &Volume) -> io::Result<()> {

@@ -2,7 +2,7 @@
 
 use super::acquisition::{Acquisition, Sinograms};
 use super::camera::Camera;
-use super::views::Scan;
+use super::whole::Scan;
 use crate::error::PhantomError;
 use crate::{Activity, Cycle, Heart};
 

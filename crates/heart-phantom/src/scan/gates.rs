@@ -2,7 +2,7 @@
 
 use super::nodes::Node;
 use super::project::Aim;
-use super::views::Scan;
+use super::whole::Scan;
 use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::model::Placed;

@@ -21,6 +21,7 @@ mod timing;
 mod total;
 mod view_time;
 mod views;
+mod whole;
 mod wide;
 
 pub use acquire::acquire;
@@ -41,5 +42,6 @@ pub(crate) use timing::STEPS;
 #[cfg(feature = "scene")]
 pub use view_time::ViewReport;
 pub use view_time::ViewTime;
-pub(crate) use views::{Lasting, MOST_NODES, Scan};
+pub(crate) use views::MOST_NODES;
+pub(crate) use whole::{Lasting, Scan};
 pub(crate) use wide::Wide;

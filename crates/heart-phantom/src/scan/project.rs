@@ -1,6 +1,6 @@
 //! What a view shows of one shape of the heart: line integrals of all that there is.
 
-use super::views::Scan;
+use super::whole::Scan;
 use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::model::Attenuation;

@@ -1,0 +1,110 @@
+//! What there is to see, and how: all that views and volumes are made from.
+
+use super::acquisition::Acquisition;
+use super::depth::Depth;
+use super::quadrature::Quadrature;
+use crate::error::PhantomError;
+use crate::model::{Activity, Attenuation, Background, Defect, Placed};
+use crate::{Camera, Cycle, Heart, HeartShape, Twist};
+use revolve_voxel::{Organs, Pose};
+use std::sync::Arc;
+
+/// An acquisition of which any part can be taken, each with the bits that it has in the whole.
+pub(crate) struct Scan<'a> {
+    pub(crate) heart: &'a Heart,
+    pub(crate) camera: &'a Camera,
+    pub(crate) cycle: &'a Cycle,
+    pub(crate) acquisition: Acquisition,
+    pub(crate) activity: Activity,
+    pub(crate) attenuation: Option<Attenuation>,
+    pub(crate) defects: &'a [Defect],
+    /// How the wall is twisted at end-systole.
+    pub(crate) twist: Option<&'a Twist>,
+    pub(crate) background: Option<Background>,
+    pub(crate) organs: Option<&'a Organs>,
+    /// How far the defects' layers may be from where they are, cm.
+    pub(crate) tolerance: f64,
+    /// What blurs by depth, if anything does; then `camera` is its own.
+    pub(crate) depth: Option<&'a Depth>,
+    /// Where the rays of each bin are, from its middle in shares of its sides; their mean counts.
+    pub(crate) lattice: Vec<[f64; 2]>,
+}
+
+/// A volume of the cavity at a place of the breath, and how long.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Lasting {
+    pub(crate) gain: f64,
+    pub(crate) breath: f64,
+    /// Share of the time of all views.
+    pub(crate) share: f64,
+}
+
+impl<'a> Scan<'a> {
+    /// The heart alone: nothing attenuates, nothing is around it, its wall is whole.
+    pub(crate) fn plain(
+        heart: &'a Heart,
+        camera: &'a Camera,
+        cycle: &'a Cycle,
+        acquisition: Acquisition,
+        activity: Activity,
+    ) -> Self {
+        Self {
+            heart,
+            camera,
+            cycle,
+            acquisition,
+            activity,
+            attenuation: None,
+            defects: &[],
+            twist: None,
+            background: None,
+            organs: None,
+            tolerance: 0.0,
+            depth: None,
+            lattice: vec![[0.0; 2]],
+        }
+    }
+}
+
+impl Scan<'_> {
+    /// The defects in each of some distinct shapes, all of which the background surrounds: from it they are taken away.
+    pub(crate) fn placed(&self, shapes: &[Arc<HeartShape>]) -> Result<Placed, PhantomError> {
+        if let Some(background) = &self.background {
+            let mut standing = vec![*self.heart.pose()];
+            if self.cycle.breathing().is_some() {
+                standing.extend([self.pose(0.5)?, self.pose(1.0)?]);
+            }
+            for pose in standing {
+                background.check_surrounds(shapes, pose)?;
+            }
+        }
+        let twist = |gain: f64| {
+            let twist = self.twist?;
+            Some(twist.scaled(self.cycle.emptied(gain)))
+        };
+        Placed::new(self.heart, (self.defects, twist), self.tolerance, shapes)
+    }
+
+    /// Where something is taken away that is there, as much as there is, rounding may leave less than nothing.
+    pub(crate) fn no_negatives(&self, samples: &mut [f32]) {
+        if self.background.is_some() || self.organs.is_some() || !self.defects.is_empty() {
+            samples
+                .iter_mut()
+                .for_each(|sample| *sample = sample.max(0.0));
+        }
+    }
+
+    /// Where the heart stands when the breath has come so far.
+    pub(crate) fn pose(&self, breath: f64) -> Result<Pose, PhantomError> {
+        let pose = self.heart.pose();
+        Ok(match self.cycle.breathing() {
+            None => *pose,
+            Some(breathing) => breathing.moved(pose, breath)?,
+        })
+    }
+
+    /// The points over which views are averaged.
+    pub(super) fn quadrature(&self) -> Quadrature<'_> {
+        Quadrature::new(self.acquisition, self.cycle, self.camera)
+    }
+}
