@@ -77,7 +77,7 @@ fn a_filled_balloon_ends_in_equilibrium() {
         .unwrap()
         .with_damping(1.0)
         .unwrap();
-    for _ in 0..600 {
+    for _ in 0..1200 {
         motion.step(0.25).unwrap();
         let wanted = motion.start_volume() + inflow(motion.time());
         assert!((motion.volume() / wanted - 1.0).abs() < 1e-11);
@@ -93,8 +93,8 @@ fn a_filled_balloon_ends_in_equilibrium() {
         still.intensity
     );
     for (a, b) in motion.points().iter().zip(still.points()) {
-        // the midpoint rule leaves what its steps do not resolve to vibrate, by some 1e-3 of the size
-        assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-2);
+        // What is left of the slowest mode: 7e-6 after half of the time, 4e-8 after all of it, whatever the step.
+        assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-6);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Rubber in equilibrium: reference values, first integrals, limit points, pairs.
 //!
-//! The reference values of the disc and the balloon are those of an independent shooting code in extended precision.
+//! The reference values of the disc and the balloon were computed outside of this project; that of the balloon's pressure is what a
+//! collocation code finds, too (`benches/peers/rubber.py`).
 
 use std::f64::consts::PI;
 
