@@ -52,8 +52,9 @@ impl Cohort {
     /// What was drawn for a member. It depends on the text and the index alone.
     ///
     /// Of its stream of ChaCha8 (seed of the cohort, stream = index) the first 53 bits are the seed of its noise, where its scene
-    /// has noise and the text does not vary that seed; then come the coordinates in the unit cube, draw by draw, or with
-    /// [`Sampling::Sobol`] point `index + draw * 2^k`, 2^k the first power that is not below the number of members.
+    /// has noise and the text does not vary that seed; then come the coordinates in the unit cube, draw by draw. With
+    /// [`Sampling::Sobol`] the first draw is point `index` instead. What a constraint throws away is drawn again from the stream: points of
+    /// the sequence that could follow it are taken, or stand in the same cell.
     ///
     /// # Errors
     /// [`CohortError::Unmet`] if no draw meets the constraints.
@@ -106,13 +107,12 @@ impl Cohort {
     /// The case's coordinate and that of each varied field, in (0, 1).
     fn point(&self, index: u64, attempt: u32, stream: &mut ChaCha8Rng) -> Vec<f64> {
         let dimensions = 0..=self.varied.len();
-        match self.sampling {
-            Sampling::Plain => dimensions
+        match (self.sampling, attempt) {
+            (Sampling::Plain, _) | (Sampling::Sobol, 1..) => dimensions
                 .map(|_| ((stream.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64)
                 .collect(),
-            Sampling::Sobol => {
-                let block = self.members.next_power_of_two();
-                let at = (index + block * u64::from(attempt)) as u32;
+            (Sampling::Sobol, 0) => {
+                let at = index as u32;
                 let mut shifts = self.stream(STREAM_OF_SHIFT);
                 dimensions
                     .map(|d| sobol::sobol(at, d) ^ shifts.next_u32())

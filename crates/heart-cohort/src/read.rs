@@ -323,12 +323,16 @@ impl Reader<'_> {
             path.strip_prefix(other)
                 .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
+        // A case may choose another of several ways to say a thing, and then has no field of that name.
+        let is_gone =
+            |path: &str| field::get(base, path).is_some() && field::get(&scene, path).is_none();
+        let is_fixed = |path: &str| {
+            fixed
+                .iter()
+                .any(|other| is_within(path, other) || is_within(other, path))
+        };
         let mut varied: BTreeMap<String, Distribution> = (vary.iter())
-            .filter(|(path, _)| {
-                !fixed
-                    .iter()
-                    .any(|other| is_within(path, other) || is_within(other, path))
-            })
+            .filter(|(path, _)| !is_fixed(path) && !is_gone(path))
             .map(|(path, distribution)| (path.clone(), distribution.clone()))
             .collect();
         varied.extend(self.distributions(&given.vary, &format!("{section}.vary"))?);

@@ -3,8 +3,8 @@
 use crate::error::{finite, length, product};
 use crate::{RadonError, Sample};
 
-/// Adds `weight` times a view `[row][bin]` moved by `shift` = [bins, rows] to another: what was at bin b and row j comes to b - shift[0]
-/// and j - shift[1].
+/// Adds `weight` times a view `[row][bin]` moved by `shift` = [bins, rows] to another: what was at bin b and row j comes to b - `shift[0]`
+/// and j - `shift[1]`.
 ///
 /// An object that moves by D is seen, at the angle theta, moved by `D . (cos theta, sin theta, 0)` along the bins and by `D_z` along
 /// the rows: a shift by as much, over the pitches, undoes that. Whole bins and rows are moved exactly. Between them it is linear
