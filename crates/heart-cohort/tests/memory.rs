@@ -31,6 +31,6 @@ acquisition.mode = {{ gated = {{ gates = 2 }} }}\noutput.write = [\"projections\
 fn memory_does_not_grow_with_members() {
     peak(4);
     let (few, many) = (peak(10), peak(110));
-    // A member's piece has 40 KB: were they kept, there would be 4 MB more.
-    assert!(many < few + 100 * ROW_BYTES, "{few} {many}");
+    // Members on two threads may need their most at the same time, or not. A member's piece has 40 KB: were they kept, there would be 4 MB more.
+    assert!(many < 2 * few + 100 * ROW_BYTES, "{few} {many}");
 }
