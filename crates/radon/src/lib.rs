@@ -57,6 +57,7 @@ mod fourier;
 mod geometry;
 mod iterative;
 mod measure;
+mod motion;
 mod nodes;
 #[cfg(feature = "noise")]
 mod noise;
@@ -85,6 +86,7 @@ pub use iterative::{
     sirt_observed,
 };
 pub use measure::{MaskedStats, disc_mask, rms_within, rmse_within, sum_within};
+pub use motion::{Displaced, MovingOperator, State, Warp};
 #[cfg(feature = "noise")]
 #[cfg_attr(docsrs, doc(cfg(feature = "noise")))]
 pub use noise::{CountScale, poisson_counts, poisson_counts_into};

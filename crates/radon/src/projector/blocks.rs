@@ -143,11 +143,15 @@ pub(super) fn groups<T: Sample>(
     slices: &[usize],
     set: InstructionSet,
     sinogram_len: usize,
+    forward: bool,
 ) -> Vec<Group<'_>> {
     let most = GROUP_BYTES / (sinogram_len * size_of::<T>());
     let register = set.lanes_for::<T>(2);
-    // The projectors know blocks of 1, 2 and 4 registers.
     let mut lanes = set.lanes_for::<T>(4 * register);
+    // Two sums a lane of eight registers leave half of those of AVX-512 to the rest; others have no more than that.
+    if forward && set == InstructionSet::Avx512 {
+        lanes *= 2;
+    }
     while lanes > register && lanes > most {
         lanes /= 2;
     }
@@ -157,8 +161,17 @@ pub(super) fn groups<T: Sample>(
             blocks: Vec::new(),
             lanes: 0,
         };
-        for slices in <[usize]>::chunks(slices, lanes) {
-            let lanes = set.lanes_for::<T>(slices.len());
+        let mut rest: &[usize] = slices;
+        while !rest.is_empty() {
+            let narrow = set.lanes_for::<T>(rest.len().min(lanes));
+            // No more than a quarter of a block is left empty.
+            let lanes = if 4 * rest.len() > 3 * lanes {
+                lanes
+            } else {
+                narrow
+            };
+            let (slices, others) = rest.split_at(rest.len().min(lanes));
+            rest = others;
             let before = group.lanes;
             group.blocks.push(Block {
                 slices,

@@ -75,7 +75,12 @@ impl Projector {
         for &slice in alone {
             self.project_alone(&images, volume, slice, &mut rows, &mut scratch.pixels);
         }
-        for group in groups::<T>(in_blocks, self.instructions, self.geometry.sinogram_len()) {
+        for group in groups::<T>(
+            in_blocks,
+            self.instructions,
+            self.geometry.sinogram_len(),
+            true,
+        ) {
             let view_len = n_bins * group.lanes;
             let rays = aligned(&mut scratch.rays, views.len() * view_len);
             rays.par_chunks_mut(view_len)
@@ -236,7 +241,12 @@ impl Projector {
         };
         let n_bins = self.geometry.n_bins();
         let order = self.views_by_axis();
-        for group in groups::<T>(in_blocks, self.instructions, self.geometry.sinogram_len()) {
+        for group in groups::<T>(
+            in_blocks,
+            self.instructions,
+            self.geometry.sinogram_len(),
+            false,
+        ) {
             let view_len = n_bins * group.lanes;
             let rays = aligned(&mut scratch.rays, self.views.len() * view_len);
             rays.par_chunks_exact_mut(view_len)

@@ -272,7 +272,8 @@ unsafe fn gather_lanes<T: Sample, V: Vector<T>>(pixels: &[T], steps: Steps<'_, T
             1 => gather_block::<T, V, 1>(pixels, steps, sums),
             2 => gather_block::<T, V, 2>(pixels, steps, sums),
             4 => gather_block::<T, V, 4>(pixels, steps, sums),
-            #[expect(clippy::unreachable, reason = "callers pass 1, 2 or 4 vectors")]
+            8 => gather_block::<T, V, 8>(pixels, steps, sums),
+            #[expect(clippy::unreachable, reason = "callers pass 1, 2, 4 or 8 vectors")]
             _ => unreachable!("{} lanes", sums.len()),
         }
     }

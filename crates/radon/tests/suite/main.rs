@@ -17,6 +17,7 @@ mod geometry;
 mod iterative;
 mod iterative_runs;
 mod measure;
+mod motion;
 mod noise;
 mod odd_inputs;
 mod operators;

@@ -282,8 +282,8 @@ fn check_stack<T: Sample>(n_slices: usize, threads: usize) {
 
 #[test]
 fn slices_alone_or_among_others_and_any_thread_count_give_the_same_bits() {
-    // One lane, one to four registers, several blocks, two groups of blocks.
-    for n_slices in [1, 2, 9, 40, 150, 340] {
+    // One lane, one to eight registers, several blocks, two groups of blocks.
+    for n_slices in [1, 2, 9, 40, 110, 150, 600] {
         check_stack::<f32>(n_slices, 1);
         check_stack::<f32>(n_slices, 3);
     }

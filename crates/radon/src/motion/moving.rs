@@ -1,0 +1,149 @@
+//! Views of an object in several states of a known motion, as one operator on the object in one of them.
+
+use std::sync::Arc;
+
+use super::Warp;
+use crate::error::{RadonError, at_least, finite, length, zeros};
+use crate::{LinearOperator, Sample};
+
+/// An object in one state of its motion, and what is seen of it then.
+#[derive(Debug, Clone)]
+pub struct State<O> {
+    /// From the object at rest to this state.
+    pub warp: Arc<Warp>,
+    /// What is seen of it.
+    pub operator: O,
+    /// Factors of equally long parts of its data, say of each view the seconds that it took.
+    pub weights: Vec<f64>,
+}
+
+/// What is seen of an object that moves in a known way: with a warp W, an operator A and factors w for each state k,
+///
+/// ```text
+/// x -> ( w_0 A_0 W_0 x,  w_1 A_1 W_1 x,  ... )        adjoint: sum over k of  W_kᵀ A_kᵀ w_k y_k
+/// ```
+///
+/// Data come state by state. A solver on it finds one volume from the views of all states; of Poisson counts the factors are those
+/// that make counts of samples, so that every count has its weight. Same bits for any number of threads, if the operators have them.
+/// Cost: that of its operators and warps one after the other, and two volumes.
+///
+/// ```
+/// use radon::{Displaced, ImageGrid, Kernel, LinearOperator, MovingOperator, ParallelGeometry, Projector, RadonError, StackOrder, State, Warp};
+/// use std::sync::Arc;
+/// let (geometry, grid) = (ParallelGeometry::half_turn(8, 12, 1.0)?, ImageGrid::square(8, 1.0)?);
+/// let projector = Projector::new(&geometry, &grid, Kernel::Strip)?;
+/// // At rest for three seconds, and for one second moved by a voxel along x.
+/// let state = |by: f32, seconds: f64| {
+///     let moved = Displaced { share: 1.0, by: (0..64).map(|voxel| (voxel, [-by, 0.0, 0.0])).collect() };
+///     let operator = projector.stack_operator::<f64>(1, StackOrder::ViewSliceBin)?;
+///     Ok::<_, RadonError>(State { warp: Arc::new(Warp::new([8, 8, 1], [1.0; 3], &[moved])?), operator, weights: vec![seconds] })
+/// };
+/// let seen = MovingOperator::new(vec![state(0.0, 3.0)?, state(1.0, 1.0)?])?;
+/// let mut object = vec![0.0; 64];
+/// object[3 * 8 + 2] = 1.0;
+/// let mut views = vec![0.0; 2 * 8 * 12];
+/// seen.forward_into(&object, &mut views)?;
+/// let sum = |views: &[f64]| views.iter().sum::<f64>();
+/// assert!((sum(&views[..96]) / sum(&views[96..]) - 3.0).abs() < 1e-12);
+/// # Ok::<(), RadonError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct MovingOperator<O> {
+    states: Vec<State<O>>,
+}
+
+impl<O> MovingOperator<O> {
+    /// Of one state at least.
+    ///
+    /// # Errors
+    /// [`RadonError::TooFew`] without a state, or for one without factors; [`RadonError::WrongLength`] for volumes of different lengths,
+    /// or factors that do not share out the data equally; [`RadonError::NotFinite`] for a factor.
+    pub fn new<T: Sample>(states: Vec<State<O>>) -> Result<Self, RadonError>
+    where
+        O: LinearOperator<T>,
+    {
+        at_least("states of an object", states.len(), 1)?;
+        let volume = <Warp as LinearOperator<T>>::image_len(&states[0].warp);
+        for State {
+            warp,
+            operator,
+            weights,
+        } in &states
+        {
+            at_least("factors of a state", weights.len(), 1)?;
+            weights
+                .iter()
+                .try_for_each(|w| finite("factor of a state", *w).map(drop))?;
+            let warped = <Warp as LinearOperator<T>>::image_len(warp);
+            length("volume of a state", warped, volume)?;
+            length("volume of an operator", operator.image_len(), volume)?;
+            let each = operator.data_len() / weights.len();
+            length("data of a state", operator.data_len(), each * weights.len())?;
+        }
+        Ok(Self { states })
+    }
+
+    /// The states, in the order of their data.
+    pub fn states(&self) -> &[State<O>] {
+        &self.states
+    }
+}
+
+impl<O> State<O> {
+    /// Multiplies data by their factors.
+    fn weigh<T: Sample>(&self, data: &mut [T]) {
+        let each = (data.len() / self.weights.len()).max(1);
+        for (part, weight) in data.chunks_mut(each).zip(&self.weights) {
+            part.iter_mut().for_each(|x| *x *= T::of(*weight));
+        }
+    }
+}
+
+impl<T: Sample, O: LinearOperator<T>> LinearOperator<T> for MovingOperator<O> {
+    fn image_len(&self) -> usize {
+        self.states[0].operator.image_len()
+    }
+
+    fn data_len(&self) -> usize {
+        self.states
+            .iter()
+            .map(|state| state.operator.data_len())
+            .sum()
+    }
+
+    fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {
+        length("volume", image.len(), self.image_len())?;
+        length("data", data.len(), self.data_len())?;
+        let mut moved = zeros("moved volume", image.len(), 1)?;
+        let mut rest = data;
+        for state in &self.states {
+            let (own, others) = rest.split_at_mut(state.operator.data_len());
+            state.warp.forward_into(image, &mut moved)?;
+            state.operator.forward_into(&moved, own)?;
+            state.weigh(own);
+            rest = others;
+        }
+        Ok(())
+    }
+
+    fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError> {
+        length("data", data.len(), self.data_len())?;
+        length("volume", image.len(), self.image_len())?;
+        let mut moved = zeros("moved volume", image.len(), 1)?;
+        let mut back = zeros("volume of a state", image.len(), 1)?;
+        image.fill(T::ZERO);
+        let mut rest = data;
+        for state in &self.states {
+            let (own, others) = rest.split_at(state.operator.data_len());
+            let mut own = own.to_vec();
+            state.weigh(&mut own);
+            state.operator.adjoint_into(&own, &mut moved)?;
+            state.warp.adjoint_into(&moved, &mut back)?;
+            for (sum, x) in image.iter_mut().zip(&back) {
+                *sum += *x;
+            }
+            rest = others;
+        }
+        Ok(())
+    }
+}
