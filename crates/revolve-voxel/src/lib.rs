@@ -73,6 +73,7 @@ pub use voxels::moment::Moment;
 pub use voxels::profile::Profile;
 pub use voxels::regions::RegionVolumes;
 pub use voxels::sweep::Sweep;
+pub use wall::nearest::NearestMaterial;
 pub use wall::sector::Sector;
 pub use wall::shell::Shell;
 pub use wall::thickness::Thickness;

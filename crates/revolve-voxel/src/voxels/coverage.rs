@@ -8,6 +8,7 @@ use crate::error::{at_least, countable, positive};
 use crate::voxels::block::{BLOCK, Block, Placed, eighths};
 use crate::voxels::field::{Answer, Field};
 use crate::voxels::patch::{Cuboid, Patch, patch};
+use crate::voxels::runs::Runs;
 use crate::voxels::sections::Sections;
 use crate::{Body, Meridian, Pose, RevolveError, Sample, VoxelCounters, VoxelGrid};
 
@@ -101,6 +102,8 @@ pub(crate) struct Painter<'a> {
     placed: Placed<'a>,
     sampling: Sampling,
     halvings: [u32; 3],
+    /// What sections look at together.
+    runs: Runs,
     arch: pulp::Arch,
 }
 
@@ -111,11 +114,22 @@ impl<'a> Painter<'a> {
         grid: &'a VoxelGrid,
         sampling: Sampling,
     ) -> Self {
+        let halvings = halvings(field.meridian(), grid);
+        let runs = match sampling {
+            Sampling::Centre | Sampling::Supersampled(_) => Runs::each(field.meridian()),
+            Sampling::Coverage { tolerance } => {
+                let sides = grid.spacing().into_iter().zip(halvings);
+                let least = sides.map(|(side, n)| side * 0.5f64.powi(n as i32));
+                let least = least.fold(f64::INFINITY, f64::min);
+                Runs::new(field.meridian(), least, tolerance)
+            }
+        };
         Self {
             field,
             placed: Placed::new(pose, grid),
             sampling,
-            halvings: halvings(field.meridian(), grid),
+            halvings,
+            runs,
             arch: pulp::Arch::new(),
         }
     }
@@ -252,7 +266,7 @@ impl<'a> Painter<'a> {
             }
         }
         counters.cut += 1;
-        let mut sections = Sections::new(self.field.meridian(), cuboid, tolerance);
+        let mut sections = Sections::new(self.field.meridian(), &self.runs, cuboid, tolerance);
         let fraction = sections.fraction();
         counters.evaluations += sections.evaluations;
         fraction

@@ -14,5 +14,7 @@ pub(crate) mod patch;
 pub(crate) mod plane_clip;
 pub(crate) mod profile;
 pub(crate) mod regions;
+pub(crate) mod runs;
 pub(crate) mod sections;
 pub(crate) mod sweep;
+pub(crate) mod wedge_cut;

@@ -43,6 +43,9 @@ impl Body {
             .map(|_| zeros("voxels", len))
             .collect::<Result<_, _>>()?;
         let mut labels = zeros::<u8>("voxels", len)?;
+        let painters: Vec<Painter> = (fields.iter())
+            .map(|field| Painter::new(self.pose(), field, grid, sampling))
+            .collect();
         // Slab by slab: every layer's voxels, then what each layer holds beyond the one within and who holds most.
         let slab = grid.slice_len() * BLOCK;
         let counters = (slabs(&mut coverage, slab).into_par_iter())
@@ -52,8 +55,7 @@ impl Body {
                 let start = slices.start + index * BLOCK;
                 let z = start..(start + BLOCK).min(slices.end);
                 let mut counters = VoxelCounters::default();
-                for (field, out) in fields.iter().zip(&mut layers) {
-                    let painter = Painter::new(self.pose(), field, grid, sampling);
+                for (painter, out) in painters.iter().zip(&mut layers) {
                     counters = counters + painter.paint_slices(&z, out);
                 }
                 for (i, label) in labels.iter_mut().enumerate() {

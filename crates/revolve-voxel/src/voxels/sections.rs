@@ -15,15 +15,14 @@ use crate::voxels::breaks::Breaks;
 use crate::voxels::disc::{angle, between, cross, sector_sum, within};
 use crate::voxels::patch::Cuboid;
 use crate::voxels::plane_clip::fraction_below;
+use crate::voxels::runs::{COARSE, Run, Runs};
+use crate::voxels::wedge_cut::Cut;
 
 /// Half of the distance between the two Gauss points of an interval of half-length one.
 const GAUSS: f64 = 0.577_350_269_189_625_8;
 
 /// No interval is halved more often: 2^-20 of a box is below any tolerance.
 const DEEPEST: u32 = 20;
-
-/// Tolerances from here on are coarse.
-const COARSE: f64 = 4e-5;
 
 /// A box in the body frame, its axial coordinates from the meridian's middle.
 pub(crate) struct Sections<'a> {
@@ -40,16 +39,13 @@ pub(crate) struct Sections<'a> {
     radius2: f64,
     volume: f64,
     tolerance: f64,
+    /// Is the tolerance a coarse one?
+    coarse: bool,
     wedge: Option<Cut<'a>>,
+    /// Segments that are looked at together.
+    runs: &'a Runs,
     /// Sections looked at.
     pub(crate) evaluations: u64,
-}
-
-/// What a wedge leaves of a box.
-struct Cut<'a> {
-    wedge: &'a Wedge,
-    /// Axial coordinates of its corners, rising, and the volume below each.
-    stops: Vec<[f64; 2]>,
 }
 
 /// A pair of opposite faces.
@@ -65,8 +61,13 @@ struct Face {
 const OTHERS: [[usize; 2]; 3] = [[2, 1], [2, 0], [1, 0]];
 
 impl<'a> Sections<'a> {
-    /// `tolerance` is a fraction of the box.
-    pub(crate) fn new(meridian: &'a Meridian, cuboid: &Cuboid<'_>, tolerance: f64) -> Self {
+    /// `tolerance` is a fraction of the box, for which the `runs` were made.
+    pub(crate) fn new(
+        meridian: &'a Meridian,
+        runs: &'a Runs,
+        cuboid: &Cuboid<'_>,
+        tolerance: f64,
+    ) -> Self {
         let mut edges = [0, 1, 2].map(|i| {
             let e = cuboid.axes[i] * cuboid.half[i];
             if e.x < 0.0 {
@@ -117,7 +118,9 @@ impl<'a> Sections<'a> {
             radius2: radius * radius,
             volume,
             tolerance: 0.5 * tolerance * volume,
+            coarse: tolerance >= COARSE,
             wedge: None,
+            runs,
             evaluations: 0,
         }
     }
@@ -191,7 +194,7 @@ impl<'a> Sections<'a> {
         match node.kind {
             Kind::Leaf(k) => {
                 let chain = &meridian.chains()[k];
-                chain.sign * self.under(chain)
+                chain.sign * self.under(chain, self.runs.of(k))
             }
             Kind::Fork(right) => self.stretch(node_idx + 1) + self.stretch(right),
         }
@@ -208,14 +211,16 @@ impl<'a> Sections<'a> {
         self.volume * fraction_below(edges, self.centre[0] - x, [1.0; 3])
     }
 
-    /// Volume under a chain.
-    fn under(&mut self, chain: &Chain) -> f64 {
+    /// Volume under a chain, cut into runs at these vertices.
+    fn under(&mut self, chain: &Chain, stops: &[u32]) -> f64 {
         let vs = &chain.vertices;
         let [low, high] = self.rho;
-        let first = vs.partition_point(|v| v.x <= self.corners[0]).max(1) - 1;
+        let before = |&stop: &u32| vs[stop as usize].x <= self.corners[0];
+        let first = stops.partition_point(before).max(1) - 1;
         let mut sum = 0.0;
-        for pair in vs[first..].windows(2) {
-            let (v, w) = (&pair[0], &pair[1]);
+        for pair in stops[first..].windows(2) {
+            let run = &vs[pair[0] as usize..=pair[1] as usize];
+            let (v, w) = (&run[0], &run[run.len() - 1]);
             let (from, to) = (v.x.max(self.corners[0]), w.x.min(self.corners[7]));
             if v.x >= self.corners[7] {
                 break;
@@ -224,29 +229,29 @@ impl<'a> Sections<'a> {
             if from >= to {
                 continue;
             }
-            if v.r.max(w.r) <= low {
-                continue;
-            }
+            // The radius is concave.
             if v.r.min(w.r) >= high {
                 sum += self.below(to) - self.below(from);
                 continue;
             }
-            let slope = v.tr / v.tx;
-            let cone = [v.r - slope * v.x, slope];
+            if run.iter().all(|v| v.r <= low) {
+                continue;
+            }
+            let run = Run::new(run);
             let mut breaks = Breaks::new(from, to);
             for &x in &self.corners {
                 breaks.add(x);
             }
-            self.edge_crossings(cone, &mut breaks);
-            self.face_touches(cone, &mut breaks);
+            self.edge_crossings(run.cone, &mut breaks);
+            self.face_touches(run.cone, &mut breaks);
             if let Some(cut) = &self.wedge {
                 for &[x, _] in &cut.stops {
                     breaks.add(x);
                 }
-                self.side_crossings(cone, cut.wedge, &mut breaks);
+                self.side_crossings(run.cone, cut.wedge, &mut breaks);
             }
             for panel in breaks.sorted().windows(2) {
-                sum += self.panel([panel[0], panel[1]], cone);
+                sum += self.panel([panel[0], panel[1]], &run);
             }
         }
         sum
@@ -336,16 +341,16 @@ impl<'a> Sections<'a> {
     }
 
     /// Volume between two neighbouring breaks: none, all of the box, or a smooth integrand.
-    fn panel(&mut self, [a, b]: [f64; 2], cone: [f64; 2]) -> f64 {
+    fn panel(&mut self, [a, b]: [f64; 2], run: &Run<'_>) -> f64 {
         if self.wedge.is_some() {
             // Few boxes are cut by a wedge, and one may hold a whole solid: each panel is held to its share of the tolerance.
             let share = (b - a) / (self.corners[7] - self.corners[0]);
-            let coarse = self.gauss([a, b], cone);
-            return self.halved([a, b], cone, coarse, share * self.tolerance, DEEPEST);
+            let coarse = self.gauss([a, b], run);
+            return self.halved([a, b], run, coarse, share * self.tolerance, DEEPEST);
         }
         let x = 0.5 * (a + b);
         self.evaluations += 1;
-        let (area, cut) = self.area(x, cone[0] + cone[1] * x);
+        let (area, cut) = self.area(x, run.radius(x));
         if !cut {
             return if area > 0.0 {
                 self.below(b) - self.below(a)
@@ -353,41 +358,41 @@ impl<'a> Sections<'a> {
                 0.0
             };
         }
-        let coarse = self.gauss([a, b], cone);
+        let coarse = self.gauss([a, b], run);
         // The midpoint rule is right for straight lines, the other one for cubics. Where they agree to a coarse tolerance
         // the other is right to it; at a fine one they may agree by chance.
         let agree = (coarse - area * (b - a)).abs() <= self.tolerance;
-        if agree && self.tolerance >= COARSE * self.volume {
+        if agree && self.coarse {
             return coarse;
         }
-        self.halved([a, b], cone, coarse, self.tolerance, DEEPEST)
+        self.halved([a, b], run, coarse, self.tolerance, DEEPEST)
     }
 
     fn halved(
         &mut self,
         [a, b]: [f64; 2],
-        cone: [f64; 2],
+        run: &Run<'_>,
         coarse: f64,
         tolerance: f64,
         depth: u32,
     ) -> f64 {
         let m = 0.5 * (a + b);
         let halves = [[a, m], [m, b]];
-        let [p, q] = halves.map(|panel| self.gauss(panel, cone));
+        let [p, q] = halves.map(|panel| self.gauss(panel, run));
         // No less than rounding: else every panel would be halved down to the last, whatever is in it.
         let least = tolerance.max(f64::EPSILON * self.volume);
         if (p + q - coarse).abs() <= least || depth == 0 {
             return p + q;
         }
-        self.halved(halves[0], cone, p, 0.5 * tolerance, depth - 1)
-            + self.halved(halves[1], cone, q, 0.5 * tolerance, depth - 1)
+        self.halved(halves[0], run, p, 0.5 * tolerance, depth - 1)
+            + self.halved(halves[1], run, q, 0.5 * tolerance, depth - 1)
     }
 
     /// Two-point Gauss-Legendre integral of the area within the cone `r = cone[0] + cone[1] x`.
-    fn gauss(&mut self, [a, b]: [f64; 2], cone: [f64; 2]) -> f64 {
+    fn gauss(&mut self, [a, b]: [f64; 2], run: &Run<'_>) -> f64 {
         let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
         self.evaluations += 2;
-        let at = |x: f64| self.area(x, cone[0] + cone[1] * x).0;
+        let at = |x: f64| self.area(x, run.radius(x)).0;
         h * (at(m - GAUSS * h) + at(m + GAUSS * h))
     }
 
@@ -481,18 +486,5 @@ impl<'a> Sections<'a> {
             .sum();
         let cut = n_outside < n || sum > r2;
         (if cut { 0.5 * sum } else { 0.0 }, cut)
-    }
-}
-
-impl Cut<'_> {
-    /// Sum of a measure seen from the axis over what the wedge leaves of an outline's edges.
-    fn sum(&self, outline: &[[[f64; 2]; 2]], of: impl Fn([f64; 2], [f64; 2]) -> f64) -> f64 {
-        let edge = |&[p, q]: &[[f64; 2]; 2]| {
-            let parts = self.wedge.parts(p, q).into_iter().flatten();
-            parts
-                .map(|[from, to]| of(between(p, q, from), between(p, q, to)))
-                .sum::<f64>()
-        };
-        outline.iter().map(edge).sum()
     }
 }

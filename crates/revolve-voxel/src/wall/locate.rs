@@ -92,7 +92,7 @@ impl Shell {
 }
 
 /// The voxels of a row whose centres may lie in a cylinder about the body's axis, given by its x and its radius.
-fn within(
+pub(crate) fn within(
     grid: &VoxelGrid,
     pose: &Pose,
     (x, radius): ([f64; 2], f64),

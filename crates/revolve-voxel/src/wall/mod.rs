@@ -3,6 +3,7 @@
 pub(crate) mod cells;
 pub(crate) mod isoline;
 pub(crate) mod locate;
+pub(crate) mod nearest;
 pub(crate) mod root;
 pub(crate) mod sector;
 pub(crate) mod shares;

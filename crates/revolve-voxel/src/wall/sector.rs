@@ -10,6 +10,7 @@ use crate::rays::cylinder::check_slices;
 use crate::rays::single::SurfacePoint;
 use crate::solid::wedge::{Place, Wedge};
 use crate::voxels::patch::Cuboid;
+use crate::voxels::runs::Runs;
 use crate::voxels::sections::Sections;
 use crate::{
     Attenuator, Body, Hit, Meridian, ParallelRays, Pose, Ray, RayCounters, RevolveError, Sample,
@@ -244,6 +245,7 @@ impl Sector {
         let half = grid.spacing().map(|h| 0.5 * h);
         let radius = Vector3::from(half).norm();
         let meridian = &self.ring.layers()[0];
+        let runs = Runs::each(meridian);
         let by_coverage = matches!(sampling, Sampling::Coverage { .. });
         let [nx, ny, _] = grid.shape();
         ring.par_iter_mut()
@@ -266,7 +268,7 @@ impl Sector {
                             radius,
                         };
                         let mut sections =
-                            Sections::new(meridian, &cuboid, tolerance).within(&self.wedge);
+                            Sections::new(meridian, &runs, &cuboid, tolerance).within(&self.wedge);
                         *share = sections.fraction();
                         counters.cut = 1;
                         counters.evaluations = sections.evaluations;

@@ -40,9 +40,9 @@ fn long_voxels_cost_no_more_than_the_cubes_they_are_made_of() {
             let long = h * f64::from(1 << log);
             for spacing in [[long, h, h], [h, h, long], [long, long, h], [h, long, long]] {
                 let [all, cut] = work(spacing, tolerance);
-                // A look more for each time that an edge is halved, at tolerances at which a cube takes few.
+                // A look more for each time that an edge is halved, which is much beside the few that a cube takes.
                 assert!(
-                    all < (1.6 + 0.2 * f64::from(log)) * cubes,
+                    all < (1.6 + 0.3 * f64::from(log)) * cubes,
                     "{spacing:?} {all} {cubes}"
                 );
                 assert!(all < 5_000.0 * cut, "{spacing:?} {all} {cut}");

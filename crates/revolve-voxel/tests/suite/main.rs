@@ -14,6 +14,7 @@ mod depth;
 mod long_voxels;
 mod mask;
 mod moments;
+mod nearest;
 mod oracle;
 mod properties;
 mod sector;

@@ -1,0 +1,28 @@
+//! What a wedge leaves of a box.
+
+use crate::solid::wedge::Wedge;
+use crate::voxels::disc::between;
+
+/// A wedge that cuts a box.
+pub(crate) struct Cut<'a> {
+    pub(crate) wedge: &'a Wedge,
+    /// Axial coordinates of the corners of what it leaves, rising, and the volume below each.
+    pub(crate) stops: Vec<[f64; 2]>,
+}
+
+impl Cut<'_> {
+    /// Sum of a measure seen from the axis over what the wedge leaves of an outline's edges.
+    pub(crate) fn sum(
+        &self,
+        outline: &[[[f64; 2]; 2]],
+        of: impl Fn([f64; 2], [f64; 2]) -> f64,
+    ) -> f64 {
+        let edge = |&[p, q]: &[[f64; 2]; 2]| {
+            let parts = self.wedge.parts(p, q).into_iter().flatten();
+            parts
+                .map(|[from, to]| of(between(p, q, from), between(p, q, to)))
+                .sum::<f64>()
+        };
+        outline.iter().map(edge).sum()
+    }
+}

@@ -1,0 +1,174 @@
+//! What is around a wall, told by the nearest of its material.
+
+use std::ops::Range;
+
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+use crate::error::finite;
+use crate::voxels::coverage::check_range;
+use crate::wall::cells::{Cells, Line};
+use crate::wall::isoline::{less, norm};
+use crate::wall::locate::within;
+use crate::{Pose, RevolveError, Shell, VoxelGrid};
+
+/// A place of the wall near a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearestMaterial {
+    /// Layer and s of the place.
+    pub material: [f64; 2],
+    /// How far the point is from it; 0 in the wall.
+    pub distance: f64,
+}
+
+/// The chords that stand for a wall's surfaces, and those across its open ends.
+struct Outline {
+    /// Parameters of the places between which chords run.
+    s: Vec<f64>,
+    /// The inner and the outer surface.
+    sides: [Side; 2],
+    ends: Vec<End>,
+}
+
+/// A surface's places, and how far along it each is.
+struct Side {
+    points: Vec<[f64; 2]>,
+    arcs: Vec<f64>,
+}
+
+/// The line across an open end, and its number.
+struct End {
+    points: [[f64; 2]; 2],
+    line: usize,
+}
+
+impl Outline {
+    fn of(shell: &Shell) -> Self {
+        let lines = shell.lines();
+        let outer = |line: &Line| [0, 1].map(|a| line.start[a] + line.along[a]);
+        let side = |place: &dyn Fn(&Line) -> [f64; 2]| {
+            let points: Vec<[f64; 2]> = lines.iter().map(place).collect();
+            let mut arcs = vec![0.0];
+            for pair in points.windows(2) {
+                arcs.push(arcs[arcs.len() - 1] + norm(less(pair[1], pair[0])));
+            }
+            Side { points, arcs }
+        };
+        let end = |line: usize| End {
+            points: [lines[line].start, outer(&lines[line])],
+            line,
+        };
+        // An end on the axis is none: there material is all round it.
+        let open = |end: &End| end.points.iter().any(|point| point[1] > 0.0);
+        Self {
+            s: lines.iter().map(|line| line.s).collect(),
+            sides: [side(&|line| line.start), side(&outer)],
+            ends: [end(0), end(lines.len() - 1)]
+                .into_iter()
+                .filter(open)
+                .collect(),
+        }
+    }
+}
+
+/// The place on a chord that is nearest a point: the share of the way to it, and the square of the distance.
+fn on_chord(p: [f64; 2], ends: [[f64; 2]; 2]) -> [f64; 2] {
+    let (way, to) = (less(ends[1], ends[0]), less(p, ends[0]));
+    let length = way[0] * way[0] + way[1] * way[1];
+    let along = match length > 0.0 {
+        true => ((to[0] * way[0] + to[1] * way[1]) / length).clamp(0.0, 1.0),
+        false => 0.0,
+    };
+    let off = [0, 1].map(|k| to[k] - along * way[k]);
+    [along, off[0] * off[0] + off[1] * off[1]]
+}
+
+impl Shell {
+    /// The place of the wall that is nearest a point (x, r): the point's own in the wall, else one on a surface or on an open end.
+    ///
+    /// Both curves are taken as the chords between 128 places or more, as far from them as an eighth of the curvature times the
+    /// square of their length. Cost: that of [`Shell::locate`], and a look at each place; of many points see [`Shell::map_voxels_around`].
+    ///
+    /// # Errors
+    /// [`RevolveError::NotFinite`] for the point.
+    pub fn nearest(&self, p: [f64; 2]) -> Result<NearestMaterial, RevolveError> {
+        finite("x of a point", p[0])?;
+        finite("r of a point", p[1])?;
+        Ok(self.find_nearest(&Outline::of(self), p))
+    }
+
+    fn find_nearest(&self, outline: &Outline, p: [f64; 2]) -> NearestMaterial {
+        if let Some(material) = self.locate(p) {
+            return NearestMaterial {
+                material,
+                distance: 0.0,
+            };
+        }
+        let (mut least, mut material) = (f64::INFINITY, [0.0; 2]);
+        for End { points, line } in &outline.ends {
+            let [along, squared] = on_chord(p, *points);
+            if squared < least {
+                let isoline = self.isolines().at(outline.s[*line]);
+                (least, material) = (squared, [isoline.share(along), outline.s[*line]]);
+            }
+        }
+        for (side, layer) in outline.sides.iter().zip([0.0, 1.0]) {
+            let mut k = 0;
+            while k + 1 < side.points.len() {
+                let [along, squared] = on_chord(p, [side.points[k], side.points[k + 1]]);
+                if squared < least {
+                    let [s, t] = [outline.s[k], outline.s[k + 1]];
+                    (least, material) = (squared, [layer, s + along * (t - s)]);
+                }
+                // What is nearer is at least so far along the surface.
+                let next = side.arcs[k + 1] + norm(less(p, side.points[k + 1])) - least.sqrt();
+                k += 1;
+                k += side.arcs[k..]
+                    .partition_point(|arc| *arc <= next)
+                    .saturating_sub(1);
+            }
+        }
+        NearestMaterial {
+            material,
+            distance: least.sqrt(),
+        }
+    }
+
+    /// As [`Shell::map_voxels`], of all voxels from whose centres the wall is no farther than `reach` (cm): the function is given the
+    /// centre in the body frame and the nearest place of the wall.
+    ///
+    /// # Errors
+    /// [`RevolveError::WrongLength`] for slices that the grid does not have; [`RevolveError::Negative`] for a reach below zero,
+    /// [`RevolveError::NotFinite`] for one that is none.
+    pub fn map_voxels_around<T: Send>(
+        &self,
+        pose: &Pose,
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+        reach: f64,
+        f: impl Fn(&Point3<f64>, &NearestMaterial) -> T + Sync,
+    ) -> Result<Vec<(usize, T)>, RevolveError> {
+        check_range(grid, &slices)?;
+        if finite("reach", reach)? < 0.0 {
+            let what = "reach";
+            return Err(RevolveError::Negative { what, given: reach });
+        }
+        let [nx, ny, _] = grid.shape();
+        let Cells { low, high, .. } = self.cells();
+        let cylinder = ([low[0] - reach, high[0] + reach], high[1] + reach);
+        let outline = Outline::of(self);
+        let (first, f, outline) = (slices.start * ny, &f, &outline);
+        Ok((first..slices.end * ny)
+            .into_par_iter()
+            .flat_map_iter(|row| {
+                let (y, z) = (row % ny, row / ny);
+                within(grid, pose, cylinder, y, z).filter_map(move |x| {
+                    let p = pose.to_body(&grid.centre(x, y, z));
+                    let nearest = self.find_nearest(outline, [p.x, (p.y * p.y + p.z * p.z).sqrt()]);
+                    let near = nearest.distance <= reach;
+                    near.then(|| ((row - first) * nx + x, f(&p, &nearest)))
+                })
+            })
+            .collect())
+    }
+}

@@ -1,0 +1,106 @@
+//! What is around a wall, and which of its material is nearest.
+
+use revolve_voxel::nalgebra::Point3;
+use revolve_voxel::{Curve, Pose, RevolveError, Shell, VoxelGrid};
+
+/// Half-circles about the origin from the plane x = 0 to the axis, of radius 1 and 2: half a hollow ball, open at its base.
+fn bowl() -> Shell {
+    let s: Vec<f64> = (0..=2000).map(|k| f64::from(k) / 2000.0).collect();
+    let arc = |radius: f64| -> Vec<[f64; 2]> {
+        let angle = |s: &f64| 0.5 * std::f64::consts::PI * s;
+        s.iter()
+            .map(|s| [radius * angle(s).sin(), radius * angle(s).cos()])
+            .collect()
+    };
+    let curve = |radius| Curve::polyline(&s, &arc(radius)).unwrap();
+    Shell::new(curve(1.0), curve(2.0), [0.0, 1.0]).unwrap()
+}
+
+#[test]
+fn the_nearest_material_is_straight_up_or_down_or_on_the_base() {
+    let bowl = bowl();
+    for k in 0..500 {
+        let share = |a: f64| (f64::from(k) * a).fract();
+        // Above, below and in the half-ball, and beyond its base.
+        let p = [6.0 * share(0.618) - 2.5, 3.5 * share(0.414)];
+        let nearest = bowl.nearest(p).unwrap();
+        let radius = p[0].hypot(p[1]);
+        let (distance, place) = match p[0] >= 0.0 {
+            true if radius > 2.0 => (radius - 2.0, p.map(|x| 2.0 / radius * x)),
+            true if radius < 1.0 => (1.0 - radius, p.map(|x| x / radius)),
+            true => (0.0, p),
+            false => {
+                let on = [0.0, p[1].clamp(1.0, 2.0)];
+                ((p[0] - on[0]).hypot(p[1] - on[1]), on)
+            }
+        };
+        // Chords of a 2000th of the quarter, taken in 128 or more pieces: an eighth of their square.
+        assert!(
+            (nearest.distance - distance).abs() < 1e-4,
+            "{p:?} {nearest:?} {distance}"
+        );
+        let [layer, s] = nearest.material;
+        let found = bowl.point(layer, s);
+        let off = (found[0] - place[0]).hypot(found[1] - place[1]);
+        // Near the middle all of the inner surface is as near.
+        assert!(off < 2e-3 / radius.min(1.0), "{p:?} {found:?} {place:?}");
+    }
+    for bad in [[f64::NAN, 1.0], [0.0, f64::INFINITY]] {
+        assert!(matches!(
+            bowl.nearest(bad),
+            Err(RevolveError::NotFinite { .. })
+        ));
+    }
+}
+
+#[test]
+fn all_voxels_within_reach_are_there_and_those_of_the_wall_as_before() {
+    let bowl = bowl();
+    let grid = VoxelGrid::centred([24, 22, 20], [0.3, 0.3, 0.4], [0.1, -0.2, 0.3]).unwrap();
+    let pose = Pose::axis_along_z(1.0)
+        .unwrap()
+        .turned_x(0.7)
+        .unwrap()
+        .turned_y(0.4)
+        .unwrap();
+    let reach = 0.6;
+    let around = bowl
+        .map_voxels_around(&pose, &grid, 0..20, reach, |p, nearest| (*p, *nearest))
+        .unwrap();
+    let mut expected = Vec::new();
+    for k in 0..24 * 22 * 20 {
+        let p: Point3<f64> = pose.to_body(&grid.centre(k % 24, k / 24 % 22, k / (24 * 22)));
+        let nearest = bowl.nearest([p.x, (p.y * p.y + p.z * p.z).sqrt()]).unwrap();
+        if nearest.distance <= reach {
+            expected.push(k);
+        }
+    }
+    assert!(expected.len() > 1000);
+    let numbers: Vec<usize> = around.iter().map(|(k, _)| *k).collect();
+    assert_eq!(numbers, expected);
+    let own: Vec<_> = (around.iter())
+        .filter(|(_, (_, nearest))| nearest.distance == 0.0)
+        .map(|(k, (p, nearest))| (*k, (*p, nearest.material)))
+        .collect();
+    assert!(
+        own == bowl
+            .map_voxels(&pose, &grid, 0..20, |p, found| (*p, found))
+            .unwrap()
+    );
+    // A cut from the whole, and in any number of threads.
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
+    let some = || bowl.map_voxels_around(&pose, &grid, 7..12, reach, |p, nearest| (*p, *nearest));
+    let (from, to) = (7 * 24 * 22, 12 * 24 * 22);
+    let part: Vec<_> = (around.iter())
+        .filter(|(k, _)| (from..to).contains(k))
+        .map(|(k, of)| (k - from, *of))
+        .collect();
+    assert!(pool.install(some).unwrap() == part);
+    let refused = bowl.map_voxels_around(&pose, &grid, 0..20, -0.1, |_, _| ());
+    assert!(matches!(refused, Err(RevolveError::Negative { .. })));
+    let refused = bowl.map_voxels_around(&pose, &grid, 0..20, f64::NAN, |_, _| ());
+    assert!(matches!(refused, Err(RevolveError::NotFinite { .. })));
+}
