@@ -77,14 +77,20 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     }
 
     /// `out` = elastic force F_e; zero where the membrane is held. Not numbers where rubber is stretched beyond what it can be,
-    /// of which [`DiscreteMembrane::pressure_force_into`] makes an error.
+    /// of which [`DiscreteMembrane::check_stretches`] makes an error.
     fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]);
+
+    /// Refuses a state in which rubber is stretched beyond what it can be; none of springs is.
+    ///
+    /// # Errors
+    /// [`MembraneError::PastStretch`].
+    fn check_stretches(&self, nodes: &[f64]) -> Result<(), MembraneError>;
 
     /// `out` = pressure force F_p at force intensity `intensity`, zero where the membrane is held; it is linear in the intensity,
     /// so intensity 1 gives dF_p / d intensity.
     ///
     /// # Errors
-    /// The curve has no direction at a node, so its normal is undefined; rubber is stretched beyond what it can be.
+    /// The curve has no direction at a node, so its normal is undefined.
     fn pressure_force_into(
         &self,
         nodes: &[f64],
@@ -98,7 +104,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     /// `out` = derivative of F_e + F_p by the state at fixed intensity, with a unit in the rows of what is held.
     ///
     /// # Errors
-    /// As [`DiscreteMembrane::pressure_force_into`].
+    /// As [`DiscreteMembrane::pressure_force_into`] and [`DiscreteMembrane::check_stretches`].
     fn tangent_into(
         &self,
         nodes: &[f64],
@@ -110,7 +116,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     /// (over l1, per area at rest), which makes it regular where it is slack and shapes start from. That of springs is the exact one.
     ///
     /// # Errors
-    /// As [`DiscreteMembrane::pressure_force_into`].
+    /// As [`DiscreteMembrane::tangent_into`].
     fn taut_tangent_into(
         &self,
         nodes: &[f64],
@@ -125,14 +131,14 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     /// Elastic energy of a body of rubber: the integral of 2 pi r0 h W over the meridian, zero at rest.
     ///
     /// # Errors
-    /// As [`DiscreteMembrane::pressure_force_into`]; [`MembraneError::OtherMaterial`] for springs.
+    /// As [`DiscreteMembrane::check_stretches`]; [`MembraneError::OtherMaterial`] for springs.
     fn strain_energy(&self, nodes: &[f64]) -> Result<f64, MembraneError>;
 
     /// Least tension of rubber along the meridian, as [`DiscreteMembrane::taut_tangent_into`] has it: dW/dl1 over l1 and the shear
     /// modulus. Infinite for springs.
     ///
     /// # Errors
-    /// As [`DiscreteMembrane::pressure_force_into`].
+    /// As [`DiscreteMembrane::check_stretches`].
     fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError>;
 
     /// `out` = what `velocities` of rubber of density 1 have as momentum at the nodes: the integral of 2 pi r0 h v over the meridian, times

@@ -42,6 +42,44 @@ struct Here {
     w: Strained,
 }
 
+impl Point {
+    /// What a row of the tangent takes of this point: of an x times its own slope, of a y times its slope and times its value. In
+    /// `columns`, one after the other, by x and y of each node in the block's order, whose values and slopes are `ordered`.
+    fn columns_into(
+        &self,
+        here: &Here,
+        (pressure, least): (f64, f64),
+        (values, slopes): (&[f64], &[f64]),
+        columns: &mut [f64],
+    ) {
+        let Here { d, y, speed, w } = here;
+        let [aa, ab, bb] = w.second.map(|second| -self.weight * second);
+        let square = self.per_length * self.per_length;
+        let tension = w.by[0] * self.per_length / speed;
+        let across = -self.weight * tension.max(least * square);
+        let along = aa * square;
+        let [ux, uy] = [d[0] / speed, d[1] / speed];
+        let mixed = ab * self.per_length * self.per_radius;
+        let xx = along * ux * ux + across * uy * uy;
+        let xy = (along - across) * ux * uy;
+        let yy = along * uy * uy + across * ux * ux;
+        let volume = 2.0 * PI * pressure * self.rule;
+        let x_value = mixed * ux + volume * y;
+        let y_value = mixed * uy;
+        let value = bb * self.per_radius * self.per_radius + volume * d[0];
+        let (by_x, rest) = columns.split_at_mut(2 * values.len());
+        let (by_slope, by_value) = rest.split_at_mut(2 * values.len());
+        for (j, (v, s)) in values.iter().zip(slopes).enumerate() {
+            by_x[2 * j] = xx * s;
+            by_x[2 * j + 1] = xy * s + x_value * v;
+            by_slope[2 * j] = xy * s;
+            by_slope[2 * j + 1] = yy * s + y_value * v;
+            by_value[2 * j] = x_value * s;
+            by_value[2 * j + 1] = y_value * s + value * v;
+        }
+    }
+}
+
 impl RubberElements {
     /// Of a curve without elements.
     pub(crate) fn new(rubber: &Rubber, reference: &Reference) -> Self {
@@ -107,12 +145,25 @@ impl RubberElements {
         point: &Point,
         nodes: &[[f64; 2]],
     ) -> Result<Here, MembraneError> {
-        let (mut d, mut y) = ([0.0; 2], 0.0);
+        // four sums side by side, so that none waits for the last
+        let (values, left) = values.as_chunks::<4>();
+        let (slopes, slopes_left) = slopes.as_chunks::<4>();
+        let (nodes, nodes_left) = nodes.as_chunks::<4>();
+        let mut sums = [[0.0; 4]; 3];
         for ((value, slope), node) in values.iter().zip(slopes).zip(nodes) {
-            d[0] += slope * node[0];
-            d[1] += slope * node[1];
+            for k in 0..4 {
+                sums[0][k] += slope[k] * node[k][0];
+                sums[1][k] += slope[k] * node[k][1];
+                sums[2][k] += value[k] * node[k][1];
+            }
+        }
+        let [mut dx, mut dy, mut y] = sums.map(|sum| (sum[0] + sum[1]) + (sum[2] + sum[3]));
+        for ((value, slope), node) in left.iter().zip(slopes_left).zip(nodes_left) {
+            dx += slope * node[0];
+            dy += slope * node[1];
             y += value * node[1];
         }
+        let d = [dx, dy];
         let speed = (d[0] * d[0] + d[1] * d[1]).sqrt();
         let w = (self.rubber.energy).at(speed * point.per_length, y * point.per_radius)?;
         Ok(Here { d, y, speed, w })
@@ -194,46 +245,37 @@ impl RubberElements {
         out.fill(0.0);
         let (n, size) = (nodes.len(), 2 * nodes.len());
         let least = least * self.rubber.energy.shear_modulus();
-        // Of one quadrature point, by x and y of each node in the block's order: what a row takes times its own slope if it is of an x,
-        // and times its slope and its value if it is of a y.
-        let mut by_x = vec![0.0; size];
-        let (mut by_slope, mut by_value) = (by_x.clone(), by_x.clone());
+        let zeros = vec![0.0; n];
+        // Two points at a time, whose columns are added to the rows at once; an odd last one has a partner without weight.
+        let mut columns = vec![0.0; 6 * size];
         let ordered = self.values.chunks_exact(n).zip(self.slopes.chunks_exact(n));
-        let tables = reference.gauss_rows().zip(ordered);
-        for (point, (rows, (values, slopes))) in self.elements[e].iter().zip(tables) {
-            let Here { d, y, speed, w } = self.here(rows, point, nodes)?;
-            let [aa, ab, bb] = w.second.map(|second| -point.weight * second);
-            let square = point.per_length * point.per_length;
-            let tension = w.by[0] * point.per_length / speed;
-            let across = -point.weight * tension.max(least * square);
-            let along = aa * square;
-            let [ux, uy] = [d[0] / speed, d[1] / speed];
-            let mixed = ab * point.per_length * point.per_radius;
-            let xx = along * ux * ux + across * uy * uy;
-            let xy = (along - across) * ux * uy;
-            let yy = along * uy * uy + across * ux * ux;
-            let volume = 2.0 * PI * pressure * point.rule;
-            let x_value = mixed * ux + volume * y;
-            let y_value = mixed * uy;
-            let value = bb * point.per_radius * point.per_radius + volume * d[0];
-            for j in 0..n {
-                let (v, s) = (values[j], slopes[j]);
-                by_x[2 * j] = xx * s;
-                by_x[2 * j + 1] = xy * s + x_value * v;
-                by_slope[2 * j] = xy * s;
-                by_slope[2 * j + 1] = yy * s + y_value * v;
-                by_value[2 * j] = x_value * s;
-                by_value[2 * j + 1] = y_value * s + value * v;
+        let mut tables = reference.gauss_rows().zip(ordered);
+        for pair in self.elements[e].chunks(2) {
+            let mut own = [(&zeros[..], &zeros[..]); 2];
+            let places = own.iter_mut().zip(columns.chunks_exact_mut(3 * size));
+            for ((point, (own, columns)), (rows, ordered)) in
+                pair.iter().zip(places).zip(tables.by_ref())
+            {
+                *own = ordered;
+                let here = self.here(rows, point, nodes)?;
+                point.columns_into(&here, (pressure, least), ordered, columns);
             }
+            let [x, slope, value, next_x, next_slope, next_value] =
+                std::array::from_fn(|k| &columns[k * size..][..size]);
+            // the second derivatives of an energy are symmetric: columns of this node and later ones
             for (i, rows) in out.chunks_exact_mut(2 * size).enumerate() {
-                let (v, s) = (values[i], slopes[i]);
+                let [(v, s), (next_v, next_s)] = own.map(|(values, slopes)| (values[i], slopes[i]));
                 let (x_row, y_row) = rows.split_at_mut(size);
-                for (out, by) in x_row.iter_mut().zip(&by_x) {
-                    *out += s * by;
+                for j in 2 * i..size {
+                    x_row[j] += s * x[j] + next_s * next_x[j];
+                    y_row[j] += (s * slope[j] + next_s * next_slope[j])
+                        + (v * value[j] + next_v * next_value[j]);
                 }
-                for (out, (slope, value)) in y_row.iter_mut().zip(by_slope.iter().zip(&by_value)) {
-                    *out += s * slope + v * value;
-                }
+            }
+        }
+        for row in 2..size {
+            for column in 0..row - row % 2 {
+                out[row * size + column] = out[column * size + row];
             }
         }
         Ok(())

@@ -305,6 +305,15 @@ impl DiscreteMembrane for SpectralElements {
         self.setting.hold(out, 0.0);
     }
 
+    fn check_stretches(&self, nodes: &[f64]) -> Result<(), MembraneError> {
+        self.setting.refuse(nodes)?;
+        let ElementMaterial::Rubber(rubber) = &self.material else {
+            return Ok(());
+        };
+        let local = |e| nodes[self.window(e)].as_chunks().0;
+        (0..self.elements.len()).try_for_each(|e| rubber.check(e, &self.reference, local(e)))
+    }
+
     /// Of springs zero where elements meet, too: what acts there is a jump of the tension.
     fn pressure_force_into(
         &self,
@@ -316,10 +325,7 @@ impl DiscreteMembrane for SpectralElements {
         length("forces", out.len(), nodes.len())?;
         out.fill(0.0);
         let p = self.degree();
-        if let ElementMaterial::Rubber(rubber) = &self.material {
-            for e in 0..self.elements.len() {
-                rubber.check(e, &self.reference, nodes[self.window(e)].as_chunks().0)?;
-            }
+        if let ElementMaterial::Rubber(_) = &self.material {
             self.integrate(Measure::Volume, nodes, Some(out));
             out.iter_mut().for_each(|value| *value *= intensity);
             self.setting.hold(out, 0.0);

@@ -8,8 +8,8 @@ use crate::error::{MembraneError, finite, positive};
 ///
 /// | rubber | W | source |
 /// | --- | --- | --- |
-/// | neo-Hookean | mu/2 (I1 - 3) | Treloar 1943 |
-/// | Mooney and Rivlin | c1 (I1 - 3) + c2 (I2 - 3) | Mooney 1940; Green and Adkins 1970 |
+/// | neo-Hookean | mu/2 (I1 - 3) | Treloar 1943, doi:10.5254/1.3540158 |
+/// | Mooney and Rivlin | c1 (I1 - 3) + c2 (I2 - 3) | Mooney 1940, doi:10.1063/1.1712836 |
 /// | Ogden | sum of mu_k / alpha_k (l1^alpha_k + l2^alpha_k + l3^alpha_k - 3) | Ogden 1972, doi:10.1098/rspa.1972.0026 |
 /// | Gent | -mu jm/2 ln(1 - (I1 - 3) / jm) | Gent 1996, doi:10.5254/1.3538357 |
 ///

@@ -328,7 +328,8 @@ impl RubberMotion {
         let middle: Vec<f64> = middle.collect();
         let (mut elastic, mut volume) = (vec![0.0; nodes.len()], vec![0.0; nodes.len()]);
         d.elastic_force_into(&middle, &mut elastic);
-        d.pressure_force_into(&middle, 1.0, &mut volume)
+        d.check_stretches(&middle)
+            .and_then(|()| d.pressure_force_into(&middle, 1.0, &mut volume))
             .map_err(|error| self.refused(error))?;
         let moved: Vec<f64> = nodes.iter().zip(&self.nodes).map(|(b, a)| b - a).collect();
         let square: f64 = moved.iter().map(|d| d * d).sum();

@@ -83,6 +83,12 @@ impl Border {
         &mut self.row
     }
 
+    /// Column and row, to be set; [`Border::eliminate`] is then due.
+    pub fn both_mut(&mut self) -> (&mut [f64], &mut [f64]) {
+        self.pivot = None;
+        (&mut self.column, &mut self.row)
+    }
+
     /// Takes the corner d and a way to overwrite a vector with A^-1 times it.
     ///
     /// # Errors

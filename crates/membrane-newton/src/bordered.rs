@@ -161,6 +161,9 @@ impl<'a> Bordered<'a> {
             .into());
         }
         self.discrete.elastic_force_into(nodes, &mut self.elastic);
+        if self.elastic.iter().any(|force| force.is_nan()) {
+            self.discrete.check_stretches(nodes)?;
+        }
         self.discrete.pressure_force_into(nodes, f, &mut out[..n])?;
         for (out, elastic) in out[..n].iter_mut().zip(&self.elastic) {
             *out += elastic;
@@ -184,7 +187,11 @@ impl<'a> Bordered<'a> {
         } = self;
         let sign = factors.factor(*discrete, nodes, (f, self.least))?;
         discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
-        let row = border.row_mut();
+        let of_rubber = match discrete.setting().membrane().material() {
+            Material::Springs { .. } => false,
+            Material::Rubber(_) => true,
+        };
+        let (column, row) = border.both_mut();
         let corner = match self.target {
             Target::Intensity(_) => {
                 row.fill(0.0);
@@ -194,6 +201,11 @@ impl<'a> Bordered<'a> {
                 discrete.measure_gradient_into(Measure::Surface, nodes, row);
                 row.iter_mut().for_each(|g| *g *= f);
                 discrete.measure(Measure::Surface, nodes)?
+            }
+            // a pressure is what is conjugate to the volume
+            Target::Measure(Measure::Volume, _) if of_rubber => {
+                row.copy_from_slice(column);
+                0.0
             }
             Target::Measure(measure, _) => {
                 discrete.measure_gradient_into(measure, nodes, row);

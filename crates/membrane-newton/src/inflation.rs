@@ -158,12 +158,15 @@ impl Inflation<'_, '_> {
         if let Some(report) = outcome.as_mut().map_or_else(NewtonError::report_mut, Some) {
             report.add_earlier(&self.report);
         }
-        if let Err(NewtonError::LimitPoint { reached, .. }) = &outcome
-            && let Err(past) = self.ahead(state, wanted.value() - reached)
-        {
-            return Err(past);
+        // Towards a limit point of the pressure everything runs away, be the rubber at the end of its extension or not.
+        match (&outcome, wanted) {
+            (_, Target::Intensity(_) | Target::TotalForce(_)) => outcome,
+            (Err(NewtonError::LimitPoint { reached, .. }), Target::Measure(..)) => {
+                let left = wanted.value() - reached;
+                self.ahead(state, left).and(outcome)
+            }
+            _ => outcome,
         }
-        outcome
     }
 
     /// Refuses to go on along the branch if that stretches the rubber beyond what it can be.

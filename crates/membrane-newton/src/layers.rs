@@ -19,6 +19,12 @@ use crate::system::System;
 /// Finer resolutions, with a state carried over to them, and with their start.
 type Refined = (Layers, Vec<f64>, Vec<f64>);
 
+/// How near to where a walk ended the limit that it ended for is.
+const AT_LIMIT: f64 = 1e-3;
+/// Steps in the volume where the pressure hardly rises, as shares of it from the least to the most, and how many.
+const SHALLOWS: [f64; 2] = [1e-5, 0.02];
+const MOST_SHALLOWS: usize = 400;
+
 /// Membranes from the inside out: one, or a pair. Their states follow each other.
 pub(crate) struct Layers(pub(crate) Vec<Arc<Resolution>>);
 
@@ -89,19 +95,80 @@ impl Layers {
             let values = (system.control_value(start), target.value());
             continuation::solve(&mut system, state, start, values, options)
         };
+        let ended = (&mut outcome, target);
         if let (
             Err(NewtonError::LimitPoint {
-                reached, wanted, ..
+                reached, report, ..
             }),
-            Target::Intensity(_),
-        ) = (&mut outcome, target)
+            Target::Intensity(wanted),
+        ) = ended
             && self.0[0].is_rubber()
-            && let Some(most) = limit::pressure(&self.0[0], state)
-            && most <= *wanted
         {
-            *reached = most;
+            let pressure = self.0[0].discrete.start().len();
+            let limit = |state: &[f64]| {
+                let most = limit::pressure(&self.0[0], state)?;
+                (most <= wanted && (most / state[pressure] - 1.0).abs() < AT_LIMIT).then_some(most)
+            };
+            match limit(state) {
+                Some(most) => *reached = most,
+                None => match self.over_shallows(state, wanted, options) {
+                    Some(mut further) => {
+                        further.add_earlier(report);
+                        return Ok(further);
+                    }
+                    None => *reached = limit(state).unwrap_or(state[pressure]),
+                },
+            }
         }
         outcome
+    }
+
+    /// On from `state` by volume to where the pressure is `wanted`: just before a limit, or where it rises ever so slowly with the volume,
+    /// steps in the pressure find no way. None if it ceases to rise; `state` is then the last one in which it did.
+    fn over_shallows(
+        &self,
+        state: &mut [f64],
+        wanted: f64,
+        options: &NewtonOptions,
+    ) -> Option<NewtonReport> {
+        let pressure = self.0[0].discrete.start().len();
+        if wanted <= state[pressure] {
+            return None;
+        }
+        let mut total = NewtonReport::default();
+        let mut share = SHALLOWS[1];
+        for _ in 0..MOST_SHALLOWS {
+            let before = state.to_vec();
+            let mut next = before.clone();
+            let mut to = |control: Control| {
+                let mut system = self.system(control).ok()?;
+                let target = self.0[0].target(control).ok()?;
+                let start = next.clone();
+                let values = (system.control_value(&start), target.value());
+                let report =
+                    continuation::solve(&mut system, &mut next, &start, values, options).ok()?;
+                total.add_earlier(&report);
+                Some(next[pressure])
+            };
+            let volume = own(self.0[0]
+                .discrete
+                .measure(Measure::Volume, &before[..pressure]));
+            let reached = to(Control::Volume(volume * (1.0 + share)))?;
+            if reached <= before[pressure].max(0.0) {
+                share *= 0.25;
+                if share < SHALLOWS[0] {
+                    return None;
+                }
+                continue;
+            }
+            if reached >= wanted {
+                to(Control::Load(wanted))?;
+                state.copy_from_slice(&next);
+                return Some(total);
+            }
+            state.copy_from_slice(&next);
+        }
+        None
     }
 
     fn check_resolved(&self, state: &[f64]) -> Result<(), NewtonError> {
