@@ -58,13 +58,15 @@ pub use revolve_voxel;
 pub use error::PhantomError;
 pub use model::{
     Activity, Attenuation, Background, Balloon, Beats, Breathing, BreathingCurve, Chest, Cycle,
-    Defect, Deformation, GatedBy, GreenStrain, Heart, HeartShape, MaterialPoint, RespiratoryGates,
-    RrIntervals, Stretch, Twist, Uptake, VolumeCurve, VolumeRange, Wall, WallRegion,
+    Defect, Deformation, GatedBy, GreenStrain, Heart, HeartShape, MMHG_PER_KPA, MaterialPoint,
+    RespiratoryGates, RrIntervals, Stretch, Twist, Uptake, VolumeCurve, VolumeRange, Wall,
+    WallRegion,
 };
 pub use phantom::{
-    Artefacts, BeatReport, BinMeans, Edge, GateFiles, Memory, Method, Moment, MotionField,
-    MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhantomParts, PhaseOf, PhaseReport,
-    PlannedFile, PointMotion, Product, ScenePhase, Seen, Thickness, Warning, WorkReport,
+    Artefacts, BeatReport, BinMeans, Compensation, Edge, GateFiles, Memory, Method, Moment,
+    MotionField, MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhantomParts, PhaseOf,
+    PhaseReport, PlannedFile, PointMotion, Product, ScenePhase, Seen, Thickness, Warning,
+    WorkReport,
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
@@ -76,7 +78,8 @@ pub use scan::{
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use scene::{
-    GateReport, GateResults, PictureReport, Progress, Run, RunReport, Scene, SliceOrders, run,
+    CompensatedReport, GateReport, GateResults, PictureReport, Progress, Run, RunReport, Scene,
+    SliceOrders, run,
 };
 pub use text::shown;
 pub use truth::{Measures, Regions, truth};

@@ -1,8 +1,8 @@
 //! The bytes of members: what they are, and that nothing changes them.
 
-use crate::{all, names, shard, with_refused};
-use heart_cohort::Row;
+use crate::{all, names, shard, text, with_refused};
 use heart_cohort::heart_phantom::{Phantom, Scene};
+use heart_cohort::{Cohort, Row};
 use std::fs;
 use std::io::Read;
 use std::path::Path;
@@ -168,4 +168,31 @@ fn whole_shards_are_skipped_and_broken_ones_made_again() {
     fs::write(&other, "half").unwrap();
     shard(&cohort, folder.path(), [1, 2], 1);
     assert!(other.exists() && !left.exists());
+}
+
+/// Constants of rubber vary like any field, and so does what the balloons are made of; the phantom of a member's scene has the pressures.
+#[test]
+fn members_may_be_of_rubber() {
+    let rubber = "heart.material = { gent = { mu = 400.0, jm = 30.0, thickness = 0.5 } }";
+    let vary = "heart.material.gent.jm = { uniform = [20.0, 40.0] }";
+    let of_rubber = text(3, "", vary).replace("[scene]\n", &format!("[scene]\n{rubber}\n"));
+    let either = "heart.material = { choice = [\"springs\", { neo_hookean = { mu = 400.0, thickness = 0.5 } }] }";
+    for (text, least) in [(of_rubber, 3), (text(8, "", either), 1)] {
+        let folder = tempfile::tempdir().unwrap();
+        let cohort = Cohort::from_toml(&text).unwrap();
+        let report = shard(&cohort, folder.path(), [1, 1], 1);
+        assert_eq!(report.refused(), 0);
+        let pressures = |row: &Row| {
+            let phantom = Phantom::new(cohort.member(row.member).unwrap().scene().unwrap());
+            phantom.unwrap().shape(0.5).unwrap().pressures_mmhg()
+        };
+        let mut found: Vec<[f64; 2]> = report.rows.iter().filter_map(pressures).collect();
+        found.dedup();
+        assert!(found.len() >= least, "{found:?}");
+        assert!(
+            found
+                .iter()
+                .all(|[inner, outer]| inner > outer && *outer > 0.0)
+        );
+    }
 }

@@ -2,9 +2,9 @@
 
 use super::names::check_extension;
 use crate::error::PhantomError;
+use crate::files::{Format, Samples, Volume, metaimage, nifti, npy, nrrd};
 #[cfg(feature = "files")]
-use crate::files::npz;
-use crate::files::{Format, Samples, Volume, metaimage, nifti, npy};
+use crate::files::{npz, raw_json};
 use revolve_voxel::VoxelGrid;
 use std::path::Path;
 
@@ -65,11 +65,12 @@ impl<'a> Field<'a> {
     }
 }
 
-/// Writes a field in a format that has several numbers a voxel: npy, npz, NIfTI, MetaImage.
+/// Writes a field in a format that has several numbers a voxel: npy, npz, NIfTI, MetaImage, NRRD, raw with JSON.
 ///
-/// NumPy's arrays are `[z][y][x][component]` in cm. Formats of a world have vectors along its axes, and in mm: MetaImage (LPS) those of
-/// the lab, `ElementNumberOfChannels` of them, fastest; NIfTI (RAS) x and y with the other sign, along its fifth axis, slowest, with the
-/// intent `DISPVECT` (1006) of displacements, and `VECTOR` (1007) of all else.
+/// Arrays of NumPy and raw ones are `[z][y][x][component]` in cm. Formats of a world have vectors along its axes, and in mm: MetaImage
+/// (LPS) those of the lab, `ElementNumberOfChannels` of them, fastest; NRRD (LPS) those of the lab on a first axis of kind `vector`, of
+/// other numbers `list`; NIfTI (RAS) x and y with the other sign, along its fifth axis, slowest, with the intent `DISPVECT` (1006) of
+/// displacements, and `VECTOR` (1007) of all else.
 ///
 /// # Errors
 /// [`PhantomError::Unsupported`] for another format; else as [`write_volume`](crate::files::write_volume).
@@ -114,15 +115,20 @@ pub fn write_field(path: &Path, field: &Field, format: Format) -> Result<(), Pha
             metaimage::write_field_mha(path, &volume, (n, &lps))
         }
         #[cfg(not(feature = "files"))]
-        Format::Npz | Format::NiftiGz => format.check_built(),
-        Format::Nrrd
-        | Format::InterfileStir
-        | Format::InterfileSimind
-        | Format::RawJson
-        | Format::Dicom => Err(PhantomError::Unsupported {
-            format: format.name(),
-            what: "several numbers a voxel here: npy, npz, NIfTI and MetaImage can",
-        }),
+        Format::Npz | Format::NiftiGz | Format::RawJson => format.check_built(),
+        Format::Nrrd => {
+            let lps = of.in_world(samples, [1.0; 3]);
+            let vectors = !matches!(of, FieldOf::Components(_));
+            nrrd::write_field(path, &volume, (n, &lps), vectors)
+        }
+        #[cfg(feature = "files")]
+        Format::RawJson => raw_json::write_field(path, &volume, (n, samples)),
+        Format::InterfileStir | Format::InterfileSimind | Format::Dicom => {
+            Err(PhantomError::Unsupported {
+                format: format.name(),
+                what: "several numbers a voxel here: npy, npz, NIfTI, MetaImage, NRRD and raw with JSON can",
+            })
+        }
     }
 }
 
@@ -135,12 +141,10 @@ impl Format {
             | Self::Nifti
             | Self::NiftiGz
             | Self::MetaImage
-            | Self::MetaImageSingle => true,
-            Self::Nrrd
-            | Self::InterfileStir
-            | Self::InterfileSimind
-            | Self::RawJson
-            | Self::Dicom => false,
+            | Self::MetaImageSingle
+            | Self::Nrrd
+            | Self::RawJson => true,
+            Self::InterfileStir | Self::InterfileSimind | Self::Dicom => false,
         }
     }
 }

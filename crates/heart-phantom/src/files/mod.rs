@@ -89,7 +89,7 @@ pub use lock::{FolderLock, lock_folder};
 pub(crate) use mesh::stl_bytes;
 pub use mesh::{write_ply, write_stl};
 pub(crate) use names::{
-    ATTENUATION, FIELDS, LABELS, MOVING, PROJECTIONS, RECONSTRUCTION, SLICE, SURFACES,
+    ATTENUATION, FIELDS, LABELS, MOVING, PROJECTIONS, RECONSTRUCTION, SLICE, SURFACES, TRUTH,
 };
 pub use nifti::nifti_bytes;
 pub use npy::{put_npy, write_npy};

@@ -42,7 +42,7 @@ pub(crate) const WORDS: [&str; 13] = [
     PROJECTIONS,
     RECONSTRUCTION,
     // That of all views together too.
-    "truth",
+    TRUTH,
     LABELS,
     ATTENUATION,
     SURFACES[0],
@@ -58,6 +58,7 @@ pub(crate) const WORDS: [&str; 13] = [
 pub(crate) const PROJECTIONS: &str = "projections";
 pub(crate) const SLICE: &str = "slice";
 pub(crate) const RECONSTRUCTION: &str = "reconstruction";
+pub(crate) const TRUTH: &str = "truth";
 /// Fields of motion, each with the numbers of a voxel.
 pub(crate) const FIELDS: [(&str, u64); 3] = [("displacement", 3), ("velocity", 3), ("strain", 6)];
 pub(crate) const LABELS: &str = "labels";

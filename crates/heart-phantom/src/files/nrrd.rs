@@ -31,6 +31,32 @@ pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomEr
     write(path, volume.axes().len(), &fields, volume.samples())
 }
 
+/// Several numbers a voxel, fastest: of kind `vector` along the axes of the space, or a `list` of others.
+pub(super) fn write_field(
+    path: &Path,
+    place: &Volume,
+    (n, samples): (usize, &[f32]),
+    vectors: bool,
+) -> Result<(), PhantomError> {
+    let [nx, ny, nz] = place.grid().shape();
+    let [dx, dy, dz] = place.spacing_mm();
+    let [x, y, z] = place.origin_mm();
+    let (kind, frame) = match vectors {
+        true => ("vector", "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n"),
+        false => ("list", ""),
+    };
+    let fields = format!(
+        "space: left-posterior-superior\n\
+         sizes: {n} {nx} {ny} {nz}\n\
+         space directions: none ({dx},0,0) (0,{dy},0) (0,0,{dz})\n\
+         kinds: {kind} domain domain domain\n\
+         space units: \"mm\" \"mm\" \"mm\"\n\
+         space origin: ({x},{y},{z})\n\
+         {frame}"
+    );
+    write(path, 4, &fields, samples.into())
+}
+
 /// Axes bin, row, view. The third counts the views, as they need not be evenly spaced: the angles are a key of their own.
 /// It is of kind `domain`, not `list`: ITK would make the views the components of its pixels.
 pub(super) fn write_projections(

@@ -13,8 +13,8 @@ use std::path::{Component, Path, PathBuf};
 /// No report is longer.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// What the names of the study's files begin with, besides `fig` and two digits.
-const OF_THE_STUDY: [&str; 5] = ["static", "short", "long", "newton", "index"];
+/// What names of products may begin with besides [`WORDS`], and `fig` with two digits. Crates above take the names of theirs from here.
+const OTHER_WORDS: [&str; 6] = ["static", "short", "long", "newton", "rubber", "index"];
 /// What names of surfaces, pictures and pages end in.
 const OTHER_EXTENSIONS: [&str; 5] = ["stl", "png", "gif", "svg", "html"];
 
@@ -27,8 +27,7 @@ struct Listed {
 
 /// Removes the report of an earlier run, and then the files that it lists and that are not to be written again.
 ///
-/// Whoever has changed the report, only what is a file in the folder itself, by a name that a run or the study gives to its files
-/// ([`is_product`]), is removed: no folder, no link, no lock, nothing elsewhere.
+/// Whoever has changed the report, only what is a file in the folder itself, by a name of a product ([`is_product`]), is removed: no folder, no link, no lock, nothing elsewhere.
 ///
 /// # Errors
 /// [`PhantomError::Foreign`], with nothing removed, if there is a `report.json` that is none of this program (a link of that name goes);
@@ -69,7 +68,7 @@ pub fn lock_beside(folder: &Path, names: &[PathBuf]) -> Result<FolderLock, Phant
     Ok(held)
 }
 
-/// Whether a run or the study may give this name to one of its files.
+/// Whether this may be the name of a product: only such a file is ever removed, so whoever lists files in a report names them so.
 pub fn is_product(name: &OsStr) -> bool {
     let Some((stem, extension)) = name.to_str().and_then(|name| name.split_once('.')) else {
         return false;
@@ -86,7 +85,7 @@ pub fn is_product(name: &OsStr) -> bool {
         ]
         .contains(&Some(extension))
     };
-    (is_figure || WORDS.contains(&word) || OF_THE_STUDY.contains(&word))
+    (is_figure || WORDS.contains(&word) || OTHER_WORDS.contains(&word))
         && (OTHER_EXTENSIONS.contains(&extension)
             || extension == ORBIT_EXTENSION
             || Format::ALL.into_iter().any(of_a_format))

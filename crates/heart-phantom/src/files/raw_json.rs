@@ -19,6 +19,23 @@ pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomEr
     write(path, header, volume.samples())
 }
 
+/// Several numbers a voxel, fastest, in the units of the lab.
+pub(super) fn write_field(
+    path: &Path,
+    place: &Volume,
+    (n, samples): (usize, &[f32]),
+) -> Result<(), PhantomError> {
+    let [nx, ny, nz] = place.grid().shape();
+    let header = json!({
+        "order": ["z", "y", "x", "component"],
+        "shape": [nz, ny, nx, n],
+        "spacing_cm": place.grid().spacing(),
+        "origin_cm": place.grid().origin(),
+        "axes": {"x": "left", "y": "posterior", "z": "superior"},
+    });
+    write(path, header, samples.into())
+}
+
 pub(super) fn write_projections(
     path: &Path,
     projections: &Projections,

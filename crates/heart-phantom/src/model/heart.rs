@@ -5,7 +5,8 @@ use super::kept::Kept;
 use super::shape::HeartShape;
 use crate::error::PhantomError;
 use membrane_newton::{
-    Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, RestShape, Solver, Stiffness,
+    Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, RestShape, Rubber, Solver,
+    Stiffness, StrainEnergy,
 };
 use rayon::prelude::*;
 use revolve_voxel::{Body, Meridian, Piece, Pose};
@@ -45,6 +46,20 @@ impl Balloon {
     pub fn membrane(&self) -> Result<Membrane, PhantomError> {
         let rest = RestShape::balloon(self.length, self.radius)?;
         Ok(Membrane::new(rest).with_stiffness(Stiffness::constant(self.stiffness)?))
+    }
+
+    /// The same balloon of rubber, `thickness` cm thick at rest, under a pressure. Its stiffness is not used.
+    ///
+    /// # Errors
+    /// [`PhantomError::Balloon`] for a dimension or thickness that is not finite and positive, or constants that no rubber has.
+    pub fn of_rubber(
+        &self,
+        energy: StrainEnergy,
+        thickness: f64,
+    ) -> Result<Membrane, PhantomError> {
+        let rest = RestShape::balloon(self.length, self.radius)?;
+        let rubber = Rubber::new(energy, membrane_newton::Thickness::constant(thickness)?)?;
+        Ok(Membrane::new(rest).with_rubber(rubber))
     }
 }
 

@@ -16,7 +16,7 @@ use super::shape::HeartShape;
 use super::twist::Twist;
 use crate::error::{PhantomError, check};
 use membrane_newton::{Equilibrium, PairEquilibrium};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use revolve_voxel::{Curve, Meridian, Piece, Pose, Sector, Shell, Thickness, VoxelGrid};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -223,25 +223,38 @@ impl Wall {
         grid: &VoxelGrid,
         slices: Range<usize>,
     ) -> Result<Vec<(usize, [f32; 3])>, PhantomError> {
-        let moved = |p: &Point3<f64>, [layer, at]: [f64; 2]| {
-            let [x, r] = to.shell.point(layer, self.same(at, to));
-            let from = (p.y * p.y + p.z * p.z).sqrt();
-            // On the axis any azimuth will do.
-            let [mut cos, mut sin] = if from > 0.0 {
-                [p.y / from, p.z / from]
-            } else {
-                [1.0, 0.0]
-            };
-            if self.twist.is_some() || to.twist.is_some() {
-                let s = self.shell.carried(at, self.reference());
-                let (b, a) = (to.turn(layer, s) - self.turn(layer, s)).sin_cos();
-                [cos, sin] = [a * cos - b * sin, b * cos + a * sin];
-            }
-            let there = to.pose.to_lab(&Point3::new(x, r * cos, r * sin));
-            let way = there - self.pose.to_lab(p);
+        let moved = |p: &Point3<f64>, material: [f64; 2]| {
+            let way = self.way(to, p, material, [0.0; 2]);
             [way.x as f32, way.y as f32, way.z as f32]
         };
         Ok(self.shell.map_voxels(&self.pose, grid, slices, moved)?)
+    }
+
+    /// How far what is at a body point goes, in the lab: with the material at a layer and the membranes' own s, from which it is off by so
+    /// much along the axis and away from it.
+    pub(super) fn way(
+        &self,
+        to: &Wall,
+        p: &Point3<f64>,
+        [layer, at]: [f64; 2],
+        off: [f64; 2],
+    ) -> Vector3<f64> {
+        let [x, r] = to.shell.point(layer, self.same(at, to));
+        let [x, r] = [x + off[0], (r + off[1]).max(0.0)];
+        let from = (p.y * p.y + p.z * p.z).sqrt();
+        // On the axis any azimuth will do.
+        let [mut cos, mut sin] = if from > 0.0 {
+            [p.y / from, p.z / from]
+        } else {
+            [1.0, 0.0]
+        };
+        if self.twist.is_some() || to.twist.is_some() {
+            let s = self.shell.carried(at, self.reference());
+            let (b, a) = (to.turn(layer, s) - self.turn(layer, s)).sin_cos();
+            [cos, sin] = [a * cos - b * sin, b * cos + a * sin];
+        }
+        let there = to.pose.to_lab(&Point3::new(x, r * cos, r * sin));
+        there - self.pose.to_lab(p)
     }
 
     /// The stretches of the material at a point from this phase to another. At the apex they are those 5e-7 before it.

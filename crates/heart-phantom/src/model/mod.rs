@@ -1,6 +1,7 @@
 //! What beats: two balloons with a wall between them, its volume over a beat, what it holds and what is around it.
 
 mod activity;
+mod around;
 mod attenuation;
 mod base;
 mod breathing;
@@ -18,6 +19,7 @@ mod velocity;
 mod volume_curve;
 
 pub use activity::{Activity, Background, Uptake};
+pub(crate) use around::Reach;
 pub use attenuation::Attenuation;
 pub use breathing::{Breathing, BreathingCurve, RespiratoryGates};
 pub use chest::Chest;
@@ -28,7 +30,7 @@ pub use heart::{Balloon, Heart};
 pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
 pub(crate) use rhythm::Rhythm;
 pub use rhythm::{Beats, GatedBy, RrIntervals};
-pub use shape::HeartShape;
+pub use shape::{HeartShape, MMHG_PER_KPA};
 pub use strain::{Deformation, GreenStrain};
 pub use twist::Twist;
 pub(crate) use volume_curve::Height;

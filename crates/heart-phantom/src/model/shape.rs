@@ -1,10 +1,14 @@
 //! The heart at one volume of its cavity.
 
 use crate::error::PhantomError;
-use membrane_newton::PairEquilibrium;
+use membrane_newton::membrane_forces::Material;
+use membrane_newton::{Equilibrium, PairEquilibrium};
 use revolve_voxel::{Body, Meridian, Mesh, Pose};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Millimetres of mercury in a kilopascal: mercury of 13.5951 g/cm^3 under 9.80665 m/s^2.
+pub const MMHG_PER_KPA: f64 = 1000.0 / 133.322_387_415;
 
 /// Of the distance between a surface and its triangles: one or two bring the volume to its tolerance.
 const MOST_HALVINGS: usize = 8;
@@ -73,6 +77,17 @@ impl HeartShape {
             self.solution.inner.measures.volume,
             self.solution.outer.measures.volume,
         ]
+    }
+
+    /// Pressures across the inner and the outer membrane in mmHg, if both are of rubber with moduli in kPa: the cavity is above the
+    /// surroundings by their sum.
+    pub fn pressures_mmhg(&self) -> Option<[f64; 2]> {
+        let of_rubber = |solved: &&Equilibrium| match solved.membrane().material() {
+            Material::Springs { .. } => false,
+            Material::Rubber(_) => true,
+        };
+        let both = [&self.solution.inner, &self.solution.outer];
+        (both.iter().all(of_rubber)).then(|| both.map(|solved| MMHG_PER_KPA * solved.intensity))
     }
 
     /// The largest distance of the outer membrane from the axis, cm.

@@ -50,12 +50,23 @@ impl Phantom {
         if let Mode::Static { .. } | Mode::Gated { .. } = self.parts().mode {
             let times = self.scan(self.camera(), gate, acquisition).times()?;
             let breaths = breaths_of(&times);
-            let shapes = self.heart().shapes(&some_of(times))?;
-            let poses = breaths.into_iter().map(|breath| self.pose(breath));
-            let poses = poses.collect::<Result<Vec<_>, _>>()?;
-            let (always, _) = swept(&shapes, &poses, self.camera())?;
-            [regions.cavity, regions.wall] = always.map(inside);
+            regions = self.regions_at(&some_of(times), &breaths)?;
         }
+        Ok(regions)
+    }
+
+    /// The same, wall and cavity those of some volumes at some places of the breath.
+    pub(super) fn regions_at(
+        &self,
+        gains: &[f64],
+        breaths: &[f64],
+    ) -> Result<Regions, PhantomError> {
+        let mut regions = self.regions()?.clone();
+        let shapes = self.heart().shapes(gains)?;
+        let poses = breaths.iter().map(|breath| self.pose(*breath));
+        let poses = poses.collect::<Result<Vec<_>, _>>()?;
+        let (always, _) = swept(&shapes, &poses, self.camera())?;
+        [regions.cavity, regions.wall] = always.map(inside);
         Ok(regions)
     }
 
@@ -86,11 +97,22 @@ impl Phantom {
         volume: &[f32],
         truth: &[f32],
     ) -> Result<Artefacts, PhantomError> {
-        let regions = self.regions_of(gate)?;
-        let measures = Measures::of(volume, Some(truth), &regions, self.camera())?;
+        let breath = self.mean_breath(gate)?;
+        self.judged(&self.regions_of(gate)?, breath, volume, truth)
+    }
+
+    /// The same over some voxels, of a heart that stands where that breath has it.
+    pub(super) fn judged(
+        &self,
+        regions: &Regions,
+        breath: f64,
+        volume: &[f32],
+        truth: &[f32],
+    ) -> Result<Artefacts, PhantomError> {
+        let measures = Measures::of(volume, Some(truth), regions, self.camera())?;
         let shape = self.shape_at_gain(self.cycle().gains()[0])?;
         let solution = shape.solution();
-        let pose = self.pose(self.mean_breath(gate)?)?;
+        let pose = self.pose(breath)?;
         let length = self.heart().length();
         let voxel = self.camera().grid().spacing()[0];
         let around = self

@@ -1,18 +1,159 @@
-//! Views of a breathing heart in one frame: that of end-expiration, each moved back by what the breath has moved it.
+//! All that the views see in one frame, the exact motion taken back.
 
 use super::Phantom;
-use crate::error::PhantomError;
+use super::method::{Compensation, Method, OsemReport};
+use crate::error::{PhantomError, check_count};
+use crate::{Artefacts, PhantomParts};
 use radon::add_shifted;
 use revolve_voxel::nalgebra::Vector3;
+use std::borrow::Cow;
+
+impl PhantomParts {
+    /// What has no frame that all of it could be seen in.
+    pub(super) fn check_compensation(&self) -> Result<(), PhantomError> {
+        if self.compensation == Compensation::None {
+            return Ok(());
+        }
+        match self.method {
+            Method::Fbp => self.check_unturned(),
+            Method::Osem(_) => match self.activity.cavity {
+                crate::Uptake::Concentration(_) => Ok(()),
+                crate::Uptake::Total(_) => Err(PhantomError::Unsupported {
+                    format: "a common frame of all gates",
+                    what: "a cavity whose concentration changes over the beat",
+                }),
+            },
+        }
+    }
+
+    fn check_unturned(&self) -> Result<(), PhantomError> {
+        let breathing = self.cycle.breathing();
+        match breathing.is_some_and(|breathing| breathing.turn() != [0.0; 3]) {
+            false => Ok(()),
+            true => Err(PhantomError::Unsupported {
+                format: "a shift of views",
+                what: "a breath that turns the heart",
+            }),
+        }
+    }
+}
 
 impl Phantom {
+    /// Volumes that are made of the views of all gates: one of each gate, or with [`Compensation::KnownMotion`] by [`Method::Fbp`] one of
+    /// each cardiac gate, by [`Method::Osem`] one of all.
+    pub fn n_volumes(&self) -> usize {
+        match (self.parts().compensation, self.parts().method) {
+            (Compensation::None, _) => self.n_gates(),
+            (Compensation::KnownMotion, Method::Fbp) => self.parts().mode.n_gates(),
+            (Compensation::KnownMotion, Method::Osem(_)) => 1,
+        }
+    }
+
+    /// A volume of the views of all gates, `[gate][view][row][bin]`, in one frame, the exact motion known: the upper bound of what
+    /// methods can reach that have to find it.
+    ///
+    /// - By [`Method::Fbp`] breathing is taken back, to end-expiration, from views of the cardiac gate `number`
+    ///   ([`Phantom::compensated_views`]).
+    /// - By [`Method::Osem`] breath and beat are, to end-diastole at end-expiration: each gate's model is that of its views on the volume
+    ///   that [`Phantom::warp`] moves there, and one volume explains the views of all gates, `number` 0. Views count by their counts,
+    ///   where these are known ([`Phantom::counts_per_unit`]), else by the seconds that they saw. What attenuates is where it was in each
+    ///   gate.
+    ///
+    /// `progress` is told the number of OSEM's passes done.
+    ///
+    /// ```
+    /// use heart_phantom::scene::{Mode, Scene};
+    /// use heart_phantom::{Compensation, Method, Osem, Phantom};
+    /// let mut scene = Scene::default().with_size(24).with_mode(Mode::Gated { gates: 4 });
+    /// scene.camera.views = 12;
+    /// scene.reconstruction.method = Method::Osem(Osem::new(4, 4));
+    /// scene.reconstruction.compensation = Compensation::KnownMotion;
+    /// let phantom = Phantom::new(scene)?;
+    /// let (volume, report) = phantom.compensated(0, &phantom.sinograms_of_gates()?, &|_| ())?;
+    /// let sum = |volume: &[f32]| volume.iter().map(|x| f64::from(*x)).sum::<f64>();
+    /// // The whole activity, to some hundredths on voxels as coarse as the wall is thick.
+    /// assert!((sum(&volume) / sum(&phantom.compensated_truth(0)?) - 1.0).abs() < 0.05);
+    /// assert_eq!(report.map(|report| report.iterations), Some(4));
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such volume; [`PhantomError::Unsupported`] for a breath that turns the heart by FBP, or by
+    /// OSEM a cavity whose total activity is kept; as [`Phantom::reconstruct`] and [`Phantom::wall`].
+    pub fn compensated(
+        &self,
+        number: usize,
+        views: &[f32],
+        progress: &dyn Fn(usize),
+    ) -> Result<(Vec<f32>, Option<OsemReport>), PhantomError> {
+        let set = self.camera().n_views() * self.camera().view_len();
+        let (given, expected) = (views.len(), self.n_gates() * set);
+        if given != expected {
+            return Err(PhantomError::WrongLength {
+                what: "views of all gates",
+                given,
+                expected,
+            });
+        }
+        match self.parts().method {
+            Method::Fbp => {
+                let seen = |gate: usize| Ok(Cow::Borrowed(&views[gate * set..][..set]));
+                let all = self.shifted_back(number, seen)?;
+                Ok((self.reconstruct(number, &all)?, None))
+            }
+            Method::Osem(osem) => {
+                check_count("volume", number, [0, 0])?;
+                let (volume, report) = self.osem_of_gates(&osem, views, progress)?;
+                Ok((volume, Some(report)))
+            }
+        }
+    }
+
+    /// The exact volume that [`Phantom::compensated`] is to find, `[z][y][x]`: by [`Method::Fbp`] the mean over the cardiac gate at
+    /// end-expiration, by [`Method::Osem`] the heart at end-diastole and end-expiration.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such volume; as [`Phantom::truth`].
+    pub fn compensated_truth(&self, number: usize) -> Result<Vec<f32>, PhantomError> {
+        match self.parts().method {
+            Method::Fbp => {
+                check_count("gate", number, [0, self.parts().mode.n_gates() - 1])?;
+                self.truth_at_end_expiration(number)
+            }
+            Method::Osem(_) => {
+                check_count("volume", number, [0, 0])?;
+                self.activity(self.reference())
+            }
+        }
+    }
+
+    /// How a volume in one frame compares with the truth there, as [`Phantom::artefacts`] of a gate.
+    ///
+    /// # Errors
+    /// As [`Phantom::compensated_truth`] and [`Phantom::artefacts`].
+    pub fn compensated_artefacts(
+        &self,
+        number: usize,
+        volume: &[f32],
+        truth: &[f32],
+    ) -> Result<Artefacts, PhantomError> {
+        let gains = match self.parts().method {
+            Method::Fbp => {
+                let scan = self.scan(self.camera(), number, self.acquisition(number)?);
+                scan.times()?.iter().map(|state| state.gain).collect()
+            }
+            Method::Osem(_) => vec![self.cycle().gain(self.reference().phase)],
+        };
+        let regions = self.regions_at(&gains, &[0.0])?;
+        self.judged(&regions, 0.0, volume, truth)
+    }
+
     /// All sets of views of a heart that breathes, in the frame of end-expiration: each view is moved on the detector by what the breath
     /// has shifted the heart in the mean over what it sees, and sets are added by the seconds that they saw. `[view][row][bin]`, for
-    /// [`Phantom::reconstruct`] of set 0.
+    /// [`Phantom::reconstruct`] of the same gate.
     ///
-    /// With narrow respiratory gates this is what motion-compensated methods are measured against: the exact motion is known. Shifts by
-    /// whole bins and rows are exact, others interpolate ([`add_shifted`]); a cardiac gate keeps its beat, which is not compensated: of
-    /// cardiac gates those of `gate` are taken.
+    /// Shifts by whole bins and rows are exact, others interpolate ([`add_shifted`]); a cardiac gate keeps its beat, which is not
+    /// compensated: of cardiac gates those of `gate` are taken.
     ///
     /// ```
     /// use heart_phantom::scene::{BreathingSettings, Mode, RespiratoryGates, Scene};
@@ -31,15 +172,21 @@ impl Phantom {
     /// [`PhantomError::Unsupported`] for a breath that turns the heart: no shift of a view undoes that; [`PhantomError::Count`] if there is
     /// no such cardiac gate; as [`Phantom::sinograms`].
     pub fn compensated_views(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
+        self.shifted_back(gate, |set| {
+            Ok(Cow::Owned(self.sinograms(set, &|_| ())?.samples))
+        })
+    }
+
+    /// The same of views that are there, or are made.
+    fn shifted_back<'a>(
+        &self,
+        gate: usize,
+        seen: impl Fn(usize) -> Result<Cow<'a, [f32]>, PhantomError>,
+    ) -> Result<Vec<f32>, PhantomError> {
         let cardiac = self.parts().mode.n_gates();
-        crate::error::check_count("gate", gate, [0, cardiac - 1])?;
+        check_count("gate", gate, [0, cardiac - 1])?;
+        self.parts().check_unturned()?;
         let breathing = self.cycle().breathing();
-        if breathing.is_some_and(|breathing| breathing.turn() != [0.0; 3]) {
-            return Err(PhantomError::Unsupported {
-                format: "a shift of views",
-                what: "a breath that turns the heart",
-            });
-        }
         let shift = breathing.map_or(Vector3::zeros(), |b| Vector3::from(b.shift()));
         let camera = self.camera();
         let (size, [bin, row]) = (
@@ -55,7 +202,7 @@ impl Phantom {
         }
         let mut all = vec![0.0f32; camera.n_views() * camera.view_len()];
         for set in sets {
-            let views = self.sinograms(set, &|_| ())?.samples;
+            let views = seen(set)?;
             let breaths = (self.scan(camera, set, self.acquisition(set)?)).breaths_of_views();
             let times = self.view_times(set)?;
             let pairs = views

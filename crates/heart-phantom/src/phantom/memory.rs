@@ -96,6 +96,11 @@ impl Phantom {
                 self.n_gates() as u64 * (4 * volumes * voxels + views + labels)
             }
         };
+        // The views of all gates together, and their volume's truth.
+        let together = match self.is_compensated() && reconstructs {
+            false => 0,
+            true => 2 * self.n_gates() as u64 * samples + 8 * voxels,
+        };
         // Two views a thread may be under way.
         let slabs = (self.depth_known()).map_or(0, |depth| {
             2 * rayon::current_num_threads() * depth.view_bytes()
@@ -110,6 +115,7 @@ impl Phantom {
                 },
             volumes: reconstruction
                 + collected
+                + together
                 + voxels
                     * (4 * u64::from(reconstructs)
                         + 4 * u64::from(wants(Product::Truth))

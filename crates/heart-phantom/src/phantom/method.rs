@@ -89,7 +89,21 @@ impl Osem {
     }
 }
 
-/// What OSEM did for a gate.
+/// Of what volumes are made, where the heart moves from one set of views to the next: its exact motion is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
+pub enum Compensation {
+    /// Each set of views as it was seen, a volume of each.
+    #[default]
+    None,
+    /// All sets in one frame, the motion taken back ([`Phantom::compensated`](crate::Phantom::compensated)): what methods that have to find the
+    /// motion are measured against.
+    KnownMotion,
+}
+
+/// What OSEM did for a gate, or for all of them in one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]

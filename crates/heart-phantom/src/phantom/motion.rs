@@ -15,7 +15,8 @@ const STEP: f64 = 1e-3;
 pub struct MotionField {
     /// Where the material at a voxel's centre is at that moment, less the centre: along the lab's x, y and z, cm.
     pub displacement: Vec<f32>,
-    /// How fast the beat moves it then, the breath held: x, y, z, cm/s. A difference quotient over a thousandth of a beat.
+    /// How fast it moves then: x, y, z, cm/s. A difference quotient over a thousandth of a beat. By the beat alone ([`Phantom::motion`]),
+    /// or by beat and breath ([`Phantom::motion_of`]).
     pub velocity: Vec<f32>,
     /// Green's strain, in the wall's own directions at end-diastole: radial, circumferential, longitudinal, and the shears rc, rl, cl
     /// ([`GreenStrain::NAMES`](crate::GreenStrain::NAMES)).
@@ -33,7 +34,7 @@ pub struct PointMotion {
     pub position_cm: [f64; 3],
     /// From where it is at end-diastole at end-expiration.
     pub displacement_cm: [f64; 3],
-    /// How fast the beat moves it, the breath held.
+    /// How fast beat and breath move it, as in [`Phantom::motion_of`].
     pub velocity_cm_per_s: [f64; 3],
     /// Green's strain since end-diastole: rr, cc, ll, rc, rl, cl.
     pub strain: [f64; 6],
@@ -86,10 +87,14 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::shape`]; [`PhantomError::NoMaterial`] where the wall has no material coordinates.
     pub fn wall(&self, at: impl Into<Moment>) -> Result<Wall, PhantomError> {
-        let (at, rest) = (at.into(), self.heart().rest()?);
-        let shape = self.shape(at.phase)?;
-        let gain = shape.gain();
-        let pose = self.pose(at.breath)?;
+        let at = at.into();
+        self.wall_at(self.cycle().gain(at.phase), at.breath)
+    }
+
+    /// The wall at a volume of the cavity and a place of the breath.
+    pub(super) fn wall_at(&self, gain: f64, breath: f64) -> Result<Wall, PhantomError> {
+        let (rest, shape) = (self.heart().rest()?, self.shape_at_gain(gain)?);
+        let pose = self.pose(breath)?;
         let made = || -> Result<Wall, PhantomError> {
             let wall = Wall::sliding(&shape, &Wall::new(&rest)?)?.standing(pose);
             let twist = self.parts().twist.as_ref();
@@ -104,12 +109,25 @@ impl Phantom {
         })
     }
 
-    /// The motion from end-diastole at end-expiration to a moment, on the camera's voxels.
+    /// The motion from end-diastole at end-expiration to a moment, on the camera's voxels. Velocities are those of the beat, the breath held.
     ///
     /// # Errors
     /// As [`Phantom::wall`].
     pub fn motion(&self, to: impl Into<Moment>) -> Result<MotionField, PhantomError> {
-        let walls = self.walls(to.into())?;
+        self.field(&self.walls(to.into(), None)?)
+    }
+
+    /// The same to one of [`Phantom::phases`]. In a respiratory gate by phase velocities are those of beat and breath together, in its
+    /// middle; a gate by amplitude the breath passes both ways, as far in as out: its part cancels out in the mean, and they are those of
+    /// the beat.
+    ///
+    /// # Errors
+    /// As [`Phantom::wall`].
+    pub fn motion_of(&self, to: &ScenePhase) -> Result<MotionField, PhantomError> {
+        self.field(&self.walls(to.moment(), to.breath_phase)?)
+    }
+
+    fn field(&self, walls: &Walls) -> Result<MotionField, PhantomError> {
         let (grid, slices) = (self.camera().grid(), 0..self.camera().n_rows());
         let from = &walls.from;
         let displacement = from.displacements(&walls.to, grid, slices.clone())?;
@@ -134,7 +152,7 @@ impl Phantom {
     }
 
     fn motion_report(&self, at: &ScenePhase) -> Result<MotionReport, PhantomError> {
-        let walls = self.walls(at.moment())?;
+        let walls = self.walls(at.moment(), at.breath_phase)?;
         let points = self.parts().points.iter().map(|point| {
             let (here, there) = (walls.from.position(point)?, walls.to.position(point)?);
             Ok(PointMotion {
@@ -164,18 +182,23 @@ impl Phantom {
         })
     }
 
-    fn walls(&self, to: Moment) -> Result<Walls, PhantomError> {
+    /// With the phase of the breath it goes on around that, or else is held.
+    fn walls(&self, to: Moment, breath_phase: Option<f64>) -> Result<Walls, PhantomError> {
+        let seconds = STEP * self.cycle().period();
         let near = |by: f64| {
+            let breathing = self.cycle().breathing().zip(breath_phase);
             self.wall(Moment {
                 phase: to.phase + by * STEP,
-                ..to
+                breath: breathing.map_or(to.breath, |(breathing, phase)| {
+                    breathing.at_phase((phase + by * seconds / breathing.period()).rem_euclid(1.0))
+                }),
             })
         };
         Ok(Walls {
             from: self.wall(self.reference())?,
             to: self.wall(to)?,
             around: [near(-0.5)?, near(0.5)?],
-            seconds: STEP * self.cycle().period(),
+            seconds,
         })
     }
 }

@@ -3,7 +3,7 @@
 //! The model's voxels are those of the camera and as many more around them as the views see into, and as emit or attenuate: what lies beyond
 //! a region that is asked for is in the views all the same. Those of the camera are cut out at the end.
 
-use super::method::{Method, Osem, OsemReport};
+use super::method::{Compensation, Method, Osem, OsemReport};
 use super::{Phantom, PhantomParts};
 use crate::error::PhantomError;
 use crate::scan::{BinSample, Collimation, Scan};
@@ -11,7 +11,7 @@ use crate::truth::truth_of_slices;
 use crate::{Activity, Camera};
 use radon::{
     Collimator, EmOptions, IterativeReport, LinearOperator, SliceAxis, SpectGeometry,
-    SpectOperator, SpectOptions, Stopping, osem_observed,
+    SpectOperator, SpectOptions, Stopping, Subset, osem_observed,
 };
 use revolve_voxel::{Organ, Organs};
 use std::ops::ControlFlow;
@@ -33,6 +33,7 @@ pub(crate) struct ModelVoxels {
 impl PhantomParts {
     /// What OSEM may have no sense without, or no place.
     pub(super) fn check_method(&self) -> Result<(), PhantomError> {
+        self.check_compensation()?;
         let Method::Osem(osem) = &self.method else {
             return Ok(());
         };
@@ -51,7 +52,11 @@ impl PhantomParts {
     }
 
     /// The voxels of the model, of a camera whose face is nowhere farther from the axis than that.
-    fn model_voxels(&self, osem: &Osem, radius: f64) -> Result<ModelVoxels, PhantomError> {
+    pub(super) fn model_voxels(
+        &self,
+        osem: &Osem,
+        radius: f64,
+    ) -> Result<ModelVoxels, PhantomError> {
         let camera = &self.camera;
         let half = 0.5 * camera.n_bins() as f64 * camera.pitch();
         let mut reach = [[-half, half]; 2];
@@ -97,13 +102,29 @@ impl PhantomParts {
 }
 
 /// Where the collimator's face is farthest from the axis.
-fn farthest(radii: &[f64]) -> f64 {
+pub(super) fn farthest(radii: &[f64]) -> f64 {
     radii.iter().fold(0.0, |most, radius| most.max(*radius))
+}
+
+/// Views without what rounding leaves of nothing, or nearly nothing: less.
+pub(super) fn counted(views: &[f32]) -> Vec<f32> {
+    let most = views.iter().fold(0.0f32, |most, &x| most.max(x));
+    let nothing = -f32::EPSILON * most..0.0;
+    let counted = |&x: &f32| if nothing.contains(&x) { 0.0 } else { x };
+    views.iter().map(counted).collect()
+}
+
+/// Subsets in the order of their turns.
+pub(super) fn in_turns(
+    mut subsets: Vec<Subset<SpectOperator<f32>>>,
+) -> Vec<Subset<SpectOperator<f32>>> {
+    subsets.sort_by_key(|subset| subset.operator.views()[0].reverse_bits());
+    subsets
 }
 
 impl ModelVoxels {
     /// The voxels of a camera from a volume of the model, `[z][y][x]` both.
-    fn cut(&self, volume: &[f32], camera: &Camera) -> Vec<f32> {
+    pub(super) fn cut(&self, volume: &[f32], camera: &Camera) -> Vec<f32> {
         let ([nx, ny, _], [own, rows, slices]) =
             (self.camera.grid().shape(), camera.grid().shape());
         let [x, y, z] = self.first;
@@ -138,22 +159,29 @@ impl Phantom {
                 expected,
             });
         }
-        // Of nothing, or nearly nothing, rounding leaves less.
-        let most = views.iter().fold(0.0f32, |most, &x| most.max(x));
-        let nothing = -f32::EPSILON * most..0.0;
-        let counted = |&x: &f32| if nothing.contains(&x) { 0.0 } else { x };
-        let views: Vec<f32> = views.iter().map(counted).collect();
-
         // What no view sees stays empty; all else starts with the counts that there are.
-        let mut volume = vec![0.0f32; operator.image_len()];
-        operator.adjoint_into(&vec![1.0; expected], &mut volume)?;
+        let mut seen = vec![0.0f32; operator.image_len()];
+        operator.adjoint_into(&vec![1.0; expected], &mut seen)?;
+        let subsets = in_turns(operator.subsets(osem.subsets)?);
+        let (volume, report) = self.passes(osem, &subsets, counted(views), seen, progress)?;
+        Ok((voxels.cut(&volume, self.camera()), report))
+    }
+
+    /// All passes, from a volume that is uniform where something is seen, as the transpose of the model makes it of ones.
+    pub(super) fn passes<O: LinearOperator<f32>>(
+        &self,
+        osem: &Osem,
+        subsets: &[Subset<O>],
+        views: Vec<f32>,
+        seen: Vec<f32>,
+        progress: &dyn Fn(usize),
+    ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
+        let mut volume = seen;
         let sum = |samples: &[f32]| samples.iter().map(|&x| f64::from(x)).sum::<f64>();
         let level = (sum(&views) / sum(&volume)) as f32;
         let start = |x: &mut f32| *x = if *x > 0.0 { level } else { 0.0 };
         volume.iter_mut().for_each(start);
 
-        let mut subsets = operator.subsets(osem.subsets)?;
-        subsets.sort_by_key(|subset| subset.operator.views()[0].reverse_bits());
         let stopping = Stopping::default().with_max_iterations(osem.iterations);
         let options = EmOptions::default().with_stopping(stopping);
         let watch = |report: &IterativeReport, _: &[f32]| {
@@ -164,7 +192,7 @@ impl Phantom {
                 _ => ControlFlow::Continue(()),
             }
         };
-        let report = osem_observed(&subsets, &views, &mut volume, &options, watch)?;
+        let report = osem_observed(subsets, &views, &mut volume, &options, watch)?;
         self.work.osem(report.iterations);
         let last = report.history.last();
         let report = OsemReport {
@@ -172,7 +200,7 @@ impl Phantom {
             change: last.and_then(|last| last.change).unwrap_or(0.0),
             residual: last.map_or(0.0, |last| last.residual),
         };
-        Ok((voxels.cut(&volume, self.camera()), report))
+        Ok((volume, report))
     }
 
     /// Memory that it takes at most, in bytes: an estimate.
@@ -190,16 +218,25 @@ impl Phantom {
         let overlaps = image.image_len() * (36 * views + 80 * rayon::current_num_threads());
         // Their places among all, data twice, backgrounds, expected ones.
         let samples = 24 * views * self.camera().view_len();
-        (4 * volumes * n + overlaps + samples) as u64 + WORK_BYTES
+        let one = (4 * volumes * n + overlaps + samples) as u64;
+        match self.is_compensated() {
+            false => one + WORK_BYTES,
+            true => {
+                self.n_gates() as u64 * one + self.bytes_of_warps(voxels.camera.grid()) + WORK_BYTES
+            }
+        }
     }
 
     /// Makes the model of a gate's views, but for its attenuation, to see whether there is one.
     pub(super) fn try_model(&self, osem: &Osem, gate: usize) -> Result<(), PhantomError> {
         let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
+        if self.parts().compensation == Compensation::KnownMotion {
+            self.wall(self.reference())?;
+        }
         self.model(osem, gate, &voxels, Vec::new()).map(drop)
     }
 
-    fn model(
+    pub(super) fn model(
         &self,
         osem: &Osem,
         gate: usize,
@@ -230,7 +267,11 @@ impl Phantom {
     }
 
     /// The attenuation of the model's voxels, in the mean over the time that the views of a gate see; a torso does not move.
-    fn mean_attenuation(&self, gate: usize, wide: &Camera) -> Result<Vec<f32>, PhantomError> {
+    pub(super) fn mean_attenuation(
+        &self,
+        gate: usize,
+        wide: &Camera,
+    ) -> Result<Vec<f32>, PhantomError> {
         let parts = self.parts();
         let Some(attenuation) = &parts.attenuation else {
             let what = "attenuation";

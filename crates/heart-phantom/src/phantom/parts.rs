@@ -1,6 +1,6 @@
 //! What a phantom is made of: the domain's own types, put together by hand or from a scene.
 
-use super::method::Method;
+use super::method::{Compensation, Method};
 use super::output::{GateFiles, Output, Product};
 use crate::error::{PhantomError, check, check_count};
 use crate::model::{Attenuation, Background, without_overlap};
@@ -86,6 +86,8 @@ pub struct PhantomParts {
     pub accuracy: Accuracy,
     /// How volumes are made from the views.
     pub method: Method,
+    /// Whether the heart's motion from one set of views to the next is taken back for it.
+    pub compensation: Compensation,
     /// Filtered back-projection of the views into the camera's pixels, if that is the method.
     pub reconstruction: FbpOptions,
     /// Largest error of a voxel's covered fraction in exact volumes.
@@ -122,6 +124,7 @@ impl PhantomParts {
             mode: Mode::WholeCycle,
             accuracy: Accuracy::Steps(32),
             method: Method::default(),
+            compensation: Compensation::default(),
             reconstruction: FbpOptions::default().with_memory(WORK_BYTES),
             truth_tolerance: 1e-3,
             side: SIDE,

@@ -15,6 +15,9 @@ pub struct ScenePhase {
     pub phase: f64,
     /// How far the breath has come: 0 at end-expiration, and without one; 1 at end-inspiration.
     pub breath: f64,
+    /// The phase of the breath, 0 to 1 from end-expiration on, in the middle of a respiratory gate by phase; `None` where the breath is
+    /// held, and for a gate by amplitude, which the breath passes on the way in and on the way out.
+    pub breath_phase: Option<f64>,
 }
 
 impl ScenePhase {
@@ -94,10 +97,13 @@ pub struct PhaseReport {
     /// Thickness of the wall.
     pub thickness: Thickness,
     /// Force intensity of the inner membrane, what its pressure is in the law chosen: stiffness times cm, under
-    /// `PressureLaw::PerCurrentLength` stiffness.
+    /// `PressureLaw::PerCurrentLength` stiffness. Of rubber it is the pressure across it, in kPa.
     pub f_inner: f64,
     /// That of the outer membrane.
     pub f_outer: f64,
+    /// [`HeartShape::pressures_mmhg`], if the membranes are of rubber.
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    pub pressures_mmhg: Option<[f64; 2]>,
 }
 
 impl Phantom {
@@ -105,16 +111,21 @@ impl Phantom {
     /// where every view sees many; of a heart that breathes at end-expiration, or in the middle of each respiratory gate.
     pub fn phases(&self) -> Vec<ScenePhase> {
         let gates = self.n_gates();
-        let middle = |gate: usize, phase: f64| ScenePhase {
-            of: PhaseOf::Gate { gate, gates },
-            phase,
-            breath: self.middle_breath(gate),
+        let middle = |gate: usize, phase: f64| {
+            let (breath, breath_phase) = self.middle_breath(gate);
+            ScenePhase {
+                of: PhaseOf::Gate { gate, gates },
+                phase,
+                breath,
+                breath_phase,
+            }
         };
         match self.parts().mode {
             Mode::Static { phase } if gates == 1 => vec![ScenePhase {
                 of: PhaseOf::Static,
                 phase,
                 breath: 0.0,
+                breath_phase: None,
             }],
             Mode::Static { phase } => (0..gates).map(|gate| middle(gate, phase)).collect(),
             Mode::Gated { gates: cardiac } => (0..gates)
@@ -136,16 +147,21 @@ impl Phantom {
         }
     }
 
-    /// The breath in the middle of the respiratory gate that a set of views is of.
-    fn middle_breath(&self, gate: usize) -> f64 {
+    /// The breath in the middle of the respiratory gate that a set of views is of, and its phase where there is one.
+    fn middle_breath(&self, gate: usize) -> (f64, Option<f64>) {
         let cycle = self.cycle_of(gate);
-        let gated = cycle.breath_gate().zip(cycle.breathing());
         let middle = |gate: usize, n: usize| (gate as f64 + 0.5) / n as f64;
-        gated.map_or(0.0, |(gate, breathing)| match breathing.gates() {
-            None => 0.0,
-            Some(RespiratoryGates::Phase(n)) => breathing.at_phase(middle(gate, n)),
-            Some(RespiratoryGates::Amplitude(n)) => middle(gate, n),
-        })
+        let Some((gate, breathing)) = cycle.breath_gate().zip(cycle.breathing()) else {
+            return (0.0, None);
+        };
+        match breathing.gates() {
+            None => (0.0, None),
+            Some(RespiratoryGates::Phase(n)) => {
+                let phase = middle(gate, n);
+                (breathing.at_phase(phase), Some(phase))
+            }
+            Some(RespiratoryGates::Amplitude(n)) => (middle(gate, n), None),
+        }
     }
 
     /// The heart at each of [`Phantom::phases`], and at end-diastole and end-systole.
@@ -171,6 +187,7 @@ impl Phantom {
             thickness: self.thickness_of(shape),
             f_inner: shape.solution().inner.intensity,
             f_outer: shape.solution().outer.intensity,
+            pressures_mmhg: shape.pressures_mmhg(),
         };
         Ok((phases.iter().zip(&shapes))
             .map(|(at, shape)| report(at, shape))
@@ -187,6 +204,7 @@ impl Phantom {
             of,
             phase,
             breath: 0.0,
+            breath_phase: None,
         })
     }
 }

@@ -5,9 +5,9 @@ use super::phases::PhaseOf;
 use crate::error::PhantomError;
 use crate::files::{
     ATTENUATION, FIELDS, Format, LABELS, MOVING, ORBIT_EXTENSION, PROJECTIONS, RECONSTRUCTION,
-    REPORT, SLICE, SURFACES,
+    REPORT, SLICE, SURFACES, TRUTH,
 };
-use crate::{Mode, Moment, Orbit, Phantom, files};
+use crate::{Compensation, Mode, Moment, Orbit, Phantom, files};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
@@ -95,17 +95,24 @@ impl Phantom {
                 in_one.for_each(|gate| add(self.projection_names(gate), bytes));
             }
             Product::Reconstruction | Product::Truth => {
-                let what = match product {
-                    Product::Truth => self.truth_of().file_name(),
-                    _ => RECONSTRUCTION,
+                let (what, of_gates) = match product {
+                    Product::Truth => (self.truth_of().file_name(), true),
+                    _ => (RECONSTRUCTION, !self.is_compensated()),
                 };
-                in_one.for_each(|gate| {
+                in_one.filter(|_| of_gates).for_each(|gate| {
                     let name = match self.one_file() {
                         true => what.to_owned(),
                         false => self.gate_name(what, gate),
                     };
                     add(self.volume_names(&name), times * sample * voxels);
                 });
+                let what = if of_gates { TRUTH } else { RECONSTRUCTION };
+                (0..self.n_volumes())
+                    .filter(|_| self.is_compensated())
+                    .for_each(|number| {
+                        let name = self.compensated_name(what, number);
+                        add(self.volume_names(&name), sample * voxels);
+                    });
             }
             Product::Labels | Product::Attenuation => {
                 let (what, bytes) = match product {
@@ -144,8 +151,9 @@ impl Phantom {
             }
             Product::Pictures => {
                 let bytes = camera.grid().slice_len() as u64;
-                let n = gates.len() as u64;
-                gates.for_each(|gate| add(vec![self.picture_name(gate)], bytes));
+                let n = self.n_volumes() as u64;
+                let numbers = 0..self.n_volumes();
+                numbers.for_each(|number| add(vec![self.picture_name(number)], bytes));
                 if n > 1 {
                     add(vec![MOVING.into()], n * bytes);
                 }
@@ -197,9 +205,31 @@ impl Phantom {
         )
     }
 
-    /// The picture of a gate.
-    pub(crate) fn picture_name(&self, gate: usize) -> PathBuf {
-        format!("{}.png", self.gate_name(SLICE, gate)).into()
+    /// The picture of one of the volumes made of the views.
+    pub(crate) fn picture_name(&self, number: usize) -> PathBuf {
+        let name = match self.is_compensated() {
+            true => self.compensated_name(SLICE, number),
+            false => self.gate_name(SLICE, number),
+        };
+        format!("{name}.png").into()
+    }
+
+    pub(crate) fn is_compensated(&self) -> bool {
+        self.parts().compensation == Compensation::KnownMotion
+    }
+
+    /// `what-compensated`, or `what-compensated-gate-03`.
+    pub(crate) fn compensated_name(&self, what: &str, number: usize) -> String {
+        match self.n_volumes() {
+            1 => format!("{what}-compensated"),
+            gates => {
+                let of = PhaseOf::Gate {
+                    gate: number,
+                    gates,
+                };
+                format!("{what}-compensated-{of}")
+            }
+        }
     }
 }
 

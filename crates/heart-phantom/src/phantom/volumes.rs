@@ -115,6 +115,16 @@ impl Phantom {
         self.truth_slices(&scan, 0..self.parts.camera.n_rows())
     }
 
+    /// The same of a heart that holds its breath.
+    pub(super) fn truth_at_end_expiration(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
+        let cycle = self.parts.cycle.clone().without_breathing();
+        let scan = Scan {
+            cycle: &cycle,
+            ..self.scan(&self.parts.camera, gate, self.acquisition(gate)?)
+        };
+        self.truth_slices(&scan, 0..self.parts.camera.n_rows())
+    }
+
     /// One slice of the exact volume of a gate, `[y][x]`.
     ///
     /// # Errors

@@ -6,8 +6,8 @@ use crate::phantom::{PhantomParts, WORK_BYTES};
 use crate::scan::{CameraGeometry, Collimation};
 use crate::scene::{
     AttenuationSettings, BackgroundSettings, CollimatorSettings, DefectSettings,
-    DiscretisationSettings, HeadsSettings, HolesSettings, MediumSettings, OrganSettings,
-    OrganShapeSettings, ReconstructionSettings, Scene,
+    DiscretisationSettings, HeadsSettings, HolesSettings, MaterialSettings, MediumSettings,
+    OrganSettings, OrganShapeSettings, ReconstructionSettings, Scene,
 };
 use crate::{Balloon, Camera, Cycle, Defect, Heads, Heart, VolumeRange, WallRegion};
 use membrane_newton::membrane_forces::balloon_at_rest;
@@ -56,6 +56,7 @@ impl Scene {
             mode: self.acquisition.mode,
             accuracy: self.acquisition.accuracy,
             method: self.reconstruction.method,
+            compensation: self.reconstruction.compensation,
             reconstruction: fbp_of(&self.reconstruction),
             truth_tolerance: self.truth.tolerance,
             // the middle of the inner cylinder
@@ -67,10 +68,18 @@ impl Scene {
     }
 }
 
+/// Thicknesses of rubber are in mm.
+const MM_PER_CM: f64 = 10.0;
+
 fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
     let (settings, pose) = (&scene.heart, &scene.pose);
     let membrane = |balloon: Balloon| -> Result<Membrane, PhantomError> {
-        Ok(balloon.membrane()?.with_law(settings.law))
+        match &settings.material {
+            MaterialSettings::Springs => Ok(balloon.membrane()?.with_law(settings.law)),
+            MaterialSettings::Rubber { energy, thickness } => {
+                balloon.of_rubber(energy.clone(), thickness / MM_PER_CM)
+            }
+        }
     };
     let (discretisation, tolerance) = match settings.discretisation {
         DiscretisationSettings::Differences { nodes } => {

@@ -4,8 +4,8 @@ use super::check_camera::{camera, even_steps};
 use super::check_reconstruction::{reconstruction, region_has_a_place};
 use super::check_time::{acquisition, turning};
 use super::fault::{Checked, count, fault, spelled, within};
-use super::motion;
 use super::*;
+use super::{material, motion};
 use crate::files::Format;
 use crate::model::{Height, without_overlap};
 use crate::ranges;
@@ -89,6 +89,7 @@ fn heart(heart: &HeartSettings) -> Checked {
             [1e-6, 1e6],
         )?;
     }
+    material::check(&heart.material, [heart.inner, heart.outer], heart.law)?;
     let (inner, outer) = (heart.inner, heart.outer);
     if outer.radius <= inner.radius {
         let wanted = format!("must be more than heart.inner.radius = {}", inner.radius);
@@ -442,8 +443,8 @@ fn output(output: &Output) -> Checked {
         ));
     }
     if output.write.contains(&Product::Motion) && !output.volumes.holds_fields() {
-        let wanted = "has no place for several numbers a voxel, which motion has; npy, npz, nifti, nifti-gz, meta-image and \
-                      meta-image-single have";
+        let wanted = "has no place for several numbers a voxel, which motion has; npy, npz, nifti, nifti-gz, meta-image, \
+                      meta-image-single, nrrd and raw-json have";
         return Err(fault("output.volumes", spelled(output.volumes), wanted));
     }
     for (k, product) in output.write.iter().enumerate() {

@@ -8,6 +8,7 @@ use crate::ranges;
 use crate::scan::MOST_SAMPLES;
 use crate::scene::build::{geometry_of, heads_of};
 use crate::text::{Number, enough};
+use crate::{Compensation, Uptake};
 use radon::RadonError;
 
 pub(super) fn reconstruction(scene: &Scene) -> Checked {
@@ -15,6 +16,7 @@ pub(super) fn reconstruction(scene: &Scene) -> Checked {
     if let Method::Osem(osem) = &settings.method {
         check_osem(osem, scene)?;
     }
+    compensation(scene)?;
     match &settings.window {
         Window::Butterworth { order } => {
             let field = "reconstruction.window.butterworth.order";
@@ -89,6 +91,28 @@ fn both_heads(scene: &Scene) -> Checked {
         }
         _ => Ok(()),
     }
+}
+
+/// What has no frame that all of it could be seen in.
+fn compensation(scene: &Scene) -> Checked {
+    let settings = &scene.reconstruction;
+    let turns = |breathing: &BreathingSettings| breathing.turn_degrees != [0.0; 3];
+    let wanted = match (settings.compensation, settings.method) {
+        (Compensation::None, _) => return Ok(()),
+        (Compensation::KnownMotion, Method::Fbp) => {
+            if !scene.breathing.as_ref().is_some_and(turns) {
+                return Ok(());
+            }
+            "moves views by fbp, which undoes no turn: breathing.turn_degrees has to be nothing, or the method osem"
+        }
+        (Compensation::KnownMotion, Method::Osem(_)) => match scene.activity.cavity {
+            Uptake::Concentration(_) => return Ok(()),
+            Uptake::Total(_) => {
+                "has no frame for a cavity whose concentration changes over the beat: activity.cavity has to be a concentration"
+            }
+        },
+    };
+    Err(fault("reconstruction.compensation", "known-motion", wanted))
 }
 
 fn check_osem(osem: &Osem, scene: &Scene) -> Checked {

@@ -1,7 +1,7 @@
 //! Where in the text a field stands.
 
 use super::error::SceneError;
-use super::template;
+use super::{material, template};
 use crate::text::{MOST, cut};
 use std::ops::Range;
 use std::str::Utf8Error;
@@ -14,7 +14,7 @@ const MOST_QUOTED: usize = 60;
 const MOST_MESSAGE: usize = 500;
 
 /// Words of the parser, which speaks of Rust's types, about a value of another kind than the field takes: the template says more.
-const KINDS: [&str; 7] = [
+const KINDS: [&str; 8] = [
     "unit variant",
     "newtype variant",
     "struct variant",
@@ -22,6 +22,7 @@ const KINDS: [&str; 7] = [
     "expected table",
     "wanted string or table",
     "found 0 elements",
+    material::EXPECTED,
 ];
 
 /// What the parser had to say, with the field in which it said so.

@@ -35,16 +35,18 @@ use std::path::{Path, PathBuf};
 /// ```
 #[derive(Debug)]
 pub struct Run<'a> {
-    phantom: &'a Phantom,
-    out: &'a Path,
+    pub(super) phantom: &'a Phantom,
+    pub(super) out: &'a Path,
     /// The scene, which names the study.
-    study: Option<String>,
+    pub(super) study: Option<String>,
     /// Names that files of the caller will have.
     beside: Vec<PathBuf>,
-    files: Vec<PathBuf>,
+    pub(super) files: Vec<PathBuf>,
     gates: Vec<GateReport>,
     /// The middle slice of each reconstruction, for pictures of one window.
     middle: Vec<Vec<f32>>,
+    /// The views of all gates, where volumes are made of them together.
+    pub(super) seen: Vec<f32>,
     /// All gates of what goes into one file, by the name of the file.
     collected: BTreeMap<String, Vec<f32>>,
     _held: FolderLock,
@@ -109,6 +111,7 @@ impl<'a> Run<'a> {
             files: Vec::new(),
             gates: Vec::new(),
             middle: Vec::new(),
+            seen: Vec::new(),
             collected: BTreeMap::new(),
             _held: held,
         })
@@ -153,6 +156,7 @@ impl<'a> Run<'a> {
             stage: "phases",
             fraction: n_gates as f64 / (n_gates as f64 + 0.5),
         });
+        let compensated = self.compensated(progress)?;
         self.phases()?;
         self.write_collected()?;
         let pictures = self.pictures()?;
@@ -168,6 +172,7 @@ impl<'a> Run<'a> {
             },
             beats: phantom.beats(),
             gates: std::mem::take(&mut self.gates),
+            compensated,
             pictures,
             slice_order: SliceOrders {
                 projections: phantom.parts().output.projections.row_order(),
@@ -193,7 +198,7 @@ impl<'a> Run<'a> {
 }
 
 impl Run<'_> {
-    fn wants(&self, product: Product) -> bool {
+    pub(super) fn wants(&self, product: Product) -> bool {
         self.phantom.parts().output.write.contains(&product)
     }
 
@@ -206,6 +211,7 @@ impl Run<'_> {
         let phantom = self.phantom;
         let pictures = self.wants(Product::Pictures);
         let reconstruct = self.wants(Product::Reconstruction) || pictures;
+        let at_once = reconstruct && !phantom.is_compensated();
         let mut report = GateReport {
             views: ViewReport::of(&phantom.view_times(gate)?, &phantom.radii()?),
             quadrature_error: None,
@@ -237,7 +243,7 @@ impl Run<'_> {
             if self.wants(Product::Projections) {
                 self.write_projections(gate, &views.samples)?;
             }
-            if reconstruct {
+            if at_once {
                 progress("reconstruction", 0.5);
                 let passes = match phantom.parts().method {
                     Method::Fbp => 1,
@@ -251,11 +257,11 @@ impl Run<'_> {
                     self.write_volume(RECONSTRUCTION, gate, &made)?;
                 }
                 if pictures {
-                    let len = phantom.camera().grid().slice_len();
-                    let from = phantom.camera().n_rows() / 2 * len;
-                    self.middle.push(made[from..from + len].to_vec());
+                    self.keep_middle(&made);
                 }
                 results.reconstruction = Some(made);
+            } else if reconstruct {
+                self.seen.extend_from_slice(&views.samples);
             }
             results.projections = Some(views.samples);
         }
@@ -324,6 +330,13 @@ impl Run<'_> {
         Ok(())
     }
 
+    /// The middle slice of a volume made of views, for its picture.
+    pub(super) fn keep_middle(&mut self, volume: &[f32]) {
+        let len = self.phantom.camera().grid().slice_len();
+        let from = self.phantom.camera().n_rows() / 2 * len;
+        self.middle.push(volume[from..from + len].to_vec());
+    }
+
     fn collect(&mut self, name: &str, samples: &[f32]) {
         let all = self.collected.entry(name.to_owned()).or_default();
         all.extend_from_slice(samples);
@@ -381,7 +394,7 @@ impl Run<'_> {
 
     /// Displacements, velocities and strains to a phase.
     fn write_motion(&mut self, to: &ScenePhase) -> Result<(), PhantomError> {
-        let motion = self.phantom.motion(to.moment())?;
+        let motion = self.phantom.motion_of(to)?;
         let format = self.phantom.parts().output.volumes;
         let grid = *self.phantom.camera().grid();
         for ((what, _), (samples, of)) in FIELDS.iter().zip([

@@ -41,6 +41,9 @@ pub struct RunReport {
     pub beats: Option<BeatReport>,
     /// One entry for each gate, or one.
     pub gates: Vec<GateReport>,
+    /// One entry for each volume of all gates in one frame, where such were made.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub compensated: Vec<CompensatedReport>,
     /// What the pictures show, where such were written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pictures: Option<PictureReport>,
@@ -97,6 +100,18 @@ pub struct GateReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<TruthOf>,
     /// The reconstruction against the truth, where both were made.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub artefacts: Option<Artefacts>,
+}
+
+/// A volume of all gates in one frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct CompensatedReport {
+    /// What OSEM did, where it reconstructed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub osem: Option<OsemReport>,
+    /// The volume against the truth in that frame, where both were made.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub artefacts: Option<Artefacts>,
 }

@@ -1,7 +1,8 @@
 //! The sections of a scene: plain data, defaults of the paper's study.
 
+use super::material::MaterialSettings;
 use crate::scan::{Accuracy, BinSample, Mode, Orbit};
-use crate::{Balloon, Method, Rotation, VolumeCurve, VolumeRange};
+use crate::{Balloon, Compensation, Method, Rotation, VolumeCurve, VolumeRange};
 use membrane_forces::PressureLaw;
 use radon::{ArcPolicy, Window};
 use serde::de::{Deserializer, Error as _, SeqAccess, Visitor};
@@ -19,7 +20,9 @@ pub struct HeartSettings {
     /// Epicardium; it holds the inner balloon.
     #[serde(deserialize_with = "outer")]
     pub outer: Balloon,
-    /// How the pressure acts.
+    /// What the balloons are made of.
+    pub material: MaterialSettings,
+    /// How the pressure acts on springs; on rubber it is a pressure.
     pub law: PressureLaw,
     /// How the membranes are discretised.
     pub discretisation: DiscretisationSettings,
@@ -30,6 +33,7 @@ impl Default for HeartSettings {
         Self {
             inner: Balloon::INNER,
             outer: Balloon::OUTER,
+            material: MaterialSettings::Springs,
             law: PressureLaw::PerMaterialLength,
             discretisation: DiscretisationSettings::Differences { nodes: 801 },
         }
@@ -376,6 +380,8 @@ impl Default for AcquisitionSettings {
 pub struct ReconstructionSettings {
     /// How: `window`, `cutoff` and `arc` are those of filtered back-projection.
     pub method: Method,
+    /// Whether the heart's motion from one set of views to the next is taken back for it.
+    pub compensation: Compensation,
     /// Window of the ramp filter.
     pub window: Window,
     /// Cutoff as a share of the Nyquist frequency of the bins.
@@ -397,6 +403,7 @@ impl Default for ReconstructionSettings {
     fn default() -> Self {
         Self {
             method: Method::Fbp,
+            compensation: Compensation::None,
             window: Window::RamLak,
             cutoff: 1.0,
             pixels: None,

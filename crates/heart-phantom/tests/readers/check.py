@@ -172,15 +172,17 @@ def of_an_older_version(path):
     return other
 
 
-def check_pytomography_stack(path, expected, angles, pitch):
-    """Each sample is where its projector has it (`rotate_detector_z` and a sum along x): from angle beta the detector is at
+def check_pytomography_stack(path, expected, angles, pitch, radii):
+    """`radii` in cm, of a view each where they differ: then they are in a `.cor` beside. Each sample is where its projector has it (`rotate_detector_z` and a sum along x): from angle beta the detector is at
     (-sin beta, -cos beta) of the array [x][y], which is the lab, and bins lie along (cos beta, -sin beta)."""
     samples = np.asarray(PYTOMOGRAPHY.get_projections(str(path)))  # [view][bin][row]
-    _, projections = PYTOMOGRAPHY.get_metadata(str(path))
-    (bins, rows), spacing, beta, radii = projections.fields
+    beside = path.with_suffix(".cor")
+    _, projections = PYTOMOGRAPHY.get_metadata(str(path), str(beside) if np.ndim(radii) else None)
+    (bins, rows), spacing, beta, found = projections.fields
     assert (bins, rows) == (scene["bins"], scene["rows"])
     np.testing.assert_allclose(spacing, pitch, rtol=1e-6)
-    np.testing.assert_allclose(radii, scene["radius"], rtol=1e-6)  # cm
+    assert len(found) == len(angles)
+    np.testing.assert_allclose(found, radii, rtol=1e-6)  # cm
     beta = np.radians(beta)
     # Angles are read in single precision.
     np.testing.assert_allclose(-np.sin(beta), -np.sin(angles), atol=1e-6)
@@ -229,7 +231,8 @@ def check_medcon_stack(path, header, samples, pitch):
     start = 180 - float(header["start angle"])
     assert abs((float(rotation.StartAngle) - start + 180) % 360 - 180) < 1e-3
     assert rotation.RotationDirection == {"CW": "CW", "CCW": "CC"}[header["direction of rotation"]]
-    assert float(rotation.RadialPosition) == float(header["radius"])  # mm
+    if "radius" in header:  # it knows of no others
+        assert float(rotation.RadialPosition) == float(header["radius"])  # mm
     assert rotation.NumberOfFramesInRotation == len(samples)
 
 
@@ -301,6 +304,20 @@ def check_field(entry, path):
         close(found.transpose(2, 1, 0, 3), ras)
         places = nibabel.affines.apply_affine(image.affine, indices()) @ np.linalg.inv(RAS_FROM_LAB)
         np.testing.assert_allclose(places, lab, atol=1e-4)
+    if entry["format"] == "nrrd":
+        found, header = nrrd.read(str(path))
+        assert found.shape == (3,) + shape and found.dtype == np.float32
+        assert header["kinds"] == [{True: "vector", False: "list"}[vectors]] + 3 * ["domain"]
+        assert header["space"] == "left-posterior-superior" and np.isnan(header["space directions"][0]).all()
+        np.testing.assert_allclose(found.transpose(3, 2, 1, 0).reshape(-1, 3), lps, atol=2e-4)
+        places = indices() @ header["space directions"][1:] + header["space origin"]
+        np.testing.assert_allclose(places, 10 * lab, atol=1e-3)
+    if entry["format"] == "raw-json":
+        header = json.loads(path.read_text())
+        assert header["order"] == ["z", "y", "x", "component"] and header["shape"] == list(shape[::-1] + (3,))
+        close(np.fromfile(path.parent / header["data"], dtype="<f4"), expected)
+        np.testing.assert_allclose(header["origin_cm"] + indices() * header["spacing_cm"], lab)
+        return
     image = sitk.ReadImage(str(path))
     assert image.GetNumberOfComponentsPerPixel() == 3 and image.GetSize() == tuple(int(n) for n in SHAPE)
     # ITK turns displacements of NIfTI into its own world, LPS, and leaves any other vector as it is.
@@ -319,6 +336,7 @@ def check_stack(entry, path):
         np.degrees(angles)[:, None, None] + scene["seen"][0] * s + scene["seen"][1] * z[:, None]
     )
     shape = (len(angles), rows, bins)
+    radii = np.array(entry["radii"] or scene["radius"])  # cm, of a view each or of all
     if entry["format"] == "npy":
         samples = np.load(path)
     elif entry["format"] == "npz":
@@ -327,10 +345,12 @@ def check_stack(entry, path):
         np.testing.assert_array_equal(arrays["angles_rad"], angles)
         np.testing.assert_allclose(arrays["first_cm"], [s[0], z[0]])
         np.testing.assert_allclose(arrays["pitch_cm"], pitch)
+        np.testing.assert_array_equal(arrays["radius_cm"].squeeze(), radii)
     elif entry["format"] == "nrrd":
         samples, header = nrrd.read(str(path), index_order="C")
         np.testing.assert_array_equal(np.array(header["angles_rad"].split(), float), angles)
         np.testing.assert_allclose(header["spacings"][:2], 10 * pitch)
+        np.testing.assert_allclose(np.array(header["radius_mm"].split(), float).squeeze(), 10 * radii)
         np.testing.assert_allclose([float(header["first_bin_mm"]), float(header["first_row_mm"])], [10 * s[0], 10 * z[0]])
         itk = sitk.ReadImage(str(path))
         np.testing.assert_array_equal(sitk.GetArrayFromImage(itk), samples)
@@ -338,6 +358,7 @@ def check_stack(entry, path):
         header = json.loads(path.read_text())
         samples = np.fromfile(path.parent / header["data"], dtype="<f4").reshape(header["shape"])
         np.testing.assert_array_equal(header["angles_rad"], angles)
+        np.testing.assert_array_equal(header["radius_cm"], radii)
     else:
         header, samples = interfile(path)
         size = [int(header[f"matrix size [{a}]"]) for a in (1, 2)]
@@ -348,15 +369,20 @@ def check_stack(entry, path):
         turned = np.arange(n) * float(header["extent of rotation"]) / n
         turned *= {"CCW": 1, "CW": -1}[header["direction of rotation"]]
         start = float(header["start angle"])
-        assert float(header["radius"]) == 10 * scene["radius"]
+        if not np.ndim(radii):
+            assert float(header["radius"]) == 10 * radii
+        elif entry["format"] == "interfile-stir":
+            # As its parser takes a list of numbers: in braces, with commas, a view each.
+            assert header["orbit"] == "non-circular" and header["radii"][0] + header["radii"][-1] == "{}"
+            np.testing.assert_allclose([float(r) for r in header["radii"][1:-1].split(",")], 10 * radii)
         if MEDCON:
             check_medcon_stack(path, header, samples.reshape(shape), pitch)
         samples = samples.reshape(shape)[:, ::-1]  # rows from head to feet
         if entry["format"] == "interfile-simind":
             samples = samples[:, :, ::-1]  # as a camera in front of the patient shows them
             if PYTOMOGRAPHY:
-                for version in (path, of_an_older_version(path)):
-                    check_pytomography_stack(version, expected, angles, pitch)
+                for version in (path,) if np.ndim(radii) else (path, of_an_older_version(path)):
+                    check_pytomography_stack(version, expected, angles, pitch, radii)
         else:
             np.testing.assert_allclose((start + turned - np.degrees(angles) + 180) % 360, 180)
     assert samples.shape == shape and samples.dtype == np.float32, entry

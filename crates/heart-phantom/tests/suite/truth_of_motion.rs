@@ -261,6 +261,65 @@ fn fields_are_those_of_their_points() {
     assert!(all <= 3 * motion.voxels.len());
 }
 
+/// In respiratory gates by phase beat and breath go on together: velocities are differences of places in real time. By amplitude the
+/// breath's part cancels out, and so it does when it is held.
+#[test]
+fn velocities_are_differences_in_real_time() {
+    let mut scene = lively();
+    let breathing = scene.breathing.as_mut().unwrap();
+    breathing.gates = Some(RespiratoryGates::Phase(3));
+    breathing.curve = BreathingCurve::Lujan { n: 2 };
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let (cycle, breathing) = (phantom.cycle(), phantom.cycle().breathing().unwrap());
+    let grid = *phantom.camera().grid();
+    let from = phantom.wall(phantom.reference()).unwrap();
+    let mut fastest = [0.0f64; 3];
+    for (gate, at) in phantom.phases().into_iter().enumerate() {
+        let phase = at.breath_phase.unwrap();
+        // Each a hundredth of a second, with its own step.
+        let h = 1e-5;
+        let [before, after] = [-h, h].map(|dt| {
+            let moment = Moment {
+                phase: at.phase + dt / cycle.period(),
+                breath: breathing.fraction(phase * breathing.period() + dt),
+            };
+            phantom.wall(moment).unwrap()
+        });
+        let motion = phantom.motion_of(&at).unwrap();
+        let held = phantom.motion(at.moment()).unwrap();
+        for &k in &motion.voxels {
+            let point = from
+                .locate(&grid.centre(k % 24, k / 24 % 24, k / 576))
+                .unwrap();
+            let way = after.position(&point).unwrap() - before.position(&point).unwrap();
+            for a in 0..3 {
+                let expected = way[a] / (2.0 * h);
+                let found = f64::from(motion.velocity[3 * k + a]);
+                // Shapes have 1e-12 of their size.
+                assert!(
+                    (found - expected).abs() < 2e-3,
+                    "gate {gate}: {found} {expected}"
+                );
+                let of_breath = found - f64::from(held.velocity[3 * k + a]);
+                fastest[gate / 4] = fastest[gate / 4].max(of_breath.abs());
+            }
+        }
+    }
+    // In, at the turn, and out.
+    assert!(
+        fastest[0] > 0.5 && fastest[1] < 1e-3 && fastest[2] > 0.5,
+        "{fastest:?}"
+    );
+    scene.breathing.as_mut().unwrap().gates = Some(RespiratoryGates::Amplitude(2));
+    let by_amplitude = Phantom::new(scene).unwrap();
+    let at = by_amplitude.phases()[5];
+    assert!(at.breath_phase.is_none());
+    assert_eq!(
+        by_amplitude.motion_of(&at).unwrap(),
+        by_amplitude.motion(at.moment()).unwrap()
+    );
+}
+
 #[test]
 fn a_run_writes_the_motion_of_each_gate_and_tells_torsion() {
     let mut scene = lively();

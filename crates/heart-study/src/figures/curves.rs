@@ -1,6 +1,6 @@
 //! Curves over one variable, as SVG.
 
-use plotters::chart::ChartBuilder;
+use plotters::chart::{ChartBuilder, SeriesLabelPosition};
 use plotters::element::PathElement;
 use plotters::prelude::{Color, IntoDrawingArea, SVGBackend};
 use plotters::series::LineSeries;
@@ -10,7 +10,7 @@ use super::style::{FAINT, GREY, SERIES, ramp, register};
 use super::{FigureError, check};
 
 /// Width and height in pixels of 1/96 inch.
-const SIZE: (u32, u32) = (640, 400);
+pub(crate) const SIZE: (u32, u32) = (640, 400);
 
 /// A curve.
 #[derive(Clone, Copy, Debug)]
@@ -89,6 +89,7 @@ pub fn curves(x_label: &str, y_label: &str, curves: &[Curve<'_>]) -> Result<Stri
         if curves.iter().any(|curve| !curve.label.is_empty()) {
             chart
                 .configure_series_labels()
+                .position(free_place(curves, [x, y]))
                 .border_style(FAINT)
                 .background_style(plotters::style::WHITE.mix(0.85))
                 .label_font(("sans-serif", 15))
@@ -98,6 +99,40 @@ pub fn curves(x_label: &str, y_label: &str, curves: &[Curve<'_>]) -> Result<Stri
         area.present().map_err(|error| refused(Box::new(error)))?;
     }
     Ok(svg)
+}
+
+/// Where a legend hides least of the curves.
+fn free_place(curves: &[Curve<'_>], [x, y]: [[f64; 2]; 2]) -> SeriesLabelPosition {
+    let entries = curves.iter().filter(|curve| !curve.label.is_empty());
+    // Shares of the axes that it takes: a line of 15 pixels and the room about it for each entry, half of the width at most.
+    let (wide, high) = (0.5, 0.09 * entries.count() as f64);
+    let middle = 0.5 * (1.0 - high);
+    let hidden = |left: f64, bottom: f64| {
+        let mut n = 0;
+        for pair in curves.iter().flat_map(|curve| curve.points.windows(2)) {
+            for k in 0..8 {
+                let at = |a: usize, [low, high]: [f64; 2]| {
+                    let p = pair[0][a] + (pair[1][a] - pair[0][a]) * f64::from(k) / 8.0;
+                    (p - low) / (high - low).max(f64::MIN_POSITIVE)
+                };
+                let (u, v) = (at(0, x) - left, at(1, y) - bottom);
+                n += u32::from((0.0..=wide).contains(&u) && (0.0..=high).contains(&v));
+            }
+        }
+        n
+    };
+    let (right, top) = (1.0 - wide, 1.0 - high);
+    [
+        (SeriesLabelPosition::MiddleRight, hidden(right, middle)),
+        (SeriesLabelPosition::UpperRight, hidden(right, top)),
+        (SeriesLabelPosition::LowerRight, hidden(right, 0.0)),
+        (SeriesLabelPosition::UpperLeft, hidden(0.0, top)),
+        (SeriesLabelPosition::LowerLeft, hidden(0.0, 0.0)),
+        (SeriesLabelPosition::MiddleLeft, hidden(0.0, middle)),
+    ]
+    .into_iter()
+    .min_by_key(|(_, hidden)| *hidden)
+    .map_or(SeriesLabelPosition::MiddleRight, |(place, _)| place)
 }
 
 /// Some room above and below.

@@ -54,6 +54,7 @@ mod wall_mesh;
 pub use bodies::{bodies, poses};
 pub use circle::{CircleStudy, circle};
 pub use convergence::{History, histories};
+pub(crate) use curves::SIZE as CURVES_SIZE;
 pub use curves::{Curve, curves};
 pub use error::FigureError;
 pub use forces::{ForceFrame, force_frames};

@@ -48,28 +48,29 @@ pub(super) fn curves(
     let phases: Vec<f64> = (0..=SOLVED).map(|k| k as f64 / SOLVED as f64).collect();
     let gains: Vec<f64> = phases.iter().map(|&phase| cycle.gain(phase)).collect();
     let shapes = phantom.heart().shapes(&gains)?;
-    let pressure = |outer: bool| -> Vec<[f64; 2]> {
-        (phases.iter().zip(&shapes))
-            .map(|(&phase, shape)| {
-                let solution = shape.solution();
-                let of = if outer {
-                    &solution.outer
-                } else {
-                    &solution.inner
-                };
-                [phase, of.intensity]
-            })
-            .collect()
+    let of_rubber = shapes.iter().all(|shape| shape.pressures_mmhg().is_some());
+    let pressure = |which: usize| -> Vec<[f64; 2]> {
+        let each = phases.iter().zip(&shapes).map(|(&phase, shape)| {
+            let solution = shape.solution();
+            let intensities = [&solution.inner, &solution.outer].map(|solved| solved.intensity);
+            [phase, shape.pressures_mmhg().unwrap_or(intensities)[which]]
+        });
+        each.collect()
     };
-    let (inner, outer) = (pressure(false), pressure(true));
+    let (inner, outer) = (pressure(0), pressure(1));
     let both = [("inner balloon", &inner), ("outer balloon", &outer)];
     let both = both.map(|(label, points)| Curve { label, points });
-    plots.push(Plot {
-        svg: drawn("phase of the beat", "pressure (stiffness x cm)", &both)?,
-        caption:
+    let (unit, caption) = match of_rubber {
+        true => ("mmHg", "Pressures across the two balloons of rubber."),
+        false => (
+            "stiffness x cm",
             "What the pressures of the two balloons are in the law chosen: stiffness times cm, \
-            per current length stiffness."
-                .into(),
+            per current length stiffness.",
+        ),
+    };
+    plots.push(Plot {
+        svg: drawn("phase of the beat", &format!("pressure ({unit})"), &both)?,
+        caption: caption.into(),
     });
     if sums.iter().all(|sum| sum.len() > 1) && !sums.is_empty() {
         let over: Vec<Vec<[f64; 2]>> = (sums.iter())

@@ -8,7 +8,7 @@ mod planes;
 
 use crate::StudyError;
 use heart_phantom::files::write_atomically;
-use heart_phantom::{GateResults, Phantom, PhaseOf, Product, RunReport};
+use heart_phantom::{Compensation, GateResults, Phantom, PhaseOf, Product, RunReport};
 use kept::Kept;
 use std::path::{Path, PathBuf};
 
@@ -62,11 +62,11 @@ impl<'a> Look<'a> {
         if self.pictures() {
             let wants = |product| self.kept.phantom.parts().output.write.contains(&product);
             let truth = self.kept.phantom.truth_of().file_name();
-            // Pictures are of reconstructions, asked for or not.
-            for name in ["reconstruction"]
-                .into_iter()
-                .chain(wants(Product::Truth).then_some(truth))
-            {
+            // Pictures are of the reconstructions of gates, asked for or not.
+            let of_gates = self.kept.phantom.parts().compensation == Compensation::None;
+            let reconstruction = of_gates.then_some("reconstruction");
+            let truth = wants(Product::Truth).then_some(truth);
+            for name in [reconstruction, truth].into_iter().flatten() {
                 let gates = 0..self.kept.phantom.n_gates();
                 files.extend(gates.map(|gate| self.picture_name(name, gate)));
             }

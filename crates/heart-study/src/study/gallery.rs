@@ -1,7 +1,8 @@
 //! The figures as they come, and the page that shows them in order.
 
 use crate::StudyError;
-use crate::figures::{Illustration, Page, Picture, Section, Table};
+use crate::figures::{CURVES_SIZE, FigureError, Illustration, Page, Picture, Section, Table};
+use heart_phantom::files::write_atomically;
 use std::path::{Path, PathBuf};
 
 /// The name of the page.
@@ -43,6 +44,24 @@ impl<'a> Gallery<'a> {
             file: file.into(),
             caption,
             size: [picture.width(), picture.height()],
+        };
+        self.current().figures.push(illustration);
+        Ok(())
+    }
+
+    /// Writes a drawing of curves, an SVG, and shows it in the current part.
+    pub(super) fn drawing(
+        &mut self,
+        file: &str,
+        svg: &str,
+        caption: String,
+    ) -> Result<(), StudyError> {
+        let written = write_atomically(&self.out.join(file), |out| out.write_all(svg.as_bytes()));
+        written.map_err(FigureError::File)?;
+        let illustration = Illustration {
+            file: file.into(),
+            caption,
+            size: CURVES_SIZE.into(),
         };
         self.current().figures.push(illustration);
         Ok(())

@@ -7,6 +7,7 @@ mod membranes;
 mod options;
 mod pictures;
 pub mod report;
+mod rubber;
 mod run;
 mod tomography;
 
@@ -127,6 +128,8 @@ fn solve(
     let circle = membranes::circle()?;
     let peak = run.options.gain;
     let states = run.parts.heart.shapes(&[0.0, 0.5 * peak, peak])?;
+    run.stage("rubber");
+    let rubber = rubber::rubber(run)?;
     run.time.solve += clock.seconds();
 
     let clock = run.clock();
@@ -136,11 +139,13 @@ fn solve(
         pictures::direct(gallery, &direct)?;
         pictures::evolving(gallery, &evolving)?;
         pictures::pair(gallery, &states)?;
+        pictures::rubber(gallery, &rubber)?;
     }
     run.time.truth_and_files += clock.seconds();
     report.direct = direct.figures;
     report.evolving = evolving.figures;
     report.circle = circle.figures.clone();
+    report.rubber = rubber.figures;
     Ok(circle)
 }
 

@@ -4,11 +4,13 @@ use super::evolving::EvolvingStudy;
 use super::gallery::Gallery;
 use super::membranes::{CircleStudy, DirectStudy};
 use super::report::{self, Report};
+use super::rubber::{RUBBER, RubberStudy};
 use super::run::Run;
 use crate::StudyError;
 use crate::figures::{
-    self, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume, WallState, bodies,
-    force_frames, histories, isosurface, poses, projections, shapes, slice, slices, wall_meshes,
+    self, Curve, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume, WallState,
+    bodies, curves, force_frames, histories, isosurface, poses, projections, shapes, slice, slices,
+    wall_meshes,
 };
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
@@ -212,6 +214,77 @@ pub(super) fn pair(
          meridian; above cut open, below the mesh of the outer membrane."
             .into(),
     )
+}
+
+/// The same balloons of rubber, which the paper does not have.
+pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(), StudyError> {
+    let figures = &study.figures;
+    let (mu, thickness) = RUBBER;
+    gallery.section(
+        "The same balloons of rubber",
+        vec![format!(
+            "Springs pull along the meridian only. Rubber is incompressible and has tension around the axis too, so that its \
+             pressures are pressures: here neo-Hookean, {mu} kPa and {thickness} mm thick at rest, {:.2} mmHg across the inner \
+             balloon and {:.2} mmHg across the outer one at the study's volume gain. The wall keeps its volume to {:.1e}. A \
+             view of the two hearts differs by {:.2} % (root mean square).",
+            figures.inner_mmhg,
+            figures.outer_mmhg,
+            figures.wall_volume_error,
+            100.0 * figures.view_difference
+        )],
+    );
+    let titles = ["springs", "rubber"];
+    let walls = [0, 1].map(|k| {
+        let [inner, outer] = study.dilated[k].curves();
+        let title = titles[k];
+        WallState {
+            title,
+            inner,
+            outer,
+        }
+    });
+    gallery.picture(
+        "rubber-wall.png",
+        &wall_meshes(&walls, WALL_MESH.0, WALL_MESH.1)?,
+        "Both membranes and the mesh between them, of springs and of rubber, at the same volumes."
+            .into(),
+    )?;
+    let drawn: Vec<Curve<'_>> = (study.pressures.iter())
+        .map(|(label, points)| Curve { label, points })
+        .collect();
+    gallery.drawing(
+        "rubber-pressure.svg",
+        &curves("volume gain", "pressure (mmHg)", &drawn)?,
+        format!(
+            "Pressure across the inner balloon over its volume, of rubbers of {mu} kPa and {thickness} mm. The neo-Hookean one has \
+             a largest pressure, beyond which it falls while the balloon grows; chains of finite length (Gent) stiffen again. \
+             Springs, as stiff as have the neo-Hookean pressure at the study's gain: mean pressure, intensity over length."
+        ),
+    )?;
+    let drawn: Vec<Curve<'_>> = (titles.iter().zip(&study.profiles))
+        .map(|(label, points)| Curve { label, points })
+        .collect();
+    gallery.drawing(
+        "rubber-view.svg",
+        &curves("s (cm)", "wall on the ray (cm)", &drawn)?,
+        format!(
+            "The middle row of a view of both, from {:.0}°: how much wall each ray meets.",
+            study.angle.to_degrees()
+        ),
+    )?;
+    let row = |what: &str, [springs, rubber]: [f64; 2]| {
+        vec![
+            what.into(),
+            format!("{:.3}", 10.0 * springs),
+            format!("{:.3}", 10.0 * rubber),
+        ]
+    };
+    gallery.table(
+        "Thickness of the wall when dilated",
+        &["place", "springs (mm)", "rubber (mm)"],
+        vec![row("side", figures.side), row("apex", figures.apex)],
+    );
+    Ok(())
 }
 
 /// How the heart stands before the camera: Fig. 13.

@@ -9,7 +9,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// Stages that [`Run::stage`] is called for in a whole run, for the progress bar.
-const STAGES: f64 = 24.0;
+const STAGES: f64 = 25.0;
 
 /// A study under way.
 pub(super) struct Run<'a> {

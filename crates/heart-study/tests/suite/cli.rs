@@ -30,6 +30,12 @@ fn the_study_writes_its_report_figures_and_arrays() {
     let text = std::fs::read_to_string(folder.path().join("report.json")).unwrap();
     let report: serde_json::Value = serde_json::from_str(&text).unwrap();
     let get = |path: &str| number(&report, path);
+    // What a later run into the folder may remove; the report goes by itself.
+    for file in report["files"].as_array().unwrap() {
+        let name = file.as_str().unwrap();
+        let is_product = heart_phantom::files::is_product(std::ffi::OsStr::new(name));
+        assert!(is_product || name == "report.json", "{name}");
+    }
 
     for balloon in ["inner", "outer"] {
         for measure in ["length", "area", "volume"] {
@@ -56,6 +62,12 @@ fn the_study_writes_its_report_figures_and_arrays() {
     assert_eq!(report["evolving"]["small_step_monotone"], false);
     assert!(get("evolving.distance_to_direct") < 1e-4);
     assert!((get("circle.order") - 2.0).abs() < 0.01);
+    // p / (mu h) of the fine mesh times 400 kPa and 0.05 cm; second order in 1/100 of the curve, but in a layer at the ring
+    let mmhg = 0.371980648542 * 400.0 * 0.05 * 1000.0 / 133.322387415;
+    assert!((get("rubber.inner_mmhg") / mmhg - 1.0).abs() < 1e-2);
+    assert!(get("rubber.outer_mmhg") < get("rubber.inner_mmhg"));
+    assert!(get("rubber.wall_volume_error").abs() < 1e-12);
+    assert!((0.01..0.3).contains(&get("rubber.view_difference")));
     assert_eq!(get("short.distinct_shapes"), 12.0);
     assert_eq!(get("long.quadrature_points"), 32.0);
     assert!(get("long.quadrature_error") < 0.01);
@@ -107,6 +119,10 @@ fn the_study_writes_its_report_figures_and_arrays() {
             if (15..=17).contains(&figure) { 3 } else { 1 },
             "{name}"
         );
+    }
+    for name in ["rubber-wall.png", "rubber-pressure.svg", "rubber-view.svg"] {
+        assert!(page.contains(&format!("src=\"{name}\"")), "{name}");
+        assert!(folder.path().join(name).exists(), "{name}");
     }
     for name in ["static", "short", "long"] {
         let npy = |what: &str| {

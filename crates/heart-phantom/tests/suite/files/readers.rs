@@ -1,6 +1,7 @@
 //! The same files through readers that others wrote, if Python has them.
 
 use super::*;
+use heart_phantom::files::Radius;
 
 #[test]
 fn independent_readers_agree() {
@@ -35,14 +36,24 @@ fn independent_readers_agree() {
     let mut stacks = Vec::new();
     for (way, angles) in [("growing", &growing), ("falling", &falling)] {
         let (detector, samples) = stack(angles, [0.0; 2]);
-        let projections = Projections::new(detector, angles, RADIUS, samples.as_slice()).unwrap();
-        for format in plain() {
-            let Some(extension) = format.projections_extension() else {
-                continue;
-            };
-            let name = format!("{format:?}-{way}.{extension}");
-            write_projections(&folder.path().join(&name), &projections, format).unwrap();
-            stacks.push(serde_json::json!({"name": name, "format": format, "angles": angles}));
+        let radii: Vec<f64> = (0..6).map(|k| 11.0 + 0.5 * f64::from(k * k)).collect();
+        for (orbit, radius) in [
+            ("circle", Radius::Circular(RADIUS)),
+            ("radii", Radius::PerView(&radii)),
+        ] {
+            let projections = Projections::new(detector, angles, radius, samples.as_slice());
+            for format in plain() {
+                let Some(extension) = format.projections_extension() else {
+                    continue;
+                };
+                let name = format!("{format:?}-{way}-{orbit}.{extension}");
+                let path = folder.path().join(&name);
+                write_projections(&path, projections.as_ref().unwrap(), format).unwrap();
+                let radii = (orbit == "radii").then_some(&radii);
+                stacks.push(serde_json::json!({
+                    "name": name, "format": format, "angles": angles, "radii": radii,
+                }));
+            }
         }
     }
     let fields = fields(folder.path());

@@ -11,6 +11,16 @@ const BAD: &[(&str, &str, &str)] = &[
         "per-material-length",
     ),
     (
+        "[heart]\nmaterial = 'jelly'",
+        "heart.material",
+        "neo_hookean",
+    ),
+    (
+        "[heart]\nmaterial = { gent = { mu = 400.0, jm = -1.0, thickness = 0.5 } }",
+        "heart.material.gent.jm",
+        "positive",
+    ),
+    (
         "[heart]\ndiscretisation = 'fine'",
         "heart.discretisation",
         "differences",
@@ -517,9 +527,9 @@ const BAD: &[(&str, &str, &str)] = &[
         "720",
     ),
     (
-        "[output]\nwrite = ['motion']\nvolumes = 'nrrd'",
+        "[output]\nwrite = ['motion']\nvolumes = 'interfile-stir'",
         "output.volumes",
-        "nifti",
+        "nrrd",
     ),
     (
         "[beats]\nintervals = { list = [0.9, 0.1] }",
@@ -614,6 +624,21 @@ const BAD: &[(&str, &str, &str)] = &[
         "[output]\nprojections = 'nifti'",
         "output.projections",
         "interfile-stir",
+    ),
+    (
+        "[reconstruction]\ncompensation = 'all'",
+        "reconstruction.compensation",
+        "known-motion",
+    ),
+    (
+        "[reconstruction]\ncompensation = 'known-motion'\n[breathing]\nturn_degrees = [0.0, 3.0, 0.0]",
+        "reconstruction.compensation",
+        "turn_degrees",
+    ),
+    (
+        "[reconstruction]\ncompensation = 'known-motion'\nmethod = { osem = { subsets = 8, iterations = 4 } }\n[activity]\ncavity = { total = 3.0 }",
+        "reconstruction.compensation",
+        "concentration",
     ),
     (
         "[reconstruction]\nmethod = 'mlem'",

@@ -1,0 +1,120 @@
+//! One volume by OSEM from the views of all gates, each through the motion that is known.
+
+use super::Phantom;
+use super::method::{Osem, OsemReport};
+use super::osem::{counted, farthest, in_turns};
+use crate::Rotation;
+use crate::error::PhantomError;
+use radon::{LinearOperator, MovingOperator, SpectOperator, State, Subset};
+use std::sync::Arc;
+
+/// A gate's subsets, each with where its data are among all, and the weights of its views.
+type Part = Subset<State<SpectOperator<f32>>>;
+
+impl Phantom {
+    /// The volume at end-diastole and end-expiration.
+    pub(super) fn osem_of_gates(
+        &self,
+        osem: &Osem,
+        views: &[f32],
+        progress: &dyn Fn(usize),
+    ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
+        let parts = self.parts();
+        let voxels = parts.model_voxels(osem, farthest(&self.radii()?))?;
+        let grid = voxels.camera.grid();
+        // A model for all, where nothing of it moves.
+        let torso = parts
+            .attenuation
+            .is_some_and(|attenuation| attenuation.torso.is_some());
+        let alike = self.camera().rotation() == Rotation::StepAndShoot;
+        let alike = alike && (torso || !osem.attenuation);
+        let weights = self.weights_of_views()?;
+        let each = self.camera().n_views() * self.camera().view_len();
+        let mut views = counted(views);
+        let mut shared: Option<SpectOperator<f32>> = None;
+        let mut states: Vec<Vec<Part>> = (0..osem.subsets).map(|_| Vec::new()).collect();
+        for gate in 0..self.n_gates() {
+            let model = match shared.take().filter(|_| alike) {
+                Some(model) => model,
+                None => {
+                    let map = match osem.attenuation {
+                        true => self.mean_attenuation(gate, &voxels.camera)?,
+                        false => Vec::new(),
+                    };
+                    self.model(osem, gate, &voxels, map)?
+                }
+            };
+            let warp = Arc::new(self.warp_on(gate, grid)?);
+            let subsets = in_turns(model.subsets(osem.subsets)?);
+            for (states, Subset { operator, data }) in states.iter_mut().zip(subsets) {
+                let of_view = |view: &usize| weights[gate][*view];
+                let state = State {
+                    warp: warp.clone(),
+                    weights: operator.views().iter().map(of_view).collect(),
+                    operator,
+                };
+                let data = data.into_iter().map(|k| gate * each + k).collect();
+                states.push(Subset {
+                    operator: state,
+                    data,
+                });
+            }
+            shared = Some(model);
+            let own = views[gate * each..][..each].chunks_mut(self.camera().view_len());
+            for (view, weight) in own.zip(&weights[gate]) {
+                view.iter_mut().for_each(|x| *x *= *weight as f32);
+            }
+        }
+        let mut subsets = Vec::with_capacity(osem.subsets);
+        for states in states {
+            let data = states
+                .iter()
+                .flat_map(|state| state.data.iter().copied())
+                .collect();
+            let states = states.into_iter().map(|state| state.operator).collect();
+            let operator = MovingOperator::new(states)?;
+            subsets.push(Subset { operator, data });
+        }
+        let seen = seen(&subsets)?;
+        let (volume, report) = self.passes(osem, &subsets, views, seen, progress)?;
+        Ok((voxels.cut(&volume, self.camera()), report))
+    }
+
+    /// How much each view of each gate counts: by its counts where they are known, else by the seconds that it saw; 1 in the mean.
+    fn weights_of_views(&self) -> Result<Vec<Vec<f64>>, PhantomError> {
+        let mut weights = Vec::new();
+        for gate in 0..self.n_gates() {
+            let seconds = || -> Result<Vec<f64>, PhantomError> {
+                Ok(self
+                    .view_times(gate)?
+                    .iter()
+                    .map(|time| time.window)
+                    .collect())
+            };
+            weights.push(match self.counts_per_unit(gate)? {
+                Some(counts) => counts,
+                None => seconds()?,
+            });
+        }
+        let all = weights.iter().map(Vec::len).sum::<usize>() as f64;
+        let mean = weights.iter().flatten().sum::<f64>() / all;
+        // Instants last no time, all of them.
+        let normal = |weight: f64| if mean > 0.0 { weight / mean } else { 1.0 };
+        for weight in weights.iter_mut().flatten() {
+            *weight = normal(*weight);
+        }
+        Ok(weights)
+    }
+}
+
+/// What the transposes of all subsets make of ones together.
+fn seen<O: LinearOperator<f32>>(subsets: &[Subset<O>]) -> Result<Vec<f32>, PhantomError> {
+    let mut all = Vec::new();
+    for Subset { operator, data } in subsets {
+        let mut one = vec![0.0f32; operator.image_len()];
+        operator.adjoint_into(&vec![1.0; data.len()], &mut one)?;
+        all.resize(one.len(), 0.0);
+        all.iter_mut().zip(&one).for_each(|(sum, x)| *sum += x);
+    }
+    Ok(all)
+}

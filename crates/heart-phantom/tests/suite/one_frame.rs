@@ -1,0 +1,289 @@
+//! All gates in one frame, the exact motion known.
+
+use crate::phantom::small;
+use heart_phantom::radon::LinearOperator;
+use heart_phantom::scene::*;
+use heart_phantom::{Artefacts, Moment, Phantom, PhantomError, Uptake, run};
+
+/// A heart in half its voxels' third, seen by views all round.
+fn scene(mode: Mode) -> Scene {
+    let mut scene = small(mode);
+    (scene.camera.bins, scene.camera.rows) = (46, 44);
+    scene.camera.pitch = [0.35; 2];
+    (scene.camera.views, scene.camera.arc) = (32, 360.0);
+    scene.camera.seconds_per_view = 4.0;
+    scene.acquisition.accuracy = Accuracy::Steps(64);
+    scene.reconstruction.method = Method::Osem(Osem::new(4, 10));
+    scene
+}
+
+fn compensated(mode: Mode) -> Scene {
+    let mut scene = scene(mode);
+    scene.reconstruction.compensation = Compensation::KnownMotion;
+    scene
+}
+
+fn counted(mut scene: Scene, per_unit: f64, seed: u64) -> Scene {
+    scene.noise = Some(Noise {
+        counts: Counts::PerUnit(per_unit),
+        seed,
+    });
+    scene
+}
+
+fn views(phantom: &Phantom) -> Vec<f32> {
+    let of = |gate| phantom.sinograms(gate, &|_| ()).unwrap().samples;
+    (0..phantom.n_gates()).flat_map(of).collect()
+}
+
+fn in_one_frame(scene: &Scene) -> (Phantom, Vec<f32>) {
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let (volume, report) = phantom.compensated(0, &views(&phantom), &|_| ()).unwrap();
+    assert_eq!(
+        report.is_some(),
+        matches!(scene.reconstruction.method, Method::Osem(_))
+    );
+    (phantom, volume)
+}
+
+fn distance(a: &[f32], b: &[f32]) -> f64 {
+    let square = a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2));
+    (square.sum::<f64>() / b.iter().map(|b| f64::from(*b).powi(2)).sum::<f64>()).sqrt()
+}
+
+/// A material point's voxel takes what is at the point's own place in the frame: a function of the place there is carried along.
+#[test]
+fn voxels_of_the_wall_take_what_their_own_material_holds() {
+    let mut lively = small(Mode::Static { phase: 0.1 }).with_size(32);
+    lively.heart.discretisation = DiscretisationSettings::Spectral {
+        degree: 12,
+        per_piece: 1,
+        tolerance: 1e-4,
+    };
+    lively.twist = Some(TwistSettings {
+        inner_degrees: vec![-3.0, 10.0],
+        outer_degrees: vec![-3.0, 8.0],
+    });
+    lively.cycle.base_descent = 1.2;
+    let phantom = Phantom::new(lively).unwrap();
+    let warp = phantom.warp(0).unwrap();
+    let grid = *phantom.camera().grid();
+    let centre = |k: usize| grid.centre(k % 32, k / 32 % 32, k / 1024);
+    // Straight lines are interpolated exactly.
+    let plane = |p: &heart_phantom::revolve_voxel::nalgebra::Point3<f64>| {
+        3.0 + 0.2 * p.x - 0.1 * p.y + 0.3 * p.z
+    };
+    let still: Vec<f64> = (0..grid.len()).map(|k| plane(&centre(k))).collect();
+    let mut moved = vec![0.0f64; grid.len()];
+    warp.forward_into(&still, &mut moved).unwrap();
+    let at = Moment {
+        phase: 0.1,
+        breath: 0.0,
+    };
+    let walls = [phantom.reference(), at].map(|at| phantom.wall(at).unwrap());
+    let mut seen = 0;
+    for k in 0..grid.len() {
+        if let Some(point) = walls[1].locate(&centre(k)) {
+            let expected = plane(&walls[0].position(&point).unwrap());
+            assert!(
+                (moved[k] - expected).abs() < 1e-5,
+                "{point:?} {} {expected}",
+                moved[k]
+            );
+            seen += 1;
+        }
+    }
+    assert!(seen > 500);
+    // At the frame's own moment nothing moves.
+    let mut held = small(Mode::Static { phase: 0.5 }).with_size(32);
+    held.cycle.base_descent = 1.2;
+    let held = Phantom::new(held).unwrap();
+    held.warp(0)
+        .unwrap()
+        .forward_into(&still, &mut moved)
+        .unwrap();
+    assert!(moved.iter().zip(&still).all(|(a, b)| (a - b).abs() < 1e-5));
+}
+
+/// Blur and noise of sixteen gates in one frame: those of a heart that stands still, and of one that nobody gates.
+#[test]
+fn sixteen_gates_in_one_frame_are_as_sharp_as_a_still_heart_and_no_noisier_than_an_ungated_one() {
+    let counts = 4000.0;
+    let diastole = Mode::Static { phase: 0.5 };
+    let gated = Mode::Gated { gates: 16 };
+    let judged = |phantom: &Phantom, volume: &[f32]| -> Artefacts {
+        let truth = phantom.compensated_truth(0).unwrap();
+        phantom.compensated_artefacts(0, volume, &truth).unwrap()
+    };
+    let (phantom, sharp) = in_one_frame(&compensated(gated));
+    let (still, at_rest) = in_one_frame(&compensated(diastole));
+    let (moving, blurred) = {
+        let phantom = Phantom::new(scene(Mode::WholeCycle)).unwrap();
+        let volume = phantom.volume(0).unwrap();
+        (phantom, volume)
+    };
+    let [one, rest, ungated] =
+        [(&phantom, &sharp), (&still, &at_rest), (&moving, &blurred)].map(|(phantom, volume)| {
+            let artefacts = judged(phantom, volume);
+            [
+                artefacts.wall_blur_mm.unwrap(),
+                artefacts.rmse.unwrap(),
+                artefacts.wall_mean.unwrap_or(f64::NAN),
+            ]
+        });
+    println!("blur, rmse, wall: one frame {one:?}, still {rest:?}, ungated {ungated:?}");
+    assert!((one[0] / rest[0] - 1.0).abs() < 0.05, "{one:?} {rest:?}");
+    assert!(one[1] < 1.2 * rest[1] && one[1] < 0.85 * ungated[1]);
+
+    // Noise of two realisations in the wall of the frame, as a share of what is there: that of expectation maximisation goes with it.
+    let wall = phantom.regions_of(7).unwrap().wall;
+    let spread = |[a, b]: [Vec<f32>; 2]| {
+        let inside = |(k, _): &(usize, (f32, f32))| wall.as_slice()[*k];
+        let pairs = a.into_iter().zip(b).enumerate().filter(inside);
+        let (mut square, mut sum) = (0.0, 0.0);
+        for (_, (a, b)) in pairs {
+            square += f64::from(a - b).powi(2);
+            sum += f64::from(a + b);
+        }
+        let n = wall.count() as f64;
+        (square / (2.0 * n)).sqrt() / (sum / (2.0 * n))
+    };
+    let gated = spread([1, 2].map(|seed| {
+        let per_gate = counts / 16.0;
+        in_one_frame(&counted(compensated(gated), per_gate, seed)).1
+    }));
+    let ungated = spread([1, 2].map(|seed| {
+        let scene = counted(scene(Mode::WholeCycle), counts, seed);
+        Phantom::new(scene).unwrap().volume(0).unwrap()
+    }));
+    println!(
+        "noise: one frame {gated}, ungated {ungated}, {} voxels",
+        wall.count()
+    );
+    assert!(gated < 1.05 * ungated, "{gated} {ungated}");
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit_of_it() {
+    let mut moving = compensated(Mode::Gated { gates: 2 });
+    (moving.camera.views, moving.reconstruction.method) = (6, Method::Osem(Osem::new(2, 1)));
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| in_one_frame(&moving).1)
+    };
+    assert!(with(1) == with(3));
+}
+
+#[test]
+fn by_fbp_a_scene_moves_the_views_of_each_cardiac_gate() {
+    let mut moving = compensated(Mode::Gated { gates: 2 });
+    moving.reconstruction.method = Method::Fbp;
+    moving.camera.views = 12;
+    moving.breathing = Some(BreathingSettings {
+        gates: Some(RespiratoryGates::Phase(3)),
+        ..BreathingSettings::default()
+    });
+    let phantom = Phantom::new(moving.clone()).unwrap();
+    assert_eq!((phantom.n_gates(), phantom.n_volumes()), (6, 2));
+    let views = views(&phantom);
+    for gate in 0..2 {
+        let (volume, report) = phantom.compensated(gate, &views, &|_| ()).unwrap();
+        let expected = phantom
+            .reconstruct(gate, &phantom.compensated_views(gate).unwrap())
+            .unwrap();
+        assert!(volume == expected && report.is_none());
+        // What is to be found is that of a heart that holds its breath.
+        let mut held = moving.clone();
+        held.breathing = None;
+        let held = Phantom::new(held).unwrap().truth(gate).unwrap();
+        assert!(distance(&phantom.compensated_truth(gate).unwrap(), &held) < 2e-3);
+    }
+}
+
+#[test]
+fn a_run_writes_what_it_plans() {
+    for (method, volumes) in [(Method::Osem(Osem::new(2, 2)), 1), (Method::Fbp, 2)] {
+        let mut moving = compensated(Mode::Gated { gates: 2 });
+        (moving.camera.bins, moving.camera.rows, moving.camera.pitch) = (20, 20, [0.8; 2]);
+        moving.camera.views = 12;
+        moving.reconstruction.method = method;
+        moving.output.write = vec![
+            Product::Projections,
+            Product::Reconstruction,
+            Product::Truth,
+            Product::Pictures,
+        ];
+        let phantom = Phantom::new(moving).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+        let mut planned: Vec<_> = phantom
+            .files()
+            .unwrap()
+            .into_iter()
+            .map(|file| file.name)
+            .collect();
+        let mut written = report.files.clone();
+        planned.sort();
+        written.sort();
+        assert_eq!(planned, written);
+        assert_eq!(report.compensated.len(), volumes);
+        assert!(
+            report
+                .gates
+                .iter()
+                .all(|gate| gate.osem.is_none() && gate.artefacts.is_none())
+        );
+        for of in &report.compensated {
+            assert!(of.artefacts.is_some() && of.osem.is_some() == (volumes == 1));
+        }
+        let name = [
+            "reconstruction-compensated.npy",
+            "reconstruction-compensated-gate-01.npy",
+        ][volumes - 1];
+        assert!(folder.path().join(name).exists());
+        let picture = ["slice-compensated.png", "slice-compensated-gate-00.png"][volumes - 1];
+        assert!(folder.path().join(picture).exists());
+    }
+}
+
+#[test]
+fn what_has_no_common_frame_is_refused() {
+    let refused = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = compensated(Mode::Gated { gates: 2 });
+        change(&mut scene);
+        match Phantom::new(scene) {
+            Err(PhantomError::Scene(error)) => error.to_string(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let error = refused(&|scene| {
+        scene.reconstruction.method = Method::Fbp;
+        scene.breathing = Some(BreathingSettings {
+            turn_degrees: [1.0, 0.0, 0.0],
+            ..BreathingSettings::default()
+        });
+    });
+    assert!(
+        error.contains("reconstruction.compensation") && error.contains("turn_degrees"),
+        "{error}"
+    );
+    let error = refused(&|scene| scene.activity.cavity = Uptake::Total(10.0));
+    assert!(error.contains("activity.cavity"), "{error}");
+    let mut parts = compensated(Mode::Gated { gates: 2 }).parts().unwrap();
+    parts.activity.cavity = Uptake::Total(10.0);
+    assert!(matches!(
+        Phantom::from_parts(parts),
+        Err(PhantomError::Unsupported { .. })
+    ));
+    let phantom = Phantom::new(compensated(Mode::Gated { gates: 2 })).unwrap();
+    let short = phantom.compensated(0, &[0.0; 7], &|_| ()).unwrap_err();
+    assert!(matches!(short, PhantomError::WrongLength { given: 7, .. }));
+    let beyond = phantom
+        .compensated(1, &views(&phantom), &|_| ())
+        .unwrap_err();
+    assert!(matches!(beyond, PhantomError::Count { .. }));
+    assert!(matches!(phantom.warp(2), Err(PhantomError::Count { .. })));
+}
