@@ -1,0 +1,32 @@
+"""A beating heart with exact ground truth: scenes, phantoms, and what they are made of.
+
+>>> from heart_phantom import Phantom, Scene
+>>> phantom = Phantom(Scene().with_size(32))
+>>> phantom
+<Phantom: 90 views of 32 x 32 samples, 32 x 32 x 32 voxels of 0.5 cm>
+>>> round(phantom.numbers()["ejection_fraction"], 6)
+0.375
+
+`heart_phantom.radon` has the tomography, `heart_phantom.revolve` the solids, `heart_phantom.membrane` the membranes.
+"""
+
+from heart_phantom import membrane, radon, revolve
+from heart_phantom._native import Motion, Phantom, Scene, __version__, set_threads, threads
+from heart_phantom.errors import HeartPhantomError, MembraneError, RadonError, RevolveError, SceneError
+
+__all__ = [
+    "HeartPhantomError",
+    "MembraneError",
+    "Motion",
+    "Phantom",
+    "RadonError",
+    "RevolveError",
+    "Scene",
+    "SceneError",
+    "__version__",
+    "membrane",
+    "radon",
+    "revolve",
+    "set_threads",
+    "threads",
+]

@@ -1,0 +1,189 @@
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, Optional, Union, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from heart_phantom.errors import RadonError as RadonError
+
+__all__ = [
+    "FbpPlan",
+    "Geometry",
+    "Grid",
+    "Projector",
+    "RadonError",
+    "Solution",
+    "cgls",
+    "fbp",
+    "mlem",
+    "osem",
+    "sirt",
+]
+
+_Doubles = NDArray[np.float64]
+# float32 of float32, else float64.
+_Samples = NDArray[Any]
+_Order = Literal["view-slice-bin", "slice-view-bin"]
+_Window = Union[
+    Literal["ram-lak", "shepp-logan", "cosine", "hamming", "hann"],
+    Mapping[str, Union[Mapping[str, int], Sequence[float]]],
+]
+_Progress = Callable[[float], object]
+
+@final
+class Geometry:
+    def __new__(cls, angles: ArrayLike, n_bins: int, pitch: float = 1.0, *, offset: float = 0.0) -> Geometry: ...
+    @staticmethod
+    def from_degrees(angles: ArrayLike, n_bins: int, pitch: float = 1.0, *, offset: float = 0.0) -> Geometry: ...
+    @staticmethod
+    def half_turn(n_views: int, n_bins: int, pitch: float = 1.0) -> Geometry: ...
+    @staticmethod
+    def full_turn(n_views: int, n_bins: int, pitch: float = 1.0) -> Geometry: ...
+    def with_rotation_bin(self, bin: float) -> Geometry: ...
+    @property
+    def angles(self) -> _Doubles: ...
+    @property
+    def bins(self) -> _Doubles: ...
+    @property
+    def shape(self) -> tuple[int, int]: ...
+    @property
+    def pitch(self) -> float: ...
+    @property
+    def offset(self) -> float: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[_Doubles, int, float], dict[str, float]]: ...
+
+@final
+class Grid:
+    def __new__(
+        cls,
+        nx: int,
+        ny: int,
+        spacing: Union[float, Sequence[float]] = 1.0,
+        *,
+        centre: Sequence[float] = (0.0, 0.0),
+    ) -> Grid: ...
+    @staticmethod
+    def square(n: int, spacing: float = 1.0) -> Grid: ...
+    @property
+    def shape(self) -> tuple[int, int]: ...
+    @property
+    def spacing(self) -> tuple[float, float]: ...
+    @property
+    def centre(self) -> tuple[float, float]: ...
+    @property
+    def x(self) -> _Doubles: ...
+    @property
+    def y(self) -> _Doubles: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[int, int, tuple[float, float]], dict[str, tuple[float, float]]]: ...
+
+@final
+class FbpPlan:
+    def __new__(
+        cls,
+        geometry: Geometry,
+        grid: Grid,
+        *,
+        window: Optional[_Window] = None,
+        cutoff: float = 1.0,
+        interpolation: Literal["linear", "band-limited"] = "linear",
+        edge: Literal["zero", "repeat", "fade", "ellipse"] = "zero",
+        arc: Optional[Literal["complete", "extend", "truncate", "rescale"]] = None,
+        ramp: bool = True,
+        region: Optional[tuple[tuple[int, int], tuple[int, int]]] = None,
+        method: Literal["auto", "direct", "fourier"] = "auto",
+        memory: Optional[int] = None,
+    ) -> FbpPlan: ...
+    def reconstruct(self, sinogram: ArrayLike, *, order: _Order = "view-slice-bin") -> _Samples: ...
+    @property
+    def geometry(self) -> Geometry: ...
+    @property
+    def grid(self) -> Grid: ...
+
+@final
+class Projector:
+    def __new__(
+        cls, geometry: Geometry, grid: Grid, kernel: Literal["joseph", "siddon", "strip"] = "joseph"
+    ) -> Projector: ...
+    def forward(self, image: ArrayLike, *, order: _Order = "view-slice-bin") -> _Samples: ...
+    def adjoint(self, sinogram: ArrayLike, *, order: _Order = "view-slice-bin") -> _Samples: ...
+    @property
+    def geometry(self) -> Geometry: ...
+    @property
+    def grid(self) -> Grid: ...
+
+@final
+class Solution:
+    @property
+    def image(self) -> _Samples: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def stopped_by(self) -> Optional[Literal["max-iterations", "residual", "gradient", "change"]]: ...
+    @property
+    def history(self) -> dict[str, _Doubles]: ...
+
+def fbp(
+    sinogram: ArrayLike,
+    angles: ArrayLike,
+    *,
+    pitch: float = 1.0,
+    offset: float = 0.0,
+    n: Optional[int] = None,
+    window: Optional[_Window] = None,
+    cutoff: float = 1.0,
+) -> _Samples: ...
+def mlem(
+    projector: Projector,
+    data: ArrayLike,
+    *,
+    start: Optional[ArrayLike] = None,
+    background: Optional[ArrayLike] = None,
+    iterations: int = 50,
+    residual: Optional[float] = None,
+    change: Optional[float] = None,
+    order: _Order = "view-slice-bin",
+    progress: Optional[_Progress] = None,
+) -> Solution: ...
+def osem(
+    projector: Projector,
+    data: ArrayLike,
+    subsets: int,
+    *,
+    start: Optional[ArrayLike] = None,
+    background: Optional[ArrayLike] = None,
+    iterations: int = 50,
+    residual: Optional[float] = None,
+    change: Optional[float] = None,
+    order: _Order = "view-slice-bin",
+    progress: Optional[_Progress] = None,
+) -> Solution: ...
+def sirt(
+    projector: Projector,
+    data: ArrayLike,
+    *,
+    start: Optional[ArrayLike] = None,
+    relaxation: float = 1.0,
+    lower: Optional[float] = None,
+    upper: Optional[float] = None,
+    iterations: int = 50,
+    residual: Optional[float] = None,
+    change: Optional[float] = None,
+    order: _Order = "view-slice-bin",
+    progress: Optional[_Progress] = None,
+) -> Solution: ...
+def cgls(
+    projector: Projector,
+    data: ArrayLike,
+    *,
+    start: Optional[ArrayLike] = None,
+    gradient: Optional[float] = None,
+    iterations: int = 50,
+    residual: Optional[float] = None,
+    change: Optional[float] = None,
+    order: _Order = "view-slice-bin",
+    progress: Optional[_Progress] = None,
+) -> Solution: ...

@@ -1,0 +1,135 @@
+//! NumPy's arrays in and out.
+//!
+//! What comes in is copied: it stays as it is while the interpreter's lock is free, whatever other threads do. What goes out is handed over
+//! without a copy.
+
+use crate::errors::Failure;
+use numpy::ndarray::{ArrayD, IxDyn};
+use numpy::{
+    Element, IntoPyArray, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray,
+    PyUntypedArrayMethods, dtype,
+};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// An array that Python gets, its last index the fastest.
+pub(crate) fn array<'py, T: Element>(
+    py: Python<'py>,
+    samples: Vec<T>,
+    shape: &[usize],
+) -> Result<Bound<'py, PyArrayDyn<T>>, Failure> {
+    let made = ArrayD::from_shape_vec(IxDyn(shape), samples);
+    let made = made.map_err(|error| Failure::internal(&error))?;
+    Ok(made.into_pyarray(py))
+}
+
+/// Samples in the precision in which they came: single for NumPy's `float32`, double for all other real numbers.
+#[derive(Debug)]
+pub(crate) enum Samples {
+    Single(Vec<f32>),
+    Double(Vec<f64>),
+}
+
+/// An array that Python gave.
+#[derive(Debug)]
+pub(crate) struct Given<T> {
+    pub(crate) samples: T,
+    pub(crate) shape: Vec<usize>,
+}
+
+/// Real numbers in their precision.
+pub(crate) fn samples(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Given<Samples>> {
+    let array = real(what, given)?;
+    let single = array.dtype().is_equiv_to(&dtype::<f32>(given.py()));
+    Ok(Given {
+        samples: match single {
+            true => Samples::Single(copied(&array)?),
+            false => Samples::Double(copied(&array)?),
+        },
+        shape: array.shape().to_vec(),
+    })
+}
+
+/// Real numbers as those of a given precision.
+pub(crate) fn of<T: Element + Copy>(
+    what: &str,
+    given: &Bound<'_, PyAny>,
+) -> PyResult<Given<Vec<T>>> {
+    let array = real(what, given)?;
+    Ok(Given {
+        samples: copied(&array)?,
+        shape: array.shape().to_vec(),
+    })
+}
+
+/// A list of numbers.
+pub(crate) fn numbers(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let Given { samples, shape } = of(what, given)?;
+    match shape.len() {
+        1 => Ok(samples),
+        _ => Err(wrong_shape(what, &shape, "one axis")),
+    }
+}
+
+/// A list of points of N coordinates.
+pub(crate) fn points<const N: usize>(
+    what: &str,
+    given: &Bound<'_, PyAny>,
+) -> PyResult<Vec<[f64; N]>> {
+    let Given { samples, shape } = of::<f64>(what, given)?;
+    if shape.len() != 2 || shape[1] != N {
+        return Err(wrong_shape(what, &shape, &format!("(n, {N})")));
+    }
+    let (points, _) = samples.as_chunks::<N>();
+    Ok(points.to_vec())
+}
+
+/// Refuses an array of another shape.
+pub(crate) fn check_shape(what: &str, given: &[usize], expected: &[usize]) -> PyResult<()> {
+    match given == expected {
+        true => Ok(()),
+        false => Err(wrong_shape(what, given, &shown(expected))),
+    }
+}
+
+/// The error of an array of another shape.
+pub(crate) fn wrong_shape(what: &str, given: &[usize], expected: &str) -> PyErr {
+    let given = shown(given);
+    PyValueError::new_err(format!("{what} has the shape {given}, expected {expected}"))
+}
+
+/// A shape as Python shows it.
+pub(crate) fn shown(shape: &[usize]) -> String {
+    match shape {
+        [one] => format!("({one},)"),
+        _ => {
+            let sizes: Vec<_> = shape.iter().map(ToString::to_string).collect();
+            format!("({})", sizes.join(", "))
+        }
+    }
+}
+
+fn real<'py>(what: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let numpy = given.py().import("numpy")?;
+    let array = numpy.call_method1("asarray", (given,))?;
+    let array = array.cast_into::<PyUntypedArray>()?;
+    match array.dtype().kind() {
+        b'i' | b'u' | b'f' => Ok(array),
+        _ => {
+            let kind = array.dtype();
+            let text = format!("{what} must hold real numbers, not {kind}");
+            Err(PyTypeError::new_err(text))
+        }
+    }
+}
+
+fn copied<T: Element + Copy>(array: &Bound<'_, PyUntypedArray>) -> PyResult<Vec<T>> {
+    let py = array.py();
+    let options = PyDict::new(py);
+    options.set_item("order", "C")?;
+    options.set_item("copy", false)?;
+    let array = array.call_method("astype", (dtype::<T>(py),), Some(&options))?;
+    let array = array.cast_into::<PyArrayDyn<T>>()?;
+    Ok(array.try_readonly()?.as_slice()?.to_vec())
+}

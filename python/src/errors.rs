@@ -1,0 +1,128 @@
+//! Errors of the crates as Python's exceptions, which `heart_phantom/errors.py` defines.
+
+use heart_phantom::PhantomError;
+use heart_phantom::membrane_newton::{MembraneError, NewtonError};
+use heart_phantom::radon::RadonError;
+use heart_phantom::revolve_voxel::RevolveError;
+use pyo3::exceptions::{PyFileExistsError, PyOSError, PyRuntimeError};
+use pyo3::prelude::*;
+use std::error::Error;
+use std::io;
+use std::path::Path;
+
+/// Whatever a call can fail with.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    #[error(transparent)]
+    Phantom(#[from] PhantomError),
+    #[error(transparent)]
+    Radon(#[from] RadonError),
+    #[error(transparent)]
+    Revolve(#[from] RevolveError),
+    #[error(transparent)]
+    Newton(#[from] NewtonError),
+    #[error(transparent)]
+    Membrane(#[from] MembraneError),
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    #[error(transparent)]
+    Python(#[from] PyErr),
+}
+
+impl Failure {
+    /// What should not happen.
+    pub(crate) fn internal(what: &dyn std::fmt::Display) -> Self {
+        PyRuntimeError::new_err(format!(
+            "a defect of heart_phantom, please report it: {what}"
+        ))
+        .into()
+    }
+}
+
+impl From<Failure> for PyErr {
+    fn from(failure: Failure) -> Self {
+        Python::attach(|py| match failure {
+            Failure::Phantom(error) => of_phantom(py, error),
+            Failure::Radon(error) => exception(py, "RadonError", &error),
+            Failure::Revolve(error) => exception(py, "RevolveError", &error),
+            Failure::Newton(error) => exception(py, "MembraneError", &error),
+            Failure::Membrane(error) => exception(py, "MembraneError", &error),
+            Failure::Io(error) => error.into(),
+            Failure::Python(error) => error,
+        })
+    }
+}
+
+fn of_phantom(py: Python<'_>, error: PhantomError) -> PyErr {
+    let text = chain(&error);
+    match &error {
+        PhantomError::Scene(fault) => scene_error(
+            py,
+            &text,
+            (fault.file.as_deref(), fault.place),
+            [&fault.field, &fault.given, &fault.wanted],
+        ),
+        PhantomError::Refused {
+            file,
+            place,
+            field,
+            source,
+        } => {
+            let wanted = chain(source.as_ref());
+            scene_error(py, &text, (file.as_deref(), *place), [field, "", &wanted])
+        }
+        PhantomError::Radon(_) => exception(py, "RadonError", &error),
+        PhantomError::Solid(_) => exception(py, "RevolveError", &error),
+        PhantomError::Balloon(_) | PhantomError::Membrane(_) | PhantomError::Motion(_) => {
+            exception(py, "MembraneError", &error)
+        }
+        PhantomError::Read { source, .. } | PhantomError::File { source, .. } => {
+            io::Error::new(source.kind(), text).into()
+        }
+        PhantomError::Foreign { .. } | PhantomError::Listed { .. } => {
+            PyFileExistsError::new_err(text)
+        }
+        PhantomError::Busy { .. } | PhantomError::Threads { .. } => PyOSError::new_err(text),
+        _ => exception(py, "HeartPhantomError", &error),
+    }
+}
+
+/// One of the exceptions of `errors.py`, with the messages of an error and of all that led to it.
+fn exception(py: Python<'_>, class: &str, error: &dyn Error) -> PyErr {
+    made(py, class, &chain(error)).map_or_else(|error| error, PyErr::from_value)
+}
+
+fn made<'py>(py: Python<'py>, class: &str, text: &str) -> PyResult<Bound<'py, PyAny>> {
+    let class = py.import("heart_phantom.errors")?.getattr(class)?;
+    class.call1((text,))
+}
+
+fn scene_error(
+    py: Python<'_>,
+    text: &str,
+    (file, place): (Option<&Path>, Option<[usize; 2]>),
+    [field, given, wanted]: [&str; 3],
+) -> PyErr {
+    let with_places = || {
+        let error = made(py, "SceneError", text)?;
+        error.setattr("file", file.map(|file| file.display().to_string()))?;
+        error.setattr("line", place.map(|[line, _]| line))?;
+        error.setattr("column", place.map(|[_, column]| column))?;
+        for (name, text) in [("field", field), ("given", given), ("wanted", wanted)] {
+            error.setattr(name, text)?;
+        }
+        Ok(PyErr::from_value(error))
+    };
+    with_places().unwrap_or_else(|error| error)
+}
+
+/// The messages of an error and of all that led to it; each says what its own level knows.
+fn chain(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(error) = source {
+        text = format!("{text}: {error}");
+        source = error.source();
+    }
+    text
+}

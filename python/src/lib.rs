@@ -1,0 +1,49 @@
+//! The Python package `heart-phantom`: the crates of this workspace for NumPy.
+//!
+//! Classes hold what Rust has, check what Python gives, and hand arrays over; they compute nothing. `work.rs` has how a call leaves the
+//! interpreter, `arrays.rs` what becomes of arrays, `errors.rs` what of errors.
+
+mod arrays;
+mod errors;
+mod membrane;
+mod mesh;
+mod motion;
+mod phantom;
+mod pose;
+mod radon;
+mod revolve;
+mod scene;
+mod values;
+mod work;
+
+/// What the modules of the package `heart_phantom` show.
+#[pyo3::pymodule]
+mod _native {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::membrane::{PyEquilibrium, PyMembrane, PyPairEquilibrium, solve_pair};
+    #[pymodule_export]
+    use crate::mesh::PyMesh;
+    #[pymodule_export]
+    use crate::motion::PyMotion;
+    #[pymodule_export]
+    use crate::phantom::PyPhantom;
+    #[pymodule_export]
+    use crate::pose::PyPose;
+    #[pymodule_export]
+    use crate::radon::{
+        PyFbpPlan, PyGeometry, PyGrid, PyProjector, PySolution, cgls, fbp, mlem, osem, sirt,
+    };
+    #[pymodule_export]
+    use crate::revolve::{PyBody, PyMeridian};
+    #[pymodule_export]
+    use crate::scene::PyScene;
+    #[pymodule_export]
+    use crate::work::{set_threads, threads};
+
+    #[pymodule_init]
+    fn version(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,78 @@
+//! Triangle meshes.
+
+use crate::arrays::array;
+use crate::errors::Failure;
+use crate::values::choice;
+use heart_phantom::files::{write_ply, write_stl};
+use heart_phantom::revolve_voxel::Mesh;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+/// A closed triangle mesh, every edge shared by two triangles, seen counter-clockwise from outside; cm.
+#[pyclass(name = "Mesh", module = "heart_phantom.revolve", frozen)]
+#[derive(Debug)]
+pub(crate) struct PyMesh(Mesh);
+
+impl From<Mesh> for PyMesh {
+    fn from(mesh: Mesh) -> Self {
+        Self(mesh)
+    }
+}
+
+/// The formats of `PyMesh::write`.
+#[derive(Debug, Clone, Copy)]
+enum Format {
+    Stl,
+    Ply,
+}
+
+#[pymethods]
+impl PyMesh {
+    /// Points, x, y, z: `float64[n][3]`, a new array each time.
+    #[getter]
+    fn vertices<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
+        let flat = self.0.vertices.iter().flat_map(|p| p.coords.data.0[0]);
+        array(py, flat.collect(), &[self.0.vertices.len(), 3])
+    }
+
+    /// Outward unit normals of the surface at the points: `float64[n][3]`, a new array each time.
+    #[getter]
+    fn normals<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
+        let flat = self.0.normals.iter().flat_map(|n| n.data.0[0]);
+        array(py, flat.collect(), &[self.0.normals.len(), 3])
+    }
+
+    /// Indices of the points of each triangle: `uint32[m][3]`, a new array each time.
+    #[getter]
+    fn triangles<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArrayDyn<u32>>, Failure> {
+        let flat = self.0.triangles.as_flattened().to_vec();
+        array(py, flat, &[self.0.triangles.len(), 3])
+    }
+
+    /// The volume that the triangles enclose, cm^3.
+    #[getter]
+    fn volume(&self) -> f64 {
+        self.0.volume()
+    }
+
+    /// Writes it, in mm, to a file whose name ends in `.stl` or `.ply`.
+    fn write(&self, path: PathBuf) -> Result<(), Failure> {
+        let extension = path.extension().unwrap_or_default().to_string_lossy();
+        let format = choice(
+            "the extension",
+            &extension,
+            &[("stl", Format::Stl), ("ply", Format::Ply)],
+        )?;
+        match format {
+            Format::Stl => write_stl(&path, &self.0)?,
+            Format::Ply => write_ply(&path, &self.0)?,
+        }
+        Ok(())
+    }
+
+    fn __repr__(&self) -> String {
+        let (points, triangles) = (self.0.vertices.len(), self.0.triangles.len());
+        format!("<Mesh: {points} points, {triangles} triangles>")
+    }
+}

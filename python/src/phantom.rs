@@ -1,0 +1,480 @@
+//! The phantom: what a scene describes, as arrays.
+
+use crate::arrays::{self, Given, array};
+use crate::errors::Failure;
+use crate::membrane::PyEquilibrium;
+use crate::mesh::PyMesh;
+use crate::motion::PyMotion;
+use crate::radon::{PyGeometry, PyGrid};
+use crate::revolve::PyBody;
+use crate::scene::{PyScene, scene_of};
+use crate::values::{Whole, to_python};
+use crate::work::{AtSignal, Watch, work, work_told};
+use heart_phantom::{Moment, Phantom, PhantomError, Scene};
+use numpy::PyArrayDyn;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+type Floats<'py> = Result<Bound<'py, PyArrayDyn<f32>>, Failure>;
+type Any<'py> = Result<Bound<'py, PyAny>, Failure>;
+
+/// A beating heart and what looks at it: everything on demand, and nothing twice.
+///
+/// `scene` is a `Scene`, a dictionary of one, or nothing for the study of Rohmer et al. 2006. It is checked here and nothing is computed.
+/// `memory` bounds, in bytes, the memory of solved shapes; it changes no bit of any result.
+///
+/// Arrays are C-contiguous `float32` unless said otherwise: views `[view][row][bin]`, volumes `[z][y][x]`; row j of a view and slice j of
+/// a volume are at the same height. Lengths in cm, angles in radians, activities in 1/mL, views in activity times cm, phases and breaths
+/// from 0 to 1. Results have the same bits for any number of threads.
+///
+/// >>> from heart_phantom import Phantom, Scene
+/// >>> phantom = Phantom(Scene().with_size(32).replace(acquisition={"mode": {"static": {"phase": 0.5}}}))
+/// >>> round(phantom.numbers()["ejection_fraction"], 6)
+/// 0.375
+/// >>> phantom.views().shape, phantom.truth().shape
+/// ((90, 32, 32), (32, 32, 32))
+#[pyclass(name = "Phantom", module = "heart_phantom", frozen)]
+#[derive(Debug)]
+pub(crate) struct PyPhantom(Arc<Phantom>);
+
+impl PyPhantom {
+    /// The shape of a volume.
+    fn volume_shape(&self) -> [usize; 3] {
+        let [nx, ny, nz] = self.0.camera().grid().shape();
+        [nz, ny, nx]
+    }
+
+    fn views_shape(&self) -> [usize; 3] {
+        let camera = self.0.camera();
+        [camera.n_views(), camera.n_rows(), camera.n_bins()]
+    }
+
+    /// An array of a call's work.
+    fn floats<'py>(
+        &self,
+        py: Python<'py>,
+        shape: &[usize],
+        make: impl FnOnce(&Phantom, &Watch) -> Result<Vec<f32>, PhantomError> + Send + 'static,
+    ) -> Floats<'py> {
+        let phantom = self.0.clone();
+        array(py, work(py, move |watch| make(&phantom, watch))?, shape)
+    }
+
+    /// Any other result.
+    fn made<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        make: impl FnOnce(&Phantom) -> Result<T, PhantomError> + Send + 'static,
+    ) -> Result<T, Failure> {
+        let phantom = self.0.clone();
+        work(py, move |_| make(&phantom))
+    }
+
+    /// A phase and a breath, which only a heart that breathes has.
+    fn moment(&self, phase: f64, breath: f64) -> Result<Moment, Failure> {
+        if breath != 0.0 && self.0.cycle().breathing().is_none() {
+            let text = format!("breath is {breath}, and the heart of this scene does not breathe");
+            return Err(PyValueError::new_err(text).into());
+        }
+        Ok(Moment { phase, breath })
+    }
+
+    fn of(py: Python<'_>, scene: Scene, memory: Option<Whole>) -> Result<Self, Failure> {
+        let made = work(py, move |_| Phantom::new(scene))?;
+        Ok(Self(Arc::new(match memory {
+            None => made,
+            Some(Whole(bytes)) => made.with_memory(bytes),
+        })))
+    }
+}
+
+/// A column of a table of views, by name.
+type Column = (&'static str, fn(&heart_phantom::ViewTime) -> f64);
+
+#[pymethods]
+impl PyPhantom {
+    #[new]
+    #[pyo3(signature = (scene = None, *, memory = None))]
+    fn new(
+        py: Python<'_>,
+        scene: Option<&Bound<'_, PyAny>>,
+        memory: Option<Whole>,
+    ) -> Result<Self, Failure> {
+        Self::of(py, scene_of(scene)?, memory)
+    }
+
+    /// The phantom of a scene's file; errors have its name.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> Result<Self, Failure> {
+        let made = work(py, move |_| Phantom::load(&path))?;
+        Ok(Self(Arc::new(made)))
+    }
+
+    /// The scene.
+    #[getter]
+    fn scene(&self) -> PyScene {
+        PyScene(self.0.scene().cloned().unwrap_or_default())
+    }
+
+    /// Number of sets of views: the cardiac gates or 1, times the respiratory gates or 1.
+    #[getter]
+    fn n_gates(&self) -> usize {
+        self.0.n_gates()
+    }
+
+    /// Shape of a volume, `(z, y, x)`.
+    #[getter]
+    fn shape(&self) -> (usize, usize, usize) {
+        self.volume_shape().into()
+    }
+
+    /// Distance between voxels in cm, in the order of a volume's axes: z, y, x.
+    #[getter]
+    fn spacing(&self) -> (f64, f64, f64) {
+        let [x, y, z] = self.0.camera().grid().spacing();
+        (z, y, x)
+    }
+
+    /// Centre of the first voxel in cm, in the order of a volume's axes: z, y, x.
+    #[getter]
+    fn origin(&self) -> (f64, f64, f64) {
+        let [x, y, z] = self.0.camera().grid().origin();
+        (z, y, x)
+    }
+
+    /// Names of the labels, from 0 on.
+    #[getter]
+    fn label_names(&self) -> Vec<String> {
+        self.0.label_names()
+    }
+
+    /// A phase of end-systole and one of end-diastole.
+    #[getter]
+    fn extreme_phases(&self) -> (f64, f64) {
+        self.0.extreme_phases().into()
+    }
+
+    /// What may surprise in this scene, in words.
+    fn warnings(&self, py: Python<'_>) -> Result<Vec<String>, Failure> {
+        let warnings = self.made(py, Phantom::warnings)?;
+        Ok(warnings.iter().map(ToString::to_string).collect())
+    }
+
+    /// All views of a gate, `[view][row][bin]`, with the scene's blur and noise.
+    ///
+    /// `progress`, if any, is called now and then with the share that is done.
+    #[pyo3(signature = (gate = Whole(0), *, progress = None), text_signature = "($self, gate=0, *, progress=None)")]
+    fn views<'py>(
+        &self,
+        py: Python<'py>,
+        gate: Whole,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> Floats<'py> {
+        let phantom = self.0.clone();
+        let samples = work_told(py, progress, AtSignal::Leave, move |watch| {
+            views(&phantom, gate.0, watch)
+        })?;
+        array(py, samples, &self.views_shape())
+    }
+
+    /// One view of a gate, `[row][bin]`.
+    #[pyo3(signature = (view, gate = Whole(0)), text_signature = "($self, view, gate=0)")]
+    fn view<'py>(&self, py: Python<'py>, view: Whole, gate: Whole) -> Floats<'py> {
+        let [_, rows, bins] = self.views_shape();
+        self.floats(py, &[rows, bins], move |phantom, _| {
+            phantom.view(gate.0, view.0)
+        })
+    }
+
+    /// The views of all gates, `[gate][view][row][bin]`; what several gates see is computed once.
+    fn views_of_gates<'py>(&self, py: Python<'py>) -> Floats<'py> {
+        let [views, rows, bins] = self.views_shape();
+        let shape = [self.0.n_gates(), views, rows, bins];
+        self.floats(py, &shape, |phantom, _| phantom.sinograms_of_gates())
+    }
+
+    /// The angles, in radians, from which the views of a gate are seen, in the mean over their time: `float64[view]`.
+    #[pyo3(signature = (gate = Whole(0)), text_signature = "($self, gate=0)")]
+    fn angles<'py>(
+        &self,
+        py: Python<'py>,
+        gate: Whole,
+    ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
+        let angles: Vec<_> = (self.0.view_times(gate.0)?.iter())
+            .map(|time| time.angle)
+            .collect();
+        let n = angles.len();
+        array(py, angles, &[n])
+    }
+
+    /// When and from where the views of a gate are taken: a dictionary of `float64[view]`.
+    ///
+    /// `start` and `window`, the seconds that are seen, in seconds; `phase` of the beat at the start; `angle` in radians.
+    #[pyo3(signature = (gate = Whole(0)), text_signature = "($self, gate=0)")]
+    fn view_times<'py>(&self, py: Python<'py>, gate: Whole) -> Result<Bound<'py, PyDict>, Failure> {
+        let times = self.0.view_times(gate.0)?;
+        let made = PyDict::new(py);
+        let columns: [Column; 4] = [
+            ("start", |time| time.start),
+            ("window", |time| time.window),
+            ("phase", |time| time.phase),
+            ("angle", |time| time.angle),
+        ];
+        for (name, of) in columns {
+            let column: Vec<f64> = times.iter().map(of).collect();
+            made.set_item(name, array(py, column, &[times.len()])?)?;
+        }
+        Ok(made)
+    }
+
+    /// Angles and bins of a gate's views, for `heart_phantom.radon`.
+    #[pyo3(signature = (gate = Whole(0)), text_signature = "($self, gate=0)")]
+    fn geometry(&self, gate: Whole) -> Result<PyGeometry, Failure> {
+        Ok(PyGeometry(self.0.geometry(gate.0)?))
+    }
+
+    /// The pixels of a slice, for `heart_phantom.radon`.
+    #[getter]
+    fn grid(&self) -> PyGrid {
+        PyGrid(*self.0.camera().image())
+    }
+
+    /// The reconstruction of a gate's views, `[z][y][x]`, by the scene's method.
+    #[pyo3(signature = (gate = Whole(0)), text_signature = "($self, gate=0)")]
+    fn volume<'py>(&self, py: Python<'py>, gate: Whole) -> Floats<'py> {
+        self.floats(py, &self.volume_shape(), move |phantom, watch| {
+            let views = views(phantom, gate.0, watch)?;
+            let told = |_| watch.tell(0.0);
+            Ok(phantom.reconstruct_observed(gate.0, &views, &told)?.0)
+        })
+    }
+
+    /// The reconstruction, `[z][y][x]`, of views `[view][row][bin]` of this camera, such as those of `views` with noise of one's own.
+    ///
+    /// They are taken as `float32`, and as seen from where those of the gate are.
+    #[pyo3(signature = (views, gate = Whole(0)), text_signature = "($self, views, gate=0)")]
+    fn reconstruct<'py>(
+        &self,
+        py: Python<'py>,
+        views: &Bound<'py, PyAny>,
+        gate: Whole,
+    ) -> Floats<'py> {
+        let Given { samples, shape } = arrays::of::<f32>("views", views)?;
+        arrays::check_shape("views", &shape, &self.views_shape())?;
+        self.floats(py, &self.volume_shape(), move |phantom, watch| {
+            let told = |_| watch.tell(0.0);
+            Ok(phantom.reconstruct_observed(gate.0, &samples, &told)?.0)
+        })
+    }
+
+    /// One slice of the reconstruction of a gate, `[y][x]`, from the rows of the views that it needs.
+    #[pyo3(signature = (z, gate = Whole(0)), text_signature = "($self, z, gate=0)")]
+    fn slice<'py>(&self, py: Python<'py>, z: Whole, gate: Whole) -> Floats<'py> {
+        let [_, ny, nx] = self.volume_shape();
+        self.floats(py, &[ny, nx], move |phantom, _| phantom.slice(gate.0, z.0))
+    }
+
+    /// The exact volume of a gate, `[z][y][x]`: the mean activity over each voxel and over the time that the views see.
+    #[pyo3(signature = (gate = Whole(0)), text_signature = "($self, gate=0)")]
+    fn truth<'py>(&self, py: Python<'py>, gate: Whole) -> Floats<'py> {
+        self.floats(py, &self.volume_shape(), move |phantom, _| {
+            phantom.truth(gate.0)
+        })
+    }
+
+    /// One slice of the exact volume of a gate, `[y][x]`.
+    #[pyo3(signature = (z, gate = Whole(0)), text_signature = "($self, z, gate=0)")]
+    fn truth_slice<'py>(&self, py: Python<'py>, z: Whole, gate: Whole) -> Floats<'py> {
+        let [_, ny, nx] = self.volume_shape();
+        self.floats(py, &[ny, nx], move |phantom, _| {
+            phantom.truth_slice(gate.0, z.0)
+        })
+    }
+
+    /// The exact volumes of all gates, `[gate][z][y][x]`; what several gates see is computed once.
+    fn truth_of_gates<'py>(&self, py: Python<'py>) -> Floats<'py> {
+        let [nz, ny, nx] = self.volume_shape();
+        let shape = [self.0.n_gates(), nz, ny, nx];
+        self.floats(py, &shape, |phantom, _| phantom.truth_of_gates())
+    }
+
+    /// The mean activity of each voxel at a phase, `[z][y][x]`.
+    #[pyo3(signature = (phase, breath = 0.0))]
+    fn activity<'py>(&self, py: Python<'py>, phase: f64, breath: f64) -> Floats<'py> {
+        let at = self.moment(phase, breath)?;
+        self.floats(py, &self.volume_shape(), move |phantom, _| {
+            phantom.activity(at)
+        })
+    }
+
+    /// What each voxel holds most of at a phase, `uint8[z][y][x]`; `label_names` says what the numbers stand for.
+    #[pyo3(signature = (phase, breath = 0.0))]
+    fn labels<'py>(
+        &self,
+        py: Python<'py>,
+        phase: f64,
+        breath: f64,
+    ) -> Result<Bound<'py, PyArrayDyn<u8>>, Failure> {
+        let at = self.moment(phase, breath)?;
+        let labels = self.made(py, move |phantom| phantom.labels(at))?;
+        array(py, labels, &self.volume_shape())
+    }
+
+    /// The mean attenuation of each voxel at a phase in 1/cm, `[z][y][x]`.
+    #[pyo3(signature = (phase, breath = 0.0))]
+    fn attenuation<'py>(&self, py: Python<'py>, phase: f64, breath: f64) -> Floats<'py> {
+        let at = self.moment(phase, breath)?;
+        self.floats(py, &self.volume_shape(), move |phantom, _| {
+            phantom.attenuation(at)
+        })
+    }
+
+    /// The motion of the wall from end-diastole at end-expiration to a phase.
+    #[pyo3(signature = (phase, breath = 0.0))]
+    fn motion(&self, py: Python<'_>, phase: f64, breath: f64) -> Result<PyMotion, Failure> {
+        let at = self.moment(phase, breath)?;
+        let field = self.made(py, move |phantom| phantom.motion(at))?;
+        PyMotion::new(py, field, self.volume_shape())
+    }
+
+    /// The inner and the outer surface at a phase, in the lab.
+    #[pyo3(signature = (phase, breath = 0.0))]
+    fn meshes(&self, py: Python<'_>, phase: f64, breath: f64) -> Result<(PyMesh, PyMesh), Failure> {
+        let at = self.moment(phase, breath)?;
+        let meshes = self.made(py, move |phantom| phantom.meshes(at))?;
+        Ok(meshes.map(PyMesh::from).into())
+    }
+
+    /// The body at a phase: its layers are the inner and the outer surface.
+    #[pyo3(signature = (phase, breath = 0.0))]
+    fn body(&self, py: Python<'_>, phase: f64, breath: f64) -> Result<PyBody, Failure> {
+        let at = self.moment(phase, breath)?;
+        let body = self.made(py, move |phantom| {
+            let pose = phantom.pose(at.breath)?;
+            Ok(phantom.shape(at.phase)?.body().standing(pose))
+        })?;
+        Ok(PyBody::from(body))
+    }
+
+    /// The inner and the outer membrane at a phase, with their pressures.
+    fn membranes(
+        &self,
+        py: Python<'_>,
+        phase: f64,
+    ) -> Result<(PyEquilibrium, PyEquilibrium), Failure> {
+        let shape = self.made(py, move |phantom| phantom.shape(phase))?;
+        let solution = shape.solution();
+        let both = [&solution.inner, &solution.outer];
+        Ok(both.map(|membrane| PyEquilibrium(membrane.clone())).into())
+    }
+
+    /// Volume of the cavity in mL at each of some phases, `float64`, of the shape of the phases.
+    fn cavity_volumes<'py>(
+        &self,
+        py: Python<'py>,
+        phases: &Bound<'py, PyAny>,
+    ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
+        let Given { samples, shape } = arrays::of::<f64>("phases", phases)?;
+        let volumes = self.made(py, move |phantom| {
+            let [rest, _] = phantom.heart().rest()?.volumes();
+            let volume = |phase: f64| rest * (1.0 + phantom.cycle().gain(phase));
+            Ok(samples.into_iter().map(volume).collect())
+        })?;
+        array(py, volumes, &shape)
+    }
+
+    /// Volumes in mL, ejection fraction, output, wall: a dictionary, as in `report.json`.
+    fn numbers<'py>(&self, py: Python<'py>) -> Any<'py> {
+        to_python(py, &self.made(py, Phantom::numbers)?)
+    }
+
+    /// The heart at the phases that stand for the views, and at end-diastole and end-systole: a list of dictionaries.
+    fn phases<'py>(&self, py: Python<'py>) -> Any<'py> {
+        to_python(py, &self.made(py, Phantom::phase_reports)?)
+    }
+
+    /// Torsion, shortening and the motion of the scene's points at the phases that stand for the views: a list of dictionaries.
+    fn motion_reports<'py>(&self, py: Python<'py>) -> Any<'py> {
+        to_python(py, &self.made(py, Phantom::motion_reports)?)
+    }
+
+    /// The beats while the camera looked, a dictionary of lists; `None` if they are all alike and count.
+    fn beats<'py>(&self, py: Python<'py>) -> Any<'py> {
+        to_python(py, &self.0.beats())
+    }
+
+    /// How a volume of a gate compares with the truth, both `[z][y][x]`: streaks, unevenness of the wall, blur; a dictionary.
+    #[pyo3(signature = (volume, truth, gate = Whole(0)), text_signature = "($self, volume, truth, gate=0)")]
+    fn artefacts<'py>(
+        &self,
+        py: Python<'py>,
+        volume: &Bound<'py, PyAny>,
+        truth: &Bound<'py, PyAny>,
+        gate: Whole,
+    ) -> Any<'py> {
+        let volume = arrays::of::<f32>("volume", volume)?;
+        let truth = arrays::of::<f32>("truth", truth)?;
+        for (what, given) in [("volume", &volume), ("truth", &truth)] {
+            arrays::check_shape(what, &given.shape, &self.volume_shape())?;
+        }
+        let report = self.made(py, move |phantom| {
+            phantom.artefacts(gate.0, &volume.samples, &truth.samples)
+        })?;
+        to_python(py, &report)
+    }
+
+    /// Memory in bytes that `run` takes at most, an estimate: a dictionary of `shapes`, `views`, `volumes`.
+    fn memory<'py>(&self, py: Python<'py>) -> Any<'py> {
+        to_python(py, &self.0.memory())
+    }
+
+    /// Work done so far: a dictionary of counters.
+    fn work<'py>(&self, py: Python<'py>) -> Any<'py> {
+        to_python(py, &self.0.work())
+    }
+
+    /// Computes and writes what the scene's `[output]` asks for, and `report.json`, whose content is returned.
+    ///
+    /// Every file is written whole or not at all, `report.json` last. Ctrl-C ends it after the step that is under way. `progress`, if
+    /// any, is called now and then with the share that is done.
+    #[pyo3(signature = (folder, *, progress = None))]
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        folder: PathBuf,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> Any<'py> {
+        let phantom = self.0.clone();
+        let report = work_told(py, progress, AtSignal::Wait, move |watch| {
+            heart_phantom::run(&phantom, &folder, &|at| watch.tell(at.fraction))
+        })?;
+        to_python(py, &report)
+    }
+
+    fn __repr__(&self) -> String {
+        let [views, rows, bins] = self.views_shape();
+        let [nz, ny, nx] = self.volume_shape();
+        let gates = match self.0.n_gates() {
+            1 => String::new(),
+            n => format!("{n} gates of "),
+        };
+        let spacing = self.0.camera().grid().spacing()[0];
+        format!(
+            "<Phantom: {gates}{views} views of {rows} x {bins} samples, {nz} x {ny} x {nx} voxels of {spacing} cm>"
+        )
+    }
+
+    fn __getnewargs__(&self) -> (PyScene,) {
+        (self.scene(),)
+    }
+}
+
+/// All views of a gate.
+fn views(phantom: &Phantom, gate: usize, watch: &Watch) -> Result<Vec<f32>, PhantomError> {
+    let all = phantom.camera().n_views() as f64;
+    let told = |done: usize| watch.tell(done as f64 / all);
+    Ok(phantom.sinograms(gate, &told)?.samples)
+}

@@ -1,0 +1,272 @@
+//! Filtered back-projection.
+
+use super::{Precision, PyGeometry, PyGrid, Stack, order_of};
+use crate::arrays::{Given, Samples, array, samples};
+use crate::errors::Failure;
+use crate::values::{Whole, choice, named};
+use crate::work::work;
+use heart_phantom::radon::{
+    EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Method, ParallelGeometry,
+};
+use pyo3::prelude::*;
+use std::sync::{Arc, OnceLock};
+
+/// Filtered back-projection of sinograms of a geometry onto the pixels of a grid, planned once for many data.
+///
+/// `window`: `"ram-lak"`, `"shepp-logan"`, `"cosine"`, `"hamming"`, `"hann"`, `{"butterworth": {"order": 4}}` or
+/// `{"custom": [1.0, 0.5, 0.0]}`, gains from frequency 0 to the cutoff. `cutoff`: share of the Nyquist frequency. `interpolation`:
+/// `"linear"` or `"band-limited"`. `edge`, what is beyond the ends of a row: `"zero"`, `"repeat"`, `"fade"`, `"ellipse"`. `arc`, what
+/// becomes of directions that no view measured: `"complete"` (an error), `"extend"`, `"truncate"`, `"rescale"`. `ramp`: whether rows are
+/// filtered. `region`: `((x0, x1), (y0, y1))`, the pixels to reconstruct. `method`: `"auto"`, `"direct"`, `"fourier"`. `memory`: bytes for
+/// work arrays.
+///
+/// >>> import numpy as np
+/// >>> from heart_phantom.radon import FbpPlan, Geometry, Grid
+/// >>> geometry = Geometry.half_turn(90, 64, 0.5)
+/// >>> chords = 2 * np.sqrt(np.maximum(100 - geometry.bins**2, 0))  # a disc of radius 10 and value 1
+/// >>> image = FbpPlan(geometry, Grid.square(64, 0.5)).reconstruct(np.tile(chords, (90, 1)))
+/// >>> bool(abs(image[32, 40] - 1) < 0.01)
+/// True
+#[pyclass(name = "FbpPlan", module = "heart_phantom.radon", frozen)]
+#[derive(Debug)]
+pub(crate) struct PyFbpPlan(Arc<Plans>);
+
+/// A plan of each precision, made when it is asked for.
+#[derive(Debug)]
+struct Plans {
+    geometry: ParallelGeometry,
+    grid: ImageGrid,
+    options: FbpOptions,
+    single: OnceLock<FbpPlan<f32>>,
+    double: OnceLock<FbpPlan<f64>>,
+}
+
+/// A precision that has its plan among the two.
+trait Planned: Precision {
+    fn known(plans: &Plans) -> &OnceLock<FbpPlan<Self>>;
+}
+
+impl Planned for f32 {
+    fn known(plans: &Plans) -> &OnceLock<FbpPlan<f32>> {
+        &plans.single
+    }
+}
+
+impl Planned for f64 {
+    fn known(plans: &Plans) -> &OnceLock<FbpPlan<f64>> {
+        &plans.double
+    }
+}
+
+impl Plans {
+    fn plan<T: Planned>(&self) -> Result<&FbpPlan<T>, Failure> {
+        let known = T::known(self);
+        if let Some(plan) = known.get() {
+            return Ok(plan);
+        }
+        let made = FbpPlan::new(&self.geometry, &self.grid, &self.options)?;
+        // Another thread may have been first, with the same.
+        Ok(known.get_or_init(|| made))
+    }
+
+    fn reconstruct<T: Planned>(
+        &self,
+        data: &[T],
+        stack: Stack,
+        order: &str,
+    ) -> Result<Vec<T>, Failure> {
+        let plan = self.plan::<T>()?;
+        Ok(plan.reconstruct_stack(data, stack.n(), order_of(order)?)?)
+    }
+}
+
+impl PyFbpPlan {
+    fn make(
+        py: Python<'_>,
+        geometry: ParallelGeometry,
+        grid: ImageGrid,
+        options: FbpOptions,
+    ) -> Result<Self, Failure> {
+        let plans = Plans {
+            geometry,
+            grid,
+            options,
+            single: OnceLock::new(),
+            double: OnceLock::new(),
+        };
+        let plans = work(py, move |_| {
+            plans.plan::<f32>()?;
+            Ok::<_, Failure>(plans)
+        })?;
+        Ok(Self(Arc::new(plans)))
+    }
+}
+
+/// A range of indices of each axis, x and y.
+type Region = ((Whole, Whole), (Whole, Whole));
+
+#[pymethods]
+impl PyFbpPlan {
+    #[new]
+    #[pyo3(signature = (geometry, grid, *, window = None, cutoff = 1.0, interpolation = "linear", edge = "zero", arc = None, ramp = true, region = None, method = "auto", memory = None))]
+    #[expect(clippy::too_many_arguments, reason = "each by its name")]
+    fn new(
+        py: Python<'_>,
+        geometry: &Bound<'_, PyGeometry>,
+        grid: &Bound<'_, PyGrid>,
+        window: Option<&Bound<'_, PyAny>>,
+        cutoff: f64,
+        interpolation: &str,
+        edge: &str,
+        arc: Option<&Bound<'_, PyAny>>,
+        ramp: bool,
+        region: Option<Region>,
+        method: &str,
+        memory: Option<Whole>,
+    ) -> Result<Self, Failure> {
+        let mut options = FbpOptions::default()
+            .with_cutoff(cutoff)
+            .with_interpolation(interpolation_of(interpolation)?)
+            .with_edge(edge_of(edge)?)
+            .with_method(method_of(method)?);
+        if let Some(window) = window {
+            options = options.with_window(named("window", window)?);
+        }
+        if let Some(arc) = arc {
+            options = options.with_arc(named("arc", arc)?);
+        }
+        if let Some(((x0, x1), (y0, y1))) = region {
+            options = options.with_region(x0.0..x1.0, y0.0..y1.0);
+        }
+        if let Some(memory) = memory {
+            options = options.with_memory(memory.0);
+        }
+        if !ramp {
+            options = options.without_ramp();
+        }
+        Self::make(py, geometry.get().0.clone(), grid.get().0, options)
+    }
+
+    /// The image `[y][x]` of a sinogram `[view][bin]`, or the images `[slice][y][x]` of an array of them in the order that is named,
+    /// `"view-slice-bin"` (detector images, as `Phantom.views` gives them) or `"slice-view-bin"`. `float32` data make a `float32`
+    /// image, all other numbers one of `float64`.
+    #[pyo3(signature = (sinogram, *, order = "view-slice-bin"))]
+    fn reconstruct<'py>(
+        &self,
+        py: Python<'py>,
+        sinogram: &Bound<'py, PyAny>,
+        order: &str,
+    ) -> Result<Bound<'py, PyAny>, Failure> {
+        let plans = self.0.clone();
+        let given = samples("sinogram", sinogram)?;
+        let sizes = PyGeometry(plans.geometry.clone()).sizes();
+        let stack = Stack::of_data(&given.shape, sizes, order_of(order)?)?;
+        let shape = stack.image_shape(self.image());
+        let order = order.to_owned();
+        Ok(match given.samples {
+            Samples::Single(data) => {
+                let made = work(py, move |_| plans.reconstruct(&data, stack, &order))?;
+                array(py, made, &shape)?.into_any()
+            }
+            Samples::Double(data) => {
+                let made = work(py, move |_| plans.reconstruct(&data, stack, &order))?;
+                array(py, made, &shape)?.into_any()
+            }
+        })
+    }
+
+    /// The geometry of the data.
+    #[getter]
+    fn geometry(&self) -> PyGeometry {
+        PyGeometry(self.0.geometry.clone())
+    }
+
+    /// The grid, whole.
+    #[getter]
+    fn grid(&self) -> PyGrid {
+        PyGrid(self.0.grid)
+    }
+
+    fn __repr__(&self) -> String {
+        let ([views, bins], [ny, nx]) = (self.geometry().sizes(), self.image());
+        let window = format!("{:?}", self.0.options.window);
+        format!("<FbpPlan: {views} views of {bins} bins to {ny} x {nx} pixels, {window}>")
+    }
+}
+
+impl PyFbpPlan {
+    /// Shape of a reconstructed image.
+    fn image(&self) -> [usize; 2] {
+        match &self.0.options.region {
+            None => PyGrid(self.0.grid).sizes(),
+            Some((x, y)) => [y.len(), x.len()],
+        }
+    }
+}
+
+fn interpolation_of(name: &str) -> PyResult<Interpolation> {
+    let among = [
+        ("linear", Interpolation::Linear),
+        ("band-limited", Interpolation::BandLimited),
+    ];
+    choice("interpolation", name, &among)
+}
+
+fn edge_of(name: &str) -> PyResult<EdgePolicy> {
+    let among = [
+        ("zero", EdgePolicy::Zero),
+        ("repeat", EdgePolicy::Repeat),
+        ("fade", EdgePolicy::Fade),
+        ("ellipse", EdgePolicy::Ellipse),
+    ];
+    choice("edge", name, &among)
+}
+
+fn method_of(name: &str) -> PyResult<Method> {
+    let tolerance = Method::AUTO_TOLERANCE;
+    let among = [
+        ("auto", Method::Auto),
+        ("direct", Method::Direct),
+        ("fourier", Method::Fourier { tolerance }),
+    ];
+    choice("method", name, &among)
+}
+
+/// The image `[y][x]` of a sinogram `[view][bin]` at `angles` in radians, in one call.
+///
+/// `n` square pixels a side of the bins' pitch, as many as bins if nothing is said; values are per length in the pitch's unit. Of many
+/// sinograms, and for all options, there is `FbpPlan`.
+///
+/// >>> import numpy as np
+/// >>> from heart_phantom.radon import fbp
+/// >>> angles = np.arange(90) * np.pi / 90
+/// >>> bins = np.arange(64) - 31.5
+/// >>> image = fbp(np.tile(2 * np.sqrt(np.maximum(400 - bins**2, 0)), (90, 1)), angles)
+/// >>> bool(abs(image[32, 40] - 1) < 0.01)
+/// True
+#[pyfunction]
+#[pyo3(signature = (sinogram, angles, *, pitch = 1.0, offset = 0.0, n = None, window = None, cutoff = 1.0))]
+#[expect(clippy::too_many_arguments, reason = "each by its name")]
+pub(crate) fn fbp<'py>(
+    py: Python<'py>,
+    sinogram: &Bound<'py, PyAny>,
+    angles: &Bound<'py, PyAny>,
+    pitch: f64,
+    offset: f64,
+    n: Option<Whole>,
+    window: Option<&Bound<'py, PyAny>>,
+    cutoff: f64,
+) -> Result<Bound<'py, PyAny>, Failure> {
+    let Given { shape, .. } = samples("sinogram", sinogram)?;
+    let [_, bins] = shape[..] else {
+        let error = crate::arrays::wrong_shape("sinogram", &shape, "[view][bin]");
+        return Err(error.into());
+    };
+    let geometry = PyGeometry::new(angles, Whole(bins), pitch, offset)?;
+    let grid = PyGrid::square(n.unwrap_or(Whole(bins)), pitch)?;
+    let mut options = FbpOptions::default().with_cutoff(cutoff);
+    if let Some(window) = window {
+        options = options.with_window(named("window", window)?);
+    }
+    PyFbpPlan::make(py, geometry.0, grid.0, options)?.reconstruct(py, sinogram, "view-slice-bin")
+}

@@ -1,0 +1,228 @@
+//! Where views, bins and pixels are.
+
+use crate::arrays::{array, numbers};
+use crate::errors::Failure;
+use crate::values::Whole;
+use heart_phantom::radon::{ImageGrid, ParallelGeometry};
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+type Doubles<'py> = Result<Bound<'py, PyArrayDyn<f64>>, Failure>;
+
+/// Parallel views at `angles` in radians and a row of `n_bins` bins `pitch` apart.
+///
+/// View `theta` has its bins along (cos theta, sin theta) and its rays along (-sin theta, cos theta). Bin k of n is centred at
+/// `(k - (n - 1) / 2) * pitch + offset`, measured from the axis of rotation, the origin of the image plane. A sinogram is
+/// `[view][bin]`.
+///
+/// >>> from heart_phantom.radon import Geometry
+/// >>> Geometry.half_turn(90, 64, 0.5).shape
+/// (90, 64)
+#[pyclass(name = "Geometry", module = "heart_phantom.radon", frozen, eq)]
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PyGeometry(pub(crate) ParallelGeometry);
+
+impl PyGeometry {
+    /// Views and bins.
+    pub(crate) fn sizes(&self) -> [usize; 2] {
+        [self.0.n_views(), self.0.n_bins()]
+    }
+}
+
+#[pymethods]
+impl PyGeometry {
+    #[new]
+    #[pyo3(signature = (angles, n_bins, pitch = 1.0, *, offset = 0.0))]
+    pub(crate) fn new(
+        angles: &Bound<'_, PyAny>,
+        n_bins: Whole,
+        pitch: f64,
+        offset: f64,
+    ) -> Result<Self, Failure> {
+        let angles = numbers("angles", angles)?;
+        let made = ParallelGeometry::new(angles, n_bins.0, pitch)?;
+        Ok(Self(made.with_offset(offset)?))
+    }
+
+    /// The same with angles in degrees.
+    #[staticmethod]
+    #[pyo3(signature = (angles, n_bins, pitch = 1.0, *, offset = 0.0))]
+    fn from_degrees(
+        angles: &Bound<'_, PyAny>,
+        n_bins: Whole,
+        pitch: f64,
+        offset: f64,
+    ) -> Result<Self, Failure> {
+        let angles = numbers("angles", angles)?;
+        let made = ParallelGeometry::from_degrees(&angles, n_bins.0, pitch)?;
+        Ok(Self(made.with_offset(offset)?))
+    }
+
+    /// View k of n at k pi / n: every line once.
+    #[staticmethod]
+    #[pyo3(signature = (n_views, n_bins, pitch = 1.0))]
+    fn half_turn(n_views: Whole, n_bins: Whole, pitch: f64) -> Result<Self, Failure> {
+        let made = ParallelGeometry::half_turn(n_views.0, n_bins.0, pitch)?;
+        Ok(Self(made))
+    }
+
+    /// View k of n at 2 k pi / n: every line from both sides.
+    #[staticmethod]
+    #[pyo3(signature = (n_views, n_bins, pitch = 1.0))]
+    fn full_turn(n_views: Whole, n_bins: Whole, pitch: f64) -> Result<Self, Failure> {
+        let made = ParallelGeometry::full_turn(n_views.0, n_bins.0, pitch)?;
+        Ok(Self(made))
+    }
+
+    /// The same views with the axis of rotation at the bin index `bin`, a whole number or not.
+    fn with_rotation_bin(&self, bin: f64) -> Result<Self, Failure> {
+        Ok(Self(self.0.clone().with_rotation_bin(bin)?))
+    }
+
+    /// Angles in radians, `float64[view]`.
+    #[getter]
+    fn angles<'py>(&self, py: Python<'py>) -> Doubles<'py> {
+        array(py, self.0.angles().to_vec(), &[self.0.n_views()])
+    }
+
+    /// Centres of the bins, `float64[bin]`.
+    #[getter]
+    fn bins<'py>(&self, py: Python<'py>) -> Doubles<'py> {
+        let n = self.0.n_bins();
+        let centres = (0..n).map(|k| self.0.bin_centre(k)).collect();
+        array(py, centres, &[n])
+    }
+
+    /// Shape of a sinogram, `(views, bins)`.
+    #[getter]
+    fn shape(&self) -> (usize, usize) {
+        self.sizes().into()
+    }
+
+    /// Distance between bins.
+    #[getter]
+    fn pitch(&self) -> f64 {
+        self.0.pitch()
+    }
+
+    /// Where the middle of the row is, from the axis of rotation.
+    #[getter]
+    fn offset(&self) -> f64 {
+        self.0.offset()
+    }
+
+    fn __repr__(&self) -> String {
+        let [views, bins] = self.sizes();
+        let (pitch, offset) = (self.0.pitch(), self.0.offset());
+        format!("<Geometry: {views} views of {bins} bins {pitch} apart, offset {offset}>")
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Result<NewArguments<'py>, Failure> {
+        let options = PyDict::new(py);
+        options.set_item("offset", self.0.offset())?;
+        let arguments = (self.angles(py)?, self.0.n_bins(), self.0.pitch());
+        Ok((arguments, options))
+    }
+}
+
+/// What makes a geometry again, by place and by name.
+type NewArguments<'py> = (
+    (Bound<'py, PyArrayDyn<f64>>, usize, f64),
+    Bound<'py, PyDict>,
+);
+
+/// A rectangle of `nx` times `ny` pixels: images `[y][x]`.
+///
+/// `spacing` is a number, or (dx, dy). Pixel (ix, iy) is centred at `centre + (dx * (ix - (nx - 1) / 2), dy * (iy - (ny - 1) / 2))`.
+///
+/// >>> from heart_phantom.radon import Grid
+/// >>> Grid(4, 3, 0.5, centre=(1.0, 0.0)).x.tolist()
+/// [0.25, 0.75, 1.25, 1.75]
+#[pyclass(name = "Grid", module = "heart_phantom.radon", frozen, eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PyGrid(pub(crate) ImageGrid);
+
+impl PyGrid {
+    /// Rows and columns.
+    pub(crate) fn sizes(&self) -> [usize; 2] {
+        [self.0.ny(), self.0.nx()]
+    }
+}
+
+/// One number for both axes, or one each.
+#[derive(Debug, FromPyObject)]
+enum Spacing {
+    Both(f64),
+    Each([f64; 2]),
+}
+
+#[pymethods]
+impl PyGrid {
+    #[new]
+    #[pyo3(signature = (nx, ny, spacing = Spacing::Both(1.0), *, centre = [0.0, 0.0]), text_signature = "(nx, ny, spacing=1.0, *, centre=(0.0, 0.0))")]
+    fn new(nx: Whole, ny: Whole, spacing: Spacing, centre: [f64; 2]) -> Result<Self, Failure> {
+        let spacing = match spacing {
+            Spacing::Both(spacing) => [spacing; 2],
+            Spacing::Each(spacing) => spacing,
+        };
+        let made = ImageGrid::anisotropic(nx.0, ny.0, spacing)?;
+        Ok(Self(made.with_centre(centre)?))
+    }
+
+    /// `n` times `n` square pixels about the origin.
+    #[staticmethod]
+    #[pyo3(signature = (n, spacing = 1.0))]
+    pub(crate) fn square(n: Whole, spacing: f64) -> Result<Self, Failure> {
+        Ok(Self(ImageGrid::square(n.0, spacing)?))
+    }
+
+    /// Shape of an image, `(ny, nx)`.
+    #[getter]
+    fn shape(&self) -> (usize, usize) {
+        self.sizes().into()
+    }
+
+    /// Distances between pixels, (dx, dy).
+    #[getter]
+    fn spacing(&self) -> (f64, f64) {
+        self.0.spacing().into()
+    }
+
+    /// Middle of the rectangle, (x, y).
+    #[getter]
+    fn centre(&self) -> (f64, f64) {
+        self.0.centre().into()
+    }
+
+    /// Centres of the columns, `float64[x]`.
+    #[getter]
+    fn x<'py>(&self, py: Python<'py>) -> Doubles<'py> {
+        let n = self.0.nx();
+        let x = (0..n).map(|ix| self.0.pixel_centre(ix, 0)[0]).collect();
+        array(py, x, &[n])
+    }
+
+    /// Centres of the rows, `float64[y]`.
+    #[getter]
+    fn y<'py>(&self, py: Python<'py>) -> Doubles<'py> {
+        let n = self.0.ny();
+        let y = (0..n).map(|iy| self.0.pixel_centre(0, iy)[1]).collect();
+        array(py, y, &[n])
+    }
+
+    fn __repr__(&self) -> String {
+        let [ny, nx] = self.sizes();
+        let ([dx, dy], [x, y]) = (self.0.spacing(), self.0.centre());
+        format!("<Grid: {ny} x {nx} pixels of {dy} x {dx} about ({x}, {y})>")
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewGridArguments<'py>> {
+        let options = PyDict::new(py);
+        options.set_item("centre", self.0.centre())?;
+        Ok(((self.0.nx(), self.0.ny(), self.spacing()), options))
+    }
+}
+
+/// What makes a grid again, by place and by name.
+type NewGridArguments<'py> = ((usize, usize, (f64, f64)), Bound<'py, PyDict>);

@@ -1,0 +1,387 @@
+//! Iterative reconstruction.
+
+use super::{Precision, PyProjector, Stack, order_of};
+use crate::arrays::{self, Samples, array, check_shape, samples};
+use crate::errors::Failure;
+use crate::values::Whole;
+use crate::work::{AtSignal, Watch, work_told};
+use heart_phantom::radon::{
+    CglsOptions, EmOptions, Iteration, IterativeReport, Projector, RadonError, SirtOptions,
+    StackOperator, StackOrder, StoppedBy, Stopping, cgls_observed, mlem_observed, osem_observed,
+    sirt_observed,
+};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// What an iterative method found.
+#[pyclass(name = "Solution", module = "heart_phantom.radon", frozen, get_all)]
+#[derive(Debug)]
+pub(crate) struct PySolution {
+    /// The image `[y][x]`, or images `[slice][y][x]`, of the precision of the data.
+    image: Py<PyAny>,
+    /// Steps made; of OSEM, passes through all subsets.
+    iterations: usize,
+    /// Why it ended: `"max-iterations"`, `"residual"`, `"gradient"`, `"change"`; `None` if a rule was set and not met.
+    stopped_by: Option<&'static str>,
+    /// What each step began with, `float64[step]` by name: `residual`, ||A x - b|| / ||b||; `change`, ||dx|| / ||x||, of the step; for CGLS
+    /// `gradient`, for MLEM and OSEM `log_likelihood`.
+    history: Py<PyDict>,
+}
+
+#[pymethods]
+impl PySolution {
+    fn __repr__(&self) -> String {
+        let by = self.stopped_by.unwrap_or("no rule that was set");
+        format!("<Solution: {} iterations, ended by {by}>", self.iterations)
+    }
+}
+
+/// When to stop, and in what order data come.
+#[derive(Debug)]
+struct Plan {
+    stopping: Stopping,
+    order: StackOrder,
+}
+
+impl Plan {
+    fn new(
+        iterations: Whole,
+        residual: Option<f64>,
+        change: Option<f64>,
+        order: &str,
+    ) -> PyResult<Self> {
+        let mut stopping = Stopping::default().with_max_iterations(iterations.0);
+        stopping.residual = residual;
+        stopping.change = change;
+        let order = order_of(order)?;
+        Ok(Self { stopping, order })
+    }
+}
+
+/// A method with what it alone knows.
+#[derive(Debug, Clone, Copy)]
+enum Method {
+    Mlem,
+    Osem {
+        subsets: usize,
+    },
+    Sirt {
+        relaxation: f64,
+        lower: Option<f64>,
+        upper: Option<f64>,
+    },
+    Cgls {
+        gradient: Option<f64>,
+    },
+}
+
+/// What a method works on.
+#[derive(Debug)]
+struct Problem<T> {
+    projector: Arc<Projector>,
+    stack: Stack,
+    order: StackOrder,
+    stopping: Stopping,
+    data: Vec<T>,
+    image: Vec<T>,
+    background: Vec<T>,
+}
+
+impl<T: Precision> Problem<T> {
+    fn solve(
+        mut self,
+        method: Method,
+        watch: &Watch,
+    ) -> Result<(Vec<T>, IterativeReport), RadonError> {
+        let all = self.stopping.max_iterations.max(1) as f64;
+        let told = |report: &IterativeReport, _: &[T]| {
+            watch.tell(report.iterations as f64 / all);
+            ControlFlow::<()>::Continue(())
+        };
+        let a: StackOperator<T> = self.projector.stack_operator(self.stack.n(), self.order)?;
+        let (data, image, stopping) = (&self.data, &mut self.image, self.stopping);
+        let em = || {
+            EmOptions::default()
+                .with_stopping(stopping)
+                .with_background(self.background.clone())
+        };
+        let report = match method {
+            Method::Mlem => mlem_observed(&a, data, image, &em(), told),
+            Method::Osem { subsets } => {
+                osem_observed(&a.subsets(subsets)?, data, image, &em(), told)
+            }
+            Method::Sirt {
+                relaxation,
+                lower,
+                upper,
+            } => {
+                let mut options = SirtOptions::default()
+                    .with_stopping(stopping)
+                    .with_relaxation(relaxation);
+                (options.lower, options.upper) = (lower, upper);
+                sirt_observed(&a, data, image, &options, told)
+            }
+            Method::Cgls { gradient } => {
+                let mut options = CglsOptions::default().with_stopping(stopping);
+                options.gradient = gradient;
+                cgls_observed(&a, data, image, &options, told)
+            }
+        };
+        match report {
+            Ok(report) => Ok((self.image, report)),
+            // The image that it came to is worth as much as without a rule.
+            Err(RadonError::NotConverged { report }) => Ok((self.image, *report)),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// What a call was given.
+struct Call<'a, 'py> {
+    projector: &'a Bound<'py, PyProjector>,
+    data: &'a Bound<'py, PyAny>,
+    start: Option<&'a Bound<'py, PyAny>>,
+    background: Option<&'a Bound<'py, PyAny>>,
+    progress: Option<&'a Bound<'py, PyAny>>,
+    plan: Plan,
+    method: Method,
+}
+
+impl Call<'_, '_> {
+    fn solve(self) -> Result<PySolution, Failure> {
+        let given = samples("sinogram", self.data)?;
+        match given.samples {
+            Samples::Single(data) => self.solve_in(data, &given.shape),
+            Samples::Double(data) => self.solve_in(data, &given.shape),
+        }
+    }
+
+    fn solve_in<T: Precision>(self, data: Vec<T>, shape: &[usize]) -> Result<PySolution, Failure> {
+        let py = self.data.py();
+        let projector = self.projector.get();
+        let order = self.plan.order;
+        let stack = Stack::of_data(shape, projector.geometry().sizes(), order)?;
+        let image_shape = stack.image_shape(projector.grid().sizes());
+        let image = match self.start {
+            Some(start) => {
+                let start = arrays::of::<T>("start", start)?;
+                check_shape("start", &start.shape, &image_shape)?;
+                start.samples
+            }
+            None => {
+                let level = match self.method {
+                    // What is zero stays zero.
+                    Method::Mlem | Method::Osem { .. } => T::ONE,
+                    Method::Sirt { .. } | Method::Cgls { .. } => T::ZERO,
+                };
+                vec![level; image_shape.iter().product()]
+            }
+        };
+        let background = match self.background {
+            None => Vec::new(),
+            Some(background) => {
+                let background = arrays::of::<T>("background", background)?;
+                check_shape("background", &background.shape, shape)?;
+                background.samples
+            }
+        };
+        let problem = Problem {
+            projector: projector.0.clone(),
+            stack,
+            order,
+            stopping: self.plan.stopping,
+            data,
+            image,
+            background,
+        };
+        let method = self.method;
+        let (image, report) = work_told(py, self.progress, AtSignal::Leave, move |watch| {
+            problem.solve(method, watch)
+        })?;
+        Ok(PySolution {
+            image: array(py, image, &image_shape)?.into_any().unbind(),
+            iterations: report.iterations,
+            stopped_by: stopped_by(&report),
+            history: history(py, &report)?,
+        })
+    }
+}
+
+fn stopped_by(report: &IterativeReport) -> Option<&'static str> {
+    report.stopped_by.as_ref().map(|by| match by {
+        StoppedBy::Residual => "residual",
+        StoppedBy::Gradient => "gradient",
+        StoppedBy::Change => "change",
+        _ => "max-iterations",
+    })
+}
+
+/// What the history has of each iteration, by name.
+type Column = (&'static str, fn(&Iteration) -> Option<f64>);
+
+fn history(py: Python<'_>, report: &IterativeReport) -> Result<Py<PyDict>, Failure> {
+    let columns: [Column; 4] = [
+        ("residual", |step| Some(step.residual)),
+        ("change", |step| step.change),
+        ("gradient", |step| step.gradient),
+        ("log_likelihood", |step| step.log_likelihood),
+    ];
+    let made = PyDict::new(py);
+    for (name, of) in columns {
+        let column: Vec<f64> = report.history.iter().filter_map(of).collect();
+        if !column.is_empty() {
+            let n = column.len();
+            made.set_item(name, array(py, column, &[n])?)?;
+        }
+    }
+    Ok(made.unbind())
+}
+
+/// MLEM: the image >= 0 of greatest Poisson likelihood, x <- x / (A^T 1) A^T (b / (A x + s)).
+///
+/// `data` is a sinogram `[view][bin]` of counts, or many in the order that is named; `start` an image above zero, all ones if none is
+/// given; `background` expected counts that do not come from the image. It ends after `iterations`, or once the relative `residual` or
+/// the relative `change` of a step is as small as asked for. `progress`, if any, is called now and then with the share that is done.
+///
+/// Shepp and Vardi 1982, doi:10.1109/TMI.1982.4307558.
+///
+/// >>> import numpy as np
+/// >>> from heart_phantom.radon import Geometry, Grid, Projector, mlem
+/// >>> projector = Projector(Geometry.half_turn(20, 24), Grid.square(16))
+/// >>> truth = np.zeros((16, 16)); truth[4:10, 5:12] = 2.0
+/// >>> solution = mlem(projector, projector.forward(truth), iterations=100)
+/// >>> bool(solution.history["residual"][-1] < 0.02)
+/// True
+#[pyfunction]
+#[pyo3(signature = (projector, data, *, start = None, background = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(projector, data, *, start=None, background=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "each by its name")]
+pub(crate) fn mlem(
+    projector: &Bound<'_, PyProjector>,
+    data: &Bound<'_, PyAny>,
+    start: Option<&Bound<'_, PyAny>>,
+    background: Option<&Bound<'_, PyAny>>,
+    iterations: Whole,
+    residual: Option<f64>,
+    change: Option<f64>,
+    order: &str,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> Result<PySolution, Failure> {
+    let plan = Plan::new(iterations, residual, change, order)?;
+    let method = Method::Mlem;
+    Call {
+        projector,
+        data,
+        start,
+        background,
+        progress,
+        plan,
+        method,
+    }
+    .solve()
+}
+
+/// OSEM: MLEM on `subsets` interleaved parts of the views in turn; an iteration is a pass through all of them.
+///
+/// Hudson and Larkin 1994, doi:10.1109/42.363108. All else as in `mlem`.
+#[pyfunction]
+#[pyo3(signature = (projector, data, subsets, *, start = None, background = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(projector, data, subsets, *, start=None, background=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "each by its name")]
+pub(crate) fn osem(
+    projector: &Bound<'_, PyProjector>,
+    data: &Bound<'_, PyAny>,
+    subsets: Whole,
+    start: Option<&Bound<'_, PyAny>>,
+    background: Option<&Bound<'_, PyAny>>,
+    iterations: Whole,
+    residual: Option<f64>,
+    change: Option<f64>,
+    order: &str,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> Result<PySolution, Failure> {
+    let plan = Plan::new(iterations, residual, change, order)?;
+    let method = Method::Osem { subsets: subsets.0 };
+    Call {
+        projector,
+        data,
+        start,
+        background,
+        progress,
+        plan,
+        method,
+    }
+    .solve()
+}
+
+/// SIRT: x <- x + lambda C A^T R (b - A x), then the bounds; R and C are one over the row and column sums of A.
+///
+/// `relaxation` is lambda, between 0 and 2; `lower` and `upper` bound the pixels. Gregor and Benson 2008, doi:10.1109/TMI.2008.923696.
+/// All else as in `mlem`, but for the start, which is zero if none is given.
+#[pyfunction]
+#[pyo3(signature = (projector, data, *, start = None, relaxation = 1.0, lower = None, upper = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(projector, data, *, start=None, relaxation=1.0, lower=None, upper=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "each by its name")]
+pub(crate) fn sirt(
+    projector: &Bound<'_, PyProjector>,
+    data: &Bound<'_, PyAny>,
+    start: Option<&Bound<'_, PyAny>>,
+    relaxation: f64,
+    lower: Option<f64>,
+    upper: Option<f64>,
+    iterations: Whole,
+    residual: Option<f64>,
+    change: Option<f64>,
+    order: &str,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> Result<PySolution, Failure> {
+    let plan = Plan::new(iterations, residual, change, order)?;
+    let method = Method::Sirt {
+        relaxation,
+        lower,
+        upper,
+    };
+    let background = None;
+    Call {
+        projector,
+        data,
+        start,
+        background,
+        progress,
+        plan,
+        method,
+    }
+    .solve()
+}
+
+/// CGLS: the image of least ||A x - b|| over a Krylov space that grows with each step; few steps regularise.
+///
+/// `gradient` ends it at ||A^T (b - A x)|| <= gradient ||A^T b||. Hestenes and Stiefel 1952, doi:10.6028/jres.049.044. All else as in
+/// `sirt`.
+#[pyfunction]
+#[pyo3(signature = (projector, data, *, start = None, gradient = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(projector, data, *, start=None, gradient=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "each by its name")]
+pub(crate) fn cgls(
+    projector: &Bound<'_, PyProjector>,
+    data: &Bound<'_, PyAny>,
+    start: Option<&Bound<'_, PyAny>>,
+    gradient: Option<f64>,
+    iterations: Whole,
+    residual: Option<f64>,
+    change: Option<f64>,
+    order: &str,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> Result<PySolution, Failure> {
+    let plan = Plan::new(iterations, residual, change, order)?;
+    let method = Method::Cgls { gradient };
+    let background = None;
+    Call {
+        projector,
+        data,
+        start,
+        background,
+        progress,
+        plan,
+        method,
+    }
+    .solve()
+}

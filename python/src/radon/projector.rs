@@ -1,0 +1,134 @@
+//! The projector and its adjoint.
+
+use super::{PyGeometry, PyGrid, Stack, order_of};
+use crate::arrays::{Given, Samples, array, samples};
+use crate::errors::Failure;
+use crate::values::choice;
+use crate::work::work;
+use heart_phantom::radon::{Kernel, Projector, RadonError, StackOrder};
+use pyo3::prelude::*;
+use std::sync::Arc;
+
+/// The discrete Radon transform A of images on a grid, and its exact adjoint.
+///
+/// `kernel`: `"joseph"` (linear interpolation), `"siddon"` (exact lengths in pixels) or `"strip"` (exact means over bins).
+///
+/// >>> import numpy as np
+/// >>> from heart_phantom.radon import Geometry, Grid, Projector
+/// >>> projector = Projector(Geometry.half_turn(12, 20, 0.5), Grid(16, 14, 0.5))
+/// >>> rng = np.random.default_rng(1)
+/// >>> x, y = rng.normal(size=(14, 16)), rng.normal(size=(12, 20))
+/// >>> bool(np.isclose(np.vdot(projector.forward(x), y), np.vdot(x, projector.adjoint(y))))
+/// True
+#[pyclass(name = "Projector", module = "heart_phantom.radon", frozen)]
+#[derive(Debug)]
+pub(crate) struct PyProjector(pub(crate) Arc<Projector>);
+
+const KERNELS: [(&str, Kernel); 3] = [
+    ("joseph", Kernel::Joseph),
+    ("siddon", Kernel::Siddon),
+    ("strip", Kernel::Strip),
+];
+
+#[pymethods]
+impl PyProjector {
+    #[new]
+    #[pyo3(signature = (geometry, grid, kernel = "joseph"))]
+    fn new(
+        py: Python<'_>,
+        geometry: &Bound<'_, PyGeometry>,
+        grid: &Bound<'_, PyGrid>,
+        kernel: &str,
+    ) -> Result<Self, Failure> {
+        let kernel = choice("kernel", kernel, &KERNELS)?;
+        let (geometry, grid) = (geometry.get().0.clone(), grid.get().0);
+        let made = work(py, move |_| Projector::new(&geometry, &grid, kernel))?;
+        Ok(Self(Arc::new(made)))
+    }
+
+    /// A x: the sinogram `[view][bin]` of an image `[y][x]`, or those of images `[slice][y][x]` in the order that is named,
+    /// `"view-slice-bin"` or `"slice-view-bin"`; value times length. `float32` makes `float32`, all other numbers `float64`.
+    #[pyo3(signature = (image, *, order = "view-slice-bin"))]
+    fn forward<'py>(
+        &self,
+        py: Python<'py>,
+        image: &Bound<'py, PyAny>,
+        order: &str,
+    ) -> Result<Bound<'py, PyAny>, Failure> {
+        let given = samples("image", image)?;
+        let stack = Stack::of_images("image", &given.shape, self.grid().sizes())?;
+        let order = order_of(order)?;
+        let shape = stack.data_shape(self.geometry().sizes(), order);
+        self.apply(py, given, &shape, move |projector, x| {
+            x.forward(projector, stack.n(), order)
+        })
+    }
+
+    /// The transpose of A, applied to a sinogram `[view][bin]`, or to many in the order that is named; not the back-projection of FBP.
+    #[pyo3(signature = (sinogram, *, order = "view-slice-bin"))]
+    fn adjoint<'py>(
+        &self,
+        py: Python<'py>,
+        sinogram: &Bound<'py, PyAny>,
+        order: &str,
+    ) -> Result<Bound<'py, PyAny>, Failure> {
+        let given = samples("sinogram", sinogram)?;
+        let order = order_of(order)?;
+        let stack = Stack::of_data(&given.shape, self.geometry().sizes(), order)?;
+        let shape = stack.image_shape(self.grid().sizes());
+        self.apply(py, given, &shape, move |projector, y| {
+            y.adjoint(projector, stack.n(), order)
+        })
+    }
+
+    /// The geometry of the data.
+    #[getter]
+    pub(super) fn geometry(&self) -> PyGeometry {
+        PyGeometry(self.0.geometry().clone())
+    }
+
+    /// The grid of the images.
+    #[getter]
+    pub(super) fn grid(&self) -> PyGrid {
+        PyGrid(*self.0.grid())
+    }
+
+    fn __repr__(&self) -> String {
+        let ([views, bins], [ny, nx]) = (self.geometry().sizes(), self.grid().sizes());
+        let known = KERNELS.iter().find(|(_, k)| *k == self.0.kernel());
+        let kernel = known.map_or("", |(name, _)| name);
+        format!("<Projector: {ny} x {nx} pixels to {views} views of {bins} bins, {kernel}>")
+    }
+}
+
+impl PyProjector {
+    fn apply<'py>(
+        &self,
+        py: Python<'py>,
+        given: Given<Samples>,
+        shape: &[usize],
+        make: impl FnOnce(&Projector, Samples) -> Result<Samples, RadonError> + Send + 'static,
+    ) -> Result<Bound<'py, PyAny>, Failure> {
+        let projector = self.0.clone();
+        Ok(match work(py, move |_| make(&projector, given.samples))? {
+            Samples::Single(made) => array(py, made, shape)?.into_any(),
+            Samples::Double(made) => array(py, made, shape)?.into_any(),
+        })
+    }
+}
+
+impl Samples {
+    fn forward(self, a: &Projector, n: usize, order: StackOrder) -> Result<Self, RadonError> {
+        Ok(match self {
+            Self::Single(x) => Self::Single(a.forward_stack(&x, n, order)?),
+            Self::Double(x) => Self::Double(a.forward_stack(&x, n, order)?),
+        })
+    }
+
+    fn adjoint(self, a: &Projector, n: usize, order: StackOrder) -> Result<Self, RadonError> {
+        Ok(match self {
+            Self::Single(y) => Self::Single(a.adjoint_stack(&y, n, order)?),
+            Self::Double(y) => Self::Double(a.adjoint_stack(&y, n, order)?),
+        })
+    }
+}

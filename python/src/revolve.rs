@@ -1,0 +1,367 @@
+//! `heart_phantom.revolve`: solids of revolution.
+
+use crate::arrays::{array, numbers, points};
+use crate::errors::Failure;
+use crate::mesh::PyMesh;
+use crate::pose::PyPose;
+use crate::values::{Whole, choice};
+use crate::work::{Watch, work};
+use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
+use heart_phantom::revolve_voxel::{
+    Body, Measures, Meridian, ParallelDetector, Ray, RevolveError, Sample, Sampling, VoxelGrid,
+};
+use numpy::{Element, PyArrayDyn};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// The curve that is turned about the axis: points (x along the axis, r >= 0 from it), base to apex, `float64[n][2]`.
+///
+/// Ends off the axis are closed by discs. A `ring` closes on itself and need not touch the axis: a torus and its like.
+///
+/// >>> from heart_phantom.revolve import Meridian
+/// >>> round(Meridian([[0, 1], [3, 0]]).measures()["volume"], 9)  # a cone: pi
+/// 3.141592654
+#[pyclass(name = "Meridian", module = "heart_phantom.revolve", frozen)]
+#[derive(Debug)]
+pub(crate) struct PyMeridian(Meridian);
+
+#[pymethods]
+impl PyMeridian {
+    #[new]
+    #[pyo3(signature = (points, *, ring = false))]
+    fn new(points: &Bound<'_, PyAny>, ring: bool) -> Result<Self, Failure> {
+        let points = crate::arrays::points::<2>("points", points)?;
+        Ok(Self(match ring {
+            true => Meridian::ring(&points)?,
+            false => Meridian::new(&points)?,
+        }))
+    }
+
+    /// Volume (cm^3), surface (cm^2), and moments about x = 0 and about the axis, of density 1: a dictionary.
+    fn measures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        measures(py, &self.0.measures())
+    }
+
+    /// From where to where it goes along the axis.
+    #[getter]
+    fn x_range(&self) -> (f64, f64) {
+        self.0.x_range().into()
+    }
+
+    /// Its largest radius.
+    #[getter]
+    fn r_max(&self) -> f64 {
+        self.0.r_max()
+    }
+
+    fn __repr__(&self) -> String {
+        let ([low, high], r) = (self.0.x_range(), self.0.r_max());
+        let n = self.0.n_segments();
+        format!("<Meridian: {n} segments, x from {low} to {high}, r up to {r}>")
+    }
+}
+
+fn measures<'py>(py: Python<'py>, of: &Measures) -> PyResult<Bound<'py, PyDict>> {
+    let made = PyDict::new(py);
+    for (name, value) in [
+        ("volume", of.volume),
+        ("surface", of.surface),
+        ("first_moment", of.first_moment),
+        ("second_moment", of.second_moment),
+        ("polar_inertia", of.polar_inertia),
+    ] {
+        made.set_item(name, value)?;
+    }
+    Ok(made)
+}
+
+/// Nested solids about one axis, innermost first, standing in the lab.
+///
+/// `layers` are meridians, or arrays of their points. Region 0 is the inside of layer 0, region k what layer k holds beyond layer k - 1;
+/// activities have one value a region. Centimetres; chords and measures are exact for the polylines given.
+///
+/// >>> import numpy as np
+/// >>> from heart_phantom.revolve import Body
+/// >>> cone = Body([[[0.0, 1.0], [3.0, 0.0]]])
+/// >>> cone.chords([[1.5, -5.0, 0.0]], [0.0, 1.0, 0.0]).tolist()
+/// [1.0]
+#[pyclass(name = "Body", module = "heart_phantom.revolve", frozen)]
+#[derive(Debug)]
+pub(crate) struct PyBody(Arc<Body>);
+
+impl From<Body> for PyBody {
+    fn from(body: Body) -> Self {
+        Self(Arc::new(body))
+    }
+}
+
+/// One number for all axes, or one each, z, y, x.
+#[derive(Debug, Clone, Copy, FromPyObject)]
+enum Spacing {
+    All(f64),
+    Each([f64; 3]),
+}
+
+/// The precision of what is made.
+#[derive(Debug, Clone, Copy)]
+enum Precision {
+    Single,
+    Double,
+}
+
+const PRECISIONS: [(&str, Precision); 2] = [
+    ("float32", Precision::Single),
+    ("float64", Precision::Double),
+];
+
+#[pymethods]
+impl PyBody {
+    #[new]
+    #[pyo3(signature = (layers, pose = None))]
+    fn new(
+        layers: Vec<Bound<'_, PyAny>>,
+        pose: Option<&Bound<'_, PyPose>>,
+    ) -> Result<Self, Failure> {
+        let layers = layers.iter().map(|layer| match layer.cast::<PyMeridian>() {
+            Ok(meridian) => Ok(meridian.get().0.clone()),
+            Err(_) => Ok(PyMeridian::new(layer, false)?.0),
+        });
+        let layers = layers.collect::<Result<Vec<_>, Failure>>()?;
+        let pose = pose.map_or_else(PyPose::identity, |pose| *pose.get());
+        Ok(Body::new(layers, pose.0)?.into())
+    }
+
+    /// Where it stands.
+    #[getter]
+    fn pose(&self) -> PyPose {
+        PyPose(*self.0.pose())
+    }
+
+    /// Number of layers.
+    #[getter]
+    fn n_layers(&self) -> usize {
+        self.0.layers().len()
+    }
+
+    /// The same body in another place.
+    fn standing(&self, pose: &Bound<'_, PyPose>) -> Self {
+        self.0.standing(pose.get().0).into()
+    }
+
+    /// Volume, surface and moments of a region, of density 1, in the body's frame: a dictionary.
+    fn measures<'py>(&self, py: Python<'py>, region: Whole) -> Result<Bound<'py, PyDict>, Failure> {
+        Ok(measures(py, &self.0.region_measures(region.0)?)?)
+    }
+
+    /// Lengths of lines within a layer, `float64[n]`, of lines through `origins` (`[n][3]`) along `directions` (`[n][3]`, or one).
+    #[pyo3(signature = (origins, directions, layer = Whole(0)), text_signature = "($self, origins, directions, layer=0)")]
+    fn chords<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        layer: Whole,
+    ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
+        self.along(py, origins, directions, move |body, ray| {
+            body.chord(layer.0, ray)
+        })
+    }
+
+    /// Line integrals of the activity along lines, `float64[n]`.
+    fn line_integrals<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        activity: &Bound<'py, PyAny>,
+    ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
+        let activity = numbers("activity", activity)?;
+        self.along(py, origins, directions, move |body, ray| {
+            body.line_integral(ray, &activity)
+        })
+    }
+
+    /// Exact views, `[view][row][bin]`: line integrals of the activity.
+    ///
+    /// A camera turns about z: bins of view `theta` (radians) run along (cos theta, sin theta, 0), rows along z, rays along
+    /// (-sin theta, cos theta, 0). `pitch` and `offset` are (bin, row). `dtype`: `"float32"` or `"float64"`.
+    #[pyo3(signature = (angles, n_bins, n_rows, pitch, activity, *, offset = [0.0, 0.0], dtype = "float32"), text_signature = "($self, angles, n_bins, n_rows, pitch, activity, *, offset=(0.0, 0.0), dtype='float32')")]
+    #[expect(clippy::too_many_arguments, reason = "a camera")]
+    fn views<'py>(
+        &self,
+        py: Python<'py>,
+        angles: &Bound<'py, PyAny>,
+        n_bins: Whole,
+        n_rows: Whole,
+        pitch: [f64; 2],
+        activity: &Bound<'py, PyAny>,
+        offset: [f64; 2],
+        dtype: &str,
+    ) -> Result<Bound<'py, PyAny>, Failure> {
+        let scan = Scan {
+            body: self.0.clone(),
+            angles: numbers("angles", angles)?,
+            activity: numbers("activity", activity)?,
+            detector: ParallelDetector::new(n_bins.0, n_rows.0, pitch)?.with_offset(offset)?,
+        };
+        let shape = [scan.angles.len(), n_rows.0, n_bins.0];
+        Ok(match choice("dtype", dtype, &PRECISIONS)? {
+            Precision::Single => scan.taken::<f32>(py, &shape)?.into_any(),
+            Precision::Double => scan.taken::<f64>(py, &shape)?.into_any(),
+        })
+    }
+
+    /// What part of each voxel each region fills, `[region][z][y][x]`, and what each voxel holds most of, `uint8[z][y][x]`: 0 nothing, 1 + k
+    /// region k.
+    ///
+    /// `shape` is (z, y, x), `spacing` a number or (z, y, x), `centre` the middle of the grid, (z, y, x). Fractions are right to `tolerance`.
+    #[pyo3(signature = (shape, spacing, *, centre = [0.0, 0.0, 0.0], tolerance = 1e-3, dtype = "float32"), text_signature = "($self, shape, spacing, *, centre=(0.0, 0.0, 0.0), tolerance=1e-3, dtype='float32')")]
+    fn coverage<'py>(
+        &self,
+        py: Python<'py>,
+        shape: [Whole; 3],
+        spacing: Spacing,
+        centre: [f64; 3],
+        tolerance: f64,
+        dtype: &str,
+    ) -> Result<(Bound<'py, PyAny>, Bound<'py, PyArrayDyn<u8>>), Failure> {
+        let grid = grid(shape, spacing, centre)?;
+        let (coverage, labels) = match choice("dtype", dtype, &PRECISIONS)? {
+            Precision::Single => self.covered::<f32>(py, grid, tolerance)?,
+            Precision::Double => self.covered::<f64>(py, grid, tolerance)?,
+        };
+        Ok((coverage, array(py, labels, &shape.map(|n| n.0))?))
+    }
+
+    /// The surface of a layer as triangles, nowhere farther from it than `tolerance` (cm).
+    #[pyo3(signature = (layer = Whole(0), *, tolerance = 0.01), text_signature = "($self, layer=0, *, tolerance=0.01)")]
+    fn mesh(&self, py: Python<'_>, layer: Whole, tolerance: f64) -> Result<PyMesh, Failure> {
+        let body = self.0.clone();
+        let mesh = work(py, move |_| body.mesh(layer.0, tolerance))?;
+        Ok(mesh.into())
+    }
+
+    /// Distance of points `[n][3]` from the surface of a layer, negative inside: `float64[n]`.
+    #[pyo3(signature = (places, layer = Whole(0)), text_signature = "($self, places, layer=0)")]
+    fn signed_distances<'py>(
+        &self,
+        py: Python<'py>,
+        places: &Bound<'py, PyAny>,
+        layer: Whole,
+    ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
+        let (body, places) = (self.0.clone(), points::<3>("places", places)?);
+        let n = places.len();
+        let made: Vec<f64> = work(py, move |_| {
+            let place = |p: [f64; 3]| body.signed_distance(layer.0, &Point3::from(p));
+            places.into_par_iter().map(place).collect::<Result<_, _>>()
+        })?;
+        array(py, made, &[n])
+    }
+
+    /// The smallest box along the lab's axes that holds a layer: its lowest and highest corner, (x, y, z).
+    #[pyo3(signature = (layer = Whole(0)), text_signature = "($self, layer=0)")]
+    fn bounding_box(&self, layer: Whole) -> Result<([f64; 3], [f64; 3]), Failure> {
+        let [low, high] = self.0.bounding_box(layer.0)?;
+        Ok((low.coords.into(), high.coords.into()))
+    }
+
+    fn __repr__(&self) -> String {
+        let volumes = self.0.layers().iter().map(|layer| layer.measures().volume);
+        let volumes: Vec<_> = volumes.map(|volume| format!("{volume:.4}")).collect();
+        format!("<Body: layers of {} cm^3>", volumes.join(", "))
+    }
+}
+
+impl PyBody {
+    fn along<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        of: impl Fn(&Body, &Ray) -> Result<f64, RevolveError> + Send + Sync + 'static,
+    ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
+        let origins = points::<3>("origins", origins)?;
+        let directions = match numbers("directions", directions) {
+            Ok(one) => match <[f64; 3]>::try_from(one) {
+                Ok(one) => vec![one; origins.len()],
+                Err(_) => points::<3>("directions", directions)?,
+            },
+            Err(_) => points::<3>("directions", directions)?,
+        };
+        let n = origins.len();
+        if directions.len() != n {
+            let text = format!("{} directions for {n} origins", directions.len());
+            return Err(PyValueError::new_err(text).into());
+        }
+        let body = self.0.clone();
+        let made: Vec<f64> = work(py, move |_| {
+            (origins.into_par_iter().zip(directions))
+                .map(|(from, along)| {
+                    of(&body, &Ray::new(Point3::from(from), Vector3::from(along))?)
+                })
+                .collect::<Result<_, _>>()
+        })?;
+        array(py, made, &[n])
+    }
+
+    fn covered<'py, T: Sample + Element + 'static>(
+        &self,
+        py: Python<'py>,
+        grid: VoxelGrid,
+        tolerance: f64,
+    ) -> Result<(Bound<'py, PyAny>, Vec<u8>), Failure> {
+        let (body, [nx, ny, nz]) = (self.0.clone(), grid.shape());
+        let n = body.layers().len();
+        let (coverage, labels) = work(py, move |_| {
+            let sampling = Sampling::Coverage { tolerance };
+            let made = body.regions::<T>(&grid, 0..nz, sampling)?;
+            Ok::<_, RevolveError>((made.coverage.concat(), made.labels))
+        })?;
+        Ok((array(py, coverage, &[n, nz, ny, nx])?.into_any(), labels))
+    }
+}
+
+/// What `PyBody::views` takes.
+struct Scan {
+    body: Arc<Body>,
+    angles: Vec<f64>,
+    activity: Vec<f64>,
+    detector: ParallelDetector,
+}
+
+impl Scan {
+    fn taken<'py, T: Sample + Element + 'static>(
+        self,
+        py: Python<'py>,
+        shape: &[usize],
+    ) -> Result<Bound<'py, PyArrayDyn<T>>, Failure> {
+        array(py, work(py, move |watch| self.samples(watch))?, shape)
+    }
+
+    fn samples<T: Sample>(&self, watch: &Watch) -> Result<Vec<T>, RevolveError> {
+        let mut all = Vec::new();
+        for (k, &angle) in self.angles.iter().enumerate() {
+            let rays = self.detector.rays(angle)?;
+            let (view, _) = self.body.project::<T>(&rays, &self.activity)?;
+            if k == 0 {
+                all.reserve_exact(view.len() * self.angles.len());
+            }
+            all.extend(view);
+            watch.tell(k as f64 / self.angles.len() as f64);
+        }
+        Ok(all)
+    }
+}
+
+fn grid(shape: [Whole; 3], spacing: Spacing, centre: [f64; 3]) -> Result<VoxelGrid, RevolveError> {
+    let xyz = |[z, y, x]: [f64; 3]| [x, y, z];
+    let spacing = match spacing {
+        Spacing::All(spacing) => [spacing; 3],
+        Spacing::Each(spacing) => xyz(spacing),
+    };
+    let [nz, ny, nx] = shape.map(|n| n.0);
+    VoxelGrid::centred([nx, ny, nz], spacing, xyz(centre))
+}

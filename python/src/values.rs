@@ -1,0 +1,136 @@
+//! Python's values as those of scene files, and back; names and counts among the arguments.
+
+use crate::errors::Failure;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
+
+/// A count or an index: a whole number from 0 on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Whole(pub(crate) usize);
+
+impl<'py> FromPyObject<'_, 'py> for Whole {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let whole = given.call_method0("__index__").map_err(|_| {
+            let name = given.get_type();
+            PyTypeError::new_err(format!("a whole number is needed, got {name}"))
+        })?;
+        let refused = |_| PyValueError::new_err(format!("{whole} is no whole number from 0 on"));
+        whole.extract().map(Self).map_err(refused)
+    }
+}
+
+/// A value as in a scene's file. NumPy's scalars and arrays count as numbers and lists.
+pub(crate) fn to_toml(given: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if let Ok(text) = given.cast::<PyString>() {
+        return Ok(Value::String(text.to_string()));
+    }
+    if given.is_instance_of::<PyBool>() {
+        return given.extract().map(Value::Boolean);
+    }
+    if given.is_instance_of::<PyInt>() {
+        let refused = |_| PyValueError::new_err(format!("{given} has too many digits"));
+        return given.extract().map(Value::Integer).map_err(refused);
+    }
+    if given.is_instance_of::<PyFloat>() {
+        return given.extract().map(Value::Float);
+    }
+    if let Ok(mapping) = given.cast::<PyMapping>() {
+        return to_table(mapping).map(Value::Table);
+    }
+    if given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>() {
+        let items = given.try_iter()?.map(|item| to_toml(&item?));
+        return items.collect::<PyResult<_>>().map(Value::Array);
+    }
+    if given.hasattr("tolist")? {
+        return to_toml(&given.call_method0("tolist")?);
+    }
+    let name = given.get_type();
+    Err(PyTypeError::new_err(format!(
+        "a scene has texts, numbers, lists and dictionaries, no {name}"
+    )))
+}
+
+/// The same of a dictionary; an entry that is `None` is left out.
+pub(crate) fn to_table(mapping: &Bound<'_, PyMapping>) -> PyResult<Table> {
+    let mut table = Table::new();
+    for (key, value) in entries(mapping)? {
+        if !value.is_none() {
+            table.insert(key, to_toml(&value)?);
+        }
+    }
+    Ok(table)
+}
+
+/// The entries of a dictionary, whose keys have to be texts.
+pub(crate) fn entries<'py>(
+    mapping: &Bound<'py, PyMapping>,
+) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+    let pairs = mapping.items()?;
+    (pairs.iter())
+        .map(|pair| {
+            let (key, value): (Bound<'_, PyAny>, Bound<'py, PyAny>) = pair.extract()?;
+            let refused = |_| PyTypeError::new_err(format!("the key {key} is no text"));
+            Ok((key.extract().map_err(refused)?, value))
+        })
+        .collect()
+}
+
+/// A value that has the words of scene files: `"hann"`, `{"butterworth": {"order": 4}}`.
+pub(crate) fn named<T: DeserializeOwned>(what: &str, given: &Bound<'_, PyAny>) -> PyResult<T> {
+    to_toml(given)?
+        .try_into()
+        .map_err(|error: toml::de::Error| {
+            let message = error.message().replace("unknown variant", "unknown name");
+            PyValueError::new_err(format!("{what}: {message}"))
+        })
+}
+
+/// One of a few names.
+pub(crate) fn choice<T: Clone>(what: &str, given: &str, among: &[(&str, T)]) -> PyResult<T> {
+    let found = among.iter().find(|(name, _)| *name == given);
+    found.map(|(_, value)| value.clone()).ok_or_else(|| {
+        let names: Vec<_> = among.iter().map(|(name, _)| *name).collect();
+        let names = names.join(", ");
+        PyValueError::new_err(format!("{what} is {given:?}, must be one of {names}"))
+    })
+}
+
+/// What a report has, as dictionaries, lists, texts and numbers.
+pub(crate) fn to_python<'py>(
+    py: Python<'py>,
+    value: &impl Serialize,
+) -> Result<Bound<'py, PyAny>, Failure> {
+    let value = serde_json::to_value(value).map_err(|error| Failure::internal(&error))?;
+    Ok(json_to_python(py, &value)?)
+}
+
+fn json_to_python<'py>(py: Python<'py>, value: &serde_json::Value) -> PyResult<Bound<'py, PyAny>> {
+    use serde_json::Value;
+    Ok(match value {
+        Value::Null => py.None().into_bound(py),
+        Value::Bool(value) => PyBool::new(py, *value).to_owned().into_any(),
+        Value::String(text) => PyString::new(py, text).into_any(),
+        Value::Number(number) => match (number.as_u64(), number.as_i64()) {
+            (Some(whole), _) => whole.into_pyobject(py)?.into_any(),
+            (None, Some(whole)) => whole.into_pyobject(py)?.into_any(),
+            (None, None) => number.as_f64().into_pyobject(py)?.into_any(),
+        },
+        Value::Array(items) => {
+            let items = items.iter().map(|item| json_to_python(py, item));
+            PyList::new(py, items.collect::<PyResult<Vec<_>>>()?)?.into_any()
+        }
+        Value::Object(entries) => {
+            let made = PyDict::new(py);
+            for (key, value) in entries {
+                made.set_item(key, json_to_python(py, value)?)?;
+            }
+            made.into_any()
+        }
+    })
+}

@@ -1,0 +1,57 @@
+"""What the docs show is what happens: examples in docstrings and in the README, and one docstring for each name."""
+
+import doctest
+import inspect
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+import heart_phantom
+from heart_phantom import Phantom, Scene, SceneError, errors, membrane, radon, revolve
+
+HERE = Path(__file__).resolve().parent
+MODULES = (heart_phantom, errors, membrane, radon, revolve)
+FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE | doctest.IGNORE_EXCEPTION_DETAIL
+
+
+def described():
+    """Everything public, by its name."""
+    for module in MODULES:
+        yield module.__name__, module
+        for name in getattr(module, "__all__", ()):
+            thing = getattr(module, name)
+            if inspect.ismodule(thing) or name == "__version__":
+                continue
+            yield f"{module.__name__}.{name}", thing
+            if inspect.isclass(thing) and not issubclass(thing, Exception):
+                for member, value in vars(thing).items():
+                    if not member.startswith("_"):
+                        yield f"{module.__name__}.{name}.{member}", value
+
+
+@pytest.mark.parametrize(("name", "thing"), list(described()), ids=lambda x: x if isinstance(x, str) else "")
+def test_a_docstring_is_there_and_its_examples_hold(name, thing):
+    doc = inspect.getdoc(thing)
+    assert doc and doc.strip(), name
+    names = {"Phantom": Phantom, "Scene": Scene, "SceneError": SceneError}
+    test = doctest.DocTestParser().get_doctest(doc, names, name, None, None)
+    assert doctest.DocTestRunner(optionflags=FLAGS).run(test).failed == 0
+
+
+@pytest.mark.parametrize("page", ["README.md"])
+def test_the_examples_of_the_readme_run(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    blocks = re.findall(r"```python\n(.*?)```", (HERE.parent / page).read_text(), re.DOTALL)
+    assert len(blocks) >= 3
+    for block in blocks:
+        exec(compile(block, page, "exec"), {})  # its asserts hold what it says
+
+
+def test_the_package_has_what_it_needs_to_be_checked():
+    package = Path(heart_phantom.__file__).parent
+    assert (package / "py.typed").exists()
+    assert sum(os.path.getsize(file) for file in package.glob("_native*")) < 30e6
+    assert re.fullmatch(r"\d+\.\d+\.\d+", heart_phantom.__version__)
