@@ -58,7 +58,7 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "stress",
-        arguments: "--minutes N",
+        arguments: "--minutes N | --scenes N [--seed S] [--kind NAME]",
         what: "random and pathological scenes through everything, from new seeds",
         run: stress::task,
     },

@@ -39,7 +39,7 @@ pub(crate) struct TextFile {
 
 /// Folders that hold what people write; anything else (build output, results of a run) is no concern of ours.
 const FOLDERS: &[&str] = &[
-    ".cargo", ".ci", ".github", "benches", "crates", "docs", "tests", "xtask",
+    ".cargo", ".ci", ".github", "benches", "crates", "docs", "python", "tests", "xtask",
 ];
 
 /// All text files of the workspace, in the order of their paths. Files that are no UTF-8 (pictures, data) are left out.
@@ -73,8 +73,11 @@ pub(crate) fn text_files(root: &Path) -> std::io::Result<Vec<TextFile>> {
 fn walk(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
-        let is_build_output = path.file_name().is_some_and(|name| name == "target");
-        if path.is_dir() && !is_build_output {
+        // Build output, environments and caches of Python.
+        let is_made = path
+            .file_name()
+            .is_some_and(|name| name == "target" || name.as_encoded_bytes().starts_with(b"."));
+        if path.is_dir() && !is_made {
             walk(&path, found)?;
         } else if path.is_file() {
             found.push(path);

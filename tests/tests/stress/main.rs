@@ -10,12 +10,14 @@ mod limits;
 mod membranes;
 mod odd;
 mod random;
+mod rubber;
 mod runs;
 mod scenes;
 mod tomography;
 mod walls;
 
 use random::Random;
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
@@ -26,6 +28,8 @@ pub(crate) enum Outcome {
     Answered,
     /// A typed error.
     Refused,
+    /// One of a kind that is counted by itself.
+    Named(&'static str),
 }
 
 /// Scenes of each kind in an ordinary run.
@@ -42,22 +46,28 @@ fn run(kind: &str, scene: fn(&mut Random) -> Outcome) {
     let time = variable::<f64>("STRESS_MINUTES")
         .map(|m| Duration::from_secs_f64(60.0 * m.clamp(0.0, 1e5)));
     let start = Instant::now();
+    let scenes: u64 = variable("STRESS_SCENES").unwrap_or(SCENES);
     let (mut answered, mut refused, mut failed) = (0_u64, 0_u64, Vec::new());
+    let mut named: BTreeMap<&str, u64> = BTreeMap::new();
     for seed in first.. {
         match time {
             Some(time) if start.elapsed() >= time => break,
-            None if seed >= first + SCENES => break,
+            None if seed >= first + scenes => break,
             _ => {}
         }
         match catch_unwind(AssertUnwindSafe(|| scene(&mut Random::new(seed)))) {
             Ok(Outcome::Answered) => answered += 1,
             Ok(Outcome::Refused) => refused += 1,
+            Ok(Outcome::Named(kind)) => *named.entry(kind).or_default() += 1,
             Err(_) => failed.push(seed),
         }
     }
     println!(
-        "{kind}: {answered} answered, {refused} refused, {} failed",
-        failed.len()
+        "{kind}: {answered} answered, {refused} refused, {} failed{}",
+        failed.len(),
+        (named.iter())
+            .map(|(kind, times)| format!(", {times} {kind}"))
+            .collect::<String>()
     );
     assert!(failed.is_empty(), "{kind}: seeds {failed:?}");
     assert!(
@@ -69,6 +79,11 @@ fn run(kind: &str, scene: fn(&mut Random) -> Outcome) {
 #[test]
 fn membranes_answer_or_refuse() {
     run("membranes", membranes::scene);
+}
+
+#[test]
+fn rubber_answers_or_refuses() {
+    run("rubber", rubber::scene);
 }
 
 #[test]

@@ -18,6 +18,7 @@ const FLOORS: &[(&str, &[&str])] = &[
     ("crates/heart-phantom", BELOW),
     ("crates/heart-cohort", &["heart-phantom"]),
     ("crates/heart-study", &["heart-phantom", "heart-cohort"]),
+    ("python", &["heart-phantom"]),
     ("tests", ALL),
     ("benches", ALL),
     ("xtask", &[]),

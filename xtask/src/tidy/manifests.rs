@@ -17,6 +17,7 @@ pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
             Err(error) => findings.push(Finding::new(&file.path, 0, format!("no TOML: {error}"))),
         }
     }
+    findings.extend(same_lints(files));
     let licence = find(files, "LICENSE");
     if licence.is_none() {
         findings.push(Finding::new("LICENSE", 0, "missing"));
@@ -53,6 +54,17 @@ fn one_manifest(path: &str, manifest: &Table) -> Vec<Finding> {
         findings.extend(package_fields(path, manifest));
     }
     findings
+}
+
+/// The package of Python is a workspace of its own, with the lints of this one.
+fn same_lints(files: &[TextFile]) -> Option<Finding> {
+    let lints = |path| {
+        let manifest: Table = find(files, path)?.text.parse().ok()?;
+        manifest.get("workspace")?.get("lints").cloned()
+    };
+    const PYTHON: &str = "python/Cargo.toml";
+    let differs = find(files, PYTHON).is_some() && lints(PYTHON) != lints("Cargo.toml");
+    differs.then(|| Finding::new(PYTHON, 0, "its lints differ from those of the workspace"))
 }
 
 /// A dependency by path needs a version, or the package cannot be published.
@@ -159,6 +171,30 @@ mod tests {
     const COMPLETE: &str = "lints.workspace = true\n[package]\nname = \"radon-fbp\"\nlicense.workspace = true\ndescription = \"x\"\nedition = \"2024\"\n\
         rust-version = \"1.89\"\nkeywords = [\"a\"]\ncategories = [\"b\"]\nreadme = \"README.md\"\n\
         [package.metadata.docs.rs]\nall-features = true\n[lib]\nname = \"radon\"\n";
+
+    #[test]
+    fn the_package_of_python_has_the_workspaces_lints() {
+        let file = |path: &str, value: &str| TextFile {
+            path: path.into(),
+            text: format!("[workspace.lints.rust]\nmissing_docs = \"{value}\"\n"),
+        };
+        let root = file("Cargo.toml", "warn");
+        assert!(
+            same_lints(&[
+                file("Cargo.toml", "warn"),
+                file("python/Cargo.toml", "warn")
+            ])
+            .is_none()
+        );
+        assert!(
+            same_lints(&[
+                file("Cargo.toml", "warn"),
+                file("python/Cargo.toml", "allow")
+            ])
+            .is_some()
+        );
+        assert!(same_lints(&[root]).is_none());
+    }
 
     #[test]
     fn a_path_needs_a_version() {

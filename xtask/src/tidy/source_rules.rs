@@ -48,7 +48,7 @@ pub(crate) fn check(path: &str, text: &str) -> Vec<Finding> {
 }
 
 fn is_library_source(path: &str) -> bool {
-    path.starts_with("crates/") && path.contains("/src/")
+    path.starts_with("python/src/") || path.starts_with("crates/") && path.contains("/src/")
 }
 
 /// Whether an item is compiled for tests only.

@@ -1,0 +1,331 @@
+//! Random membranes of rubber: any strain energy, thickness, shape and size, gains to 5 and pressures, both discretisations.
+//!
+//! Both agree, finer differences better than coarse ones; or both refuse, and what they refuse for is shown: a pressure beyond the limit
+//! by the pressures about it, an extension by how near to its limit the rubber is just before.
+
+use crate::Outcome;
+use crate::random::Random;
+use membrane_forces::{
+    CurvePoint, Membrane, MembraneError, RestShape, Rubber, StrainEnergy, Thickness,
+};
+use membrane_newton::{Control, Discretisation, Equilibrium, NewtonError, NewtonOptions, Solver};
+use std::f64::consts::PI;
+
+/// One problem: both discretisations of a membrane, and what its pressures are of the order of.
+pub(crate) struct Problem {
+    pub(crate) spectral: Solver,
+    pub(crate) differences: Solver,
+    pub(crate) membrane: Membrane,
+    /// Shear modulus times thickness over radius.
+    pub(crate) pressure: f64,
+    /// Stretches that its rubber takes: I1 - 3 below this.
+    extension: f64,
+}
+
+pub(crate) fn scene(random: &mut Random) -> Outcome {
+    let spoiled = random.one_in(20);
+    let Some(problem) = problem(random, spoiled) else {
+        assert!(spoiled, "a membrane that is none");
+        return Outcome::Refused;
+    };
+    let start = problem.spectral.start_measures();
+    let control = match random.one_in(2) {
+        true => Control::Load(problem.pressure * random.decades(-3.0, 0.7)),
+        false if start.volume > 0.0 => {
+            Control::Volume(start.volume * (1.0 + random.decades(-4.0, 0.7)))
+        }
+        // of a flat disc, over the cube of its radius
+        false => Control::Volume(random.decades(-4.0, 0.7) * start.length.powi(3) / 8.0),
+    };
+    if spoiled {
+        return refused_or_not(random, &problem, control);
+    }
+    let options = NewtonOptions::default();
+    let found = problem.spectral.solve(control, &options);
+    let other = problem.differences.solve(control, &options);
+    match (found, other) {
+        (Ok(found), Ok(other)) => {
+            check(&found);
+            check(&other);
+            agree(&problem, control, &found, &other);
+            Outcome::Answered
+        }
+        (Err(error), Err(other)) => both_refuse(&problem, control, &error, &other),
+        // Between what is the last for the one and for the other.
+        (Ok(found), Err(error)) => {
+            check(&found);
+            close_call(&problem, control, &error, &problem.spectral)
+        }
+        (Err(error), Ok(found)) => {
+            check(&found);
+            close_call(&problem, control, &error, &problem.differences)
+        }
+    }
+}
+
+/// Values that no physicist would enter, pressures and volumes below those at rest: any answer that is one, or any typed error.
+fn refused_or_not(random: &mut Random, problem: &Problem, control: Control) -> Outcome {
+    let value = match control {
+        Control::Volume(value) | Control::Load(value) => value,
+        _ => return Outcome::Refused,
+    };
+    let value = match random.one_in(2) {
+        true => -value * random.uniform(0.0, 1.0),
+        false => random.spoiled(value),
+    };
+    let control = match control {
+        Control::Volume(_) => Control::Volume(value),
+        _ => Control::Load(value),
+    };
+    let mut outcome = Outcome::Refused;
+    for solver in [&problem.spectral, &problem.differences] {
+        if let Ok(solved) = solver.solve(control, &NewtonOptions::default()) {
+            check(&solved);
+            outcome = Outcome::Answered;
+        }
+    }
+    outcome
+}
+
+/// What a control prescribes has come out; pressure, volume and apex are those of the other discretisation, of finer differences
+/// by their order.
+fn agree(problem: &Problem, control: Control, found: &Equilibrium, other: &Equilibrium) {
+    match control {
+        Control::Volume(volume) => {
+            assert!((found.measures.volume / volume - 1.0).abs() < 1e-9);
+            assert!((other.measures.volume / volume - 1.0).abs() < 1e-9);
+        }
+        _ => assert!((found.intensity / other.intensity - 1.0).abs() < 1e-12),
+    }
+    let off = |other: &Equilibrium| {
+        let pressure = (found.intensity / other.intensity - 1.0).abs();
+        let volume = (found.measures.volume / other.measures.volume - 1.0).abs();
+        let apex = (found.at(0.5).position[0] - other.at(0.5).position[0]).abs();
+        pressure.max(volume).max(apex / found.measures.length)
+    };
+    let (mut last, mut nodes) = (off(other), NODES);
+    // near the limit of extension shapes have corners, and a shallow cap that is hardly loaded has a thin layer at its ring
+    while last > 0.01 {
+        nodes = 4 * nodes - 3;
+        let finer = solver(&problem.membrane, nodes).solve(control, &NewtonOptions::default());
+        let finer = match finer {
+            Err(NewtonError::Slack { .. }) => last,
+            finer => off(&finer.unwrap()),
+        };
+        assert!(
+            (finer == last || finer < 0.4 * last) && nodes < 20_000,
+            "{control:?}: differences are off by {last:e}, {nodes} nodes by {finer:e}: {:?}",
+            problem.membrane.material()
+        );
+        last = finer;
+    }
+}
+
+/// The kind of a refusal, if it is one that a membrane of rubber may give.
+fn kind(error: &NewtonError) -> Option<&'static str> {
+    match error {
+        NewtonError::LimitPoint { .. } => Some("limit point"),
+        NewtonError::Membrane(MembraneError::PastStretch { .. }) => Some("limit of extension"),
+        _ => None,
+    }
+}
+
+fn both_refuse(
+    problem: &Problem,
+    control: Control,
+    error: &NewtonError,
+    other: &NewtonError,
+) -> Outcome {
+    let case = || {
+        format!(
+            "{control:?}: {error}, {other}: {:?}",
+            problem.membrane.material()
+        )
+    };
+    let (Some(first), Some(_)) = (kind(error), kind(other)) else {
+        panic!("{}", case());
+    };
+    match (control, error) {
+        (Control::Load(wanted), NewtonError::LimitPoint { reached, .. }) => {
+            assert!(*reached < wanted, "{}", case());
+            is_largest(&problem.spectral, *reached);
+        }
+        (Control::Load(_), _) => stretched_out(problem, control, &problem.spectral),
+        (_, NewtonError::LimitPoint { .. }) => (),
+        _ => stretched_out(problem, control, &problem.spectral),
+    }
+    Outcome::Named(first)
+}
+
+/// Just below this pressure there is an equilibrium, and its neighbours by volume bear no more.
+fn is_largest(solver: &Solver, most: f64) {
+    let options = NewtonOptions::default();
+    let below = solver
+        .solve(Control::Load(most * (1.0 - 1e-6)), &options)
+        .unwrap();
+    for part in [-0.05, 0.02, 0.05] {
+        let volume = below.measures.volume * (1.0 + part);
+        // a branch may turn back in the volume soon
+        if let Ok(beside) = solver.solve_from(&below, Control::Volume(volume), &options) {
+            let bears = beside.intensity / most;
+            assert!(bears <= 1.0 + 1e-9, "{bears} times the limit at {part}");
+        }
+    }
+}
+
+/// Rubber that is refused for its extension: halfway to the last control that it bears, again and again, it comes near its limit.
+fn stretched_out(problem: &Problem, control: Control, solver: &Solver) {
+    let value = |share: f64| match control {
+        Control::Volume(volume) => {
+            let rest = solver.start_measures().volume;
+            Control::Volume(rest + share * (volume - rest))
+        }
+        Control::Load(pressure) => Control::Load(share * pressure),
+        _ => control,
+    };
+    let (mut low, mut high, mut last) = (0.0, 1.0, None);
+    for _ in 0..14 {
+        let middle = 0.5 * (low + high);
+        match solver.solve(value(middle), &NewtonOptions::default()) {
+            Ok(solved) => (low, last) = (middle, Some(solved)),
+            Err(error) => {
+                // just before the limit steps may end before they see it
+                assert!(kind(&error).is_some(), "{:?}: {error}", value(middle));
+                high = middle;
+            }
+        }
+    }
+    let last = last.unwrap();
+    let most = most_extended(&last);
+    assert!(
+        most > 0.9 * problem.extension,
+        "refused at I1 - 3 = {most} of {}",
+        problem.extension
+    );
+}
+
+/// Largest I1 - 3.
+fn most_extended(solved: &Equilibrium) -> f64 {
+    let each = (0..=400).map(|k| solved.stretched(0.5 * f64::from(k) / 400.0));
+    let each = each.filter_map(Result::ok);
+    each.map(|at| at.stretches.iter().map(|l| l * l).sum::<f64>() - 3.0)
+        .fold(0.0, f64::max)
+}
+
+/// What one discretisation refuses and the other does not is nearly refused by that one too.
+fn close_call(problem: &Problem, control: Control, error: &NewtonError, other: &Solver) -> Outcome {
+    let options = NewtonOptions::default();
+    let case = || {
+        format!(
+            "{control:?}: {error} by one alone: {:?}",
+            problem.membrane.material()
+        )
+    };
+    let further = match control {
+        Control::Volume(volume) => Control::Volume(1.1 * volume),
+        Control::Load(pressure) => Control::Load(1.1 * pressure),
+        _ => control,
+    };
+    assert!(kind(error).is_some(), "{}", case());
+    assert!(other.solve(further, &options).is_err(), "{}", case());
+    Outcome::Named("close call")
+}
+
+const NODES: usize = 201;
+
+fn solver(membrane: &Membrane, nodes: usize) -> Solver {
+    Solver::new(membrane, Discretisation::FiniteDifferences { nodes }).unwrap()
+}
+
+pub(crate) fn problem(random: &mut Random, spoiled: bool) -> Option<Problem> {
+    let unit = random.decades(-3.0, 3.0);
+    let radius = unit * random.decades(-0.3, 0.3);
+    let spoil = |random: &mut Random, value: f64| match spoiled {
+        true => random.spoiled(value),
+        false => value,
+    };
+    let rest = match random.integer(0, 3) {
+        0 => RestShape::disc(spoil(random, radius)),
+        1 => RestShape::from_function(cap(unit * random.decades(-0.5, 0.5), radius), &[]),
+        _ => {
+            let length = unit * random.decades(-0.7, 0.9);
+            RestShape::balloon(spoil(random, length), spoil(random, radius))
+        }
+    };
+    let energy = energy(random, spoiled);
+    let h = radius * random.decades(-3.0, -1.0);
+    let thickness = match random.integer(0, 1) {
+        0 => Thickness::constant(spoil(random, h)),
+        _ => {
+            let swing = random.uniform(-1.0, 1.0);
+            let profile = move |s: f64| h * (swing * (2.0 * PI * s).cos()).exp();
+            Thickness::function(profile, &[])
+        }
+    };
+    let rubber = Rubber::new(energy.clone(), thickness.ok()?).ok()?;
+    let membrane = Membrane::new(rest.ok()?).with_rubber(rubber);
+    let adaptive = Discretisation::SpectralAdaptive { tolerance: 1e-7 };
+    let nodes = Discretisation::FiniteDifferences { nodes: NODES };
+    Some(Problem {
+        spectral: Solver::new(&membrane, adaptive).ok()?,
+        differences: Solver::new(&membrane, nodes).ok()?,
+        pressure: energy.shear_modulus() * h / radius,
+        extension: match energy {
+            StrainEnergy::Gent { jm, .. } => jm,
+            _ => f64::INFINITY,
+        },
+        membrane,
+    })
+}
+
+/// Half an ellipsoid of revolution, `length` long.
+fn cap(length: f64, radius: f64) -> impl Fn(f64) -> CurvePoint + Send + Sync + 'static {
+    move |s| {
+        let (sin, cos) = (PI * s).sin_cos();
+        CurvePoint {
+            position: [length * sin, radius * cos],
+            first: [PI * length * cos, -PI * radius * sin],
+            second: [-PI * PI * length * sin, -PI * PI * radius * cos],
+        }
+    }
+}
+
+fn energy(random: &mut Random, spoiled: bool) -> StrainEnergy {
+    let mut mu = random.decades(-3.0, 3.0);
+    let mut jm = random.decades(-0.3, 2.0);
+    if spoiled {
+        (mu, jm) = (random.spoiled(mu), random.spoiled(jm));
+    }
+    match random.integer(0, 3) {
+        0 => StrainEnergy::NeoHookean { mu },
+        1 => {
+            let share = random.uniform(0.0, 0.3);
+            StrainEnergy::MooneyRivlin {
+                c1: 0.5 * mu * (1.0 - share),
+                c2: 0.5 * mu * share,
+            }
+        }
+        2 => StrainEnergy::Ogden {
+            terms: vec![
+                [mu * random.uniform(0.2, 1.0), random.uniform(1.2, 3.0)],
+                [-mu * random.uniform(0.001, 0.1), -random.uniform(1.0, 2.0)],
+                [
+                    0.01 * mu * random.uniform(0.1, 1.0),
+                    random.uniform(3.0, 5.0),
+                ],
+            ],
+        },
+        _ => StrainEnergy::Gent { mu, jm },
+    }
+}
+
+/// What every equilibrium of rubber has: stretches, and forces in balance along the axis.
+fn check(solved: &Equilibrium) {
+    assert!(solved.intensity.is_finite() && solved.measures.volume.is_finite());
+    for k in 0..=20 {
+        if let Ok(stretched) = solved.stretched(0.5 * f64::from(k) / 20.0) {
+            let sound = |l: &f64| *l > 0.0 && l.is_finite();
+            assert!(stretched.stretches.iter().all(sound), "{stretched:?}");
+        }
+    }
+}
