@@ -5,7 +5,6 @@ use crate::expression::Constraint;
 use crate::field;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Members of a study: a scene, and what varies in it. Member `i` depends on the text and on `i`, on nothing else.
@@ -84,7 +83,7 @@ impl Cohort {
         self.cases.iter().map(|case| case.name.as_str())
     }
 
-    /// SHA-256 of what the text means, in hexadecimal: of two that differ in comments or layout only it is the same.
+    /// BLAKE3 of what the text means, in hexadecimal: of two that differ in comments or layout only it is the same.
     pub fn digest(&self) -> &str {
         &self.digest
     }
@@ -96,7 +95,7 @@ impl Cohort {
             "members": self.members, "seed": self.seed, "sampling": self.sampling, "attempts": self.attempts,
             "cases": self.cases, "constraints": constraints,
         });
-        self.digest = hexadecimal(&Sha256::digest(meaning.to_string()));
+        self.digest = blake3::hash(meaning.to_string().as_bytes()).to_string();
         self
     }
 
@@ -104,8 +103,4 @@ impl Cohort {
     pub(crate) fn number_of_case(&self, case: usize, path: &str) -> Option<f64> {
         field::get(&self.cases[case].scene, path)?.as_f64()
     }
-}
-
-pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

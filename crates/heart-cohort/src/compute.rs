@@ -1,43 +1,75 @@
 //! A member computed: its piece of a shard.
 
-use crate::cohort::hexadecimal;
 use crate::draw::Member;
 use crate::piece::Piece;
 use heart_phantom::files::{Samples, put_npy};
 use heart_phantom::{Numbers, Phantom, PhantomError, Product};
 use serde_json::json;
-use sha2::{Digest, Sha256};
 use std::error::Error;
 use std::io::Write;
+use std::sync::{Mutex, PoisonError};
 
 /// What a member has become: its files as they stand in a shard, or why there are none.
 #[derive(Debug)]
 pub(crate) struct Computed {
     /// Bytes of the archive, headers and padding included.
     pub(crate) bytes: Vec<u8>,
-    /// SHA-256 of them.
-    pub(crate) sha256: String,
+    /// Their checksum, BLAKE3.
+    pub(crate) blake3: String,
     pub(crate) numbers: Numbers,
     pub(crate) warnings: Vec<String>,
+}
+
+/// Memory of members that are done, for those that come: new pages of the system would cost a member a sixth of its time.
+#[derive(Debug, Default)]
+pub(crate) struct Spare {
+    bytes: Mutex<Vec<Vec<u8>>>,
+    samples: Mutex<Vec<Vec<f32>>>,
+}
+
+/// One of the vectors that are there, or a new one.
+fn taken<T>(vectors: &Mutex<Vec<Vec<T>>>) -> Vec<T> {
+    let mut vectors = vectors.lock().unwrap_or_else(PoisonError::into_inner);
+    vectors.pop().unwrap_or_default()
+}
+
+fn given<T>(vectors: &Mutex<Vec<Vec<T>>>, vector: Vec<T>) {
+    let mut vectors = vectors.lock().unwrap_or_else(PoisonError::into_inner);
+    vectors.push(vector);
+}
+
+impl Spare {
+    /// Takes back what a member has been written from.
+    pub(crate) fn give_back(&self, computed: Computed) {
+        given(&self.bytes, computed.bytes);
+    }
 }
 
 /// Computes a member on the threads of the pool that this is called in, with so many bytes for shapes of the heart.
 ///
 /// # Errors
 /// Why it is refused.
-pub(crate) fn compute(member: &Member, memory: usize) -> Result<Computed, String> {
+pub(crate) fn compute(member: &Member, memory: usize, spare: &Spare) -> Result<Computed, String> {
     let scene = member.scene().map_err(|error| error.to_string())?;
-    let made =
-        Phantom::new(scene).and_then(|phantom| of_phantom(member, &phantom.with_memory(memory)));
+    let phantom = Phantom::new(scene).map_err(|error| reason(&error))?;
+    let phantom = phantom.with_memory(memory);
+    let mut samples = taken(&spare.samples);
+    let made = of_phantom(member, &phantom, spare, &mut samples);
+    given(&spare.samples, samples);
     made.map_err(|error| reason(&error))
 }
 
-fn of_phantom(member: &Member, phantom: &Phantom) -> Result<Computed, PhantomError> {
+fn of_phantom(
+    member: &Member,
+    phantom: &Phantom,
+    spare: &Spare,
+    samples: &mut Vec<f32>,
+) -> Result<Computed, PhantomError> {
     phantom.prepare()?;
     let (numbers, warnings) = (phantom.numbers()?, phantom.warnings()?);
     let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     let products = products_of(phantom);
-    let mut piece = Piece::new(&member.key);
+    let mut piece = Piece::new(&member.key, taken(&spare.bytes));
     let failed = |source| PhantomError::File {
         path: member.key.clone().into(),
         source,
@@ -49,20 +81,18 @@ fn of_phantom(member: &Member, phantom: &Phantom) -> Result<Computed, PhantomErr
     });
     piece.add_json("numbers.json", &told).map_err(failed)?;
     (piece.add("cls", |out| write!(out, "{}", member.case_index))).map_err(failed)?;
-    let views = (products.iter().any(|product| needs_views(*product)))
-        .then(|| phantom.sinograms_of_gates())
-        .transpose()?;
+    // Views come before volumes, which may be made of them.
+    if products.iter().any(|product| needs_views(*product)) {
+        let camera = phantom.camera();
+        samples.resize(phantom.n_gates() * camera.n_views() * camera.view_len(), 0.0);
+        phantom.sinograms_of_gates_into(samples)?;
+    }
     for product in products {
-        add(
-            &mut piece,
-            phantom,
-            product,
-            views.as_deref().unwrap_or_default(),
-        )?;
+        add(&mut piece, phantom, product, samples)?;
     }
     let bytes = piece.into_bytes();
     Ok(Computed {
-        sha256: hexadecimal(&Sha256::digest(&bytes)),
+        blake3: blake3::hash(&bytes).to_string(),
         bytes,
         numbers,
         warnings,
@@ -80,12 +110,13 @@ fn needs_views(product: Product) -> bool {
     matches!(product, Product::Projections | Product::Reconstruction)
 }
 
-/// The array of a product: of all gates `[gate][view][row][bin]` or `[gate][z][y][x]`, or of all phases `[phase][z][y][x]`.
+/// The array of a product: of all gates `[gate][view][row][bin]` or `[gate][z][y][x]`, or of all phases `[phase][z][y][x]`. `samples` are
+/// the views until the exact volumes take their place.
 fn add(
     piece: &mut Piece,
     phantom: &Phantom,
     product: Product,
-    views: &[f32],
+    samples: &mut Vec<f32>,
 ) -> Result<(), PhantomError> {
     let camera = phantom.camera();
     let [nx, ny, nz] = camera.grid().shape();
@@ -96,19 +127,20 @@ fn add(
     match product {
         Product::Projections => {
             let shape = [n_gates, camera.n_views(), camera.n_rows(), camera.n_bins()];
-            put(piece, "projections.npy", &shape, views)?;
+            put(piece, "projections.npy", &shape, &samples[..])?;
         }
         Product::Reconstruction => {
-            let length = views.len() / n_gates;
+            let length = samples.len() / n_gates;
             let mut volumes = Vec::new();
-            for (gate, own) in views.chunks(length.max(1)).enumerate() {
+            for (gate, own) in samples.chunks(length.max(1)).enumerate() {
                 volumes.extend(phantom.reconstruct(gate, own)?);
             }
             put(piece, "reconstruction.npy", &gates_shape, &volumes[..])?;
         }
         Product::Truth => {
-            let volumes = phantom.truth_of_gates()?;
-            put(piece, "truth.npy", &gates_shape, &volumes[..])?;
+            samples.resize(gates_shape.iter().product(), 0.0);
+            phantom.truth_of_gates_into(samples)?;
+            put(piece, "truth.npy", &gates_shape, &samples[..])?;
         }
         Product::Labels => {
             let mut labels = Vec::new();

@@ -16,10 +16,12 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
-    pub(crate) fn new(key: &str) -> Self {
+    /// An empty piece, in memory that may have held another.
+    pub(crate) fn new(key: &str, mut bytes: Vec<u8>) -> Self {
+        bytes.clear();
         Self {
             key: key.to_owned(),
-            bytes: Vec::new(),
+            bytes,
         }
     }
 

@@ -1,13 +1,11 @@
 //! The record beside a shard: what the manifest says of each of its members, and the checksums by which it is known to be whole.
 
-use crate::cohort::hexadecimal;
 use crate::cut::Shard;
 use crate::error::CohortError;
 use crate::piece::END;
 use heart_phantom::Numbers;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
-use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::Path;
@@ -30,8 +28,8 @@ pub struct Row {
     pub offset: u64,
     /// How long that is; 0 for a member that was refused.
     pub bytes: u64,
-    /// SHA-256 of that piece, in hexadecimal; empty for a member that was refused.
-    pub sha256: String,
+    /// The checksum of that piece, BLAKE3 in hexadecimal, as `b3sum` prints it; empty for a member that was refused.
+    pub blake3: String,
     /// What was drawn, by the dotted paths of the fields.
     pub values: Map<String, Value>,
     /// Volumes in mL, ejection fraction, wall ([`Numbers`]), by name.
@@ -83,7 +81,7 @@ impl Record {
             }
             let (mut file, mut at) = (BufReader::with_capacity(1 << 20, file), 0);
             for row in self.rows.iter().filter(|row| row.refused.is_none()) {
-                if row.offset != at || checksum(&mut (&mut file).take(row.bytes))? != row.sha256 {
+                if row.offset != at || checksum(&mut (&mut file).take(row.bytes))? != row.blake3 {
                     return Ok(false);
                 }
                 at += row.bytes;
@@ -97,13 +95,9 @@ impl Record {
 }
 
 fn checksum(from: &mut impl Read) -> io::Result<String> {
-    let (mut sum, mut buffer) = (Sha256::new(), vec![0; 1 << 18]);
-    loop {
-        match from.read(&mut buffer)? {
-            0 => return Ok(hexadecimal(&sum.finalize())),
-            n => sum.update(&buffer[..n]),
-        }
-    }
+    let mut sum = blake3::Hasher::new();
+    sum.update_reader(from)?;
+    Ok(sum.finalize().to_string())
 }
 
 /// The numbers of a heart by name, with those within others as `within.name`.

@@ -1,7 +1,7 @@
 //! A shard: some members in a row, computed and written as one archive with its record.
 
 use crate::cohort::Cohort;
-use crate::compute::{Computed, compute};
+use crate::compute::{Computed, Spare, compute};
 use crate::cut::Shard;
 use crate::draw::Member;
 use crate::error::CohortError;
@@ -143,9 +143,10 @@ fn write(
 ) -> Result<Record, CohortError> {
     let range = shard.members(cohort)?;
     let (mut rows, mut bytes, mut undrawn) = (Vec::new(), 0, None);
+    let spare = Spare::default();
     let work = |index| {
         let member = cohort.member(index)?;
-        let made = compute(&member, options.memory_of_each());
+        let made = compute(&member, options.memory_of_each(), &spare);
         Ok((member, made))
     };
     let written = files::write_atomically(path, |out| {
@@ -158,6 +159,7 @@ fn write(
             out.write_all(piece)?;
             rows.push(row_of(&member, made.as_ref(), bytes));
             bytes += piece.len() as u64;
+            made.into_iter().for_each(|made| spare.give_back(made));
             progress(rows.len() as u64);
             Ok::<(), io::Error>(())
         })?;
@@ -234,7 +236,7 @@ fn row_of(member: &Member, made: Result<&Computed, &String>, offset: u64) -> Row
         refused: made.err().cloned(),
         offset,
         bytes: made.map_or(0, |made| made.bytes.len() as u64),
-        sha256: made.map_or(String::new(), |made| made.sha256.clone()),
+        blake3: made.map_or(String::new(), |made| made.blake3.clone()),
         values: member.values.iter().cloned().collect(),
         numbers: made.map_or_else(|_| Map::new(), |made| numbers_of(&made.numbers)),
         warnings: made.map_or(Vec::new(), |made| made.warnings.clone()),

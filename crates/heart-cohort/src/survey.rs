@@ -1,7 +1,7 @@
 //! What a cohort will be, before it is made: ranges from the draws, bytes and time from some members tried.
 
 use crate::cohort::Cohort;
-use crate::compute::compute;
+use crate::compute::{Spare, compute};
 use crate::error::CohortError;
 use crate::shard::RunOptions;
 use crate::workers;
@@ -71,15 +71,19 @@ pub fn survey(cohort: &Cohort, tried: u64, options: &RunOptions) -> Result<Surve
     let pools = workers::pools(options.threads)?;
     let start = Instant::now();
     let (mut refused, mut bytes) = (Vec::new(), 0);
+    let spare = Spare::default();
     let work = |k: u64| -> Result<_, CohortError> {
         let member = cohort.member(k * members / tried)?;
-        let made = compute(&member, options.memory_of_each());
+        let made = compute(&member, options.memory_of_each(), &spare);
         Ok((member.key, made))
     };
     workers::in_order(0..tried, &pools, work, |done| {
         let (key, made) = done?;
         match made {
-            Ok(made) => bytes += made.bytes.len() as u64,
+            Ok(made) => {
+                bytes += made.bytes.len() as u64;
+                spare.give_back(made);
+            }
             Err(reason) => refused.push((key, reason)),
         }
         Ok::<(), CohortError>(())

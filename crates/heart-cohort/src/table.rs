@@ -29,7 +29,7 @@ const FIRST: [(&str, Kind); 11] = [
     ("shard", Kind::Text),
     ("offset", Kind::Whole),
     ("bytes", Kind::Whole),
-    ("sha256", Kind::Text),
+    ("blake3", Kind::Text),
     ("status", Kind::Text),
     ("reason", Kind::Text),
     ("case", Kind::Text),
@@ -70,7 +70,7 @@ impl Columns {
                 Cell::Nothing
             },
             Cell::Whole(row.bytes),
-            text(&row.sha256),
+            text(&row.blake3),
             text(if is_there { "ok" } else { "refused" }),
             text(row.refused.as_deref().unwrap_or_default()),
             text(&row.case),

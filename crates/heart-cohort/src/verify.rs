@@ -1,7 +1,7 @@
 //! Some members computed again, and their bytes compared.
 
 use crate::cohort::Cohort;
-use crate::compute::compute;
+use crate::compute::{Spare, compute};
 use crate::cut::Shard;
 use crate::error::CohortError;
 use crate::folder;
@@ -53,18 +53,20 @@ pub fn verify(
         });
     }
     let pools = workers::pools(options.threads)?;
-    let mut refused = 0;
+    let (mut refused, spare) = (0, Spare::default());
     let work = |k: u64| {
         let (row, path) = &rows[k as usize];
         let member = cohort.member(row.member)?;
-        let made = compute(&member, options.memory_of_each());
+        let made = compute(&member, options.memory_of_each(), &spare);
         let is_same = match (&made, &row.refused) {
             (Ok(made), None) => bytes_of(row, path).is_ok_and(|bytes| bytes == made.bytes),
             (Err(reason), Some(known)) => reason == known,
             _ => false,
         };
+        let is_refused = made.is_err();
+        made.into_iter().for_each(|made| spare.give_back(made));
         match is_same {
-            true => Ok(made.is_err()),
+            true => Ok(is_refused),
             false => Err(CohortError::Differs {
                 member: row.member,
                 path: path.clone(),

@@ -265,7 +265,7 @@ fn a_member_that_the_physics_refuses_has_its_reason() {
         assert_eq!(row.refused.is_some(), is_narrow);
         if let Some(reason) = &row.refused {
             assert!(reason.contains("background"), "{reason}");
-            assert!(row.bytes == 0 && row.sha256.is_empty() && row.numbers.is_empty());
+            assert!(row.bytes == 0 && row.blake3.is_empty() && row.numbers.is_empty());
         }
     }
 }

@@ -37,7 +37,7 @@ fn a_manifest_has_a_row_for_every_member() {
             &row[column("shard")],
             format!("shard-{:05}-of-00003.tar", k / 3 + 1)
         );
-        assert_eq!(&row[column("sha256")], expected.sha256);
+        assert_eq!(&row[column("blake3")], expected.blake3);
         assert_eq!(row[column("status")] == *"ok", expected.refused.is_none());
         assert_eq!(
             row[column("reason")],

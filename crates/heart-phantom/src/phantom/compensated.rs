@@ -87,14 +87,7 @@ impl Phantom {
         progress: &dyn Fn(usize),
     ) -> Result<(Vec<f32>, Option<OsemReport>), PhantomError> {
         let set = self.camera().n_views() * self.camera().view_len();
-        let (given, expected) = (views.len(), self.n_gates() * set);
-        if given != expected {
-            return Err(PhantomError::WrongLength {
-                what: "views of all gates",
-                given,
-                expected,
-            });
-        }
+        self.check_of_gates("views of all gates", views, set)?;
         match self.parts().method {
             Method::Fbp => {
                 let seen = |gate: usize| Ok(Cow::Borrowed(&views[gate * set..][..set]));

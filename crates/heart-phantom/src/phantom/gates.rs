@@ -3,7 +3,7 @@
 use super::Phantom;
 use crate::error::PhantomError;
 use crate::scan::{Scan, SharedShapes};
-use crate::truth::truth_of_gates;
+use crate::truth::truth_of_gates_into;
 use revolve_voxel::Organs;
 
 impl Phantom {
@@ -27,31 +27,43 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::view`].
     pub fn sinograms_of_gates(&self) -> Result<Vec<f32>, PhantomError> {
+        let views = self.camera().n_views() * self.camera().view_len();
+        let mut samples = vec![0.0f32; self.n_gates() * views];
+        self.sinograms_of_gates_into(&mut samples)?;
+        Ok(samples)
+    }
+
+    /// The same into memory of the caller's, whatever is in it: some that is used again costs no new pages.
+    ///
+    /// # Errors
+    /// As [`Phantom::view`]; [`PhantomError::WrongLength`] for other than [`Phantom::n_gates`] times the samples of a gate's views.
+    pub fn sinograms_of_gates_into(&self, samples: &mut [f32]) -> Result<(), PhantomError> {
+        let camera = self.camera();
+        let each = camera.n_views() * camera.view_len();
+        self.check_of_gates("views of all gates", samples, each)?;
         let shared = match self.depth()?.is_some() || self.wide()?.is_some() {
             true => None,
             false => self.shared_shapes()?,
         };
         let Some(shared) = shared else {
-            return self.one_by_one(|gate| Ok(self.sinograms(gate, &|_| ())?.samples));
+            let one = |gate| Ok(self.sinograms(gate, &|_| ())?.samples);
+            return one_by_one(samples, each, one);
         };
-        let (camera, n_gates) = (self.camera(), self.n_gates());
         let scan = Scan {
             lattice: self.lattice()?,
             ..self.scan(camera, 0, self.acquisition(0)?)
         };
-        let (mut samples, rays) = scan.of_gates(n_gates, &shared)?;
-        self.work.rays(rays);
+        self.work.rays(scan.of_gates_into(&shared, samples)?);
         if self.parts.blur.is_some() || self.parts.noise.is_some() {
             let (views, rows) = (0..camera.n_views(), 0..camera.n_rows());
-            let length = samples.len() / n_gates;
-            for (gate, own) in samples.chunks_mut(length).enumerate() {
+            for (gate, own) in samples.chunks_mut(each).enumerate() {
                 let mut read = own.to_vec();
                 self.readout.blur(&mut read, &rows)?;
                 self.count(gate, &views, &rows, &mut read)?;
                 own.copy_from_slice(&read);
             }
         }
-        Ok(samples)
+        Ok(())
     }
 
     /// The exact volumes of all gates, `[gate][z][y][x]`: those of [`Phantom::truth`] of each, to the rounding of their samples, with each
@@ -60,18 +72,47 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::view`].
     pub fn truth_of_gates(&self) -> Result<Vec<f32>, PhantomError> {
+        let mut volumes = vec![0.0f32; self.n_gates() * self.camera().grid().len()];
+        self.truth_of_gates_into(&mut volumes)?;
+        Ok(volumes)
+    }
+
+    /// The same into memory of the caller's, whatever is in it.
+    ///
+    /// # Errors
+    /// As [`Phantom::view`]; [`PhantomError::WrongLength`] for other than [`Phantom::n_gates`] times the voxels.
+    pub fn truth_of_gates_into(&self, volumes: &mut [f32]) -> Result<(), PhantomError> {
+        let each = self.camera().grid().len();
+        self.check_of_gates("volumes of all gates", volumes, each)?;
         let shared = match self.parts.organs.as_ref().is_some_and(Organs::is_active) {
             true => None,
             false => self.shared_shapes()?,
         };
         let Some(shared) = shared else {
-            return self.one_by_one(|gate| self.truth(gate));
+            return one_by_one(volumes, each, |gate| self.truth(gate));
         };
         let scan = self.scan(self.camera(), 0, self.acquisition(0)?);
         let tolerance = self.parts.truth_tolerance;
-        let (volumes, counters) = truth_of_gates(&scan, self.n_gates(), &shared, tolerance)?;
+        let counters = truth_of_gates_into(&scan, &shared, tolerance, volumes)?;
         self.work.voxels(counters);
-        Ok(volumes)
+        Ok(())
+    }
+
+    pub(super) fn check_of_gates(
+        &self,
+        what: &'static str,
+        samples: &[f32],
+        each: usize,
+    ) -> Result<(), PhantomError> {
+        let (given, expected) = (samples.len(), self.n_gates() * each);
+        match given == expected {
+            true => Ok(()),
+            false => Err(PhantomError::WrongLength {
+                what,
+                given,
+                expected,
+            }),
+        }
     }
 
     fn shared_shapes(&self) -> Result<Option<SharedShapes>, PhantomError> {
@@ -83,16 +124,16 @@ impl Phantom {
             .collect::<Result<Vec<_>, PhantomError>>()?;
         SharedShapes::of(&scans)
     }
+}
 
-    fn one_by_one(
-        &self,
-        of: impl Fn(usize) -> Result<Vec<f32>, PhantomError>,
-    ) -> Result<Vec<f32>, PhantomError> {
-        let mut all = of(0)?;
-        all.reserve_exact((self.n_gates() - 1) * all.len());
-        for gate in 1..self.n_gates() {
-            all.extend(of(gate)?);
-        }
-        Ok(all)
+/// What each gate has, one after the other.
+fn one_by_one(
+    all: &mut [f32],
+    each: usize,
+    of: impl Fn(usize) -> Result<Vec<f32>, PhantomError>,
+) -> Result<(), PhantomError> {
+    for (gate, own) in all.chunks_mut(each).enumerate() {
+        own.copy_from_slice(&of(gate)?);
     }
+    Ok(())
 }

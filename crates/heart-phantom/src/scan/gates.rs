@@ -54,66 +54,72 @@ impl SharedShapes {
     }
 }
 
-/// Adds a weighted copy to each of those gates, whose samples follow each other in pieces of the copy's length.
-pub(crate) fn add_to_gates(one: &[f32], uses: &[(usize, f64)], all: &mut [f32]) {
-    for &(gate, weight) in uses {
-        let own = &mut all[gate * one.len()..(gate + 1) * one.len()];
-        for (sum, value) in own.iter_mut().zip(one) {
-            *sum += (weight * f64::from(*value)) as f32;
+/// Samples that are looked at together, whether a shape is in any of them.
+const PIECE: usize = 64;
+
+/// Adds a weighted copy to each of those gates; where a shape holds nothing the gates are not touched.
+pub(crate) fn add_to_gates(one: &[f32], uses: &[(usize, f64)], gates: &mut [&mut [f32]]) {
+    for (k, piece) in one.chunks(PIECE).enumerate() {
+        if piece.iter().all(|value| *value == 0.0) {
+            continue;
+        }
+        for &(gate, weight) in uses {
+            let own = &mut gates[gate][k * PIECE..][..piece.len()];
+            for (sum, value) in own.iter_mut().zip(piece) {
+                *sum += (weight * f64::from(*value)) as f32;
+            }
         }
     }
 }
 
 impl Scan<'_> {
-    /// All rows of all views of so many gates, `[gate][view][row][bin]`, before any blur.
-    pub(crate) fn of_gates(
+    /// All rows of all views of the gates, `[gate][view][row][bin]`, before any blur.
+    pub(crate) fn of_gates_into(
         &self,
-        n_gates: usize,
         shared: &SharedShapes,
-    ) -> Result<(Vec<f32>, RayCounters), PhantomError> {
+        samples: &mut [f32],
+    ) -> Result<RayCounters, PhantomError> {
         self.activity.validate()?;
         let solved = self.heart.shapes(&shared.gains)?;
         let placed = self.placed(&solved)?;
-        let views = (0..self.camera.n_views())
-            .into_par_iter()
-            .map(|view_idx| self.view_of_gates(view_idx, n_gates, (&solved, &placed), shared))
-            .collect::<Result<Vec<_>, _>>()?;
-        let (n_views, len) = (views.len(), self.camera.view_len());
-        let mut samples = vec![0.0f32; n_gates * n_views * len];
-        let mut rays = RayCounters::default();
-        for (view_idx, (view, done)) in views.iter().enumerate() {
-            rays = rays + *done;
-            for (gate, own) in view.chunks(len).enumerate() {
-                let at = (gate * n_views + view_idx) * len;
-                samples[at..at + len].copy_from_slice(own);
-            }
+        samples.fill(0.0);
+        let n_views = self.camera.n_views();
+        let mut views: Vec<Vec<&mut [f32]>> = (0..n_views).map(|_| Vec::new()).collect();
+        for (k, view) in samples.chunks_mut(self.camera.view_len()).enumerate() {
+            views[k % n_views].push(view);
         }
-        Ok((samples, rays))
+        let rays = (views.into_par_iter().enumerate())
+            .map(|(view_idx, mut gates)| {
+                self.view_of_gates(view_idx, (&solved, &placed), shared, &mut gates)
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(rays.into_iter().fold(RayCounters::default(), |a, b| a + b))
     }
 
-    /// One view of all gates, `[gate][row][bin]`.
+    /// Adds one view, `[row][bin]`, to those of all gates.
     fn view_of_gates(
         &self,
         view_idx: usize,
-        n_gates: usize,
         (solved, placed): (&[Arc<HeartShape>], &Placed),
         shared: &SharedShapes,
-    ) -> Result<(Vec<f32>, RayCounters), PhantomError> {
-        let len = self.camera.view_len();
+        gates: &mut [&mut [f32]],
+    ) -> Result<RayCounters, PhantomError> {
         let aim = Aim {
             theta: self.camera.angle(view_idx, 0.0),
             planes: &[],
             rows: &(0..self.camera.n_rows()),
         };
-        let (mut samples, mut one) = (vec![0.0f32; n_gates * len], vec![0.0f32; len]);
+        let mut one = vec![0.0f32; self.camera.view_len()];
         let mut done = RayCounters::default();
         for (shape, uses) in solved.iter().zip(&shared.uses) {
             one.fill(0.0);
             let heart = (&**shape, shape.body(), placed.of(shape));
             done = done + self.project(heart, &aim, None, 1.0, &mut one)?;
-            add_to_gates(&one, uses, &mut samples);
+            add_to_gates(&one, uses, gates);
         }
-        self.no_negatives(&mut samples);
-        Ok((samples, done))
+        for view in gates {
+            self.no_negatives(view);
+        }
+        Ok(done)
     }
 }

@@ -69,13 +69,13 @@ pub(crate) fn truth_of_slices(
     Ok((volume, counters))
 }
 
-/// The volumes of so many gates, `[gate][z][y][x]`, of shapes that they share, without organs.
-pub(crate) fn truth_of_gates(
+/// The volumes of all gates, `[gate][z][y][x]`, of shapes that they share, without organs.
+pub(crate) fn truth_of_gates_into(
     scan: &Scan<'_>,
-    n_gates: usize,
     shared: &SharedShapes,
     tolerance: f64,
-) -> Result<(Vec<f32>, VoxelCounters), PhantomError> {
+    volumes: &mut [f32],
+) -> Result<VoxelCounters, PhantomError> {
     scan.activity.validate()?;
     let (grid, slices) = (scan.camera.grid(), 0..scan.camera.n_rows());
     let mut one = vec![0.0f32; grid.len()];
@@ -83,7 +83,10 @@ pub(crate) fn truth_of_gates(
         let concentration = background.concentration;
         (background.torso).voxelize_add(grid, slices.clone(), concentration, &mut one)?;
     }
-    let mut volumes = one.repeat(n_gates);
+    let mut gates: Vec<&mut [f32]> = volumes.chunks_mut(grid.len()).collect();
+    for volume in &mut gates {
+        volume.copy_from_slice(&one);
+    }
     let mut counters = VoxelCounters::default();
     for (&gain, uses) in shared.gains.iter().zip(&shared.uses) {
         one.fill(0.0);
@@ -93,10 +96,10 @@ pub(crate) fn truth_of_gates(
             share: 1.0,
         }];
         counters = counters + add_shapes(scan, &whole, tolerance, slices.clone(), &mut one)?;
-        add_to_gates(&one, uses, &mut volumes);
+        add_to_gates(&one, uses, &mut gates);
     }
-    scan.no_negatives(&mut volumes);
-    Ok((volumes, counters))
+    scan.no_negatives(volumes);
+    Ok(counters)
 }
 
 /// How many shapes one pass adds up. It does not depend on the heart's memory, so that the sums have the same bits whatever that is.

@@ -16,29 +16,52 @@ pub(crate) struct Silhouette {
     r_max: f64,
 }
 
+/// The bounds of all bands, block by block: the bands that a block is as wide as come first, and lie side by side.
+struct Bounds<'a> {
+    blocks: &'a [[f64; 3]],
+    direction: [f64; 2],
+    margin: f64,
+    /// Inner edges of the bands, signed, and their squares with that sign.
+    edges: [f64; N_BANDS + 1],
+    squares: [f64; N_BANDS + 1],
+}
+
+impl pulp::WithSimd for Bounds<'_> {
+    type Output = Vec<[f64; 2]>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+        let [s, c] = self.direction;
+        let mut least = [f64::INFINITY; N_BANDS + 1];
+        let mut most = [f64::NEG_INFINITY; N_BANDS + 1];
+        for &[x0, x1, r] in self.blocks {
+            let n = self.edges.partition_point(|q| *q <= r);
+            let bands = least.iter_mut().zip(&mut most).zip(&self.squares);
+            for ((least, most), square) in bands.take(n) {
+                let y = c * (r * r - square).max(0.0).sqrt();
+                // Numbers all of them: comparisons are half the work of `min` and `max`.
+                let (low, high) = (-s * x1 - y - self.margin, -s * x0 + y + self.margin);
+                *least = if low < *least { low } else { *least };
+                *most = if high > *most { high } else { *most };
+            }
+        }
+        least.into_iter().zip(most).map(<[f64; 2]>::from).collect()
+    }
+}
+
 impl Silhouette {
     pub(crate) fn new(meridian: &Meridian, direction: &Direction) -> Self {
         let r_max = meridian.r_max();
-        let (s, c) = (direction.s, direction.c.abs());
         // Outward by more than the rounding of w.
         let [low, high] = meridian.x_range();
-        let margin = 1e-12 * (high - low + r_max) + direction.near;
-        let bands = (0..=N_BANDS)
-            .map(|k| {
-                let q = (k as f64 - 1e-6) * r_max / N_BANDS as f64;
-                let mut w = [f64::INFINITY, f64::NEG_INFINITY];
-                for &[x0, x1, r] in meridian.blocks() {
-                    if r >= q {
-                        let y = c * (r * r - q * q.abs()).max(0.0).sqrt();
-                        w = [
-                            w[0].min(-s * x1 - y - margin),
-                            w[1].max(-s * x0 + y + margin),
-                        ];
-                    }
-                }
-                w
-            })
-            .collect();
+        let edges = std::array::from_fn(|k| (k as f64 - 1e-6) * r_max / N_BANDS as f64);
+        let bands = pulp::Arch::new().dispatch(Bounds {
+            blocks: meridian.blocks(),
+            direction: [direction.s, direction.c.abs()],
+            margin: 1e-12 * (high - low + r_max) + direction.near,
+            edges,
+            squares: edges.map(|q| q * q.abs()),
+        });
         Self {
             bands,
             per_q: N_BANDS as f64 / r_max,
