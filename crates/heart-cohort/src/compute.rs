@@ -84,7 +84,10 @@ fn of_phantom(
     // Views come before volumes, which may be made of them.
     if products.iter().any(|product| needs_views(*product)) {
         let camera = phantom.camera();
-        samples.resize(phantom.n_gates() * camera.n_views() * camera.view_len(), 0.0);
+        samples.resize(
+            phantom.n_gates() * camera.n_views() * camera.view_len(),
+            0.0,
+        );
         phantom.sinograms_of_gates_into(samples)?;
     }
     for product in products {
