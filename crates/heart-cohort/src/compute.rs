@@ -9,6 +9,9 @@ use std::error::Error;
 use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 
+/// More than the header of an array takes, and what fills its file up.
+const NPY_HEADER: usize = 1024;
+
 /// What a member has become: its files as they stand in a shard, or why there are none.
 #[derive(Debug)]
 pub(crate) struct Computed {
@@ -172,7 +175,12 @@ fn put<'a>(
     samples: impl Into<Samples<'a>>,
 ) -> Result<(), PhantomError> {
     let samples = samples.into();
-    (piece.add(name, |out| put_npy(out, shape, samples))).map_err(|source| PhantomError::File {
+    let fill = |out: &mut Vec<u8>| {
+        // No more than that: a vector that grows by itself takes up to twice as much.
+        out.reserve_exact(samples.len() * samples.bytes_each() + NPY_HEADER);
+        put_npy(out, shape, samples)
+    };
+    piece.add(name, fill).map_err(|source| PhantomError::File {
         path: name.into(),
         source,
     })

@@ -33,7 +33,8 @@ impl Samples<'_> {
         self.len() == 0
     }
 
-    pub(super) fn bytes_each(&self) -> usize {
+    /// Bytes of each sample.
+    pub fn bytes_each(&self) -> usize {
         match self {
             Self::F32(_) => 4,
             Self::U8(_) => 1,
