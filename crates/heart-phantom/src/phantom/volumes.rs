@@ -1,7 +1,7 @@
 //! Volumes of a phantom: reconstructions, and what the voxels really hold.
 
 use super::Phantom;
-use crate::error::{PhantomError, check_count};
+use crate::error::{PhantomError, check_count, check_length};
 use crate::scan::Scan;
 use crate::truth::truth_of_slices;
 use crate::{Method, Moment, OsemReport, Regions, Rotation};
@@ -70,14 +70,7 @@ impl Phantom {
         if let Method::Fbp = self.parts.method {
             return self.back_project(gate, views, self.parts.camera.n_rows(), volume);
         }
-        let (given, expected) = (volume.len(), self.parts.camera.grid().len());
-        if given != expected {
-            return Err(PhantomError::WrongLength {
-                what: "volume",
-                given,
-                expected,
-            });
-        }
+        check_length("volume", volume.len(), self.parts.camera.grid().len())?;
         volume.copy_from_slice(&self.reconstruct(gate, views)?);
         Ok(())
     }

@@ -430,16 +430,21 @@ impl Run<'_> {
         name: &str,
         samples: impl Into<files::Samples<'s>>,
     ) -> Result<(), PhantomError> {
-        let format = self.phantom.parts().output.volumes;
         let grid = *self.phantom.camera().grid();
-        let mut volume = match self.seconds_per_gate() {
+        let volume = match self.seconds_per_gate() {
             None => Volume::new(grid, samples)?,
             Some(seconds) => Volume::of_gates(grid, samples, seconds)?,
         };
-        if let Some(study) = &self.study {
-            volume = volume.with_study(study);
-        }
+        self.put(name, volume)
+    }
+
+    pub(super) fn put(&mut self, name: &str, volume: Volume) -> Result<(), PhantomError> {
+        let volume = match &self.study {
+            Some(study) => volume.with_study(study),
+            None => volume,
+        };
         let names = self.phantom.volume_names(name);
+        let format = self.phantom.parts().output.volumes;
         files::write_volume(&self.out.join(&names[0]), &volume, format)?;
         self.files.extend(names);
         Ok(())
