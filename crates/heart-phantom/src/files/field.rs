@@ -111,10 +111,8 @@ pub fn write_field(path: &Path, field: &Field, format: Format) -> Result<(), Pha
         #[cfg(feature = "files")]
         Format::RawJson => raw_json::write_field(path, &volume, (n, samples)),
         Format::InterfileStir | Format::InterfileSimind | Format::Dicom => {
-            Err(PhantomError::Unsupported {
-                format: format.name(),
-                what: "several numbers a voxel here: npy, npz, NIfTI, MetaImage, NRRD and raw with JSON can",
-            })
+            let what = "several numbers a voxel here: npy, npz, NIfTI, MetaImage, NRRD and raw with JSON can";
+            Err(format.cannot_hold(what))
         }
     }
 }

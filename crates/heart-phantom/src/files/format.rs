@@ -102,6 +102,12 @@ impl Format {
         }
     }
 
+    /// That it has no place for something.
+    pub(crate) fn cannot_hold(self, what: &'static str) -> PhantomError {
+        let format = self.name();
+        PhantomError::Unsupported { format, what }
+    }
+
     /// Bytes of a sample that is no label in its files, before any compression.
     pub(crate) fn sample_bytes(self) -> u64 {
         match self {
@@ -245,10 +251,7 @@ pub fn write_projections(
     projections: &Projections,
     format: Format,
 ) -> Result<(), PhantomError> {
-    let unsupported = PhantomError::Unsupported {
-        format: format.name(),
-        what: "the angles of projections",
-    };
+    let unsupported = format.cannot_hold("the angles of projections");
     let Some(extension) = format.projections_extension() else {
         return Err(unsupported);
     };

@@ -1,6 +1,6 @@
 //! Volumes of a phantom: reconstructions, and what the voxels really hold.
 
-use super::Phantom;
+use super::{Phantom, once};
 use crate::error::{PhantomError, check_count, check_length};
 use crate::scan::Scan;
 use crate::truth::truth_of_slices;
@@ -208,13 +208,9 @@ impl Phantom {
     /// # Errors
     /// What solving the shapes can return.
     pub fn regions(&self) -> Result<&Regions, PhantomError> {
-        if self.regions.get().is_none() {
-            let made = Regions::new(&self.parts.heart, &self.parts.camera, &self.parts.cycle)?;
-            // Another thread may have been first, with the same.
-            let _ = self.regions.set(made);
-        }
-        #[expect(clippy::unreachable, reason = "just set")]
-        Ok(self.regions.get_or_init(|| unreachable!("just set")))
+        let parts = &self.parts;
+        let make = || Regions::new(&parts.heart, &parts.camera, &parts.cycle);
+        once(&self.regions, make)
     }
 
     /// What reconstructs a slice of a gate, made once for as long as one gate is looked at. Before a camera that stops it is the same for
