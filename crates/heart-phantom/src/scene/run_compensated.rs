@@ -34,10 +34,7 @@ impl Run<'_> {
                 });
             };
             told(0);
-            let mut report = CompensatedReport {
-                osem: None,
-                artefacts: None,
-            };
+            let mut report = CompensatedReport::default();
             let mut made = None;
             if reconstruct {
                 let (volume, osem) = phantom.compensated(number, &views, &told)?;
