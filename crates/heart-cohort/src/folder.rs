@@ -54,7 +54,7 @@ pub(crate) fn record_of(folder: &Path, shard: Shard) -> Result<Record, CohortErr
     }
 }
 
-fn missing_of(folder: &Path, missing: u64, of: u64, first: u64) -> CohortError {
+pub(crate) fn missing_of(folder: &Path, missing: u64, of: u64, first: u64) -> CohortError {
     CohortError::Missing {
         folder: folder.to_path_buf(),
         missing,

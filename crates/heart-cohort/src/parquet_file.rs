@@ -2,10 +2,10 @@
 
 use crate::table::{Cell, Columns, ForEach, Kind};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::data_type::{ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{Type, TypePtr};
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -108,40 +108,35 @@ fn write_group(
         };
         match kind {
             Kind::Text => {
-                let texts: Vec<ByteArray> = cells()
-                    .filter_map(|cell| match cell {
-                        Cell::Text(text) => Some(ByteArray::from(text.as_str())),
-                        _ => None,
-                    })
-                    .collect();
-                column
-                    .typed::<ByteArrayType>()
-                    .write_batch(&texts, Some(&there), None)?;
+                write_values::<ByteArrayType>(&mut column, &there, cells(), |cell| match cell {
+                    Cell::Text(text) => Some(text.as_str().into()),
+                    _ => None,
+                })
             }
             Kind::Whole => {
-                let wholes: Vec<i64> = cells()
-                    .filter_map(|cell| match cell {
-                        Cell::Whole(whole) => Some(*whole as i64),
-                        _ => None,
-                    })
-                    .collect();
-                column
-                    .typed::<Int64Type>()
-                    .write_batch(&wholes, Some(&there), None)?;
+                write_values::<Int64Type>(&mut column, &there, cells(), |cell| match cell {
+                    Cell::Whole(whole) => Some(*whole as i64),
+                    _ => None,
+                })
             }
             Kind::Number => {
-                let numbers: Vec<f64> = cells()
-                    .filter_map(|cell| match cell {
-                        Cell::Number(number) => Some(*number),
-                        _ => None,
-                    })
-                    .collect();
-                column
-                    .typed::<DoubleType>()
-                    .write_batch(&numbers, Some(&there), None)?;
+                write_values::<DoubleType>(&mut column, &there, cells(), |cell| match cell {
+                    Cell::Number(number) => Some(*number),
+                    _ => None,
+                })
             }
-        }
+        }?;
         column.close()?;
     }
     group.close().map(drop)
+}
+
+fn write_values<'a, T: DataType>(
+    column: &mut SerializedColumnWriter<'_>,
+    there: &[i16],
+    cells: impl Iterator<Item = &'a Cell>,
+    value: impl Fn(&'a Cell) -> Option<T::T>,
+) -> Result<usize, ParquetError> {
+    let values: Vec<T::T> = cells.filter_map(value).collect();
+    column.typed::<T>().write_batch(&values, Some(there), None)
 }

@@ -7,7 +7,7 @@ use crate::shard::RunOptions;
 use crate::workers;
 use serde::Serialize;
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
 /// Most members that are drawn for it.
@@ -110,7 +110,7 @@ pub fn survey(cohort: &Cohort, tried: u64, options: &RunOptions) -> Result<Surve
 struct Seen {
     numbers: Vec<f64>,
     others: bool,
-    different: BTreeMap<String, ()>,
+    different: BTreeSet<String>,
 }
 
 impl Seen {
@@ -123,19 +123,16 @@ impl Seen {
             None => self.others = true,
         }
         if self.different.len() <= Self::FEW {
-            self.different.insert(value.to_string(), ());
+            self.different.insert(value.to_string());
         }
     }
 
     fn range(self, path: String) -> FieldRange {
         let n = self.numbers.len() as f64;
-        let least = self.numbers.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = self
-            .numbers
-            .iter()
-            .copied()
-            .fold(f64::NEG_INFINITY, f64::max);
-        let mean = self.numbers.iter().sum::<f64>() / n;
+        let numbers = || self.numbers.iter().copied();
+        let least = numbers().fold(f64::INFINITY, f64::min);
+        let most = numbers().fold(f64::NEG_INFINITY, f64::max);
+        let mean = numbers().sum::<f64>() / n;
         let different = self.different.len();
         FieldRange {
             path,

@@ -45,12 +45,8 @@ pub fn verify(
     let mut rows: Vec<(Row, PathBuf)> = Vec::new();
     let broken = check_all(cohort, folder, &shards, &chosen, &mut rows)?;
     if let Some(&first) = broken.first() {
-        return Err(CohortError::Missing {
-            folder: folder.to_path_buf(),
-            missing: broken.len() as u64,
-            of: shards.len() as u64,
-            first,
-        });
+        let (missing, of) = (broken.len() as u64, shards.len() as u64);
+        return Err(folder::missing_of(folder, missing, of, first));
     }
     let pools = workers::pools(options.threads)?;
     let (mut refused, spare) = (0, Spare::default());

@@ -309,6 +309,23 @@ pub(crate) fn check(
     }
 }
 
+/// As many values as expected.
+pub(crate) fn check_length(
+    what: &'static str,
+    given: usize,
+    expected: usize,
+) -> Result<(), PhantomError> {
+    if given == expected {
+        Ok(())
+    } else {
+        Err(PhantomError::WrongLength {
+            what,
+            given,
+            expected,
+        })
+    }
+}
+
 /// `given` if it is within `least..=most`.
 pub(crate) fn check_count(
     what: &'static str,

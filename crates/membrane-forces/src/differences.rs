@@ -82,23 +82,16 @@ impl FiniteDifferences {
         let s = (0..n_nodes).map(|n| n as f64 / last as f64);
         let mut setting = Setting::new(membrane, s, &rest);
         let (whole, kept) = (n_nodes, n_nodes);
-        let nodes = Nodes { whole, kept };
+        let mut nodes = Nodes { whole, kept };
         let (shape, ds) = (membrane.rest().clone(), 1.0 / last as f64);
-        match membrane.material() {
+        let material = match membrane.material() {
             Material::Springs { stiffness, second } => {
                 let springs = NodeSprings::new(stiffness, second.as_ref(), rest.clone())?;
                 setting.stiffness_scale = springs.scale();
                 if setting.law.blows_up() {
                     setting.blow_up = springs.blow_up();
                 }
-                Ok(Self {
-                    setting,
-                    shape,
-                    nodes,
-                    ds,
-                    rest,
-                    material: NodeMaterial::Springs(springs),
-                })
+                NodeMaterial::Springs(springs)
             }
             Material::Rubber(rubber) => {
                 membrane.check_law()?;
@@ -115,22 +108,23 @@ impl FiniteDifferences {
                 if !is_mirrored(&rest, size) || !is_mirrored(&setting.start, size) {
                     return Err(MembraneError::NotMirrored);
                 }
-                let nodes = nodes.half();
+                nodes = nodes.half();
                 setting.end_at_axis(2 * nodes.kept, n_nodes % 2 == 1);
                 setting.stiffness_scale = rubber.energy().shear_modulus() * most;
                 cut_rest(&mut rest, nodes);
                 let positions = (0..n_nodes).map(|n| n as f64 * ds);
                 let rubber = NodeRubber::new(rubber, nodes, rest.as_chunks().0, positions)?;
-                Ok(Self {
-                    setting,
-                    shape,
-                    nodes,
-                    ds,
-                    rest,
-                    material: NodeMaterial::Rubber(rubber),
-                })
+                NodeMaterial::Rubber(rubber)
             }
-        }
+        };
+        Ok(Self {
+            setting,
+            shape,
+            nodes,
+            ds,
+            rest,
+            material,
+        })
     }
 
     /// [`FiniteDifferences::new`], of which only the nodes with s <= 1/2 are kept if rest shape,
@@ -323,15 +317,6 @@ impl DiscreteMembrane for FiniteDifferences {
             blocks: Vec::new(),
             band: self.band(),
         }
-    }
-
-    fn tangent_into(
-        &self,
-        nodes: &[f64],
-        intensity: f64,
-        out: &mut Tangent,
-    ) -> Result<(), MembraneError> {
-        self.taut_tangent_into(nodes, intensity, f64::NEG_INFINITY, out)
     }
 
     fn taut_tangent_into(

@@ -110,7 +110,9 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         nodes: &[f64],
         intensity: f64,
         out: &mut Tangent,
-    ) -> Result<(), MembraneError>;
+    ) -> Result<(), MembraneError> {
+        self.taut_tangent_into(nodes, intensity, f64::NEG_INFINITY, out)
+    }
 
     /// [`DiscreteMembrane::tangent_into`] as if rubber had nowhere less tension along the meridian than `least` times its shear modulus
     /// (over l1, per area at rest), which makes it regular where it is slack and shapes start from. That of springs is the exact one.
@@ -123,10 +125,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         intensity: f64,
         least: f64,
         out: &mut Tangent,
-    ) -> Result<(), MembraneError> {
-        let _ = least;
-        self.tangent_into(nodes, intensity, out)
-    }
+    ) -> Result<(), MembraneError>;
 
     /// Elastic energy of a body of rubber: the integral of 2 pi r0 h W over the meridian, zero at rest.
     ///

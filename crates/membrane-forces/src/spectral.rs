@@ -350,15 +350,6 @@ impl DiscreteMembrane for SpectralElements {
         }
     }
 
-    fn tangent_into(
-        &self,
-        nodes: &[f64],
-        intensity: f64,
-        out: &mut Tangent,
-    ) -> Result<(), MembraneError> {
-        self.taut_tangent_into(nodes, intensity, f64::NEG_INFINITY, out)
-    }
-
     fn taut_tangent_into(
         &self,
         nodes: &[f64],

@@ -60,13 +60,10 @@ impl<'a> Bordered<'a> {
     /// The energy is then a minimum, K negative definite where nothing is held, and the border of a volume, -g.K^-1 g, or of an
     /// intensity, 1, positive.
     pub(crate) fn expect_stable(&mut self) {
-        match self.discrete.setting().membrane().material() {
-            Material::Springs { .. } => (),
-            Material::Rubber(_) => {
-                let free = self.elastic.len() - self.discrete.held().len();
-                let sign = if free.is_multiple_of(2) { 1.0 } else { -1.0 };
-                self.signs = (sign, sign);
-            }
+        if is_rubber(self.discrete) {
+            let free = self.elastic.len() - self.discrete.held().len();
+            let sign = if free.is_multiple_of(2) { 1.0 } else { -1.0 };
+            self.signs = (sign, sign);
         }
     }
 
@@ -187,10 +184,6 @@ impl<'a> Bordered<'a> {
         } = self;
         let sign = factors.factor(*discrete, nodes, (f, self.least))?;
         discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
-        let of_rubber = match discrete.setting().membrane().material() {
-            Material::Springs { .. } => false,
-            Material::Rubber(_) => true,
-        };
         let (column, row) = border.both_mut();
         let corner = match self.target {
             Target::Intensity(_) => {
@@ -203,7 +196,7 @@ impl<'a> Bordered<'a> {
                 discrete.measure(Measure::Surface, nodes)?
             }
             // a pressure is what is conjugate to the volume
-            Target::Measure(Measure::Volume, _) if of_rubber => {
+            Target::Measure(Measure::Volume, _) if is_rubber(*discrete) => {
                 row.copy_from_slice(column);
                 0.0
             }
@@ -274,6 +267,13 @@ impl<'a> Bordered<'a> {
 
     pub(crate) fn shape_norm(&self, change: &[f64]) -> f64 {
         max_abs(&change[..self.elastic.len()]) / self.size.0
+    }
+}
+
+pub(crate) fn is_rubber(discrete: &dyn DiscreteMembrane) -> bool {
+    match discrete.setting().membrane().material() {
+        Material::Springs { .. } => false,
+        Material::Rubber(_) => true,
     }
 }
 

@@ -3,10 +3,10 @@
 use std::sync::{Arc, OnceLock};
 
 use membrane_forces::{
-    DiscreteMembrane, Material, Measure, Measures, Membrane, MembraneError, SpectralElements,
+    DiscreteMembrane, Measure, Measures, Membrane, MembraneError, SpectralElements,
 };
 
-use crate::bordered::Bordered;
+use crate::bordered::{Bordered, is_rubber};
 use crate::control::{Control, Target};
 use crate::error::{NewtonError, own};
 
@@ -111,10 +111,7 @@ impl Resolution {
     }
 
     pub(crate) fn is_rubber(&self) -> bool {
-        match self.discrete.setting().membrane().material() {
-            Material::Springs { .. } => false,
-            Material::Rubber(_) => true,
-        }
+        is_rubber(&*self.discrete)
     }
 
     pub(crate) fn target(&self, control: Control) -> Result<Target, NewtonError> {

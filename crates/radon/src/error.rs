@@ -258,6 +258,14 @@ pub(crate) fn within(
     }
 }
 
+/// `Ok` if this machine runs the instruction set.
+pub(crate) fn available(given: crate::InstructionSet) -> Result<(), RadonError> {
+    match given.is_available() {
+        true => Ok(()),
+        false => Err(RadonError::InstructionSetMissing { given }),
+    }
+}
+
 /// `given` if it is at least `least`.
 pub(crate) fn at_least(
     what: &'static str,

@@ -83,51 +83,36 @@ pub fn write_field(path: &Path, field: &Field, format: Format) -> Result<(), Pha
     // Its place is that of a volume of one component.
     let first = field.component(samples, 0);
     let volume = Volume::new(grid, &first)?;
-    let planes: Vec<f32> = match format {
-        Format::Nifti | Format::NiftiGz => {
-            let ras = of.in_world(samples, [-1.0, -1.0, 1.0]);
-            (0..n).flat_map(|k| field.component(&ras, k)).collect()
-        }
-        _ => Vec::new(),
+    let lps = || of.in_world(samples, [1.0; 3]);
+    let planes = || -> Vec<f32> {
+        let ras = of.in_world(samples, [-1.0, -1.0, 1.0]);
+        (0..n).flat_map(|k| field.component(&ras, k)).collect()
     };
-    let components = nifti::Components {
-        place: &volume,
-        n,
-        intent: match of {
-            FieldOf::Displacement => nifti::DISPVECT,
-            FieldOf::Velocity | FieldOf::Components(_) => nifti::VECTOR,
-        },
-        samples: &planes,
+    let intent = match of {
+        FieldOf::Displacement => nifti::DISPVECT,
+        FieldOf::Velocity | FieldOf::Components(_) => nifti::VECTOR,
     };
+    let nifti_header = || nifti::field_header(&volume, n, intent);
     match format {
         Format::Npy => npy::write_samples(path, &shape, samples.into()),
         #[cfg(feature = "files")]
         Format::Npz => npz::write_field(path, &volume, &shape, samples.into()),
-        Format::Nifti => components.write(path),
+        Format::Nifti => nifti::write(path, &nifti_header()?, (&planes()).into()),
         #[cfg(feature = "files")]
-        Format::NiftiGz => components.write_gz(path),
-        Format::MetaImage => {
-            let lps = of.in_world(samples, [1.0; 3]);
-            metaimage::write_field_mhd(path, &volume, (n, &lps))
-        }
-        Format::MetaImageSingle => {
-            let lps = of.in_world(samples, [1.0; 3]);
-            metaimage::write_field_mha(path, &volume, (n, &lps))
-        }
+        Format::NiftiGz => nifti::write_gz(path, &nifti_header()?, (&planes()).into()),
+        Format::MetaImage => metaimage::write_mhd(path, &volume, Some((n, &lps()))),
+        Format::MetaImageSingle => metaimage::write_mha(path, &volume, Some((n, &lps()))),
         #[cfg(not(feature = "files"))]
         Format::Npz | Format::NiftiGz | Format::RawJson => format.check_built(),
         Format::Nrrd => {
-            let lps = of.in_world(samples, [1.0; 3]);
             let vectors = !matches!(of, FieldOf::Components(_));
-            nrrd::write_field(path, &volume, (n, &lps), vectors)
+            nrrd::write_field(path, &volume, (n, &lps()), vectors)
         }
         #[cfg(feature = "files")]
         Format::RawJson => raw_json::write_field(path, &volume, (n, samples)),
         Format::InterfileStir | Format::InterfileSimind | Format::Dicom => {
-            Err(PhantomError::Unsupported {
-                format: format.name(),
-                what: "several numbers a voxel here: npy, npz, NIfTI, MetaImage, NRRD and raw with JSON can",
-            })
+            let what = "several numbers a voxel here: npy, npz, NIfTI, MetaImage, NRRD and raw with JSON can";
+            Err(format.cannot_hold(what))
         }
     }
 }

@@ -102,6 +102,12 @@ impl Format {
         }
     }
 
+    /// That it has no place for something.
+    pub(crate) fn cannot_hold(self, what: &'static str) -> PhantomError {
+        let format = self.name();
+        PhantomError::Unsupported { format, what }
+    }
+
     /// Bytes of a sample that is no label in its files, before any compression.
     pub(crate) fn sample_bytes(self) -> u64 {
         match self {
@@ -215,11 +221,11 @@ pub fn write_volume(path: &Path, volume: &Volume, format: Format) -> Result<(), 
         Format::Npy => npy::write_samples(path, &volume.axes(), volume.samples()),
         #[cfg(feature = "files")]
         Format::Npz => npz::write_volume(path, volume),
-        Format::Nifti => nifti::write(path, volume),
+        Format::Nifti => nifti::write(path, &nifti::header(volume)?, volume.samples()),
         #[cfg(feature = "files")]
-        Format::NiftiGz => nifti::write_gz(path, volume),
-        Format::MetaImage => metaimage::write_mhd(path, volume),
-        Format::MetaImageSingle => metaimage::write_mha(path, volume),
+        Format::NiftiGz => nifti::write_gz(path, &nifti::header(volume)?, volume.samples()),
+        Format::MetaImage => metaimage::write_mhd(path, volume, None),
+        Format::MetaImageSingle => metaimage::write_mha(path, volume, None),
         Format::Nrrd => nrrd::write_volume(path, volume),
         Format::InterfileStir => interfile::write_volume_stir(path, volume),
         Format::InterfileSimind => interfile::write_volume_simind(path, volume),
@@ -245,10 +251,7 @@ pub fn write_projections(
     projections: &Projections,
     format: Format,
 ) -> Result<(), PhantomError> {
-    let unsupported = PhantomError::Unsupported {
-        format: format.name(),
-        what: "the angles of projections",
-    };
+    let unsupported = format.cannot_hold("the angles of projections");
     let Some(extension) = format.projections_extension() else {
         return Err(unsupported);
     };

@@ -10,60 +10,35 @@ use crate::files::{Samples, Volume, write_atomically};
 use std::io::{self, Write};
 use std::path::Path;
 
-pub(super) fn write_mhd(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
-    let (data, name) = data_beside(path, "raw");
-    let header = header(volume, &name);
-    write_with_header(path, header.as_bytes(), &data, |out| put(out, volume))
-}
+/// So many components, the fastest in memory, on the voxels of a volume that then says no more than where they are.
+type Components<'a> = Option<(usize, &'a [f32])>;
 
-pub(super) fn write_mha(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
-    let header = header(volume, "LOCAL");
-    write_atomically(path, |out| {
-        out.write_all(header.as_bytes())?;
-        put(out, volume)
-    })
-}
-
-/// Writes so many components, the fastest in memory, on the voxels of a volume that says where they are, in a file beside the header.
-pub(super) fn write_field_mhd(
-    path: &Path,
-    place: &Volume,
-    (components, samples): (usize, &[f32]),
-) -> Result<(), PhantomError> {
+/// Writes a volume, or components, in a file beside the header.
+pub(super) fn write_mhd(path: &Path, volume: &Volume, of: Components) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "raw");
-    let header = field_header(place, &name, components);
-    write_with_header(path, header.as_bytes(), &data, |out| {
-        Samples::F32(samples).write(out)
-    })
+    let header = header(volume, of, &name);
+    write_with_header(path, header.as_bytes(), &data, |out| put(out, volume, of))
 }
 
 /// The same in one file.
-pub(super) fn write_field_mha(
-    path: &Path,
-    place: &Volume,
-    (components, samples): (usize, &[f32]),
-) -> Result<(), PhantomError> {
-    let header = field_header(place, "LOCAL", components);
+pub(super) fn write_mha(path: &Path, volume: &Volume, of: Components) -> Result<(), PhantomError> {
+    let header = header(volume, of, "LOCAL");
     write_atomically(path, |out| {
         out.write_all(header.as_bytes())?;
-        Samples::F32(samples).write(out)
+        put(out, volume, of)
     })
 }
 
-fn field_header(place: &Volume, data: &str, components: usize) -> String {
-    let channels = format!("ElementNumberOfChannels = {components}\nElementType");
-    header(place, data).replacen("ElementType", &channels, 1)
-}
-
-fn put(out: &mut dyn Write, volume: &Volume) -> io::Result<()> {
+fn put(out: &mut dyn Write, volume: &Volume, of: Components) -> io::Result<()> {
     let samples = volume.samples();
-    match volume.seconds_per_gate() {
-        None => samples.write(out),
-        Some(_) => samples.write_interleaved(volume.grid().len(), out),
+    match (of, volume.seconds_per_gate()) {
+        (Some((_, components)), _) => Samples::F32(components).write(out),
+        (None, None) => samples.write(out),
+        (None, Some(_)) => samples.write_interleaved(volume.grid().len(), out),
     }
 }
 
-fn header(volume: &Volume, data: &str) -> String {
+fn header(volume: &Volume, of: Components, data: &str) -> String {
     let [nx, ny, nz] = volume.grid().shape();
     let [dx, dy, dz] = volume.spacing_mm();
     let [x, y, z] = volume.origin_mm();
@@ -72,9 +47,10 @@ fn header(volume: &Volume, data: &str) -> String {
         Samples::U8(_) => "MET_UCHAR",
         Samples::U16(_) => "MET_USHORT",
     };
-    let gates = match volume.seconds_per_gate() {
-        None => String::new(),
-        Some(seconds) => {
+    let channels = match (of, volume.seconds_per_gate()) {
+        (Some((n, _)), _) => format!("ElementNumberOfChannels = {n}\n"),
+        (None, None) => String::new(),
+        (None, Some(seconds)) => {
             let n = volume.n_gates();
             format!("SecondsPerGate = {seconds}\nElementNumberOfChannels = {n}\n")
         }
@@ -91,7 +67,7 @@ fn header(volume: &Volume, data: &str) -> String {
          AnatomicalOrientation = RAI\n\
          ElementSpacing = {dx} {dy} {dz}\n\
          DimSize = {nx} {ny} {nz}\n\
-         {gates}\
+         {channels}\
          ElementType = {kind}\n\
          ElementDataFile = {data}\n"
     )

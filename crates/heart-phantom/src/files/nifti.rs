@@ -25,82 +25,51 @@ pub fn nifti_bytes(volume: &Volume, factor: f64) -> Result<Vec<u8>, PhantomError
     let samples = volume.samples();
     let mut bytes = Vec::with_capacity(header.len() + samples.len() * samples.bytes_each());
     // A list of bytes takes all of them.
-    let _ = put(&mut bytes, &header, volume);
+    let _ = put(&mut bytes, &header, samples);
     Ok(bytes)
 }
 
-pub(super) fn write(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
-    let header = header(volume)?;
-    write_atomically(path, |out| put(out, &header, volume))
+pub(super) fn write(path: &Path, header: &Header, samples: Samples) -> Result<(), PhantomError> {
+    write_atomically(path, |out| put(out, header, samples))
 }
 
 #[cfg(feature = "files")]
-pub(super) fn write_gz(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
-    let header = header(volume)?;
+pub(super) fn write_gz(path: &Path, header: &Header, samples: Samples) -> Result<(), PhantomError> {
     write_atomically(path, |out| {
         let level = flate2::Compression::fast();
         let mut out = flate2::write::GzEncoder::new(out, level);
-        put(&mut out, &header, volume)?;
+        put(&mut out, header, samples)?;
         out.finish()?;
         Ok(())
     })
 }
 
-fn put(out: &mut dyn Write, header: &[u8; 352], volume: &Volume) -> io::Result<()> {
+fn put(out: &mut dyn Write, header: &Header, samples: Samples) -> io::Result<()> {
     out.write_all(header)?;
-    volume.samples().write(out)
+    samples.write(out)
 }
 
 /// Intents of vectors a voxel: displacements, and any.
 pub(super) const DISPVECT: i16 = 1006;
 pub(super) const VECTOR: i16 = 1007;
 
-/// So many components, one after the other along the fifth axis, each as large as a volume that says where it is.
-pub(super) struct Components<'a> {
-    pub(super) place: &'a Volume<'a>,
-    pub(super) n: usize,
-    pub(super) intent: i16,
-    pub(super) samples: &'a [f32],
+/// The header of so many components, one after the other along the fifth axis, each as large as a volume that says where it is.
+pub(super) fn field_header(place: &Volume, n: usize, intent: i16) -> Result<Header, PhantomError> {
+    let mut header = header(place)?;
+    let n = check_count("components of a field", n, [1, i16::MAX as usize])? as i16;
+    header[40..42].copy_from_slice(&5_i16.to_le_bytes()); // dim[0]
+    header[50..52].copy_from_slice(&n.to_le_bytes()); // dim[5]
+    header[68..70].copy_from_slice(&intent.to_le_bytes()); // intent_code
+    for axis in [4, 5] {
+        header[76 + 4 * axis..80 + 4 * axis].copy_from_slice(&1_f32.to_le_bytes()); // pixdim
+    }
+    Ok(header)
 }
 
-impl Components<'_> {
-    pub(super) fn write(&self, path: &Path) -> Result<(), PhantomError> {
-        let header = self.header()?;
-        write_atomically(path, |out| self.put(out, &header))
-    }
+/// A header and the four bytes that say that no extension follows.
+type Header = [u8; 352];
 
-    #[cfg(feature = "files")]
-    pub(super) fn write_gz(&self, path: &Path) -> Result<(), PhantomError> {
-        let header = self.header()?;
-        write_atomically(path, |out| {
-            let level = flate2::Compression::fast();
-            let mut out = flate2::write::GzEncoder::new(out, level);
-            self.put(&mut out, &header)?;
-            out.finish()?;
-            Ok(())
-        })
-    }
-
-    fn put(&self, out: &mut dyn Write, header: &[u8; 352]) -> io::Result<()> {
-        out.write_all(header)?;
-        Samples::F32(self.samples).write(out)
-    }
-
-    fn header(&self) -> Result<[u8; 352], PhantomError> {
-        let mut header = header(self.place)?;
-        let n = check_count("components of a field", self.n, [1, i16::MAX as usize])? as i16;
-        header[40..42].copy_from_slice(&5_i16.to_le_bytes()); // dim[0]
-        header[50..52].copy_from_slice(&n.to_le_bytes()); // dim[5]
-        header[68..70].copy_from_slice(&self.intent.to_le_bytes()); // intent_code
-        for axis in [4, 5] {
-            header[76 + 4 * axis..80 + 4 * axis].copy_from_slice(&1_f32.to_le_bytes()); // pixdim
-        }
-        Ok(header)
-    }
-}
-
-/// The header and the four bytes that say that no extension follows.
-fn header(volume: &Volume) -> Result<[u8; 352], PhantomError> {
+pub(super) fn header(volume: &Volume) -> Result<Header, PhantomError> {
     let mut header = [0; 352];
     let mut put = |at: usize, bytes: &[u8]| header[at..at + bytes.len()].copy_from_slice(bytes);
     put(0, &348_i32.to_le_bytes()); // sizeof_hdr

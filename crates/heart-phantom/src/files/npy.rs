@@ -1,6 +1,6 @@
 //! NumPy: single arrays.
 
-use crate::error::{PhantomError, check_count};
+use crate::error::{PhantomError, check_count, check_length};
 use crate::files::{Samples, write_atomically};
 use std::io::{self, Write};
 use std::path::Path;
@@ -18,13 +18,7 @@ const MOST_AXES: usize = 64;
 pub fn write_npy(path: &Path, shape: &[usize], values: &[f32]) -> Result<(), PhantomError> {
     check_count("axes of an npy array", shape.len(), [0, MOST_AXES])?;
     let expected = shape.iter().fold(1, |n: usize, &k| n.saturating_mul(k));
-    if values.len() != expected {
-        return Err(PhantomError::WrongLength {
-            what: "npy values",
-            given: values.len(),
-            expected,
-        });
-    }
+    check_length("npy values", values.len(), expected)?;
     write_samples(path, shape, values.into())
 }
 

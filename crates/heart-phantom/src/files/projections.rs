@@ -1,6 +1,6 @@
 //! Projections to be written.
 
-use crate::error::{PhantomError, check};
+use crate::error::{PhantomError, check, check_count, check_length};
 use crate::files::Samples;
 use crate::files::samples::gates_of;
 use revolve_voxel::ParallelDetector;
@@ -68,7 +68,7 @@ impl<'a> Projections<'a> {
         samples: impl Into<Samples<'a>>,
     ) -> Result<Self, PhantomError> {
         let (radius, samples) = (radius.into(), samples.into());
-        crate::error::check_count("views", angles.len(), [1, usize::MAX])?;
+        check_count("views", angles.len(), [1, usize::MAX])?;
         let shape = [angles.len(), detector.n_rows(), detector.n_bins()];
         samples.check("samples of projections", &shape)?;
         for &angle in angles {
@@ -76,14 +76,8 @@ impl<'a> Projections<'a> {
             check("view angle", angle, [-1e6, 1e6])?;
         }
         let (least, most) = (f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX) / 10.0);
-        if let Radius::PerView(radii) = radius
-            && radii.len() != angles.len()
-        {
-            return Err(PhantomError::WrongLength {
-                what: "radii of the camera",
-                given: radii.len(),
-                expected: angles.len(),
-            });
+        if let Radius::PerView(radii) = radius {
+            check_length("radii of the camera", radii.len(), angles.len())?;
         }
         for &radius in radius.as_slice() {
             check("camera radius", radius, [least, most])?;
@@ -149,20 +143,10 @@ impl<'a> Projections<'a> {
     /// # Errors
     /// [`PhantomError::WrongLength`] unless there is one for each view of each gate; [`PhantomError::OutOfRange`] if one is not finite and positive.
     pub fn with_counts_per_unit(mut self, counts: &'a [f64]) -> Result<Self, PhantomError> {
-        let expected = self.n_gates() * self.angles.len();
-        if counts.len() != expected {
-            return Err(PhantomError::WrongLength {
-                what: "counts of a sample of 1",
-                given: counts.len(),
-                expected,
-            });
-        }
+        let what = "counts of a sample of 1";
+        check_length(what, counts.len(), self.n_gates() * self.angles.len())?;
         for &count in counts {
-            check(
-                "counts of a sample of 1",
-                count,
-                [f64::MIN_POSITIVE, f64::MAX],
-            )?;
+            check(what, count, [f64::MIN_POSITIVE, f64::MAX])?;
         }
         self.counts = Some(counts);
         Ok(self)

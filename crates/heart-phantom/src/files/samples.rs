@@ -1,6 +1,6 @@
 //! The numbers of a volume or a stack, and their bytes.
 
-use crate::error::{PhantomError, check};
+use crate::error::{PhantomError, check, check_length};
 use std::io::{self, Write};
 use std::ops::Range;
 
@@ -46,13 +46,7 @@ impl Samples<'_> {
     pub(super) fn check(&self, what: &'static str, shape: &[usize]) -> Result<(), PhantomError> {
         // A product that overflows is no slice's length.
         let expected = shape.iter().fold(1, |n: usize, &k| n.saturating_mul(k));
-        if self.len() != expected {
-            return Err(PhantomError::WrongLength {
-                what,
-                given: self.len(),
-                expected,
-            });
-        }
+        check_length(what, self.len(), expected)?;
         if let Self::F32(values) = self
             && let Some(&given) = values.iter().find(|v| !v.is_finite())
         {
@@ -90,12 +84,8 @@ impl Samples<'_> {
     /// Writes the samples of each block of `len` from the last to the first.
     pub(super) fn write_backwards(&self, len: usize, out: &mut dyn Write) -> io::Result<()> {
         for from in (0..self.len()).step_by(len) {
-            let block = from..from + len;
-            match self {
-                Self::F32(values) => Samples::F32(&backwards(&values[block])).write(out)?,
-                Self::U8(values) => Samples::U8(&backwards(&values[block])).write(out)?,
-                Self::U16(values) => Samples::U16(&backwards(&values[block])).write(out)?,
-            }
+            let block = self.picked((from..from + len).rev());
+            block.as_samples().write(out)?;
         }
         Ok(())
     }
@@ -103,14 +93,8 @@ impl Samples<'_> {
     /// Those of each block of `len` from the last to the first.
     #[cfg(feature = "dicom")]
     pub(super) fn backwards(&self, len: usize) -> OwnSamples {
-        fn each<T: Copy>(values: &[T], len: usize) -> Vec<T> {
-            values.chunks(len).flat_map(backwards).collect()
-        }
-        match self {
-            Self::F32(values) => OwnSamples::F32(each(values, len)),
-            Self::U8(values) => OwnSamples::U8(each(values, len)),
-            Self::U16(values) => OwnSamples::U16(each(values, len)),
-        }
+        let blocks = (0..self.len()).step_by(len);
+        self.picked(blocks.flat_map(|from| (from..from + len).rev()))
     }
 
     /// Writes the first sample of each block of `len`, then the second of each, and so on.
@@ -121,17 +105,18 @@ impl Samples<'_> {
         for from in (0..len).step_by(run) {
             let to = len.min(from + run);
             let places = (from..to).flat_map(|k| (0..blocks).map(move |block| block * len + k));
-            match self {
-                Self::F32(v) => {
-                    Samples::F32(&places.map(|k| v[k]).collect::<Vec<_>>()).write(out)?
-                }
-                Self::U8(v) => Samples::U8(&places.map(|k| v[k]).collect::<Vec<_>>()).write(out)?,
-                Self::U16(v) => {
-                    Samples::U16(&places.map(|k| v[k]).collect::<Vec<_>>()).write(out)?
-                }
-            }
+            self.picked(places).as_samples().write(out)?;
         }
         Ok(())
+    }
+
+    /// The samples at these places, in that order.
+    fn picked(&self, places: impl Iterator<Item = usize>) -> OwnSamples {
+        match self {
+            Self::F32(values) => OwnSamples::F32(places.map(|k| values[k]).collect()),
+            Self::U8(values) => OwnSamples::U8(places.map(|k| values[k]).collect()),
+            Self::U16(values) => OwnSamples::U16(places.map(|k| values[k]).collect()),
+        }
     }
 
     fn write_range(&self, range: Range<usize>, out: &mut dyn Write) -> io::Result<()> {
@@ -151,13 +136,8 @@ pub(super) fn gates_of(
 ) -> Result<Samples<'_>, PhantomError> {
     check("seconds a gate", seconds, [1e-9, 1e9])?;
     let given = samples.len();
-    if given < len || !given.is_multiple_of(len.max(1)) {
-        return Err(PhantomError::WrongLength {
-            what: "samples of gates",
-            given,
-            expected: given.next_multiple_of(len.max(1)).max(len),
-        });
-    }
+    let whole = given.next_multiple_of(len.max(1)).max(len);
+    check_length("samples of gates", given, whole)?;
     Ok(match samples {
         Samples::F32(values) => Samples::F32(&values[..len]),
         Samples::U8(values) => Samples::U8(&values[..len]),
@@ -166,14 +146,12 @@ pub(super) fn gates_of(
 }
 
 /// Samples of one's own.
-#[cfg(feature = "dicom")]
 pub(super) enum OwnSamples {
     F32(Vec<f32>),
     U8(Vec<u8>),
     U16(Vec<u16>),
 }
 
-#[cfg(feature = "dicom")]
 impl OwnSamples {
     pub(super) fn as_samples(&self) -> Samples<'_> {
         match self {
@@ -182,10 +160,6 @@ impl OwnSamples {
             Self::U16(values) => values.into(),
         }
     }
-}
-
-fn backwards<T: Copy>(values: &[T]) -> Vec<T> {
-    values.iter().rev().copied().collect()
 }
 
 fn write_bytes<T: Copy, const N: usize>(
@@ -205,38 +179,19 @@ fn write_bytes<T: Copy, const N: usize>(
     Ok(())
 }
 
-impl<'a> From<&'a [f32]> for Samples<'a> {
-    fn from(values: &'a [f32]) -> Self {
-        Self::F32(values)
-    }
-}
+macro_rules! samples_of {
+    ($($kind:ident($sample:ty)),*) => {$(
+        impl<'a> From<&'a [$sample]> for Samples<'a> {
+            fn from(values: &'a [$sample]) -> Self {
+                Self::$kind(values)
+            }
+        }
 
-impl<'a> From<&'a [u8]> for Samples<'a> {
-    fn from(values: &'a [u8]) -> Self {
-        Self::U8(values)
-    }
+        impl<'a> From<&'a Vec<$sample>> for Samples<'a> {
+            fn from(values: &'a Vec<$sample>) -> Self {
+                Self::$kind(values)
+            }
+        }
+    )*};
 }
-
-impl<'a> From<&'a [u16]> for Samples<'a> {
-    fn from(values: &'a [u16]) -> Self {
-        Self::U16(values)
-    }
-}
-
-impl<'a> From<&'a Vec<f32>> for Samples<'a> {
-    fn from(values: &'a Vec<f32>) -> Self {
-        Self::from(values.as_slice())
-    }
-}
-
-impl<'a> From<&'a Vec<u8>> for Samples<'a> {
-    fn from(values: &'a Vec<u8>) -> Self {
-        Self::from(values.as_slice())
-    }
-}
-
-impl<'a> From<&'a Vec<u16>> for Samples<'a> {
-    fn from(values: &'a Vec<u16>) -> Self {
-        Self::from(values.as_slice())
-    }
-}
+samples_of!(F32(f32), U8(u8), U16(u16));

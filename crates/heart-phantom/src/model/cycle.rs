@@ -5,6 +5,7 @@ use super::rhythm::{Beats, Rhythm};
 use super::volume_curve::{Height, VolumeCurve};
 use crate::error::{PhantomError, check};
 use crate::ranges::GAIN;
+use revolve_voxel::Pose;
 use std::sync::Arc;
 
 /// Phases are kept on a grid of `2^-40` of a cycle, so that instants which are whole cycles apart
@@ -163,6 +164,14 @@ impl Cycle {
     pub(crate) fn without_breathing(mut self) -> Self {
         (self.breathing, self.breath_gate) = (None, None);
         self
+    }
+
+    /// A heart's pose when the breath has come so far.
+    pub(crate) fn moved(&self, pose: &Pose, breath: f64) -> Result<Pose, PhantomError> {
+        Ok(match &self.breathing {
+            None => *pose,
+            Some(breathing) => breathing.moved(pose, breath)?,
+        })
     }
 
     /// The respiratory gate that is looked at.

@@ -275,14 +275,23 @@ impl Phantom {
     /// # Errors
     /// [`PhantomError::Solid`] for a number that is not finite.
     pub fn pose(&self, breath: f64) -> Result<Pose, PhantomError> {
-        let pose = self.parts.heart.pose();
-        Ok(match self.parts.cycle.breathing() {
-            None => *pose,
-            Some(breathing) => breathing.moved(pose, breath)?,
-        })
+        self.parts.cycle.moved(self.parts.heart.pose(), breath)
     }
 
     pub(crate) fn shape_at_gain(&self, gain: f64) -> Result<Arc<HeartShape>, PhantomError> {
         Ok(self.parts.heart.shapes(&[gain])?.remove(0))
     }
+}
+
+/// What was made before, or is now.
+fn once<T>(
+    made: &OnceLock<T>,
+    make: impl FnOnce() -> Result<T, PhantomError>,
+) -> Result<&T, PhantomError> {
+    if let Some(known) = made.get() {
+        return Ok(known);
+    }
+    let new = make()?;
+    // Another thread may have been first, with the same.
+    Ok(made.get_or_init(|| new))
 }

@@ -5,7 +5,7 @@
 
 use super::method::{Compensation, Method, Osem, OsemReport};
 use super::{Phantom, PhantomParts};
-use crate::error::PhantomError;
+use crate::error::{PhantomError, check_length};
 use crate::scan::{BinSample, Collimation, Scan};
 use crate::truth::truth_of_slices;
 use crate::{Activity, Camera};
@@ -152,13 +152,7 @@ impl Phantom {
         };
         let operator = self.model(osem, gate, &voxels, map)?;
         let expected = operator.data_len();
-        if views.len() != expected {
-            return Err(PhantomError::WrongLength {
-                what: "views",
-                given: views.len(),
-                expected,
-            });
-        }
+        check_length("views", views.len(), expected)?;
         // What no view sees stays empty; all else starts with the counts that there are.
         let mut seen = vec![0.0f32; operator.image_len()];
         operator.adjoint_into(&vec![1.0; expected], &mut seen)?;

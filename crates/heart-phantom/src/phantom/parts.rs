@@ -318,27 +318,18 @@ impl PhantomParts {
         volumes.check_built()?;
         projections.check_built()?;
         if self.attenuation.is_none() && write.contains(&Product::Attenuation) {
-            return Err(PhantomError::Absent {
-                what: "attenuation",
-            });
+            let what = "attenuation";
+            return Err(PhantomError::Absent { what });
         }
         if projections.asks_even_steps() && !self.camera.has_even_steps() {
-            return Err(PhantomError::Unsupported {
-                format: projections.name(),
-                what: "views of two heads that make no even steps together",
-            });
+            let what = "views of two heads that make no even steps together";
+            return Err(projections.cannot_hold(what));
         }
         if write.contains(&Product::Motion) && !volumes.holds_fields() {
-            return Err(PhantomError::Unsupported {
-                format: volumes.name(),
-                what: "several numbers a voxel",
-            });
+            return Err(volumes.cannot_hold("several numbers a voxel"));
         }
         if projections.projections_extension().is_none() {
-            return Err(PhantomError::Unsupported {
-                format: projections.name(),
-                what: "the angles of projections",
-            });
+            return Err(projections.cannot_hold("the angles of projections"));
         }
         self.check_gates()
     }
@@ -362,8 +353,7 @@ impl PhantomParts {
             .any(|product| output.write.contains(product));
         for (used, format) in [(sees, output.projections), (gives, output.volumes)] {
             if used && !format.holds_gates() {
-                let format = format.name();
-                return Err(PhantomError::Unsupported { format, what });
+                return Err(format.cannot_hold(what));
             }
         }
         if sees && self.camera.rotation() == Rotation::Continuous {

@@ -21,6 +21,15 @@ pub struct ScenePhase {
 }
 
 impl ScenePhase {
+    fn at_end_expiration(of: PhaseOf, phase: f64) -> Self {
+        Self {
+            of,
+            phase,
+            breath: 0.0,
+            breath_phase: None,
+        }
+    }
+
     /// Its phase of the beat, and its breath.
     pub fn moment(&self) -> Moment {
         Moment {
@@ -121,12 +130,9 @@ impl Phantom {
             }
         };
         match self.parts().mode {
-            Mode::Static { phase } if gates == 1 => vec![ScenePhase {
-                of: PhaseOf::Static,
-                phase,
-                breath: 0.0,
-                breath_phase: None,
-            }],
+            Mode::Static { phase } if gates == 1 => {
+                vec![ScenePhase::at_end_expiration(PhaseOf::Static, phase)]
+            }
             Mode::Static { phase } => (0..gates).map(|gate| middle(gate, phase)).collect(),
             Mode::Gated { gates: cardiac } => (0..gates)
                 .map(|gate| {
@@ -200,11 +206,6 @@ impl Phantom {
             (PhaseOf::EndDiastole, diastole),
             (PhaseOf::EndSystole, systole),
         ]
-        .map(|(of, phase)| ScenePhase {
-            of,
-            phase,
-            breath: 0.0,
-            breath_phase: None,
-        })
+        .map(|(of, phase)| ScenePhase::at_end_expiration(of, phase))
     }
 }

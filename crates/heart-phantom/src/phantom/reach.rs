@@ -1,7 +1,7 @@
 //! How far what there is reaches: from the axis, along it, and towards the camera in each view.
 
-use super::Phantom;
 use super::warnings::{half_extents, span, turned};
+use super::{Phantom, once};
 use crate::error::PhantomError;
 use crate::scan::{Facing, Orbit};
 use crate::{Rotation, ranges};
@@ -48,15 +48,13 @@ impl Phantom {
 
     /// Where the face of each view is, and what is in front of it.
     pub(super) fn facing(&self) -> Result<&[Facing], PhantomError> {
-        if self.facing.get().is_none() {
+        let facing = once(&self.facing, || {
             let (bodies, sections) = (self.outermost()?, self.sections());
-            let made = (0..self.camera().n_views())
+            (0..self.camera().n_views())
                 .map(|view_idx| self.facing_of(view_idx, &bodies, &sections))
-                .collect::<Result<Vec<_>, _>>()?;
-            // Another thread may have been first, with the same.
-            let _ = self.facing.set(made);
-        }
-        Ok(self.facing.get().map_or(&[], Vec::as_slice))
+                .collect()
+        });
+        Ok(facing?)
     }
 
     /// The view whose face is farthest within what it should be in front of.

@@ -1,8 +1,8 @@
 //! Views of a phantom, with its blur and noise.
 
-use super::Phantom;
+use super::{Phantom, once};
 use crate::error::{PhantomError, check_count};
-use crate::scan::{Depth, Facing, Scan, Wide};
+use crate::scan::{Collimation, Depth, Facing, Scan, Wide};
 use crate::{Sinograms, ViewTime};
 use radon::ParallelGeometry;
 use std::borrow::Cow;
@@ -184,30 +184,28 @@ impl Phantom {
 
     /// What blurs by depth; `None` without a collimator.
     pub(super) fn depth(&self) -> Result<Option<&Depth>, PhantomError> {
-        if self.depth.get().is_none() {
-            let made = match &self.parts.collimator {
-                Some(collimation) if collimation.response.variance(f64::MAX) > 0.0 => {
-                    if let Some((view_idx, Facing { radius, body, .. })) = self.inside()? {
-                        return Err(PhantomError::DetectorInside {
-                            view_idx,
-                            radius,
-                            needed: body,
-                        });
-                    }
-                    let (camera, views) = (self.camera(), self.facing()?.to_vec());
-                    let [side, end] = self.extent()?;
-                    // What goes on beyond all rows is blurred into them from both sides.
-                    let endless = self.parts.background.is_some();
-                    let end = if endless { f64::INFINITY } else { end };
-                    Some(Depth::new(collimation, camera, views, [side, end])?)
-                }
-                // A point is seen as a point.
-                Some(_) | None => None,
-            };
-            // Another thread may have been first, with the same.
-            let _ = self.depth.set(made);
+        Ok(once(&self.depth, || self.make_depth())?.as_ref())
+    }
+
+    fn make_depth(&self) -> Result<Option<Depth>, PhantomError> {
+        // Else a point is seen as a point.
+        let blurs = |own: &&Collimation| own.response.variance(f64::MAX) > 0.0;
+        let Some(collimation) = self.parts.collimator.as_ref().filter(blurs) else {
+            return Ok(None);
+        };
+        if let Some((view_idx, Facing { radius, body, .. })) = self.inside()? {
+            return Err(PhantomError::DetectorInside {
+                view_idx,
+                radius,
+                needed: body,
+            });
         }
-        Ok(self.depth_known())
+        let (camera, views) = (self.camera(), self.facing()?.to_vec());
+        let [side, end] = self.extent()?;
+        // What goes on beyond all rows is blurred into them from both sides.
+        let endless = self.parts.background.is_some();
+        let end = if endless { f64::INFINITY } else { end };
+        Depth::new(collimation, camera, views, [side, end]).map(Some)
     }
 
     /// The same, once it was made.
@@ -217,12 +215,7 @@ impl Phantom {
 
     /// The camera that sees all that the blur brings into the views; `None` where the camera does.
     pub(super) fn wide(&self) -> Result<Option<&Wide>, PhantomError> {
-        if self.wide.get().is_none() {
-            let made = self.make_wide()?;
-            // Another thread may have been first, with the same.
-            let _ = self.wide.set(made);
-        }
-        Ok(self.wide.get().and_then(Option::as_ref))
+        Ok(once(&self.wide, || self.make_wide())?.as_ref())
     }
 
     fn make_wide(&self) -> Result<Option<Wide>, PhantomError> {

@@ -1,7 +1,7 @@
 //! Volumes of a phantom: reconstructions, and what the voxels really hold.
 
-use super::Phantom;
-use crate::error::{PhantomError, check_count};
+use super::{Phantom, once};
+use crate::error::{PhantomError, check_count, check_length};
 use crate::scan::Scan;
 use crate::truth::truth_of_slices;
 use crate::{Method, Moment, OsemReport, Regions, Rotation};
@@ -70,14 +70,7 @@ impl Phantom {
         if let Method::Fbp = self.parts.method {
             return self.back_project(gate, views, self.parts.camera.n_rows(), volume);
         }
-        let (given, expected) = (volume.len(), self.parts.camera.grid().len());
-        if given != expected {
-            return Err(PhantomError::WrongLength {
-                what: "volume",
-                given,
-                expected,
-            });
-        }
+        check_length("volume", volume.len(), self.parts.camera.grid().len())?;
         volume.copy_from_slice(&self.reconstruct(gate, views)?);
         Ok(())
     }
@@ -215,13 +208,9 @@ impl Phantom {
     /// # Errors
     /// What solving the shapes can return.
     pub fn regions(&self) -> Result<&Regions, PhantomError> {
-        if self.regions.get().is_none() {
-            let made = Regions::new(&self.parts.heart, &self.parts.camera, &self.parts.cycle)?;
-            // Another thread may have been first, with the same.
-            let _ = self.regions.set(made);
-        }
-        #[expect(clippy::unreachable, reason = "just set")]
-        Ok(self.regions.get_or_init(|| unreachable!("just set")))
+        let parts = &self.parts;
+        let make = || Regions::new(&parts.heart, &parts.camera, &parts.cycle);
+        once(&self.regions, make)
     }
 
     /// What reconstructs a slice of a gate, made once for as long as one gate is looked at. Before a camera that stops it is the same for

@@ -1,6 +1,6 @@
 //! How far from the axis of turning the collimator's face is in each view.
 
-use crate::error::{PhantomError, check};
+use crate::error::{PhantomError, check, check_length};
 use crate::ranges;
 
 /// The way of a camera's head about the axis of turning. At view theta its face is at `R (-sin theta, cos theta)`, at right angles to the
@@ -50,12 +50,8 @@ impl Orbit {
         const RADIUS: &str = "radius of the camera";
         match self {
             Self::Circle(radius) => check(RADIUS, *radius, ranges::SIZE).map(drop),
-            Self::PerView(radii) if radii.len() != n_views => Err(PhantomError::WrongLength {
-                what: "radii of the orbit",
-                given: radii.len(),
-                expected: n_views,
-            }),
             Self::PerView(radii) => {
+                check_length("radii of the orbit", radii.len(), n_views)?;
                 (radii.iter()).try_for_each(|radius| check(RADIUS, *radius, ranges::SIZE).map(drop))
             }
             Self::Ellipse { semi_axes } => (semi_axes.iter()).try_for_each(|half| {

@@ -96,11 +96,7 @@ impl Scan<'_> {
 
     /// Where the heart stands when the breath has come so far.
     pub(crate) fn pose(&self, breath: f64) -> Result<Pose, PhantomError> {
-        let pose = self.heart.pose();
-        Ok(match self.cycle.breathing() {
-            None => *pose,
-            Some(breathing) => breathing.moved(pose, breath)?,
-        })
+        self.cycle.moved(self.heart.pose(), breath)
     }
 
     /// The points over which views are averaged.

@@ -3,7 +3,7 @@
 use super::check_camera::{camera, even_steps};
 use super::check_reconstruction::{reconstruction, region_has_a_place};
 use super::check_time::{acquisition, turning};
-use super::fault::{Checked, count, fault, spelled, within};
+use super::fault::{Checked, Section, all_within, count, fault, spelled, within};
 use super::*;
 use super::{material, motion};
 use crate::files::Format;
@@ -46,7 +46,7 @@ pub(super) fn scene(scene: &Scene) -> Result<Rest, SceneError> {
     }
     count("defects", scene.defects.len(), ranges::DEFECTS)?;
     for (k, settings) in scene.defects.iter().enumerate() {
-        defect(&format!("defects.{}", k + 1), settings)?;
+        defect(&Section(format!("defects.{}", k + 1)), settings)?;
     }
     let defects = scene.defects.iter().map(defect_of);
     if without_overlap(defects.map(|defect| defect.region)).is_err() {
@@ -80,14 +80,11 @@ pub(super) fn scene(scene: &Scene) -> Result<Rest, SceneError> {
 }
 
 fn heart(heart: &HeartSettings) -> Checked {
-    for (field, balloon) in [("heart.inner", heart.inner), ("heart.outer", heart.outer)] {
-        within(&format!("{field}.length"), balloon.length, ranges::SIZE)?;
-        within(&format!("{field}.radius"), balloon.radius, ranges::SIZE)?;
-        within(
-            &format!("{field}.stiffness"),
-            balloon.stiffness,
-            [1e-6, 1e6],
-        )?;
+    for (name, balloon) in [("heart.inner", heart.inner), ("heart.outer", heart.outer)] {
+        let section = Section(name);
+        section.within("length", balloon.length, ranges::SIZE)?;
+        section.within("radius", balloon.radius, ranges::SIZE)?;
+        section.within("stiffness", balloon.stiffness, [1e-6, 1e6])?;
     }
     material::check(&heart.material, [heart.inner, heart.outer], heart.law)?;
     let (inner, outer) = (heart.inner, heart.outer);
@@ -101,35 +98,26 @@ fn heart(heart: &HeartSettings) -> Checked {
         return Err(fault("heart.outer.length", Number(outer.length), wanted));
     }
     match heart.discretisation {
-        DiscretisationSettings::Differences { nodes } => count(
-            "heart.discretisation.differences.nodes",
-            nodes,
-            [11, 100_001],
-        ),
+        DiscretisationSettings::Differences { nodes } => {
+            Section("heart.discretisation.differences").count("nodes", nodes, [11, 100_001])
+        }
         DiscretisationSettings::Spectral {
             degree,
             per_piece,
             tolerance,
         } => {
-            count("heart.discretisation.spectral.degree", degree, [4, 64])?;
-            count(
-                "heart.discretisation.spectral.per_piece",
-                per_piece,
-                [1, 64],
-            )?;
+            let section = Section("heart.discretisation.spectral");
+            section.count("degree", degree, [4, 64])?;
+            section.count("per_piece", per_piece, [1, 64])?;
             let size = outer.length + outer.radius;
-            let finest = [1e-9 * size, 1e-2 * size];
-            within("heart.discretisation.spectral.tolerance", tolerance, finest)
+            section.within("tolerance", tolerance, [1e-9 * size, 1e-2 * size])
         }
     }
 }
 
 fn cycle(cycle: &CycleSettings, rest: f64) -> Checked {
-    within(
-        "cycle.beats_per_minute",
-        cycle.beats_per_minute,
-        [1.0, 1000.0],
-    )?;
+    let rate = cycle.beats_per_minute;
+    within("cycle.beats_per_minute", rate, [1.0, 1000.0])?;
     if let Err(error) = Height::new(&cycle.curve, cycle.beats_per_minute) {
         let (field, given) = match &cycle.curve {
             VolumeCurve::Sampled(volumes) => (
@@ -148,38 +136,25 @@ fn cycle(cycle: &CycleSettings, rest: f64) -> Checked {
             within(field, fraction, ranges::EJECTION_FRACTION)
         }
         VolumeRange::Volumes { edv, esv } => {
-            let above = |field: &str, given: f64, least: f64, why: &str| {
+            let section = Section("cycle.volume.volumes");
+            let above = |name: &str, given: f64, least: f64, why: &str| {
                 if given >= least {
                     Ok(())
                 } else {
                     let wanted = format!("must be at least {}, {why}", Number(enough(least)));
-                    Err(fault(field, Number(given), wanted))
+                    Err(fault(&section.field(name), Number(given), wanted))
                 }
             };
-            above(
-                "cycle.volume.volumes.esv",
-                esv,
-                rest,
-                "the rest volume of heart.inner in mL",
-            )?;
-            above(
-                "cycle.volume.volumes.edv",
-                edv,
-                esv,
-                "the end-systolic volume",
-            )?;
-            within(
-                "cycle.volume.volumes.edv",
-                edv,
-                [rest, rest * (1.0 + ranges::GAIN[1])],
-            )
+            above("esv", esv, rest, "the rest volume of heart.inner in mL")?;
+            above("edv", edv, esv, "the end-systolic volume")?;
+            section.within("edv", edv, [rest, rest * (1.0 + ranges::GAIN[1])])
         }
     }
 }
 
 fn pose(pose: &PoseSettings) -> Checked {
     if let Some(centre) = pose.centre {
-        within("pose.centre", centre, [-ranges::SIZE[1], ranges::SIZE[1]])?;
+        within("pose.centre", centre, PLACE)?;
     }
     for (field, angle) in [
         ("pose.turn_x", pose.turn_x),
@@ -188,53 +163,40 @@ fn pose(pose: &PoseSettings) -> Checked {
     ] {
         within(field, angle, [-360.0, 360.0])?;
     }
-    for shift in pose.shift {
-        within("pose.shift", shift, [-ranges::SIZE[1], ranges::SIZE[1]])?;
-    }
-    Ok(())
+    all_within("pose.shift", &pose.shift, PLACE)
 }
 
-fn defect(name: &str, defect: &DefectSettings) -> Checked {
-    let ascending = |field: &str, [from, to]: [f64; 2], [low, high]: [f64; 2]| {
+/// Where anything may be along an axis.
+const PLACE: [f64; 2] = [-ranges::SIZE[1], ranges::SIZE[1]];
+
+fn defect(section: &Section<String>, defect: &DefectSettings) -> Checked {
+    let ascending = |name: &str, [from, to]: [f64; 2], [low, high]: [f64; 2]| {
         if from >= low && from < to && to <= high {
             Ok(())
         } else {
             let (low, high) = (Number(low), Number(high));
             let wanted = format!("must be [from, to] with {low} <= from < to <= {high}");
-            Err(fault(
-                &format!("{name}.{field}"),
-                format!("[{}, {}]", Number(from), Number(to)),
-                wanted,
-            ))
+            let given = format!("[{}, {}]", Number(from), Number(to));
+            Err(fault(&section.field(name), given, wanted))
         }
     };
     ascending("layers", defect.layers, ranges::LAYER)?;
     ascending("s", defect.s, ranges::S)?;
     let azimuths = defect.azimuths_degrees;
     let from = azimuths[0];
-    within(&format!("{name}.azimuths_degrees"), from, [-360.0, 360.0])?;
+    section.within("azimuths_degrees", from, [-360.0, 360.0])?;
     ascending("azimuths_degrees", azimuths, [from, from + 360.0])?;
-    let field = format!("{name}.activity");
-    within(&field, defect.activity, ranges::DEFECT_ACTIVITY)
+    section.within("activity", defect.activity, ranges::DEFECT_ACTIVITY)
 }
 
 fn detector(scene: &Scene) -> Checked {
     let camera = &scene.camera;
     if let Some(blur) = scene.blur {
         // As `radon::Blur` has it: no wider than the smaller side that has more than one sample.
-        let sides = [
-            (camera.bins, camera.pitch[0]),
-            (camera.rows, camera.pitch[1]),
-        ];
-        let widths = sides
-            .iter()
-            .filter(|(n, _)| *n > 1)
-            .map(|(n, pitch)| *n as f64 * pitch);
-        within(
-            "blur.fwhm",
-            blur.fwhm,
-            [0.0, widths.fold(ranges::SIZE[1], f64::min)],
-        )?;
+        let sides = [camera.bins, camera.rows].into_iter().zip(camera.pitch);
+        let widths = (sides.filter(|(n, _)| *n > 1)).map(|(n, pitch)| n as f64 * pitch);
+        let widest = widths.fold(ranges::SIZE[1], f64::min);
+        within("blur.fwhm", blur.fwhm, [0.0, widest])?;
     }
     if let Some(collimator) = &scene.collimator {
         check_collimator(collimator)?;
@@ -269,11 +231,8 @@ fn counts(scene: &Scene) -> Checked {
         None => return Ok(()),
         Some(Counts::Expected) if scene.counting.is_some() => return Ok(()),
         Some(Counts::Expected) => {
-            return Err(fault(
-                "noise.counts",
-                "expected",
-                "needs a section [counting]",
-            ));
+            let wanted = "needs a section [counting]";
+            return Err(fault("noise.counts", "expected", wanted));
         }
         Some(Counts::PerUnit(mean)) => ("noise.counts.per_unit", mean),
         Some(Counts::Total(mean)) => ("noise.counts.total", mean),
@@ -293,27 +252,21 @@ fn check_collimator(settings: &CollimatorSettings) -> Checked {
             length,
             attenuation,
         } => {
-            within("collimator.holes.parallel.diameter", diameter, positive)?;
-            within("collimator.holes.parallel.length", length, positive)?;
-            within(
-                "collimator.holes.parallel.attenuation",
-                attenuation,
-                [1e-6, 1e6],
-            )?;
+            let section = Section("collimator.holes.parallel");
+            section.within("diameter", diameter, positive)?;
+            section.within("length", length, positive)?;
+            section.within("attenuation", attenuation, [1e-6, 1e6])?;
         }
         HolesSettings::Widths { slope, at_face } => {
-            within("collimator.holes.widths.slope", slope, [0.0, 10.0])?;
-            within("collimator.holes.widths.at_face", at_face, [0.0, 1e3])?;
+            let section = Section("collimator.holes.widths");
+            section.within("slope", slope, [0.0, 10.0])?;
+            section.within("at_face", at_face, [0.0, 1e3])?;
         }
         HolesSettings::GeLehr | HolesSettings::GeLegp | HolesSettings::SiemensLehr => {}
     }
-    within(
-        "collimator.intrinsic_fwhm",
-        settings.intrinsic_fwhm,
-        [0.0, 1e3],
-    )?;
-    let tolerance = settings.tolerance;
-    within("collimator.tolerance", tolerance, ranges::BLUR_TOLERANCE)?;
+    let section = Section("collimator");
+    section.within("intrinsic_fwhm", settings.intrinsic_fwhm, [0.0, 1e3])?;
+    section.within("tolerance", settings.tolerance, ranges::BLUR_TOLERANCE)?;
     // What is left: holes that the septa leave no length.
     collimation_of(settings)
         .map(drop)
@@ -333,22 +286,17 @@ fn attenuation(settings: &AttenuationSettings) -> Checked {
 
 fn organs(scene: &Scene) -> Checked {
     for (k, organ) in scene.organs.iter().enumerate() {
-        let name = format!("organs.{}", k + 1);
+        let section = Section(format!("organs.{}", k + 1));
         match organ.shape {
             OrganShapeSettings::Cylinder { centre, semi_axes } => {
-                torso(&format!("{name}.shape.cylinder"), centre, semi_axes)?;
+                torso(&section.field("shape.cylinder"), centre, semi_axes)?;
             }
             OrganShapeSettings::Ellipsoid { centre, semi_axes } => {
-                torso(&format!("{name}.shape.ellipsoid"), centre, semi_axes)?;
+                torso(&section.field("shape.ellipsoid"), centre, semi_axes)?;
             }
         }
-        let field = |field| format!("{name}.{field}");
-        within(&field("activity"), organ.activity, ranges::ACTIVITY)?;
-        within(
-            &field("attenuation"),
-            organ.attenuation,
-            ranges::ATTENUATION,
-        )?;
+        section.within("activity", organ.activity, ranges::ACTIVITY)?;
+        section.within("attenuation", organ.attenuation, ranges::ATTENUATION)?;
     }
     if let Some(chest) = scene.chest {
         for (field, activity) in [
@@ -383,13 +331,10 @@ fn organs(scene: &Scene) -> Checked {
 }
 
 fn torso<const N: usize>(name: &str, centre: [f64; N], semi_axes: [f64; N]) -> Checked {
+    let section = Section(name);
     for (c, a) in centre.into_iter().zip(semi_axes) {
-        within(
-            &format!("{name}.centre"),
-            c,
-            [-ranges::SIZE[1], ranges::SIZE[1]],
-        )?;
-        within(&format!("{name}.semi_axes"), a, ranges::SIZE)?;
+        section.within("centre", c, PLACE)?;
+        section.within("semi_axes", a, ranges::SIZE)?;
     }
     Ok(())
 }
@@ -436,11 +381,8 @@ fn output(output: &Output) -> Checked {
             .map(spelled)
             .collect();
         let wanted = format!("has no place for angles; these have: {}", names.join(", "));
-        return Err(fault(
-            "output.projections",
-            spelled(output.projections),
-            wanted,
-        ));
+        let given = spelled(output.projections);
+        return Err(fault("output.projections", given, wanted));
     }
     if output.write.contains(&Product::Motion) && !output.volumes.holds_fields() {
         let wanted = "has no place for several numbers a voxel, which motion has; npy, npz, nifti, nifti-gz, meta-image, \
@@ -449,11 +391,8 @@ fn output(output: &Output) -> Checked {
     }
     for (k, product) in output.write.iter().enumerate() {
         if output.write[..k].contains(product) {
-            return Err(fault(
-                "output.write",
-                format!("{} twice", spelled(product)),
-                "name each product once",
-            ));
+            let given = format!("{} twice", spelled(product));
+            return Err(fault("output.write", given, "name each product once"));
         }
     }
     Ok(())

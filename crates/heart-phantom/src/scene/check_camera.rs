@@ -1,6 +1,6 @@
 //! What the camera of a scene may be.
 
-use super::fault::{Checked, count, fault, spelled, within};
+use super::fault::{Checked, Section, all_within, fault, spelled, within};
 use super::*;
 use crate::Camera;
 use crate::error::PhantomError;
@@ -13,7 +13,8 @@ use crate::text::Number;
 const ARC: [f64; 2] = [1e-3, 3600.0];
 
 pub(super) fn camera(camera: &CameraSettings) -> Checked {
-    count("camera.views", camera.views, [1, 10_000])?;
+    let section = Section("camera");
+    section.count("views", camera.views, [1, 10_000])?;
     if !(ARC[0]..=ARC[1]).contains(&camera.arc.abs()) {
         let [least, most] = ARC.map(Number);
         let wanted = format!(
@@ -21,20 +22,13 @@ pub(super) fn camera(camera: &CameraSettings) -> Checked {
         );
         return Err(fault("camera.arc", Number(camera.arc), wanted));
     }
-    within("camera.start", camera.start, [-360.0, 360.0])?;
-    count("camera.bins", camera.bins, [2, 8192])?;
-    count("camera.rows", camera.rows, [1, 8192])?;
-    for pitch in camera.pitch {
-        within("camera.pitch", pitch, ranges::SIZE)?;
-    }
-    let seconds = camera.seconds_per_view;
-    within("camera.seconds_per_view", seconds, ranges::SIZE)?;
+    section.within("start", camera.start, [-360.0, 360.0])?;
+    section.count("bins", camera.bins, [2, 8192])?;
+    section.count("rows", camera.rows, [1, 8192])?;
+    all_within("camera.pitch", &camera.pitch, ranges::SIZE)?;
+    section.within("seconds_per_view", camera.seconds_per_view, ranges::SIZE)?;
     if let BinSample::Means { tolerance } = camera.samples {
-        within(
-            "camera.samples.means.tolerance",
-            tolerance,
-            ranges::BIN_TOLERANCE,
-        )?;
+        section.within("samples.means.tolerance", tolerance, ranges::BIN_TOLERANCE)?;
     }
     let heads = heads_of(camera.heads).count();
     if let HeadsSettings::Two { angle } = camera.heads {

@@ -1,6 +1,6 @@
 //! What a scene may say of volumes from views.
 
-use super::fault::{Checked, count, fault, within};
+use super::fault::{Checked, Section, all_within, count, fault, within};
 use super::*;
 use crate::Camera;
 use crate::files::Format;
@@ -25,7 +25,7 @@ pub(super) fn reconstruction(scene: &Scene) -> Checked {
         Window::Custom(gains) => {
             let field = "reconstruction.window.custom";
             count(field, gains.len(), [2, 65_536])?;
-            (gains.iter()).try_for_each(|gain| within(field, *gain, [-1e6, 1e6]))?;
+            all_within(field, gains, [-1e6, 1e6])?;
         }
         _ => {}
     }
@@ -116,26 +116,21 @@ fn compensation(scene: &Scene) -> Checked {
 }
 
 fn check_osem(osem: &Osem, scene: &Scene) -> Checked {
-    let field = |name: &str| format!("reconstruction.method.osem.{name}");
+    let section = Section("reconstruction.method.osem");
     let views = scene.camera.views * heads_of(scene.camera.heads).count();
-    count(&field("subsets"), osem.subsets, [1, views])?;
-    count(&field("iterations"), osem.iterations, [1, Osem::MOST])?;
+    section.count("subsets", osem.subsets, [1, views])?;
+    section.count("iterations", osem.iterations, [1, Osem::MOST])?;
     if let Some(tolerance) = osem.tolerance {
-        within(&field("tolerance"), tolerance, Osem::TOLERANCE)?;
+        section.within("tolerance", tolerance, Osem::TOLERANCE)?;
     }
-    let attenuates = scene.attenuates().is_some();
-    for (name, asked, there, section) in [
-        ("attenuation", osem.attenuation, attenuates, "[attenuation]"),
-        (
-            "resolution",
-            osem.resolution,
-            scene.collimator.is_some(),
-            "[collimator]",
-        ),
+    let (medium, response) = (scene.attenuates().is_some(), scene.collimator.is_some());
+    for (name, asked, there, needed) in [
+        ("attenuation", osem.attenuation, medium, "[attenuation]"),
+        ("resolution", osem.resolution, response, "[collimator]"),
     ] {
         if asked && !there {
-            let wanted = format!("needs a section {section}");
-            return Err(fault(&field(name), asked, wanted));
+            let wanted = format!("needs a section {needed}");
+            return Err(fault(&section.field(name), asked, wanted));
         }
     }
     Ok(())

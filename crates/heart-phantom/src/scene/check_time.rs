@@ -1,7 +1,7 @@
 //! What a scene may ask of time: modes, steps, gates, a camera that turns.
 
 use super::Scene;
-use super::fault::{Checked, count, fault, within};
+use super::fault::{Checked, Section, count, fault, within};
 use crate::error::PhantomError;
 use crate::ranges;
 use crate::scan::{Accuracy, Camera, Mode, Rotation};
@@ -15,11 +15,9 @@ pub(super) fn acquisition(scene: &Scene) -> Checked {
     let interval = scene.camera.seconds_per_view;
     match scene.acquisition.mode {
         Mode::Static { phase } => within("acquisition.mode.static.phase", phase, [0.0, 1.0])?,
-        Mode::Exposure { seconds } => within(
-            "acquisition.mode.exposure.seconds",
-            seconds,
-            [0.0, interval],
-        )?,
+        Mode::Exposure { seconds } => {
+            Section("acquisition.mode.exposure").within("seconds", seconds, [0.0, interval])?;
+        }
         Mode::Gated { gates } => count("acquisition.mode.gated.gates", gates, ranges::GATES)?,
         Mode::Instants | Mode::WholeCycle => {}
     }

@@ -23,6 +23,28 @@ pub(super) fn spelled(choice: impl Serialize) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
 
+/// A section, whose fields have its name before theirs.
+pub(super) struct Section<S>(pub(super) S);
+
+impl<S: Display> Section<S> {
+    pub(super) fn field(&self, name: &str) -> String {
+        format!("{}.{name}", self.0)
+    }
+
+    pub(super) fn within(&self, name: &str, given: f64, range: [f64; 2]) -> Checked {
+        within(&self.field(name), given, range)
+    }
+
+    pub(super) fn count(&self, name: &str, given: usize, range: [usize; 2]) -> Checked {
+        count(&self.field(name), given, range)
+    }
+}
+
+/// All of them.
+pub(super) fn all_within(field: &str, given: &[f64], range: [f64; 2]) -> Checked {
+    (given.iter()).try_for_each(|given| within(field, *given, range))
+}
+
 /// A NaN is in no range.
 pub(super) fn within(field: &str, given: f64, [min, max]: [f64; 2]) -> Checked {
     if given >= min && given <= max {
@@ -37,10 +59,7 @@ pub(super) fn count(field: &str, given: usize, [min, max]: [usize; 2]) -> Checke
     if (min..=max).contains(&given) {
         Ok(())
     } else {
-        Err(fault(
-            field,
-            given,
-            format!("must be between {min} and {max}"),
-        ))
+        let wanted = format!("must be between {min} and {max}");
+        Err(fault(field, given, wanted))
     }
 }

@@ -1,6 +1,6 @@
 //! The sections of a scene that are about motion beyond the beat itself: breathing, beats that differ.
 
-use super::fault::{Checked, count, fault, within};
+use super::fault::{Checked, Section, all_within, count, fault, within};
 use super::sections::exactly;
 use crate::error::PhantomError;
 use crate::ranges;
@@ -51,9 +51,7 @@ impl TwistSettings {
             ("twist.inner_degrees", &self.inner_degrees),
             ("twist.outer_degrees", &self.outer_degrees),
         ] {
-            for angle in samples {
-                within(field, *angle, [-360.0, 360.0])?;
-            }
+            all_within(field, samples, [-360.0, 360.0])?;
             Twist::sampled(samples, samples).map_err(|error| {
                 let given = format!("an array of {} values", samples.len());
                 fault(field, given, error.to_string())
@@ -89,11 +87,10 @@ impl PointSettings {
 pub(super) fn points(points: &[PointSettings]) -> Checked {
     count("points", points.len(), ranges::POINTS)?;
     for (k, point) in points.iter().enumerate() {
-        let field = |name: &str| format!("points.{}.{name}", k + 1);
-        within(&field("layer"), point.layer, ranges::LAYER)?;
-        within(&field("s"), point.s, ranges::S)?;
-        let turn = [-720.0, 720.0];
-        within(&field("azimuth_degrees"), point.azimuth_degrees, turn)?;
+        let section = Section(format!("points.{}", k + 1));
+        section.within("layer", point.layer, ranges::LAYER)?;
+        section.within("s", point.s, ranges::S)?;
+        section.within("azimuth_degrees", point.azimuth_degrees, [-720.0, 720.0])?;
     }
     Ok(())
 }
@@ -123,13 +120,9 @@ impl BreathingSettings {
     }
 
     pub(super) fn check(&self) -> Checked {
-        for shift in self.shift {
-            within("breathing.shift", shift, ranges::SHIFT)?;
-        }
-        for turn in self.turn_degrees {
-            let range = ranges::TURN.map(f64::to_degrees);
-            within("breathing.turn_degrees", turn, range)?;
-        }
+        all_within("breathing.shift", &self.shift, ranges::SHIFT)?;
+        let turns = ranges::TURN.map(f64::to_degrees);
+        all_within("breathing.turn_degrees", &self.turn_degrees, turns)?;
         within("breathing.period", self.period, ranges::BREATHS)?;
         within("breathing.start", self.start, [0.0, 1.0])?;
         if let BreathingCurve::Lujan { n } = self.curve {

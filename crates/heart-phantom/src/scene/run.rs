@@ -214,14 +214,7 @@ impl Run<'_> {
         let at_once = reconstruct && !phantom.is_compensated();
         let mut report = GateReport {
             views: ViewReport::of(&phantom.view_times(gate)?, &phantom.radii()?),
-            quadrature_error: None,
-            quadrature_steps: None,
-            depth_error: None,
-            bin_means: None,
-            counts_per_unit: None,
-            osem: None,
-            truth: None,
-            artefacts: None,
+            ..GateReport::default()
         };
         let mut results = GateResults::default();
         if self.wants(Product::Projections) || reconstruct {
@@ -254,7 +247,8 @@ impl Run<'_> {
                 let (made, osem) = phantom.reconstruct_observed(gate, &views.samples, &told)?;
                 report.osem = osem;
                 if self.wants(Product::Reconstruction) {
-                    self.write_volume(RECONSTRUCTION, gate, &made)?;
+                    let name = phantom.gate_name(RECONSTRUCTION, gate);
+                    self.write_volume(RECONSTRUCTION, &name, &made)?;
                 }
                 if pictures {
                     self.keep_middle(&made);
@@ -268,7 +262,8 @@ impl Run<'_> {
         if self.wants(Product::Truth) {
             progress("truth", 0.65);
             let (truth, of) = (phantom.truth(gate)?, phantom.truth_of());
-            self.write_volume(of.file_name(), gate, &truth)?;
+            let name = phantom.gate_name(of.file_name(), gate);
+            self.write_volume(of.file_name(), &name, &truth)?;
             report.truth = Some(of);
             if let Some(volume) = &results.reconstruction {
                 progress("measures", 0.95);
@@ -294,11 +289,7 @@ impl Run<'_> {
             }
             if self.wants(Product::Attenuation) {
                 let map = self.phantom.attenuation(at)?;
-                if self.phantom.one_file() {
-                    self.collect(ATTENUATION, &map);
-                } else {
-                    self.put_volume(&phase_name(ATTENUATION, of), map.as_slice())?;
-                }
+                self.write_volume(ATTENUATION, &phase_name(ATTENUATION, of), &map)?;
             }
             if self.wants(Product::Motion) {
                 self.write_motion(&scene_phase)?;
@@ -413,14 +404,14 @@ impl Run<'_> {
     fn write_volume(
         &mut self,
         what: &str,
-        gate: usize,
+        name: &str,
         samples: &[f32],
     ) -> Result<(), PhantomError> {
         if self.phantom.one_file() {
             self.collect(what, samples);
             Ok(())
         } else {
-            self.put_volume(&self.phantom.gate_name(what, gate), samples)
+            self.put_volume(name, samples)
         }
     }
 
@@ -430,16 +421,21 @@ impl Run<'_> {
         name: &str,
         samples: impl Into<files::Samples<'s>>,
     ) -> Result<(), PhantomError> {
-        let format = self.phantom.parts().output.volumes;
         let grid = *self.phantom.camera().grid();
-        let mut volume = match self.seconds_per_gate() {
+        let volume = match self.seconds_per_gate() {
             None => Volume::new(grid, samples)?,
             Some(seconds) => Volume::of_gates(grid, samples, seconds)?,
         };
-        if let Some(study) = &self.study {
-            volume = volume.with_study(study);
-        }
+        self.put(name, volume)
+    }
+
+    pub(super) fn put(&mut self, name: &str, volume: Volume) -> Result<(), PhantomError> {
+        let volume = match &self.study {
+            Some(study) => volume.with_study(study),
+            None => volume,
+        };
         let names = self.phantom.volume_names(name);
+        let format = self.phantom.parts().output.volumes;
         files::write_volume(&self.out.join(&names[0]), &volume, format)?;
         self.files.extend(names);
         Ok(())

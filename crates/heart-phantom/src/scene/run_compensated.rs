@@ -3,7 +3,7 @@
 use super::run::Run;
 use super::run_report::{CompensatedReport, Progress};
 use crate::error::PhantomError;
-use crate::files::{self, RECONSTRUCTION, TRUTH, Volume};
+use crate::files::{RECONSTRUCTION, TRUTH, Volume};
 use crate::{Method, Product};
 
 impl Run<'_> {
@@ -34,10 +34,7 @@ impl Run<'_> {
                 });
             };
             told(0);
-            let mut report = CompensatedReport {
-                osem: None,
-                artefacts: None,
-            };
+            let mut report = CompensatedReport::default();
             let mut made = None;
             if reconstruct {
                 let (volume, osem) = phantom.compensated(number, &views, &told)?;
@@ -69,15 +66,7 @@ impl Run<'_> {
         number: usize,
         samples: &[f32],
     ) -> Result<(), PhantomError> {
-        let phantom = self.phantom;
-        let mut volume = Volume::new(*phantom.camera().grid(), samples)?;
-        if let Some(study) = &self.study {
-            volume = volume.with_study(study);
-        }
-        let names = phantom.volume_names(&phantom.compensated_name(what, number));
-        let format = phantom.parts().output.volumes;
-        files::write_volume(&self.out.join(&names[0]), &volume, format)?;
-        self.files.extend(names);
-        Ok(())
+        let volume = Volume::new(*self.phantom.camera().grid(), samples)?;
+        self.put(&self.phantom.compensated_name(what, number), volume)
     }
 }

@@ -71,7 +71,7 @@ pub struct SliceOrders {
 }
 
 /// One set of views.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[non_exhaustive]
 pub struct GateReport {
     /// When and from where its views are taken.
@@ -105,7 +105,7 @@ pub struct GateReport {
 }
 
 /// A volume of all gates in one frame.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[non_exhaustive]
 pub struct CompensatedReport {
     /// What OSEM did, where it reconstructed.

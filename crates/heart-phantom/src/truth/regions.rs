@@ -1,6 +1,6 @@
 //! Where a reconstruction is judged, and how it compares.
 
-use crate::error::PhantomError;
+use crate::error::{PhantomError, check_length};
 use crate::{Camera, Cycle, Heart, HeartShape};
 use radon::{MaskedStats, disc_mask, rms_within, rmse_within, sum_within};
 use revolve_voxel::{Mask, Meridian, Pose, Sweep};
@@ -129,18 +129,8 @@ impl Measures {
         camera: &Camera,
     ) -> Result<Self, PhantomError> {
         let expected = camera.grid().len();
-        for (what, given) in [
-            ("volume", Some(volume.len())),
-            ("truth", truth.map(<[f32]>::len)),
-        ] {
-            if let Some(given) = given.filter(|&given| given != expected) {
-                return Err(PhantomError::WrongLength {
-                    what,
-                    given,
-                    expected,
-                });
-            }
-        }
+        check_length("volume", volume.len(), expected)?;
+        check_length("truth", truth.map_or(expected, <[f32]>::len), expected)?;
         let within = |mask: &Mask| MaskedStats::of(volume, mask.as_slice());
         let wall = within(&regions.wall)?;
         Ok(Self {

@@ -61,7 +61,7 @@ pub use forces::{ForceFrame, force_frames};
 pub use images::{Plane, Projection, Volume, projections, slice, slices};
 pub use isosurface::{IsoView, isosurface};
 pub use page::{Illustration, Page, Section, Table};
-pub(crate) use page::{STYLE as PAGE_STYLE, escape};
+pub(crate) use page::{escape, head};
 pub use picture::Picture;
 pub use render::View;
 pub use sections::{Cut, map, sections};

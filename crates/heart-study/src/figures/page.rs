@@ -52,7 +52,7 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-pub(crate) const STYLE: &str = "\
+const STYLE: &str = "\
 :root{color-scheme:light}\
 *{box-sizing:border-box}\
 body{margin:0 auto;max-width:62rem;padding:1.2rem 1rem 4rem;background:#fff;color:#1c1c1c;\
@@ -81,12 +81,7 @@ impl Page {
     /// # Errors
     /// [`FigureError::Mismatch`] if a table's row has another number of cells than its header.
     pub fn to_html(&self) -> Result<String, FigureError> {
-        let mut html = format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n",
-            title = escape(&self.title)
-        );
+        let mut html = head(&self.title, "");
         paragraphs(&mut html, &self.introduction);
         if self.sections.len() > 1 {
             html.push_str("<nav><ol>\n");
@@ -146,6 +141,14 @@ impl Illustration {
 }
 
 impl Table {
+    pub(crate) fn new(caption: &str, header: &[&str], rows: Vec<Vec<String>>) -> Self {
+        Self {
+            caption: caption.into(),
+            header: header.iter().map(|&name| name.into()).collect(),
+            rows,
+        }
+    }
+
     pub(crate) fn push(&self, html: &mut String) -> Result<(), FigureError> {
         // Writing to a String does not fail.
         let _ = write!(
@@ -173,6 +176,16 @@ impl Table {
         html.push_str("</tbody>\n</table></div>\n");
         Ok(())
     }
+}
+
+/// A document up to its heading, with more rules of style than those of every page.
+pub(crate) fn head(title: &str, style: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title}</title>\n<style>{STYLE}{style}</style>\n</head>\n<body>\n<h1>{title}</h1>\n",
+        title = escape(title)
+    )
 }
 
 fn paragraphs(html: &mut String, texts: &[String]) {

@@ -4,7 +4,7 @@ use super::kept::{Kept, Shown};
 use super::measured::Plot;
 
 use crate::StudyError;
-use crate::figures::{PAGE_STYLE, Picture, Table, escape as escaped, map};
+use crate::figures::{Picture, Table, escape as escaped, head, map};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use heart_phantom::{RunReport, Thickness};
@@ -21,12 +21,11 @@ pub(super) fn html(
     report: &RunReport,
     plots: &[Plot],
 ) -> Result<String, StudyError> {
-    let mut html = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>A run of heart-phantom</title>\n<style>{PAGE_STYLE}{STYLE}</style>\n</head>\n<body>\n\
-         <h1>A run of heart-phantom</h1>\n<p>{}. Everything is in this file; the numbers are those of report.json.</p>\n<main>\n",
-        escaped(&report.program),
+    let mut html = head("A run of heart-phantom", STYLE);
+    let _ = writeln!(
+        html,
+        "<p>{}. Everything is in this file; the numbers are those of report.json.</p>\n<main>",
+        escaped(&report.program)
     );
     warnings(&mut html, report);
     section(&mut html, "Numbers");
@@ -104,32 +103,18 @@ fn warnings(html: &mut String, report: &RunReport) {
 
 fn numbers(report: &RunReport) -> Vec<Table> {
     let numbers = &report.numbers;
-    let row = |name: &str, value: String| vec![name.to_owned(), value];
-    let rows = vec![
-        row("end-diastolic volume (mL)", format!("{:.3}", numbers.edv)),
-        row("end-systolic volume (mL)", format!("{:.3}", numbers.esv)),
-        row(
-            "stroke volume (mL)",
-            format!("{:.3}", numbers.stroke_volume),
-        ),
-        row(
-            "ejection fraction",
-            format!("{:.5}", numbers.ejection_fraction),
-        ),
-        row(
-            "cardiac output (L/min)",
-            format!("{:.3}", numbers.cardiac_output),
-        ),
-        row(
-            "volume of the wall (mL)",
-            format!("{:.3}", numbers.wall_volume),
-        ),
+    let measures = [
+        ("end-diastolic volume (mL)", numbers.edv, 3),
+        ("end-systolic volume (mL)", numbers.esv, 3),
+        ("stroke volume (mL)", numbers.stroke_volume, 3),
+        ("ejection fraction", numbers.ejection_fraction, 5),
+        ("cardiac output (L/min)", numbers.cardiac_output, 3),
+        ("volume of the wall (mL)", numbers.wall_volume, 3),
     ];
-    let mut tables = vec![Table {
-        caption: "The heart".into(),
-        header: vec!["measure".into(), "value".into()],
-        rows,
-    }];
+    let row =
+        |(name, value, digits): (&str, f64, usize)| vec![name.into(), format!("{value:.digits$}")];
+    let rows = measures.map(row).to_vec();
+    let mut tables = vec![Table::new("The heart", &["measure", "value"], rows)];
     let header = [
         "phase of",
         "phase",
@@ -137,22 +122,18 @@ fn numbers(report: &RunReport) -> Vec<Table> {
         "wall at the side (mm)",
         "at the apex (mm)",
     ];
-    tables.push(Table {
-        caption: "The heart at the phases that stand for the views".into(),
-        header: header.map(String::from).to_vec(),
-        rows: (report.phases.iter())
-            .map(|phase| {
-                let Thickness { side, apex, .. } = phase.thickness;
-                vec![
-                    phase.of.clone(),
-                    format!("{:.4}", phase.phase),
-                    format!("{:.3}", phase.cavity_ml),
-                    format!("{:.2}", 10.0 * side),
-                    format!("{:.2}", 10.0 * apex),
-                ]
-            })
-            .collect(),
+    let rows = report.phases.iter().map(|phase| {
+        let Thickness { side, apex, .. } = phase.thickness;
+        vec![
+            phase.of.clone(),
+            format!("{:.4}", phase.phase),
+            format!("{:.3}", phase.cavity_ml),
+            format!("{:.2}", 10.0 * side),
+            format!("{:.2}", 10.0 * apex),
+        ]
     });
+    let caption = "The heart at the phases that stand for the views";
+    tables.push(Table::new(caption, &header, rows.collect()));
     let judged: Vec<_> = (report.gates.iter().enumerate())
         .filter_map(|(gate, of)| Some((gate, of.artefacts.as_ref()?)))
         .collect();
@@ -165,21 +146,17 @@ fn numbers(report: &RunReport) -> Vec<Table> {
             "edge of the wall (mm)",
             "rms difference from the truth",
         ];
-        tables.push(Table {
-            caption: "The reconstruction against the exact activity".into(),
-            header: header.map(String::from).to_vec(),
-            rows: (judged.into_iter())
-                .map(|(gate, found)| {
-                    vec![
-                        (gate + 1).to_string(),
-                        told(found.wall_mean),
-                        told(found.wall_unevenness),
-                        told(found.wall_blur_mm),
-                        told(found.rmse),
-                    ]
-                })
-                .collect(),
+        let rows = judged.into_iter().map(|(gate, found)| {
+            vec![
+                (gate + 1).to_string(),
+                told(found.wall_mean),
+                told(found.wall_unevenness),
+                told(found.wall_blur_mm),
+                told(found.rmse),
+            ]
         });
+        let caption = "The reconstruction against the exact activity";
+        tables.push(Table::new(caption, &header, rows.collect()));
     }
     tables
 }

@@ -3,12 +3,11 @@
 
 use super::report::Evolving;
 use super::run::Run;
-use heart_phantom::Balloon;
-use heart_phantom::PhantomError;
 use heart_phantom::membrane_implicit::{Evolution, EvolvingOptions, Frame, Jacobian, evolve};
 use heart_phantom::membrane_newton::{
     Control, Discretisation, Membrane, NewtonOptions, Solver, Stiffness,
 };
+use heart_phantom::{Balloon, PhantomError};
 
 /// Nodes of the evolving membrane: the paper's kind of mesh, and what its figures can show.
 const NODES: usize = 201;

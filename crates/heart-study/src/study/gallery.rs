@@ -23,12 +23,11 @@ impl<'a> Gallery<'a> {
     }
 
     /// Starts a part of the page; what follows belongs to it.
-    pub(super) fn section(&mut self, title: &str, text: Vec<String>) {
+    pub(super) fn section(&mut self, title: &str, text: impl Into<String>) {
         self.sections.push(Section {
             title: title.into(),
-            text,
-            figures: Vec::new(),
-            tables: Vec::new(),
+            text: vec![text.into()],
+            ..Section::default()
         });
     }
 
@@ -37,15 +36,10 @@ impl<'a> Gallery<'a> {
         &mut self,
         file: &str,
         picture: &Picture,
-        caption: String,
+        caption: impl Into<String>,
     ) -> Result<(), StudyError> {
         picture.write_png(self.out.join(file))?;
-        let illustration = Illustration {
-            file: file.into(),
-            caption,
-            size: [picture.width(), picture.height()],
-        };
-        self.current().figures.push(illustration);
+        self.show(file, caption, [picture.width(), picture.height()]);
         Ok(())
     }
 
@@ -54,27 +48,27 @@ impl<'a> Gallery<'a> {
         &mut self,
         file: &str,
         svg: &str,
-        caption: String,
+        caption: impl Into<String>,
     ) -> Result<(), StudyError> {
         let written = write_atomically(&self.out.join(file), |out| out.write_all(svg.as_bytes()));
         written.map_err(FigureError::File)?;
-        let illustration = Illustration {
-            file: file.into(),
-            caption,
-            size: CURVES_SIZE.into(),
-        };
-        self.current().figures.push(illustration);
+        self.show(file, caption, CURVES_SIZE.into());
         Ok(())
+    }
+
+    fn show(&mut self, file: &str, caption: impl Into<String>, size: [u32; 2]) {
+        self.current().figures.push(Illustration {
+            file: file.into(),
+            caption: caption.into(),
+            size,
+        });
     }
 
     /// Shows a table in the current part.
     pub(super) fn table(&mut self, caption: &str, header: &[&str], rows: Vec<Vec<String>>) {
-        let table = Table {
-            caption: caption.into(),
-            header: header.iter().map(|&h| h.into()).collect(),
-            rows,
-        };
-        self.current().tables.push(table);
+        self.current()
+            .tables
+            .push(Table::new(caption, header, rows));
     }
 
     /// Writes the page; the names of all pictures, and its own.
@@ -97,7 +91,7 @@ impl<'a> Gallery<'a> {
 
     fn current(&mut self) -> &mut Section {
         if self.sections.is_empty() {
-            self.section("", Vec::new());
+            self.sections.push(Section::default());
         }
         let last = self.sections.len() - 1;
         &mut self.sections[last]

@@ -2,8 +2,6 @@
 
 use super::report::{self, Circle, Direct};
 use super::run::Run;
-use heart_phantom::Balloon;
-use heart_phantom::PhantomError;
 use heart_phantom::membrane_newton::membrane_forces::{
     CircleEquilibrium, FiniteDifferences, balloon_at_rest,
 };
@@ -11,6 +9,7 @@ use heart_phantom::membrane_newton::{
     Control, Discretisation, Measures, Membrane, NewtonOptions, Pair, PaperJacobian, RestShape,
     Solver, paper_newton,
 };
+use heart_phantom::{Balloon, PhantomError};
 
 /// Pressures over stiffness of Fig. 8, in cm.
 const PRESSURES: [f64; 6] = [0.0, 5.0, 10.0, 17.5, 30.0, 60.0];
@@ -77,10 +76,7 @@ pub(super) fn rest(run: &Run<'_>) -> Result<report::Rest, PhantomError> {
 /// The direct method (section 3.1) on the pair and on the inner balloon alone.
 pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
     let options = NewtonOptions::default();
-    #[expect(clippy::unreachable, reason = "one gain, one shape")]
-    let [dilated] = &run.parts.heart.shapes(&[run.options.gain])?[..] else {
-        unreachable!("one gain, one shape")
-    };
+    let dilated = run.parts.heart.shapes(&[run.options.gain])?.remove(0);
     let solution = dilated.solution();
     let limit = limit(run.options.gain)?;
     let inner = run.parts.heart.pair().inner();
@@ -98,14 +94,9 @@ pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
 
     let (nodes, pressure, steps) = PRINTED;
     let coarse = FiniteDifferences::new(&Balloon::INNER.membrane()?, nodes)?;
-    let histories = [PaperJacobian::AsPrinted, PaperJacobian::Exact]
-        .into_iter()
-        .map(|jacobian| paper_newton(&coarse, pressure, jacobian, steps, NEWTON_TOLERANCE))
-        .collect::<Result<Vec<_>, _>>()?;
-    #[expect(clippy::unreachable, reason = "two Jacobians, two histories")]
-    let [printed, right] = &histories[..] else {
-        unreachable!("two Jacobians, two histories")
-    };
+    let history = |jacobian| paper_newton(&coarse, pressure, jacobian, steps, NEWTON_TOLERANCE);
+    let printed = history(PaperJacobian::AsPrinted)?;
+    let right = history(PaperJacobian::Exact)?;
     Ok(DirectStudy {
         figures: Direct {
             f_inner: solution.inner.intensity,
@@ -120,7 +111,7 @@ pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
             newton_history: right.clone(),
         },
         family,
-        histories: [printed.clone(), right.clone()],
+        histories: [printed, right],
     })
 }
 

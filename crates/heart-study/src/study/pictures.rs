@@ -31,11 +31,8 @@ const WALL_MESH: (usize, usize) = (5, 60);
 pub(super) fn rest(gallery: &mut Gallery<'_>, rest: &report::Rest) {
     gallery.section(
         "Rest shapes",
-        vec![
-            "Two balloons, each a cylinder of 8.5 cm closed by a hemisphere (Table 1). The measures \
-             of the polygon through the nodes (section 3.3) against the closed forms."
-                .into(),
-        ],
+        "Two balloons, each a cylinder of 8.5 cm closed by a hemisphere (Table 1). The measures \
+             of the polygon through the nodes (section 3.3) against the closed forms.",
     );
     let row = |name: &str, discrete: f64, exact: f64| {
         vec![
@@ -67,7 +64,7 @@ pub(super) fn direct(gallery: &mut Gallery<'_>, study: &DirectStudy) -> Result<(
     let figures = &study.figures;
     gallery.section(
         "Direct method",
-        vec![format!(
+        format!(
             "Newton's method on the discrete equilibrium (section 3.1.2, Eq. 14 with its signs put \
              right). At the study's volume gain the pair needs {} steps from rest: pressures \
              {:.11} inside and {:.11} outside (mesh-independent: {:.11} and {:.11}), wall volume \
@@ -78,7 +75,7 @@ pub(super) fn direct(gallery: &mut Gallery<'_>, study: &DirectStudy) -> Result<(
             figures.limit.f_inner,
             figures.limit.f_outer,
             figures.wall_volume_error,
-        )],
+        ),
     );
     let family: Vec<Shape<'_>> = study
         .family
@@ -93,7 +90,7 @@ pub(super) fn direct(gallery: &mut Gallery<'_>, study: &DirectStudy) -> Result<(
     gallery.picture(
         "fig08-shapes.png",
         &shapes(&family)?,
-        "Fig. 8: the inner balloon under a family of pressures, by the direct method.".into(),
+        "Fig. 8: the inner balloon under a family of pressures, by the direct method.",
     )?;
     let [printed, right] = &study.histories;
     gallery.picture(
@@ -126,12 +123,12 @@ pub(super) fn evolving(gallery: &mut Gallery<'_>, study: &EvolvingStudy) -> Resu
     let figures = &study.figures;
     gallery.section(
         "Evolving method",
-        vec![format!(
+        format!(
             "Implicit Euler in time (section 3.2), elastic forces implicit, the pressure of Eq. 4 \
              linearised, damped. With a step of {} it comes to rest in {} steps; its last shape \
              lies within {:.1e} cm of the direct one.",
             figures.dt, figures.steps, figures.distance_to_direct
-        )],
+        ),
     );
     let frames: Vec<ForceFrame<'_>> = study
         .frames
@@ -147,8 +144,7 @@ pub(super) fn evolving(gallery: &mut Gallery<'_>, study: &EvolvingStudy) -> Resu
         "fig09-forces.png",
         &force_frames(&frames)?,
         "Fig. 9: nodes (red), elastic forces (magenta) and pressure forces (black) on the way to \
-         equilibrium, where they balance; forces over the stiffness, per unit of the material coordinate."
-            .into(),
+         equilibrium, where they balance; forces over the stiffness, per unit of the material coordinate.",
     )?;
     let series: Vec<History<'_>> = study
         .histories
@@ -159,8 +155,7 @@ pub(super) fn evolving(gallery: &mut Gallery<'_>, study: &EvolvingStudy) -> Resu
         "fig10-norm.png",
         &histories("norm of pressure and elastic forces", Some(1e-4), &series)?,
         "Fig. 10: the norm of the forces by iteration. It falls at every step for large steps \
-         only; with small ones the membrane oscillates as the wave that it is."
-            .into(),
+         only; with small ones the membrane oscillates as the wave that it is.",
     )
 }
 
@@ -171,11 +166,8 @@ pub(super) fn pair(
 ) -> Result<(), StudyError> {
     gallery.section(
         "Two membranes",
-        vec![
-            "The outer pressure is solved for together with both shapes, so that the wall keeps its \
-             volume: no trial and error."
-                .into(),
-        ],
+        "The outer pressure is solved for together with both shapes, so that the wall keeps its \
+             volume: no trial and error.",
     );
     let titles: Vec<String> = states
         .iter()
@@ -188,32 +180,30 @@ pub(super) fn pair(
             )
         })
         .collect();
-    let walls: Vec<WallState<'_>> = states
-        .iter()
-        .zip(&titles)
-        .map(|(state, title)| {
-            let [inner, outer] = state.curves();
-            WallState {
-                title,
-                inner,
-                outer,
-            }
-        })
+    let walls: Vec<WallState<'_>> = (titles.iter().zip(states))
+        .map(|(title, state)| wall_state(title, state))
         .collect();
     gallery.picture(
         "fig11-wall.png",
         &wall_meshes(&walls, WALL_MESH.0, WALL_MESH.1)?,
         "Fig. 11: both membranes and the mesh between them at three pressures, f over the stiffness of the inner \
-         and of the outer one."
-            .into(),
+         and of the outer one.",
     )?;
     gallery.picture(
         "fig12-bodies.png",
         &bodies(&[walls[0], walls[walls.len() - 1]])?,
         "Fig. 12: the heart at rest and dilated. Rays cast at the exact body, normals from the \
-         meridian; above cut open, below the mesh of the outer membrane."
-            .into(),
+         meridian; above cut open, below the mesh of the outer membrane.",
     )
+}
+
+fn wall_state<'a>(title: &'a str, shape: &'a HeartShape) -> WallState<'a> {
+    let [inner, outer] = shape.curves();
+    WallState {
+        title,
+        inner,
+        outer,
+    }
 }
 
 /// The same balloons of rubber, which the paper does not have.
@@ -222,7 +212,7 @@ pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(
     let (mu, thickness) = RUBBER;
     gallery.section(
         "The same balloons of rubber",
-        vec![format!(
+        format!(
             "Springs pull along the meridian only. Rubber is incompressible and has tension around the axis too, so that its \
              pressures are pressures: here neo-Hookean, {mu} kPa and {thickness} mm thick at rest, {:.2} mmHg across the inner \
              balloon and {:.2} mmHg across the outer one at the study's volume gain. The wall keeps its volume to {:.1e}. A \
@@ -231,23 +221,14 @@ pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(
             figures.outer_mmhg,
             figures.wall_volume_error,
             100.0 * figures.view_difference
-        )],
+        ),
     );
     let titles = ["springs", "rubber"];
-    let walls = [0, 1].map(|k| {
-        let [inner, outer] = study.dilated[k].curves();
-        let title = titles[k];
-        WallState {
-            title,
-            inner,
-            outer,
-        }
-    });
+    let walls = [0, 1].map(|k| wall_state(titles[k], &study.dilated[k]));
     gallery.picture(
         "rubber-wall.png",
         &wall_meshes(&walls, WALL_MESH.0, WALL_MESH.1)?,
-        "Both membranes and the mesh between them, of springs and of rubber, at the same volumes."
-            .into(),
+        "Both membranes and the mesh between them, of springs and of rubber, at the same volumes.",
     )?;
     let drawn: Vec<Curve<'_>> = (study.pressures.iter())
         .map(|(label, points)| Curve { label, points })
@@ -291,7 +272,7 @@ pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(
 pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), StudyError> {
     gallery.section(
         "Tomography",
-        vec![format!(
+        format!(
             "The camera turns about z by 180 degrees in {} views while the heart beats {} times a \
              minute. Sinograms from exact chords of the revolved membranes, reconstructed slice by \
              slice to {}³ voxels of {:.4} cm.",
@@ -299,24 +280,15 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Study
             run.options.beats_per_minute,
             run.parts.camera.n_bins(),
             run.parts.camera.pitch()
-        )],
+        ),
     );
-    #[expect(clippy::unreachable, reason = "one gain, one shape")]
-    let [rest] = &run.parts.heart.shapes(&[0.0])?[..] else {
-        unreachable!("one gain, one shape")
-    };
-    let [inner, outer] = rest.curves();
-    let state = WallState {
-        title: "",
-        inner,
-        outer,
-    };
+    let rest = run.parts.heart.rest()?;
     let middle = (Balloon::OUTER.length + Balloon::OUTER.radius) / 2.0;
     let upright = Pose::axis_along_z(middle).map_err(PhantomError::from)?;
     gallery.picture(
         "fig13-pose.png",
         &poses(
-            &state,
+            &wall_state("", &rest),
             &[
                 ("axis along z", upright),
                 (
@@ -326,8 +298,7 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Study
             ],
             VIEW,
         )?,
-        "Fig. 13: the heart before and after it is turned; the camera runs on the circle about z."
-            .into(),
+        "Fig. 13: the heart before and after it is turned; the camera runs on the circle about z.",
     )
 }
 
@@ -349,8 +320,7 @@ pub(super) fn projection_images(
     gallery.picture(
         "fig14-projections.png",
         &projections(&images, n, run.parts.camera.pitch())?,
-        "Fig. 14: projections of the wall at rest from three angles; exact chord lengths, no voxels."
-            .into(),
+        "Fig. 14: projections of the wall at rest from three angles; exact chord lengths, no voxels.",
     )
 }
 
@@ -399,12 +369,9 @@ pub(super) fn reconstruction(
 pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
     gallery.section(
         "What motion does",
-        vec![
-            "The wall's activity is 1, everything else 0. Wall and background are the same voxels \
+        "The wall's activity is 1, everything else 0. Wall and background are the same voxels \
              for the three acquisitions. The RMSE is from the exact volume; the views of the short scan see \
-             different hearts, and it is from the mean of what all of them see."
-                .into(),
-        ],
+             different hearts, and it is from the mean of what all of them see.",
     );
     let cell = |v: Option<f64>| v.map_or("–".into(), |v| format!("{v:.5}"));
     let row = |name: &str, a: &report::Acquisition| {
@@ -444,11 +411,8 @@ pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
 pub(super) fn circle(gallery: &mut Gallery<'_>, study: &CircleStudy) -> Result<(), StudyError> {
     gallery.section(
         "Appendix: the circle",
-        vec![
-            "A membrane that is a straight line at rest blows up to an arc of a circle; with the \
-             constant C put right the discrete solution converges to it."
-                .into(),
-        ],
+        "A membrane that is a straight line at rest blows up to an arc of a circle; with the \
+             constant C put right the discrete solution converges to it.",
     );
     let radius = study.exact.arc_radius();
     let apex = study.exact.at(0.5);

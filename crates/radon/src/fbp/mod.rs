@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::{RadonError, length, product, zeros};
+use crate::error::{RadonError, available, length, product, zeros};
 use crate::fourier::{Gridding, GriddingScratch};
 use crate::geometry::{ImageGrid, ParallelGeometry, StackOrder};
 use crate::sample::Sample;
@@ -100,11 +100,7 @@ impl<T: Sample> FbpPlan<T> {
         }
         let weights = geometry.view_weights(options.arc)?;
         let instructions = options.instructions.unwrap_or_else(InstructionSet::detect);
-        if !instructions.is_available() {
-            return Err(RadonError::InstructionSetMissing {
-                given: instructions,
-            });
-        }
+        available(instructions)?;
         let (x, y) = options
             .region
             .clone()

@@ -3,8 +3,8 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::{Gridding, GriddingScratch, Response, check_tolerance};
-use crate::error::{RadonError, length, zeros};
-use crate::sample::finite_and_signal;
+use crate::error::{RadonError, available, length, zeros};
+use crate::iterative::check_samples;
 use crate::simd::InstructionSet;
 use crate::{ImageGrid, LinearOperator, ParallelGeometry, Sample};
 
@@ -77,11 +77,7 @@ impl<T: Sample> FourierProjector<T> {
         instructions: InstructionSet,
     ) -> Result<Self, RadonError> {
         check_tolerance(tolerance)?;
-        if !instructions.is_available() {
-            return Err(RadonError::InstructionSetMissing {
-                given: instructions,
-            });
-        }
+        available(instructions)?;
         let response = Response::BinMeans {
             pitch: geometry.pitch(),
             spacing: grid.spacing(),
@@ -167,13 +163,5 @@ impl<T: Sample> LinearOperator<T> for FourierProjector<T> {
 /// Refuses a wrong length, NaN and infinity.
 fn check<T: Sample>(what: &'static str, samples: &[T], expected: usize) -> Result<(), RadonError> {
     length(what, samples.len(), expected)?;
-    if finite_and_signal(samples).0 {
-        return Ok(());
-    }
-    let index = samples.iter().position(|x| !x.finite()).unwrap_or(0);
-    Err(RadonError::BadSample {
-        what,
-        index,
-        given: samples[index].f64(),
-    })
+    check_samples(what, samples)
 }

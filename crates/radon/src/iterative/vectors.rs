@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::operator::LinearOperator;
 use crate::Sample;
 use crate::error::{RadonError, length};
+use crate::sample::finite_and_signal;
 
 /// Sums are taken over pieces of this length, then over the pieces in order.
 const PIECE: usize = 1 << 14;
@@ -49,14 +50,16 @@ pub(crate) fn check_samples<T: Sample>(
     what: &'static str,
     samples: &[T],
 ) -> Result<(), RadonError> {
-    match samples.iter().position(|x| !x.finite()) {
-        Some(index) => Err(RadonError::BadSample {
-            what,
-            index,
-            given: samples[index].f64(),
-        }),
-        None => Ok(()),
+    // The place only when there is one.
+    if finite_and_signal(samples).0 {
+        return Ok(());
     }
+    let index = samples.iter().position(|x| !x.finite()).unwrap_or(0);
+    Err(RadonError::BadSample {
+        what,
+        index,
+        given: samples[index].f64(),
+    })
 }
 
 pub(crate) fn check_not_negative<T: Sample>(

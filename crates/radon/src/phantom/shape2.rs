@@ -147,7 +147,6 @@ impl Shape2 {
 
     /// Integral over the plane (cm²).
     pub fn integral(&self) -> f64 {
-        let det = |r: &[Vec2; 2]| (r[0][0] * r[1][1] - r[0][1] * r[1][0]).abs();
         match &self.kind {
             Kind::Ellipse(rows) => PI / det(rows),
             Kind::Gaussian(rows) => 2.0 * PI / det(rows),
