@@ -85,9 +85,13 @@ impl Scan<'_> {
         Placed::new(self.heart, (self.defects, twist), self.tolerance, shapes)
     }
 
-    /// Where something is taken away that is there, as much as there is, rounding may leave less than nothing.
+    /// Where something is taken away that is there, as much as there is, rounding may leave less than nothing: of what is around the heart, of
+    /// its wall, or of weakened lines and of slabs, whose wall is what the outer membrane holds less what the inner one does. Chords as they
+    /// are round to no less than nothing.
     pub(crate) fn no_negatives(&self, samples: &mut [f32]) {
-        if self.background.is_some() || self.organs.is_some() || !self.defects.is_empty() {
+        let replaced = self.background.is_some() || self.organs.is_some();
+        let weakened = self.attenuation.is_some() || self.depth.is_some();
+        if replaced || weakened || !self.defects.is_empty() {
             samples
                 .iter_mut()
                 .for_each(|sample| *sample = sample.max(0.0));

@@ -1,7 +1,8 @@
 //! Views through a collimator against moments, the plain loop over depths, and themselves.
 
 use heart_phantom::scene::{
-    AttenuationSettings, CollimatorSettings, HolesSettings, MediumSettings, Mode, Orbit, Scene,
+    AttenuationSettings, CollimatorSettings, Counts, HolesSettings, MediumSettings, Mode, Noise,
+    Orbit, Scene,
 };
 use heart_phantom::{Collimation, Phantom, PhantomError};
 use radon::Collimator;
@@ -291,4 +292,35 @@ fn a_collimator_that_cannot_be_is_refused() {
         (fwhm - (0.15f64 * 13.4257 / 3.4257).hypot(0.38)).abs() < 1e-4,
         "{fwhm}"
     );
+}
+
+/// The wall is what the outer membrane holds less what the inner one does: weakened, cut into slabs and blurred, rounding left -1e-26 of it
+/// where nothing is, and noise was refused for it.
+#[test]
+fn no_sample_is_below_nothing_and_noise_takes_them_all() {
+    let mut scene = scene().with_size(64);
+    (scene.camera.views, scene.camera.radius) = (16, Orbit::Circle(25.0));
+    scene.attenuation = Some(AttenuationSettings {
+        coefficient: 0.15,
+        medium: MediumSettings::Torso {
+            centre: [1.0, 0.0],
+            semi_axes: [14.0, 10.0],
+        },
+    });
+    scene.collimator = Some(CollimatorSettings {
+        holes: HolesSettings::GeLehr,
+        intrinsic_fwhm: 0.38,
+        tolerance: 1e-3,
+    });
+    let views = |scene: &Scene| {
+        let phantom = Phantom::new(scene.clone()).unwrap();
+        phantom.sinograms(0, &|_| ()).unwrap().samples
+    };
+    let least = views(&scene).into_iter().fold(f32::INFINITY, f32::min);
+    assert!(least >= 0.0, "{least}");
+    scene.noise = Some(Noise {
+        counts: Counts::PerUnit(100.0),
+        seed: 1,
+    });
+    assert!(views(&scene).iter().any(|count| *count > 0.0));
 }
