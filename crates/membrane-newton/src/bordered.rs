@@ -70,11 +70,25 @@ impl<'a> Bordered<'a> {
         }
     }
 
+    /// Whether this is rubber.
+    pub(crate) fn is_rubber(&self) -> bool {
+        match self.discrete.setting().membrane().material() {
+            Material::Rubber(_) => true,
+            Material::Springs { .. } => false,
+        }
+    }
+
     /// Volume that a shell as large as the start sweeps when it moves by its radius.
     pub(crate) fn volume_scale(&self) -> f64 {
         let start = self.discrete.start();
         let surface = self.measure(Measure::Surface, start);
         surface * self.length_scale / (2.0 * std::f64::consts::PI)
+    }
+
+    /// Volume that the start sweeps when each of its points moves by its mean distance from the axis, surface over pi times length.
+    pub(crate) fn volume_within(&self) -> f64 {
+        let surface = self.measure(Measure::Surface, self.discrete.start());
+        surface * surface / (std::f64::consts::PI * self.length_scale)
     }
 
     fn measure(&self, measure: Measure, nodes: &[f64]) -> f64 {
