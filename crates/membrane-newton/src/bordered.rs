@@ -174,15 +174,13 @@ impl<'a> Bordered<'a> {
             }
             .into());
         }
-        self.discrete.elastic_force_into(nodes, &mut self.elastic);
-        if self.elastic.iter().any(|force| force.is_nan()) {
-            self.discrete.check_stretches(nodes)?;
-        }
-        self.discrete.pressure_force_into(nodes, f, &mut out[..n])?;
-        for (out, elastic) in out[..n].iter_mut().zip(&self.elastic) {
-            *out += elastic;
-        }
-        out[n] = self.target_value(x) - self.target.value();
+        let forces = &mut out[..n];
+        let volume = (self.discrete).forces_into(nodes, f, &mut self.elastic, forces)?;
+        let value = match (self.target, volume) {
+            (Target::Measure(Measure::Volume, _), Some(volume)) => volume,
+            _ => self.target_value(x),
+        };
+        out[n] = value - self.target.value();
         Ok(())
     }
 

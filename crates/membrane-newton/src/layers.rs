@@ -197,12 +197,7 @@ impl Layers {
                 }
                 Some(next) => {
                     let next = next?;
-                    let (intensity, nodes) = (part[part.len() - 1], &part[..part.len() - 1]);
-                    let pieces = own(resolution.discrete.pieces(nodes));
-                    carried.extend(next.state_on(intensity, |s| {
-                        let piece = pieces.partition_point(|piece| piece.to < s);
-                        pieces[piece.min(pieces.len() - 1)].at(s).position
-                    }));
+                    carried.extend(next.carry(resolution, part));
                     any = true;
                     next
                 }
@@ -211,6 +206,25 @@ impl Layers {
             finer.push(next);
         }
         Ok(any.then_some((Self(finer), carried, start)))
+    }
+
+    /// Where coarser polynomials find the membranes at a volume, if there are such. Under a load a coarse curve may be beyond a limit that
+    /// fine ones have.
+    fn go_ahead(
+        &self,
+        control: Control,
+        options: &NewtonOptions,
+    ) -> Option<(Vec<f64>, NewtonReport)> {
+        if !matches!(control, Control::Volume(_) | Control::VolumeGain(_)) {
+            return None;
+        }
+        let coarse = self.0.iter().map(|resolution| resolution.coarse.clone());
+        let coarse = Self(coarse.collect::<Option<Vec<_>>>()?);
+        let start = coarse.start_state();
+        let (coarse, state, report) = coarse.solve(start, &[], control, options).ok()?;
+        let parts = coarse.parts(&state).zip(&self.0);
+        let carried = parts.flat_map(|((from, part), to)| to.carry(from, part));
+        Some((carried.collect(), report))
     }
 
     /// Solves at these resolutions, then at finer ones until the polynomials have converged; each begins with
@@ -224,6 +238,11 @@ impl Layers {
     ) -> Result<(Self, Vec<f64>, NewtonReport), NewtonError> {
         let mut total = NewtonReport::default();
         let mut state = start.clone();
+        if near.is_empty()
+            && let Some((ahead, report)) = self.go_ahead(control, options)
+        {
+            (state, total) = (ahead, report);
+        }
         loop {
             let from = (&start[..], near.is_empty());
             let mut outcome = self.solve_here(&mut state, from, control, options);

@@ -276,6 +276,30 @@ fn forces_are_minus_the_derivative_of_the_energy_and_tangents_that_of_forces() {
 }
 
 /// A hemisphere whose ring is wide enough to be that of the whole sphere blown up is one half of it: forces vanish.
+/// Forces in one go are those one after the other, and the volume that comes with them is the measure: different sums, so to rounding. A curve
+/// on the wrong side of the axis is an error of either.
+#[test]
+fn forces_in_one_go_are_those_one_after_the_other() {
+    for energy in energies() {
+        for d in discretised(&balloon(energy)) {
+            let (x, _) = state(&*d);
+            let (mut elastic, mut found) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+            let volume = d.forces_into(&x, 0.7, &mut elastic, &mut found).unwrap();
+            let apart = force(&*d, &x, 0.7);
+            let size = apart.iter().fold(0.0f64, |m, f| m.max(f.abs()));
+            for (found, apart) in found.iter().zip(&apart) {
+                assert!((found - apart).abs() < 1e-13 * size, "{found} {apart}");
+            }
+            let exact = d.measure(Measure::Volume, &x).unwrap();
+            assert!(volume.is_none_or(|volume| (volume / exact - 1.0).abs() < 1e-13));
+            let mut turned = x.clone();
+            turned[5] = -1.0;
+            let past = d.forces_into(&turned, 0.7, &mut elastic, &mut found);
+            assert!(matches!(past, Err(MembraneError::PastStretch { .. })));
+        }
+    }
+}
+
 #[test]
 fn the_sphere_is_in_equilibrium_at_its_closed_form() {
     let hemisphere = || {
