@@ -413,6 +413,29 @@ fn what_rubber_cannot_be_is_refused() {
     assert!(differences.strain_energy(&x).is_err());
 }
 
+/// A flat disc whose points at r go to 1.3 r - 0.15 r^3 is pulled at its middle and pushed together at its ring, where the tension is least.
+#[test]
+fn the_least_tension_is_that_at_the_ring() {
+    let even = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT).unwrap();
+    let disc = Membrane::new(RestShape::disc(1.0).unwrap()).with_rubber(even);
+    let (l1, l2): (f64, f64) = (1.3 - 0.45, 1.3 - 0.15);
+    let ring = 1.0 - 1.0 / (l1.powi(4) * l2.powi(2));
+    let by: [(Box<dyn DiscreteMembrane>, f64); 2] = [
+        // the tension changes by 7 a radius; an element's mean is at its middle, 2.5e-4 from the ring, the last Gauss point 1e-3
+        (Box::new(FiniteDifferences::half(&disc, 4001).unwrap()), 5e-3),
+        (Box::new(SpectralElements::new(&disc, 16, 2).unwrap()), 1e-2),
+    ];
+    for (d, error) in by {
+        let moved = |(k, x): (usize, &f64)| match k % 2 {
+            0 => *x,
+            _ => 1.3 * x - 0.15 * x.powi(3),
+        };
+        let x: Vec<f64> = d.start().iter().enumerate().map(moved).collect();
+        let least = d.least_tension(&x).unwrap();
+        assert!((least - ring).abs() < error, "{least} {ring}");
+    }
+}
+
 #[test]
 fn momentum_is_that_of_the_rubber_there_is() {
     // all at velocity (1, 1): the volume of rubber
