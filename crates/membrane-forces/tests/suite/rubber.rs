@@ -422,7 +422,10 @@ fn the_least_tension_is_that_at_the_ring() {
     let ring = 1.0 - 1.0 / (l1.powi(4) * l2.powi(2));
     let by: [(Box<dyn DiscreteMembrane>, f64); 2] = [
         // the tension changes by 7 a radius; an element's mean is at its middle, 2.5e-4 from the ring, the last Gauss point 1e-3
-        (Box::new(FiniteDifferences::half(&disc, 4001).unwrap()), 5e-3),
+        (
+            Box::new(FiniteDifferences::half(&disc, 4001).unwrap()),
+            5e-3,
+        ),
         (Box::new(SpectralElements::new(&disc, 16, 2).unwrap()), 1e-2),
     ];
     for (d, error) in by {
