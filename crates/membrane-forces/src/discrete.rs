@@ -98,6 +98,21 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         out: &mut [f64],
     ) -> Result<(), MembraneError>;
 
+    /// `out` = F_e + F_p at force intensity `intensity`, with `elastic` to work in. Returns the volume if it comes with them, as that of
+    /// rubber's spectral elements does.
+    ///
+    /// # Errors
+    /// As [`DiscreteMembrane::pressure_force_into`] and [`DiscreteMembrane::check_stretches`].
+    fn forces_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        elastic: &mut [f64],
+        out: &mut [f64],
+    ) -> Result<Option<f64>, MembraneError> {
+        forces_apart_into(self, nodes, intensity, elastic, out)
+    }
+
     /// A zero tangent for [`DiscreteMembrane::tangent_into`].
     fn tangent(&self) -> Tangent;
 
@@ -187,6 +202,25 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
 
     /// The whole curve at material coordinate `s`, clamped to [0, 1].
     fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError>;
+}
+
+/// [`DiscreteMembrane::forces_into`], one after the other.
+pub(crate) fn forces_apart_into(
+    membrane: &(impl DiscreteMembrane + ?Sized),
+    nodes: &[f64],
+    intensity: f64,
+    elastic: &mut [f64],
+    out: &mut [f64],
+) -> Result<Option<f64>, MembraneError> {
+    membrane.elastic_force_into(nodes, elastic);
+    if elastic.iter().any(|force| force.is_nan()) {
+        membrane.check_stretches(nodes)?;
+    }
+    membrane.pressure_force_into(nodes, intensity, out)?;
+    for (out, elastic) in out.iter_mut().zip(elastic) {
+        *out += *elastic;
+    }
+    Ok(None)
 }
 
 /// Derivative of the forces by the state: dense blocks along the diagonal, coupled by a band.

@@ -43,6 +43,12 @@ struct Here {
 }
 
 impl Point {
+    /// Derivatives of the volume, pi times the integral of y^2 x', by x' and by y.
+    #[inline]
+    fn volume(&self, d: [f64; 2], y: f64) -> [f64; 2] {
+        [PI * self.rule * y * y, 2.0 * PI * self.rule * y * d[0]]
+    }
+
     /// What a row of the tangent takes of this point: of an x times its own slope, of a y times its slope and times its value. In
     /// `columns`, one after the other, by x and y of each node in the block's order, whose values and slopes are `ordered`.
     fn columns_into(
@@ -77,6 +83,44 @@ impl Point {
             by_value[2 * j] = x_value * s;
             by_value[2 * j + 1] = y_value * s + value * v;
         }
+    }
+}
+
+/// Derivative by the element's own coordinate, and y, at a point that has these rows.
+#[inline]
+fn place((values, slopes): (&[f64], &[f64]), nodes: &[[f64; 2]]) -> ([f64; 2], f64) {
+    // four sums side by side, so that none waits for the last
+    let (values, left) = values.as_chunks::<4>();
+    let (slopes, slopes_left) = slopes.as_chunks::<4>();
+    let (nodes, nodes_left) = nodes.as_chunks::<4>();
+    let mut sums = [[0.0; 4]; 3];
+    for ((value, slope), node) in values.iter().zip(slopes).zip(nodes) {
+        for k in 0..4 {
+            sums[0][k] += slope[k] * node[k][0];
+            sums[1][k] += slope[k] * node[k][1];
+            sums[2][k] += value[k] * node[k][1];
+        }
+    }
+    let [mut dx, mut dy, mut y] = sums.map(|sum| (sum[0] + sum[1]) + (sum[2] + sum[3]));
+    for ((value, slope), node) in left.iter().zip(slopes_left).zip(nodes_left) {
+        dx += slope * node[0];
+        dy += slope * node[1];
+        y += value * node[1];
+    }
+    ([dx, dy], y)
+}
+
+/// `out` += what acts on the derivative and on y at a point that has these rows.
+#[inline]
+fn add(
+    out: &mut [[f64; 2]],
+    (values, slopes): (&[f64], &[f64]),
+    by_slope: [f64; 2],
+    by_value: f64,
+) {
+    for ((value, slope), out) in values.iter().zip(slopes).zip(out) {
+        out[0] += by_slope[0] * slope;
+        out[1] += by_slope[1] * slope + by_value * value;
     }
 }
 
@@ -141,29 +185,11 @@ impl RubberElements {
     #[inline]
     fn here(
         &self,
-        (values, slopes): (&[f64], &[f64]),
+        rows: (&[f64], &[f64]),
         point: &Point,
         nodes: &[[f64; 2]],
     ) -> Result<Here, MembraneError> {
-        // four sums side by side, so that none waits for the last
-        let (values, left) = values.as_chunks::<4>();
-        let (slopes, slopes_left) = slopes.as_chunks::<4>();
-        let (nodes, nodes_left) = nodes.as_chunks::<4>();
-        let mut sums = [[0.0; 4]; 3];
-        for ((value, slope), node) in values.iter().zip(slopes).zip(nodes) {
-            for k in 0..4 {
-                sums[0][k] += slope[k] * node[k][0];
-                sums[1][k] += slope[k] * node[k][1];
-                sums[2][k] += value[k] * node[k][1];
-            }
-        }
-        let [mut dx, mut dy, mut y] = sums.map(|sum| (sum[0] + sum[1]) + (sum[2] + sum[3]));
-        for ((value, slope), node) in left.iter().zip(slopes_left).zip(nodes_left) {
-            dx += slope * node[0];
-            dy += slope * node[1];
-            y += value * node[1];
-        }
-        let d = [dx, dy];
+        let (d, y) = place(rows, nodes);
         let speed = (d[0] * d[0] + d[1] * d[1]).sqrt();
         let w = (self.rubber.energy).at(speed * point.per_length, y * point.per_radius)?;
         Ok(Here { d, y, speed, w })
@@ -211,25 +237,42 @@ impl RubberElements {
         Ok(sum)
     }
 
-    /// `out` -= the derivative of the energy.
-    pub(crate) fn add_pull_into(
+    /// `out` -= the derivative of the energy, += `pressure` times that of the volume. Returns the volume.
+    pub(crate) fn add_forces_into(
         &self,
         e: usize,
         reference: &Reference,
         nodes: &[[f64; 2]],
+        pressure: f64,
         out: &mut [[f64; 2]],
-    ) -> Result<(), MembraneError> {
+    ) -> Result<f64, MembraneError> {
+        let mut volume = 0.0;
         for (point, rows) in self.elements[e].iter().zip(reference.gauss_rows()) {
-            let Here { d, speed, w, .. } = self.here(rows, point, nodes)?;
+            let Here { d, y, speed, w } = self.here(rows, point, nodes)?;
             let tension = point.weight * w.by[0] * point.per_length / speed;
             let hoop = point.weight * w.by[1] * point.per_radius;
-            let pull = [tension * d[0], tension * d[1]];
-            for ((value, slope), out) in rows.0.iter().zip(rows.1).zip(&mut *out) {
-                out[0] -= pull[0] * slope;
-                out[1] -= pull[1] * slope + hoop * value;
-            }
+            let [disc, ring] = point.volume(d, y);
+            volume += disc * d[0];
+            let by_slope = [pressure * disc - tension * d[0], -tension * d[1]];
+            add(out, rows, by_slope, pressure * ring - hoop);
         }
-        Ok(())
+        Ok(volume)
+    }
+
+    /// `out` += `pressure` times the derivative of the volume.
+    pub(crate) fn add_pressure_into(
+        &self,
+        e: usize,
+        reference: &Reference,
+        nodes: &[[f64; 2]],
+        pressure: f64,
+        out: &mut [[f64; 2]],
+    ) {
+        for (point, rows) in self.elements[e].iter().zip(reference.gauss_rows()) {
+            let (d, y) = place(rows, nodes);
+            let [disc, ring] = point.volume(d, y).map(|by| pressure * by);
+            add(out, rows, [disc, 0.0], ring);
+        }
     }
 
     /// `out` = the derivative of forces and of `pressure` times the gradient of the volume by the element's nodes, as

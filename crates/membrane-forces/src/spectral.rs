@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::band::BandMatrix;
 use crate::chebyshev::{Reference, local_index};
 use crate::curve::CurvePiece;
-use crate::discrete::{DiscreteMembrane, Setting, Tangent};
+use crate::discrete::{DiscreteMembrane, Setting, Tangent, forces_apart_into};
 use crate::error::{MembraneError, at_least, at_most, finite, length};
 use crate::material::{ElementSprings, Material, compliance};
 use crate::measures::{Measure, Measures};
@@ -36,7 +36,7 @@ use crate::rubber_elements::RubberElements;
 pub struct SpectralElements {
     setting: Setting,
     pub(crate) reference: Reference,
-    elements: Vec<Element>,
+    pub(crate) elements: Vec<Element>,
     material: ElementMaterial,
 }
 
@@ -48,9 +48,9 @@ enum ElementMaterial {
 
 /// The part of a curve from s = `from` to `to`.
 #[derive(Debug, Clone)]
-struct Element {
-    from: f64,
-    to: f64,
+pub(crate) struct Element {
+    pub(crate) from: f64,
+    pub(crate) to: f64,
 }
 
 /// Interpolation at so many Chebyshev points is stable, and far beyond need.
@@ -186,39 +186,16 @@ impl SpectralElements {
         self.elements.len()
     }
 
-    /// `out` = derivative of the forces that element `e` contributes by its own nodes, as [`Tangent`] has it.
-    fn element_tangent_into(
+    /// What states `nodes` and `out` have at the nodes of element `e`.
+    fn local<'a>(
         &self,
-        springs: &ElementSprings,
         e: usize,
-        nodes: &[f64],
-        intensity: f64,
-        out: &mut [f64],
-    ) -> Result<(), MembraneError> {
-        let p = self.degree();
-        let (n, size) = (p + 1, 2 * (p + 1));
-        let this = &self.elements[e];
-        let per_s = 1.0 / (this.to - this.from);
-        for i in 0..n {
-            let derivative = &self.reference.derivative[i * n..(i + 1) * n];
-            let elastic = &springs.matrix[i * n..(i + 1) * n];
-            // the pressure force by c', row by row
-            let mut by = [[0.0; 2]; 2];
-            if i > 0 && i < p {
-                let (d, scale) = self.direction(nodes, e, i)?;
-                by = self.setting.law.derivative(intensity * per_s, d, scale);
-            }
-            let first = 2 * local_index(i, p) * size;
-            let (x_row, y_row) = out[first..first + 2 * size].split_at_mut(size);
-            for j in 0..n {
-                let column = 2 * local_index(j, p);
-                x_row[column] = elastic[j] + by[0][0] * derivative[j];
-                x_row[column + 1] = by[0][1] * derivative[j];
-                y_row[column] = by[1][0] * derivative[j];
-                y_row[column + 1] = elastic[j] + by[1][1] * derivative[j];
-            }
-        }
-        Ok(())
+        nodes: &'a [f64],
+        out: &'a mut [f64],
+    ) -> (&'a [[f64; 2]], &'a mut [[f64; 2]]) {
+        let window = self.window(e);
+        let (nodes, out) = (&nodes[window.clone()], &mut out[window]);
+        (nodes.as_chunks().0, out.as_chunks_mut().0)
     }
 
     fn rubber(&self, what: &'static str) -> Result<&RubberElements, MembraneError> {
@@ -237,28 +214,6 @@ impl SpectralElements {
             x: self.reference.coefficients(&along(0)),
             y: self.reference.coefficients(&along(1)),
         }
-    }
-
-    /// c' by s at node `i` of element `e`, and the factor that makes it what the law multiplies.
-    #[inline]
-    fn direction(
-        &self,
-        nodes: &[f64],
-        e: usize,
-        i: usize,
-    ) -> Result<([f64; 2], f64), MembraneError> {
-        let p = self.degree();
-        let row = &self.reference.derivative[i * (p + 1)..(i + 1) * (p + 1)];
-        let local = nodes[self.window(e)].as_chunks::<2>().0;
-        let mut d = [0.0; 2];
-        for (a, c) in row.iter().zip(local) {
-            d[0] += a * c[0];
-            d[1] += a * c[1];
-        }
-        let per_s = 1.0 / (self.elements[e].to - self.elements[e].from);
-        d = [d[0] * per_s, d[1] * per_s];
-        // d is c' itself: the way while s grows by 1
-        Ok((d, self.setting.law.factor(d, 1.0, e * p + i)?))
     }
 
     /// Whether the curve equals its own mirror image to rounding, node by node and spring by spring.
@@ -289,13 +244,11 @@ impl DiscreteMembrane for SpectralElements {
         self.setting.check([nodes.len(), out.len()]);
         out.fill(0.0);
         for e in 0..self.elements.len() {
-            let window = self.window(e);
-            let (nodes, out) = (&nodes[window.clone()], &mut out[window]);
-            let (nodes, out) = (nodes.as_chunks().0, out.as_chunks_mut().0);
+            let (nodes, out) = self.local(e, nodes, out);
             match &self.material {
                 ElementMaterial::Springs(springs) => springs[e].add_pull_into(nodes, out),
                 ElementMaterial::Rubber(rubber) => {
-                    let pulled = rubber.add_pull_into(e, &self.reference, nodes, out);
+                    let pulled = rubber.add_forces_into(e, &self.reference, nodes, 0.0, out);
                     if pulled.is_err() {
                         out.fill([f64::NAN; 2]);
                     }
@@ -325,9 +278,11 @@ impl DiscreteMembrane for SpectralElements {
         length("forces", out.len(), nodes.len())?;
         out.fill(0.0);
         let p = self.degree();
-        if let ElementMaterial::Rubber(_) = &self.material {
-            self.integrate(Measure::Volume, nodes, Some(out));
-            out.iter_mut().for_each(|value| *value *= intensity);
+        if let ElementMaterial::Rubber(rubber) = &self.material {
+            for e in 0..self.elements.len() {
+                let (nodes, out) = self.local(e, nodes, out);
+                rubber.add_pressure_into(e, &self.reference, nodes, intensity, out);
+            }
             self.setting.hold(out, 0.0);
             return Ok(());
         }
@@ -339,6 +294,28 @@ impl DiscreteMembrane for SpectralElements {
             }
         }
         Ok(())
+    }
+
+    fn forces_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        elastic: &mut [f64],
+        out: &mut [f64],
+    ) -> Result<Option<f64>, MembraneError> {
+        self.setting.refuse(nodes)?;
+        length("forces", out.len(), nodes.len())?;
+        let ElementMaterial::Rubber(rubber) = &self.material else {
+            return forces_apart_into(self, nodes, intensity, elastic, out);
+        };
+        out.fill(0.0);
+        let mut volume = 0.0;
+        for e in 0..self.elements.len() {
+            let (nodes, out) = self.local(e, nodes, out);
+            volume += rubber.add_forces_into(e, &self.reference, nodes, intensity, out)?;
+        }
+        self.setting.hold(out, 0.0);
+        Ok(Some(volume))
     }
 
     /// A block for each element.
@@ -419,14 +396,8 @@ impl DiscreteMembrane for SpectralElements {
         let rubber = self.rubber("momentum")?;
         out.fill(0.0);
         for e in 0..self.elements.len() {
-            let window = self.window(e);
-            let (from, out) = (&velocities[window.clone()], &mut out[window]);
-            rubber.add_momentum_into(
-                e,
-                &self.reference,
-                from.as_chunks().0,
-                out.as_chunks_mut().0,
-            );
+            let (from, out) = self.local(e, velocities, out);
+            rubber.add_momentum_into(e, &self.reference, from, out);
         }
         Ok(())
     }

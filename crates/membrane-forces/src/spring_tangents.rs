@@ -1,12 +1,74 @@
-//! Tangents of springs between nodes in parts: what the springs have of any state, what the pressure adds, and what a total force does.
+//! Tangents of springs: those of an element, and those between nodes in parts, what the springs have of any state, what the pressure adds,
+//! and what a total force does.
 
 use crate::band::BandMatrix;
+use crate::chebyshev::local_index;
 use crate::differences::{FiniteDifferences, NodeMaterial};
 use crate::discrete::DiscreteMembrane;
 use crate::error::{MembraneError, length};
 use crate::law::LoadKind;
-use crate::material::NodeSprings;
+use crate::material::{ElementSprings, NodeSprings};
 use crate::measures::Measure;
+use crate::spectral::SpectralElements;
+
+impl SpectralElements {
+    /// `out` = derivative of the forces that element `e` contributes by its own nodes, as [`Tangent`] has it.
+    pub(crate) fn element_tangent_into(
+        &self,
+        springs: &ElementSprings,
+        e: usize,
+        nodes: &[f64],
+        intensity: f64,
+        out: &mut [f64],
+    ) -> Result<(), MembraneError> {
+        let p = self.degree();
+        let (n, size) = (p + 1, 2 * (p + 1));
+        let this = &self.elements[e];
+        let per_s = 1.0 / (this.to - this.from);
+        for i in 0..n {
+            let derivative = &self.reference.derivative[i * n..(i + 1) * n];
+            let elastic = &springs.matrix[i * n..(i + 1) * n];
+            // the pressure force by c', row by row
+            let mut by = [[0.0; 2]; 2];
+            if i > 0 && i < p {
+                let (d, scale) = self.direction(nodes, e, i)?;
+                by = self.law().derivative(intensity * per_s, d, scale);
+            }
+            let first = 2 * local_index(i, p) * size;
+            let (x_row, y_row) = out[first..first + 2 * size].split_at_mut(size);
+            for j in 0..n {
+                let column = 2 * local_index(j, p);
+                x_row[column] = elastic[j] + by[0][0] * derivative[j];
+                x_row[column + 1] = by[0][1] * derivative[j];
+                y_row[column] = by[1][0] * derivative[j];
+                y_row[column + 1] = elastic[j] + by[1][1] * derivative[j];
+            }
+        }
+        Ok(())
+    }
+
+    /// c' by s at node `i` of element `e`, and the factor that makes it what the law multiplies.
+    #[inline]
+    pub(crate) fn direction(
+        &self,
+        nodes: &[f64],
+        e: usize,
+        i: usize,
+    ) -> Result<([f64; 2], f64), MembraneError> {
+        let p = self.degree();
+        let row = &self.reference.derivative[i * (p + 1)..(i + 1) * (p + 1)];
+        let local = nodes[self.window(e)].as_chunks::<2>().0;
+        let mut d = [0.0; 2];
+        for (a, c) in row.iter().zip(local) {
+            d[0] += a * c[0];
+            d[1] += a * c[1];
+        }
+        let per_s = 1.0 / (self.elements[e].to - self.elements[e].from);
+        d = [d[0] * per_s, d[1] * per_s];
+        // d is c' itself: the way while s grows by 1
+        Ok((d, self.law().factor(d, 1.0, e * p + i)?))
+    }
+}
 
 impl FiniteDifferences {
     /// `band` += `scale` dF_e/dc. Block tridiagonal with diagonal blocks; pentadiagonal with

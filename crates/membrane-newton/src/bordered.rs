@@ -67,11 +67,25 @@ impl<'a> Bordered<'a> {
         }
     }
 
+    /// Whether this is rubber.
+    pub(crate) fn is_rubber(&self) -> bool {
+        match self.discrete.setting().membrane().material() {
+            Material::Rubber(_) => true,
+            Material::Springs { .. } => false,
+        }
+    }
+
     /// Volume that a shell as large as the start sweeps when it moves by its radius.
     pub(crate) fn volume_scale(&self) -> f64 {
         let start = self.discrete.start();
         let surface = self.measure(Measure::Surface, start);
         surface * self.length_scale / (2.0 * std::f64::consts::PI)
+    }
+
+    /// Volume that the start sweeps when each of its points moves by its mean distance from the axis, surface over pi times length.
+    pub(crate) fn volume_within(&self) -> f64 {
+        let surface = self.measure(Measure::Surface, self.discrete.start());
+        surface * surface / (std::f64::consts::PI * self.length_scale)
     }
 
     fn measure(&self, measure: Measure, nodes: &[f64]) -> f64 {
@@ -157,15 +171,13 @@ impl<'a> Bordered<'a> {
             }
             .into());
         }
-        self.discrete.elastic_force_into(nodes, &mut self.elastic);
-        if self.elastic.iter().any(|force| force.is_nan()) {
-            self.discrete.check_stretches(nodes)?;
-        }
-        self.discrete.pressure_force_into(nodes, f, &mut out[..n])?;
-        for (out, elastic) in out[..n].iter_mut().zip(&self.elastic) {
-            *out += elastic;
-        }
-        out[n] = self.target_value(x) - self.target.value();
+        let forces = &mut out[..n];
+        let volume = (self.discrete).forces_into(nodes, f, &mut self.elastic, forces)?;
+        let value = match (self.target, volume) {
+            (Target::Measure(Measure::Volume, _), Some(volume)) => volume,
+            _ => self.target_value(x),
+        };
+        out[n] = value - self.target.value();
         Ok(())
     }
 

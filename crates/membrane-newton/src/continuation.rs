@@ -1,5 +1,6 @@
 //! Raising the control in steps when Newton cannot take it at once, without a change of branch.
 
+use crate::control::Target;
 use crate::error::NewtonError;
 use crate::newton::{NewtonScratch, ROUNDING, ResidualSystem, newton_with};
 use crate::options::{LineSearch, NewtonOptions};
@@ -88,6 +89,13 @@ impl Search<'_, '_> {
             self.system.set_control(to);
             outcome = self.attempt(state, Reach::Direct, start, options);
         }
+        // Rubber stiffens again when it is blown up further: beyond a limit of the pressure, or of the volume where it bulges, there may be
+        // a state as stable as those before the limit. It is not the one that a rising control leads to.
+        let raised = self.system.is_rubber() && to / from > 1.0;
+        if outcome.is_ok() && raised && !self.near(state, start, to - from) {
+            let report = NewtonReport::default();
+            outcome = Err(NewtonError::OtherBranch { report });
+        }
         if outcome.is_err() && options.max_load_steps > 0 {
             match self.walk(state, start, (from, to), options) {
                 Ok(()) => return Ok(()),
@@ -173,16 +181,8 @@ impl Search<'_, '_> {
             self.report.load_steps += 1;
             let found = self.attempt(state, Reach::Step, &solved, &careful);
             let explained = found.is_ok() && {
-                for ((change, x), solved) in change.iter_mut().zip(&*state).zip(&solved) {
-                    *change = x - solved;
-                }
-                let system = &mut *self.system;
-                let by = system.shape_norm(&change) / ((next - here) * (to - from)).abs();
-                let before = system.shape_norm(&rate);
-                let known = system.rate_into(&mut change).is_ok();
-                let after = system.shape_norm(&change);
-                let (least, most) = (before.min(after), before.max(after));
-                !on_branch || (known && most <= UNEVEN * least && by <= 1.5 * most)
+                let step = (next - here) * (to - from);
+                self.explained(&solved, state, step, &rate, &mut change) || !on_branch
             };
             if explained {
                 (before, here, on_branch) = (here, next, true);
@@ -202,6 +202,48 @@ impl Search<'_, '_> {
             1.0 => Ok(()),
             0.0 => Err(Ended::AtStart),
             _ => Err(Ended::At(from + here * (to - from))),
+        }
+    }
+
+    /// Whether the change of the shape from `before` to `after`, while the control changed by `step`, is what its rates of change at both
+    /// ends explain: `rate` at the one, `rate_after`, which is computed, at the other.
+    fn explained(
+        &mut self,
+        before: &[f64],
+        after: &[f64],
+        step: f64,
+        rate: &[f64],
+        rate_after: &mut [f64],
+    ) -> bool {
+        for ((change, after), before) in rate_after.iter_mut().zip(after).zip(before) {
+            *change = after - before;
+        }
+        let system = &mut *self.system;
+        let by = system.shape_norm(rate_after) / step.abs();
+        let known = system.rate_into(rate_after).is_ok();
+        let rates = [rate, rate_after].map(|rate| system.shape_norm(rate));
+        let (least, most) = (rates[0].min(rates[1]), rates[0].max(rates[1]));
+        known && most <= UNEVEN * least && by <= 1.5 * most
+    }
+
+    /// Whether what Newton found at once is no further from the equilibrium `start` than the rates of change at both ends explain, and than
+    /// a shell sweeps that moves by its radius: a sphere then has stretches of 1.5, and what bears more beyond a limit some 3 at least.
+    fn near(&mut self, state: &[f64], start: &[f64], step: f64) -> bool {
+        let mut rates = [vec![0.0; state.len()], vec![0.0; state.len()]];
+        let [before, after] = &mut rates;
+        let system = &mut *self.system;
+        let swept = system.volume(state) - system.volume(start);
+        if swept.abs() > system.innermost().volume_within() {
+            return false;
+        }
+        match system.innermost().target {
+            Target::Measure(..) => true,
+            Target::Intensity(_) | Target::TotalForce(_) => {
+                system.factor(start).is_ok()
+                    && system.rate_into(before).is_ok()
+                    && system.factor(state).is_ok()
+                    && self.explained(start, state, step, before, after)
+            }
         }
     }
 

@@ -4,7 +4,7 @@
 //! Newton's tangents have tensions along the meridian that are not below zero. An answer in which none is has the exact tangent, so that
 //! the last steps are quadratic; one in which some is would be no equilibrium of a membrane.
 
-use membrane_forces::Measure;
+use membrane_forces::{Measure, MembraneError};
 
 use crate::continuation;
 use crate::control::Target;
@@ -42,7 +42,15 @@ pub(crate) fn solve(
     };
     search.system.innermost().target = wanted;
     search.system.each().for_each(|m| m.expect_stable());
-    if state != start && search.newton(state, start, options).is_ok() {
+    let (rest, most) = (
+        search.system.volume(start),
+        search.system.innermost().volume_within(),
+    );
+    // What a coarser curve led to may be beyond a limit that only this one has.
+    if state != start
+        && search.newton(state, start, options).is_ok()
+        && search.system.volume(state) - rest <= most
+    {
         return Ok(search.report);
     }
     state.copy_from_slice(start);
@@ -52,10 +60,12 @@ pub(crate) fn solve(
     if nothing_asked && search.system.residual_norm(&residual) <= AT_REST {
         return Ok(search.report);
     }
-    let rest = search.system.volume(start);
     let unit = search.system.innermost().volume_scale();
     let (first, at_once) = match wanted {
-        Target::Measure(Measure::Volume, volume) => (volume - rest, true),
+        Target::Measure(Measure::Volume, volume) => {
+            let change = volume - rest;
+            (change.min(most), change <= most)
+        }
         Target::Measure(..) | Target::Intensity(_) | Target::TotalForce(_) => {
             (FIRST_VOLUME * unit, false)
         }
@@ -169,7 +179,8 @@ impl Inflation<'_, '_> {
         }
     }
 
-    /// Refuses to go on along the branch if that stretches the rubber beyond what it can be.
+    /// Refuses to go on along the branch if that stretches the rubber beyond what its chains allow. Of rubber without such a limit it is the
+    /// branch that ends, where straight on may well be a curve on the other side of the axis.
     fn ahead(&mut self, state: &[f64], change: f64) -> Result<(), NewtonError> {
         let system = &mut *self.system;
         let mut rate = vec![0.0; state.len()];
@@ -182,7 +193,11 @@ impl Inflation<'_, '_> {
         let next = state.iter().zip(&rate).map(|(x, rate)| x + change * rate);
         let next: Vec<f64> = next.collect();
         match system.residual_into(&next, &mut rate) {
-            Err(NewtonError::Membrane(error)) => Err(NewtonError::Membrane(error)),
+            Err(NewtonError::Membrane(error @ MembraneError::PastStretch { limit, .. }))
+                if limit.is_finite() =>
+            {
+                Err(NewtonError::Membrane(error))
+            }
             _ => Ok(()),
         }
     }

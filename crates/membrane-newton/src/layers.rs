@@ -138,37 +138,45 @@ impl Layers {
         let mut total = NewtonReport::default();
         let mut share = SHALLOWS[1];
         for _ in 0..MOST_SHALLOWS {
-            let before = state.to_vec();
-            let mut next = before.clone();
-            let mut to = |control: Control| {
-                let mut system = self.system(control).ok()?;
-                let target = self.0[0].target(control).ok()?;
-                let start = next.clone();
-                let values = (system.control_value(&start), target.value());
-                let report =
-                    continuation::solve(&mut system, &mut next, &start, values, options).ok()?;
-                total.add_earlier(&report);
-                Some(next[pressure])
-            };
             let volume = own(self.0[0]
                 .discrete
-                .measure(Measure::Volume, &before[..pressure]));
-            let reached = to(Control::Volume(volume * (1.0 + share)))?;
-            if reached <= before[pressure].max(0.0) {
+                .measure(Measure::Volume, &state[..pressure]));
+            let mut next = state.to_vec();
+            let further = Control::Volume(volume * (1.0 + share));
+            total.add_earlier(&self.step(&mut next, further, options)?);
+            // a step may end beyond the maximum, and higher than it began
+            let slope = self.rate(&next, further).ok()?[pressure];
+            if slope <= 0.0 || next[pressure] <= state[pressure].max(0.0) {
                 share *= 0.25;
                 if share < SHALLOWS[0] {
                     return None;
                 }
                 continue;
             }
-            if reached >= wanted {
-                to(Control::Load(wanted))?;
-                state.copy_from_slice(&next);
-                return Some(total);
+            let passed = next[pressure] >= wanted;
+            if passed {
+                total.add_earlier(&self.step(&mut next, Control::Load(wanted), options)?);
             }
             state.copy_from_slice(&next);
+            if passed {
+                return Some(total);
+            }
         }
         None
+    }
+
+    /// Along the branch from the equilibrium `state` to what `control` says, at these resolutions.
+    fn step(
+        &self,
+        state: &mut [f64],
+        control: Control,
+        options: &NewtonOptions,
+    ) -> Option<NewtonReport> {
+        let mut system = self.system(control).ok()?;
+        let target = self.0[0].target(control).ok()?;
+        let start = state.to_vec();
+        let values = (system.control_value(&start), target.value());
+        continuation::solve(&mut system, state, &start, values, options).ok()
     }
 
     fn check_resolved(&self, state: &[f64]) -> Result<(), NewtonError> {
@@ -189,12 +197,7 @@ impl Layers {
                 }
                 Some(next) => {
                     let next = next?;
-                    let (intensity, nodes) = (part[part.len() - 1], &part[..part.len() - 1]);
-                    let pieces = own(resolution.discrete.pieces(nodes));
-                    carried.extend(next.state_on(intensity, |s| {
-                        let piece = pieces.partition_point(|piece| piece.to < s);
-                        pieces[piece.min(pieces.len() - 1)].at(s).position
-                    }));
+                    carried.extend(next.carry(resolution, part));
                     any = true;
                     next
                 }
@@ -203,6 +206,25 @@ impl Layers {
             finer.push(next);
         }
         Ok(any.then_some((Self(finer), carried, start)))
+    }
+
+    /// Where coarser polynomials find the membranes at a volume, if there are such. Under a load a coarse curve may be beyond a limit that
+    /// fine ones have.
+    fn go_ahead(
+        &self,
+        control: Control,
+        options: &NewtonOptions,
+    ) -> Option<(Vec<f64>, NewtonReport)> {
+        if !matches!(control, Control::Volume(_) | Control::VolumeGain(_)) {
+            return None;
+        }
+        let coarse = self.0.iter().map(|resolution| resolution.coarse.clone());
+        let coarse = Self(coarse.collect::<Option<Vec<_>>>()?);
+        let start = coarse.start_state();
+        let (coarse, state, report) = coarse.solve(start, &[], control, options).ok()?;
+        let parts = coarse.parts(&state).zip(&self.0);
+        let carried = parts.flat_map(|((from, part), to)| to.carry(from, part));
+        Some((carried.collect(), report))
     }
 
     /// Solves at these resolutions, then at finer ones until the polynomials have converged; each begins with
@@ -216,6 +238,11 @@ impl Layers {
     ) -> Result<(Self, Vec<f64>, NewtonReport), NewtonError> {
         let mut total = NewtonReport::default();
         let mut state = start.clone();
+        if near.is_empty()
+            && let Some((ahead, report)) = self.go_ahead(control, options)
+        {
+            (state, total) = (ahead, report);
+        }
         loop {
             let from = (&start[..], near.is_empty());
             let mut outcome = self.solve_here(&mut state, from, control, options);

@@ -16,6 +16,8 @@ pub(crate) struct Resolution {
     pub(crate) start: Measures,
     /// What to do when the polynomials leave a tail.
     pub(crate) adaptive: Option<Adaptive>,
+    /// Polynomials of half the degree, whose answer is where Newton begins.
+    pub(crate) coarse: Option<Arc<Resolution>>,
 }
 
 #[derive(Debug)]
@@ -39,6 +41,9 @@ const STEPS: [(usize, usize); 9] = [
     (24, 32),
 ];
 
+/// Least degree of polynomials that go ahead of finer ones.
+const LEAST_COARSE: usize = 6;
+
 impl Resolution {
     /// The first with which the start itself is resolved.
     pub(crate) fn adaptive(membrane: &Membrane, tolerance: f64) -> Result<Arc<Self>, NewtonError> {
@@ -61,6 +66,21 @@ impl Resolution {
         Self::new(elements, Some(adaptive))
     }
 
+    /// Polynomials of this degree. Of rubber, which takes several steps from rest, those of half the degree go ahead, if that is at least
+    /// [`LEAST_COARSE`]: they cost an eighth.
+    pub(crate) fn spectral(
+        membrane: &Membrane,
+        degree: usize,
+        per_piece: usize,
+    ) -> Result<Self, MembraneError> {
+        let mut this = Self::new(SpectralElements::new(membrane, degree, per_piece)?, None)?;
+        if this.is_rubber() && degree >= 2 * LEAST_COARSE {
+            let coarse = Self::spectral(membrane, degree / 2, per_piece);
+            this.coarse = coarse.ok().map(Arc::new);
+        }
+        Ok(this)
+    }
+
     pub(crate) fn new(
         discrete: impl DiscreteMembrane + 'static,
         adaptive: Option<Adaptive>,
@@ -69,6 +89,7 @@ impl Resolution {
             start: discrete.measures(discrete.start())?.finite()?,
             discrete: Box::new(discrete),
             adaptive,
+            coarse: None,
         })
     }
 
@@ -127,6 +148,16 @@ impl Resolution {
         let mut state = self.discrete.start().to_vec();
         state.push(0.0);
         state
+    }
+
+    /// The state that has the curve of `part`, which is a state of `from`.
+    pub(crate) fn carry(&self, from: &Self, part: &[f64]) -> Vec<f64> {
+        let (intensity, nodes) = (part[part.len() - 1], &part[..part.len() - 1]);
+        let pieces = own(from.discrete.pieces(nodes));
+        self.state_on(intensity, |s| {
+            let piece = pieces.partition_point(|piece| piece.to < s);
+            pieces[piece.min(pieces.len() - 1)].at(s).position
+        })
     }
 
     /// Nodes at `place` of their s, but for what is held, then `intensity`.

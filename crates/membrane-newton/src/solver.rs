@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{FiniteDifferences, Measures, Membrane, SpectralElements};
+use membrane_forces::{FiniteDifferences, Measures, Membrane};
 
 use crate::control::{Control, check};
 use crate::equilibrium::Equilibrium;
@@ -68,8 +68,7 @@ impl Solver {
                 Arc::new(Resolution::new(differences, None)?)
             }
             Discretisation::Spectral { degree, per_piece } => {
-                let elements = SpectralElements::new(membrane, degree, per_piece)?;
-                Arc::new(Resolution::new(elements, None)?)
+                Arc::new(Resolution::spectral(membrane, degree, per_piece)?)
             }
             Discretisation::SpectralAdaptive { tolerance } => {
                 check("tolerance", tolerance, 0.0)?;

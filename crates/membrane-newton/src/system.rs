@@ -63,6 +63,11 @@ impl<'a> System<'a> {
         self.membranes[0].target_value(&x[self.places[0].clone()])
     }
 
+    /// Whether the membrane inside all others is of rubber.
+    pub(crate) fn is_rubber(&self) -> bool {
+        self.membranes[0].is_rubber()
+    }
+
     /// Prescribes `value`.
     pub(crate) fn set_control(&mut self, value: f64) {
         self.membranes[0].set_control(value);

@@ -31,9 +31,8 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
     let start = problem.spectral.start_measures();
     let control = match random.one_in(2) {
         true => Control::Load(problem.pressure * random.decades(-3.0, 0.7)),
-        false if start.volume > 0.0 => {
-            Control::Volume(start.volume * (1.0 + random.decades(-4.0, 0.7)))
-        }
+        // each over its own start: that of a polyline misses more volume than the least of these asks for
+        false if start.volume > 0.0 => Control::VolumeGain(random.decades(-4.0, 0.7)),
         // of a flat disc, over the cube of its radius
         false => Control::Volume(random.decades(-4.0, 0.7) * start.length.powi(3) / 8.0),
     };
@@ -56,6 +55,10 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
             check(&found);
             close_call(&problem, control, &error, &problem.spectral)
         }
+        (Err(NewtonError::Unresolved { tail, .. }), Ok(other)) => {
+            check(&other);
+            hardly_resolved(&problem, control, tail, &other)
+        }
         (Err(error), Ok(found)) => {
             check(&found);
             close_call(&problem, control, &error, &problem.differences)
@@ -65,9 +68,9 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
 
 /// Values that no physicist would enter, pressures and volumes below those at rest: any answer that is one, or any typed error.
 fn refused_or_not(random: &mut Random, problem: &Problem, control: Control) -> Outcome {
-    let value = match control {
-        Control::Volume(value) | Control::Load(value) => value,
-        _ => return Outcome::Refused,
+    let (Control::Volume(value) | Control::VolumeGain(value) | Control::Load(value)) = control
+    else {
+        return Outcome::Refused;
     };
     let value = match random.one_in(2) {
         true => -value * random.uniform(0.0, 1.0),
@@ -75,6 +78,7 @@ fn refused_or_not(random: &mut Random, problem: &Problem, control: Control) -> O
     };
     let control = match control {
         Control::Volume(_) => Control::Volume(value),
+        Control::VolumeGain(_) => Control::VolumeGain(value),
         _ => Control::Load(value),
     };
     let mut outcome = Outcome::Refused;
@@ -95,6 +99,12 @@ fn agree(problem: &Problem, control: Control, found: &Equilibrium, other: &Equil
             assert!((found.measures.volume / volume - 1.0).abs() < 1e-9);
             assert!((other.measures.volume / volume - 1.0).abs() < 1e-9);
         }
+        Control::VolumeGain(gain) => {
+            for (solver, solved) in [(&problem.spectral, found), (&problem.differences, other)] {
+                let volume = (1.0 + gain) * solver.start_measures().volume;
+                assert!((solved.measures.volume / volume - 1.0).abs() < 1e-9);
+            }
+        }
         _ => assert!((found.intensity / other.intensity - 1.0).abs() < 1e-12),
     }
     let off = |other: &Equilibrium| {
@@ -104,12 +114,17 @@ fn agree(problem: &Problem, control: Control, found: &Equilibrium, other: &Equil
         pressure.max(volume).max(apex / found.measures.length)
     };
     let (mut last, mut nodes) = (off(other), NODES);
-    // near the limit of extension shapes have corners, and a shallow cap that is hardly loaded has a thin layer at its ring
-    while last > 0.01 {
+    // Near the limit of extension shapes have corners, where errors are of first order or so. A shallow cap under next to no pressure has a
+    // layer at its ring, thinner than the nodes are apart, in which Newton's steps of 1e-7 of its size do not converge: there finer
+    // differences may be refused as slack, or for a limit.
+    let hardly_loaded = found.intensity.abs() < 1e-4 * problem.pressure;
+    while last > 0.005 {
         nodes = 4 * nodes - 3;
         let finer = solver(&problem.membrane, nodes).solve(control, &NewtonOptions::default());
         let finer = match finer {
-            Err(NewtonError::Slack { .. }) => last,
+            Err(NewtonError::Slack { .. } | NewtonError::LimitPoint { .. }) if hardly_loaded => {
+                last
+            }
             finer => off(&finer.unwrap()),
         };
         assert!(
@@ -180,6 +195,7 @@ fn stretched_out(problem: &Problem, control: Control, solver: &Solver) {
             let rest = solver.start_measures().volume;
             Control::Volume(rest + share * (volume - rest))
         }
+        Control::VolumeGain(gain) => Control::VolumeGain(share * gain),
         Control::Load(pressure) => Control::Load(share * pressure),
         _ => control,
     };
@@ -212,6 +228,19 @@ fn most_extended(solved: &Equilibrium) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// A layer at the ring, of rubber drawn out there a hundred times, that even 32 elements on a piece do not have to the tolerance: with one just
+/// above what they left there is an answer, that of the differences.
+fn hardly_resolved(problem: &Problem, control: Control, tail: f64, other: &Equilibrium) -> Outcome {
+    let tolerance = 1.01 * tail;
+    assert!(tolerance < 1e-3, "{control:?}: a tail of {tail}");
+    let coarser = Discretisation::SpectralAdaptive { tolerance };
+    let solver = Solver::new(&problem.membrane, coarser).unwrap();
+    let found = solver.solve(control, &NewtonOptions::default()).unwrap();
+    check(&found);
+    agree(problem, control, &found, other);
+    Outcome::Named("not resolved to the tolerance")
+}
+
 /// What one discretisation refuses and the other does not is nearly refused by that one too.
 fn close_call(problem: &Problem, control: Control, error: &NewtonError, other: &Solver) -> Outcome {
     let options = NewtonOptions::default();
@@ -223,6 +252,7 @@ fn close_call(problem: &Problem, control: Control, error: &NewtonError, other: &
     };
     let further = match control {
         Control::Volume(volume) => Control::Volume(1.1 * volume),
+        Control::VolumeGain(gain) => Control::VolumeGain(1.1 * (1.0 + gain) - 1.0),
         Control::Load(pressure) => Control::Load(1.1 * pressure),
         _ => control,
     };

@@ -14,4 +14,5 @@ mod pentadiagonal;
 mod properties;
 mod robustness;
 mod rubber;
+mod rubber_limits;
 mod sensitivity;

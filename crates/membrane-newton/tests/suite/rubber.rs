@@ -94,7 +94,7 @@ fn the_balloon_of_the_paper_reaches_its_reference_values() {
     }
 }
 
-/// Along a piece of constant r0 and h the energy W - l1 W_1 does not change (Pipkin's integral), and along all of the meridian the tension's
+/// Along a piece of constant r0 and h the energy W - l1 W_1 does not change, and along all of the meridian the tension's
 /// part along the axis is what the pressure pushes on its cross section: 2 pi y T1 cos = p pi y^2.
 #[test]
 fn first_integrals_hold_along_the_curve() {

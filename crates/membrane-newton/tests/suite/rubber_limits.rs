@@ -1,0 +1,164 @@
+//! Where branches of rubber turn back: what lies beyond a limit is no answer, be it stable, and just before it everything is one.
+
+use std::f64::consts::PI;
+
+use membrane_newton::{
+    Control, CurvePoint, Discretisation, Equilibrium, Membrane, NewtonError, NewtonOptions,
+    RestShape, Rubber, Solver, StrainEnergy, Thickness,
+};
+
+/// Half an ellipsoid of revolution of radius 1, `length` long.
+fn cap(length: f64) -> RestShape {
+    let place = move |s: f64| {
+        let (sin, cos) = (PI * s).sin_cos();
+        CurvePoint {
+            position: [length * sin, cos],
+            first: [PI * length * cos, -PI * sin],
+            second: [-PI * PI * length * sin, -PI * PI * cos],
+        }
+    };
+    RestShape::from_function(place, &[]).unwrap()
+}
+
+/// Rubber of thickness exp(`swing`) at the ring and exp(-`swing`) at the apex.
+fn of(rest: RestShape, energy: StrainEnergy, swing: f64) -> Membrane {
+    let thickness = Thickness::function(move |s: f64| (swing * (2.0 * PI * s).cos()).exp(), &[]);
+    let rubber = Rubber::new(energy, thickness.unwrap()).unwrap();
+    Membrane::new(rest).with_rubber(rubber)
+}
+
+fn solvers(membrane: &Membrane) -> Vec<Solver> {
+    [
+        Discretisation::SpectralAdaptive { tolerance: 1e-7 },
+        Discretisation::Spectral {
+            degree: 12,
+            per_piece: 1,
+        },
+        Discretisation::Spectral {
+            degree: 24,
+            per_piece: 4,
+        },
+        Discretisation::FiniteDifferences { nodes: 101 },
+        Discretisation::FiniteDifferences { nodes: 401 },
+    ]
+    .map(|how| Solver::new(membrane, how).unwrap())
+    .into()
+}
+
+fn solve(solver: &Solver, control: Control) -> Result<Equilibrium, NewtonError> {
+    solver.solve(control, &NewtonOptions::default())
+}
+
+/// Where a limit point was found.
+fn limit(found: Result<Equilibrium, NewtonError>) -> f64 {
+    match found {
+        Err(NewtonError::LimitPoint { reached, .. }) => reached,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn stiffening() -> StrainEnergy {
+    StrainEnergy::Ogden {
+        terms: vec![[2.3169, 2.0757], [-0.17667, -1.8454], [0.025728, 3.3587]],
+    }
+}
+
+/// The pressure rises, falls and rises again: what bears more than the limit is found by the volume, and refused by the pressure, whatever
+/// the resolution. Newton alone finds it from rest.
+#[test]
+fn a_pressure_beyond_its_limit_is_refused_though_stiffer_states_bear_it() {
+    let mooney = StrainEnergy::MooneyRivlin {
+        c1: 480.0,
+        c2: 32.0,
+    };
+    let uneven = StrainEnergy::Ogden {
+        terms: vec![[2.2545, 1.69076], [-0.29757, -1.70215], [0.05368, 3.78783]],
+    };
+    for (rest, energy, swing, factors) in [
+        (cap(0.5831), stiffening(), 0.0, [1.03, 1.2]),
+        (
+            RestShape::disc(1.0).unwrap(),
+            stiffening(),
+            0.0,
+            [1.03, 1.06],
+        ),
+        (RestShape::disc(1.0).unwrap(), mooney, -0.75, [2.0, 2.03]),
+        (RestShape::disc(1.0).unwrap(), uneven, -0.13, [2.1, 2.124]),
+    ] {
+        let membrane = of(rest, energy.clone(), swing);
+        let mut limits = Vec::new();
+        for solver in solvers(&membrane) {
+            let most = limit(solve(&solver, Control::Load(1e4 * energy.shear_modulus())));
+            for factor in factors {
+                let reached = limit(solve(&solver, Control::Load(factor * most)));
+                // the limit is stationary: its own error is that of rounding
+                assert!((reached / most - 1.0).abs() < 1e-9, "{energy:?}: {factor}");
+            }
+            limits.push(most);
+        }
+        for most in &limits {
+            // differences on 101 nodes are good to some 1e-3
+            assert!((most / limits[0] - 1.0).abs() < 3e-3, "{limits:?}");
+        }
+        let fine = &solvers(&membrane)[2];
+        let beyond = solve(fine, Control::Volume(5e4)).unwrap();
+        let more = beyond.intensity / limits[0];
+        assert!(more > factors[0], "{energy:?}: {more}");
+    }
+}
+
+/// Where the thickness varies the pressure hardly rises before its limit; yet down to 1e-6 below there is an answer, on the rising side.
+#[test]
+fn a_millionth_below_the_limit_there_is_an_answer() {
+    let neo = StrainEnergy::NeoHookean { mu: 1.0 };
+    for length in [0.3, 0.55, 1.0, 2.0] {
+        for swing in [-0.9, -0.4, 0.0, 0.4, 0.9] {
+            let membrane = of(cap(length), neo.clone(), swing);
+            let [adaptive, .., differences] = &solvers(&membrane)[..] else {
+                panic!("five solvers");
+            };
+            for solver in [adaptive, differences] {
+                let most = limit(solve(solver, Control::Load(100.0)));
+                for below in [1e-2, 1e-4, 1e-5, 1e-6] {
+                    let case = format!("{length} {swing} {below}");
+                    let found = solve(solver, Control::Load(most * (1.0 - below)));
+                    let found = found.unwrap_or_else(|error| panic!("{case}: {error}"));
+                    let slope = found.sensitivity(Control::Volume(1.0)).unwrap().intensity;
+                    assert!(slope > 0.0, "{case}: {slope}");
+                }
+            }
+        }
+    }
+}
+
+/// A bulge at the apex that grows while the rest shrinks: the branch turns back in the volume, too. Both discretisations say where, for any
+/// volume that is asked for beyond; it is no limit of extension, for this rubber has none.
+#[test]
+fn a_volume_beyond_its_limit_is_a_limit_point() {
+    let energy = StrainEnergy::Ogden {
+        terms: vec![
+            [2.5875924, 1.2429773],
+            [-0.0287692, -1.2347384],
+            [0.0215733, 3.095678],
+        ],
+    };
+    let membrane = of(cap(0.5831), energy, 0.0);
+    let rest = 2.0 / 3.0 * PI * 0.5831;
+    for solver in [&solvers(&membrane)[0], &solvers(&membrane)[4]] {
+        let limits: Vec<f64> = (0..20)
+            .map(|k| {
+                limit(solve(
+                    solver,
+                    Control::Volume((4.0 + 0.2 * f64::from(k)) * rest),
+                ))
+            })
+            .collect();
+        for reached in &limits {
+            // found by steps, within about 1e-4; differences on 401 nodes are a little off
+            assert!((reached / rest - 3.919).abs() < 4e-3, "{limits:?}");
+        }
+        let before = solve(solver, Control::Volume(3.9 * rest)).unwrap();
+        let slope = before.sensitivity(Control::Volume(1.0)).unwrap().intensity;
+        assert!(slope * rest < -0.2 * before.intensity, "{slope}");
+    }
+}
