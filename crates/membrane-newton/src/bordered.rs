@@ -69,10 +69,7 @@ impl<'a> Bordered<'a> {
 
     /// Whether this is rubber.
     pub(crate) fn is_rubber(&self) -> bool {
-        match self.discrete.setting().membrane().material() {
-            Material::Rubber(_) => true,
-            Material::Springs { .. } => false,
-        }
+        is_rubber(self.discrete)
     }
 
     /// Volume that a shell as large as the start sweeps when it moves by its radius.
