@@ -2,7 +2,7 @@
 
 use super::Phantom;
 use super::method::{Compensation, Method, OsemReport};
-use crate::error::{PhantomError, check_count};
+use crate::error::{PhantomError, check_count, check_length};
 use crate::{Artefacts, PhantomParts};
 use radon::add_shifted;
 use revolve_voxel::nalgebra::Vector3;
@@ -87,7 +87,7 @@ impl Phantom {
         progress: &dyn Fn(usize),
     ) -> Result<(Vec<f32>, Option<OsemReport>), PhantomError> {
         let set = self.camera().n_views() * self.camera().view_len();
-        self.check_of_gates("views of all gates", views, set)?;
+        check_length("views of all gates", views.len(), self.n_gates() * set)?;
         match self.parts().method {
             Method::Fbp => {
                 let seen = |gate: usize| Ok(Cow::Borrowed(&views[gate * set..][..set]));

@@ -1,7 +1,7 @@
 //! All gates together: what several of them see is computed once.
 
 use super::Phantom;
-use crate::error::PhantomError;
+use crate::error::{PhantomError, check_length};
 use crate::scan::{Scan, SharedShapes};
 use crate::truth::truth_of_gates_into;
 use revolve_voxel::Organs;
@@ -40,7 +40,7 @@ impl Phantom {
     pub fn sinograms_of_gates_into(&self, samples: &mut [f32]) -> Result<(), PhantomError> {
         let camera = self.camera();
         let each = camera.n_views() * camera.view_len();
-        self.check_of_gates("views of all gates", samples, each)?;
+        check_length("views of all gates", samples.len(), self.n_gates() * each)?;
         let shared = match self.depth()?.is_some() || self.wide()?.is_some() {
             true => None,
             false => self.shared_shapes()?,
@@ -83,7 +83,7 @@ impl Phantom {
     /// As [`Phantom::view`]; [`PhantomError::WrongLength`] for other than [`Phantom::n_gates`] times the voxels.
     pub fn truth_of_gates_into(&self, volumes: &mut [f32]) -> Result<(), PhantomError> {
         let each = self.camera().grid().len();
-        self.check_of_gates("volumes of all gates", volumes, each)?;
+        check_length("volumes of all gates", volumes.len(), self.n_gates() * each)?;
         let shared = match self.parts.organs.as_ref().is_some_and(Organs::is_active) {
             true => None,
             false => self.shared_shapes()?,
@@ -96,23 +96,6 @@ impl Phantom {
         let counters = truth_of_gates_into(&scan, &shared, tolerance, volumes)?;
         self.work.voxels(counters);
         Ok(())
-    }
-
-    pub(super) fn check_of_gates(
-        &self,
-        what: &'static str,
-        samples: &[f32],
-        each: usize,
-    ) -> Result<(), PhantomError> {
-        let (given, expected) = (samples.len(), self.n_gates() * each);
-        match given == expected {
-            true => Ok(()),
-            false => Err(PhantomError::WrongLength {
-                what,
-                given,
-                expected,
-            }),
-        }
     }
 
     fn shared_shapes(&self) -> Result<Option<SharedShapes>, PhantomError> {

@@ -4,7 +4,7 @@ use heart_phantom::scene::{
     Accuracy, BackgroundSettings, BlurSettings, CollimatorSettings, DefectSettings, HolesSettings,
     Mode, Scene,
 };
-use heart_phantom::{Phantom, Rotation, VolumeCurve};
+use heart_phantom::{Phantom, PhantomError, Rotation, VolumeCurve};
 
 fn scene() -> Scene {
     let mut scene = Scene::default()
@@ -131,4 +131,36 @@ fn threads_change_no_bit_of_gates_together() {
         })
     };
     assert_eq!(of(1), of(3));
+}
+
+#[test]
+fn memory_that_was_used_changes_no_bit_and_has_to_fit() {
+    let mut around = scene();
+    around.background = Some(BackgroundSettings {
+        concentration: 0.3,
+        centre: [0.0; 2],
+        semi_axes: [14.0, 12.0],
+    });
+    let mut turning = scene();
+    turning.camera.rotation = Rotation::Continuous;
+    for scene in [scene(), around, turning] {
+        let phantom = Phantom::new(scene).unwrap();
+        let [views, volumes] = [
+            phantom.sinograms_of_gates().unwrap(),
+            phantom.truth_of_gates().unwrap(),
+        ];
+        let mut dirty = vec![f32::NAN; views.len()];
+        phantom.sinograms_of_gates_into(&mut dirty).unwrap();
+        assert_eq!(dirty, views);
+        let mut dirty = vec![f32::NAN; volumes.len()];
+        phantom.truth_of_gates_into(&mut dirty).unwrap();
+        assert_eq!(dirty, volumes);
+        for len in [0, volumes.len() - 1, volumes.len() + 1] {
+            let given = &mut vec![0.0f32; len];
+            let refused = phantom.truth_of_gates_into(given);
+            assert!(matches!(refused, Err(PhantomError::WrongLength { .. })));
+            let refused = phantom.sinograms_of_gates_into(given);
+            assert!(matches!(refused, Err(PhantomError::WrongLength { .. })));
+        }
+    }
 }
