@@ -426,7 +426,7 @@ impl PyPhantom {
         to_python(py, &report)
     }
 
-    /// Memory in bytes that `run` takes at most, an estimate: a dictionary of `shapes`, `views`, `volumes`.
+    /// Memory in bytes that `run` takes at most, an estimate: a dictionary of `shapes`, `views`, `volumes`, and `each_thread` besides.
     fn memory<'py>(&self, py: Python<'py>) -> Any<'py> {
         to_python(py, &self.0.memory())
     }

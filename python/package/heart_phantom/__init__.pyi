@@ -107,6 +107,7 @@ class _Memory(TypedDict):
     shapes: int
     views: int
     volumes: int
+    each_thread: int
 
 class _ViewTimes(TypedDict):
     start: _Doubles

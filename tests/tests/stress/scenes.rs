@@ -149,10 +149,23 @@ pub(crate) fn text(random: &mut Random) -> String {
             number(random, 0.0, 2.0 * unit)
         ));
     }
-    if random.one_in(3) {
+    let collimated = random.one_in(4);
+    if collimated {
         line(format!(
-            "[noise]\ncounts = {{ total = {} }}\nseed = {}",
-            number(random, 1.0, 1e6),
+            "[collimator]\nholes = {{ widths = {{ slope = {}, at_face = {} }} }}\nintrinsic_fwhm = {}\ntolerance = {}",
+            number(random, 0.0, 0.05),
+            number(random, 0.0, 0.2 * unit),
+            number(random, 0.0, unit),
+            number(random, 1e-3, 0.1)
+        ));
+    }
+    if random.one_in(3) {
+        let counts = match random.one_in(2) {
+            true => format!("total = {}", number(random, 1.0, 1e6)),
+            false => format!("per_unit = {}", number(random, 0.1, 1e3)),
+        };
+        line(format!(
+            "[noise]\ncounts = {{ {counts} }}\nseed = {}",
             count(random, 0, 99)
         ));
     }
@@ -167,6 +180,9 @@ pub(crate) fn text(random: &mut Random) -> String {
         degrees(random, -360.0, 405.0),
         degrees(random, -90.0, 135.0)
     ));
+    if collimated {
+        line(format!("radius = {}", number(random, field, 3.0 * field)));
+    }
     let pitch = random.rounded(field / bins as f64);
     line(format!(
         "pitch = [{}, {}]",

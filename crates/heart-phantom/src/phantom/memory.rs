@@ -26,12 +26,15 @@ pub struct Memory {
     pub views: u64,
     /// Reconstruction, exact volume and masks of one gate; all that goes into one file of all gates.
     pub volumes: u64,
+    /// What each thread takes besides: slabs of the views under way through a collimator, cells that OSEM's model sorts.
+    pub each_thread: u64,
 }
 
 impl Memory {
-    /// All of it.
+    /// All of it, on as many threads as there are here.
     pub fn total(&self) -> u64 {
-        self.shapes + self.views + self.volumes
+        let threads = rayon::current_num_threads() as u64;
+        self.shapes + self.views + self.volumes + threads * self.each_thread
     }
 }
 
@@ -79,9 +82,9 @@ impl Phantom {
         // Noise is counted beside what it is the noise of.
         let copies = 1 + u64::from(parts.noise.is_some());
         let voxels = camera.grid().len() as u64;
-        let reconstruction = match (reconstructs, &parts.method) {
-            (false, _) => 0,
-            (true, Method::Fbp) => (WORK_BYTES as u64).min(8 * voxels),
+        let (reconstruction, cells) = match (reconstructs, &parts.method) {
+            (false, _) => (0, 0),
+            (true, Method::Fbp) => ((WORK_BYTES as u64).min(8 * voxels), 0),
             (true, Method::Osem(osem)) => self.bytes_of_osem(osem),
         };
         // What waits until all gates are there.
@@ -102,17 +105,14 @@ impl Phantom {
             true => 2 * self.n_gates() as u64 * samples + 8 * voxels,
         };
         // Two views a thread may be under way.
-        let slabs = (self.depth_known()).map_or(0, |depth| {
-            2 * rayon::current_num_threads() * depth.view_bytes()
-        });
+        let slabs = match self.depth_known() {
+            Some(depth) if sees => 2 * depth.view_bytes() as u64,
+            _ => 0,
+        };
         Memory {
             shapes: alive * (shape + defects) + fields,
-            views: points
-                + if sees {
-                    copies * samples + slabs as u64
-                } else {
-                    0
-                },
+            views: points + if sees { copies * samples } else { 0 },
+            each_thread: slabs.max(cells),
             volumes: reconstruction
                 + collected
                 + together

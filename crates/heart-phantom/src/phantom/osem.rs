@@ -197,28 +197,27 @@ impl Phantom {
         Ok((volume, report))
     }
 
-    /// Memory that it takes at most, in bytes: an estimate.
-    pub(super) fn bytes_of_osem(&self, osem: &Osem) -> u64 {
+    /// Memory that it takes at most, in bytes, and that each thread takes besides: an estimate.
+    pub(super) fn bytes_of_osem(&self, osem: &Osem) -> (u64, u64) {
         let (parts, views) = (self.parts(), self.camera().n_views());
         let known = (self.facing.get()).map(|views| views.iter().map(|view| view.radius).collect());
         let radii = parts.nominal_radii().or(known).unwrap_or_default();
         let Ok(voxels) = parts.model_voxels(osem, farthest(&radii)) else {
-            return 0;
+            return (0, 0);
         };
         let (image, n) = (voxels.camera.image(), voxels.camera.grid().len());
         // Volume, start and factors of a pass, a copy for the model; sensitivities of the subsets; the map twice.
         let volumes = 4 + osem.subsets + 2 * usize::from(osem.attenuation);
-        // Pixels and lengths of the cells that they meet, and those of a view before they are sorted.
-        let overlaps = image.image_len() * (36 * views + 80 * rayon::current_num_threads());
+        // Pixels and lengths of the cells that they meet; those of a view before they are sorted are a thread's.
+        let (overlaps, cells) = (36 * views * image.image_len(), 80 * image.image_len());
         // Their places among all, data twice, backgrounds, expected ones.
         let samples = 24 * views * self.camera().view_len();
         let one = (4 * volumes * n + overlaps + samples) as u64;
-        match self.is_compensated() {
-            false => one + WORK_BYTES,
-            true => {
-                self.n_gates() as u64 * one + self.bytes_of_warps(voxels.camera.grid()) + WORK_BYTES
-            }
-        }
+        let models = match self.is_compensated() {
+            false => one,
+            true => self.n_gates() as u64 * one + self.bytes_of_warps(voxels.camera.grid()),
+        };
+        (models + WORK_BYTES, cells as u64)
     }
 
     /// Makes the model of a gate's views, but for its attenuation, to see whether there is one.

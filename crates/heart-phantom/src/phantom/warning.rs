@@ -165,7 +165,7 @@ impl fmt::Display for Warning {
             }
             Self::UnevenAngles { off } => write!(
                 f,
-                "the gates of a turning camera are seen from uneven angles, up to {:.3} degrees from where Interfile puts them; \
+                "the gates of a turning camera are seen from uneven angles, up to {:.3} degrees from where the even steps of their format put them; \
                  other formats hold each angle, and report.json does",
                 off.to_degrees()
             ),

@@ -4,7 +4,6 @@ use super::Phantom;
 use super::output::Product;
 use super::warning::{Edge, Seen, Warning};
 use crate::error::PhantomError;
-use crate::files::Format;
 use crate::{HeartShape, Mode, Rotation};
 use revolve_voxel::{Body, EllipticCylinder, Organ, Organs};
 use std::f64::consts::PI;
@@ -180,18 +179,16 @@ impl Phantom {
         Ok((off > 1e-9).then_some(Warning::UnevenAngles { off }))
     }
 
-    /// The angles of the views of a gate as the format of the projections has them: Interfile knows of even steps only.
+    /// The angles of the views of a gate as the format of the projections has them: some know of even steps only.
     pub(crate) fn written_angles(&self, gate: usize) -> Result<Vec<f64>, PhantomError> {
         let angles = self.view_times(gate)?.into_iter().map(|time| time.angle);
-        Ok(match self.parts().output.projections {
-            Format::InterfileStir | Format::InterfileSimind => {
-                let nominal = self.camera().geometry().angles();
-                let off: f64 = angles.zip(nominal).map(|(a, b)| a - b).sum();
-                let off = off / nominal.len() as f64;
-                nominal.iter().map(|angle| angle + off).collect()
-            }
-            _ => angles.collect(),
-        })
+        if !self.parts().output.projections.asks_even_steps() {
+            return Ok(angles.collect());
+        }
+        let nominal = self.camera().geometry().angles();
+        let off: f64 = angles.zip(nominal).map(|(a, b)| a - b).sum();
+        let off = off / nominal.len() as f64;
+        Ok(nominal.iter().map(|angle| angle + off).collect())
     }
 
     /// The angles of the views; of a camera that turns, those at which each begins and ends besides.

@@ -2,7 +2,7 @@
 
 use super::brute;
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode, PoseSettings, Rotation, Scene};
-use heart_phantom::{Phantom, VolumeCurve, VolumeRange};
+use heart_phantom::{Phantom, Product, VolumeCurve, VolumeRange, Warning, run};
 
 /// A heart 4 cm off the axis before a camera that turns by 6 degrees in each of 30 views of 3 s.
 fn turning(mode: Mode) -> Scene {
@@ -263,5 +263,28 @@ fn a_still_heart_is_seen_as_exactly_as_was_asked_for() {
         // At order 3/2 four times the steps bring a factor 8; flat faces that come and go take some of it.
         assert!(off < stated && off < last / 3.0);
         last = off;
+    }
+}
+
+/// Formats that know of even steps alone hold the uneven angles of gates as even ones, with a warning, whichever they are.
+#[test]
+fn gates_of_a_turning_camera_go_into_files_of_even_steps_with_a_warning() {
+    use heart_phantom::files::Format;
+    let mut formats = vec![Format::InterfileStir, Format::InterfileSimind];
+    if cfg!(feature = "dicom") {
+        formats.push(Format::Dicom);
+    }
+    for format in formats {
+        let mut scene = crate::phantom::small(Mode::Gated { gates: 2 }).with_size(8);
+        scene.camera.rotation = Rotation::Continuous;
+        scene.camera.seconds_per_view = 1.3;
+        scene.output.write = vec![Product::Projections];
+        scene.output.projections = format;
+        let phantom = Phantom::new(scene).unwrap();
+        let warnings = phantom.warnings().unwrap();
+        let uneven = |warning: &Warning| matches!(warning, Warning::UnevenAngles { .. });
+        assert!(warnings.iter().any(uneven), "{format:?}: {warnings:?}");
+        let folder = tempfile::tempdir().unwrap();
+        run(&phantom, folder.path(), &|_| ()).unwrap();
     }
 }
