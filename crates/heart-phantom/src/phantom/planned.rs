@@ -10,6 +10,7 @@ use crate::files::{
 use crate::{Compensation, Mode, Moment, Orbit, Phantom, files};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::ops::Range;
 use std::path::PathBuf;
 
 /// A file that a run writes.
@@ -95,24 +96,7 @@ impl Phantom {
                 in_one.for_each(|gate| add(self.projection_names(gate), bytes));
             }
             Product::Reconstruction | Product::Truth => {
-                let (what, of_gates) = match product {
-                    Product::Truth => (self.truth_of().file_name(), true),
-                    _ => (RECONSTRUCTION, !self.is_compensated()),
-                };
-                in_one.filter(|_| of_gates).for_each(|gate| {
-                    let name = match self.one_file() {
-                        true => what.to_owned(),
-                        false => self.gate_name(what, gate),
-                    };
-                    add(self.volume_names(&name), times * sample * voxels);
-                });
-                let what = if of_gates { TRUTH } else { RECONSTRUCTION };
-                (0..self.n_volumes())
-                    .filter(|_| self.is_compensated())
-                    .for_each(|number| {
-                        let name = self.compensated_name(what, number);
-                        add(self.volume_names(&name), sample * voxels);
-                    });
+                self.plan_volumes(product, in_one, sample * voxels, times, &mut add);
             }
             Product::Labels | Product::Attenuation => {
                 let (what, bytes) = match product {
@@ -135,20 +119,7 @@ impl Phantom {
                     }
                 }
             }
-            Product::Meshes => {
-                // Phases of one gain, on the way in and on the way out, have the same shape.
-                let mut known = HashMap::new();
-                for scene_phase in phases {
-                    let gain = self.cycle().gain(scene_phase.phase).to_bits();
-                    let bytes = match known.entry(gain) {
-                        Entry::Occupied(bytes) => *bytes.get(),
-                        Entry::Vacant(place) => *place.insert(surface_bytes(scene_phase.moment())?),
-                    };
-                    SURFACES.iter().zip(bytes).for_each(|(what, bytes)| {
-                        add(vec![surface_name(what, scene_phase.of)], bytes)
-                    });
-                }
-            }
+            Product::Meshes => self.plan_surfaces(surface_bytes, &mut add)?,
             Product::Pictures => {
                 let bytes = camera.grid().slice_len() as u64;
                 let n = self.n_volumes() as u64;
@@ -157,6 +128,55 @@ impl Phantom {
                 if n > 1 {
                     add(vec![MOVING.into()], n * bytes);
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// Volumes of so many bytes, `times` of them in a file: of the gates `in_one`, or in one frame.
+    fn plan_volumes(
+        &self,
+        product: Product,
+        in_one: Range<usize>,
+        bytes: u64,
+        times: u64,
+        add: &mut impl FnMut(Vec<PathBuf>, u64),
+    ) {
+        let (what, of_gates) = match product {
+            Product::Truth => (self.truth_of().file_name(), true),
+            _ => (RECONSTRUCTION, !self.is_compensated()),
+        };
+        in_one.filter(|_| of_gates).for_each(|gate| {
+            let name = match self.one_file() {
+                true => what.to_owned(),
+                false => self.gate_name(what, gate),
+            };
+            add(self.volume_names(&name), times * bytes);
+        });
+        let what = if of_gates { TRUTH } else { RECONSTRUCTION };
+        (0..self.n_volumes())
+            .filter(|_| self.is_compensated())
+            .for_each(|number| {
+                let name = self.compensated_name(what, number);
+                add(self.volume_names(&name), bytes);
+            });
+    }
+
+    fn plan_surfaces(
+        &self,
+        surface_bytes: &impl Fn(Moment) -> Result<[u64; 2], PhantomError>,
+        add: &mut impl FnMut(Vec<PathBuf>, u64),
+    ) -> Result<(), PhantomError> {
+        // Phases of one gain, on the way in and on the way out, have the same shape.
+        let mut known = HashMap::new();
+        for scene_phase in self.phases() {
+            let gain = self.cycle().gain(scene_phase.phase).to_bits();
+            let bytes = match known.entry(gain) {
+                Entry::Occupied(bytes) => *bytes.get(),
+                Entry::Vacant(place) => *place.insert(surface_bytes(scene_phase.moment())?),
+            };
+            for (what, bytes) in SURFACES.iter().zip(bytes) {
+                add(vec![surface_name(what, scene_phase.of)], bytes);
             }
         }
         Ok(())

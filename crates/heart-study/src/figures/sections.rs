@@ -1,7 +1,7 @@
 //! Sections through a volume with axes in cm, orientation marks and one window, and other samples as greys.
 
 use super::canvas::{
-    Axis, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, paint, paint_over, text, title,
+    Area, Axis, Drawn, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, paint, paint_over, text, title,
 };
 use super::raster::{BAR_ROOM, bar_labels, check_window, fill, fill_bar};
 use super::style::{ORANGE, SMALL};
@@ -150,23 +150,29 @@ fn draw(
     }
     paint_over(picture, |area| {
         for (k, cut) in cuts.iter().enumerate() {
-            let Rect {
-                left,
-                top,
-                width,
-                height,
-            } = place(k);
-            let (x, y) = (left + width / 2, top + height / 2);
-            let places = [
-                ((left + 6, y), Pin::Left),
-                ((left + width - 6, y), Pin::Right),
-                ((x, top + height - 16), Pin::Centre),
-                ((x, top + 16), Pin::Centre),
-            ];
-            for (mark, (at, pin)) in cut.marks.iter().zip(places) {
-                text(area, mark, SMALL, ORANGE, at, pin)?;
-            }
+            orientation(area, cut, place(k))?;
         }
         Ok(())
     })
+}
+
+/// What a cut has to its left, right, below and above, at its edges.
+fn orientation(area: &Area<'_>, cut: &Cut, rect: Rect) -> Drawn {
+    let Rect {
+        left,
+        top,
+        width,
+        height,
+    } = rect;
+    let (x, y) = (left + width / 2, top + height / 2);
+    let places = [
+        ((left + 6, y), Pin::Left),
+        ((left + width - 6, y), Pin::Right),
+        ((x, top + height - 16), Pin::Centre),
+        ((x, top + 16), Pin::Centre),
+    ];
+    for (mark, (at, pin)) in cut.marks.iter().zip(places) {
+        text(area, mark, SMALL, ORANGE, at, pin)?;
+    }
+    Ok(())
 }

@@ -73,33 +73,38 @@ pub(super) fn curves(
         caption: caption.into(),
     });
     if sums.iter().all(|sum| sum.len() > 1) && !sums.is_empty() {
-        let over: Vec<Vec<[f64; 2]>> = (sums.iter())
-            .map(|sum| {
-                sum.iter()
-                    .enumerate()
-                    .map(|(k, &sum)| [k as f64, sum])
-                    .collect()
-            })
-            .collect();
-        let labels: Vec<String> = (0..sums.len())
-            .map(|gate| format!("gate {}", gate + 1))
-            .collect();
-        let named = (2..=6).contains(&sums.len());
-        let views: Vec<Curve<'_>> = (over.iter().zip(&labels))
-            .map(|(points, label)| Curve {
-                label: if named { label } else { "" },
-                points,
-            })
-            .collect();
-        plots.push(Plot {
-            svg: drawn("view", "sum of a view", &views)?,
-            caption:
-                "What each view sums up to, samples times the area of a bin: the activity that the \
-                camera sees; of several gates in colours from the first to the last."
-                    .into(),
-        });
+        plots.push(sums_of_views(sums)?);
     }
     Ok(plots)
+}
+
+/// What each view sums up to, gate by gate.
+fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
+    let over: Vec<Vec<[f64; 2]>> = (sums.iter())
+        .map(|sum| {
+            sum.iter()
+                .enumerate()
+                .map(|(k, &sum)| [k as f64, sum])
+                .collect()
+        })
+        .collect();
+    let labels: Vec<String> = (0..sums.len())
+        .map(|gate| format!("gate {}", gate + 1))
+        .collect();
+    let named = (2..=6).contains(&sums.len());
+    let views: Vec<Curve<'_>> = (over.iter().zip(&labels))
+        .map(|(points, label)| Curve {
+            label: if named { label } else { "" },
+            points,
+        })
+        .collect();
+    Ok(Plot {
+        svg: drawn("view", "sum of a view", &views)?,
+        caption:
+            "What each view sums up to, samples times the area of a bin: the activity that the \
+            camera sees; of several gates in colours from the first to the last."
+                .into(),
+    })
 }
 
 /// Of views `[view][row][bin]`: the row at the height of the heart's middle in all of them, and three of them.

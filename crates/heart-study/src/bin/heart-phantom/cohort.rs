@@ -18,29 +18,7 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
             Ok(Answer::Report(json!(found), lines(&found)))
         }
         Command::Run { cohort, out, shard } => shards(arguments, cohort, out, *shard),
-        Command::Merge { dir } => {
-            let report = merge(dir)?;
-            let files = report.files.iter().map(|file| file.to_string_lossy());
-            let found = json!({
-                "members": report.members, "refused": report.refused, "shards": report.shards, "bytes": report.bytes,
-                "files": files.collect::<Vec<_>>(),
-            });
-            let line = format!(
-                "{} members in {} shards ({}), {} refused",
-                report.members,
-                report.shards,
-                size(report.bytes),
-                report.refused
-            );
-            let written = report
-                .files
-                .iter()
-                .map(|file| format!("  {}", file.display()));
-            Ok(Answer::Report(
-                found,
-                [line].into_iter().chain(written).collect(),
-            ))
-        }
+        Command::Merge { dir } => merged(dir),
         Command::Verify {
             cohort,
             out,
@@ -92,6 +70,31 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
             )))
         }
     }
+}
+
+/// One manifest of all shards of a folder.
+fn merged(dir: &Path) -> Done {
+    let report = merge(dir)?;
+    let files = report.files.iter().map(|file| file.to_string_lossy());
+    let found = json!({
+        "members": report.members, "refused": report.refused, "shards": report.shards, "bytes": report.bytes,
+        "files": files.collect::<Vec<_>>(),
+    });
+    let line = format!(
+        "{} members in {} shards ({}), {} refused",
+        report.members,
+        report.shards,
+        size(report.bytes),
+        report.refused
+    );
+    let written = report
+        .files
+        .iter()
+        .map(|file| format!("  {}", file.display()));
+    Ok(Answer::Report(
+        found,
+        [line].into_iter().chain(written).collect(),
+    ))
 }
 
 fn options(arguments: &Arguments) -> RunOptions {
