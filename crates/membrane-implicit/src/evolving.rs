@@ -1,5 +1,6 @@
 //! The paper's evolving method (section 3.2): step the moving membrane until its forces balance.
 
+use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use membrane_newton::{DiscreteMembrane, Measure, Membrane};
@@ -7,9 +8,9 @@ use membrane_newton::{DiscreteMembrane, Measure, Membrane};
 use crate::body::MovingMembrane;
 use crate::drive::Drive;
 use crate::error::{ImplicitError, length, positive, within};
+use crate::evolution::{Evolution, Frame};
 use crate::motion::Motion;
 use crate::scheme::{Jacobian, Scheme};
-use crate::work::Work;
 
 /// Settings of [`evolve`]; the defaults are the paper's where it states them.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +25,7 @@ pub struct EvolvingOptions {
     /// Stop when the norm of F_p + F_e over s, (integral of |F_p + F_e|^2 ds)^(1/2), is at most
     /// this. Such a norm does not grow with the number of nodes.
     pub tolerance: f64,
-    /// Give up after this many steps.
+    /// Largest number of steps.
     pub max_steps: usize,
     /// Which derivative of the pressure force the linearised step uses.
     pub jacobian: Jacobian,
@@ -66,53 +67,7 @@ impl EvolvingOptions {
     }
 }
 
-/// The membrane at one step, with the forces on each node (per unit s; zero at the held ends).
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct Frame {
-    /// Step after which it was taken.
-    pub step: usize,
-    /// Time.
-    pub time: f64,
-    /// Nodes [x, y] from s = 0 to s = 1, cm.
-    pub points: Vec<[f64; 2]>,
-    /// Elastic force F_e at each node.
-    pub elastic: Vec<[f64; 2]>,
-    /// Pressure force F_p at each node.
-    pub pressure: Vec<[f64; 2]>,
-}
-
-/// What [`evolve`] did and where it arrived.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct Evolution {
-    /// Whether the norm fell to the tolerance.
-    pub converged: bool,
-    /// Steps made.
-    pub steps: usize,
-    /// Norm of F_p + F_e before the first step and after each.
-    pub norms: Vec<f64>,
-    /// Frames kept.
-    pub frames: Vec<Frame>,
-    /// Final nodes [x, y], cm.
-    pub points: Vec<[f64; 2]>,
-    /// Final force intensity f = F / S.
-    pub intensity: f64,
-    /// Counters.
-    pub work: Work,
-}
-
 impl Evolution {
-    /// Whether the norm fell at every step.
-    pub fn is_monotone(&self) -> bool {
-        self.norms.windows(2).all(|pair| pair[1] < pair[0])
-    }
-
-    /// Last norm of F_p + F_e; NaN if there is none.
-    pub fn residual(&self) -> f64 {
-        self.norms.last().copied().unwrap_or(f64::NAN)
-    }
-
     /// Largest distance between a node and its counterpart in `points`, cm.
     ///
     /// # Errors
@@ -140,38 +95,40 @@ impl Evolution {
 /// use membrane_implicit::{EvolvingOptions, Membrane, RestShape, evolve};
 /// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
 /// let evolution = evolve(&membrane, 201, 2588.9, &EvolvingOptions::default())?;
-/// assert!(evolution.converged && evolution.is_monotone());
+/// assert!(evolution.residual() <= 1e-4 && evolution.is_monotone());
 /// assert!((evolution.intensity - 17.48).abs() < 0.01);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// A run that has not settled after `max_steps` is returned with `converged` false.
-///
 /// # Errors
-/// Options out of range, a membrane that cannot be discretised, a step that cannot be made; [`ImplicitError::OutOfRange`] for forces
-/// whose norm is not finite.
+/// [`ImplicitError::NotSettled`], with the evolution, if the norm is above the tolerance after `max_steps`. Options out of range, a
+/// membrane that cannot be discretised, a step that cannot be made; [`ImplicitError::OutOfRange`] for forces whose norm is not
+/// finite.
 pub fn evolve(
     membrane: &Membrane,
     n_nodes: usize,
     total_force: f64,
     options: &EvolvingOptions,
 ) -> Result<Evolution, ImplicitError> {
-    let never = |_, _| ControlFlow::Continue(());
-    evolve_with(membrane, n_nodes, total_force, options, never)
+    let never = |_, _| ControlFlow::<Infallible>::Continue(());
+    match evolve_observed(membrane, n_nodes, total_force, options, never)? {
+        ControlFlow::Continue(evolution) => Ok(evolution),
+        ControlFlow::Break(never) => match never {},
+    }
 }
 
-/// [`evolve`], and calls `observe` with the steps made and the norm of the forces, before the first step and after each;
-/// it may break off, which ends the run as `max_steps` does.
+/// [`evolve`], and calls `observe` with the number of steps and the norm of the forces before the first step and after each.
+/// A value with which `observe` breaks ends the run and is returned.
 ///
 /// # Errors
 /// As [`evolve`].
-pub fn evolve_with(
+pub fn evolve_observed<B>(
     membrane: &Membrane,
     n_nodes: usize,
     total_force: f64,
     options: &EvolvingOptions,
-    mut observe: impl FnMut(usize, f64) -> ControlFlow<()>,
-) -> Result<Evolution, ImplicitError> {
+    mut observe: impl FnMut(usize, f64) -> ControlFlow<B>,
+) -> Result<ControlFlow<B, Evolution>, ImplicitError> {
     positive("time step", options.dt)?;
     within("tolerance", options.tolerance, 0.0, f64::MAX)?;
     within("total force", total_force, f64::MIN, f64::MAX)?;
@@ -189,8 +146,10 @@ pub fn evolve_with(
     let mut converged = norms[0] <= options.tolerance;
     loop {
         let steps = norms.len() - 1;
-        let stopped = observe(steps, norms[steps]).is_break();
-        let last = converged || stopped || steps >= options.max_steps;
+        if let ControlFlow::Break(value) = observe(steps, norms[steps]) {
+            return Ok(ControlFlow::Break(value));
+        }
+        let last = converged || steps >= options.max_steps;
         if options.frame_every > 0 && (last || steps.is_multiple_of(options.frame_every)) {
             frames.push(frame(&motion, steps)?);
         }
@@ -202,15 +161,20 @@ pub fn evolve_with(
         converged = norm <= options.tolerance;
         norms.push(norm);
     }
-    Ok(Evolution {
-        converged,
+    let evolution = Evolution {
         steps: norms.len() - 1,
         norms,
         frames,
         points: motion.state().points.to_vec(),
         intensity: total_force / Measure::Surface.of(motion.state().points),
         work: motion.work(),
-    })
+    };
+    if converged {
+        Ok(ControlFlow::Continue(evolution))
+    } else {
+        let evolution = Box::new(evolution);
+        Err(ImplicitError::NotSettled { evolution })
+    }
 }
 
 fn frame(motion: &Motion, step: usize) -> Result<Frame, ImplicitError> {

@@ -29,6 +29,7 @@ mod body;
 mod drive;
 mod energy;
 mod error;
+mod evolution;
 mod evolving;
 mod instant;
 mod motion;
@@ -43,7 +44,8 @@ pub use body::MovingMembrane;
 pub use drive::{Drive, DriveKind, Feedback, Moment};
 pub use energy::Energy;
 pub use error::ImplicitError;
-pub use evolving::{Evolution, EvolvingOptions, Frame, evolve, evolve_with};
+pub use evolution::{Evolution, Frame};
+pub use evolving::{EvolvingOptions, evolve, evolve_observed};
 pub use membrane_newton::{
     self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw, RestShape,
     Stiffness,

@@ -10,7 +10,7 @@ use crate::body::{FARTHEST, MovingMembrane, hold_ends};
 use crate::drive::DriveKind;
 use crate::energy::{Energy, Ledger};
 use crate::error::{ImplicitError, length, within};
-use crate::instant::{Instant, Step, add_slopes, volume_gradient};
+use crate::instant::{Instant, Step, add_slopes, slope, volume_gradient};
 use crate::scheme::{Family, Jacobian, Scheme, Tableau};
 use crate::stage::{LocalError, Stage};
 use crate::target::Target;
@@ -234,8 +234,8 @@ impl Stepper {
         })
     }
 
-    /// Scaled local error of the attempted step (1 is just acceptable); `None` where the scheme
-    /// needs a previous step that there has not been yet.
+    /// Scaled local error of the attempted step (1 is just acceptable); `None` where the estimate needs a previous step and
+    /// there is none.
     pub(crate) fn error(&mut self, tolerance: (f64, f64)) -> Option<f64> {
         let last = self.tableau.stages - 1;
         let (now, new) = (&self.instants[0], &self.instants[last]);
@@ -268,18 +268,41 @@ impl Stepper {
             Method::ImplicitSplitting(splitting) => splitting.filter(body, 0.5 * dt, error),
             Method::ExplicitStages | Method::Splitting => (),
         }
+        Some(self.scaled_error(tolerance, dt))
+    }
+
+    /// Scaled local error of the attempted step by step doubling: `halves` has attempted the second of two steps of half the
+    /// length from the same state. With order p, these have the fraction 2^-p of the error of the whole step.
+    pub(crate) fn error_by_doubling(&mut self, halves: &Self, tolerance: (f64, f64)) -> f64 {
+        let (whole, halves) = (&self.instants[self.tableau.stages - 1], halves.end());
+        let error = &mut self.error;
+        let dt = whole.time - self.instants[0].time;
+        // difference = (1 - 2^-p) error of the whole step
+        let fraction = 1.0 - 0.5f64.powi(self.tableau.order);
+        slope(&whole.nodes, &halves.nodes, fraction, &mut error.position);
+        slope(
+            &whole.velocity,
+            &halves.velocity,
+            fraction,
+            &mut error.velocity,
+        );
+        self.scaled_error(tolerance, dt)
+    }
+
+    /// Size of `error` over the tolerances, of a step of length `dt`.
+    fn scaled_error(&self, tolerance: (f64, f64), dt: f64) -> f64 {
         let LocalError {
             position, velocity, ..
         } = &self.error;
         let rms = |v: &[f64]| (v.iter().map(|e| e * e).sum::<f64>() / (v.len() / 2) as f64).sqrt();
         let by_position = rms(position) / tolerance.0;
-        Some(match self.kind {
+        match self.kind {
             // A prescribed volume makes the velocity follow V' at once, so its error does not
             // shrink with dt where that jumps: what counts is how far it moves the membrane
             // (index 3; Hairer and Wanner 1996, VII.3 scale the same way).
             DriveKind::Volume => by_position.max(dt * rms(velocity) / tolerance.0),
             _ => by_position.max(rms(velocity) / tolerance.1),
-        })
+        }
     }
 
     pub(crate) fn error_exponent(&self) -> f64 {

@@ -1,10 +1,14 @@
 //! Steps whose length is not given: by the error, or to land on a volume.
 
-use super::Motion;
+use super::{Motion, view};
 use crate::error::{ImplicitError, positive};
 use crate::scheme::Scheme;
+use crate::work::Work;
 
-/// What the estimated error of one step may be, in the root mean square over the nodes.
+/// Largest estimated error of one step, as root mean square over the nodes.
+///
+/// The estimate is that of the scheme. Where it needs the previous step and there is none, it compares one step with two of half
+/// the length. The tolerance does not bound the error of a run: errors of successive steps add up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
     /// Of a position, cm.
@@ -65,12 +69,9 @@ impl Motion {
             if cut <= 4.0 * f64::EPSILON * time.abs() || cut < f64::MIN_POSITIVE {
                 return Err(ImplicitError::StepTooSmall { time, dt: cut });
             }
-            let error = match self.attempt(cut) {
-                Ok(()) => {
-                    let errors = self.steppers_mut().filter_map(|s| s.error(bounds));
-                    // without an estimate yet, the first step is taken as it is
-                    errors.reduce(f64::max).unwrap_or(1.0)
-                }
+            let attempted = self.attempt(cut);
+            let error = match attempted.and_then(|()| self.local_error(cut, bounds)) {
+                Ok(error) => error,
                 Err(
                     ImplicitError::StepNotSolved { .. }
                     | ImplicitError::Unstable { .. }
@@ -100,18 +101,73 @@ impl Motion {
         }
     }
 
-    /// Repeats the attempted step with the length at which the volume is `volume`.
+    /// Scaled local error of the attempted step of length `dt`, the larger of a pair's: the scheme's own estimate, or by step
+    /// doubling in a copy where that needs a previous step and there is none.
+    fn local_error(&mut self, dt: f64, bounds: (f64, f64)) -> Result<f64, ImplicitError> {
+        let estimates = self.steppers_mut().filter_map(|s| s.error(bounds));
+        if let Some(error) = estimates.reduce(f64::max) {
+            return Ok(error);
+        }
+        let mut halves = self.clone();
+        halves.attempt(0.5 * dt)?;
+        halves.accept(None);
+        halves.attempt(0.5 * dt)?;
+        let mut error = 0.0f64;
+        for (stepper, halves) in self.steppers_mut().zip(halves.steppers_mut()) {
+            error = error.max(stepper.error_by_doubling(halves, bounds));
+            stepper.work = Work {
+                steps: stepper.work.steps,
+                ..halves.work
+            };
+        }
+        Ok(error)
+    }
+
+    /// Shortens the attempted step of length `dt`, over which the volume changes from `before`, so that it ends where the volume
+    /// first is `volume`, if it is so within the step. Returns the length of the step that is left.
+    ///
+    /// A passage and return within the step is found by the extrema of the cubic with the volumes and flows of both ends.
     pub(super) fn land_on_volume(
         &mut self,
         volume: f64,
-        ends: (f64, f64),
+        before: f64,
         dt: f64,
-    ) -> Result<(), ImplicitError> {
-        // Illinois' regula falsi on the step's length; each trial is a step of the scheme.
-        let (mut a, mut fa, mut b, mut fb) = (0.0, ends.0 - volume, dt, ends.1 - volume);
+    ) -> Result<f64, ImplicitError> {
+        let (start, end) = (view(self.inner.now()), view(self.inner.end()));
+        let gap = [before, end.volume()].map(|v| v - volume);
+        let rates = [start.volume_rate() * dt, end.volume_rate() * dt];
+        let turns = extrema(gap, rates).into_iter().flatten();
+        let passes = |t: &f64| cubic(gap, rates, *t) * gap[0] < 0.0;
+        for turn in turns.filter(passes) {
+            self.attempt(turn * dt)?;
+            let there = self.inner.end().volume() - volume;
+            if there * gap[0] < 0.0 {
+                return self.bisect_volume(volume, gap[0], (turn * dt, there));
+            }
+            self.attempt(dt)?;
+        }
+        if gap[0] * gap[1] < 0.0 {
+            self.bisect_volume(volume, gap[0], (dt, gap[1]))
+        } else {
+            Ok(dt)
+        }
+    }
+
+    /// Attempts the step whose end has `volume`, with the volume off by `fa` at its start and by `fb` of the other sign after
+    /// `b`; returns its length.
+    fn bisect_volume(
+        &mut self,
+        volume: f64,
+        mut fa: f64,
+        (mut b, mut fb): (f64, f64),
+    ) -> Result<f64, ImplicitError> {
+        // Regula falsi on the length of the step, as modified in Illinois; each trial is a step of the scheme.
+        let mut a = 0.0;
+        let mut last = b;
         for _ in 0..60 {
             let middle = (a * fb - b * fa) / (fb - fa);
             self.attempt(middle)?;
+            last = middle;
             let f = self.inner.end().volume() - volume;
             if f.abs() <= 0.5e-10 * volume.abs() || middle <= a.min(b) || middle >= a.max(b) {
                 break;
@@ -123,8 +179,32 @@ impl Motion {
             }
             (b, fb) = (middle, f);
         }
-        Ok(())
+        Ok(last)
     }
+}
+
+/// The cubic on [0, 1] with these values and slopes at its ends, at `t`.
+fn cubic([a, b]: [f64; 2], [da, db]: [f64; 2], t: f64) -> f64 {
+    let s = 1.0 - t;
+    s * s * (a * (1.0 + 2.0 * t) + da * t) + t * t * (b * (1.0 + 2.0 * s) - db * s)
+}
+
+/// Where that cubic has its extrema within (0, 1), rising.
+fn extrema([a, b]: [f64; 2], [da, db]: [f64; 2]) -> [Option<f64>; 2] {
+    // derivative c2 t^2 + 2 c1 t + da
+    let (c2, c1) = (
+        6.0 * (a - b) + 3.0 * (da + db),
+        3.0 * (b - a) - 2.0 * da - db,
+    );
+    let discriminant = c1 * c1 - c2 * da;
+    if discriminant < 0.0 {
+        return [None; 2];
+    }
+    // without cancellation: the roots are q / c2 and da / q
+    let q = -(c1 + discriminant.sqrt().copysign(c1));
+    let mut roots = [q / c2, da / q];
+    roots.sort_by(f64::total_cmp);
+    roots.map(|t| (t > 0.0 && t < 1.0).then_some(t))
 }
 
 /// A bound on the step, which may be infinite.

@@ -22,7 +22,9 @@ pub enum TimeStep {
 pub enum Stop {
     /// At this time, exactly.
     Time(f64),
-    /// When the (inner) volume passes this value, cm^3; the last step ends there to 1e-10.
+    /// When the (inner) volume passes this value, cm^3: the last step ends there, to 1e-10 of the volume. A passage and return
+    /// within one step counts if the volume goes beyond the value by more than the error, O(dt^4), of a cubic in time between
+    /// the volumes and flows at the ends of the step.
     Volume(f64),
     /// When the norms over s of the total force F_p + F_e and of the velocity are at most this,
     /// for both membranes of a pair, after the first step of the run or a later one: a load that begins at zero finds its
@@ -140,7 +142,7 @@ impl Motion {
                 TimeStep::Adaptive(_) => 0.0,
             };
             let before = if volumes { self.state().volume() } else { 0.0 };
-            let dt = match steps {
+            let mut dt = match steps {
                 TimeStep::Fixed(_) => {
                     self.attempt(dt)?;
                     dt
@@ -149,10 +151,7 @@ impl Motion {
             };
             for stop in stops {
                 if let Stop::Volume(volume) = *stop {
-                    let after = self.inner.end().volume();
-                    if (before - volume) * (after - volume) < 0.0 {
-                        self.land_on_volume(volume, (before, after), dt)?;
-                    }
+                    dt = self.land_on_volume(volume, before, dt)?;
                 }
             }
             let reached = self.inner.end().time;

@@ -22,3 +22,11 @@ pub fn apex(motion: &Motion) -> f64 {
     let points = motion.state().points;
     points[points.len() / 2][0]
 }
+
+/// Largest distance between nodes, cm.
+pub fn apart(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]))
+        .fold(0.0, f64::max)
+}

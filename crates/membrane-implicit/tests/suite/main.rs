@@ -5,6 +5,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod adaptive;
 mod bad_inputs;
 mod convergence;
 mod energy;

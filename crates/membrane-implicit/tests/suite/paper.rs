@@ -3,7 +3,7 @@
 
 use membrane_implicit::membrane_newton::{Control, Discretisation, NewtonOptions, Solver};
 use membrane_implicit::{
-    EvolvingOptions, Jacobian, Membrane, PressureLaw, RestShape, Stiffness, evolve,
+    EvolvingOptions, ImplicitError, Jacobian, Membrane, PressureLaw, RestShape, Stiffness, evolve,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -140,7 +140,12 @@ fn steps_equal_the_block_system_of_eq_28() {
                     jacobian,
                     ..Default::default()
                 };
-                let ours = evolve(&membrane, n_nodes, TOTAL_FORCE, &options).unwrap();
+                // four steps do not settle: the error has the evolution
+                let Err(ImplicitError::NotSettled { evolution: ours }) =
+                    evolve(&membrane, n_nodes, TOTAL_FORCE, &options)
+                else {
+                    panic!("{options:?}")
+                };
                 let mut c: Vec<f64> = ours.frames[0].points.as_flattened().to_vec();
                 let mut v = vec![0.0; c.len()];
                 let twin = Twin {
@@ -177,11 +182,7 @@ fn band_alone_falls_at_every_step_for_large_steps() {
         for mu in [0.0, 0.25, 0.5, 1.0] {
             let options = EvolvingOptions::default().with_dt(dt).with_damping(mu);
             let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
-            assert!(
-                run.converged && run.is_monotone(),
-                "dt {dt} mu {mu}: {:?}",
-                run.norms
-            );
+            assert!(run.is_monotone(), "dt {dt} mu {mu}: {:?}", run.norms);
             assert!(
                 (8..=10).contains(&run.steps),
                 "dt {dt} mu {mu}: {:?}",
@@ -207,11 +208,7 @@ fn small_steps_show_the_wave() {
             let options = EvolvingOptions::default().with_dt(dt).with_damping(mu);
             let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
             println!("dt {dt} mu {mu}: {} steps", run.steps);
-            assert!(
-                run.converged && !run.is_monotone(),
-                "dt {dt} mu {mu}: {:?}",
-                run.norms
-            );
+            assert!(!run.is_monotone(), "dt {dt} mu {mu}: {:?}", run.norms);
         }
     }
 }
@@ -226,7 +223,7 @@ fn rank_one_part_makes_large_steps_quadratic() {
     .with_jacobian(Jacobian::Exact);
     let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
     println!("{:?}", run.norms);
-    assert!(run.converged && run.steps <= 5, "{:?}", run.norms);
+    assert!(run.steps <= 5, "{:?}", run.norms);
     // e(k+1) <= C e(k)^2 with one C until rounding (about 1e-11: 1e-16 over ds^2)
     for pair in run.norms.windows(2).skip(1) {
         assert!(
@@ -245,7 +242,6 @@ fn differences_refreshed_every_ten_steps_settle_in_the_same_place() {
             EvolvingOptions::default().with_jacobian(Jacobian::Differences { refresh_every });
         let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
         println!("every {refresh_every}: {:?}", run.norms);
-        assert!(run.converged);
         assert_eq!(run.work.factorisations, run.steps.div_ceil(refresh_every));
         // both within the tolerance of the same equilibrium
         assert!(run.distance_to(&exact.points).unwrap() < 1e-4);
@@ -307,12 +303,15 @@ fn frames_carry_forces_that_balance_at_the_end() {
 }
 
 #[test]
-fn a_run_that_is_cut_short_says_so() {
+fn a_run_that_does_not_settle_is_an_error() {
     let options = EvolvingOptions {
         max_steps: 3,
         ..Default::default()
     };
-    let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
-    assert!(!run.converged);
+    let error = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap_err();
+    let ImplicitError::NotSettled { evolution: run } = &error else {
+        panic!("{error}")
+    };
+    assert!(error.to_string().ends_with(" after 3 steps"), "{error}");
     assert_eq!((run.steps, run.norms.len()), (3, 4));
 }
