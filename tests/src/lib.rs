@@ -1,4 +1,8 @@
-//! Tests that cross the crates; see the files beside this one. The examples of the README and of the guide run here.
+//! Tests that cross the crates, in `tests/`; a generator of random problems for them; the examples of the README and of the guide.
+
+mod random;
+
+pub use random::Random;
 
 #[doc = include_str!("../../README.md")]
 #[cfg(doctest)]

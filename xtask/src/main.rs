@@ -1,5 +1,6 @@
 //! Automation of the workspace. `cargo xtask` lists the tasks; each task is one file.
 
+mod accuracy;
 mod consume;
 mod dependencies;
 mod features;
@@ -59,7 +60,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "stress",
         arguments: "--minutes N | --scenes N [--seed S] [--kind NAME]",
-        what: "random and pathological scenes through everything, from new seeds",
+        what: "random and pathological scenes through everything, from new seeds; --kind accuracy writes the table of docs/accuracy.md",
         run: stress::task,
     },
 ];

@@ -1,13 +1,18 @@
 //! `cargo xtask stress --minutes N`: as many random scenes as fit, from seeds that nobody has tried; `--scenes N`: so many of each kind.
+//! `cargo xtask stress --kind accuracy [--scenes N]`: N problems (1000) for each row of `docs/accuracy.md`, whose table it writes.
 //!
-//! The scenes live in `tests/tests/stress/`; this builds them with optimisation and gives them time and a first seed.
+//! The problems are in `tests/tests/stress/` and `tests/tests/accuracy/`; this builds them with optimisation and passes the amount and the
+//! first seed on.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use crate::accuracy;
 use crate::workspace::root;
 
-const USAGE: &str = "usage: cargo xtask stress --minutes N | --scenes N [--seed S] [--kind NAME]";
+const USAGE: &str = "usage: cargo xtask stress --minutes N | --scenes N [--seed S] [--kind NAME], or --kind accuracy";
+/// Problems of each row of the accuracy table.
+const PROBLEMS: &str = "1000";
 
 /// The task.
 pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
@@ -22,7 +27,18 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
             _ => return Err(USAGE.into()),
         }
     }
-    let (Some((variable, amount)), []) = (amount, pairs.1) else {
+    if !pairs.1.is_empty() {
+        return Err(USAGE.into());
+    }
+    if kind.is_some_and(|kind| kind == "accuracy") {
+        let problems = match amount {
+            None => PROBLEMS,
+            Some(("STRESS_SCENES", problems)) => problems.as_str(),
+            Some(_) => return Err(USAGE.into()),
+        };
+        return accuracy::write_table(problems, seed.unwrap_or(1));
+    }
+    let Some((variable, amount)) = amount else {
         return Err(USAGE.into());
     };
     // A start of its own for every run; 2^32 seeds apart, so that runs do not overlap.

@@ -1,12 +1,12 @@
 //! Random solids of revolution, seen by rays that graze, run along the axis, lie in a parallel or start at a corner.
 
-use crate::random::Random;
 use crate::{Outcome, with_threads};
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{
     Body, Meridian, ParallelDetector, ParallelRays, Pose, Ray, Sampling, Sector, VoxelGrid,
 };
 use std::f64::consts::TAU;
+use tests::Random;
 
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-6.0, 6.0);

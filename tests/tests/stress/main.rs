@@ -9,17 +9,16 @@ mod bodies;
 mod limits;
 mod membranes;
 mod odd;
-mod random;
 mod rubber;
 mod runs;
 mod scenes;
 mod tomography;
 mod walls;
 
-use random::Random;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
+use tests::Random;
 
 /// How a scene ended, when it ended well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

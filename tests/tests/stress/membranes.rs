@@ -1,9 +1,9 @@
 //! Random membranes: any size and unit, stiffness ratios up to 1e12, any law and control, both discretisations.
 
 use crate::Outcome;
-use crate::random::Random;
 use membrane_forces::{Membrane, PressureLaw, RestShape, Stiffness};
 use membrane_newton::{Control, Discretisation, Equilibrium, NewtonOptions, Pair, Solver};
+use tests::Random;
 
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-6.0, 6.0);

@@ -4,12 +4,12 @@
 //! by the pressures about it, an extension by how near to its limit the rubber is just before.
 
 use crate::Outcome;
-use crate::random::Random;
 use membrane_forces::{
     CurvePoint, Membrane, MembraneError, RestShape, Rubber, StrainEnergy, Thickness,
 };
 use membrane_newton::{Control, Discretisation, Equilibrium, NewtonError, NewtonOptions, Solver};
 use std::f64::consts::PI;
+use tests::Random;
 
 /// One problem: both discretisations of a membrane, and what its pressures are of the order of.
 pub(crate) struct Problem {

@@ -1,12 +1,12 @@
 //! Random scene files run from start to end: whatever they ask for is written, with one thread and with two as the same bytes.
 
-use crate::random::Random;
 use crate::scenes::{number, text};
 use crate::{Outcome, with_threads};
 use heart_phantom::scene::Scene;
 use heart_phantom::{Phantom, run};
 use std::collections::BTreeMap;
 use std::path::Path;
+use tests::Random;
 
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let mut text = text(random);

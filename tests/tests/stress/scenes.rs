@@ -1,9 +1,9 @@
 //! Random scene files through everything that a phantom gives: views, slices, truth, numbers, each alone and with others.
 
-use crate::random::Random;
 use crate::{Outcome, with_threads};
 use heart_phantom::Phantom;
 use heart_phantom::scene::Scene;
+use tests::Random;
 
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let text = text(random);

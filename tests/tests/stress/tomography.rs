@@ -1,12 +1,12 @@
 //! Random acquisitions: any sizes, units and angle lists, data from 1e-30 to 1e30, a NaN here and there.
 
-use crate::random::Random;
 use crate::{Outcome, with_threads};
 use radon::{
     ArcPolicy, EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Kernel, ParallelGeometry,
     Projector, Skip, StackOrder, Window,
 };
 use std::f64::consts::PI;
+use tests::Random;
 
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-6.0, 6.0);

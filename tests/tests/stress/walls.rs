@@ -1,7 +1,6 @@
 //! Random walls between random balloons: material points, pieces cut out of them, seen through a torso, blurred and counted.
 
 use crate::bodies::check_samples;
-use crate::random::Random;
 use crate::{Outcome, with_threads};
 use heart_phantom::{MaterialPoint, Wall, WallRegion};
 use membrane_newton::{
@@ -13,6 +12,7 @@ use revolve_voxel::{
     Attenuator, EllipticCylinder, Medium, ParallelDetector, Pose, Sampling, Sector, VoxelGrid,
 };
 use std::f64::consts::{PI, TAU};
+use tests::Random;
 
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-3.0, 3.0);

@@ -26,7 +26,7 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    fn new(path: &str, line: usize, message: impl Into<String>) -> Self {
+    pub(crate) fn new(path: &str, line: usize, message: impl Into<String>) -> Self {
         Self {
             path: path.to_owned(),
             line,
@@ -72,6 +72,7 @@ fn check(root: &Path) -> Result<Vec<Finding>, String> {
             findings.extend(source_rules::check(path, text));
         }
     }
+    findings.extend(crate::accuracy::check(&files));
     findings.extend(assets::check(&files));
     findings.extend(circles::check(&files));
     findings.extend(floors::check(&files));
@@ -83,7 +84,7 @@ fn check(root: &Path) -> Result<Vec<Finding>, String> {
 }
 
 /// The file at `path`, if the workspace has it.
-fn find<'a>(files: &'a [TextFile], path: &str) -> Option<&'a TextFile> {
+pub(crate) fn find<'a>(files: &'a [TextFile], path: &str) -> Option<&'a TextFile> {
     files.iter().find(|file| file.path == path)
 }
 

@@ -1,19 +1,21 @@
-//! Numbers for scenes: seeded, and fond of trouble.
+//! A seeded generator of test problems.
 //!
-//! Numbers drawn at random never coincide: no ray lies in the plane of a vertex, no turn is a right angle, no two sizes are
-//! equal. So one scene in three keeps to grids: its numbers are small integers over powers of two, its angles multiples of
-//! 45 degrees, its units powers of two, but for one number in eight.
+//! Uniform random numbers never coincide: no ray lies in the plane of a vertex, no angle is a right angle, no two lengths are
+//! equal. One problem in three therefore draws seven of eight numbers from grids: small integers divided by powers of two for
+//! lengths, multiples of 45 degrees for angles, powers of two for units.
 
 use std::f64::consts::FRAC_PI_4;
 
-/// SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2660193.2660195).
-pub(crate) struct Random {
+/// A SplitMix64 generator (Steele, Lea and Flood 2014, doi:10.1145/2660193.2660195).
+#[derive(Debug)]
+pub struct Random {
     state: u64,
     on_grids: bool,
 }
 
 impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
+    /// A generator that depends on the seed alone.
+    pub fn new(seed: u64) -> Self {
         let mut random = Self {
             state: seed.wrapping_mul(0x9e37_79b9_7f4a_7c15),
             on_grids: false,
@@ -27,7 +29,8 @@ impl Random {
         self.on_grids && !self.one_in(8)
     }
 
-    pub(crate) fn bits(&mut self) -> u64 {
+    /// The next 64 bits.
+    pub fn bits(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.state;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -36,12 +39,12 @@ impl Random {
     }
 
     /// Uniform in [low, high), on no grid: for data, and wherever coincidences would spoil a statistic.
-    pub(crate) fn any(&mut self, low: f64, high: f64) -> f64 {
+    pub fn any(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// Uniform in [low, high), or one of a few multiples of a power of two in it.
-    pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
+    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         if self.snaps() && high > low {
             let fine = self.integer(1, 4) as f64;
             let step = ((high - low).log2().floor() - fine).exp2();
@@ -53,7 +56,7 @@ impl Random {
     }
 
     /// Uniform on a logarithmic scale between powers of ten, or a power of two.
-    pub(crate) fn decades(&mut self, low: f64, high: f64) -> f64 {
+    pub fn decades(&mut self, low: f64, high: f64) -> f64 {
         let value = 10f64.powf(self.any(low, high));
         if self.snaps() {
             value.log2().round().exp2()
@@ -63,19 +66,19 @@ impl Random {
     }
 
     /// An angle in [low, high), in radians.
-    pub(crate) fn angle(&mut self, low: f64, high: f64) -> f64 {
+    pub fn angle(&mut self, low: f64, high: f64) -> f64 {
         let eighth = self.snaps().then(|| self.multiple(FRAC_PI_4, low, high));
         eighth.flatten().unwrap_or_else(|| self.any(low, high))
     }
 
     /// An angle in [low, high), in degrees.
-    pub(crate) fn degrees(&mut self, low: f64, high: f64) -> f64 {
+    pub fn degrees(&mut self, low: f64, high: f64) -> f64 {
         let eighth = self.snaps().then(|| self.multiple(45.0, low, high));
         eighth.flatten().unwrap_or_else(|| self.any(low, high))
     }
 
     /// Of a number that another scene would take as it is, the next larger one of three binary digits.
-    pub(crate) fn rounded(&mut self, value: f64) -> f64 {
+    pub fn rounded(&mut self, value: f64) -> f64 {
         if self.snaps() && value > 0.0 {
             let digit = (value.log2().floor() - 2.0).exp2();
             (value / digit).ceil() * digit
@@ -91,21 +94,22 @@ impl Random {
     }
 
     /// Uniform in low..=high.
-    pub(crate) fn integer(&mut self, low: usize, high: usize) -> usize {
+    pub fn integer(&mut self, low: usize, high: usize) -> usize {
         low + (self.bits() % (high - low + 1) as u64) as usize
     }
 
     /// True once in `n`.
-    pub(crate) fn one_in(&mut self, n: usize) -> bool {
+    pub fn one_in(&mut self, n: usize) -> bool {
         self.integer(1, n) == 1
     }
 
-    pub(crate) fn pick<T: Clone>(&mut self, from: &[T]) -> T {
+    /// One of the elements, with equal probability.
+    pub fn pick<T: Clone>(&mut self, from: &[T]) -> T {
         from[self.integer(0, from.len() - 1)].clone()
     }
 
     /// The value, or once in thirty something no physicist would enter.
-    pub(crate) fn spoiled(&mut self, value: f64) -> f64 {
+    pub fn spoiled(&mut self, value: f64) -> f64 {
         if !self.one_in(30) {
             return value;
         }

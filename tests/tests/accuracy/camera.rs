@@ -1,0 +1,5 @@
+//! Projections: bin averages, time averages, depth response, truncation.
+
+use crate::Row;
+
+pub(crate) const ROWS: &[Row] = &[];

@@ -1,0 +1,5 @@
+//! Equilibria of membranes.
+
+use crate::Row;
+
+pub(crate) const ROWS: &[Row] = &[];

@@ -1,0 +1,5 @@
+//! Membranes in motion.
+
+use crate::Row;
+
+pub(crate) const ROWS: &[Row] = &[];

@@ -1,0 +1,5 @@
+//! Depth-dependent resolution.
+
+use crate::Row;
+
+pub(crate) const ROWS: &[Row] = &[];

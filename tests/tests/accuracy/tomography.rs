@@ -1,0 +1,5 @@
+//! Reconstruction and projectors.
+
+use crate::Row;
+
+pub(crate) const ROWS: &[Row] = &[];
