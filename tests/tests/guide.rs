@@ -1,4 +1,4 @@
-//! What `docs/guide-physicists.md` and `docs/pressure.md` show is what the program takes and says, and the crates compute.
+//! What `docs/guide-physicists.md` and `docs/theory.md` show is what the program takes and says, and the crates compute.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -9,7 +9,7 @@ use membrane_newton::{
 };
 
 const GUIDE: &str = include_str!("../../docs/guide-physicists.md");
-const PRESSURE: &str = include_str!("../../docs/pressure.md");
+const PRESSURE: &str = include_str!("../../docs/theory.md");
 
 /// The heart of the study at a gain of 0.6.
 fn dilated(law: PressureLaw, stiffness: f64) -> PairEquilibrium {

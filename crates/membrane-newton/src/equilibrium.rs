@@ -35,7 +35,7 @@ impl Equilibrium {
     /// stiffness: p under the law per current length; under the others, whose force is even over the material, the mean
     /// over the curve, intensity over current length.
     ///
-    /// With the stiffness in kPa it is in kPa; `docs/pressure.md` has the units of everything else.
+    /// With the stiffness in kPa it is in kPa; `docs/theory.md` has the units of everything else.
     ///
     /// ```
     /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, PressureLaw, RestShape, Solver};

@@ -1,4 +1,4 @@
-//! The misprints of Rohmer et al. 2006 (hal-03929238), row by row of `docs/errata.md`: what is printed fails, what we use holds.
+//! The misprints of Rohmer et al. 2006 (hal-03929238), row by row of `docs/theory.md`: what is printed fails, what we use holds.
 //!
 //! Nothing here calls the crates: the formulas stand as printed and as corrected, side by side, on a discretisation written
 //! from scratch. That the crates use the corrected ones is the business of their own tests.

@@ -1,4 +1,4 @@
-//! Pages do not lie about the tree: what they link to exists, and the tests that the errata and the pitfalls name do too. Drawings
+//! Pages do not lie about the tree: what they link to exists, and the tests that the errata name do too. Drawings
 //! bring their own background, so that black lines can be seen on a dark page.
 
 use std::collections::BTreeSet;
@@ -7,7 +7,7 @@ use super::Finding;
 use crate::workspace::TextFile;
 
 /// The pages whose names in backquotes with three or more words are tests.
-const PROVED: [&str; 2] = ["docs/errata.md", "docs/pitfalls.md"];
+const PROVED: [&str; 1] = ["docs/theory.md"];
 
 /// Findings on all pages. `exists` tells whether a path from the root is a file or folder, pictures included.
 pub(crate) fn check(files: &[TextFile], exists: impl Fn(&str) -> bool) -> Vec<Finding> {
