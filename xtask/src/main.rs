@@ -53,8 +53,8 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "report",
-        arguments: "[--quick] [--peers] [--builds] [--against FILE]",
-        what: "run time against error, and of builds, measured now: docs/performance.md with its plots and numbers; ratios to the last ones",
+        arguments: "[--quick] [--peers] [--builds] [--render] [--against FILE]",
+        what: "measures run time against error on an idle machine: docs/performance.md, its plots and numbers, ratios to earlier ones",
         run: report::task,
     },
     Task {

@@ -1,10 +1,9 @@
 //! This run's rows beside those of an earlier one: the ratio of each time and of each error.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
-use super::rows::Row;
+use super::rows::{Measured, Row};
 
 /// A row this much slower is marked; less is the noise of a machine that does other things too.
 const SLOWER: f64 = 1.25;
@@ -19,18 +18,8 @@ pub(super) struct Earlier {
 
 impl Earlier {
     pub(super) fn read(path: &Path) -> Result<Self, String> {
-        let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        let text = fs::read_to_string(path).map_err(|error| failed(&error))?;
-        let list: Vec<serde_json::Map<String, serde_json::Value>> =
-            serde_json::from_str(&text).map_err(|error| failed(&error))?;
-        let mut commit = String::from("nothing");
-        let mut rows = Vec::with_capacity(list.len());
-        for mut row in list {
-            if let Some(serde_json::Value::String(known)) = row.remove("commit") {
-                commit = known;
-            }
-            rows.push(serde_json::from_value(row.into()).map_err(|error| failed(&error))?);
-        }
+        let Measured { machine, rows } = Measured::read(path)?;
+        let commit = machine.commit;
         Ok(Self { rows, commit })
     }
 
@@ -110,7 +99,9 @@ fn same(a: &Row, b: &Row) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::rows::{json, parse};
+    use crate::report::machine::Machine;
+    use crate::report::rows::parse;
+    use std::fs;
 
     fn row(method: &str, size: usize, seconds: f64, error: f64) -> Row {
         let line = format!(
@@ -128,7 +119,11 @@ mod tests {
             row("gone", 1, 1.0, 0.1),
         ];
         let path = std::env::temp_dir().join(format!("xtask-against-{}.json", std::process::id()));
-        fs::write(&path, json(&then, "abc1234").unwrap()).unwrap();
+        let measured = Measured {
+            machine: Machine::example(),
+            rows: then.to_vec(),
+        };
+        fs::write(&path, measured.json().unwrap()).unwrap();
         let earlier = Earlier::read(&path).unwrap();
         fs::remove_file(&path).unwrap();
         let now = [

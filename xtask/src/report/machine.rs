@@ -4,13 +4,20 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use serde::{Deserialize, Serialize};
+
 use super::output;
 
+/// Largest load average, of the last minute, at which times are measured.
+const IDLE: f64 = 0.3;
+
 /// Processor, load, compiler, date and commit of a run.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Machine {
     pub(super) processor: String,
     pub(super) threads: usize,
-    /// Processes that wanted to run in the minute before, or `unknown`.
+    /// Average number of runnable processes in the minute before, or `unknown`.
     pub(super) load: String,
     pub(super) compiler: String,
     pub(super) date: String,
@@ -47,5 +54,27 @@ impl Machine {
                 .to_owned(),
             commit,
         })
+    }
+
+    /// Rejects a machine with other work: its times are not published.
+    pub(super) fn check_idle(&self) -> Result<(), String> {
+        match self.load.parse::<f64>() {
+            Ok(load) if load > IDLE => Err(format!(
+                "load is {load}; it must be at most {IDLE}: times beside other work are not published (--quick measures anyway, and writes nothing)"
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    #[cfg(test)]
+    pub(super) fn example() -> Self {
+        Self {
+            processor: "a processor".into(),
+            threads: 2,
+            load: "0.1".into(),
+            compiler: "rustc 1".into(),
+            date: "2000-01-01".into(),
+            commit: "abc1234".into(),
+        }
     }
 }

@@ -1,8 +1,9 @@
 //! `cargo xtask report`: run time against error, measured here and now, as docs/performance.md.
 //!
-//! The benches of package `benches` print rows when called with `--rows`; this runs them, adds the
-//! commit, and writes docs/performance.json, a plot a case under docs/img, and the page. It ends with the ratios to the rows
-//! that docs/performance.json held before, or to those of another such file.
+//! The benches of package `benches` print rows when called with `--rows`; this runs them on an idle machine and writes
+//! docs/performance.json, the page, and its plots under docs/img. It prints the ratios to the earlier rows of docs/performance.json, or to
+//! those of another such file. `--render` writes the page from docs/performance.json without a measurement; `--quick` measures a few
+//! rows, prints the ratios and writes nothing.
 
 mod against;
 mod building;
@@ -19,7 +20,7 @@ use std::process::{Command, Stdio};
 use crate::workspace::root;
 use against::Earlier;
 use machine::Machine;
-use rows::{Row, parse};
+use rows::{Measured, Row, parse};
 
 /// Benches that print rows, in the order of their studies on the page.
 const BENCHES: &[&str] = &[
@@ -39,6 +40,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
         quick,
         peers,
         builds,
+        render,
         against,
     } = Given::parse(arguments)?;
     let root = root();
@@ -48,7 +50,14 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
         None if kept.exists() => Some(Earlier::read(&kept)?),
         None => None,
     };
+    if render {
+        let Measured { machine, rows } = Measured::read(&kept)?;
+        return write(&root.join("docs"), machine, rows, builds);
+    }
     let machine = Machine::here(&root)?;
+    if !quick {
+        machine.check_idle()?;
+    }
     let mut rows = Vec::new();
     for bench in BENCHES {
         println!("{bench}");
@@ -58,22 +67,14 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
         println!("peers");
         rows.extend(peers::rows(&root, quick)?);
     }
-    let older = fs::read_to_string(root.join("docs/performance.md")).unwrap_or_default();
-    let building = match builds {
-        true => building::measured(&root, &machine)?,
-        false => building::kept(&older).to_owned(),
-    };
-    let flags: String = [(quick, " --quick"), (peers, " --peers")]
-        .into_iter()
-        .filter_map(|(given, flag)| given.then_some(flag))
-        .collect();
-    let page = page::markdown(&rows, &machine, &flags) + &building;
-    write(&root.join("docs"), &rows, &machine, &page)?;
     if let Some(earlier) = earlier {
         print!("{}", earlier.beside(&rows));
     }
-    println!("{} rows in docs/performance.md", rows.len());
-    Ok(())
+    if quick {
+        return Ok(());
+    }
+    println!("{} rows in docs/performance.json", rows.len());
+    write(&root.join("docs"), machine, rows, builds)
 }
 
 /// What the task is asked for.
@@ -82,6 +83,7 @@ struct Given {
     quick: bool,
     peers: bool,
     builds: bool,
+    render: bool,
     against: Option<String>,
 }
 
@@ -94,13 +96,14 @@ impl Given {
                 "--quick" => given.quick = true,
                 "--peers" => given.peers = true,
                 "--builds" => given.builds = true,
+                "--render" => given.render = true,
                 "--against" => {
                     let file = rest.next().ok_or("--against needs a file")?;
                     given.against = Some(file.clone());
                 }
                 other => {
                     return Err(format!(
-                        "`{other}`? usage: cargo xtask report [--quick] [--peers] [--builds] [--against FILE]"
+                        "`{other}`? usage: cargo xtask report [--quick] [--peers] [--builds] [--render] [--against FILE]"
                     ));
                 }
             }
@@ -137,18 +140,26 @@ fn output(command: &mut Command) -> Result<String, String> {
     String::from_utf8(done.stdout).map_err(|error| format!("{name}: {error}"))
 }
 
-/// The page, its plots and its numbers, into `docs`.
-fn write(docs: &Path, rows: &[Row], machine: &Machine, page: &str) -> Result<(), String> {
+/// The page, its plots and its numbers, into `docs`; the time of builds is measured, or that of the older page is kept.
+fn write(docs: &Path, machine: Machine, rows: Vec<Row>, builds: bool) -> Result<(), String> {
     let put = |name: &str, text: &str| {
         let path = docs.join(name);
         fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))
     };
+    let older = fs::read_to_string(docs.join("performance.md")).unwrap_or_default();
+    let building = match builds {
+        true => building::measured(&root(), &machine)?,
+        false => building::kept(&older).to_owned(),
+    };
     fs::create_dir_all(docs.join("img")).map_err(|error| format!("docs/img: {error}"))?;
-    for group in page::groups(rows) {
+    for group in page::shown(&rows) {
         put(&format!("img/{}", group.file()), &plot::svg(&group)?)?;
     }
-    put("performance.json", &rows::json(rows, &machine.commit)?)?;
-    put("performance.md", page)
+    put(
+        "performance.md",
+        &(page::markdown(&rows, &machine) + &building),
+    )?;
+    put("performance.json", &Measured { machine, rows }.json()?)
 }
 
 #[cfg(test)]
@@ -157,9 +168,9 @@ mod tests {
 
     const PRINTED: &str = r#"
 some other line
-row {"study":"motion","method":"a, fast","case":"to t = 5","size":10,"threads":1,"seconds":1e-3,"error":1e-2,"error_kind":"cm"}
-row {"study":"motion","method":"a, fast","case":"to t = 5","size":20,"threads":1,"seconds":2e-3,"error":0.0,"error_kind":"cm"}
-row {"study":"motion","method":"b","case":"to t = 5","size":10,"threads":2,"seconds":4e-3,"error":1e-3,"error_kind":"cm"}
+row {"study":"motion","method":"a, fast","case":"balloon at f = 17.5 to t = 5, 101 nodes","size":10,"threads":1,"seconds":1e-3,"error":1e-2,"error_kind":"cm"}
+row {"study":"motion","method":"a, fast","case":"balloon at f = 17.5 to t = 5, 101 nodes","size":20,"threads":1,"seconds":2e-3,"error":0.0,"error_kind":"cm"}
+row {"study":"motion","method":"diffsol","case":"balloon at f = 17.5 to t = 5, 101 nodes","size":10,"threads":2,"seconds":4e-3,"error":1e-3,"error_kind":"cm"}
 row {"study":"voxels","method":"centre","case":"a wall","size":64,"threads":1,"seconds":0.5,"error":1e-2,"error_kind":"rms"}
 at error 1e-2 ours 1 ms
 "#;
@@ -170,34 +181,23 @@ at error 1e-2 ours 1 ms
         assert_eq!(rows.len(), 4);
         assert_eq!((rows[1].method.as_str(), rows[1].size), ("a, fast", 20));
         let docs = std::env::temp_dir().join(format!("xtask-report-{}", std::process::id()));
-        let machine = Machine {
-            processor: "a processor".into(),
-            threads: 2,
-            load: "0.1".into(),
-            compiler: "rustc 1".into(),
-            date: "2000-01-01".into(),
-            commit: "abc1234".into(),
-        };
-        let page = page::markdown(&rows, &machine, " --quick");
-        write(&docs, &rows, &machine, &page).unwrap();
+        write(&docs, Machine::example(), rows, false).unwrap();
         let read = |name: &str| fs::read_to_string(docs.join(name)).unwrap();
         let page = read("performance.md");
         for wanted in [
-            "`cargo xtask report --quick`",
-            "## motion",
-            "## voxels",
+            "## Follow a motion",
             "| a, fast | 10 | 1 | 1.00 ms | 1.0e-2 |",
-            "| b | 10 | 2 | 4.00 ms | 1.0e-3 |",
-            "img/performance-motion-to-t-5.svg",
+            "| diffsol | 10 | 2 | 4.00 ms | 1.0e-3 |",
+            "img/performance-motion-balloon-at-f-17-5-to-t-5-101-nodes.svg",
             "abc1234",
         ] {
             assert!(page.contains(wanted), "{wanted} in\n{page}");
         }
-        let json: Vec<serde_json::Value> = serde_json::from_str(&read("performance.json")).unwrap();
-        assert_eq!(json.len(), 4);
-        assert_eq!(json[3]["error_kind"], "rms");
-        assert_eq!(json[3]["commit"], "abc1234");
-        let svg = read("img/performance-motion-to-t-5.svg");
+        let measured = Measured::read(&docs.join("performance.json")).unwrap();
+        assert_eq!(measured.rows.len(), 4);
+        assert_eq!(measured.rows[3].error_kind, "rms");
+        assert_eq!(measured.machine.commit, "abc1234");
+        let svg = read("img/performance-motion-balloon-at-f-17-5-to-t-5-101-nodes.svg");
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
         assert!(svg.contains("seconds") && svg.contains("cm"));
         // a point for each row whose error a logarithm can show, and one for each method
@@ -212,8 +212,14 @@ at error 1e-2 ours 1 ms
             Given::parse(&words)
         };
         assert_eq!(read("").unwrap(), Given::default());
-        let all = read("--peers --builds --against old.json --quick").unwrap();
-        assert!(all.quick && all.peers && all.builds && all.against.as_deref() == Some("old.json"));
+        let all = read("--peers --builds --render --against old.json --quick").unwrap();
+        assert!(
+            all.quick
+                && all.peers
+                && all.builds
+                && all.render
+                && all.against.as_deref() == Some("old.json")
+        );
         assert!(read("--against").is_err() && read("--fast").is_err());
     }
 

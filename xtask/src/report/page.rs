@@ -1,4 +1,4 @@
-//! The page: a table and a plot a case.
+//! The page: eight questions, each with a plot and a table.
 
 use std::fmt::Write as _;
 
@@ -60,8 +60,137 @@ pub(super) fn groups(rows: &[Row]) -> Vec<Group<'_>> {
     groups
 }
 
-/// The whole page; `flags` are those the report was called with.
-pub(super) fn markdown(rows: &[Row], machine: &Machine, flags: &str) -> String {
+/// A question that a reader asks, and the study that answers it.
+struct Question {
+    title: &'static str,
+    answer: &'static str,
+    study: &'static str,
+    case: &'static str,
+    /// The benchmark, and its criterion groups for the same computation.
+    bench: &'static str,
+}
+
+const QUESTIONS: [Question; 8] = [
+    Question {
+        title: "Reconstruct one slice",
+        answer: "Filtered back-projection of 512 x 512 pixels from 720 views; `ours` selects the method by size.",
+        study: "FBP",
+        case: "shepp-logan, 1 x 512 x 512 from 720 views",
+        bench: "`radon`, groups `fbp`",
+    },
+    Question {
+        title: "Reconstruct a stack of slices",
+        answer: "Filtered back-projection of 256 slices of 256 x 256 pixels from 90 views.",
+        study: "FBP",
+        case: "shell, 256 x 256 x 256 from 90 views",
+        bench: "`slices`",
+    },
+    Question {
+        title: "Reconstruct a large slice",
+        answer: "Filtered back-projection of 2048 x 2048 pixels from 2880 views: Fourier gridding with a stated error.",
+        study: "FBP",
+        case: "shepp-logan 2048, 1 x 2048 x 2048 from 2880 views",
+        bench: "`radon`, groups `fbp`",
+    },
+    Question {
+        title: "Project a volume",
+        answer: "Forward projection of 256^3 voxels into 90 views, compared with exact bin averages.",
+        study: "projectors",
+        case: "shell, 256 x 256 x 256 from 90 views, against bin means",
+        bench: "`projector`",
+    },
+    Question {
+        title: "Find an equilibrium",
+        answer: "The inner membrane of the study at an intensity of 17.5, from its reference configuration.",
+        study: "static solve",
+        case: "balloon at f = 17.5, from rest",
+        bench: "`membrane`",
+    },
+    Question {
+        title: "Follow a motion",
+        answer: "The inner membrane inflated at an intensity of 17.5 to t = 5, 101 nodes; processor time.",
+        study: "motion",
+        case: "balloon at f = 17.5 to t = 5, 101 nodes",
+        bench: "`motion`",
+    },
+    Question {
+        title: "Acquire views through a collimator, in a chest",
+        answer: "64 exact views of a heart in an attenuating chest with depth-dependent resolution.",
+        study: "SPECT",
+        case: "64 exact views of a heart in a chest through a collimator",
+        bench: "`phantom`, groups `spect`",
+    },
+    Question {
+        title: "Simulate a gated study",
+        answer: "16 gates of 64 views of n x n bins with their reconstructions, end to end.",
+        study: "whole study",
+        case: "16 gates of 64 views",
+        bench: "`phantom`",
+    },
+];
+
+/// Beginnings of the names of methods that are not ours, or that are ours without the idea.
+const RIVALS: [&str; 9] = [
+    "astra",
+    "scikit-image",
+    "finufft",
+    "SciPy",
+    "diffsol",
+    "every plane",
+    "as in a textbook",
+    "Joseph, ray by ray",
+    "every frustum",
+];
+/// Rows of a table for ours, and for rivals.
+const ROWS: usize = 4;
+
+/// The rows that no other row beats in both time and error, thinned to [`ROWS`].
+fn best<'a>(rows: &[&'a Row], rival: bool) -> Vec<&'a Row> {
+    let is_rival = |row: &Row| RIVALS.iter().any(|name| row.method.starts_with(name));
+    let threads = rows.iter().map(|row| row.threads).max();
+    let mut kind: Vec<&Row> = (rows.iter().copied())
+        .filter(|row| is_rival(row) == rival && Some(row.threads) == threads)
+        .collect();
+    if kind.is_empty() {
+        kind = (rows.iter().copied())
+            .filter(|row| is_rival(row) == rival)
+            .collect();
+    }
+    kind.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    let mut least = f64::INFINITY;
+    // Sizes of one problem that are different questions are all shown.
+    let front: Vec<&Row> = (kind.iter().copied())
+        .filter(|row| {
+            let better = row.error < least;
+            least = least.min(row.error);
+            better
+        })
+        .collect();
+    let kind = if front.len() < 2 { kind } else { front };
+    let step = kind.len().saturating_sub(1).max(1) as f64 / (ROWS - 1) as f64;
+    let mut shown: Vec<&Row> = (0..ROWS.min(kind.len()))
+        .filter_map(|k| {
+            kind.get((k as f64 * step.max(1.0)).round() as usize)
+                .copied()
+        })
+        .collect();
+    shown.dedup_by(|a, b| std::ptr::eq(*a, *b));
+    shown
+}
+
+/// The groups of the page, in its order.
+pub(super) fn shown<'a>(rows: &'a [Row]) -> Vec<Group<'a>> {
+    let mut groups = groups(rows);
+    let place = |group: &Group<'_>| {
+        (QUESTIONS.iter()).position(|q| (q.study, q.case) == (group.study, group.case))
+    };
+    groups.retain(|group| place(group).is_some());
+    groups.sort_by_key(place);
+    groups
+}
+
+/// The whole page.
+pub(super) fn markdown(rows: &[Row], machine: &Machine) -> String {
     let Machine {
         processor,
         threads,
@@ -72,30 +201,34 @@ pub(super) fn markdown(rows: &[Row], machine: &Machine, flags: &str) -> String {
     } = machine;
     let mut page = format!(
         "# Run time against error\n\n\
-        Written by `cargo xtask report{flags}` on {date} at commit {commit}. {processor}, {threads} hardware threads,\n\
-        {compiler}; load {load} before it began (above 1, other work took a share, of two threads most). With `--peers`\n\
-        the rows of other software, measured in the same run on the same inputs, stand beside ours. All numbers:\n\
-        [performance.json](performance.json).\n\n\
-        A time is the median of some repeats, of processor time for the motion and of wall time elsewhere, after one run that\n\
-        does not count. Every plot has the error to the right and the time upwards, both as logarithms: the better method stands\n\
-        further down and further to the left. Errors of zero are in the tables only.\n"
+        Measured by `cargo xtask report --peers` on {date} at commit {commit}: {processor}, {threads} hardware threads,\n\
+        {compiler}, load {load} at the start. Other programs ran in the same minute on the same input. A time is the median of\n\
+        several repeats after one that is not counted. Tables contain the fastest rows for their error, of ours and of the others; plots\n\
+        contain all rows. [performance.json](performance.json) has every row of every study.\n"
     );
-    let mut study = "";
-    for group in groups(rows) {
-        if group.study != study {
-            study = group.study;
-            let _ = write!(page, "\n## {study}\n");
-        }
-        let kind = &group.rows[0].error_kind;
+    for group in shown(rows) {
+        let Some(question) = QUESTIONS
+            .iter()
+            .find(|q| (q.study, q.case) == (group.study, group.case))
+        else {
+            continue;
+        };
+        let Question {
+            title,
+            answer,
+            bench,
+            ..
+        } = question;
         let _ = write!(
             page,
-            "\n### {}\n\n![{}: {}](img/{})\n\n| method | size | threads | time | {kind} |\n| --- | --- | --- | --- | --- |\n",
-            group.case,
-            group.study,
-            group.case,
-            group.file()
+            "\n## {title}\n\n{answer} Benchmark: {bench}.\n\n![{title}](img/{})\n\n| method | size | threads | time | {} |\n| --- | --- | --- | --- | --- |\n",
+            group.file(),
+            group.rows[0].error_kind
         );
-        for row in &group.rows {
+        for row in best(&group.rows, false)
+            .into_iter()
+            .chain(best(&group.rows, true))
+        {
             let Row {
                 method,
                 size,

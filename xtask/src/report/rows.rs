@@ -1,6 +1,11 @@
 //! The rows that benches print, and the file that keeps them.
 
+use std::fs;
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
+
+use super::machine::Machine;
 
 /// One point of a study: the time a method took and the error it left.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -33,15 +38,23 @@ pub(super) fn parse(printed: &str) -> Result<Vec<Row>, String> {
         .collect()
 }
 
-/// All rows with the commit they were measured at.
-pub(super) fn json(rows: &[Row], commit: &str) -> Result<String, String> {
-    #[derive(Serialize)]
-    struct Dated<'a> {
-        #[serde(flatten)]
-        row: &'a Row,
-        commit: &'a str,
+/// What `docs/performance.json` contains.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Measured {
+    pub(super) machine: Machine,
+    pub(super) rows: Vec<Row>,
+}
+
+impl Measured {
+    pub(super) fn read(path: &Path) -> Result<Self, String> {
+        let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+        let text = fs::read_to_string(path).map_err(|error| failed(&error))?;
+        serde_json::from_str(&text).map_err(|error| failed(&error))
     }
-    let dated: Vec<Dated<'_>> = rows.iter().map(|row| Dated { row, commit }).collect();
-    let text = serde_json::to_string_pretty(&dated).map_err(|error| error.to_string())?;
-    Ok(text + "\n")
+
+    pub(super) fn json(&self) -> Result<String, String> {
+        let text = serde_json::to_string_pretty(self).map_err(|error| error.to_string())?;
+        Ok(text + "\n")
+    }
 }
