@@ -365,6 +365,12 @@ impl DiscreteMembrane for FiniteDifferences {
         Ok(())
     }
 
+    fn add_mass_into(&self, scale: f64, out: &mut Tangent) -> Result<(), MembraneError> {
+        self.check_band(&out.band)?;
+        self.rubber("mass")?.add_mass_into(scale, &mut out.band);
+        Ok(())
+    }
+
     /// That of the polyline through all nodes. Cost O(N).
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError> {
         self.setting.refuse(nodes)?;

@@ -162,6 +162,15 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     /// [`MembraneError::OtherMaterial`] for springs.
     fn momentum_into(&self, velocities: &[f64], out: &mut [f64]) -> Result<(), MembraneError>;
 
+    /// Adds `scale` times the mass matrix of rubber of density 1 to the rows of `out` that move, such as to a tangent.
+    ///
+    /// The mass matrix of spectral elements is the integral of 2 pi r0 h over the meridian times the products of the functions of two
+    /// nodes; that of two-node elements is diagonal. It is symmetric and positive definite.
+    ///
+    /// # Errors
+    /// [`MembraneError::OtherMaterial`] for springs.
+    fn add_mass_into(&self, scale: f64, out: &mut Tangent) -> Result<(), MembraneError>;
+
     /// A measure of the whole curve.
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError>;
 

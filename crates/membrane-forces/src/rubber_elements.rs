@@ -345,6 +345,21 @@ impl RubberElements {
         }
     }
 
+    /// `block` += `scale` times the mass matrix of element `e`, laid out as a tangent's block.
+    pub(crate) fn add_mass_into(&self, e: usize, scale: f64, block: &mut [f64]) {
+        let size = block.len().isqrt();
+        let rows = self.values.chunks_exact(size / 2);
+        for (point, values) in self.elements[e].iter().zip(rows) {
+            for (i, a) in values.iter().enumerate() {
+                for (j, b) in values.iter().enumerate() {
+                    let mass = scale * point.weight * a * b;
+                    block[2 * i * size + 2 * j] += mass;
+                    block[(2 * i + 1) * size + 2 * j + 1] += mass;
+                }
+            }
+        }
+    }
+
     /// Whether the elements are their own mirror image, to rounding.
     pub(crate) fn are_symmetric(&self) -> bool {
         let points = || self.elements.iter().flatten();

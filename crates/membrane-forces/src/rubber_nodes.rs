@@ -134,18 +134,33 @@ impl NodeRubber {
         Ok(sum + last.map_or(0.0, |(weight, w)| weight * w.energy))
     }
 
-    /// `out` = mass of each node at density 1, half of its elements', times its velocity.
-    pub(crate) fn momentum_into(&self, velocities: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
+    /// Mass of each node at density 1: half of that of its elements.
+    fn masses(&self) -> Vec<f64> {
+        let mut masses = vec![0.0; self.radii.len()];
         for (n, length) in self.lengths.iter().enumerate() {
             let half = 0.5 * length * (self.weights[n] + self.weights[n + 1]);
-            for k in 2 * n..2 * n + 4 {
-                out[k] += half * velocities[k];
-            }
+            masses[n] += half;
+            masses[n + 1] += half;
         }
         let last = self.radii.len() - 1;
-        for k in [2 * last, 2 * last + 1] {
-            out[k] += self.radii[last] * self.weights[last] * velocities[k];
+        masses[last] += self.radii[last] * self.weights[last];
+        masses
+    }
+
+    /// `out` = mass of each node times its velocity.
+    pub(crate) fn momentum_into(&self, velocities: &[f64], out: &mut [f64]) {
+        let (out, velocities) = (out.as_chunks_mut::<2>().0, velocities.as_chunks::<2>().0);
+        for ((out, velocity), mass) in out.iter_mut().zip(velocities).zip(self.masses()) {
+            *out = velocity.map(|v| mass * v);
+        }
+    }
+
+    /// `band` += `scale` times the mass of each node, in the rows of what moves.
+    pub(crate) fn add_mass_into(&self, scale: f64, band: &mut BandMatrix) {
+        for (n, mass) in self.masses().into_iter().enumerate() {
+            for i in [2 * n, 2 * n + 1] {
+                self.add(i, i, scale * mass, band);
+            }
         }
     }
 

@@ -198,6 +198,25 @@ impl SpectralElements {
         (nodes.as_chunks().0, out.as_chunks_mut().0)
     }
 
+    fn check_tangent(&self, tangent: &Tangent) -> Result<(), MembraneError> {
+        let (size, count) = (2 * (self.degree() + 1), self.elements.len());
+        length("blocks", tangent.blocks.len(), count)?;
+        length("rows of the band", tangent.band.len(), 2 * (count + 1))?;
+        (tangent.blocks.iter())
+            .try_for_each(|block| length("numbers of a block", block.len(), size * size))
+    }
+
+    /// Clears the rows of what is held, which is where elements end.
+    fn clear_held_rows(&self, blocks: &mut [Vec<f64>]) {
+        let (p, size) = (self.degree(), 2 * (self.degree() + 1));
+        for &held in self.held() {
+            let node = held / 2;
+            let e = (node / p).min(self.elements.len() - 1);
+            let row = 2 * local_index(node - e * p, p) + held % 2;
+            blocks[e][row * size..(row + 1) * size].fill(0.0);
+        }
+    }
+
     fn rubber(&self, what: &'static str) -> Result<&RubberElements, MembraneError> {
         match &self.material {
             ElementMaterial::Rubber(rubber) => Ok(rubber),
@@ -335,12 +354,8 @@ impl DiscreteMembrane for SpectralElements {
         out: &mut Tangent,
     ) -> Result<(), MembraneError> {
         self.setting.refuse(nodes)?;
-        let (p, last) = (self.degree(), self.elements.len() - 1);
-        length("blocks", out.blocks.len(), last + 1)?;
-        length("rows of the band", out.band.len(), 2 * (last + 2))?;
-        for block in &out.blocks {
-            length("numbers of a block", block.len(), 4 * (p + 1).pow(2))?;
-        }
+        self.check_tangent(out)?;
+        let p = self.degree();
         for (e, block) in out.blocks.iter_mut().enumerate() {
             match &self.material {
                 ElementMaterial::Springs(springs) => {
@@ -354,12 +369,9 @@ impl DiscreteMembrane for SpectralElements {
             }
         }
         out.band.clear();
+        self.clear_held_rows(&mut out.blocks);
         for &held in self.held() {
-            let (node, k, size) = (held / 2, held % 2, 2 * (p + 1));
-            let e = (node / p).min(last);
-            let row = 2 * local_index(node - e * p, p) + k;
-            out.blocks[e][row * size..(row + 1) * size].fill(0.0);
-            let end = 2 * (node / p) + k;
+            let end = 2 * (held / 2 / p) + held % 2;
             out.band.add_inside(end, end, 1.0);
         }
         Ok(())
@@ -399,6 +411,16 @@ impl DiscreteMembrane for SpectralElements {
             let (from, out) = self.local(e, velocities, out);
             rubber.add_momentum_into(e, &self.reference, from, out);
         }
+        Ok(())
+    }
+
+    fn add_mass_into(&self, scale: f64, out: &mut Tangent) -> Result<(), MembraneError> {
+        self.check_tangent(out)?;
+        let rubber = self.rubber("mass")?;
+        for (e, block) in out.blocks.iter_mut().enumerate() {
+            rubber.add_mass_into(e, scale, block);
+        }
+        self.clear_held_rows(&mut out.blocks);
         Ok(())
     }
 

@@ -1,11 +1,12 @@
 //! Raising the control in steps when Newton cannot take it at once, without a change of branch.
 
-use crate::control::Target;
+use crate::constraint::Constraint;
 use crate::error::NewtonError;
+use crate::nested_system::NestedSystem;
 use crate::newton::{NewtonScratch, ROUNDING, ResidualSystem, newton_with};
 use crate::options::{LineSearch, NewtonOptions};
 use crate::report::NewtonReport;
-use crate::system::System;
+use crate::resolution::swept_by_mean_radius;
 use crate::turning::Reach;
 
 /// Solves for control value `to`, and leaves the answer in `state`. It tries Newton from `state`, if
@@ -20,7 +21,7 @@ use crate::turning::Reach;
 /// start and the curve turns through no more than a full circle (or hardly more than at the
 /// start). All else is left to the walk.
 pub(crate) fn solve(
-    system: &mut System<'_>,
+    system: &mut NestedSystem<'_>,
     state: &mut [f64],
     start: &[f64],
     values: (f64, f64),
@@ -62,7 +63,7 @@ enum Ended {
 }
 
 struct Search<'a, 's> {
-    system: &'a mut System<'s>,
+    system: &'a mut NestedSystem<'s>,
     scratch: NewtonScratch,
     /// Everything that was tried.
     report: NewtonReport,
@@ -233,12 +234,12 @@ impl Search<'_, '_> {
         let [before, after] = &mut rates;
         let system = &mut *self.system;
         let swept = system.volume(state) - system.volume(start);
-        if swept.abs() > system.innermost().volume_within() {
+        if swept.abs() > swept_by_mean_radius(system.innermost().start()) {
             return false;
         }
-        match system.innermost().target {
-            Target::Measure(..) => true,
-            Target::Intensity(_) | Target::TotalForce(_) => {
+        match system.innermost().constraint {
+            Constraint::Measure(..) => true,
+            Constraint::Intensity(_) | Constraint::TotalForce(_) => {
                 system.factor(start).is_ok()
                     && system.rate_into(before).is_ok()
                     && system.factor(state).is_ok()

@@ -6,6 +6,7 @@ use membrane_forces::{
     CurvePiece, CurvePoint, LoadKind, Measures, Membrane, MembraneError, Stretched,
 };
 
+use crate::cause::SLACK;
 use crate::error::{NewtonError, own};
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
@@ -27,7 +28,7 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
-    fn nodes(&self) -> &[f64] {
+    pub(crate) fn nodes(&self) -> &[f64] {
         &self.state[..self.state.len() - 1]
     }
 
@@ -105,9 +106,6 @@ impl Equilibrium {
     }
 }
 
-/// Tension of rubber below zero by this fraction of its modulus is rounding: that of a state at rest.
-const SLACK: f64 = 1e-9;
-
 impl Resolution {
     /// The state that follows `curve`, which need not be of this resolution.
     pub(crate) fn state_near(self: &Arc<Self>, curve: &Equilibrium) -> (Arc<Self>, Vec<f64>) {
@@ -151,6 +149,14 @@ impl Resolution {
         if tension < -SLACK {
             return Err(NewtonError::Slack { tension });
         }
+        let start = own(self.discrete.points(self.discrete.start()));
+        if axis_crossings(&solved.points()).count() > axis_crossings(&start).count() {
+            let positions = solved.positions();
+            let s = axis_crossings(&solved.points())
+                .next()
+                .map_or(0.0, |n| positions[n]);
+            return Err(NewtonError::Collapsed { s });
+        }
         if !solved.load.is_finite() {
             // A total force is the intensity times a surface.
             return Err(NewtonError::Membrane(MembraneError::NotFinite {
@@ -181,4 +187,16 @@ impl Resolution {
             state,
         }
     }
+}
+
+/// Nodes before which a curve crosses the axis.
+fn axis_crossings(points: &[[f64; 2]]) -> impl Iterator<Item = usize> {
+    let mut side = 0.0;
+    points.iter().enumerate().filter_map(move |(n, point)| {
+        let before = side;
+        if point[1] != 0.0 {
+            side = point[1].signum();
+        }
+        (before * side < 0.0).then_some(n)
+    })
 }

@@ -92,16 +92,22 @@ pub enum NewtonError {
         /// What was tried.
         report: NewtonReport,
     },
-    /// Rubber is pushed together along the meridian somewhere: no membrane is in equilibrium so.
+    /// Rubber is compressed along the meridian somewhere, or would be on the way to what was asked for. A membrane has no equilibrium there.
     #[error("slack: the tension along the meridian falls to {tension:?} times the shear modulus")]
     Slack {
         /// Least tension, dW/dl1 over l1 and the shear modulus.
         tension: f64,
     },
-    /// An eigenvalue that inverse iteration does not tell from the next one.
-    #[error("the eigenvalue nearest to zero does not settle, last {eigenvalue:?}")]
+    /// Opposite walls pass through each other: the curve crosses the axis more often than at the start, so that it encloses no body.
+    #[error("collapsed: opposite walls of the membrane meet near s = {s:?}")]
+    Collapsed {
+        /// Material coordinate of the node before which the curve first crosses the axis.
+        s: f64,
+    },
+    /// An eigenvalue that rounding hides, or that inverse iteration does not reach.
+    #[error("the lowest eigenvalue does not settle near {eigenvalue:?}")]
     Unsettled {
-        /// What it came to last.
+        /// Where it was looked for last.
         eigenvalue: f64,
     },
     /// Newton stopped before the residual or the step was small enough.

@@ -52,6 +52,17 @@ impl Factors {
     ) -> Result<f64, NewtonError> {
         self.factored = false;
         discrete.taut_tangent_into(nodes, intensity, least, &mut self.tangent)?;
+        self.eliminate()
+    }
+
+    /// Factors `tangent`; returns the sign of its determinant.
+    pub(crate) fn factor_tangent(&mut self, tangent: &Tangent) -> Result<f64, NewtonError> {
+        self.tangent.clone_from(tangent);
+        self.eliminate()
+    }
+
+    fn eliminate(&mut self) -> Result<f64, NewtonError> {
+        self.factored = false;
         let Tangent { blocks, band, .. } = &mut self.tangent;
         let mut sign = 1.0;
         for (e, block) in blocks.iter_mut().enumerate() {

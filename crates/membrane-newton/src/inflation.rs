@@ -4,15 +4,16 @@
 //! Newton's tangents have tensions along the meridian that are not below zero. An answer in which none is has the exact tangent, so that
 //! the last steps are quadratic; one in which some is would be no equilibrium of a membrane.
 
-use membrane_forces::{Measure, MembraneError};
+use membrane_forces::Measure;
 
+use crate::constraint::Constraint;
 use crate::continuation;
-use crate::control::Target;
 use crate::error::NewtonError;
+use crate::nested_system::NestedSystem;
 use crate::newton::{NewtonScratch, ResidualSystem, newton_with};
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
-use crate::system::System;
+use crate::resolution::{swept_by_mean_radius, swept_by_radius};
 use crate::turning::Reach;
 
 /// Tension of the first step, for a change of volume by what the membrane sweeps as it moves by its radius.
@@ -28,10 +29,10 @@ const HALVINGS: usize = 12;
 /// Solves for `wanted`, and leaves the answer in `state`: from `state` itself, if it is another one than `start`, the state at rest; at
 /// once from there; or from the first volume on the way that can be reached at once.
 pub(crate) fn solve(
-    system: &mut System<'_>,
+    system: &mut NestedSystem<'_>,
     state: &mut [f64],
     start: &[f64],
-    wanted: Target,
+    wanted: Constraint,
     options: &NewtonOptions,
 ) -> Result<NewtonReport, NewtonError> {
     options.check()?;
@@ -40,11 +41,11 @@ pub(crate) fn solve(
         scratch: NewtonScratch::default(),
         report: NewtonReport::default(),
     };
-    search.system.innermost().target = wanted;
+    search.system.innermost().constraint = wanted;
     search.system.each().for_each(|m| m.expect_stable());
     let (rest, most) = (
         search.system.volume(start),
-        search.system.innermost().volume_within(),
+        swept_by_mean_radius(search.system.innermost().start()),
     );
     // What a coarser curve led to may be beyond a limit that only this one has.
     if state != start
@@ -60,13 +61,13 @@ pub(crate) fn solve(
     if nothing_asked && search.system.residual_norm(&residual) <= AT_REST {
         return Ok(search.report);
     }
-    let unit = search.system.innermost().volume_scale();
+    let unit = swept_by_radius(search.system.innermost().start());
     let (first, at_once) = match wanted {
-        Target::Measure(Measure::Volume, volume) => {
+        Constraint::Measure(Measure::Volume, volume) => {
             let change = volume - rest;
             (change.min(most), change <= most)
         }
-        Target::Measure(..) | Target::Intensity(_) | Target::TotalForce(_) => {
+        Constraint::Measure(..) | Constraint::Intensity(_) | Constraint::TotalForce(_) => {
             (FIRST_VOLUME * unit, false)
         }
     };
@@ -83,6 +84,7 @@ pub(crate) fn solve(
         }
     }
     if let Some(mut error) = last {
+        state.copy_from_slice(start);
         if let Some(report) = error.report_mut() {
             report.clone_from(&search.report);
         }
@@ -92,7 +94,7 @@ pub(crate) fn solve(
 }
 
 struct Inflation<'a, 's> {
-    system: &'a mut System<'s>,
+    system: &'a mut NestedSystem<'s>,
     scratch: NewtonScratch,
     /// Everything that was tried.
     report: NewtonReport,
@@ -109,9 +111,9 @@ impl Inflation<'_, '_> {
     ) -> Result<(), NewtonError> {
         let system = &mut *self.system;
         let change = (volume - system.volume(start)).abs();
-        system.innermost().target = Target::Measure(Measure::Volume, volume);
+        system.innermost().constraint = Constraint::Measure(Measure::Volume, volume);
         for membrane in system.each() {
-            let tension = FIRST_TENSION * change / membrane.volume_scale();
+            let tension = FIRST_TENSION * change / swept_by_radius(membrane.start());
             membrane.set_least_tension(tension.clamp(1e-9, 1.0));
         }
         state.copy_from_slice(start);
@@ -156,11 +158,11 @@ impl Inflation<'_, '_> {
     fn walk(
         &mut self,
         state: &mut [f64],
-        wanted: Target,
+        wanted: Constraint,
         options: &NewtonOptions,
     ) -> Result<NewtonReport, NewtonError> {
         let system = &mut *self.system;
-        system.innermost().target = wanted;
+        system.innermost().constraint = wanted;
         system.each().for_each(|m| m.expect_stable());
         let launched = state.to_vec();
         let values = (system.control_value(&launched), wanted.value());
@@ -168,37 +170,6 @@ impl Inflation<'_, '_> {
         if let Some(report) = outcome.as_mut().map_or_else(NewtonError::report_mut, Some) {
             report.add_earlier(&self.report);
         }
-        // Towards a limit point of the pressure everything runs away, be the rubber at the end of its extension or not.
-        match (&outcome, wanted) {
-            (_, Target::Intensity(_) | Target::TotalForce(_)) => outcome,
-            (Err(NewtonError::LimitPoint { reached, .. }), Target::Measure(..)) => {
-                let left = wanted.value() - reached;
-                self.ahead(state, left).and(outcome)
-            }
-            _ => outcome,
-        }
-    }
-
-    /// Refuses to go on along the branch if that stretches the rubber beyond what its chains allow. Of rubber without such a limit it is the
-    /// branch that ends, where straight on may well be a curve on the other side of the axis.
-    fn ahead(&mut self, state: &[f64], change: f64) -> Result<(), NewtonError> {
-        let system = &mut *self.system;
-        let mut rate = vec![0.0; state.len()];
-        let known = system
-            .factor(state)
-            .and_then(|()| system.rate_into(&mut rate));
-        if known.is_err() {
-            return Ok(());
-        }
-        let next = state.iter().zip(&rate).map(|(x, rate)| x + change * rate);
-        let next: Vec<f64> = next.collect();
-        match system.residual_into(&next, &mut rate) {
-            Err(NewtonError::Membrane(error @ MembraneError::PastStretch { limit, .. }))
-                if limit.is_finite() =>
-            {
-                Err(NewtonError::Membrane(error))
-            }
-            _ => Ok(()),
-        }
+        outcome
     }
 }

@@ -31,17 +31,21 @@
 //! doi:10.1137/1.9780898719598.
 
 mod banded;
+mod block;
 mod border;
-mod bordered;
 mod branch;
+mod cause;
+mod constraint;
 mod continuation;
-mod control;
 mod equilibrium;
 mod error;
 mod factors;
+mod flat;
+mod inertia;
 mod inflation;
-mod layers;
 mod limit;
+mod nested;
+mod nested_system;
 mod newton;
 mod options;
 mod pair;
@@ -50,14 +54,14 @@ mod report;
 mod resolution;
 mod sensitivity;
 mod solver;
+mod stability;
 mod study;
-mod system;
 mod turning;
 
 pub use banded::{BandedLu, Factored};
 pub use border::{Border, Eliminated, dot_in_eight};
-pub use branch::{BranchPoint, Stability};
-pub use control::Control;
+pub use branch::BranchPoint;
+pub use constraint::Control;
 pub use equilibrium::Equilibrium;
 pub use error::{NewtonError, UserError};
 pub use membrane_forces::{
@@ -71,4 +75,5 @@ pub use pentadiagonal::PentadiagonalLdl;
 pub use report::NewtonReport;
 pub use sensitivity::Sensitivity;
 pub use solver::{Discretisation, Solver};
+pub use stability::{Modes, Stability};
 pub use study::{PaperJacobian, paper_newton};

@@ -2,8 +2,8 @@
 
 use membrane_forces::Measure;
 
-use crate::bordered::Bordered;
-use crate::control::Target;
+use crate::block::Block;
+use crate::constraint::Constraint;
 use crate::resolution::Resolution;
 
 /// Iterations from where a walk ends, some 1e-4 of the pressure before the limit.
@@ -21,13 +21,13 @@ const ITERATIONS: usize = 30;
 pub(crate) fn pressure(resolution: &Resolution, state: &[f64]) -> Option<f64> {
     let last = resolution.discrete.start().len();
     let mut x = state[..=last].to_vec();
-    let mut system = resolution.system(Target::Measure(Measure::Volume, 0.0));
+    let mut system = resolution.system(Constraint::Measure(Measure::Volume, 0.0));
     let n = x.len();
     let (mut z, mut rate, mut w) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let (mut moved, mut there) = (vec![0.0; n], vec![0.0; n]);
     for _ in 0..ITERATIONS {
         let volume = system.volume(&x[..last]);
-        system.target = Target::Measure(Measure::Volume, volume);
+        system.constraint = Constraint::Measure(Measure::Volume, volume);
         system.residual_into(&x, &mut z).ok()?;
         system.factor(&x).ok()?;
         w.copy_from_slice(&z);
@@ -71,7 +71,7 @@ pub(crate) fn pressure(resolution: &Resolution, state: &[f64]) -> Option<f64> {
 /// A step this small changes the pressure, which is stationary, by its square.
 const SETTLED: f64 = 1e-9;
 
-impl Bordered<'_> {
+impl Block<'_> {
     /// Whether forces are defined in state `x`.
     fn is_defined(&mut self, x: &[f64]) -> bool {
         let mut out = vec![0.0; x.len()];

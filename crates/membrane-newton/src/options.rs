@@ -1,6 +1,6 @@
 //! When Newton stops, and how it searches.
 
-use crate::control::check;
+use crate::constraint::check;
 use crate::error::{BELOW_ZERO, NewtonError};
 
 /// When to stop and how to search.

@@ -1,9 +1,9 @@
 //! Two membranes with incompressible wall between them, solved together.
 
-use crate::control::Control;
+use crate::constraint::Control;
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
-use crate::layers::Layers;
+use crate::nested::Nested;
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
 use crate::sensitivity::Sensitivity;
@@ -85,10 +85,10 @@ impl Pair {
         inner: Control,
         options: &NewtonOptions,
     ) -> Result<PairEquilibrium, NewtonError> {
-        let layers = [&self.inner, &self.outer].map(|solver| solver.resolution.clone());
-        let layers = Layers(layers.into());
-        let start = layers.start_state();
-        solve_both(layers, start, &[], inner, options)
+        let nested = [&self.inner, &self.outer].map(|solver| solver.resolution.clone());
+        let nested = Nested(nested.into());
+        let start = nested.start_state();
+        solve_both(nested, start, &[], inner, options)
     }
 
     /// The same from a nearby solution (warm start).
@@ -105,26 +105,26 @@ impl Pair {
         let (inside, mut start) = self.inner.resolution.state_near(near[0]);
         let (outside, state) = self.outer.resolution.state_near(near[1]);
         start.extend(state);
-        solve_both(Layers(vec![inside, outside]), start, &near, inner, options)
+        solve_both(Nested(vec![inside, outside]), start, &near, inner, options)
     }
 }
 
 fn solve_both(
-    layers: Layers,
+    nested: Nested,
     start: Vec<f64>,
     near: &[&Equilibrium],
     control: Control,
     options: &NewtonOptions,
 ) -> Result<PairEquilibrium, NewtonError> {
-    let (layers, state, report) = layers.solve(start, near, control, options)?;
-    let (inner, outer) = state.split_at(layers.0[0].discrete.start().len() + 1);
+    let (nested, state, report) = nested.solve(start, near, control, options)?;
+    let (inner, outer) = state.split_at(nested.0[0].discrete.start().len() + 1);
     // The report is the pair's.
-    let inner = layers.0[0].answer(inner.to_vec(), NewtonReport::default())?;
-    let outer = layers.0[1].answer(outer.to_vec(), NewtonReport::default())?;
+    let inner = nested.0[0].answer(inner.to_vec(), NewtonReport::default())?;
+    let outer = nested.0[1].answer(outer.to_vec(), NewtonReport::default())?;
     let wall_volume = outer.measures.volume - inner.measures.volume;
     Ok(PairEquilibrium {
         wall_volume,
-        wall_volume_error: wall_volume / layers.wall_volumes()[0] - 1.0,
+        wall_volume_error: wall_volume / nested.wall_volumes()[0] - 1.0,
         inner,
         outer,
         report,
@@ -152,8 +152,8 @@ impl PairEquilibrium {
     /// As [`Equilibrium::sensitivity`].
     pub fn sensitivity(&self, control: Control) -> Result<[Sensitivity; 2], NewtonError> {
         let both = [&self.inner, &self.outer];
-        let layers = Layers(both.map(|membrane| membrane.resolution.clone()).into());
-        let rate = layers.rate(&both.map(|membrane| &membrane.state[..]).concat(), control)?;
+        let nested = Nested(both.map(|membrane| membrane.resolution.clone()).into());
+        let rate = nested.rate(&both.map(|membrane| &membrane.state[..]).concat(), control)?;
         let (inner, outer) = rate.split_at(self.inner.state.len());
         Ok([
             self.inner.resolution.sensitivity(inner),

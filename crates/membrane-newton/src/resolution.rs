@@ -1,13 +1,14 @@
 //! One resolution of a membrane, and the finer one to go to when it does not suffice.
 
+use std::f64::consts::PI;
 use std::sync::{Arc, OnceLock};
 
 use membrane_forces::{
     DiscreteMembrane, Measure, Measures, Membrane, MembraneError, SpectralElements,
 };
 
-use crate::bordered::{Bordered, is_rubber};
-use crate::control::{Control, Target};
+use crate::block::{Block, is_rubber};
+use crate::constraint::{Constraint, Control};
 use crate::error::{NewtonError, own};
 
 #[derive(Debug)]
@@ -135,12 +136,12 @@ impl Resolution {
         is_rubber(&*self.discrete)
     }
 
-    pub(crate) fn target(&self, control: Control) -> Result<Target, NewtonError> {
-        Target::new(control, &*self.discrete, &self.start)
+    pub(crate) fn constraint(&self, control: Control) -> Result<Constraint, NewtonError> {
+        Constraint::new(control, &*self.discrete, &self.start)
     }
 
-    pub(crate) fn system(&self, target: Target) -> Bordered<'_> {
-        Bordered::new(&*self.discrete, self.start.length, target)
+    pub(crate) fn system(&self, constraint: Constraint) -> Block<'_> {
+        Block::new(&*self.discrete, self.start, constraint)
     }
 
     /// Nodes, then the force intensity.
@@ -172,4 +173,14 @@ impl Resolution {
         state.push(intensity);
         state
     }
+}
+
+/// Volume that a shell as large as the start sweeps when it moves by its radius.
+pub(crate) fn swept_by_radius(start: &Measures) -> f64 {
+    start.surface * start.length / (2.0 * PI)
+}
+
+/// Volume that the start sweeps when each of its points moves by its mean distance from the axis, surface over pi times length.
+pub(crate) fn swept_by_mean_radius(start: &Measures) -> f64 {
+    start.surface * start.surface / (PI * start.length)
 }

@@ -1,9 +1,9 @@
 //! How the equilibrium changes with its control.
 
-use crate::control::Control;
+use crate::constraint::Control;
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, own};
-use crate::layers::Layers;
+use crate::nested::Nested;
 use crate::resolution::Resolution;
 
 /// Derivative of an equilibrium by the value of a control (per unit of that value).
@@ -40,15 +40,15 @@ impl Equilibrium {
     /// # Errors
     /// A control nothing can be solved for; a singular tangent (the control is at a limit point).
     pub fn sensitivity(&self, control: Control) -> Result<Sensitivity, NewtonError> {
-        let layers = Layers(vec![self.resolution.clone()]);
-        let rate = layers.rate(&self.state, control)?;
+        let nested = Nested(vec![self.resolution.clone()]);
+        let rate = nested.rate(&self.state, control)?;
         Ok(self.resolution.sensitivity(&rate))
     }
 }
 
 impl Resolution {
     /// What the border equation's value changes by with the value of `control`.
-    pub(crate) fn target_slope(&self, control: Control) -> f64 {
+    pub(crate) fn constraint_slope(&self, control: Control) -> f64 {
         match control {
             Control::VolumeGain(_) => self.start.volume,
             _ => 1.0,

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use membrane_forces::{FiniteDifferences, Measures, Membrane};
 
-use crate::control::{Control, check};
+use crate::constraint::{Control, check};
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
-use crate::layers::Layers;
+use crate::nested::Nested;
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
@@ -119,6 +119,10 @@ impl Solver {
         control: Control,
         options: &NewtonOptions,
     ) -> Result<Equilibrium, NewtonError> {
+        if near.measures.volume.abs() < near.resolution.smallest_volume() {
+            // a state without strains of its own, next to the start
+            return self.solve(control, options);
+        }
         solve_one(self.resolution.state_near(near), &[near], control, options)
     }
 }
@@ -129,7 +133,7 @@ fn solve_one(
     control: Control,
     options: &NewtonOptions,
 ) -> Result<Equilibrium, NewtonError> {
-    let layers = Layers(vec![resolution]);
-    let (layers, state, report) = layers.solve(start, near, control, options)?;
-    layers.0[0].answer(state, report)
+    let nested = Nested(vec![resolution]);
+    let (nested, state, report) = nested.solve(start, near, control, options)?;
+    nested.0[0].answer(state, report)
 }

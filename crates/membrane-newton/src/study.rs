@@ -3,7 +3,7 @@
 use membrane_forces::{DiscreteMembrane, FiniteDifferences, MembraneError, Tangent};
 
 use crate::banded::BandedLu;
-use crate::bordered::nan_max;
+use crate::block::nan_max;
 use crate::error::NewtonError;
 use crate::newton::{NewtonScratch, ResidualSystem, newton_with};
 use crate::options::{LineSearch, NewtonOptions};

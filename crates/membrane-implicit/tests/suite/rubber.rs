@@ -106,7 +106,7 @@ fn vibrations_have_the_frequency_of_the_stability() {
     let still = solver
         .solve(Control::Load(p), &NewtonOptions::default())
         .unwrap();
-    let omega = still.stability().unwrap().at_pressure.sqrt();
+    let omega = still.stability().unwrap().at_pressure.lowest.sqrt();
     // settled under p, then a little more pressure for a moment of the lowest mode's period
     let drive = Drive::intensity(move |t| {
         if t < 200.0 {

@@ -16,3 +16,5 @@ mod robustness;
 mod rubber;
 mod rubber_limits;
 mod sensitivity;
+mod slack;
+mod stability;

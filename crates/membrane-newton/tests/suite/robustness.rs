@@ -207,6 +207,11 @@ fn check(case: &Case) -> Result<(), TestCaseError> {
         prop_assert!(case.law == PressureLaw::PerCurrentLength, "{case:?}");
         return Ok(());
     }
+    // Soft parts under some hundred lambda R pass through each other; at the very load of it not on every mesh.
+    let collapsed = |outcome: &&Result<_, _>| matches!(outcome, Err(NewtonError::Collapsed { .. }));
+    if outcomes.iter().filter(collapsed).count() > 1 {
+        return Ok(());
+    }
     let limit = |outcome: &Result<_, _>| match outcome {
         Err(NewtonError::LimitPoint { reached, .. }) => Some(*reached),
         _ => None,

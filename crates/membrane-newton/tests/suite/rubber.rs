@@ -244,11 +244,11 @@ fn a_branch_walks_past_the_limit_and_says_what_is_stable() {
     assert!(past > 2 && past < points.len() - 2);
     for (k, point) in points.iter().enumerate() {
         assert_eq!(
-            point.stability.at_pressure > 0.0,
-            k < past,
+            point.stability.at_pressure.unstable,
+            usize::from(k >= past),
             "{k}: {point:?}"
         );
-        assert!(point.stability.at_volume > 0.0);
+        assert!(point.stability.at_volume.lowest > 0.0);
         assert_eq!(point.slope > 0.0, k < past);
     }
     // against central differences of p(V)

@@ -24,13 +24,13 @@ pub enum Control {
 
 /// The border equation g(c, f) = 0.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Target {
+pub(crate) enum Constraint {
     Intensity(f64),
     TotalForce(f64),
     Measure(Measure, f64),
 }
 
-impl Target {
+impl Constraint {
     /// The equation that `control` adds, after checking that it can be met.
     pub(crate) fn new(
         control: Control,

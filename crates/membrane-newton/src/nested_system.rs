@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use membrane_forces::Measure;
 
+use crate::block::{Block, nan_max};
 use crate::border::dot;
-use crate::bordered::{Bordered, nan_max};
-use crate::control::Target;
+use crate::constraint::Constraint;
 use crate::error::NewtonError;
 use crate::newton::ResidualSystem;
 use crate::turning::Reach;
@@ -14,8 +14,8 @@ use crate::turning::Reach;
 /// Unknowns (c, f) of each membrane from the inside out, with one number that is prescribed, the control of the innermost.
 ///
 /// The border equation of every other one, V - V of the one inside = wall volume, couples it to that one in one direction.
-pub(crate) struct System<'a> {
-    membranes: Vec<Bordered<'a>>,
+pub(crate) struct NestedSystem<'a> {
+    membranes: Vec<Block<'a>>,
     /// Where the unknowns of each are.
     places: Vec<Range<usize>>,
     wall_volumes: Vec<f64>,
@@ -23,9 +23,9 @@ pub(crate) struct System<'a> {
     volume_rows: Vec<Vec<f64>>,
 }
 
-impl<'a> System<'a> {
+impl<'a> NestedSystem<'a> {
     /// `wall_volumes`: between each membrane and the next.
-    pub(crate) fn new(membranes: Vec<Bordered<'a>>, wall_volumes: Vec<f64>) -> Self {
+    pub(crate) fn new(membranes: Vec<Block<'a>>, wall_volumes: Vec<f64>) -> Self {
         let mut end = 0;
         let places = membranes.iter().map(|membrane| {
             let start = end;
@@ -43,7 +43,7 @@ impl<'a> System<'a> {
     }
 
     /// The membrane inside all others.
-    pub(crate) fn innermost(&mut self) -> &mut Bordered<'a> {
+    pub(crate) fn innermost(&mut self) -> &mut Block<'a> {
         &mut self.membranes[0]
     }
 
@@ -54,13 +54,13 @@ impl<'a> System<'a> {
     }
 
     /// All of them, from the inside out.
-    pub(crate) fn each(&mut self) -> impl Iterator<Item = &mut Bordered<'a>> {
+    pub(crate) fn each(&mut self) -> impl Iterator<Item = &mut Block<'a>> {
         self.membranes.iter_mut()
     }
 
     /// What the control prescribes, as it is in state `x`.
     pub(crate) fn control_value(&self, x: &[f64]) -> f64 {
-        self.membranes[0].target_value(&x[self.places[0].clone()])
+        self.membranes[0].constrained_value(&x[self.places[0].clone()])
     }
 
     /// Whether the membrane inside all others is of rubber.
@@ -78,12 +78,13 @@ impl<'a> System<'a> {
         for (k, wall_volume) in self.wall_volumes.iter().enumerate() {
             let Range { start, end } = self.places[k];
             let volume = self.membranes[k].volume(&x[start..end - 1]);
-            self.membranes[k + 1].target = Target::Measure(Measure::Volume, volume + wall_volume);
+            self.membranes[k + 1].constraint =
+                Constraint::Measure(Measure::Volume, volume + wall_volume);
         }
     }
 
     /// The largest of what `size` says of each membrane and its part of `x`.
-    fn largest(&self, x: &[f64], size: impl Fn(&Bordered<'a>, &[f64]) -> f64) -> f64 {
+    fn largest(&self, x: &[f64], size: impl Fn(&Block<'a>, &[f64]) -> f64) -> f64 {
         let parts = self.membranes.iter().zip(&self.places);
         parts
             .map(|(membrane, place)| size(membrane, &x[place.clone()]))
@@ -94,13 +95,13 @@ impl<'a> System<'a> {
     /// membrane by its length.
     pub(crate) fn misses(&mut self, x: &[f64]) -> f64 {
         self.couple(x);
-        self.largest(x, Bordered::misses)
+        self.largest(x, Block::misses)
     }
 
     /// Whether the determinant of the tangent, if factored since the value was set, has the sign
     /// that it had when this system was factored first.
     pub(crate) fn keeps_sign(&self) -> bool {
-        self.membranes.iter().all(Bordered::keeps_sign)
+        self.membranes.iter().all(Block::keeps_sign)
     }
 
     /// Whether no curve turns further from state `from` to state `to` than `reach` allows.
@@ -123,11 +124,11 @@ impl<'a> System<'a> {
 
     /// Size of what a change of the state does to the curves, free of units.
     pub(crate) fn shape_norm(&self, change: &[f64]) -> f64 {
-        self.largest(change, Bordered::shape_norm)
+        self.largest(change, Block::shape_norm)
     }
 }
 
-impl ResidualSystem for System<'_> {
+impl ResidualSystem for NestedSystem<'_> {
     fn len(&self) -> usize {
         self.places.iter().map(Range::len).sum()
     }
@@ -162,10 +163,10 @@ impl ResidualSystem for System<'_> {
     }
 
     fn residual_norm(&self, residual: &[f64]) -> f64 {
-        self.largest(residual, Bordered::residual_norm)
+        self.largest(residual, Block::residual_norm)
     }
 
     fn step_norm(&self, step: &[f64]) -> f64 {
-        self.largest(step, Bordered::step_norm)
+        self.largest(step, Block::step_norm)
     }
 }

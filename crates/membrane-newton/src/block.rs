@@ -1,21 +1,22 @@
 //! Equilibrium and control as one system: the shape and its force intensity.
 
-use membrane_forces::{DiscreteMembrane, Material, Measure, MembraneError};
+use membrane_forces::{DiscreteMembrane, Material, Measure, Measures, MembraneError};
 
 use crate::border::Border;
-use crate::control::Target;
+use crate::constraint::Constraint;
 use crate::error::{NewtonError, own};
 use crate::factors::Factors;
 use crate::turning::{Reach, turned, turning};
 
 /// F(c, f) = 0 and g(c, f) = 0 for the unknowns (c, f), f last.
-pub(crate) struct Bordered<'a> {
+pub(crate) struct Block<'a> {
     discrete: &'a dyn DiscreteMembrane,
-    pub(crate) target: Target,
+    pub(crate) constraint: Constraint,
     factors: Factors,
     border: Border,
     elastic: Vec<f64>,
     blow_up: f64,
+    start: Measures,
     /// Length and stiffness that make numbers free of units: length of the start, largest lambda.
     length_scale: f64,
     stiffness_scale: f64,
@@ -27,21 +28,23 @@ pub(crate) struct Bordered<'a> {
     signs: (f64, f64),
 }
 
-impl<'a> Bordered<'a> {
+impl<'a> Block<'a> {
     pub(crate) fn new(
         discrete: &'a dyn DiscreteMembrane,
-        length_scale: f64,
-        target: Target,
+        start: Measures,
+        constraint: Constraint,
     ) -> Self {
+        let length_scale = start.length;
         let n = discrete.start().len();
         let stiffness_scale = discrete.stiffness_scale();
         Self {
             discrete,
-            target,
+            constraint,
             factors: Factors::new(discrete),
             border: Border::new(n),
             elastic: vec![0.0; n],
             blow_up: discrete.blow_up(),
+            start,
             length_scale,
             stiffness_scale,
             size: (length_scale, stiffness_scale),
@@ -72,17 +75,9 @@ impl<'a> Bordered<'a> {
         is_rubber(self.discrete)
     }
 
-    /// Volume that a shell as large as the start sweeps when it moves by its radius.
-    pub(crate) fn volume_scale(&self) -> f64 {
-        let start = self.discrete.start();
-        let surface = self.measure(Measure::Surface, start);
-        surface * self.length_scale / (2.0 * std::f64::consts::PI)
-    }
-
-    /// Volume that the start sweeps when each of its points moves by its mean distance from the axis, surface over pi times length.
-    pub(crate) fn volume_within(&self) -> f64 {
-        let surface = self.measure(Measure::Surface, self.discrete.start());
-        surface * surface / (std::f64::consts::PI * self.length_scale)
+    /// Measures of the start.
+    pub(crate) fn start(&self) -> &Measures {
+        &self.start
     }
 
     fn measure(&self, measure: Measure, nodes: &[f64]) -> f64 {
@@ -99,12 +94,12 @@ impl<'a> Bordered<'a> {
     }
 
     /// What the control prescribes, as it is in state `x`.
-    pub(crate) fn target_value(&self, x: &[f64]) -> f64 {
+    pub(crate) fn constrained_value(&self, x: &[f64]) -> f64 {
         let (f, nodes) = (x[x.len() - 1], &x[..x.len() - 1]);
-        match self.target {
-            Target::Intensity(_) => f,
-            Target::TotalForce(_) => f * self.measure(Measure::Surface, nodes),
-            Target::Measure(measure, _) => self.measure(measure, nodes),
+        match self.constraint {
+            Constraint::Intensity(_) => f,
+            Constraint::TotalForce(_) => f * self.measure(Measure::Surface, nodes),
+            Constraint::Measure(measure, _) => self.measure(measure, nodes),
         }
     }
 
@@ -121,9 +116,9 @@ impl<'a> Bordered<'a> {
     /// moves the membrane by its length.
     fn intensity_size(&self, x: &[f64]) -> f64 {
         let (f, nodes) = (x[x.len() - 1], &x[..x.len() - 1]);
-        match self.target {
-            Target::Intensity(wanted) if wanted != 0.0 => wanted.abs(),
-            Target::TotalForce(wanted) if wanted != 0.0 => {
+        match self.constraint {
+            Constraint::Intensity(wanted) if wanted != 0.0 => wanted.abs(),
+            Constraint::TotalForce(wanted) if wanted != 0.0 => {
                 (wanted / self.measure(Measure::Surface, nodes)).abs()
             }
             _ => self.intensity_scale().max(f.abs()),
@@ -132,8 +127,8 @@ impl<'a> Bordered<'a> {
 
     /// What the prescribed value is measured by: itself, if it is less than what moves the membrane
     /// by its length, so that small loads and slender bodies are met to as many digits as others.
-    fn target_size(&self) -> f64 {
-        let (wanted, scale) = (self.target.value().abs(), self.target_scale());
+    fn constraint_size(&self) -> f64 {
+        let (wanted, scale) = (self.constraint.value().abs(), self.constraint_scale());
         if wanted > 0.0 {
             wanted.min(scale)
         } else {
@@ -142,14 +137,14 @@ impl<'a> Bordered<'a> {
     }
 
     /// The border equation over its own scale, so that all equations count alike.
-    fn target_scale(&self) -> f64 {
+    fn constraint_scale(&self) -> f64 {
         let l = self.length_scale;
-        match self.target {
-            Target::Intensity(_) => self.intensity_scale(),
-            Target::TotalForce(_) => self.intensity_scale() * l * l,
-            Target::Measure(Measure::Length, _) => l,
-            Target::Measure(Measure::Area | Measure::Surface, _) => l * l,
-            Target::Measure(Measure::Volume, _) => l * l * l,
+        match self.constraint {
+            Constraint::Intensity(_) => self.intensity_scale(),
+            Constraint::TotalForce(_) => self.intensity_scale() * l * l,
+            Constraint::Measure(Measure::Length, _) => l,
+            Constraint::Measure(Measure::Area | Measure::Surface, _) => l * l,
+            Constraint::Measure(Measure::Volume, _) => l * l * l,
         }
     }
 
@@ -170,11 +165,11 @@ impl<'a> Bordered<'a> {
         }
         let forces = &mut out[..n];
         let volume = (self.discrete).forces_into(nodes, f, &mut self.elastic, forces)?;
-        let value = match (self.target, volume) {
-            (Target::Measure(Measure::Volume, _), Some(volume)) => volume,
-            _ => self.target_value(x),
+        let value = match (self.constraint, volume) {
+            (Constraint::Measure(Measure::Volume, _), Some(volume)) => volume,
+            _ => self.constrained_value(x),
         };
-        out[n] = value - self.target.value();
+        out[n] = value - self.constraint.value();
         Ok(())
     }
 
@@ -194,22 +189,22 @@ impl<'a> Bordered<'a> {
         let sign = factors.factor(*discrete, nodes, (f, self.least))?;
         discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
         let (column, row) = border.both_mut();
-        let corner = match self.target {
-            Target::Intensity(_) => {
+        let corner = match self.constraint {
+            Constraint::Intensity(_) => {
                 row.fill(0.0);
                 1.0
             }
-            Target::TotalForce(_) => {
+            Constraint::TotalForce(_) => {
                 discrete.measure_gradient_into(Measure::Surface, nodes, row);
                 row.iter_mut().for_each(|g| *g *= f);
                 discrete.measure(Measure::Surface, nodes)?
             }
             // a pressure is what is conjugate to the volume
-            Target::Measure(Measure::Volume, _) if is_rubber(*discrete) => {
+            Constraint::Measure(Measure::Volume, _) if is_rubber(*discrete) => {
                 row.copy_from_slice(column);
                 0.0
             }
-            Target::Measure(measure, _) => {
+            Constraint::Measure(measure, _) => {
                 discrete.measure_gradient_into(measure, nodes, row);
                 0.0
             }
@@ -240,7 +235,7 @@ impl<'a> Bordered<'a> {
             .fold(0.0, nan_max);
         nan_max(
             forces / self.force_scale(),
-            residual[n].abs() / self.target_size(),
+            residual[n].abs() / self.constraint_size(),
         )
     }
 
@@ -253,13 +248,14 @@ impl<'a> Bordered<'a> {
     }
 
     pub(crate) fn set_control(&mut self, value: f64) {
-        self.target = self.target.with_value(value);
+        self.constraint = self.constraint.with_value(value);
         self.signs.1 = self.signs.0;
     }
 
     pub(crate) fn misses(&self, x: &[f64]) -> f64 {
-        let wanted = self.target.value();
-        (self.target_value(x) - wanted).abs() / wanted.abs().max(0.01 * self.target_scale())
+        let wanted = self.constraint.value();
+        (self.constrained_value(x) - wanted).abs()
+            / wanted.abs().max(0.01 * self.constraint_scale())
     }
 
     pub(crate) fn keeps_sign(&self) -> bool {
@@ -323,13 +319,13 @@ mod tests {
                 Resolution::new(SpectralElements::new(&membrane(skew), 6, 1).unwrap(), None),
             ] {
                 let resolution = resolution.unwrap();
-                for target in [
-                    Target::Intensity(5.0),
-                    Target::TotalForce(300.0),
-                    Target::Measure(Measure::Volume, 120.0),
-                    Target::Measure(Measure::Area, 40.0),
+                for constraint in [
+                    Constraint::Intensity(5.0),
+                    Constraint::TotalForce(300.0),
+                    Constraint::Measure(Measure::Volume, 120.0),
+                    Constraint::Measure(Measure::Area, 40.0),
                 ] {
-                    let mut system = resolution.system(target);
+                    let mut system = resolution.system(constraint);
                     let n = system.len();
                     let mut x = resolution.start_state();
                     let moved = |(i, x): (usize, &mut f64)| *x += 0.1 * (i as f64 * 0.4).sin();
@@ -369,7 +365,10 @@ mod tests {
                     system.solve_in_place(&mut solved).unwrap();
                     let off = (&dense - DVector::from_vec(solved)).amax() / dense.amax();
                     // differences at 1e-5 are good to 1e-9 or so, the condition number takes the rest
-                    assert!(off < 1e-6, "skew {skew}, {n} unknowns, {target:?}: {off:e}");
+                    assert!(
+                        off < 1e-6,
+                        "skew {skew}, {n} unknowns, {constraint:?}: {off:e}"
+                    );
                 }
             }
         }

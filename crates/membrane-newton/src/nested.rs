@@ -4,31 +4,47 @@ use std::sync::Arc;
 
 use membrane_forces::Measure;
 
+use crate::cause;
+use crate::constraint::{Constraint, Control};
 use crate::continuation;
-use crate::control::{Control, Target};
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, own};
+use crate::flat;
 use crate::inflation;
 use crate::limit;
+use crate::nested_system::NestedSystem;
 use crate::newton::ResidualSystem;
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
-use crate::resolution::Resolution;
-use crate::system::System;
+use crate::resolution::{Resolution, swept_by_mean_radius};
 
 /// Finer resolutions, with a state carried over to them, and with their start.
-type Refined = (Layers, Vec<f64>, Vec<f64>);
+type Refined = (Nested, Vec<f64>, Vec<f64>);
 
-/// How near to where a walk ended the limit that it ended for is.
-const AT_LIMIT: f64 = 1e-3;
-/// Steps in the volume where the pressure hardly rises, as shares of it from the least to the most, and how many.
-const SHALLOWS: [f64; 2] = [1e-5, 0.02];
-const MOST_SHALLOWS: usize = 400;
+/// Numbers of the walk to a pressure by steps of the volume.
+struct Walk {
+    /// Distance from the end of a walk to the limit that ended it, over the pressure.
+    at_limit: f64,
+    /// Least and first step, over the volume, and how many.
+    least: f64,
+    first: f64,
+    most_steps: usize,
+}
+
+const WALK: Walk = Walk {
+    at_limit: 1e-3,
+    least: 1e-5,
+    first: 0.02,
+    most_steps: 400,
+};
+
+/// Resolutions, the state that solves them, and what the solve did.
+pub(crate) type Solved = (Nested, Vec<f64>, NewtonReport);
 
 /// Membranes from the inside out: one, or a pair. Their states follow each other.
-pub(crate) struct Layers(pub(crate) Vec<Arc<Resolution>>);
+pub(crate) struct Nested(pub(crate) Vec<Arc<Resolution>>);
 
-impl Layers {
+impl Nested {
     /// Each membrane with its part of a state.
     pub(crate) fn parts<'a>(
         &'a self,
@@ -54,22 +70,29 @@ impl Layers {
             .collect()
     }
 
-    fn system(&self, control: Control) -> Result<System<'_>, NewtonError> {
-        let mut target = self.0[0].target(control)?;
+    fn system(&self, control: Control) -> Result<NestedSystem<'_>, NewtonError> {
+        let mut constraint = self.0[0].constraint(control)?;
         let mut membranes = Vec::with_capacity(self.0.len());
         for resolution in &self.0 {
-            membranes.push(resolution.system(target));
-            target = Target::Measure(Measure::Volume, 0.0);
+            membranes.push(resolution.system(constraint));
+            constraint = Constraint::Measure(Measure::Volume, 0.0);
         }
-        Ok(System::new(membranes, self.wall_volumes()))
+        Ok(NestedSystem::new(membranes, self.wall_volumes()))
     }
 
     /// Derivative of an equilibrium `state` by the value of `control`.
     pub(crate) fn rate(&self, state: &[f64], control: Control) -> Result<Vec<f64>, NewtonError> {
+        if let [resolution] = &self.0[..]
+            && let Some(mut rate) = resolution.scaled_rate(state, resolution.constraint(control)?)
+        {
+            let slope = resolution.constraint_slope(control);
+            rate.iter_mut().for_each(|rate| *rate *= slope);
+            return Ok(rate);
+        }
         let mut system = self.system(control)?;
         system.factor(state)?;
         let mut rate = vec![0.0; state.len()];
-        rate[self.0[0].discrete.start().len()] = self.0[0].target_slope(control);
+        rate[self.0[0].discrete.start().len()] = self.0[0].constraint_slope(control);
         system.solve_in_place(&mut rate)?;
         Ok(rate)
     }
@@ -83,35 +106,46 @@ impl Layers {
         options: &NewtonOptions,
     ) -> Result<NewtonReport, NewtonError> {
         let mut system = self.system(control)?;
-        let target = self.0[0].target(control)?;
+        let constraint = self.0[0].constraint(control)?;
         if !self.0.iter().any(|resolution| resolution.is_rubber()) {
-            let values = (system.control_value(start), target.value());
+            let values = (system.control_value(start), constraint.value());
             return continuation::solve(&mut system, state, start, values, options);
         }
         let mut outcome = if from_rest {
-            inflation::solve(&mut system, state, start, target, options)
+            inflation::solve(&mut system, state, start, constraint, options)
         } else {
             system.each().for_each(|m| m.set_least_tension(0.0));
-            let values = (system.control_value(start), target.value());
+            let values = (system.control_value(start), constraint.value());
             continuation::solve(&mut system, state, start, values, options)
         };
-        let ended = (&mut outcome, target);
+        let stopped = match outcome {
+            Err(NewtonError::LimitPoint { .. }) => true,
+            // without load steps there is no state that was reached
+            Err(NewtonError::NotConverged { .. } | NewtonError::OtherBranch { .. }) => {
+                options.max_load_steps > 0
+            }
+            _ => false,
+        };
+        if stopped && let Some(cause) = cause::of(self, &mut system, state, constraint) {
+            return Err(cause);
+        }
         if let (
             Err(NewtonError::LimitPoint {
                 reached, report, ..
             }),
-            Target::Intensity(wanted),
-        ) = ended
+            Constraint::Intensity(wanted),
+        ) = (&mut outcome, constraint)
             && self.0[0].is_rubber()
         {
             let pressure = self.0[0].discrete.start().len();
             let limit = |state: &[f64]| {
                 let most = limit::pressure(&self.0[0], state)?;
-                (most <= wanted && (most / state[pressure] - 1.0).abs() < AT_LIMIT).then_some(most)
+                let near = (most / state[pressure] - 1.0).abs() < WALK.at_limit;
+                (most <= wanted && near).then_some(most)
             };
             match limit(state) {
                 Some(most) => *reached = most,
-                None => match self.over_shallows(state, wanted, options) {
+                None => match self.walk_by_volume(state, wanted, options) {
                     Some(mut further) => {
                         further.add_earlier(report);
                         return Ok(further);
@@ -125,7 +159,7 @@ impl Layers {
 
     /// On from `state` by volume to where the pressure is `wanted`: just before a limit, or where it rises ever so slowly with the volume,
     /// steps in the pressure find no way. None if it ceases to rise; `state` is then the last one in which it did.
-    fn over_shallows(
+    fn walk_by_volume(
         &self,
         state: &mut [f64],
         wanted: f64,
@@ -136,8 +170,8 @@ impl Layers {
             return None;
         }
         let mut total = NewtonReport::default();
-        let mut share = SHALLOWS[1];
-        for _ in 0..MOST_SHALLOWS {
+        let mut share = WALK.first;
+        for _ in 0..WALK.most_steps {
             let volume = own(self.0[0]
                 .discrete
                 .measure(Measure::Volume, &state[..pressure]));
@@ -148,7 +182,7 @@ impl Layers {
             let slope = self.rate(&next, further).ok()?[pressure];
             if slope <= 0.0 || next[pressure] <= state[pressure].max(0.0) {
                 share *= 0.25;
-                if share < SHALLOWS[0] {
+                if share < WALK.least {
                     return None;
                 }
                 continue;
@@ -173,9 +207,9 @@ impl Layers {
         options: &NewtonOptions,
     ) -> Option<NewtonReport> {
         let mut system = self.system(control).ok()?;
-        let target = self.0[0].target(control).ok()?;
+        let constraint = self.0[0].constraint(control).ok()?;
         let start = state.to_vec();
-        let values = (system.control_value(&start), target.value());
+        let values = (system.control_value(&start), constraint.value());
         continuation::solve(&mut system, state, &start, values, options).ok()
     }
 
@@ -210,7 +244,7 @@ impl Layers {
 
     /// Where coarser polynomials find the membranes at a volume, if there are such. Under a load a coarse curve may be beyond a limit that
     /// fine ones have.
-    fn go_ahead(
+    fn coarse_start(
         &self,
         control: Control,
         options: &NewtonOptions,
@@ -235,11 +269,17 @@ impl Layers {
         near: &[&Equilibrium],
         control: Control,
         options: &NewtonOptions,
-    ) -> Result<(Self, Vec<f64>, NewtonReport), NewtonError> {
+    ) -> Result<Solved, NewtonError> {
+        let most = swept_by_mean_radius(&self.0[0].start);
+        if near.iter().all(|near| near.measures.volume.abs() <= most)
+            && let Some(scaled) = flat::solve(&self, control, options)?
+        {
+            return Ok(scaled);
+        }
         let mut total = NewtonReport::default();
         let mut state = start.clone();
         if near.is_empty()
-            && let Some((ahead, report)) = self.go_ahead(control, options)
+            && let Some((ahead, report)) = self.coarse_start(control, options)
         {
             (state, total) = (ahead, report);
         }
@@ -260,7 +300,9 @@ impl Layers {
                     | NewtonError::Singular { .. },
                 ) => false,
                 // where the curve is resolved it is the branch that ends, not the polynomials
-                Err(NewtonError::LimitPoint { .. }) if self.check_resolved(&state).is_err() => {
+                Err(NewtonError::LimitPoint { .. } | NewtonError::Slack { .. })
+                    if self.check_resolved(&state).is_err() =>
+                {
                     false
                 }
                 Err(error) => return Err(error),

@@ -1,0 +1,61 @@
+//! Why a branch of rubber ends where continuation stopped: compression, the end of extension, or a limit point.
+
+use membrane_forces::MembraneError;
+
+use crate::constraint::Constraint;
+use crate::error::NewtonError;
+use crate::nested::Nested;
+use crate::nested_system::NestedSystem;
+use crate::newton::ResidualSystem;
+
+/// Tension of rubber below zero by this fraction of its modulus is rounding: that of a state at rest.
+pub(crate) const SLACK: f64 = 1e-9;
+/// Change of the shape, over its size, within which a branch has its end: by continuation it is followed nearer.
+const NEAR: f64 = 1e-2;
+/// Tension of tangents where there is none, over the shear modulus.
+const TAUT: f64 = 1e-3;
+
+/// The material's reason why there is no equilibrium on the way from `state`, the last one, to `wanted`; none if that is not the material.
+///
+/// Rubber that is compressed along the meridian is slack. So is rubber on the way to a lower load or volume which its rate of change
+/// compresses near the state: tangents without tension are singular, so that continuation stops before. Rubber on the way to a volume is
+/// past its extension if its rate of change leads there near the state.
+pub(crate) fn of(
+    nested: &Nested,
+    system: &mut NestedSystem<'_>,
+    state: &[f64],
+    wanted: Constraint,
+) -> Option<NewtonError> {
+    let slack = |state: &[f64]| {
+        let tensions = nested.parts(state).map(|(resolution, part)| {
+            let nodes = &part[..part.len() - 1];
+            (resolution.discrete.least_tension(nodes)).unwrap_or(f64::INFINITY)
+        });
+        let tension = tensions.fold(f64::INFINITY, f64::min);
+        (tension < -SLACK).then_some(NewtonError::Slack { tension })
+    };
+    if let Some(slack) = slack(state) {
+        return Some(slack);
+    }
+    system.innermost().constraint = wanted;
+    system.each().for_each(|m| m.set_least_tension(TAUT));
+    let mut rate = vec![0.0; state.len()];
+    system.factor(state).ok()?;
+    system.rate_into(&mut rate).ok()?;
+    let left = wanted.value() - system.control_value(state);
+    let near = NEAR / system.shape_norm(&rate);
+    let pairs = state.iter().zip(&rate);
+    let ahead: Vec<f64> = pairs
+        .map(|(x, rate)| x + left.clamp(-near, near) * rate)
+        .collect();
+    if left < 0.0 {
+        return slack(&ahead);
+    }
+    match (wanted, system.residual_into(&ahead, &mut rate)) {
+        (
+            Constraint::Measure(..),
+            Err(NewtonError::Membrane(error @ MembraneError::PastStretch { limit, .. })),
+        ) if limit.is_finite() => Some(error.into()),
+        _ => None,
+    }
+}
