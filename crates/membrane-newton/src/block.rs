@@ -70,6 +70,11 @@ impl<'a> Block<'a> {
         }
     }
 
+    /// Least tension of rubber in this state, over its shear modulus; infinite where it is not defined.
+    pub(crate) fn least_tension(&self, nodes: &[f64]) -> f64 {
+        self.discrete.least_tension(nodes).unwrap_or(f64::INFINITY)
+    }
+
     /// Whether this is rubber.
     pub(crate) fn is_rubber(&self) -> bool {
         is_rubber(self.discrete)

@@ -4,7 +4,6 @@ use membrane_forces::MembraneError;
 
 use crate::constraint::Constraint;
 use crate::error::NewtonError;
-use crate::nested::Nested;
 use crate::nested_system::NestedSystem;
 use crate::newton::ResidualSystem;
 
@@ -21,20 +20,12 @@ const TAUT: f64 = 1e-3;
 /// compresses near the state: tangents without tension are singular, so that continuation stops before. Rubber on the way to a volume is
 /// past its extension if its rate of change leads there near the state.
 pub(crate) fn of(
-    nested: &Nested,
     system: &mut NestedSystem<'_>,
     state: &[f64],
     wanted: Constraint,
 ) -> Option<NewtonError> {
-    let slack = |state: &[f64]| {
-        let tensions = nested.parts(state).map(|(resolution, part)| {
-            let nodes = &part[..part.len() - 1];
-            (resolution.discrete.least_tension(nodes)).unwrap_or(f64::INFINITY)
-        });
-        let tension = tensions.fold(f64::INFINITY, f64::min);
-        (tension < -SLACK).then_some(NewtonError::Slack { tension })
-    };
-    if let Some(slack) = slack(state) {
+    let slack = |tension: f64| (tension < -SLACK).then_some(NewtonError::Slack { tension });
+    if let Some(slack) = slack(system.least_tension(state)) {
         return Some(slack);
     }
     system.innermost().constraint = wanted;
@@ -49,7 +40,7 @@ pub(crate) fn of(
         .map(|(x, rate)| x + left.clamp(-near, near) * rate)
         .collect();
     if left < 0.0 {
-        return slack(&ahead);
+        return slack(system.least_tension(&ahead));
     }
     match (wanted, system.residual_into(&ahead, &mut rate)) {
         (

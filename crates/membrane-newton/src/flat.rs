@@ -10,12 +10,10 @@
 //! The error of this is of the order of the strain. That of nodes in double precision is 1e-16 over the strain: 1e-8 at the volume
 //! [`SMALLEST`], where the strain is 1e-7.
 
-use membrane_forces::{Material, Measure};
+use membrane_forces::{Material, Measure, Measures};
 
-use crate::constraint::{Constraint, Control};
-use crate::error::{NewtonError, own};
-use crate::nested::{Nested, Solved};
-use crate::options::NewtonOptions;
+use crate::constraint::Constraint;
+use crate::error::own;
 use crate::resolution::{Resolution, swept_by_mean_radius};
 
 /// Volume below which a shape is a scaled one, over what the sheet sweeps when it moves by its mean distance from the axis.
@@ -46,7 +44,7 @@ impl Resolution {
     }
 
     /// The equilibrium `state` of a slack sheet scaled to `constraint`; none if that is beyond the state.
-    fn scaled(&self, mut state: Vec<f64>, constraint: Constraint) -> Option<Vec<f64>> {
+    pub(crate) fn scaled(&self, mut state: Vec<f64>, constraint: Constraint) -> Option<Vec<f64>> {
         let last = state.len() - 1;
         let measure = |measure, nodes: &[f64]| own(self.discrete.measure(measure, nodes));
         let wanted = constraint.value();
@@ -110,37 +108,21 @@ impl Resolution {
         rate[last] *= 3.0 * by;
         Some(rate)
     }
-}
 
-/// The answer for a slack sheet, if `control` asks for one that is a scaled one.
-pub(crate) fn solve(
-    nested: &Nested,
-    control: Control,
-    options: &NewtonOptions,
-) -> Result<Option<Solved>, NewtonError> {
-    let [resolution] = &nested.0[..] else {
-        return Ok(None);
-    };
-    let smallest = resolution.smallest_volume();
-    let constraint = resolution.constraint(control)?;
-    let wanted = constraint.value().abs();
-    let (length, surface) = (resolution.start.length, resolution.start.surface);
-    let most = match constraint {
-        Constraint::Intensity(_) => SMALL_INTENSITY * resolution.discrete.intensity_scale(length),
-        Constraint::TotalForce(_) => {
-            SMALL_INTENSITY * resolution.discrete.intensity_scale(length) * surface
-        }
-        Constraint::Measure(Measure::Volume, _) => smallest,
-        Constraint::Measure(..) => 100.0 * SMALLEST * length * length,
-    };
-    if smallest == 0.0 || wanted == 0.0 || wanted >= most {
-        return Ok(None);
+    /// The volume of the state that may be scaled to `constraint`; none if that asks for too much, or of other membranes.
+    pub(crate) fn volume_to_scale(&self, constraint: Constraint) -> Option<f64> {
+        let smallest = self.smallest_volume();
+        let wanted = constraint.value().abs();
+        let Measures {
+            length, surface, ..
+        } = self.start;
+        let intensity = SMALL_INTENSITY * self.discrete.intensity_scale(length);
+        let most = match constraint {
+            Constraint::Intensity(_) => intensity,
+            Constraint::TotalForce(_) => intensity * surface,
+            Constraint::Measure(Measure::Volume, _) => smallest,
+            Constraint::Measure(..) => 100.0 * SMALLEST * length * length,
+        };
+        (smallest > 0.0 && wanted > 0.0 && wanted < most).then_some(smallest)
     }
-    let start = nested.start_state();
-    let volume = Control::Volume(smallest);
-    let (found, state, report) = Nested(nested.0.clone()).solve(start, &[], volume, options)?;
-    let scaled = found.0[0]
-        .constraint(control)
-        .map(|constraint| found.0[0].scaled(state, constraint))?;
-    Ok(scaled.map(|state| (found, state, report)))
 }

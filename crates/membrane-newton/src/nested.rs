@@ -9,7 +9,6 @@ use crate::constraint::{Constraint, Control};
 use crate::continuation;
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, own};
-use crate::flat;
 use crate::inflation;
 use crate::limit;
 use crate::nested_system::NestedSystem;
@@ -126,7 +125,7 @@ impl Nested {
             }
             _ => false,
         };
-        if stopped && let Some(cause) = cause::of(self, &mut system, state, constraint) {
+        if stopped && let Some(cause) = cause::of(&mut system, state, constraint) {
             return Err(cause);
         }
         if let (
@@ -261,6 +260,30 @@ impl Nested {
         Some((carried.collect(), report))
     }
 
+    /// The answer for flat rubber without tension at rest, if `control` asks for a scaled one that is `near`.
+    fn solve_scaled(
+        &self,
+        near: &[&Equilibrium],
+        control: Control,
+        options: &NewtonOptions,
+    ) -> Result<Option<Solved>, NewtonError> {
+        let [resolution] = &self.0[..] else {
+            return Ok(None);
+        };
+        let most = swept_by_mean_radius(&resolution.start);
+        let constraint = resolution.constraint(control)?;
+        match resolution.volume_to_scale(constraint) {
+            Some(volume) if near.iter().all(|near| near.measures.volume.abs() <= most) => {
+                let (nested, volume) = (Self(self.0.clone()), Control::Volume(volume));
+                let (found, state, report) =
+                    nested.solve(self.start_state(), &[], volume, options)?;
+                let scaled = found.0[0].scaled(state, constraint);
+                Ok(scaled.map(|state| (found, state, report)))
+            }
+            _ => Ok(None),
+        }
+    }
+
     /// Solves at these resolutions, then at finer ones until the polynomials have converged; each begins with
     /// what the one before has found, unless that failed. `near`: what `start` is of, if it is not the start.
     pub(crate) fn solve(
@@ -270,10 +293,7 @@ impl Nested {
         control: Control,
         options: &NewtonOptions,
     ) -> Result<Solved, NewtonError> {
-        let most = swept_by_mean_radius(&self.0[0].start);
-        if near.iter().all(|near| near.measures.volume.abs() <= most)
-            && let Some(scaled) = flat::solve(&self, control, options)?
-        {
+        if let Some(scaled) = self.solve_scaled(near, control, options)? {
             return Ok(scaled);
         }
         let mut total = NewtonReport::default();

@@ -112,6 +112,14 @@ impl<'a> NestedSystem<'a> {
         })
     }
 
+    /// Least tension of rubber along the meridian, over its shear modulus; infinite where it is not defined.
+    pub(crate) fn least_tension(&self, x: &[f64]) -> f64 {
+        let parts = self.membranes.iter().zip(&self.places);
+        parts
+            .map(|(membrane, place)| membrane.least_tension(&x[place.start..place.end - 1]))
+            .fold(f64::INFINITY, f64::min)
+    }
+
     /// `out` = how fast the state changes with the control, by the tangent factored last.
     ///
     /// # Errors
