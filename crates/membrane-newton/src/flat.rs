@@ -55,7 +55,7 @@ impl Resolution {
             }
             Constraint::Measure(of, _) => wanted / measure(of, &state[..last]),
         };
-        if !(t.abs() < 1.0) {
+        if t.is_nan() || t.abs() >= 1.0 {
             return None;
         }
         let start = self.discrete.start().as_chunks::<2>().0;
