@@ -26,9 +26,8 @@ const LICENCES: &[&str] = &[
 ];
 
 /// Packages that may stand in one tree in two versions: `syn` runs inside the compiler and is in nobody's binary;
-/// of `miniz_oxide` the two halves of the PNG encoder (`png`, `flate2`) ask for different versions; one of `getrandom` comes with Parquet,
-/// which the program has only if asked for.
-const TWICE: &[&str] = &["syn", "miniz_oxide", "getrandom"];
+/// of `miniz_oxide` the two halves of the PNG encoder (`png`, `flate2`) ask for different versions.
+const TWICE: &[&str] = &["syn", "miniz_oxide"];
 
 /// A package of a tree: name, version, licence expression.
 type Package = (String, String, String);

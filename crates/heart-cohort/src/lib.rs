@@ -11,8 +11,6 @@
 //! memory, or on who computes it, on processors of one kind. Between kinds of processors (other instruction sets, another mathematical
 //! library of the system) samples may differ by rounding; what was drawn does not.
 
-#![cfg_attr(docsrs, feature(doc_cfg))]
-
 mod cohort;
 mod compute;
 mod cut;
@@ -23,8 +21,6 @@ mod expression;
 mod field;
 mod folder;
 mod manifest;
-#[cfg(feature = "parquet")]
-mod parquet_file;
 mod piece;
 mod place;
 mod quantile;

@@ -2,8 +2,6 @@
 
 use crate::error::CohortError;
 use crate::folder;
-#[cfg(feature = "parquet")]
-use crate::parquet_file;
 use crate::shard::remove_left;
 use crate::table::{Cell, Columns, ForEach};
 use heart_phantom::files;
@@ -26,8 +24,7 @@ pub struct ManifestReport {
     pub files: Vec<PathBuf>,
 }
 
-/// Makes one manifest of the records of a folder that holds all shards of a cohort: `manifest.csv`, and with the feature `parquet` also
-/// `manifest.parquet`. One row a member, in their order: `key`, `shard` with `offset` and `bytes` of the member's piece in it, `status`
+/// Makes one manifest of the records of a folder that holds all shards of a cohort: `manifest.csv`. One row a member, in their order: `key`, `shard` with `offset` and `bytes` of the member's piece in it, `status`
 /// (`ok` or `refused`) with its `reason`, the fields that were drawn by their paths, volumes and ejection fraction. Whatever killed
 /// processes have left half written goes. One record is held in memory at a time.
 ///
@@ -73,12 +70,6 @@ pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
     let path = folder.join("manifest.csv");
     files::write_atomically(&path, |out| write_csv(out, &columns, &for_each))?;
     report.files.push(path);
-    #[cfg(feature = "parquet")]
-    {
-        let path = folder.join("manifest.parquet");
-        files::write_atomically(&path, |out| parquet_file::write(out, &columns, &for_each))?;
-        report.files.push(path);
-    }
     for &shard in &shards {
         remove_left(folder, shard);
     }

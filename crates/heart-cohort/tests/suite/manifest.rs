@@ -57,45 +57,10 @@ fn a_manifest_has_a_row_for_every_member() {
             assert!(archive[at..].starts_with(&row.as_slice().as_bytes()[..8]));
         }
     }
-    #[cfg(feature = "parquet")]
-    parquet_says_the_same(folder.path(), &header, &rows);
     // It is the same whoever made the shards, and made again.
     let bytes = fs::read(folder.path().join("manifest.csv")).unwrap();
     merge(folder.path()).unwrap();
     assert!(fs::read(folder.path().join("manifest.csv")).unwrap() == bytes);
-}
-
-#[cfg(feature = "parquet")]
-fn parquet_says_the_same(
-    folder: &std::path::Path,
-    header: &csv::StringRecord,
-    rows: &[csv::StringRecord],
-) {
-    use parquet::file::reader::{FileReader, SerializedFileReader};
-    use parquet::record::Field;
-    let file = fs::File::open(folder.join("manifest.parquet")).unwrap();
-    let reader = SerializedFileReader::new(file).unwrap();
-    assert_eq!(
-        reader.metadata().file_metadata().num_rows(),
-        rows.len() as i64
-    );
-    for (found, row) in reader.get_row_iter(None).unwrap().zip(rows) {
-        let found = found.unwrap();
-        let cells: Vec<(String, Field)> = found
-            .get_column_iter()
-            .map(|(name, field)| (name.clone(), field.clone()))
-            .collect();
-        assert!(cells.iter().map(|(name, _)| name.as_str()).eq(header));
-        for ((_, field), text) in cells.iter().zip(row) {
-            match field {
-                Field::Null => assert_eq!(text, ""),
-                Field::Str(found) => assert_eq!(found, text),
-                Field::Long(found) => assert_eq!(found.to_string(), text),
-                Field::Double(found) => assert_eq!(text.parse::<f64>().unwrap(), *found),
-                other => panic!("{other:?}"),
-            }
-        }
-    }
 }
 
 #[test]

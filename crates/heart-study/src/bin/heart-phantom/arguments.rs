@@ -127,7 +127,7 @@ pub(crate) enum Cohort {
         #[arg(long, default_value = "1/1", value_name = "K/N", value_parser = shards)]
         shard: Shards,
     },
-    /// Make one manifest, as CSV (and as Parquet where this is built with that), of a folder that has all shards.
+    /// Make one manifest, as CSV, of a folder that has all shards.
     Merge {
         /// The folder of the shards.
         dir: PathBuf,
