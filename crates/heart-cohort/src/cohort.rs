@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
+/// Most members: points of Sobol have 32 bits, and some are needed for draws that are rejected.
+pub(crate) const MOST_MEMBERS: u64 = 1 << 26;
+
 /// Members of a study: a scene, and what varies in it. Member `i` depends on the text and on `i`, on nothing else.
 ///
 /// ```

@@ -5,6 +5,7 @@ use crate::piece::Piece;
 use heart_phantom::files::{Samples, put_npy};
 use heart_phantom::{Numbers, Phantom, PhantomError, Product};
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::Write;
 use std::sync::{Mutex, PoisonError};
@@ -78,7 +79,11 @@ fn of_phantom(
         source,
     };
     (piece.add_json("scene.json", &json!(phantom.scene()))).map_err(failed)?;
-    let values: serde_json::Map<_, _> = member.values.iter().cloned().collect();
+    let values: BTreeMap<_, _> = member
+        .values
+        .iter()
+        .map(|(path, value)| (path, value))
+        .collect();
     let told = json!({
         "member": member.index, "case": member.case, "values": values, "numbers": numbers, "warnings": warnings,
     });

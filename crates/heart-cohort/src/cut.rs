@@ -1,6 +1,6 @@
 //! The cut of a cohort into shards: which members belong to which.
 
-use crate::cohort::Cohort;
+use crate::cohort::{Cohort, MOST_MEMBERS};
 use crate::error::CohortError;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -15,25 +15,44 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// Its archive, such as `shard-00003-of-00040.tar`; its record has the ending `json`.
+    /// Returns the name of its archive, such as `shard-00003-of-00040.tar`; its record has the extension `json`.
     pub fn file_name(&self) -> String {
         format!("shard-{:05}-of-{:05}.tar", self.shard, self.of)
     }
 
-    /// Its members: `(shard - 1) n / of` to `shard n / of`, the last not included.
+    pub(crate) fn record_name(&self) -> String {
+        format!("shard-{:05}-of-{:05}.json", self.shard, self.of)
+    }
+
+    /// Returns the shard whose archive or record has exactly this name, if there may be one.
+    pub(crate) fn of_file_name(name: &str) -> Option<Self> {
+        let (stem, _) = name.strip_prefix("shard-")?.rsplit_once('.')?;
+        let (shard, of) = stem.split_once("-of-")?;
+        let shard = Self {
+            shard: shard.parse().ok()?,
+            of: of.parse().ok()?,
+        };
+        let is_possible = shard.of <= MOST_MEMBERS && (1..=shard.of).contains(&shard.shard);
+        let is_its_name = name == shard.file_name() || name == shard.record_name();
+        (is_possible && is_its_name).then_some(shard)
+    }
+
+    /// Returns its members: `(shard - 1) n / of` to `shard n / of` of n, the last not included.
     ///
     /// # Errors
     /// [`CohortError::NoShard`].
     pub fn members(&self, cohort: &Cohort) -> Result<Range<u64>, CohortError> {
-        let n = cohort.members();
-        if self.of < 1 || self.of > n || !(1..=self.of).contains(&self.shard) {
-            return Err(CohortError::NoShard {
-                shard: self.shard,
-                of: self.of,
-                most: n,
-            });
-        }
-        let from = |shard| (u128::from(shard) * u128::from(n) / u128::from(self.of)) as u64;
-        Ok(from(self.shard - 1)..from(self.shard))
+        self.range(cohort.members()).ok_or(CohortError::NoShard {
+            shard: self.shard,
+            of: self.of,
+            most: cohort.members(),
+        })
+    }
+
+    /// The same for a number of members; `None` if it has no such shard.
+    pub(crate) fn range(&self, members: u64) -> Option<Range<u64>> {
+        let is_there = (1..=members).contains(&self.of) && (1..=self.of).contains(&self.shard);
+        let from = |shard| (u128::from(shard) * u128::from(members) / u128::from(self.of)) as u64;
+        is_there.then(|| from(self.shard - 1)..from(self.shard))
     }
 }

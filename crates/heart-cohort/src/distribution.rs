@@ -1,11 +1,14 @@
 //! From a number between 0 and 1 to the value of a field.
 
 use crate::quantile::{normal_quantile, normal_share};
+use crate::value::FieldValue;
 use serde::{Deserialize, Serialize};
-use serde_json::{Number, Value};
 
 /// Least share of a normal distribution that its bounds may leave.
 const LEAST_SHARE: f64 = 1e-9;
+
+/// Largest magnitude of a whole number that is drawn: all up to here are exact as f64.
+const MOST_WHOLE: f64 = (1u64 << 53) as f64;
 
 /// What a field is drawn from: each value is the one below which a share `u` of the distribution is, so that points that fill the unit
 /// cube evenly fill the fields evenly. Fields that are whole numbers get the nearest one, of [`Distribution::Uniform`] each with the same
@@ -40,7 +43,7 @@ pub enum Distribution {
         bounds: Option<[f64; 2]>,
     },
     /// One of these, each with the same chance: numbers, names, or whole tables of a scene.
-    Choice(Vec<Value>),
+    Choice(Vec<FieldValue>),
 }
 
 impl Distribution {
@@ -51,14 +54,19 @@ impl Distribution {
     pub(crate) fn fault(&self) -> Option<String> {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
         match self {
-            Self::Uniform([low, high]) => (!finite(&[*low, *high]) || low > high).then(|| {
-                format!("uniform = [{low}, {high}]: the first must not be above the second")
+            Self::Uniform([low, high]) => (!(high - low).is_finite() || low > high).then(|| {
+                format!(
+                    "uniform = [{low}, {high}]: the first must not be above the second, and their difference must be finite"
+                )
             }),
             Self::Normal { mean, sd, bounds } => {
                 if !finite(&[*mean, *sd]) || *sd <= 0.0 {
                     return Some(format!("sd is {sd}; must be above 0"));
                 }
-                bounds.and_then(|bounds| bad_bounds(bounds, |value| (value - mean) / sd))
+                match bounds {
+                    Some(bounds) => bad_bounds(*bounds, |value| (value - mean) / sd),
+                    None => self.fault_of_tails(f64::MAX),
+                }
             }
             Self::LogNormal {
                 median,
@@ -71,10 +79,13 @@ impl Distribution {
                     ));
                 }
                 let [center, width] = [*median, *factor].map(libm::log);
-                bounds.and_then(|bounds| match bounds[0] > 0.0 {
-                    true => bad_bounds(bounds, |value| (libm::log(value) - center) / width),
-                    false => Some(format!("bounds begin at {}; must be above 0", bounds[0])),
-                })
+                match bounds {
+                    Some(bounds) if bounds[0] > 0.0 => {
+                        bad_bounds(*bounds, |value| (libm::log(value) - center) / width)
+                    }
+                    Some([least, _]) => Some(format!("bounds begin at {least}; must be above 0")),
+                    None => self.fault_of_tails(f64::MAX),
+                }
             }
             Self::Choice(values) => values
                 .is_empty()
@@ -88,17 +99,44 @@ impl Distribution {
             Self::Uniform([low, high]) if high.floor() < low.ceil() => Some(format!(
                 "uniform = [{low}, {high}]: no whole number lies between them"
             )),
-            _ => None,
+            Self::Uniform(_) | Self::Normal { .. } | Self::LogNormal { .. } => {
+                self.fault_of_tails(MOST_WHOLE)
+            }
+            Self::Choice(_) => None,
         }
     }
 
+    /// Whether a draw may lie beyond `most` in magnitude.
+    fn fault_of_tails(&self, most: f64) -> Option<String> {
+        // The least coordinate of a draw is 2^-54, the largest one rounds to 1.
+        let ends = [f64::EPSILON / 4.0, 1.0].map(|u| self.number(u));
+        let is_within = ends.iter().all(|end| end.abs() <= most);
+        (!is_within).then(|| {
+            let [low, high] = ends;
+            format!("draws may lie between {low:e} and {high:e}; they must not exceed {most:e} in magnitude")
+        })
+    }
+
     /// The value below which a share `u` of (0, 1) is, as a whole number if the field is one.
-    pub(crate) fn value(&self, u: f64, is_whole: bool) -> Value {
-        let number = match self {
+    pub(crate) fn value(&self, u: f64, is_whole: bool) -> FieldValue {
+        match self {
+            Self::Choice(values) => {
+                let k = (u * values.len() as f64) as usize;
+                values[k.min(values.len() - 1)].clone()
+            }
             Self::Uniform([low, high]) if is_whole => {
                 let count = high.floor() - low.ceil() + 1.0;
-                (low.ceil() + (u * count).floor()).min(high.floor())
+                FieldValue::Whole((low.ceil() + (u * count).floor()).min(high.floor()) as i64)
             }
+            // Within `MOST_WHOLE`, where all whole numbers are exact.
+            _ if is_whole => FieldValue::Whole(self.number(u).round() as i64),
+            _ => FieldValue::Number(self.number(u)),
+        }
+    }
+
+    /// The number below which a share `u` of (0, 1) is; NaN for a choice, whose values have no order.
+    fn number(&self, u: f64) -> f64 {
+        match self {
             Self::Uniform([low, high]) => (low + u * (high - low)).clamp(*low, *high),
             Self::Normal { mean, sd, bounds } => {
                 let ends = bounds.map(|ends| ends.map(|end| (end - mean) / sd));
@@ -113,15 +151,7 @@ impl Distribution {
                 let ends = bounds.map(|ends| ends.map(|end| (libm::log(end) - center) / width));
                 within(libm::exp(center + width * cut_off(u, ends)), *bounds)
             }
-            Self::Choice(values) => {
-                let k = (u * values.len() as f64) as usize;
-                return values[k.min(values.len() - 1)].clone();
-            }
-        };
-        if is_whole {
-            Value::from(number.round() as i64)
-        } else {
-            Number::from_f64(number).map_or(Value::Null, Value::Number)
+            Self::Choice(_) => f64::NAN,
         }
     }
 }
@@ -140,14 +170,15 @@ fn bad_bounds([low, high]: [f64; 2], standard: impl Fn(f64) -> f64) -> Option<St
 /// The value of a standard normal distribution cut off at both ends below which a share is. Above the middle it is computed mirrored,
 /// where shares keep their digits.
 fn cut_off(u: f64, ends: Option<[f64; 2]>) -> f64 {
-    match ends {
-        None => normal_quantile(u),
-        Some([low, high]) if low > 0.0 => -cut_off(1.0 - u, Some([-high, -low])),
+    let share = match ends {
+        None => u,
+        Some([low, high]) if low > 0.0 => return -cut_off(1.0 - u, Some([-high, -low])),
         Some(ends) => {
             let [from, to] = ends.map(normal_share);
-            normal_quantile((from + u * (to - from)).clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON))
+            from + u * (to - from)
         }
-    }
+    };
+    normal_quantile(share.clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON))
 }
 
 fn within(value: f64, bounds: Option<[f64; 2]>) -> f64 {
@@ -163,7 +194,7 @@ mod tests {
         assert_eq!(distribution.fault(), None);
         let middle = |k| (k as f64 + 0.5) / n as f64;
         (0..n)
-            .map(|k| distribution.value(middle(k), false).as_f64().unwrap())
+            .map(|k| distribution.value(middle(k), false).number().unwrap())
             .collect()
     }
 
@@ -222,20 +253,22 @@ mod tests {
         let mut counts = [0; 4];
         for k in 0..400 {
             let value = distribution.value((f64::from(k) + 0.5) / 400.0, true);
-            counts[value.as_u64().unwrap() as usize - 3] += 1;
+            counts[value.number().unwrap() as usize - 3] += 1;
         }
         assert_eq!(counts, [100; 4]);
-        let choice = Distribution::Choice(vec![json!("a"), json!(2)]);
-        assert_eq!(
-            [0.1, 0.9].map(|u| choice.value(u, true)),
-            [json!("a"), json!(2)]
-        );
+        let values = [FieldValue::Text("a".into()), FieldValue::Whole(2)];
+        let choice = Distribution::Choice(values.to_vec());
+        assert_eq!([0.1, 0.9].map(|u| choice.value(u, true)), values);
     }
 
     #[test]
     fn what_makes_no_distribution_is_told() {
         for bad in [
             json!({ "uniform": [2.0, 1.0] }),
+            json!({ "uniform": [-1e308, 1e308] }),
+            json!({ "normal": { "mean": 0.0, "sd": 1e308 } }),
+            json!({ "normal": { "mean": 1.0, "sd": 1.0, "bounds": [2.0, 1.0] } }),
+            json!({ "log-normal": { "median": 1e300, "factor": 10.0 } }),
             json!({ "normal": { "mean": 0.0, "sd": 0.0 } }),
             json!({ "normal": { "mean": 0.0, "sd": 1.0, "bounds": [60.0, 70.0] } }),
             json!({ "normal": { "mean": 0.0, "sd": 1.0, "bounds": [1.0, 1.0] } }),
@@ -245,6 +278,17 @@ mod tests {
         ] {
             let distribution: Distribution = serde_json::from_value(bad.clone()).unwrap();
             assert!(distribution.fault().is_some(), "{bad}");
+        }
+        // Sound by themselves, but not for whole numbers.
+        for bad in [
+            json!({ "uniform": [0.0, 1e30] }),
+            json!({ "uniform": [3.2, 3.8] }),
+            json!({ "normal": { "mean": 0.0, "sd": 1e16 } }),
+            json!({ "log-normal": { "median": 1.0, "factor": 100.0 } }),
+        ] {
+            let distribution: Distribution = serde_json::from_value(bad.clone()).unwrap();
+            assert_eq!(distribution.fault(), None, "{bad}");
+            assert!(distribution.fault_of_whole().is_some(), "{bad}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::cohort::{Case, Cohort, Sampling};
 use crate::error::CohortError;
+use crate::value::FieldValue;
 use crate::{field, sobol};
 use heart_phantom::Scene;
 use rand_chacha::ChaCha8Rng;
@@ -28,7 +29,7 @@ pub struct Member {
     /// Draws that it took to meet the constraints, from 1.
     pub attempts: u32,
     /// What was drawn, by the dotted paths of the fields, in their order.
-    pub values: Vec<(String, Value)>,
+    pub values: Vec<(String, FieldValue)>,
     /// The whole scene, as JSON.
     scene: Value,
 }
@@ -39,12 +40,19 @@ impl Member {
         field::get(&self.scene, path)?.as_f64()
     }
 
-    /// Its scene.
+    /// Returns its scene.
     ///
     /// # Errors
-    /// What makes the values that were drawn no scene: a member that is refused.
-    pub fn scene(&self) -> Result<Scene, serde_json::Error> {
-        serde_json::from_value(self.scene.clone())
+    /// [`CohortError::NoScene`] for drawn values that make no scene: a member that is refused.
+    pub fn scene(&self) -> Result<Scene, CohortError> {
+        serde_json::from_value(self.scene.clone()).map_err(|error| CohortError::NoScene {
+            member: self.index,
+            what: error.to_string(),
+        })
+    }
+
+    pub(crate) fn key_of(index: u64) -> String {
+        format!("{index:08}")
     }
 }
 
@@ -57,15 +65,21 @@ impl Cohort {
     /// the sequence that could follow it are taken, or stand in the same cell.
     ///
     /// # Errors
-    /// [`CohortError::Unmet`] if no draw meets the constraints.
+    /// [`CohortError::NoMember`] for an index that the cohort does not have; [`CohortError::Unmet`] if no draw meets the constraints.
     pub fn member(&self, index: u64) -> Result<Member, CohortError> {
+        if index >= self.members {
+            return Err(CohortError::NoMember {
+                member: index,
+                members: self.members,
+            });
+        }
         let mut stream = self.stream(index);
         let noise = stream.next_u64() >> (64 - BITS_OF_SEED);
         let mut failed = vec![0; self.constraints.len()];
         for attempt in 0..self.attempts {
             let point = self.point(index, attempt, &mut stream);
             let (case_index, case) = self.case_at(point[0]);
-            let values: Vec<(String, Value)> = (self.varied.iter().zip(&point[1..]))
+            let values: Vec<(String, FieldValue)> = (self.varied.iter().zip(&point[1..]))
                 .filter_map(|(path, &u)| {
                     let value = case.vary.get(path)?.value(u, self.whole.contains(path));
                     Some((path.clone(), value))
@@ -80,7 +94,7 @@ impl Cohort {
             }
             return Ok(Member {
                 index,
-                key: format!("{index:08}"),
+                key: Member::key_of(index),
                 case: case.name.clone(),
                 case_index,
                 attempts: attempt + 1,
@@ -136,13 +150,14 @@ impl Cohort {
     }
 }
 
-/// The number that a field has with what was drawn, be that the field itself or a table that holds it.
-fn number_of(case: &Case, values: &[(String, Value)], path: &str) -> Option<f64> {
-    for (drawn, value) in values {
+/// The number that a field has in the scene of a member. A field that was drawn counts before a drawn table that contains it, which has
+/// the shorter path and with it an earlier place in `values`.
+fn number_of(case: &Case, values: &[(String, FieldValue)], path: &str) -> Option<f64> {
+    for (drawn, value) in values.iter().rev() {
         if let Some(rest) = path.strip_prefix(drawn.as_str()) {
             match rest.strip_prefix('.') {
-                None if rest.is_empty() => return value.as_f64(),
-                Some(rest) => return field::get(value, rest)?.as_f64(),
+                None if rest.is_empty() => return value.number(),
+                Some(rest) => return field::get(&value.json(), rest)?.as_f64(),
                 None => {}
             }
         }
@@ -150,14 +165,14 @@ fn number_of(case: &Case, values: &[(String, Value)], path: &str) -> Option<f64>
     field::get(&case.scene, path)?.as_f64()
 }
 
-fn scene_of(case: &Case, values: &[(String, Value)], noise: u64) -> Value {
+fn scene_of(case: &Case, values: &[(String, FieldValue)], noise: u64) -> Value {
     let mut scene = case.scene.clone();
     if field::get(&scene, "noise.seed").is_some() {
         field::set(&mut scene, "noise.seed", Value::from(noise));
     }
     for (path, value) in values {
         // Each was tried when the text was read.
-        field::set(&mut scene, path, value.clone());
+        field::set(&mut scene, path, value.json());
     }
     scene
 }

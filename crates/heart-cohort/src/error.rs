@@ -1,5 +1,6 @@
 //! What can go wrong with a cohort.
 
+use crate::fault::FileFault;
 use heart_phantom::{PhantomError, shown};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -38,6 +39,23 @@ pub enum CohortError {
         /// How often.
         failed: u32,
     },
+    /// A member that the cohort does not have.
+    #[error("member {member}: the cohort has {members} members, and the first is 0")]
+    NoMember {
+        /// The member given.
+        member: u64,
+        /// Members of the cohort.
+        members: u64,
+    },
+    /// Values that were drawn for a member and make no scene: a member that is refused.
+    #[error("member {member} has no scene: {}", shown(what))]
+    NoScene {
+        /// Index of the member.
+        member: u64,
+        /// The field and its fault.
+        // tidy: allow string: the parser's words
+        what: String,
+    },
     /// A shard that there is not.
     #[error("shard {shard} of {of}: there are 1 to {most} shards, and the first is 1")]
     NoShard {
@@ -57,20 +75,18 @@ pub enum CohortError {
         /// Its record.
         path: PathBuf,
     },
-    /// Shards that are not there, or not whole.
+    /// Shards that are missing, or files that are not those of a shard.
     #[error(
-        "{missing} of {of} shards are missing in {} or not whole, the first is {first}",
-        shown_path(folder)
+        "{} has {} faults, the first: {}",
+        shown_path(folder),
+        faults.len(),
+        faults.first().map_or(String::new(), ToString::to_string)
     )]
-    Missing {
+    Faults {
         /// The folder.
         folder: PathBuf,
-        /// How many.
-        missing: u64,
-        /// Shards that there should be.
-        of: u64,
-        /// The first of them.
-        first: u64,
+        /// All faults that were found.
+        faults: Vec<FileFault>,
     },
     /// A folder without shards, or with those of several cuts.
     #[error(
@@ -83,16 +99,16 @@ pub enum CohortError {
         /// How many.
         cuts: usize,
     },
-    /// A member that comes out with other bytes than those of its shard.
-    #[error(
-        "member {member} has other bytes in {} than it has now",
-        shown_path(path)
-    )]
-    Differs {
-        /// Index of the member.
-        member: u64,
-        /// The shard.
-        path: PathBuf,
+    /// An option of a Slurm script outside its range.
+    #[error("{option} is {}; {wanted}", shown(given))]
+    Slurm {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        // tidy: allow string: the user's own text
+        given: String,
+        /// What is allowed.
+        wanted: &'static str,
     },
     /// Threads could not be started.
     #[error("cannot start a thread")]

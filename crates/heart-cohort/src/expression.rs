@@ -217,9 +217,8 @@ impl<'a> Reader<'a> {
             last = c;
             is_part
         });
-        word.parse()
-            .map(Sum::Number)
-            .map_err(|_| format!("`{word}` is no number"))
+        let number = word.parse().ok().filter(|number: &f64| number.is_finite());
+        (number.map(Sum::Number)).ok_or_else(|| format!("`{word}` is no number"))
     }
 
     fn word(&mut self, mut is_part: impl FnMut(char) -> bool) -> String {
@@ -272,6 +271,7 @@ mod tests {
             ("a.b > 1 2", "an end"),
             ("(a.b > 1", "a closing bracket"),
             ("a.b > 1.2.3", "`1.2.3` is no number"),
+            ("a.b > 1e999", "`1e999` is no number"),
             ("1 > \u{5fc3}", "a number"),
             ("a = b", "one of <"),
         ] {

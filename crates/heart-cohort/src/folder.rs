@@ -1,74 +1,79 @@
-//! The shards of a folder, as their records have them.
+//! The shards of a folder, by the names of its files.
 
 use crate::cut::Shard;
 use crate::error::CohortError;
-use crate::record::Record;
+use crate::fault::{Fault, FileFault};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// The shards of a folder that hold all of a cohort, from the first to the last.
-///
-/// # Errors
-/// [`CohortError::Cuts`] if there are none, or those of several cuts; [`CohortError::Missing`] if one has no record, or no archive of the
-/// length that the record says.
-pub(crate) fn shards_of(folder: &Path) -> Result<Vec<Shard>, CohortError> {
-    let unread = |source| CohortError::Read {
-        path: folder.to_path_buf(),
-        source,
-    };
-    let mut cuts = BTreeSet::new();
-    for entry in fs::read_dir(folder).map_err(unread)? {
-        let name = entry.map_err(unread)?.file_name();
-        cuts.extend(name.to_str().and_then(cut_of));
+/// The files of a folder whose names are those of shards.
+#[derive(Debug)]
+pub(crate) struct Listing {
+    /// Shards that there should be.
+    pub(crate) of: u64,
+    /// Shards with a record or an archive.
+    pub(crate) shards: BTreeSet<u64>,
+    /// Names that begin like that of a shard and are none, and shards that are missing.
+    pub(crate) faults: Vec<FileFault>,
+}
+
+impl Listing {
+    /// Lists a folder.
+    ///
+    /// # Errors
+    /// [`CohortError::Read`]; [`CohortError::Cuts`] if there are no shards, or shards of several cuts.
+    pub(crate) fn of(folder: &Path) -> Result<Self, CohortError> {
+        let unread = |source| CohortError::Read {
+            path: folder.to_path_buf(),
+            source,
+        };
+        let (mut found, mut faults) = (BTreeSet::new(), Vec::new());
+        for entry in fs::read_dir(folder).map_err(unread)? {
+            let name = entry.map_err(unread)?.file_name();
+            let name = name.to_string_lossy();
+            if !name.starts_with("shard-") || name.ends_with(".tmp") {
+                continue;
+            }
+            match Shard::of_file_name(&name) {
+                Some(shard) => drop(found.insert((shard.of, shard.shard))),
+                None => faults.push(FileFault::new(name, Fault::Name)),
+            }
+        }
+        let cuts: BTreeSet<u64> = found.iter().map(|(of, _)| *of).collect();
+        let (Some(&of), 1) = (cuts.first(), cuts.len()) else {
+            return Err(CohortError::Cuts {
+                folder: folder.to_path_buf(),
+                cuts: cuts.len(),
+            });
+        };
+        faults.sort_by(|a, b| a.file.cmp(&b.file));
+        let mut listing = Self {
+            of,
+            shards: found.into_iter().map(|(_, shard)| shard).collect(),
+            faults,
+        };
+        listing.add_missing();
+        Ok(listing)
     }
-    let one: Vec<u64> = cuts.into_iter().collect();
-    let &[of] = &one[..] else {
-        return Err(CohortError::Cuts {
-            folder: folder.to_path_buf(),
-            cuts: one.len(),
-        });
-    };
-    let shards: Vec<Shard> = (1..=of).map(|shard| Shard { shard, of }).collect();
-    let mut missing = Vec::new();
-    for shard in &shards {
-        let archive = folder.join(shard.file_name());
-        // Names are looked at here, records when they are needed: of a million members they are large.
-        if !archive.is_file() || !archive.with_extension("json").is_file() {
-            missing.push(shard.shard);
+
+    /// The shards that are there.
+    pub(crate) fn shards(&self) -> impl Iterator<Item = Shard> {
+        let of = self.of;
+        self.shards.iter().map(move |&shard| Shard { shard, of })
+    }
+
+    /// One fault for each run of missing shards: their number may be that of the members.
+    fn add_missing(&mut self) {
+        let of = self.of;
+        let mut next = 1;
+        for present in self.shards.iter().copied().chain([of + 1]) {
+            if present > next {
+                let following = present - next - 1;
+                let name = Shard { shard: next, of }.record_name();
+                (self.faults).push(FileFault::new(name, Fault::Missing { following }));
+            }
+            next = present + 1;
         }
     }
-    match missing.first() {
-        None => Ok(shards),
-        Some(&first) => Err(missing_of(folder, missing.len() as u64, of, first)),
-    }
-}
-
-/// The record of a shard, whose archive has the length that it says.
-pub(crate) fn record_of(folder: &Path, shard: Shard) -> Result<Record, CohortError> {
-    let archive = folder.join(shard.file_name());
-    let length = fs::metadata(&archive).map_or(0, |found| found.len());
-    match Record::read(&archive.with_extension("json"))? {
-        Some(record) if record.bytes == length && record.shard == shard => Ok(record),
-        _ => Err(missing_of(folder, 1, shard.of, shard.shard)),
-    }
-}
-
-pub(crate) fn missing_of(folder: &Path, missing: u64, of: u64, first: u64) -> CohortError {
-    CohortError::Missing {
-        folder: folder.to_path_buf(),
-        missing,
-        of,
-        first,
-    }
-}
-
-/// How many shards there are, by the name of one of their records.
-fn cut_of(name: &str) -> Option<u64> {
-    let (shard, of) = name
-        .strip_prefix("shard-")?
-        .strip_suffix(".json")?
-        .split_once("-of-")?;
-    shard.parse::<u64>().ok()?;
-    of.parse().ok()
 }

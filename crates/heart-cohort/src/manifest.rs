@@ -1,14 +1,17 @@
 //! One manifest of all members, from the records of their shards.
 
 use crate::error::CohortError;
-use crate::folder;
+use crate::fault::{Fault, FileFault};
+use crate::folder::Listing;
+use crate::record::{Record, Row};
 use crate::shard::remove_left;
-use crate::table::{Cell, Columns, ForEach};
+use crate::value::FieldValue;
 use heart_phantom::files;
-use std::io::{self, Write};
+use std::collections::BTreeSet;
+use std::io;
 use std::path::{Path, PathBuf};
 
-/// What a manifest holds.
+/// What a manifest contains.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ManifestReport {
@@ -24,70 +27,125 @@ pub struct ManifestReport {
     pub files: Vec<PathBuf>,
 }
 
-/// Makes one manifest of the records of a folder that holds all shards of a cohort: `manifest.csv`. One row a member, in their order: `key`, `shard` with `offset` and `bytes` of the member's piece in it, `status`
-/// (`ok` or `refused`) with its `reason`, the fields that were drawn by their paths, volumes and ejection fraction. Whatever killed
-/// processes have left half written goes. One record is held in memory at a time.
+/// Columns of every manifest; those of the fields and of the numbers follow, each in the order of their names.
+const FIRST: [&str; 11] = [
+    "key", "member", "shard", "offset", "bytes", "blake3", "status", "reason", "case", "attempts",
+    "warnings",
+];
+
+/// Makes one manifest, `manifest.csv`, of the records of a folder that has all shards of a cohort. One row a member, in their order:
+/// `key`, `shard` with `offset` and `bytes` of the member's piece in it, `status` (`ok` or `refused`) with its `reason`, the fields that
+/// were drawn by their paths, volumes and ejection fraction. A text that begins with one of `= + - @`, which a spreadsheet would compute,
+/// is preceded by an apostrophe. Temporary files of processes that were killed are removed. One record is held in memory at a time.
 ///
 /// # Errors
-/// [`CohortError::Cuts`], [`CohortError::Missing`]; [`CohortError::OtherCohort`] if shards are of several cohorts; what writing can
-/// return.
+/// [`CohortError::Cuts`]; [`CohortError::Faults`] for missing shards, records that do not match their own checksum, archives of another
+/// length (their bytes are not read) and shards of several cohorts; what writing can return.
 pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
-    let shards = folder::shards_of(folder)?;
-    let mut columns = Columns::default();
+    let listing = Listing::of(folder)?;
+    let (mut drawn, mut numbers) = (BTreeSet::new(), BTreeSet::new());
     let mut report = ManifestReport {
         members: 0,
         refused: 0,
-        shards: shards.len() as u64,
+        shards: listing.of,
         bytes: 0,
         files: Vec::new(),
     };
-    let mut first: Option<(String, String)> = None;
-    for &shard in &shards {
-        let record = folder::record_of(folder, shard)?;
-        columns.add(&record);
-        report.members += record.rows.len() as u64;
-        report.refused += record
-            .rows
-            .iter()
-            .filter(|row| row.refused.is_some())
-            .count() as u64;
-        report.bytes += record.bytes;
-        let of = (record.cohort, record.program);
-        if *first.get_or_insert_with(|| of.clone()) != of {
-            let path = folder.join(shard.file_name()).with_extension("json");
-            return Err(CohortError::OtherCohort { path });
+    let mut faults = Vec::new();
+    let mut first = None;
+    for shard in listing.shards() {
+        let in_record = |fault| FileFault::new(shard.record_name(), fault);
+        let checked = Record::read(folder, shard).map_err(in_record);
+        let checked = checked.and_then(|record| {
+            let of = (record.cohort.clone(), record.program.clone());
+            if *first.get_or_insert_with(|| of.clone()) != of {
+                return Err(in_record(Fault::OtherCohort));
+            }
+            (record.check_length(folder).map(|_| record))
+                .map_err(|fault| FileFault::new(shard.file_name(), fault))
+        });
+        match checked {
+            Ok(record) => {
+                report.bytes += record.bytes;
+                for row in record.rows {
+                    report.members += 1;
+                    report.refused += u64::from(row.refused.is_some());
+                    drawn.extend(row.values.into_keys());
+                    numbers.extend(row.numbers.into_keys());
+                }
+            }
+            Err(fault) => faults.push(fault),
         }
     }
-    let for_each = |take: &mut dyn FnMut(Vec<Cell>) -> io::Result<()>| -> io::Result<()> {
-        for &shard in &shards {
-            let record = folder::record_of(folder, shard).map_err(io::Error::other)?;
+    faults.splice(0..0, listing.faults.iter().cloned());
+    if !faults.is_empty() {
+        let folder = folder.to_path_buf();
+        return Err(CohortError::Faults { folder, faults });
+    }
+    let path = folder.join("manifest.csv");
+    files::write_atomically(&path, |out| {
+        let mut csv = csv::Writer::from_writer(out);
+        let names = FIRST.into_iter().map(str::to_owned);
+        csv.write_record(names.chain(drawn.iter().chain(&numbers).cloned()))?;
+        for shard in listing.shards() {
+            let record = Record::read(folder, shard).map_err(io::Error::other)?;
             for row in &record.rows {
-                take(columns.cells(row, &shard.file_name()))?;
+                let drawn = drawn.iter().map(|name| row.values.get(name).map(cell));
+                let numbers = numbers.iter().map(|name| row.numbers.get(name).map(number));
+                let others = drawn.chain(numbers).map(Option::unwrap_or_default);
+                csv.write_record(
+                    first_cells(row, shard.file_name())
+                        .into_iter()
+                        .chain(others),
+                )?;
             }
         }
-        Ok(())
-    };
-    let path = folder.join("manifest.csv");
-    files::write_atomically(&path, |out| write_csv(out, &columns, &for_each))?;
+        csv.flush()
+    })?;
     report.files.push(path);
-    for &shard in &shards {
-        remove_left(folder, shard);
-    }
+    remove_left(folder, "shard-");
     Ok(report)
 }
 
-fn write_csv(out: &mut dyn Write, columns: &Columns, for_each: ForEach<'_>) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
-    csv.write_record(columns.all().map(|(name, _)| name))?;
-    for_each(&mut |cells| {
-        let cells = cells.into_iter().map(|cell| match cell {
-            Cell::Nothing => String::new(),
-            Cell::Text(text) => text,
-            Cell::Whole(whole) => whole.to_string(),
-            // The shortest number that is read back as the same.
-            Cell::Number(number) => format!("{number:?}"),
-        });
-        Ok(csv.write_record(cells)?)
-    })?;
-    csv.flush()
+/// The cells of [`FIRST`].
+fn first_cells(row: &Row, archive: String) -> [String; FIRST.len()] {
+    let is_there = row.refused.is_none();
+    let offset = is_there.then(|| row.offset.to_string());
+    [
+        row.key.clone(),
+        row.member.to_string(),
+        archive,
+        offset.unwrap_or_default(),
+        row.bytes.to_string(),
+        row.blake3.clone(),
+        (if is_there { "ok" } else { "refused" }).to_owned(),
+        text(row.refused.as_deref().unwrap_or_default()),
+        text(&row.case),
+        row.attempts.to_string(),
+        text(&row.warnings.join("; ")),
+    ]
+}
+
+fn cell(value: &FieldValue) -> String {
+    match value {
+        FieldValue::Number(value) => number(value),
+        FieldValue::Text(value) => text(value),
+        FieldValue::Truth(_)
+        | FieldValue::Whole(_)
+        | FieldValue::List(_)
+        | FieldValue::Table(_) => value.to_string(),
+    }
+}
+
+/// The shortest number that is read back as the same.
+fn number(number: &f64) -> String {
+    format!("{number:?}")
+}
+
+/// A text that no spreadsheet takes for a formula.
+fn text(text: &str) -> String {
+    match text.starts_with(['=', '+', '-', '@', '\t', '\r']) {
+        true => format!("'{text}"),
+        false => text.to_owned(),
+    }
 }

@@ -1,11 +1,12 @@
 //! A cohort from its text: every field that it names is one of the scene, or the error says where it is not.
 
-use crate::cohort::{Case, Cohort, Sampling};
+use crate::cohort::{Case, Cohort, MOST_MEMBERS, Sampling};
 use crate::distribution::Distribution;
 use crate::error::{CohortError, TextError};
 use crate::expression::Constraint;
+use crate::value::FieldValue;
 use crate::{field, place, sobol};
-use heart_phantom::{PhantomError, Product, Scene, files::Format};
+use heart_phantom::{PhantomError, Product, Scene, files::Format, shown};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,8 +16,8 @@ use std::path::{Path, PathBuf};
 
 /// No text of a cohort is longer; a device may be.
 const MOST_BYTES: u64 = 1 << 24;
-/// Most members: points of Sobol have 32 bits, and some are needed for draws that are rejected.
-const MOST_MEMBERS: u64 = 1 << 26;
+/// Longest name of a case.
+const MOST_NAME: usize = 100;
 
 /// The file as it stands.
 #[derive(Deserialize)]
@@ -33,9 +34,9 @@ struct Text {
     #[serde(default)]
     constraints: Vec<String>,
     #[serde(default)]
-    scene: Map<String, Value>,
+    scene: Fields,
     #[serde(default)]
-    vary: Map<String, Value>,
+    vary: Fields,
     #[serde(default)]
     cases: Vec<TextOfCase>,
 }
@@ -47,10 +48,13 @@ struct TextOfCase {
     #[serde(default = "unit")]
     weight: f64,
     #[serde(default)]
-    scene: Map<String, Value>,
+    scene: Fields,
     #[serde(default)]
-    vary: Map<String, Value>,
+    vary: Fields,
 }
+
+/// A table of fields, which may still contain NaN and infinity.
+type Fields = BTreeMap<String, FieldValue>;
 
 fn one() -> u64 {
     1
@@ -120,19 +124,20 @@ impl Cohort {
             digest: String::new(),
         };
         reader.check_numbers(&cohort)?;
-        let base = reader.laid_over(&json_of(&base), &given.scene, "scene")?;
-        let vary = reader.distributions(&given.vary, "vary")?;
+        let scene = reader.json(given.scene, "scene")?;
+        let base = reader.laid_over(&json_of(&base), &scene, "scene")?;
+        let vary = reader.distributions(&reader.json(given.vary, "vary")?, "vary")?;
         let only = TextOfCase {
             name: Some(String::new()),
             weight: 1.0,
-            scene: Map::new(),
-            vary: Map::new(),
+            scene: Fields::new(),
+            vary: Fields::new(),
         };
         let (has_cases, cases) = match given.cases.is_empty() {
             true => (false, vec![only]),
             false => (true, given.cases),
         };
-        for (k, case) in cases.iter().enumerate() {
+        for (k, case) in cases.into_iter().enumerate() {
             let case = reader.case(case, k, &base, &vary)?;
             let section = if has_cases {
                 format!("cases.{}", k + 1)
@@ -143,7 +148,7 @@ impl Cohort {
             cohort.varied.extend(case.vary.keys().cloned());
             cohort.cases.push(case);
         }
-        reader.check_weights(&cohort.cases)?;
+        reader.check_cases(&cohort.cases, has_cases)?;
         if cohort.sampling == Sampling::Sobol && cohort.varied.len() >= sobol::MOST_DIMENSIONS {
             let what = format!(
                 "sobol fills {} dimensions at most, the case and the fields that vary, and these are {}; take plain",
@@ -191,18 +196,41 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn check_weights(&self, cases: &[Case]) -> Result<(), TextError> {
-        for (k, case) in cases.iter().enumerate() {
-            if !(case.weight > 0.0 && case.weight.is_finite()) {
-                let what = format!("is {}; must be above 0", case.weight);
+    fn check_cases(&self, cases: &[Case], are_named: bool) -> Result<(), TextError> {
+        let mut all = 0.0;
+        for (k, Case { name, weight, .. }) in cases.iter().enumerate() {
+            all += weight;
+            if !(*weight > 0.0 && all.is_finite()) {
+                let what =
+                    format!("is {weight:?}; it must be positive, and all weights together finite");
                 return Err(self.wrong(&format!("cases.{}.weight", k + 1), what));
             }
-            if cases[..k].iter().any(|other| other.name == case.name) {
-                let what = format!("`{}` is the name of another case, too", case.name);
-                return Err(self.wrong(&format!("cases.{}.name", k + 1), what));
-            }
+            let what = if cases[..k].iter().any(|other| other.name == *name) {
+                format!("`{name}` is the name of another case, too")
+            } else if are_named && (name.is_empty() || name.len() > MOST_NAME) {
+                format!("has {} bytes; it must have 1 to {MOST_NAME}", name.len())
+            } else if shown(name) != *name {
+                format!("`{name}` contains characters that cannot be shown")
+            } else {
+                continue;
+            };
+            return Err(self.wrong(&format!("cases.{}.name", k + 1), what));
         }
         Ok(())
+    }
+
+    /// A table of the text as JSON, which has neither NaN nor infinity.
+    fn json(&self, table: Fields, section: &str) -> Result<Map<String, Value>, TextError> {
+        let mut json = Map::new();
+        for (name, value) in table {
+            if let Some(path) = value.not_finite() {
+                let dot = if path.is_empty() { "" } else { "." };
+                let field = format!("{section}.{name}{dot}{path}");
+                return Err(self.wrong(&field, "is not a finite number"));
+            }
+            json.insert(name, value.json());
+        }
+        Ok(json)
     }
 
     /// A scene with a section of the text laid over it, checked, defaults filled in.
@@ -286,7 +314,7 @@ impl Reader<'_> {
             match value {
                 Value::Object(inner) if !is_one(inner) && !inner.is_empty() => {
                     for (path, distribution) in self.distributions(inner, &at)? {
-                        found.insert(format!("{name}.{path}"), distribution);
+                        self.add(&mut found, format!("{name}.{path}"), distribution, section)?;
                     }
                 }
                 value => {
@@ -298,27 +326,47 @@ impl Reader<'_> {
                     if let Some(fault) = distribution.fault() {
                         return Err(self.wrong(&at, fault));
                     }
-                    found.insert(name.clone(), distribution);
+                    self.add(&mut found, name.clone(), distribution, section)?;
                 }
             }
         }
         Ok(found)
     }
 
+    /// A path may be written as tables and as a key in quotes; only one of both is allowed.
+    fn add(
+        &self,
+        found: &mut BTreeMap<String, Distribution>,
+        path: String,
+        distribution: Distribution,
+        section: &str,
+    ) -> Result<(), TextError> {
+        let at = format!("{section}.{path}");
+        match found.insert(path, distribution) {
+            None => Ok(()),
+            Some(_) => Err(self.wrong(&at, "is given twice")),
+        }
+    }
+
     /// A case: what varies in all of them varies in it, unless it says otherwise.
     fn case(
         &self,
-        given: &TextOfCase,
+        given: TextOfCase,
         k: usize,
         base: &Value,
         vary: &BTreeMap<String, Distribution>,
     ) -> Result<Case, TextError> {
         let section = format!("cases.{}", k + 1);
-        let scene = match given.scene.is_empty() {
+        let [at_scene, at_vary] = ["scene", "vary"].map(|name| format!("{section}.{name}"));
+        let (own, own_vary) = (
+            self.json(given.scene, &at_scene)?,
+            self.json(given.vary, &at_vary)?,
+        );
+        let scene = match own.is_empty() {
             true => base.clone(),
-            false => self.laid_over(base, &given.scene, &format!("{section}.scene"))?,
+            false => self.laid_over(base, &own, &at_scene)?,
         };
-        let fixed = field::leaves(&given.scene, "");
+        let fixed = field::leaves(&own, "");
         let is_within = |path: &str, other: &str| {
             path.strip_prefix(other)
                 .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
@@ -335,12 +383,9 @@ impl Reader<'_> {
             .filter(|(path, _)| !is_fixed(path) && !is_gone(path))
             .map(|(path, distribution)| (path.clone(), distribution.clone()))
             .collect();
-        varied.extend(self.distributions(&given.vary, &format!("{section}.vary"))?);
+        varied.extend(self.distributions(&own_vary, &at_vary)?);
         Ok(Case {
-            name: given
-                .name
-                .clone()
-                .unwrap_or_else(|| format!("case {}", k + 1)),
+            name: given.name.unwrap_or_else(|| format!("case {}", k + 1)),
             weight: given.weight,
             scene,
             vary: varied,
@@ -361,7 +406,7 @@ impl Reader<'_> {
             };
             let outcome = match distribution {
                 Distribution::Choice(values) => {
-                    values.iter().try_for_each(|value| tried(value.clone()))
+                    values.iter().try_for_each(|value| tried(value.json()))
                 }
                 // Half way between two whole numbers: a field that takes it takes all numbers.
                 _ => tried(Value::from(0.5)).or_else(|error| match tried(Value::from(1)) {

@@ -1,17 +1,25 @@
-//! The record beside a shard: what the manifest says of each of its members, and the checksums by which it is known to be whole.
+//! The record beside a shard: a row for each of its members, and the checksums of the archive and of the record itself.
 
+use crate::cohort::Cohort;
+use crate::compute::Computed;
 use crate::cut::Shard;
+use crate::draw::Member;
 use crate::error::CohortError;
+use crate::fault::{Fault, FileFault};
 use crate::piece::END;
+use crate::value::FieldValue;
 use heart_phantom::Numbers;
+use heart_phantom::files::{self, PROGRAM};
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
-use std::fs::File;
-use std::io::{self, BufReader, Read};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
 
-/// What is known of one member.
+/// A member in the record of its shard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Row {
     /// Its name in the shard, eight digits.
@@ -26,90 +34,235 @@ pub struct Row {
     pub refused: Option<String>,
     /// Where its piece of the shard begins, in bytes.
     pub offset: u64,
-    /// How long that is; 0 for a member that was refused.
+    /// Length of the piece in bytes; 0 for a member that was refused.
     pub bytes: u64,
     /// The checksum of that piece, BLAKE3 in hexadecimal, as `b3sum` prints it; empty for a member that was refused.
     pub blake3: String,
     /// What was drawn, by the dotted paths of the fields.
-    pub values: Map<String, Value>,
-    /// Volumes in mL, ejection fraction, wall ([`Numbers`]), by name.
-    pub numbers: Map<String, Value>,
-    /// What may surprise.
+    pub values: BTreeMap<String, FieldValue>,
+    /// Volumes in mL, ejection fraction, wall ([`Numbers`]), by name; empty for a member that was refused.
+    pub numbers: BTreeMap<String, f64>,
+    /// Warnings of the phantom.
     pub warnings: Vec<String>,
+}
+
+impl Row {
+    /// The row of a member whose piece begins at `offset`.
+    pub(crate) fn new(member: &Member, made: Result<&Computed, &String>, offset: u64) -> Self {
+        let made_of = |of: fn(&Computed) -> String| made.map_or(String::new(), of);
+        Self {
+            key: member.key.clone(),
+            member: member.index,
+            case: member.case.clone(),
+            attempts: member.attempts,
+            refused: made.err().cloned(),
+            offset,
+            bytes: made.map_or(0, |made| made.bytes.len() as u64),
+            blake3: made_of(|made| made.blake3.clone()),
+            values: member.values.iter().cloned().collect(),
+            numbers: made.map_or_else(|_| BTreeMap::new(), |made| numbers_of(&made.numbers)),
+            warnings: made.map_or(Vec::new(), |made| made.warnings.clone()),
+        }
+    }
+
+    fn is_of(&self, member: &Member) -> bool {
+        self.case == member.case
+            && self.attempts == member.attempts
+            && (self.values.iter()).eq(member.values.iter().map(|(path, value)| (path, value)))
+    }
 }
 
 /// What is written beside a shard, as JSON.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct Record {
     /// The program and its version.
     pub(crate) program: String,
     /// Digest of the cohort.
     pub(crate) cohort: String,
+    /// Members of the cohort.
+    pub(crate) members: u64,
     pub(crate) shard: Shard,
-    /// Length of the shard.
+    /// Length of the archive.
     pub(crate) bytes: u64,
     pub(crate) rows: Vec<Row>,
 }
 
-/// Whether a shard has to be made.
-#[derive(Debug, PartialEq)]
-pub(crate) enum Found {
-    Whole(Record),
-    /// It is not there, or not as its record says.
-    Broken,
-}
+/// A record ends with its last field, the checksum of all that precedes it: the hexadecimal digits stand between these two.
+const SEAL: [&str; 2] = [",\n  \"blake3\": \"", "\"\n}\n"];
+/// Length of the end with its 64 digits.
+const SEAL_BYTES: usize = SEAL[0].len() + 64 + SEAL[1].len();
+/// What a seal replaces.
+const UNSEALED: &str = "\n}";
 
 impl Record {
-    /// Reads a record; `None` if there is none that can be understood.
-    pub(crate) fn read(path: &Path) -> Result<Option<Self>, CohortError> {
-        match File::open(path) {
-            Ok(file) => Ok(serde_json::from_reader(BufReader::new(file)).ok()),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(source) => Err(CohortError::Read {
-                path: path.to_path_buf(),
-                source,
-            }),
+    /// The record of a shard.
+    pub(crate) fn new(cohort: &Cohort, shard: Shard, bytes: u64, rows: Vec<Row>) -> Self {
+        Self {
+            program: PROGRAM.to_owned(),
+            cohort: cohort.digest().to_owned(),
+            members: cohort.members(),
+            shard,
+            bytes,
+            rows,
         }
     }
 
-    /// Whether the archive holds all that the record says, byte by byte.
-    pub(crate) fn is_kept_by(&self, archive: &Path) -> bool {
-        let kept = || -> io::Result<bool> {
-            let file = File::open(archive)?;
-            if file.metadata()?.len() != self.bytes {
-                return Ok(false);
-            }
-            let (mut file, mut at) = (BufReader::with_capacity(1 << 20, file), 0);
-            for row in self.rows.iter().filter(|row| row.refused.is_none()) {
-                if row.offset != at || checksum(&mut (&mut file).take(row.bytes))? != row.blake3 {
-                    return Ok(false);
-                }
-                at += row.bytes;
-            }
-            let mut end = Vec::new();
-            file.read_to_end(&mut end)?;
-            Ok(end == END)
+    /// Writes the record with its checksum.
+    pub(crate) fn write(&self, path: &Path) -> Result<(), CohortError> {
+        files::write_atomically(path, |out| {
+            let mut text = serde_json::to_vec_pretty(self)?;
+            text.truncate(text.len() - UNSEALED.len());
+            let seal = seal(blake3::hash(&text));
+            out.write_all(&text)?;
+            out.write_all(seal.as_bytes())
+        })?;
+        Ok(())
+    }
+
+    /// Reads the record of a shard: whole by its own checksum, of the members of that shard, each once and in their order. What it
+    /// says of the archive and what was drawn are not compared with anything.
+    pub(crate) fn read(folder: &Path, shard: Shard) -> Result<Self, Fault> {
+        let mut file = BufReader::new(regular(&folder.join(shard.record_name()))?);
+        let unread = |error: io::Error| unreadable(&error);
+        let length = file.get_ref().metadata().map_err(unread)?.len();
+        let body = length
+            .checked_sub(SEAL_BYTES as u64)
+            .ok_or(Fault::Checksum)?;
+        let sum = checksum(&mut (&mut file).take(body)).map_err(unread)?;
+        let mut end = String::new();
+        file.read_to_string(&mut end).map_err(|_| Fault::Checksum)?;
+        if end != seal(sum) {
+            return Err(Fault::Checksum);
+        }
+        file.rewind().map_err(unread)?;
+        let text = file.take(body).chain(UNSEALED.as_bytes());
+        let record: Self = serde_json::from_reader(text).map_err(|_| Fault::Members)?;
+        match record.has_all_of(shard) {
+            true => Ok(record),
+            false => Err(Fault::Members),
+        }
+    }
+
+    fn has_all_of(&self, shard: Shard) -> bool {
+        let Some(members) = shard.range(self.members).filter(|_| self.shard == shard) else {
+            return false;
         };
-        kept().unwrap_or(false)
+        let mut end = 0;
+        let are_adjacent = self.rows.iter().all(|row| {
+            let is_there = row.refused.is_none();
+            let is_next = row.offset == end && row.key == Member::key_of(row.member);
+            end = end.saturating_add(row.bytes);
+            is_next && is_there == (row.bytes > 0) && is_there == !row.blake3.is_empty()
+        });
+        are_adjacent
+            && members.eq(self.rows.iter().map(|row| row.member))
+            && end.saturating_add(END.len() as u64) == self.bytes
+    }
+
+    /// Whether it is of this cohort and by this program.
+    pub(crate) fn is_of(&self, cohort: &Cohort) -> bool {
+        self.cohort == cohort.digest() && self.program == PROGRAM
+    }
+
+    /// Compares case, attempts and values of all rows with what is drawn for the members.
+    pub(crate) fn check_draws(&self, cohort: &Cohort) -> Result<(), Fault> {
+        let differs = |row: &&Row| {
+            !cohort
+                .member(row.member)
+                .is_ok_and(|member| row.is_of(&member))
+        };
+        match self.rows.iter().find(differs) {
+            None => Ok(()),
+            Some(row) => Err(Fault::Drawn { member: row.member }),
+        }
+    }
+
+    /// Compares the length of the archive with that of the record.
+    pub(crate) fn check_length(&self, folder: &Path) -> Result<File, Fault> {
+        let file = regular(&folder.join(self.shard.file_name()))?;
+        match file.metadata() {
+            Ok(found) if found.len() == self.bytes => Ok(file),
+            Ok(_) => Err(Fault::Archive { member: None }),
+            Err(error) => Err(unreadable(&error)),
+        }
+    }
+
+    /// Compares the archive with the checksums of the record, byte by byte.
+    pub(crate) fn check_archive(&self, folder: &Path) -> Result<(), Fault> {
+        let unread = |error: io::Error| unreadable(&error);
+        let mut file = BufReader::with_capacity(1 << 20, self.check_length(folder)?);
+        for row in self.rows.iter().filter(|row| row.refused.is_none()) {
+            let sum = checksum(&mut (&mut file).take(row.bytes)).map_err(unread)?;
+            if sum.to_string() != row.blake3 {
+                let member = Some(row.member);
+                return Err(Fault::Archive { member });
+            }
+        }
+        let mut end = Vec::new();
+        file.read_to_end(&mut end).map_err(unread)?;
+        match end == END {
+            true => Ok(()),
+            false => Err(Fault::Archive { member: None }),
+        }
+    }
+
+    /// Compares the shard with the cohort and the archive.
+    pub(crate) fn check(&self, cohort: &Cohort, folder: &Path) -> Result<(), FileFault> {
+        let in_record = |fault| FileFault::new(self.shard.record_name(), fault);
+        if !self.is_of(cohort) {
+            return Err(in_record(Fault::OtherCohort));
+        }
+        self.check_draws(cohort).map_err(in_record)?;
+        (self.check_archive(folder)).map_err(|fault| FileFault::new(self.shard.file_name(), fault))
     }
 }
 
-fn checksum(from: &mut impl Read) -> io::Result<String> {
+fn seal(sum: blake3::Hash) -> String {
+    format!("{}{sum}{}", SEAL[0], SEAL[1])
+}
+
+/// Opens a regular file; a pipe would wait for a writer.
+fn regular(path: &Path) -> Result<File, Fault> {
+    let found = fs::metadata(path).and_then(|found| match found.is_file() {
+        true => File::open(path).map(Some),
+        false => Ok(None),
+    });
+    match found {
+        Ok(file) => file.ok_or(Fault::NotAFile),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            Err(Fault::Missing { following: 0 })
+        }
+        Err(error) => Err(unreadable(&error)),
+    }
+}
+
+fn unreadable(error: &io::Error) -> Fault {
+    Fault::Unreadable {
+        reason: error.to_string(),
+    }
+}
+
+fn checksum(from: &mut impl Read) -> io::Result<blake3::Hash> {
     let mut sum = blake3::Hasher::new();
     sum.update_reader(from)?;
-    Ok(sum.finalize().to_string())
+    Ok(sum.finalize())
 }
 
 /// The numbers of a heart by name, with those within others as `within.name`.
-pub(crate) fn numbers_of(numbers: &Numbers) -> Map<String, Value> {
-    let mut flat = Map::new();
+fn numbers_of(numbers: &Numbers) -> BTreeMap<String, f64> {
+    let mut flat = BTreeMap::new();
+    let mut add =
+        |name: String, value: &Value| value.as_f64().map(|number| flat.insert(name, number));
     if let Ok(Value::Object(table)) = serde_json::to_value(numbers) {
-        for (name, value) in table {
+        for (name, value) in &table {
             match value {
                 Value::Object(inner) => {
-                    flat.extend(inner.into_iter().map(|(k, v)| (format!("{name}.{k}"), v)));
+                    for (within, value) in inner {
+                        add(format!("{name}.{within}"), value);
+                    }
                 }
-                value => drop(flat.insert(name, value)),
+                value => drop(add(name.clone(), value)),
             }
         }
     }

@@ -1,17 +1,16 @@
 //! A shard: some members in a row, computed and written as one archive with its record.
 
 use crate::cohort::Cohort;
-use crate::compute::{Computed, Spare, compute};
+use crate::compute::{Spare, compute};
 use crate::cut::Shard;
-use crate::draw::Member;
 use crate::error::CohortError;
+use crate::fault::{Fault, FileFault};
 use crate::piece::END;
-use crate::record::{Found, Record, Row, numbers_of};
+use crate::record::{Record, Row};
 use crate::workers;
 use heart_phantom::Heart;
-use heart_phantom::files::{self, PROGRAM};
+use heart_phantom::files;
 use rayon::ThreadPool;
-use serde_json::Map;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -94,8 +93,8 @@ impl RunOptions {
 ///
 /// # Errors
 /// Before any work [`CohortError::NoShard`], [`CohortError::Unmet`] for constraints that a member of the shard cannot meet,
-/// [`CohortError::OtherCohort`] for a shard of that name of another cohort, [`CohortError::Phantom`] for a folder that cannot be written
-/// to; later that for a disk that is full.
+/// [`CohortError::OtherCohort`] for a shard of that name of another cohort, [`CohortError::Faults`] for a pipe or a directory of that
+/// name, [`CohortError::Phantom`] for a folder that cannot be written to; later that for a disk that is full.
 pub fn run_shard(
     cohort: &Cohort,
     folder: &Path,
@@ -111,24 +110,22 @@ pub fn run_shard(
     let pools = workers::pools(options.threads)?;
     files::create_writable_folder(folder)?;
     let path = folder.join(shard.file_name());
-    let record = match found(cohort, shard, &path)? {
-        Found::Whole(record) => {
-            remove_left(folder, shard);
-            return Ok(report(path, true, record));
-        }
-        Found::Broken => write(cohort, shard, &path, &pools, options, progress),
-    };
-    let skipped = match record {
+    let left = shard.file_name();
+    let left = left.trim_end_matches("tar");
+    if let Some(record) = whole(cohort, folder, shard)? {
+        remove_left(folder, left);
+        return Ok(report(path, true, record));
+    }
+    match write(cohort, shard, &path, &pools, options, progress) {
         Ok(record) => {
-            remove_left(folder, shard);
-            return Ok(report(path, false, record));
+            remove_left(folder, left);
+            Ok(report(path, false, record))
         }
-        Err(error) => (error, found(cohort, shard, &path)?),
-    };
-    match skipped {
-        // Another process was faster, and has removed what was begun here.
-        (_, Found::Whole(record)) => Ok(report(path, true, record)),
-        (error, Found::Broken) => Err(error),
+        // Another process may have been faster, and have removed what was begun here.
+        Err(error) => match whole(cohort, folder, shard)? {
+            Some(record) => Ok(report(path, true, record)),
+            None => Err(error),
+        },
     }
 }
 
@@ -157,7 +154,7 @@ fn write(
             })?;
             let piece = made.as_ref().map_or(&[][..], |made| &made.bytes[..]);
             out.write_all(piece)?;
-            rows.push(row_of(&member, made.as_ref(), bytes));
+            rows.push(Row::new(&member, made.as_ref(), bytes));
             bytes += piece.len() as u64;
             made.into_iter().for_each(|made| spare.give_back(made));
             progress(rows.len() as u64);
@@ -170,17 +167,8 @@ fn write(
         return Err(error);
     }
     written?;
-    let record = Record {
-        program: PROGRAM.to_owned(),
-        cohort: cohort.digest().to_owned(),
-        shard,
-        bytes,
-        rows,
-    };
-    files::write_atomically(&path.with_extension("json"), |out| {
-        serde_json::to_writer_pretty(&mut *out, &record)?;
-        out.write_all(b"\n")
-    })?;
+    let record = Record::new(cohort, shard, bytes, rows);
+    record.write(&path.with_extension("json"))?;
     Ok(record)
 }
 
@@ -193,52 +181,46 @@ fn report(path: PathBuf, skipped: bool, record: Record) -> ShardReport {
     }
 }
 
-/// What is there of a shard.
-pub(crate) fn found(cohort: &Cohort, shard: Shard, path: &Path) -> Result<Found, CohortError> {
-    let record_path = path.with_extension("json");
-    let Some(record) = Record::read(&record_path)? else {
-        return Ok(Found::Broken);
+/// The record of a shard that is whole; `None` if it has to be made.
+///
+/// # Errors
+/// [`CohortError::OtherCohort`]; [`CohortError::Faults`] for names that something else than a file has.
+fn whole(cohort: &Cohort, folder: &Path, shard: Shard) -> Result<Option<Record>, CohortError> {
+    let in_the_way = |file, fault| {
+        let folder = folder.to_path_buf();
+        let faults = vec![FileFault::new(file, fault)];
+        Err(CohortError::Faults { folder, faults })
     };
-    let is_ours = record.cohort == cohort.digest() && record.program == PROGRAM;
-    if !is_ours || record.shard != shard {
-        return Err(CohortError::OtherCohort { path: record_path });
+    let record = match Record::read(folder, shard) {
+        Ok(record) => record,
+        Err(fault @ (Fault::NotAFile | Fault::Unreadable { .. })) => {
+            return in_the_way(shard.record_name(), fault);
+        }
+        Err(_) => return Ok(None),
+    };
+    if !record.is_of(cohort) {
+        let path = folder.join(shard.record_name());
+        return Err(CohortError::OtherCohort { path });
     }
-    Ok(match record.is_kept_by(path) {
-        true => Found::Whole(record),
-        false => Found::Broken,
-    })
+    match record.check(cohort, folder) {
+        Ok(()) => Ok(Some(record)),
+        Err(found) if found.fault == Fault::NotAFile => in_the_way(found.file, found.fault),
+        Err(_) => Ok(None),
+    }
 }
 
-/// Removes what processes that were killed have left of a shard that is whole now. Another one that still makes the same shard loses
-/// nothing but its own copy.
-pub(crate) fn remove_left(folder: &Path, shard: Shard) {
-    let name = shard.file_name();
-    let stem = name.trim_end_matches("tar");
+/// Removes temporary files whose names begin so: what processes that were killed have left of shards that are whole now. Another process
+/// that still makes the same shard loses nothing but its own copy.
+pub(crate) fn remove_left(folder: &Path, beginning: &str) {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     for entry in entries {
         let name = entry.file_name();
         let is_left = name
             .to_str()
-            .is_some_and(|name| name.starts_with(stem) && name.ends_with(".tmp"));
+            .is_some_and(|name| name.starts_with(beginning) && name.ends_with(".tmp"));
         if is_left {
-            // Whoever is left over goes next time.
+            // A file that cannot be removed now is removed next time.
             let _ = fs::remove_file(entry.path());
         }
-    }
-}
-
-fn row_of(member: &Member, made: Result<&Computed, &String>, offset: u64) -> Row {
-    Row {
-        key: member.key.clone(),
-        member: member.index,
-        case: member.case.clone(),
-        attempts: member.attempts,
-        refused: made.err().cloned(),
-        offset,
-        bytes: made.map_or(0, |made| made.bytes.len() as u64),
-        blake3: made.map_or(String::new(), |made| made.blake3.clone()),
-        values: member.values.iter().cloned().collect(),
-        numbers: made.map_or_else(|_| Map::new(), |made| numbers_of(&made.numbers)),
-        warnings: made.map_or(Vec::new(), |made| made.warnings.clone()),
     }
 }

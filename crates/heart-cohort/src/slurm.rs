@@ -1,20 +1,25 @@
-//! A script for the batch system Slurm: one task of an array for each shard.
+//! A script for the batch system Slurm: an array of tasks, each of which makes some shards.
 
-use std::fmt::Write;
+use crate::error::CohortError;
 use std::path::Path;
 
-/// What a job is given.
+/// Most tasks of an array. The limit of a Slurm controller (`MaxArraySize`) is 1001 unless a site raises it, and indices are below it.
+const MOST_TASKS: u64 = 1000;
+
+/// Resources of a job.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SlurmOptions {
-    /// Shards, tasks of the array.
+    /// Shards.
     pub shards: u64,
     /// Processors of a task.
     pub threads: usize,
     /// Memory of a task in MiB.
     pub memory_mib: u64,
-    /// Minutes that a task may take.
+    /// Minutes that a shard may take.
     pub minutes: u64,
+    /// Most tasks that run at the same time; no limit but that of the site if there is none.
+    pub at_once: Option<u64>,
     /// Partition; that of the site if there is none.
     pub partition: Option<String>,
 }
@@ -27,6 +32,7 @@ impl SlurmOptions {
             threads: 2,
             memory_mib: 4096,
             minutes: 60,
+            at_once: None,
             partition: None,
         }
     }
@@ -49,71 +55,175 @@ impl SlurmOptions {
         self
     }
 
+    /// The same with another limit of tasks that run at the same time.
+    pub fn with_at_once(mut self, tasks: Option<u64>) -> Self {
+        self.at_once = tasks;
+        self
+    }
+
     /// The same in a partition.
     pub fn with_partition(mut self, partition: Option<String>) -> Self {
         self.partition = partition;
         self
     }
-}
 
-/// A script for `sbatch` that makes the shards of a cohort in a folder, with this program. A task that is ended half a minute before its
-/// time or moved elsewhere leaves nothing half written; a script that is submitted again makes what is missing.
-pub fn sbatch(program: &Path, cohort: &Path, folder: &Path, options: &SlurmOptions) -> String {
-    let mut script = String::from("#!/bin/bash\n#SBATCH --job-name=heart-cohort\n");
-    let mut line = |text: String| {
-        // Writing to a text cannot fail.
-        let _ = writeln!(script, "{text}");
-    };
-    line(format!("#SBATCH --array=1-{}", options.shards));
-    line("#SBATCH --ntasks=1".into());
-    line(format!("#SBATCH --cpus-per-task={}", options.threads));
-    line(format!("#SBATCH --mem={}M", options.memory_mib));
-    line(format!("#SBATCH --time={}", options.minutes));
-    if let Some(partition) = &options.partition {
-        line(format!("#SBATCH --partition={partition}"));
+    fn check(&self) -> Result<(), CohortError> {
+        let wrong = |option, given: String, wanted| {
+            Err(CohortError::Slurm {
+                option,
+                given,
+                wanted,
+            })
+        };
+        for (option, given) in [
+            ("shards", self.shards),
+            ("threads", self.threads as u64),
+            ("memory", self.memory_mib),
+            ("minutes", self.minutes),
+            ("at-once", self.at_once.unwrap_or(1)),
+        ] {
+            // So that no product overflows.
+            if !(1..=1 << 40).contains(&given) {
+                return wrong(option, given.to_string(), "it must be between 1 and 2^40");
+            }
+        }
+        let is_name = |c: char| c.is_ascii_alphanumeric() || "_-.,".contains(c);
+        match &self.partition {
+            Some(name) if name.is_empty() || !name.chars().all(is_name) => wrong(
+                "partition",
+                name.clone(),
+                "it must consist of letters, digits, and _ - . ,",
+            ),
+            _ => Ok(()),
+        }
     }
-    line("#SBATCH --signal=TERM@30".into());
-    line("#SBATCH --requeue".into());
-    line("#SBATCH --open-mode=append".into());
-    line("#SBATCH --output=heart-cohort-%A_%a.log".into());
-    line("set -eu".into());
-    // The program takes the place of the shell, so that it gets the signals.
-    line(format!(
-        "exec {} --quiet --threads \"${{SLURM_CPUS_PER_TASK:-{}}}\" cohort run {} --out {} --shard \"$SLURM_ARRAY_TASK_ID/{}\"",
-        quoted(program),
-        options.threads,
-        quoted(cohort),
-        quoted(folder),
-        options.shards
-    ));
-    script
 }
 
-/// A path as one word of a shell.
-fn quoted(path: &Path) -> String {
-    format!("'{}'", path.to_string_lossy().replace('\'', "'\\''"))
+/// Returns a script for `sbatch` that makes the shards of a cohort in a folder, with this program. It is an array of at most 1000 tasks; of
+/// more shards each task makes some, one after the other, and has as much more time. A task that is ended half a minute before its time or
+/// moved elsewhere leaves nothing half written; a script that is submitted again makes the shards that are missing.
+///
+/// # Errors
+/// [`CohortError::Slurm`] for numbers that are zero, a partition that is no name, and paths that are not UTF-8.
+pub fn sbatch(
+    program: &Path,
+    cohort: &Path,
+    folder: &Path,
+    options: &SlurmOptions,
+) -> Result<String, CohortError> {
+    options.check()?;
+    let shards = options.shards;
+    let each = shards.div_ceil(MOST_TASKS);
+    let at_once = options.at_once.map_or(String::new(), |n| format!("%{n}"));
+    let partition = (options.partition.as_ref()).map_or(String::new(), |name| {
+        format!("#SBATCH --partition={name}\n")
+    });
+    let mut script = include_str!("slurm.sh").to_owned();
+    for (name, value) in [
+        ("{TASKS}", shards.div_ceil(each).to_string() + &at_once),
+        ("{MEMORY}", options.memory_mib.to_string()),
+        ("{MINUTES}", (options.minutes * each).to_string()),
+        ("{PARTITION}", partition),
+        ("{THREADS}", options.threads.to_string()),
+        ("{EACH}", each.to_string()),
+        ("{SHARDS}", shards.to_string()),
+        // Paths come last: a name within braces in them stays as it is.
+        (
+            "{PROGRAM} {COHORT} {FOLDER}",
+            words(&[program, cohort, folder])?,
+        ),
+    ] {
+        script = script.replace(name, &value);
+    }
+    Ok(script)
+}
+
+/// Paths as words of a shell.
+fn words(paths: &[&Path]) -> Result<String, CohortError> {
+    let word = |path: &&Path| match path.to_str() {
+        Some(path) => Ok(format!("'{}'", path.replace('\'', "'\\''"))),
+        None => Err(CohortError::Slurm {
+            option: "path",
+            given: path.to_string_lossy().into_owned(),
+            wanted: "it must be UTF-8",
+        }),
+    };
+    let words: Result<Vec<String>, _> = paths.iter().map(word).collect();
+    Ok(words?.join(" "))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn script(options: &SlurmOptions) -> Result<String, CohortError> {
+        let [program, cohort, folder] =
+            ["heart-phantom", "it's.toml", "out $HOME {EACH}"].map(Path::new);
+        sbatch(program, cohort, folder, options)
+    }
+
     #[test]
-    fn a_script_is_a_shell_s_and_names_all_it_was_given() {
+    fn a_script_is_a_shell_s_and_contains_all_options() {
         let options = SlurmOptions::new(40).with_partition(Some("short".into()));
-        let script = sbatch(
-            Path::new("heart-phantom"),
-            Path::new("it's.toml"),
-            Path::new("out $HOME"),
-            &options,
-        );
-        assert!(script.starts_with("#!/bin/bash\n#SBATCH "));
+        let text = script(&options.with_at_once(Some(8))).unwrap();
+        assert!(text.starts_with("#!/bin/bash\n#SBATCH "));
         for line in [
-            "#SBATCH --array=1-40\n",
+            "#SBATCH --array=1-40%8\n",
             "#SBATCH --partition=short\n",
-            "cohort run 'it'\\''s.toml' --out 'out $HOME' --shard \"$SLURM_ARRAY_TASK_ID/40\"\n",
+            "#SBATCH --time=60\n",
+            "'heart-phantom' 'it'\\''s.toml' 'out $HOME {EACH}'\n",
         ] {
-            assert!(script.contains(line), "{script}");
+            assert!(text.contains(line), "{text}");
+        }
+        assert!(!text.contains("{T") && !text.contains("{P"));
+    }
+
+    /// The shell itself says what each task makes: all shards, each once.
+    #[test]
+    fn tasks_make_every_shard_once() {
+        for (shards, tasks) in [(1, 1), (1000, 1000), (1001, 501), (2500, 834)] {
+            let text = script(&SlurmOptions::new(shards)).unwrap();
+            assert!(
+                text.contains(&format!("#SBATCH --array=1-{tasks}\n")),
+                "{text}"
+            );
+            let body = text.replace("\"$1\" --quiet", "echo").replace("exec ", "");
+            let each = format!("for SLURM_ARRAY_TASK_ID in $(seq {tasks}); do\n{body}\ndone");
+            let output = std::process::Command::new("bash")
+                .arg("-c")
+                .arg(each)
+                .output()
+                .unwrap();
+            let output = String::from_utf8(output.stdout).unwrap();
+            let mut next = 1;
+            for line in output.lines() {
+                let (range, of) = line.rsplit(' ').next().unwrap().split_once('/').unwrap();
+                let (from, to) = range.split_once('-').unwrap();
+                assert_eq!((from.parse(), of.parse()), (Ok(next), Ok(shards)), "{line}");
+                next = to.parse::<u64>().unwrap() + 1;
+            }
+            assert_eq!(next, shards + 1);
+        }
+    }
+
+    #[test]
+    fn options_without_sense_are_errors() {
+        for (options, words) in [
+            (SlurmOptions::new(0), "shards is 0; it must be between 1"),
+            (SlurmOptions::new(1).with_minutes(0), "minutes is 0"),
+            (SlurmOptions::new(1).with_memory_mib(u64::MAX), "memory is"),
+            (SlurmOptions::new(1).with_at_once(Some(0)), "at-once is 0"),
+            (
+                SlurmOptions::new(1).with_partition(Some("a\n#SBATCH --uid=0".into())),
+                "partition is a\\n#SBATCH --uid=0; it must consist of",
+            ),
+            (
+                SlurmOptions::new(1).with_partition(Some(String::new())),
+                "partition is ",
+            ),
+        ] {
+            let error = script(&options).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
         }
     }
 }

@@ -4,9 +4,9 @@ use crate::cohort::Cohort;
 use crate::compute::{Spare, compute};
 use crate::error::CohortError;
 use crate::shard::RunOptions;
+use crate::value::FieldValue;
 use crate::workers;
 use serde::Serialize;
-use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
@@ -117,8 +117,8 @@ impl Seen {
     /// So many different values are few.
     const FEW: usize = 20;
 
-    fn add(&mut self, value: &Value) {
-        match value.as_f64() {
+    fn add(&mut self, value: &FieldValue) {
+        match value.number() {
             Some(number) => self.numbers.push(number),
             None => self.others = true,
         }

@@ -1,38 +1,44 @@
-//! Some members computed again, and their bytes compared.
+//! All shards of a folder compared with the cohort, some members recomputed.
 
 use crate::cohort::Cohort;
 use crate::compute::{Spare, compute};
-use crate::cut::Shard;
 use crate::error::CohortError;
-use crate::folder;
-use crate::record::{Found, Row};
-use crate::shard::{RunOptions, found};
+use crate::fault::{Fault, FileFault};
+use crate::folder::Listing;
+use crate::record::{Record, Row};
+use crate::shard::RunOptions;
 use crate::workers;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeSet;
-use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// What was found to be as it should.
+/// The result of a verification. The folder contains the cohort if there are no faults.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct VerifyReport {
-    /// Shards whose checksums are right.
+    /// Shards whose records and archives match the cohort and their checksums.
+    pub whole: u64,
+    /// Shards of the cut.
     pub shards: u64,
-    /// The members that were computed again, all with the same bytes.
-    pub members: Vec<u64>,
-    /// How many of them were refused, as they had been.
+    /// All faults: one of each shard at most, then those of recomputed members.
+    pub faults: Vec<FileFault>,
+    /// Members that were computed again and whose rows, and with them the bytes, are equal.
+    pub recomputed: Vec<u64>,
+    /// How many of them were refused again, for the same reason.
     pub refused: u64,
 }
 
-/// Checks all shards of a folder by their checksums, then computes `count` members again, chosen by `seed`, and compares them byte by
-/// byte with what is there. It needs no shard in memory, and `count` times the time of a member.
+/// Verifies a folder.
+///
+/// Of every shard it compares the record with its own checksum, its rows with the members of the shard, what was drawn for them with
+/// the text, and the archive with the checksums of the record. `count` members of whole shards, chosen by `seed`, are then computed
+/// again and their whole rows compared: numbers, warnings, reason and checksum. Numbers of members that were not recomputed are as
+/// the record has them. It needs no shard in memory, and `count` times the time of a member; a `count` of 0 is allowed.
 ///
 /// # Errors
-/// [`CohortError::Cuts`] or [`CohortError::Missing`] if the folder does not hold the whole cohort, a shard that its checksums do not fit
-/// included; [`CohortError::OtherCohort`]; [`CohortError::Differs`] for the first member that comes out otherwise.
+/// [`CohortError::Cuts`] if the folder has no shards or those of several cuts, [`CohortError::Read`] if it cannot be listed,
+/// [`CohortError::Threads`]. A fault is no error.
 pub fn verify(
     cohort: &Cohort,
     folder: &Path,
@@ -40,69 +46,55 @@ pub fn verify(
     seed: u64,
     options: &RunOptions,
 ) -> Result<VerifyReport, CohortError> {
-    let shards = folder::shards_of(folder)?;
-    let chosen: Vec<u64> = chosen(cohort.members(), count, seed).into_iter().collect();
-    let mut rows: Vec<(Row, PathBuf)> = Vec::new();
-    let broken = check_all(cohort, folder, &shards, &chosen, &mut rows)?;
-    if let Some(&first) = broken.first() {
-        let (missing, of) = (broken.len() as u64, shards.len() as u64);
-        return Err(folder::missing_of(folder, missing, of, first));
+    let listing = Listing::of(folder)?;
+    let chosen = chosen(cohort.members(), count, seed);
+    let (mut rows, mut whole): (Vec<(Row, String)>, u64) = (Vec::new(), 0);
+    let mut faults = Vec::new();
+    for shard in listing.shards() {
+        let name = shard.record_name();
+        let checked = Record::read(folder, shard)
+            .map_err(|fault| FileFault::new(&name, fault))
+            .and_then(|record| record.check(cohort, folder).map(|()| record));
+        match checked {
+            Ok(record) => {
+                whole += 1;
+                let wanted = (record.rows.into_iter()).filter(|row| chosen.contains(&row.member));
+                rows.extend(wanted.map(|row| (row, name.clone())));
+            }
+            Err(fault) => faults.push(fault),
+        }
     }
+    faults.splice(0..0, listing.faults);
     let pools = workers::pools(options.threads)?;
-    let (mut refused, spare) = (0, Spare::default());
-    let work = |k: u64| {
-        let (row, path) = &rows[k as usize];
+    let spare = Spare::default();
+    let work = |k: u64| -> Result<_, CohortError> {
+        let (row, _) = &rows[k as usize];
         let member = cohort.member(row.member)?;
         let made = compute(&member, options.memory_of_each(), &spare);
-        let is_same = match (&made, &row.refused) {
-            (Ok(made), None) => bytes_of(row, path).is_ok_and(|bytes| bytes == made.bytes),
-            (Err(reason), Some(known)) => reason == known,
-            _ => false,
-        };
-        let is_refused = made.is_err();
+        let is_same = Row::new(&member, made.as_ref(), row.offset) == *row;
         made.into_iter().for_each(|made| spare.give_back(made));
-        match is_same {
-            true => Ok(is_refused),
-            false => Err(CohortError::Differs {
-                member: row.member,
-                path: path.clone(),
-            }),
-        }
+        Ok((k, is_same))
     };
+    let (mut recomputed, mut refused) = (Vec::new(), 0);
     workers::in_order(0..rows.len() as u64, &pools, work, |done| {
-        refused += u64::from(done?);
+        let (k, is_same) = done?;
+        let (row, name) = &rows[k as usize];
+        let member = row.member;
+        if is_same {
+            recomputed.push(member);
+            refused += u64::from(row.refused.is_some());
+        } else {
+            faults.push(FileFault::new(name, Fault::Recomputed { member }));
+        }
         Ok::<(), CohortError>(())
     })?;
     Ok(VerifyReport {
-        shards: shards.len() as u64,
-        members: chosen,
+        whole,
+        shards: listing.of,
+        faults,
+        recomputed,
         refused,
     })
-}
-
-/// Checks all shards, keeps the rows of the members chosen, and returns those shards that are broken.
-fn check_all(
-    cohort: &Cohort,
-    folder: &Path,
-    shards: &[Shard],
-    chosen: &[u64],
-    rows: &mut Vec<(Row, PathBuf)>,
-) -> Result<Vec<u64>, CohortError> {
-    let mut broken = Vec::new();
-    for &shard in shards {
-        let path = folder.join(shard.file_name());
-        match found(cohort, shard, &path)? {
-            Found::Whole(record) => {
-                let wanted = record
-                    .rows
-                    .into_iter()
-                    .filter(|row| chosen.contains(&row.member));
-                rows.extend(wanted.map(|row| (row, path.clone())));
-            }
-            Found::Broken => broken.push(shard.shard),
-        }
-    }
-    Ok(broken)
 }
 
 /// So many different members, or all of them.
@@ -116,12 +108,4 @@ fn chosen(members: u64, count: u64, seed: u64) -> BTreeSet<u64> {
         chosen.insert(((u128::from(random.next_u64()) * u128::from(members)) >> 64) as u64);
     }
     chosen
-}
-
-fn bytes_of(row: &Row, path: &Path) -> io::Result<Vec<u8>> {
-    let mut file = File::open(path)?;
-    file.seek(SeekFrom::Start(row.offset))?;
-    let mut bytes = Vec::new();
-    file.take(row.bytes).read_to_end(&mut bytes)?;
-    Ok(bytes)
 }

@@ -1,8 +1,7 @@
 //! What members are drawn from.
 
 use crate::text;
-use heart_cohort::Cohort;
-use serde_json::json;
+use heart_cohort::{Cohort, CohortError, FieldValue};
 use std::collections::BTreeMap;
 
 fn numbers(cohort: &Cohort, path: &str) -> Vec<f64> {
@@ -184,5 +183,33 @@ fn the_template_is_a_cohort() {
             .find(|(name, _)| name == path)
             .cloned()
     };
-    assert!(value("activity.cavity.concentration").is_some_and(|(_, value)| value != json!(null)));
+    assert!(value("activity.cavity.concentration").is_some());
+}
+
+/// A field that varies within a table that varies: the constraint reads what the scene has.
+#[test]
+fn constraints_read_the_field_inside_a_drawn_table() {
+    let head = "constraints = [\"cycle.volume.gain > 0.5\"]";
+    let vary = "cycle.volume = { choice = [{ gain = 0.2 }, { gain = 0.9 }] }\ncycle.volume.gain = { uniform = [0.3, 0.8] }";
+    let cohort = Cohort::from_toml(&text(200, head, vary)).unwrap();
+    let mut tables = 0;
+    for k in 0..200 {
+        let member = cohort.member(k).unwrap();
+        let gain = member.number("cycle.volume.gain").unwrap();
+        let drawn: BTreeMap<String, FieldValue> = member.values.into_iter().collect();
+        assert_eq!(drawn["cycle.volume.gain"].number(), Some(gain));
+        assert!(gain > 0.5 && gain <= 0.8);
+        tables += u32::from(drawn["cycle.volume"].to_string() == "{\"gain\":0.2}");
+    }
+    // Either table is as likely: what it says of the field does not count.
+    assert!((70..130).contains(&tables), "{tables}");
+}
+
+#[test]
+fn a_member_that_does_not_exist_is_an_error() {
+    let cohort = Cohort::from_toml("members = 5").unwrap();
+    for member in [5, 99, u64::MAX] {
+        let error = cohort.member(member).unwrap_err();
+        assert!(matches!(error, CohortError::NoMember { members: 5, .. }));
+    }
 }

@@ -6,6 +6,7 @@ mod draws;
 mod failures;
 mod folder;
 mod manifest;
+mod verified;
 
 use heart_cohort::{Cohort, RunOptions, Shard, ShardReport, run_shard};
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! One manifest of all shards.
 
-use crate::{all, names, with_refused};
-use heart_cohort::{CohortError, merge};
+use crate::{SCENE, all, names, with_refused};
+use heart_cohort::{Cohort, CohortError, Fault, merge};
 use std::fs;
 
 #[test]
@@ -44,11 +44,8 @@ fn a_manifest_has_a_row_for_every_member() {
             *expected.refused.as_deref().unwrap_or_default()
         );
         let gain: f64 = row[column("cycle.volume.gain")].parse().unwrap();
-        assert_eq!(Some(gain), expected.values["cycle.volume.gain"].as_f64());
-        let edv = expected
-            .numbers
-            .get("edv")
-            .and_then(serde_json::Value::as_f64);
+        assert_eq!(Some(gain), expected.values["cycle.volume.gain"].number());
+        let edv = expected.numbers.get("edv").copied();
         assert_eq!(row[column("edv")].parse().ok(), edv);
         if edv.is_some() {
             // The piece is where the row says: it begins with its name.
@@ -79,18 +76,16 @@ fn a_folder_that_lacks_a_shard_has_no_manifest() {
             fs::write(&reports[1].path, bytes).unwrap();
         }
         let error = merge(folder.path()).unwrap_err();
-        assert!(
-            matches!(
-                error,
-                CohortError::Missing {
-                    missing: 1,
-                    of: 3,
-                    first: 2,
-                    ..
-                }
-            ),
-            "{error}"
-        );
+        let CohortError::Faults { faults, .. } = error else {
+            panic!("{error}")
+        };
+        let fault = match bytes {
+            None => Fault::Missing { following: 0 },
+            Some(_) => Fault::Archive { member: None },
+        };
+        let file = "shard-00002-of-00003.tar";
+        assert_eq!((faults.len(), &*faults[0].file), (1, file));
+        assert_eq!(faults[0].fault, fault);
         fs::write(&reports[1].path, &archive).unwrap();
     }
     assert!(!folder.path().join("manifest.csv").exists());
@@ -99,4 +94,31 @@ fn a_folder_that_lacks_a_shard_has_no_manifest() {
         merge(folder.path()),
         Err(CohortError::Cuts { cuts: 2, .. })
     ));
+}
+
+/// Names of cases and drawn names are the user's: a spreadsheet must not compute them.
+#[test]
+fn no_cell_is_a_formula() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(
+        "members = 4\n{SCENE}[[cases]]\nname = '=HYPERLINK(\"x\"),1'\n[[cases]]\nname = \"-a; b\"\n"
+    );
+    let cohort = Cohort::from_toml(&text).unwrap();
+    all(&cohort, folder.path(), 1, 1);
+    merge(folder.path()).unwrap();
+    let mut csv = csv::Reader::from_path(folder.path().join("manifest.csv")).unwrap();
+    let at = csv
+        .headers()
+        .unwrap()
+        .iter()
+        .position(|name| name == "case");
+    for (k, row) in csv.records().enumerate() {
+        let row = row.unwrap();
+        let case = cohort.member(k as u64).unwrap().case;
+        assert_eq!(row[at.unwrap()], format!("'{case}"));
+        // Numbers stay numbers: nothing else begins with a sign.
+        assert!(row.iter().all(|cell| {
+            !cell.starts_with(['=', '+', '-', '@']) || cell.parse::<f64>().is_ok()
+        }));
+    }
 }

@@ -74,12 +74,25 @@ fn a_cohort_goes_from_its_text_to_its_manifest() {
         &["verify", "cohort.toml", "--out", "out", "--members", "4"],
     );
     assert_eq!(verified["members"].as_array().map(Vec::len), Some(4));
+    assert_eq!(verified["whole"], 3);
+    let record = folder.join("out/shard-00002-of-00003.json");
+    let kept = fs::read(&record).unwrap();
+    fs::write(&record, "").unwrap();
+    let output = cohort(folder, &["verify", "cohort.toml", "--out", "out", "--members", "6"]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stderr).unwrap();
+    assert_eq!(found["members"], serde_json::json!([0, 1, 4, 5]));
+    let fault = serde_json::json!([{ "file": "shard-00002-of-00003.json", "fault": "checksum" }]);
+    assert_eq!((&found["faults"], &found["whole"]), (&fault, &2.into()));
+    fs::write(&record, kept).unwrap();
+    let some = answer(folder, &[&run[..], &["2-3/3"]].concat());
+    assert_eq!(some["shards_skipped"], 2);
     let script = answer(
         folder,
         &["slurm", "cohort.toml", "--out", "out", "--shards", "3"],
     );
     let script = script["text"].as_str().unwrap();
-    assert!(script.contains("#SBATCH --array=1-3\n") && script.contains("cohort.toml' --out '/"));
+    assert!(script.contains("#SBATCH --array=1-3\n") && script.contains("cohort.toml' '/"));
 }
 
 #[test]
@@ -102,6 +115,8 @@ fn what_makes_no_sense_is_refused_with_its_place() {
         &["check", "missing.toml"][..],
         &["run", "cohort.toml", "--out", "out", "--shard", "0/3"],
         &["run", "cohort.toml", "--out", "out", "--shard", "3"],
+        &["run", "cohort.toml", "--out", "out", "--shard", "3-2/4"],
+        &["run", "cohort.toml", "--out", "out", "--shard", "3-5/4"],
         &["slurm", "cohort.toml", "--out", "out", "--shards", "0"],
     ] {
         let output = cohort(folder, arguments);

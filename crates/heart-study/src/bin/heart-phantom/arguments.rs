@@ -4,6 +4,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use heart_study::StudyOptions;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 /// Shown after the help.
@@ -123,7 +124,7 @@ pub(crate) enum Cohort {
         /// Folder to write to; made if it does not exist. Many processes may write to it.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
-        /// Which shard of how many, from 1, such as 3/40; or all/40, one after the other.
+        /// Which shard of how many, from 1, such as 3/40; or 11-20/40, or all/40, one after the other.
         #[arg(long, default_value = "1/1", value_name = "K/N", value_parser = shards)]
         shard: Shards,
     },
@@ -132,7 +133,7 @@ pub(crate) enum Cohort {
         /// The folder of the shards.
         dir: PathBuf,
     },
-    /// Check all shards by their checksums, and some members by computing them again.
+    /// Compare all shards with the cohort and their checksums, and recompute some members.
     Verify {
         /// The cohort.
         cohort: PathBuf,
@@ -153,46 +154,50 @@ pub(crate) enum Cohort {
         /// Folder to write to, seen by all machines.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
-        /// Shards, tasks of the array.
+        /// Shards; tasks of the array, which makes several a task above 1000.
         #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
         shards: u64,
-        /// Minutes that a task may take.
+        /// Minutes that a shard may take.
         #[arg(long, default_value_t = 60, value_name = "N")]
         minutes: u64,
         /// Memory of a task in MiB.
         #[arg(long, default_value_t = 4096, value_name = "MIB")]
         task_memory: u64,
+        /// Most tasks that run at the same time.
+        #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
+        at_once: Option<u64>,
         /// Partition; that of the site if not given.
         #[arg(long, value_name = "NAME")]
         partition: Option<String>,
     },
 }
 
-/// Some shard, or all of them (`None`), of how many.
-#[derive(Debug, Clone, Copy)]
+/// Some shards in a row, of how many.
+#[derive(Debug, Clone)]
 pub(crate) struct Shards {
-    pub(crate) which: Option<u64>,
+    pub(crate) which: RangeInclusive<u64>,
     pub(crate) of: u64,
 }
 
 fn shards(text: &str) -> Result<Shards, String> {
     let numbers = text.split_once('/').and_then(|(which, of)| {
-        let which = match which {
-            "all" => None,
-            which => Some(which.parse().ok()?),
-        };
         let of = of.parse().ok()?;
+        let which = match which.split_once('-') {
+            Some((from, to)) => from.parse().ok()?..=to.parse().ok()?,
+            None if which == "all" => 1..=of,
+            None => {
+                let shard = which.parse().ok()?;
+                shard..=shard
+            }
+        };
         Some(Shards { which, of })
     });
-    let inside = |shards: &Shards| {
-        shards.of > 0
-            && shards
-                .which
-                .is_none_or(|which| (1..=shards.of).contains(&which))
-    };
-    numbers
-        .filter(inside)
-        .ok_or_else(|| "wanted K/N with K from 1 to N, or all/N".to_owned())
+    let inside =
+        |shards: &Shards| {
+            !shards.which.is_empty() && *shards.which.start() > 0 && *shards.which.end() <= shards.of
+        };
+    (numbers.filter(inside))
+        .ok_or_else(|| "must be K/N or K-L/N with 1 <= K <= L <= N, or all/N".to_owned())
 }
 
 /// The limit is that of the study's options.

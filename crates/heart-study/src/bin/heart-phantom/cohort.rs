@@ -2,9 +2,10 @@
 
 use crate::arguments::{Arguments, Cohort as Command, Shards};
 use crate::commands::{Done, bar, init, size};
-use crate::output::Answer;
+use crate::output::{Answer, Failure};
 use heart_cohort::{
-    Cohort, RunOptions, Shard, SlurmOptions, Survey, merge, run_shard, sbatch, survey, verify,
+    Cohort, RunOptions, Shard, SlurmOptions, Survey, VerifyReport, merge, run_shard, sbatch, survey,
+    verify,
 };
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -17,7 +18,7 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
             let found = survey(&Cohort::load(cohort)?, *members, &options(arguments))?;
             Ok(Answer::Report(json!(found), lines(&found)))
         }
-        Command::Run { cohort, out, shard } => shards(arguments, cohort, out, *shard),
+        Command::Run { cohort, out, shard } => shards(arguments, cohort, out, shard.clone()),
         Command::Merge { dir } => merged(dir),
         Command::Verify {
             cohort,
@@ -25,20 +26,9 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
             members,
             seed,
         } => {
-            let report = verify(
-                &Cohort::load(cohort)?,
-                out,
-                *members,
-                *seed,
-                &options(arguments),
-            )?;
-            let found = json!({ "shards": report.shards, "members": report.members, "refused": report.refused });
-            let line = format!(
-                "{} shards are whole, {} members came out with the same bytes",
-                report.shards,
-                report.members.len()
-            );
-            Ok(Answer::Report(found, vec![line]))
+            let cohort = Cohort::load(cohort)?;
+            let report = verify(&cohort, out, *members, *seed, &options(arguments))?;
+            verified(&report)
         }
         Command::Slurm {
             cohort,
@@ -46,6 +36,7 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
             shards,
             minutes,
             task_memory,
+            at_once,
             partition,
         } => {
             let known = Cohort::load(cohort)?;
@@ -59,16 +50,33 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
                 .with_threads(arguments.threads.unwrap_or(2))
                 .with_minutes(*minutes)
                 .with_memory_mib(*task_memory)
+                .with_at_once(*at_once)
                 .with_partition(partition.clone());
             let absolute = |path: &Path| std::path::absolute(path).unwrap_or(path.to_path_buf());
             let program = std::env::current_exe().unwrap_or(PathBuf::from("heart-phantom"));
-            Ok(Answer::Text(sbatch(
-                &program,
-                &absolute(cohort),
-                &absolute(out),
-                &options,
-            )))
+            let script = sbatch(&program, &absolute(cohort), &absolute(out), &options)?;
+            Ok(Answer::Text(script))
         }
+    }
+}
+
+/// Reports a verification; faults are a failure.
+fn verified(report: &VerifyReport) -> Done {
+    let found = json!({
+        "shards": report.shards, "whole": report.whole, "members": report.recomputed, "refused": report.refused,
+        "faults": report.faults,
+    });
+    let line = format!(
+        "{} of {} shards are whole; {} members were recomputed with the same bytes",
+        report.whole,
+        report.shards,
+        report.recomputed.len()
+    );
+    let faults = report.faults.iter().map(ToString::to_string);
+    let lines = [line].into_iter().chain(faults).collect();
+    match report.faults.is_empty() {
+        true => Ok(Answer::Report(found, lines)),
+        false => Err(Failure::Faults(found, lines)),
     }
 }
 
@@ -108,10 +116,7 @@ fn options(arguments: &Arguments) -> RunOptions {
 fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> Done {
     let cohort = Cohort::load(cohort)?;
     let of = shards.of;
-    let which = match shards.which {
-        Some(shard) => shard..=shard,
-        None => 1..=of,
-    };
+    let which = shards.which;
     let (mut made, mut skipped, mut members, mut refused, mut bytes) = (0, 0, 0, 0, 0);
     let bar = bar(arguments);
     let total: u64 = (which.clone())

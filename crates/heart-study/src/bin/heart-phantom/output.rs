@@ -24,6 +24,8 @@ pub(crate) enum Failure {
     Cohort(CohortError),
     /// A figure that could not be drawn.
     Study(StudyError),
+    /// What a verification found, as JSON and in lines for people.
+    Faults(Value, Vec<String>),
     /// A command line that cannot be understood, or that asks for help.
     Usage(clap::Error),
 }
@@ -106,6 +108,13 @@ impl Output {
             Err(Failure::Study(error)) => {
                 let text = told(&error);
                 self.refuse(&text, json!({ "error": text, "code": 1 }));
+                ExitCode::FAILURE
+            }
+            Err(Failure::Faults(mut json, lines)) => {
+                let text = lines.join("\n");
+                json["error"] = json!(format!("{} files have faults", lines.len() - 1));
+                json["code"] = json!(1);
+                self.refuse(&text, json);
                 ExitCode::FAILURE
             }
             Err(Failure::Usage(error)) => self.usage(&error),
@@ -233,6 +242,8 @@ fn code_of_cohort(error: &CohortError) -> u8 {
         CohortError::Text(_)
         | CohortError::Read { .. }
         | CohortError::Unmet { .. }
+        | CohortError::NoMember { .. }
+        | CohortError::Slurm { .. }
         | CohortError::NoShard { .. }
         | CohortError::OtherCohort { .. } => 2,
         _ => 1,

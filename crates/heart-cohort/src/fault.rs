@@ -1,0 +1,110 @@
+//! Faults of the files of a cohort.
+
+use heart_phantom::shown;
+use serde::Serialize;
+use std::fmt;
+
+/// A fault of a shard: what distinguishes its files from those that [`run_shard`](crate::run_shard) writes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, thiserror::Error)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Fault {
+    /// The file does not exist, nor do those of the shards that follow it.
+    #[error("is missing{}", Following(*following))]
+    Missing {
+        /// Number of shards that follow it and are missing, too.
+        following: u64,
+    },
+    /// A directory, a pipe or a device.
+    #[error("is not a regular file")]
+    NotAFile,
+    /// The file cannot be read.
+    #[error("cannot be read: {reason}")]
+    Unreadable {
+        /// The words of the operating system.
+        // tidy: allow string: the words of the operating system
+        reason: String,
+    },
+    /// A name that begins like that of a shard and is none: `shard-0-of-0.json`.
+    #[error("is not the name of a shard of this cohort")]
+    Name,
+    /// A record that differs from its own checksum.
+    #[error("does not match its own checksum")]
+    Checksum,
+    /// A record of another cohort text, or by another version of the program.
+    #[error("is of another cohort, or by another version of the program")]
+    OtherCohort,
+    /// A record whose rows are not the members of its shard, each once and in their order, with adjacent pieces of the archive.
+    #[error("does not list the members of its shard")]
+    Members,
+    /// A row whose case, attempts or values are not those that the text gives.
+    #[error("has values of member {member} that differ from those drawn for it")]
+    Drawn {
+        /// Index of the member.
+        member: u64,
+    },
+    /// An archive that differs from the checksums of its record.
+    #[error("differs from its record {}", Piece(*member))]
+    Archive {
+        /// Index of the first member whose piece differs; `None` for the length of the archive or its end.
+        member: Option<u64>,
+    },
+    /// A row that differs from that of the member when it is computed again: numbers, warnings, reason or checksum.
+    #[error("has a row of member {member} that differs from the recomputed one")]
+    Recomputed {
+        /// Index of the member.
+        member: u64,
+    },
+}
+
+/// A file and its fault.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct FileFault {
+    /// Name of the file in its folder.
+    // tidy: allow string: a name as it was found
+    pub file: String,
+    /// Its fault.
+    pub fault: Fault,
+}
+
+impl FileFault {
+    pub(crate) fn new(file: impl Into<String>, fault: Fault) -> Self {
+        let file = file.into();
+        Self { file, fault }
+    }
+}
+
+impl fmt::Display for FileFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} {}",
+            shown(&self.file),
+            shown(&self.fault.to_string())
+        )
+    }
+}
+
+struct Following(u64);
+
+impl fmt::Display for Following {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            0 => Ok(()),
+            1 => f.write_str(", and so is the next shard"),
+            n => write!(f, ", and so are the next {n} shards"),
+        }
+    }
+}
+
+struct Piece(Option<u64>);
+
+impl fmt::Display for Piece {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(member) => write!(f, "in member {member}"),
+            None => f.write_str("in its length or its end"),
+        }
+    }
+}
