@@ -190,7 +190,7 @@ fn the_template_is_a_cohort() {
 #[test]
 fn constraints_read_the_field_inside_a_drawn_table() {
     let head = "constraints = [\"cycle.volume.gain > 0.5\"]";
-    let vary = "cycle.volume = { choice = [{ gain = 0.2 }, { gain = 0.9 }] }\ncycle.volume.gain = { uniform = [0.3, 0.8] }";
+    let vary = "cycle.volume = { choice = [{ gain = 0.2 }, { gain = 0.9 }] }\n\"cycle.volume.gain\" = { uniform = [0.3, 0.8] }";
     let cohort = Cohort::from_toml(&text(200, head, vary)).unwrap();
     let mut tables = 0;
     for k in 0..200 {

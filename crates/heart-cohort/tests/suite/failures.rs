@@ -114,7 +114,7 @@ fn a_field_that_does_not_exist_is_told_with_its_line() {
     );
     says(
         "members = 3\n[[cases]]\nweight = 0\n",
-        &["line 3", "above 0"],
+        &["line 3", "must be positive"],
     );
     says(
         "members = 3\n[[cases]]\nweight = 1e308\n[[cases]]\nweight = 1e308\n",
