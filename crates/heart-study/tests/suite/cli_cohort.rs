@@ -78,7 +78,10 @@ fn a_cohort_goes_from_its_text_to_its_manifest() {
     let record = folder.join("out/shard-00002-of-00003.json");
     let kept = fs::read(&record).unwrap();
     fs::write(&record, "").unwrap();
-    let output = cohort(folder, &["verify", "cohort.toml", "--out", "out", "--members", "6"]);
+    let output = cohort(
+        folder,
+        &["verify", "cohort.toml", "--out", "out", "--members", "6"],
+    );
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     let found: serde_json::Value = serde_json::from_slice(&output.stderr).unwrap();
     assert_eq!(found["members"], serde_json::json!([0, 1, 4, 5]));

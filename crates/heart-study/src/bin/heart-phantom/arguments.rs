@@ -192,10 +192,9 @@ fn shards(text: &str) -> Result<Shards, String> {
         };
         Some(Shards { which, of })
     });
-    let inside =
-        |shards: &Shards| {
-            !shards.which.is_empty() && *shards.which.start() > 0 && *shards.which.end() <= shards.of
-        };
+    let inside = |shards: &Shards| {
+        !shards.which.is_empty() && *shards.which.start() > 0 && *shards.which.end() <= shards.of
+    };
     (numbers.filter(inside))
         .ok_or_else(|| "must be K/N or K-L/N with 1 <= K <= L <= N, or all/N".to_owned())
 }

@@ -4,8 +4,8 @@ use crate::arguments::{Arguments, Cohort as Command, Shards};
 use crate::commands::{Done, bar, init, size};
 use crate::output::{Answer, Failure};
 use heart_cohort::{
-    Cohort, RunOptions, Shard, SlurmOptions, Survey, VerifyReport, merge, run_shard, sbatch, survey,
-    verify,
+    Cohort, RunOptions, Shard, SlurmOptions, Survey, VerifyReport, merge, run_shard, sbatch,
+    survey, verify,
 };
 use serde_json::json;
 use std::path::{Path, PathBuf};
