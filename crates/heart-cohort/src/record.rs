@@ -153,7 +153,7 @@ impl Record {
             let is_there = row.refused.is_none();
             let is_next = row.offset == end && row.key == Member::key_of(row.member);
             end = end.saturating_add(row.bytes);
-            is_next && is_there == (row.bytes > 0) && is_there == !row.blake3.is_empty()
+            is_next && is_there == (row.bytes > 0) && is_there != row.blake3.is_empty()
         });
         are_adjacent
             && members.eq(self.rows.iter().map(|row| row.member))
