@@ -72,6 +72,11 @@ impl BandMatrix {
         self.data.fill(0.0);
     }
 
+    /// Multiplies every entry by `factor`.
+    pub fn scale(&mut self, factor: f64) {
+        self.data.iter_mut().for_each(|value| *value *= factor);
+    }
+
     /// The rows as stored, from the first to the last: columns i - lower ..= i + upper of row i.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.data.chunks_exact(self.lower + self.upper + 1)

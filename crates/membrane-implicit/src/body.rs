@@ -1,6 +1,6 @@
 //! The moving membrane: nodes, mass, damping, and the forces on it.
 
-use membrane_newton::membrane_forces::FiniteDifferences;
+use membrane_newton::membrane_forces::{FiniteDifferences, Material, Tangent};
 use membrane_newton::{BandMatrix, DiscreteMembrane, Measure, Membrane};
 
 use crate::error::{ImplicitError, positive, within};
@@ -9,57 +9,120 @@ use crate::error::{ImplicitError, positive, within};
 /// no numbers.
 pub(crate) const FARTHEST: f64 = 1e100;
 
-/// A membrane with mass and damping, discretised by the paper's finite differences.
+/// The (inner) membrane as a load sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadState {
+    /// Time, s.
+    pub time: f64,
+    /// Enclosed volume V, cm^3.
+    pub volume: f64,
+    /// dV/dt, cm^3/s: the flow into the membrane, negative while it empties.
+    pub volume_rate: f64,
+}
+
+/// A membrane with mass and damping, discretised by finite differences.
 ///
 /// ```text
-/// m c'' = F_e(c) + f n(c) - mu c'         per unit of s, both ends held
+/// m c'' = F_e(c) + f n(c) - mu c'                        springs, per unit of s
+/// m c'' = -dE/dc + p dV/dc - eta m c',  m = rho v        rubber, at the nodes
 /// ```
 ///
+/// The ends are fixed. A node of rubber has half of the volume v of its elements, times the density rho. Moduli in kPa and lengths in
+/// cm go with a density in kPa s^2/cm^2 (1 g/cm^3 is 1e-4) and energies in kPa cm^3 = mJ.
+///
 /// ```
-/// use membrane_implicit::{Membrane, MovingMembrane, RestShape};
+/// use membrane_implicit::{Body, Membrane, RestShape};
 /// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
-/// let body = MovingMembrane::new(&membrane, 201)?.with_damping(0.5)?;
+/// let body = Body::springs(&membrane, 201)?.with_damping(0.5)?;
 /// assert!((body.largest_explicit_step() - 0.005).abs() < 1e-4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct MovingMembrane {
-    pub(crate) differences: FiniteDifferences,
+pub struct Body {
+    pub(crate) discrete: FiniteDifferences,
+    /// Mass per unit s; of rubber the density.
     pub(crate) mass: f64,
-    pub(crate) damping: f64,
-    /// K = dF_e/dc, the same for every state.
-    pub(crate) springs: BandMatrix,
-    /// The size of the membrane, cm: what tolerances on positions are relative to.
+    /// Damping per unit s; of rubber per mass.
+    damping: f64,
+    /// Volume of rubber of each unknown; 1 for springs.
+    pub(crate) volumes: Vec<f64>,
+    /// Factor of a sum over nodes: ds for springs, whose forces are per unit s, 1 for rubber.
+    pub(crate) weight: f64,
+    /// dF_e/dc at the start; of springs the same for every state.
+    pub(crate) stiffness: BandMatrix,
+    /// Length of the curve, cm: the scale of tolerances on positions.
     pub(crate) length: f64,
     largest_frequency: f64,
 }
 
-impl MovingMembrane {
-    /// Discretises `membrane` with `n_nodes` nodes; mass 1 and damping 0.
+impl Body {
+    /// Discretises a `membrane` of springs with `n_nodes` nodes; mass 1 per unit s, no damping.
     ///
     /// # Errors
-    /// Fewer than three nodes, a stiffness that is not positive, coinciding nodes, or some beyond 1e100 cm.
-    pub fn new(membrane: &Membrane, n_nodes: usize) -> Result<Self, ImplicitError> {
-        let refused = |error| ImplicitError::Membrane { time: 0.0, error };
-        let differences = FiniteDifferences::new(membrane, n_nodes).map_err(refused)?;
-        for value in differences.start() {
+    /// Fewer than three nodes, a stiffness that is not positive, coinciding nodes, or some beyond 1e100 cm; a membrane of rubber.
+    pub fn springs(membrane: &Membrane, n_nodes: usize) -> Result<Self, ImplicitError> {
+        let discrete = FiniteDifferences::new(membrane, n_nodes).map_err(rejected)?;
+        let mut stiffness = discrete.band();
+        discrete
+            .add_elastic_tangent_into(1.0, &mut stiffness)
+            .map_err(rejected)?;
+        let (volumes, weight) = (vec![1.0; discrete.start().len()], discrete.ds());
+        Self::of(discrete, 1.0, (volumes, weight), stiffness)
+    }
+
+    /// Discretises a `membrane` of rubber of this density with `n_nodes` nodes, of which those up to the axis move; no damping.
+    ///
+    /// # Errors
+    /// As [`Body::springs`]; a density that is not positive; a membrane of springs.
+    pub fn rubber(
+        membrane: &Membrane,
+        n_nodes: usize,
+        density: f64,
+    ) -> Result<Self, ImplicitError> {
+        positive("density", density)?;
+        let discrete = FiniteDifferences::half(membrane, n_nodes).map_err(rejected)?;
+        let start = discrete.start();
+        let mut volumes = vec![0.0; start.len()];
+        discrete
+            .momentum_into(&vec![1.0; start.len()], &mut volumes)
+            .map_err(rejected)?;
+        let mut tangent = discrete.tangent();
+        discrete
+            .tangent_into(start, 0.0, &mut tangent)
+            .map_err(rejected)?;
+        Self::of(discrete, density, (volumes, 1.0), tangent.band)
+    }
+
+    fn of(
+        discrete: FiniteDifferences,
+        mass: f64,
+        (volumes, weight): (Vec<f64>, f64),
+        stiffness: BandMatrix,
+    ) -> Result<Self, ImplicitError> {
+        let start = discrete.start();
+        for value in start {
             within("rest position", *value, -FARTHEST, FARTHEST)?;
         }
-        let mut springs = differences.band();
-        differences
-            .add_elastic_tangent_into(1.0, &mut springs)
-            .map_err(refused)?;
+        // Upper bound of the spectrum by Gershgorin's circles; for springs in a row it is sharp to O(1/N^2), since the highest
+        // mode alternates from node to node.
+        let rows = stiffness.rows().zip(&volumes).enumerate();
+        let moving = rows.filter(|(i, _)| !discrete.held().contains(i));
+        let largest = moving
+            .map(|(_, (row, volume))| row.iter().map(|v| v.abs()).sum::<f64>() / volume)
+            .fold(0.0, f64::max);
         Ok(Self {
-            length: Measure::Length.of(differences.start().as_chunks().0),
-            largest_frequency: largest_eigenvalue(&springs).sqrt(),
-            springs,
-            differences,
-            mass: 1.0,
+            length: discrete.measure(Measure::Length, start).map_err(rejected)?,
+            largest_frequency: largest.sqrt(),
+            discrete,
+            mass,
             damping: 0.0,
+            volumes,
+            weight,
+            stiffness,
         })
     }
 
-    /// The same with mass `mass` per unit s.
+    /// The same with mass `mass` per unit s; of rubber with this density.
     ///
     /// # Errors
     /// Not positive, or not finite.
@@ -68,40 +131,51 @@ impl MovingMembrane {
         Ok(self)
     }
 
-    /// The same with damping `mu` per unit s (Eq. 8).
+    /// The same with damping `damping`: mu per unit s (Eq. 8); of rubber eta per mass, 1/s.
     ///
     /// # Errors
     /// Negative, or not finite.
-    pub fn with_damping(mut self, mu: f64) -> Result<Self, ImplicitError> {
-        self.damping = within("damping", mu, 0.0, f64::MAX)?;
+    pub fn with_damping(mut self, damping: f64) -> Result<Self, ImplicitError> {
+        self.damping = within("damping", damping, 0.0, f64::MAX)?;
         Ok(self)
     }
 
-    /// Number of nodes, held ends included.
+    /// Number of nodes of the whole curve, fixed ends included.
+    #[must_use]
     pub fn n_nodes(&self) -> usize {
-        self.differences.n_nodes()
+        self.discrete.n_nodes()
     }
 
-    /// Mass per unit s.
+    /// Mass per unit s; of rubber the density.
+    #[must_use]
     pub fn mass(&self) -> f64 {
         self.mass
     }
 
-    /// Damping mu per unit s.
+    /// Damping mu per unit s; of rubber eta per mass.
+    #[must_use]
     pub fn damping(&self) -> f64 {
         self.damping
     }
 
     /// The discretised forces.
+    #[must_use]
     pub fn differences(&self) -> &FiniteDifferences {
-        &self.differences
+        &self.discrete
+    }
+
+    /// Volume enclosed at the start, cm^3.
+    #[must_use]
+    pub fn start_volume(&self) -> f64 {
+        self.volume(self.discrete.start())
     }
 
     /// The largest time step at which an explicit scheme can follow the elastic waves at all,
     /// 2 sqrt(m) / omega (leapfrog's bound; omega^2 the largest eigenvalue of -dF_e/dc).
     ///
     /// With constant stiffness and no second neighbours it is ds sqrt(m / lambda) to within
-    /// a part in N^2.
+    /// a part in N^2. Rubber is taken at its start.
+    #[must_use]
     pub fn largest_explicit_step(&self) -> f64 {
         2.0 * self.mass.sqrt() / self.largest_frequency
     }
@@ -112,19 +186,61 @@ impl MovingMembrane {
     /// Forward Euler multiplies a mode of m c'' + mu c' + k c = 0 by 1 + dt z each step, with
     /// m z^2 + mu z + k = 0. An oscillating mode needs dt <= mu / k, so the stiffest one decides;
     /// an overdamped one decays no faster than mu / m and is safe up to dt = 2 m / mu.
+    #[must_use]
     pub fn forward_euler_step(&self) -> f64 {
-        let k = self.largest_frequency * self.largest_frequency;
-        (self.damping / k).min(2.0 * self.mass / self.damping)
+        let (k, mu) = (self.largest_frequency.powi(2), self.friction());
+        (mu / k).min(2.0 * self.mass / mu)
     }
 
-    /// m + h mu, what a velocity at the end of h is multiplied by in the balance of momentum.
+    pub(crate) fn material(&self) -> &Material {
+        self.discrete.setting().membrane().material()
+    }
+
+    /// Damping of a velocity, a force over the node's volume.
+    pub(crate) fn friction(&self) -> f64 {
+        match self.material() {
+            Material::Springs { .. } => self.damping,
+            Material::Rubber(_) => self.damping * self.mass,
+        }
+    }
+
+    /// m + h mu, the factor of a velocity at the end of h in the balance of momentum.
     pub(crate) fn inertia(&self, h: f64) -> f64 {
-        self.mass + h * self.damping
+        self.mass + h * self.friction()
     }
 
-    /// Volume enclosed at the start, cm^3.
-    pub(crate) fn start_volume(&self) -> f64 {
-        Measure::Volume.of(self.differences.start().as_chunks().0)
+    /// Integral of |v|^2 over the material.
+    pub(crate) fn square(&self, velocity: &[f64]) -> f64 {
+        let pairs = self.volumes.iter().zip(velocity);
+        self.weight * pairs.map(|(w, v)| w * v * v).sum::<f64>()
+    }
+
+    /// Volume enclosed, cm^3.
+    pub(crate) fn volume(&self, nodes: &[f64]) -> f64 {
+        self.copies() * Measure::Volume.of(nodes.as_chunks().0)
+    }
+
+    /// How often the curve through the nodes covers the body: 2 for half a curve.
+    pub(crate) fn copies(&self) -> f64 {
+        if self.discrete.is_half() { 2.0 } else { 1.0 }
+    }
+
+    /// The state as a load sees it.
+    pub(crate) fn load_state(&self, time: f64, nodes: &[f64], velocities: &[f64]) -> LoadState {
+        let (points, moving) = (nodes.as_chunks().0, velocities.as_chunks().0);
+        let rate = Measure::Volume.rate(points, moving).unwrap_or(f64::NAN);
+        LoadState {
+            time,
+            volume: self.volume(nodes),
+            volume_rate: self.copies() * rate,
+        }
+    }
+
+    /// Zeroes the numbers of what is fixed.
+    pub(crate) fn hold(&self, values: &mut [f64]) {
+        for &held in self.discrete.held() {
+            values[held] = 0.0;
+        }
     }
 
     /// `out` = pressure force; `time` is when an error says that it happened.
@@ -135,26 +251,46 @@ impl MovingMembrane {
         intensity: f64,
         out: &mut [f64],
     ) -> Result<(), ImplicitError> {
-        let d = &self.differences;
+        let d = &self.discrete;
         d.pressure_force_into(nodes, intensity, out)
             .map_err(|error| ImplicitError::Membrane { time, error })
     }
+
+    /// `out` = (m + h mu) - h^2 d(F_e + F_p)/dc at fixed intensity.
+    pub(crate) fn stage_matrix_into(
+        &self,
+        time: f64,
+        (nodes, intensity): (&[f64], f64),
+        h: f64,
+        out: &mut Tangent,
+    ) -> Result<(), ImplicitError> {
+        let at = |error| ImplicitError::Membrane { time, error };
+        let (d, square) = (&self.discrete, -h * h);
+        match self.material() {
+            Material::Springs { .. } => {
+                out.band.clear();
+                d.add_elastic_tangent_into(square, &mut out.band)
+                    .map_err(at)?;
+                d.add_pressure_tangent_into(nodes, intensity, square, &mut out.band)
+                    .map_err(at)?;
+            }
+            Material::Rubber(_) => {
+                d.tangent_into(nodes, intensity, out).map_err(at)?;
+                out.band.scale(square);
+                // the unit in the rows of what is fixed
+                for &held in d.held() {
+                    out.band.add(held, held, -square).map_err(at)?;
+                }
+            }
+        }
+        let diagonal = self.inertia(h);
+        for (i, volume) in self.volumes.iter().enumerate() {
+            out.band.add(i, i, diagonal * volume).map_err(at)?;
+        }
+        Ok(())
+    }
 }
 
-/// Zeroes the four coordinates of the two held nodes.
-pub(crate) fn hold_ends(values: &mut [f64]) {
-    let n = values.len();
-    values[..2].fill(0.0);
-    values[n - 2..].fill(0.0);
-}
-
-/// Upper bound of the spectrum of `springs` in size by Gershgorin's circles; for springs in a row it is
-/// sharp to O(1/N^2), since the highest mode alternates from node to node.
-fn largest_eigenvalue(springs: &BandMatrix) -> f64 {
-    springs
-        .rows()
-        .skip(2)
-        .take(springs.len() - 4)
-        .map(|row| row.iter().map(|v| v.abs()).sum())
-        .fold(0.0, f64::max)
+fn rejected(error: membrane_newton::MembraneError) -> ImplicitError {
+    ImplicitError::Membrane { time: 0.0, error }
 }

@@ -1,6 +1,11 @@
 //! Where the energy went.
 
-/// What has been done since the motion began, accumulated step by step.
+use membrane_newton::dot_in_eight as dot;
+
+use crate::body::Body;
+use crate::kinematics::Kinematics;
+
+/// What has been done, in a step or since the motion began.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Ledger {
     pub(crate) work: f64,
@@ -8,21 +13,62 @@ pub(crate) struct Ledger {
     pub(crate) numerical: f64,
 }
 
+impl Ledger {
+    pub(crate) fn add(&mut self, step: Self) {
+        self.work += step.work;
+        self.damping += step.damping;
+        self.numerical += step.numerical;
+    }
+
+    /// That of a Runge-Kutta step of a body of springs with these stages; `a` is the scheme's matrix, whose last row is b. `force` is
+    /// room for K times a velocity.
+    pub(crate) fn of_stages<const S: usize>(
+        body: &Body,
+        stages: &[Kinematics],
+        dt: f64,
+        a: &[[f64; S]; S],
+        force: &mut [f64],
+    ) -> Self {
+        let b = &a[S - 1];
+        let mut out = Self::default();
+        for (stage, b) in stages.iter().zip(b) {
+            out.work += dt * b * body.weight * dot(&stage.pressure, &stage.velocity);
+            let speed = body.weight * dot(&stage.velocity, &stage.velocity);
+            out.damping += dt * b * body.friction() * speed;
+        }
+        let mut loss = 0.0;
+        for (j, other) in stages.iter().enumerate() {
+            let m = |i: usize| b[i] * a[i][j] + b[j] * a[j][i] - b[i] * b[j];
+            if (0..S).all(|i| m(i) == 0.0) {
+                continue;
+            }
+            body.stiffness.mul_into(&other.velocity, force);
+            for (i, stage) in stages.iter().enumerate() {
+                if m(i) != 0.0 {
+                    let momentum = body.mass * dot(&stage.acceleration, &other.acceleration);
+                    loss += m(i) * (momentum - dot(&stage.velocity, force));
+                }
+            }
+        }
+        out.numerical = 0.5 * dt * dt * body.weight * loss;
+        out
+    }
+}
+
 /// Energy of the membrane and what it gained and lost since the motion began.
 ///
-/// Per unit of the force's units times cm; sums over nodes times ds. For every scheme
+/// In units of force per s times cm, sums over nodes times ds; of rubber in those of modulus times cm^3. For every scheme
 ///
 /// ```text
 /// kinetic + elastic + damping_loss + numerical_loss = initial + pressure_work
 /// ```
 ///
-/// holds to rounding, but under [`Drive::feedback`](crate::Drive::feedback): there the pressure of an implicit stage meets its
+/// holds to rounding, except under [`Load::feedback`](crate::Load::feedback): there the pressure of an implicit stage meets its
 /// law as closely as the stage is solved, and the two sides differ by up to 1e-8 of `pressure_work` (5e-9 was the most in
 /// 384 runs). Each term has its own formula; none is found as the difference of the others. A Runge-Kutta scheme with stages (c_i, v_i) and slopes k_i = (v_i, a_i) does the work
 /// dt sum b_i v_i.F_p,i, loses dt sum b_i mu |v_i|^2 to damping and
 /// dt^2/2 sum (b_i a_ij + b_j a_ji - b_i b_j) (m a_i.a_j - v_i.K v_j) to its own error: never
-/// negative for backward Euler, never positive for forward Euler, zero for the trapezoidal rule
-/// on an unloaded, undamped membrane (algebraic stability; Hairer and Wanner 1996, IV.12).
+/// negative for an algebraically stable scheme, zero for the midpoint rule (Hairer and Wanner 1996, IV.12).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Energy {
@@ -42,7 +88,7 @@ pub struct Energy {
 
 impl Energy {
     /// kinetic + elastic + losses - initial - work: rounding, and up to 1e-8 of the work under
-    /// [`Drive::feedback`](crate::Drive::feedback).
+    /// [`Load::feedback`](crate::Load::feedback).
     pub fn imbalance(&self) -> f64 {
         self.kinetic + self.elastic + self.damping_loss + self.numerical_loss
             - self.initial

@@ -70,9 +70,9 @@ pub enum ImplicitError {
         /// Nodes of the membrane.
         expected: usize,
     },
-    /// The drive gave a value that is not finite, or a volume that is not positive.
-    #[error("the drive gives {given:?} at t = {time:?}")]
-    BadDrive {
+    /// The load gave a value that is not finite, or a negative volume.
+    #[error("the load gives {given:?} at t = {time:?}")]
+    BadLoad {
         /// Time asked for.
         time: f64,
         /// Value given.
@@ -80,7 +80,7 @@ pub enum ImplicitError {
     },
     /// The prescribed volume is not the one the membrane has to begin with.
     #[error(
-        "at t = {time:?} the drive prescribes {prescribed:?} cm^3, the membrane encloses {actual:?}"
+        "at t = {time:?} the load prescribes {prescribed:?} cm^3, the membrane encloses {actual:?}"
     )]
     VolumeMismatch {
         /// Time at the beginning.
@@ -93,9 +93,12 @@ pub enum ImplicitError {
     /// An explicit scheme has no unknown pressure: it cannot hold a volume.
     #[error("an explicit scheme cannot prescribe the volume")]
     ExplicitVolume,
-    /// Rubber moves under a pressure, or with a volume, given as functions of time.
-    #[error("rubber is driven by a pressure or a volume")]
-    RubberDrive,
+    /// Rubber takes a pressure or a volume.
+    #[error("a motion of rubber takes a pressure or a volume, no total force")]
+    RubberLoad,
+    /// Rubber takes the scheme that conserves its energy.
+    #[error("a motion of rubber takes Scheme::Midpoint")]
+    RubberScheme,
     /// A splitting applies the pressure between moves: it cannot answer to the flow.
     #[error("a splitting cannot answer to the state")]
     SplitFeedback,

@@ -5,15 +5,16 @@ use std::ops::ControlFlow;
 
 use membrane_newton::{DiscreteMembrane, Measure, Membrane};
 
-use crate::body::MovingMembrane;
-use crate::drive::Drive;
+use crate::body::Body;
 use crate::error::{ImplicitError, length, positive, within};
 use crate::evolution::{Evolution, Frame};
+use crate::load::Load;
 use crate::motion::Motion;
 use crate::scheme::{Jacobian, Scheme};
 
 /// Settings of [`evolve`]; the defaults are the paper's where it states them.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct EvolvingOptions {
     /// Time step; the norm of the forces falls at every step from about 2 on (mass 1,
     /// stiffness 1), and oscillates as the wave that it is below about 0.5.
@@ -49,20 +50,51 @@ impl Default for EvolvingOptions {
 
 impl EvolvingOptions {
     /// The same with time step `dt`.
+    #[must_use]
     pub fn with_dt(mut self, dt: f64) -> Self {
         self.dt = dt;
         self
     }
 
+    /// The same with mass `mass` per unit s.
+    #[must_use]
+    pub fn with_mass(mut self, mass: f64) -> Self {
+        self.mass = mass;
+        self
+    }
+
     /// The same with damping `mu`.
+    #[must_use]
     pub fn with_damping(mut self, mu: f64) -> Self {
         self.damping = mu;
         self
     }
 
+    /// The same with this tolerance on the norm of the forces.
+    #[must_use]
+    pub fn with_tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    /// The same with at most this many steps.
+    #[must_use]
+    pub fn with_max_steps(mut self, max_steps: usize) -> Self {
+        self.max_steps = max_steps;
+        self
+    }
+
     /// The same with this derivative of the pressure force.
+    #[must_use]
     pub fn with_jacobian(mut self, jacobian: Jacobian) -> Self {
         self.jacobian = jacobian;
+        self
+    }
+
+    /// The same with a frame every this many steps; 0 keeps none.
+    #[must_use]
+    pub fn with_frame_every(mut self, steps: usize) -> Self {
+        self.frame_every = steps;
         self
     }
 }
@@ -132,12 +164,12 @@ pub fn evolve_observed<B>(
     positive("time step", options.dt)?;
     within("tolerance", options.tolerance, 0.0, f64::MAX)?;
     within("total force", total_force, f64::MIN, f64::MAX)?;
-    let body = MovingMembrane::new(membrane, n_nodes)?
+    let body = Body::springs(membrane, n_nodes)?
         .with_mass(options.mass)?
         .with_damping(options.damping)?;
-    let drive = Drive::total_force(move |_| total_force);
+    let load = Load::total_force(move |_| total_force);
     let mut motion =
-        Motion::new(body, drive, Scheme::SemiImplicitEuler)?.with_jacobian(options.jacobian)?;
+        Motion::new(body, load, Scheme::SemiImplicitEuler)?.with_jacobian(options.jacobian);
     let norm_of = |motion: &mut Motion| -> Result<f64, ImplicitError> {
         within("norm of the forces", motion.norms()?.0, 0.0, f64::MAX)
     };
@@ -182,7 +214,7 @@ fn frame(motion: &Motion, step: usize) -> Result<Frame, ImplicitError> {
     let mut elastic = vec![[0.0; 2]; now.points.len()];
     let mut pressure = elastic.clone();
     let nodes = now.points.as_flattened();
-    body.differences
+    body.discrete
         .elastic_force_into(nodes, elastic.as_flattened_mut());
     let out = pressure.as_flattened_mut();
     body.pressure_into(now.time, nodes, now.intensity, out)?;

@@ -26,31 +26,29 @@
 //! Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.12 and VII.
 
 mod body;
-mod drive;
+mod constraint;
 mod energy;
 mod error;
 mod evolution;
 mod evolving;
-mod instant;
+mod kinematics;
+mod load;
+mod method;
 mod motion;
-mod rubber;
+mod mover;
 mod scheme;
-mod stage;
-mod stepper;
-mod target;
 mod work;
 
-pub use body::MovingMembrane;
-pub use drive::{Drive, DriveKind, Feedback, Moment};
+pub use body::{Body, LoadState};
 pub use energy::Energy;
 pub use error::ImplicitError;
 pub use evolution::{Evolution, Frame};
 pub use evolving::{EvolvingOptions, evolve, evolve_observed};
+pub use load::{Feedback, Load, LoadKind};
 pub use membrane_newton::{
     self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw, RestShape,
     Stiffness,
 };
 pub use motion::{Motion, State, Stop, TimeStep, Tolerance};
-pub use rubber::RubberMotion;
 pub use scheme::{Jacobian, Scheme};
 pub use work::Work;

@@ -5,18 +5,17 @@ mod run;
 
 use membrane_newton::Measure;
 
-use crate::body::{FARTHEST, MovingMembrane};
-use crate::drive::{Drive, DriveKind, Moment};
+use crate::body::{Body, FARTHEST, LoadState};
+use crate::constraint::Constraint;
 use crate::energy::Energy;
+use crate::error::{ImplicitError, length, positive, within};
+use crate::kinematics::Kinematics;
+use crate::load::{Load, LoadKind};
+use crate::mover::Mover;
+use crate::scheme::{Jacobian, Scheme};
+use crate::work::Work;
 pub use adaptive::Tolerance;
 pub use run::{Stop, TimeStep};
-
-use crate::error::{ImplicitError, at_least, length, positive, within};
-use crate::instant::Instant;
-use crate::scheme::{Jacobian, Scheme};
-use crate::stepper::Stepper;
-use crate::target::Target;
-use crate::work::Work;
 
 /// A motion in progress: an initial-value problem with the state it has reached.
 ///
@@ -24,10 +23,10 @@ use crate::work::Work;
 /// step doubling.
 ///
 /// ```
-/// use membrane_implicit::{Drive, Membrane, Motion, MovingMembrane, RestShape, Scheme, Stop, TimeStep};
+/// use membrane_implicit::{Load, Membrane, Motion, Body, RestShape, Scheme, Stop, TimeStep};
 /// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
-/// let body = MovingMembrane::new(&membrane, 101)?.with_damping(1.0)?;
-/// let mut motion = Motion::new(body, Drive::intensity(|_| 17.5), Scheme::TrBdf2)?;
+/// let body = Body::springs(&membrane, 101)?.with_damping(1.0)?;
+/// let mut motion = Motion::new(body, Load::intensity(|_| 17.5), Scheme::TrBdf2)?;
 /// motion.run(TimeStep::Fixed(0.002), &[Stop::Time(0.5)])?;
 /// assert!((motion.state().points[50][0] - 10.839353).abs() < 1e-3);
 /// assert!(motion.energy().imbalance().abs() < 1e-9 * motion.energy().pressure_work);
@@ -35,41 +34,46 @@ use crate::work::Work;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Motion {
-    drive: Drive,
-    inner: Stepper,
+    load: Load,
+    inner: Mover,
     /// The outer membrane of a pair: its volume follows that of the inner one.
-    outer: Option<Stepper>,
+    outer: Option<Mover>,
     wall_volume: f64,
     next_dt: Option<f64>,
     initial: f64,
 }
 
-/// Most values of the drive that a step asks for: those of the eleven drifts.
-const MAX_TARGETS: usize = 11;
+/// Most values of the load that a step asks for: those of the eleven drifts.
+const MAX_CONSTRAINTS: usize = 11;
 
 /// One membrane at the present time.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct State<'a> {
     /// Time.
     pub time: f64,
-    /// Nodes [x, y] from s = 0 to s = 1, cm.
+    /// Nodes [x, y] from s = 0 to s = 1, of rubber to the axis, cm.
     pub points: &'a [[f64; 2]],
     /// Velocity of each node.
     pub velocities: &'a [[f64; 2]],
-    /// Force intensity f or p.
+    /// Force intensity f or p; of a volume prescribed under [`Scheme::Midpoint`] its average over the last step.
     pub intensity: f64,
+    /// How often the curve through the points covers the body.
+    copies: f64,
 }
 
 impl State<'_> {
     /// Enclosed volume of revolution, cm^3.
+    #[must_use]
     pub fn volume(&self) -> f64 {
-        Measure::Volume.of(self.points)
+        self.copies * Measure::Volume.of(self.points)
     }
 
-    /// dV/dt, cm^3/s; not a number if there are other velocities than points.
+    /// dV/dt, cm^3/s.
+    #[must_use]
     pub fn volume_rate(&self) -> f64 {
         let rate = Measure::Volume.rate(self.points, self.velocities);
-        rate.unwrap_or(f64::NAN)
+        self.copies * rate.unwrap_or(f64::NAN)
     }
 }
 
@@ -77,74 +81,91 @@ impl Motion {
     /// A membrane at rest in its start shape at t = 0.
     ///
     /// # Errors
-    /// The drive has no finite value at t = 0, or prescribes a volume that the membrane does not
-    /// have, or a volume to an explicit scheme, or answers to the state under a splitting.
-    pub fn new(body: MovingMembrane, drive: Drive, scheme: Scheme) -> Result<Self, ImplicitError> {
-        match drive.kind() {
-            DriveKind::Volume if scheme.has_explicit_pressure() => {
-                return Err(ImplicitError::ExplicitVolume);
-            }
-            DriveKind::Feedback if !scheme.has_stages() => {
-                return Err(ImplicitError::SplitFeedback);
-            }
-            _ => (),
-        }
-        let inner = Stepper::new(body, scheme, drive.kind());
+    /// The load has no finite value at t = 0, or prescribes a volume that the membrane does not
+    /// have; or the scheme does not take the load or the material ([`Scheme`]).
+    pub fn new(body: Body, load: Load, scheme: Scheme) -> Result<Self, ImplicitError> {
+        scheme.takes(load.kind(), body.material())?;
+        let inner = Mover::new(body, scheme, load.kind());
         let mut motion = Self {
-            drive,
+            load,
             inner,
             outer: None,
             wall_volume: 0.0,
             next_dt: None,
             initial: 0.0,
         };
-        motion.begin()?;
+        motion.start()?;
         Ok(motion)
     }
 
-    /// Two membranes at rest, `drive` inflating the inner one; the outer one encloses the inner
+    /// Two membranes at rest, `load` inflating the inner one; the outer one encloses the inner
     /// volume and the wall's, which stays what it is at rest (incompressible water). The load that
     /// this takes on the outer membrane is an unknown of each step.
     ///
     /// # Errors
-    /// As [`Motion::new`]; an explicit scheme; an outer membrane that does not enclose more than
-    /// the inner one.
+    /// As [`Motion::new`]; a splitting; an outer membrane that does not enclose more than the inner one.
     pub fn pair(
-        inner: MovingMembrane,
-        outer: MovingMembrane,
-        drive: Drive,
+        inner: Body,
+        outer: Body,
+        load: Load,
         scheme: Scheme,
     ) -> Result<Self, ImplicitError> {
-        if scheme.has_explicit_pressure() {
-            return Err(ImplicitError::ExplicitVolume);
-        }
+        scheme.takes(LoadKind::Volume, outer.material())?;
         let volumes = [inner.start_volume(), outer.start_volume()];
         let wall_volume = volumes[1] - volumes[0];
         if !(wall_volume.is_finite() && wall_volume > 0.0) {
             let [inner, outer] = volumes;
             return Err(ImplicitError::NotEnclosed { inner, outer });
         }
-        let mut motion = Self::new(inner, drive, scheme)?;
-        motion.outer = Some(Stepper::new(outer, scheme, DriveKind::Volume));
+        let mut motion = Self::new(inner, load, scheme)?;
+        motion.outer = Some(Mover::new(outer, scheme, LoadKind::Volume));
         motion.wall_volume = wall_volume;
-        motion.begin()?;
+        motion.start()?;
         Ok(motion)
     }
 
     /// The same with another derivative of the pressure force; [`Jacobian::Exact`] otherwise.
+    #[must_use]
+    pub fn with_jacobian(mut self, jacobian: Jacobian) -> Self {
+        self.movers_mut().for_each(|m| m.set_jacobian(jacobian));
+        self
+    }
+
+    /// Replaces the load from the present time on; state and energy account stay. The shape within the last step is then no longer
+    /// available.
+    ///
+    /// ```
+    /// # use membrane_implicit::{Body, Load, Membrane, Motion, RestShape, Scheme, Stop, TimeStep};
+    /// # let body = Body::springs(&Membrane::new(RestShape::balloon(8.5, 1.75)?), 51)?.with_damping(1.0)?;
+    /// let mut motion = Motion::new(body, Load::intensity(|_| 17.5), Scheme::TrBdf2)?;
+    /// motion.run(TimeStep::Fixed(0.01), &[Stop::Volume(150.0)])?;
+    /// // closed there
+    /// let volume = motion.state().volume();
+    /// motion.set_load(Load::volume(move |_| volume))?;
+    /// motion.run(TimeStep::Fixed(0.01), &[Stop::Time(1.0)])?;
+    /// assert!((motion.state().volume() - volume).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
-    /// A refresh every 0 steps.
-    pub fn with_jacobian(mut self, jacobian: Jacobian) -> Result<Self, ImplicitError> {
-        if let Jacobian::Differences { refresh_every } = jacobian {
-            at_least("refresh_every", refresh_every, 1)?;
+    /// As [`Motion::new`]; the motion is then unchanged.
+    pub fn set_load(&mut self, load: Load) -> Result<(), ImplicitError> {
+        let Mover { scheme, body, .. } = &self.inner;
+        scheme.takes(load.kind(), body.material())?;
+        let mut next = self.clone();
+        next.inner.set_load(load.kind());
+        next.load = load;
+        if let Some(outer) = &mut next.outer {
+            outer.set_load(LoadKind::Volume);
         }
-        self.steppers_mut().for_each(|s| s.set_jacobian(jacobian));
-        Ok(self)
+        next.next_dt = None;
+        next.begin()?;
+        *self = next;
+        Ok(())
     }
 
     /// The same single membrane at another time, in another shape, moving. The end nodes stay
-    /// where they are held.
+    /// where they are fixed.
     ///
     /// # Errors
     /// A pair; lists of another length than the membrane's nodes, numbers that are not finite or beyond 1e100, and
@@ -159,7 +180,7 @@ impl Motion {
             return Err(ImplicitError::StateOfPair);
         }
         within("time", time, f64::MIN, f64::MAX)?;
-        let expected = self.inner.body.n_nodes();
+        let expected = self.state().points.len();
         for (what, list) in [("points", points), ("velocities", velocities)] {
             length(what, list.len(), expected)?;
             for value in list.as_flattened() {
@@ -168,24 +189,29 @@ impl Motion {
         }
         self.inner
             .set(time, points.as_flattened(), velocities.as_flattened());
-        self.begin()?;
+        self.start()?;
         Ok(self)
     }
 
-    /// Intensities and accelerations at the start.
+    /// [`Motion::begin`], with the energy of the beginning.
+    fn start(&mut self) -> Result<(), ImplicitError> {
+        self.begin()?;
+        let energy = self.energy();
+        self.initial = energy.kinetic + energy.elastic;
+        Ok(())
+    }
+
+    /// Intensities and accelerations at the present.
     fn begin(&mut self) -> Result<(), ImplicitError> {
         self.tell();
         let Self {
-            drive,
-            inner,
-            outer,
-            ..
+            load, inner, outer, ..
         } = self;
         let time = inner.now().time;
-        let mut target = Target::of(drive, time)?;
-        if let Target::Volume(prescribed) = target {
-            let actual = inner.now().volume();
-            if (prescribed - actual).abs() > 1e-9 * actual.abs() {
+        let mut constraint = Constraint::of(load, time)?;
+        if let Constraint::Volume(prescribed) = constraint {
+            let actual = inner.body.volume(&inner.now().nodes);
+            if (prescribed - actual).abs() > 1e-9 * actual.abs().max(1e-9) {
                 return Err(ImplicitError::VolumeMismatch {
                     time,
                     prescribed,
@@ -194,40 +220,49 @@ impl Motion {
             }
             // V'' looking forward only; the step is a fraction of the membrane's shortest period.
             let e = 0.1 * inner.body.largest_explicit_step();
-            let v = |k: f64| match Target::of(drive, time + k * e)? {
-                Target::Volume(volume) => Ok(volume),
-                _ => Ok(f64::NAN),
+            let v = |k: f64| {
+                load.at(&LoadState {
+                    time: time + k * e,
+                    volume: f64::NAN,
+                    volume_rate: f64::NAN,
+                })
             };
             let change = 2.0 * prescribed - 5.0 * v(1.0)? + 4.0 * v(2.0)? - v(3.0)?;
-            target = Target::Volume(change / (e * e));
+            constraint = Constraint::Volume(change / (e * e));
         }
-        inner.begin(target)?;
+        inner.begin(constraint)?;
         if let Some(outer) = outer {
-            let target = Target::Volume(inner.volume_acceleration());
-            outer.begin(target)?;
+            outer.begin(Constraint::Volume(inner.volume_acceleration()))?;
         }
-        let energy = self.energy();
-        self.initial = energy.kinetic + energy.elastic;
         Ok(())
     }
 
+    /// The load.
+    #[must_use]
+    pub fn load(&self) -> &Load {
+        &self.load
+    }
+
     /// Time reached.
+    #[must_use]
     pub fn time(&self) -> f64 {
         self.inner.now().time
     }
 
     /// The membrane, or the inner one of a pair.
     pub fn state(&self) -> State<'_> {
-        view(self.inner.now())
+        view(&self.inner.body, self.inner.now())
     }
 
     /// The outer membrane of a pair.
     pub fn outer(&self) -> Option<State<'_>> {
-        self.outer.as_ref().map(|outer| view(outer.now()))
+        self.outer
+            .as_ref()
+            .map(|outer| view(&outer.body, outer.now()))
     }
 
     /// The (inner) body.
-    pub fn body(&self) -> &MovingMembrane {
+    pub fn body(&self) -> &Body {
         &self.inner.body
     }
 
@@ -240,7 +275,7 @@ impl Motion {
     /// Counters since the motion was made; those of both membranes added for a pair.
     pub fn work(&self) -> Work {
         let mut work = self.inner.work;
-        if let Some(Stepper { work: outer, .. }) = &self.outer {
+        if let Some(Mover { work: outer, .. }) = &self.outer {
             work.iterations += outer.iterations;
             work.factorisations += outer.factorisations;
             work.force_calls += outer.force_calls;
@@ -275,7 +310,7 @@ impl Motion {
     /// One step of length `dt`.
     ///
     /// # Errors
-    /// A step that is not positive, the drive's value, equations that cannot be solved, numbers
+    /// A step that is not positive, the load's value, equations that cannot be solved, numbers
     /// that overflow. The state is then still that before the step.
     pub fn step(&mut self, dt: f64) -> Result<(), ImplicitError> {
         positive("time step", dt)?;
@@ -328,56 +363,58 @@ impl Motion {
         }
     }
 
-    fn steppers_mut(&mut self) -> impl Iterator<Item = &mut Stepper> {
+    fn movers_mut(&mut self) -> impl Iterator<Item = &mut Mover> {
         std::iter::once(&mut self.inner).chain(&mut self.outer)
     }
 
     fn attempt(&mut self, dt: f64) -> Result<(), ImplicitError> {
         let Self {
-            drive,
+            load,
             inner,
             outer,
             wall_volume,
             ..
         } = self;
         let time = inner.now().time;
-        let n = inner.drive_times().len();
-        let mut targets = [Target::Intensity(0.0); MAX_TARGETS];
+        let n = inner.load_times().len();
+        let mut constraints = [Constraint::Intensity(0.0); MAX_CONSTRAINTS];
         for i in 0..n {
-            targets[i] = Target::of(drive, time + dt * inner.drive_times()[i])?;
+            constraints[i] = Constraint::of(load, time + dt * inner.load_times()[i])?;
         }
-        inner.attempt(dt, &targets[..n])?;
+        inner.attempt(dt, &constraints[..n])?;
         if let Some(outer) = outer {
-            for i in 0..n {
-                targets[i] = Target::Volume(inner.stage_volume(i + 1) + *wall_volume);
+            let n = outer.load_times().len();
+            for (i, constraint) in constraints[..n].iter_mut().enumerate() {
+                *constraint = Constraint::Volume(inner.stage_volume(i + 1) + *wall_volume);
             }
-            outer.attempt(dt, &targets[..n])?;
+            outer.attempt(dt, &constraints[..n])?;
         }
         Ok(())
     }
 
     /// Makes the attempted step the present, at `time` if the clock has to be put right.
     fn accept(&mut self, time: Option<f64>) {
-        self.steppers_mut().for_each(Stepper::accept);
+        self.movers_mut().for_each(Mover::accept);
         if let Some(time) = time {
             self.inner.set_time(time);
         }
         self.tell();
     }
 
-    /// Tells the drive where the motion is.
+    /// Tells the load where the motion is.
     fn tell(&mut self) {
+        let Mover { body, .. } = &self.inner;
         let now = self.inner.now();
-        self.drive
-            .accepted(|| Moment::of(now.time, &now.nodes, &now.velocity));
+        self.load.accepted(|| now.load_state(body));
     }
 }
 
-fn view(instant: &Instant) -> State<'_> {
+fn view<'a>(body: &Body, now: &'a Kinematics) -> State<'a> {
     State {
-        time: instant.time,
-        points: instant.nodes.as_chunks::<2>().0,
-        velocities: instant.velocity.as_chunks::<2>().0,
-        intensity: instant.intensity,
+        time: now.time,
+        points: now.nodes.as_chunks::<2>().0,
+        velocities: now.velocity.as_chunks::<2>().0,
+        intensity: now.intensity,
+        copies: body.copies(),
     }
 }

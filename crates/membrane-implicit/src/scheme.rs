@@ -1,45 +1,54 @@
-//! The time schemes, as Runge-Kutta tableaus of one family.
+//! The time schemes, and which loads and materials each takes.
+
+use membrane_newton::membrane_forces::Material;
+
+use crate::error::ImplicitError;
+use crate::load::LoadKind;
 
 /// How a step is made.
+///
+/// | scheme | order | springs | rubber | loads |
+/// | --- | --- | --- | --- | --- |
+/// | `SemiImplicitEuler`, `TrBdf2` | 1, 2 | yes | no | all |
+/// | `Midpoint` | 2 | yes | yes | all; rubber no total force |
+/// | `ImplicitSplitting2`, `Splitting2`, `Splitting6` | 2, 2, 6 | yes | no | pressure and total force as functions of time |
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Scheme {
-    /// Explicit, order 1, stable only for tiny steps and with damping (Eq. 21): here to show its
-    /// limit, which [`MovingMembrane::forward_euler_step`](crate::MovingMembrane::forward_euler_step) gives.
-    ForwardEuler,
-    /// Explicit, order 4, the classical scheme: the cheapest way to follow the waves where they are
-    /// to be resolved. Stable up to sqrt 2 times
-    /// [`MovingMembrane::largest_explicit_step`](crate::MovingMembrane::largest_explicit_step)
-    /// without damping, and up to dt = 2.78 m / mu.
-    RungeKutta4,
-    /// Explicit, order 2, by splitting into kicks of the force and drifts that carry the damping
-    /// exactly (Stormer, Verlet): one force a step. Stable up to
-    /// [`MovingMembrane::largest_explicit_step`](crate::MovingMembrane::largest_explicit_step).
-    Splitting2,
+    /// The paper's scheme (Eq. 24-29, corrected): backward Euler with the elastic force exact and
+    /// the pressure linearised about the start of the step; one linear solve a step, order 1.
+    SemiImplicitEuler,
+    /// Order 2, L-stable: a trapezoidal stage to t + (2 - sqrt 2) dt, then BDF2 (Bank et al. 1985;
+    /// error estimate of Hosea and Shampine 1996).
+    TrBdf2,
+    /// Order 2, A-stable: the implicit midpoint rule, for rubber with discrete derivatives (Gonzalez 1996,
+    /// doi:10.1007/BF02440162) of a function U,
+    ///
+    /// ```text
+    /// D U = U'(c_m) + [U(c1) - U(c0) - U'(c_m).d] d / |d|^2,     d = c1 - c0,  c_m the middle
+    /// ```
+    ///
+    /// so that D U . d = U(c1) - U(c0): kinetic plus elastic energy change by the work of the pressure, less the damping, whatever
+    /// the length of the step, as exactly as its equations are solved. The elastic energy of springs is quadratic and needs no
+    /// correction. Does not damp what it cannot resolve. The pressure of a prescribed volume is the average over the step, and may
+    /// alternate from step to step where V'' jumps.
+    Midpoint,
     /// Order 2, by splitting into kicks of the pressure force and the implicit midpoint rule for
     /// springs, mass and damping: these are linear with a matrix that does not change, so a step
     /// takes one pressure force and one solve with two diagonals, and nothing is iterated. The
     /// least time for a coarse error. Springs of any stiffness are stable; the pressure is
     /// explicit and asks for dt < 2 / omega of what it alone would make swing. Keeps equilibria.
     ImplicitSplitting2,
+    /// Explicit, order 2, by splitting into kicks of the force and drifts that carry the damping
+    /// exactly (Stormer, Verlet): one force a step. Stable up to
+    /// [`Body::largest_explicit_step`](crate::Body::largest_explicit_step).
+    Splitting2,
     /// Explicit, order 6, by splitting into kicks of the force and drifts that carry the damping
     /// exactly (SRKN_11^b of Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313-330): eleven
     /// forces a step, the least time for a given small error where the waves are to be resolved.
-    /// Stable up to 1.57 times
-    /// [`MovingMembrane::largest_explicit_step`](crate::MovingMembrane::largest_explicit_step),
+    /// Stable up to 1.57 times [`Body::largest_explicit_step`](crate::Body::largest_explicit_step),
     /// fixed steps only.
     Splitting6,
-    /// The paper's scheme (Eq. 24-29, corrected): backward Euler with the elastic force exact and
-    /// the pressure linearised about the start of the step; one linear solve a step, order 1.
-    SemiImplicitEuler,
-    /// Order 1, L-stable, the equations of each step solved to rounding.
-    BackwardEuler,
-    /// Order 2, A-stable, keeps the energy of the linear membrane; does not damp what it cannot
-    /// resolve.
-    Trapezoidal,
-    /// Order 2, L-stable: a trapezoidal stage to t + (2 - sqrt 2) dt, then BDF2 (Bank et al. 1985;
-    /// error estimate of Hosea and Shampine 1996).
-    TrBdf2,
 }
 
 /// Where the derivative of the pressure force comes from.
@@ -51,173 +60,112 @@ pub enum Jacobian {
     Exact,
     /// The band alone: within a linearised step the intensity F / S(c) stays that of its start.
     Band,
-    /// The band by differences, kept for this many steps, as in the paper ("typically every ten
-    /// iterations"); border as in [`Jacobian::Exact`].
-    Differences {
-        /// Steps between refreshes, at least 1.
-        refresh_every: usize,
-    },
 }
-
-/// Schemes whose steps are made alike.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Family {
-    /// Stages at known shapes.
-    ExplicitStages,
-    /// Stages that are solved for.
-    ImplicitStages,
-    /// One linear solve about the start of the step.
-    Linearised,
-    /// Kicks by all forces between drifts.
-    Splitting,
-    /// Kicks by the pressure, springs by the implicit midpoint rule.
-    ImplicitSplitting,
-}
-
-/// a, b, c of a Runge-Kutta scheme whose stage 0 is the start of the step and whose last stage is
-/// its end, with the difference of b to an embedded rule.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Tableau {
-    pub(crate) stages: usize,
-    pub(crate) a: [[f64; MAX_STAGES]; MAX_STAGES],
-    pub(crate) b: [f64; MAX_STAGES],
-    pub(crate) c: [f64; MAX_STAGES],
-    /// Error estimate dt sum(e_i k_i); `None` where it needs the previous step as well.
-    pub(crate) e: Option<[f64; MAX_STAGES]>,
-    /// The estimate shrinks with this power of dt.
-    pub(crate) estimate: i32,
-    pub(crate) order: i32,
-}
-
-pub(crate) const MAX_STAGES: usize = 5;
-
-const D: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-const W: f64 = 0.5 * std::f64::consts::FRAC_1_SQRT_2;
 
 impl Scheme {
     /// Order of convergence in dt.
+    #[must_use]
     pub fn order(self) -> usize {
-        self.tableau().order as usize
+        match self {
+            Self::SemiImplicitEuler => 1,
+            Self::TrBdf2 | Self::Midpoint | Self::ImplicitSplitting2 | Self::Splitting2 => 2,
+            Self::Splitting6 => 6,
+        }
     }
 
-    /// Times, in units of the step, at which the drive acts on it.
-    pub(crate) fn drive_times(self) -> Vec<f64> {
-        let drifts = self.splitting().1;
-        let tableau = self.tableau();
-        match self.family() {
-            Family::Splitting | Family::ImplicitSplitting => (1..=drifts.len())
-                .map(|k| drifts[..k].iter().sum())
-                .collect(),
-            Family::ExplicitStages | Family::ImplicitStages | Family::Linearised => {
-                tableau.c[1..tableau.stages].to_vec()
+    /// Rejects a load or a material that the scheme does not take.
+    pub(crate) fn takes(self, load: LoadKind, material: &Material) -> Result<(), ImplicitError> {
+        match (material, self) {
+            (Material::Rubber(_), Self::Midpoint) => match load {
+                LoadKind::TotalForce => Err(ImplicitError::RubberLoad),
+                LoadKind::Intensity | LoadKind::Volume | LoadKind::Feedback => Ok(()),
+            },
+            (
+                Material::Rubber(_),
+                Self::SemiImplicitEuler
+                | Self::TrBdf2
+                | Self::ImplicitSplitting2
+                | Self::Splitting2
+                | Self::Splitting6,
+            ) => Err(ImplicitError::RubberScheme),
+            (Material::Springs { .. }, Self::SemiImplicitEuler | Self::TrBdf2 | Self::Midpoint) => {
+                Ok(())
+            }
+            (
+                Material::Springs { .. },
+                Self::ImplicitSplitting2 | Self::Splitting2 | Self::Splitting6,
+            ) => match load {
+                LoadKind::Volume => Err(ImplicitError::ExplicitVolume),
+                LoadKind::Feedback => Err(ImplicitError::SplitFeedback),
+                LoadKind::Intensity | LoadKind::TotalForce => Ok(()),
+            },
+        }
+    }
+
+    /// Times, in units of the step, at which the load acts on it.
+    pub(crate) fn load_times(self, load: LoadKind) -> Vec<f64> {
+        match self {
+            Self::SemiImplicitEuler => vec![1.0],
+            Self::TrBdf2 => vec![2.0 * TR_BDF2_D, 1.0],
+            // a volume is that of the end, everything else acts in the middle and then gives the intensity of the end
+            Self::Midpoint => match load {
+                LoadKind::Volume => vec![1.0],
+                LoadKind::Intensity | LoadKind::TotalForce | LoadKind::Feedback => vec![0.5, 1.0],
+            },
+            Self::ImplicitSplitting2 | Self::Splitting2 | Self::Splitting6 => {
+                let drifts = self.splitting().1;
+                let sum = |k: usize| drifts[..k].iter().sum();
+                (1..=drifts.len()).map(sum).collect()
             }
         }
     }
 
-    /// Whether the pressure force is that of a known shape, so that no volume can be prescribed.
-    pub(crate) fn has_explicit_pressure(self) -> bool {
-        match self.family() {
-            Family::ExplicitStages | Family::Splitting | Family::ImplicitSplitting => true,
-            Family::ImplicitStages | Family::Linearised => false,
-        }
-    }
-
-    /// Whether a step is made of states with an intensity each, which can answer to them.
-    pub(crate) fn has_stages(self) -> bool {
-        match self.family() {
-            Family::ExplicitStages | Family::ImplicitStages | Family::Linearised => true,
-            Family::Splitting | Family::ImplicitSplitting => false,
-        }
-    }
-
-    pub(crate) fn family(self) -> Family {
+    /// States of a step, the present included.
+    pub(crate) fn stages(self) -> usize {
         match self {
-            Self::ForwardEuler | Self::RungeKutta4 => Family::ExplicitStages,
-            Self::BackwardEuler | Self::Trapezoidal | Self::TrBdf2 => Family::ImplicitStages,
-            Self::SemiImplicitEuler => Family::Linearised,
-            Self::Splitting2 | Self::Splitting6 => Family::Splitting,
-            Self::ImplicitSplitting2 => Family::ImplicitSplitting,
+            Self::TrBdf2 => 3,
+            Self::SemiImplicitEuler
+            | Self::Midpoint
+            | Self::ImplicitSplitting2
+            | Self::Splitting2
+            | Self::Splitting6 => 2,
         }
     }
 
-    pub(crate) fn tableau(self) -> Tableau {
-        let row = |values: &[f64]| {
-            let mut row = [0.0; MAX_STAGES];
-            row[..values.len()].copy_from_slice(values);
-            row
-        };
-        let none = row(&[]);
-        let euler = Tableau {
-            stages: 2,
-            a: [none; MAX_STAGES],
-            b: none,
-            c: row(&[0.0, 1.0]),
-            e: Some(row(&[-0.5, 0.5])),
-            estimate: 2,
-            order: 1,
-        };
+    /// Weights e of the error estimate dt sum(e_i k_i) over the slopes of the stages; none where it is found from the accelerations
+    /// of three successive steps.
+    pub(crate) fn error_weights(self) -> Option<&'static [f64]> {
         match self {
-            Self::ForwardEuler => Tableau {
-                a: [none, row(&[1.0]), none, none, none],
-                b: row(&[1.0]),
-                ..euler
-            },
-            Self::RungeKutta4 => {
-                let b = row(&[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0]);
-                Tableau {
-                    stages: 5,
-                    a: [
-                        none,
-                        row(&[0.5]),
-                        row(&[0.0, 0.5]),
-                        row(&[0.0, 0.0, 1.0]),
-                        b,
-                    ],
-                    b,
-                    c: row(&[0.0, 0.5, 0.5, 1.0, 1.0]),
-                    // against the rule of order 3 that ends with the slope at the step's end
-                    e: Some(row(&[0.0, 0.0, 0.0, 1.0 / 6.0, -1.0 / 6.0])),
-                    estimate: 4,
-                    order: 4,
-                }
-            }
-            // not tableaus' schemes: their steps keep their own account
-            Self::Splitting2 | Self::ImplicitSplitting2 => Tableau {
-                e: None,
-                estimate: 3,
-                order: 2,
-                ..euler
-            },
-            Self::Splitting6 => Tableau {
-                e: None,
-                order: 6,
-                ..euler
-            },
-            Self::SemiImplicitEuler | Self::BackwardEuler => Tableau {
-                a: [none, row(&[0.0, 1.0]), none, none, none],
-                b: row(&[0.0, 1.0]),
-                ..euler
-            },
-            Self::Trapezoidal => Tableau {
-                a: [none, row(&[0.5, 0.5]), none, none, none],
-                b: row(&[0.5, 0.5]),
-                e: None,
-                estimate: 3,
-                order: 2,
-                ..euler
-            },
-            Self::TrBdf2 => Tableau {
-                stages: 3,
-                a: [none, row(&[D, D]), row(&[W, W, D]), none, none],
-                b: row(&[W, W, D]),
-                c: row(&[0.0, 2.0 * D, 1.0]),
-                e: Some(row(&[(4.0 * W - 1.0) / 3.0, -1.0 / 3.0, 2.0 * D / 3.0])),
-                estimate: 3,
-                order: 2,
-            },
+            Self::SemiImplicitEuler => Some(&[-0.5, 0.5]),
+            Self::TrBdf2 => Some(&[
+                (4.0 * TR_BDF2_W - 1.0) / 3.0,
+                -1.0 / 3.0,
+                2.0 * TR_BDF2_D / 3.0,
+            ]),
+            Self::Midpoint | Self::ImplicitSplitting2 | Self::Splitting2 | Self::Splitting6 => None,
+        }
+    }
+
+    /// Kicks and drifts of a splitting; none for the other schemes.
+    pub(crate) fn splitting(self) -> (&'static [f64], &'static [f64]) {
+        match self {
+            Self::Splitting2 | Self::ImplicitSplitting2 => VERLET,
+            Self::Splitting6 => SRKN_11,
+            Self::SemiImplicitEuler | Self::TrBdf2 | Self::Midpoint => (&[], &[]),
         }
     }
 }
+
+/// d and w of TR-BDF2.
+const TR_BDF2_D: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+const TR_BDF2_W: f64 = 0.5 * std::f64::consts::FRAC_1_SQRT_2;
+
+/// The Runge-Kutta matrix of TR-BDF2; its last row is b.
+pub(crate) const TR_BDF2: [[f64; 3]; 3] = [
+    [0.0; 3],
+    [TR_BDF2_D, TR_BDF2_D, 0.0],
+    [TR_BDF2_W, TR_BDF2_W, TR_BDF2_D],
+];
 
 /// Kicks b, and drifts a between them, in units of the step: of Stormer and Verlet, and of
 /// SRKN_11^b. Both lists read the same backwards.
@@ -246,22 +194,6 @@ const A: [f64; 5] = [
 ];
 const B5: f64 = 0.5 - (B[0] + B[1] + B[2] + B[3] + B[4]);
 const A5: f64 = 1.0 - 2.0 * (A[0] + A[1] + A[2] + A[3] + A[4]);
-
-impl Scheme {
-    /// Kicks and drifts of a splitting; none for the other schemes.
-    pub(crate) fn splitting(self) -> (&'static [f64], &'static [f64]) {
-        match self {
-            Self::Splitting2 | Self::ImplicitSplitting2 => VERLET,
-            Self::Splitting6 => SRKN_11,
-            Self::ForwardEuler
-            | Self::RungeKutta4
-            | Self::SemiImplicitEuler
-            | Self::BackwardEuler
-            | Self::Trapezoidal
-            | Self::TrBdf2 => (&[], &[]),
-        }
-    }
-}
 
 #[cfg(test)]
 mod tests {
@@ -297,40 +229,22 @@ mod tests {
     }
 
     #[test]
-    fn tableaus_meet_their_order_conditions() {
-        for scheme in [
-            Scheme::ForwardEuler,
-            Scheme::RungeKutta4,
-            Scheme::SemiImplicitEuler,
-            Scheme::BackwardEuler,
-            Scheme::Trapezoidal,
-            Scheme::TrBdf2,
-        ] {
-            let t = scheme.tableau();
-            let close = |x: f64, y: f64| assert!((x - y).abs() < 1e-15, "{scheme:?}: {x} and {y}");
-            let moment = |p: i32, b: [f64; MAX_STAGES]| -> f64 {
-                (0..t.stages).map(|i| b[i] * t.c[i].powi(p)).sum()
-            };
-            for i in 0..t.stages {
-                close(t.a[i].iter().sum(), t.c[i]);
-            }
-            for p in 0..t.order {
-                close(moment(p, t.b), 1.0 / f64::from(p + 1));
-            }
-            if t.order == 4 {
-                let nested: f64 = (0..t.stages).map(|i| t.b[i] * moment(1, t.a[i])).sum();
-                close(nested, 1.0 / 6.0);
-            }
-            // The estimate vanishes with the power of dt it is said to have.
-            for p in 0..t.estimate - 1 {
-                close(moment(p, t.e.unwrap_or_default()), 0.0);
-            }
-            if let Some(e) = t.e
-                && scheme == Scheme::TrBdf2
-            {
-                // b - e integrates one degree more
-                close(moment(2, t.b) - moment(2, e), 1.0 / 3.0);
-            }
+    fn tr_bdf2_meets_its_order_conditions() {
+        let close = |x: f64, y: f64| assert!((x - y).abs() < 1e-15, "{x} and {y}");
+        let c = TR_BDF2.map(|row| row.iter().sum::<f64>());
+        let times = Scheme::TrBdf2.load_times(LoadKind::Intensity);
+        times.iter().zip(&c[1..]).for_each(|(t, c)| close(*t, *c));
+        let moment =
+            |p: i32, b: &[f64]| -> f64 { b.iter().zip(c).map(|(b, c)| b * c.powi(p)).sum() };
+        let (b, e) = (
+            TR_BDF2[2],
+            Scheme::TrBdf2.error_weights().unwrap_or_default(),
+        );
+        for p in 0..2 {
+            close(moment(p, &b), 1.0 / f64::from(p + 1));
+            close(moment(p, e), 0.0);
         }
+        // b - e integrates one degree more
+        close(moment(2, &b) - moment(2, e), 1.0 / 3.0);
     }
 }

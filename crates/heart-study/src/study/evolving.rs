@@ -44,11 +44,9 @@ pub(super) fn evolving(run: &Run<'_>) -> Result<EvolvingStudy, PhantomError> {
     )?;
     let force = direct.intensity * direct.measures.surface;
 
-    let options = EvolvingOptions {
-        tolerance: TOLERANCE,
-        ..EvolvingOptions::default()
-    }
-    .with_jacobian(Jacobian::Band);
+    let options = EvolvingOptions::default()
+        .with_tolerance(TOLERANCE)
+        .with_jacobian(Jacobian::Band);
     let inflate = |membrane: &Membrane, options: &EvolvingOptions| -> Result<_, PhantomError> {
         Ok(evolve(membrane, NODES, force, options)?)
     };

@@ -104,7 +104,7 @@ impl Motion {
     /// Scaled local error of the attempted step of length `dt`, the larger of a pair's: the scheme's own estimate, or by step
     /// doubling in a copy where that needs a previous step and there is none.
     fn local_error(&mut self, dt: f64, bounds: (f64, f64)) -> Result<f64, ImplicitError> {
-        let estimates = self.steppers_mut().filter_map(|s| s.error(bounds));
+        let estimates = self.movers_mut().filter_map(|s| s.error(bounds));
         if let Some(error) = estimates.reduce(f64::max) {
             return Ok(error);
         }
@@ -113,7 +113,7 @@ impl Motion {
         halves.accept(None);
         halves.attempt(0.5 * dt)?;
         let mut error = 0.0f64;
-        for (stepper, halves) in self.steppers_mut().zip(halves.steppers_mut()) {
+        for (stepper, halves) in self.movers_mut().zip(halves.movers_mut()) {
             error = error.max(stepper.error_by_doubling(halves, bounds));
             stepper.work = Work {
                 steps: stepper.work.steps,
@@ -133,14 +133,15 @@ impl Motion {
         before: f64,
         dt: f64,
     ) -> Result<f64, ImplicitError> {
-        let (start, end) = (view(self.inner.now()), view(self.inner.end()));
+        let body = &self.inner.body;
+        let (start, end) = (view(body, self.inner.now()), view(body, self.inner.end()));
         let gap = [before, end.volume()].map(|v| v - volume);
         let rates = [start.volume_rate() * dt, end.volume_rate() * dt];
         let turns = extrema(gap, rates).into_iter().flatten();
         let passes = |t: &f64| cubic(gap, rates, *t) * gap[0] < 0.0;
         for turn in turns.filter(passes) {
             self.attempt(turn * dt)?;
-            let there = self.inner.end().volume() - volume;
+            let there = self.inner.end_volume() - volume;
             if there * gap[0] < 0.0 {
                 return self.bisect_volume(volume, gap[0], (turn * dt, there));
             }
@@ -168,7 +169,7 @@ impl Motion {
             let middle = (a * fb - b * fa) / (fb - fa);
             self.attempt(middle)?;
             last = middle;
-            let f = self.inner.end().volume() - volume;
+            let f = self.inner.end_volume() - volume;
             if f.abs() <= 0.5e-10 * volume.abs() || middle <= a.min(b) || middle >= a.max(b) {
                 break;
             }

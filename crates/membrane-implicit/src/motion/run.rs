@@ -43,10 +43,10 @@ impl Motion {
     /// Steps until the first of `stops`; returns its index.
     ///
     /// ```
-    /// # use membrane_implicit::{Drive, Membrane, Motion, MovingMembrane, RestShape, Scheme, Stop, TimeStep};
+    /// # use membrane_implicit::{Load, Membrane, Motion, Body, RestShape, Scheme, Stop, TimeStep};
     /// # let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
-    /// # let body = MovingMembrane::new(&membrane, 51)?.with_damping(1.0)?;
-    /// let drive = Drive::intensity(|t| 17.5 * (1.0 - (-t).exp())); // no load at t = 0
+    /// # let body = Body::springs(&membrane, 51)?.with_damping(1.0)?;
+    /// let drive = Load::intensity(|t| 17.5 * (1.0 - (-t).exp())); // no load at t = 0
     /// let mut motion = Motion::new(body, drive, Scheme::TrBdf2)?;
     /// let settled = Stop::Equilibrium { force: 1e-6, speed: 1e-6 };
     /// assert_eq!(motion.run(TimeStep::Fixed(1.0), &[settled, Stop::Time(1000.0)])?, 0);
@@ -85,10 +85,10 @@ impl Motion {
     ///
     /// ```
     /// use std::ops::ControlFlow;
-    /// # use membrane_implicit::{Drive, Membrane, Motion, MovingMembrane, RestShape, Scheme, Stop, TimeStep};
+    /// # use membrane_implicit::{Load, Membrane, Motion, Body, RestShape, Scheme, Stop, TimeStep};
     /// # let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
-    /// # let body = MovingMembrane::new(&membrane, 51)?.with_damping(1.0)?;
-    /// let mut motion = Motion::new(body, Drive::intensity(|_| 17.5), Scheme::TrBdf2)?;
+    /// # let body = Body::springs(&membrane, 51)?.with_damping(1.0)?;
+    /// let mut motion = Motion::new(body, Load::intensity(|_| 17.5), Scheme::TrBdf2)?;
     /// let ended = motion.run_observed(TimeStep::Fixed(0.01), &[Stop::Time(10.0)], |motion| {
     ///     println!("{:.2} s: {:.1} cm^3", motion.time(), motion.state().volume());
     ///     // the first time it swings back

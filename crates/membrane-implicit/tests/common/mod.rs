@@ -1,21 +1,21 @@
 //! The reference problem: R = 1.75, h = 8.5, N = 101, f = 17.5, lambda = mu = m = 1, at rest.
 #![allow(dead_code, unreachable_pub)] // each test file uses its part
 
-use membrane_implicit::{Drive, Membrane, Motion, MovingMembrane, RestShape, Scheme};
+use membrane_implicit::{Body, Load, Membrane, Motion, RestShape, Scheme};
 
 pub fn balloon() -> Membrane {
     Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
 }
 
-pub fn reference_body() -> MovingMembrane {
-    MovingMembrane::new(&balloon(), 101)
+pub fn reference_body() -> Body {
+    Body::springs(&balloon(), 101)
         .unwrap()
         .with_damping(1.0)
         .unwrap()
 }
 
 pub fn inflate(scheme: Scheme) -> Motion {
-    Motion::new(reference_body(), Drive::intensity(|_| 17.5), scheme).unwrap()
+    Motion::new(reference_body(), Load::intensity(|_| 17.5), scheme).unwrap()
 }
 
 pub fn apex(motion: &Motion) -> f64 {

@@ -3,15 +3,15 @@
 use crate::common;
 
 use common::{apart, inflate, reference_body};
-use membrane_implicit::{Drive, Motion, Scheme, Stop, TimeStep, Tolerance};
+use membrane_implicit::{Load, Motion, Scheme, Stop, TimeStep, Tolerance};
 
 /// A load that rises within a tenth of the first step that the state at rest suggests: the error of that step is controlled too,
 /// also by schemes whose estimate needs a previous step.
 #[test]
 fn the_first_step_keeps_the_tolerance() {
     let motion = |scheme| {
-        let drive = Drive::intensity(|t| 17.5 * (1.0 - (-t / 0.001).exp()));
-        Motion::new(reference_body(), drive, scheme).unwrap()
+        let load = Load::intensity(|t| 17.5 * (1.0 - (-t / 0.001).exp()));
+        Motion::new(reference_body(), load, scheme).unwrap()
     };
     // Splitting6 (order 6): with these steps its error is 3e-10 cm, found by halving them
     let mut reference = motion(Scheme::Splitting6);
@@ -21,7 +21,7 @@ fn the_first_step_keeps_the_tolerance() {
     reference.run(coarse, &[Stop::Time(0.5)]).unwrap();
     let exact = reference.state().points;
     for scheme in [
-        Scheme::Trapezoidal,
+        Scheme::Midpoint,
         Scheme::Splitting2,
         Scheme::ImplicitSplitting2,
         Scheme::TrBdf2,

@@ -4,9 +4,7 @@ use crate::common;
 
 use common::{apex, inflate, reference_body};
 use membrane_implicit::DiscreteMembrane;
-use membrane_implicit::{
-    Drive, ImplicitError, Jacobian, Measure, Motion, Scheme, Stop, TimeStep, Tolerance,
-};
+use membrane_implicit::{ImplicitError, Load, Measure, Motion, Scheme, Stop, TimeStep, Tolerance};
 
 /// Independent method of lines at N = 101 with an explicit scheme of order 8, rtol 1e-11: apex and
 /// volume at t = 0.5 and t = 2.
@@ -71,9 +69,9 @@ fn errors(scheme: Scheme, steps: &[usize], end: f64, truth: &[[f64; 2]]) -> Vec<
 #[test]
 fn every_scheme_converges_with_its_order() {
     let end = 0.5;
-    // the truth: the trapezoidal rule, extrapolated from 20 000 and 40 000 steps
+    // the truth: TR-BDF2, extrapolated from 4 000 and 8 000 steps
     let run = |n: usize| {
-        let mut motion = inflate(Scheme::Trapezoidal);
+        let mut motion = inflate(Scheme::TrBdf2);
         motion
             .run(TimeStep::Fixed(end / n as f64), &[Stop::Time(end)])
             .unwrap();
@@ -86,15 +84,11 @@ fn every_scheme_converges_with_its_order() {
         .map(|(c, f)| [f[0] + (f[0] - c[0]) / 3.0, f[1] + (f[1] - c[1]) / 3.0])
         .collect();
     for (scheme, steps) in [
-        // stable from 40 000 steps a second on: mu / k = ds^2 / 4
-        (Scheme::ForwardEuler, [24_000, 48_000]),
         (Scheme::SemiImplicitEuler, [16_000, 32_000]),
-        (Scheme::BackwardEuler, [16_000, 32_000]),
-        (Scheme::RungeKutta4, [100, 200]),
         (Scheme::Splitting2, [400, 800]),
         (Scheme::Splitting6, [40, 80]),
         (Scheme::ImplicitSplitting2, [500, 1_000]),
-        (Scheme::Trapezoidal, [500, 1_000]),
+        (Scheme::Midpoint, [500, 1_000]),
         (Scheme::TrBdf2, [500, 1_000]),
     ] {
         let e = errors(scheme, &steps, end, &truth);
@@ -112,8 +106,7 @@ fn adaptive_steps_keep_the_error_near_the_tolerance() {
     let (time, x, v) = REFERENCE[1];
     for scheme in [
         Scheme::TrBdf2,
-        Scheme::Trapezoidal,
-        Scheme::RungeKutta4,
+        Scheme::Midpoint,
         Scheme::Splitting2,
         Scheme::ImplicitSplitting2,
     ] {
@@ -224,8 +217,8 @@ fn a_state_that_is_set_has_no_step_behind_it() {
 fn pumped_volume_converges_with_order_two() {
     let run = |n: usize| {
         let body = reference_body();
-        let drive = Drive::volume_gain(&body, |t| 0.3 * (1.0 - (3.0 * t).cos()));
-        let mut motion = Motion::new(body, drive, Scheme::TrBdf2).unwrap();
+        let load = Load::volume_gain(&body, |t| 0.3 * (1.0 - (3.0 * t).cos()));
+        let mut motion = Motion::new(body, load, Scheme::TrBdf2).unwrap();
         motion
             .run(TimeStep::Fixed(1.0 / n as f64), &[Stop::Time(1.0)])
             .unwrap();
@@ -248,23 +241,4 @@ fn pumped_volume_converges_with_order_two() {
         a.1, b.1, c.1
     );
     assert!((slope - 2.0).abs() < 0.2, "{slope}");
-}
-
-#[test]
-fn differences_converge_like_the_exact_jacobian() {
-    let run = |jacobian| {
-        let mut motion = inflate(Scheme::SemiImplicitEuler)
-            .with_jacobian(jacobian)
-            .unwrap();
-        motion
-            .run(TimeStep::Fixed(0.01), &[Stop::Time(0.5)])
-            .unwrap();
-        (apex(&motion), motion.work().factorisations)
-    };
-    let (exact, often) = run(Jacobian::Exact);
-    let (every, _) = run(Jacobian::Differences { refresh_every: 1 });
-    let (ten, seldom) = run(Jacobian::Differences { refresh_every: 10 });
-    assert!((exact - every).abs() < 1e-8, "{exact} {every}");
-    assert!((exact - ten).abs() < 1e-2 && exact != ten, "{exact} {ten}");
-    assert_eq!((often, seldom), (50, 5));
 }

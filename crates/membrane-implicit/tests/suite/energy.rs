@@ -4,16 +4,11 @@ use crate::common;
 
 use common::{balloon, inflate, reference_body};
 use membrane_implicit::{
-    Drive, Jacobian, Measure, Moment, Motion, MovingMembrane, PressureLaw, Scheme, Stiffness, Stop,
+    Body, Jacobian, Load, LoadState, Measure, Motion, PressureLaw, Scheme, Stiffness, Stop,
     TimeStep, Tolerance,
 };
 
-const IMPLICIT: [Scheme; 4] = [
-    Scheme::SemiImplicitEuler,
-    Scheme::BackwardEuler,
-    Scheme::Trapezoidal,
-    Scheme::TrBdf2,
-];
+const IMPLICIT: [Scheme; 3] = [Scheme::SemiImplicitEuler, Scheme::Midpoint, Scheme::TrBdf2];
 
 #[track_caller]
 fn assert_balanced(motion: &Motion, label: &str) {
@@ -32,7 +27,7 @@ fn assert_balanced(motion: &Motion, label: &str) {
 }
 
 #[test]
-fn terms_add_up_for_every_scheme_and_drive() {
+fn terms_add_up_for_every_scheme_and_load() {
     for scheme in IMPLICIT {
         for dt in [0.004, 0.3] {
             for (kind, law) in [
@@ -47,19 +42,19 @@ fn terms_add_up_for_every_scheme_and_drive() {
                         Stiffness::function(|s| 1.0 + 0.5 * (5.0 * s).sin(), &[]).unwrap(),
                     )
                     .with_second_neighbours(Stiffness::constant(0.2).unwrap());
-                let body = MovingMembrane::new(&membrane, 61)
+                let body = Body::springs(&membrane, 61)
                     .unwrap()
                     .with_mass(1.5)
                     .unwrap()
                     .with_damping(0.7)
                     .unwrap();
-                let drive = match kind {
-                    "intensity" => Drive::intensity(|t| 10.0 + 5.0 * t.sin()),
-                    "total force" => Drive::total_force(|t| 2000.0 + 300.0 * t),
-                    "current length" => Drive::intensity(|t| 1.0 + 0.5 * t.cos()),
-                    _ => Drive::volume_gain(&body, |t| 0.3 * (1.0 - (2.0 * t).cos())),
+                let load = match kind {
+                    "intensity" => Load::intensity(|t| 10.0 + 5.0 * t.sin()),
+                    "total force" => Load::total_force(|t| 2000.0 + 300.0 * t),
+                    "current length" => Load::intensity(|t| 1.0 + 0.5 * t.cos()),
+                    _ => Load::volume_gain(&body, |t| 0.3 * (1.0 - (2.0 * t).cos())),
                 };
-                let mut motion = Motion::new(body, drive, scheme).unwrap();
+                let mut motion = Motion::new(body, load, scheme).unwrap();
                 motion
                     .run(TimeStep::Fixed(dt), &[Stop::Steps(200)])
                     .unwrap();
@@ -71,18 +66,17 @@ fn terms_add_up_for_every_scheme_and_drive() {
 
 #[test]
 fn terms_add_up_for_other_jacobians_and_adaptive_steps() {
-    for jacobian in [Jacobian::Band, Jacobian::Differences { refresh_every: 7 }] {
-        let drive = Drive::total_force(|_| 2588.9);
-        let mut motion = Motion::new(reference_body(), drive, Scheme::SemiImplicitEuler)
+    for jacobian in [Jacobian::Band, Jacobian::Exact] {
+        let load = Load::total_force(|_| 2588.9);
+        let mut motion = Motion::new(reference_body(), load, Scheme::SemiImplicitEuler)
             .unwrap()
-            .with_jacobian(jacobian)
-            .unwrap();
+            .with_jacobian(jacobian);
         motion
             .run(TimeStep::Fixed(0.05), &[Stop::Steps(100)])
             .unwrap();
         assert_balanced(&motion, &format!("{jacobian:?}"));
     }
-    for scheme in IMPLICIT.into_iter().chain([Scheme::RungeKutta4]) {
+    for scheme in IMPLICIT.into_iter().chain([Scheme::Splitting2]) {
         let mut motion = inflate(scheme);
         let steps = TimeStep::Adaptive(Tolerance::uniform(1e-3));
         motion.run(steps, &[Stop::Time(2.0)]).unwrap();
@@ -95,7 +89,7 @@ fn terms_add_up_for_other_jacobians_and_adaptive_steps() {
 /// step was off by 5.3e-9 of the work.
 #[test]
 fn terms_add_up_under_feedback_to_1e_8_of_the_work() {
-    let laws: [fn(&Moment) -> f64; 3] = [
+    let laws: [fn(&LoadState) -> f64; 3] = [
         |now| 30.0 - 0.1 * now.volume - 0.01 * now.volume_rate,
         |now| 12.0 + 3.0 * now.time.sin() - 2e-4 * now.volume_rate * (50.0 + now.volume_rate.abs()),
         |now| 17.5 - (now.volume - 93.0),
@@ -103,9 +97,9 @@ fn terms_add_up_under_feedback_to_1e_8_of_the_work() {
     for scheme in IMPLICIT {
         for (nodes, dt) in [(11, 0.004), (41, 0.001), (41, 0.3)] {
             for (index, law) in laws.into_iter().enumerate() {
-                let body = MovingMembrane::new(&balloon(), nodes).unwrap();
+                let body = Body::springs(&balloon(), nodes).unwrap();
                 let body = body.with_damping(1.0).unwrap();
-                let mut motion = Motion::new(body, Drive::feedback(law), scheme).unwrap();
+                let mut motion = Motion::new(body, Load::feedback(law), scheme).unwrap();
                 motion
                     .run_with(TimeStep::Fixed(dt), &[Stop::Steps(200)], |motion| {
                         let energy = motion.energy();
@@ -115,15 +109,6 @@ fn terms_add_up_under_feedback_to_1e_8_of_the_work() {
                     .unwrap();
             }
         }
-    }
-    // the explicit schemes have no equation to solve
-    for law in laws {
-        let body = MovingMembrane::new(&balloon(), 41).unwrap();
-        let drive = Drive::feedback(law);
-        let mut motion = Motion::new(body, drive, Scheme::RungeKutta4).unwrap();
-        let steps = TimeStep::Fixed(0.002);
-        motion.run(steps, &[Stop::Steps(200)]).unwrap();
-        assert_balanced(&motion, "explicit under feedback");
     }
 }
 
@@ -135,8 +120,8 @@ fn terms_add_up_for_the_splittings() {
             .unwrap()
             .with_mass(mass)
             .unwrap();
-        let drive = Drive::total_force(|t| 2000.0 + 300.0 * t.sin());
-        let mut coarse = Motion::new(body.clone(), drive.clone(), Scheme::Splitting2).unwrap();
+        let load = Load::total_force(|t| 2000.0 + 300.0 * t.sin());
+        let mut coarse = Motion::new(body.clone(), load.clone(), Scheme::Splitting2).unwrap();
         coarse
             .run(TimeStep::Fixed(0.009), &[Stop::Time(2.0)])
             .unwrap();
@@ -144,13 +129,13 @@ fn terms_add_up_for_the_splittings() {
         // far past the explicit limit, where the springs are carried exactly all the same
         for dt in [0.009, 0.1] {
             let scheme = Scheme::ImplicitSplitting2;
-            let mut implicit = Motion::new(body.clone(), drive.clone(), scheme).unwrap();
+            let mut implicit = Motion::new(body.clone(), load.clone(), scheme).unwrap();
             implicit
                 .run(TimeStep::Fixed(dt), &[Stop::Time(2.0)])
                 .unwrap();
             assert_balanced(&implicit, &format!("implicit splitting, dt {dt}, mu {mu}"));
         }
-        let mut motion = Motion::new(body, drive, Scheme::Splitting6).unwrap();
+        let mut motion = Motion::new(body, load, Scheme::Splitting6).unwrap();
         motion
             .run(TimeStep::Fixed(0.01), &[Stop::Time(2.0)])
             .unwrap();
@@ -160,29 +145,8 @@ fn terms_add_up_for_the_splittings() {
 }
 
 #[test]
-fn forward_euler_feeds_energy_in_and_backward_euler_takes_it_out() {
-    let mut explicit = inflate(Scheme::ForwardEuler);
-    let dt = 0.9 * explicit.body().forward_euler_step();
-    explicit
-        .run(TimeStep::Fixed(dt), &[Stop::Steps(2000)])
-        .unwrap();
-    assert_balanced(&explicit, "forward");
-    assert!(explicit.energy().numerical_loss < 0.0);
-    let mut implicit = inflate(Scheme::BackwardEuler);
-    let mut last = 0.0;
-    implicit
-        .run_with(TimeStep::Fixed(0.1), &[Stop::Steps(100)], |motion| {
-            let loss = motion.energy().numerical_loss;
-            assert!(loss >= last, "{loss} after {last}");
-            last = loss;
-        })
-        .unwrap();
-    assert!(last > 0.0);
-}
-
-#[test]
 fn numerical_loss_vanishes_with_the_order() {
-    for (scheme, order) in [(Scheme::BackwardEuler, 1.0), (Scheme::TrBdf2, 2.0)] {
+    for (scheme, order) in [(Scheme::SemiImplicitEuler, 1.0), (Scheme::TrBdf2, 2.0)] {
         let loss = [4_000, 8_000].map(|n| {
             let mut motion = inflate(scheme);
             motion
@@ -199,31 +163,23 @@ fn numerical_loss_vanishes_with_the_order() {
     }
 }
 
-/// Under a constant pressure per current length the work is pressure times the 2-D area gained:
-/// the discrete force is the gradient of the polygon's area.
+/// Under a constant pressure per current length the work is pressure times the 2-D area gained: the discrete force is the gradient of
+/// the polygon's area, which is quadratic, so that the midpoint rule has it to rounding for any step.
 #[test]
 fn pressure_work_is_pressure_times_area_gained() {
     let p = 1.3;
-    let error = [400, 800].map(|n| {
+    for dt in [0.002, 0.1] {
         let membrane = balloon().with_law(PressureLaw::PerCurrentLength);
-        let body = MovingMembrane::new(&membrane, 101)
-            .unwrap()
-            .with_damping(1.0)
-            .unwrap();
-        let mut motion =
-            Motion::new(body, Drive::intensity(move |_| p), Scheme::Trapezoidal).unwrap();
+        let body = Body::springs(&membrane, 101).unwrap();
+        let body = body.with_damping(1.0).unwrap();
+        let load = Load::intensity(move |_| p);
+        let mut motion = Motion::new(body, load, Scheme::Midpoint).unwrap();
         let area = |m: &Motion| Measure::Area.of(m.state().points);
         let before = area(&motion);
-        motion
-            .run(TimeStep::Fixed(1.0 / f64::from(n)), &[Stop::Time(1.0)])
-            .unwrap();
+        motion.run(TimeStep::Fixed(dt), &[Stop::Time(1.0)]).unwrap();
         let gained = p * (area(&motion) - before);
-        motion.energy().pressure_work - gained
-    });
-    let slope = (error[0] / error[1]).abs().log2();
-    println!("{error:?} slope {slope}");
-    assert!(
-        (slope - 2.0).abs() < 0.2 && error[1].abs() < 1e-2,
-        "{error:?} slope {slope}"
-    );
+        let off = motion.energy().pressure_work / gained - 1.0;
+        // rounding of a work of 1 over up to 500 steps
+        assert!(off.abs() < 1e-11, "dt {dt}: {off:e}");
+    }
 }

@@ -7,8 +7,7 @@ use crate::common;
 use common::balloon;
 use membrane_implicit::membrane_newton::{Control, Discretisation, NewtonOptions, Pair, Solver};
 use membrane_implicit::{
-    Drive, Membrane, Motion, MovingMembrane, PressureLaw, RestShape, Scheme, Stiffness, Stop,
-    TimeStep,
+    Body, Load, Membrane, Motion, PressureLaw, RestShape, Scheme, Stiffness, Stop, TimeStep,
 };
 use proptest::prelude::*;
 
@@ -34,11 +33,7 @@ fn problems() -> impl Strategy<Value = Problem> {
         Just(PressureLaw::TotalForce),
         Just(PressureLaw::PerCurrentLength),
     ];
-    let schemes = prop_oneof![
-        Just(Scheme::SemiImplicitEuler),
-        Just(Scheme::BackwardEuler),
-        Just(Scheme::TrBdf2),
-    ];
+    let schemes = prop_oneof![Just(Scheme::SemiImplicitEuler), Just(Scheme::TrBdf2),];
     let shape = (0.5f64..3.0, 2.0f64..10.0, 5usize..31);
     let springs = (-6.0f64..9.0, 0.0f64..0.9, prop::option::of(0.05f64..0.5));
     (shape, springs, laws, 0usize..5, 0.0f64..1.0, schemes).prop_map(
@@ -86,7 +81,7 @@ fn check(p: &Problem) -> Result<(), TestCaseError> {
     let grid = Discretisation::FiniteDifferences { nodes: p.nodes };
     let (inner, outer) = (membrane(p, p.radius), membrane(p, p.radius + 1.0));
     let body = |m: &Membrane| {
-        MovingMembrane::new(m, p.nodes)
+        Body::springs(m, p.nodes)
             .unwrap()
             .with_damping(p.lambda.sqrt())
             .unwrap()
@@ -111,15 +106,15 @@ fn check(p: &Problem) -> Result<(), TestCaseError> {
         };
     let ramp = 2.0 / p.lambda.sqrt();
     let inner_body = body(&inner);
-    let pump = Drive::volume_gain(&inner_body, move |t| {
+    let pump = Load::volume_gain(&inner_body, move |t| {
         let x = (t / ramp).clamp(0.0, 1.0);
         gain * x * x * (3.0 - 2.0 * x)
     });
-    let (control, drive) = match p.control {
-        0 | 4 => (Control::Intensity(f), Drive::intensity(move |_| f)),
+    let (control, load) = match p.control {
+        0 | 4 => (Control::Intensity(f), Load::intensity(move |_| f)),
         1 => (
             Control::TotalForce(total),
-            Drive::total_force(move |_| total),
+            Load::total_force(move |_| total),
         ),
         _ => (Control::VolumeGain(gain), pump),
     };
@@ -141,9 +136,9 @@ fn check(p: &Problem) -> Result<(), TestCaseError> {
         )
     };
     let motion = if is_pair {
-        Motion::pair(inner_body, body(&outer), drive, p.scheme)
+        Motion::pair(inner_body, body(&outer), load, p.scheme)
     } else {
-        Motion::new(inner_body, drive, p.scheme)
+        Motion::new(inner_body, load, p.scheme)
     };
     let mut motion = motion.map_err(|e| TestCaseError::fail(e.to_string()))?;
     motion
@@ -198,11 +193,11 @@ fn motion_settles_where_newton_arrives() {
 
 #[test]
 fn adaptive_steps_grow_without_bound_as_it_settles() {
-    let body = MovingMembrane::new(&balloon(), 101)
+    let body = Body::springs(&balloon(), 101)
         .unwrap()
         .with_damping(1.0)
         .unwrap();
-    let mut motion = Motion::new(body, Drive::intensity(|_| 17.5), Scheme::TrBdf2).unwrap();
+    let mut motion = Motion::new(body, Load::intensity(|_| 17.5), Scheme::TrBdf2).unwrap();
     let tolerance = membrane_implicit::Tolerance::uniform(1e-5);
     let settled = Stop::Equilibrium {
         force: 1e-7,
@@ -227,7 +222,7 @@ fn adaptive_steps_grow_without_bound_as_it_settles() {
 #[test]
 fn a_load_from_zero_is_not_settled_at_once() {
     let body = || {
-        MovingMembrane::new(&balloon(), 51)
+        Body::springs(&balloon(), 51)
             .unwrap()
             .with_damping(1.0)
             .unwrap()
@@ -244,8 +239,8 @@ fn a_load_from_zero_is_not_settled_at_once() {
         TimeStep::Fixed(1.0),
         TimeStep::Adaptive(membrane_implicit::Tolerance::uniform(1e-4)),
     ] {
-        let drive = Drive::intensity(|t| 17.5 * (1.0 - (-t).exp()));
-        let mut motion = Motion::new(body(), drive, Scheme::TrBdf2).unwrap();
+        let load = Load::intensity(|t| 17.5 * (1.0 - (-t).exp()));
+        let mut motion = Motion::new(body(), load, Scheme::TrBdf2).unwrap();
         assert_eq!(motion.norms().unwrap(), (0.0, 0.0));
         // the others are looked at before the first step
         for (stop, index) in [(Stop::Steps(0), 1), (Stop::Time(0.0), 1)] {
@@ -272,9 +267,9 @@ fn the_implicit_splitting_keeps_an_equilibrium() {
         .unwrap()
         .solve(Control::Load(17.5), &NewtonOptions::default())
         .unwrap();
-    let body = MovingMembrane::new(&balloon(), 101).unwrap();
-    let drive = Drive::intensity(|_| 17.5);
-    let mut motion = Motion::new(body, drive, Scheme::ImplicitSplitting2)
+    let body = Body::springs(&balloon(), 101).unwrap();
+    let load = Load::intensity(|_| 17.5);
+    let mut motion = Motion::new(body, load, Scheme::ImplicitSplitting2)
         .unwrap()
         .with_state(0.0, &solved.points(), &[[0.0; 2]; 101])
         .unwrap();

@@ -1,4 +1,4 @@
-//! Drives that see the state, and observers that end a run.
+//! Loads that depend on the state, and observers that end a run.
 
 use crate::common;
 
@@ -9,33 +9,28 @@ use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_implicit::membrane_newton::{Control, Discretisation, NewtonOptions, Solver};
 use membrane_implicit::{
-    Drive, EvolvingOptions, Feedback, ImplicitError, Measure, Membrane, Moment, Motion,
-    MovingMembrane, RestShape, Scheme, Stop, TimeStep, Tolerance, evolve, evolve_observed,
+    Body, EvolvingOptions, Feedback, ImplicitError, Load, LoadState, Measure, Membrane, Motion,
+    RestShape, Scheme, Stop, TimeStep, Tolerance, evolve, evolve_observed,
 };
 
-const IMPLICIT: [Scheme; 4] = [
-    Scheme::SemiImplicitEuler,
-    Scheme::BackwardEuler,
-    Scheme::Trapezoidal,
-    Scheme::TrBdf2,
-];
+const IMPLICIT: [Scheme; 3] = [Scheme::SemiImplicitEuler, Scheme::Midpoint, Scheme::TrBdf2];
 
 /// A pressure that grows as the balloon fills, with a valve's quadratic loss.
-fn outlet(now: &Moment) -> f64 {
+fn outlet(now: &LoadState) -> f64 {
     let flow = now.volume_rate;
     12.0 + 3.0 * now.time.sin() + 0.04 * (now.volume - 93.0) - 2e-4 * flow * (50.0 + flow.abs())
 }
 
 /// A body of few nodes: 40, its waves slow enough for coarse steps.
-fn body() -> MovingMembrane {
-    MovingMembrane::new(&balloon(), 41)
+fn body() -> Body {
+    Body::springs(&balloon(), 41)
         .unwrap()
         .with_damping(1.0)
         .unwrap()
 }
 
 fn outlet_motion(scheme: Scheme) -> Motion {
-    Motion::new(body(), Drive::feedback(outlet), scheme).unwrap()
+    Motion::new(body(), Load::feedback(outlet), scheme).unwrap()
 }
 
 /// The classical Runge-Kutta scheme on m c'' = F_e + P n - mu c', m = mu = 1, written here from the forces alone.
@@ -48,7 +43,7 @@ fn reference(end: f64, steps: usize) -> Vec<f64> {
         let (mut elastic, mut pressure) = (vec![0.0; n], vec![0.0; n]);
         forces.elastic_force_into(c, &mut elastic);
         forces.measure_gradient_into(Measure::Volume, c, &mut volume_gradient);
-        let now = Moment {
+        let now = LoadState {
             time,
             volume: forces.measure(Measure::Volume, c).unwrap(),
             volume_rate: volume_gradient.iter().zip(v).map(|(g, v)| g * v).sum(),
@@ -86,11 +81,8 @@ fn the_state_is_seen_where_it_is() {
     let end = 0.5;
     let truth = reference(end, 4000);
     for (scheme, steps) in [
-        (Scheme::ForwardEuler, 8000),
-        (Scheme::RungeKutta4, 40),
         (Scheme::SemiImplicitEuler, 1000),
-        (Scheme::BackwardEuler, 1000),
-        (Scheme::Trapezoidal, 100),
+        (Scheme::Midpoint, 100),
         (Scheme::TrBdf2, 100),
     ] {
         let error = [steps, 2 * steps].map(|steps| {
@@ -114,13 +106,13 @@ fn the_state_is_seen_where_it_is() {
 
 #[test]
 fn pressure_and_state_fit_each_other() {
-    for scheme in IMPLICIT.into_iter().chain([Scheme::RungeKutta4]) {
+    for scheme in IMPLICIT {
         let mut motion = outlet_motion(scheme);
         let steps = TimeStep::Fixed(0.01);
         motion
             .run_with(steps, &[Stop::Steps(60)], |motion| {
                 let (state, time) = (motion.state(), motion.time());
-                let now = Moment {
+                let now = LoadState {
                     time,
                     volume: state.volume(),
                     volume_rate: state.volume_rate(),
@@ -140,8 +132,8 @@ fn pressure_and_state_fit_each_other() {
 /// Damped out, V and f are an equilibrium, which Newton knows as that of the volume.
 #[test]
 fn it_settles_where_newton_says() {
-    let hook = |now: &Moment| 30.0 - 0.1 * now.volume - 0.01 * now.volume_rate;
-    let mut motion = Motion::new(reference_body(), Drive::feedback(hook), Scheme::TrBdf2).unwrap();
+    let hook = |now: &LoadState| 30.0 - 0.1 * now.volume - 0.01 * now.volume_rate;
+    let mut motion = Motion::new(reference_body(), Load::feedback(hook), Scheme::TrBdf2).unwrap();
     let (force, speed) = (1e-9, 1e-9);
     let settled = Stop::Equilibrium { force, speed };
     let stop = motion.run(TimeStep::Fixed(1.0), &[settled, Stop::Steps(500)]);
@@ -155,19 +147,19 @@ fn it_settles_where_newton_says() {
     assert!((intensity - (30.0 - 0.1 * volume)).abs() < 1e-7);
 }
 
-/// A drive that looks at the clock alone is the one that is given as a function of time.
+/// A load that looks at the clock alone is the one that is given as a function of time.
 #[test]
 fn a_feedback_may_ignore_the_state() {
     for scheme in IMPLICIT {
-        let run = |drive| {
-            let mut motion = Motion::new(body(), drive, scheme).unwrap();
+        let run = |load| {
+            let mut motion = Motion::new(body(), load, scheme).unwrap();
             motion
                 .run(TimeStep::Fixed(0.01), &[Stop::Steps(50)])
                 .unwrap();
             motion.state().points.as_flattened().to_vec()
         };
-        let seen = run(Drive::feedback(|now: &Moment| 15.0 + now.time));
-        let told = run(Drive::intensity(|time| 15.0 + time));
+        let seen = run(Load::feedback(|now: &LoadState| 15.0 + now.time));
+        let told = run(Load::intensity(|time| 15.0 + time));
         let apart = seen.iter().zip(&told).map(|(a, b)| (a - b).abs());
         // both solved to the rounding of 20 cm
         assert!(apart.fold(0.0, f64::max) < 1e-12, "{scheme:?}");
@@ -177,16 +169,16 @@ fn a_feedback_may_ignore_the_state() {
 /// A valve: the slope of the pressure jumps where the flow turns.
 #[test]
 fn a_kink_is_no_obstacle() {
-    let valve = |now: &Moment| {
+    let valve = |now: &LoadState| {
         let pushed = 16.0 + 12.0 * (9.0 * now.time).sin();
         pushed - if now.volume_rate > 0.0 { 0.005 } else { 0.2 } * now.volume_rate
     };
-    for scheme in [Scheme::BackwardEuler, Scheme::TrBdf2] {
+    for scheme in [Scheme::SemiImplicitEuler, Scheme::TrBdf2] {
         for steps in [
             TimeStep::Fixed(0.02),
             TimeStep::Adaptive(Tolerance::uniform(1e-2)),
         ] {
-            let mut motion = Motion::new(body(), Drive::feedback(valve), scheme).unwrap();
+            let mut motion = Motion::new(body(), Load::feedback(valve), scheme).unwrap();
             let mut turns = 0;
             let mut before = 0.0;
             motion
@@ -204,9 +196,9 @@ fn a_kink_is_no_obstacle() {
 #[test]
 fn a_pair_under_feedback_keeps_its_wall() {
     let outer = Membrane::new(RestShape::balloon(8.5, 2.75).unwrap());
-    let outer = MovingMembrane::new(&outer, 41).unwrap();
-    let drive = Drive::feedback(outlet);
-    let mut pair = Motion::pair(body(), outer, drive, Scheme::TrBdf2).unwrap();
+    let outer = Body::springs(&outer, 41).unwrap();
+    let load = Load::feedback(outlet);
+    let mut pair = Motion::pair(body(), outer, load, Scheme::TrBdf2).unwrap();
     let mut wall = 0.0f64;
     pair.run_with(TimeStep::Fixed(0.01), &[Stop::Time(0.5)], |pair| {
         wall = wall.max(pair.wall_volume_error().unwrap().abs());
@@ -219,12 +211,12 @@ fn a_pair_under_feedback_keeps_its_wall() {
 /// What a model remembers, and how often it was told.
 #[derive(Debug, Clone, Default)]
 struct Diary {
-    told: Vec<Moment>,
+    told: Vec<LoadState>,
     wanted: f64,
 }
 
 impl Feedback for Diary {
-    fn intensity(&self, now: &Moment) -> f64 {
+    fn intensity(&self, now: &LoadState) -> f64 {
         // no step begins before the last one that was accepted
         assert!(now.time >= self.told.last().map_or(0.0, |last| last.time));
         if self.told.len() > 40 {
@@ -233,7 +225,7 @@ impl Feedback for Diary {
         17.0
     }
 
-    fn accepted(&mut self, now: &Moment) {
+    fn accepted(&mut self, now: &LoadState) {
         self.told.push(*now);
     }
 }
@@ -246,7 +238,7 @@ fn a_model_may_remember() {
         wanted: 60.0,
         ..Diary::default()
     };
-    let mut motion = Motion::new(body(), Drive::feedback(diary), Scheme::TrBdf2).unwrap();
+    let mut motion = Motion::new(body(), Load::feedback(diary), Scheme::TrBdf2).unwrap();
     let tolerance = Tolerance::uniform(1e-4);
     let steps = TimeStep::Adaptive(tolerance);
     motion.run(steps, &[Stop::Steps(38)]).unwrap();
@@ -266,18 +258,15 @@ fn what_a_feedback_cannot_be() {
         Scheme::ImplicitSplitting2,
         Scheme::Splitting6,
     ] {
-        let refused = Motion::new(body(), Drive::feedback(outlet), scheme).err();
+        let refused = Motion::new(body(), Load::feedback(outlet), scheme).err();
         assert_eq!(refused, Some(ImplicitError::SplitFeedback));
     }
-    let hole = |now: &Moment| if now.time > 0.25 { f64::NAN } else { 17.0 };
-    for scheme in IMPLICIT.into_iter().chain([Scheme::RungeKutta4]) {
-        let mut motion = Motion::new(body(), Drive::feedback(hole), scheme).unwrap();
+    let hole = |now: &LoadState| if now.time > 0.25 { f64::NAN } else { 17.0 };
+    for scheme in IMPLICIT {
+        let mut motion = Motion::new(body(), Load::feedback(hole), scheme).unwrap();
         let run = motion.run(TimeStep::Fixed(0.1), &[Stop::Time(1.0)]);
         let time = motion.time();
-        assert!(
-            matches!(run, Err(ImplicitError::BadDrive { .. })),
-            "{run:?}"
-        );
+        assert!(matches!(run, Err(ImplicitError::BadLoad { .. })), "{run:?}");
         assert!((time - 0.2).abs() < 1e-12, "the state before the step");
     }
 }

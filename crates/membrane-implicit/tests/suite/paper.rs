@@ -133,13 +133,11 @@ fn steps_equal_the_block_system_of_eq_28() {
                     membrane =
                         membrane.with_second_neighbours(Stiffness::constant(lambda_2).unwrap());
                 }
-                let options = EvolvingOptions {
-                    max_steps: 4,
-                    damping: 0.7,
-                    dt,
-                    jacobian,
-                    ..Default::default()
-                };
+                let options = EvolvingOptions::default()
+                    .with_max_steps(4)
+                    .with_damping(0.7)
+                    .with_dt(dt)
+                    .with_jacobian(jacobian);
                 // four steps do not settle: the error has the evolution
                 let Err(ImplicitError::NotSettled { evolution: ours }) =
                     evolve(&membrane, n_nodes, TOTAL_FORCE, &options)
@@ -215,12 +213,10 @@ fn small_steps_show_the_wave() {
 
 #[test]
 fn rank_one_part_makes_large_steps_quadratic() {
-    let options = EvolvingOptions {
-        tolerance: 1e-9,
-        ..Default::default()
-    }
-    .with_dt(1e5)
-    .with_jacobian(Jacobian::Exact);
+    let options = EvolvingOptions::default()
+        .with_tolerance(1e-9)
+        .with_dt(1e5)
+        .with_jacobian(Jacobian::Exact);
     let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
     println!("{:?}", run.norms);
     assert!(run.steps <= 5, "{:?}", run.norms);
@@ -231,20 +227,6 @@ fn rank_one_part_makes_large_steps_quadratic() {
             "{:?}",
             run.norms
         );
-    }
-}
-
-#[test]
-fn differences_refreshed_every_ten_steps_settle_in_the_same_place() {
-    let exact = evolve(&balloon(), 201, TOTAL_FORCE, &EvolvingOptions::default()).unwrap();
-    for refresh_every in [1, 3, 10] {
-        let options =
-            EvolvingOptions::default().with_jacobian(Jacobian::Differences { refresh_every });
-        let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
-        println!("every {refresh_every}: {:?}", run.norms);
-        assert_eq!(run.work.factorisations, run.steps.div_ceil(refresh_every));
-        // both within the tolerance of the same equilibrium
-        assert!(run.distance_to(&exact.points).unwrap() < 1e-4);
     }
 }
 
@@ -304,10 +286,7 @@ fn frames_carry_forces_that_balance_at_the_end() {
 
 #[test]
 fn a_run_that_does_not_settle_is_an_error() {
-    let options = EvolvingOptions {
-        max_steps: 3,
-        ..Default::default()
-    };
+    let options = EvolvingOptions::default().with_max_steps(3);
     let error = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap_err();
     let ImplicitError::NotSettled { evolution: run } = &error else {
         panic!("{error}")

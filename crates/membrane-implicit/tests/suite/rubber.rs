@@ -1,6 +1,12 @@
-//! Rubber in motion: energy to rounding, order two, equilibria and vibrations known from elsewhere.
+//! Rubber in motion: energy to rounding, order two, equilibria and vibrations known from elsewhere, events and dense output.
 
-use membrane_implicit::{Drive, ImplicitError, Membrane, MovingMembrane, RestShape, RubberMotion};
+use crate::common;
+
+use common::apart;
+use membrane_implicit::{
+    Body, ImplicitError, Load, LoadState, Membrane, Motion, RestShape, Scheme, Stop, TimeStep,
+    Tolerance,
+};
 use membrane_newton::{
     Control, Discretisation, MembraneError, NewtonOptions, Rubber, Solver, StrainEnergy, Thickness,
 };
@@ -16,6 +22,14 @@ fn balloon() -> Membrane {
     )
 }
 
+fn body(nodes: usize) -> Body {
+    Body::rubber(&balloon(), nodes, 1.0).unwrap()
+}
+
+fn motion(body: Body, load: Load) -> Motion {
+    Motion::new(body, load, Scheme::Midpoint).unwrap()
+}
+
 /// A sudden pressure, long and short steps, three rubbers, with and without damping: what the pressure has done is somewhere.
 #[test]
 fn energy_adds_up_to_rounding_for_any_step() {
@@ -26,13 +40,9 @@ fn energy_adds_up_to_rounding_for_any_step() {
     ] {
         for (dt, damping) in [(0.3, 0.0), (0.05, 0.0), (0.1, 0.5)] {
             let membrane = of(RestShape::balloon(8.5, 1.75).unwrap(), energy.clone());
-            let motion = RubberMotion::new(
-                &membrane,
-                41,
-                1.0,
-                Drive::intensity(|t| 0.15 * (t / 3.0).min(1.0)),
-            );
-            let mut motion = motion.unwrap().with_damping(damping).unwrap();
+            let body = Body::rubber(&membrane, 41, 1.0).unwrap();
+            let body = body.with_damping(damping).unwrap();
+            let mut motion = motion(body, Load::intensity(|t| 0.15 * (t / 3.0).min(1.0)));
             for _ in 0..100 {
                 motion.step(dt).unwrap();
                 let e = motion.energy();
@@ -49,23 +59,93 @@ fn energy_adds_up_to_rounding_for_any_step() {
     }
 }
 
+/// The classical Runge-Kutta scheme on m c'' = F_e + p dV/dc, written from the forces alone.
+fn reference(end: f64, steps: usize, pressure: fn(f64) -> f64) -> Vec<[f64; 2]> {
+    use membrane_implicit::DiscreteMembrane;
+    use membrane_implicit::membrane_newton::membrane_forces::FiniteDifferences;
+    let forces = FiniteDifferences::new(&balloon(), 21).unwrap();
+    let n = forces.start().len();
+    let mut mass = vec![0.0; n];
+    forces.momentum_into(&vec![1.0; n], &mut mass).unwrap();
+    let slope = |time: f64, state: &[f64]| {
+        let (c, v) = state.split_at(n);
+        let (mut elastic, mut push) = (vec![0.0; n], vec![0.0; n]);
+        forces.elastic_force_into(c, &mut elastic);
+        forces
+            .pressure_force_into(c, pressure(time), &mut push)
+            .unwrap();
+        let mut out = v.to_vec();
+        out.extend((0..n).map(|i| (elastic[i] + push[i]) / mass[i]));
+        out
+    };
+    let mut state = forces.start().to_vec();
+    state.resize(2 * n, 0.0);
+    let dt = end / steps as f64;
+    let moved = |state: &[f64], slope: &[f64], by: f64| -> Vec<f64> {
+        state.iter().zip(slope).map(|(x, k)| x + by * k).collect()
+    };
+    for step in 0..steps {
+        let time = step as f64 * dt;
+        let k1 = slope(time, &state);
+        let k2 = slope(time + 0.5 * dt, &moved(&state, &k1, 0.5 * dt));
+        let k3 = slope(time + 0.5 * dt, &moved(&state, &k2, 0.5 * dt));
+        let k4 = slope(time + dt, &moved(&state, &k3, dt));
+        for i in 0..2 * n {
+            state[i] += dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
+        }
+    }
+    state[..n].as_chunks().0.to_vec()
+}
+
+fn swell(t: f64) -> f64 {
+    0.15 * (1.0 - t.cos())
+}
+
 #[test]
 fn the_scheme_is_of_order_two() {
-    let reached = |steps: usize| {
-        let drive = Drive::intensity(|t: f64| 0.15 * (1.0 - t.cos()));
-        let mut motion = RubberMotion::new(&balloon(), 21, 1.0, drive).unwrap();
-        for _ in 0..steps {
-            motion.step(2.0 / steps as f64).unwrap();
-        }
-        motion.points()[10]
-    };
-    let exact = reached(1280);
-    let off = |steps| {
-        let there = reached(steps);
-        (there[0] - exact[0]).hypot(there[1] - exact[1])
+    let exact = reference(2.0, 4000, swell);
+    let off = |steps: u32| {
+        let mut motion = motion(body(21), Load::intensity(swell));
+        let dt = TimeStep::Fixed(2.0 / f64::from(steps));
+        motion.run(dt, &[Stop::Time(2.0)]).unwrap();
+        apart(motion.state().points, &exact)
     };
     let order = (off(80) / off(160)).log2();
     assert!((order - 2.0).abs() < 0.1, "{order}");
+}
+
+/// Adaptive steps, their dense output and events, against a Runge-Kutta scheme of order 4 with steps a hundred times smaller.
+#[test]
+fn adaptive_steps_events_and_dense_output_are_those_of_springs() {
+    let exact = reference(2.0, 4000, swell);
+    let mut errors = Vec::new();
+    for tolerance in [1e-3, 1e-5] {
+        let mut motion = motion(body(21), Load::intensity(swell));
+        let steps = TimeStep::Adaptive(Tolerance::uniform(tolerance));
+        motion.run(steps, &[Stop::Time(1.995)]).unwrap();
+        motion.step(0.01).unwrap();
+        let (mut points, mut velocities) = (exact.clone(), exact.clone());
+        motion.at_into(2.0, &mut points, &mut velocities).unwrap();
+        errors.push(apart(&points, &exact));
+        println!(
+            "{tolerance:e}: {:e} cm, {:?}",
+            errors[errors.len() - 1],
+            motion.work()
+        );
+    }
+    // the tolerance is that of one step; those of some hundred add up
+    assert!(errors[0] < 2e-2 && errors[1] < 2e-4, "{errors:?}");
+    let mut motion = motion(body(21), Load::intensity(|t| 0.05 * t));
+    let value = 1.05 * motion.state().volume();
+    let stops = [Stop::Time(20.0), Stop::Volume(value)];
+    assert_eq!(motion.run(TimeStep::Fixed(0.1), &stops), Ok(1));
+    assert!((motion.state().volume() / value - 1.0).abs() < 1e-10);
+    // closed there, it keeps the volume
+    motion.set_load(Load::volume(move |_| value)).unwrap();
+    motion
+        .run(TimeStep::Fixed(0.1), &[Stop::Steps(10)])
+        .unwrap();
+    assert!((motion.state().volume() / value - 1.0).abs() < 1e-10);
 }
 
 /// Filled slowly and damped it ends in the equilibrium of that volume.
@@ -73,29 +153,45 @@ fn the_scheme_is_of_order_two() {
 fn a_filled_balloon_ends_in_equilibrium() {
     let rest = 93.0;
     let inflow = move |t: f64| 0.3 * rest * (1.0 - (-(t / 10.0).powi(2)).exp());
-    let mut motion = RubberMotion::filled(&balloon(), 41, 1.0, inflow)
-        .unwrap()
-        .with_damping(1.0)
+    let body = body(41).with_damping(1.0).unwrap();
+    let (start, load) = (body.start_volume(), Load::inflow(&body, inflow));
+    let mut motion = motion(body, load);
+    motion
+        .run_with(TimeStep::Fixed(0.25), &[Stop::Steps(1200)], |motion| {
+            let wanted = start + inflow(motion.time());
+            assert!((motion.state().volume() / wanted - 1.0).abs() < 1e-11);
+        })
         .unwrap();
-    for _ in 0..1200 {
-        motion.step(0.25).unwrap();
-        let wanted = motion.start_volume() + inflow(motion.time());
-        assert!((motion.volume() / wanted - 1.0).abs() < 1e-11);
-    }
     let solver = Solver::new(&balloon(), Discretisation::FiniteDifferences { nodes: 41 }).unwrap();
-    let still = solver
-        .solve(Control::Volume(motion.volume()), &NewtonOptions::default())
-        .unwrap();
+    let (volume, pressure) = (motion.state().volume(), motion.state().intensity);
+    let still = solver.solve(Control::Volume(volume), &NewtonOptions::default());
+    let still = still.unwrap();
     assert!(
-        (motion.pressure() / still.intensity - 1.0).abs() < 1e-6,
-        "{} {}",
-        motion.pressure(),
+        (pressure / still.intensity - 1.0).abs() < 1e-6,
+        "{pressure} {}",
         still.intensity
     );
-    for (a, b) in motion.points().iter().zip(still.points()) {
-        // What is left of the slowest mode: 7e-6 after half of the time, 4e-8 after all of it, whatever the step.
-        assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-6);
-    }
+    // What is left of the slowest mode: 7e-6 after half of the time, 4e-8 after all of it, whatever the step.
+    let off = apart(motion.state().points, &still.points());
+    assert!(off < 1e-6, "{off:e}");
+}
+
+/// Under a pressure that answers to the volume and damped it ends where both meet.
+#[test]
+fn a_balloon_under_feedback_ends_in_equilibrium() {
+    let answer = |now: &LoadState| 0.1 - 1e-3 * (now.volume - 93.0) - 1e-4 * now.volume_rate;
+    let body = body(21).with_damping(1.0).unwrap();
+    let mut motion = motion(body, Load::feedback(answer));
+    motion
+        .run(TimeStep::Fixed(0.25), &[Stop::Steps(1200)])
+        .unwrap();
+    let solver = Solver::new(&balloon(), Discretisation::FiniteDifferences { nodes: 21 }).unwrap();
+    let volume = motion.state().volume();
+    let still = solver.solve(Control::Volume(volume), &NewtonOptions::default());
+    let pressure = 0.1 - 1e-3 * (volume - 93.0);
+    assert!((still.unwrap().intensity / pressure - 1.0).abs() < 1e-5);
+    let energy = motion.energy();
+    assert!(energy.imbalance().abs() < 1e-8 * energy.pressure_work);
 }
 
 /// Let go beside an equilibrium it swings with the period of the lowest eigenvalue of its stability.
@@ -107,26 +203,16 @@ fn vibrations_have_the_frequency_of_the_stability() {
         .solve(Control::Load(p), &NewtonOptions::default())
         .unwrap();
     let omega = still.stability().unwrap().at_pressure.lowest.sqrt();
-    // settled under p, then a little more pressure for a moment of the lowest mode's period
-    let drive = Drive::intensity(move |t| {
-        if t < 200.0 {
-            p * (t / 100.0).min(1.0)
-        } else {
-            1.0001 * p
-        }
-    });
-    let mut motion = RubberMotion::new(&balloon(), nodes, 1.0, drive)
-        .unwrap()
-        .with_damping(0.5)
+    // from the equilibrium, under a little more pressure
+    let load = Load::intensity(move |_| 1.0001 * p);
+    let (half, still) = (nodes.div_ceil(2), still.points());
+    let mut motion = motion(body(nodes), load)
+        .with_state(0.0, &still[..half], &vec![[0.0; 2]; half])
         .unwrap();
-    while motion.time() < 200.0 - 1e-9 {
-        motion.step(0.5).unwrap();
-    }
-    let mut motion = motion.with_damping(0.0).unwrap();
     let (mut volumes, dt) = (Vec::new(), 0.02 / omega);
     for _ in 0..4000 {
         motion.step(dt).unwrap();
-        volumes.push(motion.volume());
+        volumes.push(motion.state().volume());
     }
     // the projection on a frequency is largest at the lowest one, which the pressure drives most
     let mean = volumes.iter().sum::<f64>() / volumes.len() as f64;
@@ -152,30 +238,36 @@ fn vibrations_have_the_frequency_of_the_stability() {
 }
 
 #[test]
-fn what_does_not_move_so_is_refused() {
+fn loads_schemes_and_bodies_of_the_other_material_are_errors() {
     let springs = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
-    let pressure = || Drive::intensity(|_| 0.1);
-    let refused = RubberMotion::new(&springs, 21, 1.0, pressure());
-    assert!(matches!(
-        refused,
-        Err(ImplicitError::Membrane {
-            error: MembraneError::OtherMaterial { .. },
-            ..
-        })
-    ));
-    let refused = MovingMembrane::new(&balloon(), 21);
-    assert!(matches!(
-        refused,
-        Err(ImplicitError::Membrane {
-            error: MembraneError::OtherMaterial { .. },
-            ..
-        })
-    ));
-    let total = RubberMotion::new(&balloon(), 21, 1.0, Drive::total_force(|_| 1.0));
-    assert_eq!(total.map(drop), Err(ImplicitError::RubberDrive));
-    assert!(RubberMotion::new(&balloon(), 21, 0.0, pressure()).is_err());
-    assert!(RubberMotion::new(&balloon(), 21, 1.0, Drive::volume(|_| 50.0)).is_err());
-    assert!(RubberMotion::new(&balloon(), 21, 1.0, Drive::intensity(|_| f64::NAN)).is_err());
-    let mut motion = RubberMotion::new(&balloon(), 21, 1.0, pressure()).unwrap();
+    for rejected in [
+        Body::rubber(&springs, 21, 1.0),
+        Body::springs(&balloon(), 21),
+    ] {
+        assert!(matches!(
+            rejected,
+            Err(ImplicitError::Membrane {
+                error: MembraneError::OtherMaterial { .. },
+                ..
+            })
+        ));
+    }
+    let made = |load, scheme| Motion::new(body(21), load, scheme).map(drop);
+    let pressure = || Load::intensity(|_| 0.1);
+    let total = made(Load::total_force(|_| 1.0), Scheme::Midpoint);
+    assert_eq!(total, Err(ImplicitError::RubberLoad));
+    for scheme in [
+        Scheme::SemiImplicitEuler,
+        Scheme::TrBdf2,
+        Scheme::ImplicitSplitting2,
+        Scheme::Splitting2,
+        Scheme::Splitting6,
+    ] {
+        assert_eq!(made(pressure(), scheme), Err(ImplicitError::RubberScheme));
+    }
+    assert!(Body::rubber(&balloon(), 21, 0.0).is_err());
+    assert!(made(Load::volume(|_| 50.0), Scheme::Midpoint).is_err());
+    assert!(made(Load::intensity(|_| f64::NAN), Scheme::Midpoint).is_err());
+    let mut motion = motion(body(21), pressure());
     assert!(motion.step(-1.0).is_err() && motion.step(f64::NAN).is_err());
 }

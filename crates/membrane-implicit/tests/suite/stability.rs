@@ -10,8 +10,8 @@ use std::error::Error;
 use common::balloon;
 use membrane_implicit::membrane_newton::NewtonError;
 use membrane_implicit::{
-    Drive, ImplicitError, Membrane, MembraneError, Motion, MovingMembrane, PressureLaw, RestShape,
-    Scheme, Stiffness, Stop, TimeStep,
+    Body, ImplicitError, Load, Membrane, MembraneError, Motion, PressureLaw, RestShape, Scheme,
+    Stiffness, Stop, TimeStep,
 };
 
 fn long_run() -> usize {
@@ -21,12 +21,7 @@ fn long_run() -> usize {
         .unwrap_or(2_000)
 }
 
-const IMPLICIT: [Scheme; 4] = [
-    Scheme::SemiImplicitEuler,
-    Scheme::BackwardEuler,
-    Scheme::Trapezoidal,
-    Scheme::TrBdf2,
-];
+const IMPLICIT: [Scheme; 3] = [Scheme::SemiImplicitEuler, Scheme::Midpoint, Scheme::TrBdf2];
 
 #[test]
 fn any_step_stiffness_and_damping_stays_finite() {
@@ -35,14 +30,14 @@ fn any_step_stiffness_and_damping_stays_finite() {
             for mu in [0.0, 1.0, 1e6] {
                 for multiple in [1.0, 1e3, 1e6] {
                     let membrane = balloon().with_stiffness(Stiffness::constant(lambda).unwrap());
-                    let body = MovingMembrane::new(&membrane, 21)
+                    let body = Body::springs(&membrane, 21)
                         .unwrap()
                         .with_damping(mu)
                         .unwrap();
                     let dt = multiple * body.largest_explicit_step();
                     let load = 17.5 * lambda;
                     let mut motion =
-                        Motion::new(body, Drive::intensity(move |_| load), scheme).unwrap();
+                        Motion::new(body, Load::intensity(move |_| load), scheme).unwrap();
                     for step in 0..long_run() {
                         if let Err(error) = motion.step(dt) {
                             panic!(
@@ -69,15 +64,15 @@ fn any_step_stiffness_and_damping_stays_finite() {
 
 #[test]
 fn midpoint_rules_keep_the_energy_of_the_linear_membrane() {
-    let schemes = [Scheme::Trapezoidal, Scheme::ImplicitSplitting2];
+    let schemes = [Scheme::Midpoint, Scheme::ImplicitSplitting2];
     for (lambda, scheme) in schemes.iter().flat_map(|s| [(1.0, *s), (1e12, *s)]) {
         for multiple in [0.1, 10.0, 1e6] {
             let membrane = balloon()
                 .with_stiffness(Stiffness::constant(lambda).unwrap())
                 .with_second_neighbours(Stiffness::constant(0.1 * lambda).unwrap());
-            let body = MovingMembrane::new(&membrane, 41).unwrap();
+            let body = Body::springs(&membrane, 41).unwrap();
             let dt = multiple * body.largest_explicit_step();
-            let mut motion = Motion::new(body, Drive::intensity(|_| 0.0), scheme).unwrap();
+            let mut motion = Motion::new(body, Load::intensity(|_| 0.0), scheme).unwrap();
             let points: Vec<[f64; 2]> = motion
                 .state()
                 .points
@@ -116,29 +111,6 @@ fn midpoint_rules_keep_the_energy_of_the_linear_membrane() {
     }
 }
 
-#[test]
-fn forward_euler_is_stable_up_to_its_step_and_not_beyond() {
-    let run = |multiple: f64| {
-        // mu / k = 50 / 40 000: past it the stiffest mode grows by mu^2 / 2k = 3 % of the excess
-        // a step, below it every mode decays
-        let body = MovingMembrane::new(&balloon(), 101)
-            .unwrap()
-            .with_damping(50.0)
-            .unwrap();
-        let dt = multiple * body.forward_euler_step();
-        let mut motion =
-            Motion::new(body, Drive::intensity(|_| 17.5), Scheme::ForwardEuler).unwrap();
-        let result = motion.run(TimeStep::Fixed(dt), &[Stop::Steps(20_000)]);
-        let velocities = motion.state().velocities.as_flattened();
-        result.map(|_| velocities.iter().fold(0.0, |m: f64, v| m.max(v.abs())))
-    };
-    assert!(run(0.98).unwrap() < 1.0);
-    match run(1.1) {
-        Ok(speed) => assert!(speed > 1e6, "{speed}"),
-        Err(error) => assert!(matches!(error, ImplicitError::Unstable { .. }), "{error}"),
-    }
-}
-
 /// Explicit schemes far beyond their step run away. Whatever a step returns `Ok` for can be measured: volume, flow, energy
 /// and norms are numbers; then an error says which step, from when, and what ran away, and the state before it stays.
 #[test]
@@ -148,20 +120,15 @@ fn what_runs_away_says_so_in_time() {
         PressureLaw::TotalForce,
         PressureLaw::PerCurrentLength,
     ];
-    let schemes = [
-        Scheme::ForwardEuler,
-        Scheme::RungeKutta4,
-        Scheme::Splitting2,
-        Scheme::Splitting6,
-    ];
+    let schemes = [Scheme::Splitting2, Scheme::Splitting6];
     for (law, scheme) in laws.iter().flat_map(|law| schemes.map(|s| (*law, s))) {
         for dt in [0.1, 1.0, 1e10, 1e60, 1e100, 1e300] {
-            let body = MovingMembrane::new(&balloon().with_law(law), 51).unwrap();
-            let drive = match law {
-                PressureLaw::TotalForce => Drive::total_force(|_| 2000.0),
-                _ => Drive::intensity(|_| 17.5),
+            let body = Body::springs(&balloon().with_law(law), 51).unwrap();
+            let load = match law {
+                PressureLaw::TotalForce => Load::total_force(|_| 2000.0),
+                _ => Load::intensity(|_| 17.5),
             };
-            let mut motion = Motion::new(body, drive, scheme).unwrap();
+            let mut motion = Motion::new(body, load, scheme).unwrap();
             let case = format!("{law:?} {scheme:?} {dt:e}");
             let mut ran_away = None;
             for step in 1..5000 {
@@ -224,7 +191,7 @@ fn what_runs_away_says_so_in_time() {
 #[test]
 fn too_large_to_move() {
     let huge = Membrane::new(RestShape::balloon(1e101, 1e101).unwrap());
-    let refused = MovingMembrane::new(&huge, 11).err();
+    let refused = Body::springs(&huge, 11).err();
     assert!(matches!(
         refused,
         Some(ImplicitError::OutOfRange { most: 1e100, .. })
@@ -243,7 +210,7 @@ fn too_large_to_move() {
 /// What led to an error is its source, and the chain says each thing once.
 #[test]
 fn causes_are_reachable_and_said_once() {
-    let few = MovingMembrane::new(&balloon(), 2).unwrap_err();
+    let few = Body::springs(&balloon(), 2).unwrap_err();
     let source = few.source().and_then(|source| source.downcast_ref());
     let (what, given, least) = ("nodes", 2, 3);
     let expected = MembraneError::TooFew { what, given, least };

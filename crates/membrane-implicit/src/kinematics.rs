@@ -2,13 +2,13 @@
 
 use membrane_newton::{DiscreteMembrane, Measure, dot_in_eight as dot};
 
-use crate::body::{MovingMembrane, hold_ends};
+use crate::body::{Body, LoadState};
 use crate::error::ImplicitError;
 use crate::work::Work;
 
 /// Position, velocity and acceleration at one instant, flat.
 #[derive(Debug, Clone)]
-pub(crate) struct Instant {
+pub(crate) struct Kinematics {
     pub(crate) time: f64,
     pub(crate) nodes: Vec<f64>,
     pub(crate) velocity: Vec<f64>,
@@ -16,59 +16,59 @@ pub(crate) struct Instant {
     /// Pressure force.
     pub(crate) pressure: Vec<f64>,
     pub(crate) intensity: f64,
-    /// Power of the pressure force, and |v|^2, both integrated over s.
-    pub(crate) pressure_power: f64,
-    pub(crate) speed_squared: f64,
 }
 
 /// What every way to make a step needs.
 pub(crate) struct Step<'a> {
-    pub(crate) body: &'a MovingMembrane,
-    /// Stage 0 is the present.
-    pub(crate) instants: &'a mut [Instant],
+    pub(crate) body: &'a Body,
+    /// The present comes first, the end of the step last.
+    pub(crate) stages: &'a mut [Kinematics],
     pub(crate) dt: f64,
     pub(crate) work: &'a mut Work,
 }
 
-impl Instant {
-    /// Enclosed volume, cm^3.
-    pub(crate) fn volume(&self) -> f64 {
-        Measure::Volume.of(self.nodes.as_chunks().0)
+impl Kinematics {
+    /// At rest at the start.
+    pub(crate) fn at_rest(body: &Body) -> Self {
+        let nodes = body.discrete.start().to_vec();
+        let zero = || vec![0.0; nodes.len()];
+        Self {
+            time: 0.0,
+            velocity: zero(),
+            acceleration: zero(),
+            pressure: zero(),
+            intensity: 0.0,
+            nodes,
+        }
+    }
+
+    /// The state as a load sees it.
+    pub(crate) fn load_state(&self, body: &Body) -> LoadState {
+        body.load_state(self.time, &self.nodes, &self.velocity)
     }
 
     /// Forces and acceleration at this state under `intensity`.
-    pub(crate) fn respond(
-        &mut self,
-        body: &MovingMembrane,
-        intensity: f64,
-    ) -> Result<(), ImplicitError> {
+    pub(crate) fn respond(&mut self, body: &Body, intensity: f64) -> Result<(), ImplicitError> {
         let (time, given) = (self.time, intensity);
         if !intensity.is_finite() {
-            return Err(ImplicitError::BadDrive { time, given });
+            return Err(ImplicitError::BadLoad { time, given });
         }
         self.intensity = intensity;
         body.pressure_into(time, &self.nodes, intensity, &mut self.pressure)?;
-        body.differences
+        body.discrete
             .elastic_force_into(&self.nodes, &mut self.acceleration);
-        let (inverse_mass, mu) = (1.0 / body.mass, body.damping);
-        let pressures = self.pressure.iter().zip(&self.velocity);
-        for (a, (p, v)) in self.acceleration.iter_mut().zip(pressures) {
-            *a = (*a + p - mu * v) * inverse_mass;
+        let (inverse_mass, mu) = (1.0 / body.mass, body.friction());
+        let forces = self.pressure.iter().zip(&self.velocity);
+        let nodes = self.acceleration.iter_mut().zip(&body.volumes);
+        for ((a, volume), (p, v)) in nodes.zip(forces) {
+            *a = ((*a + p) / volume - mu * v) * inverse_mass;
         }
-        hold_ends(&mut self.acceleration);
-        self.measure(body.differences.ds());
+        body.hold(&mut self.acceleration);
         Ok(())
     }
 
-    /// Gradient of the enclosed volume by the nodes that move.
-    pub(crate) fn volume_gradient(&self) -> Vec<f64> {
-        let mut gradient = volume_gradient(&self.nodes);
-        hold_ends(&mut gradient);
-        gradient
-    }
-
     /// v . H v of the volume, by a difference of its gradient along v.
-    pub(crate) fn volume_curvature(&self) -> f64 {
+    pub(crate) fn volume_curvature(&self, body: &Body) -> f64 {
         let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let speed = largest(&self.velocity);
         if speed == 0.0 {
@@ -78,20 +78,17 @@ impl Instant {
         let slope = |sign: f64| {
             let moved = self.nodes.iter().zip(&self.velocity);
             let moved: Vec<f64> = moved.map(|(x, v)| x + sign * step * v).collect();
-            dot(&volume_gradient(&moved), &self.velocity)
+            dot(&volume_gradient(body, &moved), &self.velocity)
         };
         (slope(1.0) - slope(-1.0)) / (2.0 * step)
     }
-
-    pub(crate) fn measure(&mut self, ds: f64) {
-        self.pressure_power = ds * dot(&self.pressure, &self.velocity);
-        self.speed_squared = ds * dot(&self.velocity, &self.velocity);
-    }
 }
 
-pub(crate) fn volume_gradient(nodes: &[f64]) -> Vec<f64> {
+/// Gradient of the enclosed volume.
+pub(crate) fn volume_gradient(body: &Body, nodes: &[f64]) -> Vec<f64> {
     let mut gradient = vec![0.0; nodes.len()];
-    Measure::Volume.gradient_into(nodes.as_chunks().0, gradient.as_chunks_mut().0);
+    body.discrete
+        .measure_gradient_into(Measure::Volume, nodes, &mut gradient);
     gradient
 }
 
@@ -105,13 +102,13 @@ pub(crate) fn slope(to: &[f64], from: &[f64], h: f64, out: &mut [f64]) {
 
 /// `positions`, `velocities` += dt sum a_j (v_j, a_j).
 pub(crate) fn add_slopes(
-    before: &[Instant],
+    stages: &[Kinematics],
     a: &[f64],
     dt: f64,
     positions: &mut [f64],
     velocities: &mut [f64],
 ) {
-    for (instant, a) in before.iter().zip(a) {
+    for (stage, a) in stages.iter().zip(a) {
         if *a != 0.0 {
             let a = dt * a;
             let axpy = |out: &mut [f64], slope: &[f64]| {
@@ -119,8 +116,8 @@ pub(crate) fn add_slopes(
                     .zip(slope)
                     .for_each(|(out, slope)| *out += a * slope);
             };
-            axpy(positions, &instant.velocity);
-            axpy(velocities, &instant.acceleration);
+            axpy(positions, &stage.velocity);
+            axpy(velocities, &stage.acceleration);
         }
     }
 }

@@ -1,17 +1,16 @@
 //! One linear solve about the start of the step.
 
-use crate::body::MovingMembrane;
-use crate::drive::Moment;
+use crate::body::Body;
+use crate::constraint::{Answer, Constraint};
+use crate::energy::Ledger;
 use crate::error::ImplicitError;
-use crate::instant::{Step, slope};
-use crate::scheme::Jacobian;
-use crate::stage::{Equation, Stage};
-use crate::target::{Answer, Target};
+use crate::kinematics::{Step, slope};
+use crate::method::stage::{Equation, Stage};
 
 /// Workspace of a step that is linearised about its start.
 #[derive(Debug, Clone)]
-pub(super) struct Linearised {
-    pub(super) stage: Stage,
+pub(crate) struct Linearised {
+    pub(crate) stage: Stage,
     /// The velocity, in which the pressure grows beside it.
     growing: Vec<f64>,
     /// The stage's matrix times that.
@@ -21,8 +20,8 @@ pub(super) struct Linearised {
 }
 
 impl Linearised {
-    pub(super) fn new(body: &MovingMembrane) -> Self {
-        let zero = vec![0.0; 2 * body.n_nodes()];
+    pub(crate) fn new(body: &Body) -> Self {
+        let zero = vec![0.0; body.volumes.len()];
         Self {
             stage: Stage::new(body),
             growing: zero.clone(),
@@ -31,47 +30,54 @@ impl Linearised {
         }
     }
 
-    pub(super) fn step(
+    /// One linear solve about the start; returns the account of the step.
+    pub(crate) fn step(
         &mut self,
         step: Step<'_>,
-        prescribed: Target<'_>,
-    ) -> Result<(), ImplicitError> {
-        let Step { body, dt, work, .. } = step;
-        let (now, new) = step.instants.split_at_mut(1);
+        prescribed: Constraint<'_>,
+    ) -> Result<Ledger, ImplicitError> {
+        let Step {
+            body,
+            stages,
+            dt,
+            work,
+        } = step;
+        let (now, new) = stages.split_at_mut(1);
         let (now, new) = (&now[0], &mut new[0]);
         let stage = &mut self.stage;
-        let refresh = match stage.jacobian {
-            Jacobian::Differences { refresh_every } => work.steps.is_multiple_of(refresh_every),
-            Jacobian::Exact | Jacobian::Band => true,
-        };
         let (time, end) = (now.time, now.time + dt);
+        let start = (&*now.nodes, &*now.velocity);
         // A feedback is linearised about the start of the step too.
-        let target = match prescribed {
-            Target::Feedback(drive) => {
-                let at = Moment::of(end, &now.nodes, &now.velocity);
-                Target::Answer(Answer::about(drive, at, body.length, dt)?)
+        let constraint = match prescribed {
+            Constraint::Feedback(load) => {
+                let at = body.load_state(end, &now.nodes, &now.velocity);
+                Constraint::Answer(Answer::about(load, at, body.length, dt)?)
             }
-            known => known,
+            Constraint::Intensity(_)
+            | Constraint::TotalForce(_)
+            | Constraint::Volume(_)
+            | Constraint::Answer(_) => prescribed,
         };
         let eq = Equation {
             body,
-            target,
+            constraint,
             time,
             end,
             dt,
             h: dt,
+            reach: dt,
+            secant: None,
         };
         new.time = end;
         new.nodes.copy_from_slice(&now.nodes);
         new.velocity.fill(0.0);
-        let intensity = target.intensity(end, &now.nodes, &now.velocity, now.intensity)?;
+        let intensity = constraint.intensity(body, end, start, now.intensity)?;
         new.intensity = intensity;
-        if refresh || !stage.is_factored_for(dt) {
-            stage.linearise(&eq, (&now.nodes, &now.velocity), intensity, work)?;
-        }
+        let rest = (&*now.nodes, &*new.velocity);
+        stage.linearise(&eq, &now.nodes, rest, intensity, work)?;
         stage.iterate(
             &eq,
-            (&now.nodes, &now.velocity),
+            start,
             (&mut new.nodes, &mut new.velocity, &mut new.intensity),
             work,
         )?;
@@ -81,10 +87,17 @@ impl Linearised {
         let growth = new.intensity - intensity;
         self.add_linearised(body, dt, &new.velocity, growth, &mut new.pressure);
         slope(&new.velocity, &now.velocity, dt, &mut new.acceleration);
-        new.measure(body.differences.ds());
         // that of the shape reached
-        new.intensity = prescribed.intensity(end, &new.nodes, &new.velocity, new.intensity)?;
-        Ok(())
+        let state = (&*new.nodes, &*new.velocity);
+        new.intensity = prescribed.intensity(body, end, state, new.intensity)?;
+        let weights = [[0.0; 2], [0.0, 1.0]];
+        Ok(Ledger::of_stages(
+            body,
+            stages,
+            dt,
+            &weights,
+            &mut self.pull,
+        ))
     }
 
     /// `pressure` += h f (dn/dc) w + `growth` n, both as the matrix and its border at hand have
@@ -94,7 +107,7 @@ impl Linearised {
     /// error of the linear solver.
     fn add_linearised(
         &mut self,
-        body: &MovingMembrane,
+        body: &Body,
         h: f64,
         w: &[f64],
         growth: f64,
@@ -105,10 +118,9 @@ impl Linearised {
             let growing = self.growing.iter_mut().zip(w).zip(border.solved());
             growing.for_each(|((growing, w), column)| *growing = w + growth * column);
         }
-        self.stage
-            .matrix
-            .mul_into(&self.growing, &mut self.momentum);
-        body.springs.mul_into(w, &mut self.pull);
+        let matrix = self.stage.matrix();
+        matrix.mul_into(&self.growing, &mut self.momentum);
+        body.stiffness.mul_into(w, &mut self.pull);
         let m_h = body.inertia(h);
         for i in 0..w.len() {
             pressure[i] += (m_h * w[i] - self.momentum[i]) / h - h * self.pull[i];

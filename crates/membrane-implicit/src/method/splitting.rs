@@ -2,27 +2,32 @@
 
 use membrane_newton::{DiscreteMembrane, PentadiagonalLdl, dot_in_eight as dot};
 
-use crate::body::MovingMembrane;
+use crate::body::Body;
+use crate::constraint::Constraint;
 use crate::energy::Ledger;
 use crate::error::ImplicitError;
-use crate::instant::Step;
-use crate::stage::LocalError;
-use crate::target::Target;
+use crate::kinematics::Step;
+use crate::method::stage::LocalError;
 
 /// Kicks v += b dt F / m, with the force at c, between drifts that solve c' = v, m v' = -mu v. Returns the account of the step.
 ///
 /// A kick changes the kinetic energy by b dt F.(v- + v+)/2; a drift changes the elastic energy
 /// by the mean of the elastic forces at its ends, and takes m/2 (|v-|^2 - |v+|^2) for damping.
-pub(super) fn kick_and_drift(
+pub(crate) fn kick_and_drift(
     step: Step<'_>,
     (kicks, drifts): (&[f64], &[f64]),
-    targets: &[Target<'_>],
+    constraints: &[Constraint<'_>],
 ) -> Result<Ledger, ImplicitError> {
-    let Step { body, dt, work, .. } = step;
-    let (now, new) = step.instants.split_at_mut(1);
+    let Step {
+        body,
+        stages,
+        dt,
+        work,
+    } = step;
+    let (now, new) = stages.split_at_mut(1);
     let (now, new) = (&now[0], &mut new[0]);
-    let d = &body.differences;
-    let (m, mu, ds) = (body.mass, body.damping, d.ds());
+    let d = &body.discrete;
+    let (m, mu, ds) = (body.mass, body.friction(), d.ds());
     let mut account = Ledger::default();
     new.time = now.time + dt;
     new.nodes.copy_from_slice(&now.nodes);
@@ -49,7 +54,10 @@ pub(super) fn kick_and_drift(
             }
             reach = drift / decay;
             let held = new.intensity;
-            new.intensity = targets[k - 1].intensity(new.time, &new.nodes, &new.velocity, held)?;
+            new.intensity = {
+                let state = (&*new.nodes, &*new.velocity);
+                constraints[k - 1].intensity(body, new.time, state, held)?
+            };
         }
         d.elastic_force_into(&new.nodes, force);
         if k == 0 {
@@ -76,13 +84,12 @@ pub(super) fn kick_and_drift(
     for (a, (p, v)) in new.acceleration.iter_mut().zip(pressures) {
         *a = (*a + p - mu * v) / m;
     }
-    new.measure(ds);
     Ok(account)
 }
 
 /// Workspace of the splitting whose drift solves for springs, mass and damping.
 #[derive(Debug, Clone)]
-pub(super) struct ImplicitSplitting {
+pub(crate) struct ImplicitSplitting {
     /// (m + h mu) I - h^2 K, factored.
     matrix: PentadiagonalLdl,
     /// h for which it is, NaN before the first time.
@@ -90,7 +97,7 @@ pub(super) struct ImplicitSplitting {
 }
 
 impl ImplicitSplitting {
-    pub(super) fn new(body: &MovingMembrane) -> Self {
+    pub(crate) fn new(body: &Body) -> Self {
         Self {
             matrix: PentadiagonalLdl::new(body.n_nodes() - 2),
             factored: f64::NAN,
@@ -114,23 +121,28 @@ impl ImplicitSplitting {
     /// ```
     ///
     /// The midpoint rule changes kinetic and elastic energy by -dt mu |w|^2 and no more. Returns the account of the step.
-    pub(super) fn kick_and_relax(
+    pub(crate) fn kick_and_relax(
         &mut self,
         step: Step<'_>,
-        target: Target<'_>,
+        constraint: Constraint<'_>,
     ) -> Result<Ledger, ImplicitError> {
-        let Step { body, dt, work, .. } = step;
-        let (now, new) = step.instants.split_at_mut(1);
+        let Step {
+            body,
+            stages,
+            dt,
+            work,
+        } = step;
+        let (now, new) = stages.split_at_mut(1);
         let (now, new) = (&now[0], &mut new[0]);
-        let d = &body.differences;
-        let (m, mu, ds, h) = (body.mass, body.damping, d.ds(), 0.5 * dt);
+        let d = &body.discrete;
+        let (m, mu, ds, h) = (body.mass, body.friction(), d.ds(), 0.5 * dt);
         let (time, diagonal, kick) = (now.time, body.inertia(h), h / m);
         let linear = |error| ImplicitError::Linear { time, dt, error };
         if self.factored != h {
             self.factored = f64::NAN;
             let entry = |i: usize, j: usize| {
                 // x and y have the same springs
-                let k = body.springs.get(2 * i + 2, 2 * j + 2).unwrap_or(0.0);
+                let k = body.stiffness.get(2 * i + 2, 2 * j + 2).unwrap_or(0.0);
                 if i == j {
                     diagonal - h * h * k
                 } else {
@@ -160,7 +172,10 @@ impl ImplicitSplitting {
             *v = 2.0 * *v - (v0 + kick * p);
         }
         new.time = time + dt;
-        new.intensity = target.intensity(new.time, &new.nodes, &new.velocity, now.intensity)?;
+        new.intensity = {
+            let state = (&*new.nodes, &*new.velocity);
+            constraint.intensity(body, new.time, state, now.intensity)?
+        };
         d.elastic_force_into(&new.nodes, &mut new.acceleration);
         body.pressure_into(time, &new.nodes, new.intensity, &mut new.pressure)?;
         work.force_calls += 1;
@@ -170,14 +185,13 @@ impl ImplicitSplitting {
             *v += kick * p;
             *a = (*a + p - mu * *v) * inverse_mass;
         }
-        new.measure(ds);
         let after = dot(&new.pressure, &new.pressure);
-        account.work += h * (new.pressure_power - 0.5 * kick * ds * after);
+        account.work += h * (ds * dot(&new.pressure, &new.velocity) - 0.5 * kick * ds * after);
         Ok(account)
     }
 
     /// Filters the error estimate of a step of length 2 `h` through the matrix.
-    pub(super) fn filter(&self, body: &MovingMembrane, h: f64, error: &mut LocalError) {
+    pub(crate) fn filter(&self, body: &Body, h: f64, error: &mut LocalError) {
         // A step has been made, so that there is something to solve with.
         error.filter(body, h, |v| self.solve(v).unwrap_or(()));
     }

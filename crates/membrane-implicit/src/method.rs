@@ -1,0 +1,7 @@
+//! The ways to make a step.
+
+pub(crate) mod linearised;
+pub(crate) mod midpoint;
+pub(crate) mod splitting;
+pub(crate) mod stage;
+pub(crate) mod tr_bdf2;

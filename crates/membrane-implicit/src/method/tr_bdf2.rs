@@ -1,0 +1,78 @@
+//! TR-BDF2: two stages with the same matrix.
+
+use crate::body::Body;
+use crate::constraint::Constraint;
+use crate::energy::Ledger;
+use crate::error::ImplicitError;
+use crate::kinematics::{Step, add_slopes, slope};
+use crate::method::stage::{Equation, Stage, predict};
+use crate::scheme::TR_BDF2;
+
+/// Workspace of its stages.
+#[derive(Debug, Clone)]
+pub(crate) struct TrBdf2 {
+    pub(crate) stage: Stage,
+    /// c* and v* of the stage being solved: what the stages before it lead to.
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+}
+
+impl TrBdf2 {
+    pub(crate) fn new(body: &Body) -> Self {
+        let zero = vec![0.0; body.volumes.len()];
+        Self {
+            stage: Stage::new(body),
+            positions: zero.clone(),
+            velocities: zero,
+        }
+    }
+
+    /// Solves both stages; returns the account of the step.
+    pub(crate) fn step(
+        &mut self,
+        step: Step<'_>,
+        constraints: &[Constraint<'_>],
+    ) -> Result<Ledger, ImplicitError> {
+        let Step {
+            body,
+            stages,
+            dt,
+            work,
+        } = step;
+        let Self {
+            stage,
+            positions,
+            velocities,
+        } = self;
+        for (index, &constraint) in (1..stages.len()).zip(constraints) {
+            let (before, rest) = stages.split_at_mut(index);
+            let (now, new) = (&before[0], &mut rest[0]);
+            let row = &TR_BDF2[index];
+            positions.copy_from_slice(&now.nodes);
+            velocities.copy_from_slice(&now.velocity);
+            add_slopes(before, row, dt, positions, velocities);
+            let (time, ahead) = (now.time, dt * row.iter().sum::<f64>());
+            let h = dt * row[index];
+            new.time = time + ahead;
+            predict(new, now, positions, (ahead, h), body.length);
+            let held = before[index - 1].intensity;
+            let state = (&*new.nodes, &*new.velocity);
+            new.intensity = constraint.intensity(body, new.time, state, held)?;
+            let eq = Equation {
+                body,
+                constraint,
+                time,
+                end: new.time,
+                dt,
+                h,
+                reach: h,
+                secant: None,
+            };
+            stage.solve(&eq, (positions, velocities), (now, new), work)?;
+            body.pressure_into(time, &new.nodes, new.intensity, &mut new.pressure)?;
+            work.force_calls += 1;
+            slope(&new.velocity, velocities, h, &mut new.acceleration);
+        }
+        Ok(Ledger::of_stages(body, stages, dt, &TR_BDF2, velocities))
+    }
+}

@@ -1,0 +1,416 @@
+//! One membrane carried through time by the steps of a scheme. Nothing is allocated in a step.
+
+use membrane_newton::membrane_forces::Material;
+use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
+
+use crate::body::{Body, FARTHEST};
+use crate::constraint::Constraint;
+use crate::energy::{Energy, Ledger};
+use crate::error::{ImplicitError, length, within};
+use crate::kinematics::{Kinematics, Step, add_slopes, slope, volume_gradient};
+use crate::load::LoadKind;
+use crate::method::linearised::Linearised;
+use crate::method::midpoint::Midpoint;
+use crate::method::splitting::{ImplicitSplitting, kick_and_drift};
+use crate::method::stage::{LocalError, Stage};
+use crate::method::tr_bdf2::TrBdf2;
+use crate::scheme::{Jacobian, Scheme};
+use crate::work::Work;
+
+/// How a step is made, with the workspace for it.
+#[derive(Debug, Clone)]
+enum Method {
+    SemiImplicitEuler(Linearised),
+    TrBdf2(TrBdf2),
+    Midpoint(Midpoint),
+    Splitting,
+    ImplicitSplitting(ImplicitSplitting),
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Mover {
+    pub(crate) body: Body,
+    pub(crate) scheme: Scheme,
+    load: LoadKind,
+    method: Method,
+    /// The present comes first, the end of the attempted step last.
+    stages: Vec<Kinematics>,
+    /// Start of the step that led here; the present, if none did.
+    old: Kinematics,
+    error: LocalError,
+    /// F_e and F_p of the present for [`Mover::norms`].
+    forces: [Vec<f64>; 2],
+    ledger: Ledger,
+    /// Account of the attempted step.
+    pending: Ledger,
+    load_times: Vec<f64>,
+    pub(crate) work: Work,
+}
+
+impl Mover {
+    pub(crate) fn new(body: Body, scheme: Scheme, load: LoadKind) -> Self {
+        let present = Kinematics::at_rest(&body);
+        let n = present.nodes.len();
+        Self {
+            method: match scheme {
+                Scheme::SemiImplicitEuler => Method::SemiImplicitEuler(Linearised::new(&body)),
+                Scheme::TrBdf2 => Method::TrBdf2(TrBdf2::new(&body)),
+                Scheme::Midpoint => Method::Midpoint(Midpoint::new(&body)),
+                Scheme::Splitting2 | Scheme::Splitting6 => Method::Splitting,
+                Scheme::ImplicitSplitting2 => {
+                    Method::ImplicitSplitting(ImplicitSplitting::new(&body))
+                }
+            },
+            load_times: scheme.load_times(load),
+            scheme,
+            load,
+            stages: vec![present.clone(); scheme.stages()],
+            old: present,
+            error: LocalError::new(n),
+            forces: [vec![0.0; n], vec![0.0; n]],
+            ledger: Ledger::default(),
+            pending: Ledger::default(),
+            work: Work::default(),
+            body,
+        }
+    }
+
+    /// Another load from the present on; no step led here under it.
+    pub(crate) fn set_load(&mut self, load: LoadKind) {
+        self.load = load;
+        self.load_times = self.scheme.load_times(load);
+        self.old.clone_from(&self.stages[0]);
+        self.forget();
+    }
+
+    pub(crate) fn set_jacobian(&mut self, jacobian: Jacobian) {
+        if let Some(stage) = self.stage() {
+            stage.jacobian = jacobian;
+        }
+        self.forget();
+    }
+
+    /// The stages that are solved for, if the scheme has any.
+    fn stage(&mut self) -> Option<&mut Stage> {
+        match &mut self.method {
+            Method::SemiImplicitEuler(method) => Some(&mut method.stage),
+            Method::TrBdf2(method) => Some(&mut method.stage),
+            Method::Midpoint(method) => Some(&mut method.stage),
+            Method::Splitting | Method::ImplicitSplitting(_) => None,
+        }
+    }
+
+    fn forget(&mut self) {
+        self.stage().into_iter().for_each(Stage::forget);
+    }
+
+    pub(crate) fn set_time(&mut self, time: f64) {
+        self.stages[0].time = time;
+    }
+
+    pub(crate) fn now(&self) -> &Kinematics {
+        &self.stages[0]
+    }
+
+    /// The end of the step just attempted.
+    pub(crate) fn end(&self) -> &Kinematics {
+        &self.stages[self.stages.len() - 1]
+    }
+
+    /// Sets position and velocity; the intensity and acceleration follow in [`Mover::begin`].
+    pub(crate) fn set(&mut self, time: f64, nodes: &[f64], velocity: &[f64]) {
+        let now = &mut self.stages[0];
+        now.time = time;
+        now.nodes.copy_from_slice(nodes);
+        now.velocity.copy_from_slice(velocity);
+        self.body.hold(&mut now.velocity);
+        self.old.clone_from(now);
+        self.ledger = Ledger::default();
+    }
+
+    /// Intensity and acceleration at the present state. `constraint` is what the load prescribes now, but for a volume its
+    /// second time derivative.
+    pub(crate) fn begin(&mut self, constraint: Constraint<'_>) -> Result<(), ImplicitError> {
+        let Self { body, work, .. } = self;
+        let now = &mut self.stages[0];
+        let intensity = if let Constraint::Volume(acceleration) = constraint {
+            // V'' = grad V . a + v . H v, and a is linear in the intensity
+            let gradient = volume_gradient(body, &now.nodes);
+            let curvature = now.volume_curvature(body);
+            let mut response = [0.0; 2];
+            for (response, intensity) in response.iter_mut().zip([0.0, 1.0]) {
+                now.respond(body, intensity)?;
+                *response = dot(&gradient, &now.acceleration);
+            }
+            (acceleration - curvature - response[0]) / (response[1] - response[0])
+        } else {
+            let state = (&*now.nodes, &*now.velocity);
+            constraint.intensity(body, now.time, state, f64::NAN)?
+        };
+        work.force_calls += 1;
+        now.respond(body, intensity)
+    }
+
+    /// Second time derivative of the enclosed volume at the present state.
+    pub(crate) fn volume_acceleration(&self) -> f64 {
+        let (now, body) = (self.now(), &self.body);
+        let gradient = volume_gradient(body, &now.nodes);
+        dot(&gradient, &now.acceleration) + now.volume_curvature(body)
+    }
+
+    /// Times, in units of the step, at which [`Mover::attempt`] wants the load's value.
+    pub(crate) fn load_times(&self) -> &[f64] {
+        &self.load_times
+    }
+
+    /// Volume at the end of stage `index` (from 1) of the step just attempted.
+    pub(crate) fn stage_volume(&self, index: usize) -> f64 {
+        self.body.volume(&self.stages[index].nodes)
+    }
+
+    /// Volume at the end of the step just attempted.
+    pub(crate) fn end_volume(&self) -> f64 {
+        self.body.volume(&self.end().nodes)
+    }
+
+    /// Makes a step without accepting it. `constraints` are those of the load at [`Mover::load_times`].
+    pub(crate) fn attempt(
+        &mut self,
+        dt: f64,
+        constraints: &[Constraint<'_>],
+    ) -> Result<(), ImplicitError> {
+        let Some(&first) = constraints.first() else {
+            return Ok(());
+        };
+        let step = Step {
+            body: &self.body,
+            stages: &mut self.stages,
+            dt,
+            work: &mut self.work,
+        };
+        let account = match &mut self.method {
+            Method::SemiImplicitEuler(method) => method.step(step, first),
+            Method::TrBdf2(method) => method.step(step, constraints),
+            Method::Midpoint(method) => method.step(step, constraints),
+            Method::Splitting => kick_and_drift(step, self.scheme.splitting(), constraints),
+            Method::ImplicitSplitting(method) => method.kick_and_relax(step, first),
+        };
+        // a stage that ran away is the cause of an error that followed
+        let runaway = (1..self.stages.len()).find_map(|index| self.runaway(index, dt));
+        match (runaway, account) {
+            (None, Ok(account)) => {
+                self.pending = account;
+                Ok(())
+            }
+            (Some(error), _) => {
+                // nothing of it is left for the next attempt to be judged by
+                let (now, others) = self.stages.split_at_mut(1);
+                others
+                    .iter_mut()
+                    .for_each(|stage| stage.clone_from(&now[0]));
+                self.forget();
+                Err(error)
+            }
+            (None, Err(error)) => {
+                self.forget();
+                Err(error)
+            }
+        }
+    }
+
+    /// The error of a stage `index` of a step of length `dt` that went too far to be a membrane, be it by NaN.
+    fn runaway(&self, index: usize, dt: f64) -> Option<ImplicitError> {
+        let at = &self.stages[index];
+        // any number too large makes the sum of squares so
+        if dot(&at.nodes, &at.nodes) + dot(&at.velocity, &at.velocity) <= FARTHEST * FARTHEST {
+            return None;
+        }
+        let positions = at.nodes.iter().map(|value| ("position", value));
+        let velocities = at.velocity.iter().map(|value| ("velocity", value));
+        let size = |value: f64| {
+            if value.is_nan() {
+                f64::INFINITY
+            } else {
+                value.abs()
+            }
+        };
+        let (k, (what, &value)) = (positions.enumerate())
+            .chain(velocities.enumerate())
+            .max_by(|(_, (_, a)), (_, (_, b))| size(**a).total_cmp(&size(**b)))?;
+        Some(ImplicitError::Unstable {
+            step: self.work.steps + 1,
+            time: self.now().time,
+            dt,
+            what,
+            node: k / 2,
+            value,
+        })
+    }
+
+    /// Scaled local error of the attempted step (1 is just acceptable); `None` where the estimate needs a previous step and
+    /// there is none.
+    pub(crate) fn error(&mut self, tolerance: (f64, f64)) -> Option<f64> {
+        let (now, new) = (&self.stages[0], &self.stages[self.stages.len() - 1]);
+        let (dt, before) = (new.time - now.time, now.time - self.old.time);
+        let LocalError {
+            position, velocity, ..
+        } = &mut self.error;
+        position.fill(0.0);
+        velocity.fill(0.0);
+        let mut add = |stages: &[Kinematics], weights: &[f64], dt: f64| {
+            add_slopes(stages, weights, dt, position, velocity);
+        };
+        match self.scheme.error_weights() {
+            Some(weights) => add(&self.stages, weights, dt),
+            None if before > 0.0 => {
+                // dt^3 / 12 of the third derivative: second divided difference of the first one
+                let weight = dt.powi(3) / (6.0 * (dt + before));
+                let mut add_one =
+                    |at: &Kinematics, weight| add(std::slice::from_ref(at), &[1.0], weight);
+                add_one(new, weight / dt);
+                add_one(now, -weight / dt - weight / before);
+                add_one(&self.old, weight / before);
+            }
+            None => return None,
+        }
+        let (body, error) = (&self.body, &mut self.error);
+        match (body.material(), &self.method) {
+            (Material::Springs { .. }, Method::SemiImplicitEuler(method)) => {
+                method.stage.filter(body, error);
+            }
+            (Material::Springs { .. }, Method::TrBdf2(method)) => method.stage.filter(body, error),
+            (Material::Springs { .. }, Method::Midpoint(method)) => {
+                method.stage.filter(body, error)
+            }
+            (Material::Springs { .. }, Method::ImplicitSplitting(method)) => {
+                method.filter(body, 0.5 * dt, error);
+            }
+            (Material::Springs { .. }, Method::Splitting) | (Material::Rubber(_), _) => (),
+        }
+        Some(self.scaled_error(tolerance, dt))
+    }
+
+    /// Scaled local error of the attempted step by step doubling: `halves` has attempted the second of two steps of half the
+    /// length from the same state. With order p, these have the fraction 2^-p of the error of the whole step.
+    pub(crate) fn error_by_doubling(&mut self, halves: &Self, tolerance: (f64, f64)) -> f64 {
+        let (whole, halves) = (&self.stages[self.stages.len() - 1], halves.end());
+        let error = &mut self.error;
+        let dt = whole.time - self.stages[0].time;
+        // difference = (1 - 2^-p) error of the whole step
+        let fraction = 1.0 - 0.5f64.powi(self.scheme.order() as i32);
+        slope(&whole.nodes, &halves.nodes, fraction, &mut error.position);
+        slope(
+            &whole.velocity,
+            &halves.velocity,
+            fraction,
+            &mut error.velocity,
+        );
+        self.scaled_error(tolerance, dt)
+    }
+
+    /// Size of `error` over the tolerances, of a step of length `dt`.
+    fn scaled_error(&self, tolerance: (f64, f64), dt: f64) -> f64 {
+        let LocalError {
+            position, velocity, ..
+        } = &self.error;
+        let rms = |v: &[f64]| (v.iter().map(|e| e * e).sum::<f64>() / (v.len() / 2) as f64).sqrt();
+        let by_position = rms(position) / tolerance.0;
+        match self.load {
+            // A prescribed volume makes the velocity follow V' at once, so its error does not
+            // shrink with dt where that jumps: what counts is how far it moves the membrane
+            // (index 3; Hairer and Wanner 1996, VII.3 scale the same way).
+            LoadKind::Volume => by_position.max(dt * rms(velocity) / tolerance.0),
+            LoadKind::Intensity | LoadKind::TotalForce | LoadKind::Feedback => {
+                by_position.max(rms(velocity) / tolerance.1)
+            }
+        }
+    }
+
+    pub(crate) fn error_exponent(&self) -> f64 {
+        1.0 / (self.scheme.order() as f64 + 1.0)
+    }
+
+    /// Makes the attempted step the present.
+    pub(crate) fn accept(&mut self) {
+        let last = self.stages.len() - 1;
+        self.ledger.add(std::mem::take(&mut self.pending));
+        self.stages.swap(0, last);
+        std::mem::swap(&mut self.old, &mut self.stages[last]);
+        self.work.steps += 1;
+    }
+
+    /// Energy now and what the ledger holds; `initial` is left to the caller.
+    pub(crate) fn energy(&self) -> Energy {
+        let (now, body) = (self.now(), &self.body);
+        Energy {
+            kinetic: 0.5 * body.mass * body.square(&now.velocity),
+            elastic: body.discrete.elastic_energy(&now.nodes),
+            initial: 0.0,
+            pressure_work: self.ledger.work,
+            damping_loss: self.ledger.damping,
+            numerical_loss: self.ledger.numerical,
+        }
+    }
+
+    /// A first step over which the acceleration moves a node by about the tolerance.
+    pub(crate) fn first_step(&self, tolerance: f64) -> f64 {
+        let now = self.now();
+        let n = (now.nodes.len() / 2) as f64;
+        let rms = |v: &[f64]| (dot(v, v) / n).sqrt();
+        let by_acceleration = (tolerance / rms(&now.acceleration)).sqrt();
+        let by_velocity = 0.1 * self.body.length / rms(&now.velocity);
+        let step = by_acceleration.min(by_velocity);
+        if step.is_finite() && step > 0.0 {
+            step
+        } else {
+            self.body.largest_explicit_step()
+        }
+    }
+
+    /// Norms of F_p + F_e and of the velocity at the present: (integral of |.|^2 ds)^(1/2); of rubber that of the forces at the nodes,
+    /// and (integral of |v|^2 over the volume)^(1/2).
+    pub(crate) fn norms(&mut self) -> Result<(f64, f64), ImplicitError> {
+        let (now, body) = (&self.stages[0], &self.body);
+        let [elastic, pressure] = &mut self.forces;
+        body.discrete.elastic_force_into(&now.nodes, elastic);
+        body.pressure_into(now.time, &now.nodes, now.intensity, pressure)?;
+        let pairs = elastic.iter().zip(&*pressure);
+        let sum: f64 = pairs.map(|(e, p)| (e + p) * (e + p)).sum();
+        let force = (body.weight * sum).sqrt();
+        Ok((force, body.square(&now.velocity).sqrt()))
+    }
+
+    /// Shape and velocity at a time within the last step: cubic Hermite interpolation of positions (from velocities) and
+    /// velocities (from accelerations).
+    pub(crate) fn at_into(
+        &self,
+        time: f64,
+        points: &mut [[f64; 2]],
+        velocities: &mut [[f64; 2]],
+    ) -> Result<(), ImplicitError> {
+        let (old, now) = (&self.old, self.now());
+        within("time", time, old.time, now.time)?;
+        let n = now.nodes.len() / 2;
+        length("points", points.len(), n)?;
+        length("velocities", velocities.len(), n)?;
+        let dt = now.time - old.time;
+        let t = if dt > 0.0 {
+            (time - old.time) / dt
+        } else {
+            1.0
+        };
+        let s = 1.0 - t;
+        // 1 - 3 t^2 + 2 t^3 and its fellows
+        let (h00, h10) = (s * s * (1.0 + 2.0 * t), dt * t * s * s);
+        let (h01, h11) = (t * t * (1.0 + 2.0 * s), -dt * t * t * s);
+        let mix = |out: &mut [[f64; 2]], a: &[f64], da: &[f64], b: &[f64], db: &[f64]| {
+            for (i, out) in out.as_flattened_mut().iter_mut().enumerate() {
+                *out = h00 * a[i] + h10 * da[i] + h01 * b[i] + h11 * db[i];
+            }
+        };
+        let (v0, v1) = (&old.velocity, &now.velocity);
+        mix(points, &old.nodes, v0, &now.nodes, v1);
+        mix(velocities, v0, &old.acceleration, v1, &now.acceleration);
+        Ok(())
+    }
+}
