@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release -p heart-phantom --example monte_carlo -- DIR`
 
-use heart_phantom::files::{Format, Volume, write_volume};
+use heart_phantom::files::{self, Format, Volume};
 use heart_phantom::scene::Scene;
 use heart_phantom::{Phantom, PhantomError};
 use std::path::PathBuf;
@@ -19,12 +19,12 @@ fn main() -> Result<(), PhantomError> {
     let grid = *phantom.camera().grid();
     for (format, ending) in [(Format::MetaImage, "mhd"), (Format::RawJson, "json")] {
         let path = |name: &str| out.join(format!("{name}.{ending}"));
-        write_volume(
+        files::write(
             &path("labels"),
             &Volume::new(grid, labels.as_slice())?,
             format,
         )?;
-        write_volume(
+        files::write(
             &path("activity"),
             &Volume::new(grid, activity.as_slice())?,
             format,

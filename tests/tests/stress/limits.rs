@@ -1,7 +1,7 @@
 //! Where things end: numbers that are none at every entry, sizes beyond any memory, folders that cannot be written to, a process
 //! that is killed while it writes.
 
-use heart_phantom::files::{Format, Volume, write_npy, write_volume};
+use heart_phantom::files::{self, Format, Volume, write_npy};
 use heart_phantom::{MaterialPoint, PhantomError, Wall};
 use membrane_forces::{Membrane, MembraneError, RestShape, Stiffness};
 use membrane_newton::{Control, Discretisation, NewtonError, NewtonOptions, Pair, Solver};
@@ -455,7 +455,7 @@ fn a_folder_that_cannot_be_written_to_is_an_error() {
     for place in [file.as_path(), Path::new("/proc/self"), Path::new("/sys")] {
         for refused in [
             write_npy(&place.join("a.npy"), &[8], &[0.5_f32; 8]).err(),
-            write_volume(&place.join("a.nii"), &volume, Format::Nifti).err(),
+            files::write(&place.join("a.nii"), &volume, Format::Nifti).err(),
             heart_phantom::files::create_writable_folder(&place.join("sub")).err(),
         ] {
             assert!(

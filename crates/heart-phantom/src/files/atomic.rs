@@ -1,4 +1,4 @@
-//! Files written whole or not at all.
+//! Atomic files: written under a temporary name, then renamed.
 
 use crate::error::PhantomError;
 use crate::files::samples::PIECE;
@@ -9,20 +9,17 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The temporary files that are there. Held locked while one of them comes, goes or takes its name.
+/// Temporary files and locks of this process. Locked while one of them is created, removed or renamed.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 /// Names tried for a temporary file.
 const MOST_NAMES: usize = 1000;
 
-/// Writes a file atomically: `fill` writes to a temporary file in the same folder, which then
-/// takes the name `path`. On any failure (no such folder, no permission, disk full) the temporary
-/// file is removed and an older file at `path` stays as it was. The temporary file is always a new one, and a link at `path` is
-/// replaced, not followed.
+/// Writes a file atomically: `fill` writes to a new temporary file in the same directory, which is then renamed to `path`. After a
+/// failure (no such directory, no permission, disk full) the temporary file is removed and an older file at `path` is unchanged. A link
+/// at `path` is replaced, not followed.
 ///
-/// A program that is ended from outside leaves no half file under any name if it calls [`remove_unfinished`] first, as the
-/// command line does; otherwise, or where it is killed outright, at most a temporary one with the ending `.tmp`. Nothing waits for
-/// the disk: what a program can compute again is not worth a flush of every file, so a loss of power within the seconds that the
-/// system takes to write back may leave files short or empty.
+/// A process that is interrupted removes its temporary files by [`remove_unfinished`]; a process that is killed may leave files that
+/// end in `.tmp`. Data are not flushed to the disk: after a loss of power files of the last seconds may be short or empty.
 ///
 /// # Errors
 /// [`PhantomError::File`] with the path and the cause.
@@ -30,32 +27,46 @@ pub fn write_atomically(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), PhantomError> {
-    Pending::write(path, |out| fill(out))?.commit()
+    write_file(path, |out| fill(out))
 }
 
-/// Makes the folder `path` with its parents if need be and makes sure that files can be written to
-/// it, so that a long computation does not end with nowhere to put its result.
+/// As [`write_atomically`], for a writer that seeks.
+pub(super) fn write_file(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<(), PhantomError> {
+    commit(&[Pending::write(path, fill)?])
+}
+
+/// Writes a header and the data file that it names. Both are complete before either is renamed; an older header is removed before its
+/// data change.
+pub(super) fn write_with_header(
+    header: &Path,
+    header_text: &[u8],
+    data: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), PhantomError> {
+    let data = Pending::write(data, |out| fill(out))?;
+    let header = Pending::write(header, |out| out.write_all(header_text))?;
+    commit(&[data, header])
+}
+
+/// Creates the directory `path` with its parents and tests that files can be written to it.
 ///
 /// # Errors
 /// [`PhantomError::File`] with the path and the cause.
 pub fn create_writable_folder(path: &Path) -> Result<(), PhantomError> {
-    fs::create_dir_all(path).map_err(|source| failed(path, source))?;
-    let probe = Pending::write(&path.join("probe"), |_| Ok(())).map_err(|error| match error {
-        PhantomError::File { source, .. } => failed(path, source),
-        error => error,
-    })?;
-    // Its drop would keep a failure to itself.
-    remove_if_there(&probe.temporary)
+    fs::create_dir_all(path)
+        .and_then(|()| Pending::begin(&path.join("probe")).map(drop))
+        .map_err(|source| failed(path, source))
 }
 
-/// Removes the temporary files of all writes that this process has under way. For a program that is about to end: from then on
-/// no write of this module begins or ends, each waits, until the value returned is dropped; those that were cut short then fail
-/// with [`PhantomError::File`], and the files that were to be replaced stay as they were.
+/// Removes the temporary files and the directory locks of this process, for a program that is about to end. Until the returned value is
+/// dropped every write waits before it begins or ends; a write that was cut short then fails with [`PhantomError::File`], and the file
+/// that it was to replace is unchanged.
 ///
-/// Files that belong together (a header and its data) take their names together or not at all.
-///
-/// The library takes none of the process's signals; a program does that, if it wants to, in a thread of its own: this function
-/// waits for a lock, which the handler of a signal may not do. The thread that holds the value returned must not write itself.
+/// The library installs no signal handler. A program calls this function in a thread of its own: it waits for a lock, which a signal
+/// handler must not do. That thread must not write.
 ///
 /// ```
 /// use heart_phantom::files;
@@ -66,64 +77,59 @@ pub fn create_writable_folder(path: &Path) -> Result<(), PhantomError> {
 /// ```
 pub fn remove_unfinished() -> HeldWrites {
     let mut unfinished = unfinished();
-    for temporary in std::mem::take(&mut *unfinished) {
-        // One that cannot be removed is no reason to keep the others.
-        let _ = fs::remove_file(temporary);
+    for file in std::mem::take(&mut *unfinished) {
+        // A file that cannot be removed is no reason to keep the others.
+        let _ = fs::remove_file(file);
     }
     HeldWrites {
         _unfinished: unfinished,
     }
 }
 
-/// While this is there no write begins or ends; see [`remove_unfinished`].
-#[must_use = "writes go on as soon as it is dropped"]
+/// Blocks all writes until it is dropped; see [`remove_unfinished`].
+#[must_use = "writes continue as soon as it is dropped"]
 #[derive(Debug)]
 pub struct HeldWrites {
     _unfinished: MutexGuard<'static, BTreeSet<PathBuf>>,
 }
 
-/// Removes a file, or does nothing if there is none.
-pub(crate) fn remove_if_there(path: &Path) -> Result<(), PhantomError> {
+/// Removes a file; no error if there is none.
+pub(super) fn remove_if_there(path: &Path) -> Result<(), PhantomError> {
     match fs::remove_file(path) {
         Err(source) if source.kind() != io::ErrorKind::NotFound => Err(failed(path, source)),
         _ => Ok(()),
     }
 }
 
-/// Writes a header and the data it points to. Both are complete before either takes its name; the data take theirs first, and
-/// no older header is there while the data change.
-pub(super) fn write_with_header(
-    header: &Path,
-    header_text: &[u8],
-    data: &Path,
-    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), PhantomError> {
-    let new_data = Pending::write(data, |out| fill(out))?;
-    let new_header = Pending::write(header, |out| out.write_all(header_text))?;
-    for path in [header, data] {
-        // Nothing can be renamed onto a folder: find out while the older files are untouched.
-        if path.is_dir() {
-            return Err(failed(path, io::ErrorKind::IsADirectory.into()));
-        }
-    }
+/// Renames complete files to their names, in their order, or none of them. Of several the last is the header.
+fn commit(files: &[Pending]) -> Result<(), PhantomError> {
     let mut unfinished = unfinished();
-    // Gone if `remove_unfinished` was faster.
-    for pending in [&new_data, &new_header] {
-        fs::metadata(&pending.temporary).map_err(|source| failed(&pending.path, source))?;
+    for file in files {
+        // Found while the older files are unchanged: a directory cannot be replaced, and `remove_unfinished` may have been faster.
+        let found = match file.path.is_dir() {
+            true => Err(io::ErrorKind::IsADirectory.into()),
+            false => fs::metadata(&file.temporary).map(drop),
+        };
+        found.map_err(|source| failed(&file.path, source))?;
     }
-    remove_if_there(header)?;
-    new_data.take_name(&mut unfinished)?;
-    new_header.take_name(&mut unfinished)
+    if let [_, .., header] = files {
+        remove_if_there(&header.path)?;
+    }
+    for file in files {
+        fs::rename(&file.temporary, &file.path).map_err(|source| failed(&file.path, source))?;
+        unfinished.remove(&file.temporary);
+    }
+    Ok(())
 }
 
-/// A complete file that does not have its name yet; dropped before it takes it, it goes.
-pub(super) struct Pending {
+/// A file under its temporary name, which is removed on drop.
+struct Pending {
     temporary: PathBuf,
     path: PathBuf,
 }
 
 impl Pending {
-    pub(super) fn write(
+    fn write(
         path: &Path,
         fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
     ) -> Result<Self, PhantomError> {
@@ -135,10 +141,9 @@ impl Pending {
         Ok(pending)
     }
 
-    /// A new file beside `path`. One that is there already, or a link that somebody has put there, is never opened: the next name is
-    /// tried.
+    /// Creates a new file beside `path`. An existing file or link is never opened: the next name is tried.
     fn begin(path: &Path) -> io::Result<(Self, File)> {
-        // The process id keeps two runs from trying each other's names, the counter two threads.
+        // The process id separates processes, the counter threads.
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let name = path.file_name().ok_or(io::ErrorKind::InvalidInput)?;
         let mut unfinished = unfinished();
@@ -159,29 +164,18 @@ impl Pending {
         }
         Err(io::ErrorKind::AlreadyExists.into())
     }
-
-    pub(super) fn commit(self) -> Result<(), PhantomError> {
-        let mut unfinished = unfinished();
-        self.take_name(&mut unfinished)
-    }
-
-    fn take_name(&self, unfinished: &mut BTreeSet<PathBuf>) -> Result<(), PhantomError> {
-        fs::rename(&self.temporary, &self.path).map_err(|source| failed(&self.path, source))?;
-        unfinished.remove(&self.temporary);
-        Ok(())
-    }
 }
 
 impl Drop for Pending {
     fn drop(&mut self) {
-        // One that has its name is no longer among them. After a failure its own error is the one worth reporting.
+        // A renamed file is no longer in the set. The error of the write is the one to report.
         if unfinished().remove(&self.temporary) {
             let _ = fs::remove_file(&self.temporary);
         }
     }
 }
 
-/// The set is whole at any moment, so that a panic elsewhere takes nothing from it.
+/// The set is consistent at any moment, so a poisoned lock is usable.
 pub(super) fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! The formats, and which writer serves each.
+//! File formats: one descriptor each, and the function that writes an image.
 
 use super::names::check_extension;
 use crate::error::PhantomError;
@@ -9,7 +9,7 @@ use crate::files::{Projections, Volume, interfile, metaimage, nifti, npy, nrrd};
 use crate::files::{npz, raw_json};
 use std::path::Path;
 
-/// A file format; the [module's page](crate::files) says how each one places its samples.
+/// A file format; the [module's page](crate::files) describes the coordinates of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
@@ -35,11 +35,11 @@ pub enum Format {
     InterfileSimind,
     /// Raw samples with a JSON header beside them.
     RawJson,
-    /// DICOM: images of nuclear medicine, all frames in one file, integers of 16 bits with their factor.
+    /// DICOM: nuclear medicine images, all frames in one file, integers of 16 bits with their scale factor.
     Dicom,
 }
 
-/// From which end rows of projections and slices of volumes follow each other in a file, the patient's head at +z.
+/// Order of rows of projections and of slices of volumes in a file; the patient's head is at +z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
@@ -48,6 +48,185 @@ pub enum SliceOrder {
     FeetToHead,
     /// From +z to -z.
     HeadToFeet,
+}
+
+/// File name extensions of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Extensions {
+    /// Extension of the path given to [`write`].
+    pub header: &'static str,
+    /// Extension of the data file, if the data are in a file beside the header.
+    pub data: Option<&'static str>,
+}
+
+/// Properties of a format: the only place that names them.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub struct FormatInfo {
+    /// Name in messages.
+    pub name: &'static str,
+    /// Extensions of volumes.
+    pub volume: Extensions,
+    /// Extensions of projections; `None` if the format cannot store projection angles.
+    pub projections: Option<Extensions>,
+    /// Whether one file can contain all gates of a beat.
+    pub gates: bool,
+    /// Whether it can store several components per voxel ([`Volume::of_field`]).
+    pub fields: bool,
+    /// Whether it stores angles as a start and one constant step.
+    pub even_steps: bool,
+    /// Bytes of a sample that is not a label, before compression.
+    pub sample_bytes: u64,
+    /// Order of the rows of projections.
+    pub row_order: SliceOrder,
+    /// Order of the slices of volumes.
+    pub slice_order: SliceOrder,
+    /// Cargo feature that contains the writer, if it is not always built.
+    pub feature: Option<&'static str>,
+    /// `None` if this build leaves the writer out.
+    write_volume: Option<fn(&Path, &Volume<'_>) -> Result<(), PhantomError>>,
+    /// `None` if this build leaves the writer out, or the format cannot store projections.
+    write_projections: Option<fn(&Path, &Projections<'_>) -> Result<(), PhantomError>>,
+}
+
+/// Samples of 32 bits in the order of memory, of volumes with any axes; no writer.
+const PLAIN: FormatInfo = FormatInfo {
+    name: "",
+    volume: one("npy"),
+    projections: None,
+    gates: true,
+    fields: true,
+    even_steps: false,
+    sample_bytes: 4,
+    row_order: SliceOrder::FeetToHead,
+    slice_order: SliceOrder::FeetToHead,
+    feature: None,
+    write_volume: None,
+    write_projections: None,
+};
+
+const NPY: FormatInfo = FormatInfo {
+    name: "npy",
+    projections: Some(one("npy")),
+    write_volume: Some(npy::write_volume),
+    write_projections: Some(npy::write_projections),
+    ..PLAIN
+};
+
+const NPZ: FormatInfo = FormatInfo {
+    name: "npz",
+    volume: one("npz"),
+    projections: Some(one("npz")),
+    feature: Some("files"),
+    #[cfg(feature = "files")]
+    write_volume: Some(npz::write_volume),
+    #[cfg(feature = "files")]
+    write_projections: Some(npz::write_projections),
+    ..PLAIN
+};
+
+const NIFTI: FormatInfo = FormatInfo {
+    name: "NIfTI",
+    volume: one("nii"),
+    write_volume: Some(nifti::write),
+    ..PLAIN
+};
+
+const NIFTI_GZ: FormatInfo = FormatInfo {
+    name: "compressed NIfTI",
+    volume: one("nii.gz"),
+    feature: Some("files"),
+    #[cfg(feature = "files")]
+    write_volume: Some(nifti::write_gz),
+    ..PLAIN
+};
+
+const META_IMAGE: FormatInfo = FormatInfo {
+    name: "MetaImage",
+    volume: two("mhd", "raw"),
+    write_volume: Some(metaimage::write_mhd),
+    ..PLAIN
+};
+
+const META_IMAGE_SINGLE: FormatInfo = FormatInfo {
+    name: "MetaImage",
+    volume: one("mha"),
+    write_volume: Some(metaimage::write_mha),
+    ..PLAIN
+};
+
+const NRRD: FormatInfo = FormatInfo {
+    name: "NRRD",
+    volume: one("nrrd"),
+    projections: Some(one("nrrd")),
+    write_volume: Some(nrrd::write_volume),
+    write_projections: Some(nrrd::write_projections),
+    ..PLAIN
+};
+
+const INTERFILE_STIR: FormatInfo = FormatInfo {
+    name: "Interfile (STIR)",
+    volume: two("hv", "v"),
+    projections: Some(two("hs", "s")),
+    gates: false,
+    fields: false,
+    even_steps: true,
+    row_order: SliceOrder::HeadToFeet,
+    slice_order: SliceOrder::HeadToFeet,
+    write_volume: Some(interfile::write_volume_stir),
+    write_projections: Some(interfile::write_projections_stir),
+    ..PLAIN
+};
+
+const INTERFILE_SIMIND: FormatInfo = FormatInfo {
+    name: "Interfile (SIMIND)",
+    volume: two("h00", "a00"),
+    projections: Some(two("h00", "a00")),
+    gates: true,
+    write_volume: Some(interfile::write_volume_simind),
+    write_projections: Some(interfile::write_projections_simind),
+    ..INTERFILE_STIR
+};
+
+const RAW_JSON: FormatInfo = FormatInfo {
+    name: "raw with JSON",
+    volume: two("json", "bin"),
+    projections: Some(two("json", "bin")),
+    feature: Some("files"),
+    #[cfg(feature = "files")]
+    write_volume: Some(raw_json::write_volume),
+    #[cfg(feature = "files")]
+    write_projections: Some(raw_json::write_projections),
+    ..PLAIN
+};
+
+const DICOM: FormatInfo = FormatInfo {
+    name: "DICOM",
+    volume: one("dcm"),
+    projections: Some(one("dcm")),
+    fields: false,
+    even_steps: true,
+    sample_bytes: 2,
+    row_order: SliceOrder::HeadToFeet,
+    feature: Some("dicom"),
+    #[cfg(feature = "dicom")]
+    write_volume: Some(dicom::write_volume),
+    #[cfg(feature = "dicom")]
+    write_projections: Some(dicom::write_projections),
+    ..PLAIN
+};
+
+/// Extension of a single file.
+const fn one(header: &'static str) -> Extensions {
+    Extensions { header, data: None }
+}
+
+/// Extensions of a header and of the data beside it.
+const fn two(header: &'static str, data: &'static str) -> Extensions {
+    Extensions {
+        header,
+        data: Some(data),
+    }
 }
 
 impl Format {
@@ -66,213 +245,101 @@ impl Format {
         Self::Dicom,
     ];
 
-    /// The name of the format.
-    pub fn name(self) -> &'static str {
+    /// The properties of the format.
+    pub const fn info(self) -> &'static FormatInfo {
         match self {
-            Self::Npy => "npy",
-            Self::Npz => "npz",
-            Self::Nifti => "NIfTI",
-            Self::NiftiGz => "compressed NIfTI",
-            Self::MetaImage | Self::MetaImageSingle => "MetaImage",
-            Self::Nrrd => "NRRD",
-            Self::InterfileStir => "Interfile (STIR)",
-            Self::InterfileSimind => "Interfile (SIMIND)",
-            Self::RawJson => "raw with JSON",
-            Self::Dicom => "DICOM",
+            Self::Npy => &NPY,
+            Self::Npz => &NPZ,
+            Self::Nifti => &NIFTI,
+            Self::NiftiGz => &NIFTI_GZ,
+            Self::MetaImage => &META_IMAGE,
+            Self::MetaImageSingle => &META_IMAGE_SINGLE,
+            Self::Nrrd => &NRRD,
+            Self::InterfileStir => &INTERFILE_STIR,
+            Self::InterfileSimind => &INTERFILE_SIMIND,
+            Self::RawJson => &RAW_JSON,
+            Self::Dicom => &DICOM,
         }
     }
+}
 
-    /// Whether this build writes it: compressed, archived and JSON ones come with the feature `files`, DICOM with `dicom`.
-    ///
+impl FormatInfo {
     /// # Errors
-    /// [`PhantomError::NotBuilt`].
-    pub(crate) fn check_built(self) -> Result<(), PhantomError> {
-        match self {
-            Self::Npz | Self::NiftiGz | Self::RawJson if !cfg!(feature = "files") => {
-                Err(PhantomError::NotBuilt {
-                    what: self.name(),
-                    feature: "files",
-                })
-            }
-            Self::Dicom if !cfg!(feature = "dicom") => Err(PhantomError::NotBuilt {
-                what: self.name(),
-                feature: "dicom",
+    /// [`PhantomError::NotBuilt`] if this build leaves the writer out.
+    pub(crate) fn check_built(&self) -> Result<(), PhantomError> {
+        match self.write_volume {
+            Some(_) => Ok(()),
+            None => Err(PhantomError::NotBuilt {
+                what: self.name,
+                feature: self.feature.unwrap_or_default(),
             }),
-            _ => Ok(()),
         }
     }
 
-    /// That it has no place for something.
-    pub(crate) fn cannot_hold(self, what: &'static str) -> PhantomError {
-        let format = self.name();
+    /// The error of a format that cannot store something.
+    pub(crate) fn cannot_hold(&self, what: &'static str) -> PhantomError {
+        let format = self.name;
         PhantomError::Unsupported { format, what }
     }
+}
 
-    /// Bytes of a sample that is no label in its files, before any compression.
-    pub(crate) fn sample_bytes(self) -> u64 {
-        match self {
-            Self::Dicom => 2,
-            _ => 4,
-        }
-    }
+/// What [`write`] writes.
+#[derive(Debug, Clone, Copy)]
+pub enum Image<'a> {
+    /// Samples on a voxel grid.
+    Volume(&'a Volume<'a>),
+    /// Samples of a rotating detector.
+    Projections(&'a Projections<'a>),
+}
 
-    /// Whether the gates of a beat have room in one of its files.
-    pub fn holds_gates(self) -> bool {
-        !matches!(self, Self::InterfileStir)
-    }
-
-    /// Whether its projections are told by a first angle and one step from each to the next.
-    pub(crate) fn asks_even_steps(self) -> bool {
-        matches!(
-            self,
-            Self::InterfileStir | Self::InterfileSimind | Self::Dicom
-        )
-    }
-
-    /// The order of rows of projections in its files.
-    pub fn row_order(self) -> SliceOrder {
-        match self {
-            Self::Dicom => SliceOrder::HeadToFeet,
-            format => format.slice_order(),
-        }
-    }
-
-    /// The order of slices of volumes in its files.
-    pub fn slice_order(self) -> SliceOrder {
-        match self {
-            Self::InterfileStir | Self::InterfileSimind => SliceOrder::HeadToFeet,
-            Self::Npy
-            | Self::Npz
-            | Self::Nifti
-            | Self::NiftiGz
-            | Self::MetaImage
-            | Self::MetaImageSingle
-            | Self::Nrrd
-            | Self::RawJson
-            | Self::Dicom => SliceOrder::FeetToHead,
-        }
-    }
-
-    /// What the path given to [`write_volume`] ends in.
-    pub fn volume_extension(self) -> &'static str {
-        match self {
-            Self::Npy => "npy",
-            Self::Npz => "npz",
-            Self::Nifti => "nii",
-            Self::NiftiGz => "nii.gz",
-            Self::MetaImage => "mhd",
-            Self::MetaImageSingle => "mha",
-            Self::Nrrd => "nrrd",
-            Self::InterfileStir => "hv",
-            Self::InterfileSimind => "h00",
-            Self::RawJson => "json",
-            Self::Dicom => "dcm",
-        }
-    }
-
-    /// What the path given to [`write_projections`] ends in; `None` if the format has no place for
-    /// the angles.
-    pub fn projections_extension(self) -> Option<&'static str> {
-        match self {
-            Self::Nifti | Self::NiftiGz | Self::MetaImage | Self::MetaImageSingle => None,
-            Self::InterfileStir => Some("hs"),
-            format => Some(format.volume_extension()),
-        }
-    }
-
-    /// What the name of a volume's data ends in, where they are kept beside the header.
-    pub fn volume_data_extension(self) -> Option<&'static str> {
-        match self {
-            Self::MetaImage => Some("raw"),
-            Self::InterfileStir => Some("v"),
-            Self::InterfileSimind => Some("a00"),
-            Self::RawJson => Some("bin"),
-            Self::Npy
-            | Self::Npz
-            | Self::Nifti
-            | Self::NiftiGz
-            | Self::MetaImageSingle
-            | Self::Nrrd
-            | Self::Dicom => None,
-        }
-    }
-
-    /// What the name of the data of projections ends in, where they are kept beside the header.
-    pub fn projections_data_extension(self) -> Option<&'static str> {
-        match self {
-            Self::InterfileStir => Some("s"),
-            Self::InterfileSimind | Self::RawJson => self.volume_data_extension(),
-            _ => None,
-        }
+impl<'a> From<&'a Volume<'a>> for Image<'a> {
+    fn from(volume: &'a Volume<'a>) -> Self {
+        Self::Volume(volume)
     }
 }
 
-/// Writes a volume. `path` ends in the format's [`Format::volume_extension`]; data kept beside a
-/// header have the same name and another extension.
-///
-/// # Errors
-/// [`PhantomError::Extension`]; [`PhantomError::Count`] if a side is too long for the format;
-/// [`PhantomError::OutOfRange`] if the format cannot hold the grid's place; [`PhantomError::Unsupported`] if it has no room for gates;
-/// [`PhantomError::NotBuilt`] for a format of the feature `files` or `dicom` in a build without it; [`PhantomError::File`] if the files cannot be written. Whatever the error, no file that was there
-/// before is half written, and no header points to data that are not there.
-pub fn write_volume(path: &Path, volume: &Volume, format: Format) -> Result<(), PhantomError> {
-    check_extension(path, format.volume_extension())?;
-    match format {
-        Format::Npy => npy::write_samples(path, &volume.axes(), volume.samples()),
-        #[cfg(feature = "files")]
-        Format::Npz => npz::write_volume(path, volume),
-        Format::Nifti => nifti::write(path, &nifti::header(volume)?, volume.samples()),
-        #[cfg(feature = "files")]
-        Format::NiftiGz => nifti::write_gz(path, &nifti::header(volume)?, volume.samples()),
-        Format::MetaImage => metaimage::write_mhd(path, volume, None),
-        Format::MetaImageSingle => metaimage::write_mha(path, volume, None),
-        Format::Nrrd => nrrd::write_volume(path, volume),
-        Format::InterfileStir => interfile::write_volume_stir(path, volume),
-        Format::InterfileSimind => interfile::write_volume_simind(path, volume),
-        #[cfg(feature = "files")]
-        Format::RawJson => raw_json::write_volume(path, volume),
-        #[cfg(feature = "dicom")]
-        Format::Dicom => dicom::write_volume(path, volume),
-        #[cfg(not(feature = "dicom"))]
-        Format::Dicom => format.check_built(),
-        #[cfg(not(feature = "files"))]
-        Format::Npz | Format::NiftiGz | Format::RawJson => format.check_built(),
+impl<'a> From<&'a Projections<'a>> for Image<'a> {
+    fn from(projections: &'a Projections<'a>) -> Self {
+        Self::Projections(projections)
     }
 }
 
-/// Writes projections. `path` ends in the format's [`Format::projections_extension`].
+/// Writes a volume, a vector field or projections. `path` ends in the header extension of [`Format::info`]; a data file beside the
+/// header has the same name and the data extension.
 ///
 /// # Errors
-/// [`PhantomError::Unsupported`] if the format has no place for angles; else as [`write_volume`].
-/// Interfile and DICOM hold even steps between the views and a detector centred on the axis only:
-/// [`PhantomError::OutOfRange`] says what was found.
-pub fn write_projections(
+/// [`PhantomError::Extension`] for another extension; [`PhantomError::Unsupported`] if the format cannot store angles, gates or
+/// components; [`PhantomError::Count`] if a side is too long for the format; [`PhantomError::OutOfRange`] if the format cannot store the
+/// position of the grid, an offset of the detector or uneven angles; [`PhantomError::NotBuilt`] for a format of the feature `files` or
+/// `dicom` in a build without it; [`PhantomError::File`] if the files cannot be written. After any error an older file is unchanged, and
+/// no header refers to missing data.
+pub fn write<'a>(
     path: &Path,
-    projections: &Projections,
+    image: impl Into<Image<'a>>,
     format: Format,
 ) -> Result<(), PhantomError> {
-    let unsupported = format.cannot_hold("the angles of projections");
-    let Some(extension) = format.projections_extension() else {
-        return Err(unsupported);
-    };
-    check_extension(path, extension)?;
-    match format {
-        Format::Npy => npy::write_samples(path, &projections.axes(), projections.samples()),
-        #[cfg(feature = "files")]
-        Format::Npz => npz::write_projections(path, projections),
-        Format::Nrrd => nrrd::write_projections(path, projections),
-        Format::InterfileStir => interfile::write_projections_stir(path, projections),
-        Format::InterfileSimind => interfile::write_projections_simind(path, projections),
-        #[cfg(feature = "files")]
-        Format::RawJson => raw_json::write_projections(path, projections),
-        #[cfg(feature = "dicom")]
-        Format::Dicom => dicom::write_projections(path, projections),
-        #[cfg(not(feature = "dicom"))]
-        Format::Dicom => format.check_built(),
-        #[cfg(not(feature = "files"))]
-        Format::Npz | Format::RawJson => format.check_built(),
-        Format::Nifti | Format::NiftiGz | Format::MetaImage | Format::MetaImageSingle => {
-            Err(unsupported)
+    let info = format.info();
+    match image.into() {
+        Image::Volume(volume) => {
+            check_extension(path, info.volume.header)?;
+            if volume.field().is_some() && !info.fields {
+                return Err(info.cannot_hold("several components per voxel"));
+            }
+            if volume.seconds_per_gate().is_some() && !info.gates {
+                return Err(info.cannot_hold("gates in one file"));
+            }
+            (info.write_volume).map_or_else(|| info.check_built(), |write| write(path, volume))
+        }
+        Image::Projections(projections) => {
+            let Some(extensions) = info.projections else {
+                return Err(info.cannot_hold("the angles of projections"));
+            };
+            check_extension(path, extensions.header)?;
+            if projections.seconds_per_gate().is_some() && !info.gates {
+                return Err(info.cannot_hold("gates in one file"));
+            }
+            (info.write_projections)
+                .map_or_else(|| info.check_built(), |write| write(path, projections))
         }
     }
 }

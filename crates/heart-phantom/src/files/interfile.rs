@@ -37,7 +37,6 @@ use std::path::Path;
 pub(crate) const ORBIT_EXTENSION: &str = "cor";
 
 pub(super) fn write_volume_stir(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
-    refuse_gates(volume.seconds_per_gate())?;
     let (data, name) = data_beside(path, "v");
     let [nx, ny, nz] = volume.grid().shape();
     let [dx, dy, dz] = volume.spacing_mm();
@@ -125,7 +124,6 @@ pub(super) fn write_projections_stir(
     path: &Path,
     projections: &Projections,
 ) -> Result<(), PhantomError> {
-    refuse_gates(projections.seconds_per_gate())?;
     let (data, name) = data_beside(path, "s");
     let turn = Turn::new(projections)?;
     let number = number_format(projections.samples(), "float");
@@ -238,17 +236,6 @@ impl Gates {
                 ),
             },
         }
-    }
-}
-
-/// STIR has gates in files of their own.
-fn refuse_gates(seconds: Option<f64>) -> Result<(), PhantomError> {
-    match seconds {
-        None => Ok(()),
-        Some(_) => Err(PhantomError::Unsupported {
-            format: "Interfile (STIR)",
-            what: "gates in one file",
-        }),
     }
 }
 

@@ -4,41 +4,39 @@
 //! identity; MetaImage's word for it, `RAI`, names where the axes come from. Gates are the channels of a voxel, one after the other.
 
 use super::names::data_beside;
+use super::volume::Axis;
 use crate::error::PhantomError;
 use crate::files::atomic::write_with_header;
 use crate::files::{Samples, Volume, write_atomically};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// So many components, the fastest in memory, on the voxels of a volume that then says no more than where they are.
-type Components<'a> = Option<(usize, &'a [f32])>;
-
-/// Writes a volume, or components, in a file beside the header.
-pub(super) fn write_mhd(path: &Path, volume: &Volume, of: Components) -> Result<(), PhantomError> {
+/// Writes the samples in a file beside the header.
+pub(super) fn write_mhd(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "raw");
-    let header = header(volume, of, &name);
-    write_with_header(path, header.as_bytes(), &data, |out| put(out, volume, of))
+    let header = header(volume, &name);
+    write_with_header(path, header.as_bytes(), &data, |out| put(out, volume))
 }
 
-/// The same in one file.
-pub(super) fn write_mha(path: &Path, volume: &Volume, of: Components) -> Result<(), PhantomError> {
-    let header = header(volume, of, "LOCAL");
+/// Writes header and samples in one file.
+pub(super) fn write_mha(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    let header = header(volume, "LOCAL");
     write_atomically(path, |out| {
         out.write_all(header.as_bytes())?;
-        put(out, volume, of)
+        put(out, volume)
     })
 }
 
-fn put(out: &mut dyn Write, volume: &Volume, of: Components) -> io::Result<()> {
+fn put(out: &mut dyn Write, volume: &Volume) -> io::Result<()> {
     let samples = volume.samples();
-    match (of, volume.seconds_per_gate()) {
-        (Some((_, components)), _) => Samples::F32(components).write(out),
-        (None, None) => samples.write(out),
-        (None, Some(_)) => samples.write_interleaved(volume.grid().len(), out),
+    match volume.axis() {
+        Axis::Single => samples.write(out),
+        Axis::Gates(_) => samples.write_interleaved(volume.grid().len(), out),
+        Axis::Field(_) => Samples::F32(&volume.in_world([1.0; 3])).write(out),
     }
 }
 
-fn header(volume: &Volume, of: Components, data: &str) -> String {
+fn header(volume: &Volume, data: &str) -> String {
     let [nx, ny, nz] = volume.grid().shape();
     let [dx, dy, dz] = volume.spacing_mm();
     let [x, y, z] = volume.origin_mm();
@@ -47,13 +45,13 @@ fn header(volume: &Volume, of: Components, data: &str) -> String {
         Samples::U8(_) => "MET_UCHAR",
         Samples::U16(_) => "MET_USHORT",
     };
-    let channels = match (of, volume.seconds_per_gate()) {
-        (Some((n, _)), _) => format!("ElementNumberOfChannels = {n}\n"),
-        (None, None) => String::new(),
-        (None, Some(seconds)) => {
+    let channels = match volume.axis() {
+        Axis::Single => String::new(),
+        Axis::Gates(seconds) => {
             let n = volume.n_gates();
             format!("SecondsPerGate = {seconds}\nElementNumberOfChannels = {n}\n")
         }
+        Axis::Field(of) => format!("ElementNumberOfChannels = {}\n", of.components()),
     };
     format!(
         "ObjectType = Image\n\

@@ -1,15 +1,15 @@
-//! Files for other programs: every volume and every set of projections where it belongs, whole or not at all.
+//! File formats for other programs. Files are atomic: complete, or absent.
 //!
-//! Inside the crate lengths are centimetres in the lab frame. The writers turn them into what the format wants, millimetres
-//! as a rule. Where a format names the axes of a patient, the lab is taken as
+//! Inside the crate lengths are centimetres in the lab frame. The writers convert them to the units of the format, usually
+//! millimetres. Formats that name the axes of a patient use
 //!
 //! ```text
 //! +x = left     +y = posterior     +z = superior          (LPS, the world frame of DICOM and ITK)
 //! ```
 //!
-//! so that the direction matrix is the identity wherever the world is LPS, and the apex of the study's heart, which points
-//! along (1/2, -sqrt(2)/2, 1/2), points to the left and to the front as a heart does. Programs whose world is another one
-//! read the same place: one point of the heart has one position in every viewer.
+//! so that the direction matrix is the identity in an LPS world. The apex of the study's heart points along (1/2, -sqrt(2)/2, 1/2): to
+//! the left and to the front. Formats with another world frame store the same positions: a point of the heart has one position in
+//! every viewer.
 //!
 //! | [`Format`] | files | world | volume | projections |
 //! | --- | --- | --- | --- | --- |
@@ -19,41 +19,38 @@
 //! | `MetaImage`, `MetaImageSingle` | `.mhd` + `.raw`, `.mha` | LPS, mm: (x, y, z) | yes | no |
 //! | `Nrrd` | `.nrrd` | LPS, mm: (x, y, z) | yes | yes, with angles |
 //! | `InterfileStir` | `.hv` + `.v`, `.hs` + `.s` | STIR, mm: (x, y, -z), head first | yes | even steps, centred |
-//! | `InterfileSimind` | `.h00` + `.a00`, and `.cor` of an orbit that is no circle | centred, mm, head first, bins as seen from in front | centred | even steps, centred |
+//! | `InterfileSimind` | `.h00` + `.a00`, and `.cor` for an orbit that is not circular | centred, mm, head first, bins as seen from in front | centred | even steps, centred |
 //! | `RawJson` | `.json` + `.bin` | lab, cm | yes | yes, with angles |
-//! | `Dicom` | `.dcm` | LPS, mm: (x, y, z); integers with a factor | yes | even steps, centred |
+//! | `Dicom` | `.dcm` | LPS, mm: (x, y, z); integers with a scale factor | yes | even steps, centred |
 //!
-//! The gates of a beat go into one file each, or into one for all ([`Volume::of_gates`], [`Projections::of_gates`]; not as
-//! `InterfileStir`): the slowest axis of arrays, the fourth of NIfTI and NRRD, the channels of MetaImage, the time slots of Interfile and
-//! DICOM.
+//! [`Format::info`] has the properties of a format. All gates of a beat can be written to one file ([`Volume::of_gates`],
+//! [`Projections::of_gates`]): the slowest axis of arrays, the fourth of NIfTI and NRRD, the channels of MetaImage, the time slots of
+//! Interfile and DICOM. [`Volume::of_field`] has several components per voxel.
 //!
-//! Samples are little-endian. What a format cannot hold is refused ([`PhantomError`]) before anything is written, never
-//! dropped; `Npy` alone holds samples and nothing else.
+//! Samples are little-endian. Input that a format cannot store is an error ([`PhantomError`]) before anything is written; `Npy` stores
+//! the samples only.
 //!
-//! A file appears under its name when it is complete. Of two files that belong together the header comes last, so that a
-//! header always points to the whole data that it describes. A program that may be interrupted calls [`remove_unfinished`] before
-//! it ends; then it leaves nothing else behind. Whoever writes several files into a folder holds its lock ([`lock_folder`]), so that
-//! no two runs mix theirs.
+//! Of two files that belong together the header is renamed last, so that a header always refers to complete data. A program that may be
+//! interrupted calls [`remove_unfinished`] before it ends. A program that writes several files to a directory locks it ([`Folder`]).
 //!
 //! [`PhantomError`]: crate::PhantomError
 //!
 //! ```
-//! use heart_phantom::files::{Format, Volume, write_volume};
+//! use heart_phantom::files::{self, Format, Volume};
 //! use revolve_voxel::VoxelGrid;
 //! let grid = VoxelGrid::centred([4, 3, 2], [0.1, 0.2, 0.3], [1.0, 0.0, 0.0])?;
 //! let labels = vec![0_u8; 24]; // [z][y][x]
 //! let folder = tempfile::tempdir()?; // or any other
-//! write_volume(&folder.path().join("labels.nii"), &Volume::new(grid, &labels)?, Format::Nifti)?;
+//! files::write(&folder.path().join("labels.nii"), &Volume::new(grid, &labels)?, Format::Nifti)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod atomic;
 #[cfg(feature = "dicom")]
 mod dicom;
-mod field;
+mod folder;
 mod format;
 mod interfile;
-mod lock;
 mod mesh;
 mod metaimage;
 mod names;
@@ -62,10 +59,10 @@ mod npy;
 #[cfg(feature = "files")]
 mod npz;
 mod nrrd;
-#[cfg(feature = "scene")]
-mod older;
 #[cfg(feature = "files")]
 mod picture;
+#[cfg(feature = "scene")]
+mod previous;
 mod projections;
 #[cfg(feature = "files")]
 mod raw_json;
@@ -82,10 +79,9 @@ pub use atomic::{HeldWrites, create_writable_folder, remove_unfinished, write_at
 #[cfg(feature = "dicom")]
 #[cfg_attr(docsrs, doc(cfg(feature = "dicom")))]
 pub use dicom::write_ct;
-pub use field::{Field, FieldOf, write_field};
-pub use format::{Format, SliceOrder, write_projections, write_volume};
+pub use folder::Folder;
+pub use format::{Extensions, Format, FormatInfo, Image, SliceOrder, write};
 pub(crate) use interfile::ORBIT_EXTENSION;
-pub use lock::{FolderLock, lock_folder};
 pub(crate) use mesh::stl_bytes;
 pub use mesh::{write_ply, write_stl};
 pub(crate) use names::{
@@ -93,14 +89,12 @@ pub(crate) use names::{
 };
 pub use nifti::nifti_bytes;
 pub use npy::{put_npy, write_npy};
-#[cfg(feature = "scene")]
-pub(crate) use older::check_no_folder;
-#[cfg(feature = "scene")]
-#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
-pub use older::{is_product, lock_beside, remove_older};
 #[cfg(feature = "files")]
 #[cfg_attr(docsrs, doc(cfg(feature = "files")))]
 pub use picture::{Section, write_gif, write_png};
+#[cfg(feature = "scene")]
+#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
+pub use previous::check_unlisted;
 pub use projections::{Projections, Radius};
 pub use samples::Samples;
-pub use volume::Volume;
+pub use volume::{FieldOf, Volume};

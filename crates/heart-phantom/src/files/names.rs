@@ -36,25 +36,6 @@ pub(super) fn data_beside(header: &Path, extension: &str) -> (std::path::PathBuf
     (data, name.unwrap_or_default())
 }
 
-/// What the names of the files of a run begin with, up to a hyphen or a dot.
-#[cfg(feature = "scene")]
-pub(crate) const WORDS: [&str; 13] = [
-    PROJECTIONS,
-    RECONSTRUCTION,
-    // That of all views together too.
-    TRUTH,
-    LABELS,
-    ATTENUATION,
-    SURFACES[0],
-    SURFACES[1],
-    FIELDS[0].0,
-    FIELDS[1].0,
-    FIELDS[2].0,
-    SLICE,
-    "beat",
-    "curves",
-];
-
 pub(crate) const PROJECTIONS: &str = "projections";
 pub(crate) const SLICE: &str = "slice";
 pub(crate) const RECONSTRUCTION: &str = "reconstruction";

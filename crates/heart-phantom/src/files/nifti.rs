@@ -7,13 +7,13 @@
 //! z, quaternion (0, 0, 0, 1), no reflection (qfac = 1). Both forms say so, with code 1 (scanner anatomical). Gates are the fourth
 //! axis, in seconds.
 
+use super::volume::Axis;
 use crate::error::{PhantomError, check, check_count};
-use crate::files::{Samples, Volume, write_atomically};
+use crate::files::{FieldOf, Samples, Volume, write_atomically};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// A volume as the bytes of a NIfTI-1 file, for programs that embed it or send it; a sample is `factor` times what is stored
-/// (`scl_slope`).
+/// Returns a volume as the bytes of a NIfTI-1 file; a sample is `factor` times the stored value (`scl_slope`).
 ///
 /// # Errors
 /// [`PhantomError::Count`] if a side is too long for the format; [`PhantomError::OutOfRange`] if the factor is not positive.
@@ -24,52 +24,42 @@ pub fn nifti_bytes(volume: &Volume, factor: f64) -> Result<Vec<u8>, PhantomError
     header[112..116].copy_from_slice(&(factor as f32).to_le_bytes()); // scl_slope
     let samples = volume.samples();
     let mut bytes = Vec::with_capacity(header.len() + samples.len() * samples.bytes_each());
-    // A list of bytes takes all of them.
-    let _ = put(&mut bytes, &header, samples);
+    // Writing to a vector does not fail.
+    let _ = put(&mut bytes, &header, volume);
     Ok(bytes)
 }
 
-pub(super) fn write(path: &Path, header: &Header, samples: Samples) -> Result<(), PhantomError> {
-    write_atomically(path, |out| put(out, header, samples))
+pub(super) fn write(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    let header = header(volume)?;
+    write_atomically(path, |out| put(out, &header, volume))
 }
 
 #[cfg(feature = "files")]
-pub(super) fn write_gz(path: &Path, header: &Header, samples: Samples) -> Result<(), PhantomError> {
+pub(super) fn write_gz(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    let header = header(volume)?;
     write_atomically(path, |out| {
         let level = flate2::Compression::fast();
         let mut out = flate2::write::GzEncoder::new(out, level);
-        put(&mut out, header, samples)?;
+        put(&mut out, &header, volume)?;
         out.finish()?;
         Ok(())
     })
 }
 
-fn put(out: &mut dyn Write, header: &Header, samples: Samples) -> io::Result<()> {
+fn put(out: &mut dyn Write, header: &Header, volume: &Volume) -> io::Result<()> {
     out.write_all(header)?;
-    samples.write(out)
-}
-
-/// Intents of vectors a voxel: displacements, and any.
-pub(super) const DISPVECT: i16 = 1006;
-pub(super) const VECTOR: i16 = 1007;
-
-/// The header of so many components, one after the other along the fifth axis, each as large as a volume that says where it is.
-pub(super) fn field_header(place: &Volume, n: usize, intent: i16) -> Result<Header, PhantomError> {
-    let mut header = header(place)?;
-    let n = check_count("components of a field", n, [1, i16::MAX as usize])? as i16;
-    header[40..42].copy_from_slice(&5_i16.to_le_bytes()); // dim[0]
-    header[50..52].copy_from_slice(&n.to_le_bytes()); // dim[5]
-    header[68..70].copy_from_slice(&intent.to_le_bytes()); // intent_code
-    for axis in [4, 5] {
-        header[76 + 4 * axis..80 + 4 * axis].copy_from_slice(&1_f32.to_le_bytes()); // pixdim
+    match volume.field() {
+        None => volume.samples().write(out),
+        // Components slowest.
+        Some(of) => Samples::F32(&volume.in_world([-1.0, -1.0, 1.0]))
+            .write_interleaved(of.components(), out),
     }
-    Ok(header)
 }
 
 /// A header and the four bytes that say that no extension follows.
 type Header = [u8; 352];
 
-pub(super) fn header(volume: &Volume) -> Result<Header, PhantomError> {
+fn header(volume: &Volume) -> Result<Header, PhantomError> {
     let mut header = [0; 352];
     let mut put = |at: usize, bytes: &[u8]| header[at..at + bytes.len()].copy_from_slice(bytes);
     put(0, &348_i32.to_le_bytes()); // sizeof_hdr
@@ -78,11 +68,25 @@ pub(super) fn header(volume: &Volume) -> Result<Header, PhantomError> {
     for (to, n) in dim[1..].iter_mut().zip(volume.grid().shape()) {
         *to = check_count("voxels along a side", n, [1, i16::MAX as usize])? as i16;
     }
-    if let Some(seconds) = volume.seconds_per_gate() {
-        let most = [1, i16::MAX as usize];
-        dim[0] = 4;
-        dim[4] = check_count("gates", volume.n_gates(), most)? as i16;
-        put(92, &(seconds as f32).to_le_bytes()); // pixdim[4]
+    let most = [1, i16::MAX as usize];
+    match volume.axis() {
+        Axis::Single => {}
+        Axis::Gates(seconds) => {
+            dim[0] = 4;
+            dim[4] = check_count("gates", volume.n_gates(), most)? as i16;
+            put(92, &(seconds as f32).to_le_bytes()); // pixdim[4]
+        }
+        Axis::Field(of) => {
+            dim[0] = 5;
+            dim[5] = check_count("components of a field", of.components(), most)? as i16;
+            let intent: i16 = match of {
+                FieldOf::Displacement => 1006,                      // DISPVECT
+                FieldOf::Velocity | FieldOf::Components(_) => 1007, // VECTOR
+            };
+            put(68, &intent.to_le_bytes()); // intent_code
+            put(92, &1_f32.to_le_bytes()); // pixdim[4]
+            put(96, &1_f32.to_le_bytes()); // pixdim[5]
+        }
     }
     for (k, n) in dim.iter().enumerate() {
         put(40 + 2 * k, &n.to_le_bytes());

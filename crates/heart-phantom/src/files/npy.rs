@@ -1,7 +1,7 @@
 //! NumPy: single arrays.
 
 use crate::error::{PhantomError, check_count, check_length};
-use crate::files::{Samples, write_atomically};
+use crate::files::{Projections, Samples, Volume, write_atomically};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -43,11 +43,18 @@ pub fn put_npy(out: &mut dyn Write, shape: &[usize], samples: Samples) -> io::Re
     put_samples(out, shape, samples)
 }
 
-pub(super) fn write_samples(
+pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
+    write_samples(path, &volume.axes(), volume.samples())
+}
+
+pub(super) fn write_projections(
     path: &Path,
-    shape: &[usize],
-    samples: Samples,
+    projections: &Projections,
 ) -> Result<(), PhantomError> {
+    write_samples(path, &projections.axes(), projections.samples())
+}
+
+fn write_samples(path: &Path, shape: &[usize], samples: Samples) -> Result<(), PhantomError> {
     write_atomically(path, |out| put_samples(out, shape, samples))
 }
 

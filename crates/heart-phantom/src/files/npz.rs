@@ -1,7 +1,7 @@
 //! NumPy: archives of named arrays.
 
 use crate::error::PhantomError;
-use crate::files::atomic::Pending;
+use crate::files::atomic::write_file;
 use crate::files::{Projections, Samples, Volume, npy};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -9,25 +9,13 @@ use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// Arrays `samples` [z][y][x], `spacing_cm` and `origin_cm` (x, y, z); of gates `samples` [gate][z][y][x] and `seconds_per_gate`.
+/// Arrays `samples` [z][y][x], `spacing_cm` and `origin_cm` (x, y, z); of gates `samples` [gate][z][y][x] and `seconds_per_gate`,
+/// of fields `samples` [z][y][x][component].
 pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     write_npz(path, &volume.axes(), volume.samples(), |archive| {
         archive.array("spacing_cm", &volume.grid().spacing())?;
         archive.array("origin_cm", &volume.grid().origin())?;
         archive.some("seconds_per_gate", volume.seconds_per_gate())
-    })
-}
-
-/// The same with samples of another shape on the voxels of a volume.
-pub(super) fn write_field(
-    path: &Path,
-    place: &Volume,
-    shape: &[usize],
-    samples: Samples,
-) -> Result<(), PhantomError> {
-    write_npz(path, shape, samples, |archive| {
-        archive.array("spacing_cm", &place.grid().spacing())?;
-        archive.array("origin_cm", &place.grid().origin())
     })
 }
 
@@ -82,13 +70,12 @@ fn write_npz(
     samples: Samples,
     rest: impl FnOnce(&mut Archive) -> io::Result<()>,
 ) -> Result<(), PhantomError> {
-    Pending::write(path, |out| {
+    write_file(path, |out| {
         let mut archive = Archive(ZipWriter::new(out));
         archive.begin("samples")?;
         npy::put_samples(&mut archive.0, shape, samples)?;
         rest(&mut archive)?;
         archive.0.finish()?;
         Ok(())
-    })?
-    .commit()
+    })
 }

@@ -1,6 +1,7 @@
 //! NRRD with its data inside, raw. Fields as in <https://teem.sourceforge.net/nrrd/format.html>. Gates are a fourth axis, a list.
 
 use super::names::millimetres;
+use super::volume::Axis;
 use crate::error::PhantomError;
 use crate::files::{Projections, Samples, Volume, write_atomically};
 use std::fmt::Write as _;
@@ -10,51 +11,44 @@ pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomEr
     let [nx, ny, nz] = volume.grid().shape();
     let [dx, dy, dz] = volume.spacing_mm();
     let [x, y, z] = volume.origin_mm();
-    let (size, direction, kind, time) = match volume.seconds_per_gate() {
-        None => Default::default(),
-        Some(seconds) => (
-            format!(" {}", volume.n_gates()),
-            " none",
-            " list",
+    let sides = format!("{nx} {ny} {nz}");
+    let directions = format!("({dx},0,0) (0,{dy},0) (0,0,{dz})");
+    let kinds = "domain domain domain";
+    let (sizes, directions, kinds, more) = match volume.axis() {
+        Axis::Single => (sides, directions, kinds.to_owned(), String::new()),
+        Axis::Gates(seconds) => (
+            format!("{sides} {}", volume.n_gates()),
+            format!("{directions} none"),
+            format!("{kinds} list"),
             format!("seconds_per_gate:={seconds}\n"),
         ),
+        Axis::Field(of) => {
+            let (kind, frame) = match of.is_vector() {
+                true => ("vector", "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n"),
+                false => ("list", ""),
+            };
+            (
+                format!("{} {sides}", of.components()),
+                format!("none {directions}"),
+                format!("{kind} {kinds}"),
+                frame.to_owned(),
+            )
+        }
     };
     let fields = format!(
         "space: left-posterior-superior\n\
-         sizes: {nx} {ny} {nz}{size}\n\
-         space directions: ({dx},0,0) (0,{dy},0) (0,0,{dz}){direction}\n\
-         kinds: domain domain domain{kind}\n\
+         sizes: {sizes}\n\
+         space directions: {directions}\n\
+         kinds: {kinds}\n\
          space units: \"mm\" \"mm\" \"mm\"\n\
          space origin: ({x},{y},{z})\n\
-         {time}"
+         {more}"
     );
-    write(path, volume.axes().len(), &fields, volume.samples())
-}
-
-/// Several numbers a voxel, fastest: of kind `vector` along the axes of the space, or a `list` of others.
-pub(super) fn write_field(
-    path: &Path,
-    place: &Volume,
-    (n, samples): (usize, &[f32]),
-    vectors: bool,
-) -> Result<(), PhantomError> {
-    let [nx, ny, nz] = place.grid().shape();
-    let [dx, dy, dz] = place.spacing_mm();
-    let [x, y, z] = place.origin_mm();
-    let (kind, frame) = match vectors {
-        true => ("vector", "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n"),
-        false => ("list", ""),
-    };
-    let fields = format!(
-        "space: left-posterior-superior\n\
-         sizes: {n} {nx} {ny} {nz}\n\
-         space directions: none ({dx},0,0) (0,{dy},0) (0,0,{dz})\n\
-         kinds: {kind} domain domain domain\n\
-         space units: \"mm\" \"mm\" \"mm\"\n\
-         space origin: ({x},{y},{z})\n\
-         {frame}"
-    );
-    write(path, 4, &fields, samples.into())
+    let axes = volume.axes().len();
+    match volume.field() {
+        Some(_) => write(path, axes, &fields, (&*volume.in_world([1.0; 3])).into()),
+        None => write(path, axes, &fields, volume.samples()),
+    }
 }
 
 /// Axes bin, row, view. The third counts the views, as they need not be evenly spaced: the angles are a key of their own.

@@ -15,25 +15,11 @@ pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomEr
         "origin_cm": volume.grid().origin(),
         "axes": {"x": "left", "y": "posterior", "z": "superior"},
     });
+    if volume.field().is_some() {
+        header["order"] = json!(["z", "y", "x", "component"]);
+    }
     of_gates(&mut header, volume.seconds_per_gate());
     write(path, header, volume.samples())
-}
-
-/// Several numbers a voxel, fastest, in the units of the lab.
-pub(super) fn write_field(
-    path: &Path,
-    place: &Volume,
-    (n, samples): (usize, &[f32]),
-) -> Result<(), PhantomError> {
-    let [nx, ny, nz] = place.grid().shape();
-    let header = json!({
-        "order": ["z", "y", "x", "component"],
-        "shape": [nz, ny, nx, n],
-        "spacing_cm": place.grid().spacing(),
-        "origin_cm": place.grid().origin(),
-        "axes": {"x": "left", "y": "posterior", "z": "superior"},
-    });
-    write(path, header, samples.into())
 }
 
 pub(super) fn write_projections(

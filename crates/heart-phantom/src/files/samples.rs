@@ -18,7 +18,16 @@ pub enum Samples<'a> {
     U16(&'a [u16]),
 }
 
-impl Samples<'_> {
+impl<'a> Samples<'a> {
+    /// The first `n` samples, or all if there are fewer.
+    pub(super) fn first(self, n: usize) -> Self {
+        match self {
+            Self::F32(values) => Self::F32(&values[..n.min(values.len())]),
+            Self::U8(values) => Self::U8(&values[..n.min(values.len())]),
+            Self::U16(values) => Self::U16(&values[..n.min(values.len())]),
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         match self {
@@ -138,11 +147,7 @@ pub(super) fn gates_of(
     let given = samples.len();
     let whole = given.next_multiple_of(len.max(1)).max(len);
     check_length("samples of gates", given, whole)?;
-    Ok(match samples {
-        Samples::F32(values) => Samples::F32(&values[..len]),
-        Samples::U8(values) => Samples::U8(&values[..len]),
-        Samples::U16(values) => Samples::U16(&values[..len]),
-    })
+    Ok(samples.first(len))
 }
 
 /// Samples of one's own.

@@ -1,27 +1,68 @@
-//! A volume to be written.
+//! Volumes and vector fields to be written.
 
 use super::names::millimetres;
 use crate::error::{PhantomError, check};
 use crate::files::Samples;
 use crate::files::samples::gates_of;
 use revolve_voxel::VoxelGrid;
+use std::borrow::Cow;
 
-/// Samples on a voxel grid, index order `[z][y][x]`; lab frame, centimetres, axes along x, y, z. Of the gates of a beat `[gate][z][y][x]`.
+/// Samples on a voxel grid, index order `[z][y][x]`; lab frame, centimetres, axes along x, y, z. Gates of a beat are
+/// `[gate][z][y][x]`, components of a field `[z][y][x][component]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Volume<'a> {
     grid: VoxelGrid,
     samples: Samples<'a>,
-    seconds: Option<f64>,
+    axis: Axis,
     study: Option<&'a str>,
 }
 
+/// The axis of the samples besides z, y, x.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Axis {
+    /// None.
+    Single,
+    /// Gates, slowest; seconds from one to the next.
+    Gates(f64),
+    /// Components of a voxel, fastest.
+    Field(FieldOf),
+}
+
+/// Quantity of the components of a voxel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FieldOf {
+    /// Displacements along the lab's x, y, z in cm.
+    Displacement,
+    /// Velocities along the lab's x, y, z in cm/s.
+    Velocity,
+    /// Any number of components that are not vectors of the lab frame.
+    Components(usize),
+}
+
+impl FieldOf {
+    /// Number of components.
+    pub fn components(self) -> usize {
+        match self {
+            Self::Displacement | Self::Velocity => 3,
+            Self::Components(n) => n,
+        }
+    }
+
+    /// Whether the components are a vector along the axes of the lab.
+    pub(super) fn is_vector(self) -> bool {
+        match self {
+            Self::Displacement | Self::Velocity => true,
+            Self::Components(_) => false,
+        }
+    }
+}
+
 impl<'a> Volume<'a> {
-    /// A volume from the grid that it was made on, so that it is written where it was drawn.
+    /// A volume of one sample per voxel.
     ///
     /// # Errors
-    /// [`PhantomError::WrongLength`] if there is not one sample a voxel; [`PhantomError::OutOfRange`] if a
-    /// sample is not finite, or if spacing or origin in millimetres do not fit into 32 bits, as some
-    /// formats keep them.
+    /// [`PhantomError::WrongLength`] unless there is one sample per voxel; [`PhantomError::OutOfRange`] if a sample is not finite, or if
+    /// spacing or origin in millimetres do not fit into 32 bits, as some formats store them.
     pub fn new(grid: VoxelGrid, samples: impl Into<Samples<'a>>) -> Result<Self, PhantomError> {
         let samples = samples.into();
         samples.check("samples of a volume", &grid.shape())?;
@@ -34,21 +75,21 @@ impl<'a> Volume<'a> {
         Ok(Self {
             grid,
             samples,
-            seconds: None,
+            axis: Axis::Single,
             study: None,
         })
     }
 
-    /// The volumes of the gates of a beat, `[gate][z][y][x]`, `seconds` from one to the next: one file for all of them.
+    /// The volumes of all gates of a beat, `[gate][z][y][x]`, `seconds` from one to the next, for one file.
     ///
     /// ```
-    /// use heart_phantom::files::{Format, Volume, write_volume};
+    /// use heart_phantom::files::{self, Format, Volume};
     /// use heart_phantom::revolve_voxel::VoxelGrid;
     /// let grid = VoxelGrid::centred([4, 3, 2], [0.1; 3], [0.0; 3])?;
     /// let beat = vec![0.5_f32; 8 * 24];
     /// let volume = Volume::of_gates(grid, &beat, 0.125)?; // 8 gates of a beat of a second
     /// let folder = tempfile::tempdir()?; // or any other
-    /// write_volume(&folder.path().join("beat.nii"), &volume, Format::Nifti)?;
+    /// files::write(&folder.path().join("beat.nii"), &volume, Format::Nifti)?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
@@ -66,13 +107,38 @@ impl<'a> Volume<'a> {
         samples.check("samples of a volume", &[samples.len()])?;
         Ok(Self {
             samples,
-            seconds: Some(seconds),
+            axis: Axis::Gates(seconds),
             ..volume
         })
     }
 
-    /// The same as part of a study: files with one name of a study belong together where a format knows of studies (DICOM). Any text,
-    /// such as that of a scene.
+    /// Several components per voxel, `[z][y][x][component]`: displacements, velocities, strains. For npy, npz, NIfTI, MetaImage, NRRD
+    /// and raw with JSON.
+    ///
+    /// NumPy and raw arrays are `[z][y][x][component]` in cm. Formats with a world frame store vectors along its axes, in mm: MetaImage
+    /// (LPS) with `ElementNumberOfChannels`, fastest; NRRD (LPS) on a first axis of kind `vector`, other components `list`; NIfTI (RAS)
+    /// with x and y negated along the fifth axis, slowest, with the intent `DISPVECT` (1006) for displacements and `VECTOR` (1007)
+    /// otherwise.
+    ///
+    /// # Errors
+    /// [`PhantomError::WrongLength`] unless each voxel has its components; else as [`Volume::new`].
+    pub fn of_field(
+        grid: VoxelGrid,
+        samples: &'a [f32],
+        of: FieldOf,
+    ) -> Result<Self, PhantomError> {
+        let [nx, ny, nz] = grid.shape();
+        let samples = Samples::from(samples);
+        samples.check("samples of a field", &[nz, ny, nx, of.components()])?;
+        let first = samples.first(grid.len());
+        Ok(Self {
+            samples,
+            axis: Axis::Field(of),
+            ..Self::new(grid, first)?
+        })
+    }
+
+    /// Sets the name of the study, any text: files of one study belong together where the format has studies (DICOM).
     pub fn with_study(mut self, name: &'a str) -> Self {
         self.study = Some(name);
         self
@@ -80,12 +146,26 @@ impl<'a> Volume<'a> {
 
     /// Seconds from one gate to the next, of volumes of gates.
     pub fn seconds_per_gate(&self) -> Option<f64> {
-        self.seconds
+        match self.axis {
+            Axis::Gates(seconds) => Some(seconds),
+            Axis::Single | Axis::Field(_) => None,
+        }
+    }
+
+    /// Quantity of the components, of a field.
+    pub fn field(&self) -> Option<FieldOf> {
+        match self.axis {
+            Axis::Field(of) => Some(of),
+            Axis::Single | Axis::Gates(_) => None,
+        }
     }
 
     /// Number of gates, or 1.
     pub fn n_gates(&self) -> usize {
-        self.samples.len() / self.grid.len().max(1)
+        match self.axis {
+            Axis::Gates(_) => self.samples.len() / self.grid.len().max(1),
+            Axis::Single | Axis::Field(_) => 1,
+        }
     }
 
     /// The name of the study.
@@ -98,16 +178,37 @@ impl<'a> Volume<'a> {
         &self.grid
     }
 
-    /// The samples, `[z][y][x]` or `[gate][z][y][x]`.
+    /// The samples, `[z][y][x]`, `[gate][z][y][x]` or `[z][y][x][component]`.
     pub fn samples(&self) -> Samples<'a> {
         self.samples
     }
 
-    /// Its axes from slowest to fastest.
+    pub(super) fn axis(&self) -> Axis {
+        self.axis
+    }
+
+    /// Lengths of the axes from slowest to fastest.
     pub(super) fn axes(&self) -> Vec<usize> {
         let [nx, ny, nz] = self.grid.shape();
-        let gates = self.seconds.map(|_| self.n_gates());
-        gates.into_iter().chain([nz, ny, nx]).collect()
+        match self.axis {
+            Axis::Single => vec![nz, ny, nx],
+            Axis::Gates(_) => vec![self.n_gates(), nz, ny, nx],
+            Axis::Field(of) => vec![nz, ny, nx, of.components()],
+        }
+    }
+
+    /// The samples in a world frame in millimetres whose axes are those of the lab with these signs: vectors change, others do not.
+    pub(super) fn in_world(&self, signs: [f32; 3]) -> Cow<'a, [f32]> {
+        match (self.samples, self.field()) {
+            (Samples::F32(samples), Some(of)) if of.is_vector() => {
+                (samples.iter().zip(signs.iter().cycle()))
+                    .map(|(sample, sign)| 10.0 * sign * sample)
+                    .collect()
+            }
+            (Samples::F32(samples), _) => samples.into(),
+            // A field has samples of 32 bits.
+            (Samples::U8(_) | Samples::U16(_), _) => Cow::default(),
+        }
     }
 
     /// Step between voxels `[x, y, z]` in mm.

@@ -315,21 +315,21 @@ impl PhantomParts {
                 feature: "files",
             });
         }
-        volumes.check_built()?;
-        projections.check_built()?;
+        volumes.info().check_built()?;
+        projections.info().check_built()?;
         if self.attenuation.is_none() && write.contains(&Product::Attenuation) {
             let what = "attenuation";
             return Err(PhantomError::Absent { what });
         }
-        if projections.asks_even_steps() && !self.camera.has_even_steps() {
+        if projections.info().even_steps && !self.camera.has_even_steps() {
             let what = "views of two heads that make no even steps together";
-            return Err(projections.cannot_hold(what));
+            return Err(projections.info().cannot_hold(what));
         }
-        if write.contains(&Product::Motion) && !volumes.holds_fields() {
-            return Err(volumes.cannot_hold("several numbers a voxel"));
+        if write.contains(&Product::Motion) && !volumes.info().fields {
+            return Err(volumes.info().cannot_hold("several components per voxel"));
         }
-        if projections.projections_extension().is_none() {
-            return Err(projections.cannot_hold("the angles of projections"));
+        if projections.info().projections.is_none() {
+            return Err(projections.info().cannot_hold("the angles of projections"));
         }
         self.check_gates()
     }
@@ -352,8 +352,8 @@ impl PhantomParts {
             .iter()
             .any(|product| output.write.contains(product));
         for (used, format) in [(sees, output.projections), (gives, output.volumes)] {
-            if used && !format.holds_gates() {
-                return Err(format.cannot_hold(what));
+            if used && !format.info().gates {
+                return Err(format.info().cannot_hold(what));
             }
         }
         if sees && self.camera.rotation() == Rotation::Continuous {

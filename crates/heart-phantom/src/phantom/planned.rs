@@ -4,8 +4,8 @@ use super::output::{GateFiles, Product};
 use super::phases::PhaseOf;
 use crate::error::PhantomError;
 use crate::files::{
-    ATTENUATION, FIELDS, Format, LABELS, MOVING, ORBIT_EXTENSION, PROJECTIONS, RECONSTRUCTION,
-    REPORT, SLICE, SURFACES, TRUTH,
+    ATTENUATION, Extensions, FIELDS, Format, LABELS, MOVING, ORBIT_EXTENSION, PROJECTIONS,
+    RECONSTRUCTION, REPORT, SLICE, SURFACES, TRUTH,
 };
 use crate::{Compensation, Mode, Moment, Orbit, Phantom, files};
 use std::collections::HashMap;
@@ -83,7 +83,7 @@ impl Phantom {
             }));
         };
         let gates = 0..self.n_gates();
-        let sample = self.parts().output.volumes.sample_bytes();
+        let sample = self.parts().output.volumes.info().sample_bytes;
         // Of what goes into one file.
         let (in_one, times) = match self.one_file() {
             true => (0..1, self.n_gates() as u64),
@@ -91,7 +91,7 @@ impl Phantom {
         };
         match product {
             Product::Projections => {
-                let sample = self.parts().output.projections.sample_bytes();
+                let sample = self.parts().output.projections.info().sample_bytes;
                 let bytes = times * sample * (camera.n_views() * camera.view_len()) as u64;
                 in_one.for_each(|gate| add(self.projection_names(gate), bytes));
             }
@@ -200,14 +200,14 @@ impl Phantom {
     pub(crate) fn projection_names(&self, gate: usize) -> Vec<PathBuf> {
         let format = self.parts().output.projections;
         #[expect(clippy::unreachable, reason = "the parts were checked")]
-        let Some(extension) = format.projections_extension() else {
+        let Some(extensions) = format.info().projections else {
             unreachable!("the parts were checked")
         };
         let name = match self.one_file() {
             true => PROJECTIONS.to_owned(),
             false => self.gate_name(PROJECTIONS, gate),
         };
-        let mut names = named(&name, extension, format.projections_data_extension());
+        let mut names = named(&name, extensions);
         let circle = matches!(self.parts().orbit, Orbit::Circle(_));
         if format == Format::InterfileSimind && !circle {
             names.insert(1, format!("{name}.{ORBIT_EXTENSION}").into());
@@ -217,12 +217,7 @@ impl Phantom {
 
     /// The file of a volume, and the one of its data, if there are two.
     pub(crate) fn volume_names(&self, name: &str) -> Vec<PathBuf> {
-        let format = self.parts().output.volumes;
-        named(
-            name,
-            format.volume_extension(),
-            format.volume_data_extension(),
-        )
+        named(name, self.parts().output.volumes.info().volume)
     }
 
     /// The picture of one of the volumes made of the views.
@@ -266,8 +261,8 @@ pub(crate) fn surface_name(what: &str, of: PhaseOf) -> PathBuf {
 }
 
 /// A header, or all of it, and the data beside it.
-fn named(name: &str, extension: &str, data: Option<&str>) -> Vec<PathBuf> {
-    [Some(extension), data]
+fn named(name: &str, extensions: Extensions) -> Vec<PathBuf> {
+    [Some(extensions.header), extensions.data]
         .into_iter()
         .flatten()
         .map(|extension| format!("{name}.{extension}").into())

@@ -182,7 +182,7 @@ impl Phantom {
     /// The angles of the views of a gate as the format of the projections has them: some know of even steps only.
     pub(crate) fn written_angles(&self, gate: usize) -> Result<Vec<f64>, PhantomError> {
         let angles = self.view_times(gate)?.into_iter().map(|time| time.angle);
-        if !self.parts().output.projections.asks_even_steps() {
+        if !self.parts().output.projections.info().even_steps {
             return Ok(angles.collect());
         }
         let nominal = self.camera().geometry().angles();

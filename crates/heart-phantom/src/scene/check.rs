@@ -4,9 +4,9 @@ use super::check_camera::{camera, even_steps};
 use super::check_reconstruction::{reconstruction, region_has_a_place};
 use super::check_time::{acquisition, turning};
 use super::fault::{Checked, Section, all_within, count, fault, spelled, within};
+use super::template::formats;
 use super::*;
 use super::{material, motion};
-use crate::files::Format;
 use crate::model::{Height, without_overlap};
 use crate::ranges;
 use crate::scene::build::{Rest, collimation_of, defect_of, regular_cycle_of};
@@ -359,7 +359,7 @@ fn one_file(scene: &Scene) -> Checked {
         (sees, "output.projections", output.projections),
         (gives, "output.volumes", output.volumes),
     ] {
-        if used && !format.holds_gates() {
+        if used && !format.info().gates {
             let wanted =
                 "has no room for all gates in one file: choose another, or gates = \"each\"";
             return Err(fault(field, spelled(format), wanted));
@@ -375,18 +375,15 @@ fn one_file(scene: &Scene) -> Checked {
 fn output(output: &Output) -> Checked {
     let tolerance = output.mesh_tolerance;
     within("output.mesh_tolerance", tolerance, ranges::MESH_TOLERANCE)?;
-    if output.projections.projections_extension().is_none() {
-        let names: Vec<String> = (Format::ALL.into_iter())
-            .filter(|format| format.projections_extension().is_some())
-            .map(spelled)
-            .collect();
-        let wanted = format!("has no place for angles; these have: {}", names.join(", "));
+    if output.projections.info().projections.is_none() {
+        let names = formats(|info| info.projections.is_some());
+        let wanted = format!("cannot store the angles of projections; choose one of {names}");
         let given = spelled(output.projections);
         return Err(fault("output.projections", given, wanted));
     }
-    if output.write.contains(&Product::Motion) && !output.volumes.holds_fields() {
-        let wanted = "has no place for several numbers a voxel, which motion has; npy, npz, nifti, nifti-gz, meta-image, \
-                      meta-image-single, nrrd and raw-json have";
+    if output.write.contains(&Product::Motion) && !output.volumes.info().fields {
+        let names = formats(|info| info.fields);
+        let wanted = format!("cannot store the components of motion; choose one of {names}");
         return Err(fault("output.volumes", spelled(output.volumes), wanted));
     }
     for (k, product) in output.write.iter().enumerate() {

@@ -76,7 +76,7 @@ pub(super) fn even_steps(scene: &Scene) -> Checked {
         // It has been said what is wrong.
         return Ok(());
     };
-    if projections.asks_even_steps() && !camera.has_even_steps() {
+    if projections.info().even_steps && !camera.has_even_steps() {
         let wanted = "needs even steps from the first view to the last of both heads: an arc as large as the angle between them";
         return Err(fault("output.projections", spelled(projections), wanted));
     }

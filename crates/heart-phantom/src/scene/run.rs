@@ -6,8 +6,8 @@ use crate::error::{PhantomError, check_count};
 #[cfg(feature = "files")]
 use crate::files::MOVING;
 use crate::files::{
-    self, ATTENUATION, FIELDS, Field, FieldOf, FolderLock, LABELS, PROJECTIONS, Projections,
-    RECONSTRUCTION, Radius, SURFACES, Volume,
+    self, ATTENUATION, FIELDS, FieldOf, Folder, LABELS, PROJECTIONS, Projections, RECONSTRUCTION,
+    Radius, SURFACES, Volume,
 };
 use crate::phantom::{phase_name, surface_name};
 use crate::{Method, Orbit, Phantom, Product, ScenePhase, ViewReport};
@@ -49,7 +49,7 @@ pub struct Run<'a> {
     pub(super) seen: Vec<f32>,
     /// All gates of what goes into one file, by the name of the file.
     collected: BTreeMap<String, Vec<f32>>,
-    _held: FolderLock,
+    _folder: Folder,
 }
 
 /// What a gate of a run has made, of what the scene asks for.
@@ -96,11 +96,10 @@ impl<'a> Run<'a> {
         out: &'a Path,
         beside: &[PathBuf],
     ) -> Result<Self, PhantomError> {
-        let held = files::lock_folder(out)?;
+        let folder = Folder::lock(out)?;
         phantom.prepare()?;
         let planned = [&phantom.file_names()?, beside].concat();
-        files::check_no_folder(out, &planned)?;
-        files::remove_older(out, &planned)?;
+        folder.clear(&planned)?;
         // Of the two extreme shapes: a heart that has none is known before any view.
         phantom.numbers()?;
         Ok(Self {
@@ -113,7 +112,7 @@ impl<'a> Run<'a> {
             middle: Vec::new(),
             seen: Vec::new(),
             collected: BTreeMap::new(),
-            _held: held,
+            _folder: folder,
         })
     }
 
@@ -175,8 +174,8 @@ impl<'a> Run<'a> {
             compensated,
             pictures,
             slice_order: SliceOrders {
-                projections: phantom.parts().output.projections.row_order(),
-                volumes: phantom.parts().output.volumes.slice_order(),
+                projections: phantom.parts().output.projections.info().row_order,
+                volumes: phantom.parts().output.volumes.info().slice_order,
             },
             labels: match self.wants(Product::Labels) {
                 true => phantom.label_names(),
@@ -378,7 +377,7 @@ impl Run<'_> {
         }
         let names = self.phantom.projection_names(gate);
         let format = parts.output.projections;
-        files::write_projections(&self.out.join(&names[0]), &projections, format)?;
+        files::write(&self.out.join(&names[0]), &projections, format)?;
         self.files.extend(names);
         Ok(())
     }
@@ -394,8 +393,8 @@ impl Run<'_> {
             (&motion.strain, FieldOf::Components(6)),
         ]) {
             let names = self.phantom.volume_names(&phase_name(what, to.of));
-            let field = Field::new(grid, samples, of)?;
-            files::write_field(&self.out.join(&names[0]), &field, format)?;
+            let field = Volume::of_field(grid, samples, of)?;
+            files::write(&self.out.join(&names[0]), &field, format)?;
             self.files.extend(names);
         }
         Ok(())
@@ -436,7 +435,7 @@ impl Run<'_> {
         };
         let names = self.phantom.volume_names(name);
         let format = self.phantom.parts().output.volumes;
-        files::write_volume(&self.out.join(&names[0]), &volume, format)?;
+        files::write(&self.out.join(&names[0]), &volume, format)?;
         self.files.extend(names);
         Ok(())
     }

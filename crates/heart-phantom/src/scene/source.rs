@@ -35,8 +35,10 @@ impl Source {
             PhantomError::DetectorInside { .. } => "camera.radius".to_owned(),
             PhantomError::NothingToCount => "noise.counts.total".to_owned(),
             PhantomError::NotBuilt { what, .. } => match &self.scene.output {
-                output if *what == output.volumes.name() => "output.volumes".to_owned(),
-                output if *what == output.projections.name() => "output.projections".to_owned(),
+                output if *what == output.volumes.info().name => "output.volumes".to_owned(),
+                output if *what == output.projections.info().name => {
+                    "output.projections".to_owned()
+                }
                 _ => "output.write".to_owned(),
             },
             PhantomError::NotMeshed { .. } => "output.mesh_tolerance".to_owned(),

@@ -1,12 +1,26 @@
 //! A scene as a file that explains itself: `template.toml`, with the scene's values in the place of its own.
 
+use super::fault::spelled;
 use super::study::Scene;
+use crate::files::{Format, FormatInfo};
 use std::fmt::Write;
+use std::sync::LazyLock;
 use toml::{Table, Value};
 
 /// A scene with every section and every field, each on a line of its own with a comment behind it. What a scene leaves out is commented
 /// out.
-const TEMPLATE: &str = include_str!("template.toml");
+static TEMPLATE: LazyLock<String> = LazyLock::new(|| {
+    include_str!("template.toml")
+        .replace("{volumes}", &formats(|_| true))
+        .replace("{projections}", &formats(|info| info.projections.is_some()))
+        .replace("{gates}", &formats(|info| info.gates))
+});
+
+/// The names, as scenes spell them, of the formats with a property.
+pub(super) fn formats(has: impl Fn(&FormatInfo) -> bool) -> String {
+    let with = Format::ALL.into_iter().filter(|format| has(format.info()));
+    with.map(spelled).collect::<Vec<_>>().join(", ")
+}
 
 /// The file's text.
 pub(super) fn write(scene: &Scene) -> String {

@@ -4,10 +4,7 @@
 //! and pynrrd, PyTomography's parsers for SIMIND's files besides, and is run from here when they can be imported.
 
 use heart_phantom::PhantomError;
-use heart_phantom::files::{
-    Field, FieldOf, Format, Projections, Volume, write_field, write_ply, write_projections,
-    write_stl, write_volume,
-};
+use heart_phantom::files::{FieldOf, Format, Projections, Volume, write, write_ply, write_stl};
 use minimal::*;
 use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, VoxelGrid};
 use std::collections::HashMap;
@@ -58,7 +55,7 @@ fn plain() -> impl Iterator<Item = Format> {
 }
 
 fn path_of(folder: &Path, format: Format) -> PathBuf {
-    folder.join(format!("{format:?}.{}", format.volume_extension()))
+    folder.join(format!("{format:?}.{}", format.info().volume.header))
 }
 
 fn entries(folder: &Path) -> usize {
@@ -73,7 +70,7 @@ fn every_sample_is_where_it_was_in_every_format() {
         let samples = sampled(&grid);
         let path = path_of(folder.path(), format);
         let volume = Volume::new(grid, samples.as_slice()).unwrap();
-        write_volume(&path, &volume, format).unwrap();
+        write(&path, &volume, format).unwrap();
         let found = read(&path, format);
         assert_eq!(found.shape, SHAPE, "{format:?}");
         assert_eq!(found.samples.len(), samples.len(), "{format:?}");
@@ -104,7 +101,7 @@ fn labels_of_8_and_16_bits_come_back_exactly() {
             } else {
                 Volume::new(grid, small.as_slice()).unwrap()
             };
-            write_volume(&path, &volume, format).unwrap();
+            write(&path, &volume, format).unwrap();
             let found = read(&path, format);
             assert_eq!(found.samples.len(), grid.len(), "{format:?}");
             for (k, sample) in found.samples.iter().enumerate() {
@@ -249,9 +246,9 @@ fn projections_keep_their_angles_bins_and_rows() {
     for (format, angles, offset) in cases {
         let (detector, samples) = stack(angles, offset);
         let projections = Projections::new(detector, angles, RADIUS, samples.as_slice()).unwrap();
-        let extension = format.projections_extension().unwrap();
+        let extension = format.info().projections.unwrap().header;
         let path = folder.path().join(format!("{format:?}.{extension}"));
-        write_projections(&path, &projections, format).unwrap();
+        write(&path, &projections, format).unwrap();
         let (found, first, step, samples) = read_stack(&path, format);
         assert_eq!(found.len(), angles.len());
         assert_eq!(samples.len(), angles.len() * ROWS * BINS);
@@ -272,7 +269,7 @@ fn projections_keep_their_angles_bins_and_rows() {
     let (detector, samples) = stack(&uneven, [0.5, 0.0]);
     let projections = Projections::new(detector, &uneven, RADIUS, samples.as_slice()).unwrap();
     let path = folder.path().join("bare.npy");
-    write_projections(&path, &projections, Format::Npy).unwrap();
+    write(&path, &projections, Format::Npy).unwrap();
     let (shape, found) = read_npy(&fs::read(&path).unwrap());
     assert_eq!(shape, [4, ROWS, BINS]);
     assert!(found.iter().zip(&samples).all(|(a, b)| *a == f64::from(*b)));
@@ -286,9 +283,9 @@ fn writing_twice_gives_the_same_bytes() {
         let samples = sampled(&grid);
         let volume = Volume::new(grid, samples.as_slice()).unwrap();
         let path = path_of(folder.path(), format);
-        write_volume(&path, &volume, format).unwrap();
+        write(&path, &volume, format).unwrap();
         let once = fs::read(&path).unwrap();
-        write_volume(&path, &volume, format).unwrap();
+        write(&path, &volume, format).unwrap();
         assert_eq!(fs::read(&path).unwrap(), once, "{format:?}");
     }
     // One file each, two for the four with a header of their own; no temporary ones.
@@ -354,7 +351,7 @@ fn headers_have_no_digits_of_rounding() {
     let samples = vec![0.0f32; 3 * 90];
     let projections = Projections::new(detector, &angles, 14.1, samples.as_slice()).unwrap();
     let path = folder.path().join("a.hs");
-    write_projections(&path, &projections, Format::InterfileStir).unwrap();
+    write(&path, &projections, Format::InterfileStir).unwrap();
     let (header, _) = read_interfile(&path);
     assert_eq!(header["extent of rotation"], "180");
     assert_eq!(header["scaling factor (mm/pixel) [1]"], "7");

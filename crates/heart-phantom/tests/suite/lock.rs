@@ -1,7 +1,7 @@
 //! One writer a folder, and no file but a new one is ever written to.
 #![cfg(unix)]
 
-use heart_phantom::files::{self, lock_folder};
+use heart_phantom::files::Folder;
 use heart_phantom::{Phantom, PhantomError, Scene, run, scene::Mode};
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -19,7 +19,7 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-fn holder(result: Result<files::FolderLock, PhantomError>) -> String {
+fn holder(result: Result<Folder, PhantomError>) -> String {
     match result.unwrap_err() {
         PhantomError::Busy { holder, .. } => holder,
         error => panic!("{error}"),
@@ -35,10 +35,10 @@ fn phantom() -> Phantom {
 fn a_folder_that_is_held_is_written_to_by_nobody_else() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("new/out");
-    let held = lock_folder(&out).unwrap();
+    let held = Folder::lock(&out).unwrap();
     assert_eq!(names(&out), [LOCK]);
     let me = format!("process {} on ", std::process::id());
-    assert!(holder(lock_folder(&out)).starts_with(&me));
+    assert!(holder(Folder::lock(&out)).starts_with(&me));
     let error = run(&phantom(), &out, &|_| ()).unwrap_err();
     assert!(error.to_string().contains(&me), "{error}");
     assert_eq!(names(&out), [LOCK]);
@@ -60,7 +60,7 @@ fn many_take_turns() {
         // Every process has its turns in the end: whoever is refused sees another one inside, or on its way out.
         let mut turns = 0;
         while turns < TURNS {
-            match lock_folder(folder) {
+            match Folder::lock(folder) {
                 Ok(held) => {
                     fs::File::create_new(&inside).expect("nobody else is inside");
                     fs::remove_file(&inside).unwrap();
@@ -96,7 +96,7 @@ fn many_take_turns() {
 fn the_lock_of_a_process_that_was_killed_is_taken_over() {
     const HELD: &str = "HEART_PHANTOM_TEST_HELD_FOLDER";
     if let Some(folder) = std::env::var_os(HELD) {
-        let _held = lock_folder(Path::new(&folder)).unwrap();
+        let _held = Folder::lock(Path::new(&folder)).unwrap();
         println!("held");
         let input = std::io::stdin().read(&mut [0]);
         panic!("{input:?}");
@@ -113,7 +113,7 @@ fn the_lock_of_a_process_that_was_killed_is_taken_over() {
     let mut said = BufReader::new(child.stdout.take().unwrap()).lines();
     assert!(said.any(|line| line.unwrap().contains("held")));
     let other = format!("process {} on ", child.id());
-    assert!(holder(lock_folder(folder.path())).starts_with(&other));
+    assert!(holder(Folder::lock(folder.path())).starts_with(&other));
     child.kill().unwrap();
     child.wait().unwrap();
     let left = fs::read_to_string(folder.path().join(LOCK)).unwrap();
@@ -141,7 +141,7 @@ fn links_in_the_folder_are_not_followed() {
     }
     // Another name of that file in place of the lock is one that somebody left: it goes, the file stays.
     fs::hard_link(&other, again.join(LOCK)).unwrap();
-    let held = lock_folder(&again).unwrap();
+    let held = Folder::lock(&again).unwrap();
     assert_eq!(fs::read_to_string(&other).unwrap(), "not ours");
     drop(held);
     // A link, a folder or a pipe in place of the lock is an error, at once.
@@ -155,7 +155,7 @@ fn links_in_the_folder_are_not_followed() {
                 assert!(made.success());
             }
         }
-        let error = lock_folder(&again).unwrap_err();
+        let error = Folder::lock(&again).unwrap_err();
         assert!(matches!(error, PhantomError::File { .. }), "{error}");
         assert_eq!(fs::read_to_string(&other).unwrap(), "not ours");
         match kind {

@@ -216,7 +216,7 @@ fn any_output() -> impl Strategy<Value = Output> {
     let built = |format: &Format| cfg!(feature = "dicom") || *format != Format::Dicom;
     let volumes: Vec<Format> = Format::ALL.into_iter().filter(built).collect();
     let projections: Vec<Format> = (volumes.iter().copied())
-        .filter(|format| format.projections_extension().is_some())
+        .filter(|format| format.info().projections.is_some())
         .collect();
     let volumes = prop::sample::select(volumes);
     (
@@ -229,7 +229,7 @@ fn any_output() -> impl Strategy<Value = Output> {
             write,
             volumes,
             projections,
-            gates: match one && volumes.holds_gates() && projections.holds_gates() {
+            gates: match one && volumes.info().gates && projections.info().gates {
                 true => GateFiles::OneFile,
                 false => GateFiles::Each,
             },

@@ -37,8 +37,8 @@ pub fn run(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Report, StudyError> {
     options.validate()?;
-    let _held = files::lock_folder(out)?;
-    files::remove_older(out, &[])?;
+    let folder = files::Folder::lock(out)?;
+    folder.clear(&[])?;
     let given = options.threads.unwrap_or(0);
     let threads = rayon::ThreadPoolBuilder::new()
         .num_threads(given)

@@ -168,7 +168,7 @@ fn every_file_is_listed_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
     for format in Format::ALL {
         let name = serde_json::to_value(format).unwrap();
-        let projections = match format.projections_extension() {
+        let projections = match format.info().projections {
             Some(_) => format!("projections = {name}\n"),
             None => String::new(),
         };

@@ -1,7 +1,7 @@
 //! The heart, its camera, its walls, its files.
 
 use super::{ODD, SIZES, back, pairs};
-use heart_phantom::files::{Format, Projections, Volume, write_npy, write_volume};
+use heart_phantom::files::{self, Format, Projections, Volume, write_npy};
 use heart_phantom::{
     Acquisition, Activity, Balloon, Camera, Cycle, Heart, MaterialPoint, Measures as Quality,
     Phantom, PhantomError, Regions, Scene, VolumeCurve, VolumeRange, Wall, WallRegion, acquire,
@@ -206,7 +206,7 @@ fn phantoms() {
         back(write_npy(&path, &[2, usize::MAX], &[0.0; 3]));
         back(write_npy(&path, &[], &[]));
         let volume = Volume::new(grid, [0.5_f32; 8].as_slice()).expect("a volume");
-        back(write_volume(&path, &volume, Format::Nifti));
+        back(files::write(&path, &volume, Format::Nifti));
     }
     back(write_npy(Path::new(""), &[1], &[0.0]));
     let detector = ParallelDetector::new(2, 2, [1.0; 2]).expect("bins");

@@ -48,7 +48,7 @@ fn views_are_seen_from_where_the_header_says() {
                 _ => Projections::of_gates(detector, angles, RADIUS, samples.as_slice(), 0.5),
             };
             let path = folder.path().join("a.dcm");
-            write_projections(&path, &projections.unwrap(), Format::Dicom).unwrap();
+            write(&path, &projections.unwrap(), Format::Dicom).unwrap();
             let file = open_file(&path).unwrap();
             let n = gates * angles.len();
             assert_eq!(text(&file, tags::NUMBER_OF_FRAMES).trim(), n.to_string());
@@ -101,7 +101,7 @@ fn a_volume_is_where_it_was_and_labels_are_exact() {
     let path = folder.path().join("a.dcm");
     let grid = grid(Format::Dicom);
     let samples = sampled(&grid);
-    write_volume(
+    write(
         &path,
         &Volume::new(grid, samples.as_slice()).unwrap(),
         Format::Dicom,
@@ -133,7 +133,7 @@ fn a_volume_is_where_it_was_and_labels_are_exact() {
     let most = f64::from(samples.iter().copied().fold(0.0f32, f32::max));
     assert!((factor * 65535.0 - most).abs() < 1e-8 * most);
     let bytes = labels(&grid);
-    write_volume(
+    write(
         &path,
         &Volume::new(grid, bytes.as_slice()).unwrap(),
         Format::Dicom,
@@ -161,7 +161,7 @@ fn counts_are_kept_as_they_are() {
     let known = vec![per_unit; 6];
     let projections = Projections::new(detector, &angles, RADIUS, samples.as_slice()).unwrap();
     let projections = projections.with_counts_per_unit(&known).unwrap();
-    write_projections(&path, &projections, Format::Dicom).unwrap();
+    write(&path, &projections, Format::Dicom).unwrap();
     let file = open_file(&path).unwrap();
     let pixels: Vec<u16> = shorts(&file, tags::PIXEL_DATA);
     let turned = counts
@@ -182,7 +182,7 @@ fn identifiers_follow_from_what_a_file_holds() {
         let path = folder.path().join("a.dcm");
         let volume = Volume::new(grid, samples).unwrap();
         let volume = study.map_or(volume, |study| volume.with_study(study));
-        write_volume(&path, &volume, Format::Dicom).unwrap();
+        write(&path, &volume, Format::Dicom).unwrap();
         let bytes = fs::read(&path).unwrap();
         let file = open_file(&path).unwrap();
         let all = [

@@ -55,7 +55,7 @@ fn a_side_too_long_for_16_bits_is_refused_by_nifti_alone() {
         let volume = Volume::new(grid, samples.as_slice()).unwrap();
         for format in [Format::Nifti, Format::NiftiGz] {
             let path = path_of(folder.path(), format);
-            let result = write_volume(&path, &volume, format);
+            let result = write(&path, &volume, format);
             if fits {
                 result.unwrap();
                 fs::remove_file(path).unwrap();
@@ -71,7 +71,7 @@ fn a_side_too_long_for_16_bits_is_refused_by_nifti_alone() {
             }
         }
         let nrrd = folder.path().join("long.nrrd");
-        write_volume(&nrrd, &volume, Format::Nrrd).unwrap();
+        write(&nrrd, &volume, Format::Nrrd).unwrap();
         fs::remove_file(nrrd).unwrap();
     }
 }
@@ -87,7 +87,7 @@ fn what_a_format_cannot_hold_is_refused() {
         let grid = VoxelGrid::centred(SHAPE, SPACING, offset).unwrap();
         let samples = sampled(&grid);
         let volume = Volume::new(grid, samples.as_slice()).unwrap();
-        let result = write_volume(&at("a.h00"), &volume, Format::InterfileSimind);
+        let result = write(&at("a.h00"), &volume, Format::InterfileSimind);
         let error = refused(folder.path(), result);
         assert!(
             matches!(error, PhantomError::OutOfRange { given, .. } if (given - 0.01).abs() < 1e-9)
@@ -109,7 +109,7 @@ fn what_a_format_cannot_hold_is_refused() {
             ("a.hs", Format::InterfileStir),
             ("a.h00", Format::InterfileSimind),
         ] {
-            let result = write_projections(&at(name), &projections, format);
+            let result = write(&at(name), &projections, format);
             let error = refused(folder.path(), result);
             assert!(matches!(error, PhantomError::OutOfRange { .. }), "{error}");
         }
@@ -117,8 +117,8 @@ fn what_a_format_cannot_hold_is_refused() {
     let (detector, samples) = stack(&even, [0.0; 2]);
     let projections = Projections::new(detector, &even, RADIUS, samples.as_slice()).unwrap();
     for format in plain() {
-        if format.projections_extension().is_none() {
-            let result = write_projections(&path_of(folder.path(), format), &projections, format);
+        if format.info().projections.is_none() {
+            let result = write(&path_of(folder.path(), format), &projections, format);
             let error = refused(folder.path(), result);
             assert!(matches!(error, PhantomError::Unsupported { .. }));
         }
@@ -177,7 +177,7 @@ fn names_that_do_not_fit_are_refused() {
         ("a\nElementDataFile = b.mhd", Format::MetaImage),
         ("..", Format::Npy),
     ] {
-        let result = write_volume(&folder.path().join(name), &volume, format);
+        let result = write(&folder.path().join(name), &volume, format);
         let error = refused(folder.path(), result);
         assert!(
             matches!(error, PhantomError::Extension { .. }),
@@ -194,7 +194,7 @@ fn no_folder_and_a_folder_in_the_way_leave_nothing() {
         let samples = sampled(&grid);
         let volume = Volume::new(grid, samples.as_slice()).unwrap();
         let path = path_of(&folder.path().join("missing"), format);
-        let error = refused(folder.path(), write_volume(&path, &volume, format));
+        let error = refused(folder.path(), write(&path, &volume, format));
         assert!(matches!(error, PhantomError::File { .. }));
     }
     for (format, data) in [
@@ -209,7 +209,7 @@ fn no_folder_and_a_folder_in_the_way_leave_nothing() {
         let path = path_of(folder.path(), format);
         let in_the_way = path.with_extension(data);
         fs::create_dir(&in_the_way).unwrap();
-        let refused = write_volume(&path, &volume, format);
+        let refused = write(&path, &volume, format);
         assert!(matches!(refused, Err(PhantomError::File { path, .. }) if path == in_the_way));
         assert!(!path.exists(), "{format:?}: a header without data");
         assert_eq!(entries(folder.path()), 1);
@@ -231,7 +231,7 @@ fn a_write_cut_short_leaves_the_older_file_and_no_litter() {
     let volume = Volume::new(grid, samples.as_slice()).unwrap();
     if let Some(folder) = std::env::var_os(FOLDER) {
         for format in plain() {
-            let result = write_volume(&path_of(Path::new(&folder), format), &volume, format);
+            let result = write(&path_of(Path::new(&folder), format), &volume, format);
             assert!(
                 matches!(result, Err(PhantomError::File { .. })),
                 "{format:?}"

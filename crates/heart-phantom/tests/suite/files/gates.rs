@@ -101,7 +101,7 @@ fn the_gates_of_one_file_come_back_in_their_order() {
             (GATES, Some(SECONDS))
         );
         let path = path_of(folder.path(), format);
-        write_volume(&path, &volume, format).unwrap();
+        write(&path, &volume, format).unwrap();
         let (found, seconds) = read_gates(&path, format);
         assert_eq!(seconds, SECONDS, "{format:?}");
         let expected: Vec<f64> = samples.iter().map(|&v| f64::from(v)).collect();
@@ -112,7 +112,7 @@ fn the_gates_of_one_file_come_back_in_their_order() {
     let samples = beat(&grid);
     let volume = Volume::of_gates(grid, samples.as_slice(), SECONDS).unwrap();
     let path = folder.path().join("beat.npy");
-    write_volume(&path, &volume, Format::Npy).unwrap();
+    write(&path, &volume, Format::Npy).unwrap();
     let (shape, _) = read_npy(&fs::read(&path).unwrap());
     assert_eq!(shape, [GATES, SHAPE[2], SHAPE[1], SHAPE[0]]);
 }
@@ -127,7 +127,7 @@ fn channels_of_any_length_are_interleaved() {
         .collect();
     let volume = Volume::of_gates(grid, words.as_slice(), SECONDS).unwrap();
     let path = folder.path().join("a.mhd");
-    write_volume(&path, &volume, Format::MetaImage).unwrap();
+    write(&path, &volume, Format::MetaImage).unwrap();
     let mixed = numbers(&fs::read(path.with_extension("raw")).unwrap(), "u16");
     for (k, found) in mixed.iter().enumerate() {
         let (gate, voxel) = (k % GATES, k / GATES);
@@ -147,15 +147,15 @@ fn views_of_all_gates_go_into_one_file() {
     let projections = views(samples.as_slice()).unwrap();
     let shape = [GATES, angles.len(), ROWS, BINS];
     let path = folder.path().join("a.npy");
-    write_projections(&path, &projections, Format::Npy).unwrap();
+    write(&path, &projections, Format::Npy).unwrap();
     assert_eq!(read_npy(&fs::read(&path).unwrap()).0, shape);
     let path = folder.path().join("a.nrrd");
-    write_projections(&path, &projections, Format::Nrrd).unwrap();
+    write(&path, &projections, Format::Nrrd).unwrap();
     let (header, found) = read_nrrd(&fs::read(&path).unwrap());
     assert_eq!(list(&header["sizes"]), [5.0, 4.0, 6.0, 3.0]);
     assert!(found.iter().zip(&samples).all(|(a, b)| *a == f64::from(*b)));
     let path = folder.path().join("a.h00");
-    write_projections(&path, &projections, Format::InterfileSimind).unwrap();
+    write(&path, &projections, Format::InterfileSimind).unwrap();
     let (header, found) = read_interfile(&path);
     assert_eq!(header["number of projections"], "6");
     assert_eq!(header["total number of images"], "18");
@@ -190,7 +190,7 @@ fn gates_that_do_not_fit_are_refused() {
     assert!(Volume::of_gates(grid, infinite.as_slice(), SECONDS).is_err());
     let volume = Volume::of_gates(grid, samples.as_slice(), SECONDS).unwrap();
     let path = path_of(folder.path(), Format::InterfileStir);
-    let refused = write_volume(&path, &volume, Format::InterfileStir);
+    let refused = write(&path, &volume, Format::InterfileStir);
     assert!(matches!(refused, Err(PhantomError::Unsupported { .. })));
     assert_eq!(entries(folder.path()), 0);
 }

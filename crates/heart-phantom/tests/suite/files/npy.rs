@@ -55,7 +55,7 @@ fn arrays_are_those_that_numpy_saves() {
     let grid = grid(Format::Npy);
     let small = labels(&grid);
     let large: Vec<u16> = small.iter().map(|&v| 0x1234 + 257 * u16::from(v)).collect();
-    write_volume(
+    write(
         &path,
         &Volume::new(grid, small.as_slice()).unwrap(),
         Format::Npy,
@@ -63,7 +63,7 @@ fn arrays_are_those_that_numpy_saves() {
     .unwrap();
     let array = "{'descr': '|u1', 'fortran_order': False, 'shape': (3, 4, 5), }";
     assert_eq!(fs::read(&path).unwrap(), saved(array, &small));
-    write_volume(
+    write(
         &path,
         &Volume::new(grid, large.as_slice()).unwrap(),
         Format::Npy,

@@ -23,8 +23,8 @@ fn independent_readers_agree() {
             ("uint8", Volume::new(grid, bytes.as_slice()).unwrap()),
             ("uint16", Volume::new(grid, words.as_slice()).unwrap()),
         ] {
-            let name = format!("{format:?}-{kind}.{}", format.volume_extension());
-            write_volume(&folder.path().join(&name), &volume, format).unwrap();
+            let name = format!("{format:?}-{kind}.{}", format.info().volume.header);
+            write(&folder.path().join(&name), &volume, format).unwrap();
             files.push(serde_json::json!({
                 "name": name, "format": format, "type": kind, "origin": grid.origin(),
             }));
@@ -43,12 +43,12 @@ fn independent_readers_agree() {
         ] {
             let projections = Projections::new(detector, angles, radius, samples.as_slice());
             for format in plain() {
-                let Some(extension) = format.projections_extension() else {
+                let Some(extensions) = format.info().projections else {
                     continue;
                 };
-                let name = format!("{format:?}-{way}-{orbit}.{extension}");
+                let name = format!("{format:?}-{way}-{orbit}.{}", extensions.header);
                 let path = folder.path().join(&name);
-                write_projections(&path, projections.as_ref().unwrap(), format).unwrap();
+                write(&path, projections.as_ref().unwrap(), format).unwrap();
                 let radii = (orbit == "radii").then_some(&radii);
                 stacks.push(serde_json::json!({
                     "name": name, "format": format, "angles": angles, "radii": radii,
@@ -89,7 +89,7 @@ fn fields(folder: &Path) -> Vec<serde_json::Value> {
     let mut made = Vec::new();
     for format in Format::ALL
         .into_iter()
-        .filter(|format| format.holds_fields())
+        .filter(|format| format.info().fields)
     {
         let grid = grid(format);
         let [nx, ny, nz] = grid.shape();
@@ -110,9 +110,9 @@ fn fields(folder: &Path) -> Vec<serde_json::Value> {
                 FieldOf::Components(_) => "Components".to_owned(),
                 of => format!("{of:?}"),
             };
-            let name = format!("field-{format:?}-{kind}.{}", format.volume_extension());
-            let field = Field::new(grid, &samples, of).unwrap();
-            write_field(&folder.join(&name), &field, format).unwrap();
+            let name = format!("field-{format:?}-{kind}.{}", format.info().volume.header);
+            let field = Volume::of_field(grid, &samples, of).unwrap();
+            write(&folder.join(&name), &field, format).unwrap();
             made.push(serde_json::json!({
                 "name": name, "format": format, "of": kind, "origin": grid.origin(),
                 "gradient": gradient, "offset": offset,
@@ -145,8 +145,8 @@ fn beats(folder: &Path) -> Vec<serde_json::Value> {
         let grid = grid(format);
         let samples = by_gates(&sampled(&grid));
         let volume = Volume::of_gates(grid, samples.as_slice(), SECONDS).unwrap();
-        let name = format!("{format:?}-beat.{}", format.volume_extension());
-        write_volume(&folder.join(&name), &volume, format).unwrap();
+        let name = format!("{format:?}-beat.{}", format.info().volume.header);
+        write(&folder.join(&name), &volume, format).unwrap();
         made.push(serde_json::json!({"name": name, "format": format, "origin": grid.origin()}));
     }
     made
@@ -167,7 +167,7 @@ fn dicom(folder: &Path, ways: &[Vec<f64>]) -> Vec<serde_json::Value> {
                 true => Projections::of_gates(detector, angles, RADIUS, all.as_slice(), SECONDS),
             };
             let name = format!("views-{way}-{gated}.dcm");
-            write_projections(&folder.join(&name), &projections.unwrap(), Format::Dicom).unwrap();
+            write(&folder.join(&name), &projections.unwrap(), Format::Dicom).unwrap();
             made.push(serde_json::json!({
                 "name": name, "kind": "views", "gated": gated, "angles": angles,
             }));
@@ -182,7 +182,7 @@ fn dicom(folder: &Path, ways: &[Vec<f64>]) -> Vec<serde_json::Value> {
             true => Volume::of_gates(grid, all.as_slice(), SECONDS),
         };
         let name = format!("volume-{gated}.dcm");
-        write_volume(&folder.join(&name), &volume.unwrap(), Format::Dicom).unwrap();
+        write(&folder.join(&name), &volume.unwrap(), Format::Dicom).unwrap();
         made.push(serde_json::json!({
             "name": name, "kind": "volume", "gated": gated, "origin": grid.origin(),
         }));

@@ -254,19 +254,19 @@ fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
     let phantom = Phantom::load(scene)?;
     let format = phantom.parts().output.volumes;
     let [activity, labels] = ["activity", "labels"].map(|name| {
-        let extensions = [
-            Some(format.volume_extension()),
-            format.volume_data_extension(),
-        ];
-        let files = extensions.into_iter().flatten();
+        let extensions = format.info().volume;
+        let files = [Some(extensions.header), extensions.data]
+            .into_iter()
+            .flatten();
         let files = files.map(|extension| format!("{name}.{extension}").into());
         files.collect::<Vec<PathBuf>>()
     });
     let surfaces = ["inner.stl", "outer.stl"].map(PathBuf::from);
     let written = [&activity[..], &labels, &surfaces].concat();
-    let _held = out
-        .map(|out| files::lock_beside(out, &written))
-        .transpose()?;
+    let folder = out.map(files::Folder::lock).transpose()?;
+    if let Some(folder) = &folder {
+        files::check_unlisted(folder.path(), &written)?;
+    }
     let shape = phantom.shape(phase)?;
     let [cavity, outer] = shape.volumes();
     let thickness = phantom.thickness(phase)?;
@@ -274,10 +274,10 @@ fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
         let grid = *phantom.camera().grid();
         let samples = phantom.activity(phase)?;
         let volume = Volume::new(grid, samples.as_slice())?;
-        files::write_volume(&out.join(&activity[0]), &volume, format)?;
+        files::write(&out.join(&activity[0]), &volume, format)?;
         let samples = phantom.labels(phase)?;
         let volume = Volume::new(grid, samples.as_slice())?;
-        files::write_volume(&out.join(&labels[0]), &volume, format)?;
+        files::write(&out.join(&labels[0]), &volume, format)?;
         for (file, mesh) in surfaces.iter().zip(&phantom.meshes(phase)?) {
             files::write_stl(&out.join(file), mesh)?;
         }
@@ -314,11 +314,9 @@ fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
     let folder = out.parent().filter(|folder| *folder != Path::new(""));
     let folder = folder.unwrap_or(Path::new("."));
     files::create_writable_folder(folder)?;
-    // Views of other names can be written many at a time, and while a run goes on.
-    let name = out.file_name().filter(|name| files::is_product(name));
-    let _held = name
-        .map(|name| files::lock_beside(folder, &[name.into()]))
-        .transpose()?;
+    if let Some(name) = out.file_name() {
+        files::check_unlisted(folder, &[name.into()])?;
+    }
     let camera = phantom.camera();
     let view = phantom.view(gate, view_idx)?;
     if ends_in("npy") {

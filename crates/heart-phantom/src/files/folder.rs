@@ -1,0 +1,155 @@
+//! Output directories: one writer at a time, and removal of the files of the previous run.
+
+use super::atomic::{failed, unfinished};
+use crate::error::PhantomError;
+use crate::text::{MOST, cut};
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+/// Name of the locked file.
+const NAME: &str = ".heart-phantom.lock";
+/// Longest name of a holder that is read, in bytes.
+const MOST_READ: u64 = 512;
+/// Attempts while other processes take and release the lock at the same time.
+const MOST_TRIES: usize = 100;
+
+/// Exclusive access to an output directory, until it is dropped.
+///
+/// The lock is a file in the directory that the operating system keeps locked ([`File::try_lock`]) and that names process and computer.
+/// It is removed on drop and by [`remove_unfinished`](super::remove_unfinished). A killed process leaves the file but not the lock: the
+/// next process takes it over. A file system without locks excludes nobody.
+///
+/// ```
+/// use heart_phantom::files::Folder;
+/// # let out = tempfile::tempdir()?;
+/// # let out = out.path();
+/// let folder = Folder::lock(out)?;
+/// let error = Folder::lock(out).unwrap_err();
+/// assert!(error.to_string().contains(&format!("process {}", std::process::id())));
+/// drop(folder);
+/// assert!(Folder::lock(out).is_ok());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use = "the directory is unlocked on drop"]
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+    /// Locked as long as it is open.
+    _lock: File,
+}
+
+impl Folder {
+    /// Creates the directory with its parents and locks it, so that a long computation does not end with nowhere to write.
+    ///
+    /// # Errors
+    /// [`PhantomError::Busy`] with the holder of the lock; [`PhantomError::File`] if the directory cannot be written to.
+    pub fn lock(path: &Path) -> Result<Self, PhantomError> {
+        let create = || -> io::Result<Result<File, String>> {
+            fs::create_dir_all(path)?;
+            for _ in 0..MOST_TRIES {
+                if let Some(locked) = try_lock(&path.join(NAME))? {
+                    return Ok(locked);
+                }
+            }
+            Ok(Err(holder("")))
+        };
+        let path = path.to_path_buf();
+        match create().map_err(|source| failed(&path, source))? {
+            Ok(_lock) => Ok(Self { path, _lock }),
+            Err(holder) => Err(PhantomError::Busy { path, holder }),
+        }
+    }
+
+    /// The directory.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let lock = self.path.join(NAME);
+        // Removed already if the process is about to end.
+        if unfinished().remove(&lock) {
+            let _ = fs::remove_file(lock);
+        }
+    }
+}
+
+/// The locked file, or its holder; `None` if another process changed it at the same time.
+fn try_lock(path: &Path) -> io::Result<Option<Result<File, String>>> {
+    let mut unfinished = unfinished();
+    let (file, is_new) = match File::create_new(path) {
+        Ok(file) => (file, true),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            // A link is not followed, and a pipe would block.
+            if fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
+                let message = format!("{NAME} exists and is not a file");
+                return Err(io::Error::new(io::ErrorKind::AlreadyExists, message));
+            }
+            // Network file systems lock only files that are open for writing.
+            match File::options().read(true).write(true).open(path) {
+                Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+                opened => (opened?, false),
+            }
+        }
+        Err(error) => return Err(error),
+    };
+    if let Err(TryLockError::WouldBlock) = file.try_lock() {
+        let mut bytes = Vec::new();
+        // A holder that cannot be read has no name.
+        let _ = (&file).take(MOST_READ).read_to_end(&mut bytes);
+        let holder = holder(&String::from_utf8_lossy(&bytes));
+        return Ok((!is_new).then_some(Err(holder)));
+    }
+    // Only the process whose lock is that of the named file removes it.
+    if !is_at(&file, path) {
+        return Ok(None);
+    }
+    if !is_new {
+        // Left by a process that has ended. An existing file is never written to.
+        fs::remove_file(path)?;
+        return Ok(None);
+    }
+    unfinished.insert(path.to_path_buf());
+    let process = std::process::id();
+    writeln!(&file, "process {process} on {}", computer())?;
+    Ok(Some(Ok(file)))
+}
+
+/// Whether the open file is still the one of that name.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    match (file.metadata(), fs::symlink_metadata(path)) {
+        (Ok(open), Ok(named)) => (open.dev(), open.ino()) == (named.dev(), named.ino()),
+        _ => false,
+    }
+}
+
+/// Whether there is a file of that name: the standard library does not identify files on other systems.
+#[cfg(not(unix))]
+fn is_at(_file: &File, path: &Path) -> bool {
+    path.is_file()
+}
+
+fn holder(text: &str) -> String {
+    match text.trim() {
+        "" => "another process".to_owned(),
+        holder => cut(holder, MOST),
+    }
+}
+
+/// Name of the computer, for messages.
+fn computer() -> String {
+    let name = fs::read_to_string("/proc/sys/kernel/hostname")
+        .or_else(|_| fs::read_to_string("/etc/hostname"))
+        .ok()
+        .or_else(|| std::env::var("HOSTNAME").ok())
+        .or_else(|| std::env::var("COMPUTERNAME").ok());
+    match name.as_deref().map_or("", str::trim) {
+        "" => "a computer without a name".to_owned(),
+        name => name.to_owned(),
+    }
+}
