@@ -59,6 +59,9 @@ pub struct Extensions {
     pub data: Option<&'static str>,
 }
 
+type VolumeWriter = fn(&Path, &Volume<'_>) -> Result<(), PhantomError>;
+type ProjectionsWriter = fn(&Path, &Projections<'_>) -> Result<(), PhantomError>;
+
 /// Properties of a format: the only place that names them.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
@@ -84,9 +87,9 @@ pub struct FormatInfo {
     /// Cargo feature that contains the writer, if it is not always built.
     pub feature: Option<&'static str>,
     /// `None` if this build leaves the writer out.
-    write_volume: Option<fn(&Path, &Volume<'_>) -> Result<(), PhantomError>>,
+    write_volume: Option<VolumeWriter>,
     /// `None` if this build leaves the writer out, or the format cannot store projections.
-    write_projections: Option<fn(&Path, &Projections<'_>) -> Result<(), PhantomError>>,
+    write_projections: Option<ProjectionsWriter>,
 }
 
 /// Samples of 32 bits in the order of memory, of volumes with any axes; no writer.

@@ -84,9 +84,6 @@ pub use format::{Extensions, Format, FormatInfo, Image, SliceOrder, write};
 pub(crate) use interfile::ORBIT_EXTENSION;
 pub(crate) use mesh::stl_bytes;
 pub use mesh::{write_ply, write_stl};
-pub(crate) use names::{
-    ATTENUATION, FIELDS, LABELS, MOVING, PROJECTIONS, RECONSTRUCTION, SLICE, SURFACES, TRUTH,
-};
 pub use nifti::nifti_bytes;
 pub use npy::{put_npy, write_npy};
 #[cfg(feature = "files")]

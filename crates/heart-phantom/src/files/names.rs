@@ -35,16 +35,3 @@ pub(super) fn data_beside(header: &Path, extension: &str) -> (std::path::PathBuf
         .map(|name| name.to_string_lossy().into_owned());
     (data, name.unwrap_or_default())
 }
-
-pub(crate) const PROJECTIONS: &str = "projections";
-pub(crate) const SLICE: &str = "slice";
-pub(crate) const RECONSTRUCTION: &str = "reconstruction";
-pub(crate) const TRUTH: &str = "truth";
-/// Fields of motion, each with the numbers of a voxel.
-pub(crate) const FIELDS: [(&str, u64); 3] = [("displacement", 3), ("velocity", 3), ("strain", 6)];
-pub(crate) const LABELS: &str = "labels";
-pub(crate) const ATTENUATION: &str = "attenuation";
-/// The inner and the outer one.
-pub(crate) const SURFACES: [&str; 2] = ["inner", "outer"];
-/// The picture of all gates.
-pub(crate) const MOVING: &str = "beat.gif";

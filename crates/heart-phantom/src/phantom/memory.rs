@@ -3,6 +3,7 @@
 use super::method::Method;
 use super::output::Product;
 use super::parts::WORK_BYTES;
+use super::products::Needs;
 use crate::Phantom;
 use crate::model::without_overlap;
 use crate::scan::MOST_NODES;
@@ -51,9 +52,9 @@ impl Phantom {
     /// ```
     pub fn memory(&self) -> Memory {
         let (heart, camera, parts) = (self.heart(), self.camera(), self.parts());
-        let wants = |product| parts.output.write.contains(&product);
-        let reconstructs = wants(Product::Reconstruction) || wants(Product::Pictures);
-        let sees = wants(Product::Projections) || reconstructs;
+        let wants = |product| parts.output.has(product);
+        let reconstructs = parts.output.needs(Needs::Reconstruction);
+        let sees = parts.output.needs(Needs::Views);
         let judges = reconstructs && wants(Product::Truth);
 
         let seen = self.distinct_shapes();
@@ -87,18 +88,16 @@ impl Phantom {
             (true, Method::Fbp) => ((WORK_BYTES as u64).min(8 * voxels), 0),
             (true, Method::Osem(osem)) => self.bytes_of_osem(osem),
         };
-        // What waits until all gates are there.
-        let collected = match self.one_file() {
-            false => 0,
-            true => {
-                let volumes = u64::from(wants(Product::Reconstruction))
-                    + u64::from(wants(Product::Truth))
-                    + u64::from(wants(Product::Attenuation));
-                let views = u64::from(wants(Product::Projections)) * samples;
-                let labels = u64::from(wants(Product::Labels)) * voxels;
-                self.n_gates() as u64 * (4 * volumes * voxels + views + labels)
-            }
-        };
+        // Products of all gates wait until the last one is there; labels of a gate have a byte per voxel.
+        let joined = parts.output.write.iter().filter(|of| self.joins(**of));
+        let collected: u64 = joined
+            .map(|product| match product {
+                Product::Projections => samples,
+                Product::Reconstruction => 4 * voxels,
+                _ => product.info().voxel_bytes * voxels,
+            })
+            .sum();
+        let collected = self.n_gates() as u64 * collected;
         // The views of all gates together, and their volume's truth.
         let together = match self.is_compensated() && reconstructs {
             false => 0,
@@ -118,12 +117,10 @@ impl Phantom {
                 + together
                 + voxels
                     * (4 * u64::from(reconstructs)
-                        + 4 * u64::from(wants(Product::Truth))
                         + 4 * u64::from(judges)
-                        + u64::from(wants(Product::Labels))
-                        + 4 * u64::from(wants(Product::Attenuation))
-                        // Twelve numbers a voxel, and as a file has those of one field.
-                        + 96 * u64::from(wants(Product::Motion))),
+                        + (parts.output.write.iter())
+                            .map(|product| product.info().voxel_bytes)
+                            .sum::<u64>()),
         }
     }
 

@@ -16,8 +16,8 @@ mod osem_of_gates;
 mod output;
 mod parts;
 mod phases;
-mod planned;
 mod prepare;
+mod products;
 mod reach;
 mod steps;
 mod views;
@@ -39,9 +39,10 @@ pub use parts::PhantomParts;
 #[cfg(feature = "scene")]
 pub(crate) use parts::WORK_BYTES;
 pub use phases::{Moment, PhaseOf, PhaseReport, ScenePhase};
-pub use planned::PlannedFile;
+pub(crate) use products::Needs;
+pub use products::PlannedFile;
 #[cfg(feature = "scene")]
-pub(crate) use planned::{phase_name, surface_name};
+pub(crate) use products::{Content, Index};
 pub use warning::{Edge, Seen, Warning};
 use work::Work;
 pub use work::WorkReport;

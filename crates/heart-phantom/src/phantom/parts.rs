@@ -1,7 +1,7 @@
 //! What a phantom is made of: the domain's own types, put together by hand or from a scene.
 
 use super::method::{Compensation, Method};
-use super::output::{GateFiles, Output, Product};
+use super::output::{Output, Product};
 use crate::error::{PhantomError, check, check_count};
 use crate::model::{Attenuation, Background, without_overlap};
 use crate::ranges;
@@ -334,29 +334,14 @@ impl PhantomParts {
         self.check_gates()
     }
 
-    /// Gates in one file: of a format that holds them, and seen from the same angles.
+    /// Gates in one file: of a format that has an axis for them, and seen from the same angles.
     fn check_gates(&self) -> Result<(), PhantomError> {
-        let output = &self.output;
-        if output.gates == GateFiles::Each || self.mode.n_gates() == 1 {
-            return Ok(());
+        let (output, what) = (&self.output, "gates in one file");
+        if let Some((_, format)) = output.without_gates(self.mode) {
+            return Err(format.info().cannot_hold(what));
         }
-        let what = "gates in one file";
-        let sees = output.write.contains(&Product::Projections);
-        let of_volumes = [
-            Product::Reconstruction,
-            Product::Truth,
-            Product::Labels,
-            Product::Attenuation,
-        ];
-        let gives = of_volumes
-            .iter()
-            .any(|product| output.write.contains(product));
-        for (used, format) in [(sees, output.projections), (gives, output.volumes)] {
-            if used && !format.info().gates {
-                return Err(format.info().cannot_hold(what));
-            }
-        }
-        if sees && self.camera.rotation() == Rotation::Continuous {
+        let turns = self.camera.rotation() == Rotation::Continuous && self.mode.n_gates() > 1;
+        if turns && output.one_file(self.mode) && output.has(Product::Projections) {
             return Err(PhantomError::Unsupported {
                 format: "a camera that turns, which sees each gate from other angles,",
                 what,

@@ -1,6 +1,7 @@
 //! Everything that a run of a scene could be refused for, found before it takes a view.
 
 use super::output::Product;
+use super::products::Needs;
 use crate::error::PhantomError;
 use crate::scan::Counts;
 use crate::{Acquisition, Method, Phantom, Regions, Rotation};
@@ -41,9 +42,10 @@ impl Phantom {
     }
 
     fn try_all(&self) -> Result<(), PhantomError> {
-        let wants = |product| self.parts().output.write.contains(&product);
-        let reconstructs = wants(Product::Reconstruction) || wants(Product::Pictures);
-        let sees = wants(Product::Projections) || reconstructs;
+        let output = &self.parts().output;
+        let wants = |product| output.has(product);
+        let reconstructs = output.needs(Needs::Reconstruction);
+        let sees = output.needs(Needs::Views);
         if sees {
             self.bin_means()?;
             self.depth()?;

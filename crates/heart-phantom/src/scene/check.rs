@@ -11,7 +11,7 @@ use crate::model::{Height, without_overlap};
 use crate::ranges;
 use crate::scene::build::{Rest, collimation_of, defect_of, regular_cycle_of};
 use crate::text::{Number, enough};
-use crate::{GateFiles, Uptake, VolumeCurve, VolumeRange};
+use crate::{Uptake, VolumeCurve, VolumeRange};
 
 /// Gives what gains are over.
 pub(super) fn scene(scene: &Scene) -> Result<Rest, SceneError> {
@@ -341,31 +341,13 @@ fn torso<const N: usize>(name: &str, centre: [f64; N], semi_axes: [f64; N]) -> C
 
 /// The same of a scene as `check_gates` of parts.
 fn one_file(scene: &Scene) -> Checked {
-    let output = &scene.output;
-    let Mode::Gated { gates: 2.. } = scene.acquisition.mode else {
-        return Ok(());
-    };
-    if output.gates == GateFiles::Each {
-        return Ok(());
+    let (output, mode) = (&scene.output, scene.acquisition.mode);
+    if let Some((field, format)) = output.without_gates(mode) {
+        let wanted = "cannot store all gates in one file: choose another, or gates = \"each\"";
+        return Err(fault(field, spelled(format), wanted));
     }
-    let sees = output.write.contains(&Product::Projections);
-    let gives = (output.write.iter()).any(|product| {
-        !matches!(
-            product,
-            Product::Projections | Product::Meshes | Product::Pictures
-        )
-    });
-    for (used, field, format) in [
-        (sees, "output.projections", output.projections),
-        (gives, "output.volumes", output.volumes),
-    ] {
-        if used && !format.info().gates {
-            let wanted =
-                "has no room for all gates in one file: choose another, or gates = \"each\"";
-            return Err(fault(field, spelled(format), wanted));
-        }
-    }
-    if sees && scene.camera.rotation == crate::Rotation::Continuous {
+    let turns = scene.camera.rotation == crate::Rotation::Continuous && mode.n_gates() > 1;
+    if turns && output.one_file(mode) && output.has(Product::Projections) {
         let wanted = "must be each: a camera that turns sees each gate from other angles";
         return Err(fault("output.gates", "one-file", wanted));
     }

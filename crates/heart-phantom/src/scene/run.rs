@@ -3,13 +3,8 @@
 use super::run_report::{GateReport, PictureReport, Progress, RunReport, SliceOrders};
 use super::study::Scene;
 use crate::error::{PhantomError, check_count};
-#[cfg(feature = "files")]
-use crate::files::MOVING;
-use crate::files::{
-    self, ATTENUATION, FIELDS, FieldOf, Folder, LABELS, PROJECTIONS, Projections, RECONSTRUCTION,
-    Radius, SURFACES, Volume,
-};
-use crate::phantom::{phase_name, surface_name};
+use crate::files::{self, Folder, Projections, Radius, Volume};
+use crate::phantom::{Content, Index, Needs};
 use crate::{Method, Orbit, Phantom, Product, ScenePhase, ViewReport};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -47,8 +42,8 @@ pub struct Run<'a> {
     middle: Vec<Vec<f32>>,
     /// The views of all gates, where volumes are made of them together.
     pub(super) seen: Vec<f32>,
-    /// All gates of what goes into one file, by the name of the file.
-    collected: BTreeMap<String, Vec<f32>>,
+    /// The gates so far of products that go into one file.
+    joined: BTreeMap<Product, Vec<f32>>,
     _folder: Folder,
 }
 
@@ -111,7 +106,7 @@ impl<'a> Run<'a> {
             gates: Vec::new(),
             middle: Vec::new(),
             seen: Vec::new(),
-            collected: BTreeMap::new(),
+            joined: BTreeMap::new(),
             _folder: folder,
         })
     }
@@ -157,7 +152,6 @@ impl<'a> Run<'a> {
         });
         let compensated = self.compensated(progress)?;
         self.phases()?;
-        self.write_collected()?;
         let pictures = self.pictures()?;
         let mut report = RunReport {
             program: files::PROGRAM.into(),
@@ -198,7 +192,7 @@ impl<'a> Run<'a> {
 
 impl Run<'_> {
     pub(super) fn wants(&self, product: Product) -> bool {
-        self.phantom.parts().output.write.contains(&product)
+        self.phantom.parts().output.has(product)
     }
 
     /// Views, reconstruction and truth of one gate.
@@ -208,15 +202,13 @@ impl Run<'_> {
         progress: &(dyn Fn(&'static str, f64) + Sync),
     ) -> Result<(GateReport, GateResults), PhantomError> {
         let phantom = self.phantom;
-        let pictures = self.wants(Product::Pictures);
-        let reconstruct = self.wants(Product::Reconstruction) || pictures;
-        let at_once = reconstruct && !phantom.is_compensated();
+        let output = &phantom.parts().output;
         let mut report = GateReport {
             views: ViewReport::of(&phantom.view_times(gate)?, &phantom.radii()?),
             ..GateReport::default()
         };
         let mut results = GateResults::default();
-        if self.wants(Product::Projections) || reconstruct {
+        if output.needs(Needs::Views) {
             let n_views = phantom.camera().n_views() as f64;
             let views =
                 phantom.sinograms(gate, &|done| progress("views", 0.5 * done as f64 / n_views))?;
@@ -232,38 +224,35 @@ impl Run<'_> {
             if phantom.parts().counting.is_some() {
                 report.views.counts_per_unit = counts;
             }
-            if self.wants(Product::Projections) {
-                self.write_projections(gate, &views.samples)?;
+            if output.has(Product::Projections) {
+                self.write(Product::Projections, Index::Gate(gate), &views.samples)?;
             }
-            if at_once {
+            if phantom.is_compensated() && output.needs(Needs::Reconstruction) {
+                self.seen.extend_from_slice(&views.samples);
+            } else if output.needs(Needs::Reconstruction) {
                 progress("reconstruction", 0.5);
-                let passes = match phantom.parts().method {
+                let iterations = match phantom.parts().method {
                     Method::Fbp => 1,
                     Method::Osem(osem) => osem.iterations,
                 };
-                let told =
-                    |done| progress("reconstruction", 0.5 + 0.15 * done as f64 / passes as f64);
+                let told = |done| {
+                    progress(
+                        "reconstruction",
+                        0.5 + 0.15 * done as f64 / iterations as f64,
+                    )
+                };
                 let (made, osem) = phantom.reconstruct_observed(gate, &views.samples, &told)?;
                 report.osem = osem;
-                if self.wants(Product::Reconstruction) {
-                    let name = phantom.gate_name(RECONSTRUCTION, gate);
-                    self.write_volume(RECONSTRUCTION, &name, &made)?;
-                }
-                if pictures {
-                    self.keep_middle(&made);
-                }
+                self.reconstructed(Index::Gate(gate), &made)?;
                 results.reconstruction = Some(made);
-            } else if reconstruct {
-                self.seen.extend_from_slice(&views.samples);
             }
             results.projections = Some(views.samples);
         }
-        if self.wants(Product::Truth) {
+        if output.has(Product::Truth) {
             progress("truth", 0.65);
-            let (truth, of) = (phantom.truth(gate)?, phantom.truth_of());
-            let name = phantom.gate_name(of.file_name(), gate);
-            self.write_volume(of.file_name(), &name, &truth)?;
-            report.truth = Some(of);
+            let truth = phantom.truth(gate)?;
+            self.write(Product::Truth, Index::Gate(gate), &truth)?;
+            report.truth = Some(phantom.truth_of());
             if let Some(volume) = &results.reconstruction {
                 progress("measures", 0.95);
                 report.artefacts = Some(phantom.artefacts(gate, volume, &truth)?);
@@ -273,76 +262,91 @@ impl Run<'_> {
         Ok((report, results))
     }
 
-    /// Labels, maps and surfaces at the phases that stand for the views.
+    /// Writes a reconstructed volume, and keeps its middle slice for the pictures.
+    pub(super) fn reconstructed(
+        &mut self,
+        index: Index,
+        volume: &[f32],
+    ) -> Result<(), PhantomError> {
+        if self.wants(Product::Reconstruction) {
+            self.write(Product::Reconstruction, index, volume)?;
+        }
+        if self.wants(Product::Pictures) {
+            let len = self.phantom.camera().grid().slice_len();
+            let from = self.phantom.camera().n_rows() / 2 * len;
+            self.middle.push(volume[from..from + len].to_vec());
+        }
+        Ok(())
+    }
+
+    /// Labels, maps, motion and surfaces at the phases that stand for the views.
     fn phases(&mut self) -> Result<(), PhantomError> {
-        let mut all_labels = Vec::new();
-        for scene_phase in self.phantom.phases() {
-            let (of, at) = (scene_phase.of, scene_phase.moment());
+        let phantom = self.phantom;
+        let mut labels_of_all = Vec::new();
+        for scene_phase in phantom.phases() {
+            let (index, at) = (Index::Phase(scene_phase.of), scene_phase.moment());
             if self.wants(Product::Labels) {
-                let mut labels = self.phantom.labels(at)?;
-                if self.phantom.one_file() {
-                    all_labels.append(&mut labels);
+                let mut labels = phantom.labels(at)?;
+                if phantom.joins(Product::Labels) {
+                    labels_of_all.append(&mut labels);
                 } else {
-                    self.put_volume(&phase_name(LABELS, of), labels.as_slice())?;
+                    self.put_volume(Product::Labels, index, labels.as_slice())?;
                 }
             }
             if self.wants(Product::Attenuation) {
-                let map = self.phantom.attenuation(at)?;
-                self.write_volume(ATTENUATION, &phase_name(ATTENUATION, of), &map)?;
+                self.write(Product::Attenuation, index, &phantom.attenuation(at)?)?;
             }
             if self.wants(Product::Motion) {
                 self.write_motion(&scene_phase)?;
             }
             if self.wants(Product::Meshes) {
-                let meshes = self.phantom.meshes(at)?;
-                for (surface, mesh) in SURFACES.iter().zip(&meshes) {
-                    let file = surface_name(surface, of);
-                    files::write_stl(&self.out.join(&file), mesh)?;
-                    self.files.push(file);
+                for (surface, mesh) in phantom.meshes(at)?.iter().enumerate() {
+                    let names = phantom.names_of(Product::Meshes, surface, index);
+                    files::write_stl(&self.out.join(&names[0]), mesh)?;
+                    self.files.extend(names);
                 }
             }
         }
-        if !all_labels.is_empty() {
-            self.put_volume(LABELS, all_labels.as_slice())?;
+        if !labels_of_all.is_empty() {
+            self.put_volume(Product::Labels, Index::All, labels_of_all.as_slice())?;
         }
         Ok(())
     }
 
-    /// The gates that go into one file, once all of them are there.
-    fn write_collected(&mut self) -> Result<(), PhantomError> {
-        for (name, samples) in std::mem::take(&mut self.collected) {
-            if name == PROJECTIONS {
-                self.put_projections(0, &samples)?;
-            } else {
-                self.put_volume(&name, samples.as_slice())?;
-            }
+    /// Writes an array of a product; gates that go into one file once all of them are there.
+    pub(super) fn write(
+        &mut self,
+        product: Product,
+        index: Index,
+        samples: &[f32],
+    ) -> Result<(), PhantomError> {
+        if !self.phantom.joins(product) || matches!(index, Index::Volume(_)) {
+            return self.put(product, index, samples);
         }
-        Ok(())
+        let joined = self.joined.entry(product).or_default();
+        joined.extend_from_slice(samples);
+        if joined.len() < self.phantom.n_gates() * samples.len() {
+            return Ok(());
+        }
+        let all = self.joined.remove(&product).unwrap_or_default();
+        self.put(product, Index::All, &all)
     }
 
-    /// The middle slice of a volume made of views, for its picture.
-    pub(super) fn keep_middle(&mut self, volume: &[f32]) {
-        let len = self.phantom.camera().grid().slice_len();
-        let from = self.phantom.camera().n_rows() / 2 * len;
-        self.middle.push(volume[from..from + len].to_vec());
-    }
-
-    fn collect(&mut self, name: &str, samples: &[f32]) {
-        let all = self.collected.entry(name.to_owned()).or_default();
-        all.extend_from_slice(samples);
-    }
-
-    fn write_projections(&mut self, gate: usize, samples: &[f32]) -> Result<(), PhantomError> {
-        if self.phantom.one_file() {
-            self.collect(PROJECTIONS, samples);
-            Ok(())
-        } else {
-            self.put_projections(gate, samples)
+    fn put(&mut self, product: Product, index: Index, samples: &[f32]) -> Result<(), PhantomError> {
+        match (product, index) {
+            (Product::Projections, Index::Gate(gate)) => self.put_projections(gate, index, samples),
+            (Product::Projections, _) => self.put_projections(0, index, samples),
+            _ => self.put_volume(product, index, samples),
         }
     }
 
-    /// The views of a gate, or of all of them where they go into one file.
-    fn put_projections(&mut self, gate: usize, samples: &[f32]) -> Result<(), PhantomError> {
+    /// The projections of a gate, or of all of them.
+    fn put_projections(
+        &mut self,
+        gate: usize,
+        index: Index,
+        samples: &[f32],
+    ) -> Result<(), PhantomError> {
         let (camera, parts) = (self.phantom.camera(), self.phantom.parts());
         let detector = *camera.detector();
         let angles = self.phantom.written_angles(gate)?;
@@ -353,14 +357,15 @@ impl Run<'_> {
                 Radius::PerView(&radii)
             }
         };
-        let mut projections = match self.seconds_per_gate() {
-            None => Projections::new(detector, &angles, radius, samples)?,
-            Some(seconds) => Projections::of_gates(detector, &angles, radius, samples, seconds)?,
-        };
-        let gates = if self.phantom.one_file() {
-            0..self.phantom.n_gates()
-        } else {
-            gate..gate + 1
+        let (mut projections, gates) = match self.seconds_per_gate(index) {
+            None => (
+                Projections::new(detector, &angles, radius, samples)?,
+                gate..gate + 1,
+            ),
+            Some(seconds) => (
+                Projections::of_gates(detector, &angles, radius, samples, seconds)?,
+                0..self.phantom.n_gates(),
+            ),
         };
         let mut counts = Vec::new();
         for gate in gates {
@@ -375,7 +380,7 @@ impl Run<'_> {
         if let Some(study) = &self.study {
             projections = projections.with_study(study);
         }
-        let names = self.phantom.projection_names(gate);
+        let names = self.phantom.names_of(Product::Projections, 0, index);
         let format = parts.output.projections;
         files::write(&self.out.join(&names[0]), &projections, format)?;
         self.files.extend(names);
@@ -385,65 +390,54 @@ impl Run<'_> {
     /// Displacements, velocities and strains to a phase.
     fn write_motion(&mut self, to: &ScenePhase) -> Result<(), PhantomError> {
         let motion = self.phantom.motion_of(to)?;
-        let format = self.phantom.parts().output.volumes;
         let grid = *self.phantom.camera().grid();
-        for ((what, _), (samples, of)) in FIELDS.iter().zip([
-            (&motion.displacement, FieldOf::Displacement),
-            (&motion.velocity, FieldOf::Velocity),
-            (&motion.strain, FieldOf::Components(6)),
-        ]) {
-            let names = self.phantom.volume_names(&phase_name(what, to.of));
-            let field = Volume::of_field(grid, samples, of)?;
-            files::write(&self.out.join(&names[0]), &field, format)?;
-            self.files.extend(names);
+        let fields = [&motion.displacement, &motion.velocity, &motion.strain];
+        let arrays = Product::Motion.info().arrays;
+        for (array, ((_, content), samples)) in arrays.iter().zip(fields).enumerate() {
+            if let Content::Field(of) = *content {
+                let field = Volume::of_field(grid, samples, of)?;
+                let names = (self.phantom).names_of(Product::Motion, array, Index::Phase(to.of));
+                self.write_volume(names, field)?;
+            }
         }
         Ok(())
     }
 
-    fn write_volume(
-        &mut self,
-        what: &str,
-        name: &str,
-        samples: &[f32],
-    ) -> Result<(), PhantomError> {
-        if self.phantom.one_file() {
-            self.collect(what, samples);
-            Ok(())
-        } else {
-            self.put_volume(name, samples)
-        }
-    }
-
-    /// A volume, or those of all gates where they go into one file.
+    /// A volume, or those of all gates.
     fn put_volume<'s>(
         &mut self,
-        name: &str,
+        product: Product,
+        index: Index,
         samples: impl Into<files::Samples<'s>>,
     ) -> Result<(), PhantomError> {
         let grid = *self.phantom.camera().grid();
-        let volume = match self.seconds_per_gate() {
+        let volume = match self.seconds_per_gate(index) {
             None => Volume::new(grid, samples)?,
             Some(seconds) => Volume::of_gates(grid, samples, seconds)?,
         };
-        self.put(name, volume)
+        let names = self.phantom.names_of(product, 0, index);
+        self.write_volume(names, volume)
     }
 
-    pub(super) fn put(&mut self, name: &str, volume: Volume) -> Result<(), PhantomError> {
+    fn write_volume(
+        &mut self,
+        names: Vec<PathBuf>,
+        volume: Volume<'_>,
+    ) -> Result<(), PhantomError> {
         let volume = match &self.study {
             Some(study) => volume.with_study(study),
             None => volume,
         };
-        let names = self.phantom.volume_names(name);
         let format = self.phantom.parts().output.volumes;
         files::write(&self.out.join(&names[0]), &volume, format)?;
         self.files.extend(names);
         Ok(())
     }
 
-    /// From one gate to the next, where all go into one file.
-    fn seconds_per_gate(&self) -> Option<f64> {
+    /// Time from one gate to the next, of all gates in one file.
+    fn seconds_per_gate(&self, index: Index) -> Option<f64> {
         let n_gates = self.phantom.n_gates() as f64;
-        (self.phantom.one_file()).then(|| self.phantom.cycle().period() / n_gates)
+        (index == Index::All).then(|| self.phantom.cycle().period() / n_gates)
     }
 
     /// The middle slice of each gate, and of several the beat once round in its own time; greys from nothing to the largest
@@ -464,16 +458,21 @@ impl Run<'_> {
         let white = if most > 0.0 { f64::from(most) } else { 1.0 };
         let (section, grey) = (files::Section::Axial(0), [0.0, white]);
         for (gate, volume) in volumes.iter().enumerate() {
-            let file = self.phantom.picture_name(gate);
-            files::write_png(&self.out.join(&file), volume, section, grey)?;
-            self.files.push(file);
+            let index = match self.phantom.is_compensated() {
+                true => Index::Volume(gate),
+                false => Index::Gate(gate),
+            };
+            let names = self.phantom.names_of(Product::Pictures, 0, index);
+            files::write_png(&self.out.join(&names[0]), volume, section, grey)?;
+            self.files.extend(names);
         }
         if volumes.len() > 1 {
             let seconds = self.phantom.cycle().period() / volumes.len() as f64;
             // GIF counts in hundredths of a second.
             let seconds = seconds.clamp(0.02, 600.0);
-            files::write_gif(&self.out.join(MOVING), &volumes, section, grey, seconds)?;
-            self.files.push(MOVING.into());
+            let names = (self.phantom).names_of(Product::Pictures, 0, Index::All);
+            files::write_gif(&self.out.join(&names[0]), &volumes, section, grey, seconds)?;
+            self.files.extend(names);
         }
         Ok(Some(PictureReport {
             slice: nz / 2,

@@ -3,7 +3,7 @@
 use super::run::Run;
 use super::run_report::{CompensatedReport, Progress};
 use crate::error::PhantomError;
-use crate::files::{RECONSTRUCTION, TRUTH, Volume};
+use crate::phantom::{Index, Needs};
 use crate::{Method, Product};
 
 impl Run<'_> {
@@ -17,8 +17,7 @@ impl Run<'_> {
             return Ok(Vec::new());
         }
         let views = std::mem::take(&mut self.seen);
-        let pictures = self.wants(Product::Pictures);
-        let reconstruct = self.wants(Product::Reconstruction) || pictures;
+        let reconstruct = phantom.parts().output.needs(Needs::Reconstruction);
         let (volumes, passes) = match phantom.parts().method {
             Method::Fbp => (phantom.n_volumes(), 1),
             Method::Osem(osem) => (1, osem.iterations),
@@ -39,17 +38,12 @@ impl Run<'_> {
             if reconstruct {
                 let (volume, osem) = phantom.compensated(number, &views, &told)?;
                 report.osem = osem;
-                if self.wants(Product::Reconstruction) {
-                    self.put_compensated(RECONSTRUCTION, number, &volume)?;
-                }
-                if pictures {
-                    self.keep_middle(&volume);
-                }
+                self.reconstructed(Index::Volume(number), &volume)?;
                 made = Some(volume);
             }
             if self.wants(Product::Truth) {
                 let truth = phantom.compensated_truth(number)?;
-                self.put_compensated(TRUTH, number, &truth)?;
+                self.write(Product::Truth, Index::Volume(number), &truth)?;
                 if let Some(volume) = made {
                     report.artefacts =
                         Some(phantom.compensated_artefacts(number, &volume, &truth)?);
@@ -58,15 +52,5 @@ impl Run<'_> {
             reports.push(report);
         }
         Ok(reports)
-    }
-
-    fn put_compensated(
-        &mut self,
-        what: &str,
-        number: usize,
-        samples: &[f32],
-    ) -> Result<(), PhantomError> {
-        let volume = Volume::new(*self.phantom.camera().grid(), samples)?;
-        self.put(&self.phantom.compensated_name(what, number), volume)
     }
 }

@@ -9,6 +9,7 @@ mod compensated;
 mod counting;
 mod errors;
 mod files;
+mod folder;
 mod gates;
 mod lock;
 mod material;

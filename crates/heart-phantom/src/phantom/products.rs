@@ -1,0 +1,369 @@
+//! Products of a run: one table, from which validation, planning, memory, file names and writing follow.
+
+use super::output::{Output, Product};
+use super::phases::PhaseOf;
+use crate::error::PhantomError;
+use crate::files::{self, Extensions, FieldOf, Format, ORBIT_EXTENSION, REPORT};
+use crate::{Compensation, Mode, Moment, Orbit, Phantom};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::path::PathBuf;
+
+/// File name of the animation of all pictures.
+const ANIMATION: &str = "beat";
+
+/// What is known of a product before it is computed.
+pub(crate) struct ProductInfo {
+    /// Stem of the file name and content of each array.
+    pub(crate) arrays: &'static [(&'static str, Content)],
+    /// How many there are of each array.
+    per: Per,
+    /// Whether all gates can go into one file.
+    joins: bool,
+    /// What it is computed from.
+    needs: Needs,
+    /// Bytes per voxel of its arrays in memory, for each gate or phase.
+    pub(crate) voxel_bytes: u64,
+}
+
+/// What an array contains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Content {
+    /// Projections, `[view][row][bin]`.
+    Views,
+    /// A number per voxel, `[z][y][x]`.
+    Volume,
+    /// A label per voxel.
+    Labels,
+    /// Several numbers per voxel.
+    Field(FieldOf),
+    /// Triangles.
+    Surface,
+    /// Grey values of a slice.
+    Picture,
+}
+
+/// What there is one array of.
+enum Per {
+    /// Each gate.
+    Gate,
+    /// Each phase that stands for the projections ([`Phantom::phases`]).
+    Phase,
+    /// Each reconstructed volume: of a gate, or motion-compensated.
+    Volume,
+    /// Each gate, and each motion-compensated volume.
+    GateAndVolume,
+}
+
+/// What a product is computed from, each including those before it.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub(crate) enum Needs {
+    /// The shapes of the heart.
+    Shapes,
+    /// The projections.
+    Views,
+    /// The reconstructed volumes.
+    Reconstruction,
+}
+
+/// Which of its kind an array is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Index {
+    /// Of a gate.
+    Gate(usize),
+    /// Of a phase.
+    Phase(PhaseOf),
+    /// A motion-compensated volume.
+    Volume(usize),
+    /// All gates together.
+    All,
+}
+
+impl Product {
+    /// The table.
+    pub(crate) const fn info(self) -> &'static ProductInfo {
+        match self {
+            Self::Projections => &ProductInfo {
+                arrays: &[("projections", Content::Views)],
+                per: Per::Gate,
+                joins: true,
+                needs: Needs::Views,
+                voxel_bytes: 0,
+            },
+            Self::Reconstruction => &ProductInfo {
+                arrays: &[("reconstruction", Content::Volume)],
+                per: Per::Volume,
+                joins: true,
+                needs: Needs::Reconstruction,
+                voxel_bytes: 0, // counted with the reconstruction itself
+            },
+            Self::Truth => &ProductInfo {
+                arrays: &[("truth", Content::Volume)],
+                per: Per::GateAndVolume,
+                joins: true,
+                needs: Needs::Shapes,
+                voxel_bytes: 4,
+            },
+            Self::Labels => &ProductInfo {
+                arrays: &[("labels", Content::Labels)],
+                per: Per::Phase,
+                joins: true,
+                needs: Needs::Shapes,
+                voxel_bytes: 1,
+            },
+            Self::Attenuation => &ProductInfo {
+                arrays: &[("attenuation", Content::Volume)],
+                per: Per::Phase,
+                joins: true,
+                needs: Needs::Shapes,
+                voxel_bytes: 4,
+            },
+            Self::Meshes => &ProductInfo {
+                arrays: &[("inner", Content::Surface), ("outer", Content::Surface)],
+                per: Per::Phase,
+                joins: false,
+                needs: Needs::Shapes,
+                voxel_bytes: 0,
+            },
+            Self::Motion => &ProductInfo {
+                arrays: &[
+                    ("displacement", Content::Field(FieldOf::Displacement)),
+                    ("velocity", Content::Field(FieldOf::Velocity)),
+                    ("strain", Content::Field(FieldOf::Components(6))),
+                ],
+                per: Per::Phase,
+                joins: false,
+                needs: Needs::Shapes,
+                voxel_bytes: 96, // twelve numbers, and one field again in the order of its file
+            },
+            Self::Pictures => &ProductInfo {
+                arrays: &[("slice", Content::Picture)],
+                per: Per::Volume,
+                joins: false,
+                needs: Needs::Reconstruction,
+                voxel_bytes: 0,
+            },
+        }
+    }
+}
+
+impl Output {
+    /// Whether a product is written.
+    pub(crate) fn has(&self, product: Product) -> bool {
+        self.write.contains(&product)
+    }
+
+    /// Whether a product is written that is computed from this.
+    pub(crate) fn needs(&self, needs: Needs) -> bool {
+        (self.write.iter()).any(|product| product.info().needs >= needs)
+    }
+
+    /// Whether all gates go into one file, where the product allows it.
+    pub(crate) fn one_file(&self, mode: Mode) -> bool {
+        matches!(mode, Mode::Gated { .. }) && self.gates == super::GateFiles::OneFile
+    }
+
+    /// The first format, with its field of a scene, that cannot store all gates of a product in one file.
+    pub(crate) fn without_gates(&self, mode: Mode) -> Option<(&'static str, Format)> {
+        let joins = |content: fn(&Content) -> bool| {
+            let joined = self.write.iter().filter(|product| product.info().joins);
+            joined
+                .flat_map(|product| product.info().arrays)
+                .any(|(_, of)| content(of))
+        };
+        let formats = [
+            (
+                "output.projections",
+                self.projections,
+                joins(|of| *of == Content::Views),
+            ),
+            (
+                "output.volumes",
+                self.volumes,
+                joins(|of| *of != Content::Views),
+            ),
+        ];
+        let lacks = |(field, format, used): (_, Format, bool)| {
+            (used && self.one_file(mode) && !format.info().gates).then_some((field, format))
+        };
+        formats.into_iter().find_map(lacks)
+    }
+}
+
+/// A file that a run writes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct PlannedFile {
+    /// Its name in the output directory.
+    pub name: PathBuf,
+    /// Bytes of its samples or triangles before compression; a header adds some hundred bytes, an archive some thousand. 0 for a header
+    /// beside its data, and for the report.
+    pub bytes: u64,
+}
+
+impl Phantom {
+    /// The files that `run` writes. Surfaces are made, to count their triangles.
+    ///
+    /// ```
+    /// use heart_phantom::{Phantom, Scene};
+    /// let files = Phantom::new(Scene::default().with_size(32))?.files()?;
+    /// let names: Vec<_> = files.iter().map(|file| file.name.to_str().unwrap()).collect();
+    /// assert_eq!(names, ["projections.npy", "reconstruction.npy", "truth.npy", "report.json"]);
+    /// assert_eq!(files[0].bytes, 90 * 32 * 32 * 4);
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// For surfaces those of [`Phantom::meshes`].
+    pub fn files(&self) -> Result<Vec<PlannedFile>, PhantomError> {
+        self.planned(|at| Ok(self.meshes(at)?.map(|mesh| files::stl_bytes(&mesh))))
+    }
+
+    /// The names of the files alone; no surface is made.
+    #[cfg(feature = "scene")]
+    pub(crate) fn file_names(&self) -> Result<Vec<PathBuf>, PhantomError> {
+        let planned = self.planned(|_| Ok([0; 2]))?;
+        Ok(planned.into_iter().map(|file| file.name).collect())
+    }
+
+    /// The files, with the sizes of both surfaces at a phase from `surfaces`.
+    fn planned(
+        &self,
+        surfaces: impl Fn(Moment) -> Result<[u64; 2], PhantomError>,
+    ) -> Result<Vec<PlannedFile>, PhantomError> {
+        // Shapes of equal gain, of filling and of emptying, have the same surface.
+        let mut known = HashMap::new();
+        let mut surface = |of, array: usize| -> Result<u64, PhantomError> {
+            let Some(at) = self.phases().into_iter().find(|phase| phase.of == of) else {
+                return Ok(0);
+            };
+            let bytes = match known.entry(self.cycle().gain(at.phase).to_bits()) {
+                Entry::Occupied(bytes) => *bytes.get(),
+                Entry::Vacant(place) => *place.insert(surfaces(at.moment())?),
+            };
+            Ok(bytes[array])
+        };
+        let mut planned = Vec::new();
+        for &product in &self.parts().output.write {
+            for index in self.indices(product) {
+                for (array, (_, content)) in product.info().arrays.iter().enumerate() {
+                    let bytes = match (content, index) {
+                        (Content::Surface, Index::Phase(of)) => surface(of, array)?,
+                        _ => self.bytes_of(*content, index),
+                    };
+                    let names = self.names_of(product, array, index);
+                    // Of several files the last has the data.
+                    let last = names.len().saturating_sub(1);
+                    planned.extend(names.into_iter().enumerate().map(|(k, name)| PlannedFile {
+                        name,
+                        bytes: if k == last { bytes } else { 0 },
+                    }));
+                }
+            }
+        }
+        planned.push(PlannedFile {
+            name: REPORT.into(),
+            bytes: 0,
+        });
+        Ok(planned)
+    }
+
+    /// Which arrays of a product there are, each of the first of its kind.
+    fn indices(&self, product: Product) -> Vec<Index> {
+        let gates = || (0..self.n_gates()).map(Index::Gate).collect::<Vec<_>>();
+        let volumes = || (0..self.n_volumes()).map(Index::Volume).collect::<Vec<_>>();
+        let all = vec![Index::All];
+        let joined = self.joins(product);
+        match (&product.info().per, self.is_compensated()) {
+            (Per::Volume, true) => match product {
+                Product::Pictures if self.n_volumes() > 1 => [volumes(), all].concat(),
+                _ => volumes(),
+            },
+            (Per::GateAndVolume, true) if joined => [all, volumes()].concat(),
+            (Per::GateAndVolume, true) => [gates(), volumes()].concat(),
+            _ if joined => all,
+            (Per::Phase, _) => (self.phases().iter())
+                .map(|phase| Index::Phase(phase.of))
+                .collect(),
+            (Per::Volume, false) if product == Product::Pictures && self.n_gates() > 1 => {
+                [gates(), all].concat()
+            }
+            (Per::Gate | Per::Volume | Per::GateAndVolume, _) => gates(),
+        }
+    }
+
+    /// Whether all gates of a product go into one file.
+    pub(crate) fn joins(&self, product: Product) -> bool {
+        product.info().joins && self.parts().output.one_file(self.parts().mode)
+    }
+
+    /// Bytes of an array in its file before compression, except of surfaces.
+    fn bytes_of(&self, content: Content, index: Index) -> u64 {
+        let (camera, output) = (self.camera(), &self.parts().output);
+        let voxels = camera.grid().len() as u64;
+        let one = match content {
+            Content::Views => {
+                let samples = (camera.n_views() * camera.view_len()) as u64;
+                output.projections.info().sample_bytes * samples
+            }
+            Content::Volume => output.volumes.info().sample_bytes * voxels,
+            Content::Labels => voxels,
+            Content::Field(of) => 4 * of.components() as u64 * voxels,
+            Content::Surface => 0,
+            Content::Picture => camera.grid().slice_len() as u64,
+        };
+        let times = match (index, content) {
+            (Index::All, Content::Picture) => self.n_volumes(),
+            (Index::All, _) => self.n_gates(),
+            (Index::Gate(_) | Index::Phase(_) | Index::Volume(_), _) => 1,
+        };
+        times as u64 * one
+    }
+
+    /// The files of an array of a product: header first, data last.
+    pub(crate) fn names_of(&self, product: Product, array: usize, index: Index) -> Vec<PathBuf> {
+        let output = &self.parts().output;
+        let (stem, content) = product.info().arrays[array];
+        let stem = match (product, index) {
+            (Product::Truth, Index::Gate(_) | Index::All) => self.truth_of().file_name(),
+            (Product::Pictures, Index::All) => ANIMATION,
+            _ => stem,
+        };
+        let of_gate = |stem: &str, gate, gates| match gates {
+            1 => stem.to_owned(),
+            _ => format!("{stem}-{}", PhaseOf::Gate { gate, gates }),
+        };
+        let name = match index {
+            Index::All | Index::Phase(PhaseOf::Static | PhaseOf::Gate { gates: 1, .. }) => {
+                stem.to_owned()
+            }
+            Index::Phase(of) => format!("{stem}-{of}"),
+            Index::Gate(gate) => of_gate(stem, gate, self.n_gates()),
+            Index::Volume(k) => of_gate(&format!("{stem}-compensated"), k, self.n_volumes()),
+        };
+        let single = |header| Extensions { header, data: None };
+        let extensions = match content {
+            Content::Views => output.projections.info().projections,
+            Content::Volume | Content::Labels | Content::Field(_) => {
+                Some(output.volumes.info().volume)
+            }
+            Content::Surface => Some(single("stl")),
+            Content::Picture if index == Index::All => Some(single("gif")),
+            Content::Picture => Some(single("png")),
+        };
+        let orbit = (content == Content::Views
+            && output.projections == Format::InterfileSimind
+            && !matches!(self.parts().orbit, Orbit::Circle(_)))
+        .then_some(ORBIT_EXTENSION);
+        let extensions = extensions.map(|known| [Some(known.header), orbit, known.data]);
+        (extensions.into_iter().flatten().flatten())
+            .map(|extension| format!("{name}.{extension}").into())
+            .collect()
+    }
+
+    /// Whether volumes are motion-compensated.
+    pub(crate) fn is_compensated(&self) -> bool {
+        self.parts().compensation == Compensation::KnownMotion
+    }
+}
