@@ -331,3 +331,16 @@ fn surfaces_of_many_gates_have_the_sizes_that_were_told() {
     }
     assert!(told(GATES / 2, "inner") > told(0, "inner"));
 }
+
+/// One gate is a file with an axis of gates as well: what the run cannot write, the scene cannot ask for.
+#[test]
+fn one_gate_in_one_file_needs_a_format_with_gates() {
+    let mut scene = small(Mode::Gated { gates: 1 });
+    scene.output.gates = GateFiles::OneFile;
+    scene.output.projections = Format::InterfileStir;
+    let error = scene.check().unwrap_err().to_string();
+    assert!(error.contains("output.projections"), "{error}");
+    scene.output.projections = Format::InterfileSimind;
+    let folder = tempfile::tempdir().unwrap();
+    run(&Phantom::new(scene).unwrap(), folder.path(), &|_| ()).unwrap();
+}
