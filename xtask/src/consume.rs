@@ -96,7 +96,7 @@ fn workspace_version() -> Result<String, String> {
 
 /// A package holds its manifest, its licence and a readme with an example.
 fn complete(package: &Path) -> Result<(), String> {
-    for file in ["Cargo.toml", "README.md", "LICENSE"] {
+    for file in ["Cargo.toml", "README.md", "LICENSE-MIT", "LICENSE-APACHE"] {
         if !package.join(file).is_file() {
             return Err(format!("{} has no {file}", package.display()));
         }

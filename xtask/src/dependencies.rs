@@ -16,6 +16,7 @@ const LICENCES: &[&str] = &[
     "Apache-2.0 WITH LLVM-exception",
     "BSD-2-Clause",
     "BSD-3-Clause",
+    "Bitstream-Vera", // the font of our figures
     "0BSD",
     "BSL-1.0",
     "CC0-1.0",

@@ -5,6 +5,9 @@ use toml::{Table, Value};
 use super::{Finding, find};
 use crate::workspace::{PUBLISHED, TextFile, package_name};
 
+/// The texts of both licences.
+const LICENCES: [&str; 2] = ["LICENSE-MIT", "LICENSE-APACHE"];
+
 /// Findings in all manifests of the workspace.
 pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -18,30 +21,23 @@ pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
         }
     }
     findings.extend(same_lints(files));
-    let licence = find(files, "LICENSE");
-    if licence.is_none() {
-        findings.push(Finding::new("LICENSE", 0, "missing"));
+    for name in LICENCES {
+        if find(files, name).is_none() {
+            findings.push(Finding::new(name, 0, "missing"));
+        }
     }
     for krate in PUBLISHED {
-        for name in ["Cargo.toml", "README.md", "LICENSE"] {
+        for name in ["Cargo.toml", "README.md"].into_iter().chain(LICENCES) {
             let path = format!("crates/{krate}/{name}");
-            match find(files, &path) {
-                None => findings.push(Finding::new(
-                    &path,
-                    0,
-                    "missing: it belongs into the package",
-                )),
-                Some(copy)
-                    if name == "LICENSE"
-                        && licence.is_some_and(|licence| licence.text != copy.text) =>
-                {
-                    findings.push(Finding::new(
-                        &path,
-                        0,
-                        "differs from the LICENSE of the workspace",
-                    ));
-                }
-                Some(_) => {}
+            let Some(copy) = find(files, &path) else {
+                let message = "missing: it belongs into the package";
+                findings.push(Finding::new(&path, 0, message));
+                continue;
+            };
+            let original = find(files, name).filter(|_| LICENCES.contains(&name));
+            if original.is_some_and(|original| original.text != copy.text) {
+                let message = format!("differs from {name} of the workspace");
+                findings.push(Finding::new(&path, 0, message));
             }
         }
     }
@@ -258,12 +254,12 @@ mod tests {
             path: path.into(),
             text: text.into(),
         };
-        let mut files = vec![file("LICENSE", "MIT")];
+        let mut files = Vec::from(LICENCES.map(|name| file(name, name)));
         for krate in PUBLISHED {
             let manifest = COMPLETE.replace("radon-fbp", package_name(krate));
             files.push(file(&format!("crates/{krate}/Cargo.toml"), &manifest));
             files.push(file(&format!("crates/{krate}/README.md"), "x"));
-            files.push(file(&format!("crates/{krate}/LICENSE"), "MIT"));
+            files.extend(LICENCES.map(|name| file(&format!("crates/{krate}/{name}"), name)));
         }
         assert_eq!(check(&files), []);
         files.last_mut().expect("just filled").text = "other".into();
