@@ -14,7 +14,7 @@
 #![doc = include_str!("../img/camera.svg")]
 #![doc = include_str!("../img/centres.svg")]
 //!
-//! Results have the same bits for any number of threads; between instruction sets ([`InstructionSet`]) they differ by rounding.
+//! Results are bitwise identical for any number of threads; between instruction sets ([`InstructionSet`]) they differ by rounding.
 //!
 //! # One slice
 //!
@@ -33,8 +33,8 @@
 //!
 //! # Large slices
 //!
-//! The sum over views takes N³ updates, a Fourier method N² log N operations. [`FbpPlan`] takes whichever it expects to be faster
-//! ([`Method`]); for forward projection [`FourierProjector`] stands beside [`Projector`], whose weights it does not share.
+//! The sum over views takes N³ updates, a Fourier method N² log N operations. [`FbpPlan`] selects by size ([`Method`]). For forward
+//! projection [`FourierProjector`] is the alternative to [`Projector`]; it is another operator with other weights.
 //!
 //! # What it is not
 //!

@@ -5,4 +5,5 @@
 mod bad_inputs;
 mod half;
 mod oracle;
+mod published;
 mod rubber;

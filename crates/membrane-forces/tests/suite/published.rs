@@ -1,7 +1,5 @@
 //! Results beside published measurements (`docs/paper.md`).
 
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use membrane_forces::StrainEnergy;
 
 /// Equibiaxial tension of vulcanised rubber: stretch and nominal stress in kg/cm^2 (L. R. G. Treloar, Trans. Faraday Soc. 40, 59, 1944,
