@@ -22,13 +22,12 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::{at_least, finite, length, positive, product, within, zeros};
+use crate::error::{at_least, finite, length, positive, product, within};
+use crate::response::fitted;
 use crate::{RadonError, Sample};
 
 /// Weights beyond this many standard deviations are dropped.
-pub(crate) const REACH: f64 = 5.0;
-/// Newton's method takes three or four steps.
-const MOST_STEPS: usize = 20;
+const REACH: f64 = 5.0;
 
 /// A Gaussian blur of detector images `[view][row][bin]`: a plan, shared by threads.
 ///
@@ -183,41 +182,12 @@ impl Blur {
     }
 }
 
-/// The weights k = 0, 1, ... of the Gaussian of the integers with standard deviation `sigma`.
-pub(crate) fn gaussian_of_integers(sigma: f64) -> Result<Vec<f64>, RadonError> {
-    let variance = sigma * sigma;
-    if variance < f64::MIN_POSITIVE {
+/// The weights k = 0, 1, ... of the lattice Gaussian with standard deviation `sigma`, up to 5 sigma.
+fn gaussian_of_integers(sigma: f64) -> Result<Vec<f64>, RadonError> {
+    if sigma * sigma < f64::MIN_POSITIVE {
         return Ok(vec![1.0]);
     }
-    let reach = ((REACH * sigma) as usize).max(1);
-    let mut weights: Vec<f64> = zeros("weights of a blur", reach + 1, 1)?;
-    weights[0] = 1.0;
-    // q = exp(-rate). The logarithm of the variance falls with the rate: like its own logarithm where the Gaussian is wide, at the
-    // rate itself where only the next neighbours count. Newton's method, from the limit of either.
-    let mut rate = match sigma < 0.5 {
-        true => (2.0 * (1.0 - variance) / variance).ln(),
-        false => 0.5 / variance,
-    };
-    let mut sum = 1.0;
-    for _ in 0..MOST_STEPS {
-        // Sums of the weights times k^0, k^2, k^4, smallest terms first.
-        let [mut others, mut second, mut fourth] = [0.0; 3];
-        for (k, weight) in weights.iter_mut().enumerate().skip(1).rev() {
-            let square = (k as f64).powi(2);
-            *weight = (-rate * square).exp();
-            others += 2.0 * *weight;
-            second += 2.0 * *weight * square;
-            fourth += 2.0 * *weight * square * square;
-        }
-        sum = 1.0 + others;
-        let off = (second / sum / variance).ln();
-        if off.abs() <= 1e-12 {
-            break;
-        }
-        rate += off / (fourth / second - second / sum);
-    }
-    weights.iter_mut().for_each(|weight| *weight /= sum);
-    Ok(weights)
+    fitted(sigma * sigma, ((REACH * sigma) as usize).max(1))
 }
 
 /// Items of `stride` samples, wanted ones and those within reach on either side; beyond the edges of all `n` items lie their

@@ -5,13 +5,10 @@
 
 use rayon::prelude::*;
 
-use crate::blur::{REACH, gaussian_of_integers, weigh};
+use crate::blur::weigh;
 use crate::error::{at_least, finite, length, positive, within};
-use crate::nodes::Nodes;
+use crate::response::{Nodes, Through};
 use crate::{RadonError, Sample};
-
-/// Most weights of all blurs along an axis: 800 MB.
-const MOST_WEIGHTS: f64 = 1e8;
 
 /// Slabs of views `[row][slab][bin]`, blurred and added up: a plan, shared by threads.
 ///
@@ -36,8 +33,7 @@ const MOST_WEIGHTS: f64 = 1e8;
 pub struct DepthBlur {
     /// Of each slab the narrower node, and the share of the next one.
     slabs: Vec<(usize, f64)>,
-    /// Of each node the weights of the neighbours 0, 1, ... bins and rows away.
-    nodes: Vec<[Vec<f64>; 2]>,
+    nodes: Nodes,
 }
 
 impl DepthBlur {
@@ -57,30 +53,32 @@ impl DepthBlur {
         for &variance in variances {
             within("variance of a slab", variance, 0.0, f64::MAX)?;
         }
-        let Nodes {
-            variances: at,
-            shares: slabs,
-        } = Nodes::new(variances, pitch, tolerance)?;
-        let widest = at.last().map_or(0.0, |variance| variance.sqrt());
-        let n = at.len() as f64 * REACH * widest / pitch[0].min(pitch[1]);
-        within("weights of a blur", n, 0.0, MOST_WEIGHTS)?;
-        let weights = |variance: &f64| {
-            let [bins, rows] = pitch.map(|pitch| gaussian_of_integers(variance.sqrt() / pitch));
-            Ok([bins?, rows?])
-        };
-        let nodes = at.iter().map(weights).collect::<Result<_, RadonError>>()?;
-        Ok(Self { slabs, nodes })
+        let far = variances.iter().fold(0.0, |m: f64, &v| m.max(v));
+        let near = variances.iter().fold(far, |m: f64, &v| m.min(v));
+        let nodes = Nodes::new([near, far], pitch, tolerance, Through::Own)?;
+        Ok(Self {
+            slabs: variances.iter().map(|&v| nodes.fraction(v)).collect(),
+            nodes,
+        })
     }
 
     /// Bins, and rows, over which a sample is spread at most.
     pub fn reach(&self) -> [usize; 2] {
-        let longest = |axis: usize| self.nodes.iter().map(|node| node[axis].len() - 1).max();
-        [0, 1].map(|axis| longest(axis).unwrap_or(0))
+        self.nodes.reach()
+    }
+
+    /// The largest deviation of the image of a point between the nodes from the lattice Gaussian of its variance, relative to the peak of
+    /// that: a bound from above, beside the rounding of samples.
+    ///
+    /// # Errors
+    /// [`RadonError::TooLarge`].
+    pub fn error(&self) -> Result<f64, RadonError> {
+        Ok(self.nodes.deviation()?.peak)
     }
 
     /// Blurs that a view takes.
     pub fn n_nodes(&self) -> usize {
-        self.nodes.len()
+        self.nodes.kernels.len()
     }
 
     /// Adds up the blurred slabs `[row][slab][bin]` of a view: `out` is `[row][bin]` of the rows from number `above` of those given on. What is
@@ -118,7 +116,7 @@ impl DepthBlur {
     /// [`Self::apply`] of samples that were looked at.
     pub(crate) fn blur<T: Sample>(&self, slabs: &[T], [n_bins, above]: [usize; 2], out: &mut [T]) {
         let n_rows = slabs.len() / (n_bins * self.slabs.len());
-        let mut images = vec![T::ZERO; (1 + self.nodes.len()) * n_rows * n_bins];
+        let mut images = vec![T::ZERO; (1 + self.n_nodes()) * n_rows * n_bins];
         let (view, images) = images.split_at_mut(n_rows * n_bins);
         for (row, slabs) in slabs.chunks(n_bins * self.slabs.len()).enumerate() {
             for (slab, &(node, next)) in slabs.chunks(n_bins).zip(&self.slabs) {
@@ -133,7 +131,8 @@ impl DepthBlur {
                 }
             }
         }
-        for (image, [along, across]) in images.chunks_mut(n_rows * n_bins).zip(&self.nodes) {
+        for (image, [along, across]) in images.chunks_mut(n_rows * n_bins).zip(&self.nodes.kernels)
+        {
             let reach = along.len() - 1;
             image.par_chunks_mut(n_bins).for_each(|row| {
                 let padded = zero_padded(row, reach);

@@ -58,12 +58,12 @@ mod geometry;
 mod iterative;
 mod measure;
 mod motion;
-mod nodes;
 #[cfg(feature = "noise")]
 mod noise;
 mod phantom;
 mod pool;
 mod projector;
+mod response;
 mod sample;
 mod shift;
 mod simd;

@@ -1,25 +1,18 @@
 //! Blur that grows with depth, for the price of a few blurs.
 //!
-//! Planes are shared out among a few nodes ([`crate::nodes`]). Nor is each node blurred by itself: node j is blurred by the difference of variances
-//! W_j - W_i and added to node i, its parent, from the farthest to the nearest, which is blurred to the image that the camera sees. King,
-//! Pan & Luo (1997, IEEE Trans. Nucl. Sci. 44) call that Gaussian diffusion and tell how masks of too narrow Gaussians spoil it. Here masks
-//! have the variance asked for whatever their width, and steps are at least [`STEP`] of a bin's area, from where on Gaussians of the
-//! integers add up to Gaussians of the integers to 1e-4; a node too near to others has the image itself as its parent. All weights are
-//! >= 0, and so are those of their sums.
+//! Planes are divided among a few [nodes](crate::response::Nodes). Node j is blurred by the difference of variances W_j - W_i and added to
+//! node i, its parent, from the farthest to the nearest. King, Pan & Luo (1997, IEEE Trans. Nucl. Sci. 44) call this Gaussian diffusion and
+//! show how masks of too narrow Gaussians spoil it.
 
 use super::lanes::{LANES, Lanes};
-use crate::blur::gaussian_of_integers;
-use crate::nodes::Nodes;
+use crate::response::{Nodes, Through};
 use crate::simd::Plain;
 use crate::{RadonError, Sample};
 
-/// The least difference of variances between a node and its parent, in squares of the larger of bin and row.
-const STEP: f64 = 0.65;
-
-/// What becomes of the planes of a view.
+/// The division of the planes of a view among nodes.
 #[derive(Debug)]
 pub(super) struct Depths<T> {
-    /// For each plane the node in front of it, and the share of the one behind.
+    /// For each plane the node in front of it, and the fraction of the one behind.
     pub(super) planes: Vec<(usize, T)>,
     pub(super) nodes: Vec<Node<T>>,
 }
@@ -40,28 +33,20 @@ impl<T: Sample> Depths<T> {
         pitch: [f64; 2],
         tolerance: f64,
     ) -> Result<Self, RadonError> {
-        let Nodes {
-            variances: at,
-            shares,
-        } = Nodes::new(variances, pitch, tolerance)?;
-        let step = STEP * pitch[0].max(pitch[1]).powi(2);
-        let node = |(j, &variance): (usize, &f64)| {
-            let parent = at[..j].iter().rposition(|&w| variance - w >= step);
-            let more = variance - parent.map_or(0.0, |i| at[i]);
-            let kernel = |axis: usize| {
-                let weights = gaussian_of_integers(more.sqrt() / pitch[axis])?;
-                Ok(weights.into_iter().map(T::of).collect())
-            };
-            Ok(Node {
-                parent: parent.map_or(0, |i| i + 1),
-                kernels: [kernel(0)?, kernel(1)?],
-            })
+        let far = variances.iter().fold(0.0, |m: f64, &v| m.max(v));
+        let near = variances.iter().fold(far, |m: f64, &v| m.min(v));
+        let nodes = Nodes::new([near, far], pitch, tolerance, Through::Parents)?;
+        let fraction = |&variance: &f64| {
+            let (node, behind) = nodes.fraction(variance);
+            (node, T::of(behind))
         };
-        let nodes = at.iter().enumerate().map(node);
-        let nodes = nodes.collect::<Result<Vec<_>, RadonError>>()?;
+        let node = |(parent, kernels): (&Option<usize>, &[Vec<f64>; 2])| Node {
+            parent: parent.map_or(0, |i| i + 1),
+            kernels: (kernels.each_ref()).map(|kernel| kernel.iter().map(|&w| T::of(w)).collect()),
+        };
         Ok(Self {
-            planes: shares.into_iter().map(|(j, t)| (j, T::of(t))).collect(),
-            nodes,
+            planes: variances.iter().map(fraction).collect(),
+            nodes: nodes.parents.iter().zip(&nodes.kernels).map(node).collect(),
         })
     }
 }

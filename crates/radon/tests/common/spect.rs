@@ -157,7 +157,7 @@ fn clipped(polygon: &[[f64; 2]], inside: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 
 }
 
 /// Weights w_k of k = 0, 1, ...: proportional to q^(k^2), q by bisection so that their variance is the one given.
-fn gaussian(variance: f64) -> Vec<f64> {
+pub(crate) fn gaussian(variance: f64) -> Vec<f64> {
     if variance == 0.0 {
         return vec![1.0];
     }

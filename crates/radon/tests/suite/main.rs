@@ -24,5 +24,6 @@ mod operators;
 mod phantom;
 mod projector;
 mod projector_alone;
+mod response;
 mod spect;
 mod spect_physics;
