@@ -1,5 +1,110 @@
 //! Depth-dependent resolution.
 
 use crate::Row;
+use radon::{
+    Collimator, DepthBlur, ImageGrid, LinearOperator, ParallelGeometry, SliceAxis, SpectGeometry,
+    SpectOperator, SpectOptions,
+};
+use tests::Random;
 
-pub(crate) const ROWS: &[Row] = &[];
+pub(crate) const ROWS: &[Row] = &[
+    Row {
+        name: "radon::SpectOptions::tolerance",
+        what: "image of a voxel",
+        reference: "the lattice Gaussian of the variance of its plane, by bisection",
+        norm: "largest, of the peak",
+        quick: 20,
+        problem: voxel_of_the_operator,
+    },
+    Row {
+        name: "radon::DepthBlur::error",
+        what: "image of a point in a slab",
+        reference: "the lattice Gaussian of its variance, by bisection",
+        norm: "largest, of the peak",
+        quick: 200,
+        problem: point_of_a_slab,
+    },
+];
+
+/// Bins of a side of the images.
+const N: usize = 15;
+
+/// A clinical collimator, bins and rows of 2 to 8 mm, a tolerance.
+fn camera(random: &mut Random) -> (Collimator, [f64; 2], f64) {
+    let slope = random.uniform(0.01, 0.06);
+    let at_face = random.uniform(0.02, 0.2);
+    let intrinsic = random.uniform(0.0, 0.25);
+    let collimator = Collimator::new(slope, at_face, intrinsic).unwrap();
+    let pitch = [0; 2].map(|_| random.uniform(0.2, 0.8));
+    (collimator, pitch, random.decades(-5.0, -1.0))
+}
+
+fn voxel_of_the_operator(random: &mut Random) -> Option<f64> {
+    let (collimator, pitch, tolerance) = camera(random);
+    let depth = random.uniform(0.2, 0.8);
+    let n = random.integer(8, 40);
+    let radius = random.uniform(0.5, 1.0) * n as f64 * depth;
+    let views = ParallelGeometry::new([0.0], N, pitch[0]).ok()?;
+    let (axis, y) = (SliceAxis::new(N, pitch[1]).ok()?, random.integer(0, n - 1));
+    let geometry = SpectGeometry::circular(&views, &axis, radius).ok()?;
+    let grid = ImageGrid::anisotropic(N, n, [pitch[0], depth]).ok()?;
+    let options = SpectOptions::default()
+        .with_collimator(collimator)
+        .with_tolerance(tolerance);
+    let camera = SpectOperator::<f64>::new(&geometry, &grid, &axis, &options).ok()?;
+    let distance = radius - grid.pixel_centre(N / 2, y)[1];
+    // Planes are as thick as the pixel's shorter side; the voxel is one plane.
+    if distance < 0.0 || depth > pitch[0] {
+        return None;
+    }
+    let mut volume = vec![0.0; N * N * n];
+    volume[(N / 2 * n + y) * N + N / 2] = 1.0 / depth;
+    let mut view = vec![0.0; N * N];
+    camera.forward_into(&volume, &mut view).ok()?;
+    let variance = collimator.variance(distance) + (collimator.slope() * depth).powi(2) / 12.0;
+    Some(off(&view, variance, pitch) / tolerance)
+}
+
+fn point_of_a_slab(random: &mut Random) -> Option<f64> {
+    let (collimator, pitch, tolerance) = camera(random);
+    let mut variance = || collimator.variance(random.uniform(0.0, 35.0));
+    let variances = [variance(), variance(), variance()];
+    let blur = DepthBlur::new(&variances, pitch, tolerance).ok()?;
+    let mut slabs = vec![0.0; N * 3 * N];
+    slabs[(N / 2 * 3 + 1) * N + N / 2] = 1.0;
+    let mut image = vec![0.0; N * N];
+    blur.apply(&slabs, N, 0, &mut image).ok()?;
+    // 1e-15 of rounding, where the variances are the same.
+    Some(off(&image, variances[1], pitch) / (blur.error().ok()? + 1e-15))
+}
+
+/// The largest deviation of the image of a point in the middle from two lattice Gaussians, relative to their peak.
+fn off(image: &[f64], variance: f64, pitch: [f64; 2]) -> f64 {
+    let [bins, rows] = pitch.map(|pitch| gaussian(variance / pitch / pitch));
+    let exact = |k: usize| bins[(k % N).abs_diff(N / 2)] * rows[(k / N).abs_diff(N / 2)];
+    let off = (0..N * N).map(|k| (image[k] - exact(k)).abs());
+    off.fold(0.0, f64::max) / exact(N * N / 2)
+}
+
+/// Weights q^(k^2) of k = 0, 1, ..., q by bisection so that they have this variance.
+fn gaussian(variance: f64) -> Vec<f64> {
+    let n = N.max((9.0 * variance.sqrt()) as usize);
+    let weights = |q: f64| -> Vec<f64> {
+        let w: Vec<f64> = (0..n).map(|k| q.powi((k * k) as i32)).collect();
+        let sum = 2.0 * w.iter().sum::<f64>() - 1.0;
+        w.iter().map(|w| w / sum).collect()
+    };
+    let squares = |w: &[f64]| -> f64 {
+        let each = w.iter().enumerate();
+        each.map(|(k, w)| 2.0 * w * (k * k) as f64).sum()
+    };
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..100 {
+        let q = 0.5 * (low + high);
+        match squares(&weights(q)) < variance {
+            true => low = q,
+            false => high = q,
+        }
+    }
+    weights(low)
+}

@@ -21,9 +21,9 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// Each view turns the volume into planes parallel to its detector by the exact areas in which pixels and cells of the turned grid
 /// overlap (layers and rows: lengths). So counts are kept, a uniform volume stays uniform, and without blur and attenuation the views are
 /// those of [`Kernel::Strip`](crate::Kernel::Strip). The attenuation map is turned alike; a cell emits alike at all depths, so that
-/// what leaves it is known in closed form. Planes are as far apart as pixels along the shorter side. They are blurred by few Gaussians,
-/// the farther ones through the nearer ones, instead of each by its own: variances stay exact, and [`SpectOptions::tolerance`] bounds
-/// what becomes of peaks. All entries of A are >= 0.
+/// what leaves it is known in closed form. Planes are as far apart as pixels along the shorter side. A few Gaussians blur them, the wider ones
+/// through narrower ones, instead of one for each plane: variances stay exact, and [`SpectOptions::tolerance`] bounds the deviation of a
+/// point's image from the lattice Gaussian of its plane. All entries of A are >= 0.
 ///
 /// Zeng & Gullberg 1992, IEEE Trans. Nucl. Sci. 39, 1444, blur turned planes depth by depth; McCarthy & Miller 1991,
 /// doi:10.1109/42.97593, and King, Pan & Luo 1997, IEEE Trans. Nucl. Sci. 44, plane through plane.

@@ -19,7 +19,8 @@ pub struct SpectOptions<T> {
     pub collimator: Collimator,
     /// Attenuation coefficients (1/cm) of the voxels, `[layer][y][x]`; empty for none.
     pub attenuation: Vec<T>,
-    /// By how much, relative to it, the peak of a blurred point may be too high; from 1e-6 to 0.1. Its variance is right whatever the tolerance.
+    /// Largest deviation of the image of a point from the lattice Gaussian of its plane, relative to the peak; from 1e-6 to 0.1. Its
+    /// variance is exact at any tolerance.
     pub tolerance: f64,
 }
 
