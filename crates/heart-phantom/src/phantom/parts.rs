@@ -11,8 +11,9 @@ use radon::FbpOptions;
 use revolve_voxel::Organs;
 use std::f64::consts::TAU;
 
-/// Bytes for the work arrays of a reconstruction, whose slices are rarely large.
-pub(crate) const WORK_BYTES: usize = 64 << 20;
+/// Bytes for the work arrays of a reconstruction: what [`Method::Auto`](radon::Method::Auto) needs at most, and as many again as
+/// 40 threads use.
+pub(crate) const WORK_BYTES: usize = 320 << 20;
 /// Where the wall's side is, if nothing else is said: two fifths of the way from base to apex.
 const SIDE: f64 = 0.2;
 

@@ -1,4 +1,4 @@
-//! Whether a plan uses the Fourier method: a model of what either costs.
+//! Which method a plan uses: a model of the cost of either.
 
 use super::options::{FbpOptions, Interpolation, Method};
 use crate::error::RadonError;
@@ -6,7 +6,11 @@ use crate::fourier::{Counts, Gridding, Response, check_tolerance};
 use crate::simd::InstructionSet;
 use crate::{ImageGrid, ParallelGeometry, Sample};
 
-/// The Fourier method, if a plan of these options and of so many pixels uses it.
+/// Bytes of work arrays and of one slice of data up to which [`Method::Auto`] uses the Fourier method: half of the default of
+/// [`FbpOptions::memory`]; the other half is left for the work arrays of each thread.
+const MOST_AUTO_BYTES: usize = 256 << 20;
+
+/// The plan of the Fourier method, if a plan of these options and of `n_pixels` pixels uses it.
 pub(super) fn plan<T: Sample>(
     geometry: &ParallelGeometry,
     grid: &ImageGrid,
@@ -29,42 +33,26 @@ pub(super) fn plan<T: Sample>(
             let Ok(counts) = Counts::new(geometry, grid, response) else {
                 return Ok(None);
             };
-            let updates = n_pixels * geometry.n_views();
-            if fourier_seconds::<T>(&counts, instructions)
-                > direct_seconds::<T>(updates, instructions)
-            {
+            let updates = n_pixels as f64 * geometry.n_views() as f64;
+            if fourier_cost::<T>(&counts) > updates {
                 return Ok(None);
             }
-            // Whatever the number of threads, whose part the other half of the budget is for.
             let data = (geometry.sinogram_len() + grid.image_len()) * size_of::<T>();
-            let fits = |plan: &Gridding<T>| plan.work_bytes(0) + data <= options.memory / 2;
+            let fits = |plan: &Gridding<T>| plan.work_bytes(0) + data <= MOST_AUTO_BYTES;
             Ok(new(Method::AUTO_TOLERANCE).ok().filter(fits))
         }
     }
 }
 
-/// Seconds of one thread for a slice of a stack by the sum over views, about. A slice alone takes twice as long, or more: where the two
-/// methods are close, stacks have the better one.
-fn direct_seconds<T>(updates: usize, set: InstructionSet) -> f64 {
-    // Of one update; these and those below as the bench `slices` has them on an Intel Xeon of 2023.
-    let each = match (set, size_of::<T>()) {
-        (InstructionSet::Avx512, 4) => 0.13e-9,
-        (InstructionSet::Avx2, 4) => 0.2e-9,
-        (InstructionSet::Avx512 | InstructionSet::Avx2, _) => 0.3e-9,
-        (_, 4) => 0.5e-9,
-        _ => 1e-9,
-    };
-    updates as f64 * each
-}
-
-/// Seconds of one thread for a slice by Fourier transforms, about.
-fn fourier_seconds<T>(counts: &Counts, set: InstructionSet) -> f64 {
+/// Cost of a slice by Fourier transforms, in updates of the direct sum.
+///
+/// The unit costs are ratios of times that the bench `slices` measured on one processor with AVX2. They depend on the sample type alone,
+/// so that every machine chooses alike; with AVX-512 or the baseline the crossover lies at somewhat larger or smaller images.
+fn fourier_cost<T>(counts: &Counts) -> f64 {
     // Of one sample that is spread, and of a number in a transform for each doubling of its length.
-    let (spread, transform) = match (set, size_of::<T>()) {
-        (InstructionSet::Avx512, 4) => (20e-9, 0.3e-9),
-        (InstructionSet::Avx2, 4) => (25e-9, 0.3e-9),
-        (_, 4) => (50e-9, 0.6e-9),
-        _ => (50e-9, 0.6e-9),
+    let (spread, transform) = match size_of::<T>() {
+        4 => (125.0, 1.5),
+        _ => (167.0, 2.0),
     };
     let fft = |len: usize| len as f64 * (len as f64).log2() * transform;
     let [nx, ny] = counts.cells;

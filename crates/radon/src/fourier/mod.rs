@@ -61,7 +61,11 @@ impl Counts {
         grid: &ImageGrid,
         response: Response,
     ) -> Result<Self, RadonError> {
-        let row_len = row_period(geometry, grid)?;
+        let periods = match response {
+            Response::Lines | Response::FineLines(_) => 1,
+            Response::BinMeans { periods, .. } => periods,
+        };
+        let row_len = periods * row_period(geometry, grid, periods)?;
         let least = |n: usize| ((n as f64 * FINER).ceil() as usize).max(2 * LANES);
         let n_views = geometry.n_views();
         Ok(Self {
@@ -104,8 +108,12 @@ pub enum Response {
     Lines,
     /// By straight lines between samples so much finer than bins: what the row's own band holds.
     FineLines(f64),
-    /// As means over bins of an image of these pixels.
-    BinMeans { pitch: f64, spacing: [f64; 2] },
+    /// As means over bins of an image of these pixels, by rows that repeat themselves after so many times the shortest period.
+    BinMeans {
+        pitch: f64,
+        spacing: [f64; 2],
+        periods: usize,
+    },
 }
 
 impl Response {
@@ -123,6 +131,7 @@ impl Response {
             Self::BinMeans {
                 pitch,
                 spacing: [dx, dy],
+                ..
             } => dx * dy / pitch * sinc(frequency),
         }
     }
@@ -135,6 +144,7 @@ impl Response {
             Self::BinMeans {
                 pitch,
                 spacing: [dx, dy],
+                ..
             } => 0.5 * pitch / (dx * cos.abs()).max(dy * sin.abs()),
         }
     }
@@ -472,14 +482,20 @@ fn real_ends<T: Sample>(spectrum: &mut [Complex<T>]) {
     }
 }
 
-/// Samples after which a row may repeat itself: no pixel is so far from the row's middle that it reads the next copy.
-fn row_period(geometry: &ParallelGeometry, grid: &ImageGrid) -> Result<usize, RadonError> {
+/// Samples after which a row may repeat itself: no pixel is so far from the row's middle that it reads the next copy. Returns an error
+/// if `periods` times that is too long a row.
+fn row_period(
+    geometry: &ParallelGeometry,
+    grid: &ImageGrid,
+    periods: usize,
+) -> Result<usize, RadonError> {
     let corners =
         [0, grid.nx() - 1].map(|ix| [0, grid.ny() - 1].map(|iy| grid.pixel_centre(ix, iy)));
     let corners = corners.iter().flatten().map(|[x, y]| x.hypot(*y));
     let farthest = corners.fold(0.0, f64::max) + geometry.offset().abs();
     let n = geometry.n_bins() as f64;
     let least = (n / 2.0 + farthest / geometry.pitch() + 2.0).max(n + 2.0);
-    within("row of a Fourier method", least, 0.0, f64::from(1 << 23))?;
+    let longest = f64::from(1 << 23) / periods as f64;
+    within("row of a Fourier method", least, 0.0, longest)?;
     padded_len(least.ceil() as usize)
 }

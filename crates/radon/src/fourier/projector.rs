@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::{Gridding, GriddingScratch, Response, check_tolerance};
 use crate::error::{RadonError, available, length, zeros};
-use crate::iterative::check_samples;
+use crate::iterative::{check_samples, norm, relative, sum2};
 use crate::simd::InstructionSet;
 use crate::{ImageGrid, LinearOperator, ParallelGeometry, Sample};
 
@@ -13,16 +13,26 @@ use crate::{ImageGrid, LinearOperator, ParallelGeometry, Sample};
 ///
 /// ```text
 /// (A x)[v, k] = dx dy / pitch  *  sum over pixels j of  K_v(s_k - x_j . theta_v) * x[j]
-/// K_v(s)      = integral over |f| <= F_v of  sinc(f pitch) exp(2 pi i f s) df * pitch,    F_v = min(1/(2 dx |cos|), 1/(2 dy |sin|))
+/// K_v(s)      = 1/P  sum over integers i, |i| <= F_v P pitch, of  sinc(i / P) cos(2 pi i s / (P pitch))
+/// F_v         = min(1/(2 dx |cos|), 1/(2 dy |sin|)),        sinc(x) = sin(pi x) / (pi x),        P: [`period`](Self::period) in bins
 /// ```
 ///
-/// The image is what its pixels give by trigonometric interpolation, its projections are exact means over the bins (value x length, as
-/// [`Projector`](crate::Projector)'s). Of pixel means of an object they are nearer to the object's bin means than Joseph's rays, but ring at edges
-/// where Joseph's blur; no weight is zero and some are negative, so that solvers that divide by sums of weights
-/// ([`mlem`](crate::mlem), [`sirt`](crate::sirt)) want [`Projector`](crate::Projector) and [`cgls`](crate::cgls) takes both.
+/// The image is the trigonometric interpolation of its pixels, and its projections are bin averages (value x length, as
+/// [`Projector`](crate::Projector)'s). Given pixel averages of an object, they are closer to the object's bin averages than Joseph's
+/// rays, but they ring at edges where Joseph's rays blur. No weight is zero and some are negative, so that solvers that divide by sums
+/// of weights ([`mlem`](crate::mlem), [`sirt`](crate::sirt)) require [`Projector`](crate::Projector); [`cgls`](crate::cgls) takes both.
 ///
-/// `tolerance` bounds what spreading over the grid adds, relative to the norm of the result; the adjoint is that of the operator as it is, to
-/// rounding, whatever the tolerance. The same bits come out for any number of threads.
+/// # Errors of the method
+///
+/// - Gridding: `tolerance` bounds it, relative to the norm of the result. The adjoint is that of the operator as computed, to rounding,
+///   whatever the tolerance.
+/// - Periodisation: K_v is a Riemann sum, of step 1/(P pitch), for the integral `pitch * ∫ sinc(f pitch) cos(2 pi f s) df` over
+///   |f| <= F_v, and so has period P. Images without content near the frequency F_v hardly differ: relative to the norm of the
+///   projections some 6e-4 for discs on small grids, 6e-3 for positive noise, 4e-2 for noise of mean zero (medians over 80 random
+///   geometries each, against the integral in closed form). [`periodisation_error`](Self::periodisation_error) estimates it for an
+///   image.
+///
+/// Results are bitwise identical for any number of threads.
 ///
 /// ```
 /// use radon::{FourierProjector, ImageGrid, ParallelGeometry};
@@ -78,9 +88,20 @@ impl<T: Sample> FourierProjector<T> {
     ) -> Result<Self, RadonError> {
         check_tolerance(tolerance)?;
         available(instructions)?;
+        Self::planned(geometry, grid, tolerance, instructions, 1)
+    }
+
+    fn planned(
+        geometry: &ParallelGeometry,
+        grid: &ImageGrid,
+        tolerance: f64,
+        instructions: InstructionSet,
+        periods: usize,
+    ) -> Result<Self, RadonError> {
         let response = Response::BinMeans {
             pitch: geometry.pitch(),
             spacing: grid.spacing(),
+            periods,
         };
         Ok(Self {
             geometry: geometry.clone(),
@@ -101,9 +122,40 @@ impl<T: Sample> FourierProjector<T> {
         &self.grid
     }
 
-    /// What was asked for.
+    /// The tolerance of gridding.
     pub fn tolerance(&self) -> f64 {
         self.tolerance
+    }
+
+    /// Period P of the kernel in bins: at least half a row and the distance of the farthest pixel centre from the axis.
+    pub fn period(&self) -> usize {
+        self.gridding.polar.row_len
+    }
+
+    /// Estimates the distance of [`forward`](Self::forward) from the integrals over frequency for one image, gridding included, relative
+    /// to the norm of the projections:
+    ///
+    /// ```text
+    /// 1.25 * ‖A x - B x‖ / ‖A x‖ + tolerance        B: the operator of 8 times the period
+    /// ```
+    ///
+    /// The distance falls at least as one over the period, so that B is eight times closer to the integral. The factor covers what B
+    /// leaves: the distance of A from the integral was 0.87 to 1.20 times that from B, for 240 random images and geometries. For an image
+    /// of zeros the result is the tolerance.
+    ///
+    /// Cost: a plan, and a projection with rows eight times as long.
+    ///
+    /// # Errors
+    /// A wrong length, a sample that is NaN or infinite; [`RadonError::OutOfRange`] for a period above 2^20.
+    pub fn periodisation_error(&self, image: &[T]) -> Result<f64, RadonError> {
+        const PERIODS: usize = 8;
+        const FACTOR: f64 = 1.25;
+        let own = self.forward(image)?;
+        let Gridding { instructions, .. } = self.gridding;
+        let (geometry, grid) = (&self.geometry, &self.grid);
+        let longer = Self::planned(geometry, grid, self.tolerance, instructions, PERIODS)?;
+        let difference = sum2(&own, &longer.forward(image)?, |a, b| (a - b).powi(2));
+        Ok(FACTOR * relative(difference.sqrt(), norm(&own)) + self.tolerance)
     }
 
     /// Bytes of work arrays that a call uses beside the caller's arrays. Those of the last call are kept for the next.

@@ -2,12 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use super::operator::LinearOperator;
+use super::operator::{Checked, LinearOperator};
 use super::report::{Iteration, IterativeReport, StoppedBy};
 use super::stopping::{Monitor, Observer, Stopping, nobody};
-use super::vectors::{check_input, norm, relative, update};
+use super::vectors::{check_samples, norm, relative, update};
 use crate::Sample;
-use crate::error::{RadonError, zeros};
+use crate::error::{RadonError, finite, zeros};
 
 /// Options of [`cgls`].
 ///
@@ -47,8 +47,9 @@ impl CglsOptions {
 /// Squares Problems, SIAM 1996, algorithm 7.4.1). Cost of a step: one forward, one adjoint.
 ///
 /// # Errors
-/// A wrong length, NaN or infinity, an option out of its range, what the operator refuses, [`RadonError::NotConverged`]. In
-/// each case after the checks `image` holds the last iterate.
+/// A wrong length, an option out of its range, NaN or infinity in the arguments, an error of the operator; [`RadonError::BadSample`] if
+/// the operator returns NaN or infinity or the next image overflows, [`RadonError::NotFinite`] if a norm does;
+/// [`RadonError::NotConverged`]. In each case `image` holds the last finite iterate.
 pub fn cgls<T: Sample, O: LinearOperator<T> + ?Sized>(
     operator: &O,
     data: &[T],
@@ -84,14 +85,15 @@ pub(crate) fn run<T: Sample>(
         stopping,
         gradient: gradient_rule,
     } = *options;
-    check_input(operator, data, image)?;
+    let operator = Checked(operator);
+    operator.check_input(data, image)?;
     let mut monitor = Monitor::new(stopping, gradient_rule, observe)?;
 
     let mut direction: Vec<T> = zeros("direction", image.len(), 1)?;
     let mut gradient: Vec<T> = zeros("gradient", image.len(), 1)?;
     let mut residual: Vec<T> = zeros("residual", data.len(), 1)?;
     let mut projected: Vec<T> = zeros("projections", data.len(), 1)?;
-    let data_norm = norm(data);
+    let data_norm = finite("norm of the data", norm(data))?;
     operator.adjoint_into(data, &mut gradient)?;
     let gradient_scale = norm(&gradient);
     operator.forward_into(image, &mut residual)?;
@@ -101,7 +103,9 @@ pub(crate) fn run<T: Sample>(
     loop {
         operator.adjoint_into(&residual, &mut gradient)?;
         let gradient_norm = norm(&gradient);
-        let mut entry = Iteration::at(relative(norm(&residual), data_norm));
+        let gradient_sq = finite("squared norm of the gradient", gradient_norm.powi(2))?;
+        let residual_norm = finite("norm of the residual", norm(&residual))?;
+        let mut entry = Iteration::at(relative(residual_norm, data_norm));
         entry.gradient = Some(relative(gradient_norm, gradient_scale));
         let stopped_by = if monitor.is_explained(entry.residual) {
             Some(StoppedBy::Residual)
@@ -119,22 +123,27 @@ pub(crate) fn run<T: Sample>(
         if monitor.is_last() {
             break;
         }
-        let gradient_sq = gradient_norm * gradient_norm;
         let beta = T::of(previous_sq.map_or(0.0, |previous: f64| gradient_sq / previous));
         update(&mut direction, &gradient, |d, g| g + beta * d);
         previous_sq = Some(gradient_sq);
 
         operator.forward_into(&direction, &mut projected)?;
-        let curvature = norm(&projected).powi(2);
+        let curvature = finite("squared norm of A d", norm(&projected).powi(2))?;
         if curvature == 0.0 {
             // The gradient is rounding noise outside the range of Aᵀ.
             monitor.stop_at(entry, StoppedBy::Solved);
             break;
         }
         let alpha = gradient_sq / curvature;
-        update(image, &direction, |x, d| x + T::of(alpha) * d);
+        // The gradient is used up; its place takes the next image, which must be finite to be the caller's.
+        let next = &mut gradient;
+        next.copy_from_slice(image);
+        update(next, &direction, |x, d| x + T::of(alpha) * d);
+        check_samples("next image", next)?;
+        let change = relative(alpha * norm(&direction), norm(next));
+        entry.change = Some(finite("change of the image", change)?);
+        image.copy_from_slice(next);
         update(&mut residual, &projected, |r, q| r - T::of(alpha) * q);
-        entry.change = Some(relative(alpha * norm(&direction), norm(image)));
         if monitor.step(entry, image) {
             break;
         }

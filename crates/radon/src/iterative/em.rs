@@ -2,14 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use super::operator::LinearOperator;
+use super::operator::{Checked, LinearOperator};
 use super::report::{Iteration, IterativeReport, StoppedBy};
 use super::stopping::{Monitor, Observer, Stopping, nobody};
 use super::vectors::{
-    check_input, check_not_negative, check_samples, norm, relative, relative_change, sum2, update,
+    check_not_negative, check_samples, norm, relative, relative_change, sum2, update,
 };
 use crate::Sample;
-use crate::error::{RadonError, length, zeros};
+use crate::error::{RadonError, finite, length, zeros};
 
 /// Options of [`mlem`] and [`osem`].
 ///
@@ -84,8 +84,8 @@ pub struct Subset<O> {
 /// ```
 ///
 /// # Errors
-/// A wrong length, NaN or infinity, negative data, image or background, a negative column sum, what the operator refuses,
-/// [`RadonError::NotConverged`]. In each case after the checks `image` holds the last iterate.
+/// As [`cgls`](crate::cgls); [`RadonError::NegativeSample`] for data, image, background or a column sum. In each case `image` holds the
+/// last finite iterate.
 pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
     operator: &O,
     data: &[T],
@@ -128,9 +128,10 @@ pub fn mlem_observed<T: Sample, O: LinearOperator<T> + ?Sized>(
     options: &EmOptions<T>,
     mut observe: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
 ) -> Result<IterativeReport, RadonError> {
-    check_input(operator, data, image)?;
+    let operator = Checked(&operator);
+    operator.check_input(data, image)?;
     let all = Part {
-        operator: &operator,
+        operator,
         indices: None,
     };
     T::em(&[all], data, image, options, &mut observe)
@@ -196,7 +197,7 @@ pub fn osem_observed<T: Sample, O: LinearOperator<T>>(
     let parts: Vec<_> = subsets
         .iter()
         .map(|subset| Part {
-            operator: &subset.operator,
+            operator: Checked(&subset.operator),
             indices: Some(&subset.data),
         })
         .collect();
@@ -206,7 +207,7 @@ pub fn osem_observed<T: Sample, O: LinearOperator<T>>(
 /// A subset, or all data in their order.
 #[allow(missing_debug_implementations)] // nor does an operator need one
 pub struct Part<'a, T> {
-    operator: &'a dyn LinearOperator<T>,
+    operator: Checked<'a, T>,
     indices: Option<&'a [usize]>,
 }
 
@@ -268,7 +269,7 @@ pub(crate) fn run<T: Sample>(
     let prepare = |part: &Part<'_, T>| part.prepare(data, background, image.len());
     let prepared: Vec<_> = parts.iter().map(prepare).collect::<Result<_, _>>()?;
 
-    let data_norm = norm(data);
+    let data_norm = finite("norm of the data", norm(data))?;
     let mut factor = zeros("factors", image.len(), 1)?;
     let mut start = zeros("image", image.len(), 1)?;
     // With all data in one part the residual of an image is known before it changes.
@@ -293,7 +294,7 @@ pub(crate) fn run<T: Sample>(
                     -e
                 }
             });
-            let residual = relative(misfit_sq.sqrt(), data_norm);
+            let residual = relative(finite("norm of the residual", misfit_sq.sqrt())?, data_norm);
             if whole && (last || monitor.is_explained(residual)) {
                 break;
             }
@@ -304,7 +305,9 @@ pub(crate) fn run<T: Sample>(
             update(&mut factor, &prepared.sensitivity, |f, s| {
                 if s > T::ZERO { f / s } else { T::ONE }
             });
-            update(image, &factor, |x, f| x * f);
+            update(&mut factor, image, |f, x| x * f);
+            check_samples("next image", &factor)?;
+            image.copy_from_slice(&factor);
         }
         let residual = relative(misfit_sq.sqrt(), data_norm);
         let met = monitor.is_explained(residual);
@@ -320,7 +323,10 @@ pub(crate) fn run<T: Sample>(
         if last {
             break;
         }
-        entry.change = Some(relative_change(image, &start));
+        entry.change = Some(finite(
+            "change of the image",
+            relative_change(image, &start),
+        )?);
         if monitor.step(entry, image) {
             break;
         }

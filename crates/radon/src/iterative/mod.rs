@@ -15,4 +15,4 @@ pub use report::{Iteration, IterativeReport, StoppedBy};
 pub use sirt::{SirtOptions, sirt, sirt_observed};
 pub(crate) use stopping::Observer;
 pub use stopping::Stopping;
-pub(crate) use vectors::{check_not_negative, check_samples};
+pub(crate) use vectors::{check_not_negative, check_samples, norm, relative, sum2};

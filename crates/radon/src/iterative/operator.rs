@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use super::vectors::check_samples;
 use crate::Sample;
-use crate::error::RadonError;
+use crate::error::{RadonError, length};
 
 /// A linear map A from images to data, with its adjoint; implement it for your own to use the solvers.
 ///
@@ -67,3 +68,26 @@ macro_rules! pointers {
     )*};
 }
 pointers!(&A, Box<A>, Arc<A>);
+
+/// The operator of a solver, whose results must be finite.
+pub(super) struct Checked<'a, T>(pub(super) &'a dyn LinearOperator<T>);
+
+impl<T: Sample> Checked<'_, T> {
+    /// Checks lengths and finiteness of what the solver is given.
+    pub(super) fn check_input(&self, data: &[T], image: &[T]) -> Result<(), RadonError> {
+        length("data", data.len(), self.0.data_len())?;
+        length("image", image.len(), self.0.image_len())?;
+        check_samples("data", data)?;
+        check_samples("image", image)
+    }
+
+    pub(super) fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {
+        self.0.forward_into(image, data)?;
+        check_samples("result of forward_into", data)
+    }
+
+    pub(super) fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError> {
+        self.0.adjoint_into(data, image)?;
+        check_samples("result of adjoint_into", image)
+    }
+}

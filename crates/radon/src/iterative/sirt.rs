@@ -2,12 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use super::operator::LinearOperator;
+use super::operator::{Checked, LinearOperator};
 use super::report::{Iteration, IterativeReport, StoppedBy};
 use super::stopping::{Monitor, Observer, Stopping, nobody};
-use super::vectors::{check_input, check_not_negative, norm, relative, relative_change, update};
+use super::vectors::{check_not_negative, check_samples, norm, relative, relative_change, update};
 use crate::Sample;
-use crate::error::{RadonError, within, zeros};
+use crate::error::{RadonError, finite, within, zeros};
 
 /// Options of [`sirt`].
 ///
@@ -91,8 +91,7 @@ impl SirtOptions {
 /// ```
 ///
 /// # Errors
-/// A wrong length, NaN or infinity, an option out of its range, a negative row or column sum, what the operator refuses,
-/// [`RadonError::NotConverged`]. In each case after the checks `image` holds the last iterate.
+/// As [`cgls`](crate::cgls); [`RadonError::NegativeSample`] for a row or column sum. In each case `image` holds the last finite iterate.
 pub fn sirt<T: Sample, O: LinearOperator<T> + ?Sized>(
     operator: &O,
     data: &[T],
@@ -130,7 +129,8 @@ pub(crate) fn run<T: Sample>(
         lower,
         upper,
     } = *options;
-    check_input(operator, data, image)?;
+    let operator = Checked(operator);
+    operator.check_input(data, image)?;
     let mut monitor = Monitor::new(stopping, None, observe)?;
     within("relaxation", relaxation, f64::MIN_POSITIVE, 2.0)?;
     let least = lower.map_or(Ok(f64::MIN), |l| {
@@ -149,7 +149,7 @@ pub(crate) fn run<T: Sample>(
 
     let inverse = |x: T| if x > T::ZERO { T::ONE / x } else { T::ZERO };
     let bounds = (lower.map(T::of), upper.map(T::of));
-    let data_norm = norm(data);
+    let data_norm = finite("norm of the data", norm(data))?;
     let mut residual = zeros("residual", data.len(), 1)?;
     let mut step = zeros("step", image.len(), 1)?;
     loop {
@@ -159,7 +159,7 @@ pub(crate) fn run<T: Sample>(
         }
         operator.forward_into(image, &mut residual)?;
         update(&mut residual, data, |ax, b| b - ax);
-        let size = relative(norm(&residual), data_norm);
+        let size = relative(finite("norm of the residual", norm(&residual))?, data_norm);
         let mut entry = Iteration::at(size);
         if monitor.is_explained(size) {
             monitor.stop_at(entry, StoppedBy::Residual);
@@ -183,7 +183,11 @@ pub(crate) fn run<T: Sample>(
             }
             new
         });
-        entry.change = Some(relative_change(&step, image));
+        check_samples("next image", &step)?;
+        entry.change = Some(finite(
+            "change of the image",
+            relative_change(&step, image),
+        )?);
         image.copy_from_slice(&step);
         if monitor.step(entry, image) {
             break;

@@ -2,16 +2,15 @@
 
 use rayon::prelude::*;
 
-use super::operator::LinearOperator;
 use crate::Sample;
-use crate::error::{RadonError, length};
+use crate::error::RadonError;
 use crate::sample::finite_and_signal;
 
 /// Sums are taken over pieces of this length, then over the pieces in order.
 const PIECE: usize = 1 << 14;
 
 /// Sum of `of(a, b)` over two arrays.
-pub(super) fn sum2<T: Sample>(a: &[T], b: &[T], of: impl Fn(f64, f64) -> f64 + Sync) -> f64 {
+pub(crate) fn sum2<T: Sample>(a: &[T], b: &[T], of: impl Fn(f64, f64) -> f64 + Sync) -> f64 {
     let pieces: Vec<f64> = a
         .par_chunks(PIECE)
         .zip(b.par_chunks(PIECE))
@@ -20,7 +19,7 @@ pub(super) fn sum2<T: Sample>(a: &[T], b: &[T], of: impl Fn(f64, f64) -> f64 + S
     pieces.iter().sum()
 }
 
-pub(super) fn norm<T: Sample>(a: &[T]) -> f64 {
+pub(crate) fn norm<T: Sample>(a: &[T]) -> f64 {
     sum2(a, a, |x, _| x * x).sqrt()
 }
 
@@ -36,7 +35,7 @@ pub(super) fn update<T: Sample>(a: &mut [T], b: &[T], of: impl Fn(T, T) -> T + S
 }
 
 /// `part / whole`, and the part itself when the whole is zero.
-pub(super) fn relative(part: f64, whole: f64) -> f64 {
+pub(crate) fn relative(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { part / whole } else { part }
 }
 
@@ -74,16 +73,4 @@ pub(crate) fn check_not_negative<T: Sample>(
         }),
         None => Ok(()),
     }
-}
-
-/// Lengths and finiteness of what every solver is given.
-pub(super) fn check_input<T: Sample>(
-    operator: &(impl LinearOperator<T> + ?Sized),
-    data: &[T],
-    image: &[T],
-) -> Result<(), RadonError> {
-    length("data", data.len(), operator.data_len())?;
-    length("image", image.len(), operator.image_len())?;
-    check_samples("data", data)?;
-    check_samples("image", image)
 }

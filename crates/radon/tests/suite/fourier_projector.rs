@@ -1,0 +1,186 @@
+//! The Fourier projector: against its definition, the integral that it approximates, its adjoint and exact bin averages.
+
+use std::f64::consts::PI;
+
+use proptest::prelude::*;
+use radon::{
+    BinSampling, FourierProjector, ImageGrid, Kernel, ParallelGeometry, Phantom2, Projector,
+    RadonError, Shape2,
+};
+
+use crate::fourier::{distance, norm, odd_case, period, signs, waves};
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[test]
+fn projections_are_those_of_the_definition() {
+    for coarse in [0.5, 1.0, 2.0] {
+        let (geometry, grid) = odd_case(coarse);
+        let (period, pitch, [dx, dy]) =
+            (period(&geometry, &grid), geometry.pitch(), grid.spacing());
+        let image = signs(grid.image_len(), 2);
+        let sinc = |x: f64| {
+            if x == 0.0 {
+                1.0
+            } else {
+                (PI * x).sin() / (PI * x)
+            }
+        };
+        let mut expected = Vec::new();
+        for theta in geometry.angles() {
+            let (sin, cos) = theta.sin_cos();
+            let most = 0.5 * pitch / (dx * cos.abs()).max(dy * sin.abs());
+            let mut row = vec![0.0; geometry.n_bins()];
+            for f in waves(most, period, pitch) {
+                let (mut re, mut im) = (0.0, 0.0);
+                for (i, value) in image.iter().enumerate() {
+                    let [x, y] = grid.pixel_centre(i % grid.nx(), i / grid.nx());
+                    let phase = 2.0 * PI * f * (x * cos + y * sin);
+                    re += value * phase.cos();
+                    im -= value * phase.sin();
+                }
+                let gain = dx * dy / period * sinc(f * pitch);
+                for (k, value) in row.iter_mut().enumerate() {
+                    let phase = 2.0 * PI * f * geometry.bin_centre(k);
+                    *value += gain * (re * phase.cos() - im * phase.sin());
+                }
+            }
+            expected.extend(row);
+        }
+        for tolerance in [1e-3, 1e-6] {
+            let projector = FourierProjector::<f64>::new(&geometry, &grid, tolerance).unwrap();
+            let error = distance(&projector.forward(&image).unwrap(), &expected);
+            println!("projection, {coarse}, {tolerance:e}: {error:.1e}");
+            assert!(error < tolerance, "{coarse} {tolerance:e}: {error:e}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn the_fourier_pair_is_adjoint_for_any_geometry(
+        (n_views, n_bins, nx, ny) in (1_usize..12, 1_usize..40, 1_usize..30, 1_usize..30),
+        (start, step, offset, centre) in (-7.0..7.0, 0.01..3.0, -2.0..2.0, -3.0..3.0),
+        (pitch, dx, dy) in (0.2..2.0, 0.1..3.0, 0.1..3.0),
+        digits in 2_i32..7,
+    ) {
+        let angles: Vec<f64> = (0..n_views).map(|k| start + step * k as f64).collect();
+        let geometry = ParallelGeometry::new(angles, n_bins, pitch).unwrap().with_offset(offset).unwrap();
+        let grid = ImageGrid::anisotropic(nx, ny, [dx, dy]).unwrap().with_centre([centre, -offset]).unwrap();
+        let projector = FourierProjector::<f64>::new(&geometry, &grid, 10.0_f64.powi(-digits)).unwrap();
+        let (x, y) = (signs(nx * ny, 3), signs(n_views * n_bins, 4));
+        let (ax, aty) = (projector.forward(&x).unwrap(), projector.adjoint(&y).unwrap());
+        let scale = (norm(&ax) * norm(&y)).max(norm(&x) * norm(&aty));
+        prop_assert!((dot(&ax, &y) - dot(&x, &aty)).abs() <= 1e-12 * scale);
+    }
+}
+
+#[test]
+fn the_fourier_projector_has_the_error_of_joseph_or_less() {
+    let geometry = ParallelGeometry::half_turn(60, 128, 1.0).unwrap();
+    let grid = ImageGrid::square(128, 1.0).unwrap();
+    let phantom = Phantom2::shepp_logan(64.0).unwrap();
+    let exact: Vec<f64> = phantom.sinogram(&geometry, BinSampling::Mean).unwrap();
+    let image: Vec<f64> = phantom.image(&grid).unwrap();
+    let joseph = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
+    let joseph = distance(&joseph.forward(&image).unwrap(), &exact);
+    let fourier = FourierProjector::new(&geometry, &grid, 1e-4).unwrap();
+    let fourier = distance(&fourier.forward(&image).unwrap(), &exact);
+    println!("against exact bin means: Joseph {joseph:.5}, Fourier {fourier:.5}");
+    assert!(fourier < 1.02 * joseph);
+}
+
+/// The sine integral by its power series, and from 20 on by its asymptotic series, both to 1e-8 or better.
+fn sine_integral(x: f64) -> f64 {
+    let a = x.abs();
+    let value = if a < 20.0 {
+        let (mut term, mut sum) = (a, 0.0);
+        for n in 0..90 {
+            let n = f64::from(2 * n);
+            sum += term / (n + 1.0);
+            term *= -a * a / ((n + 2.0) * (n + 3.0));
+        }
+        sum
+    } else {
+        let (mut cosines, mut sines, mut f, mut g) = (0.0, 0.0, 1.0 / a, 1.0 / (a * a));
+        for n in 0..8 {
+            let n = f64::from(2 * n);
+            cosines += f;
+            sines += g;
+            f *= -(n + 1.0) * (n + 2.0) / (a * a);
+            g *= -(n + 2.0) * (n + 3.0) / (a * a);
+        }
+        PI / 2.0 - cosines * a.cos() - sines * a.sin()
+    };
+    value * x.signum()
+}
+
+/// The bin averages of the trigonometric interpolation of an image: integrals over frequency in closed form.
+fn integrals(geometry: &ParallelGeometry, grid: &ImageGrid, image: &[f64]) -> Vec<f64> {
+    let (pitch, [dx, dy]) = (geometry.pitch(), grid.spacing());
+    let mut rows = Vec::new();
+    for theta in geometry.angles() {
+        let (sin, cos) = theta.sin_cos();
+        let most = 0.5 / (dx * cos.abs()).max(dy * sin.abs());
+        let primitive = |s: f64| sine_integral(2.0 * PI * most * s) / PI;
+        for k in 0..geometry.n_bins() {
+            let terms = image.iter().enumerate().map(|(i, value)| {
+                let [x, y] = grid.pixel_centre(i % grid.nx(), i / grid.nx());
+                let s = geometry.bin_centre(k) - x * cos - y * sin;
+                value * (primitive(s + 0.5 * pitch) - primitive(s - 0.5 * pitch))
+            });
+            rows.push(dx * dy / pitch * terms.sum::<f64>());
+        }
+    }
+    rows
+}
+
+#[test]
+fn the_distance_from_the_integral_is_stated() {
+    let square = ParallelGeometry::half_turn(7, 24, 1.0).unwrap();
+    let cases = [
+        odd_case(0.5),
+        odd_case(2.0),
+        (square, ImageGrid::square(24, 1.0).unwrap()),
+    ];
+    for (geometry, grid) in cases {
+        let [dx, dy] = grid.spacing();
+        let least = (dx * grid.nx() as f64).min(dy * grid.ny() as f64);
+        let disc = Shape2::ellipse(grid.centre(), [0.35 * least; 2], 0.0).unwrap();
+        let disc: Vec<f64> = Phantom2::new([(1.0, disc)]).unwrap().image(&grid).unwrap();
+        let noise = signs(grid.image_len(), 11);
+        let positive: Vec<f64> = noise.iter().map(|x| x + 1.0).collect();
+        for (name, image) in [
+            ("disc", disc),
+            ("noise", noise),
+            ("positive noise", positive),
+        ] {
+            for tolerance in [1e-3, 1e-5] {
+                let projector = FourierProjector::<f64>::new(&geometry, &grid, tolerance).unwrap();
+                let found = projector.forward(&image).unwrap();
+                let expected = integrals(&geometry, &grid, &image);
+                let difference: Vec<f64> =
+                    found.iter().zip(&expected).map(|(a, b)| a - b).collect();
+                let error = norm(&difference) / norm(&found);
+                let stated = projector.periodisation_error(&image).unwrap();
+                println!("{name}, {tolerance:e}: {error:.1e}, stated {stated:.1e}");
+                // A bound, and no more than twice the distance.
+                assert!(error <= stated && stated <= 2.0 * error + 2.0 * tolerance);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_error_of_no_image_is_the_tolerance_and_bad_images_are_errors() {
+    let (geometry, grid) = odd_case(1.0);
+    let projector = FourierProjector::<f32>::new(&geometry, &grid, 1e-3).unwrap();
+    assert_eq!(projector.periodisation_error(&[0.0; 540]), Ok(1e-3));
+    assert!(matches!(
+        projector.periodisation_error(&[0.0; 539]),
+        Err(RadonError::WrongLength { .. })
+    ));
+}
