@@ -182,9 +182,9 @@ impl<T: Sample> Gridding<T> {
         let shape = Shape::for_tolerance(tolerance);
         let n = [grid.nx(), grid.ny()];
         let Counts { row_len, cells, .. } = Counts::new(geometry, grid, response)?;
-        let polar = Polar::new(geometry, grid, (row_len, cells), |direction| {
-            response.most(direction)
-        })?;
+        let most = |direction| response.most(direction);
+        let both_ends = matches!(response, Response::BinMeans { .. });
+        let polar = Polar::new(geometry, grid, (row_len, cells), most, both_ends)?;
         let half = polar.half_len();
         let gains = (0..polar.replicas.len()).map(|replica| {
             let gain = |k: usize| {

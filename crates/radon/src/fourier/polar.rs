@@ -65,12 +65,15 @@ pub(super) struct Columns {
 }
 
 impl Polar {
-    /// `row_len` samples a row; `most(view's direction)` is the greatest frequency, in units of 1/pitch.
+    /// `row_len` samples a row; `most(view's direction)` is the greatest frequency, in units of 1/pitch. A frequency of half a period and
+    /// its negative are the same number of a row. `both_ends` counts that number for each of the two, whether or not a frequency beyond
+    /// them is used; otherwise the two share it if they are the greatest.
     pub(super) fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
         (row_len, cells): (usize, [usize; 2]),
         most: impl Fn([f64; 2]) -> f64,
+        both_ends: bool,
     ) -> Result<Self, RadonError> {
         let one = (1_i64 << DIGITS) as f64;
         let reference = grid.pixel_centre(grid.nx() / 2, grid.ny() / 2);
@@ -120,8 +123,7 @@ impl Polar {
             } else {
                 m * row_len as i64
             };
-            // A replica that only touches the end of the first half would count it twice.
-            *m == 0 || nearest < farthest as i64
+            *m == 0 || nearest < farthest as i64 + i64::from(both_ends)
         };
         Ok(Self {
             views,
