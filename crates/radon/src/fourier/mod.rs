@@ -482,8 +482,7 @@ fn real_ends<T: Sample>(spectrum: &mut [Complex<T>]) {
     }
 }
 
-/// Samples after which a row may repeat itself: no pixel is so far from the row's middle that it reads the next copy. Returns an error
-/// if `periods` times that is too long a row.
+/// Period of a row in samples, of which `periods` follow each other: no pixel is so far from the row's middle that it reads the next copy.
 fn row_period(
     geometry: &ParallelGeometry,
     grid: &ImageGrid,
