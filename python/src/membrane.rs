@@ -335,6 +335,7 @@ fn report<'py>(py: Python<'py>, of: &NewtonReport) -> PyResult<Bound<'py, PyDict
     made.set_item("load_steps", of.load_steps)?;
     made.set_item("residual", of.residual)?;
     made.set_item("step", of.step)?;
+    made.set_item("error", of.error)?;
     made.set_item("history", &of.history)?;
     Ok(made)
 }

@@ -66,6 +66,7 @@ impl Border {
 
     /// The same whose products with g are summed by `dot`, [`dot_in_eight`] for instance: the order of a sum decides its last
     /// digits. They are summed from first to last without this.
+    #[must_use]
     pub fn with_dot(mut self, dot: fn(&[f64], &[f64]) -> f64) -> Self {
         self.dot = dot;
         self

@@ -43,7 +43,7 @@ pub(crate) fn solve(
     if system.misses(state) <= MISSED {
         Ok(report)
     } else {
-        Err(NewtonError::NotConverged { report })
+        Err(NewtonError::not_converged(report))
     }
 }
 
@@ -133,7 +133,7 @@ impl Search<'_, '_> {
             system.residual_into(state, &mut step)?;
             report.factorisations += 1;
             report.residual_calls += 2;
-            report.stepped(size, system.residual_norm(&step));
+            report.stepped(size, system.residual_norm(&step), size);
         }
         Ok(())
     }

@@ -115,6 +115,8 @@ pub enum NewtonError {
     NotConverged {
         /// What was tried.
         report: NewtonReport,
+        /// The last error of the residual for which the line search took a shorter step, if there was one.
+        source: Option<Box<NewtonError>>,
     },
 }
 
@@ -176,12 +178,17 @@ pub(crate) fn own<T>(of_state: Result<T, MembraneError>) -> T {
 }
 
 impl NewtonError {
+    pub(crate) fn not_converged(report: NewtonReport) -> Self {
+        let source = None;
+        Self::NotConverged { report, source }
+    }
+
     /// The report of what was tried, if there is one.
     pub(crate) fn report_mut(&mut self) -> Option<&mut NewtonReport> {
         match self {
             Self::LimitPoint { report, .. }
             | Self::OtherBranch { report }
-            | Self::NotConverged { report } => Some(report),
+            | Self::NotConverged { report, .. } => Some(report),
             _ => None,
         }
     }

@@ -69,10 +69,10 @@ pub use membrane_forces::{
     MembraneError, PressureLaw, RestShape, Rubber, Stiffness, StrainEnergy, Stretched, Thickness,
 };
 pub use newton::{NewtonScratch, ResidualSystem, newton, newton_observed, newton_with};
-pub use options::{LineSearch, NewtonOptions};
+pub use options::{LineSearch, NewtonOptions, Refactor};
 pub use pair::{Pair, PairEquilibrium};
 pub use pentadiagonal::PentadiagonalLdl;
-pub use report::NewtonReport;
+pub use report::{Ended, NewtonReport};
 pub use sensitivity::Sensitivity;
 pub use solver::{Discretisation, Solver};
 pub use stability::{Modes, Stability};

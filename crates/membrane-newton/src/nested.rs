@@ -330,9 +330,7 @@ impl Nested {
             match self.refine(&state, near)? {
                 Some(finer) => (self, state, start) = finer,
                 None => {
-                    return Err(outcome
-                        .err()
-                        .unwrap_or(NewtonError::NotConverged { report: total }));
+                    return Err(outcome.err().unwrap_or(NewtonError::not_converged(total)));
                 }
             }
             if !carry {

@@ -4,8 +4,8 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use crate::error::{NewtonError, length};
-use crate::options::{LineSearch, NewtonOptions};
-use crate::report::NewtonReport;
+use crate::options::{LineSearch, NewtonOptions, Refactor};
+use crate::report::{Ended, NewtonReport};
 
 /// n equations in n unknowns whose tangent can be factored.
 ///
@@ -91,6 +91,12 @@ pub struct NewtonScratch {
     step: Vec<f64>,
     correction: Vec<f64>,
     report: NewtonReport,
+    /// What the line search met last where the residual is not defined.
+    rejected: Option<NewtonError>,
+    /// Whether the last step was down to rounding.
+    rounding: bool,
+    /// Whether the system has a factorisation that may be used again.
+    factored: bool,
 }
 
 /// Solves r(x) = 0 from the given x, which is overwritten.
@@ -191,10 +197,22 @@ pub fn newton_observed<B>(
 ) -> Result<ControlFlow<B>, NewtonError> {
     let n = system.len();
     length("unknowns", x.len(), n)?;
-    scratch.resize(n);
     options.check()?;
-    scratch.report.restart(options.max_iterations);
+    scratch.begin(n, options.max_iterations);
+    let outcome = iterate(system, x, options, scratch, &mut observe);
+    if outcome.is_err() {
+        scratch.forget_factorisation();
+    }
+    outcome
+}
 
+fn iterate<B>(
+    system: &mut (impl ResidualSystem + ?Sized),
+    x: &mut [f64],
+    options: &NewtonOptions,
+    scratch: &mut NewtonScratch,
+    observe: &mut impl FnMut(&NewtonReport, &[f64]) -> ControlFlow<B>,
+) -> Result<ControlFlow<B>, NewtonError> {
     system.residual_into(x, &mut scratch.residual)?;
     let norm = system.residual_norm(&scratch.residual);
     scratch.report.evaluated(norm);
@@ -203,40 +221,60 @@ pub fn newton_observed<B>(
         if made == options.max_iterations {
             return Err(scratch.not_converged());
         }
-        system.factor(x)?;
-        scratch.report.factorisations += 1;
+        let fresh = !scratch.factored || options.refactor == Refactor::EachIteration;
+        if fresh {
+            system.factor(x)?;
+            scratch.report.factorisations += 1;
+            scratch.factored = true;
+        }
         scratch.step.copy_from_slice(&scratch.residual);
         system.solve_in_place(&mut scratch.step)?;
         let full = system.step_norm(&scratch.step);
         if full <= options.step_tolerance {
             scratch.report.step = full;
-            break;
+            scratch.report.error = full;
+            return Ok(scratch.end(Ended::Step));
         }
-        if !full.is_finite() {
-            return Err(scratch.not_converged());
-        }
-        let done = match options.line_search {
-            LineSearch::FullStep => {
-                scratch.full_step(system, x, full)?;
-                false
-            }
+        let taken = match options.line_search {
+            _ if !full.is_finite() => Err(scratch.not_converged()),
+            LineSearch::FullStep => scratch.full_step(system, x, full),
             LineSearch::Natural { max_halvings } => {
-                scratch.natural_step(system, x, full, max_halvings)? <= options.step_tolerance
+                scratch.natural_step(system, x, full, max_halvings)
             }
         };
+        let contraction = match taken {
+            Ok(contraction) => contraction,
+            // an old tangent led astray, a new one may not; x is where it was
+            Err(NewtonError::NotConverged { .. }) if !fresh => {
+                scratch.forget_factorisation();
+                system.residual_into(x, &mut scratch.residual)?;
+                scratch.report.residual_calls += 1;
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        if let Refactor::WhenContractionAbove(most) = options.refactor
+            && contraction > most
+        {
+            scratch.forget_factorisation();
+        }
         if scratch.report.iterations > made
             && let ControlFlow::Break(value) = observe(&scratch.report, x)
         {
+            scratch.report.ended = Some(Ended::Observer);
             return Ok(ControlFlow::Break(value));
         }
-        if done {
-            break;
+        if scratch.rounding {
+            return Ok(scratch.end(Ended::Rounding));
+        }
+        if scratch.report.error <= options.step_tolerance {
+            return Ok(scratch.end(Ended::Step));
         }
     }
     if scratch.report.residual.is_nan() {
         return Err(scratch.not_converged());
     }
-    Ok(ControlFlow::Continue(()))
+    Ok(scratch.end(Ended::Residual))
 }
 
 /// A step this small that no longer shrinks is down to rounding: were it not, the next would be
@@ -250,7 +288,14 @@ impl NewtonScratch {
         &self.report
     }
 
-    fn resize(&mut self, n: usize) {
+    /// Has the next solve factor a tangent of its own under [`Refactor::WhenContractionAbove`]: due when the equations are not those of
+    /// the last solve any more, or hardly. A failed solve keeps none anyway.
+    pub fn forget_factorisation(&mut self) {
+        self.factored = false;
+    }
+
+    fn begin(&mut self, n: usize, max_iterations: usize) {
+        self.factored &= self.step.len() == n;
         let Self {
             residual,
             trial,
@@ -261,32 +306,49 @@ impl NewtonScratch {
         for vector in [residual, trial, step, correction] {
             vector.resize(n, 0.0);
         }
+        self.rejected = None;
+        self.rounding = false;
+        self.report.restart(max_iterations);
     }
 
-    fn not_converged(&self) -> NewtonError {
+    fn end<B>(&mut self, ended: Ended) -> ControlFlow<B> {
+        self.report.ended = Some(ended);
+        ControlFlow::Continue(())
+    }
+
+    fn not_converged(&mut self) -> NewtonError {
         NewtonError::NotConverged {
             report: self.report.clone(),
+            source: self.rejected.take().map(Box::new),
         }
     }
 
-    /// Takes the whole of `step`, whose size is `full`.
+    /// Takes the whole of `step`, whose size is `full`. Returns its contraction: its size over that of the step before.
     fn full_step(
         &mut self,
         system: &mut (impl ResidualSystem + ?Sized),
         x: &mut [f64],
         full: f64,
-    ) -> Result<(), NewtonError> {
+    ) -> Result<f64, NewtonError> {
+        let contraction = full / self.report.step;
         subtract(x, 1.0, &self.step, &mut self.trial);
         x.copy_from_slice(&self.trial);
         system.residual_into(x, &mut self.residual)?;
+        self.report.residual_calls += 1;
+        let left = left_after(full, contraction) * contraction;
+        // without a step before there is nothing to compare with
+        let left = if self.report.iterations == 0 {
+            f64::INFINITY
+        } else {
+            left
+        };
         self.report
-            .stepped(full, system.residual_norm(&self.residual));
-        Ok(())
+            .stepped(full, system.residual_norm(&self.residual), left);
+        Ok(contraction)
     }
 
     /// Takes as much of `step`, whose size is `full`, as the natural monotonicity test allows, and after a whole step
-    /// the correction that the test has computed. Returns an estimate of the error left: infinite if there is none,
-    /// below everything if it is down to rounding.
+    /// the correction that the test has computed. Returns the contraction: the size of that correction over that of the step.
     fn natural_step(
         &mut self,
         system: &mut (impl ResidualSystem + ?Sized),
@@ -310,39 +372,50 @@ impl NewtonScratch {
                     }
                 }
                 Err(error @ NewtonError::User(_)) => return Err(error),
-                Err(_) => (),
+                Err(error) => self.rejected = Some(error),
             }
             if halvings == max_halvings {
                 return Err(self.not_converged());
             }
             length *= 0.5;
         }
-        if full <= ROUNDING && next > 0.25 * full {
+        let contraction = next / full;
+        if full <= ROUNDING && contraction > 0.25 {
+            self.rounding = true;
             if self.report.iterations == 0 {
                 // as exact as it gets already
                 self.report.step = full;
+                self.report.error = full;
             } else {
                 // equations that rounding leaves alone, a volume's, profit from the last step too
                 x.copy_from_slice(&self.trial);
                 self.report
-                    .stepped(full, system.residual_norm(&self.residual));
+                    .stepped(full, system.residual_norm(&self.residual), next.max(full));
             }
-            return Ok(f64::NEG_INFINITY);
+            return Ok(contraction);
         }
-        let mut left = f64::INFINITY;
-        if length == 1.0 && next <= 0.25 * full {
+        let left = if length == 1.0 && contraction <= 0.25 {
             subtract(&self.trial, 1.0, &self.correction, x);
             system.residual_into(x, &mut self.residual)?;
             self.report.residual_calls += 1;
             // A frozen tangent contracts twice as slowly as the step that was taken with it. That
             // was one direction; another may contract by no more than what the step changed.
-            left = 2.0 * next * (next / full).max(full.min(0.01));
+            2.0 * next * contraction.max(full.min(0.01))
         } else {
             x.copy_from_slice(&self.trial);
-        }
+            left_after(next, contraction)
+        };
         self.report
-            .stepped(length * full, system.residual_norm(&self.residual));
-        Ok(left)
+            .stepped(length * full, system.residual_norm(&self.residual), left);
+        Ok(contraction)
+    }
+}
+
+/// What all steps from one of size `step` on add up to, each `contraction` times the one before; infinite if they do not shrink.
+fn left_after(step: f64, contraction: f64) -> f64 {
+    match contraction < 1.0 {
+        true => step / (1.0 - contraction),
+        false => f64::INFINITY,
     }
 }
 

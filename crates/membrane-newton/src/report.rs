@@ -16,8 +16,28 @@ pub struct NewtonReport {
     pub residual: f64,
     /// Scaled size of the last step, infinite if none was computed.
     pub step: f64,
+    /// Estimate of the scaled error that is left in the unknowns, in the norm of [`ResidualSystem::step_norm`](crate::ResidualSystem::step_norm):
+    /// the error of Newton's iteration, not that of a discretisation. Infinite where no contraction is known: after no step, and after a
+    /// single one of [`LineSearch::FullStep`](crate::LineSearch::FullStep).
+    pub error: f64,
+    /// Which test ended the last iteration; none if Newton failed or was not needed.
+    pub ended: Option<Ended>,
     /// Scaled residual before the first iteration and after each.
     pub history: Vec<f64>,
+}
+
+/// The test that ended a Newton iteration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Ended {
+    /// The scaled residual is within its tolerance.
+    Residual,
+    /// The step, or the estimated error, is within the tolerance of steps.
+    Step,
+    /// Steps no longer shrink and are as small as rounding makes them; tolerances below that cannot be met.
+    Rounding,
+    /// The caller ended it: [`newton_observed`](crate::newton_observed).
+    Observer,
 }
 
 impl NewtonReport {
@@ -29,6 +49,7 @@ impl NewtonReport {
         history.reserve(max_iterations.min(1000) + 1);
         *self = Self {
             step: f64::INFINITY,
+            error: f64::INFINITY,
             history,
             ..Self::default()
         };
@@ -40,9 +61,10 @@ impl NewtonReport {
         self.history.push(residual);
     }
 
-    pub(crate) fn stepped(&mut self, step: f64, residual: f64) {
+    pub(crate) fn stepped(&mut self, step: f64, residual: f64, error: f64) {
         self.iterations += 1;
         self.step = step;
+        self.error = error;
         self.residual = residual;
         self.history.push(residual);
     }

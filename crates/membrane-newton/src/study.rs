@@ -69,6 +69,7 @@ pub fn paper_newton(
         max_iterations: iterations,
         line_search: LineSearch::FullStep,
         max_load_steps: 0,
+        ..NewtonOptions::default()
     };
     let mut scratch = NewtonScratch::default();
     let mut x = differences.start().to_vec();

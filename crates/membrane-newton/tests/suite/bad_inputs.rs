@@ -65,7 +65,7 @@ fn a_failed_solve_reports_what_it_tried() {
     let options = NewtonOptions::default()
         .with_max_iterations(1)
         .with_max_load_steps(0);
-    let Err(NewtonError::NotConverged { report }) =
+    let Err(NewtonError::NotConverged { report, .. }) =
         solver.solve(Control::VolumeGain(5.0), &options)
     else {
         panic!("one iteration cannot be enough");

@@ -8,8 +8,9 @@ use membrane_forces::{
     DiscreteMembrane, FiniteDifferences, Measure, Membrane, MembraneError, RestShape,
 };
 use membrane_newton::{
-    BandMatrix, BandedLu, Border, Control, Discretisation, NewtonError, NewtonOptions,
-    NewtonScratch, ResidualSystem, Solver, newton, newton_observed, newton_with,
+    BandMatrix, BandedLu, Border, Control, Discretisation, Ended, LineSearch, NewtonError,
+    NewtonOptions, NewtonScratch, Refactor, ResidualSystem, Solver, newton, newton_observed,
+    newton_with,
 };
 
 /// A balloon under a spring-loaded lid: its intensity is `fill` / volume, as of a gas.
@@ -344,4 +345,140 @@ fn an_observer_can_stop_newton() {
     assert_eq!(seen[..], all[..2]);
     assert_eq!(x, all[1].2);
     assert_eq!(scratch.report().iterations, 2);
+}
+
+/// ln x = ln `root`, not defined for x <= 0; counts what Newton asks for.
+struct Logarithm {
+    root: f64,
+    slope: f64,
+    residuals: usize,
+    factorisations: usize,
+}
+
+impl Logarithm {
+    fn of(root: f64) -> Self {
+        Self {
+            root,
+            slope: f64::NAN,
+            residuals: 0,
+            factorisations: 0,
+        }
+    }
+}
+
+impl ResidualSystem for Logarithm {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+        self.residuals += 1;
+        if x[0] <= 0.0 {
+            let (what, given) = ("logarithm", x[0]);
+            return Err(MembraneError::NotPositive { what, given }.into());
+        }
+        out[0] = (x[0] / self.root).ln();
+        Ok(())
+    }
+
+    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+        self.factorisations += 1;
+        self.slope = 1.0 / x[0];
+        Ok(())
+    }
+
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+        rhs[0] /= self.slope;
+        Ok(())
+    }
+
+    fn residual_norm(&self, residual: &[f64]) -> f64 {
+        residual[0].abs()
+    }
+
+    fn step_norm(&self, step: &[f64]) -> f64 {
+        step[0].abs() / self.root
+    }
+}
+
+/// From 10 times the root every whole step and every shorter one down to a half leads where there is no logarithm.
+#[test]
+fn an_error_that_the_line_search_met_is_the_source() {
+    let options =
+        NewtonOptions::default().with_line_search(LineSearch::Natural { max_halvings: 0 });
+    let error = newton(&mut Logarithm::of(1.0), &mut [10.0], &options).unwrap_err();
+    let source = error.source().expect("a source").to_string();
+    assert_eq!(source, "the membrane cannot be solved for");
+    let cause = error.source().and_then(Error::source).expect("a cause");
+    assert!(
+        cause.to_string().starts_with("logarithm must be positive"),
+        "{cause}"
+    );
+    // no such error, no source
+    let error = newton(
+        &mut Logarithm::of(1.0),
+        &mut [1.5],
+        &options.with_max_iterations(0),
+    );
+    assert!(error.unwrap_err().source().is_none());
+}
+
+#[test]
+fn reports_count_every_residual_and_tell_what_ended_the_iteration() {
+    let natural = NewtonOptions::default();
+    let full = natural.clone().with_line_search(LineSearch::FullStep);
+    for options in [&natural, &full] {
+        for (tolerances, ended) in [((1e-6, 0.0), Ended::Residual), ((0.0, 1e-6), Ended::Step)] {
+            let options = options.clone().with_tolerances(tolerances.0, tolerances.1);
+            let mut system = Logarithm::of(1.0);
+            let mut x = [1.4];
+            let report = newton(&mut system, &mut x, &options).unwrap();
+            assert_eq!(report.residual_calls, system.residuals);
+            assert_eq!(report.factorisations, system.factorisations);
+            assert_eq!(report.ended, Some(ended), "{options:?}: {report:?}");
+            // estimates hold but for the rounding of x
+            let error = (x[0] - 1.0).abs();
+            assert!(
+                error <= report.error + 4.0 * f64::EPSILON,
+                "{error:e}: {report:?}"
+            );
+            assert!(report.error < 1e-2, "{report:?}");
+        }
+    }
+    let (mut x, mut scratch) = ([1.4], NewtonScratch::default());
+    let stop = |_: &_, _: &[f64]| ControlFlow::Break(());
+    let stopped = newton_observed(
+        &mut Logarithm::of(1.0),
+        &mut x,
+        &natural,
+        &mut scratch,
+        stop,
+    );
+    assert_eq!(stopped, Ok(ControlFlow::Break(())));
+    assert_eq!(scratch.report().ended, Some(Ended::Observer));
+}
+
+/// A factorisation serves solve after solve while the root hardly moves, and is renewed when it does not contract any more.
+#[test]
+fn a_factorisation_may_serve_many_solves() {
+    let options = NewtonOptions::default()
+        .with_tolerances(1e-13, 1e-13)
+        .with_refactor(Refactor::WhenContractionAbove(0.05));
+    let count = |options: &NewtonOptions| {
+        let (mut system, mut scratch) = (Logarithm::of(1.0), NewtonScratch::default());
+        let mut x = [1.0];
+        for k in 1..=100 {
+            system.root = 1.0 + 0.01 * f64::from(k);
+            newton_with(&mut system, &mut x, options, &mut scratch).unwrap();
+            assert!((x[0] / system.root - 1.0).abs() < 1e-12);
+        }
+        // far away: the old tangent leads where there is no logarithm
+        system.root = 0.02;
+        newton_with(&mut system, &mut x, options, &mut scratch).unwrap();
+        assert!((x[0] / system.root - 1.0).abs() < 1e-12);
+        system.factorisations
+    };
+    let kept = count(&options);
+    let each = count(&options.clone().with_refactor(Refactor::EachIteration));
+    assert!(kept < 40 && each > 100, "{kept} {each}");
 }
