@@ -100,11 +100,13 @@ impl CircleEquilibrium {
     }
 
     /// Radius of the arc, R / sin(mu / 2), cm; infinite for the flat disc, and for one so nearly flat that no number is so large.
+    #[must_use]
     pub fn arc_radius(&self) -> f64 {
         self.disc_radius / (0.5 * self.angle).sin()
     }
 
     /// Position [x, y] at material coordinate s, in [0, 1].
+    #[must_use]
     pub fn at(&self, s: f64) -> [f64; 2] {
         // Angle from the apex; sums turned into products so that nothing cancels as mu -> 0.
         let (half, theta) = (0.5 * self.angle, self.angle * (0.5 - s));
@@ -124,6 +126,7 @@ impl CircleEquilibrium {
     }
 
     /// Length R mu / sin(mu / 2), area between arc and chord, surface and volume of the cap.
+    #[must_use]
     pub fn measures(&self) -> Measures {
         let half = 0.5 * self.angle;
         let r = self.disc_radius;

@@ -30,6 +30,7 @@ impl CurvePiece {
     /// assert_eq!(here.first, [4.0, 2.0]);
     /// assert_eq!(here.second, [16.0, 0.0]);
     /// ```
+    #[must_use]
     pub fn at(&self, s: f64) -> CurvePoint {
         let rate = 2.0 / (self.to - self.from);
         let t = (s - self.from + (s - self.to)) / (self.to - self.from);
@@ -42,6 +43,7 @@ impl CurvePiece {
     }
 
     /// The piece mirrored in the x axis and run through backwards: s -> 1 - s, y -> -y.
+    #[must_use]
     pub fn mirrored(&self) -> Self {
         let flip = |c: &[f64], sign: f64| -> Vec<f64> {
             c.iter()
@@ -60,6 +62,7 @@ impl CurvePiece {
 
 impl CurvePoint {
     /// Unit tangent in the direction of growing s; not a number where the derivative vanishes.
+    #[must_use]
     pub fn tangent(&self) -> [f64; 2] {
         let length = self.first[0].hypot(self.first[1]);
         [self.first[0] / length, self.first[1] / length]
@@ -67,6 +70,7 @@ impl CurvePoint {
 
     /// Signed curvature (x' y'' - y' x'') / |c'|^3, 1/cm: negative where the curve turns clockwise,
     /// as the balloon does.
+    #[must_use]
     pub fn curvature(&self) -> f64 {
         let ([x1, y1], [x2, y2]) = (self.first, self.second);
         (x1 * y2 - y1 * x2) / x1.hypot(y1).powi(3)

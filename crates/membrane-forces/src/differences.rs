@@ -167,21 +167,25 @@ impl FiniteDifferences {
     }
 
     /// Number of nodes N of the whole curve, held ends included.
+    #[must_use]
     pub fn n_nodes(&self) -> usize {
         self.nodes.whole
     }
 
     /// Spacing of the material coordinate.
+    #[must_use]
     pub fn ds(&self) -> f64 {
         self.ds
     }
 
     /// Rest shape at the nodes, flat.
+    #[must_use]
     pub fn rest(&self) -> &[f64] {
         &self.rest
     }
 
     /// Half bandwidth of every tangent: 3, or 4 with second neighbours.
+    #[must_use]
     pub fn bandwidth(&self) -> usize {
         match &self.material {
             NodeMaterial::Springs(springs) if !springs.second.is_empty() => 4,
@@ -190,6 +194,7 @@ impl FiniteDifferences {
     }
 
     /// A zero matrix of the shape every tangent of this membrane fits.
+    #[must_use]
     pub fn band(&self) -> BandMatrix {
         BandMatrix::of_shape(self.start().len(), self.bandwidth(), self.bandwidth())
     }
@@ -199,6 +204,7 @@ impl FiniteDifferences {
     ///
     /// # Panics
     /// A length that is not that of [`DiscreteMembrane::start`].
+    #[must_use]
     pub fn elastic_energy(&self, nodes: &[f64]) -> f64 {
         self.setting.check([nodes.len()]);
         match &self.material {
@@ -227,6 +233,7 @@ impl FiniteDifferences {
 
     /// Node `n` of the whole curve in state `nodes`; none if n >= N or the state has another length than
     /// [`DiscreteMembrane::start`].
+    #[must_use]
     pub fn point(&self, nodes: &[f64], n: usize) -> Option<[f64; 2]> {
         let there = nodes.len() == self.start().len() && n < self.n_nodes();
         there.then(|| self.node(nodes, n))

@@ -260,6 +260,7 @@ pub struct Setting {
 
 impl Setting {
     /// The membrane that has been discretised.
+    #[must_use]
     pub fn membrane(&self) -> &Membrane {
         &self.membrane
     }

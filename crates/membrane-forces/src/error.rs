@@ -22,9 +22,11 @@ pub enum MembraneError {
         /// What was given.
         given: f64,
     },
-    /// The stiffness, or the thickness of rubber, is zero, negative, NaN or infinite somewhere.
-    #[error("stiffness or thickness must be positive and finite, got {given:?} at s = {s:?}")]
-    BadStiffness {
+    /// The stiffness of springs, or the thickness of rubber, is zero, negative, NaN or infinite somewhere.
+    #[error("{what} is {given:?} at s = {s:?}; it must be positive and finite")]
+    BadProfile {
+        /// Stiffness or thickness.
+        what: &'static str,
         /// Material coordinate of the offending value.
         s: f64,
         /// The value there.
@@ -89,6 +91,20 @@ pub enum MembraneError {
     CoincidentPoints {
         /// Index of the point.
         index: usize,
+    },
+    /// A derivative that was given of a rest shape is not that of its positions, or of its first derivatives.
+    #[error(
+        "derivative {order} of the rest shape is {given:?} at s = {s:?}; its differences there are {found:?}"
+    )]
+    WrongDerivative {
+        /// 1 or 2.
+        order: usize,
+        /// Material coordinate.
+        s: f64,
+        /// What was given.
+        given: [f64; 2],
+        /// Central difference of what it has to be the derivative of.
+        found: [f64; 2],
     },
     /// The rest shape crosses itself.
     #[error("the rest shape crosses itself: segment {first} meets segment {second}")]

@@ -33,6 +33,7 @@ pub enum LoadKind {
 
 impl PressureLaw {
     /// What its load is.
+    #[must_use]
     pub fn load_kind(self) -> LoadKind {
         match self {
             Self::PerMaterialLength | Self::PerCurrentLength => LoadKind::Intensity,
@@ -49,6 +50,7 @@ impl PressureLaw {
     }
 
     /// Intensity that moves a membrane of this stiffness by about its length: a force per unit s, or per unit of current length.
+    #[must_use]
     pub fn intensity_scale(self, stiffness: f64, length: f64) -> f64 {
         match self {
             Self::PerMaterialLength | Self::TotalForce => stiffness * length,
@@ -57,6 +59,7 @@ impl PressureLaw {
     }
 
     /// Force per area of the surface as it is, in the mean over a curve of this length, from the intensity.
+    #[must_use]
     pub fn mean_pressure(self, intensity: f64, length: f64) -> f64 {
         match self {
             Self::PerMaterialLength | Self::TotalForce => intensity / length,

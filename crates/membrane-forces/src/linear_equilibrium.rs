@@ -120,6 +120,7 @@ impl LinearEquilibrium {
     }
 
     /// The curve at material coordinate `s`, clamped to [0, 1].
+    #[must_use]
     pub fn at(&self, s: f64) -> CurvePoint {
         let s = s.clamp(0.0, 1.0);
         let (z, v) = self.state(s);
@@ -136,6 +137,7 @@ impl LinearEquilibrium {
 
     /// Length, area, surface and volume by a Gauss rule on the exact curve, to rounding; as
     /// [`Measure`](crate::Measure) defines them, also where suction draws the curve across the axis.
+    #[must_use]
     pub fn measures(&self) -> Measures {
         let mut sums = Measures {
             length: 0.0,

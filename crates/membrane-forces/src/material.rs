@@ -13,7 +13,7 @@ use crate::band::BandMatrix;
 use crate::chebyshev::{Reference, gauss_legendre};
 use crate::error::{MembraneError, positive};
 use crate::half::Nodes;
-use crate::stiffness::{Stiffness, Thickness};
+use crate::profile::{Stiffness, Thickness};
 use crate::strain_energy::StrainEnergy;
 
 /// What a membrane is made of.
@@ -48,11 +48,13 @@ impl Rubber {
     }
 
     /// Its strain energy.
+    #[must_use]
     pub fn energy(&self) -> &StrainEnergy {
         &self.energy
     }
 
     /// Its thickness at rest.
+    #[must_use]
     pub fn thickness(&self) -> &Thickness {
         &self.thickness
     }

@@ -38,6 +38,7 @@ pub struct Measures {
 
 impl Measures {
     /// The measures of the polyline through `nodes`. Cost O(n).
+    #[must_use]
     pub fn of(nodes: &[[f64; 2]]) -> Self {
         Self {
             length: Measure::Length.of(nodes),
@@ -71,6 +72,7 @@ impl Measure {
     /// assert!((Measure::Surface.of(&cone) - std::f64::consts::PI * 15.0).abs() < 1e-13);
     /// assert!((Measure::Volume.of(&cone) - std::f64::consts::PI * 12.0).abs() < 1e-13);
     /// ```
+    #[must_use]
     pub fn of(self, nodes: &[[f64; 2]]) -> f64 {
         self.segments(nodes.len())
             .map(|(a, b)| self.segment(nodes[a], nodes[b]).value)

@@ -3,8 +3,8 @@
 use crate::error::{MembraneError, finite};
 use crate::law::PressureLaw;
 use crate::material::{Material, Rubber};
+use crate::profile::Stiffness;
 use crate::rest::{CurvePoint, RestShape};
-use crate::stiffness::Stiffness;
 use crate::strain_energy::Stretched;
 
 /// An elastic membrane in the plane of its axis of revolution.
@@ -27,6 +27,7 @@ pub struct Membrane {
 
 impl Membrane {
     /// Stiffness 1, no second neighbours, force per material length, ends held where they rest.
+    #[must_use]
     pub fn new(rest: RestShape) -> Self {
         let ends = [rest.at(0.0).position, rest.at(1.0).position];
         Self {
@@ -41,6 +42,7 @@ impl Membrane {
     }
 
     /// The same of springs with stiffness lambda(s) between neighbours.
+    #[must_use]
     pub fn with_stiffness(mut self, stiffness: Stiffness) -> Self {
         let second = self.second_neighbours().cloned();
         self.material = Material::Springs { stiffness, second };
@@ -51,6 +53,7 @@ impl Membrane {
     ///
     /// Both springs pull with (stiffness / ds^2) times the difference of displacements, so in
     /// the limit of fine meshes the membrane has stiffness lambda + 4 lambda_2.
+    #[must_use]
     pub fn with_second_neighbours(mut self, stiffness: Stiffness) -> Self {
         let second = Some(stiffness);
         let stiffness = self.stiffness().cloned().unwrap_or(Stiffness::UNIT);
@@ -68,6 +71,7 @@ impl Membrane {
     /// assert!(balloon.stiffness().is_none());
     /// # Ok::<(), membrane_forces::MembraneError>(())
     /// ```
+    #[must_use]
     pub fn with_rubber(mut self, rubber: Rubber) -> Self {
         self.material = Material::Rubber(rubber);
         self.law = PressureLaw::PerCurrentLength;
@@ -75,6 +79,7 @@ impl Membrane {
     }
 
     /// The same under another pressure law.
+    #[must_use]
     pub fn with_law(mut self, law: PressureLaw) -> Self {
         self.law = law;
         self
@@ -113,16 +118,19 @@ impl Membrane {
     }
 
     /// Rest shape c0(s).
+    #[must_use]
     pub fn rest(&self) -> &RestShape {
         &self.rest
     }
 
     /// What it is made of.
+    #[must_use]
     pub fn material(&self) -> &Material {
         &self.material
     }
 
     /// Stiffness lambda(s) between neighbours, if it is made of springs.
+    #[must_use]
     pub fn stiffness(&self) -> Option<&Stiffness> {
         match &self.material {
             Material::Springs { stiffness, .. } => Some(stiffness),
@@ -131,6 +139,7 @@ impl Membrane {
     }
 
     /// Stiffness lambda_2(s) between second neighbours, if there are such springs.
+    #[must_use]
     pub fn second_neighbours(&self) -> Option<&Stiffness> {
         match &self.material {
             Material::Springs { second, .. } => second.as_ref(),
@@ -218,11 +227,13 @@ impl Membrane {
     }
 
     /// Pressure law.
+    #[must_use]
     pub fn law(&self) -> PressureLaw {
         self.law
     }
 
     /// Positions [x, y] at which s = 0 and s = 1 are held.
+    #[must_use]
     pub fn ends(&self) -> [[f64; 2]; 2] {
         self.ends
     }

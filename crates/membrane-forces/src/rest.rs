@@ -28,6 +28,9 @@ pub struct RestShape {
     pieces: Vec<Piece>,
 }
 
+/// Samples of each piece of a function.
+const SAMPLES: usize = 64;
+
 type CurveFunction = dyn Fn(f64) -> CurvePoint + Send + Sync;
 
 #[derive(Clone)]
@@ -147,7 +150,8 @@ impl RestShape {
     ///
     /// # Errors
     /// Breakpoints that do not rise strictly inside (0, 1), values that are not finite, a
-    /// vanishing first derivative, or a curve that crosses itself (as sampled at 64 points a piece).
+    /// vanishing first derivative, derivatives that differ from central differences by more than a thousandth
+    /// ([`MembraneError::WrongDerivative`]), or a curve that crosses itself (as sampled at 64 points a piece).
     pub fn from_function(
         curve: impl Fn(f64) -> CurvePoint + Send + Sync + 'static,
         breakpoints: &[f64],
@@ -158,12 +162,52 @@ impl RestShape {
         let pieces = vec![Piece::Function(curve); breaks.len() - 1];
         let shape = Self { breaks, pieces };
         shape.check_sampled()?;
+        (0..shape.pieces.len()).try_for_each(|piece| shape.check_derivatives(piece))?;
         Ok(shape)
+    }
+
+    /// Compares derivatives with central differences at the middles of the samples. Over 1e-5 of the piece these are good to 1e-10 of a
+    /// derivative by truncation, where a wave fits into the piece, and to 1e-11 of the size by rounding.
+    fn check_derivatives(&self, piece: usize) -> Result<(), MembraneError> {
+        let (a, b) = (self.breaks[piece], self.breaks[piece + 1]);
+        let step = 1e-5 * (b - a);
+        let middle = |k: usize| a + (b - a) * (k as f64 + 0.5) / SAMPLES as f64;
+        let samples: Vec<CurvePoint> = (0..SAMPLES).map(|k| self.at_in(piece, middle(k))).collect();
+        let largest = |of: fn(&CurvePoint) -> [f64; 2]| {
+            let values = samples.iter().map(|point| of(point)[0].hypot(of(point)[1]));
+            values.fold(0.0, f64::max)
+        };
+        let speed = largest(|point| point.first);
+        // per length of the piece, a second derivative that is none is no larger than the first
+        let bend = largest(|point| point.second).max(speed / (b - a));
+        for (k, here) in samples.iter().enumerate() {
+            let s = middle(k);
+            let (before, after) = (self.at_in(piece, s - step), self.at_in(piece, s + step));
+            let slope =
+                |from: [f64; 2], to: [f64; 2]| [0, 1].map(|i| (to[i] - from[i]) / (2.0 * step));
+            for (order, given, found, size) in [
+                (1, here.first, slope(before.position, after.position), speed),
+                (2, here.second, slope(before.first, after.first), bend),
+            ] {
+                // of the values and of s, which matters on narrow pieces
+                let of = [here.position, here.first][order - 1];
+                let rounding = 8.0 * f64::EPSILON * (of[0].hypot(of[1]) + size) / step;
+                let off = (given[0] - found[0]).hypot(given[1] - found[1]);
+                if off > 1e-3 * size + rounding {
+                    return Err(MembraneError::WrongDerivative {
+                        order,
+                        s,
+                        given,
+                        found,
+                    });
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Samples each piece and looks for values and geometry that no force can be computed from.
     fn check_sampled(&self) -> Result<(), MembraneError> {
-        const SAMPLES: usize = 64;
         let mut points = Vec::with_capacity(SAMPLES * self.pieces.len() + 1);
         for piece in 0..self.pieces.len() {
             for k in 0..SAMPLES {
@@ -192,11 +236,13 @@ impl RestShape {
     }
 
     /// 0, the positions at which the second derivative jumps, 1.
+    #[must_use]
     pub fn breakpoints(&self) -> &[f64] {
         &self.breaks
     }
 
     /// The curve at `s`; at a breakpoint the derivatives are those of the piece on its right.
+    #[must_use]
     pub fn at(&self, s: f64) -> CurvePoint {
         let inner = &self.breaks[1..self.pieces.len()];
         self.at_in(inner.partition_point(|&b| b <= s), s)

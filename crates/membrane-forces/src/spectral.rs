@@ -177,11 +177,13 @@ impl SpectralElements {
     }
 
     /// Degree p of the polynomials.
+    #[must_use]
     pub fn degree(&self) -> usize {
         self.reference.nodes.len() - 1
     }
 
     /// Number of elements.
+    #[must_use]
     pub fn n_elements(&self) -> usize {
         self.elements.len()
     }

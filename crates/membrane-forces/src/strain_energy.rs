@@ -113,6 +113,7 @@ impl StrainEnergy {
     }
 
     /// Shear modulus of small strains.
+    #[must_use]
     pub fn shear_modulus(&self) -> f64 {
         match self {
             Self::NeoHookean { mu } | Self::Gent { mu, .. } => *mu,

@@ -58,6 +58,7 @@ pub struct Factored<'a>(&'a BandedLu);
 
 impl BandedLu {
     /// Storage for matrices of the shape of `matrix`: n (2 lower + upper + 3) numbers.
+    #[must_use]
     pub fn for_matrix(matrix: &BandMatrix) -> Self {
         let (n, lower) = (matrix.len(), matrix.lower());
         let width = lower + matrix.upper() + 1;
@@ -137,6 +138,7 @@ impl BandedLu {
     }
 
     /// The matrix factored last; none before the first one and after one that could not be factored.
+    #[must_use]
     pub fn factored(&self) -> Option<Factored<'_>> {
         self.factored.then_some(Factored(self))
     }
@@ -196,6 +198,7 @@ impl BandedLu {
 
 impl Factored<'_> {
     /// Sign of the determinant of the matrix, 1 or -1.
+    #[must_use]
     pub fn determinant_sign(&self) -> f64 {
         if self.0.negative { -1.0 } else { 1.0 }
     }

@@ -54,6 +54,7 @@ pub struct Eliminated<'a> {
 
 impl Border {
     /// A border of zeros for `n` unknowns.
+    #[must_use]
     pub fn new(n: usize) -> Self {
         Self {
             column: vec![0.0; n],
@@ -112,6 +113,7 @@ impl Border {
     }
 
     /// The border as eliminated last; none if its column or row may have changed since, or if that failed.
+    #[must_use]
     pub fn eliminated(&self) -> Option<Eliminated<'_>> {
         self.pivot.map(|pivot| Eliminated {
             row: &self.row,
@@ -124,11 +126,13 @@ impl Border {
 
 impl Eliminated<'_> {
     /// A^-1 b.
+    #[must_use]
     pub fn solved(&self) -> &[f64] {
         self.solved
     }
 
     /// Sign of what the border multiplies the determinant by, d - g' A^-1 b: 1 or -1.
+    #[must_use]
     pub fn sign(&self) -> f64 {
         self.pivot.signum()
     }
@@ -148,6 +152,7 @@ impl Eliminated<'_> {
 }
 
 /// a . b, over as many numbers as the shorter has, as eight sums side by side: one alone would wait for each of its additions.
+#[must_use]
 pub fn dot_in_eight(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len().min(b.len());
     let ((a, a_rest), (b, b_rest)) = (a[..n].as_chunks::<8>(), b[..n].as_chunks::<8>());

@@ -94,7 +94,7 @@ impl Search<'_, '_> {
         // a state as stable as those before the limit. It is not the one that a rising control leads to.
         let raised = self.system.is_rubber() && to / from > 1.0;
         if outcome.is_ok() && raised && !self.near(state, start, to - from) {
-            let report = NewtonReport::default();
+            let report = Box::default();
             outcome = Err(NewtonError::OtherBranch { report });
         }
         if outcome.is_err() && options.max_load_steps > 0 {
@@ -105,7 +105,7 @@ impl Search<'_, '_> {
                     return Err(NewtonError::LimitPoint {
                         reached,
                         wanted: to,
-                        report: self.report.clone(),
+                        report: Box::new(self.report.clone()),
                     });
                 }
             }
@@ -265,7 +265,7 @@ impl Search<'_, '_> {
             Ok(())
         } else {
             Err(NewtonError::OtherBranch {
-                report: NewtonReport::default(),
+                report: Box::default(),
             })
         }
     }

@@ -50,6 +50,7 @@ impl Equilibrium {
     /// assert!((by_area.pressure() - 0.716189).abs() < 1e-6);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
+    #[must_use]
     pub fn pressure(&self) -> f64 {
         let law = self.resolution.discrete.law();
         law.mean_pressure(self.intensity, self.measures.length)
@@ -77,22 +78,26 @@ impl Equilibrium {
     }
 
     /// The membrane.
+    #[must_use]
     pub fn membrane(&self) -> &Membrane {
         self.resolution.discrete.setting().membrane()
     }
 
     /// Nodes [x, y] of the discretisation from s = 0 to s = 1, cm.
+    #[must_use]
     pub fn points(&self) -> Vec<[f64; 2]> {
         own(self.resolution.discrete.points(self.nodes()))
     }
 
     /// Material coordinates of [`Equilibrium::points`].
+    #[must_use]
     pub fn positions(&self) -> Vec<f64> {
         self.resolution.discrete.positions()
     }
 
     /// The whole curve as polynomials, s from 0 to 1; empty under finite differences, whose curve
     /// is its points.
+    #[must_use]
     pub fn pieces(&self) -> Vec<CurvePiece> {
         own(self.resolution.discrete.pieces(self.nodes()))
     }
@@ -101,6 +106,7 @@ impl Equilibrium {
     /// under finite differences the rest shape plus a cubic Hermite interpolant of the
     /// displacement, as accurate as the nodes (in the cells next to a jump of the stiffness, where c'
     /// jumps, tangent and curvature are means of both sides). Cost O(degree^2), or O(1).
+    #[must_use]
     pub fn at(&self, s: f64) -> CurvePoint {
         own(self.resolution.discrete.at(self.nodes(), s))
     }

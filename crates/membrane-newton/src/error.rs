@@ -71,7 +71,7 @@ pub enum NewtonError {
         /// Value that was asked for, in the same unit.
         wanted: f64,
         /// What was tried.
-        report: NewtonReport,
+        report: Box<NewtonReport>,
     },
     /// The finest polynomials still leave a tail above the tolerance.
     #[error(
@@ -90,7 +90,7 @@ pub enum NewtonError {
     #[error("not on the branch of the start: {} iterations, {} load steps", report.iterations, report.load_steps)]
     OtherBranch {
         /// What was tried.
-        report: NewtonReport,
+        report: Box<NewtonReport>,
     },
     /// Rubber is compressed along the meridian somewhere, or would be on the way to what was asked for. A membrane has no equilibrium there.
     #[error("slack: the tension along the meridian falls to {tension:?} times the shear modulus")]
@@ -114,7 +114,7 @@ pub enum NewtonError {
     #[error("not converged after {} iterations: scaled residual {:e}, scaled step {:e}", report.iterations, report.residual, report.step)]
     NotConverged {
         /// What was tried.
-        report: NewtonReport,
+        report: Box<NewtonReport>,
         /// The last error of the residual for which the line search took a shorter step, if there was one.
         source: Option<Box<NewtonError>>,
     },
@@ -179,8 +179,10 @@ pub(crate) fn own<T>(of_state: Result<T, MembraneError>) -> T {
 
 impl NewtonError {
     pub(crate) fn not_converged(report: NewtonReport) -> Self {
-        let source = None;
-        Self::NotConverged { report, source }
+        Self::NotConverged {
+            report: Box::new(report),
+            source: None,
+        }
     }
 
     /// The report of what was tried, if there is one.
@@ -188,7 +190,7 @@ impl NewtonError {
         match self {
             Self::LimitPoint { report, .. }
             | Self::OtherBranch { report }
-            | Self::NotConverged { report, .. } => Some(report),
+            | Self::NotConverged { report, .. } => Some(&mut **report),
             _ => None,
         }
     }

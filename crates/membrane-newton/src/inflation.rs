@@ -149,7 +149,7 @@ impl Inflation<'_, '_> {
         if system.keeps_sign() && system.within(Reach::Direct, start, state) {
             Ok(())
         } else {
-            let report = NewtonReport::default();
+            let report = Box::default();
             Err(NewtonError::OtherBranch { report })
         }
     }

@@ -284,6 +284,7 @@ pub(crate) const ROUNDING: f64 = 1e-7;
 
 impl NewtonScratch {
     /// What the last solve with this scratch did.
+    #[must_use]
     pub fn report(&self) -> &NewtonReport {
         &self.report
     }
@@ -318,7 +319,7 @@ impl NewtonScratch {
 
     fn not_converged(&mut self) -> NewtonError {
         NewtonError::NotConverged {
-            report: self.report.clone(),
+            report: Box::new(self.report.clone()),
             source: self.rejected.take().map(Box::new),
         }
     }

@@ -1,6 +1,6 @@
 //! Two membranes with incompressible wall between them, solved together.
 
-use crate::constraint::Control;
+use crate::constraint::{Control, check};
 use crate::equilibrium::Equilibrium;
 use crate::error::NewtonError;
 use crate::nested::Nested;
@@ -38,28 +38,24 @@ impl Pair {
     /// # Errors
     /// [`NewtonError::NotEnclosed`]: the outer one does not enclose more volume than the inner one.
     pub fn new(inner: Solver, outer: Solver) -> Result<Self, NewtonError> {
-        let pair = Self { inner, outer };
-        if pair.wall_volume() > 0.0 {
-            Ok(pair)
-        } else {
-            Err(NewtonError::NotEnclosed {
-                inner: pair.inner.start_measures().volume,
-                outer: pair.outer.start_measures().volume,
-            })
-        }
+        enclosed([&inner, &outer].map(|solver| solver.start_measures().volume))?;
+        Ok(Self { inner, outer })
     }
 
     /// The inner membrane.
+    #[must_use]
     pub fn inner(&self) -> &Solver {
         &self.inner
     }
 
     /// The outer membrane.
+    #[must_use]
     pub fn outer(&self) -> &Solver {
         &self.outer
     }
 
     /// Volume between the membranes at the start, cm^3.
+    #[must_use]
     pub fn wall_volume(&self) -> f64 {
         self.outer.start_measures().volume - self.inner.start_measures().volume
     }
@@ -109,6 +105,16 @@ impl Pair {
     }
 }
 
+/// The volume between an inner and an outer membrane, if that is positive.
+fn enclosed([inner, outer]: [f64; 2]) -> Result<f64, NewtonError> {
+    let between = outer - inner;
+    if between > 0.0 {
+        Ok(between)
+    } else {
+        Err(NewtonError::NotEnclosed { inner, outer })
+    }
+}
+
 fn solve_both(
     nested: Nested,
     start: Vec<f64>,
@@ -134,15 +140,25 @@ fn solve_both(
 impl PairEquilibrium {
     /// Two membranes solved one by one, each for its own volume, as a pair whose wall was to have `wall_volume` cm^3; the pair's report is
     /// empty, those of the two are theirs.
-    pub fn of(inner: Equilibrium, outer: Equilibrium, wall_volume: f64) -> Self {
-        let between = outer.measures.volume - inner.measures.volume;
-        Self {
+    ///
+    /// # Errors
+    /// [`NewtonError::NotEnclosed`]: the outer one encloses no more than the inner one; [`NewtonError::OutOfRange`]: a `wall_volume` that is
+    /// not positive.
+    pub fn of(
+        inner: Equilibrium,
+        outer: Equilibrium,
+        wall_volume: f64,
+    ) -> Result<Self, NewtonError> {
+        check("wall volume", wall_volume, 0.0)?;
+        let volumes = [&inner, &outer].map(|membrane| membrane.measures.volume);
+        let between = enclosed(volumes)?;
+        Ok(Self {
             wall_volume: between,
             wall_volume_error: between / wall_volume - 1.0,
             inner,
             outer,
             report: NewtonReport::default(),
-        }
+        })
     }
 
     /// Derivatives of the inner and of the outer membrane by the value of the inner one's

@@ -29,6 +29,7 @@ pub struct PentadiagonalLdl {
 
 impl PentadiagonalLdl {
     /// Storage for matrices of `n` rows.
+    #[must_use]
     pub fn new(n: usize) -> Self {
         Self {
             rows: vec![[0.0; 3]; n],

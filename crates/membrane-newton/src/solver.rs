@@ -79,11 +79,13 @@ impl Solver {
     }
 
     /// Measures of the start: the rest shape with its ends held.
+    #[must_use]
     pub fn start_measures(&self) -> Measures {
         self.resolution.start
     }
 
     /// The start as an equilibrium without load (it is one if the ends are held where they rest).
+    #[must_use]
     pub fn start(&self) -> Equilibrium {
         self.resolution
             .equilibrium(self.resolution.start_state(), NewtonReport::default())

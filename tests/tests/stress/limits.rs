@@ -33,7 +33,7 @@ fn pair() -> Pair {
 
 fn forces(error: MembraneError) -> bool {
     use MembraneError::*;
-    matches!(error, NotFinite { .. } | BadStiffness { .. })
+    matches!(error, NotFinite { .. } | BadProfile { .. })
 }
 
 fn newton(error: NewtonError) -> bool {

@@ -90,7 +90,7 @@ impl Descent {
             next = last - step;
         }
         let inside = solved(inner, volume(gain), [ring, last])?;
-        Ok(PairEquilibrium::of(inside, outside, wall))
+        Ok(PairEquilibrium::of(inside, outside, wall)?)
     }
 }
 

@@ -3,7 +3,7 @@
 use membrane_forces::{
     BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, DiscreteMembrane, FiniteDifferences,
     LinearEquilibrium, Measure, Measures, Membrane, MembraneError, PressureLaw, RestShape,
-    SpectralElements, Stiffness, balloon_at_rest,
+    SpectralElements, Stiffness, Thickness, balloon_at_rest,
 };
 
 #[test]
@@ -24,10 +24,14 @@ fn sizes_must_be_positive_and_finite() {
             };
             assert_eq!(given.to_bits(), bad.to_bits());
         }
-        let samples = Stiffness::samples(&[1.0, bad]);
-        assert!(
-            matches!(samples, Err(MembraneError::BadStiffness { s: 1.0, given }) if given.to_bits() == bad.to_bits())
-        );
+        let stiffness = Stiffness::samples(&[1.0, bad]).err();
+        let thickness = Thickness::samples(&[1.0, bad]).err();
+        for (error, name) in [(stiffness, "stiffness"), (thickness, "thickness")] {
+            assert!(
+                matches!(error, Some(MembraneError::BadProfile { what, s: 1.0, given })
+                    if what == name && given.to_bits() == bad.to_bits())
+            );
+        }
     }
     assert_eq!(
         RestShape::disc(-2.0).unwrap_err(),
@@ -92,11 +96,11 @@ fn stiffness_is_checked_where_it_is_used() {
     let membrane = Membrane::new(RestShape::disc(1.0).unwrap()).with_stiffness(negative);
     assert!(matches!(
         FiniteDifferences::new(&membrane, 11),
-        Err(MembraneError::BadStiffness { .. })
+        Err(MembraneError::BadProfile { .. })
     ));
     assert!(matches!(
         SpectralElements::new(&membrane, 8, 1),
-        Err(MembraneError::BadStiffness { .. })
+        Err(MembraneError::BadProfile { .. })
     ));
 }
 
@@ -455,6 +459,69 @@ fn numbers_that_lead_to_no_number_are_refused() {
     let samples = Stiffness::samples(&[1.0, 2.0]).unwrap();
     assert!(matches!(
         samples.at(f64::NAN),
-        Err(MembraneError::BadStiffness { .. })
+        Err(MembraneError::BadProfile { .. })
     ));
+}
+
+/// Derivatives that are half, zero or swapped are found; right ones of many waves are not taken for wrong.
+#[test]
+fn derivatives_of_a_rest_shape_must_be_those_of_its_positions() {
+    use std::f64::consts::PI;
+    let cap = |waves: f64, factors: [f64; 2]| {
+        move |s: f64| {
+            let (sin, cos) = (PI * s).sin_cos();
+            let (ripple, along) = (2.0 * PI * waves * s).sin_cos();
+            let k = 2.0 * PI * waves;
+            CurvePoint {
+                position: [sin + 0.001 * ripple, cos],
+                first: [PI * cos + 0.001 * k * along, -PI * sin].map(|v| factors[0] * v),
+                second: [-PI * PI * sin - 0.001 * k * k * ripple, -PI * PI * cos]
+                    .map(|v| factors[1] * v),
+            }
+        }
+    };
+    for waves in [0.0, 1.0, 7.0, 40.0] {
+        assert!(
+            RestShape::from_function(cap(waves, [1.0; 2]), &[0.3]).is_ok(),
+            "{waves}"
+        );
+        for (factors, wrong) in [
+            ([0.5, 1.0], 1),
+            ([1.0, 0.5], 2),
+            ([1.0, 0.0], 2),
+            ([-1.0, 1.0], 1),
+            ([1.01, 1.01], 1),
+        ] {
+            let refused = RestShape::from_function(cap(waves, factors), &[0.3]);
+            assert!(
+                matches!(refused, Err(MembraneError::WrongDerivative { order, .. }) if order == wrong),
+                "{waves} {factors:?}: {refused:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn rows_of_a_band_fit_it() {
+    let wrong = BandMatrix::from_rows(1, 1, [[0.0, 1.0]]);
+    assert!(matches!(
+        wrong,
+        Err(MembraneError::WrongLength {
+            given: 2,
+            expected: 3,
+            ..
+        })
+    ));
+    for (rows, row) in [
+        ([[9.0, 1.0, 0.0], [0.0, 1.0, 0.0]], 0),
+        ([[0.0, 1.0, 0.0], [0.0, 1.0, 9.0]], 1),
+    ] {
+        let outside = BandMatrix::from_rows(1, 1, rows);
+        assert!(
+            matches!(outside, Err(MembraneError::OutsideBand { row: found, n: 2, .. }) if found == row)
+        );
+    }
+    let rows = vec![vec![0.0, 1.0, 2.0], vec![3.0, 4.0, 0.0]];
+    let matrix = BandMatrix::from_rows(1, 1, &rows).unwrap();
+    assert!(matrix.rows().eq(rows.iter().map(|row| &row[..])));
 }

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, MembraneError, NewtonError, NewtonOptions,
-    Pair, RestShape, Rubber, Solver, StrainEnergy, Thickness,
+    Pair, PairEquilibrium, RestShape, Rubber, Solver, StrainEnergy, Thickness,
 };
 
 const NEO: StrainEnergy = StrainEnergy::NeoHookean { mu: 1.0 };
@@ -295,6 +295,28 @@ fn a_pair_of_rubber_keeps_its_wall() {
             "{slope}"
         );
     }
+}
+
+/// Two membranes solved one by one are a pair only if the outer one is around the inner one.
+#[test]
+fn a_pair_put_together_has_a_wall() {
+    let outer = of(RestShape::balloon(8.5, 2.75).unwrap(), NEO);
+    let [inner, outer] =
+        [balloon(), outer].map(|m| solve(&spectral(&m, 12, 1), Control::VolumeGain(0.1)));
+    let wall = outer.measures.volume - inner.measures.volume;
+    let pair = PairEquilibrium::of(inner.clone(), outer.clone(), wall).unwrap();
+    assert_eq!((pair.wall_volume, pair.wall_volume_error), (wall, 0.0));
+    let expected = NewtonError::NotEnclosed {
+        inner: outer.measures.volume,
+        outer: inner.measures.volume,
+    };
+    let swapped = PairEquilibrium::of(outer.clone(), inner.clone(), wall);
+    assert_eq!(swapped.unwrap_err(), expected);
+    let none = PairEquilibrium::of(inner, outer, -wall);
+    assert!(
+        matches!(none, Err(NewtonError::OutOfRange { .. })),
+        "{none:?}"
+    );
 }
 
 #[test]

@@ -1,0 +1,177 @@
+//! Positive quantities along the material coordinate: stiffness of springs, thickness of rubber.
+
+use std::fmt;
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use crate::error::{MembraneError, at_least, positive, rising};
+
+/// Spring stiffness lambda(s): force per unit s and cm.
+pub type Stiffness = Profile<OfStiffness>;
+
+/// Thickness h(s) of rubber in its reference configuration, cm.
+pub type Thickness = Profile<OfThickness>;
+
+/// A quantity that a [`Profile`] has.
+pub trait Quantity {
+    /// Its name in errors.
+    const NAME: &'static str;
+}
+
+/// Marks the profile of a stiffness.
+#[derive(Debug, Clone, Copy)]
+pub enum OfStiffness {}
+
+/// Marks the profile of a thickness.
+#[derive(Debug, Clone, Copy)]
+pub enum OfThickness {}
+
+impl Quantity for OfStiffness {
+    const NAME: &'static str = "stiffness";
+}
+
+impl Quantity for OfThickness {
+    const NAME: &'static str = "thickness";
+}
+
+/// A positive quantity along the material coordinate s in [0, 1].
+///
+/// Stiffness and thickness are different types, so that one is not taken for the other:
+///
+/// ```compile_fail,E0308
+/// use membrane_forces::{Rubber, Stiffness, StrainEnergy};
+/// let rubber = Rubber::new(StrainEnergy::NeoHookean { mu: 400.0 }, Stiffness::UNIT);
+/// ```
+pub struct Profile<Q> {
+    values: Values,
+    quantity: PhantomData<fn() -> Q>,
+}
+
+type Function = dyn Fn(f64) -> f64 + Send + Sync;
+
+#[derive(Clone)]
+enum Values {
+    Constant(f64),
+    Samples(Vec<f64>),
+    Function {
+        breaks: Vec<f64>,
+        value: Arc<Function>,
+    },
+}
+
+impl<Q> Clone for Profile<Q> {
+    fn clone(&self) -> Self {
+        Self::of(self.values.clone())
+    }
+}
+
+impl<Q> fmt::Debug for Profile<Q> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.values {
+            Values::Constant(value) => f.debug_tuple("Constant").field(value).finish(),
+            Values::Samples(values) => f.debug_tuple("Samples").field(values).finish(),
+            Values::Function { breaks, .. } => f.debug_tuple("Function").field(breaks).finish(),
+        }
+    }
+}
+
+impl<Q> Profile<Q> {
+    /// The value 1 everywhere.
+    pub const UNIT: Self = Self::of(Values::Constant(1.0));
+
+    const fn of(values: Values) -> Self {
+        Self {
+            values,
+            quantity: PhantomData,
+        }
+    }
+
+    /// The value if it is the same everywhere.
+    #[must_use]
+    pub fn as_constant(&self) -> Option<f64> {
+        match self.values {
+            Values::Constant(value) => Some(value),
+            Values::Samples(_) | Values::Function { .. } => None,
+        }
+    }
+
+    /// Positions inside (0, 1) between which the profile is smooth.
+    #[must_use]
+    pub fn breakpoints(&self) -> Vec<f64> {
+        match &self.values {
+            Values::Constant(_) => Vec::new(),
+            Values::Samples(values) => {
+                let last = values.len() - 1;
+                (1..last).map(|k| k as f64 / last as f64).collect()
+            }
+            Values::Function { breaks, .. } => breaks.clone(),
+        }
+    }
+}
+
+impl<Q: Quantity> Profile<Q> {
+    /// The same value everywhere.
+    ///
+    /// # Errors
+    /// `value` not finite or not positive.
+    pub fn constant(value: f64) -> Result<Self, MembraneError> {
+        Ok(Self::of(Values::Constant(positive(Q::NAME, value)?)))
+    }
+
+    /// Samples at equal steps from s = 0 to s = 1, joined by straight lines.
+    ///
+    /// # Errors
+    /// Fewer than two samples, or one that is not finite or not positive.
+    pub fn samples(values: &[f64]) -> Result<Self, MembraneError> {
+        at_least("samples of a profile", values.len(), 2)?;
+        let last = (values.len() - 1) as f64;
+        for (k, &value) in values.iter().enumerate() {
+            Self::check(k as f64 / last, value)?;
+        }
+        Ok(Self::of(Values::Samples(values.to_vec())))
+    }
+
+    /// A function of s, smooth between `breakpoints` (strictly rising inside (0, 1)).
+    ///
+    /// Its values are checked where a discretisation uses them.
+    ///
+    /// # Errors
+    /// Breakpoints that do not rise strictly inside (0, 1).
+    pub fn function(
+        value: impl Fn(f64) -> f64 + Send + Sync + 'static,
+        breakpoints: &[f64],
+    ) -> Result<Self, MembraneError> {
+        rising(breakpoints)?;
+        Ok(Self::of(Values::Function {
+            breaks: breakpoints.to_vec(),
+            value: Arc::new(value),
+        }))
+    }
+
+    /// The value at `s`.
+    ///
+    /// # Errors
+    /// The function gives a value that is not finite or not positive.
+    pub fn at(&self, s: f64) -> Result<f64, MembraneError> {
+        match &self.values {
+            Values::Constant(value) => Ok(*value),
+            Values::Samples(values) => {
+                let last = values.len() - 1;
+                let position = s.clamp(0.0, 1.0) * last as f64;
+                let k = (position as usize).min(last - 1);
+                let t = position - k as f64;
+                Self::check(s, values[k] * (1.0 - t) + values[k + 1] * t)
+            }
+            Values::Function { value, .. } => Self::check(s, value(s)),
+        }
+    }
+
+    fn check(s: f64, given: f64) -> Result<f64, MembraneError> {
+        if given.is_finite() && given > 0.0 {
+            Ok(given)
+        } else {
+            let what = Q::NAME;
+            Err(MembraneError::BadProfile { what, s, given })
+        }
+    }
+}
