@@ -54,15 +54,15 @@ fn membrane_forces_takes_anything() {
         ));
         back(balloon_at_rest(a, b));
         if let Some(circle) = back(CircleEquilibrium::new(a, b)) {
-            circle.measures();
+            let _ = circle.measures();
             for s in ODD {
-                circle.at(s);
+                let _ = circle.at(s);
             }
         }
         for c in [0.5, a, b] {
             if let Some(linear) = back(LinearEquilibrium::balloon(a, b, c)) {
-                linear.measures();
-                linear.at(a);
+                let _ = linear.measures();
+                let _ = linear.at(a);
             }
         }
         back(LinearEquilibrium::disc(a, b));
@@ -74,13 +74,13 @@ fn membrane_forces_takes_anything() {
             y: vec![],
         };
         let here = piece.at(a);
-        here.tangent();
-        here.curvature();
-        piece.mirrored().at(b);
+        let _ = here.tangent();
+        let _ = here.curvature();
+        let _ = piece.mirrored().at(b);
         let points = [[a, b], [b, a], [0.0, a]];
         for n in 0..=3 {
             let mut gradient = vec![[0.0; 2]; n];
-            Measures::of(&points[..n]);
+            let _ = Measures::of(&points[..n]);
             for measure in MEASURES {
                 measure.gradient_into(&points[..n], &mut gradient);
             }
@@ -101,12 +101,12 @@ fn membrane_forces_takes_anything() {
         for s in ODD {
             back(stiffness.at(s));
         }
-        stiffness.breakpoints();
-        stiffness.as_constant();
+        let _ = stiffness.breakpoints();
+        let _ = stiffness.as_constant();
     }
     for (k, rest) in rests.iter().enumerate() {
         for s in ODD {
-            rest.at(s);
+            let _ = rest.at(s);
         }
         let stiffness = stiffnesses[k % stiffnesses.len()].clone();
         let law = [
@@ -141,7 +141,7 @@ fn membrane_forces_takes_anything() {
                 for i in SIZES {
                     for j in SIZES {
                         back(band.add(i, j, 1.0));
-                        band.get(i, j);
+                        let _ = band.get(i, j);
                     }
                 }
                 band.rows().for_each(drop);
@@ -154,7 +154,7 @@ fn membrane_forces_takes_anything() {
                 assert_eq!(lu.factored().is_some(), factored);
                 if let Some(lu) = lu.factored() {
                     lu.solve_into(&mut vec![1.0; n]);
-                    lu.determinant_sign();
+                    let _ = lu.determinant_sign();
                 }
             }
         }
@@ -165,7 +165,7 @@ fn membrane_forces_takes_anything() {
 fn forces_of_differences(d: &FiniteDifferences) {
     d.blow_up();
     d.stiffness_scale();
-    d.ds();
+    let _ = d.ds();
     d.held();
     let n = d.start().len();
     let mut band = d.band();
@@ -291,14 +291,14 @@ fn membrane_newton_takes_anything() {
                     };
                     assert!(solved.measures.volume.is_finite());
                     for s in ODD {
-                        solved.at(s);
+                        let _ = solved.at(s);
                     }
                     for control in controls {
                         back(solved.sensitivity(control));
                     }
-                    solved.points();
-                    solved.positions();
-                    solved.pieces();
+                    let _ = solved.points();
+                    let _ = solved.positions();
+                    let _ = solved.pieces();
                 }
             }
         }
@@ -337,7 +337,7 @@ fn membrane_newton_takes_anything() {
             Ok(())
         };
         if let Some(eliminated) = back(border.eliminate(corner, solve)) {
-            eliminated.sign();
+            let _ = eliminated.sign();
             back(eliminated.correct(&mut [1.0; 3], corner));
             let refused = eliminated.correct(&mut [1.0; 7], corner);
             assert!(matches!(
