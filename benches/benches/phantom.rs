@@ -192,10 +192,15 @@ fn views(phantom: &Phantom) -> Vec<f32> {
 /// The plain way to the same: exact integrals between planes as thick as a bin, each blurred by itself.
 fn every_plane_by_itself(phantom: &Phantom) -> Vec<f32> {
     const REACH: f64 = 12.8;
-    let (camera, parts) = (phantom.camera(), phantom.parts());
+    let camera = phantom.camera();
     let (n_bins, n_rows) = (camera.n_bins(), camera.n_rows());
     let shape = phantom.shape(0.0).expect("a shape");
-    let response = parts.collimator.expect("a collimator").response;
+    let response = phantom
+        .scene()
+        .collimator
+        .expect("a collimator")
+        .response()
+        .expect("holes");
     let radii = phantom.radii().expect("a circle");
     let n = (2.0 * REACH / camera.pitch()).ceil() as usize;
     let plane = |k: usize| (k as f64 / n as f64 - 0.5) * 2.0 * REACH;
@@ -232,14 +237,19 @@ fn operators(effort: Effort) {
         Effort::Full => &[64, 128, 256],
     };
     for &size in sizes {
-        let mut parts = through_a_collimator(size, false, 1e-4).parts().clone();
-        parts.bin_sample = BinSample::Means { tolerance: 1e-3 };
-        let phantom = Phantom::from_parts(parts).expect("a phantom");
+        let mut scene = through_a_collimator(size, false, 1e-4).scene().clone();
+        scene.camera.samples = BinSample::Means { tolerance: 1e-3 };
+        let phantom = Phantom::new(scene).expect("a phantom");
         let (exact, volume) = (views(&phantom), phantom.truth(0).expect("a truth"));
         let (camera, radii) = (phantom.camera(), phantom.radii().expect("a circle"));
         let axis = SliceAxis::new(size, camera.pitch()).expect("a pitch");
         let geometry = SpectGeometry::new(camera.geometry(), &axis, radii).expect("an orbit");
-        let response = phantom.parts().collimator.expect("one").response;
+        let response = phantom
+            .scene()
+            .collimator
+            .expect("one")
+            .response()
+            .expect("holes");
         let options = SpectOptions::default().with_collimator(response);
         let operator = SpectOperator::<f32>::new(&geometry, camera.image(), &axis, &options);
         let operator = operator.expect("a geometry");

@@ -56,12 +56,15 @@ impl From<Failure> for PyErr {
 fn of_phantom(py: Python<'_>, error: PhantomError) -> PyErr {
     let text = chain(&error);
     match &error {
-        PhantomError::Scene(fault) => scene_error(
-            py,
-            &text,
-            (fault.file.as_deref(), fault.place),
-            [&fault.field, &fault.given, &fault.wanted],
-        ),
+        PhantomError::Scene(error) => {
+            let first = error.first();
+            scene_error(
+                py,
+                &text,
+                (error.file(), first.place),
+                [&first.field, &first.given, &first.wanted],
+            )
+        }
         PhantomError::Refused {
             file,
             place,

@@ -116,7 +116,7 @@ impl PyPhantom {
     /// The scene.
     #[getter]
     fn scene(&self) -> PyScene {
-        PyScene(self.0.scene().cloned().unwrap_or_default())
+        PyScene(self.0.scene().clone())
     }
 
     /// Number of sets of views: the cardiac gates or 1, times the respiratory gates or 1.

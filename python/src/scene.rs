@@ -190,10 +190,7 @@ fn put(table: &mut Table, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> 
 /// Lines of a text that nobody has seen say nothing.
 fn without_place(error: PhantomError) -> PhantomError {
     match error {
-        PhantomError::Scene(mut fault) => {
-            fault.place = None;
-            PhantomError::Scene(fault)
-        }
+        PhantomError::Scene(error) => PhantomError::Scene(Box::new(error.without_places())),
         error => error,
     }
 }

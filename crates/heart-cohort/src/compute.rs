@@ -111,7 +111,7 @@ fn of_phantom(
 }
 
 fn products_of(phantom: &Phantom) -> Vec<Product> {
-    let mut products = phantom.parts().output.write.clone();
+    let mut products = phantom.scene().output.write.clone();
     products.sort_unstable();
     products.dedup();
     products

@@ -261,10 +261,11 @@ impl Reader<'_> {
         };
         scene.check().map_err(|error| match error {
             PhantomError::Scene(error) => {
-                let field = format!("{section}.{}", error.field);
-                match error.given.as_str() {
-                    "" => self.wrong(&field, error.wanted.clone()),
-                    given => self.wrong(&field, format!("is {given}; {}", error.wanted)),
+                let first = error.first();
+                let field = format!("{section}.{}", first.field);
+                match first.given.as_str() {
+                    "" => self.wrong(&field, first.wanted.clone()),
+                    given => self.wrong(&field, format!("is {given}; {}", first.wanted)),
                 }
             }
             error => self.wrong(section, error.to_string()),

@@ -47,7 +47,7 @@ fn volume(
         seed,
     });
     let phantom = Phantom::new(scene)?;
-    let volume = match phantom.parts().compensation {
+    let volume = match phantom.scene().reconstruction.compensation {
         Compensation::KnownMotion => {
             phantom
                 .compensated(0, &phantom.sinograms_of_gates()?, &|_| ())?

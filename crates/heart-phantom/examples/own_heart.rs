@@ -4,9 +4,9 @@
 
 use heart_phantom::membrane_newton::{Discretisation, Membrane, RestShape};
 use heart_phantom::revolve_voxel::Pose;
+use heart_phantom::scene::{AttenuationSettings, BlurSettings, MediumSettings, Scene};
 use heart_phantom::{
-    Attenuation, Camera, Counts, Cycle, Defect, Heart, Mode, Noise, Phantom, PhantomError,
-    PhantomParts, VolumeCurve, WallRegion,
+    Counts, Defect, Heart, Mode, Noise, Phantom, PhantomError, VolumeCurve, VolumeRange,
 };
 use std::f64::consts::PI;
 
@@ -26,27 +26,28 @@ pub(crate) fn main() -> Result<(), PhantomError> {
         0.0, // finite differences are polygons, which bodies follow exactly
         Pose::axis_along_z(4.5)?.turned_x(0.25 * PI)?,
     )?;
-    let curve = VolumeCurve::Sampled(vec![120.0, 80.0, 60.0, 90.0, 110.0]);
-    let cycle = Cycle::with_curve(70.0, &curve, [0.0, 0.5])?;
 
-    let mut parts = PhantomParts::new(heart, cycle, Camera::new(30, 48, 18.0)?);
-    parts.mode = Mode::Gated { gates: 4 };
-    let region = WallRegion {
+    let mut scene = Scene::default().with_mode(Mode::Gated { gates: 4 });
+    scene.cycle.beats_per_minute = 70.0;
+    scene.cycle.curve = VolumeCurve::Sampled(vec![120.0, 80.0, 60.0, 90.0, 110.0]);
+    scene.cycle.volume = VolumeRange::Gain(0.5);
+    (scene.camera.views, scene.camera.bins, scene.camera.rows) = (30, 48, 48);
+    scene.camera.pitch = [18.0 / 48.0; 2];
+    scene.defects.push(Defect {
         layers: [0.0, 1.0],
         s: [0.1, 0.3],
-        azimuths: [0.0, 0.5 * PI],
-    };
-    let activity = 0.2;
-    parts.defects.push(Defect { region, activity });
-    parts.attenuation = Some(Attenuation {
-        coefficient: 0.15,
-        torso: None, // the heart alone
+        azimuths_degrees: [0.0, 90.0],
+        activity: 0.2,
     });
-    parts.blur = Some(0.8);
+    scene.attenuation = Some(AttenuationSettings {
+        coefficient: 0.15,
+        medium: MediumSettings::Heart,
+    });
+    scene.blur = Some(BlurSettings { fwhm: 0.8 });
     let counts = Counts::Total(1e6);
-    parts.noise = Some(Noise { counts, seed: 1 });
+    scene.noise = Some(Noise { counts, seed: 1 });
 
-    let phantom = Phantom::from_parts(parts)?;
+    let phantom = Phantom::with_heart(scene, heart)?;
     let numbers = phantom.numbers()?;
     println!("EDV {:.1} mL, ESV {:.1} mL", numbers.edv, numbers.esv);
     let slice = phantom.slice(2, 24)?; // of the third gate

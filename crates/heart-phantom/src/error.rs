@@ -1,7 +1,6 @@
 //! What can go wrong, with the numbers that show why.
 
-#[cfg(feature = "scene")]
-use crate::scene::place_in;
+use crate::scene::{SceneError, place_in};
 use crate::text::{Number, brief, enough, shown, shown_path};
 use std::path::PathBuf;
 
@@ -185,14 +184,10 @@ pub enum PhantomError {
         /// The extension that fits.
         expected: &'static str,
     },
-    /// A scene makes no sense.
-    #[cfg(feature = "scene")]
-    #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
+    /// Values of a scene, or combinations of them, are not allowed.
     #[error(transparent)]
-    Scene(Box<crate::scene::SceneError>),
+    Scene(Box<SceneError>),
     /// A scene makes sense, and yet there is a reason for which it cannot be run.
-    #[cfg(feature = "scene")]
-    #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
     #[error("{}{field}", place_in(file.as_deref(), *place))]
     Refused {
         /// The file, if it came from one.
@@ -279,6 +274,12 @@ pub enum PhantomError {
         /// What the operating system said.
         source: std::io::Error,
     },
+}
+
+impl From<SceneError> for PhantomError {
+    fn from(error: SceneError) -> Self {
+        Self::Scene(Box::new(error))
+    }
 }
 
 /// The threads of [`PhantomError::Threads`].

@@ -43,8 +43,6 @@ mod model;
 mod phantom;
 mod ranges;
 mod scan;
-#[cfg(feature = "scene")]
-#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub mod scene;
 mod text;
 mod truth;
@@ -59,14 +57,13 @@ pub use error::PhantomError;
 pub use model::{
     Activity, Attenuation, Background, Balloon, Beats, Breathing, BreathingCurve, Chest, Cycle,
     Defect, Deformation, GatedBy, GreenStrain, Heart, HeartShape, MMHG_PER_KPA, MaterialPoint,
-    RespiratoryGates, RrIntervals, Stretch, Twist, Uptake, VolumeCurve, VolumeRange, Wall,
-    WallRegion,
+    RespiratoryGates, RespiratoryMotion, RrIntervals, Stretch, Twist, Uptake, VolumeCurve,
+    VolumeRange, Wall, WallRegion,
 };
 pub use phantom::{
     Artefacts, BeatReport, BinMeans, Compensation, Edge, GateFiles, Memory, Method, Moment,
-    MotionField, MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhantomParts, PhaseOf,
-    PhaseReport, PlannedFile, PointMotion, Product, ScenePhase, Seen, Thickness, Warning,
-    WorkReport,
+    MotionField, MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhaseOf, PhaseReport,
+    PlannedFile, PointMotion, Product, ScenePhase, Seen, Thickness, Warning, WorkReport,
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
@@ -75,10 +72,11 @@ pub use scan::{
     Accuracy, Acquisition, BinSample, Camera, CameraGeometry, Collimation, Counting, Counts, Decay,
     Heads, Mode, Noise, Orbit, Rotation, Sinograms, TruthOf, ViewTime, acquire,
 };
+pub use scene::Scene;
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use scene::{
-    CompensatedReport, GateReport, GateResults, PictureReport, Progress, Run, RunReport, Scene,
+    CompensatedReport, GateReport, GateResults, PictureReport, Progress, Run, RunReport,
     SliceOrders, run,
 };
 pub use text::shown;

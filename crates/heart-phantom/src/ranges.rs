@@ -20,14 +20,6 @@ pub(crate) const DESCENT: [f64; 2] = [0.0, 10.0];
 /// From the inner membrane to the outer one, and from the base to the apex.
 pub(crate) const LAYER: [f64; 2] = [0.0, 1.0];
 pub(crate) const S: [f64; 2] = [0.0, 0.5];
-/// Seconds of a breath.
-pub(crate) const BREATHS: [f64; 2] = [0.1, 1e3];
-/// Cm along an axis of the lab, and radians about one, by breathing.
-pub(crate) const SHIFT: [f64; 2] = [-100.0, 100.0];
-pub(crate) const TURN: [f64; 2] = [-std::f64::consts::PI, std::f64::consts::PI];
-/// Exponents of a breathing curve.
-pub(crate) const EXPONENTS: [usize; 2] = [1, 20];
-pub(crate) const RESPIRATORY_GATES: [usize; 2] = [1, 100];
 /// Seconds of a beat in a list of them, how many it has, and shares of ectopic beats.
 pub(crate) const INTERVALS: [f64; 2] = [0.05, 60.0];
 pub(crate) const LIST: [usize; 2] = [1, 1_000_000];

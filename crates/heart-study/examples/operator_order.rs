@@ -41,8 +41,8 @@ fn error(n: usize) -> Result<f64, PhantomError> {
     let axis = SliceAxis::new(n, camera.pitch())?;
     let geometry = SpectGeometry::new(camera.geometry(), &axis, phantom.radii()?)?;
     let mut options = SpectOptions::default().with_attenuation(phantom.attenuation(0.5)?);
-    if let Some(collimation) = phantom.parts().collimator {
-        options = options.with_collimator(collimation.response);
+    if let Some(collimator) = phantom.scene().collimator {
+        options = options.with_collimator(collimator.response()?);
     }
     let options = options.with_tolerance(1e-5);
     let operator = SpectOperator::<f32>::new(&geometry, camera.image(), &axis, &options)?;

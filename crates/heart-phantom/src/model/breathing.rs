@@ -1,10 +1,15 @@
 //! How breathing moves the heart: a rigid motion that depends on one number, which runs through a curve once a breath.
 
 use super::volume_curve::{Height, VolumeCurve};
-use crate::error::{PhantomError, check, check_count};
-use crate::ranges;
+use crate::PhantomError;
+#[cfg(feature = "scene")]
+use crate::scene::exactly;
+use crate::scene::{Check, array_of};
 use revolve_voxel::nalgebra::Vector3;
 use revolve_voxel::{Pose, RevolveError};
+
+/// Numbers of respiratory gates.
+const GATES: [usize; 2] = [1, 100];
 
 /// How far the breath has come, over a breath: 0 at end-expiration, 1 at end-inspiration.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,105 +53,111 @@ impl RespiratoryGates {
     }
 }
 
-/// A rigid motion of the heart with the breath, and nothing of what is around it.
+/// `[breathing]`: a rigid motion of the heart with the breath. What is around the heart does not move.
 ///
 /// At the fraction r of the way from end-expiration to end-inspiration the heart is turned by `r turn` about the lab's axes x, y and
 /// z, in this order and about the lab's origin, and then shifted by `r shift`. r runs through [`BreathingCurve`] once a period, from the
 /// phase at the start of the first view. The diaphragm takes the heart 1 to 2 cm towards the feet as a rule.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+pub struct Breathing {
+    /// Shift at end-inspiration, `[x, y, z]` in cm.
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    pub shift: [f64; 3],
+    /// Turn at end-inspiration about the lab's x, then y, then z, in degrees.
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    pub turn_degrees: [f64; 3],
+    /// Seconds of a respiratory cycle.
+    pub period: f64,
+    /// Fraction of the way over the respiratory cycle.
+    pub curve: BreathingCurve,
+    /// Respiratory phase at the start of the first view; 0 is end-expiration.
+    pub start: f64,
+    /// Respiratory gates; `None` for none. Set `k G + g` of a scan with G cardiac gates is the cardiac gate g in the respiratory gate k.
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    pub gates: Option<RespiratoryGates>,
+}
+
+impl Default for Breathing {
+    fn default() -> Self {
+        Self {
+            shift: [0.0; 3],
+            turn_degrees: [0.0; 3],
+            period: 4.0,
+            curve: BreathingCurve::Sinusoid,
+            start: 0.0,
+            gates: None,
+        }
+    }
+}
+
+impl Breathing {
+    pub(crate) fn check(&self, c: &mut Check) {
+        c.all_within("shift", &self.shift, [-100.0, 100.0]);
+        c.all_within("turn_degrees", &self.turn_degrees, [-180.0, 180.0]);
+        c.within("period", self.period, [0.1, 1e3]);
+        c.within("start", self.start, [0.0, 1.0]);
+        match &self.curve {
+            BreathingCurve::Sinusoid => {}
+            BreathingCurve::Lujan { n } => c.count("curve.lujan.n", *n, [1, 20]),
+            BreathingCurve::Sampled(samples) => {
+                if let Err(error) = self.curve.height() {
+                    c.fault("curve.sampled", array_of(samples.len()), error.to_string());
+                }
+            }
+        }
+        match self.gates {
+            None => {}
+            Some(RespiratoryGates::Phase(n)) => c.count("gates.phase", n, GATES),
+            Some(RespiratoryGates::Amplitude(n)) => c.count("gates.amplitude", n, GATES),
+        }
+    }
+}
+
+impl BreathingCurve {
+    fn height(&self) -> Result<Height, PhantomError> {
+        match self {
+            Self::Sinusoid => Ok(Height::Sinusoid),
+            Self::Lujan { n } => Ok(Height::Power(*n as i32)),
+            Self::Sampled(samples) => Height::new(&VolumeCurve::Sampled(samples.clone()), 60.0),
+        }
+    }
+}
+
+/// Breathing with its curve made ready.
 ///
 /// ```
-/// use heart_phantom::{Breathing, BreathingCurve};
+/// use heart_phantom::{Breathing, BreathingCurve, Phantom, Scene};
 /// // 2 cm towards -z in 4 seconds and back, long at end-expiration.
-/// let breathing = Breathing::new([0.0, 0.3, -2.0], 4.0, &BreathingCurve::Lujan { n: 3 })?;
+/// let curve = BreathingCurve::Lujan { n: 3 };
+/// let breathing = Breathing { shift: [0.0, 0.3, -2.0], curve, ..Breathing::default() };
+/// let scene = Scene { breathing: Some(breathing), ..Scene::default().with_size(16) };
+/// let phantom = Phantom::new(scene)?;
+/// let breathing = phantom.cycle().breathing().unwrap();
 /// assert_eq!(breathing.fraction(0.0), 0.0);
 /// assert!((breathing.fraction(2.0) - 1.0).abs() < 1e-15);
 /// assert!((breathing.fraction(1.0) - 0.125).abs() < 1e-15);
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct Breathing {
-    shift: [f64; 3],
-    turn: [f64; 3],
-    period: f64,
-    start: f64,
+pub struct RespiratoryMotion {
+    of: Breathing,
     curve: Height,
-    gates: Option<RespiratoryGates>,
 }
 
-impl Breathing {
-    /// A shift of `shift` cm at end-inspiration, `[x, y, z]` of the lab, once in `period` seconds; it begins at end-expiration.
-    ///
-    /// # Errors
-    /// [`PhantomError::OutOfRange`] for a shift of more than 100 cm, a period outside 0.1 to 1000 s, samples without sense;
-    /// [`PhantomError::Count`] for an exponent outside 1 to 20.
-    pub fn new(shift: [f64; 3], period: f64, curve: &BreathingCurve) -> Result<Self, PhantomError> {
-        for along in shift {
-            check("shift by breathing", along, ranges::SHIFT)?;
-        }
+impl RespiratoryMotion {
+    /// Of breathing that was validated.
+    pub(crate) fn new(of: &Breathing) -> Result<Self, PhantomError> {
         Ok(Self {
-            shift,
-            turn: [0.0; 3],
-            period: check("period of breathing", period, ranges::BREATHS)?,
-            start: 0.0,
-            curve: match curve {
-                BreathingCurve::Sinusoid => Height::Sinusoid,
-                BreathingCurve::Lujan { n } => {
-                    Height::Power(
-                        check_count("exponent of breathing", *n, ranges::EXPONENTS)? as i32
-                    )
-                }
-                BreathingCurve::Sampled(samples) => {
-                    Height::new(&VolumeCurve::Sampled(samples.clone()), 60.0)?
-                }
-            },
-            gates: None,
+            of: of.clone(),
+            curve: of.curve.height()?,
         })
     }
 
-    /// The same, turned by these angles in radians about the lab's axes at end-inspiration, before the shift.
-    ///
-    /// # Errors
-    /// [`PhantomError::OutOfRange`] for an angle of more than half a turn.
-    pub fn with_turn(mut self, turn: [f64; 3]) -> Result<Self, PhantomError> {
-        for about in turn {
-            check("turn by breathing", about, ranges::TURN)?;
-        }
-        self.turn = turn;
-        Ok(self)
-    }
-
-    /// The same, the first view beginning at this phase of the breath, 0 to 1; 0 is end-expiration.
-    ///
-    /// # Errors
-    /// [`PhantomError::OutOfRange`] outside 0 to 1.
-    pub fn with_start(mut self, phase: f64) -> Result<Self, PhantomError> {
-        self.start = check("phase of the breath at the start", phase, [0.0, 1.0])?;
-        Ok(self)
-    }
-
-    /// The same with one set of views for each respiratory gate: set `k G + g` of a scan with G cardiac gates is the cardiac gate g in
-    /// the respiratory gate k.
-    ///
-    /// # Errors
-    /// [`PhantomError::Count`] unless there are 1 to 100.
-    pub fn with_gates(mut self, gates: RespiratoryGates) -> Result<Self, PhantomError> {
-        check_count(
-            "respiratory gates",
-            gates.count(),
-            ranges::RESPIRATORY_GATES,
-        )?;
-        self.gates = Some(gates);
-        Ok(self)
-    }
-
-    /// What sorts views by breath.
-    pub fn gates(&self) -> Option<RespiratoryGates> {
-        self.gates
-    }
-
-    /// Seconds of a breath.
-    pub fn period(&self) -> f64 {
-        self.period
+    /// What it was made of.
+    pub fn breathing(&self) -> &Breathing {
+        &self.of
     }
 
     /// How far the breath has come at a time in seconds: 0 at end-expiration, 1 at end-inspiration.
@@ -162,36 +173,31 @@ impl Breathing {
         if fraction == 0.0 {
             return Ok(*pose);
         }
-        let [x, y, z] = self.turn.map(|angle| angle * fraction);
+        let [x, y, z] = self.turn().map(|angle| angle * fraction);
         pose.turned_x(x)?
             .turned_y(y)?
             .turned_z(z)?
-            .shifted(Vector3::from(self.shift) * fraction)
+            .shifted(Vector3::from(self.of.shift) * fraction)
     }
 
     /// Whether it moves anything.
     pub(crate) fn moves(&self) -> bool {
-        self.shift.iter().chain(&self.turn).any(|by| *by != 0.0)
-    }
-
-    /// Shift at end-inspiration, `[x, y, z]` in cm.
-    pub fn shift(&self) -> [f64; 3] {
-        self.shift
+        (self.of.shift.iter().chain(&self.of.turn_degrees)).any(|by| *by != 0.0)
     }
 
     /// Turn at end-inspiration, about x, y and z in radians.
-    pub fn turn(&self) -> [f64; 3] {
-        self.turn
+    pub(crate) fn turn(&self) -> [f64; 3] {
+        self.of.turn_degrees.map(f64::to_radians)
     }
 
     /// Breaths since the end-expiration before the start of the first view.
     pub(crate) fn breaths(&self, seconds: f64) -> f64 {
-        seconds / self.period + self.start
+        seconds / self.of.period + self.of.start
     }
 
     /// When so many breaths have passed.
     pub(crate) fn time_of(&self, breaths: f64) -> f64 {
-        (breaths - self.start) * self.period
+        (breaths - self.of.start) * self.of.period
     }
 
     /// The fraction at a phase in [0, 1].

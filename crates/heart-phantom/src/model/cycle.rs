@@ -1,6 +1,6 @@
 //! The cardiac cycle: which phase at which time, which volume gain at which phase; and the breath, if there is one.
 
-use super::breathing::Breathing;
+use super::breathing::{Breathing, RespiratoryMotion};
 use super::rhythm::{Beats, Rhythm};
 use super::volume_curve::{Height, VolumeCurve};
 use crate::error::{PhantomError, check};
@@ -39,7 +39,7 @@ pub struct Cycle {
     height: Height,
     /// Beats that differ, or of which some do not count.
     rhythm: Option<Arc<Rhythm>>,
-    breathing: Option<Arc<Breathing>>,
+    breathing: Option<Arc<RespiratoryMotion>>,
     /// The respiratory gate that is looked at.
     breath_gate: Option<usize>,
 }
@@ -109,10 +109,14 @@ impl Cycle {
 
     /// The same with a heart that moves with the breath. Before one that moves nothing nothing changes, to the bit, unless it has gates;
     /// before any other views see what comes in their own time, as of [beats that differ](Cycle::with_beats).
-    pub fn with_breathing(mut self, breathing: Breathing) -> Self {
-        let there = breathing.moves() || breathing.gates().is_some();
-        self.breathing = there.then(|| Arc::new(breathing));
-        self
+    ///
+    /// # Errors
+    /// [`PhantomError::OutOfRange`] or [`PhantomError::Count`] for samples of the curve that are not allowed.
+    pub fn with_breathing(mut self, breathing: &Breathing) -> Result<Self, PhantomError> {
+        let motion = RespiratoryMotion::new(breathing)?;
+        let there = motion.moves() || breathing.gates.is_some();
+        self.breathing = there.then(|| Arc::new(motion));
+        Ok(self)
     }
 
     /// Phase in `[0, 1)` at time `t` in seconds; phase 0 is at `t = 0`.
@@ -127,7 +131,7 @@ impl Cycle {
     }
 
     /// How the heart moves with the breath.
-    pub fn breathing(&self) -> Option<&Breathing> {
+    pub fn breathing(&self) -> Option<&RespiratoryMotion> {
         self.breathing.as_deref()
     }
 
@@ -149,13 +153,13 @@ impl Cycle {
     /// Number of respiratory gates, or 1.
     pub(crate) fn breath_gates(&self) -> usize {
         (self.breathing.as_ref())
-            .and_then(|breathing| breathing.gates())
+            .and_then(|motion| motion.breathing().gates)
             .map_or(1, |gates| gates.count())
     }
 
     /// The same, only one of the respiratory gates looked at.
     pub(crate) fn in_breath_gate(mut self, gate: usize) -> Self {
-        let gated = |breathing: &Arc<Breathing>| breathing.gates().is_some();
+        let gated = |motion: &Arc<RespiratoryMotion>| motion.breathing().gates.is_some();
         self.breath_gate = (self.breathing.as_ref().is_some_and(gated)).then_some(gate);
         self
     }

@@ -2,6 +2,8 @@
 
 use crate::error::{PhantomError, check_count};
 use crate::ranges::PIECES;
+#[cfg(feature = "scene")]
+use crate::scene::exactly;
 use crate::{Heart, HeartShape, Twist, Wall, WallRegion};
 use rayon::prelude::*;
 use revolve_voxel::{Pose, Sector};
@@ -14,16 +16,36 @@ const STEP: f64 = 0.005;
 /// Angles that differ by less are equal but for the rounding of a turn.
 const NO_ANGLE: f64 = 1e-12;
 
-/// A piece of the wall with another activity, as an infarct, or an insert of a physical phantom.
+/// `[[defects]]`: a region of the wall with another activity, such as an infarct, or an insert of a physical phantom.
 ///
-/// It is made of the same material at every phase: it slides along the membranes with the wall and keeps its volume
+/// A defect consists of the same material at every phase: it slides along the membranes with the wall and keeps its volume
 /// ([`Wall::sliding`]). Where defects overlap, the last one replaces those before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct Defect {
-    /// The piece, in the material coordinates of the wall at rest.
-    pub region: WallRegion,
-    /// Its activity in units of the wall's: 0 for a cold defect, 1 for none.
+    /// From 0, the inner membrane, to 1, the outer one: fractions of the volume of the wall.
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    pub layers: [f64; 2],
+    /// From 0, the base, to 0.5, the apex: material coordinate of the membranes in the reference configuration.
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    pub s: [f64; 2],
+    /// Degrees about the axis, from body y to body z; the second is larger, by at most 360.
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    pub azimuths_degrees: [f64; 2],
+    /// Activity relative to the wall: 0 for a cold defect, 1 for no defect.
     pub activity: f64,
+}
+
+impl Defect {
+    /// The region, its azimuths in radians.
+    pub fn region(&self) -> WallRegion {
+        WallRegion {
+            layers: self.layers,
+            s: self.s,
+            azimuths: self.azimuths_degrees.map(f64::to_radians),
+        }
+    }
 }
 
 /// What is left of each defect by those after it, as pieces that do not overlap, each with the number of its defect;
@@ -155,7 +177,7 @@ impl Placed {
         if defects.is_empty() {
             return Ok(Self::default());
         }
-        let pieces = without_overlap(defects.iter().map(|defect| defect.region))?;
+        let pieces = without_overlap(defects.iter().map(Defect::region))?;
         let wall = |shape: &HeartShape| {
             Wall::drawn(shape, heart.tolerance()).map_err(|source| PhantomError::NoMaterial {
                 gain: shape.gain(),
@@ -235,15 +257,13 @@ mod tests {
     fn a_twist_keeps_the_volume_of_a_defect_and_moves_it() {
         let heart = Heart::study(101).unwrap();
         let shapes = heart.shapes(&[0.3]).unwrap();
-        let region = WallRegion {
+        let defects = [Defect {
             layers: [0.1, 0.8],
             s: [0.1, 0.4],
-            azimuths: [0.2, 1.4],
-        };
-        let defects = [Defect {
-            region,
+            azimuths_degrees: [11.0, 80.0],
             activity: 0.0,
         }];
+        let region = defects[0].region();
         let twist = Twist::linear([-3.0, 10.0], [-3.0, 6.0]).unwrap();
         let placed = |twist: Option<Twist>| {
             let of = (&defects[..], |_| twist.clone());

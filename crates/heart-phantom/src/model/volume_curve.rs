@@ -2,6 +2,8 @@
 
 use crate::error::{PhantomError, check, check_count};
 use crate::ranges::{EJECTION_FRACTION, GAIN};
+#[cfg(feature = "scene")]
+use crate::scene::exactly;
 use std::f64::consts::{PI, TAU};
 
 /// Heart rates for which [`VolumeCurve::Physiological`] leaves time to fill.
@@ -61,6 +63,8 @@ pub enum VolumeCurve {
 pub enum VolumeRange {
     /// The paper's gain `(EDV - ESV) / ESV` with `ESV = V_rest` (Eq. 35).
     Gain(f64),
+    /// The gains at end-systole and at end-diastole.
+    Gains(#[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))] [f64; 2]),
     /// `(EDV - ESV) / EDV` with `ESV = V_rest`.
     EjectionFraction(f64),
     /// End-diastolic and end-systolic volume in mL; both at least `V_rest`, since an empty balloon has no shape to solve for.
@@ -82,6 +86,10 @@ impl VolumeRange {
         check("rest volume", rest_volume, [1e-30, 1e30])?;
         match *self {
             Self::Gain(gain) => Ok([0.0, check("gain", gain, GAIN)?]),
+            Self::Gains([low, high]) => {
+                check("largest gain", high, GAIN)?;
+                Ok([check("smallest gain", low, [0.0, high])?, high])
+            }
             Self::EjectionFraction(fraction) => {
                 check("ejection_fraction", fraction, EJECTION_FRACTION)?;
                 Ok([0.0, fraction / (1.0 - fraction)])

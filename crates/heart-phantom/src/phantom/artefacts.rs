@@ -47,7 +47,7 @@ impl Phantom {
     pub fn regions_of(&self, gate: usize) -> Result<Regions, PhantomError> {
         let acquisition = self.acquisition(gate)?;
         let mut regions = self.regions()?.clone();
-        if let Mode::Static { .. } | Mode::Gated { .. } = self.parts().mode {
+        if let Mode::Static { .. } | Mode::Gated { .. } = self.scene().acquisition.mode {
             let times = self.scan(self.camera(), gate, acquisition).times()?;
             let breaths = breaths_of(&times);
             regions = self.regions_at(&some_of(times), &breaths)?;

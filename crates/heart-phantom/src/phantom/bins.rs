@@ -33,7 +33,7 @@ impl Phantom {
     }
 
     fn tried_lattice(&self) -> Result<Option<(BinMeans, usize)>, PhantomError> {
-        let BinSample::Means { tolerance } = self.parts.bin_sample else {
+        let BinSample::Means { tolerance } = self.scene().camera.samples else {
             return Ok(None);
         };
         if let Some(known) = self.bins.get() {

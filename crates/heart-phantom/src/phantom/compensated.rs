@@ -2,49 +2,22 @@
 
 use super::Phantom;
 use super::method::{Compensation, Method, OsemReport};
+use crate::Artefacts;
 use crate::error::{PhantomError, check_count, check_length};
-use crate::{Artefacts, PhantomParts};
 use radon::add_shifted;
 use revolve_voxel::nalgebra::Vector3;
 use std::borrow::Cow;
-
-impl PhantomParts {
-    /// What has no frame that all of it could be seen in.
-    pub(super) fn check_compensation(&self) -> Result<(), PhantomError> {
-        if self.compensation == Compensation::None {
-            return Ok(());
-        }
-        match self.method {
-            Method::Fbp => self.check_unturned(),
-            Method::Osem(_) => match self.activity.cavity {
-                crate::Uptake::Concentration(_) => Ok(()),
-                crate::Uptake::Total(_) => Err(PhantomError::Unsupported {
-                    format: "a common frame of all gates",
-                    what: "a cavity whose concentration changes over the beat",
-                }),
-            },
-        }
-    }
-
-    fn check_unturned(&self) -> Result<(), PhantomError> {
-        let breathing = self.cycle.breathing();
-        match breathing.is_some_and(|breathing| breathing.turn() != [0.0; 3]) {
-            false => Ok(()),
-            true => Err(PhantomError::Unsupported {
-                format: "a shift of views",
-                what: "a breath that turns the heart",
-            }),
-        }
-    }
-}
 
 impl Phantom {
     /// Volumes that are made of the views of all gates: one of each gate, or with [`Compensation::KnownMotion`] by [`Method::Fbp`] one of
     /// each cardiac gate, by [`Method::Osem`] one of all.
     pub fn n_volumes(&self) -> usize {
-        match (self.parts().compensation, self.parts().method) {
+        match (
+            self.scene().reconstruction.compensation,
+            self.scene().reconstruction.method,
+        ) {
             (Compensation::None, _) => self.n_gates(),
-            (Compensation::KnownMotion, Method::Fbp) => self.parts().mode.n_gates(),
+            (Compensation::KnownMotion, Method::Fbp) => self.scene().acquisition.mode.n_gates(),
             (Compensation::KnownMotion, Method::Osem(_)) => 1,
         }
     }
@@ -88,7 +61,7 @@ impl Phantom {
     ) -> Result<(Vec<f32>, Option<OsemReport>), PhantomError> {
         let set = self.camera().n_views() * self.camera().view_len();
         check_length("views of all gates", views.len(), self.n_gates() * set)?;
-        match self.parts().method {
+        match self.scene().reconstruction.method {
             Method::Fbp => {
                 let seen = |gate: usize| Ok(Cow::Borrowed(&views[gate * set..][..set]));
                 let all = self.shifted_back(number, seen)?;
@@ -108,9 +81,13 @@ impl Phantom {
     /// # Errors
     /// [`PhantomError::Count`] if there is no such volume; as [`Phantom::truth`].
     pub fn compensated_truth(&self, number: usize) -> Result<Vec<f32>, PhantomError> {
-        match self.parts().method {
+        match self.scene().reconstruction.method {
             Method::Fbp => {
-                check_count("gate", number, [0, self.parts().mode.n_gates() - 1])?;
+                check_count(
+                    "gate",
+                    number,
+                    [0, self.scene().acquisition.mode.n_gates() - 1],
+                )?;
                 self.truth_at_end_expiration(number)
             }
             Method::Osem(_) => {
@@ -130,7 +107,7 @@ impl Phantom {
         volume: &[f32],
         truth: &[f32],
     ) -> Result<Artefacts, PhantomError> {
-        let gains = match self.parts().method {
+        let gains = match self.scene().reconstruction.method {
             Method::Fbp => {
                 let scan = self.scan(self.camera(), number, self.acquisition(number)?);
                 scan.times()?.iter().map(|state| state.gain).collect()
@@ -149,12 +126,12 @@ impl Phantom {
     /// compensated: of cardiac gates those of `gate` are taken.
     ///
     /// ```
-    /// use heart_phantom::scene::{BreathingSettings, Mode, RespiratoryGates, Scene};
+    /// use heart_phantom::scene::{Breathing, Mode, RespiratoryGates, Scene};
     /// use heart_phantom::Phantom;
     /// let mut scene = Scene::default().with_size(16).with_mode(Mode::Static { phase: 0.0 });
     /// (scene.camera.views, scene.camera.seconds_per_view) = (8, 4.0);
-    /// let breathing = BreathingSettings { shift: [0.0, 0.0, -2.0], ..BreathingSettings::default() };
-    /// scene.breathing = Some(BreathingSettings { gates: Some(RespiratoryGates::Amplitude(4)), ..breathing });
+    /// let breathing = Breathing { shift: [0.0, 0.0, -2.0], ..Breathing::default() };
+    /// scene.breathing = Some(Breathing { gates: Some(RespiratoryGates::Amplitude(4)), ..breathing });
     /// let phantom = Phantom::new(scene)?;
     /// let volume = phantom.reconstruct(0, &phantom.compensated_views(0)?)?;
     /// # let _ = volume;
@@ -176,11 +153,16 @@ impl Phantom {
         gate: usize,
         seen: impl Fn(usize) -> Result<Cow<'a, [f32]>, PhantomError>,
     ) -> Result<Vec<f32>, PhantomError> {
-        let cardiac = self.parts().mode.n_gates();
+        let cardiac = self.scene().acquisition.mode.n_gates();
         check_count("gate", gate, [0, cardiac - 1])?;
-        self.parts().check_unturned()?;
         let breathing = self.cycle().breathing();
-        let shift = breathing.map_or(Vector3::zeros(), |b| Vector3::from(b.shift()));
+        if breathing.is_some_and(|breathing| breathing.turn() != [0.0; 3]) {
+            return Err(PhantomError::Unsupported {
+                format: "a shift of views",
+                what: "a breath that turns the heart",
+            });
+        }
+        let shift = breathing.map_or(Vector3::zeros(), |b| Vector3::from(b.breathing().shift));
         let camera = self.camera();
         let (size, [bin, row]) = (
             [camera.n_bins(), camera.n_rows()],

@@ -54,7 +54,7 @@ impl Phantom {
             ..self.scan(camera, 0, self.acquisition(0)?)
         };
         self.work.rays(scan.of_gates_into(&shared, samples)?);
-        if self.parts.blur.is_some() || self.parts.noise.is_some() {
+        if self.scene().blur.is_some() || self.scene().noise.is_some() {
             let (views, rows) = (0..camera.n_views(), 0..camera.n_rows());
             for (gate, own) in samples.chunks_mut(each).enumerate() {
                 let mut read = own.to_vec();
@@ -92,7 +92,7 @@ impl Phantom {
             return one_by_one(volumes, each, |gate| self.truth(gate));
         };
         let scan = self.scan(self.camera(), 0, self.acquisition(0)?);
-        let tolerance = self.parts.truth_tolerance;
+        let tolerance = self.scene().truth.tolerance;
         let counters = truth_of_gates_into(&scan, &shared, tolerance, volumes)?;
         self.work.voxels(counters);
         Ok(())

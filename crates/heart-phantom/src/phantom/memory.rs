@@ -2,13 +2,13 @@
 
 use super::method::Method;
 use super::output::Product;
-use super::parts::WORK_BYTES;
 use super::products::Needs;
-use crate::Phantom;
 use crate::model::without_overlap;
 use crate::scan::MOST_NODES;
 use crate::scan::{Accuracy, STEPS};
+use crate::scene::WORK_BYTES;
 use crate::truth::{MASK_PHASES, MOST_IN_PASS, finder_bytes, in_pass};
+use crate::{Defect, Phantom};
 use std::collections::BTreeSet;
 
 /// About a point of the quadrature (32), its place in a tree of distinct ones (some 36) and in the list of phases (8), with the room by
@@ -52,9 +52,9 @@ impl Phantom {
     /// ```
     pub fn memory(&self) -> Memory {
         let (heart, camera, parts) = (self.heart(), self.camera(), self.parts());
-        let wants = |product| parts.output.has(product);
-        let reconstructs = parts.output.needs(Needs::Reconstruction);
-        let sees = parts.output.needs(Needs::Views);
+        let wants = |product| parts.scene.output.has(product);
+        let reconstructs = parts.scene.output.needs(Needs::Reconstruction);
+        let sees = parts.scene.output.needs(Needs::Views);
         let judges = reconstructs && wants(Product::Truth);
 
         let seen = self.distinct_shapes();
@@ -72,7 +72,7 @@ impl Phantom {
         };
         let alive = kept.max(passed).max(judged).max(2) as u64;
         let shape = heart.shape_bytes() as u64;
-        let regions = parts.defects.iter().map(|defect| defect.region);
+        let regions = parts.scene.defects.iter().map(Defect::region);
         let defects = without_overlap(regions).map_or(0, |pieces| pieces.len()) as u64 * shape;
         let fields = (passed.max(judged) * finder_bytes(&scan)) as u64;
 
@@ -81,15 +81,20 @@ impl Phantom {
         let points = scan.acquisition.points_of_all(scan.cycle, camera);
         let points = POINT_BYTES * points.min(MOST_NODES as f64) as u64;
         // Noise is counted beside what it is the noise of.
-        let copies = 1 + u64::from(parts.noise.is_some());
+        let copies = 1 + u64::from(parts.scene.noise.is_some());
         let voxels = camera.grid().len() as u64;
-        let (reconstruction, cells) = match (reconstructs, &parts.method) {
+        let (reconstruction, cells) = match (reconstructs, &parts.scene.reconstruction.method) {
             (false, _) => (0, 0),
             (true, Method::Fbp) => ((WORK_BYTES as u64).min(8 * voxels), 0),
             (true, Method::Osem(osem)) => self.bytes_of_osem(osem),
         };
         // Products of all gates wait until the last one is there; labels of a gate have a byte per voxel.
-        let joined = parts.output.write.iter().filter(|of| self.joins(**of));
+        let joined = parts
+            .scene
+            .output
+            .write
+            .iter()
+            .filter(|of| self.joins(**of));
         let collected: u64 = joined
             .map(|product| match product {
                 Product::Projections => samples,
@@ -118,7 +123,7 @@ impl Phantom {
                 + voxels
                     * (4 * u64::from(reconstructs)
                         + 4 * u64::from(judges)
-                        + (parts.output.write.iter())
+                        + (parts.scene.output.write.iter())
                             .map(|product| product.info().voxel_bytes)
                             .sum::<u64>()),
         }
@@ -127,7 +132,7 @@ impl Phantom {
     /// Shapes that the views of all gates need, no more than are kept at most; with a tolerance those of the steps that meet it, or if
     /// that is not known yet of the finest.
     fn distinct_shapes(&self) -> usize {
-        let steps = match self.parts().accuracy {
+        let steps = match self.scene().acquisition.accuracy {
             Accuracy::Steps(steps) => steps,
             Accuracy::Tolerance(_) => self.steps_known().unwrap_or(STEPS[1]),
         };

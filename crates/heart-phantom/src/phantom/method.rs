@@ -1,14 +1,12 @@
 //! How volumes are made from views: plain data that a scene's file and Rust share.
 
-use crate::error::{PhantomError, check, check_count};
-
 /// How volumes are made from views.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Method {
-    /// Filtered back-projection, slice by slice, of [`PhantomParts::reconstruction`](crate::PhantomParts::reconstruction): it takes views
+    /// Filtered back-projection, slice by slice, of the views: it takes them
     /// for line integrals.
     #[default]
     Fbp,
@@ -24,13 +22,12 @@ pub enum Method {
 /// those before it did not.
 ///
 /// ```
-/// use heart_phantom::{Cycle, Camera, Heart, Method, Mode, Osem, Phantom, PhantomParts};
+/// use heart_phantom::{Method, Mode, Osem, Phantom, Scene};
 /// # fn main() -> Result<(), heart_phantom::PhantomError> {
-/// let heart = Heart::study(101)?;
-/// let mut parts = PhantomParts::new(heart, Cycle::new(65.0, 0.6)?, Camera::new(16, 24, 16.0)?);
-/// parts.mode = Mode::Static { phase: 0.0 };
-/// parts.method = Method::Osem(Osem { tolerance: Some(0.05), ..Osem::new(4, 20) });
-/// let phantom = Phantom::from_parts(parts)?;
+/// let mut scene = Scene::default().with_size(24).with_mode(Mode::Static { phase: 0.0 });
+/// scene.camera.views = 16;
+/// scene.reconstruction.method = Method::Osem(Osem { tolerance: Some(0.05), ..Osem::new(4, 20) });
+/// let phantom = Phantom::new(scene)?;
 /// let volume = phantom.volume(0)?;
 /// let sum = |samples: &[f32]| samples.iter().map(|&x| f64::from(x)).sum::<f64>();
 /// assert!((sum(&volume) / sum(&phantom.truth(0)?) - 1.0).abs() < 0.02);
@@ -49,7 +46,7 @@ pub struct Osem {
     /// Whether it models attenuation: by the mean of the map over the time that the views of the gate see.
     #[cfg_attr(feature = "scene", serde(default))]
     pub attenuation: bool,
-    /// Whether it models the collimator, `PhantomParts::orbit` from the axis; the tolerance of that is 1e-3 ([`radon::SpectOptions`]).
+    /// Whether it models the collimator, `scene::CameraSettings::radius` from the axis; the tolerance of that is 1e-3 ([`radon::SpectOptions`]).
     #[cfg_attr(feature = "scene", serde(default))]
     pub resolution: bool,
     /// It ends earlier after a pass that changed the volume by no more than this share of it (root mean squares).
@@ -75,17 +72,6 @@ impl Osem {
             resolution: false,
             tolerance: None,
         }
-    }
-
-    /// Its numbers, for as many views.
-    pub(crate) fn check(&self, views: usize) -> Result<(), PhantomError> {
-        check_count("subsets of OSEM", self.subsets, [1, views])?;
-        check_count("iterations of OSEM", self.iterations, [1, Self::MOST])?;
-        if let Some(tolerance) = self.tolerance {
-            let [least, most] = Self::TOLERANCE;
-            check("tolerance of OSEM", tolerance, [least, most])?;
-        }
-        Ok(())
     }
 }
 

@@ -4,17 +4,15 @@ mod artefacts;
 mod beats;
 mod bins;
 mod compensated;
-#[cfg(feature = "scene")]
-mod from_scene;
 mod gates;
 mod memory;
 mod method;
+mod model_voxels;
 mod motion;
 mod numbers;
 mod osem;
 mod osem_of_gates;
 mod output;
-mod parts;
 mod phases;
 mod prepare;
 mod products;
@@ -32,12 +30,10 @@ pub use beats::BeatReport;
 pub use bins::BinMeans;
 pub use memory::Memory;
 pub use method::{Compensation, Method, Osem, OsemReport};
+pub(crate) use model_voxels::farthest;
 pub use motion::{MotionField, MotionReport, PointMotion};
 pub use numbers::{Numbers, Thickness};
 pub use output::{GateFiles, Output, Product};
-pub use parts::PhantomParts;
-#[cfg(feature = "scene")]
-pub(crate) use parts::WORK_BYTES;
 pub use phases::{Moment, PhaseOf, PhaseReport, ScenePhase};
 pub(crate) use products::Needs;
 pub use products::PlannedFile;
@@ -49,16 +45,17 @@ pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
 use crate::scan::{Depth, Facing, Readout, STEPS, Scan, Wide};
-#[cfg(feature = "scene")]
-use crate::scene::{Scene, Source};
+use crate::scene::{BlurSettings, Parts, Scene, check};
 use crate::{Acquisition, Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
 use radon::{Blur, FbpPlan, Skip};
 use revolve_voxel::Pose;
+#[cfg(feature = "scene")]
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock};
 
-/// A phantom: what its [parts](PhantomParts) or a scene describe, computed when it is asked for.
+/// A phantom: what a scene describes, computed when it is asked for.
 ///
-/// [`Phantom::from_parts`] and `Phantom::new`, of a scene, compute nothing. Every part (a view, a slice, a phase) does its own work only and has the
+/// [`Phantom::new`] computes nothing. Every part (a view, a slice, a phase) does its own work only and has the
 /// bits that it has in the whole; shapes are solved once and kept; [`Phantom::work`] tells what has been done. Results have the same
 /// bits for any number of threads.
 ///
@@ -77,7 +74,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 /// ```
 #[derive(Debug)]
 pub struct Phantom {
-    parts: PhantomParts,
+    parts: Parts,
     /// The cycle, each of its respiratory gates by itself.
     cycles: Vec<Cycle>,
     pub(crate) readout: Readout,
@@ -93,27 +90,91 @@ pub struct Phantom {
     /// The plan that was used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
     pub(crate) work: Work,
+    /// The file of the scene and its text, for errors that are found after it was read.
     #[cfg(feature = "scene")]
-    pub(crate) source: Option<Source>,
+    pub(crate) file: Option<(PathBuf, String)>,
 }
 
 impl Phantom {
-    /// Checks the parts and makes ready; no shape is solved, no ray cast.
+    /// Validates the scene and builds the objects that it describes. Solves no shape, casts no ray.
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`] or [`PhantomError::Count`] for a number without sense; [`PhantomError::Odd`] for an odd number of
-    /// steps, unless views are instants, which need none; [`PhantomError::Unseen`] for a gate that does not come in the time of a view;
-    /// [`PhantomError::Radon`] for a blur wider than the detector; [`PhantomError::Absent`] or [`PhantomError::Unsupported`] for an
-    /// output that there is not, [`PhantomError::NotBuilt`] for one of the feature `files` in a build without it.
-    pub fn from_parts(parts: PhantomParts) -> Result<Self, PhantomError> {
-        parts.check()?;
+    /// [`PhantomError::Scene`] for a value or a combination of values that is not allowed; [`PhantomError::Membrane`] if the discretised
+    /// balloons make no pair.
+    pub fn new(scene: Scene) -> Result<Self, PhantomError> {
+        Self::of(scene, None)
+    }
+
+    /// The same with any two membranes ([`Heart::of_membranes`]) in the place of the sections `[heart]` and `[pose]`, which are not read.
+    /// Clones of a heart share the shapes that are solved.
+    ///
+    /// ```
+    /// use heart_phantom::membrane_newton::{Discretisation, Membrane, RestShape};
+    /// use heart_phantom::revolve_voxel::Pose;
+    /// use heart_phantom::{Heart, Phantom, Scene, VolumeCurve, VolumeRange};
+    /// # fn main() -> Result<(), heart_phantom::PhantomError> {
+    /// // Two half ellipses, `[x, y]` from (0, b) over the apex (a, 0) to (0, -b), and a beat of five samples.
+    /// let ellipse = |a: f64, b: f64| -> Result<Membrane, heart_phantom::PhantomError> {
+    ///     let half = |k: i32| std::f64::consts::PI * (0.5 - f64::from(k) / 100.0);
+    ///     let points: Vec<_> = (0..=100).map(half).map(|t| [a * t.cos(), b * t.sin()]).collect();
+    ///     Ok(Membrane::new(RestShape::polyline(&points)?))
+    /// };
+    /// let nodes = Discretisation::FiniteDifferences { nodes: 101 };
+    /// let membranes = [ellipse(8.0, 2.5)?, ellipse(9.0, 3.5)?];
+    /// let heart = Heart::of_membranes([&membranes[0], &membranes[1]], nodes, 0.0, Pose::axis_along_z(4.5)?)?;
+    /// let mut scene = Scene::default().with_size(32);
+    /// scene.cycle.curve = VolumeCurve::Sampled(vec![120.0, 80.0, 60.0, 90.0, 110.0]);
+    /// scene.cycle.volume = VolumeRange::Gains([0.1, 0.5]);
+    /// let phantom = Phantom::with_heart(scene, heart)?;
+    /// assert!((phantom.numbers()?.gain - 0.5).abs() < 1e-12);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Phantom::new`].
+    pub fn with_heart(scene: Scene, heart: Heart) -> Result<Self, PhantomError> {
+        Self::of(scene, Some(heart))
+    }
+
+    /// The phantom of another scene. It shares the shapes of this one that are solved where `[heart]`, `[pose]` and the descent of the
+    /// base are equal; a heart of one's own stays.
+    ///
+    /// # Errors
+    /// As [`Phantom::new`].
+    pub fn with_scene(&self, scene: Scene) -> Result<Self, PhantomError> {
+        let (before, heart) = (&self.parts, &self.parts.heart);
+        let mut phantom = Self::of(scene, before.own_heart.then(|| heart.clone()))?;
+        let parts = &mut phantom.parts;
+        if (&parts.scene.heart, parts.scene.pose) == (&before.scene.heart, before.scene.pose) {
+            let descent = parts.scene.cycle.base_descent;
+            parts.heart = (heart.clone()).with_base_descent(descent, parts.cycle.gains())?;
+        }
+        Ok(phantom)
+    }
+
+    /// The phantom of a scene file.
+    ///
+    /// # Errors
+    /// As [`Scene::load`] and [`Phantom::new`].
+    #[cfg(feature = "scene")]
+    #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
+    pub fn load(path: &Path) -> Result<Self, PhantomError> {
+        let (scene, text) = Scene::read(path)?;
+        let mut phantom = Self::new(scene)?;
+        phantom.file = Some((path.to_path_buf(), text));
+        Ok(phantom)
+    }
+
+    fn of(scene: Scene, heart: Option<Heart>) -> Result<Self, PhantomError> {
+        let parts = check::parts(scene, heart)?;
         let camera = &parts.camera;
         let size = [camera.n_bins(), camera.n_rows()];
-        let blur = |fwhm| Blur::new(size, camera.detector().pitch(), fwhm);
+        let blur = |blur: BlurSettings| Blur::new(size, camera.detector().pitch(), blur.fwhm);
         Ok(Self {
             readout: Readout {
-                blur: parts.blur.map(blur).transpose()?,
-                noise: parts.noise,
+                blur: parts.scene.blur.map(blur).transpose()?,
+                noise: parts.scene.noise,
                 size,
             },
             wide: OnceLock::new(),
@@ -127,21 +188,24 @@ impl Phantom {
             plan: Mutex::new(None),
             work: Work::default(),
             #[cfg(feature = "scene")]
-            source: None,
+            file: None,
             parts,
         })
     }
 
-    /// What it is made of.
-    pub fn parts(&self) -> &PhantomParts {
+    pub(crate) fn parts(&self) -> &Parts {
         &self.parts
     }
 
-    /// The scene that it was made from, if it was.
+    /// The scene that describes it.
+    pub fn scene(&self) -> &Scene {
+        &self.parts.scene
+    }
+
+    /// The scene, unless a heart of one's own took the place of two of its sections.
     #[cfg(feature = "scene")]
-    #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
-    pub fn scene(&self) -> Option<&Scene> {
-        self.source.as_ref().map(|source| &source.scene)
+    pub(crate) fn whole_scene(&self) -> Option<&Scene> {
+        (!self.parts.own_heart).then_some(&self.parts.scene)
     }
 
     /// The same with work on empty slices done or not; it changes no bit of any result.
@@ -213,7 +277,7 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::shape`].
     pub fn concentrations(&self, phase: f64) -> Result<[f64; 2], PhantomError> {
-        Ok(self.parts.activity.of(&*self.shape(phase)?))
+        Ok(self.scene().activity.of(&*self.shape(phase)?))
     }
 
     /// A phase of end-systole and one of end-diastole.
@@ -222,13 +286,16 @@ impl Phantom {
     }
 
     pub(crate) fn acquisition_of(&self, gate: usize, points: usize) -> Acquisition {
-        let gates = self.parts.mode.n_gates();
-        self.parts.mode.acquisition(gate % gates, points)
+        let gates = self.scene().acquisition.mode.n_gates();
+        self.scene()
+            .acquisition
+            .mode
+            .acquisition(gate % gates, points)
     }
 
     /// The cycle with the respiratory gate that a set of views is of.
     pub(crate) fn cycle_of(&self, gate: usize) -> &Cycle {
-        &self.cycles[gate / self.parts.mode.n_gates()]
+        &self.cycles[gate / self.scene().acquisition.mode.n_gates()]
     }
 
     /// What a set of views is, or with another time.
@@ -243,9 +310,9 @@ impl Phantom {
             camera,
             cycle: self.cycle_of(gate),
             acquisition,
-            activity: self.parts.activity,
+            activity: self.scene().activity,
             attenuation: self.parts.attenuation,
-            defects: &self.parts.defects,
+            defects: &self.scene().defects,
             twist: self.parts.twist.as_ref(),
             background: self.parts.background,
             organs: self.parts.organs.as_ref(),

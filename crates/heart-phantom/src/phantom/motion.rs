@@ -190,7 +190,9 @@ impl Phantom {
             self.wall(Moment {
                 phase: to.phase + by * STEP,
                 breath: breathing.map_or(to.breath, |(breathing, phase)| {
-                    breathing.at_phase((phase + by * seconds / breathing.period()).rem_euclid(1.0))
+                    breathing.at_phase(
+                        (phase + by * seconds / breathing.breathing().period).rem_euclid(1.0),
+                    )
                 }),
             })
         };

@@ -42,7 +42,7 @@ pub struct Numbers {
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Thickness {
-    /// From the wall's side ([`PhantomParts::side`](crate::PhantomParts::side)); in a scene the material middle of the inner cylinder.
+    /// At the side of the wall: the material middle of the inner cylinder; s = 0.2 of a heart of one's own.
     pub side: f64,
     /// From the inner apex.
     pub apex: f64,

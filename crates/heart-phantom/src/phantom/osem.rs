@@ -3,108 +3,22 @@
 //! The model's voxels are those of the camera and as many more around them as the views see into, and as emit or attenuate: what lies beyond
 //! a region that is asked for is in the views all the same. Those of the camera are cut out at the end.
 
-use super::method::{Compensation, Method, Osem, OsemReport};
-use super::{Phantom, PhantomParts};
+use super::Phantom;
+use super::method::{Compensation, Osem, OsemReport};
+use super::model_voxels::{ModelVoxels, farthest};
 use crate::error::{PhantomError, check_length};
-use crate::scan::{BinSample, Collimation, Scan};
+use crate::scan::Scan;
 use crate::truth::truth_of_slices;
 use crate::{Activity, Camera};
 use radon::{
-    Collimator, EmOptions, IterativeReport, LinearOperator, SliceAxis, SpectGeometry,
-    SpectOperator, SpectOptions, Stopping, Subset, osem_observed,
+    EmOptions, IterativeReport, LinearOperator, SliceAxis, SpectGeometry, SpectOperator,
+    SpectOptions, Stopping, Subset, osem_observed,
 };
 use revolve_voxel::{Organ, Organs};
 use std::ops::ControlFlow;
 
-/// Layers of so many standard deviations of the widest response, beyond the first row and the last, are blurred into the views.
-const MARGIN: f64 = 3.0;
 /// Images of views, blurred depth by depth, for two views a thread.
 const WORK_BYTES: u64 = 16 << 20;
-
-/// The voxels of the model.
-#[derive(Debug)]
-pub(crate) struct ModelVoxels {
-    /// The camera with these voxels; its rows are their layers.
-    pub(crate) camera: Camera,
-    /// Which of them is the first of the camera's own, along x, y and z.
-    first: [usize; 3],
-}
-
-impl PhantomParts {
-    /// What OSEM may have no sense without, or no place.
-    pub(super) fn check_method(&self) -> Result<(), PhantomError> {
-        self.check_compensation()?;
-        let Method::Osem(osem) = &self.method else {
-            return Ok(());
-        };
-        osem.check(self.camera.n_views())?;
-        for (asked, there, what) in [
-            (osem.attenuation, self.attenuation.is_some(), "attenuation"),
-            (osem.resolution, self.collimator.is_some(), "collimator"),
-        ] {
-            if asked && !there {
-                return Err(PhantomError::Absent { what });
-            }
-        }
-        // That of the body's contour is known once there is a body.
-        let radii = self.nominal_radii().unwrap_or_default();
-        self.model_voxels(osem, farthest(&radii)).map(drop)
-    }
-
-    /// The voxels of the model, of a camera whose face is nowhere farther from the axis than that.
-    pub(super) fn model_voxels(
-        &self,
-        osem: &Osem,
-        radius: f64,
-    ) -> Result<ModelVoxels, PhantomError> {
-        let camera = &self.camera;
-        let half = 0.5 * camera.n_bins() as f64 * camera.pitch();
-        let mut reach = [[-half, half]; 2];
-        let mut hold = |centre: [f64; 2], half: [f64; 2]| {
-            for ([low, high], (c, a)) in reach.iter_mut().zip(centre.into_iter().zip(half)) {
-                (*low, *high) = (low.min(c - a), high.max(c + a));
-            }
-        };
-        let medium = self.attenuation.filter(|_| osem.attenuation);
-        let background = self.background.map(|background| background.torso);
-        let torso = medium.and_then(|medium| medium.torso);
-        for around in [background, torso].into_iter().flatten() {
-            hold(around.centre(), around.semi_axes());
-        }
-        for organ in self.organs.iter().flat_map(Organs::as_slice) {
-            if organ.activity > 0.0 || (medium.is_some() && organ.attenuation > 0.0) {
-                let ([x, y, _], [a, b, _]) = organ.shape.bounds();
-                hold([x, y], [a, b]);
-            }
-        }
-        let width = self.response(osem).sigma(radius + half);
-        let layers = (MARGIN * width / camera.detector().pitch()[1]).ceil();
-        let (first, camera) = camera.with_voxels_around(reach, layers)?;
-        Ok(ModelVoxels { camera, first })
-    }
-
-    /// How the model has points blurred. The model's views are means over bins: where those given are samples, what means are wider by is
-    /// taken off the crystal's variance, as far as it goes.
-    fn response(&self, osem: &Osem) -> Collimator {
-        let collimator = self.collimator.filter(|_| osem.resolution);
-        let Some(Collimation { response, .. }) = collimator else {
-            return Collimator::default();
-        };
-        let [bin, row] = self.camera.detector().pitch();
-        let wider = match self.bin_sample {
-            BinSample::Centres => bin.min(row).powi(2) / 12.0,
-            BinSample::Means { .. } => 0.0,
-        };
-        let intrinsic = (response.intrinsic().powi(2) - wider).max(0.0).sqrt();
-        // Nothing that `new` could refuse.
-        Collimator::new(response.slope(), response.at_face(), intrinsic).unwrap_or(response)
-    }
-}
-
-/// Where the collimator's face is farthest from the axis.
-pub(super) fn farthest(radii: &[f64]) -> f64 {
-    radii.iter().fold(0.0, |most, radius| most.max(*radius))
-}
 
 /// Views without what rounding leaves of nothing, or nearly nothing: less.
 pub(super) fn counted(views: &[f32]) -> Vec<f32> {
@@ -120,20 +34,6 @@ pub(super) fn in_turns(
 ) -> Vec<Subset<SpectOperator<f32>>> {
     subsets.sort_by_key(|subset| subset.operator.views()[0].reverse_bits());
     subsets
-}
-
-impl ModelVoxels {
-    /// The voxels of a camera from a volume of the model, `[z][y][x]` both.
-    pub(super) fn cut(&self, volume: &[f32], camera: &Camera) -> Vec<f32> {
-        let ([nx, ny, _], [own, rows, slices]) =
-            (self.camera.grid().shape(), camera.grid().shape());
-        let [x, y, z] = self.first;
-        let row = |k: usize| ((z + k / rows) * ny + y + k % rows) * nx + x;
-        (0..slices * rows)
-            .flat_map(|k| &volume[row(k)..row(k) + own])
-            .copied()
-            .collect()
-    }
 }
 
 impl Phantom {
@@ -223,7 +123,7 @@ impl Phantom {
     /// Makes the model of a gate's views, but for its attenuation, to see whether there is one.
     pub(super) fn try_model(&self, osem: &Osem, gate: usize) -> Result<(), PhantomError> {
         let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
-        if self.parts().compensation == Compensation::KnownMotion {
+        if self.scene().reconstruction.compensation == Compensation::KnownMotion {
             self.wall(self.reference())?;
         }
         self.model(osem, gate, &voxels, Vec::new()).map(drop)
@@ -274,7 +174,7 @@ impl Phantom {
         match attenuation.torso {
             Some(_) => {
                 let shape = self.shape_at_gain(self.cycle().gains()[0])?;
-                attenuation.map(shape.body(), None, wide.grid(), parts.truth_tolerance)
+                attenuation.map(shape.body(), None, wide.grid(), parts.scene.truth.tolerance)
             }
             None => {
                 // What attenuates is to voxels what emits as much.
@@ -292,7 +192,7 @@ impl Phantom {
                     ..Scan::plain(heart, wide, cycle, acquisition, activity)
                 };
                 let (map, counters) =
-                    truth_of_slices(&scan, parts.truth_tolerance, 0..wide.n_rows())?;
+                    truth_of_slices(&scan, parts.scene.truth.tolerance, 0..wide.n_rows())?;
                 self.work.voxels(counters);
                 Ok(map)
             }

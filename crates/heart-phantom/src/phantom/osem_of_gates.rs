@@ -2,7 +2,8 @@
 
 use super::Phantom;
 use super::method::{Osem, OsemReport};
-use super::osem::{counted, farthest, in_turns};
+use super::model_voxels::farthest;
+use super::osem::{counted, in_turns};
 use crate::Rotation;
 use crate::error::PhantomError;
 use radon::{LinearOperator, MovingOperator, SpectOperator, State, Subset};

@@ -129,7 +129,7 @@ impl Phantom {
                 breath_phase,
             }
         };
-        match self.parts().mode {
+        match self.scene().acquisition.mode {
             Mode::Static { phase } if gates == 1 => {
                 vec![ScenePhase::at_end_expiration(PhaseOf::Static, phase)]
             }
@@ -160,7 +160,7 @@ impl Phantom {
         let Some((gate, breathing)) = cycle.breath_gate().zip(cycle.breathing()) else {
             return (0.0, None);
         };
-        match breathing.gates() {
+        match breathing.breathing().gates {
             None => (0.0, None),
             Some(RespiratoryGates::Phase(n)) => {
                 let phase = middle(gate, n);

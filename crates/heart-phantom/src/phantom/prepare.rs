@@ -30,19 +30,13 @@ impl Phantom {
     /// ```
     ///
     /// # Errors
-    /// The reason; of a phantom that was made from a scene `PhantomError::Refused` for the first of them, with the field of the scene, its place in the
-    /// file if it came from one, and the reason.
+    /// [`PhantomError::Refused`] for the first reason, with the field of the scene and its place in the file if it came from one.
     pub fn prepare(&self) -> Result<(), PhantomError> {
-        let tried = self.try_all();
-        #[cfg(feature = "scene")]
-        if let Some(source) = &self.source {
-            return tried.map_err(|error| source.refused(error));
-        }
-        tried
+        self.try_all().map_err(|error| self.refused(error))
     }
 
     fn try_all(&self) -> Result<(), PhantomError> {
-        let output = &self.parts().output;
+        let output = &self.scene().output;
         let wants = |product| output.has(product);
         let reconstructs = output.needs(Needs::Reconstruction);
         let sees = output.needs(Needs::Views);
@@ -62,7 +56,7 @@ impl Phantom {
             self.add_gains_of_views(&mut gains)?;
         }
         self.try_gains(&gains)?;
-        if wants(Product::Motion) || !self.parts().points.is_empty() {
+        if wants(Product::Motion) || !self.scene().points.is_empty() {
             self.wall(self.reference())?;
         }
         if wants(Product::Meshes) {
@@ -71,7 +65,7 @@ impl Phantom {
                 self.meshes(scene_phase.moment())?;
             }
         }
-        let counts = self.parts().noise.map(|noise| noise.counts);
+        let counts = self.scene().noise.map(|noise| noise.counts);
         if let (true, Some(Counts::Total(_))) = (sees, counts) {
             self.try_counts()?;
         }
@@ -79,12 +73,12 @@ impl Phantom {
     }
 
     fn try_reconstruction(&self) -> Result<(), PhantomError> {
-        if let Method::Osem(osem) = &self.parts().method {
+        if let Method::Osem(osem) = &self.scene().reconstruction.method {
             return self.try_model(osem, 0);
         }
         self.plan(0)?;
         if let Rotation::Continuous = self.camera().rotation() {
-            let policy = self.parts().reconstruction.arc;
+            let policy = self.scene().reconstruction.arc;
             for gate in 1..self.n_gates() {
                 self.geometry(gate)?.view_weights(policy)?;
             }

@@ -163,7 +163,7 @@ impl Output {
         matches!(mode, Mode::Gated { .. }) && self.gates == super::GateFiles::OneFile
     }
 
-    /// The first format, with its field of a scene, that cannot store all gates of a product in one file.
+    /// The first format, with its field of `[output]`, that cannot store all gates of a product in one file.
     pub(crate) fn without_gates(&self, mode: Mode) -> Option<(&'static str, Format)> {
         let joins = |content: fn(&Content) -> bool| {
             let joined = self.write.iter().filter(|product| product.info().joins);
@@ -173,15 +173,11 @@ impl Output {
         };
         let formats = [
             (
-                "output.projections",
+                "projections",
                 self.projections,
                 joins(|of| *of == Content::Views),
             ),
-            (
-                "output.volumes",
-                self.volumes,
-                joins(|of| *of != Content::Views),
-            ),
+            ("volumes", self.volumes, joins(|of| *of != Content::Views)),
         ];
         let lacks = |(field, format, used): (_, Format, bool)| {
             (used && self.one_file(mode) && !format.info().gates).then_some((field, format))
@@ -245,7 +241,7 @@ impl Phantom {
             Ok(bytes[array])
         };
         let mut planned = Vec::new();
-        for &product in &self.parts().output.write {
+        for &product in &self.scene().output.write {
             for index in self.indices(product) {
                 for (array, (_, content)) in product.info().arrays.iter().enumerate() {
                     let bytes = match (content, index) {
@@ -295,12 +291,12 @@ impl Phantom {
 
     /// Whether all gates of a product go into one file.
     pub(crate) fn joins(&self, product: Product) -> bool {
-        product.info().joins && self.parts().output.one_file(self.parts().mode)
+        product.info().joins && self.scene().output.one_file(self.scene().acquisition.mode)
     }
 
     /// Bytes of an array in its file before compression, except of surfaces.
     fn bytes_of(&self, content: Content, index: Index) -> u64 {
-        let (camera, output) = (self.camera(), &self.parts().output);
+        let (camera, output) = (self.camera(), &self.scene().output);
         let voxels = camera.grid().len() as u64;
         let one = match content {
             Content::Views => {
@@ -323,7 +319,7 @@ impl Phantom {
 
     /// The files of an array of a product: header first, data last.
     pub(crate) fn names_of(&self, product: Product, array: usize, index: Index) -> Vec<PathBuf> {
-        let output = &self.parts().output;
+        let output = &self.scene().output;
         let (stem, content) = product.info().arrays[array];
         let stem = match (product, index) {
             (Product::Truth, Index::Gate(_) | Index::All) => self.truth_of().file_name(),
@@ -354,7 +350,7 @@ impl Phantom {
         };
         let orbit = (content == Content::Views
             && output.projections == Format::InterfileSimind
-            && !matches!(self.parts().orbit, Orbit::Circle(_)))
+            && !matches!(self.scene().camera.radius, Orbit::Circle(_)))
         .then_some(ORBIT_EXTENSION);
         let extensions = extensions.map(|known| [Some(known.header), orbit, known.data]);
         (extensions.into_iter().flatten().flatten())
@@ -364,6 +360,6 @@ impl Phantom {
 
     /// Whether volumes are motion-compensated.
     pub(crate) fn is_compensated(&self) -> bool {
-        self.parts().compensation == Compensation::KnownMotion
+        self.scene().reconstruction.compensation == Compensation::KnownMotion
     }
 }

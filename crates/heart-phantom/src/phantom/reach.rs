@@ -29,9 +29,9 @@ impl Phantom {
     ///
     /// ```
     /// use heart_phantom::{Orbit, Phantom, Scene};
-    /// let mut parts = Scene::default().with_size(32).parts()?;
-    /// parts.orbit = Orbit::Contour { gap: 1.0 };
-    /// let phantom = Phantom::from_parts(parts)?;
+    /// let mut scene = Scene::default().with_size(32);
+    /// scene.camera.radius = Orbit::Contour { gap: 1.0 };
+    /// let phantom = Phantom::new(scene)?;
     /// let radii = phantom.radii()?;
     /// assert!(radii.len() == 90 && radii.iter().all(|radius| (4.0..9.0).contains(radius)));
     /// # Ok::<(), heart_phantom::PhantomError>(())
@@ -93,7 +93,7 @@ impl Phantom {
             }
         }
         let theta = camera.geometry().angles()[view_idx];
-        let radius = match self.parts.orbit {
+        let radius = match self.scene().camera.radius {
             // At some distance from the axis it has to be.
             Orbit::Contour { gap } => (body + gap).max(ranges::SIZE[0]),
             ref orbit => orbit.radius(view_idx, theta).unwrap_or_default(),

@@ -14,11 +14,11 @@ impl Phantom {
     /// Steps a cycle: as given, or doubled until the estimated error of coarse views of the first and the middle angle, and of the
     /// time that is hardest to sample, is no more than the tolerance.
     pub(crate) fn steps(&self) -> Result<usize, PhantomError> {
-        let tolerance = match self.parts().accuracy {
+        let tolerance = match self.scene().acquisition.accuracy {
             Accuracy::Steps(steps) => return Ok(steps),
             Accuracy::Tolerance(tolerance) => tolerance,
         };
-        let averaged = match self.parts().mode {
+        let averaged = match self.scene().acquisition.mode {
             Mode::Instants => false,
             Mode::Static { .. } => {
                 let turns = self.camera().rotation() != Rotation::StepAndShoot;

@@ -3,6 +3,7 @@
 use super::{Phantom, once};
 use crate::error::{PhantomError, check_count};
 use crate::scan::{Collimation, Depth, Facing, Scan, Wide};
+use crate::scene::BlurSettings;
 use crate::{Sinograms, ViewTime};
 use radon::ParallelGeometry;
 use std::borrow::Cow;
@@ -219,7 +220,8 @@ impl Phantom {
     }
 
     fn make_wide(&self) -> Result<Option<Wide>, PhantomError> {
-        let (Some(fwhm), Some(blur)) = (self.parts.blur, &self.readout.blur) else {
+        let (Some(BlurSettings { fwhm }), Some(blur)) = (self.scene().blur, &self.readout.blur)
+        else {
             return Ok(None);
         };
         Wide::around(self.camera(), blur, fwhm, self.extent()?)

@@ -21,7 +21,7 @@ impl Phantom {
     /// [`PhantomError::Count`] if there is no such gate or slice; [`PhantomError::Radon`] if the arc is too short for [`Method::Fbp`].
     pub fn slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
         check_count("slice", z, [0, self.parts.camera.n_rows() - 1])?;
-        match self.parts.method {
+        match self.scene().reconstruction.method {
             Method::Fbp => {
                 let views = 0..self.parts.camera.n_views();
                 let sinogram = self.take(gate, views, z..z + 1, &|_| ())?;
@@ -67,7 +67,7 @@ impl Phantom {
         views: &[f32],
         volume: &mut [f32],
     ) -> Result<(), PhantomError> {
-        if let Method::Fbp = self.parts.method {
+        if let Method::Fbp = self.scene().reconstruction.method {
             return self.back_project(gate, views, self.parts.camera.n_rows(), volume);
         }
         check_length("volume", volume.len(), self.parts.camera.grid().len())?;
@@ -85,7 +85,7 @@ impl Phantom {
         views: &[f32],
         progress: &dyn Fn(usize),
     ) -> Result<(Vec<f32>, Option<OsemReport>), PhantomError> {
-        match &self.parts.method {
+        match &self.scene().reconstruction.method {
             Method::Fbp => {
                 let mut volume = vec![0.0f32; self.parts.camera.grid().len()];
                 self.reconstruct_into(gate, views, &mut volume)?;
@@ -147,7 +147,7 @@ impl Phantom {
     /// As [`Phantom::shape`].
     pub fn labels(&self, at: impl Into<Moment>) -> Result<Vec<u8>, PhantomError> {
         let sampling = Sampling::Coverage {
-            tolerance: self.parts.truth_tolerance,
+            tolerance: self.scene().truth.tolerance,
         };
         let (grid, slices) = (self.parts.camera.grid(), 0..self.parts.camera.n_rows());
         let at = at.into();
@@ -155,7 +155,7 @@ impl Phantom {
         let body = shape.body().standing(pose);
         let mut regions = body.regions::<f32>(grid, slices.clone(), sampling)?;
         let placed = self.at_moment(at, |scan| scan.placed(std::slice::from_ref(&shape)))?;
-        let defects = placed.by_defect(&shape, self.parts.defects.len(), pose);
+        let defects = placed.by_defect(&shape, self.scene().defects.len(), pose);
         let defects: Vec<Vec<&Sector>> = defects.iter().map(|d| d.iter().collect()).collect();
         regions.label_pieces(WALL, &defects, grid, slices, sampling)?;
         self.work.voxels(regions.counters);
@@ -165,7 +165,7 @@ impl Phantom {
     /// What the labels stand for, from 0 on: `background`, `cavity`, `wall`, `defect 1`, `defect 2` and so on.
     pub fn label_names(&self) -> Vec<String> {
         let regions = ["background", "cavity", "wall"].map(String::from);
-        let defects = (1..=self.parts.defects.len()).map(|k| format!("defect {k}"));
+        let defects = (1..=self.scene().defects.len()).map(|k| format!("defect {k}"));
         regions.into_iter().chain(defects).collect()
     }
 
@@ -179,7 +179,7 @@ impl Phantom {
                 what: "attenuation",
             });
         };
-        let (at, tolerance) = (at.into(), self.parts.truth_tolerance);
+        let (at, tolerance) = (at.into(), self.scene().truth.tolerance);
         attenuation.map(
             &(self.shape(at.phase)?.body()).standing(self.pose(at.breath)?),
             self.parts.organs.as_ref(),
@@ -196,7 +196,7 @@ impl Phantom {
     pub fn meshes(&self, at: impl Into<Moment>) -> Result<[Mesh; 2], PhantomError> {
         let at = at.into();
         let (shape, pose) = (self.shape(at.phase)?, self.pose(at.breath)?);
-        let tolerance = self.parts.output.mesh_tolerance;
+        let tolerance = self.scene().output.mesh_tolerance;
         Ok([
             shape.mesh_standing(pose, 0, tolerance)?,
             shape.mesh_standing(pose, 1, tolerance)?,
@@ -254,7 +254,7 @@ impl Phantom {
         scan: &Scan<'_>,
         slices: Range<usize>,
     ) -> Result<Vec<f32>, PhantomError> {
-        let tolerance = self.parts.truth_tolerance;
+        let tolerance = self.scene().truth.tolerance;
         let (volume, counters) = truth_of_slices(scan, tolerance, slices)?;
         self.work.voxels(counters);
         Ok(volume)
@@ -264,29 +264,18 @@ impl Phantom {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Camera, CameraGeometry, Cycle, Heart, Mode, PhantomParts};
+    use crate::Mode;
+    use crate::scene::{DiscretisationSettings, Scene};
     use radon::Skip;
 
     fn gated(rotation: Rotation) -> Phantom {
-        let heart = Heart::study(51).unwrap();
-        let cycle = Cycle::new(60.0, 0.6).unwrap();
-        let camera = Camera::with_geometry(&CameraGeometry {
-            views: 8,
-            arc: std::f64::consts::TAU,
-            start: 0.0,
-            heads: crate::Heads::One,
-            bins: 8,
-            rows: 1,
-            pitch: [2.0; 2],
-            rotation,
-            interval: 1.25,
-            pixels: [8; 2],
-            pixel: 2.0,
-            centre: [0.0; 2],
-        });
-        let mut parts = PhantomParts::new(heart, cycle, camera.unwrap());
-        parts.mode = Mode::Gated { gates: 2 };
-        Phantom::from_parts(parts).unwrap()
+        let mut scene = Scene::default().with_mode(Mode::Gated { gates: 2 });
+        scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 51 };
+        (scene.camera.views, scene.camera.arc) = (8, 360.0);
+        (scene.camera.bins, scene.camera.rows) = (8, 1);
+        (scene.camera.pitch, scene.camera.rotation) = ([2.0; 2], rotation);
+        scene.camera.seconds_per_view = 1.25;
+        Phantom::new(scene).unwrap()
     }
 
     #[test]

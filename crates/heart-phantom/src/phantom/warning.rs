@@ -68,10 +68,10 @@ pub enum Warning {
 pub enum Seen {
     /// Cavity and wall, at end-diastole and end-systole, or at the one phase that is looked at.
     Heart,
-    /// What surrounds the heart and is active ([`PhantomParts::background`](crate::PhantomParts::background), `[background]` of a scene, or
+    /// What surrounds the heart and is active (`[background]` of a scene, or
     /// organs).
     Background,
-    /// The torso that attenuates ([`PhantomParts::attenuation`](crate::PhantomParts::attenuation), `[attenuation]` of a scene), or organs that
+    /// The torso that attenuates (`[attenuation]` of a scene), or organs that
     /// do and are not active.
     Torso,
 }

@@ -67,7 +67,7 @@ impl Phantom {
                     }),
             );
         }
-        if parts.output.write.contains(&Product::Projections) {
+        if parts.scene.output.write.contains(&Product::Projections) {
             found.extend(self.uneven_angles()?);
         }
         Ok(found)
@@ -76,7 +76,7 @@ impl Phantom {
     /// The solids within the outer membrane between which all others lie: at end-systole and end-diastole, or at the one phase that is
     /// looked at.
     pub(crate) fn outermost(&self) -> Result<Vec<Body>, PhantomError> {
-        let phases = match self.parts().mode {
+        let phases = match self.scene().acquisition.mode {
             Mode::Static { phase } => vec![phase],
             Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => {
                 self.extreme_phases().to_vec()
@@ -182,7 +182,7 @@ impl Phantom {
     /// The angles of the views of a gate as the format of the projections has them: some know of even steps only.
     pub(crate) fn written_angles(&self, gate: usize) -> Result<Vec<f64>, PhantomError> {
         let angles = self.view_times(gate)?.into_iter().map(|time| time.angle);
-        if !self.parts().output.projections.info().even_steps {
+        if !self.scene().output.projections.info().even_steps {
             return Ok(angles.collect());
         }
         let nominal = self.camera().geometry().angles();

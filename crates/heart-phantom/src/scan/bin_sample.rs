@@ -1,8 +1,5 @@
 //! What a bin of the detector holds: the ray through its middle, or the mean over all that come through it.
 
-use crate::error::{PhantomError, check};
-use crate::ranges;
-
 /// What a sample of a view is.
 ///
 /// Means over a bin and a row are means over the rays of a Fibonacci lattice in it: of `F_m` rays number `k` is at
@@ -39,16 +36,6 @@ impl BinSample {
         [144, 233],
         [377, 610],
     ];
-
-    pub(crate) fn check(self) -> Result<(), PhantomError> {
-        match self {
-            Self::Centres => Ok(()),
-            Self::Means { tolerance } => {
-                let what = "tolerance of the means over bins";
-                check(what, tolerance, ranges::BIN_TOLERANCE).map(drop)
-            }
-        }
-    }
 }
 
 /// Where the rays of a bin are, from its middle, in shares of its width and its height.

@@ -1,8 +1,6 @@
 //! What a sample is in counts: the camera's sensitivity, the seconds of a view, the decay.
 
 use super::view_time::ViewTime;
-use crate::error::{PhantomError, check};
-use crate::ranges::COUNTS;
 use std::f64::consts::LN_2;
 
 /// Seconds of an hour.
@@ -79,14 +77,5 @@ impl Counting {
     /// Expected counts of a sample of 1 on bins of `area` cm^2, of a view whose time, without breaks, is `lasts` seconds.
     pub(crate) fn per_unit(&self, area: f64, time: &ViewTime, lasts: f64) -> f64 {
         area * self.sensitivity * time.window * self.decay.left(time.start, lasts)
-    }
-
-    /// Each number in its range.
-    pub(crate) fn validate(&self) -> Result<(), PhantomError> {
-        check("sensitivity of the camera", self.sensitivity, COUNTS)?;
-        if let Decay::HalfLifeHours(hours) = self.decay {
-            check("half-life in hours", hours, Decay::HALF_LIVES)?;
-        }
-        Ok(())
     }
 }

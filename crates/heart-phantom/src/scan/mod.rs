@@ -29,7 +29,6 @@ pub use acquisition::{Acquisition, Sinograms, TruthOf};
 pub use bin_sample::BinSample;
 pub(crate) use bin_sample::lattice;
 pub use camera::{Camera, CameraGeometry, Heads, Rotation};
-#[cfg(feature = "scene")]
 pub(crate) use camera::{MOST_SAMPLES, VOXELS};
 pub use counting::{Counting, Decay};
 pub use depth::Collimation;

@@ -44,7 +44,7 @@ impl<'a> Product<'a> {
             .map_or(cycle.period(), |rhythm| rhythm.longest());
         let breath = cycle
             .breathing()
-            .map_or(0.0, |breathing| breathing.period());
+            .map_or(0.0, |breathing| breathing.breathing().period);
         let mut made = Self {
             acquisition,
             cycle,

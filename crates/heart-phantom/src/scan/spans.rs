@@ -1,7 +1,7 @@
 //! What a view sees in real time: the stretches of it that count, beat by beat and breath by breath.
 
 use super::acquisition::Acquisition;
-use crate::model::{Breathing, Height, Rhythm};
+use crate::model::{Height, RespiratoryMotion, Rhythm};
 use crate::{Camera, Cycle, RespiratoryGates};
 use std::borrow::Cow;
 
@@ -146,7 +146,7 @@ fn beats(cycle: &Cycle, [from, to]: [f64; 2], gate: Option<[usize; 2]>) -> Vec<S
 }
 
 /// The same with the breath, or a gate of it.
-fn breaths(span: &Span, breathing: &Breathing, gate: Option<usize>) -> Vec<Span> {
+fn breaths(span: &Span, breathing: &RespiratoryMotion, gate: Option<usize>) -> Vec<Span> {
     let [from, to] = span.time.map(|t| breathing.breaths(t));
     let mut spans = Vec::new();
     let mut whole = from.floor();
@@ -163,7 +163,7 @@ fn breaths(span: &Span, breathing: &Breathing, gate: Option<usize>) -> Vec<Span>
         }
         whole += 1.0;
     }
-    let Some((gate, gates)) = gate.zip(breathing.gates()) else {
+    let Some((gate, gates)) = gate.zip(breathing.breathing().gates) else {
         return spans;
     };
     let [low, high] = [gate, gate + 1].map(|g| g as f64 / gates.count() as f64);

@@ -159,7 +159,8 @@ impl Acquisition {
         let points = self.points() as f64;
         if self.in_real_time(cycle) {
             // All pairs of levels at most; a way through them meets two rows of them.
-            let breaths = camera.interval() / cycle.breathing().map_or(f64::MAX, |b| b.period());
+            let breaths =
+                camera.interval() / cycle.breathing().map_or(f64::MAX, |b| b.breathing().period);
             let pairs = (0.5 * points + 1.0) * (0.5 * points + 1.0);
             let ways = 4.0 * points * (1.0 + camera.interval() / cycle.period() + breaths);
             let arcs = match camera.rotation() {

@@ -2,14 +2,14 @@
 
 use crate::error::PhantomError;
 use crate::model::{Attenuation, Background};
-use crate::phantom::{PhantomParts, WORK_BYTES};
 use crate::scan::{CameraGeometry, Collimation};
+use crate::scene::Parts;
 use crate::scene::{
-    AttenuationSettings, BackgroundSettings, CollimatorSettings, DefectSettings,
-    DiscretisationSettings, HeadsSettings, HolesSettings, MaterialSettings, MediumSettings,
-    OrganSettings, OrganShapeSettings, ReconstructionSettings, Scene,
+    AttenuationSettings, BackgroundSettings, CollimatorSettings, DiscretisationSettings,
+    HeadsSettings, HolesSettings, MaterialSettings, MediumSettings, OrganSettings,
+    OrganShapeSettings, ReconstructionSettings, Scene,
 };
-use crate::{Balloon, Camera, Cycle, Defect, Heads, Heart, VolumeRange, WallRegion};
+use crate::{Balloon, Camera, Cycle, Heads, Heart, VolumeRange};
 use membrane_newton::membrane_forces::balloon_at_rest;
 use membrane_newton::{Discretisation, Membrane};
 use radon::{Collimator, FbpOptions, ParallelHoles};
@@ -17,55 +17,42 @@ use revolve_voxel::nalgebra::Vector3;
 use revolve_voxel::{Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs, Pose};
 use std::f64::consts::{LN_2, PI};
 
-impl Scene {
-    /// What a phantom of the scene is made of; whoever changes some of it makes the phantom by
-    /// [`Phantom::from_parts`](crate::Phantom::from_parts).
-    ///
-    /// ```
-    /// use heart_phantom::{Heart, Phantom, Scene};
-    /// let mut parts = Scene::default().with_size(32).parts()?;
-    /// parts.heart = Heart::study(101)?;
-    /// assert_eq!(Phantom::from_parts(parts)?.view(0, 0)?.len(), 32 * 32);
-    /// # Ok::<(), heart_phantom::PhantomError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`PhantomError::Scene`]; [`PhantomError::Membrane`] if the discretised balloons make no pair.
-    pub fn parts(&self) -> Result<PhantomParts, PhantomError> {
-        let rest = self.checked()?;
-        let inner = &self.heart.inner;
-        let cycle = cycle_of(self, rest.volume)?;
-        Ok(PhantomParts {
-            heart: (rest.heart.map_or_else(|| heart_of(self), Ok)?)
-                .with_base_descent(self.cycle.base_descent, cycle.gains())?,
-            cycle,
-            camera: Camera::with_geometry(&geometry_of(self))?,
-            activity: self.activity,
-            background: self.background.as_ref().map(background_of).transpose()?,
-            organs: organs_of(self)?,
-            defects: self.defects.iter().map(defect_of).collect(),
-            twist: (self.twist.as_ref())
-                .map(|twist| twist.twist())
-                .transpose()?,
-            points: self.points.iter().map(|point| point.point()).collect(),
-            attenuation: self.attenuates().as_ref().map(attenuation_of).transpose()?,
-            blur: self.blur.map(|blur| blur.fwhm),
-            collimator: self.collimator.as_ref().map(collimation_of).transpose()?,
-            noise: self.noise,
-            counting: self.counting,
-            mode: self.acquisition.mode,
-            accuracy: self.acquisition.accuracy,
-            method: self.reconstruction.method,
-            compensation: self.reconstruction.compensation,
-            reconstruction: fbp_of(&self.reconstruction),
-            truth_tolerance: self.truth.tolerance,
-            // the middle of the inner cylinder
-            side: 0.5 * (inner.length / (2.0 * inner.length + PI * inner.radius)),
-            orbit: self.camera.radius.clone(),
-            bin_sample: self.camera.samples,
-            output: self.output.clone(),
-        })
-    }
+/// Bytes for the work arrays of a reconstruction: what [`Method::Auto`](radon::Method::Auto) needs at most, and as many again as
+/// 40 threads use.
+pub(crate) const WORK_BYTES: usize = 320 << 20;
+/// The side of the wall of a heart that is no pair of balloons: two fifths of the way from base to apex.
+const SIDE: f64 = 0.2;
+
+/// The objects of a scene that was validated, with `rest` as the validation found it.
+pub(super) fn parts(scene: Scene, heart: Option<Heart>, rest: Rest) -> Result<Parts, PhantomError> {
+    let inner = &scene.heart.inner;
+    let cycle = cycle_of(&scene, rest.volume)?;
+    let own_heart = heart.is_some();
+    let balloons = || rest.heart.map_or_else(|| heart_of(&scene), Ok);
+    Ok(Parts {
+        own_heart,
+        heart: (heart.map_or_else(balloons, Ok)?)
+            .with_base_descent(scene.cycle.base_descent, cycle.gains())?,
+        cycle,
+        camera: Camera::with_geometry(&geometry_of(&scene))?,
+        background: scene.background.as_ref().map(background_of).transpose()?,
+        organs: organs_of(&scene)?,
+        twist: (scene.twist.as_ref())
+            .map(|twist| twist.twist())
+            .transpose()?,
+        points: scene.points.iter().map(|point| point.point()).collect(),
+        attenuation: (scene.attenuates().as_ref())
+            .map(attenuation_of)
+            .transpose()?,
+        collimator: scene.collimator.as_ref().map(collimation_of).transpose()?,
+        reconstruction: fbp_of(&scene.reconstruction),
+        side: match own_heart {
+            true => SIDE,
+            // The middle of the inner cylinder.
+            false => 0.5 * (inner.length / (2.0 * inner.length + PI * inner.radius)),
+        },
+        scene,
+    })
 }
 
 /// Thicknesses of rubber are in mm.
@@ -107,6 +94,7 @@ fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
 }
 
 /// What gains of the volume are over.
+#[derive(Debug)]
 pub(crate) struct Rest {
     /// Volume at rest: that of the inner balloon as it is solved, so that volumes which are asked for are those that come out; ratios need
     /// no such thing.
@@ -115,18 +103,27 @@ pub(crate) struct Rest {
     pub(crate) heart: Option<Heart>,
 }
 
+impl Default for Rest {
+    fn default() -> Self {
+        Self {
+            volume: f64::NAN,
+            heart: None,
+        }
+    }
+}
+
 impl Rest {
-    pub(crate) fn of(scene: &Scene) -> Result<Self, PhantomError> {
+    pub(crate) fn of(scene: &Scene, own: Option<&Heart>) -> Result<Self, PhantomError> {
         let inner = scene.heart.inner;
         let exact = balloon_at_rest(inner.length, inner.radius)?.volume;
-        let heart = match scene.cycle.volume {
+        let heart = match (own, scene.cycle.volume) {
             // What makes no heart is told where the heart is made.
-            VolumeRange::Volumes { .. } => heart_of(scene).ok(),
-            VolumeRange::Gain(_) | VolumeRange::EjectionFraction(_) => None,
+            (None, VolumeRange::Volumes { .. }) => heart_of(scene).ok(),
+            _ => None,
         };
         let solved = |heart: &Heart| heart.pair().inner().start_measures().volume;
         Ok(Self {
-            volume: heart.as_ref().map_or(exact, solved),
+            volume: own.or(heart.as_ref()).map_or(exact, solved),
             heart,
         })
     }
@@ -137,8 +134,8 @@ pub(crate) fn cycle_of(scene: &Scene, rest: f64) -> Result<Cycle, PhantomError> 
     if let Some(beats) = &scene.beats {
         cycle = cycle.with_beats(beats)?;
     }
-    if let Some(settings) = &scene.breathing {
-        cycle = cycle.with_breathing(settings.breathing()?);
+    if let Some(breathing) = &scene.breathing {
+        cycle = cycle.with_breathing(breathing)?;
     }
     Ok(cycle)
 }
@@ -185,17 +182,6 @@ fn organs_of(scene: &Scene) -> Result<Option<Organs>, PhantomError> {
     })
 }
 
-pub(crate) fn defect_of(settings: &DefectSettings) -> Defect {
-    Defect {
-        region: WallRegion {
-            layers: settings.layers,
-            s: settings.s,
-            azimuths: settings.azimuths_degrees.map(f64::to_radians),
-        },
-        activity: settings.activity,
-    }
-}
-
 fn attenuation_of(settings: &AttenuationSettings) -> Result<Attenuation, PhantomError> {
     Ok(Attenuation {
         coefficient: settings.coefficient,
@@ -209,29 +195,38 @@ fn attenuation_of(settings: &AttenuationSettings) -> Result<Attenuation, Phantom
 }
 
 pub(crate) fn collimation_of(settings: &CollimatorSettings) -> Result<Collimation, PhantomError> {
-    let intrinsic = settings.intrinsic_fwhm;
-    let of = |holes: &ParallelHoles| Collimator::parallel_holes(holes, intrinsic);
-    let response = match settings.holes {
-        HolesSettings::GeLehr => of(&ParallelHoles::GE_LEHR),
-        HolesSettings::GeLegp => of(&ParallelHoles::GE_LEGP),
-        HolesSettings::SiemensLehr => of(&ParallelHoles::SIEMENS_LEHR),
-        HolesSettings::Parallel {
-            diameter,
-            length,
-            attenuation,
-        } => of(&ParallelHoles {
-            diameter,
-            length,
-            attenuation,
-        }),
-        HolesSettings::Widths { slope, at_face } => {
-            Collimator::new(slope, at_face, intrinsic / (8.0 * LN_2).sqrt())
-        }
-    };
     Ok(Collimation {
-        response: response?,
+        response: settings.response()?,
         tolerance: settings.tolerance,
     })
+}
+
+impl CollimatorSettings {
+    /// The response of collimator and crystal.
+    ///
+    /// # Errors
+    /// [`PhantomError::Radon`] for dimensions that are not allowed.
+    pub fn response(&self) -> Result<Collimator, PhantomError> {
+        let intrinsic = self.intrinsic_fwhm;
+        let of = |holes: &ParallelHoles| Collimator::parallel_holes(holes, intrinsic);
+        Ok(match self.holes {
+            HolesSettings::GeLehr => of(&ParallelHoles::GE_LEHR),
+            HolesSettings::GeLegp => of(&ParallelHoles::GE_LEGP),
+            HolesSettings::SiemensLehr => of(&ParallelHoles::SIEMENS_LEHR),
+            HolesSettings::Parallel {
+                diameter,
+                length,
+                attenuation,
+            } => of(&ParallelHoles {
+                diameter,
+                length,
+                attenuation,
+            }),
+            HolesSettings::Widths { slope, at_face } => {
+                Collimator::new(slope, at_face, intrinsic / (8.0 * LN_2).sqrt())
+            }
+        }?)
+    }
 }
 
 fn fbp_of(settings: &ReconstructionSettings) -> FbpOptions {

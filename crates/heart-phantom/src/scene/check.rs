@@ -1,303 +1,400 @@
-//! What a scene may hold: every field in its range, and the fields with each other.
+//! Validation: each section by itself, then the rules across sections whose sections have no finding, then those that need the objects
+//! of the scene.
 
-use super::check_camera::{camera, even_steps};
-use super::check_reconstruction::{reconstruction, region_has_a_place};
-use super::check_time::{acquisition, turning};
-use super::fault::{Checked, Section, all_within, count, fault, spelled, within};
-use super::template::formats;
+use super::finding::{Check, SceneError, array_of};
 use super::*;
-use super::{material, motion};
-use crate::model::{Height, without_overlap};
+use crate::error::PhantomError;
+use crate::model::Height;
+use crate::model::without_overlap;
+use crate::phantom::farthest;
 use crate::ranges;
-use crate::scene::build::{Rest, collimation_of, defect_of, regular_cycle_of};
+use crate::scene::build::{self, Rest, regular_cycle_of};
 use crate::text::{Number, enough};
-use crate::{Uptake, VolumeCurve, VolumeRange};
+use crate::{Heart, Uptake, VolumeCurve, VolumeRange};
 
-/// Gives what gains are over.
-pub(super) fn scene(scene: &Scene) -> Result<Rest, SceneError> {
-    heart(&scene.heart)?;
-    let rest = Rest::of(scene).unwrap_or(Rest {
-        volume: f64::NAN,
-        heart: None,
-    });
-    cycle(&scene.cycle, rest.volume)?;
-    if let (Some(beats), Ok(cycle)) = (&scene.beats, regular_cycle_of(scene, rest.volume)) {
-        motion::beats(beats, cycle)?;
+/// Validates a scene and builds its objects, with a heart in the place of `[heart]` and `[pose]` if one is given. Solves no shape.
+pub(crate) fn parts(scene: Scene, heart: Option<Heart>) -> Result<Parts, SceneError> {
+    let rest = self::scene(&scene, heart.as_ref())?;
+    match build::parts(scene, heart, rest) {
+        Ok(parts) => built(&parts).map(|()| parts),
+        // All but the pair of membranes was validated.
+        Err(error) => {
+            let mut c = Check::default();
+            c.fault("heart", "", error.to_string());
+            Err(c.into_error())
+        }
     }
-    pose(&scene.pose)?;
+}
+
+impl Scene {
+    /// Validates a scene that was put together in Rust.
+    ///
+    /// # Errors
+    /// [`PhantomError::Scene`] with the field, the value and what is allowed.
+    pub fn check(&self) -> Result<(), PhantomError> {
+        parts(self.clone(), None)
+            .map(drop)
+            .map_err(PhantomError::from)
+    }
+}
+
+/// Validates a scene, with a heart in the place of `[heart]` and `[pose]` if one is given. Returns the volume that gains refer to.
+fn scene(scene: &Scene, own: Option<&Heart>) -> Result<Rest, SceneError> {
+    let mut check = Check::default();
+    let c = &mut check;
+    if own.is_none() {
+        c.at("heart", |c| scene.heart.check(c));
+        c.at("pose", |c| scene.pose.check(c));
+    }
+    let rest = match c.is_clean(&["heart"]) {
+        true => Rest::of(scene, own).unwrap_or_default(),
+        false => Rest::default(),
+    };
+    c.at("cycle", |c| scene.cycle.check(rest.volume, c));
+    if let (Some(beats), true) = (&scene.beats, c.is_clean(&["cycle"]))
+        && let Ok(cycle) = regular_cycle_of(scene, rest.volume)
+    {
+        c.at("beats", |c| motion::beats(beats, cycle, c));
+    }
     if let Some(breathing) = &scene.breathing {
-        breathing.check()?;
+        c.at("breathing", |c| breathing.check(c));
     }
-    for (region, uptake) in [
-        ("cavity", scene.activity.cavity),
-        ("wall", scene.activity.wall),
-    ] {
-        let (kind, amount) = match uptake {
-            Uptake::Concentration(amount) => ("concentration", amount),
-            Uptake::Total(amount) => ("total", amount),
-        };
-        let field = format!("activity.{region}.{kind}");
-        within(&field, amount, ranges::ACTIVITY)?;
-    }
+    c.at("activity.cavity", |c| uptake(scene.activity.cavity, c));
+    c.at("activity.wall", |c| uptake(scene.activity.wall, c));
     if let Some(background) = &scene.background {
-        let concentration = background.concentration;
-        within("background.concentration", concentration, ranges::ACTIVITY)?;
-        torso("background", background.centre, background.semi_axes)?;
+        c.at("background", |c| {
+            c.within("concentration", background.concentration, ranges::ACTIVITY);
+            torso(c, background.centre, background.semi_axes);
+        });
     }
-    count("defects", scene.defects.len(), ranges::DEFECTS)?;
-    for (k, settings) in scene.defects.iter().enumerate() {
-        defect(&Section(format!("defects.{}", k + 1)), settings)?;
-    }
-    let defects = scene.defects.iter().map(defect_of);
-    if without_overlap(defects.map(|defect| defect.region)).is_err() {
-        let wanted = format!("overlap in more than {} pieces", ranges::PIECES[1]);
-        return Err(fault("defects", scene.defects.len(), wanted));
-    }
+    defects(&scene.defects, c);
     if let Some(twist) = &scene.twist {
-        twist.check()?;
+        c.at("twist", |c| twist.check(c));
     }
-    motion::points(&scene.points)?;
-    detector(scene)?;
-    organs(scene)?;
-    if let Some(settings) = &scene.attenuation {
-        attenuation(settings)?;
+    motion::points(&scene.points, c);
+    organs(scene, c);
+    if let Some(attenuation) = &scene.attenuation {
+        c.at("attenuation", |c| attenuation.check(c));
     }
-    camera(&scene.camera)?;
-    acquisition(scene)?;
-    reconstruction(scene)?;
-    turning(scene, rest.volume)?;
+    c.at("camera", |c| scene.camera.check(c));
+    detector(scene, c);
+    check_time::acquisition(scene, c);
+    check_reconstruction::reconstruction(scene, c);
+    if c.is_clean(&[
+        "cycle",
+        "beats",
+        "breathing",
+        "camera",
+        "acquisition",
+        "reconstruction",
+    ]) {
+        check_time::in_real_time(scene, rest.volume, c);
+    }
     let tolerance = scene.truth.tolerance;
-    within("truth.tolerance", tolerance, ranges::TRUTH_TOLERANCE)?;
-    if scene.attenuates().is_none() && scene.output.write.contains(&Product::Attenuation) {
-        let wanted = "needs a section [attenuation]";
-        return Err(fault("output.write", "attenuation", wanted));
-    }
-    output(&scene.output)?;
-    even_steps(scene)?;
-    one_file(scene)?;
-    region_has_a_place(scene)?;
+    c.within("truth.tolerance", tolerance, ranges::TRUTH_TOLERANCE);
+    c.at("output", |c| check_output::output(scene, c));
+    check.finish()?;
     Ok(rest)
 }
 
-fn heart(heart: &HeartSettings) -> Checked {
-    for (name, balloon) in [("heart.inner", heart.inner), ("heart.outer", heart.outer)] {
-        let section = Section(name);
-        section.within("length", balloon.length, ranges::SIZE)?;
-        section.within("radius", balloon.radius, ranges::SIZE)?;
-        section.within("stiffness", balloon.stiffness, [1e-6, 1e6])?;
+/// Rules that need the objects of a scene.
+fn built(parts: &Parts) -> Result<(), SceneError> {
+    let mut c = Check::default();
+    if parts.scene.counting.is_some() {
+        expected_counts(parts, &mut c);
     }
-    material::check(&heart.material, [heart.inner, heart.outer], heart.law)?;
-    let (inner, outer) = (heart.inner, heart.outer);
-    if outer.radius <= inner.radius {
-        let wanted = format!("must be more than heart.inner.radius = {}", inner.radius);
-        return Err(fault("heart.outer.radius", Number(outer.radius), wanted));
-    }
-    if outer.length + outer.radius <= inner.length + inner.radius {
-        let least = inner.length + inner.radius - outer.radius;
-        let wanted = format!("must be more than {least}, or the inner apex is outside");
-        return Err(fault("heart.outer.length", Number(outer.length), wanted));
-    }
-    match heart.discretisation {
-        DiscretisationSettings::Differences { nodes } => {
-            Section("heart.discretisation.differences").count("nodes", nodes, [11, 100_001])
+    if let Method::Osem(osem) = &parts.scene.reconstruction.method {
+        // The radii of a contour are known once the body is solved.
+        let radii = parts.nominal_radii().unwrap_or_default();
+        if let Err(error) = parts.model_voxels(osem, farthest(&radii)) {
+            c.fault("reconstruction.method", "osem", error.to_string());
         }
-        DiscretisationSettings::Spectral {
-            degree,
-            per_piece,
-            tolerance,
-        } => {
-            let section = Section("heart.discretisation.spectral");
-            section.count("degree", degree, [4, 64])?;
-            section.count("per_piece", per_piece, [1, 64])?;
-            let size = outer.length + outer.radius;
-            section.within("tolerance", tolerance, [1e-9 * size, 1e-2 * size])
+    }
+    c.finish()
+}
+
+fn expected_counts(parts: &Parts, c: &mut Check) {
+    const SECONDS: [f64; 2] = [1e-9, 1e9];
+    let [least, most] = ranges::COUNTS;
+    for gate in 0..parts.n_gates() {
+        let times = parts.view_times(gate);
+        let lasts = |seconds: f64| (SECONDS[0]..=SECONDS[1]).contains(&seconds);
+        if let Some(time) = times.iter().find(|time| !lasts(time.window)) {
+            let [seconds, least, most] = [time.window, SECONDS[0], SECONDS[1]].map(Number);
+            let wanted = format!(
+                "leaves {seconds} s for a view, must be between {least} and {most} beside [counting]"
+            );
+            return c.fault("acquisition.mode", spelled_mode(parts.mode()), wanted);
+        }
+        let counts = parts.expected_counts(gate).into_iter().flatten();
+        if let Some(bad) = { counts }.find(|counts| !(least..=most).contains(counts)) {
+            let [bad, least, most] = [bad, least, most].map(Number);
+            let wanted = format!(
+                "gives {bad} expected counts of a sample of 1, must be between {least} and {most}"
+            );
+            let given = parts
+                .scene
+                .counting
+                .map_or(0.0, |counting| counting.sensitivity);
+            return c.fault("counting.sensitivity", Number(given), wanted);
         }
     }
 }
 
-fn cycle(cycle: &CycleSettings, rest: f64) -> Checked {
-    let rate = cycle.beats_per_minute;
-    within("cycle.beats_per_minute", rate, [1.0, 1000.0])?;
-    if let Err(error) = Height::new(&cycle.curve, cycle.beats_per_minute) {
-        let (field, given) = match &cycle.curve {
-            VolumeCurve::Sampled(volumes) => (
-                "cycle.curve.sampled",
-                format!("an array of {} values", volumes.len()),
-            ),
-            _ => ("cycle.curve", "physiological".to_owned()),
-        };
-        return Err(fault(field, given, error.to_string()));
+fn spelled_mode(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Static { .. } => "static",
+        Mode::Instants => "instants",
+        Mode::Exposure { .. } => "exposure",
+        Mode::WholeCycle => "whole-cycle",
+        Mode::Gated { .. } => "gated",
     }
-    within("cycle.base_descent", cycle.base_descent, ranges::DESCENT)?;
-    match cycle.volume {
-        VolumeRange::Gain(gain) => within("cycle.volume.gain", gain, ranges::GAIN),
-        VolumeRange::EjectionFraction(fraction) => {
-            let field = "cycle.volume.ejection_fraction";
-            within(field, fraction, ranges::EJECTION_FRACTION)
+}
+
+impl HeartSettings {
+    fn check(&self, c: &mut Check) {
+        let (inner, outer) = (self.inner, self.outer);
+        for (name, balloon) in [("inner", inner), ("outer", outer)] {
+            c.at(name, |c| {
+                c.within("length", balloon.length, ranges::SIZE);
+                c.within("radius", balloon.radius, ranges::SIZE);
+                c.within("stiffness", balloon.stiffness, [1e-6, 1e6]);
+            });
         }
-        VolumeRange::Volumes { edv, esv } => {
-            let section = Section("cycle.volume.volumes");
-            let above = |name: &str, given: f64, least: f64, why: &str| {
-                if given >= least {
-                    Ok(())
-                } else {
-                    let wanted = format!("must be at least {}, {why}", Number(enough(least)));
-                    Err(fault(&section.field(name), Number(given), wanted))
+        material::check(&self.material, [inner, outer], self.law, c);
+        let sizes = [
+            "heart.inner.length",
+            "heart.inner.radius",
+            "heart.outer.length",
+            "heart.outer.radius",
+        ];
+        if !c.is_clean(&sizes) {
+            return;
+        }
+        if outer.radius <= inner.radius {
+            let wanted = format!("must be more than heart.inner.radius = {}", inner.radius);
+            c.fault("outer.radius", Number(outer.radius), wanted);
+        } else if outer.length + outer.radius <= inner.length + inner.radius {
+            let least = inner.length + inner.radius - outer.radius;
+            let wanted = format!("must be more than {least}, or the inner apex is outside");
+            c.fault("outer.length", Number(outer.length), wanted);
+        }
+        c.at("discretisation", |c| match self.discretisation {
+            DiscretisationSettings::Differences { nodes } => {
+                c.count("differences.nodes", nodes, [11, 100_001]);
+            }
+            DiscretisationSettings::Spectral {
+                degree,
+                per_piece,
+                tolerance,
+            } => {
+                c.count("spectral.degree", degree, [4, 64]);
+                c.count("spectral.per_piece", per_piece, [1, 64]);
+                let size = outer.length + outer.radius;
+                c.within("spectral.tolerance", tolerance, [1e-9 * size, 1e-2 * size]);
+            }
+        });
+    }
+}
+
+impl CycleSettings {
+    /// `rest` is the volume within the inner membrane at rest, NaN if it is not known.
+    fn check(&self, rest: f64, c: &mut Check) {
+        c.within("beats_per_minute", self.beats_per_minute, [1.0, 1000.0]);
+        if let (true, Err(error)) = (
+            c.is_clean(&["cycle"]),
+            Height::new(&self.curve, self.beats_per_minute),
+        ) {
+            match &self.curve {
+                VolumeCurve::Sampled(volumes) => {
+                    c.fault("curve.sampled", array_of(volumes.len()), error.to_string());
                 }
-            };
-            above("esv", esv, rest, "the rest volume of heart.inner in mL")?;
-            above("edv", edv, esv, "the end-systolic volume")?;
-            section.within("edv", edv, [rest, rest * (1.0 + ranges::GAIN[1])])
+                _ => c.fault("curve", "physiological", error.to_string()),
+            }
         }
+        c.within("base_descent", self.base_descent, ranges::DESCENT);
+        c.at("volume", |c| match self.volume {
+            VolumeRange::Gain(gain) => c.within("gain", gain, ranges::GAIN),
+            VolumeRange::Gains([low, high]) => {
+                c.within("gains", high, ranges::GAIN);
+                c.within("gains", low, [0.0, high.max(0.0)]);
+            }
+            VolumeRange::EjectionFraction(fraction) => {
+                c.within("ejection_fraction", fraction, ranges::EJECTION_FRACTION);
+            }
+            VolumeRange::Volumes { .. } if rest.is_nan() => {}
+            VolumeRange::Volumes { edv, esv } => {
+                let mut above = |name, given: f64, least: f64, why: &str| {
+                    let is_above = given >= least;
+                    if !is_above {
+                        let wanted = format!("must be at least {}, {why}", Number(enough(least)));
+                        c.fault(name, Number(given), wanted);
+                    }
+                    is_above
+                };
+                let name = "volumes.edv";
+                if above(
+                    "volumes.esv",
+                    esv,
+                    rest,
+                    "the rest volume of heart.inner in mL",
+                ) && above(name, edv, esv, "the end-systolic volume")
+                {
+                    c.within(name, edv, [rest, rest * (1.0 + ranges::GAIN[1])]);
+                }
+            }
+        });
     }
 }
 
-fn pose(pose: &PoseSettings) -> Checked {
-    if let Some(centre) = pose.centre {
-        within("pose.centre", centre, PLACE)?;
+impl PoseSettings {
+    fn check(&self, c: &mut Check) {
+        c.all_within("centre", self.centre.as_slice(), PLACE);
+        for (name, angle) in [
+            ("turn_x", self.turn_x),
+            ("turn_y", self.turn_y),
+            ("turn_z", self.turn_z),
+        ] {
+            c.within(name, angle, [-360.0, 360.0]);
+        }
+        c.all_within("shift", &self.shift, PLACE);
     }
-    for (field, angle) in [
-        ("pose.turn_x", pose.turn_x),
-        ("pose.turn_y", pose.turn_y),
-        ("pose.turn_z", pose.turn_z),
-    ] {
-        within(field, angle, [-360.0, 360.0])?;
-    }
-    all_within("pose.shift", &pose.shift, PLACE)
 }
 
-/// Where anything may be along an axis.
+/// Range of a coordinate.
 const PLACE: [f64; 2] = [-ranges::SIZE[1], ranges::SIZE[1]];
 
-fn defect(section: &Section<String>, defect: &DefectSettings) -> Checked {
-    let ascending = |name: &str, [from, to]: [f64; 2], [low, high]: [f64; 2]| {
-        if from >= low && from < to && to <= high {
-            Ok(())
-        } else {
-            let (low, high) = (Number(low), Number(high));
-            let wanted = format!("must be [from, to] with {low} <= from < to <= {high}");
-            let given = format!("[{}, {}]", Number(from), Number(to));
-            Err(fault(&section.field(name), given, wanted))
-        }
+fn uptake(uptake: Uptake, c: &mut Check) {
+    let (kind, amount) = match uptake {
+        Uptake::Concentration(amount) => ("concentration", amount),
+        Uptake::Total(amount) => ("total", amount),
     };
-    ascending("layers", defect.layers, ranges::LAYER)?;
-    ascending("s", defect.s, ranges::S)?;
-    let azimuths = defect.azimuths_degrees;
-    let from = azimuths[0];
-    section.within("azimuths_degrees", from, [-360.0, 360.0])?;
-    ascending("azimuths_degrees", azimuths, [from, from + 360.0])?;
-    section.within("activity", defect.activity, ranges::DEFECT_ACTIVITY)
+    c.within(kind, amount, ranges::ACTIVITY);
 }
 
-fn detector(scene: &Scene) -> Checked {
+fn defects(defects: &[Defect], c: &mut Check) {
+    c.count("defects", defects.len(), ranges::DEFECTS);
+    c.each("defects", defects, |c, defect| {
+        c.ascending("layers", defect.layers, ranges::LAYER);
+        c.ascending("s", defect.s, ranges::S);
+        let azimuths @ [from, _] = defect.azimuths_degrees;
+        match (-360.0..=360.0).contains(&from) {
+            true => c.ascending("azimuths_degrees", azimuths, [from, from + 360.0]),
+            false => c.within("azimuths_degrees", from, [-360.0, 360.0]),
+        }
+        c.within("activity", defect.activity, ranges::DEFECT_ACTIVITY);
+    });
+    if c.is_clean(&["defects"]) && without_overlap(defects.iter().map(Defect::region)).is_err() {
+        let wanted = format!("overlap in more than {} pieces", ranges::PIECES[1]);
+        c.fault("defects", defects.len(), wanted);
+    }
+}
+
+/// The section `[blur]`, `[collimator]`, `[counting]` and `[noise]`.
+fn detector(scene: &Scene, c: &mut Check) {
     let camera = &scene.camera;
-    if let Some(blur) = scene.blur {
+    if let (Some(blur), true) = (scene.blur, c.is_clean(&["camera"])) {
         // As `radon::Blur` has it: no wider than the smaller side that has more than one sample.
         let sides = [camera.bins, camera.rows].into_iter().zip(camera.pitch);
         let widths = (sides.filter(|(n, _)| *n > 1)).map(|(n, pitch)| n as f64 * pitch);
         let widest = widths.fold(ranges::SIZE[1], f64::min);
-        within("blur.fwhm", blur.fwhm, [0.0, widest])?;
+        c.within("blur.fwhm", blur.fwhm, [0.0, widest]);
     }
     if let Some(collimator) = &scene.collimator {
-        check_collimator(collimator)?;
+        c.at("collimator", |c| collimator.check(c));
         if scene.blur.is_some() {
             let wanted =
                 "has no place beside [collimator], whose crystal is collimator.intrinsic_fwhm";
-            return Err(fault("blur", "there", wanted));
+            c.fault("blur", "there", wanted);
         }
     }
-    counts(scene)
-}
-
-fn counts(scene: &Scene) -> Checked {
     if let Some(counting) = &scene.counting {
-        within("counting.sensitivity", counting.sensitivity, ranges::COUNTS)?;
+        c.within("counting.sensitivity", counting.sensitivity, ranges::COUNTS);
         if let Decay::HalfLifeHours(hours) = counting.decay {
             let field = "counting.decay.half_life_hours";
-            within(field, hours, Decay::HALF_LIVES)?;
+            c.within(field, hours, Decay::HALF_LIVES);
         }
         match scene.acquisition.mode {
             Mode::Instants => {
                 let wanted = "counts nothing, which [counting] needs: choose exposure, or another mode that lasts";
-                return Err(fault("acquisition.mode", "instants", wanted));
+                c.fault("acquisition.mode", "instants", wanted);
             }
             Mode::Exposure { seconds } => {
-                within("acquisition.mode.exposure.seconds", seconds, [1e-9, 1e9])?;
+                c.within("acquisition.mode.exposure.seconds", seconds, [1e-9, 1e9]);
             }
-            _ => {}
+            Mode::Static { .. } | Mode::WholeCycle | Mode::Gated { .. } => {}
         }
     }
     let (field, mean) = match scene.noise.map(|noise| noise.counts) {
-        None => return Ok(()),
-        Some(Counts::Expected) if scene.counting.is_some() => return Ok(()),
+        None => return,
         Some(Counts::Expected) => {
-            let wanted = "needs a section [counting]";
-            return Err(fault("noise.counts", "expected", wanted));
+            if scene.counting.is_none() {
+                c.fault("noise.counts", "expected", "needs a section [counting]");
+            }
+            return;
         }
         Some(Counts::PerUnit(mean)) => ("noise.counts.per_unit", mean),
         Some(Counts::Total(mean)) => ("noise.counts.total", mean),
     };
-    if scene.counting.is_some() {
-        let wanted = "must be expected beside [counting], which says how many counts there are";
-        return Err(fault("noise.counts", Number(mean), wanted));
-    }
-    within(field, mean, ranges::COUNTS)
-}
-
-fn check_collimator(settings: &CollimatorSettings) -> Checked {
-    let positive = [1e-6, 1e3];
-    match settings.holes {
-        HolesSettings::Parallel {
-            diameter,
-            length,
-            attenuation,
-        } => {
-            let section = Section("collimator.holes.parallel");
-            section.within("diameter", diameter, positive)?;
-            section.within("length", length, positive)?;
-            section.within("attenuation", attenuation, [1e-6, 1e6])?;
+    match scene.counting {
+        None => c.within(field, mean, ranges::COUNTS),
+        Some(_) => {
+            let wanted = "must be expected beside [counting], which says how many counts there are";
+            c.fault("noise.counts", Number(mean), wanted);
         }
-        HolesSettings::Widths { slope, at_face } => {
-            let section = Section("collimator.holes.widths");
-            section.within("slope", slope, [0.0, 10.0])?;
-            section.within("at_face", at_face, [0.0, 1e3])?;
-        }
-        HolesSettings::GeLehr | HolesSettings::GeLegp | HolesSettings::SiemensLehr => {}
-    }
-    let section = Section("collimator");
-    section.within("intrinsic_fwhm", settings.intrinsic_fwhm, [0.0, 1e3])?;
-    section.within("tolerance", settings.tolerance, ranges::BLUR_TOLERANCE)?;
-    // What is left: holes that the septa leave no length.
-    collimation_of(settings)
-        .map(drop)
-        .map_err(|error| fault("collimator.holes", "parallel", error.to_string()))
-}
-
-fn attenuation(settings: &AttenuationSettings) -> Checked {
-    let coefficient = settings.coefficient;
-    within("attenuation.coefficient", coefficient, ranges::ATTENUATION)?;
-    match settings.medium {
-        MediumSettings::Torso { centre, semi_axes } => {
-            torso("attenuation.medium.torso", centre, semi_axes)
-        }
-        MediumSettings::Heart => Ok(()),
     }
 }
 
-fn organs(scene: &Scene) -> Checked {
-    for (k, organ) in scene.organs.iter().enumerate() {
-        let section = Section(format!("organs.{}", k + 1));
+impl CollimatorSettings {
+    fn check(&self, c: &mut Check) {
+        let positive = [1e-6, 1e3];
+        match self.holes {
+            HolesSettings::Parallel {
+                diameter,
+                length,
+                attenuation,
+            } => c.at("holes.parallel", |c| {
+                c.within("diameter", diameter, positive);
+                c.within("length", length, positive);
+                c.within("attenuation", attenuation, [1e-6, 1e6]);
+            }),
+            HolesSettings::Widths { slope, at_face } => c.at("holes.widths", |c| {
+                c.within("slope", slope, [0.0, 10.0]);
+                c.within("at_face", at_face, [0.0, 1e3]);
+            }),
+            HolesSettings::GeLehr | HolesSettings::GeLegp | HolesSettings::SiemensLehr => {}
+        }
+        c.within("intrinsic_fwhm", self.intrinsic_fwhm, [0.0, 1e3]);
+        c.within("tolerance", self.tolerance, ranges::BLUR_TOLERANCE);
+        if let (true, Err(error)) = (c.is_clean(&["collimator"]), self.response()) {
+            // What is left: holes that the septa leave no length.
+            c.fault("holes", "parallel", error.to_string());
+        }
+    }
+}
+
+impl AttenuationSettings {
+    fn check(&self, c: &mut Check) {
+        c.within("coefficient", self.coefficient, ranges::ATTENUATION);
+        if let MediumSettings::Torso { centre, semi_axes } = self.medium {
+            c.at("medium.torso", |c| torso(c, centre, semi_axes));
+        }
+    }
+}
+
+fn organs(scene: &Scene, c: &mut Check) {
+    c.each("organs", &scene.organs, |c, organ| {
         match organ.shape {
             OrganShapeSettings::Cylinder { centre, semi_axes } => {
-                torso(&section.field("shape.cylinder"), centre, semi_axes)?;
+                c.at("shape.cylinder", |c| torso(c, centre, semi_axes));
             }
             OrganShapeSettings::Ellipsoid { centre, semi_axes } => {
-                torso(&section.field("shape.ellipsoid"), centre, semi_axes)?;
+                c.at("shape.ellipsoid", |c| torso(c, centre, semi_axes));
             }
         }
-        section.within("activity", organ.activity, ranges::ACTIVITY)?;
-        section.within("attenuation", organ.attenuation, ranges::ATTENUATION)?;
-    }
+        c.within("activity", organ.activity, ranges::ACTIVITY);
+        c.within("attenuation", organ.attenuation, ranges::ATTENUATION);
+    });
     if let Some(chest) = scene.chest {
         for (field, activity) in [
             ("chest.trunk", chest.trunk),
@@ -305,74 +402,32 @@ fn organs(scene: &Scene) -> Checked {
             ("chest.liver", chest.liver),
             ("chest.spine", chest.spine),
         ] {
-            within(field, activity, ranges::ACTIVITY)?;
+            c.within(field, activity, ranges::ACTIVITY);
         }
     }
     if scene.organs.is_empty() && scene.chest.is_none() {
-        return Ok(());
+        return;
     }
     if scene.background.is_some() {
         let wanted = "has no place beside [chest] or [[organs]]";
-        return Err(fault("background", "there", wanted));
+        c.fault("background", "there", wanted);
     }
     match scene.attenuates().map(|own| own.medium) {
-        Some(MediumSettings::Heart) => Ok(()),
+        Some(MediumSettings::Heart) => {}
         Some(MediumSettings::Torso { .. }) => {
             let wanted =
                 "must be heart beside [chest] or [[organs]], which have attenuations of their own";
-            Err(fault("attenuation.medium", "torso", wanted))
+            c.fault("attenuation.medium", "torso", wanted);
         }
         None => {
             let wanted =
                 "needs [attenuation] with medium = \"heart\" besides: what the heart attenuates";
-            Err(fault("organs.1", "there", wanted))
+            c.fault("organs.1", "there", wanted);
         }
     }
 }
 
-fn torso<const N: usize>(name: &str, centre: [f64; N], semi_axes: [f64; N]) -> Checked {
-    let section = Section(name);
-    for (c, a) in centre.into_iter().zip(semi_axes) {
-        section.within("centre", c, PLACE)?;
-        section.within("semi_axes", a, ranges::SIZE)?;
-    }
-    Ok(())
-}
-
-/// The same of a scene as `check_gates` of parts.
-fn one_file(scene: &Scene) -> Checked {
-    let (output, mode) = (&scene.output, scene.acquisition.mode);
-    if let Some((field, format)) = output.without_gates(mode) {
-        let wanted = "cannot store all gates in one file: choose another, or gates = \"each\"";
-        return Err(fault(field, spelled(format), wanted));
-    }
-    let turns = scene.camera.rotation == crate::Rotation::Continuous && mode.n_gates() > 1;
-    if turns && output.one_file(mode) && output.has(Product::Projections) {
-        let wanted = "must be each: a camera that turns sees each gate from other angles";
-        return Err(fault("output.gates", "one-file", wanted));
-    }
-    Ok(())
-}
-
-fn output(output: &Output) -> Checked {
-    let tolerance = output.mesh_tolerance;
-    within("output.mesh_tolerance", tolerance, ranges::MESH_TOLERANCE)?;
-    if output.projections.info().projections.is_none() {
-        let names = formats(|info| info.projections.is_some());
-        let wanted = format!("cannot store the angles of projections; choose one of {names}");
-        let given = spelled(output.projections);
-        return Err(fault("output.projections", given, wanted));
-    }
-    if output.write.contains(&Product::Motion) && !output.volumes.info().fields {
-        let names = formats(|info| info.fields);
-        let wanted = format!("cannot store the components of motion; choose one of {names}");
-        return Err(fault("output.volumes", spelled(output.volumes), wanted));
-    }
-    for (k, product) in output.write.iter().enumerate() {
-        if output.write[..k].contains(product) {
-            let given = format!("{} twice", spelled(product));
-            return Err(fault("output.write", given, "name each product once"));
-        }
-    }
-    Ok(())
+fn torso<const N: usize>(c: &mut Check, centre: [f64; N], semi_axes: [f64; N]) {
+    c.all_within("centre", &centre, PLACE);
+    c.all_within("semi_axes", &semi_axes, ranges::SIZE);
 }

@@ -1,6 +1,6 @@
-//! What the camera of a scene may be.
+//! Validation of the section `[camera]`.
 
-use super::fault::{Checked, Section, all_within, fault, spelled, within};
+use super::finding::{Check, array_of};
 use super::*;
 use crate::Camera;
 use crate::error::PhantomError;
@@ -12,73 +12,66 @@ use crate::text::Number;
 /// Sizes of an arc in degrees.
 const ARC: [f64; 2] = [1e-3, 3600.0];
 
-pub(super) fn camera(camera: &CameraSettings) -> Checked {
-    let section = Section("camera");
-    section.count("views", camera.views, [1, 10_000])?;
-    if !(ARC[0]..=ARC[1]).contains(&camera.arc.abs()) {
-        let [least, most] = ARC.map(Number);
-        let wanted = format!(
-            "its size must be between {least} and {most}, and below 0 it turns the other way"
-        );
-        return Err(fault("camera.arc", Number(camera.arc), wanted));
+impl CameraSettings {
+    pub(super) fn check(&self, c: &mut Check) {
+        c.count("views", self.views, [1, 10_000]);
+        if !(ARC[0]..=ARC[1]).contains(&self.arc.abs()) {
+            let [least, most] = ARC.map(Number);
+            let wanted = format!(
+                "its size must be between {least} and {most}, and below 0 it turns the other way"
+            );
+            c.fault("arc", Number(self.arc), wanted);
+        }
+        c.within("start", self.start, [-360.0, 360.0]);
+        c.count("bins", self.bins, [2, 8192]);
+        c.count("rows", self.rows, [1, 8192]);
+        c.all_within("pitch", &self.pitch, ranges::SIZE);
+        c.within("seconds_per_view", self.seconds_per_view, ranges::SIZE);
+        if let BinSample::Means { tolerance } = self.samples {
+            c.within("samples.means.tolerance", tolerance, ranges::BIN_TOLERANCE);
+        }
+        if let HeadsSettings::Two { angle } = self.heads {
+            c.within("heads.two.angle", angle, [-360.0, 360.0]);
+        }
+        if !c.is_clean(&["camera.views", "camera.bins", "camera.rows"]) {
+            return;
+        }
+        let views = heads_of(self.heads).count() * self.views;
+        orbit(&self.radius, views, c);
+        let samples = views as f64 * self.bins as f64 * self.rows as f64;
+        if samples > MOST_SAMPLES {
+            let wanted = format!(
+                "views of all heads x bins x rows = {samples:e} must be at most {MOST_SAMPLES:e}"
+            );
+            c.fault("views", self.views, wanted);
+        }
     }
-    section.within("start", camera.start, [-360.0, 360.0])?;
-    section.count("bins", camera.bins, [2, 8192])?;
-    section.count("rows", camera.rows, [1, 8192])?;
-    all_within("camera.pitch", &camera.pitch, ranges::SIZE)?;
-    section.within("seconds_per_view", camera.seconds_per_view, ranges::SIZE)?;
-    if let BinSample::Means { tolerance } = camera.samples {
-        section.within("samples.means.tolerance", tolerance, ranges::BIN_TOLERANCE)?;
-    }
-    let heads = heads_of(camera.heads).count();
-    if let HeadsSettings::Two { angle } = camera.heads {
-        within("camera.heads.two.angle", angle, [-360.0, 360.0])?;
-    }
-    orbit(&camera.radius, heads * camera.views)?;
-    let samples = (heads * camera.views) as f64 * camera.bins as f64 * camera.rows as f64;
-    if samples > MOST_SAMPLES {
-        let wanted = format!(
-            "views of all heads x bins x rows = {samples:e} must be at most {MOST_SAMPLES:e}"
-        );
-        return Err(fault("camera.views", camera.views, wanted));
-    }
-    Ok(())
 }
 
-fn orbit(orbit: &Orbit, n_views: usize) -> Checked {
+fn orbit(orbit: &Orbit, n_views: usize, c: &mut Check) {
     let wanted = match orbit.check(n_views) {
-        Ok(()) => return Ok(()),
+        Ok(()) => return,
         Err(PhantomError::WrongLength { .. }) => format!("must have {n_views}, one for each view"),
         Err(PhantomError::OutOfRange { least, most, .. }) => {
             format!("must be between {} and {}", Number(least), Number(most))
         }
         Err(other) => other.to_string(),
     };
-    let (field, given) = match orbit {
-        Orbit::Circle(radius) => ("camera.radius", Number(*radius).to_string()),
-        Orbit::PerView(radii) => (
-            "camera.radius.per_view",
-            format!("an array of {} values", radii.len()),
-        ),
+    let (name, given) = match orbit {
+        Orbit::Circle(radius) => ("radius", Number(*radius).to_string()),
+        Orbit::PerView(radii) => ("radius.per_view", array_of(radii.len())),
         Orbit::Ellipse { semi_axes } => (
-            "camera.radius.ellipse.semi_axes",
+            "radius.ellipse.semi_axes",
             format!("[{}, {}]", Number(semi_axes[0]), Number(semi_axes[1])),
         ),
-        Orbit::Contour { gap } => ("camera.radius.contour.gap", Number(*gap).to_string()),
+        Orbit::Contour { gap } => ("radius.contour.gap", Number(*gap).to_string()),
     };
-    Err(fault(field, given, wanted))
+    c.fault(name, given, wanted);
 }
 
-/// Interfile and DICOM have no other.
-pub(super) fn even_steps(scene: &Scene) -> Checked {
-    let projections = scene.output.projections;
-    let Ok(camera) = Camera::with_geometry(&geometry_of(scene)) else {
-        // It has been said what is wrong.
-        return Ok(());
-    };
-    if projections.info().even_steps && !camera.has_even_steps() {
-        let wanted = "needs even steps from the first view to the last of both heads: an arc as large as the angle between them";
-        return Err(fault("output.projections", spelled(projections), wanted));
+impl Scene {
+    /// Whether the steps from view to view are equal, which Interfile and DICOM need.
+    pub(super) fn has_even_steps(&self) -> bool {
+        Camera::with_geometry(&geometry_of(self)).is_ok_and(|camera| camera.has_even_steps())
     }
-    Ok(())
 }

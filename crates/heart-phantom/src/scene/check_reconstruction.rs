@@ -1,41 +1,52 @@
-//! What a scene may say of volumes from views.
+//! Validation of the section `[reconstruction]`.
 
-use super::fault::{Checked, Section, all_within, count, fault, within};
+use super::finding::Check;
 use super::*;
 use crate::Camera;
+use crate::Uptake;
 use crate::files::Format;
 use crate::ranges;
 use crate::scan::MOST_SAMPLES;
 use crate::scene::build::{geometry_of, heads_of};
 use crate::text::{Number, enough};
-use crate::{Compensation, Uptake};
 use radon::RadonError;
 
-pub(super) fn reconstruction(scene: &Scene) -> Checked {
+pub(super) fn reconstruction(scene: &Scene, c: &mut Check) {
     let settings = &scene.reconstruction;
-    if let Method::Osem(osem) = &settings.method {
-        check_osem(osem, scene)?;
-    }
-    compensation(scene)?;
-    match &settings.window {
-        Window::Butterworth { order } => {
-            let field = "reconstruction.window.butterworth.order";
-            count(field, *order as usize, [1, 1000])?;
+    c.at("reconstruction", |c| {
+        if let Method::Osem(osem) = &settings.method {
+            c.at("method.osem", |c| check_osem(osem, scene, c));
         }
-        Window::Custom(gains) => {
-            let field = "reconstruction.window.custom";
-            count(field, gains.len(), [2, 65_536])?;
-            all_within(field, gains, [-1e6, 1e6])?;
+        match &settings.window {
+            Window::Butterworth { order } => {
+                c.count("window.butterworth.order", *order as usize, [1, 1000]);
+            }
+            Window::Custom(gains) => {
+                c.count("window.custom", gains.len(), [2, 65_536]);
+                c.all_within("window.custom", gains, [-1e6, 1e6]);
+            }
+            _ => {}
         }
-        _ => {}
+        c.within("cutoff", settings.cutoff, [1e-3, 1.0]);
+        if let Some(pixels) = settings.pixels {
+            c.count("pixels", pixels, [1, 8192]);
+        }
+        if let Some(pixel) = settings.pixel {
+            c.within("pixel", pixel, ranges::SIZE);
+        }
+    });
+    if c.is_clean(&["breathing", "activity"]) {
+        compensation(scene, c);
     }
-    within("reconstruction.cutoff", settings.cutoff, [1e-3, 1.0])?;
-    if let Some(pixels) = settings.pixels {
-        count("reconstruction.pixels", pixels, [1, 8192])?;
+    if c.is_clean(&["camera", "reconstruction.pixels", "reconstruction.pixel"]) {
+        voxels(scene, c);
+        directions(scene, c);
     }
-    if let Some(pixel) = settings.pixel {
-        within("reconstruction.pixel", pixel, ranges::SIZE)?;
-    }
+}
+
+/// The number of voxels, and the region.
+fn voxels(scene: &Scene, c: &mut Check) {
+    let settings = &scene.reconstruction;
     let pixels = settings.pixels.unwrap_or(scene.camera.bins);
     let voxels = (pixels * pixels) as f64 * scene.camera.rows as f64;
     if voxels > MOST_SAMPLES {
@@ -46,82 +57,89 @@ pub(super) fn reconstruction(scene: &Scene) -> Checked {
         let wanted = format!(
             "voxels: reconstruction.pixels^2 x camera.rows = {voxels:e} must be at most {MOST_SAMPLES:e}"
         );
-        return Err(fault(field, pixels, wanted));
+        return c.fault(field, pixels, wanted);
     }
-    if let Some(region) = settings.region {
-        for (field, [from, to]) in [
-            ("reconstruction.region.x", region.x),
-            ("reconstruction.region.y", region.y),
-        ] {
-            if from >= to || to > pixels {
-                let wanted = format!("must be [from, to] with from < to <= {pixels}");
-                return Err(fault(field, format!("[{from}, {to}]"), wanted));
-            }
+    let Some(PixelRange { x, y }) = settings.region else {
+        return;
+    };
+    for (field, [from, to]) in [
+        ("reconstruction.region.x", x),
+        ("reconstruction.region.y", y),
+    ] {
+        if from >= to || to > pixels {
+            let wanted = format!("must be [from, to] with from < to <= {pixels}");
+            c.fault(field, format!("[{from}, {to}]"), wanted);
         }
     }
-    let views = scene.camera.views;
+    // Interfile 3.3 has no key for a place: readers take the volume as centred.
+    if scene.output.volumes == Format::InterfileSimind
+        && c.is_clean(&["reconstruction.region"])
+        && [x, y].iter().any(|[from, to]| from + to != pixels)
+    {
+        let wanted = format!(
+            "has no place for a region off the centre; choose another format, or [from, to] with from + to = {pixels}"
+        );
+        c.fault("output.volumes", "interfile-simind", wanted);
+    }
+}
+
+/// Filtered back-projection needs all directions, unless the policy for the arc allows gaps.
+fn directions(scene: &Scene, c: &mut Check) {
+    let settings = &scene.reconstruction;
+    if settings.method != Method::Fbp || settings.arc != ArcPolicy::Complete {
+        return;
+    }
+    let (views, arc) = (scene.camera.views, scene.camera.arc);
+    if scene.camera.heads != HeadsSettings::One {
+        let Ok(camera) = Camera::with_geometry(&geometry_of(scene)) else {
+            return;
+        };
+        let weights = camera.geometry().view_weights(ArcPolicy::Complete);
+        if let Err(RadonError::ShortArc { .. }) = weights {
+            let wanted = "must leave no direction out, with camera.heads and either way, or reconstruction.arc be one of extend, truncate, rescale";
+            c.fault("camera.arc", Number(arc), wanted);
+        }
+        return;
+    }
     // No gap between neighbouring directions is wider than two steps.
     let least = 180.0 / (1.0 + 1.0 / views as f64);
-    let needs_all = settings.method == Method::Fbp && settings.arc == ArcPolicy::Complete;
-    if needs_all && scene.camera.heads != HeadsSettings::One {
-        return both_heads(scene);
-    }
-    if needs_all && scene.camera.arc.abs() < least {
+    if arc.abs() < least {
         // Its default would do, so that it stands in the file; `reconstruction.arc` may not.
         let wanted = format!(
             "must be 180 or more, either way ({} is enough for {views} views: no gap is wider than two steps), \
              or reconstruction.arc one of extend, truncate, rescale",
             Number(enough(least))
         );
-        return Err(fault("camera.arc", Number(scene.camera.arc), wanted));
-    }
-    Ok(())
-}
-
-/// The directions of two heads together.
-fn both_heads(scene: &Scene) -> Checked {
-    // What else is wrong has been said, or will be.
-    let Ok(camera) = Camera::with_geometry(&geometry_of(scene)) else {
-        return Ok(());
-    };
-    match camera.geometry().view_weights(ArcPolicy::Complete) {
-        Err(RadonError::ShortArc { .. }) => {
-            let wanted = "must leave no direction out, with camera.heads and either way, or reconstruction.arc be one of extend, truncate, rescale";
-            Err(fault("camera.arc", Number(scene.camera.arc), wanted))
-        }
-        _ => Ok(()),
+        c.fault("camera.arc", Number(arc), wanted);
     }
 }
 
-/// What has no frame that all of it could be seen in.
-fn compensation(scene: &Scene) -> Checked {
+/// Known motion is compensated only where all gates have a common frame.
+fn compensation(scene: &Scene, c: &mut Check) {
     let settings = &scene.reconstruction;
-    let turns = |breathing: &BreathingSettings| breathing.turn_degrees != [0.0; 3];
+    let turns = |breathing: &Breathing| breathing.turn_degrees != [0.0; 3];
     let wanted = match (settings.compensation, settings.method) {
-        (Compensation::None, _) => return Ok(()),
-        (Compensation::KnownMotion, Method::Fbp) => {
-            if !scene.breathing.as_ref().is_some_and(turns) {
-                return Ok(());
-            }
+        (Compensation::KnownMotion, Method::Fbp) if scene.breathing.as_ref().is_some_and(turns) => {
             "moves views by fbp, which undoes no turn: breathing.turn_degrees has to be nothing, or the method osem"
         }
-        (Compensation::KnownMotion, Method::Osem(_)) => match scene.activity.cavity {
-            Uptake::Concentration(_) => return Ok(()),
-            Uptake::Total(_) => {
-                "has no frame for a cavity whose concentration changes over the beat: activity.cavity has to be a concentration"
-            }
-        },
+        (Compensation::KnownMotion, Method::Osem(_))
+            if matches!(scene.activity.cavity, Uptake::Total(_)) =>
+        {
+            "has no frame for a cavity whose concentration changes over the beat: activity.cavity has to be a concentration"
+        }
+        (Compensation::None | Compensation::KnownMotion, _) => return,
     };
-    Err(fault("reconstruction.compensation", "known-motion", wanted))
+    c.fault("reconstruction.compensation", "known-motion", wanted);
 }
 
-fn check_osem(osem: &Osem, scene: &Scene) -> Checked {
-    let section = Section("reconstruction.method.osem");
+fn check_osem(osem: &Osem, scene: &Scene, c: &mut Check) {
     let views = scene.camera.views * heads_of(scene.camera.heads).count();
-    section.count("subsets", osem.subsets, [1, views])?;
-    section.count("iterations", osem.iterations, [1, Osem::MOST])?;
+    if c.is_clean(&["camera.views"]) {
+        c.count("subsets", osem.subsets, [1, views]);
+    }
+    c.count("iterations", osem.iterations, [1, Osem::MOST]);
     if let Some(tolerance) = osem.tolerance {
-        section.within("tolerance", tolerance, Osem::TOLERANCE)?;
+        c.within("tolerance", tolerance, Osem::TOLERANCE);
     }
     let (medium, response) = (scene.attenuates().is_some(), scene.collimator.is_some());
     for (name, asked, there, needed) in [
@@ -129,27 +147,7 @@ fn check_osem(osem: &Osem, scene: &Scene) -> Checked {
         ("resolution", osem.resolution, response, "[collimator]"),
     ] {
         if asked && !there {
-            let wanted = format!("needs a section {needed}");
-            return Err(fault(&section.field(name), asked, wanted));
+            c.fault(name, asked, format!("needs a section {needed}"));
         }
-    }
-    Ok(())
-}
-
-/// Interfile 3.3 has no key for a place: readers take the volume as centred.
-pub(super) fn region_has_a_place(scene: &Scene) -> Checked {
-    let settings = &scene.reconstruction;
-    let pixels = settings.pixels.unwrap_or(scene.camera.bins);
-    match settings.region {
-        Some(PixelRange { x, y })
-            if scene.output.volumes == Format::InterfileSimind
-                && [x, y].iter().any(|[from, to]| from + to != pixels) =>
-        {
-            let wanted = format!(
-                "has no place for a region off the centre; choose another format, or [from, to] with from + to = {pixels}"
-            );
-            Err(fault("output.volumes", "interfile-simind", wanted))
-        }
-        _ => Ok(()),
     }
 }

@@ -1,53 +1,59 @@
-//! What a scene may ask of time: modes, steps, gates, a camera that turns.
+//! Validation of the section `[acquisition]` with all that acts in real time: beats, breathing, a rotating camera.
 
 use super::Scene;
-use super::fault::{Checked, Section, count, fault, within};
+use super::finding::Check;
 use crate::error::PhantomError;
 use crate::ranges;
 use crate::scan::{Accuracy, Camera, Mode, Rotation};
 use crate::scene::build::{cycle_of, geometry_of, heads_of};
 use crate::text::enough;
 
-/// Samples of all sets of views, or of all their volumes: 1 TiB of `f32`.
+/// Samples of all gated projection sets, or of all their volumes: 1 TiB of `f32`.
 const MOST_SAMPLES_OF_ALL: f64 = 274_877_906_944.0;
 
-pub(super) fn acquisition(scene: &Scene) -> Checked {
-    let interval = scene.camera.seconds_per_view;
-    match scene.acquisition.mode {
-        Mode::Static { phase } => within("acquisition.mode.static.phase", phase, [0.0, 1.0])?,
+pub(super) fn acquisition(scene: &Scene, c: &mut Check) {
+    c.at("acquisition.mode", |c| match scene.acquisition.mode {
+        Mode::Static { phase } => c.within("static.phase", phase, [0.0, 1.0]),
         Mode::Exposure { seconds } => {
-            Section("acquisition.mode.exposure").within("seconds", seconds, [0.0, interval])?;
+            let interval = scene.camera.seconds_per_view;
+            c.within("exposure.seconds", seconds, [0.0, interval]);
         }
-        Mode::Gated { gates } => count("acquisition.mode.gated.gates", gates, ranges::GATES)?,
+        Mode::Gated { gates } => c.count("gated.gates", gates, ranges::GATES),
         Mode::Instants | Mode::WholeCycle => {}
+    });
+    if c.is_clean(&[
+        "acquisition.mode",
+        "breathing",
+        "camera",
+        "reconstruction.pixels",
+    ]) {
+        all_gates(scene, c);
     }
-    all_gates(scene)?;
-    match scene.acquisition.accuracy {
-        Accuracy::Steps(steps) => {
-            count("acquisition.accuracy.steps", steps, ranges::STEPS)?;
-            if !steps.is_multiple_of(2) {
-                return Err(fault("acquisition.accuracy.steps", steps, "must be even"));
+    c.at("acquisition.accuracy", |c| {
+        match scene.acquisition.accuracy {
+            Accuracy::Steps(steps) => {
+                c.count("steps", steps, ranges::STEPS);
+                if !steps.is_multiple_of(2) {
+                    c.fault("steps", steps, "must be even");
+                }
             }
-            Ok(())
+            Accuracy::Tolerance(tolerance) => {
+                c.within("tolerance", tolerance, ranges::VIEW_TOLERANCE);
+            }
         }
-        Accuracy::Tolerance(tolerance) => {
-            let field = "acquisition.accuracy.tolerance";
-            within(field, tolerance, ranges::VIEW_TOLERANCE)
-        }
-    }
+    });
 }
 
-/// A view of a turning camera sees what comes in its time. Of a tolerance it is known at work only how many steps it takes.
-pub(super) fn turning(scene: &Scene, rest: f64) -> Checked {
-    // What is wrong with either of them has been said.
+/// In real time every gate has to come in the time of every view. How many steps a tolerance takes is not known here.
+pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
     let (Ok(cycle), Ok(camera)) = (
         cycle_of(scene, rest),
         Camera::with_geometry(&geometry_of(scene)),
     ) else {
-        return Ok(());
+        return;
     };
     if camera.rotation() == Rotation::StepAndShoot && !cycle.in_real_time() {
-        return Ok(());
+        return;
     }
     let (mode, interval) = (scene.acquisition.mode, scene.camera.seconds_per_view);
     let steps = match scene.acquisition.accuracy {
@@ -56,14 +62,15 @@ pub(super) fn turning(scene: &Scene, rest: f64) -> Checked {
     };
     let beat = enough(cycle.period());
     let (cardiac, gates) = (mode.n_gates(), mode.n_gates() * cycle.breath_gates());
-    (0..gates).try_for_each(|gate| {
+    for gate in 0..gates {
         let cycle = cycle.clone().in_breath_gate(gate / cardiac);
         let acquisition = mode.acquisition(gate % cardiac, steps);
-        let seen = acquisition.validate(&cycle, &camera);
-        let wanted = match seen {
-            Ok(()) => return Ok(()),
+        let wanted = match acquisition.validate(&cycle, &camera) {
+            Ok(()) => continue,
             Err(PhantomError::OutOfRange { .. }) => {
-                format!("must be at least one beat, {beat} s, when a turning camera sees whole beats")
+                format!(
+                    "must be at least one beat, {beat} s, when a turning camera sees whole beats"
+                )
             }
             Err(PhantomError::Unseen { view_idx, .. }) if cycle.in_real_time() => format!(
                 "gate {gate} of {gates} does not come in the time of view {view_idx}, of beats that count and of breaths"
@@ -76,15 +83,12 @@ pub(super) fn turning(scene: &Scene, rest: f64) -> Checked {
             ),
             Err(other) => other.to_string(),
         };
-        Err(fault("camera.seconds_per_view", interval, wanted))
-    })
+        return c.fault("camera.seconds_per_view", interval, wanted);
+    }
 }
 
-fn all_gates(scene: &Scene) -> Checked {
-    let breathing = scene
-        .breathing
-        .as_ref()
-        .and_then(|breathing| breathing.gates);
+fn all_gates(scene: &Scene, c: &mut Check) {
+    let breathing = (scene.breathing.as_ref()).and_then(|breathing| breathing.gates);
     let (field, respiratory) = match breathing {
         None => ("acquisition.mode.gated.gates", 1),
         Some(gates) => ("breathing.gates", gates.count()),
@@ -99,7 +103,6 @@ fn all_gates(scene: &Scene) -> Checked {
         let wanted = format!(
             "{gates} sets of views or volumes of {each:e} samples must be at most {MOST_SAMPLES_OF_ALL:e} samples"
         );
-        return Err(fault(field, gates, wanted));
+        c.fault(field, gates, wanted);
     }
-    Ok(())
 }

@@ -1,15 +1,11 @@
 //! `heart.material`: springs, or a rubber whose table has its constants and its thickness.
 
-use super::fault::{Checked, fault, spelled, within};
+use super::finding::{Check, spelled};
 use crate::Balloon;
 use crate::text::Number;
+#[cfg(feature = "scene")]
+pub(super) use file::EXPECTED;
 use membrane_forces::{MembraneError, PressureLaw, StrainEnergy};
-use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
-use serde::ser::{Error as _, SerializeMap, Serializer};
-use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value as Json};
-use std::fmt;
-use toml::{Table, Value};
 
 /// What the balloons are made of.
 ///
@@ -40,122 +36,147 @@ pub enum MaterialSettings {
 /// The field of a rubber's table that is no constant of its energy.
 const THICKNESS: &str = "thickness";
 
+/// Names of constants of rubber.
+const CONSTANTS: [&str; 4] = ["mu", "c1", "c2", "jm"];
+
 /// Mm at rest, and kPa.
 const THICKNESSES: [f64; 2] = [1e-3, 10.0];
 const SHEAR_MODULI: [f64; 2] = [1e-6, 1e9];
 
-/// Name and constants of a rubber as they stand in a file.
-fn constants(energy: &StrainEnergy) -> Result<(String, Map<String, Json>), serde_json::Error> {
-    let Json::Object(named) = serde_json::to_value(energy)? else {
-        return Ok(Default::default());
-    };
-    Ok(match named.into_iter().next() {
-        Some((name, Json::Object(constants))) => (name, constants),
-        _ => Default::default(),
-    })
-}
-
-impl Serialize for MaterialSettings {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        let Self::Rubber { energy, thickness } = self else {
-            return to.serialize_str("springs");
-        };
-        let (name, mut table) = constants(energy).map_err(S::Error::custom)?;
-        table.insert(THICKNESS.into(), (*thickness).into());
-        let mut map = to.serialize_map(Some(1))?;
-        map.serialize_entry(&name, &table)?;
-        map.end()
+/// The name of a rubber in a file.
+fn name(energy: &StrainEnergy) -> &'static str {
+    match energy {
+        StrainEnergy::NeoHookean { .. } => "neo_hookean",
+        StrainEnergy::MooneyRivlin { .. } => "mooney_rivlin",
+        StrainEnergy::Ogden { .. } => "ogden",
+        StrainEnergy::Gent { .. } => "gent",
     }
 }
 
-impl<'de> Deserialize<'de> for MaterialSettings {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        from.deserialize_any(Material)
-    }
-}
-
-struct Material;
-
-impl<'de> Visitor<'de> for Material {
-    type Value = MaterialSettings;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(EXPECTED)
-    }
-
-    fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<Self::Value, E> {
-        match name {
-            "springs" => Ok(MaterialSettings::Springs),
-            _ => Err(E::invalid_value(serde::de::Unexpected::Str(name), &self)),
-        }
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-        let Some((name, mut constants)) = map.next_entry::<String, Table>()? else {
-            return Err(A::Error::invalid_length(0, &self));
-        };
-        if map.next_key::<String>()?.is_some() {
-            return Err(A::Error::custom("only one of these can be chosen"));
-        }
-        let thickness = match constants.remove(THICKNESS) {
-            Some(thickness) => f64::deserialize(thickness).map_err(A::Error::custom)?,
-            None => return Err(A::Error::missing_field(THICKNESS)),
-        };
-        let rubber = Table::from_iter([(name, Value::Table(constants))]);
-        let energy = StrainEnergy::deserialize(rubber);
-        // Places that its message names are of this table alone.
-        let energy = energy.map_err(|error| A::Error::custom(error.message()))?;
-        Ok(MaterialSettings::Rubber { energy, thickness })
-    }
-}
-
-/// What errors say that `heart.material` may be; the template says more.
-pub(super) const EXPECTED: &str = "\"springs\" or a rubber with its constants";
-
-/// Rubber has constants that rubber can have, and nothing of springs.
+/// Rubber has constants that rubber can have, and no parameter of springs.
 pub(super) fn check(
     material: &MaterialSettings,
     [inner, outer]: [Balloon; 2],
     law: PressureLaw,
-) -> Checked {
+    c: &mut Check,
+) {
     let MaterialSettings::Rubber { energy, thickness } = material else {
-        return Ok(());
+        return;
     };
-    // What cannot be written has no names either.
-    let (name, constants) = constants(energy).unwrap_or_default();
-    let table = format!("heart.material.{name}");
-    within(&format!("{table}.{THICKNESS}"), *thickness, THICKNESSES)?;
-    energy.check().map_err(|error| {
-        let (what, given, wanted) = match error {
-            MembraneError::NotFinite { what, given } => (what, given, "must be finite"),
-            MembraneError::NotPositive { what, given } => (what, given, "must be positive"),
-            _ => ("", f64::NAN, ""),
-        };
-        match constants.contains_key(what) {
-            true => fault(&format!("{table}.{what}"), Number(given), wanted),
-            false => fault(&table, "", error.to_string()),
+    let table = format!("material.{}", name(energy));
+    c.at(&table, |c| {
+        c.within(THICKNESS, *thickness, THICKNESSES);
+        let [least, most] = SHEAR_MODULI;
+        let modulus = energy.shear_modulus();
+        match energy.check() {
+            Err(MembraneError::NotFinite { what, given }) if CONSTANTS.contains(&what) => {
+                c.fault(what, Number(given), "must be finite");
+            }
+            Err(MembraneError::NotPositive { what, given }) if CONSTANTS.contains(&what) => {
+                c.fault(what, Number(given), "must be positive");
+            }
+            Err(error) => c.fault("", "", error.to_string()),
+            Ok(()) if !(least..=most).contains(&modulus) => {
+                let [modulus, least, most] = [modulus, least, most].map(Number);
+                let wanted =
+                    format!("shear modulus is {modulus} kPa, must be between {least} and {most}");
+                c.fault("", "", wanted);
+            }
+            Ok(()) => {}
         }
-    })?;
-    let [least, most] = SHEAR_MODULI;
-    let modulus = energy.shear_modulus();
-    if !(least..=most).contains(&modulus) {
-        let [modulus, least, most] = [modulus, least, most].map(Number);
-        let wanted = format!("shear modulus is {modulus} kPa, must be between {least} and {most}");
-        return Err(fault(&table, "", wanted));
-    }
-    for (which, balloon) in [("inner", inner), ("outer", outer)] {
+    });
+    for (name, balloon) in [("inner.stiffness", inner), ("outer.stiffness", outer)] {
         if balloon.stiffness != 1.0 {
-            let field = format!("heart.{which}.stiffness");
             let wanted = "must be left out: heart.material says how stiff rubber is";
-            return Err(fault(&field, Number(balloon.stiffness), wanted));
+            c.fault(name, Number(balloon.stiffness), wanted);
         }
     }
     match law {
         // Of springs, and what is left out.
-        PressureLaw::PerMaterialLength | PressureLaw::PerCurrentLength => Ok(()),
+        PressureLaw::PerMaterialLength | PressureLaw::PerCurrentLength => {}
         PressureLaw::TotalForce => {
             let wanted = "must be left out: rubber is under a pressure";
-            Err(fault("heart.law", spelled(law), wanted))
+            c.fault("law", spelled(law), wanted);
+        }
+    }
+}
+
+#[cfg(feature = "scene")]
+mod file {
+    use super::{MaterialSettings, THICKNESS};
+    use membrane_forces::StrainEnergy;
+    use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
+    use serde::ser::{Error as _, SerializeMap, Serializer};
+    use serde::{Deserialize, Serialize};
+    use serde_json::{Map, Value as Json};
+    use std::fmt;
+    use toml::{Table, Value};
+
+    /// What errors say that `heart.material` may be; the template says more.
+    pub(in crate::scene) const EXPECTED: &str = "\"springs\" or a rubber with its constants";
+
+    /// Name and constants of a rubber as they stand in a file.
+    fn constants(energy: &StrainEnergy) -> Result<(String, Map<String, Json>), serde_json::Error> {
+        let Json::Object(named) = serde_json::to_value(energy)? else {
+            return Ok(Default::default());
+        };
+        Ok(match named.into_iter().next() {
+            Some((name, Json::Object(constants))) => (name, constants),
+            _ => Default::default(),
+        })
+    }
+
+    impl Serialize for MaterialSettings {
+        fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+            let Self::Rubber { energy, thickness } = self else {
+                return to.serialize_str("springs");
+            };
+            let (name, mut table) = constants(energy).map_err(S::Error::custom)?;
+            table.insert(THICKNESS.into(), (*thickness).into());
+            let mut map = to.serialize_map(Some(1))?;
+            map.serialize_entry(&name, &table)?;
+            map.end()
+        }
+    }
+
+    impl<'de> Deserialize<'de> for MaterialSettings {
+        fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+            from.deserialize_any(Material)
+        }
+    }
+
+    struct Material;
+
+    impl<'de> Visitor<'de> for Material {
+        type Value = MaterialSettings;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str(EXPECTED)
+        }
+
+        fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<Self::Value, E> {
+            match name {
+                "springs" => Ok(MaterialSettings::Springs),
+                _ => Err(E::invalid_value(serde::de::Unexpected::Str(name), &self)),
+            }
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+            let Some((name, mut constants)) = map.next_entry::<String, Table>()? else {
+                return Err(A::Error::invalid_length(0, &self));
+            };
+            if map.next_key::<String>()?.is_some() {
+                return Err(A::Error::custom("only one of these can be chosen"));
+            }
+            let thickness = match constants.remove(THICKNESS) {
+                Some(thickness) => f64::deserialize(thickness).map_err(A::Error::custom)?,
+                None => return Err(A::Error::missing_field(THICKNESS)),
+            };
+            let rubber = Table::from_iter([(name, Value::Table(constants))]);
+            let energy = StrainEnergy::deserialize(rubber);
+            // Places that its message names are of this table alone.
+            let energy = energy.map_err(|error| A::Error::custom(error.message()))?;
+            Ok(MaterialSettings::Rubber { energy, thickness })
         }
     }
 }

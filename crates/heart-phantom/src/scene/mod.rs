@@ -1,44 +1,58 @@
 //! A scene: what beats, what looks at it, what is made of it. Types, their TOML file, and its run.
 
 mod build;
-mod check;
+pub(crate) mod check;
 mod check_camera;
+mod check_output;
 mod check_reconstruction;
 mod check_time;
-mod error;
-mod fault;
+#[cfg(feature = "scene")]
+mod file;
+mod finding;
 mod material;
 mod motion;
+mod parts;
+#[cfg(feature = "scene")]
 mod place;
+#[cfg(feature = "scene")]
 mod read;
+#[cfg(feature = "scene")]
 mod run;
+#[cfg(feature = "scene")]
 mod run_compensated;
+#[cfg(feature = "scene")]
 mod run_report;
 mod sections;
 mod source;
 mod study;
+#[cfg(feature = "scene")]
 mod template;
 
 pub use crate::{
-    Accuracy, Activity, Balloon, Beats, BinSample, BreathingCurve, Chest, Compensation, Counting,
-    Counts, Decay, GateFiles, GatedBy, Method, Mode, Noise, Orbit, Osem, Output, Product,
-    RespiratoryGates, Rotation, RrIntervals,
+    Accuracy, Activity, Balloon, Beats, BinSample, Breathing, BreathingCurve, Chest, Compensation,
+    Counting, Counts, Decay, Defect, GateFiles, GatedBy, Method, Mode, Noise, Orbit, Osem, Output,
+    Product, RespiratoryGates, Rotation, RrIntervals,
 };
-pub use error::SceneError;
-pub(crate) use error::place_in;
+pub(crate) use build::WORK_BYTES;
+#[cfg(feature = "scene")]
+pub(crate) use file::exactly;
+pub(crate) use finding::{Check, array_of, place_in};
+pub use finding::{Finding, SceneError};
 pub use material::MaterialSettings;
 pub use membrane_forces::PressureLaw;
-pub use motion::{BreathingSettings, PointSettings, TwistSettings};
+pub use motion::{PointSettings, TwistSettings};
+pub(crate) use parts::Parts;
 pub use radon::{ArcPolicy, Window};
+#[cfg(feature = "scene")]
 pub use run::{GateResults, Run, run};
+#[cfg(feature = "scene")]
 pub use run_report::{
     CompensatedReport, GateReport, PictureReport, Progress, RunReport, SliceOrders,
 };
 pub use sections::{
     AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
-    CollimatorSettings, CycleSettings, DefectSettings, DiscretisationSettings, HeadsSettings,
-    HeartSettings, HolesSettings, MediumSettings, OrganSettings, OrganShapeSettings, PixelRange,
-    PoseSettings, ReconstructionSettings, TruthSettings,
+    CollimatorSettings, CycleSettings, DiscretisationSettings, HeadsSettings, HeartSettings,
+    HolesSettings, MediumSettings, OrganSettings, OrganShapeSettings, PixelRange, PoseSettings,
+    ReconstructionSettings, TruthSettings,
 };
-pub(crate) use source::Source;
 pub use study::Scene;

@@ -1,6 +1,6 @@
 //! Where in the text a field stands.
 
-use super::error::SceneError;
+use super::finding::Finding;
 use super::{material, template};
 use crate::text::{MOST, cut};
 use std::ops::Range;
@@ -26,7 +26,7 @@ const KINDS: [&str; 8] = [
 ];
 
 /// What the parser had to say, with the field in which it said so.
-pub(super) fn syntax(text: &str, error: &toml::de::Error) -> SceneError {
+pub(super) fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     let span = error.span().map(|span| clamped(text, span));
     let place = span.clone().map(|span| line_and_column(text, span.start));
     let (field, is_value) = (span.as_ref())
@@ -39,8 +39,7 @@ pub(super) fn syntax(text: &str, error: &toml::de::Error) -> SceneError {
         true => template::advice(&field, quoted),
         false => None,
     };
-    SceneError {
-        file: None,
+    Finding {
         place,
         field: cut(&field, MOST),
         given: if short && is_value { quoted } else { "" }.to_owned(),
@@ -49,10 +48,9 @@ pub(super) fn syntax(text: &str, error: &toml::de::Error) -> SceneError {
 }
 
 /// What is no text at all, from the first byte on that is not.
-pub(super) fn not_text(bytes: &[u8], error: Utf8Error) -> SceneError {
+pub(super) fn not_text(bytes: &[u8], error: Utf8Error) -> Finding {
     let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
-    SceneError {
-        file: None,
+    Finding {
         place: Some(line_and_column(&before, before.len())),
         field: String::new(),
         given: String::new(),

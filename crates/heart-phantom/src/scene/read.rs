@@ -1,7 +1,6 @@
 //! Scenes from and to text, checked.
 
-use super::build::Rest;
-use super::error::SceneError;
+use super::finding::SceneError;
 use super::study::Scene;
 use super::{check, place, template};
 use crate::error::PhantomError;
@@ -46,7 +45,7 @@ impl Scene {
         })?;
         let parsed = match String::from_utf8(bytes) {
             Ok(text) => Self::parse(&text).map(|scene| (scene, text)),
-            Err(error) => Err(place::not_text(error.as_bytes(), error.utf8_error())),
+            Err(error) => Err(place::not_text(error.as_bytes(), error.utf8_error()).into()),
         };
         parsed.map_err(|mut error| {
             error.file = Some(path.to_path_buf());
@@ -59,25 +58,16 @@ impl Scene {
         template::write(self)
     }
 
-    /// Checks a scene that was put together in Rust.
-    ///
-    /// # Errors
-    /// [`PhantomError::Scene`] with the field, what was given and what would be right.
-    pub fn check(&self) -> Result<(), PhantomError> {
-        self.checked().map(drop)
-    }
-
-    /// What gains are over, once all is checked.
-    pub(super) fn checked(&self) -> Result<Rest, PhantomError> {
-        check::scene(self).map_err(|fault| PhantomError::Scene(Box::new(fault)))
-    }
-
     fn parse(text: &str) -> Result<Self, SceneError> {
         let scene: Self = toml::from_str(text).map_err(|error| place::syntax(text, &error))?;
-        check::scene(&scene).map_err(|mut fault| {
-            fault.place = place::of_field(text, &fault.field);
-            fault
-        })?;
-        Ok(scene)
+        match check::parts(scene, None) {
+            Ok(parts) => Ok(parts.scene),
+            Err(mut error) => {
+                for finding in &mut error.findings {
+                    finding.place = place::of_field(text, &finding.field);
+                }
+                Err(error)
+            }
+        }
     }
 }

@@ -100,7 +100,7 @@ impl<'a> Run<'a> {
         Ok(Self {
             phantom,
             out,
-            study: phantom.scene().map(Scene::to_toml),
+            study: phantom.whole_scene().map(Scene::to_toml),
             beside: beside.to_vec(),
             files: Vec::new(),
             gates: Vec::new(),
@@ -155,11 +155,11 @@ impl<'a> Run<'a> {
         let pictures = self.pictures()?;
         let mut report = RunReport {
             program: files::PROGRAM.into(),
-            scene: phantom.scene().cloned(),
+            scene: phantom.whole_scene().cloned(),
             warnings: phantom.warnings()?,
             numbers: phantom.numbers()?,
             phases: phantom.phase_reports()?,
-            motion: match self.wants(Product::Motion) || !phantom.parts().points.is_empty() {
+            motion: match self.wants(Product::Motion) || !phantom.scene().points.is_empty() {
                 true => phantom.motion_reports()?,
                 false => Vec::new(),
             },
@@ -168,8 +168,8 @@ impl<'a> Run<'a> {
             compensated,
             pictures,
             slice_order: SliceOrders {
-                projections: phantom.parts().output.projections.info().row_order,
-                volumes: phantom.parts().output.volumes.info().slice_order,
+                projections: phantom.scene().output.projections.info().row_order,
+                volumes: phantom.scene().output.volumes.info().slice_order,
             },
             labels: match self.wants(Product::Labels) {
                 true => phantom.label_names(),
@@ -192,7 +192,7 @@ impl<'a> Run<'a> {
 
 impl Run<'_> {
     pub(super) fn wants(&self, product: Product) -> bool {
-        self.phantom.parts().output.has(product)
+        self.phantom.scene().output.has(product)
     }
 
     /// Views, reconstruction and truth of one gate.
@@ -202,7 +202,7 @@ impl Run<'_> {
         progress: &(dyn Fn(&'static str, f64) + Sync),
     ) -> Result<(GateReport, GateResults), PhantomError> {
         let phantom = self.phantom;
-        let output = &phantom.parts().output;
+        let output = &phantom.scene().output;
         let mut report = GateReport {
             views: ViewReport::of(&phantom.view_times(gate)?, &phantom.radii()?),
             ..GateReport::default()
@@ -221,7 +221,7 @@ impl Run<'_> {
             let counts = phantom.counts_per_unit(gate)?.unwrap_or_default();
             let first = counts.first().copied();
             report.counts_per_unit = first.filter(|&first| counts.iter().all(|&all| all == first));
-            if phantom.parts().counting.is_some() {
+            if phantom.scene().counting.is_some() {
                 report.views.counts_per_unit = counts;
             }
             if output.has(Product::Projections) {
@@ -231,7 +231,7 @@ impl Run<'_> {
                 self.seen.extend_from_slice(&views.samples);
             } else if output.needs(Needs::Reconstruction) {
                 progress("reconstruction", 0.5);
-                let iterations = match phantom.parts().method {
+                let iterations = match phantom.scene().reconstruction.method {
                     Method::Fbp => 1,
                     Method::Osem(osem) => osem.iterations,
                 };
@@ -347,11 +347,11 @@ impl Run<'_> {
         index: Index,
         samples: &[f32],
     ) -> Result<(), PhantomError> {
-        let (camera, parts) = (self.phantom.camera(), self.phantom.parts());
+        let (camera, scene) = (self.phantom.camera(), self.phantom.scene());
         let detector = *camera.detector();
         let angles = self.phantom.written_angles(gate)?;
         let radii = self.phantom.radii()?;
-        let radius = match parts.orbit {
+        let radius = match scene.camera.radius {
             Orbit::Circle(radius) => Radius::Circular(radius),
             Orbit::PerView(_) | Orbit::Ellipse { .. } | Orbit::Contour { .. } => {
                 Radius::PerView(&radii)
@@ -381,7 +381,7 @@ impl Run<'_> {
             projections = projections.with_study(study);
         }
         let names = self.phantom.names_of(Product::Projections, 0, index);
-        let format = parts.output.projections;
+        let format = scene.output.projections;
         files::write(&self.out.join(&names[0]), &projections, format)?;
         self.files.extend(names);
         Ok(())
@@ -428,7 +428,7 @@ impl Run<'_> {
             Some(study) => volume.with_study(study),
             None => volume,
         };
-        let format = self.phantom.parts().output.volumes;
+        let format = self.phantom.scene().output.volumes;
         files::write(&self.out.join(&names[0]), &volume, format)?;
         self.files.extend(names);
         Ok(())

@@ -17,8 +17,8 @@ impl Run<'_> {
             return Ok(Vec::new());
         }
         let views = std::mem::take(&mut self.seen);
-        let reconstruct = phantom.parts().output.needs(Needs::Reconstruction);
-        let (volumes, passes) = match phantom.parts().method {
+        let reconstruct = phantom.scene().output.needs(Needs::Reconstruction);
+        let (volumes, passes) = match phantom.scene().reconstruction.method {
             Method::Fbp => (phantom.n_volumes(), 1),
             Method::Osem(osem) => (1, osem.iterations),
         };

@@ -5,20 +5,22 @@ use crate::scan::{Accuracy, BinSample, Mode, Orbit};
 use crate::{Balloon, Compensation, Method, Rotation, VolumeCurve, VolumeRange};
 use membrane_forces::PressureLaw;
 use radon::{ArcPolicy, Window};
-use serde::de::{Deserializer, Error as _, SeqAccess, Visitor};
-use serde::{Deserialize, Serialize};
-use std::fmt;
-use std::marker::PhantomData;
+#[cfg(feature = "scene")]
+use {
+    super::file::exactly,
+    serde::{Deserialize, Serialize},
+};
 
 /// `[heart]`: the two balloons and how their shapes are found.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct HeartSettings {
     /// Endocardium.
-    #[serde(deserialize_with = "inner")]
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "file::inner"))]
     pub inner: Balloon,
     /// Epicardium; it holds the inner balloon.
-    #[serde(deserialize_with = "outer")]
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "file::outer"))]
     pub outer: Balloon,
     /// What the balloons are made of.
     pub material: MaterialSettings,
@@ -40,36 +42,13 @@ impl Default for HeartSettings {
     }
 }
 
-/// A balloon in a file: what is left out is that of the study, which differs between the two.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PartOfBalloon {
-    length: Option<f64>,
-    radius: Option<f64>,
-    stiffness: Option<f64>,
-}
-
-impl PartOfBalloon {
-    fn or(self, balloon: Balloon) -> Balloon {
-        Balloon {
-            length: self.length.unwrap_or(balloon.length),
-            radius: self.radius.unwrap_or(balloon.radius),
-            stiffness: self.stiffness.unwrap_or(balloon.stiffness),
-        }
-    }
-}
-
-fn inner<'de, D: Deserializer<'de>>(from: D) -> Result<Balloon, D::Error> {
-    PartOfBalloon::deserialize(from).map(|given| given.or(Balloon::INNER))
-}
-
-fn outer<'de, D: Deserializer<'de>>(from: D) -> Result<Balloon, D::Error> {
-    PartOfBalloon::deserialize(from).map(|given| given.or(Balloon::OUTER))
-}
-
 /// Discretisation of the membranes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(
+    feature = "scene",
+    serde(rename_all = "snake_case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum DiscretisationSettings {
     /// The paper's second-order finite differences; the body is the polygon through the nodes.
@@ -89,8 +68,9 @@ pub enum DiscretisationSettings {
 }
 
 /// `[cycle]`: the beat.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct CycleSettings {
     /// Heart rate.
     pub beats_per_minute: f64,
@@ -114,11 +94,12 @@ impl Default for CycleSettings {
 }
 
 /// `[pose]`: the axis along z, turned about the lab's x, then y, then z, then shifted.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct PoseSettings {
     /// Distance from the base of the axis point that the heart turns about, cm; `None` for the middle of the outer balloon.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub centre: Option<f64>,
     /// Degrees about x.
     pub turn_x: f64,
@@ -127,7 +108,7 @@ pub struct PoseSettings {
     /// Degrees about z.
     pub turn_z: f64,
     /// Where that axis point ends up, `[x, y, z]` in cm.
-    #[serde(deserialize_with = "exactly")]
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub shift: [f64; 3],
 }
 
@@ -145,22 +126,24 @@ impl Default for PoseSettings {
 
 /// `[background]`: activity around the heart, in a cylinder of elliptic section along z, without ends, that holds the heart at every
 /// phase.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct BackgroundSettings {
     /// Activity per mL.
     pub concentration: f64,
     /// Its axis, `[x, y]` in cm.
-    #[serde(deserialize_with = "exactly")]
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub centre: [f64; 2],
     /// Half-widths along x and y in cm.
-    #[serde(deserialize_with = "exactly")]
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub semi_axes: [f64; 2],
 }
 
 /// One of `[[organs]]`: it replaces those before it, and the heart replaces them all.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct OrganSettings {
     /// What it fills.
     pub shape: OrganShapeSettings,
@@ -171,66 +154,54 @@ pub struct OrganSettings {
 }
 
 /// What an organ fills.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(
+    feature = "scene",
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum OrganShapeSettings {
     /// An elliptic cylinder along z, without ends.
     Cylinder {
         /// Its axis, `[x, y]` in cm.
-        #[serde(deserialize_with = "exactly")]
+        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
         centre: [f64; 2],
         /// Half-widths along x and y in cm.
-        #[serde(deserialize_with = "exactly")]
+        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
         semi_axes: [f64; 2],
     },
     /// An ellipsoid.
     Ellipsoid {
         /// Its middle, `[x, y, z]` in cm.
-        #[serde(deserialize_with = "exactly")]
+        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
         centre: [f64; 3],
         /// Half-widths along x, y and z in cm.
-        #[serde(deserialize_with = "exactly")]
+        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
         semi_axes: [f64; 3],
     },
 }
 
-/// One of `[[defects]]`: a piece of the wall with another activity. It moves with the wall and keeps its volume. Where defects overlap,
-/// the last one counts.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DefectSettings {
-    /// From 0, the inner membrane, to 1, the outer one: shares of the wall's volume.
-    #[serde(deserialize_with = "exactly")]
-    pub layers: [f64; 2],
-    /// From 0, the base, to 0.5, the apex: material coordinate of the membranes at rest.
-    #[serde(deserialize_with = "exactly")]
-    pub s: [f64; 2],
-    /// Degrees about the axis, from body y to body z; the second is larger, by at most a turn.
-    #[serde(deserialize_with = "exactly")]
-    pub azimuths_degrees: [f64; 2],
-    /// Activity in units of the wall's.
-    pub activity: f64,
-}
-
 /// `[blur]`: a detector of finite resolution, the same at all depths.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct BlurSettings {
     /// Full width at half maximum of the Gaussian in cm.
     pub fwhm: f64,
 }
 
 /// `[collimator]`: parallel holes and a crystal, where `camera.radius` has them; things are seen the wider the farther away they are.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct CollimatorSettings {
     /// The holes.
     pub holes: HolesSettings,
     /// Full width at half maximum of the crystal alone, cm.
     pub intrinsic_fwhm: f64,
     /// Error of a view that blurs which slabs share may cause ([`Collimation::tolerance`](crate::Collimation::tolerance)).
-    #[serde(default = "collimator_tolerance")]
+    #[cfg_attr(feature = "scene", serde(default = "collimator_tolerance"))]
     pub tolerance: f64,
 }
 
@@ -239,8 +210,12 @@ fn collimator_tolerance() -> f64 {
 }
 
 /// The holes of a collimator.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(
+    feature = "scene",
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum HolesSettings {
     /// [`ParallelHoles::GE_LEHR`](radon::ParallelHoles::GE_LEHR).
@@ -268,8 +243,9 @@ pub enum HolesSettings {
 }
 
 /// `[attenuation]`: what weakens the rays on their way to the detector.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct AttenuationSettings {
     /// Attenuation in 1/cm, the same all through the medium.
     pub coefficient: f64,
@@ -278,8 +254,12 @@ pub struct AttenuationSettings {
 }
 
 /// What attenuates.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(
+    feature = "scene",
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum MediumSettings {
     /// Cavity and wall, nothing else.
@@ -287,17 +267,21 @@ pub enum MediumSettings {
     /// All within a cylinder of elliptic section along z, without ends.
     Torso {
         /// Its axis, `[x, y]` in cm.
-        #[serde(deserialize_with = "exactly")]
+        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
         centre: [f64; 2],
         /// Half-widths along x and y in cm.
-        #[serde(deserialize_with = "exactly")]
+        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
         semi_axes: [f64; 2],
     },
 }
 
 /// The heads of a camera.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(
+    feature = "scene",
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
 pub enum HeadsSettings {
     /// One.
     One,
@@ -309,8 +293,9 @@ pub enum HeadsSettings {
 }
 
 /// `[camera]`: views and detector.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct CameraSettings {
     /// Number of views of a head.
     pub views: usize,
@@ -325,7 +310,7 @@ pub struct CameraSettings {
     /// Rows, one for each slice.
     pub rows: usize,
     /// Pitch of bins and of rows in cm.
-    #[serde(deserialize_with = "exactly")]
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub pitch: [f64; 2],
     /// What a bin holds.
     pub samples: BinSample,
@@ -356,8 +341,9 @@ impl Default for CameraSettings {
 }
 
 /// `[acquisition]`: when the views are taken.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct AcquisitionSettings {
     /// Over which time.
     pub mode: Mode,
@@ -375,8 +361,9 @@ impl Default for AcquisitionSettings {
 }
 
 /// `[reconstruction]`: volumes from views.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct ReconstructionSettings {
     /// How: `window`, `cutoff` and `arc` are those of filtered back-projection.
     pub method: Method,
@@ -387,13 +374,13 @@ pub struct ReconstructionSettings {
     /// Cutoff as a share of the Nyquist frequency of the bins.
     pub cutoff: f64,
     /// Pixels along an edge of a slice; `None` for as many as bins.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub pixels: Option<usize>,
     /// Their edge in cm; `None` for the pitch of the bins.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub pixel: Option<f64>,
     /// The part of each slice to reconstruct; the volumes hold nothing else. `None` for all of it.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub region: Option<PixelRange>,
     /// What to do when the arc leaves directions unmeasured.
     pub arc: ArcPolicy,
@@ -415,20 +402,22 @@ impl Default for ReconstructionSettings {
 }
 
 /// Pixels `[from, to)` along x and along y.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct PixelRange {
     /// First column and the one after the last.
-    #[serde(deserialize_with = "exactly")]
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub x: [usize; 2],
     /// First row and the one after the last.
-    #[serde(deserialize_with = "exactly")]
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub y: [usize; 2],
 }
 
 /// `[truth]`: the exact volumes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct TruthSettings {
     /// Largest error of a voxel's covered fraction.
     pub tolerance: f64,
@@ -440,30 +429,35 @@ impl Default for TruthSettings {
     }
 }
 
-/// An array of as many values as it has to have: TOML by itself drops what is too much.
-struct Exactly<T, const N: usize>(PhantomData<T>);
+#[cfg(feature = "scene")]
+mod file {
+    use crate::Balloon;
+    use serde::{Deserialize, Deserializer};
 
-impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for Exactly<T, N> {
-    type Value = [T; N];
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "an array of {N} values")
+    /// A balloon in a file: what is left out is that of the study, which differs between the two.
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct PartOfBalloon {
+        length: Option<f64>,
+        radius: Option<f64>,
+        stiffness: Option<f64>,
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<Self::Value, A::Error> {
-        let mut given = Vec::with_capacity(N);
-        while let Some(value) = values.next_element()? {
-            given.push(value);
+    impl PartOfBalloon {
+        fn or(self, balloon: Balloon) -> Balloon {
+            Balloon {
+                length: self.length.unwrap_or(balloon.length),
+                radius: self.radius.unwrap_or(balloon.radius),
+                stiffness: self.stiffness.unwrap_or(balloon.stiffness),
+            }
         }
-        let n = given.len();
-        (given.try_into()).map_err(|_| A::Error::invalid_length(n, &self))
     }
-}
 
-pub(super) fn exactly<'de, D, T, const N: usize>(from: D) -> Result<[T; N], D::Error>
-where
-    D: Deserializer<'de>,
-    T: Deserialize<'de>,
-{
-    from.deserialize_seq(Exactly(PhantomData))
+    pub(super) fn inner<'de, D: Deserializer<'de>>(from: D) -> Result<Balloon, D::Error> {
+        PartOfBalloon::deserialize(from).map(|given| given.or(Balloon::INNER))
+    }
+
+    pub(super) fn outer<'de, D: Deserializer<'de>>(from: D) -> Result<Balloon, D::Error> {
+        PartOfBalloon::deserialize(from).map(|given| given.or(Balloon::OUTER))
+    }
 }

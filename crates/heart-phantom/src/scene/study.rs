@@ -1,12 +1,13 @@
 //! A scene as data.
 
-use super::motion::{BreathingSettings, PointSettings, TwistSettings};
+use super::motion::{PointSettings, TwistSettings};
 use super::sections::{
     AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
-    CollimatorSettings, CycleSettings, DefectSettings, HeartSettings, MediumSettings,
-    OrganSettings, PoseSettings, ReconstructionSettings, TruthSettings,
+    CollimatorSettings, CycleSettings, HeartSettings, MediumSettings, OrganSettings, PoseSettings,
+    ReconstructionSettings, TruthSettings,
 };
-use crate::{Activity, Beats, Chest, Counting, Mode, Noise, Output};
+use crate::{Activity, Beats, Breathing, Chest, Counting, Defect, Mode, Noise, Output};
+#[cfg(feature = "scene")]
 use serde::{Deserialize, Serialize};
 
 /// Everything that determines a study. [`Default`] is that of Rohmer et al. 2006, with one cycle a view.
@@ -29,57 +30,58 @@ use serde::{Deserialize, Serialize};
 /// assert!(error.to_string().starts_with("line 2, column 9: camera.views"));
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct Scene {
     /// The two balloons.
     pub heart: HeartSettings,
     /// Heart rate and volume curve.
     pub cycle: CycleSettings,
     /// Beats that differ in length; `None` for a regular beat.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub beats: Option<Beats>,
     /// Where the heart stands.
     pub pose: PoseSettings,
     /// How it moves with the breath; `None` for a breath that is held.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub breathing: Option<BreathingSettings>,
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    pub breathing: Option<Breathing>,
     /// What cavity and wall hold.
     pub activity: Activity,
     /// What surrounds the heart; `None` for nothing.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub background: Option<BackgroundSettings>,
     /// Trunk, lungs, liver and spine of an adult around the heart, before all other organs.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub chest: Option<Chest>,
     /// What is around the heart, in the place of a background: each replaces those before it.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
     pub organs: Vec<OrganSettings>,
     /// Pieces of the wall with another activity.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub defects: Vec<DefectSettings>,
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
+    pub defects: Vec<Defect>,
     /// How the wall is twisted at end-systole; `None` for a wall that is not.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub twist: Option<TwistSettings>,
     /// Material points whose motion the report has.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
     pub points: Vec<PointSettings>,
     /// What weakens the rays; `None` for nothing.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub attenuation: Option<AttenuationSettings>,
     /// Views and detector.
     pub camera: CameraSettings,
     /// Resolution of the detector; `None` for lines.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub blur: Option<BlurSettings>,
     /// Resolution that depends on depth; `None` for lines.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub collimator: Option<CollimatorSettings>,
     /// Counts; `None` for their means.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub noise: Option<Noise>,
     /// What a sample is in counts; `None` if that is not known.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub counting: Option<Counting>,
     /// When the views are taken.
     pub acquisition: AcquisitionSettings,

@@ -1,8 +1,7 @@
 //! A scene as a file that explains itself: `template.toml`, with the scene's values in the place of its own.
 
-use super::fault::spelled;
+use super::check_output::formats;
 use super::study::Scene;
-use crate::files::{Format, FormatInfo};
 use std::fmt::Write;
 use std::sync::LazyLock;
 use toml::{Table, Value};
@@ -15,12 +14,6 @@ static TEMPLATE: LazyLock<String> = LazyLock::new(|| {
         .replace("{projections}", &formats(|info| info.projections.is_some()))
         .replace("{gates}", &formats(|info| info.gates))
 });
-
-/// The names, as scenes spell them, of the formats with a property.
-pub(super) fn formats(has: impl Fn(&FormatInfo) -> bool) -> String {
-    let with = Format::ALL.into_iter().filter(|format| has(format.info()));
-    with.map(spelled).collect::<Vec<_>>().join(", ")
-}
 
 /// The file's text.
 pub(super) fn write(scene: &Scene) -> String {

@@ -197,7 +197,7 @@ fn tolerances_that_cannot_be_are_refused() {
         let Err(PhantomError::Scene(error)) = Scene::from_toml(&text) else {
             panic!("{tolerance}");
         };
-        assert_eq!(error.field, "camera.samples.means.tolerance");
+        assert_eq!(error.first().field, "camera.samples.means.tolerance");
     }
     // More rays than are tried.
     let error = Phantom::new(scene(means(1e-6)))

@@ -4,7 +4,7 @@ use heart_phantom::scene::{
     AttenuationSettings, CollimatorSettings, Counts, HolesSettings, MediumSettings, Mode, Noise,
     Orbit, Scene,
 };
-use heart_phantom::{Collimation, Phantom, PhantomError};
+use heart_phantom::{Phantom, PhantomError};
 use radon::Collimator;
 use std::f64::consts::{LN_2, PI};
 
@@ -26,12 +26,16 @@ fn scene() -> Scene {
 }
 
 fn through(response: Collimator, tolerance: f64) -> Phantom {
-    let mut parts = scene().parts().unwrap();
-    parts.collimator = Some(Collimation {
-        response,
+    let mut scene = scene();
+    scene.collimator = Some(CollimatorSettings {
+        holes: HolesSettings::Widths {
+            slope: response.slope(),
+            at_face: response.at_face(),
+        },
+        intrinsic_fwhm: response.intrinsic() * (8.0 * 2f64.ln()).sqrt(),
         tolerance,
     });
-    Phantom::from_parts(parts).unwrap()
+    Phantom::new(scene).unwrap()
 }
 
 fn response() -> Collimator {
@@ -240,7 +244,7 @@ fn parts_have_the_bits_of_the_whole() {
 #[test]
 fn a_collimator_that_cannot_be_is_refused() {
     let refused = |text: &str| match Scene::from_toml(text) {
-        Err(PhantomError::Scene(error)) => error.field,
+        Err(PhantomError::Scene(error)) => error.first().field.clone(),
         other => panic!("{text}: {other:?}"),
     };
     for (holes, more, field) in [

@@ -16,10 +16,10 @@ fn still() -> Scene {
 
 fn breathing(shift: [f64; 3], gates: usize) -> Scene {
     let mut scene = still();
-    scene.breathing = Some(BreathingSettings {
+    scene.breathing = Some(Breathing {
         shift,
         gates: Some(RespiratoryGates::Amplitude(gates)),
-        ..BreathingSettings::default()
+        ..Breathing::default()
     });
     scene
 }

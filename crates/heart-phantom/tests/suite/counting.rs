@@ -268,45 +268,18 @@ fn nothing_is_told_of_a_camera_that_is_not_known() {
 
 #[test]
 fn cameras_without_sense_are_refused() {
-    let parts = |change: &dyn Fn(&mut heart_phantom::PhantomParts)| {
-        let mut parts = scene(Mode::WholeCycle, Decay::None).parts().unwrap();
-        change(&mut parts);
-        Phantom::from_parts(parts).unwrap_err()
-    };
-    let range = |change: &dyn Fn(&mut heart_phantom::PhantomParts)| match parts(change) {
-        PhantomError::OutOfRange { what, .. } => what,
+    let refused = |decay: Decay, mode: Mode| match Phantom::new(scene(mode, decay)) {
+        Err(PhantomError::Scene(error)) => error,
         other => panic!("{other:?}"),
     };
-    for sensitivity in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let what = range(&|p| p.counting.as_mut().unwrap().sensitivity = sensitivity);
-        assert_eq!(what, "sensitivity of the camera");
-    }
-    for hours in [0.0, -6.0, f64::NAN] {
-        let decay = Decay::HalfLifeHours(hours);
-        let what = range(&|p| p.counting.as_mut().unwrap().decay = decay);
-        assert_eq!(what, "half-life in hours");
-    }
     // 48 s are 1e4 half-lives: nothing is left.
     let decay = Decay::HalfLifeHours(48.0 / 3600.0 / 1e4);
-    let what = range(&|p| p.counting.as_mut().unwrap().decay = decay);
-    assert_eq!(what, "expected counts of a sample of 1");
-    assert_eq!(
-        range(&|p| p.mode = Mode::Instants),
-        "seconds that a view counts"
-    );
-    let expected = Noise {
-        counts: Counts::Expected,
-        seed: 1,
-    };
-    let error = parts(&|p| (p.counting, p.noise) = (None, Some(expected)));
-    assert!(matches!(error, PhantomError::Absent { .. }), "{error:?}");
-    let noise = Noise {
-        counts: Counts::Total(1e5),
-        seed: 1,
-    };
-    let error = parts(&|p| p.noise = Some(noise));
+    let error = refused(decay, Mode::WholeCycle);
+    assert_eq!(error.first().field, "counting.sensitivity");
     assert!(
-        matches!(error, PhantomError::Unsupported { .. }),
-        "{error:?}"
+        error.first().wanted.contains("counts of a sample of 1"),
+        "{error}"
     );
+    let error = refused(Decay::None, Mode::Instants);
+    assert_eq!(error.first().field, "acquisition.mode");
 }

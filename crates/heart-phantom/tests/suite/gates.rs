@@ -1,8 +1,8 @@
 //! All gates together, against each by itself.
 
 use heart_phantom::scene::{
-    Accuracy, BackgroundSettings, BlurSettings, CollimatorSettings, DefectSettings, HolesSettings,
-    Mode, Scene,
+    Accuracy, BackgroundSettings, BlurSettings, CollimatorSettings, Defect, HolesSettings, Mode,
+    Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Rotation, VolumeCurve};
 
@@ -46,7 +46,7 @@ fn differences(scene: &Scene) -> [f32; 2] {
 
 #[test]
 fn gates_together_are_those_taken_by_themselves() {
-    let defect = DefectSettings {
+    let defect = Defect {
         layers: [0.0, 0.6],
         s: [0.2, 0.4],
         azimuths_degrees: [0.0, 80.0],

@@ -19,7 +19,7 @@ mod operator;
 mod orbit;
 mod organs;
 mod osem;
-mod parts;
+mod own_heart;
 mod phantom;
 mod prepare;
 mod real_time;

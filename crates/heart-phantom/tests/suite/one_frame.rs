@@ -238,9 +238,9 @@ fn by_fbp_a_scene_moves_the_views_of_each_cardiac_gate() {
     let mut moving = compensated(Mode::Gated { gates: 2 });
     moving.reconstruction.method = Method::Fbp;
     moving.camera.views = 12;
-    moving.breathing = Some(BreathingSettings {
+    moving.breathing = Some(Breathing {
         gates: Some(RespiratoryGates::Phase(3)),
-        ..BreathingSettings::default()
+        ..Breathing::default()
     });
     let phantom = Phantom::new(moving.clone()).unwrap();
     assert_eq!((phantom.n_gates(), phantom.n_volumes()), (6, 2));
@@ -317,9 +317,9 @@ fn what_has_no_common_frame_is_refused() {
     };
     let error = refused(&|scene| {
         scene.reconstruction.method = Method::Fbp;
-        scene.breathing = Some(BreathingSettings {
+        scene.breathing = Some(Breathing {
             turn_degrees: [1.0, 0.0, 0.0],
-            ..BreathingSettings::default()
+            ..Breathing::default()
         });
     });
     assert!(
@@ -328,12 +328,6 @@ fn what_has_no_common_frame_is_refused() {
     );
     let error = refused(&|scene| scene.activity.cavity = Uptake::Total(10.0));
     assert!(error.contains("activity.cavity"), "{error}");
-    let mut parts = compensated(Mode::Gated { gates: 2 }).parts().unwrap();
-    parts.activity.cavity = Uptake::Total(10.0);
-    assert!(matches!(
-        Phantom::from_parts(parts),
-        Err(PhantomError::Unsupported { .. })
-    ));
     let phantom = Phantom::new(compensated(Mode::Gated { gates: 2 })).unwrap();
     let short = phantom.compensated(0, &[0.0; 7], &|_| ()).unwrap_err();
     assert!(matches!(short, PhantomError::WrongLength { given: 7, .. }));

@@ -39,7 +39,7 @@ fn error(n: usize) -> f64 {
     let axis = SliceAxis::new(n, camera.pitch()).unwrap();
     let geometry = SpectGeometry::new(camera.geometry(), &axis, phantom.radii().unwrap()).unwrap();
     let options = SpectOptions::default()
-        .with_collimator(phantom.parts().collimator.unwrap().response)
+        .with_collimator(phantom.scene().collimator.unwrap().response().unwrap())
         .with_attenuation(phantom.attenuation(0.5).unwrap())
         .with_tolerance(1e-4);
     let operator = SpectOperator::<f32>::new(&geometry, camera.image(), &axis, &options).unwrap();

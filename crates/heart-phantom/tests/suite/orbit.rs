@@ -260,7 +260,7 @@ fn orbits_are_read_and_written() {
         let Err(PhantomError::Scene(error)) = read(radius) else {
             panic!("{radius}");
         };
-        assert!(error.field.starts_with(field), "{radius}: {error}");
+        assert!(error.first().field.starts_with(field), "{radius}: {error}");
         assert!(error.to_string().contains(says), "{radius}: {error}");
     }
     let heads = |angle: &str| {
@@ -271,13 +271,13 @@ fn orbits_are_read_and_written() {
     let Err(PhantomError::Scene(error)) = heads("400.0") else {
         panic!();
     };
-    assert_eq!(error.field, "camera.heads.two.angle");
+    assert_eq!(error.first().field, "camera.heads.two.angle");
     // Twice the same quarter of a turn: nothing from the other one.
     let quarter = "[camera]\narc = 90.0\nheads = { two = { angle = 180.0 } }\n";
     let Err(PhantomError::Scene(error)) = Scene::from_toml(quarter) else {
         panic!();
     };
-    assert_eq!(error.field, "camera.arc");
+    assert_eq!(error.first().field, "camera.arc");
     assert!(Scene::from_toml(&quarter.replace("180.0", "90.0")).is_ok());
 }
 
@@ -326,5 +326,5 @@ fn headers_tell_the_radius_of_each_view() {
     let Err(PhantomError::Scene(error)) = Phantom::new(uneven) else {
         panic!();
     };
-    assert_eq!(error.field, "output.projections");
+    assert_eq!(error.first().field, "output.projections");
 }

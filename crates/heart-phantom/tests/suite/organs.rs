@@ -137,8 +137,8 @@ fn a_chest_is_one_line() {
     // The reference man's liver, of 1800 g.
     let liver = grams(phantom.truth(0).unwrap(), 2.0);
     assert!((liver - 1800.0).abs() < 2.0, "{liver}");
-    let map = phantom.attenuation(0.0).unwrap();
-    let at = |place: [f64; 3]| {
+    let at = |phantom: &Phantom, place: [f64; 3]| {
+        let map = phantom.attenuation(0.0).unwrap();
         let grid = phantom.camera().grid();
         let [i, j, k] =
             [0, 1, 2].map(|a| ((place[a] - grid.origin()[a]) / grid.spacing()[a]).round() as usize);
@@ -152,13 +152,23 @@ fn a_chest_is_one_line() {
         ([0.0, 5.5, 0.0], 0.2137),
         ([0.0, 15.0, 0.0], 0.0),
     ] {
-        assert!((at(place) - mu).abs() < 1e-6, "{place:?}: {}", at(place));
+        let found = at(&phantom, place);
+        assert!((found - mu).abs() < 1e-6, "{place:?}: {found}");
     }
     // The heart attenuates as soft tissue, if nothing else is said.
     scene.pose.shift = [3.0, -3.0, 0.0];
     let inside = Phantom::new(scene.clone()).unwrap();
-    let own = inside.parts().attenuation.unwrap();
-    assert_eq!((own.coefficient, own.torso), (Chest::SOFT_TISSUE, None));
+    let soft = AttenuationSettings {
+        coefficient: Chest::SOFT_TISSUE,
+        medium: MediumSettings::Heart,
+    };
+    let mut told = inside.scene().clone();
+    told.attenuation = Some(soft);
+    let told = Phantom::new(told).unwrap();
+    assert_eq!(
+        told.attenuation(0.5).unwrap(),
+        inside.attenuation(0.5).unwrap()
+    );
     let bad = Scene::from_toml("[chest]\nliver = -1.0\n").unwrap_err();
     assert!(bad.to_string().contains("chest.liver"), "{bad}");
     let bad = Scene::from_toml(
@@ -176,8 +186,8 @@ fn a_chest_is_one_line() {
     };
     scene.organs.push(more);
     let organs = Phantom::new(scene).unwrap();
-    let organs = organs.parts().organs.as_ref().unwrap().as_slice().to_vec();
-    assert_eq!((organs.len(), organs[5].activity), (6, 5.0));
+    assert_eq!(at(&organs, [-7.0, 0.0, -14.0]), 0.0);
+    assert!((at(&organs, [-7.0, 0.0, -16.0]) - 0.1585).abs() < 1e-6);
 }
 
 #[test]

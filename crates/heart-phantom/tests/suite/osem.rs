@@ -5,7 +5,7 @@ use heart_phantom::scene::{
     HeadsSettings, HolesSettings, MediumSettings, Mode, Orbit, OrganSettings, OrganShapeSettings,
     PixelRange, Scene,
 };
-use heart_phantom::{Accuracy, Method, Osem, Phantom, PhantomError, PhantomParts, Uptake, run};
+use heart_phantom::{Accuracy, Method, Osem, Phantom, PhantomError, Uptake, run};
 use std::sync::Mutex;
 
 /// Views of the heart at rest within a torso through a collimator, in half a centimetre.
@@ -335,38 +335,7 @@ fn a_run_tells_what_it_did() {
 }
 
 #[test]
-fn parts_that_make_no_sense_are_refused() {
-    let refused = |change: &dyn Fn(&mut PhantomParts)| {
-        let mut parts = by(whole(4, 2)).parts().unwrap();
-        change(&mut parts);
-        Phantom::from_parts(parts).unwrap_err().to_string()
-    };
-    for (osem, says) in [
-        (
-            Osem::new(0, 1),
-            "subsets of OSEM is 0, must be between 1 and 32",
-        ),
-        (
-            Osem::new(33, 1),
-            "subsets of OSEM is 33, must be between 1 and 32",
-        ),
-        (Osem::new(1, 0), "iterations of OSEM is 0"),
-        (
-            Osem {
-                tolerance: Some(f64::NAN),
-                ..Osem::new(1, 1)
-            },
-            "tolerance of OSEM is NaN",
-        ),
-    ] {
-        let error = refused(&|parts| parts.method = Method::Osem(osem));
-        assert!(error.starts_with(says), "{error}");
-    }
-    let error = refused(&|parts| parts.attenuation = None);
-    assert_eq!(error, "there is no attenuation");
-    let error = refused(&|parts| parts.collimator = None);
-    assert_eq!(error, "there is no collimator");
-
+fn what_no_model_fits_is_refused() {
     // A torso of which no model would fit.
     let mut vast = by(whole(4, 2));
     vast.attenuation = Some(AttenuationSettings {
@@ -377,7 +346,7 @@ fn parts_that_make_no_sense_are_refused() {
         },
     });
     match Phantom::new(vast) {
-        Err(PhantomError::Refused { field, .. }) => assert_eq!(field, "reconstruction.method"),
+        Err(PhantomError::Scene(error)) => assert_eq!(error.first().field, "reconstruction.method"),
         other => panic!("{other:?}"),
     }
 

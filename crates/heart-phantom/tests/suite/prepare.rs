@@ -15,8 +15,8 @@ fn small(mode: Mode) -> Scene {
     scene
 }
 
-fn defect() -> DefectSettings {
-    DefectSettings {
+fn defect() -> Defect {
+    Defect {
         layers: [0.2, 0.8],
         s: [0.1, 0.4],
         azimuths_degrees: [0.0, 90.0],
@@ -49,7 +49,7 @@ fn hopeless() -> Vec<(Scene, &'static str)> {
             with(&|scene| {
                 // Thinner than rounding.
                 let layers = [0.5, 0.5 + 1e-15];
-                scene.defects = vec![defect(), DefectSettings { layers, ..defect() }];
+                scene.defects = vec![defect(), Defect { layers, ..defect() }];
             }),
             "defects.2",
         ),

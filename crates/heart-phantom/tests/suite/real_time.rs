@@ -9,13 +9,13 @@ use std::collections::BTreeMap;
 /// Levels of volume at which shapes of brute force are solved.
 const GAINS: f64 = 1000.0;
 
-fn breathing() -> BreathingSettings {
-    BreathingSettings {
+fn breathing() -> Breathing {
+    Breathing {
         shift: [0.2, 0.4, -1.8],
         period: 3.7,
         curve: BreathingCurve::Lujan { n: 2 },
         start: 0.15,
-        ..BreathingSettings::default()
+        ..Breathing::default()
     }
 }
 
@@ -341,7 +341,7 @@ fn what_moves_nothing_changes_no_bit() {
         let plain = small(mode).with_size(16);
         let period = 60.0 / plain.cycle.beats_per_minute;
         let mut still = plain.clone();
-        still.breathing = Some(BreathingSettings {
+        still.breathing = Some(Breathing {
             shift: [0.0; 3],
             ..breathing()
         });

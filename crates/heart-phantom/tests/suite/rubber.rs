@@ -141,10 +141,13 @@ fn what_is_no_rubber_is_refused_with_line_and_field() {
         };
         let message = error.to_string();
         assert!(
-            error.field.starts_with(&format!("heart.material{field}")),
+            error
+                .first()
+                .field
+                .starts_with(&format!("heart.material{field}")),
             "{bad}: {message}"
         );
-        assert_eq!(error.place.unwrap()[0], 3, "{bad}: {message}");
+        assert_eq!(error.first().place.unwrap()[0], 3, "{bad}: {message}");
         assert!(message.contains(wanted), "{bad}: {message}");
     }
 }
@@ -161,7 +164,13 @@ fn rubber_is_under_a_pressure_and_has_no_stiffness() {
         let Err(PhantomError::Scene(error)) = Scene::from_toml(&text) else {
             panic!("{given} was taken");
         };
-        assert_eq!((error.field.as_str(), error.place.unwrap()[0]), (field, 3));
+        assert_eq!(
+            (
+                error.first().field.as_str(),
+                error.first().place.unwrap()[0]
+            ),
+            (field, 3)
+        );
     }
     let law = format!("[heart]\nmaterial = {LATEX}\nlaw = \"per-current-length\"\n");
     assert!(Scene::from_toml(&law).is_ok());

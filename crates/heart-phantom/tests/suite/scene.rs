@@ -107,7 +107,7 @@ fn nothing_of_a_full_scene_is_commented_out() {
     let mut scene = Scene::from_toml(FULL).unwrap();
     scene.pose.centre = Some(5.0);
     scene.defects.resize(1, scene.defects[0]);
-    scene.defects.push(DefectSettings {
+    scene.defects.push(Defect {
         activity: 0.625,
         ..scene.defects[0]
     });
@@ -177,12 +177,12 @@ fn numbers_that_are_too_large_to_write_are_refused_by_their_line() {
     };
     let page = scene.to_toml();
     let error = error_of(&page);
-    assert_eq!(error.field, "noise.seed");
+    assert_eq!(error.first().field, "noise.seed");
     let line = 1 + page
         .lines()
         .position(|line| line.starts_with("seed"))
         .unwrap();
-    assert_eq!(error.place.unwrap()[0], line);
+    assert_eq!(error.first().place.unwrap()[0], line);
 }
 
 #[test]
@@ -226,7 +226,7 @@ fn each_part_of_a_scene_can_be_built() {
             centre: [0.0, 1.0],
             semi_axes: [7.0, 6.0],
         }),
-        defects: vec![DefectSettings {
+        defects: vec![Defect {
             layers: [0.0, 0.5],
             s: [0.1, 0.3],
             azimuths_degrees: [-30.0, 30.0],
@@ -254,27 +254,30 @@ fn each_part_of_a_scene_can_be_built() {
 fn unknown_fields_and_broken_text_are_shown_where_they_stand() {
     let error = error_of("[camera]\nviews = 60\ncolour = 'red'\n");
     assert_eq!(
-        (error.place, error.field.as_str()),
+        (error.first().place, error.first().field.as_str()),
         (Some([3, 1]), "camera.colour")
     );
-    assert!(error.wanted.contains("views"), "{error}");
+    assert!(error.first().wanted.contains("views"), "{error}");
     let error = error_of("[camra]\nviews = 60\n");
-    assert_eq!(error.place.map(|[line, _]| line), Some(1));
-    assert!(error.wanted.contains("camera"), "{error}");
+    assert_eq!(error.first().place.map(|[line, _]| line), Some(1));
+    assert!(error.first().wanted.contains("camera"), "{error}");
     let error = error_of("[camera\nviews = 60\n");
-    assert_eq!(error.place.map(|[line, _]| line), Some(1));
+    assert_eq!(error.first().place.map(|[line, _]| line), Some(1));
     let error = error_of("[camera]\nviews = 60\nviews = 61\n");
-    assert_eq!(error.place.map(|[line, _]| line), Some(3));
+    assert_eq!(error.first().place.map(|[line, _]| line), Some(3));
     // The arc of the reconstruction is not given, and its default does for the default camera: the camera's own line is shown.
     let error = error_of("[camera]\narc = 90.0\n");
     assert_eq!(
-        (error.field.as_str(), error.place),
+        (error.first().field.as_str(), error.first().place),
         ("camera.arc", Some([2, 7]))
     );
-    assert!(error.wanted.contains("reconstruction.arc"), "{error}");
+    assert!(
+        error.first().wanted.contains("reconstruction.arc"),
+        "{error}"
+    );
     let error = error_of("[camera]\nbins = 8192\nrows = 8192\nviews = 8\n");
     assert_eq!(
-        (error.field.as_str(), error.place),
+        (error.first().field.as_str(), error.first().place),
         ("camera.bins", Some([2, 8]))
     );
 }
@@ -425,7 +428,7 @@ fn no_type_of_rust_is_named() {
 fn an_arc_that_is_said_to_be_enough_is() {
     for views in [1, 2, 3, 7, 90, 1000] {
         let text = |arc: &str| format!("camera.views = {views}\ncamera.arc = {arc}\n");
-        let said = error_of(&text("0.5")).wanted;
+        let said = error_of(&text("0.5")).first().wanted.clone();
         let (_, after) = said.split_once("either way (").unwrap();
         let enough = after.split(' ').next().unwrap();
         Scene::from_toml(&text(enough)).unwrap();
@@ -451,7 +454,7 @@ fn no_array_takes_more_values_or_fewer() {
         for n in [values - 1, values + 1] {
             let given = vec!["0.5"; n].join(", ");
             let error = error_of(&format!("[{section}]\n{field} = [{given}]\n"));
-            assert_eq!(error.place.unwrap()[0], 2, "{error}");
+            assert_eq!(error.first().place.unwrap()[0], 2, "{error}");
             assert!(
                 error
                     .to_string()
@@ -489,8 +492,8 @@ fn what_would_fill_a_terabyte_is_refused_with_its_numbers() {
     let error = error_of(
         "[camera]\nbins = 1024\nrows = 1024\n[acquisition]\nmode = { gated = { gates = 1000 } }\n",
     );
-    assert_eq!(error.field, "acquisition.mode.gated.gates");
-    assert!(error.wanted.contains("1000 sets"), "{error}");
+    assert_eq!(error.first().field, "acquisition.mode.gated.gates");
+    assert!(error.first().wanted.contains("1000 sets"), "{error}");
     // However large a number is that another check would refuse.
     for pixels in ["9223372036854775807", "4294967296"] {
         error_of(&format!(

@@ -69,7 +69,7 @@ fn the_clinical_pose_is_that_of_a_patient() {
     scene.defects = [45.0, 135.0, 225.0, 315.0]
         .map(|middle| {
             let azimuths = [middle - 20.0, middle + 20.0];
-            heart_phantom::scene::DefectSettings {
+            heart_phantom::scene::Defect {
                 azimuths_degrees: azimuths,
                 ..defect
             }

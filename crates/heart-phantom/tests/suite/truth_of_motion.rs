@@ -29,11 +29,11 @@ fn lively() -> Scene {
     scene.twist = Some(twist());
     scene.cycle.base_descent = 1.6;
     scene.camera.seconds_per_view = 4.0;
-    scene.breathing = Some(BreathingSettings {
+    scene.breathing = Some(Breathing {
         shift: [0.1, 0.3, -1.5],
         turn_degrees: [4.0, 0.0, -3.0],
         gates: Some(RespiratoryGates::Amplitude(2)),
-        ..BreathingSettings::default()
+        ..Breathing::default()
     });
     scene
 }
@@ -66,14 +66,14 @@ fn defects_twist_with_the_material_and_keep_their_volume() {
     let mut scene = smooth(Mode::Static { phase: 0.0 }).with_size(32);
     scene.twist = Some(twist());
     scene.truth.tolerance = 1e-4;
-    scene.defects.push(DefectSettings {
+    scene.defects.push(Defect {
         layers: [0.0, 1.0],
         s: [0.15, 0.45],
         azimuths_degrees: [-40.0, 50.0],
         activity: 0.0,
     });
     let phantom = Phantom::new(scene.clone()).unwrap();
-    let region = phantom.parts().defects[0].region;
+    let region = phantom.scene().defects[0].region();
     let wall = phantom.wall(0.0).unwrap();
     let grid = *phantom.camera().grid();
     // Of the voxels in the wall, each with its label: those of the defect are those whose material is of it, but next to its sides.
@@ -281,7 +281,7 @@ fn velocities_are_differences_in_real_time() {
         let [before, after] = [-h, h].map(|dt| {
             let moment = Moment {
                 phase: at.phase + dt / cycle.period(),
-                breath: breathing.fraction(phase * breathing.period() + dt),
+                breath: breathing.fraction(phase * breathing.breathing().period + dt),
             };
             phantom.wall(moment).unwrap()
         });
@@ -376,7 +376,7 @@ fn a_run_writes_the_motion_of_each_gate_and_tells_torsion() {
         assert!(systole.longitudinal_shortening > 0.05);
         assert_eq!(systole.points.len(), 1);
         let wall = phantom.wall(phantom.phases()[0].moment()).unwrap();
-        let place = wall.position(&phantom.parts().points[0]).unwrap();
+        let place = wall.position(&phantom.scene().points[0].point()).unwrap();
         assert_eq!(
             systole.points[0].position_cm,
             <[f64; 3]>::from(place.coords)

@@ -80,14 +80,14 @@ impl<'a> Kept<'a> {
 
     /// What a sample of a volume is.
     pub(super) fn unit(&self) -> &'static str {
-        match self.phantom.parts().counting {
+        match self.phantom.scene().counting {
             Some(_) => "MBq/mL",
             None => "activity/mL",
         }
     }
 
     pub(super) fn when(&self, gate: usize) -> String {
-        match self.phantom.parts().mode {
+        match self.phantom.scene().acquisition.mode {
             Mode::Static { phase } => format!("phase {phase}"),
             Mode::Gated { gates } => {
                 let phase = (gate as f64 + 0.5) / gates as f64;

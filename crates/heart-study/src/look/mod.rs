@@ -50,7 +50,7 @@ impl<'a> Look<'a> {
     fn pictures(&self) -> bool {
         self.kept
             .phantom
-            .parts()
+            .scene()
             .output
             .write
             .contains(&Product::Pictures)
@@ -60,10 +60,11 @@ impl<'a> Look<'a> {
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         if self.pictures() {
-            let wants = |product| self.kept.phantom.parts().output.write.contains(&product);
+            let wants = |product| self.kept.phantom.scene().output.write.contains(&product);
             let truth = self.kept.phantom.truth_of().file_name();
             // Pictures are of the reconstructions of gates, asked for or not.
-            let of_gates = self.kept.phantom.parts().compensation == Compensation::None;
+            let of_gates =
+                self.kept.phantom.scene().reconstruction.compensation == Compensation::None;
             let reconstruction = of_gates.then_some("reconstruction");
             let truth = wants(Product::Truth).then_some(truth);
             for name in [reconstruction, truth].into_iter().flatten() {

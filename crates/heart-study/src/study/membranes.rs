@@ -54,7 +54,7 @@ pub(super) struct CircleStudy {
 
 /// Rest shapes of Table 1: the polygon's measures against the closed forms.
 pub(super) fn rest(run: &Run<'_>) -> Result<report::Rest, PhantomError> {
-    let pair = run.parts.heart.pair();
+    let pair = run.phantom.heart().pair();
     let measure = |solver: &Solver, balloon: Balloon| -> Result<_, PhantomError> {
         let discrete = solver.start_measures();
         let exact = balloon_at_rest(balloon.length, balloon.radius)?;
@@ -76,10 +76,10 @@ pub(super) fn rest(run: &Run<'_>) -> Result<report::Rest, PhantomError> {
 /// The direct method (section 3.1) on the pair and on the inner balloon alone.
 pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
     let options = NewtonOptions::default();
-    let dilated = run.parts.heart.shapes(&[run.options.gain])?.remove(0);
+    let dilated = run.phantom.heart().shapes(&[run.options.gain])?.remove(0);
     let solution = dilated.solution();
     let limit = limit(run.options.gain)?;
-    let inner = run.parts.heart.pair().inner();
+    let inner = run.phantom.heart().pair().inner();
     let family = PRESSURES
         .iter()
         .map(|&load| {

@@ -63,7 +63,7 @@ fn run_in_pool(
             gain: options.gain,
             beats_per_minute: options.beats_per_minute,
             nodes: options.nodes,
-            voxel_cm: run.parts.camera.pitch(),
+            voxel_cm: run.phantom.camera().pitch(),
         },
         ..Report::default()
     };
@@ -71,7 +71,11 @@ fn run_in_pool(
 
     run.stage("voxels");
     let clock = run.clock();
-    let regions = Regions::new(&run.parts.heart, &run.parts.camera, &run.parts.cycle)?;
+    let regions = Regions::new(
+        run.phantom.heart(),
+        run.phantom.camera(),
+        run.phantom.cycle(),
+    )?;
     run.time.truth_and_files += clock.seconds();
     let mut volumes = [Vec::new(), Vec::new()];
     for (k, (name, mode)) in tomography::ACQUISITIONS.into_iter().enumerate() {
@@ -127,7 +131,7 @@ fn solve(
     run.stage("circle");
     let circle = membranes::circle()?;
     let peak = run.options.gain;
-    let states = run.parts.heart.shapes(&[0.0, 0.5 * peak, peak])?;
+    let states = run.phantom.heart().shapes(&[0.0, 0.5 * peak, peak])?;
     run.stage("rubber");
     let rubber = rubber::rubber(run)?;
     run.time.solve += clock.seconds();

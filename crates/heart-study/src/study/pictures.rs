@@ -276,13 +276,13 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Study
             "The camera turns about z by 180 degrees in {} views while the heart beats {} times a \
              minute. Sinograms from exact chords of the revolved membranes, reconstructed slice by \
              slice to {}³ voxels of {:.4} cm.",
-            run.parts.camera.n_views(),
+            run.phantom.camera().n_views(),
             run.options.beats_per_minute,
-            run.parts.camera.n_bins(),
-            run.parts.camera.pitch()
+            run.phantom.camera().n_bins(),
+            run.phantom.camera().pitch()
         ),
     );
-    let rest = run.parts.heart.rest()?;
+    let rest = run.phantom.heart().rest()?;
     let middle = (Balloon::OUTER.length + Balloon::OUTER.radius) / 2.0;
     let upright = Pose::axis_along_z(middle).map_err(PhantomError::from)?;
     gallery.picture(
@@ -293,7 +293,7 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Study
                 ("axis along z", upright),
                 (
                     "turned 45° about x, then 45° about y",
-                    *run.parts.heart.pose(),
+                    *run.phantom.heart().pose(),
                 ),
             ],
             VIEW,
@@ -308,8 +308,8 @@ pub(super) fn projection_images(
     run: &Run<'_>,
     samples: &[f32],
 ) -> Result<(), StudyError> {
-    let n = run.parts.camera.n_bins();
-    let angles = run.parts.camera.geometry().angles();
+    let n = run.phantom.camera().n_bins();
+    let angles = run.phantom.camera().geometry().angles();
     let images: Vec<Projection<'_>> = [0, angles.len() / 3, 2 * angles.len() / 3]
         .iter()
         .map(|&view_idx| Projection {
@@ -319,7 +319,7 @@ pub(super) fn projection_images(
         .collect();
     gallery.picture(
         "fig14-projections.png",
-        &projections(&images, n, run.parts.camera.pitch())?,
+        &projections(&images, n, run.phantom.camera().pitch())?,
         "Fig. 14: projections of the wall at rest from three angles; exact chord lengths, no voxels.",
     )
 }
@@ -331,11 +331,11 @@ pub(super) fn reconstruction(
     (number, name): (usize, &str),
     volume: &[f32],
 ) -> Result<(), StudyError> {
-    let n = run.parts.camera.n_bins();
+    let n = run.phantom.camera().n_bins();
     let volume = Volume {
         values: volume,
         size: [n; 3],
-        spacing: run.parts.camera.pitch(),
+        spacing: run.phantom.camera().pitch(),
     };
     let of = |what: &str| format!("fig{number}-{name}-{what}.png");
     gallery.picture(
@@ -350,7 +350,7 @@ pub(super) fn reconstruction(
         format!("Fig. {number}b: slices of the same."),
     )?;
     // Cut through the body's axis, facing the viewer: the wall's inside, and what motion does to it.
-    let axis = run.parts.heart.pose().axis();
+    let axis = run.phantom.heart().pose().axis();
     let toward = Vector3::from(VIEW.toward());
     let normal = toward - axis * toward.dot(&axis);
     let view = IsoView {

@@ -36,7 +36,7 @@ pub(super) fn rubber(run: &Run<'_>) -> Result<RubberStudy, PhantomError> {
     let phantom = |material: MaterialSettings| {
         let mut scene = run.options.scene();
         scene.heart.material = material;
-        let [_, diastole] = run.parts.cycle.extreme_phases();
+        let [_, diastole] = run.phantom.cycle().extreme_phases();
         Phantom::new(scene.with_mode(Mode::Static { phase: diastole }))
     };
     let energy = StrainEnergy::NeoHookean { mu };
@@ -45,7 +45,10 @@ pub(super) fn rubber(run: &Run<'_>) -> Result<RubberStudy, PhantomError> {
         phantom(MaterialSettings::Rubber { energy, thickness })?,
     ];
     let [springs, of_rubber] = &both;
-    let (n, view) = (run.parts.camera.n_bins(), run.parts.camera.n_views() / 3);
+    let (n, view) = (
+        run.phantom.camera().n_bins(),
+        run.phantom.camera().n_views() / 3,
+    );
     let views = [springs.view(0, view)?, of_rubber.view(0, view)?];
     let [_, diastole] = springs.extreme_phases();
     let dilated = [springs.shape(diastole)?, of_rubber.shape(diastole)?];
@@ -62,9 +65,9 @@ pub(super) fn rubber(run: &Run<'_>) -> Result<RubberStudy, PhantomError> {
             view_difference: difference(&views),
         },
         dilated,
-        angle: run.parts.camera.geometry().angles()[view],
+        angle: run.phantom.camera().geometry().angles()[view],
         profiles: views.map(|samples| {
-            let geometry = run.parts.camera.geometry();
+            let geometry = run.phantom.camera().geometry();
             let row = samples.chunks_exact(n).nth(n / 2).unwrap_or_default();
             let bins = row.iter().enumerate();
             bins.map(|(k, value)| [geometry.bin_centre(k), f64::from(*value)])

@@ -2,7 +2,7 @@
 
 use super::options::StudyOptions;
 use super::report;
-use heart_phantom::{PhantomError, PhantomParts, Progress, files};
+use heart_phantom::{Phantom, PhantomError, Progress, files};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -16,7 +16,7 @@ pub(super) struct Run<'a> {
     pub(super) options: &'a StudyOptions,
     pub(super) out: &'a Path,
     /// Of all three acquisitions, which share the shapes of the heart.
-    pub(super) parts: PhantomParts,
+    pub(super) phantom: Phantom,
     pub(super) time: report::Time,
     progress: &'a (dyn Fn(Progress) + Sync),
     stages: AtomicUsize,
@@ -33,7 +33,7 @@ impl<'a> Run<'a> {
         Ok(Self {
             options,
             out,
-            parts: options.scene().parts()?,
+            phantom: Phantom::new(options.scene())?,
             time: report::Time::default(),
             progress,
             stages: AtomicUsize::new(0),

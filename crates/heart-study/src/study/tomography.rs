@@ -33,16 +33,15 @@ pub(super) fn reconstruct(
     [ram_lak, hann]: &mut [Vec<f32>; 2],
 ) -> Result<Reconstructed, PhantomError> {
     let with = |window| {
-        let mut parts = run.parts.clone();
-        parts.mode = mode;
-        parts.reconstruction = parts.reconstruction.with_window(window);
-        Phantom::from_parts(parts)
+        let mut scene = run.phantom.scene().clone().with_mode(mode);
+        scene.reconstruction.window = window;
+        run.phantom.with_scene(scene)
     };
     let (phantom, smooth) = (with(Window::RamLak)?, with(Window::Hann)?);
     let (camera, truth_of) = (phantom.camera(), phantom.truth_of());
     let (n, views) = (camera.n_bins(), camera.n_views());
     run.stage("solving shapes");
-    let solved = run.parts.heart.shapes_solved();
+    let solved = run.phantom.heart().shapes_solved();
     let clock = run.clock();
     let acquisition = phantom.acquisition(0)?;
     acquisition.solve(phantom.heart(), camera, phantom.cycle())?;

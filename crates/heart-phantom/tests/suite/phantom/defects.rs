@@ -6,8 +6,8 @@ use revolve_voxel::nalgebra::{Point3, Vector3};
 
 use super::small;
 
-pub(crate) fn infarct() -> DefectSettings {
-    DefectSettings {
+pub(crate) fn infarct() -> Defect {
+    Defect {
         layers: [0.0, 0.7],
         s: [0.2, 0.35],
         azimuths_degrees: [20.0, 110.0],
@@ -19,14 +19,14 @@ pub(crate) fn infarct() -> DefectSettings {
 fn labels_mark_defects() {
     let mut scene = small(Mode::Static { phase: 0.0 });
     let plain = Phantom::new(scene.clone()).unwrap();
-    let lateral = DefectSettings {
+    let lateral = Defect {
         layers: [0.0, 1.0],
         s: [0.05, 0.3],
         azimuths_degrees: [90.0, 200.0],
         activity: 2.0,
     };
     // The first lies within the second and is replaced by it; the third is beside that and takes a part of it.
-    let hidden = DefectSettings {
+    let hidden = Defect {
         s: [0.25, 0.3],
         layers: [0.1, 0.5],
         azimuths_degrees: [40.0, 80.0],

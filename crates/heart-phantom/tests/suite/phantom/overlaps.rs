@@ -7,8 +7,8 @@ use proptest::prelude::*;
 use super::defects::infarct;
 use super::small;
 
-fn region(layers: [f64; 2], s: [f64; 2], azimuths: [f64; 2], activity: f64) -> DefectSettings {
-    DefectSettings {
+fn region(layers: [f64; 2], s: [f64; 2], azimuths: [f64; 2], activity: f64) -> Defect {
+    Defect {
         layers,
         s,
         azimuths_degrees: azimuths,
@@ -16,7 +16,7 @@ fn region(layers: [f64; 2], s: [f64; 2], azimuths: [f64; 2], activity: f64) -> D
     }
 }
 
-fn with(defects: &[DefectSettings]) -> Phantom {
+fn with(defects: &[Defect]) -> Phantom {
     let mut scene = small(Mode::WholeCycle);
     scene.defects = defects.to_vec();
     Phantom::new(scene).unwrap()
@@ -122,7 +122,7 @@ fn defects_of_too_many_pieces_are_refused() {
 }
 
 /// The whole activity of a scene, by closed form: the cavity's, and the wall's strips, layers and wedges.
-fn activity(phantom: &Phantom, defects: &[DefectSettings]) -> f64 {
+fn activity(phantom: &Phantom, defects: &[Defect]) -> f64 {
     // The share of the wall up to an s is known where defects end at 0 and 1/2 only; others by points on a fine net.
     const N: usize = 24;
     let shapes = phantom.heart().shapes(&[0.0]).unwrap();
@@ -134,7 +134,7 @@ fn activity(phantom: &Phantom, defects: &[DefectSettings]) -> f64 {
         let volume = strip(from, to).measures().volume / (N * N) as f64;
         for (i, k) in (0..N).flat_map(|i| (0..N).map(move |k| (i, k))) {
             let at = |k: usize| (k as f64 + 0.5) / N as f64;
-            let holds = |defect: &&DefectSettings| {
+            let holds = |defect: &&Defect| {
                 let turn = (360.0 * at(k) - defect.azimuths_degrees[0]).rem_euclid(360.0);
                 (defect.layers[0]..defect.layers[1]).contains(&at(i))
                     && (defect.s[0]..defect.s[1]).contains(&(0.5 * (from + to)))
@@ -148,7 +148,7 @@ fn activity(phantom: &Phantom, defects: &[DefectSettings]) -> f64 {
 }
 
 /// Ends on a coarse net, so that defects share sides, lie in each other and reach both membranes.
-fn any_defect() -> impl Strategy<Value = DefectSettings> {
+fn any_defect() -> impl Strategy<Value = Defect> {
     let range = |n: i32| (0..n, 0..n).prop_map(move |(a, b)| [a.min(b), a.max(b) + 1]);
     let activity = prop_oneof![3 => Just(0.0), 1 => 0.0..3.0];
     (range(4), range(4), -12..12, 1..=12, activity).prop_map(|(layers, s, from, wide, activity)| {

@@ -687,10 +687,14 @@ fn every_field_refuses_a_bad_value_and_says_where() {
     for (text, field, advice) in BAD {
         let error = error_of(text);
         let said = error.to_string();
-        assert_eq!(error.field, *field, "{text}\n{said}");
+        assert_eq!(error.findings().len(), 1, "{text}\n{said}");
+        assert_eq!(error.first().field, *field, "{text}\n{said}");
         assert!(said.contains(advice), "{text}\n{said}");
         // The line of the field's own name, or of the table that misses it.
-        let [line, column] = error.place.unwrap_or_else(|| panic!("{text}\n{said}"));
+        let [line, column] = error
+            .first()
+            .place
+            .unwrap_or_else(|| panic!("{text}\n{said}"));
         let there = text.lines().nth(line - 1).unwrap_or_default();
         let named = field.split('.').any(|name| there.contains(name));
         assert!(named, "{text}\n{said}");

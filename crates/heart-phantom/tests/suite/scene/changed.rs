@@ -118,7 +118,7 @@ proptest! {
             }
             Err(PhantomError::Scene(error)) => {
                 prop_assert!(!error.to_string().is_empty());
-                if let Some([line, _]) = error.place {
+                if let Some([line, _]) = error.first().place {
                     prop_assert!(line >= 1 && line <= text.lines().count() + 1);
                 }
             }

@@ -11,7 +11,7 @@ const GAINS: f64 = 4000.0;
 
 /// A view of a gate from `n` moments.
 pub(crate) fn view(phantom: &Phantom, gate: usize, view_idx: usize, n: usize) -> Vec<f64> {
-    let scene = phantom.scene().unwrap();
+    let scene = phantom.scene();
     let (camera, interval) = (&scene.camera, scene.camera.seconds_per_view);
     let turning = camera.rotation == Rotation::Continuous;
     let (from, seconds, gates) = match scene.acquisition.mode {

@@ -252,7 +252,7 @@ fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
     }
     let phase = phase + 0.0; // -0 is 0
     let phantom = Phantom::load(scene)?;
-    let format = phantom.parts().output.volumes;
+    let format = phantom.scene().output.volumes;
     let [activity, labels] = ["activity", "labels"].map(|name| {
         let extensions = format.info().volume;
         let files = [Some(extensions.header), extensions.data]

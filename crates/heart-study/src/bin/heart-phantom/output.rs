@@ -6,7 +6,7 @@ use heart_phantom::{PhantomError, shown};
 use heart_study::StudyError;
 use serde_json::{Value, json};
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// What a command has to say.
@@ -100,7 +100,7 @@ impl Output {
                 let (text, code) = (told(&error), code_of_cohort(&error));
                 let mut json = json!({ "error": text, "code": code });
                 if let CohortError::Text(error) = &error {
-                    locate(&mut json, &error.file, &error.field, error.place);
+                    locate(&mut json, error.file.as_deref(), &error.field, error.place);
                 }
                 self.refuse(&text, json);
                 ExitCode::from(code)
@@ -253,10 +253,13 @@ fn code_of_cohort(error: &CohortError) -> u8 {
 fn as_json(error: &PhantomError) -> Value {
     let mut json = json!({ "error": told(error), "code": code(error) });
     let at = match error {
-        PhantomError::Scene(scene) => Some((&scene.file, &scene.field, scene.place)),
+        PhantomError::Scene(scene) => {
+            let first = scene.first();
+            Some((scene.file(), &first.field, first.place))
+        }
         PhantomError::Refused {
             file, field, place, ..
-        } => Some((file, field, *place)),
+        } => Some((file.as_deref(), field, *place)),
         _ => None,
     };
     if let Some((file, field, place)) = at {
@@ -266,8 +269,8 @@ fn as_json(error: &PhantomError) -> Value {
 }
 
 /// Where in which file.
-fn locate(json: &mut Value, file: &Option<PathBuf>, field: &str, place: Option<[usize; 2]>) {
-    json["file"] = json!(file.as_ref().map(|file| file.to_string_lossy()));
+fn locate(json: &mut Value, file: Option<&Path>, field: &str, place: Option<[usize; 2]>) {
+    json["file"] = json!(file.map(|file| file.to_string_lossy()));
     json["field"] = json!(field);
     json["line"] = json!(place.map(|[line, _]| line));
     json["column"] = json!(place.map(|[_, column]| column));

@@ -1,0 +1,86 @@
+//! Validation of the section `[output]`.
+
+use super::finding::{Check, spelled};
+use super::*;
+use crate::files::{Format, FormatInfo};
+use crate::ranges;
+
+pub(super) fn output(scene: &Scene, c: &mut Check) {
+    let (output, mode) = (&scene.output, scene.acquisition.mode);
+    let tolerance = output.mesh_tolerance;
+    c.within("mesh_tolerance", tolerance, ranges::MESH_TOLERANCE);
+    let (volumes, projections) = (output.volumes.info(), output.projections.info());
+    for (name, format) in [
+        ("volumes", output.volumes),
+        ("projections", output.projections),
+    ] {
+        if let Err(error) = format.info().check_built() {
+            c.fault(name, spelled(format), error.to_string());
+        }
+    }
+    for (k, product) in output.write.iter().enumerate() {
+        if output.write[..k].contains(product) {
+            let given = format!("{} twice", spelled(product));
+            c.fault("write", given, "name each product once");
+        }
+    }
+    if output.has(Product::Pictures) && !cfg!(feature = "files") {
+        let wanted = "needs a build with the feature `files`";
+        c.fault("write", "pictures", wanted);
+    }
+    if scene.attenuates().is_none() && output.has(Product::Attenuation) {
+        c.fault("write", "attenuation", "needs a section [attenuation]");
+    }
+    if projections.projections.is_none() {
+        let names = formats(|info| info.projections.is_some());
+        let wanted = format!("cannot store the angles of projections; choose one of {names}");
+        c.fault("projections", spelled(output.projections), wanted);
+    } else if c.is_clean(&["camera"]) && projections.even_steps && !scene.has_even_steps() {
+        let wanted = "needs even steps from the first view to the last of both heads: an arc as large as the angle between them";
+        c.fault("projections", spelled(output.projections), wanted);
+    }
+    if output.has(Product::Motion) && !volumes.fields {
+        let names = formats(|info| info.fields);
+        let wanted = format!("cannot store the components of motion; choose one of {names}");
+        c.fault("volumes", spelled(output.volumes), wanted);
+    }
+    if let Some((field, format)) = output.without_gates(mode) {
+        let wanted = "cannot store all gates in one file: choose another, or gates = \"each\"";
+        c.fault(field, spelled(format), wanted);
+    }
+    let turns = scene.camera.rotation == Rotation::Continuous && mode.n_gates() > 1;
+    if turns && output.one_file(mode) && output.has(Product::Projections) {
+        let wanted = "must be each: a camera that turns sees each gate from other angles";
+        c.fault("gates", "one-file", wanted);
+    }
+}
+
+/// The names, as scenes spell them, of the formats with a property.
+pub(super) fn formats(has: impl Fn(&FormatInfo) -> bool) -> String {
+    let with = Format::ALL.into_iter().filter(|format| has(format.info()));
+    with.map(spelled).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(all(test, not(feature = "files")))]
+mod tests {
+    use super::*;
+    use crate::Phantom;
+
+    #[test]
+    fn an_output_that_this_build_leaves_out_is_a_finding() {
+        let finding = |change: &dyn Fn(&mut Output)| {
+            let mut scene = Scene::default().with_size(8);
+            change(&mut scene.output);
+            match Phantom::new(scene) {
+                Err(crate::PhantomError::Scene(error)) => error.first().to_string(),
+                other => panic!("{other:?}"),
+            }
+        };
+        let pictures = finding(&|output| output.write.push(Product::Pictures));
+        assert!(pictures.starts_with("output.write is pictures"));
+        let volumes = finding(&|output| output.volumes = Format::NiftiGz);
+        assert!(volumes.starts_with("output.volumes is nifti-gz"));
+        let projections = finding(&|output| output.projections = Format::Npz);
+        assert!(projections.starts_with("output.projections is npz"));
+    }
+}

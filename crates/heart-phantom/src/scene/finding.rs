@@ -1,0 +1,214 @@
+//! Findings of a validation: which fields of a scene are wrong, where they are, and what is allowed.
+
+use crate::text::{Number, shown, shown_path};
+use std::fmt::{self, Debug, Display};
+use std::path::{Path, PathBuf};
+
+/// Place in a file, to stand before a message.
+pub(crate) fn place_in(file: Option<&Path>, place: Option<[usize; 2]>) -> String {
+    match (file.map(shown_path), place) {
+        (Some(file), Some([line, column])) => format!("{file}:{line}:{column}: "),
+        (Some(file), None) => format!("{file}: "),
+        (None, Some([line, column])) => format!("line {line}, column {column}: "),
+        (None, None) => String::new(),
+    }
+}
+
+/// A field of a scene whose value is not allowed, alone or beside others.
+///
+/// [`Display`] writes one line with escapes for control characters; a long value is cut.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Finding {
+    /// Line and column, from 1; `None` for a scene without a text, or a field that its text leaves out.
+    pub place: Option<[usize; 2]>,
+    /// Path of the field, such as `camera.views`, or `defects.1.s` of the first section `[[defects]]`; empty if the text is no TOML.
+    // tidy: allow string: the path of a field in the file
+    pub field: String,
+    /// The value; empty if there is none.
+    // tidy: allow string: the user's own text
+    pub given: String,
+    /// What is allowed.
+    // tidy: allow string: ranges, lists and the parser's words
+    pub wanted: String,
+}
+
+impl Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [field, given, wanted] =
+            [&self.field, &self.given, &self.wanted].map(|text| shown(text));
+        match (field.as_str(), given.as_str()) {
+            ("", "") => write!(f, "{wanted}"),
+            ("", given) => write!(f, "`{given}`: {wanted}"),
+            (field, "") => write!(f, "{field}: {wanted}"),
+            (field, given) => write!(f, "{field} is {given}; {wanted}"),
+        }
+    }
+}
+
+/// All findings of a scene, one on each line, in the order of its sections.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneError {
+    /// The file, if the scene was read from one.
+    pub(super) file: Option<PathBuf>,
+    /// At least one.
+    pub(super) findings: Vec<Finding>,
+}
+
+impl SceneError {
+    /// The file, if the scene was read from one.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
+    /// The findings; at least one.
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    /// The first finding.
+    pub fn first(&self) -> &Finding {
+        &self.findings[0]
+    }
+
+    /// The same without places, of a text that the user did not write.
+    pub fn without_places(mut self) -> Self {
+        self.findings
+            .iter_mut()
+            .for_each(|finding| finding.place = None);
+        self
+    }
+}
+
+impl Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, finding) in self.findings.iter().enumerate() {
+            let end = if k == 0 { "" } else { "\n" };
+            let place = place_in(self.file(), finding.place);
+            write!(f, "{end}{place}{finding}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+impl From<Finding> for SceneError {
+    fn from(finding: Finding) -> Self {
+        Self {
+            file: None,
+            findings: vec![finding],
+        }
+    }
+}
+
+/// A validation under way: the path of the section that is validated, and the findings so far.
+#[derive(Debug, Default)]
+pub(crate) struct Check {
+    path: String,
+    findings: Vec<Finding>,
+}
+
+impl Check {
+    /// An error if there is any finding.
+    pub(super) fn finish(self) -> Result<(), SceneError> {
+        match self.findings.is_empty() {
+            true => Ok(()),
+            false => Err(self.into_error()),
+        }
+    }
+
+    /// The error of at least one finding.
+    pub(super) fn into_error(self) -> SceneError {
+        SceneError {
+            file: None,
+            findings: self.findings,
+        }
+    }
+
+    /// Validates what is below a name. An empty name is the section itself.
+    pub(crate) fn at(&mut self, name: &str, check: impl FnOnce(&mut Self)) {
+        let length = self.path.len();
+        if length > 0 && !name.is_empty() {
+            self.path.push('.');
+        }
+        self.path.push_str(name);
+        check(self);
+        self.path.truncate(length);
+    }
+
+    /// Validates each item of an array, counted from 1.
+    pub(crate) fn each<T>(&mut self, name: &str, items: &[T], check: impl Fn(&mut Self, &T)) {
+        for (k, item) in items.iter().enumerate() {
+            self.at(&format!("{name}.{}", k + 1), |c| check(c, item));
+        }
+    }
+
+    /// Whether none of these sections has a finding: rules across sections are for values that are allowed by themselves.
+    pub(super) fn is_clean(&self, sections: &[&str]) -> bool {
+        let of = |finding: &Finding, section: &str| {
+            (finding.field.strip_prefix(section))
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        !(self.findings.iter()).any(|finding| sections.iter().any(|section| of(finding, section)))
+    }
+
+    pub(crate) fn fault(&mut self, name: &str, given: impl Display, wanted: impl Into<String>) {
+        let (given, wanted) = (given.to_string(), wanted.into());
+        self.at(name, |c| {
+            c.findings.push(Finding {
+                place: None,
+                field: c.path.clone(),
+                given,
+                wanted,
+            });
+        });
+    }
+
+    /// A NaN is in no range.
+    pub(crate) fn within(&mut self, name: &str, given: f64, [min, max]: [f64; 2]) {
+        if !(given >= min && given <= max) {
+            let wanted = format!("must be between {} and {}", Number(min), Number(max));
+            self.fault(name, Number(given), wanted);
+        }
+    }
+
+    /// Every value of an array; the first that is outside is a finding.
+    pub(crate) fn all_within(&mut self, name: &str, given: &[f64], [min, max]: [f64; 2]) {
+        if let Some(bad) = given.iter().find(|x| !(**x >= min && **x <= max)) {
+            self.within(name, *bad, [min, max]);
+        }
+    }
+
+    pub(crate) fn count(&mut self, name: &str, given: usize, [min, max]: [usize; 2]) {
+        if !(min..=max).contains(&given) {
+            self.fault(name, given, format!("must be between {min} and {max}"));
+        }
+    }
+
+    /// `[from, to]` with `low <= from < to <= high`.
+    pub(crate) fn ascending(&mut self, name: &str, [from, to]: [f64; 2], [low, high]: [f64; 2]) {
+        if !(from >= low && from < to && to <= high) {
+            let [low, high, from, to] = [low, high, from, to].map(Number);
+            let wanted = format!("must be [from, to] with {low} <= from < to <= {high}");
+            self.fault(name, format!("[{from}, {to}]"), wanted);
+        }
+    }
+}
+
+/// A choice as it is written in a file: its name in Rust with hyphens between the words.
+pub(super) fn spelled(choice: impl Debug) -> String {
+    let mut name = String::new();
+    for letter in format!("{choice:?}").chars() {
+        if letter.is_ascii_uppercase() && !name.is_empty() {
+            name.push('-');
+        }
+        name.push(letter.to_ascii_lowercase());
+    }
+    name
+}
+
+/// An array as an error shows it.
+pub(crate) fn array_of(n: usize) -> String {
+    format!("an array of {n} values")
+}
