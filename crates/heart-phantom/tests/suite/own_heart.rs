@@ -14,11 +14,11 @@ use std::f64::consts::{FRAC_PI_4, PI};
 
 #[path = "../../examples/own_heart.rs"]
 #[allow(dead_code)] // its `main` is called, as a test
-mod own_heart;
+mod example;
 
 #[test]
 fn the_example_runs() {
-    own_heart::main().unwrap();
+    example::main().unwrap();
 }
 
 /// The balloons of the sections, given as a heart, have the bits of the sections; the report of a run then has no scene.
