@@ -114,18 +114,17 @@ impl Default for Rest {
 
 impl Rest {
     pub(crate) fn of(scene: &Scene, own: Option<&Heart>) -> Result<Self, PhantomError> {
-        let inner = scene.heart.inner;
-        let exact = balloon_at_rest(inner.length, inner.radius)?.volume;
+        let solved = |heart: &Heart| heart.pair().inner().start_measures().volume;
         let heart = match (own, scene.cycle.volume) {
             // What makes no heart is told where the heart is made.
             (None, VolumeRange::Volumes { .. }) => heart_of(scene).ok(),
             _ => None,
         };
-        let solved = |heart: &Heart| heart.pair().inner().start_measures().volume;
-        Ok(Self {
-            volume: own.or(heart.as_ref()).map_or(exact, solved),
-            heart,
-        })
+        let volume = match own.or(heart.as_ref()) {
+            Some(heart) => solved(heart),
+            None => balloon_at_rest(scene.heart.inner.length, scene.heart.inner.radius)?.volume,
+        };
+        Ok(Self { volume, heart })
     }
 }
 

@@ -186,7 +186,8 @@ fn a_chest_is_one_line() {
     };
     scene.organs.push(more);
     let organs = Phantom::new(scene).unwrap();
-    assert_eq!(at(&organs, [-7.0, 0.0, -14.0]), 0.0);
+    // The voxel there is not all within it.
+    assert!(at(&organs, [-7.0, 0.0, -14.0]) < 0.5 * 0.1585);
     assert!((at(&organs, [-7.0, 0.0, -16.0]) - 0.1585).abs() < 1e-6);
 }
 
