@@ -405,12 +405,13 @@ fn organs(scene: &Scene, c: &mut Check) {
             c.within(field, activity, ranges::ACTIVITY);
         }
     }
-    if scene.organs.is_empty() && scene.chest.is_none() {
+    let around = !scene.organs.is_empty() || scene.chest.is_some();
+    if !around || !c.is_clean(&["organs", "chest", "background"]) {
         return;
     }
     if scene.background.is_some() {
         let wanted = "has no place beside [chest] or [[organs]]";
-        c.fault("background", "there", wanted);
+        return c.fault("background", "there", wanted);
     }
     match scene.attenuates().map(|own| own.medium) {
         Some(MediumSettings::Heart) => {}

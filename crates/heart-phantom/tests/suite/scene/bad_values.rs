@@ -684,10 +684,13 @@ const BAD: &[(&str, &str, &str)] = &[
 
 #[test]
 fn every_field_refuses_a_bad_value_and_says_where() {
+    let mut several = Vec::new();
     for (text, field, advice) in BAD {
         let error = error_of(text);
         let said = error.to_string();
-        assert_eq!(error.findings().len(), 1, "{text}\n{said}");
+        if error.findings().len() > 1 {
+            several.push(format!("{text}\n{said}"));
+        }
         assert_eq!(error.first().field, *field, "{text}\n{said}");
         assert!(said.contains(advice), "{text}\n{said}");
         // The line of the field's own name, or of the table that misses it.
@@ -700,6 +703,30 @@ fn every_field_refuses_a_bad_value_and_says_where() {
         assert!(named, "{text}\n{said}");
         assert!(column <= there.chars().count() + 1, "{said}");
     }
+    // One mistake is one finding.
+    assert!(several.is_empty(), "{}", several.join("\n\n"));
+}
+
+/// All findings at once, in the order of the sections, each with its place; no rule that compares a value which is a finding itself.
+#[test]
+fn a_scene_has_all_of_its_findings() {
+    let text = "[heart.inner]\nlength = -1.0\n[pose]\nturn_x = 400.0\n[[defects]]\nlayers = [0.5, 0.5]\ns = [0.1, 0.6]\n\
+        azimuths_degrees = [0.0, 90.0]\nactivity = 0.1\n[camera]\nviews = 0\nbins = 1\n[output]\nprojections = 'nifti'\n";
+    let error = error_of(text);
+    let found: Vec<_> = (error.findings().iter())
+        .map(|finding| (finding.field.as_str(), finding.place.unwrap()[0]))
+        .collect();
+    let expected = [
+        ("heart.inner.length", 2),
+        ("pose.turn_x", 4),
+        ("defects.1.layers", 6),
+        ("defects.1.s", 7),
+        ("camera.views", 11),
+        ("camera.bins", 12),
+        ("output.projections", 14),
+    ];
+    assert_eq!(found, expected);
+    assert_eq!(error.to_string().lines().count(), expected.len());
 }
 
 /// Paths of all values; of the defects, those of the first.
