@@ -78,7 +78,7 @@ pub enum NewtonError {
         "not resolved: the last coefficients are {tail:e} of the length, tolerance {tolerance:e}"
     )]
     Unresolved {
-        /// Degree times the last two coefficients, over the length of the curve; the largest of any
+        /// Twice the degree times the last two coefficients, over the length of the curve; the largest of any
         /// element.
         tail: f64,
         /// What was asked for.

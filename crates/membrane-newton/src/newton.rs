@@ -95,6 +95,8 @@ pub struct NewtonScratch {
     rejected: Option<NewtonError>,
     /// Whether the last step was down to rounding.
     rounding: bool,
+    /// Error left after the last step where both of its corrections contracted; the report's estimate has a margin for other directions.
+    left: f64,
     /// Whether the system has a factorisation that may be used again.
     factored: bool,
 }
@@ -232,7 +234,8 @@ fn iterate<B>(
         let full = system.step_norm(&scratch.step);
         if full <= options.step_tolerance {
             scratch.report.step = full;
-            scratch.report.error = full;
+            // not taken: the error is the step, by as much as its tangent is off
+            scratch.report.error = 1.5 * full;
             return Ok(scratch.end(Ended::Step));
         }
         let taken = match options.line_search {
@@ -267,7 +270,7 @@ fn iterate<B>(
         if scratch.rounding {
             return Ok(scratch.end(Ended::Rounding));
         }
-        if scratch.report.error <= options.step_tolerance {
+        if scratch.left <= options.step_tolerance {
             return Ok(scratch.end(Ended::Step));
         }
     }
@@ -309,6 +312,7 @@ impl NewtonScratch {
         }
         self.rejected = None;
         self.rounding = false;
+        self.left = f64::INFINITY;
         self.report.restart(max_iterations);
     }
 
@@ -395,27 +399,30 @@ impl NewtonScratch {
             }
             return Ok(contraction);
         }
-        let left = if length == 1.0 && contraction <= 0.25 {
+        self.left = f64::INFINITY;
+        let error = if length == 1.0 && contraction <= 0.25 {
             subtract(&self.trial, 1.0, &self.correction, x);
             system.residual_into(x, &mut self.residual)?;
             self.report.residual_calls += 1;
             // A frozen tangent contracts twice as slowly as the step that was taken with it. That
             // was one direction; another may contract by no more than what the step changed.
-            2.0 * next * contraction.max(full.min(0.01))
+            self.left = 2.0 * next * contraction.max(full.min(0.01));
+            2.5 * next * contraction.max(full.min(0.25))
         } else {
             x.copy_from_slice(&self.trial);
             left_after(next, contraction)
         };
         self.report
-            .stepped(length * full, system.residual_norm(&self.residual), left);
+            .stepped(length * full, system.residual_norm(&self.residual), error);
         Ok(contraction)
     }
 }
 
-/// What all steps from one of size `step` on add up to, each `contraction` times the one before; infinite if they do not shrink.
+/// Twice what all steps from one of size `step` on add up to if each is `contraction` times the one before, as other directions contract
+/// less; infinite if they do not shrink.
 fn left_after(step: f64, contraction: f64) -> f64 {
     match contraction < 1.0 {
-        true => step / (1.0 - contraction),
+        true => 2.0 * step / (1.0 - contraction),
         false => f64::INFINITY,
     }
 }

@@ -109,7 +109,7 @@ impl Resolution {
         }
     }
 
-    /// Whether the polynomials of `state` have converged: their degree times their last two
+    /// Whether the polynomials of `state` have converged: twice their degree times their last two
     /// coefficients, over the length of the curve, against the tolerance.
     pub(crate) fn check_resolved(&self, state: &[f64]) -> Result<(), NewtonError> {
         let Some(&Adaptive { tolerance, .. }) = self.adaptive.as_ref() else {
@@ -119,7 +119,7 @@ impl Resolution {
         let scale = own(self.discrete.measure(Measure::Length, nodes));
         // Collocation errs by about the tail of the derivative.
         let last_two =
-            |c: &[f64]| c.len() as f64 * c.iter().rev().take(2).map(|c| c.abs()).sum::<f64>();
+            |c: &[f64]| 2.0 * c.len() as f64 * c.iter().rev().take(2).map(|c| c.abs()).sum::<f64>();
         let pieces = own(self.discrete.pieces(nodes));
         let tails = pieces
             .iter()

@@ -32,7 +32,7 @@ pub enum Discretisation {
         /// Elements on each smooth piece.
         per_piece: usize,
     },
-    /// Spectral elements whose degree is raised, and which are then split, until the degree times
+    /// Spectral elements whose degree is raised, and which are then split, until twice the degree times
     /// the last two coefficients of the solved curve is at most this fraction of its length.
     SpectralAdaptive {
         /// Relative tolerance, for instance 1e-12.

@@ -1,0 +1,53 @@
+//! Forces on a membrane, and its measures: how far a balloon under pressure is from equilibrium, in both discretisations.
+//!
+//! `cargo run -p membrane-forces --example forces`
+
+use membrane_forces::{
+    DiscreteMembrane, FiniteDifferences, LinearEquilibrium, Measure, Membrane, MembraneError,
+    PressureLaw, RestShape, SpectralElements, Stiffness,
+};
+
+fn main() -> Result<(), MembraneError> {
+    // a cylinder of 8.5 cm with a hemisphere of 1.75 cm; stiffness 1 per cm, pressure per current length
+    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?)
+        .with_stiffness(Stiffness::constant(1.0)?)
+        .with_law(PressureLaw::PerCurrentLength);
+    let pressure = 1.2;
+
+    // of constant stiffness this law has a closed form
+    let exact = LinearEquilibrium::balloon(8.5, 1.75, pressure)?;
+    println!(
+        "volume at rest {:8.3} cm^3",
+        LinearEquilibrium::balloon(8.5, 1.75, 0.0)?
+            .measures()
+            .volume
+    );
+    println!(
+        "volume         {:8.3} cm^3 under {pressure}",
+        exact.measures().volume
+    );
+
+    let differences = FiniteDifferences::half(&membrane, 201)?;
+    let spectral = SpectralElements::new(&membrane, 16, 1)?;
+    let both: [(&str, &dyn DiscreteMembrane); 2] =
+        [("differences", &differences), ("spectral", &spectral)];
+    for (name, discrete) in both {
+        // the closed form at the nodes: forces there are the error of the discretisation
+        let count = discrete.start().len();
+        let positions = discrete.positions();
+        let nodes: Vec<f64> = (positions.iter().take(count / 2))
+            .flat_map(|s| exact.at(*s).position)
+            .collect();
+        let (mut work, mut forces) = (vec![0.0; count], vec![0.0; count]);
+        discrete.forces_into(&nodes, pressure, &mut work, &mut forces)?;
+        let largest = forces.iter().fold(0.0f64, |m, force| m.max(force.abs()));
+        discrete.forces_into(discrete.start(), pressure, &mut work, &mut forces)?;
+        let at_rest = forces.iter().fold(0.0f64, |m, force| m.max(force.abs()));
+        let volume = discrete.measure(Measure::Volume, &nodes)?;
+        println!(
+            "{name:>12}: {} nodes, force {at_rest:.1e} at rest and {largest:.1e} at the exact shape, volume {volume:.3} cm^3",
+            positions.len()
+        );
+    }
+    Ok(())
+}

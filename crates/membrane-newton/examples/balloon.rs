@@ -1,0 +1,51 @@
+//! A rubber balloon: its pressure and volume up to the largest pressure, the stretch at its apex and what is stable.
+//!
+//! `cargo run -p membrane-newton --example balloon`
+
+use membrane_newton::{
+    Control, Discretisation, Membrane, NewtonError, NewtonOptions, RestShape, Rubber, Solver,
+    StrainEnergy, Thickness,
+};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // latex of 400 kPa, 0.5 mm thick: pressures are in kPa
+    let latex = Rubber::new(
+        StrainEnergy::NeoHookean { mu: 400.0 },
+        Thickness::constant(0.05)?,
+    )?;
+    let balloon = Membrane::new(RestShape::balloon(8.5, 1.75)?).with_rubber(latex);
+    let spectral = Discretisation::Spectral {
+        degree: 20,
+        per_piece: 2,
+    };
+    let solver = Solver::new(&balloon, spectral)?;
+    let options = NewtonOptions::default();
+
+    // the largest pressure that it bears
+    match solver.solve(Control::Load(1e3), &options) {
+        Err(NewtonError::LimitPoint { reached, .. }) => {
+            println!("largest pressure {reached:.4} kPa")
+        }
+        other => println!("no largest pressure: {other:?}"),
+    }
+
+    // along the branch of equilibria, also past it
+    let rest = solver.start_measures().volume;
+    let volumes: Vec<f64> = (1..=10)
+        .map(|k| rest * (1.0 + 0.2 * f64::from(k)))
+        .collect();
+    println!("  V/V0   p, kPa   dp/dV    apex stretch   unstable at constant p, V");
+    for point in solver.branch(&volumes, &options)? {
+        let solved = &point.equilibrium;
+        println!(
+            "{:6.2} {:8.4} {:8.1e} {:12.4} {:12} {:12}",
+            solved.measures.volume / rest,
+            solved.intensity,
+            point.slope,
+            solved.stretched(0.5)?.stretches[0],
+            point.stability.at_pressure.unstable,
+            point.stability.at_volume.unstable,
+        );
+    }
+    Ok(())
+}
