@@ -133,7 +133,7 @@ impl Scheme {
     }
 
     /// Weights e of the error estimate dt sum(e_i k_i) over the slopes of the stages; none where it is found from the accelerations
-    /// of three successive steps.
+    /// at the ends of steps.
     pub(crate) fn error_weights(self) -> Option<&'static [f64]> {
         match self {
             Self::SemiImplicitEuler => Some(&[-0.5, 0.5]),
