@@ -91,11 +91,11 @@ impl Blur {
     pub fn apply<T: Sample>(&self, samples: &mut [T]) -> Result<(), RadonError> {
         let view = self.size[0] * self.size[1];
         self.check(samples, view)?;
-        T::blur(self, samples);
+        self.blur(samples);
         Ok(())
     }
 
-    pub(crate) fn blur<T: Sample>(&self, samples: &mut [T]) {
+    fn blur<T: Sample>(&self, samples: &mut [T]) {
         let view = self.size[0] * self.size[1];
         samples.par_chunks_mut(view).for_each(|image| {
             self.along_bins(image);
@@ -138,11 +138,11 @@ impl Blur {
         let seen = self.rows_seen(rows);
         let view = seen.len() * n_bins;
         self.check(&samples, view)?;
-        Ok(T::blur_rows(self, &mut samples, rows))
+        Ok(self.blur_rows(&mut samples, rows))
     }
 
     /// [`Self::rows`] of samples that were looked at.
-    pub(crate) fn blur_rows<T: Sample>(&self, samples: &mut [T], rows: &Range<usize>) -> Vec<T> {
+    fn blur_rows<T: Sample>(&self, samples: &mut [T], rows: &Range<usize>) -> Vec<T> {
         let (n_bins, seen) = (self.size[0], self.rows_seen(rows));
         let view = seen.len() * n_bins;
         let mut out = vec![T::ZERO; samples.len() / view * rows.len() * n_bins];

@@ -109,12 +109,12 @@ impl DepthBlur {
         if slabs.is_empty() {
             return Ok(());
         }
-        T::blur_depth(self, slabs, [n_bins, above], out);
+        self.blur(slabs, [n_bins, above], out);
         Ok(())
     }
 
     /// [`Self::apply`] of samples that were looked at.
-    pub(crate) fn blur<T: Sample>(&self, slabs: &[T], [n_bins, above]: [usize; 2], out: &mut [T]) {
+    fn blur<T: Sample>(&self, slabs: &[T], [n_bins, above]: [usize; 2], out: &mut [T]) {
         let n_rows = slabs.len() / (n_bins * self.slabs.len());
         let mut images = vec![T::ZERO; (1 + self.n_nodes()) * n_rows * n_bins];
         let (view, images) = images.split_at_mut(n_rows * n_bins);

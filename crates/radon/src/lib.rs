@@ -48,10 +48,10 @@
 
 #![cfg_attr(docsrs, feature(doc_cfg))]
 mod blur;
-mod compiled;
 mod depth_blur;
 mod error;
 mod fbp;
+mod fft;
 mod filter;
 mod fourier;
 mod geometry;
@@ -65,6 +65,7 @@ mod pool;
 mod projector;
 mod response;
 mod sample;
+mod scalar;
 mod shift;
 mod simd;
 mod slices;
@@ -93,6 +94,7 @@ pub use noise::{CountScale, poisson_counts, poisson_counts_into};
 pub use phantom::{BinSampling, Phantom2, Phantom3, Shape2, Shape3};
 pub use projector::{Kernel, Projector, ProjectorReport, ProjectorScratch, StackOperator};
 pub use sample::Sample;
+pub use scalar::Scalar;
 pub use shift::add_shifted;
 pub use simd::InstructionSet;
 pub use slices::SliceAxis;

@@ -1,61 +1,17 @@
 //! The two types that pixels and detector bins are stored in.
 
-use std::fmt::{Debug, Display};
-use std::iter::Sum;
-use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use crate::fft::Transform;
+use crate::scalar::Scalar;
+use crate::simd::Kernels;
 
-pub(crate) mod sealed {
-    /// What kernels need beyond the public arithmetic. The FFT's own bound stays behind the seal, so that the dependency is not
-    /// public.
-    pub trait Sealed: realfft::FftNum + crate::simd::Vectors + crate::compiled::Compiled {
-        /// `self * a + b` with one rounding.
-        fn fused(self, a: Self, b: Self) -> Self;
-
-        /// The value without its sign.
-        fn magnitude(self) -> Self;
-
-        /// The integer as a sample.
-        fn whole(i: i32) -> Self;
-    }
-}
-
-/// A stored sample: `f32` or `f64`, and no other type (sealed).
+/// A stored sample: `f32` or `f64`, and no other type (sealed: kernels and transforms exist for these two).
 ///
-/// Geometry, filters and weights are computed in `f64` and cast once; only what fills images and sinograms is a `Sample`.
-pub trait Sample:
-    sealed::Sealed
-    + Copy
-    + Send
-    + Sync
-    + Default
-    + Debug
-    + Display
-    + PartialOrd
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-    + AddAssign
-    + SubAssign
-    + MulAssign
-    + DivAssign
-    + Sum
-    + 'static
-{
-    /// Zero.
-    const ZERO: Self;
-    /// One.
-    const ONE: Self;
-    /// Distance from one to the next larger value.
-    const EPSILON: Self;
-    /// Nearest value to `x`.
-    fn of(x: f64) -> Self;
-    /// The value as `f64`, exactly.
-    fn f64(self) -> f64;
-    /// Whether the value is neither NaN nor infinite.
-    fn finite(self) -> bool;
-}
+/// Geometry, filters and weights are computed in `f64` and cast once; only images and sinograms contain samples. The arithmetic is in
+/// [`Scalar`]. Kernels and Fourier transforms are compiled with this crate, and not again in the crates that use it.
+pub trait Sample: Scalar + Kernels + Transform {}
+
+impl Sample for f32 {}
+impl Sample for f64 {}
 
 /// Whether samples are all finite, and whether any is other than zero.
 pub(crate) fn finite_and_signal<T: Sample>(samples: &[T]) -> (bool, bool) {
@@ -82,41 +38,3 @@ pub(crate) fn finite_and_signal<T: Sample>(samples: &[T]) -> (bool, bool) {
         most.iter().any(|&x| x > T::ZERO),
     )
 }
-
-macro_rules! sample {
-    ($t:ident) => {
-        impl sealed::Sealed for $t {
-            #[inline(always)]
-            fn fused(self, a: Self, b: Self) -> Self {
-                self.mul_add(a, b)
-            }
-            #[inline(always)]
-            fn magnitude(self) -> Self {
-                self.abs()
-            }
-            #[inline(always)]
-            fn whole(i: i32) -> Self {
-                i as $t
-            }
-        }
-        impl Sample for $t {
-            const ZERO: Self = 0.0;
-            const ONE: Self = 1.0;
-            const EPSILON: Self = $t::EPSILON;
-            #[inline(always)]
-            fn of(x: f64) -> Self {
-                x as $t
-            }
-            #[inline(always)]
-            fn f64(self) -> f64 {
-                self as f64
-            }
-            #[inline(always)]
-            fn finite(self) -> bool {
-                self.is_finite()
-            }
-        }
-    };
-}
-sample!(f32);
-sample!(f64);

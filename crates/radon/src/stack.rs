@@ -10,7 +10,7 @@ use crate::{Sample, StackOrder};
 
 /// A stack of slices, each of `n_rows` rows (image rows or views) of `row_len` samples.
 #[derive(Clone, Copy, Debug)]
-pub struct Stack {
+pub(crate) struct Stack {
     pub(crate) what: &'static str,
     pub(crate) n_slices: usize,
     pub(crate) n_rows: usize,

@@ -22,12 +22,6 @@ const CRATES: [&str; 9] = [
     "radon",
     "revolve-voxel",
 ];
-/// What a sealed trait binds together: the sample types name what each of them brings, vectors and code compiled for it, all of which
-/// is generic over samples.
-const SEALED: &str = "crates/radon/src/sample.rs";
-/// One trait, its registers, and the kernels that these share.
-const KERNELS: &str = "crates/radon/src/simd/";
-
 /// A module by its names from the crate's root on; the root has none.
 type Module = Vec<String>;
 
@@ -85,13 +79,7 @@ fn circles(of: &BTreeMap<Module, &TextFile>) -> Vec<Finding> {
     let imports: BTreeMap<&Module, BTreeSet<Module>> = (names.iter())
         .map(|(module, found)| {
             let defined = |path: &Module| home(path, &names, &known);
-            let path = |module: &Module| of[module].path.as_str();
-            let counts = |target: &Module| {
-                let kernels =
-                    path(module).starts_with(KERNELS) && path(target).starts_with(KERNELS);
-                target != module && path(module) != SEALED && !kernels
-            };
-            let targets = found.used.iter().map(defined).filter(counts);
+            let targets = (found.used.iter().map(defined)).filter(|target| target != module);
             (module, targets.collect())
         })
         .collect();

@@ -7,9 +7,7 @@ use rayon::prelude::*;
 use crate::error::{RadonError, room};
 use crate::geometry::{ImageGrid, ParallelGeometry};
 use crate::sample::Sample;
-use crate::simd::{
-    ALONE, InstructionSet, RUN, Tile, ViewStep, WINDOW, add_views, interleave, separate,
-};
+use crate::simd::{ALONE, InstructionSet, RUN, Tile, ViewStep, WINDOW};
 use crate::stack::aligned;
 
 /// Zero samples in front of a filtered row.
@@ -125,7 +123,7 @@ pub(crate) fn run<T: Sample>(
                             .map(|image| &image[r * width..][pixels.clone()])
                             .collect();
                         let sums = &mut sums[(r * runs * RUN + start - ix) * lanes..];
-                        interleave(instructions, &rows, lanes, sums);
+                        T::interleave(instructions, &rows, lanes, sums);
                     }
                 }
                 let tile = Tile {
@@ -137,14 +135,14 @@ pub(crate) fn run<T: Sample>(
                     iy,
                     runs,
                 };
-                add_views(instructions, lanes, &tile, sums);
+                T::add_views(instructions, lanes, &tile, sums);
                 for r in 0..n_rows {
                     let mut rows: Vec<&mut [T]> = band
                         .iter_mut()
                         .map(|image| &mut image[r * width..][pixels.clone()])
                         .collect();
                     let sums = &sums[(r * runs * RUN + start - ix) * lanes..];
-                    separate(instructions, sums, lanes, &mut rows);
+                    T::separate(instructions, sums, lanes, &mut rows);
                 }
                 ix = end;
             }

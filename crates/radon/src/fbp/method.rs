@@ -22,7 +22,7 @@ pub(super) fn plan<T: Sample>(
         Interpolation::Linear => Response::Lines,
         fine @ Interpolation::BandLimited => Response::FineLines(fine.upsampling() as f64),
     };
-    let new = |tolerance| T::gridding(geometry, grid, tolerance, instructions, response);
+    let new = |tolerance| Gridding::new(geometry, grid, tolerance, instructions, response);
     match options.method {
         Method::Direct => Ok(None),
         Method::Fourier { tolerance } => {

@@ -8,7 +8,7 @@ use crate::error::{RadonError, available, length, product, zeros};
 use crate::fourier::{Gridding, GriddingScratch};
 use crate::geometry::{ImageGrid, ParallelGeometry, StackOrder};
 use crate::sample::Sample;
-use crate::simd::{InstructionSet, interleave};
+use crate::simd::InstructionSet;
 use crate::stack::{Stack, aligned};
 
 mod backproject;
@@ -256,7 +256,7 @@ impl<T: Sample> FbpPlan<T> {
     ) -> Result<FbpReport, RadonError> {
         let memory = self.options.memory;
         let stack = self.stack(n_slices, order);
-        T::reconstruct(self, &stack, projections, slices, slab, scratch, memory)
+        self.run(&stack, projections, slices, slab, scratch, memory)
     }
 
     fn stack(&self, n_slices: usize, order: StackOrder) -> Stack {
@@ -270,7 +270,7 @@ impl<T: Sample> FbpPlan<T> {
     }
 
     /// The run of all public calls, within `memory` bytes.
-    pub(crate) fn run(
+    fn run(
         &self,
         stack: &Stack,
         projections: &[T],
@@ -403,7 +403,7 @@ impl<T: Sample> FbpPlan<T> {
             read(slices.clone(), projections)?;
             let stack = self.stack(slices.len(), StackOrder::SliceViewBin);
             let all = 0..slices.len();
-            report += T::reconstruct(self, &stack, projections, all, images, &mut scratch, work)?;
+            report += self.run(&stack, projections, all, images, &mut scratch, work)?;
             write(slices, images)?;
         }
         Ok(report)
@@ -484,7 +484,7 @@ impl<T: Sample> FbpPlan<T> {
             });
             let rows: Vec<&[T]> = self.filter.filter(with_signal, scale, scratch).collect();
             let out = &mut out[front + group * rows::TOGETHER..behind];
-            interleave(self.instructions, &rows, lanes, out);
+            T::interleave(self.instructions, &rows, lanes, out);
         }
         filtered
     }

@@ -46,7 +46,7 @@ impl<T: Sample> RowFilter<T> {
             EdgePolicy::Repeat | EdgePolicy::Fade | EdgePolicy::Ellipse => 4 * n_bins,
         })?;
         let upsampling = options.interpolation.upsampling();
-        let (forward, inverse) = T::transforms(len, len * upsampling);
+        let (forward, inverse) = T::real(len, len * upsampling);
         let mut response = ramp_response(&options.window, options.cutoff, len)?;
         if !options.ramp {
             response.fill(1.0);

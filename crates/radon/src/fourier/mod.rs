@@ -16,17 +16,15 @@
 
 use std::f64::consts::PI;
 use std::ops::Range;
-use std::sync::Arc;
 
 use rayon::prelude::*;
-use realfft::{ComplexToReal, RealToComplex};
-use rustfft::Fft;
 use rustfft::num_complex::Complex;
 
 use crate::error::{RadonError, within};
+use crate::fft::{ComplexPair, RealPair};
 use crate::filter::padded_len;
 use crate::pool::Pool;
-use crate::simd::{DIGITS, InstructionSet, LANES, RayPath, Taps, spread};
+use crate::simd::{DIGITS, InstructionSet, LANES, RayPath, Taps};
 use crate::{ImageGrid, ParallelGeometry, Sample};
 
 mod polar;
@@ -79,7 +77,7 @@ impl Counts {
 }
 
 /// The pair of operators, planned.
-pub struct Gridding<T: Sample> {
+pub(crate) struct Gridding<T: Sample> {
     polar: Polar,
     n_bins: usize,
     /// Pixels along x and y.
@@ -89,9 +87,9 @@ pub struct Gridding<T: Sample> {
     gains: Vec<Vec<T>>,
     /// What spreading is divided out by, along x and along y.
     inverse: [Vec<T>; 2],
-    row: (Arc<dyn RealToComplex<T>>, Arc<dyn ComplexToReal<T>>),
-    along_x: (Arc<dyn RealToComplex<T>>, Arc<dyn ComplexToReal<T>>),
-    along_y: (Arc<dyn Fft<T>>, Arc<dyn Fft<T>>),
+    row: RealPair<T>,
+    along_x: RealPair<T>,
+    along_y: ComplexPair<T>,
     instructions: InstructionSet,
 }
 
@@ -103,7 +101,7 @@ impl<T: Sample> std::fmt::Debug for Gridding<T> {
 
 /// How rows are read between their bins: K by its response, at frequencies in units of 1/pitch.
 #[derive(Clone, Copy, Debug)]
-pub enum Response {
+pub(crate) enum Response {
     /// By straight lines between the bins: the first lobe of sinc^2.
     Lines,
     /// By straight lines between samples so much finer than bins: what the row's own band holds.
@@ -152,7 +150,7 @@ impl Response {
 
 /// Work arrays.
 #[derive(Debug, Default)]
-pub struct GriddingScratch<T> {
+pub(crate) struct GriddingScratch<T> {
     /// `[view by direction][sample of half a spectrum]`
     spectra: Vec<Complex<T>>,
     /// `[band][row of the image][column]`: the image's spectrum along x.
@@ -207,9 +205,9 @@ impl<T: Sample> Gridding<T> {
             n_bins: geometry.n_bins(),
             n,
             taps: shape.taps(),
-            row: T::transforms(row_len, row_len),
-            along_x: T::transforms(cells[0], cells[0]),
-            along_y: T::complex_transforms(cells[1]),
+            row: T::real(row_len, row_len),
+            along_x: T::real(cells[0], cells[0]),
+            along_y: T::complex(cells[1]),
             polar,
             instructions,
         })
@@ -391,7 +389,7 @@ impl<T: Sample> Gridding<T> {
                 let samples = &half[segment.samples.clone()];
                 let path = self.path(&segment, first - margin as i64);
                 let values = (samples, gains, self.factor(view, segment.replica));
-                spread(self.instructions, &self.taps, &path, values, cells);
+                T::spread(self.instructions, &self.taps, &path, values, cells);
             });
         }
         if !any {

@@ -8,7 +8,7 @@ use rustfft::num_complex::Complex;
 use super::polar::{Columns, PolarView, turns};
 use super::{BAND, Gridding, GriddingScratch, Work, grown, real_ends};
 use crate::Sample;
-use crate::simd::{DIGITS, LANES, read_between};
+use crate::simd::{DIGITS, LANES};
 
 /// What a band of columns holds of the rows' spectra: segment by segment in the order of the views, and where each view begins.
 struct Found<T> {
@@ -103,7 +103,7 @@ impl<T: Sample> Gridding<T> {
                 let (these, others) = std::mem::take(&mut rest).split_at_mut(segment.samples.len());
                 rest = others;
                 let path = self.path(&segment, first);
-                read_between(self.instructions, &self.taps, &path, cells, these);
+                T::read_between(self.instructions, &self.taps, &path, cells, these);
             });
         }
         Found { values, starts }

@@ -107,7 +107,7 @@ impl<T: Sample> FourierProjector<T> {
             geometry: geometry.clone(),
             grid: *grid,
             tolerance,
-            gridding: T::gridding(geometry, grid, tolerance, instructions, response)?,
+            gridding: Gridding::new(geometry, grid, tolerance, instructions, response)?,
             scratch: Mutex::default(),
         })
     }
@@ -199,7 +199,7 @@ impl<T: Sample> LinearOperator<T> for FourierProjector<T> {
         length("projections", data.len(), self.geometry.sinogram_len())?;
         // Work arrays have no state that a panic could spoil.
         let mut scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        T::project_gridded(&self.gridding, image, data, &mut scratch);
+        self.gridding.project(image, data, &mut scratch);
         Ok(())
     }
 
@@ -207,7 +207,7 @@ impl<T: Sample> LinearOperator<T> for FourierProjector<T> {
         check("projections", data, self.geometry.sinogram_len())?;
         length("volume", image.len(), self.grid.image_len())?;
         let mut scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        T::project_back_gridded(&self.gridding, data, image, &mut scratch);
+        self.gridding.project_back(data, image, &mut scratch);
         Ok(())
     }
 }

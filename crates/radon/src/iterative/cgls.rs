@@ -56,7 +56,7 @@ pub fn cgls<T: Sample, O: LinearOperator<T> + ?Sized>(
     image: &mut [T],
     options: &CglsOptions,
 ) -> Result<IterativeReport, RadonError> {
-    T::cgls(&operator, data, image, options, &mut nobody)
+    run(&operator, data, image, options, &mut nobody)
 }
 
 /// As [`cgls`], with an observer that sees the report so far and the image after each step, and ends the run by
@@ -71,10 +71,10 @@ pub fn cgls_observed<T: Sample, O: LinearOperator<T> + ?Sized>(
     options: &CglsOptions,
     mut observe: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
 ) -> Result<IterativeReport, RadonError> {
-    T::cgls(&operator, data, image, options, &mut observe)
+    run(&operator, data, image, options, &mut observe)
 }
 
-pub(crate) fn run<T: Sample>(
+fn run<T: Sample>(
     operator: &dyn LinearOperator<T>,
     data: &[T],
     image: &mut [T],

@@ -134,7 +134,7 @@ pub fn mlem_observed<T: Sample, O: LinearOperator<T> + ?Sized>(
         operator,
         indices: None,
     };
-    T::em(&[all], data, image, options, &mut observe)
+    run(&[all], data, image, options, &mut observe)
 }
 
 /// OSEM: the step of [`mlem`] with one subset of the data after the other (Hudson & Larkin 1994, doi:10.1109/42.363108).
@@ -201,12 +201,11 @@ pub fn osem_observed<T: Sample, O: LinearOperator<T>>(
             indices: Some(&subset.data),
         })
         .collect();
-    T::em(&parts, data, image, options, &mut observe)
+    run(&parts, data, image, options, &mut observe)
 }
 
 /// A subset, or all data in their order.
-#[allow(missing_debug_implementations)] // nor does an operator need one
-pub struct Part<'a, T> {
+struct Part<'a, T> {
     operator: Checked<'a, T>,
     indices: Option<&'a [usize]>,
 }
@@ -250,7 +249,7 @@ struct Prepared<T> {
     sensitivity: Vec<T>,
 }
 
-pub(crate) fn run<T: Sample>(
+fn run<T: Sample>(
     parts: &[Part<'_, T>],
     data: &[T],
     image: &mut [T],

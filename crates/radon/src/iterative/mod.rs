@@ -1,10 +1,10 @@
 //! Iterative reconstruction on any operator with an adjoint.
 
-pub(crate) mod cgls;
-pub(crate) mod em;
+mod cgls;
+mod em;
 mod operator;
 mod report;
-pub(crate) mod sirt;
+mod sirt;
 mod stopping;
 mod vectors;
 
@@ -13,6 +13,5 @@ pub use em::{EmOptions, Subset, mlem, mlem_observed, osem, osem_observed};
 pub use operator::LinearOperator;
 pub use report::{Iteration, IterativeReport, StoppedBy};
 pub use sirt::{SirtOptions, sirt, sirt_observed};
-pub(crate) use stopping::Observer;
 pub use stopping::Stopping;
 pub(crate) use vectors::{check_not_negative, check_samples, norm, relative, sum2};

@@ -98,7 +98,7 @@ pub fn sirt<T: Sample, O: LinearOperator<T> + ?Sized>(
     image: &mut [T],
     options: &SirtOptions,
 ) -> Result<IterativeReport, RadonError> {
-    T::sirt(&operator, data, image, options, &mut nobody)
+    run(&operator, data, image, options, &mut nobody)
 }
 
 /// As [`sirt`], with an observer that sees the report so far and the image after each step, and ends the run by
@@ -113,10 +113,10 @@ pub fn sirt_observed<T: Sample, O: LinearOperator<T> + ?Sized>(
     options: &SirtOptions,
     mut observe: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
 ) -> Result<IterativeReport, RadonError> {
-    T::sirt(&operator, data, image, options, &mut observe)
+    run(&operator, data, image, options, &mut observe)
 }
 
-pub(crate) fn run<T: Sample>(
+fn run<T: Sample>(
     operator: &dyn LinearOperator<T>,
     data: &[T],
     image: &mut [T],

@@ -5,9 +5,7 @@ use rayon::prelude::*;
 use super::run::STEPS;
 use super::{Projector, ProjectorScratch};
 use crate::Sample;
-use crate::simd::{
-    Bins, FixedPositions, MARGIN, RUN, SortedBins, add_bins, add_sorted, interleave,
-};
+use crate::simd::{Bins, FixedPositions, MARGIN, RUN, SortedBins};
 use crate::stack::{Stack, aligned};
 
 impl Projector {
@@ -35,7 +33,7 @@ impl Projector {
         for (row, image) in by_rows.chunks_exact_mut(x_stride).zip(&image) {
             row[MARGIN..][..nx].copy_from_slice(image);
         }
-        interleave(set, &image, y_stride, &mut by_columns[MARGIN..]);
+        T::interleave(set, &image, y_stride, &mut by_columns[MARGIN..]);
         let (by_rows, by_columns) = (&*by_rows, &*by_columns);
 
         let padded = n_bins.next_multiple_of(RUN);
@@ -56,7 +54,7 @@ impl Projector {
                     per_bin: view.per_bin(),
                 };
                 sums.fill(T::ZERO);
-                add_bins(set, &bins, n_steps, STEPS, fixed, sums);
+                T::add_bins(set, &bins, n_steps, STEPS, fixed, sums);
                 row[slice].copy_from_slice(&sums[..n_bins]);
             },
         );
@@ -101,7 +99,7 @@ impl Projector {
         let (sums, turned) = memory.split_at_mut(by_rows_len);
         let (sums, turned) = (sums.as_chunks_mut().0, turned.as_chunks_mut::<RUN>().0);
         let runs = sums.par_chunks_mut(ny).enumerate();
-        runs.for_each(|(run, sums)| add_sorted(set, by_rows, run * RUN, sums));
+        runs.for_each(|(run, sums)| T::add_sorted(set, by_rows, run * RUN, sums));
         let sums = &*sums;
         let runs = turned.par_chunks_mut(nx).enumerate();
         runs.for_each(|(run, turned)| {
@@ -111,7 +109,7 @@ impl Projector {
                     *turned = sums[x / RUN * ny + y][x % RUN];
                 }
             }
-            add_sorted(set, by_columns, run * RUN, turned);
+            T::add_sorted(set, by_columns, run * RUN, turned);
         });
         rows.par_iter_mut().enumerate().for_each(|(y, row)| {
             for (x, pixel) in row[slice].iter_mut().enumerate() {

@@ -285,8 +285,7 @@ impl View {
                         along: per_step,
                         across: per_pixel,
                     };
-                    rays.pairs
-                        .extend(set, &ray, steps.start, steps.len(), place);
+                    T::extend(set, &mut rays.pairs, &ray, steps.start, steps.len(), place);
                 }
                 #[expect(clippy::unreachable, reason = "a box has its ray")]
                 (Spread::Box(_), None) => unreachable!("a box has its ray"),

@@ -12,7 +12,7 @@ use super::blocks::{Block, Group, Slices, groups};
 use super::rays::{Rays, View, Window, in_turn};
 use super::{Kernel, Projector, ProjectorReport, ProjectorScratch, row_stride};
 use crate::error::RadonError;
-use crate::simd::{gather, interleave, prefetch, scatter, separate};
+use crate::simd::prefetch;
 use crate::stack::{Stack, aligned};
 use crate::{Sample, StackOrder};
 
@@ -39,17 +39,6 @@ impl Projector {
     /// # Errors
     /// A wrong length, a sample that is NaN or infinite.
     pub fn forward_stack_into<T: Sample>(
-        &self,
-        volume: &[T],
-        n_slices: usize,
-        order: StackOrder,
-        projections: &mut [T],
-        scratch: &mut ProjectorScratch<T>,
-    ) -> Result<ProjectorReport, RadonError> {
-        T::project(self, volume, n_slices, order, projections, scratch)
-    }
-
-    pub(crate) fn project<T: Sample>(
         &self,
         volume: &[T],
         n_slices: usize,
@@ -119,7 +108,7 @@ impl Projector {
                 for block in &group.blocks {
                     let sums = &sums[n_bins * block.before..][..n_bins * block.lanes];
                     let mut bins = block.pick(row, 0..n_bins);
-                    separate(self.instructions, sums, block.lanes, &mut bins);
+                    T::separate(self.instructions, sums, block.lanes, &mut bins);
                 }
             });
         }
@@ -194,7 +183,7 @@ impl Projector {
                         let (sums, next) = job.sums[i][at..].split_at_mut(block.lanes);
                         // Sums are far away; those of the next bin but one arrive in time.
                         prefetch(next.get(block.lanes..2 * block.lanes).unwrap_or(&[]));
-                        gather(self.instructions, pixels, pairs, range, 1, sums);
+                        T::gather(self.instructions, pixels, pairs, range, 1, sums);
                     }
                 }
             });
@@ -208,17 +197,6 @@ impl Projector {
     /// # Errors
     /// A wrong length, a sample that is NaN or infinite.
     pub fn adjoint_stack_into<T: Sample>(
-        &self,
-        projections: &[T],
-        n_slices: usize,
-        order: StackOrder,
-        volume: &mut [T],
-        scratch: &mut ProjectorScratch<T>,
-    ) -> Result<ProjectorReport, RadonError> {
-        T::project_back(self, projections, n_slices, order, volume, scratch)
-    }
-
-    pub(crate) fn project_back<T: Sample>(
         &self,
         projections: &[T],
         n_slices: usize,
@@ -256,7 +234,7 @@ impl Projector {
                         let rays = &mut rays[n_bins * block.before..][..n_bins * block.lanes];
                         block.clear_unused(rays);
                         let rows = sinograms.rows(projections, view, block.slices);
-                        interleave(self.instructions, &rows, block.lanes, rays);
+                        T::interleave(self.instructions, &rows, block.lanes, rays);
                     }
                 });
             let rays: Vec<(&View, &[T])> = order
@@ -322,7 +300,7 @@ impl Projector {
                     let rays = &rays[n_bins * block.before..][..n_bins * block.lanes];
                     for (bin, range) in found.iter() {
                         let ray = &rays[bin * block.lanes..][..block.lanes];
-                        scatter(self.instructions, sums, &found.pairs, range, across, ray);
+                        T::scatter(self.instructions, sums, &found.pairs, range, across, ray);
                     }
                 }
             }
@@ -334,7 +312,7 @@ impl Projector {
                 .zip(sums.chunks_exact(stride * block.lanes).skip(1))
             {
                 let mut pixels = block.pick(row, x.clone());
-                separate(
+                T::separate(
                     self.instructions,
                     &sums[block.lanes..],
                     block.lanes,
@@ -393,7 +371,7 @@ impl Projector {
             right.fill(T::ZERO);
             block.clear_unused(pixels);
             let rows = images.rows(volume, y, block.slices);
-            interleave(self.instructions, &rows, block.lanes, pixels);
+            T::interleave(self.instructions, &rows, block.lanes, pixels);
             row[..block.lanes].fill(T::ZERO);
         });
         parts.into_iter().map(|(_, part)| &*part).collect()
@@ -443,7 +421,7 @@ impl Projector {
                         *row = &row[x.clone()];
                     }
                     let pixels = &mut columns[(1 + y) * lanes + i * TOGETHER..];
-                    interleave(self.instructions, &rows, stride * lanes, pixels);
+                    T::interleave(self.instructions, &rows, stride * lanes, pixels);
                 }
             }
         });

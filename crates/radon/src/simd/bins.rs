@@ -2,18 +2,16 @@
 
 use std::ops::Range;
 
-use crate::sample::Sample;
-use crate::simd::fixed::FixedPositions;
+use crate::scalar::Scalar;
 use crate::simd::pairs::BoxRay;
 use crate::simd::vector::{RUN, Vector, WINDOW};
-use crate::simd::{InstructionSet, fixed};
 
 /// Zeros before and behind the pixels of a row: what the rays of a run that touches the image reach beyond it in a band of steps.
 pub(crate) const MARGIN: usize = 64;
 
 /// The rays of a view through one image.
 #[derive(Debug)]
-pub(crate) struct Bins<'a, T> {
+pub struct Bins<'a, T> {
     /// A row of pixels for each step, the first pixel behind `MARGIN` zeros; behind the last row `MARGIN + WINDOW` zeros.
     pub(crate) image: &'a [T],
     /// Distance between the rows: the pixels and the next row's margin, or more.
@@ -28,7 +26,7 @@ pub(crate) struct Bins<'a, T> {
     pub(crate) per_bin: f64,
 }
 
-impl<T: Sample> Bins<'_, T> {
+impl<T: Scalar> Bins<'_, T> {
     /// Samples of an image whose rows are `stride` apart.
     pub(crate) fn image_len(n_steps: usize, stride: usize) -> usize {
         n_steps * stride + MARGIN + WINDOW
@@ -72,46 +70,16 @@ impl<T: Sample> Bins<'_, T> {
     }
 }
 
-/// Adds what the image contributes to the sums of bins 0, 1, ..., whose number is a multiple of `RUN`, `n_band` steps at a time: each
-/// ray's first pixels and its second ones apart and then together, as [`gather`](super::gather) does, with the same weights.
-pub(crate) fn add_bins<T: Sample>(
-    set: InstructionSet,
-    bins: &Bins<'_, T>,
-    n_steps: usize,
-    n_band: usize,
-    fixed: &mut FixedPositions,
-    sums: &mut [T],
-) {
-    assert!(Bins::<T>::image_len(n_steps, bins.stride) <= bins.image.len());
-    assert!(bins.stride >= bins.n + MARGIN && bins.n < 1 << 31);
-    let (sums, rest) = sums.as_chunks_mut::<RUN>();
-    assert!(rest.is_empty());
-    let fixed = fixed
-        .fill(bins, sums.len(), n_steps, n_band)
-        .then_some(&*fixed);
-    for start in (0..n_steps).step_by(n_band) {
-        let steps = start..(start + n_band).min(n_steps);
-        // SAFETY: a projector holds a set only after `is_available`; the image is large enough, as just seen.
-        unsafe { add_band(set, bins, fixed, steps, sums) };
-    }
-}
-
-per_set!(fn add_band(bins: &Bins<'_, T>, fixed: Option<&FixedPositions>, steps: Range<usize>, sums: &mut [[T; RUN]]) = add_runs);
-
+/// Adds steps to the sums of runs of rays at positions in floating point.
+///
 /// # Safety
 /// The machine has the instruction set of `V`, and the image is as large as `add_bins` asks.
 #[inline(always)]
-unsafe fn add_runs<T: Sample, V: Vector<T>>(
+pub(super) unsafe fn add_runs<T: Scalar, V: Vector<T>>(
     bins: &Bins<'_, T>,
-    fixed: Option<&FixedPositions>,
     steps: Range<usize>,
     sums: &mut [[T; RUN]],
 ) {
-    if let Some(fixed) = fixed {
-        // SAFETY: the caller's promise.
-        unsafe { fixed::add_runs::<T, V>(bins, fixed, steps, sums) };
-        return;
-    }
     for (run, sums) in sums.iter_mut().enumerate() {
         let offset: [f64; RUN] = std::array::from_fn(|l| bins.offset(run * RUN + l));
         if !bins.touches(&offset, &steps) {
@@ -130,7 +98,7 @@ unsafe fn add_runs<T: Sample, V: Vector<T>>(
 /// # Safety
 /// As for `add_runs`.
 #[inline(always)]
-unsafe fn sum_steps<T: Sample, V: Vector<T>>(
+unsafe fn sum_steps<T: Scalar, V: Vector<T>>(
     bins: &Bins<'_, T>,
     offset: &[f64; RUN],
     steps: Range<usize>,
@@ -157,7 +125,7 @@ unsafe fn sum_steps<T: Sample, V: Vector<T>>(
 /// # Safety
 /// The machine has the instruction set of `V`, and all those pixels are valid to read.
 #[inline(always)]
-pub(super) unsafe fn add_pixels<T: Sample, V: Vector<T>>(
+pub(super) unsafe fn add_pixels<T: Scalar, V: Vector<T>>(
     row: *const T,
     index: &[i32; RUN],
     weights: &([T; RUN], [T; RUN]),

@@ -3,10 +3,14 @@
 
 use std::ops::Range;
 
-use super::bins::{Bins, MARGIN, add_pixels};
+use super::InstructionSet;
+use super::bins::{self, Bins, MARGIN, add_pixels};
 use super::pairs::{BoxRay, Snap};
-use super::vector::{RUN, Vector, WINDOW};
-use crate::sample::Sample;
+use super::registers::Registers;
+use super::vector::{Plain, RUN, Vector, WINDOW};
+#[cfg(target_arch = "x86_64")]
+use super::x86::{F32x8, F32x16, F64x4, F64x8};
+use crate::scalar::Scalar;
 
 /// One pixel.
 pub(super) const ONE: i64 = 1 << Snap::DIGITS;
@@ -29,7 +33,7 @@ pub(super) struct FixedWeights<T> {
     pub(super) slope: T,
 }
 
-impl<T: Sample> FixedWeights<T> {
+impl<T: Scalar> FixedWeights<T> {
     pub(super) fn new(ray: BoxRay<T>) -> Self {
         Self {
             ray,
@@ -49,7 +53,7 @@ impl<T: Sample> FixedWeights<T> {
 
 /// Positions of a view's rays in units of their last digit.
 #[derive(Debug, Default)]
-pub(crate) struct FixedPositions {
+pub struct FixedPositions {
     runs: Vec<FixedRun>,
     /// Way of all positions from step 0 to each step.
     shifts: Vec<i64>,
@@ -57,7 +61,7 @@ pub(crate) struct FixedPositions {
 
 /// Rays side by side.
 #[derive(Clone, Copy, Debug)]
-pub struct FixedRun {
+pub(crate) struct FixedRun {
     /// Their positions at step 0, modulo 32 pixels.
     fixed: [i32; RUN],
     /// The least and the greatest of them.
@@ -67,14 +71,14 @@ pub struct FixedRun {
 
 /// Steps that are added up in registers.
 #[derive(Debug)]
-pub struct Band<'a, T> {
+pub(crate) struct Band<'a, T> {
     bins: &'a Bins<'a, T>,
     first: usize,
     shifts: &'a [i64],
     weights: FixedWeights<T>,
 }
 
-impl<T: Sample> Band<'_, T> {
+impl<T: Scalar> Band<'_, T> {
     /// At the band's step `i` the pixels from a least position on, and what is added to positions to count from there.
     ///
     /// # Safety
@@ -94,7 +98,7 @@ impl<T: Sample> Band<'_, T> {
 impl FixedPositions {
     /// Takes the positions of `n_runs` runs in `n_steps` steps in place of the last, if fixed point holds them: not if a run is wider than a
     /// window or, in `n_band` steps, than the margins, nor if it is too far away.
-    pub(crate) fn fill<T: Sample>(
+    pub(crate) fn fill<T: Scalar>(
         &mut self,
         bins: &Bins<'_, T>,
         n_runs: usize,
@@ -129,15 +133,105 @@ impl FixedPositions {
     }
 }
 
+/// Adds what the image contributes to the sums of bins 0, 1, ..., whose number is a multiple of `RUN`, `n_band` steps at a time: each
+/// ray's first pixels and its second ones apart and then together, as [`gather`](super::pairs::gather) does, with the same weights.
+pub(super) fn add_bins<T: FixedRegisters>(
+    set: InstructionSet,
+    bins: &Bins<'_, T>,
+    n_steps: usize,
+    n_band: usize,
+    fixed: &mut FixedPositions,
+    sums: &mut [T],
+) {
+    assert!(Bins::<T>::image_len(n_steps, bins.stride) <= bins.image.len());
+    assert!(bins.stride >= bins.n + MARGIN && bins.n < 1 << 31);
+    let (sums, rest) = sums.as_chunks_mut::<RUN>();
+    assert!(rest.is_empty());
+    let fixed = fixed
+        .fill(bins, sums.len(), n_steps, n_band)
+        .then_some(&*fixed);
+    for start in (0..n_steps).step_by(n_band) {
+        let steps = start..(start + n_band).min(n_steps);
+        // SAFETY: a projector holds a set only after `is_available`; the image is large enough, as just seen.
+        unsafe { add_band(set, bins, fixed, steps, sums) };
+    }
+}
+
+per_set!(fn add_band<FixedRegisters>(bins: &Bins<'_, T>, fixed: Option<&FixedPositions>, steps: Range<usize>, sums: &mut [[T; RUN]]) = add_runs);
+
+/// A register that adds up rays at positions in fixed point.
+pub(crate) trait AddFixed<T: Scalar>: Vector<T> {
+    /// Adds steps to the sums of runs of rays: the same numbers within the margins.
+    ///
+    /// # Safety
+    /// The machine has the instruction set, and the rays stay within the margins of their rows.
+    #[inline(always)]
+    unsafe fn add_fixed<const N: usize>(
+        band: &Band<'_, T>,
+        runs: &[FixedRun; N],
+        sums: &mut [[T; RUN]; N],
+    ) {
+        // SAFETY: the caller's promise.
+        unsafe { add_plain::<T, Self, N>(band, runs, sums) }
+    }
+}
+
+/// Sample types all of whose registers do.
+pub(crate) trait FixedRegisters:
+    Registers<
+        Baseline: AddFixed<Self>,
+        Neon: AddFixed<Self>,
+        Avx2: AddFixed<Self>,
+        Avx512: AddFixed<Self>,
+    >
+{
+}
+impl FixedRegisters for f32 {}
+impl FixedRegisters for f64 {}
+impl<T: Scalar, const W: usize, const FUSED: bool> AddFixed<T> for Plain<T, W, FUSED> {}
+#[cfg(target_arch = "x86_64")]
+impl AddFixed<f64> for F64x4 {}
+#[cfg(target_arch = "x86_64")]
+impl AddFixed<f64> for F64x8 {}
+#[cfg(target_arch = "x86_64")]
+impl AddFixed<f32> for F32x8 {
+    #[inline(always)]
+    unsafe fn add_fixed<const N: usize>(
+        band: &Band<'_, f32>,
+        runs: &[FixedRun; N],
+        sums: &mut [[f32; RUN]; N],
+    ) {
+        // SAFETY: the caller's promise.
+        unsafe { x86::add_avx2(band, runs, sums) }
+    }
+}
+#[cfg(target_arch = "x86_64")]
+impl AddFixed<f32> for F32x16 {
+    #[inline(always)]
+    unsafe fn add_fixed<const N: usize>(
+        band: &Band<'_, f32>,
+        runs: &[FixedRun; N],
+        sums: &mut [[f32; RUN]; N],
+    ) {
+        // SAFETY: the caller's promise.
+        unsafe { x86::add_avx512(band, runs, sums) }
+    }
+}
+
 /// # Safety
 /// The machine has the instruction set of `V`, and the image is as large as `add_bins` asks.
 #[inline(always)]
-pub(super) unsafe fn add_runs<T: Sample, V: Vector<T>>(
+unsafe fn add_runs<T: Scalar, V: AddFixed<T>>(
     bins: &Bins<'_, T>,
-    fixed: &FixedPositions,
+    fixed: Option<&FixedPositions>,
     steps: Range<usize>,
     sums: &mut [[T; RUN]],
 ) {
+    let Some(fixed) = fixed else {
+        // SAFETY: the caller's promise.
+        unsafe { bins::add_runs::<T, V>(bins, steps, sums) };
+        return;
+    };
     let band = Band {
         bins,
         first: steps.start,
@@ -172,9 +266,9 @@ pub(super) unsafe fn add_runs<T: Sample, V: Vector<T>>(
 /// Without intrinsics of any set.
 ///
 /// # Safety
-/// As for [`Vector::add_fixed`].
+/// As for [`AddFixed::add_fixed`].
 #[inline(always)]
-pub(super) unsafe fn add_plain<T: Sample, V: Vector<T>, const N: usize>(
+unsafe fn add_plain<T: Scalar, V: Vector<T>, const N: usize>(
     band: &Band<'_, T>,
     runs: &[FixedRun; N],
     sums: &mut [[T; RUN]; N],
@@ -202,15 +296,16 @@ pub(super) unsafe fn add_plain<T: Sample, V: Vector<T>, const N: usize>(
 }
 
 #[cfg(target_arch = "x86_64")]
-pub(super) mod x86 {
+mod x86 {
     use std::arch::x86_64::*;
 
     use super::*;
+    use crate::simd::x86::pick;
 
     /// # Safety
-    /// The machine has AVX-512; the rest as for [`Vector::add_fixed`].
+    /// The machine has AVX-512; the rest as for [`AddFixed::add_fixed`].
     #[inline(always)]
-    pub(in crate::simd) unsafe fn add_avx512<const N: usize>(
+    pub(super) unsafe fn add_avx512<const N: usize>(
         band: &Band<'_, f32>,
         runs: &[FixedRun; N],
         sums: &mut [[f32; RUN]; N],
@@ -251,9 +346,9 @@ pub(super) mod x86 {
     }
 
     /// # Safety
-    /// The machine has AVX2 and FMA; the rest as for [`Vector::add_fixed`].
+    /// The machine has AVX2 and FMA; the rest as for [`AddFixed::add_fixed`].
     #[inline(always)]
-    pub(in crate::simd) unsafe fn add_avx2<const N: usize>(
+    pub(super) unsafe fn add_avx2<const N: usize>(
         band: &Band<'_, f32>,
         runs: &[FixedRun; N],
         sums: &mut [[f32; RUN]; N],
@@ -298,22 +393,6 @@ pub(super) mod x86 {
                     _mm256_storeu_ps(sums, _mm256_add_ps(_mm256_loadu_ps(sums), sum));
                 }
             }
-        }
-    }
-
-    /// Pixels of a window of two registers, whose places have four digits: the first tells which register.
-    ///
-    /// # Safety
-    /// The machine has AVX2.
-    #[inline(always)]
-    pub(in crate::simd) unsafe fn pick(a: __m256, b: __m256, place: __m256i) -> __m256 {
-        // SAFETY: the caller's promise.
-        unsafe {
-            _mm256_blendv_ps(
-                _mm256_permutevar8x32_ps(a, place),
-                _mm256_permutevar8x32_ps(b, place),
-                _mm256_castsi256_ps(_mm256_slli_epi32::<28>(place)),
-            )
         }
     }
 }

@@ -7,17 +7,17 @@
 /// # Safety
 /// Of what it defines: the machine has the set (a plan holds none before `is_available`), and what the loop asks of its arguments.
 macro_rules! per_set {
-    (fn $name:ident($($argument:ident: $type:ty),*) $(-> $out:ty)? = $looped:ident) => {
-        unsafe fn $name<T: Sample>(set: InstructionSet, $($argument: $type),*) $(-> $out)? {
+    (fn $name:ident<$bound:ident>($($argument:ident: $type:ty),*) $(-> $out:ty)? = $looped:ident) => {
+        unsafe fn $name<T: $bound>(set: InstructionSet, $($argument: $type),*) $(-> $out)? {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-            unsafe fn avx512<T: Sample>($($argument: $type),*) $(-> $out)? {
+            unsafe fn avx512<T: $bound>($($argument: $type),*) $(-> $out)? {
                 // SAFETY: this function is compiled for the set; the rest is the caller's promise.
                 unsafe { $looped::<T, T::Avx512>($($argument),*) }
             }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma")]
-            unsafe fn avx2<T: Sample>($($argument: $type),*) $(-> $out)? {
+            unsafe fn avx2<T: $bound>($($argument: $type),*) $(-> $out)? {
                 // SAFETY: as above.
                 unsafe { $looped::<T, T::Avx2>($($argument),*) }
             }
@@ -39,9 +39,11 @@ macro_rules! per_set {
 
 mod bins;
 mod fixed;
+mod kernels;
 mod pairs;
 mod pixels;
 mod plain;
+mod registers;
 mod spread;
 mod tile;
 mod transpose;
@@ -49,15 +51,15 @@ mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub(crate) use bins::{Bins, MARGIN, add_bins};
+pub(crate) use bins::{Bins, MARGIN};
 pub(crate) use fixed::FixedPositions;
-pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, gather, prefetch, scatter};
-pub(crate) use pixels::{SortedBins, add_sorted};
+pub(crate) use kernels::Kernels;
+pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, prefetch};
+pub(crate) use pixels::SortedBins;
 pub(crate) use plain::Plain;
-pub(crate) use spread::{DIGITS, LANES, RayPath, Taps, read_between, spread};
-pub(crate) use tile::{ALONE, Tile, ViewStep, add_views};
-pub(crate) use transpose::{interleave, separate};
-pub(crate) use vector::{RUN, Vectors, WINDOW};
+pub(crate) use spread::{DIGITS, LANES, RayPath, Taps};
+pub(crate) use tile::{ALONE, Tile, ViewStep};
+pub(crate) use vector::{RUN, WINDOW};
 
 /// Instruction set that the kernels of a plan use.
 ///

@@ -2,13 +2,14 @@
 
 use std::ops::Range;
 
-use crate::sample::Sample;
+use crate::scalar::Scalar;
 use crate::simd::InstructionSet;
+use crate::simd::registers::Registers;
 use crate::simd::vector::Vector;
 
 /// Pixels that a ray meets, two neighbours at a time, and the lengths within them.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Pairs<T> {
+pub struct Pairs<T> {
     /// Index of the first pixel of each pair in a block of slices, `[pixel][lane]`.
     pixel: Vec<u32>,
     near: Vec<T>,
@@ -20,7 +21,7 @@ pub(crate) struct Pairs<T> {
 /// A ray whose steps are spread over two pixels each: step `m` crosses at `t = offset + m * per_step >= 0`, both terms snapped. The
 /// first pixel is the integer part of `t`; the next one's length is `slope * (t - first - zero)`, held within `[0, length]`.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct BoxRay<T> {
+pub struct BoxRay<T> {
     /// Snapped.
     pub(crate) offset: f64,
     pub(crate) per_step: f64,
@@ -53,13 +54,13 @@ impl Snap {
 
 /// Where the pixels of a ray are: step `m` of pixel 0 at `zero`, wrapping, the next step and the next pixel so far from it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub struct Place {
     pub(crate) zero: u32,
     pub(crate) along: u32,
     pub(crate) across: u32,
 }
 
-impl<T: Sample> Pairs<T> {
+impl<T: Scalar> Pairs<T> {
     pub(crate) fn clear(&mut self) {
         self.pixel.clear();
         self.near.clear();
@@ -83,33 +84,33 @@ impl<T: Sample> Pairs<T> {
         self.far.push(far);
         self.most = self.most.max(pixel);
     }
+}
 
-    /// Adds `n` steps of a ray from step `m` on. Every set gets the same numbers.
-    pub(crate) fn extend(
-        &mut self,
-        set: InstructionSet,
-        ray: &BoxRay<T>,
-        m: usize,
-        n: usize,
-        place: Place,
-    ) {
-        let start = self.len();
-        self.pixel.resize(start + n, 0);
-        self.near.resize(start + n, T::ZERO);
-        self.far.resize(start + n, T::ZERO);
-        let (pixel, near, far) = (
-            &mut self.pixel[start..],
-            &mut self.near[start..],
-            &mut self.far[start..],
-        );
-        // SAFETY: a projector holds a set only after `is_available`.
-        let most = unsafe { fill_by(set, ray, m, place, pixel, near, far) };
-        self.most = self.most.max(most);
-    }
+/// Adds `n` steps of a ray from step `m` on to a list of pairs. Every set gets the same numbers.
+pub(super) fn extend<T: Registers>(
+    set: InstructionSet,
+    pairs: &mut Pairs<T>,
+    ray: &BoxRay<T>,
+    m: usize,
+    n: usize,
+    place: Place,
+) {
+    let start = pairs.len();
+    pairs.pixel.resize(start + n, 0);
+    pairs.near.resize(start + n, T::ZERO);
+    pairs.far.resize(start + n, T::ZERO);
+    let (pixel, near, far) = (
+        &mut pairs.pixel[start..],
+        &mut pairs.near[start..],
+        &mut pairs.far[start..],
+    );
+    // SAFETY: a projector holds a set only after `is_available`.
+    let most = unsafe { fill_by(set, ray, m, place, pixel, near, far) };
+    pairs.most = pairs.most.max(most);
 }
 
 per_set!(
-    fn fill_by(ray: &BoxRay<T>, m: usize, place: Place, pixel: &mut [u32], near: &mut [T], far: &mut [T]) -> u32 = fill
+    fn fill_by<Registers>(ray: &BoxRay<T>, m: usize, place: Place, pixel: &mut [u32], near: &mut [T], far: &mut [T]) -> u32 = fill
 );
 
 /// Without a branch, and without a call that could keep the compiler from making vectors of it.
@@ -117,7 +118,7 @@ per_set!(
 /// # Safety
 /// The machine has the instruction set of `V`, for which it is compiled; no vector is used by name.
 #[inline(always)]
-unsafe fn fill<T: Sample, V: Vector<T>>(
+unsafe fn fill<T: Scalar, V: Vector<T>>(
     ray: &BoxRay<T>,
     m: usize,
     place: Place,
@@ -138,7 +139,7 @@ unsafe fn fill<T: Sample, V: Vector<T>>(
     most
 }
 
-impl<T: Sample> BoxRay<T> {
+impl<T: Scalar> BoxRay<T> {
     /// Way of the position from step 0 to step `m`.
     #[inline(always)]
     pub(crate) fn shift(&self, m: f64) -> f64 {
@@ -188,7 +189,7 @@ pub(crate) fn prefetch<T>(samples: &[T]) {
 /// Adds the weighted pixels to the sums of one ray, a lane a slice; the second pixel of a pair is `across` behind the first.
 ///
 /// First and second pixels are summed apart and then together: two short chains of additions instead of a long one.
-pub(crate) fn gather<T: Sample>(
+pub(super) fn gather<T: Registers>(
     set: InstructionSet,
     pixels: &[T],
     pairs: &Pairs<T>,
@@ -202,7 +203,7 @@ pub(crate) fn gather<T: Sample>(
 }
 
 /// Adds the ray's value, weighted, to its pixels.
-pub(crate) fn scatter<T: Sample>(
+pub(super) fn scatter<T: Registers>(
     set: InstructionSet,
     pixels: &mut [T],
     pairs: &Pairs<T>,
@@ -225,7 +226,7 @@ struct Steps<'a, T> {
     across: usize,
 }
 
-impl<'a, T: Sample> Steps<'a, T> {
+impl<'a, T: Scalar> Steps<'a, T> {
     fn new(
         n_samples: usize,
         pairs: &'a Pairs<T>,
@@ -251,13 +252,13 @@ impl<'a, T: Sample> Steps<'a, T> {
     }
 }
 
-per_set!(fn gather_by(pixels: &[T], steps: Steps<'_, T>, sums: &mut [T]) = gather_lanes);
-per_set!(fn scatter_by(pixels: &mut [T], steps: Steps<'_, T>, ray: &[T]) = scatter_lanes);
+per_set!(fn gather_by<Registers>(pixels: &[T], steps: Steps<'_, T>, sums: &mut [T]) = gather_lanes);
+per_set!(fn scatter_by<Registers>(pixels: &mut [T], steps: Steps<'_, T>, ray: &[T]) = scatter_lanes);
 
 /// # Safety
 /// The machine has the instruction set of `V`, and `steps` was checked against these pixels and as many lanes.
 #[inline(always)]
-unsafe fn gather_lanes<T: Sample, V: Vector<T>>(pixels: &[T], steps: Steps<'_, T>, sums: &mut [T]) {
+unsafe fn gather_lanes<T: Scalar, V: Vector<T>>(pixels: &[T], steps: Steps<'_, T>, sums: &mut [T]) {
     // SAFETY: the caller's promise.
     unsafe {
         match sums.len() / V::WIDTH {
@@ -282,7 +283,7 @@ unsafe fn gather_lanes<T: Sample, V: Vector<T>>(pixels: &[T], steps: Steps<'_, T
 /// # Safety
 /// As for `gather_lanes`.
 #[inline(always)]
-unsafe fn gather_block<T: Sample, V: Vector<T>, const N: usize>(
+unsafe fn gather_block<T: Scalar, V: Vector<T>, const N: usize>(
     pixels: &[T],
     steps: Steps<'_, T>,
     sums: &mut [T],
@@ -312,7 +313,7 @@ unsafe fn gather_block<T: Sample, V: Vector<T>, const N: usize>(
 /// # Safety
 /// The machine has the instruction set of `V`, and `steps` was checked against these pixels and as many lanes.
 #[inline(always)]
-unsafe fn scatter_lanes<T: Sample, V: Vector<T>>(pixels: &mut [T], steps: Steps<'_, T>, ray: &[T]) {
+unsafe fn scatter_lanes<T: Scalar, V: Vector<T>>(pixels: &mut [T], steps: Steps<'_, T>, ray: &[T]) {
     // SAFETY: the caller's promise.
     unsafe {
         match ray.len() / V::WIDTH {
@@ -335,7 +336,7 @@ unsafe fn scatter_lanes<T: Sample, V: Vector<T>>(pixels: &mut [T], steps: Steps<
 /// # Safety
 /// As for `scatter_lanes`.
 #[inline(always)]
-unsafe fn scatter_block<T: Sample, V: Vector<T>, const N: usize>(
+unsafe fn scatter_block<T: Scalar, V: Vector<T>, const N: usize>(
     pixels: &mut [T],
     steps: Steps<'_, T>,
     ray: &[T],

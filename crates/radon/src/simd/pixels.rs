@@ -3,8 +3,11 @@
 use super::InstructionSet;
 use super::fixed::{FixedWeights, REST, whole};
 use super::pairs::{BoxRay, Snap};
-use super::vector::{RUN, Vector};
-use crate::sample::Sample;
+use super::registers::Registers;
+use super::vector::{Plain, RUN, Vector};
+#[cfg(target_arch = "x86_64")]
+use super::x86::{F32x8, F32x16, F64x4, F64x8};
+use crate::scalar::Scalar;
 
 /// Zeros before and behind the rays of a view: more than the pixels of a run are met by.
 const MARGIN: usize = 48;
@@ -13,7 +16,7 @@ const EARLY: f64 = 1e-4;
 
 /// The rays of a view in the order of their positions.
 #[derive(Debug, Default)]
-pub(crate) struct SortedBins<T> {
+pub struct SortedBins<T> {
     /// Values, and positions at step 0 modulo 32 pixels, `MARGIN` zeros on either side.
     rays: Vec<T>,
     fixed: Vec<i32>,
@@ -31,7 +34,7 @@ pub(crate) struct SortedBins<T> {
     falling: bool,
 }
 
-impl<T: Sample> SortedBins<T> {
+impl<T: Scalar> SortedBins<T> {
     /// The first of the bins that may meet a pixel, in their own order and counted from the first by position, and the way to the
     /// next.
     #[inline(always)]
@@ -90,7 +93,7 @@ impl<T: Sample> SortedBins<T> {
 
 /// Adds what the views bring to a run of pixels from `first` on in every step: view by view and bin by bin, with the weights of
 /// [`scatter`](super::scatter) and in its order.
-pub(crate) fn add_sorted<T: Sample>(
+pub(super) fn add_sorted<T: StepRegisters>(
     set: InstructionSet,
     views: &[SortedBins<T>],
     first: usize,
@@ -102,12 +105,12 @@ pub(crate) fn add_sorted<T: Sample>(
     }
 }
 
-per_set!(fn add_view(sorted: &SortedBins<T>, first: usize, sums: &mut [[T; RUN]]) = add_runs);
+per_set!(fn add_view<StepRegisters>(sorted: &SortedBins<T>, first: usize, sums: &mut [[T; RUN]]) = add_runs);
 
 /// # Safety
 /// The machine has the instruction set of `V`.
 #[inline(always)]
-unsafe fn add_runs<T: Sample, V: Vector<T>>(
+unsafe fn add_runs<T: Scalar, V: AddStep<T>>(
     sorted: &SortedBins<T>,
     first: usize,
     sums: &mut [[T; RUN]],
@@ -124,7 +127,7 @@ unsafe fn add_runs<T: Sample, V: Vector<T>>(
 
 /// The bins that may meet `W` pixels at a step.
 #[derive(Clone, Copy, Debug)]
-pub struct StepBins<'a, T> {
+pub(crate) struct StepBins<'a, T> {
     sorted: &'a SortedBins<T>,
     /// Place of the first of them among the rays.
     at: usize,
@@ -137,7 +140,7 @@ pub struct StepBins<'a, T> {
 /// # Safety
 /// The machine has the instruction set of `V`, whose `add_step` works on `W` pixels (`V::PIXELS`).
 #[inline(always)]
-unsafe fn add_lanes<T: Sample, V: Vector<T>, const W: usize>(
+unsafe fn add_lanes<T: Scalar, V: AddStep<T>, const W: usize>(
     sorted: &SortedBins<T>,
     first: usize,
     sums: &mut [[T; RUN]],
@@ -169,12 +172,55 @@ unsafe fn add_lanes<T: Sample, V: Vector<T>, const W: usize>(
     }
 }
 
+/// A register that adds up the bins of a step.
+pub(crate) trait AddStep<T: Scalar>: Vector<T> {
+    /// Pixels whose bins at a step are in two registers: a run, or half of one.
+    const PIXELS: usize = RUN;
+
+    /// Adds to the sums of `W` pixels, which are `PIXELS`, what the bins of a step bring.
+    ///
+    /// # Safety
+    /// The machine has the instruction set, and the window of the step is within the rays.
+    #[inline(always)]
+    unsafe fn add_step<const W: usize>(step: StepBins<'_, T>, sums: &mut [T; W]) {
+        add_step::<T, Self, W>(step, sums);
+    }
+}
+
+/// Sample types all of whose registers do.
+pub(crate) trait StepRegisters:
+    Registers<Baseline: AddStep<Self>, Neon: AddStep<Self>, Avx2: AddStep<Self>, Avx512: AddStep<Self>>
+{
+}
+impl StepRegisters for f32 {}
+impl StepRegisters for f64 {}
+impl<T: Scalar, const W: usize, const FUSED: bool> AddStep<T> for Plain<T, W, FUSED> {}
+#[cfg(target_arch = "x86_64")]
+impl AddStep<f64> for F64x4 {}
+#[cfg(target_arch = "x86_64")]
+impl AddStep<f64> for F64x8 {}
+#[cfg(target_arch = "x86_64")]
+impl AddStep<f32> for F32x8 {
+    const PIXELS: usize = RUN / 2;
+
+    #[inline(always)]
+    unsafe fn add_step<const W: usize>(step: StepBins<'_, f32>, sums: &mut [f32; W]) {
+        // SAFETY: the caller's promise.
+        unsafe { x86::add_avx2(step, sums) }
+    }
+}
+#[cfg(target_arch = "x86_64")]
+impl AddStep<f32> for F32x16 {
+    #[inline(always)]
+    unsafe fn add_step<const W: usize>(step: StepBins<'_, f32>, sums: &mut [f32; W]) {
+        // SAFETY: the caller's promise.
+        unsafe { x86::add_avx512(step, sums) }
+    }
+}
+
 /// Without intrinsics of any set.
 #[inline(always)]
-pub(super) fn add_step<T: Sample, V: Vector<T>, const W: usize>(
-    step: StepBins<'_, T>,
-    sums: &mut [T; W],
-) {
+fn add_step<T: Scalar, V: Vector<T>, const W: usize>(step: StepBins<'_, T>, sums: &mut [T; W]) {
     let sorted = step.sorted;
     let (mut k, by) = sorted.first_candidate();
     for _ in 0..sorted.most {
@@ -197,17 +243,17 @@ pub(super) fn add_step<T: Sample, V: Vector<T>, const W: usize>(
 }
 
 #[cfg(target_arch = "x86_64")]
-pub(super) mod x86 {
+mod x86 {
     use std::arch::x86_64::*;
 
     use super::*;
     use crate::simd::fixed::ONE;
-    use crate::simd::fixed::x86::pick;
+    use crate::simd::x86::pick;
 
     /// # Safety
-    /// The machine has AVX-512; the rest as for [`Vector::add_step`].
+    /// The machine has AVX-512; the rest as for [`AddStep::add_step`].
     #[inline(always)]
-    pub(in crate::simd) unsafe fn add_avx512(step: StepBins<'_, f32>, sums: &mut [f32]) {
+    pub(super) unsafe fn add_avx512(step: StepBins<'_, f32>, sums: &mut [f32]) {
         let StepBins {
             sorted,
             at,
@@ -268,9 +314,9 @@ pub(super) mod x86 {
     }
 
     /// # Safety
-    /// The machine has AVX2 and FMA; the rest as for [`Vector::add_step`].
+    /// The machine has AVX2 and FMA; the rest as for [`AddStep::add_step`].
     #[inline(always)]
-    pub(in crate::simd) unsafe fn add_avx2(step: StepBins<'_, f32>, sums: &mut [f32]) {
+    pub(super) unsafe fn add_avx2(step: StepBins<'_, f32>, sums: &mut [f32]) {
         let StepBins {
             sorted,
             at,

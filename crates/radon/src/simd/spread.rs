@@ -2,8 +2,9 @@
 
 use rustfft::num_complex::Complex;
 
-use crate::sample::Sample;
+use crate::scalar::Scalar;
 use crate::simd::InstructionSet;
+use crate::simd::registers::Registers;
 use crate::simd::vector::Vector;
 
 /// Numbers in a row of weights: real and imaginary parts of as many cells as a sample is spread over at most.
@@ -13,7 +14,7 @@ pub(crate) const DIGITS: u32 = 36;
 
 /// Weights of neighbouring cells as polynomials in z, which runs from -1 to 1 within a cell; the highest power first.
 #[derive(Debug)]
-pub(crate) struct Taps<T> {
+pub struct Taps<T> {
     pub(crate) width: usize,
     /// One number a cell.
     pub(crate) across: Vec<[T; LANES]>,
@@ -23,7 +24,7 @@ pub(crate) struct Taps<T> {
 
 /// Samples at equal steps through a grid `[column][cell]`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RayPath {
+pub struct RayPath {
     /// Column and cell, in units of the last digit, that the first sample's weights begin at.
     pub(crate) at: [i64; 2],
     pub(crate) step: [i64; 2],
@@ -49,7 +50,7 @@ impl RayPath {
 }
 
 /// Adds `samples * gains * factor`, or its conjugate, to the cells about each sample.
-pub(crate) fn spread<T: Sample>(
+pub(super) fn spread<T: Registers>(
     set: InstructionSet,
     taps: &Taps<T>,
     path: &RayPath,
@@ -64,7 +65,7 @@ pub(crate) fn spread<T: Sample>(
 }
 
 /// The value between the cells at each place of a path, or its conjugate.
-pub(crate) fn read_between<T: Sample>(
+pub(super) fn read_between<T: Registers>(
     set: InstructionSet,
     taps: &Taps<T>,
     path: &RayPath,
@@ -77,13 +78,13 @@ pub(crate) fn read_between<T: Sample>(
     unsafe { read_by(set, taps, path, cells, out) }
 }
 
-per_set!(fn spread_by(taps: &Taps<T>, path: &RayPath, samples: &[Complex<T>], gains: &[T], factor: Complex<T>, cells: *mut T) = spread_widths);
-per_set!(fn read_by(taps: &Taps<T>, path: &RayPath, cells: *const T, out: &mut [Complex<T>]) = read_widths);
+per_set!(fn spread_by<Registers>(taps: &Taps<T>, path: &RayPath, samples: &[Complex<T>], gains: &[T], factor: Complex<T>, cells: *mut T) = spread_widths);
+per_set!(fn read_by<Registers>(taps: &Taps<T>, path: &RayPath, cells: *const T, out: &mut [Complex<T>]) = read_widths);
 
 /// # Safety
 /// The machine has the instruction set of `V`, and the path lies in the cells.
 #[inline(always)]
-unsafe fn spread_widths<T: Sample, V: Vector<T>>(
+unsafe fn spread_widths<T: Scalar, V: Vector<T>>(
     taps: &Taps<T>,
     path: &RayPath,
     samples: &[Complex<T>],
@@ -105,7 +106,7 @@ unsafe fn spread_widths<T: Sample, V: Vector<T>>(
 /// # Safety
 /// As for `spread_widths`.
 #[inline(always)]
-unsafe fn read_widths<T: Sample, V: Vector<T>>(
+unsafe fn read_widths<T: Scalar, V: Vector<T>>(
     taps: &Taps<T>,
     path: &RayPath,
     cells: *const T,
@@ -127,7 +128,7 @@ unsafe fn read_widths<T: Sample, V: Vector<T>>(
 /// # Safety
 /// The machine has the instruction set of `V`.
 #[inline(always)]
-unsafe fn weights<T: Sample, V: Vector<T>>(powers: &[[T; LANES]], z: V, n: usize) -> [V; 8] {
+unsafe fn weights<T: Scalar, V: Vector<T>>(powers: &[[T; LANES]], z: V, n: usize) -> [V; 8] {
     // SAFETY: the caller's promise; `n` registers hold LANES numbers at most.
     unsafe {
         let mut sums = [V::splat(T::ZERO); 8];
@@ -146,7 +147,7 @@ unsafe fn weights<T: Sample, V: Vector<T>>(powers: &[[T; LANES]], z: V, n: usize
 /// # Safety
 /// The machine has the instruction set of `V`.
 #[inline(always)]
-unsafe fn place<T: Sample, V: Vector<T>, const W: usize>(
+unsafe fn place<T: Scalar, V: Vector<T>, const W: usize>(
     taps: &Taps<T>,
     stride: usize,
     at: [i64; 2],
@@ -170,10 +171,16 @@ unsafe fn place<T: Sample, V: Vector<T>, const W: usize>(
     }
 }
 
+/// The product of two complex numbers.
+#[inline(always)]
+fn product<T: Scalar>(a: Complex<T>, b: Complex<T>) -> Complex<T> {
+    Complex::new(a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re)
+}
+
 /// # Safety
 /// As for `spread_widths`; `W` is at least the taps' width.
 #[inline(always)]
-unsafe fn spread_all<T: Sample, V: Vector<T>, const W: usize>(
+unsafe fn spread_all<T: Scalar, V: Vector<T>, const W: usize>(
     taps: &Taps<T>,
     path: &RayPath,
     samples: &[Complex<T>],
@@ -187,7 +194,7 @@ unsafe fn spread_all<T: Sample, V: Vector<T>, const W: usize>(
     // SAFETY: the caller's promise.
     unsafe {
         for (sample, &gain) in samples.iter().zip(gains) {
-            let value = *sample * factor;
+            let value = product(*sample, factor);
             let im = if path.mirrored { -value.im } else { value.im };
             let (first, across, mut along) = place::<T, V, W>(taps, path.stride, at);
             let zero = V::splat(T::ZERO);
@@ -215,7 +222,7 @@ unsafe fn spread_all<T: Sample, V: Vector<T>, const W: usize>(
 /// # Safety
 /// As for `spread_all`.
 #[inline(always)]
-unsafe fn read_all<T: Sample, V: Vector<T>, const W: usize>(
+unsafe fn read_all<T: Scalar, V: Vector<T>, const W: usize>(
     taps: &Taps<T>,
     path: &RayPath,
     cells: *const T,
@@ -252,7 +259,7 @@ unsafe fn read_all<T: Sample, V: Vector<T>, const W: usize>(
 }
 
 /// Ones at even and at odd places.
-fn alternating<T: Sample>() -> ([T; LANES], [T; LANES]) {
+fn alternating<T: Scalar>() -> ([T; LANES], [T; LANES]) {
     let ones = |rest: usize| std::array::from_fn(|i| if i % 2 == rest { T::ONE } else { T::ZERO });
     (ones(0), ones(1))
 }

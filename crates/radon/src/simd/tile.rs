@@ -1,7 +1,8 @@
 //! Back-projection of one tile of pixels for a block of slices: the loop that takes the time.
 
-use crate::sample::Sample;
+use crate::scalar::Scalar;
 use crate::simd::InstructionSet;
+use crate::simd::registers::Registers;
 use crate::simd::vector::{RUN, Vector, WINDOW};
 
 /// Views whose part of a tile is added up in registers.
@@ -10,6 +11,7 @@ const GROUP: usize = 8;
 pub(crate) const ALONE: usize = 128;
 
 /// Where pixel `(ix, iy)` falls in the filtered row of one view: sample `first + ix * dx + iy * dy`, margin included.
+#[derive(Debug)]
 pub(crate) struct ViewStep<T> {
     first: f64,
     dx: f64,
@@ -22,7 +24,7 @@ pub(crate) struct ViewStep<T> {
     narrow: bool,
 }
 
-impl<T: Sample> ViewStep<T> {
+impl<T: Scalar> ViewStep<T> {
     pub(crate) fn new(first: f64, dx: f64, dy: f64) -> Self {
         Self {
             first,
@@ -51,7 +53,8 @@ impl<T: Sample> ViewStep<T> {
 }
 
 /// One tile: `runs` runs of pixels a row from `(ix, iy)` on, and what they are summed from.
-pub(crate) struct Tile<'a, T> {
+#[derive(Debug)]
+pub struct Tile<'a, T> {
     pub(crate) views: &'a [ViewStep<T>],
     /// `[view][sample][lane]`, with margins.
     pub(crate) filtered: &'a [T],
@@ -64,7 +67,7 @@ pub(crate) struct Tile<'a, T> {
 }
 
 /// Adds all views to the sums of a tile, `[row][pixel][lane]`.
-pub(crate) fn add_views<T: Sample>(
+pub(super) fn add_views<T: Registers>(
     set: InstructionSet,
     lanes: usize,
     tile: &Tile<'_, T>,
@@ -78,12 +81,12 @@ pub(crate) fn add_views<T: Sample>(
     unsafe { add_tile(set, lanes, tile, sums) }
 }
 
-per_set!(fn add_tile(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]) = add_lanes);
+per_set!(fn add_tile<Registers>(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]) = add_lanes);
 
 /// # Safety
 /// The machine has the instruction set of `V`.
 #[inline(always)]
-unsafe fn add_lanes<T: Sample, V: Vector<T>>(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]) {
+unsafe fn add_lanes<T: Scalar, V: Vector<T>>(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]) {
     // SAFETY: the caller's promise.
     unsafe {
         match lanes / V::WIDTH {
@@ -104,7 +107,7 @@ unsafe fn add_lanes<T: Sample, V: Vector<T>>(lanes: usize, tile: &Tile<'_, T>, s
 /// # Safety
 /// The machine has the instruction set of `V`.
 #[inline(always)]
-unsafe fn add_block<T: Sample, V: Vector<T>, const N: usize, const PIXELS: usize>(
+unsafe fn add_block<T: Scalar, V: Vector<T>, const N: usize, const PIXELS: usize>(
     tile: &Tile<'_, T>,
     sums: &mut [T],
 ) {
@@ -165,7 +168,7 @@ unsafe fn add_block<T: Sample, V: Vector<T>, const N: usize, const PIXELS: usize
 /// # Safety
 /// The machine has the instruction set of `V`.
 #[inline(always)]
-unsafe fn add_one<T: Sample, V: Vector<T>>(tile: &Tile<'_, T>, sums: &mut [T]) {
+unsafe fn add_one<T: Scalar, V: Vector<T>>(tile: &Tile<'_, T>, sums: &mut [T]) {
     let (sums, _) = sums.as_chunks_mut::<RUN>();
     let (mut ix, mut iy) = ([0.0; ALONE], [0.0; ALONE]);
     for i in 0..sums.len() {

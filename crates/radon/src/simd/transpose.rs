@@ -1,11 +1,12 @@
 //! Between rows of samples and samples with the lanes innermost, a square of registers at a time.
 
-use crate::sample::Sample;
+use crate::scalar::Scalar;
 use crate::simd::InstructionSet;
+use crate::simd::registers::Registers;
 use crate::simd::vector::Vector;
 
 /// `out[sample * stride + lane] = rows[lane][sample]`; rows of equal length, and a `stride` of at least as many samples as rows.
-pub(crate) fn interleave<T: Sample>(
+pub(super) fn interleave<T: Registers>(
     set: InstructionSet,
     rows: &[&[T]],
     stride: usize,
@@ -22,7 +23,7 @@ pub(crate) fn interleave<T: Sample>(
 }
 
 /// The other way: `rows[lane][sample] = block[sample * stride + lane]`.
-pub(crate) fn separate<T: Sample>(
+pub(super) fn separate<T: Registers>(
     set: InstructionSet,
     block: &[T],
     stride: usize,
@@ -38,13 +39,13 @@ pub(crate) fn separate<T: Sample>(
     unsafe { separate_all(set, block, n, stride, rows) }
 }
 
-per_set!(fn interleave_all(rows: &[&[T]], n: usize, stride: usize, out: &mut [T]) = interleave_by);
-per_set!(fn separate_all(block: &[T], n: usize, stride: usize, rows: &mut [&mut [T]]) = separate_by);
+per_set!(fn interleave_all<Registers>(rows: &[&[T]], n: usize, stride: usize, out: &mut [T]) = interleave_by);
+per_set!(fn separate_all<Registers>(block: &[T], n: usize, stride: usize, rows: &mut [&mut [T]]) = separate_by);
 
 /// # Safety
 /// The machine has the instruction set of `V`; rows hold `n` samples, `out` all of `(n - 1) * stride + rows.len()`.
 #[inline(always)]
-unsafe fn interleave_by<T: Sample, V: Vector<T>>(
+unsafe fn interleave_by<T: Scalar, V: Vector<T>>(
     rows: &[&[T]],
     n: usize,
     stride: usize,
@@ -73,7 +74,7 @@ unsafe fn interleave_by<T: Sample, V: Vector<T>>(
 /// # Safety
 /// As for `interleave_by`.
 #[inline(always)]
-unsafe fn separate_by<T: Sample, V: Vector<T>>(
+unsafe fn separate_by<T: Scalar, V: Vector<T>>(
     block: &[T],
     n: usize,
     stride: usize,
@@ -108,7 +109,7 @@ fn starts(len: usize, width: usize) -> impl Iterator<Item = usize> {
 /// # Safety
 /// There is a register to be read at each `from`, room for one at each `to`; the machine has the instruction set of `V`.
 #[inline(always)]
-unsafe fn square<T: Sample, V: Vector<T>>(
+unsafe fn square<T: Scalar, V: Vector<T>>(
     from: impl Fn(usize) -> *const T,
     to: impl FnMut(usize) -> *mut T,
 ) {
@@ -128,7 +129,7 @@ unsafe fn square<T: Sample, V: Vector<T>>(
 /// # Safety
 /// As for `square`; the width is `N`.
 #[inline(always)]
-unsafe fn square_of<T: Sample, V: Vector<T>, const N: usize>(
+unsafe fn square_of<T: Scalar, V: Vector<T>, const N: usize>(
     from: impl Fn(usize) -> *const T,
     mut to: impl FnMut(usize) -> *mut T,
 ) {
@@ -146,7 +147,7 @@ unsafe fn square_of<T: Sample, V: Vector<T>, const N: usize>(
 /// # Safety
 /// The machine has the instruction set of `V`, whose width is `N`.
 #[inline(always)]
-unsafe fn transposed<T: Sample, V: Vector<T>, const N: usize>(mut rows: [V; N]) -> [V; N] {
+unsafe fn transposed<T: Scalar, V: Vector<T>, const N: usize>(mut rows: [V; N]) -> [V; N] {
     for _ in 0..N.ilog2() {
         let before = rows;
         for i in 0..N / 2 {
@@ -185,7 +186,7 @@ mod tests {
         }
     }
 
-    fn check<T: Sample>(set: InstructionSet, n_rows: usize, n: usize, stride: usize) {
+    fn check<T: Scalar>(set: InstructionSet, n_rows: usize, n: usize, stride: usize) {
         let value = |lane: usize, sample: usize| T::of((lane * 1000 + sample) as f64);
         let rows: Vec<Vec<T>> = (0..n_rows)
             .map(|lane| (0..n).map(|sample| value(lane, sample)).collect())

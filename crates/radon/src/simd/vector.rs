@@ -1,21 +1,15 @@
 //! The few vector operations of the kernels, per instruction set; compilers do not find these by themselves reliably.
 
-use crate::sample::Sample;
-use crate::simd::fixed::{self, Band, FixedRun};
-use crate::simd::pixels::{self, StepBins};
-#[cfg(target_arch = "x86_64")]
-use crate::simd::x86;
+use crate::scalar::Scalar;
 
 /// A register of samples.
 ///
 /// # Safety
 /// Every method must be inlined into a function compiled for the instruction set: callers promise that the machine has it,
 /// and that what a method asks of its pointers holds.
-pub trait Vector<T>: Copy {
+pub(crate) trait Vector<T>: Copy {
     /// Samples in the register.
     const WIDTH: usize;
-    /// Pixels whose bins at a step are in two registers: a run, or half of one.
-    const PIXELS: usize = RUN;
     /// All samples equal to `x`.
     unsafe fn splat(x: T) -> Self;
     /// `WIDTH` samples from `at` on, which must be valid to read.
@@ -37,7 +31,7 @@ pub trait Vector<T>: Copy {
     #[inline(always)]
     unsafe fn locate(first: T, lane_dx: &[T; RUN], most: T) -> ([i32; RUN], [T; RUN])
     where
-        T: Sample,
+        T: Scalar,
     {
         let mut index = [0; RUN];
         let mut weight = [T::ZERO; RUN];
@@ -46,7 +40,7 @@ pub trait Vector<T>: Copy {
             let t = if t > T::ZERO { t } else { T::ZERO };
             let t = if t < most { t } else { most };
             // SAFETY: `most` is at most the length of a row, which the plan keeps within `i32`.
-            index[l] = unsafe { t.truncated() };
+            index[l] = unsafe { t.f64().to_int_unchecked() };
             weight[l] = t - T::whole(index[l]);
         }
         (index, weight)
@@ -56,7 +50,7 @@ pub trait Vector<T>: Copy {
     #[inline(always)]
     unsafe fn gather(row: *const T, index: &[i32]) -> Self
     where
-        T: Sample,
+        T: Scalar,
     {
         let mut samples = [T::ZERO; RUN];
         for l in 0..Self::WIDTH {
@@ -65,29 +59,6 @@ pub trait Vector<T>: Copy {
         }
         // SAFETY: a register is no longer than a run.
         unsafe { Self::load(samples.as_ptr()) }
-    }
-
-    /// Adds steps to the sums of runs of rays whose positions are in fixed point: the same numbers
-    /// within the margins.
-    #[inline(always)]
-    unsafe fn add_fixed<const N: usize>(
-        band: &Band<'_, T>,
-        runs: &[FixedRun; N],
-        sums: &mut [[T; RUN]; N],
-    ) where
-        T: Sample,
-    {
-        // SAFETY: the caller's promise.
-        unsafe { fixed::add_plain::<T, Self, N>(band, runs, sums) }
-    }
-
-    /// Adds to the sums of `W` pixels, which are `PIXELS`, what the bins of a step bring, whose window must be within the rays.
-    #[inline(always)]
-    unsafe fn add_step<const W: usize>(step: StepBins<'_, T>, sums: &mut [T; W])
-    where
-        T: Sample,
-    {
-        pixels::add_step::<T, Self, W>(step, sums);
     }
 
     /// Adds one view to the pixels of a run, `row` being the run's base sample. Valid to read must be the `WINDOW` samples from
@@ -101,7 +72,7 @@ pub trait Vector<T>: Copy {
         most: T,
         _narrow: bool,
     ) where
-        T: Sample,
+        T: Scalar,
     {
         // SAFETY: the caller's promise: no index passes `most`, which is valid with its right neighbour; all arrays are RUN long.
         unsafe {
@@ -128,9 +99,9 @@ pub(crate) const WINDOW: usize = 32;
 
 /// A 16-byte register without intrinsics; `FUSED` where the target always has a fused multiply-add.
 #[derive(Debug, Clone, Copy)]
-pub struct Plain<T, const W: usize, const FUSED: bool>([T; W]);
+pub(crate) struct Plain<T, const W: usize, const FUSED: bool>([T; W]);
 
-impl<T: Sample, const W: usize, const FUSED: bool> Vector<T> for Plain<T, W, FUSED> {
+impl<T: Scalar, const W: usize, const FUSED: bool> Vector<T> for Plain<T, W, FUSED> {
     const WIDTH: usize = W;
     #[inline(always)]
     unsafe fn splat(x: T) -> Self {
@@ -176,47 +147,4 @@ impl<T: Sample, const W: usize, const FUSED: bool> Vector<T> for Plain<T, W, FUS
         let half = |start| Self(std::array::from_fn(|i| at(start + i)));
         (half(0), half(W))
     }
-}
-
-/// The vectors of a sample type, one per instruction set.
-pub trait Vectors: Sized {
-    /// Integer part of a value in the range of `i32`, which the caller promises.
-    unsafe fn truncated(self) -> i32;
-    type Baseline: Vector<Self>;
-    #[cfg(target_arch = "aarch64")]
-    type Neon: Vector<Self>;
-    #[cfg(target_arch = "x86_64")]
-    type Avx2: Vector<Self>;
-    #[cfg(target_arch = "x86_64")]
-    type Avx512: Vector<Self>;
-}
-
-impl Vectors for f32 {
-    #[inline(always)]
-    unsafe fn truncated(self) -> i32 {
-        // SAFETY: the caller's promise.
-        unsafe { self.to_int_unchecked() }
-    }
-    type Baseline = Plain<f32, 4, false>;
-    #[cfg(target_arch = "aarch64")]
-    type Neon = Plain<f32, 4, true>;
-    #[cfg(target_arch = "x86_64")]
-    type Avx2 = x86::F32x8;
-    #[cfg(target_arch = "x86_64")]
-    type Avx512 = x86::F32x16;
-}
-
-impl Vectors for f64 {
-    #[inline(always)]
-    unsafe fn truncated(self) -> i32 {
-        // SAFETY: the caller's promise.
-        unsafe { self.to_int_unchecked() }
-    }
-    type Baseline = Plain<f64, 2, false>;
-    #[cfg(target_arch = "aarch64")]
-    type Neon = Plain<f64, 2, true>;
-    #[cfg(target_arch = "x86_64")]
-    type Avx2 = x86::F64x4;
-    #[cfg(target_arch = "x86_64")]
-    type Avx512 = x86::F64x8;
 }

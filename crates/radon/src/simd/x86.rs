@@ -2,14 +2,12 @@
 
 use std::arch::x86_64::*;
 
-use crate::simd::fixed::{Band, FixedRun, x86::*};
-use crate::simd::pixels::{self, StepBins};
 use crate::simd::vector::{RUN, Vector};
 
 macro_rules! vector {
     ($name:ident, $register:ident, $t:ident, $width:literal, $splat:ident, $load:ident, $store:ident, $fma:ident, $add:ident, $sub:ident, { $($more:item)* }) => {
         #[derive(Debug, Clone, Copy)]
-        pub struct $name($register);
+        pub(crate) struct $name($register);
 
         impl Vector<$t> for $name {
             const WIDTH: usize = $width;
@@ -63,8 +61,6 @@ vector!(
     _mm256_add_ps,
     _mm256_sub_ps,
     {
-        const PIXELS: usize = RUN / 2;
-
         #[inline(always)]
         unsafe fn zip(self, other: Self) -> (Self, Self) {
             // SAFETY: the machine has the set, as the caller promised.
@@ -76,22 +72,6 @@ vector!(
                     Self(_mm256_permute2f128_ps::<0x31>(low, high)),
                 )
             }
-        }
-
-        #[inline(always)]
-        unsafe fn add_step<const W: usize>(step: StepBins<'_, f32>, sums: &mut [f32; W]) {
-            // SAFETY: the caller's promise.
-            unsafe { pixels::x86::add_avx2(step, sums) }
-        }
-
-        #[inline(always)]
-        unsafe fn add_fixed<const N: usize>(
-            band: &Band<'_, f32>,
-            runs: &[FixedRun; N],
-            sums: &mut [[f32; RUN]; N],
-        ) {
-            // SAFETY: the caller's promise.
-            unsafe { add_avx2(band, runs, sums) }
         }
 
         #[inline(always)]
@@ -205,22 +185,6 @@ vector!(
     _mm512_sub_ps,
     {
         #[inline(always)]
-        unsafe fn add_step<const W: usize>(step: StepBins<'_, f32>, sums: &mut [f32; W]) {
-            // SAFETY: the caller's promise.
-            unsafe { pixels::x86::add_avx512(step, sums) }
-        }
-
-        #[inline(always)]
-        unsafe fn add_fixed<const N: usize>(
-            band: &Band<'_, f32>,
-            runs: &[FixedRun; N],
-            sums: &mut [[f32; RUN]; N],
-        ) {
-            // SAFETY: the caller's promise.
-            unsafe { add_avx512(band, runs, sums) }
-        }
-
-        #[inline(always)]
         unsafe fn zip(self, other: Self) -> (Self, Self) {
             // SAFETY: the machine has the set, as the caller promised.
             unsafe {
@@ -324,5 +288,21 @@ unsafe fn locate_16(first: f32, lane_dx: &[f32; RUN], most: f32) -> (__m512i, __
         let t = _mm512_min_ps(_mm512_max_ps(t, _mm512_setzero_ps()), _mm512_set1_ps(most));
         let j = _mm512_cvttps_epi32(t);
         (j, _mm512_sub_ps(t, _mm512_cvtepi32_ps(j)))
+    }
+}
+
+/// Pixels of a window of two registers, whose places have four digits: the first tells which register.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+pub(super) unsafe fn pick(a: __m256, b: __m256, place: __m256i) -> __m256 {
+    // SAFETY: the caller's promise.
+    unsafe {
+        _mm256_blendv_ps(
+            _mm256_permutevar8x32_ps(a, place),
+            _mm256_permutevar8x32_ps(b, place),
+            _mm256_castsi256_ps(_mm256_slli_epi32::<28>(place)),
+        )
     }
 }

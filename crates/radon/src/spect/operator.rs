@@ -98,7 +98,7 @@ impl<T: Sample> SpectOperator<T> {
         layers: &SliceAxis,
         options: &SpectOptions<T>,
     ) -> Result<Self, RadonError> {
-        let plan = T::spect_plan(geometry, grid, layers, options)?;
+        let plan = Plan::new(geometry, grid, layers, options)?;
         let scratch = Mutex::new(Scratch::default());
         Ok(Self {
             shared: Arc::new(Shared { plan, scratch }),
@@ -166,7 +166,7 @@ impl<T: Sample> LinearOperator<T> for SpectOperator<T> {
         let Shared { plan, scratch } = &*self.shared;
         // Work arrays have no state that a panic could spoil.
         let mut scratch = scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        T::spect_forward(plan, &self.views, image, data, &mut scratch)
+        plan.forward(&self.views, image, data, &mut scratch)
     }
 
     /// As the trait's; refuses a wrong length, NaN and infinity.
@@ -175,6 +175,6 @@ impl<T: Sample> LinearOperator<T> for SpectOperator<T> {
         check_samples("views", data)?;
         let Shared { plan, scratch } = &*self.shared;
         let mut scratch = scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        T::spect_adjoint(plan, &self.views, data, image, &mut scratch)
+        plan.adjoint(&self.views, data, image, &mut scratch)
     }
 }

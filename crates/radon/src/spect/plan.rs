@@ -17,7 +17,7 @@ const MARGIN: f64 = 4.0;
 
 /// Views, and what is the same for all of them.
 #[derive(Debug)]
-pub struct Plan<T> {
+pub(crate) struct Plan<T> {
     pub(super) geometry: SpectGeometry,
     pub(super) views: Vec<View<T>>,
     pub(super) axial: Axial<T>,

@@ -21,7 +21,7 @@ use crate::error::{RadonError, zeros};
 
 /// Work arrays, which grow to what a run needs and stay.
 #[derive(Debug, Default)]
-pub struct Scratch<T> {
+pub(crate) struct Scratch<T> {
     blocks: Vec<Lanes<T>>,
     /// What gets through to the camera, `[block][bin]`, of the view that is added to the voxels.
     passed: Vec<Lanes<T>>,

@@ -1,0 +1,49 @@
+//! All kernels, compiled here for each of the two sample types: code that is generic over them would be compiled again in every crate
+//! that calls it.
+
+use std::ops::Range;
+
+use rustfft::num_complex::Complex;
+
+use super::bins::Bins;
+use super::fixed::{self, FixedPositions};
+use super::pairs::{self, BoxRay, Pairs, Place};
+use super::pixels::{self, SortedBins};
+use super::spread::{self, RayPath, Taps};
+use super::tile::{self, Tile};
+use super::vector::RUN;
+use super::{InstructionSet, transpose};
+use crate::scalar::Scalar;
+
+/// Declares the kernels, and gives each sample type its own: a call of the function behind `=`.
+macro_rules! kernels {
+    ($(fn $name:ident($($argument:ident: $type:ty),*) = $function:path;)*) => {
+        /// A sample type with kernels, each of which is documented where its function is.
+        pub trait Kernels: Scalar {
+            $(fn $name(set: InstructionSet, $($argument: $type),*);)*
+        }
+        impl Kernels for f32 {
+            $(fn $name(set: InstructionSet, $($argument: $type),*) { $function(set, $($argument),*) })*
+        }
+        impl Kernels for f64 {
+            $(fn $name(set: InstructionSet, $($argument: $type),*) { $function(set, $($argument),*) })*
+        }
+    };
+}
+
+kernels! {
+    fn add_views(lanes: usize, tile: &Tile<'_, Self>, sums: &mut [Self]) = tile::add_views;
+    fn interleave(rows: &[&[Self]], stride: usize, out: &mut [Self]) = transpose::interleave;
+    fn separate(block: &[Self], stride: usize, rows: &mut [&mut [Self]]) = transpose::separate;
+    fn extend(pairs: &mut Pairs<Self>, ray: &BoxRay<Self>, m: usize, n: usize, place: Place) = pairs::extend;
+    fn gather(pixels: &[Self], pairs: &Pairs<Self>, range: Range<usize>, across: usize, sums: &mut [Self]) = pairs::gather;
+    fn scatter(pixels: &mut [Self], pairs: &Pairs<Self>, range: Range<usize>, across: usize, ray: &[Self]) = pairs::scatter;
+    fn add_bins(
+        bins: &Bins<'_, Self>, n_steps: usize, n_band: usize, positions: &mut FixedPositions, sums: &mut [Self]
+    ) = fixed::add_bins;
+    fn add_sorted(views: &[SortedBins<Self>], first: usize, sums: &mut [[Self; RUN]]) = pixels::add_sorted;
+    fn spread(
+        taps: &Taps<Self>, path: &RayPath, values: (&[Complex<Self>], &[Self], Complex<Self>), cells: &mut [Complex<Self>]
+    ) = spread::spread;
+    fn read_between(taps: &Taps<Self>, path: &RayPath, cells: &[Complex<Self>], out: &mut [Complex<Self>]) = spread::read_between;
+}
