@@ -186,7 +186,7 @@ mod tests {
         }
     }
 
-    fn check<T: Scalar>(set: InstructionSet, n_rows: usize, n: usize, stride: usize) {
+    fn check<T: Registers>(set: InstructionSet, n_rows: usize, n: usize, stride: usize) {
         let value = |lane: usize, sample: usize| T::of((lane * 1000 + sample) as f64);
         let rows: Vec<Vec<T>> = (0..n_rows)
             .map(|lane| (0..n).map(|sample| value(lane, sample)).collect())
