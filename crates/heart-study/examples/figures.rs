@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let out = PathBuf::from(std::env::args().nth(1).ok_or("usage: figures DIR")?);
     std::fs::create_dir_all(&out)?;
     let start = std::time::Instant::now();
-    let save = |name: &str, picture: Picture| -> Result<(), FigureError> {
+    let save = |name: &str, picture: Picture| -> Result<(), StudyError> {
         let drawn = start.elapsed();
         picture.write_png(out.join(name))?;
         println!(

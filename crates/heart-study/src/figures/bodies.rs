@@ -1,5 +1,6 @@
 //! Shaded views of the exact body: at rest and dilated (Fig. 12), before and after the pose (Fig. 13 of the paper).
 
+use crate::StudyError;
 use std::f64::consts::{PI, TAU};
 
 use heart_phantom::revolve_voxel::Pose;
@@ -13,7 +14,7 @@ use super::marks::{arrow, segment, swatch};
 use super::render::{Camera, Colour, Seen, View, WHITE, light, mix};
 use super::style::{BLACK, BLUE, CAVITY, CUT, GREEN, GREY, SMALL, SURFACE, TEXT, VERMILION};
 use super::wall::{Met, Part, Wall};
-use super::{FigureError, Picture, WallState, check};
+use super::{Picture, WallState, check};
 
 /// Meridians and parallels of the mesh drawn on the outer wall.
 const MESH: [f64; 2] = [48.0, 40.0];
@@ -27,12 +28,12 @@ const KEY: i32 = 60;
 /// The mesh has equal steps of material coordinate along the body and of angle around it, so it shows the stretch.
 ///
 /// # Errors
-/// [`FigureError`] if there is no state, a membrane has fewer than 3 nodes or is no meridian of a solid
-/// ([`FigureError::Body`]), or a number is not finite.
-pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, FigureError> {
+/// [`StudyError`] if there is no state, a membrane has fewer than 3 nodes or is no meridian of a solid
+/// ([`StudyError::Body`]), or a number is not finite.
+pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
     check::at_least("states", states.len(), 1)?;
     states.iter().try_for_each(WallState::check)?;
-    let cast = |azimuths: [f64; 2]| -> Result<Vec<Wall>, FigureError> {
+    let cast = |azimuths: [f64; 2]| -> Result<Vec<Wall>, StudyError> {
         let wall = |state| Wall::new(state, Pose::identity(), azimuths);
         states.iter().map(wall).collect()
     };
@@ -188,13 +189,13 @@ fn mesh_line([material, stretch]: [f64; 2], point: &Point3<f64>, soft: f64) -> f
 /// Lines behind the body are drawn pale.
 ///
 /// # Errors
-/// [`FigureError`] if there is no pose, a membrane has fewer than 3 nodes or is no meridian of a solid, or a number
+/// [`StudyError`] if there is no pose, a membrane has fewer than 3 nodes or is no meridian of a solid, or a number
 /// is not finite.
 pub fn poses(
     state: &WallState<'_>,
     poses: &[(&str, Pose)],
     view: View,
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     check::at_least("poses", poses.len(), 1)?;
     check::finite("view", &[view.azimuth, view.elevation])?;
     state.check()?;

@@ -1,5 +1,6 @@
 //! The canvas: plotters at three times the size, averaged down, with axes that look alike everywhere.
 
+use crate::StudyError;
 use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
@@ -9,7 +10,7 @@ use plotters::style::TextStyle;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::style::{BLACK, FAINT, FONT, GREY, SMALL, TEXT, TITLE};
-use super::{FigureError, Picture, style};
+use super::{Picture, style};
 
 /// Canvas pixels along a pixel of the picture. Lines, dots and glyphs are rounded to canvas pixels by plotters.
 pub(super) const FINE: i32 = 3;
@@ -26,7 +27,7 @@ pub(super) fn paint(
     width: u32,
     height: u32,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     let fine = FINE as usize;
     let canvas = vec![255u8; 3 * width as usize * fine * height as usize * fine];
     paint_on(canvas, width, height, draw)
@@ -36,7 +37,7 @@ pub(super) fn paint(
 pub(super) fn paint_over(
     picture: Picture,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     let (width, height) = (picture.width(), picture.height());
     let fine = FINE as usize;
     let mut canvas = Vec::with_capacity(picture.rgb().len() * fine * fine);
@@ -55,14 +56,14 @@ fn paint_on(
     width: u32,
     height: u32,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     style::register();
     {
         let size = (width * FINE as u32, height * FINE as u32);
         let area = BitMapBackend::with_buffer(&mut canvas, size).into_drawing_area();
         draw(&area)
             .and_then(|()| area.present())
-            .map_err(|e| FigureError::Drawing(Box::new(e)))?;
+            .map_err(|e| StudyError::Drawing(Box::new(e)))?;
     }
     let rgb = average(&canvas, width as usize, height as usize);
     Ok(Picture::new(width, height, rgb))

@@ -1,12 +1,13 @@
 //! The circle of the paper's appendix: the picture (Fig. 18) and the error against the number of nodes.
 
+use crate::StudyError;
 use super::canvas::{
     Area, Axis, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number,
     on_plot, paint, plane_axes,
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{BLUE, GREY, VERMILION};
-use super::{FigureError, Picture, check};
+use super::{Picture, check};
 
 /// What the circle figure shows.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +29,7 @@ pub struct CircleStudy<'a> {
 }
 
 impl CircleStudy<'_> {
-    fn check(&self) -> Result<(), FigureError> {
+    fn check(&self) -> Result<(), StudyError> {
         check::points("initial", self.initial, 2)?;
         check::points("solution", self.solution, 3)?;
         check::finite("centre", &self.centre)?;
@@ -49,9 +50,9 @@ impl CircleStudy<'_> {
 /// given order on the right.
 ///
 /// # Errors
-/// [`FigureError`] if an input is empty or not finite, the lists of N and errors differ in length, or an error,
+/// [`StudyError`] if an input is empty or not finite, the lists of N and errors differ in length, or an error,
 /// the order or the radius is not positive.
-pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, FigureError> {
+pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, StudyError> {
     study.check()?;
     let size = 600;
     let left = Rect {

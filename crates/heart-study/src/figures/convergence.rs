@@ -1,12 +1,13 @@
 //! Residuals by iteration (Fig. 10, and Newton with either Jacobian).
 
+use crate::StudyError;
 use super::canvas::{
     Area, Axis, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, label, on_plot, paint,
     power_of_ten, text_width,
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{GREY, SERIES, SMALL};
-use super::{FigureError, Picture, check};
+use super::{Picture, check};
 
 /// Distance of markers, pixels of the picture.
 const APART: i32 = 24;
@@ -21,11 +22,11 @@ pub struct History<'a> {
 }
 
 impl History<'_> {
-    fn check(&self) -> Result<(), FigureError> {
+    fn check(&self) -> Result<(), StudyError> {
         check::at_least("norms", self.norms.len(), 1)?;
         check::finite("norms", self.norms)?;
         match self.norms.iter().find(|&&v| v < 0.0) {
-            Some(&given) => Err(FigureError::NotPositive {
+            Some(&given) => Err(StudyError::NotPositive {
                 what: "norm",
                 given,
             }),
@@ -39,12 +40,12 @@ impl History<'_> {
 /// `y_label` names the norm with its unit.
 ///
 /// # Errors
-/// [`FigureError`] if there is no history, one is empty, or a norm is negative or not finite.
+/// [`StudyError`] if there is no history, one is empty, or a norm is negative or not finite.
 pub fn histories(
     y_label: &str,
     tolerance: Option<f64>,
     histories: &[History<'_>],
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     check::at_least("histories", histories.len(), 1)?;
     histories.iter().try_for_each(History::check)?;
     if let Some(given) = tolerance {

@@ -1,5 +1,6 @@
 //! Curves over one variable, as SVG.
 
+use crate::StudyError;
 use plotters::chart::{ChartBuilder, SeriesLabelPosition};
 use plotters::element::PathElement;
 use plotters::prelude::{Color, IntoDrawingArea, SVGBackend};
@@ -7,7 +8,7 @@ use plotters::series::LineSeries;
 
 use super::canvas::round_ticks;
 use super::style::{FAINT, GREY, SERIES, ramp, register};
-use super::{FigureError, check};
+use super::{check};
 
 /// Width and height in pixels of 1/96 inch.
 pub(crate) const SIZE: (u32, u32) = (640, 400);
@@ -29,12 +30,12 @@ pub struct Curve<'a> {
 /// let volume = Curve { label: "cavity", points: &[[0.0, 149.0], [0.4, 93.0], [1.0, 149.0]] };
 /// let svg = curves("phase", "volume (mL)", &[volume])?;
 /// assert!(svg.starts_with("<svg") && svg.contains("cavity"));
-/// # Ok::<(), heart_study::figures::FigureError>(())
+/// # Ok::<(), heart_study::StudyError>(())
 /// ```
 ///
 /// # Errors
-/// [`FigureError`] if there is no curve, one has fewer than two points, or a number is not finite.
-pub fn curves(x_label: &str, y_label: &str, curves: &[Curve<'_>]) -> Result<String, FigureError> {
+/// [`StudyError`] if there is no curve, one has fewer than two points, or a number is not finite.
+pub fn curves(x_label: &str, y_label: &str, curves: &[Curve<'_>]) -> Result<String, StudyError> {
     check::at_least("curves", curves.len(), 1)?;
     let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for curve in curves {
@@ -51,7 +52,7 @@ pub fn curves(x_label: &str, y_label: &str, curves: &[Curve<'_>]) -> Result<Stri
     register();
     let mut svg = String::new();
     {
-        let refused = |error: Box<dyn std::error::Error + Send + Sync>| FigureError::Drawing(error);
+        let refused = |error: Box<dyn std::error::Error + Send + Sync>| StudyError::Drawing(error);
         let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         let mut chart = ChartBuilder::on(&area)
             .margin(12)

@@ -1,12 +1,13 @@
 //! Frames of the moving membrane with the forces on it (Fig. 9 of the paper).
 
+use crate::StudyError;
 use super::canvas::{
     Area, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, on_plot,
     paint, plane_axes,
 };
 use super::marks::{arrow, marker, stroke};
 use super::style::{BLACK, FAINT, GREY, MAGENTA, RED};
-use super::{FigureError, Picture, check};
+use super::{Picture, check};
 
 /// Width of the row that says what the marks are, pixels.
 const LEGEND: i32 = 1060;
@@ -25,7 +26,7 @@ pub struct ForceFrame<'a> {
 }
 
 impl ForceFrame<'_> {
-    fn check(&self) -> Result<(), FigureError> {
+    fn check(&self) -> Result<(), StudyError> {
         check::points("frame nodes", self.nodes, 3)?;
         check::same_len("elastic", self.elastic.len(), self.nodes.len())?;
         check::same_len("pressure", self.pressure.len(), self.nodes.len())?;
@@ -40,8 +41,8 @@ impl ForceFrame<'_> {
 /// longer side; a grey one on top has the length of a round force.
 ///
 /// # Errors
-/// [`FigureError`] if there is no frame, a frame has fewer than 3 nodes, lengths differ or a number is not finite.
-pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, FigureError> {
+/// [`StudyError`] if there is no frame, a frame has fewer than 3 nodes, lengths differ or a number is not finite.
+pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, StudyError> {
     check::at_least("frames", frames.len(), 1)?;
     frames.iter().try_for_each(ForceFrame::check)?;
     let around = bounds(frames.iter().flat_map(|f| f.nodes));

@@ -1,8 +1,9 @@
 //! Projection images (Fig. 14 of the paper) and slices of reconstructions (Fig. 15 to 17, a and b).
 
+use crate::StudyError;
 use super::canvas::{Axis, LABELS_BELOW, LABELS_LEFT, Rect, axes, number, paint};
 use super::raster::{BAR_ROOM, bar_labels, check_window, fill, fill_bar, fit};
-use super::{FigureError, Picture, check};
+use super::{Picture, check};
 
 /// One projection image.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +26,7 @@ pub struct Volume<'a> {
 }
 
 impl Volume<'_> {
-    pub(super) fn check(&self) -> Result<(), FigureError> {
+    pub(super) fn check(&self) -> Result<(), StudyError> {
         check::positive("spacing", self.spacing)?;
         let [nz, ny, nx] = self.size;
         self.size
@@ -88,7 +89,7 @@ struct Panels {
 }
 
 impl Panels {
-    fn draw(&self, sample: impl Fn(usize, usize, usize) -> f32) -> Result<Picture, FigureError> {
+    fn draw(&self, sample: impl Fn(usize, usize, usize) -> f32) -> Result<Picture, StudyError> {
         let (width, height) = fit(self.samples.0, self.samples.1, self.target);
         let half = |n: usize| 0.5 * n as f64 * self.pitch;
         let n_ticks = (width.min(height) / 45).clamp(2, 9) as usize;
@@ -139,13 +140,13 @@ impl Panels {
 /// camera's axis.
 ///
 /// # Errors
-/// [`FigureError`] if there is no image, a length is not a multiple of `n_bins` or differs between images, a
+/// [`StudyError`] if there is no image, a length is not a multiple of `n_bins` or differs between images, a
 /// number is not finite, or the pitch is not positive.
 pub fn projections(
     images: &[Projection<'_>],
     n_bins: usize,
     pitch: f64,
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     check::at_least("projections", images.len(), 1)?;
     check::at_least("n_bins", n_bins, 2)?;
     check::positive("pitch", pitch)?;
@@ -182,27 +183,27 @@ pub fn projections(
 /// Draws one slice with its axes in cm and a colour bar; `window` holds the values drawn black and white.
 ///
 /// # Errors
-/// [`FigureError`] if the volume's length and size disagree, a sample is not finite, the spacing is not positive,
+/// [`StudyError`] if the volume's length and size disagree, a sample is not finite, the spacing is not positive,
 /// the plane is outside the volume, or the window is not an interval.
 pub fn slice(
     volume: &Volume<'_>,
     plane: Plane,
     window: [f64; 2],
     bar_label: &str,
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     draw_slices(volume, &[plane], window, bar_label, 640)
 }
 
 /// Draws several slices of one orientation, three in a row, with one window and one colour bar.
 ///
 /// # Errors
-/// As [`slice()`], and [`FigureError::Mismatch`] if the planes' pictures differ in size.
+/// As [`slice()`], and [`StudyError::Mismatch`] if the planes' pictures differ in size.
 pub fn slices(
     volume: &Volume<'_>,
     planes: &[Plane],
     window: [f64; 2],
     bar_label: &str,
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     draw_slices(volume, planes, window, bar_label, 384)
 }
 
@@ -212,7 +213,7 @@ fn draw_slices(
     window: [f64; 2],
     bar_label: &str,
     target: usize,
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     volume.check()?;
     check_window(window)?;
     check::at_least("planes", planes.len(), 1)?;
@@ -221,7 +222,7 @@ fn draw_slices(
     for plane in planes {
         let (across, index, len, sides) = plane.layout(volume.size);
         if index >= len {
-            return Err(FigureError::OutOfRange {
+            return Err(StudyError::OutOfRange {
                 what: across,
                 given: index,
                 len,

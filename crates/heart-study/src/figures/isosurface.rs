@@ -1,5 +1,6 @@
 //! Shaded iso-surface of a volume, cut open if asked (Fig. 15 to 17, c, of the paper).
 
+use crate::StudyError;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 
 use super::canvas::{Area, Drawn, FINE, Pin, Rect, label, paint, paint_over};
@@ -7,7 +8,7 @@ use super::marks::arrow;
 use super::render::{Camera, Seen, View, WHITE, light, mix};
 use super::style::{BLACK, CUT, SURFACE};
 use super::surface::Surface;
-use super::{FigureError, Picture, Volume, check};
+use super::{Picture, Volume, check};
 
 /// Share of the volume's longest side that the picture spans.
 const FRAME: f64 = 0.85;
@@ -24,7 +25,7 @@ pub struct IsoView {
 }
 
 /// The cut's normal and distance in units of its length.
-fn unit_cut((n, d): ([f64; 3], f64)) -> Result<(Vector3<f64>, f64), FigureError> {
+fn unit_cut((n, d): ([f64; 3], f64)) -> Result<(Vector3<f64>, f64), StudyError> {
     check::finite("cut", &[n[0], n[1], n[2], d])?;
     let length = Vector3::from(n).norm();
     check::positive("length of the cut's normal", length)?;
@@ -37,9 +38,9 @@ fn unit_cut((n, d): ([f64; 3], f64)) -> Result<(Vector3<f64>, f64), FigureError>
 /// volume's longest side.
 ///
 /// # Errors
-/// [`FigureError`] if the volume's length and size disagree, a sample, the view or the cut is not finite,
+/// [`StudyError`] if the volume's length and size disagree, a sample, the view or the cut is not finite,
 /// the spacing or the level is not positive, or the cut's normal is zero.
-pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, FigureError> {
+pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, StudyError> {
     volume.check()?;
     check::positive("level", f64::from(view.level))?;
     let cut = view.cut.map(unit_cut).transpose()?;

@@ -26,7 +26,7 @@
 //! let newton = [18.0, 0.27, 6.6e-6, 3e-14];
 //! let picture = histories("‖F‖", Some(1e-10), &[History { label: "Newton", norms: &newton }])?;
 //! assert_eq!(picture.pixel(0, 0), Some([255, 255, 255]));
-//! # Ok::<(), heart_study::figures::FigureError>(())
+//! # Ok::<(), heart_study::StudyError>(())
 //! ```
 
 mod bodies;
@@ -56,7 +56,7 @@ pub use circle::{CircleStudy, circle};
 pub use convergence::{History, histories};
 pub(crate) use curves::SIZE as CURVES_SIZE;
 pub use curves::{Curve, curves};
-pub use error::FigureError;
+pub use error::StudyError;
 pub use forces::{ForceFrame, force_frames};
 pub use images::{Plane, Projection, Volume, projections, slice, slices};
 pub use isosurface::{IsoView, isosurface};

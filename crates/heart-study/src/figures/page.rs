@@ -1,9 +1,10 @@
 //! `index.html`: the figures in order with captions, and tables of numbers, in one file without scripts.
 
+use crate::StudyError;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::{FigureError, check};
+use super::{check};
 use heart_phantom::files::write_atomically;
 
 /// A page of figures and tables.
@@ -79,8 +80,8 @@ impl Page {
     /// The page as one HTML document; all text is escaped.
     ///
     /// # Errors
-    /// [`FigureError::Mismatch`] if a table's row has another number of cells than its header.
-    pub fn to_html(&self) -> Result<String, FigureError> {
+    /// [`StudyError::Mismatch`] if a table's row has another number of cells than its header.
+    pub fn to_html(&self) -> Result<String, StudyError> {
         let mut html = head(&self.title, "");
         paragraphs(&mut html, &self.introduction);
         if self.sections.len() > 1 {
@@ -119,11 +120,11 @@ impl Page {
     /// Writes the page, whole or not at all.
     ///
     /// # Errors
-    /// As [`Page::to_html`], and [`FigureError::File`] if the file cannot be written.
-    pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), FigureError> {
+    /// As [`Page::to_html`], and [`StudyError::Phantom`] if the file cannot be written.
+    pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), StudyError> {
         let html = self.to_html()?;
         write_atomically(path.as_ref(), |out| out.write_all(html.as_bytes()))
-            .map_err(FigureError::File)
+            
     }
 }
 
@@ -149,7 +150,7 @@ impl Table {
         }
     }
 
-    pub(crate) fn push(&self, html: &mut String) -> Result<(), FigureError> {
+    pub(crate) fn push(&self, html: &mut String) -> Result<(), StudyError> {
         // Writing to a String does not fail.
         let _ = write!(
             html,

@@ -1,6 +1,6 @@
 //! A finished picture in memory, and its way to a PNG file.
 
-use super::FigureError;
+use crate::StudyError;
 use heart_phantom::files::write_atomically;
 use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
 use std::path::Path;
@@ -53,10 +53,10 @@ impl Picture {
     /// The picture as the bytes of a PNG file.
     ///
     /// # Errors
-    /// [`FigureError::Drawing`] if the encoder refuses.
-    pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
+    /// [`StudyError::Drawing`] if the encoder refuses.
+    pub fn to_png(&self) -> Result<Vec<u8>, StudyError> {
         self.encode()
-            .map_err(|error| FigureError::Drawing(Box::new(error)))
+            .map_err(|error| StudyError::Drawing(Box::new(error)))
     }
 
     fn encode(&self) -> Result<Vec<u8>, EncodingError> {
@@ -75,10 +75,10 @@ impl Picture {
     /// Writes the picture as a PNG file, whole or not at all.
     ///
     /// # Errors
-    /// [`FigureError::File`] if the folder does not exist or cannot be written.
-    pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), FigureError> {
+    /// [`StudyError::Phantom`] if the folder does not exist or cannot be written.
+    pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), StudyError> {
         let png = self.to_png()?;
-        write_atomically(path.as_ref(), |out| out.write_all(&png)).map_err(FigureError::File)
+        write_atomically(path.as_ref(), |out| out.write_all(&png))
     }
 }
 

@@ -1,8 +1,9 @@
 //! Grey-scale pictures of sampled data: window, resampling to pixels, colour bar.
 
+use crate::StudyError;
 use super::canvas::{Area, Drawn, FINE, Pin, Rect, label, number, round_ticks};
 use super::style::GREY;
-use super::{FigureError, Picture, check};
+use super::{Picture, check};
 use plotters::prelude::{Color, PathElement};
 
 /// Width of a colour bar with its labels, and its distance from the picture, pixels.
@@ -16,7 +17,7 @@ pub(super) fn grey(value: f64, window: [f64; 2]) -> u8 {
     (255.0 * along.clamp(0.0, 1.0)).round() as u8
 }
 
-pub(super) fn check_window(window: [f64; 2]) -> Result<(), FigureError> {
+pub(super) fn check_window(window: [f64; 2]) -> Result<(), StudyError> {
     check::interval("window", window[0], window[1])
 }
 

@@ -1,11 +1,12 @@
 //! Shaded views: an orthographic camera, two lights, and anti-aliasing where neighbouring pixels differ.
 
+use crate::StudyError;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use plotters::style::RGBColor;
 use rayon::prelude::*;
 
 use super::canvas::Rect;
-use super::{FigureError, Picture, check};
+use super::{Picture, check};
 
 /// From where a scene is looked at; z is up in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +57,7 @@ impl Camera {
         centre: Point3<f64>,
         width: f64,
         rect: Rect,
-    ) -> Result<Self, FigureError> {
+    ) -> Result<Self, StudyError> {
         check::finite("view", &[view.azimuth, view.elevation])?;
         let (sa, ca) = view.azimuth.sin_cos();
         let toward = Vector3::from(view.toward());

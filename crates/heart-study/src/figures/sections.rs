@@ -1,11 +1,12 @@
 //! Sections through a volume with axes in cm, orientation marks and one window, and other samples as greys.
 
+use crate::StudyError;
 use super::canvas::{
     Area, Axis, Drawn, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, paint, paint_over, text, title,
 };
 use super::raster::{BAR_ROOM, bar_labels, check_window, fill, fill_bar};
 use super::style::{ORANGE, SMALL};
-use super::{FigureError, Picture, check};
+use super::{Picture, check};
 
 /// Pixels of the longest side of a section.
 const LONGEST: f64 = 330.0;
@@ -32,7 +33,7 @@ pub struct Cut {
 }
 
 impl Cut {
-    fn check(&self) -> Result<(), FigureError> {
+    fn check(&self) -> Result<(), StudyError> {
         for n in self.size {
             check::at_least("samples along a side", n, 1)?;
         }
@@ -53,14 +54,14 @@ impl Cut {
 /// Draws sections side by side, three in a row, all of them in one scale and one window, with a colour bar and a heading.
 ///
 /// # Errors
-/// [`FigureError`] if there is no section, samples and size disagree, a number is not finite, or the window or an extent is not an
+/// [`StudyError`] if there is no section, samples and size disagree, a number is not finite, or the window or an extent is not an
 /// interval.
 pub fn sections(
     cuts: &[Cut],
     window: [f64; 2],
     bar_label: &str,
     heading: &str,
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     check::at_least("sections", cuts.len(), 1)?;
     cuts.iter().try_for_each(Cut::check)?;
     let longest = cuts.iter().flat_map(Cut::lengths).fold(0.0, f64::max);
@@ -82,7 +83,7 @@ pub fn map(
     [width, height]: [u32; 2],
     window: [f64; 2],
     bar_label: &str,
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     cut.check()?;
     let side = |pixels: u32| pixels.clamp(8, 4096) as i32;
     let cuts = std::slice::from_ref(cut);
@@ -95,7 +96,7 @@ fn draw(
     window: [f64; 2],
     bar_label: &str,
     heading: &str,
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     check_window(window)?;
     let most = |a: usize| sides.iter().map(|side| side[a]).max().unwrap_or(0);
     let step = (most(0) + LABELS_LEFT + 24, most(1) + LABELS_BELOW + 60);

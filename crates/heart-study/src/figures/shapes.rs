@@ -1,11 +1,12 @@
 //! A family of equilibrium shapes, one for each pressure (Fig. 8 of the paper).
 
+use crate::StudyError;
 use super::canvas::{
     LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, paint, plane_axes, text,
 };
 use super::marks::{stroke, swatch};
 use super::style::{GREY, SMALL, ramp};
-use super::{FigureError, Picture, check};
+use super::{Picture, check};
 
 /// One equilibrium shape of a membrane.
 #[derive(Clone, Copy, Debug)]
@@ -23,8 +24,8 @@ pub struct Shape<'a> {
 /// Draws shapes over one another at one scale, closed along the base, with a table of load, area and volume.
 ///
 /// # Errors
-/// [`FigureError`] if there is no shape, a meridian has fewer than 3 nodes, or a number is not finite.
-pub fn shapes(shapes: &[Shape<'_>]) -> Result<Picture, FigureError> {
+/// [`StudyError`] if there is no shape, a meridian has fewer than 3 nodes, or a number is not finite.
+pub fn shapes(shapes: &[Shape<'_>]) -> Result<Picture, StudyError> {
     check::at_least("shapes", shapes.len(), 1)?;
     for shape in shapes {
         check::points("shape nodes", shape.nodes, 3)?;

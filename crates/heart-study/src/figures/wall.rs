@@ -1,9 +1,10 @@
 //! The heart wall as a solid to look at: a ring of revolution, whole or cut open, and where on its membranes a ray meets it.
 
+use crate::StudyError;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use heart_phantom::revolve_voxel::{Curve, Meridian, Pose, Ray, RevolveError, Sector, Shell};
 
-use super::{FigureError, WallState};
+use super::{WallState};
 
 /// Nearer a membrane than this share of the wall is on it.
 const SKIN: f64 = 1e-6;
@@ -53,8 +54,8 @@ impl Wall {
         state: &WallState<'_>,
         pose: Pose,
         azimuths: [f64; 2],
-    ) -> Result<Self, FigureError> {
-        Self::between(state, pose, azimuths).map_err(FigureError::Body)
+    ) -> Result<Self, StudyError> {
+        Self::between(state, pose, azimuths).map_err(StudyError::Body)
     }
 
     fn between(

@@ -1,9 +1,10 @@
 //! The two membranes and a mesh between them (Fig. 11 of the paper).
 
+use crate::StudyError;
 use super::canvas::{LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, paint, plane_axes};
 use super::marks::{stroke, swatch};
 use super::style::{GREY, INNER, OUTER};
-use super::{FigureError, Picture, check};
+use super::{Picture, check};
 
 /// Both membranes at one pressure.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +18,7 @@ pub struct WallState<'a> {
 }
 
 impl WallState<'_> {
-    pub(super) fn check(&self) -> Result<(), FigureError> {
+    pub(super) fn check(&self) -> Result<(), StudyError> {
         check::points("inner", self.inner, 3)?;
         check::points("outer", self.outer, 3)?;
         check::same_len("outer", self.outer.len(), self.inner.len())
@@ -28,13 +29,13 @@ impl WallState<'_> {
 /// `n_layers` layers through the wall and about `n_cells` cells along it.
 ///
 /// # Errors
-/// [`FigureError`] if there is no state, a membrane has fewer than 3 nodes, the two differ in length, a number
+/// [`StudyError`] if there is no state, a membrane has fewer than 3 nodes, the two differ in length, a number
 /// is not finite, or a count is zero.
 pub fn wall_meshes(
     states: &[WallState<'_>],
     n_layers: usize,
     n_cells: usize,
-) -> Result<Picture, FigureError> {
+) -> Result<Picture, StudyError> {
     check::at_least("states", states.len(), 1)?;
     check::at_least("n_layers", n_layers, 1)?;
     check::at_least("n_cells", n_cells, 1)?;

@@ -2,7 +2,7 @@
 
 use super::{ODD, SIZES, back, pairs};
 use heart_study::figures::{
-    CircleStudy, FigureError, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume,
+    CircleStudy, StudyError, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume,
     circle, force_frames, histories, isosurface, projections, shapes, slice, slices,
 };
 
@@ -22,8 +22,8 @@ fn figures_take_anything() {
         };
         let refused = slice(&odd, Plane::Z(0), [0.0, 1.0], "");
         assert!(match refused {
-            Err(FigureError::TooFew { given, .. }) => given == n,
-            Err(FigureError::Mismatch { given, .. }) => n >= 2 && given == 8,
+            Err(StudyError::TooFew { given, .. }) => given == n,
+            Err(StudyError::Mismatch { given, .. }) => n >= 2 && given == 8,
             _ => false,
         });
         for plane in [Plane::X(n), Plane::Y(n), Plane::Z(n)] {
@@ -45,7 +45,7 @@ fn figures_take_anything() {
         force_frames(&[]),
         histories("", None, &[]),
     ] {
-        assert!(matches!(nothing, Err(FigureError::TooFew { given: 0, .. })));
+        assert!(matches!(nothing, Err(StudyError::TooFew { given: 0, .. })));
     }
     for a in ODD {
         back(slice(&volume(a), Plane::Z(0), [0.0, 1.0], "a"));

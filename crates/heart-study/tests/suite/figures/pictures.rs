@@ -38,12 +38,12 @@ fn files_are_written_whole_and_read_back_the_same() {
     let nowhere = folder.path().join("no/folder/a.png");
     assert!(matches!(
         picture.write_png(&nowhere),
-        Err(FigureError::File(PhantomError::File { .. }))
+        Err(StudyError::Phantom(PhantomError::File { .. }))
     ));
     let page = Page::default();
     assert!(matches!(
         page.write_html(&nowhere),
-        Err(FigureError::File(PhantomError::File { .. }))
+        Err(StudyError::Phantom(PhantomError::File { .. }))
     ));
 }
 
@@ -338,7 +338,7 @@ fn the_page_is_one_plain_file_with_everything_in_order() {
         .push(vec!["only one".into()]);
     assert!(matches!(
         page.to_html(),
-        Err(FigureError::Mismatch {
+        Err(StudyError::Mismatch {
             given: 1,
             expected: 2,
             ..
