@@ -9,6 +9,8 @@
     return new Response(stream).text();
   };
   try {
+    if (!document.createElement("canvas").getContext("webgl2")) throw new Error("this browser has no WebGL2");
+    element("beat-view").hidden = false; // sizes are those of what is shown
     (0, eval)(await unpacked("niivue"));
     const viewer = new niivue.Niivue({
       isRadiologicalConvention: true,
@@ -71,7 +73,8 @@
     else if (!play.disabled) start();
     document.body.dataset.ready = "yes";
   } catch (error) {
-    say(`the viewer cannot be shown here: ${error}`);
+    element("beat-view").hidden = true;
+    say(`The viewer cannot be shown here (${error.message || error}); the sections below show the same volumes.`);
     document.body.dataset.ready = "no";
   }
 })();

@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
 use heart_phantom::revolve_voxel::Pose;
+use heart_study::StudyError;
 use heart_study::figures::*;
 
 /// A cylinder with a spherical cap, blown up by `g`; nodes at equal steps of arc length.

@@ -1,25 +1,75 @@
-//! What can go wrong: in the phantom, or in a drawing.
+//! Errors of the study and of its figures: bad input, found before any work, and files that cannot be written.
 
-use crate::figures::FigureError;
 use heart_phantom::PhantomError;
+use heart_phantom::revolve_voxel::RevolveError;
 
-/// Why the study could not be done.
+/// An error of the study, of a figure or of a page.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// An option, the phantom or a file.
+    /// An option, the phantom, or a file that cannot be written; an older file of that name stays as it was.
     #[error(transparent)]
     Phantom(#[from] PhantomError),
-    /// A figure could not be drawn.
-    #[error(transparent)]
-    Figure(FigureError),
-}
-
-impl From<FigureError> for StudyError {
-    fn from(error: FigureError) -> Self {
-        match error {
-            FigureError::File(error) => Self::Phantom(error),
-            error => Self::Figure(error),
-        }
-    }
+    /// An input with too few entries.
+    #[error("{what}: {given} entries, at least {least} needed")]
+    TooFew {
+        /// The input's name.
+        what: &'static str,
+        /// Entries given.
+        given: usize,
+        /// Entries needed.
+        least: usize,
+    },
+    /// An entry is NaN or infinite.
+    #[error("{what}: entry {index} is not finite")]
+    NotFinite {
+        /// The input's name.
+        what: &'static str,
+        /// Position of the first such entry.
+        index: usize,
+    },
+    /// Two inputs that belong together differ in length.
+    #[error("{what}: {given} entries, {expected} expected")]
+    Mismatch {
+        /// The input's name.
+        what: &'static str,
+        /// Entries given.
+        given: usize,
+        /// Entries that the other inputs ask for.
+        expected: usize,
+    },
+    /// A size, spacing, radius or error that is not positive.
+    #[error("{what}: {given:?}, must be positive")]
+    NotPositive {
+        /// The input's name.
+        what: &'static str,
+        /// The value given.
+        given: f64,
+    },
+    /// A slice index outside the volume.
+    #[error("{what}: index {given}, must be below {len}")]
+    OutOfRange {
+        /// The input's name.
+        what: &'static str,
+        /// The index given.
+        given: usize,
+        /// Number of slices.
+        len: usize,
+    },
+    /// An interval of grey values or coordinates that is empty, reversed or not finite.
+    #[error("{what}: from {low:?} to {high:?} is not an interval")]
+    Interval {
+        /// The input's name.
+        what: &'static str,
+        /// Its lower end.
+        low: f64,
+        /// Its upper end.
+        high: f64,
+    },
+    /// A membrane that is not the meridian of a solid.
+    #[error("no solid of revolution")]
+    Body(#[source] RevolveError),
+    /// An error of the plotting library; it draws into memory, so that this does not concern files.
+    #[error("drawing failed")]
+    Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),
 }

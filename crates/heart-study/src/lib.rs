@@ -7,6 +7,7 @@
 
 mod error;
 pub mod figures;
+mod html;
 mod look;
 mod study;
 

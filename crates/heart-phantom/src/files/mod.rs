@@ -88,7 +88,7 @@ pub use nifti::nifti_bytes;
 pub use npy::{put_npy, write_npy};
 #[cfg(feature = "files")]
 #[cfg_attr(docsrs, doc(cfg(feature = "files")))]
-pub use picture::{Section, write_gif, write_png};
+pub use picture::{Section, png_bytes, write_gif, write_png};
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use previous::check_unlisted;

@@ -4,7 +4,7 @@ use super::names::check_extension;
 use crate::error::{PhantomError, check, check_count};
 use crate::files::{Samples, Volume, write_atomically};
 use png::{BitDepth, ColorType, Compression, Encoder, EncodingError};
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
 /// A section through the voxels of one index, laid out as radiologists do: the patient's left on
@@ -33,19 +33,45 @@ pub fn write_png(
 ) -> Result<(), PhantomError> {
     check_extension(path, "png")?;
     let picture = Picture::new(volume, section, grey)?;
-    write_atomically(path, |out| put_png(out, &picture).map_err(io::Error::other))
+    let size = [picture.width, picture.height].map(|n| n as u32);
+    let png = png_bytes(size, &picture.pixels)?;
+    write_atomically(path, |out| out.write_all(&png))
 }
 
-/// Grey pixels of 8 bits, rows from the top.
-fn put_png(out: impl Write, picture: &Picture) -> Result<(), EncodingError> {
-    let mut encoder = Encoder::new(out, picture.width as u32, picture.height as u32);
-    encoder.set_color(ColorType::Grayscale);
-    encoder.set_depth(BitDepth::Eight);
-    encoder.set_compression(Compression::Fast);
-    encoder.set_filter(png::Filter::Adaptive);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&picture.pixels)?;
-    writer.finish()
+/// Returns a PNG file of `[width, height]` pixels of 8 bits a channel, rows from the top: grey if there is one sample a pixel, RGB if there
+/// are three.
+///
+/// # Errors
+/// [`PhantomError::WrongLength`] for another number of samples, [`PhantomError::File`] if the encoder fails, as for a size of 0.
+pub fn png_bytes(size: [u32; 2], samples: &[u8]) -> Result<Vec<u8>, PhantomError> {
+    let expected = size[0] as usize * size[1] as usize;
+    let colour = match samples.len() {
+        len if len == expected => ColorType::Grayscale,
+        len if len == 3 * expected => ColorType::Rgb,
+        given => {
+            return Err(PhantomError::WrongLength {
+                what: "samples of a picture",
+                given,
+                expected,
+            });
+        }
+    };
+    let encode = || {
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(&mut bytes, size[0], size[1]);
+        encoder.set_color(colour);
+        encoder.set_depth(BitDepth::Eight);
+        encoder.set_compression(Compression::Fast);
+        encoder.set_filter(png::Filter::Adaptive);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(samples)?;
+        writer.finish()?;
+        Ok::<_, EncodingError>(bytes)
+    };
+    encode().map_err(|error| PhantomError::File {
+        path: "a picture".into(),
+        source: io::Error::other(error),
+    })
 }
 
 /// Writes the same section of several volumes as an animated GIF that starts over at its end, each

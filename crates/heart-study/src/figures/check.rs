@@ -3,7 +3,6 @@
 use crate::StudyError;
 use rayon::prelude::*;
 
-
 /// Samples that a thread checks at a time.
 const CHUNK: usize = 1 << 16;
 

@@ -1,6 +1,5 @@
 //! The circle of the paper's appendix: the picture (Fig. 18) and the error against the number of nodes.
 
-use crate::StudyError;
 use super::canvas::{
     Area, Axis, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number,
     on_plot, paint, plane_axes,
@@ -8,6 +7,7 @@ use super::canvas::{
 use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{BLUE, GREY, VERMILION};
 use super::{Picture, check};
+use crate::StudyError;
 
 /// What the circle figure shows.
 #[derive(Clone, Copy, Debug)]

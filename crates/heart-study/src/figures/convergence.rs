@@ -1,6 +1,5 @@
 //! Residuals by iteration (Fig. 10, and Newton with either Jacobian).
 
-use crate::StudyError;
 use super::canvas::{
     Area, Axis, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, label, on_plot, paint,
     power_of_ten, text_width,
@@ -8,6 +7,7 @@ use super::canvas::{
 use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{GREY, SERIES, SMALL};
 use super::{Picture, check};
+use crate::StudyError;
 
 /// Distance of markers, pixels of the picture.
 const APART: i32 = 24;

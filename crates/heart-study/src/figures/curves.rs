@@ -1,17 +1,23 @@
 //! Curves over one variable, as SVG.
 
 use crate::StudyError;
-use plotters::chart::{ChartBuilder, SeriesLabelPosition};
-use plotters::element::PathElement;
+use plotters::chart::ChartBuilder;
+use plotters::coord::Shift;
+use plotters::drawing::{DrawingArea, DrawingAreaErrorKind};
+use plotters::element::{PathElement, Text};
 use plotters::prelude::{Color, IntoDrawingArea, SVGBackend};
 use plotters::series::LineSeries;
+use plotters::style::{IntoTextStyle, RGBColor};
 
 use super::canvas::round_ticks;
+use super::check;
 use super::style::{FAINT, GREY, SERIES, ramp, register};
-use super::{check};
 
 /// Width and height in pixels of 1/96 inch.
 pub(crate) const SIZE: (u32, u32) = (640, 400);
+
+/// Most names in a legend: as many as fit beside the axes.
+const MOST_NAMES: usize = 17;
 
 /// A curve.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +28,7 @@ pub struct Curve<'a> {
     pub points: &'a [[f64; 2]],
 }
 
-/// Draws curves in one pair of axes and gives the SVG. Up to six have colours that are told apart with any kind of colour vision, more
+/// Draws curves in one pair of axes, their legend beside them, and gives the SVG, with a label for those who do not see it. Up to six have colours that are told apart with any kind of colour vision, more
 /// the colours of an ordered family.
 ///
 /// ```
@@ -54,7 +60,14 @@ pub fn curves(x_label: &str, y_label: &str, curves: &[Curve<'_>]) -> Result<Stri
     {
         let refused = |error: Box<dyn std::error::Error + Send + Sync>| StudyError::Drawing(error);
         let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        let mut chart = ChartBuilder::on(&area)
+        // A letter of the legend is about 9 pixels wide.
+        let longest = curves.iter().map(|curve| curve.label.chars().count()).max();
+        let width = match longest.unwrap_or(0) {
+            0 => 0,
+            letters => (40 + 9 * letters as u32).min(SIZE.0 / 3),
+        };
+        let (axes, beside) = area.split_horizontally(SIZE.0 - width);
+        let mut chart = ChartBuilder::on(&axes)
             .margin(12)
             .x_label_area_size(46)
             .y_label_area_size(72)
@@ -73,67 +86,51 @@ pub fn curves(x_label: &str, y_label: &str, curves: &[Curve<'_>]) -> Result<Stri
             .draw()
             .map_err(|error| refused(Box::new(error)))?;
         for (k, curve) in curves.iter().enumerate() {
-            let colour = match curves.len() {
-                0..=6 => SERIES[k],
-                n => ramp(k as f64 / (n - 1) as f64),
-            };
             let points = curve.points.iter().map(|&[x, y]| (x, y));
-            let drawn = chart
-                .draw_series(LineSeries::new(points, colour.stroke_width(2)))
-                .map_err(|error| refused(Box::new(error)))?;
-            if !curve.label.is_empty() {
-                drawn.label(curve.label).legend(move |(x, y)| {
-                    PathElement::new(vec![(x, y), (x + 22, y)], colour.stroke_width(2))
-                });
-            }
+            let line = LineSeries::new(points, colour(k, curves.len()).stroke_width(2));
+            (chart.draw_series(line)).map_err(|error| refused(Box::new(error)))?;
         }
-        if curves.iter().any(|curve| !curve.label.is_empty()) {
-            chart
-                .configure_series_labels()
-                .position(free_place(curves, [x, y]))
-                .border_style(FAINT)
-                .background_style(plotters::style::WHITE.mix(0.85))
-                .label_font(("sans-serif", 15))
-                .draw()
-                .map_err(|error| refused(Box::new(error)))?;
-        }
+        legend(&beside, curves).map_err(|error| refused(Box::new(error)))?;
         area.present().map_err(|error| refused(Box::new(error)))?;
     }
-    Ok(svg)
+    let what = attribute(&format!("{y_label} over {x_label}"));
+    Ok(svg.replacen(
+        "<svg ",
+        &format!("<svg role=\"img\" aria-label=\"{what}\" "),
+        1,
+    ))
 }
 
-/// Where a legend hides least of the curves.
-fn free_place(curves: &[Curve<'_>], [x, y]: [[f64; 2]; 2]) -> SeriesLabelPosition {
-    let entries = curves.iter().filter(|curve| !curve.label.is_empty());
-    // Shares of the axes that it takes: a line of 15 pixels and the room about it for each entry, half of the width at most.
-    let (wide, high) = (0.5, 0.09 * entries.count() as f64);
-    let middle = 0.5 * (1.0 - high);
-    let hidden = |left: f64, bottom: f64| {
-        let mut n = 0;
-        for pair in curves.iter().flat_map(|curve| curve.points.windows(2)) {
-            for k in 0..8 {
-                let at = |a: usize, [low, high]: [f64; 2]| {
-                    let p = pair[0][a] + (pair[1][a] - pair[0][a]) * f64::from(k) / 8.0;
-                    (p - low) / (high - low).max(f64::MIN_POSITIVE)
-                };
-                let (u, v) = (at(0, x) - left, at(1, y) - bottom);
-                n += u32::from((0.0..=wide).contains(&u) && (0.0..=high).contains(&v));
-            }
-        }
-        n
-    };
-    let (right, top) = (1.0 - wide, 1.0 - high);
-    [
-        (SeriesLabelPosition::MiddleRight, hidden(right, middle)),
-        (SeriesLabelPosition::UpperRight, hidden(right, top)),
-        (SeriesLabelPosition::LowerRight, hidden(right, 0.0)),
-        (SeriesLabelPosition::UpperLeft, hidden(0.0, top)),
-        (SeriesLabelPosition::LowerLeft, hidden(0.0, 0.0)),
-        (SeriesLabelPosition::MiddleLeft, hidden(0.0, middle)),
-    ]
-    .into_iter()
-    .min_by_key(|(_, hidden)| *hidden)
-    .map_or(SeriesLabelPosition::MiddleRight, |(place, _)| place)
+/// The names of the curves beside the axes, each after a piece of its line; of many curves every so many, the first among them.
+fn legend(
+    area: &DrawingArea<SVGBackend<'_>, Shift>,
+    curves: &[Curve<'_>],
+) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
+    let named = || (curves.iter().enumerate()).filter(|(_, curve)| !curve.label.is_empty());
+    let each = named().count().div_ceil(MOST_NAMES).max(1);
+    for (row, (k, curve)) in named().step_by(each).enumerate() {
+        let y = 24 + 20 * row as i32;
+        let line = vec![(4, y), (26, y)];
+        area.draw(&PathElement::new(
+            line,
+            colour(k, curves.len()).stroke_width(2),
+        ))?;
+        let style = ("sans-serif", 15).into_text_style(area);
+        area.draw(&Text::new(curve.label, (32, y - 8), style))?;
+    }
+    Ok(())
+}
+
+fn colour(k: usize, curves: usize) -> RGBColor {
+    match curves {
+        0..=6 => SERIES[k],
+        n => ramp(k as f64 / (n - 1) as f64),
+    }
+}
+
+/// A text as the value of an attribute.
+fn attribute(text: &str) -> String {
+    maud::html! { (text) }.into_string()
 }
 
 /// Some room above and below.

@@ -1,6 +1,5 @@
 //! Frames of the moving membrane with the forces on it (Fig. 9 of the paper).
 
-use crate::StudyError;
 use super::canvas::{
     Area, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, on_plot,
     paint, plane_axes,
@@ -8,6 +7,7 @@ use super::canvas::{
 use super::marks::{arrow, marker, stroke};
 use super::style::{BLACK, FAINT, GREY, MAGENTA, RED};
 use super::{Picture, check};
+use crate::StudyError;
 
 /// Width of the row that says what the marks are, pixels.
 const LEGEND: i32 = 1060;

@@ -1,9 +1,9 @@
 //! Projection images (Fig. 14 of the paper) and slices of reconstructions (Fig. 15 to 17, a and b).
 
-use crate::StudyError;
 use super::canvas::{Axis, LABELS_BELOW, LABELS_LEFT, Rect, axes, number, paint};
 use super::raster::{BAR_ROOM, bar_labels, check_window, fill, fill_bar, fit};
 use super::{Picture, check};
+use crate::StudyError;
 
 /// One projection image.
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,7 @@
 //! A finished picture in memory, and its way to a PNG file.
 
 use crate::StudyError;
-use heart_phantom::files::write_atomically;
-use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
+use heart_phantom::files::{png_bytes, write_atomically};
 use std::path::Path;
 
 /// An RGB picture, 8 bits a channel, rows from top to bottom.
@@ -53,23 +52,9 @@ impl Picture {
     /// The picture as the bytes of a PNG file.
     ///
     /// # Errors
-    /// [`StudyError::Drawing`] if the encoder refuses.
+    /// [`StudyError::Phantom`] if the encoder fails.
     pub fn to_png(&self) -> Result<Vec<u8>, StudyError> {
-        self.encode()
-            .map_err(|error| StudyError::Drawing(Box::new(error)))
-    }
-
-    fn encode(&self) -> Result<Vec<u8>, EncodingError> {
-        let mut bytes = Vec::new();
-        let mut encoder = Encoder::new(&mut bytes, self.width, self.height);
-        encoder.set_color(ColorType::Rgb);
-        encoder.set_depth(BitDepth::Eight);
-        encoder.set_compression(Compression::Fast);
-        encoder.set_filter(Filter::Adaptive);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&self.rgb)?;
-        writer.finish()?;
-        Ok(bytes)
+        Ok(png_bytes([self.width, self.height], &self.rgb)?)
     }
 
     /// Writes the picture as a PNG file, whole or not at all.
@@ -78,7 +63,7 @@ impl Picture {
     /// [`StudyError::Phantom`] if the folder does not exist or cannot be written.
     pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), StudyError> {
         let png = self.to_png()?;
-        write_atomically(path.as_ref(), |out| out.write_all(&png))
+        Ok(write_atomically(path.as_ref(), |out| out.write_all(&png))?)
     }
 }
 

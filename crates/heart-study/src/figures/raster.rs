@@ -1,9 +1,9 @@
 //! Grey-scale pictures of sampled data: window, resampling to pixels, colour bar.
 
-use crate::StudyError;
 use super::canvas::{Area, Drawn, FINE, Pin, Rect, label, number, round_ticks};
 use super::style::GREY;
 use super::{Picture, check};
+use crate::StudyError;
 use plotters::prelude::{Color, PathElement};
 
 /// Width of a colour bar with its labels, and its distance from the picture, pixels.

@@ -1,12 +1,12 @@
 //! Sections through a volume with axes in cm, orientation marks and one window, and other samples as greys.
 
-use crate::StudyError;
 use super::canvas::{
     Area, Axis, Drawn, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, paint, paint_over, text, title,
 };
 use super::raster::{BAR_ROOM, bar_labels, check_window, fill, fill_bar};
 use super::style::{ORANGE, SMALL};
 use super::{Picture, check};
+use crate::StudyError;
 
 /// Pixels of the longest side of a section.
 const LONGEST: f64 = 330.0;

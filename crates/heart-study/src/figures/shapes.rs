@@ -1,12 +1,12 @@
 //! A family of equilibrium shapes, one for each pressure (Fig. 8 of the paper).
 
-use crate::StudyError;
 use super::canvas::{
     LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, paint, plane_axes, text,
 };
 use super::marks::{stroke, swatch};
 use super::style::{GREY, SMALL, ramp};
 use super::{Picture, check};
+use crate::StudyError;
 
 /// One equilibrium shape of a membrane.
 #[derive(Clone, Copy, Debug)]

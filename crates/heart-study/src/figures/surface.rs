@@ -5,23 +5,17 @@ use rayon::prelude::*;
 
 use super::Volume;
 
-/// Voxels along a block; blocks that stay below the level are passed in one stride.
-const BLOCK: usize = 8;
-/// Step along a ray inside the other blocks, voxels.
+/// Step along a ray, voxels.
 const STEP: f64 = 1.0;
 
-/// A volume with the largest sample of each block.
+/// A volume with the box of its samples that reach the level.
 #[derive(Debug)]
 pub(super) struct Surface<'a> {
     volume: &'a Volume<'a>,
     level: f32,
     /// Samples along x, y, z.
     size: [usize; 3],
-    /// Blocks along x, y, z.
-    n_blocks: [usize; 3],
-    /// Whether a block reaches the level anywhere, `[z][y][x]`.
-    reaches: Vec<bool>,
-    /// Index coordinates that hold all blocks that do: lowest and highest of x, y, z.
+    /// Index coordinates that contain all cells with such a sample: lowest and highest of x, y, z.
     around: [[f64; 2]; 3],
 }
 
@@ -38,42 +32,30 @@ impl<'a> Surface<'a> {
     pub(super) fn new(volume: &'a Volume<'a>, level: f32) -> Self {
         let [nz, ny, nx] = volume.size;
         let size = [nx, ny, nz];
-        // Cells lie between samples, so a block of BLOCK cells has BLOCK + 1 samples a side.
-        let n_blocks = size.map(|n| (n - 1).div_ceil(BLOCK));
-        let [bx, by, _] = n_blocks;
-        let reaches: Vec<bool> = (0..n_blocks.iter().product::<usize>())
-            .into_par_iter()
-            .with_min_len(bx)
-            .map(|i| {
-                let first = [i % bx, i / bx % by, i / bx / by].map(|b| b * BLOCK);
-                let last: [usize; 3] = std::array::from_fn(|a| (first[a] + BLOCK).min(size[a] - 1));
-                (first[2]..=last[2]).any(|z| {
-                    (first[1]..=last[1]).any(|y| {
-                        let row = (z * ny + y) * nx;
-                        volume.values[row + first[0]..=row + last[0]]
-                            .iter()
-                            .any(|&v| v >= level)
-                    })
-                })
-            })
-            .collect();
-        let mut around = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
-        for i in (0..reaches.len()).filter(|&i| reaches[i]) {
-            let block = [i % bx, i / bx % by, i / bx / by];
-            for a in 0..3 {
-                let last = ((block[a] + 1) * BLOCK).min(size[a] - 1);
-                around[a] = [
-                    around[a][0].min((block[a] * BLOCK) as f64),
-                    around[a][1].max(last as f64),
-                ];
-            }
-        }
+        let box_of_row = |(row, samples): (usize, &[f32])| {
+            let first = samples.iter().position(|&v| v >= level)?;
+            let last = samples.iter().rposition(|&v| v >= level)?;
+            let (y, z) = (row % ny, row / ny);
+            Some([[first, last], [y, y], [z, z]])
+        };
+        let union = |a: [[usize; 2]; 3], b: [[usize; 2]; 3]| {
+            [0, 1, 2].map(|k| [a[k][0].min(b[k][0]), a[k][1].max(b[k][1])])
+        };
+        let reached = (volume.values.par_chunks(nx).enumerate())
+            .filter_map(box_of_row)
+            .reduce_with(union);
+        let around = match reached {
+            // The cells about a sample end at its neighbours.
+            Some(reached) => [0, 1, 2].map(|a| {
+                let [first, last] = reached[a];
+                [first.saturating_sub(1), (last + 1).min(size[a] - 1)].map(|k| k as f64)
+            }),
+            None => [[f64::INFINITY, f64::NEG_INFINITY]; 3],
+        };
         Self {
             volume,
             level,
             size,
-            n_blocks,
-            reaches,
             around,
         }
     }
@@ -142,21 +124,10 @@ impl<'a> Surface<'a> {
             return None;
         }
         let level = f64::from(self.level);
-        // A block that does not reach the level ends below it, so a ray is inside where it begins only at a face of the
-        // volume or of the cut.
+        // Samples at the faces of the box are below the level, so a ray is inside where it begins only at a face of the volume or of the cut.
         let mut below: Option<f64> = None;
         loop {
             let p = origin + t * along;
-            let skip = self.to_block_end(&p, along);
-            if let Some(far) = skip {
-                // A hair more, so that rounding cannot keep the ray on the face it leaves.
-                t += far + 1e-9 * (1.0 + t.abs());
-                if t >= end {
-                    return None;
-                }
-                below = Some(t);
-                continue;
-            }
             if self.value(&p) >= level {
                 let Some(mut low) = below else {
                     return Some(Found {
@@ -185,21 +156,6 @@ impl<'a> Surface<'a> {
             below = Some(t);
             t = (t + STEP).min(end);
         }
-    }
-
-    /// If the block that holds `p` stays below the level, how far the ray runs inside it.
-    fn to_block_end(&self, p: &Point3<f64>, along: &Vector3<f64>) -> Option<f64> {
-        let mut block = [0usize; 3];
-        let mut far = f64::INFINITY;
-        for a in 0..3 {
-            block[a] = ((p[a].max(0.0) as usize) / BLOCK).min(self.n_blocks[a] - 1);
-            if along[a] != 0.0 {
-                let face = (block[a] + usize::from(along[a] > 0.0)) * BLOCK;
-                far = far.min(((face as f64 - p[a]) / along[a]).max(0.0));
-            }
-        }
-        let [bx, by, _] = self.n_blocks;
-        (!self.reaches[(block[2] * by + block[1]) * bx + block[0]]).then_some(far)
     }
 }
 
@@ -265,30 +221,6 @@ mod tests {
             }
         }
         assert!(n_hits > 300);
-    }
-
-    #[test]
-    fn skipping_blocks_changes_nothing() {
-        let values = ball(CENTRE);
-        let volume = Volume {
-            values: &values,
-            size: [N; 3],
-            spacing: 1.0,
-        };
-        let skipping = Surface::new(&volume, 4.0);
-        let mut every = Surface::new(&volume, 4.0);
-        assert!(every.reaches.iter().any(|r| !r), "nothing to skip");
-        every.reaches.fill(true);
-        for k in 0..200 {
-            let along = Vector3::new(0.2, -0.3, 1.0 + 0.01 * f64::from(k)).normalize();
-            let origin = Point3::new(10.0 + 0.1 * f64::from(k), 20.0, 15.0);
-            let hit = |s: &Surface<'_>| s.first(&origin, &along, -100.0, 100.0).map(|f| f.t);
-            match (hit(&skipping), hit(&every)) {
-                // Both bracket the same crossing in steps of a voxel and halve ten times.
-                (Some(a), Some(b)) => assert!((a - b).abs() < 2e-3, "{a} {b}"),
-                (a, b) => assert_eq!(a.is_some(), b.is_some()),
-            }
-        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use crate::StudyError;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use heart_phantom::revolve_voxel::{Curve, Meridian, Pose, Ray, RevolveError, Sector, Shell};
 
-use super::{WallState};
+use super::WallState;
 
 /// Nearer a membrane than this share of the wall is on it.
 const SKIN: f64 = 1e-6;

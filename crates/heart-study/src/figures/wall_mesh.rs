@@ -1,10 +1,10 @@
 //! The two membranes and a mesh between them (Fig. 11 of the paper).
 
-use crate::StudyError;
 use super::canvas::{LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, paint, plane_axes};
 use super::marks::{stroke, swatch};
 use super::style::{GREY, INNER, OUTER};
 use super::{Picture, check};
+use crate::StudyError;
 
 /// Both membranes at one pressure.
 #[derive(Clone, Copy, Debug)]

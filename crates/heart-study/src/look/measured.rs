@@ -36,14 +36,14 @@ pub(super) fn curves(
     let cavity: Vec<[f64; 2]> = phases.map(|phase| [phase, volume(phase)]).collect();
     let mut plots = vec![Plot {
         svg: drawn(
-            "phase of the beat",
-            "cavity (mL)",
+            "phase",
+            "cavity volume (mL)",
             &[Curve {
                 label: "",
                 points: &cavity,
             }],
         )?,
-        caption: "Volume of the cavity over a beat.".into(),
+        caption: "Volume of the cavity over one cardiac cycle.".into(),
     }];
     let phases: Vec<f64> = (0..=SOLVED).map(|k| k as f64 / SOLVED as f64).collect();
     let gains: Vec<f64> = phases.iter().map(|&phase| cycle.gain(phase)).collect();
@@ -58,18 +58,21 @@ pub(super) fn curves(
         each.collect()
     };
     let (inner, outer) = (pressure(0), pressure(1));
-    let both = [("inner balloon", &inner), ("outer balloon", &outer)];
+    let both = [("endocardial", &inner), ("epicardial", &outer)];
     let both = both.map(|(label, points)| Curve { label, points });
     let (unit, caption) = match of_rubber {
-        true => ("mmHg", "Pressures across the two balloons of rubber."),
+        true => (
+            "mmHg",
+            "Pressure across each membrane over one cardiac cycle.",
+        ),
         false => (
             "stiffness x cm",
-            "What the pressures of the two balloons are in the law chosen: stiffness times cm, \
-            per current length stiffness.",
+            "Pressure across each membrane over one cardiac cycle, in the units of its law: stiffness x cm; per current length \
+            stiffness.",
         ),
     };
     plots.push(Plot {
-        svg: drawn("phase of the beat", &format!("pressure ({unit})"), &both)?,
+        svg: drawn("phase", &format!("pressure ({unit})"), &both)?,
         caption: caption.into(),
     });
     if sums.iter().all(|sum| sum.len() > 1) && !sums.is_empty() {
@@ -91,7 +94,7 @@ fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
     let labels: Vec<String> = (0..sums.len())
         .map(|gate| format!("gate {}", gate + 1))
         .collect();
-    let named = (2..=6).contains(&sums.len());
+    let named = sums.len() > 1;
     let views: Vec<Curve<'_>> = (over.iter().zip(&labels))
         .map(|(points, label)| Curve {
             label: if named { label } else { "" },
@@ -99,10 +102,9 @@ fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
         })
         .collect();
     Ok(Plot {
-        svg: drawn("view", "sum of a view", &views)?,
+        svg: drawn("projection", "sum x bin area", &views)?,
         caption:
-            "What each view sums up to, samples times the area of a bin: the activity that the \
-            camera sees; of several gates in colours from the first to the last."
+            "Projection sum x bin area; of several gates in colours from the first to the last."
                 .into(),
     })
 }

@@ -4,11 +4,12 @@ use super::kept::{Kept, Shown};
 use super::measured::Plot;
 
 use crate::StudyError;
-use crate::figures::{Picture, Table, escape as escaped, head, map};
+use crate::figures::{Table, map, sections};
+use crate::html::{document, figure, section};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use heart_phantom::{RunReport, Thickness};
-use std::fmt::Write as _;
+use maud::{Markup, PreEscaped, Render, html};
 
 /// niivue 0.69.0, <https://www.npmjs.com/package/@niivue/niivue>, its `dist/niivue.umd.js` by gzip.
 const NIIVUE: &[u8] = include_bytes!("../../assets/niivue-0.69.0.umd.js.gz");
@@ -16,89 +17,58 @@ const NIIVUE_LICENCE: &str = include_str!("../../assets/niivue-LICENSE.txt");
 const SCRIPT: &str = include_str!("../../assets/run.js");
 const STYLE: &str = include_str!("../../assets/run.css");
 
+/// Images first, then curves, then tables.
 pub(super) fn html(
     look: &Kept<'_>,
     report: &RunReport,
     plots: &[Plot],
 ) -> Result<String, StudyError> {
-    let mut html = head("A run of heart-phantom", STYLE);
-    let _ = writeln!(
-        html,
-        "<p>{}. Everything is in this file; the numbers are those of report.json.</p>\n<main>",
-        escaped(&report.program)
-    );
-    warnings(&mut html, report);
-    section(&mut html, "Numbers");
-    for table in numbers(report) {
-        table.push(&mut html)?;
-    }
-    section(&mut html, "The beat");
-    html.push_str("<div class=\"plots\">\n");
-    for Plot { svg, caption } in plots {
-        let caption = escaped(caption);
-        let _ = writeln!(
-            html,
-            "<figure>{svg}<figcaption>{caption}</figcaption></figure>"
-        );
-    }
-    html.push_str("</div>\n");
-    if !look.shown.is_empty() {
-        viewer(look, &mut html)?;
-    }
-    if let Some((sinogram, images)) = &look.sinogram {
-        section(&mut html, "What the camera saw");
-        let most = |values: &[f32]| values.iter().copied().fold(0.0f32, f32::max);
-        let high = images
-            .iter()
-            .map(|cut| most(&cut.values))
-            .fold(0.0, f32::max);
-        let window = |high: f32| [0.0, if high > 0.0 { f64::from(high) } else { 1.0 }];
-        let picture = map(
-            sinogram,
-            [480, 360],
-            window(most(&sinogram.values)),
-            "sample",
-        )?;
-        let caption = "The row of the heart's middle in every view of the first gate; s is the place in the row.";
-        figure(&mut html, &picture, caption)?;
-        let picture = crate::figures::sections(images, window(high), "sample", "")?;
-        figure(
-            &mut html,
-            &picture,
-            "Three views of the first gate, the head on top, seen along the rays.",
-        )?;
-    }
-    slices(look, &mut html)?;
-    if let Some(scene) = &report.scene {
-        section(&mut html, "The scene");
-        let _ = writeln!(
-            html,
-            "<details><summary>as a file</summary><pre>{}</pre></details>",
-            escaped(&scene.to_toml())
-        );
-    }
-    html.push_str("</section>\n</main>\n</body>\n</html>\n");
-    Ok(html)
+    let body = html! {
+        p { (report.program) ". Everything is in this file; the numbers are those of report.json." }
+        main {
+            @if !report.warnings.is_empty() {
+                (section("Warnings", &html! {
+                    ul { @for warning in &report.warnings { li { (warning.to_string()) } } }
+                }))
+            }
+            @if !look.shown.is_empty() {
+                (section("The beating heart", &viewer(look)?))
+                (section("Sections", &slices(look)?))
+            }
+            @if look.sinogram.is_some() { (section("Projections", &projections(look)?)) }
+            (section("Curves", &html! { div.plots { @for plot in plots { (plot) } } }))
+            (section("Numbers", &html! { @for table in numbers(report) { (table) } }))
+            @if let Some(scene) = &report.scene {
+                (section("Scene", &html! {
+                    details { summary { "as a file" } pre { (scene.to_toml()) } }
+                }))
+            }
+        }
+    };
+    Ok(document("A run of heart-phantom", STYLE, &body))
 }
 
-/// Ends a section, if there is one, and begins another.
-fn section(html: &mut String, title: &str) {
-    if html.contains("<section>") {
-        html.push_str("</section>\n");
+impl Render for Plot {
+    fn render(&self) -> Markup {
+        html! { figure { (PreEscaped(&self.svg)) figcaption { (self.caption) } } }
     }
-    let _ = writeln!(html, "<section>\n<h2>{}</h2>", escaped(title));
 }
 
-fn warnings(html: &mut String, report: &RunReport) {
-    if report.warnings.is_empty() {
-        return;
-    }
-    section(html, "Warnings");
-    html.push_str("<ul>\n");
-    for warning in &report.warnings {
-        let _ = writeln!(html, "<li>{}</li>", escaped(&warning.to_string()));
-    }
-    html.push_str("</ul>\n");
+/// The sinogram of a row and three projections of the first gate.
+fn projections(look: &Kept<'_>) -> Result<Markup, StudyError> {
+    let Some((sinogram, images)) = &look.sinogram else {
+        return Ok(Markup::default());
+    };
+    let most = |values: &[f32]| values.iter().copied().fold(0.0f32, f32::max);
+    let high = (images.iter()).fold(0.0, |high: f32, cut| high.max(most(&cut.values)));
+    let window = |high: f32| [0.0, if high > 0.0 { f64::from(high) } else { 1.0 }];
+    let size = [480, 360];
+    let row = map(sinogram, size, window(most(&sinogram.values)), "sample")?;
+    let three = sections(images, window(high), "sample", "")?;
+    Ok(html! {
+        (figure(&row, "Sinogram of the first gate, the row through the middle of the heart; s is the position within the row.")?)
+        (figure(&three, "Three projections of the first gate in the direction of the rays, superior on top.")?)
+    })
 }
 
 fn numbers(report: &RunReport) -> Vec<Table> {
@@ -132,7 +102,8 @@ fn numbers(report: &RunReport) -> Vec<Table> {
             format!("{:.2}", 10.0 * apex),
         ]
     });
-    let caption = "The heart at the phases that stand for the views";
+    let caption = "The heart at the phases that stand for the projections. The phase is the fraction of the R-R interval since \
+        the start of the cycle";
     tables.push(Table::new(caption, &header, rows.collect()));
     let judged: Vec<_> = (report.gates.iter().enumerate())
         .filter_map(|(gate, of)| Some((gate, of.artefacts.as_ref()?)))
@@ -161,55 +132,54 @@ fn numbers(report: &RunReport) -> Vec<Table> {
     tables
 }
 
-/// The 4-D viewer with its volumes.
-fn viewer(look: &Kept<'_>, html: &mut String) -> Result<(), StudyError> {
-    section(html, "The heart beating");
-    let first = &look.shown[0].beat;
-    let coarser = match first.factor() {
+/// The 4-D viewer with its volumes. It is hidden until it works: without JavaScript or WebGL2 there is a sentence in its place.
+fn viewer(look: &Kept<'_>) -> Result<Markup, StudyError> {
+    let coarser = match look.shown[0].beat.factor() {
         1 => String::new(),
-        n => format!(" Voxels of this page are means over {n} x {n} x {n}."),
+        n => format!(" Voxels of this page are averages over {n} x {n} x {n}."),
     };
-    let _ = writeln!(
-        html,
-        "<p>Drag to move the cross, scroll to go through the slices, drag the body to turn it; lengths are in mm. \
-         Left is on the right, as radiologists look at it.{coarser}</p>"
-    );
-    html.push_str("<div class=\"controls\"><select id=\"beat-volume\">");
-    for Shown { name, .. } in &look.shown {
-        let _ = write!(html, "<option value=\"{name}\">{name}</option>");
-    }
-    html.push_str(
-        "</select><button id=\"beat-play\">play</button>\
-         <input id=\"beat-gate\" type=\"range\" min=\"0\" max=\"0\" value=\"0\" aria-label=\"gate\"><output id=\"beat-state\"></output></div>\n\
-         <div class=\"viewer\"><canvas id=\"beat\" width=\"960\" height=\"544\"></canvas></div>\n\
-         <noscript><p>The viewer needs JavaScript; everything else on this page does not.</p></noscript>\n",
-    );
     let seconds = look.phantom.cycle().period() / look.phantom.n_gates() as f64;
-    for shown in &look.shown {
+    let volume = |shown: &Shown| -> Result<Markup, StudyError> {
         let window = shown.window();
-        let (name, data) = (shown.name, shown.beat.base64(window)?);
-        let [black, white] = [0.0, window[1]];
-        let _ = writeln!(
-            html,
-            "<script type=\"application/octet-stream\" id=\"{name}\" data-black=\"{black}\" data-white=\"{white}\" \
-             data-seconds=\"{seconds}\">{data}</script>"
-        );
-    }
-    let niivue = STANDARD.encode(NIIVUE);
-    let _ = writeln!(
-        html,
-        "<!-- niivue 0.69.0\n{}-->\n<script type=\"application/octet-stream\" id=\"niivue\">{niivue}</script>\n<script>\n{SCRIPT}</script>",
-        NIIVUE_LICENCE.replace("--", "- -")
-    );
-    Ok(())
+        Ok(html! {
+            script type="application/octet-stream" id=(shown.name) data-black="0" data-white=(window[1]) data-seconds=(seconds) {
+                (PreEscaped(shown.beat.base64(window)?))
+            }
+        })
+    };
+    // A comment ends at the first two hyphens.
+    let licence = NIIVUE_LICENCE.replace("--", "- -");
+    Ok(html! {
+        p {
+            "Drag to move the cross, scroll to go through the slices, drag the body to turn it; lengths are in mm. The patient's left is on the \
+             right, the radiological convention." (coarser)
+        }
+        p #beat-state role="status" {}
+        noscript { p { "The viewer needs JavaScript; the rest of this page does not." } }
+        div #beat-view hidden {
+            div.controls {
+                label for="beat-volume" { "volume" }
+                select #beat-volume {
+                    @for shown in &look.shown { option value=(shown.name) { (shown.what()) } }
+                }
+                button #beat-play { "play" }
+                label for="beat-gate" { "gate" }
+                input #beat-gate type="range" min="0" max="0" value="0";
+            }
+            div.viewer {
+                canvas #beat width="960" height="544" role="img"
+                    aria-label="Axial, coronal and sagittal slices and a rendering of the volume at the gate chosen; the sections below show the same" {}
+            }
+        }
+        @for shown in &look.shown { (volume(shown)?) }
+        (PreEscaped(format!("<!-- niivue 0.69.0\n{licence}-->\n")))
+        script type="application/octet-stream" id="niivue" { (PreEscaped(STANDARD.encode(NIIVUE))) }
+        script { (PreEscaped(SCRIPT)) }
+    })
 }
 
 /// Sections of each kind of volume: of gates those of the largest and of the smallest cavity.
-fn slices(look: &Kept<'_>, html: &mut String) -> Result<(), StudyError> {
-    if look.shown.is_empty() {
-        return Ok(());
-    }
-    section(html, "Sections");
+fn slices(look: &Kept<'_>) -> Result<Markup, StudyError> {
     let n_gates = look.phantom.n_gates();
     let mut gates = vec![0];
     if n_gates > 1 {
@@ -219,29 +189,18 @@ fn slices(look: &Kept<'_>, html: &mut String) -> Result<(), StudyError> {
         gates = vec![gate(diastole), gate(systole)];
         gates.dedup();
     }
-    for shown in &look.shown {
+    let of = |shown: &Shown, gate: usize| {
         let [black, white] = shown.window();
-        for &gate in &gates {
-            let caption = format!(
-                "{}, {}: black is {black:.4}, white {white:.4} {}, the largest sample of these sections in all gates. \
-                 Letters: left and right, anterior and posterior, superior and inferior; the heart's axes as seen from the apex.",
-                shown.what(),
-                look.when(gate),
-                look.unit()
-            );
-            figure(html, &look.picture(shown, gate)?, &caption)?;
-        }
-    }
-    Ok(())
-}
-
-fn figure(html: &mut String, picture: &Picture, caption: &str) -> Result<(), StudyError> {
-    let (width, height) = (picture.width(), picture.height());
-    let (png, caption) = (STANDARD.encode(picture.to_png()?), escaped(caption));
-    let _ = writeln!(
-        html,
-        "<figure><img src=\"data:image/png;base64,{png}\" width=\"{width}\" height=\"{height}\" alt=\"{caption}\">\
-         <figcaption>{caption}</figcaption></figure>"
-    );
-    Ok(())
+        let caption = format!(
+            "{}, {}: black is {black:.4}, white {white:.4} {}, the largest sample of these sections in all gates. Letters: left and \
+             right, anterior and posterior, superior and inferior; axes of the heart as seen from the apex.",
+            shown.what(),
+            look.when(gate),
+            look.unit()
+        );
+        figure(&look.picture(shown, gate)?, &caption)
+    };
+    Ok(html! {
+        @for shown in &look.shown { @for &gate in &gates { (of(shown, gate)?) } }
+    })
 }

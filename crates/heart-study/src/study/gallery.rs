@@ -1,7 +1,7 @@
 //! The figures as they come, and the page that shows them in order.
 
 use crate::StudyError;
-use crate::figures::{CURVES_SIZE, StudyError, Illustration, Page, Picture, Section, Table};
+use crate::figures::{CURVES_SIZE, Illustration, Page, Picture, Section, Table};
 use heart_phantom::files::write_atomically;
 use std::path::{Path, PathBuf};
 
@@ -50,8 +50,7 @@ impl<'a> Gallery<'a> {
         svg: &str,
         caption: impl Into<String>,
     ) -> Result<(), StudyError> {
-        let written = write_atomically(&self.out.join(file), |out| out.write_all(svg.as_bytes()));
-        written?;
+        write_atomically(&self.out.join(file), |out| out.write_all(svg.as_bytes()))?;
         self.show(file, caption, CURVES_SIZE.into());
         Ok(())
     }

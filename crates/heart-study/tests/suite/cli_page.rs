@@ -56,6 +56,27 @@ fn a_page_holds_all_that_it_shows() {
     let edv = report["numbers"]["edv"].as_f64().unwrap();
     assert!(page.contains(&format!("<td>{edv:.3}</td>")));
     assert_eq!(page.matches("<svg").count(), 3); // volume, pressures, views
+    // Images come before curves, and these before tables; all have labels, and the viewer is hidden until it works.
+    let places = ["id=\"beat\"", "<img", "<svg", "<table"].map(|part| page.find(part).unwrap());
+    assert!(places.is_sorted(), "{places:?}");
+    for labelled in [
+        "<div id=\"beat-view\" hidden>",
+        "<label for=\"beat-volume\">",
+        "<label for=\"beat-gate\">",
+    ] {
+        assert!(page.contains(labelled), "{labelled}");
+    }
+    for (tag, label) in [
+        ("<svg", "aria-label=\""),
+        ("<canvas", "aria-label=\""),
+        ("<img", "alt=\""),
+    ] {
+        for element in page.split(tag).skip(1) {
+            let element = element.split('>').next().unwrap();
+            let (_, text) = element.split_once(label).unwrap();
+            assert!(!text.starts_with('"'), "{tag} {element}");
+        }
+    }
     // The library, and its licence.
     assert!(unpacked(data(&page, "niivue")).starts_with(b"(function("));
     assert!(page.contains("BSD 2-Clause License") && page.contains("Copyright (c) 2021, Niivue"));
@@ -104,7 +125,7 @@ fn a_page_that_is_not_wanted_is_not_written() {
     // Without volumes there is a page without a viewer.
     run(folder.path(), "[output]\nwrite = ['projections']\n", &[]);
     let page = fs::read_to_string(page).unwrap();
-    assert!(!page.contains("id=\"niivue\"") && page.contains("What the camera saw"));
+    assert!(!page.contains("id=\"niivue\"") && page.contains("<h2>Projections</h2>"));
 }
 
 /// All gates of a study in one file each, and what is listed is there.

@@ -1,9 +1,10 @@
 //! Pictures of what cannot be drawn.
 
 use super::{ODD, SIZES, back, pairs};
+use heart_study::StudyError;
 use heart_study::figures::{
-    CircleStudy, StudyError, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume,
-    circle, force_frames, histories, isosurface, projections, shapes, slice, slices,
+    CircleStudy, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume, circle,
+    force_frames, histories, isosurface, projections, shapes, slice, slices,
 };
 
 #[test]

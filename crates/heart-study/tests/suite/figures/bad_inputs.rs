@@ -7,7 +7,7 @@ use super::{FRONT, ball, half_ellipse, iso};
 
 #[test]
 fn bad_input_is_refused_with_its_numbers() {
-    use StudyError::*;
+    use heart_study::StudyError::*;
     let good = half_ellipse(8.0, 2.0);
     let mut nan = good.clone();
     nan[7][1] = f64::NAN;

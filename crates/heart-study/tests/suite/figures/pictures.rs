@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use heart_phantom::revolve_voxel::{Pose, VoxelGrid};
 use heart_phantom::{PhantomError, files};
+use heart_study::StudyError;
 use heart_study::figures;
 use heart_study::figures::*;
 
@@ -318,7 +319,7 @@ fn the_page_is_one_plain_file_with_everything_in_order() {
     };
     let html = page.to_html().unwrap();
     assert!(html.starts_with("<!DOCTYPE html>") && html.ends_with("</html>\n"));
-    assert!(html.contains("<h1>&lt;Study&gt;</h1>") && html.contains("It&#39;s &lt;b&gt;plain"));
+    assert!(html.contains("<h1>&lt;Study&gt;</h1>") && html.contains("It's &lt;b&gt;plain"));
     let places: Vec<usize> = [
         "fig%201.png\"><img",
         "fig%202.png\"><img",
