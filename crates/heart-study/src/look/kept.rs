@@ -75,7 +75,7 @@ impl<'a> Kept<'a> {
             shown.what(),
             self.when(gate)
         );
-        Ok(sections(&shown.cuts[gate], window, self.unit(), &heading)?)
+        sections(&shown.cuts[gate], window, self.unit(), &heading)
     }
 
     /// What a sample of a volume is.
