@@ -1,7 +1,11 @@
 //! A member computed: its piece of a shard.
 
+use crate::cohort::{Cohort, Compression, Precision};
 use crate::draw::Member;
+use crate::geometry::geometry;
+use crate::half::half;
 use crate::piece::Piece;
+use flate2::write::GzEncoder;
 use heart_phantom::files::{Samples, put_npy};
 use heart_phantom::{Numbers, Phantom, PhantomError, Product};
 use serde_json::json;
@@ -12,6 +16,9 @@ use std::sync::{Mutex, PoisonError};
 
 /// More than the header of an array takes, and what fills its file up.
 const NPY_HEADER: usize = 1024;
+
+/// How arrays are written.
+type Form = (Compression, Precision);
 
 /// What a member has become: its files as they stand in a shard, or why there are none.
 #[derive(Debug)]
@@ -53,12 +60,18 @@ impl Spare {
 ///
 /// # Errors
 /// Why it is refused.
-pub(crate) fn compute(member: &Member, memory: usize, spare: &Spare) -> Result<Computed, String> {
+pub(crate) fn compute(
+    cohort: &Cohort,
+    member: &Member,
+    memory: usize,
+    spare: &Spare,
+) -> Result<Computed, String> {
     let scene = member.scene().map_err(|error| error.to_string())?;
     let phantom = Phantom::new(scene).map_err(|error| reason(&error))?;
     let phantom = phantom.with_memory(memory);
     let mut samples = taken(&spare.samples);
-    let made = of_phantom(member, &phantom, spare, &mut samples);
+    let form = (cohort.compression, cohort.precision);
+    let made = of_phantom(member, &phantom, form, spare, &mut samples);
     given(&spare.samples, samples);
     made.map_err(|error| reason(&error))
 }
@@ -66,6 +79,7 @@ pub(crate) fn compute(member: &Member, memory: usize, spare: &Spare) -> Result<C
 fn of_phantom(
     member: &Member,
     phantom: &Phantom,
+    form: Form,
     spare: &Spare,
     samples: &mut Vec<f32>,
 ) -> Result<Computed, PhantomError> {
@@ -85,12 +99,13 @@ fn of_phantom(
         .map(|(path, value)| (path, value))
         .collect();
     let told = json!({
-        "member": member.index, "case": member.case, "values": values, "numbers": numbers, "warnings": warnings,
+        "member": member.index, "case": member.case, "split": member.split, "values": values, "numbers": numbers, "warnings": warnings,
     });
     piece.add_json("numbers.json", &told).map_err(failed)?;
     (piece.add("cls", |out| write!(out, "{}", member.case_index))).map_err(failed)?;
     // Views come before volumes, which may be made of them.
-    if products.iter().any(|product| needs_views(*product)) {
+    let has_views = products.iter().any(|product| needs_views(*product));
+    if has_views {
         let camera = phantom.camera();
         samples.resize(
             phantom.n_gates() * camera.n_views() * camera.view_len(),
@@ -98,8 +113,10 @@ fn of_phantom(
         );
         phantom.sinograms_of_gates_into(samples)?;
     }
+    // The counts of projections that are there are known.
+    (piece.add_json("geometry.json", &geometry(phantom, has_views)?)).map_err(failed)?;
     for product in products {
-        add(&mut piece, phantom, product, samples)?;
+        add(&mut piece, phantom, product, form, samples)?;
     }
     let bytes = piece.into_bytes();
     Ok(Computed {
@@ -127,6 +144,7 @@ fn add(
     piece: &mut Piece,
     phantom: &Phantom,
     product: Product,
+    form: Form,
     samples: &mut Vec<f32>,
 ) -> Result<(), PhantomError> {
     let camera = phantom.camera();
@@ -138,7 +156,7 @@ fn add(
     match product {
         Product::Projections => {
             let shape = [n_gates, camera.n_views(), camera.n_rows(), camera.n_bins()];
-            put(piece, "projections.npy", &shape, &samples[..])?;
+            put(piece, form, "projections.npy", &shape, &samples[..])?;
         }
         Product::Reconstruction => {
             let length = samples.len() / n_gates;
@@ -146,26 +164,26 @@ fn add(
             for (gate, own) in samples.chunks(length.max(1)).enumerate() {
                 volumes.extend(phantom.reconstruct(gate, own)?);
             }
-            put(piece, "reconstruction.npy", &gates_shape, &volumes[..])?;
+            put(piece, form, "reconstruction.npy", &gates_shape, &volumes[..])?;
         }
         Product::Truth => {
             samples.resize(gates_shape.iter().product(), 0.0);
             phantom.truth_of_gates_into(samples)?;
-            put(piece, "truth.npy", &gates_shape, &samples[..])?;
+            put(piece, form, "truth.npy", &gates_shape, &samples[..])?;
         }
         Product::Labels => {
             let mut labels = Vec::new();
             for phase in phases {
                 labels.extend(phantom.labels(phase)?);
             }
-            put(piece, "labels.npy", &phases_shape, &labels[..])?;
+            put(piece, form, "labels.npy", &phases_shape, &labels[..])?;
         }
         Product::Attenuation => {
             let mut maps = Vec::new();
             for phase in phases {
                 maps.extend(phantom.attenuation(phase)?);
             }
-            put(piece, "attenuation.npy", &phases_shape, &maps[..])?;
+            put(piece, form, "attenuation.npy", &phases_shape, &maps[..])?;
         }
         // Refused when the text was read.
         _ => {}
@@ -173,22 +191,62 @@ fn add(
     Ok(())
 }
 
+/// Adds an array in the form of the cohort.
 fn put<'a>(
     piece: &mut Piece,
+    (compression, precision): Form,
     name: &str,
     shape: &[usize],
     samples: impl Into<Samples<'a>>,
 ) -> Result<(), PhantomError> {
-    let samples = samples.into();
-    let fill = |out: &mut Vec<u8>| {
-        // No more than that: a vector that grows by itself takes up to twice as much.
-        out.reserve_exact(samples.len() * samples.bytes_each() + NPY_HEADER);
-        put_npy(out, shape, samples)
-    };
-    piece.add(name, fill).map_err(|source| PhantomError::File {
+    let failed = |source| PhantomError::File {
         path: name.into(),
         source,
-    })
+    };
+    let samples = samples.into();
+    let halves = match (samples, precision) {
+        (Samples::F32(values), Precision::Float16) => Some(npy_of_halves(shape, values)?),
+        _ => None,
+    };
+    let write = |out: &mut dyn Write| match &halves {
+        Some(npy) => out.write_all(npy),
+        None => put_npy(out, shape, samples),
+    };
+    let added = match compression {
+        Compression::None => piece.add(name, |out| {
+            // No more than that: a vector that grows by itself takes up to twice as much.
+            out.reserve_exact(samples.len() * samples.bytes_each() + NPY_HEADER);
+            write(out)
+        }),
+        Compression::Gzip => piece.add(&format!("{name}.gz"), |out| {
+            let mut out = GzEncoder::new(out, flate2::Compression::fast());
+            write(&mut out)?;
+            out.finish().map(drop)
+        }),
+    };
+    added.map_err(failed)
+}
+
+/// A NumPy array of half precision: that of its bits, with the other type in its header.
+fn npy_of_halves(shape: &[usize], values: &[f32]) -> Result<Vec<u8>, PhantomError> {
+    let mut bits = Vec::with_capacity(values.len());
+    for &value in values {
+        bits.push(half(value).ok_or(PhantomError::OutOfRange {
+            what: "a sample in half precision",
+            given: value.into(),
+            least: -65_504.0,
+            most: 65_504.0,
+        })?);
+    }
+    let mut npy = Vec::with_capacity(2 * bits.len() + NPY_HEADER);
+    let put = put_npy(&mut npy, shape, Samples::U16(&bits));
+    put.map_err(|source| PhantomError::File {
+        path: "npy".into(),
+        source,
+    })?;
+    let at = npy.windows(3).position(|word| word == b"<u2");
+    at.into_iter().for_each(|at| npy[at + 1] = b'f');
+    Ok(npy)
 }
 
 /// The error and what led to it.

@@ -2,6 +2,7 @@
 
 use crate::cohort::{Case, Cohort, Sampling};
 use crate::error::CohortError;
+use crate::split::Subset;
 use crate::value::FieldValue;
 use crate::{field, sobol};
 use heart_phantom::Scene;
@@ -26,6 +27,8 @@ pub struct Member {
     pub case: String,
     /// Place of the case in the text, from 0.
     pub case_index: usize,
+    /// What it is for; `None` where the cohort is not split.
+    pub split: Option<Subset>,
     /// Draws that it took to meet the constraints, from 1.
     pub attempts: u32,
     /// What was drawn, by the dotted paths of the fields, in their order.
@@ -97,6 +100,7 @@ impl Cohort {
                 key: Member::key_of(index),
                 case: case.name.clone(),
                 case_index,
+                split: self.subset(index),
                 attempts: attempt + 1,
                 scene: scene_of(case, &values, noise),
                 values,
@@ -112,7 +116,7 @@ impl Cohort {
         })
     }
 
-    fn stream(&self, stream: u64) -> ChaCha8Rng {
+    pub(crate) fn stream(&self, stream: u64) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(stream);
         random
@@ -121,7 +125,7 @@ impl Cohort {
     /// The case's coordinate and that of each varied field, in (0, 1).
     fn point(&self, index: u64, attempt: u32, stream: &mut ChaCha8Rng) -> Vec<f64> {
         let dimensions = 0..=self.varied.len();
-        match (self.sampling, attempt) {
+        let mut point: Vec<f64> = match (self.sampling, attempt) {
             (Sampling::Plain, _) | (Sampling::Sobol, 1..) => dimensions
                 .map(|_| ((stream.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64)
                 .collect(),
@@ -133,7 +137,9 @@ impl Cohort {
                     .map(|x| (f64::from(x) + 0.5) / (1u64 << 32) as f64)
                     .collect()
             }
-        }
+        };
+        self.copula.apply(&mut point);
+        point
     }
 
     fn case_at(&self, u: f64) -> (usize, &Case) {

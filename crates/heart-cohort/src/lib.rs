@@ -13,14 +13,18 @@
 
 mod cohort;
 mod compute;
+mod correlation;
 mod cut;
 mod distribution;
 mod draw;
 mod error;
+mod export;
 mod expression;
 mod fault;
 mod field;
 mod folder;
+mod geometry;
+mod half;
 mod manifest;
 mod piece;
 mod place;
@@ -30,6 +34,7 @@ mod record;
 mod shard;
 mod slurm;
 mod sobol;
+mod split;
 mod survey;
 mod value;
 mod verify;
@@ -37,16 +42,18 @@ mod workers;
 
 pub use heart_phantom;
 
-pub use cohort::{Cohort, Sampling};
+pub use cohort::{Cohort, Compression, Precision, Sampling};
 pub use cut::Shard;
 pub use distribution::Distribution;
 pub use draw::Member;
 pub use error::{CohortError, TextError};
+pub use export::export;
 pub use fault::{Fault, FileFault};
 pub use manifest::{ManifestReport, merge};
 pub use record::Row;
 pub use shard::{RunOptions, ShardReport, run_shard};
 pub use slurm::{SlurmOptions, sbatch};
+pub use split::Subset;
 pub use survey::{FieldRange, Survey, survey};
 pub use value::FieldValue;
 pub use verify::{VerifyReport, verify};

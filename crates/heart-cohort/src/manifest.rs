@@ -5,6 +5,7 @@ use crate::fault::{Fault, FileFault};
 use crate::folder::Listing;
 use crate::record::{Record, Row};
 use crate::shard::remove_left;
+use crate::split::Subset;
 use crate::value::FieldValue;
 use heart_phantom::files;
 use std::collections::BTreeSet;
@@ -28,8 +29,8 @@ pub struct ManifestReport {
 }
 
 /// Columns of every manifest; those of the fields and of the numbers follow, each in the order of their names.
-const FIRST: [&str; 11] = [
-    "key", "member", "shard", "offset", "bytes", "blake3", "status", "reason", "case", "attempts",
+const FIRST: [&str; 12] = [
+    "key", "member", "shard", "offset", "bytes", "blake3", "status", "reason", "case", "split", "attempts",
     "warnings",
 ];
 
@@ -121,6 +122,7 @@ fn first_cells(row: &Row, archive: String) -> [String; FIRST.len()] {
         (if is_there { "ok" } else { "refused" }).to_owned(),
         text(row.refused.as_deref().unwrap_or_default()),
         text(&row.case),
+        row.split.map_or("", Subset::name).to_owned(),
         row.attempts.to_string(),
         text(&row.warnings.join("; ")),
     ]

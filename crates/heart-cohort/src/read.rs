@@ -1,9 +1,11 @@
 //! A cohort from its text: every field that it names is one of the scene, or the error says where it is not.
 
-use crate::cohort::{Case, Cohort, MOST_MEMBERS, Sampling};
+use crate::cohort::{Case, Cohort, Compression, MOST_MEMBERS, Precision, Sampling};
+use crate::correlation::{Copula, Correlation};
 use crate::distribution::Distribution;
 use crate::error::{CohortError, TextError};
 use crate::expression::Constraint;
+use crate::split::Split;
 use crate::value::FieldValue;
 use crate::{field, place, sobol};
 use heart_phantom::{PhantomError, Product, Scene, files::Format, shown};
@@ -32,7 +34,14 @@ struct Text {
     attempts: u32,
     base: Option<PathBuf>,
     #[serde(default)]
+    compression: Compression,
+    #[serde(default)]
+    precision: Precision,
+    split: Option<Split>,
+    #[serde(default)]
     constraints: Vec<String>,
+    #[serde(default)]
+    correlations: Vec<Correlation>,
     #[serde(default)]
     scene: Fields,
     #[serde(default)]
@@ -117,8 +126,13 @@ impl Cohort {
             seed: given.seed,
             sampling: given.sampling,
             attempts: given.attempts,
+            compression: given.compression,
+            precision: given.precision,
+            split: given.split,
             cases: Vec::new(),
             constraints: Vec::new(),
+            correlations: Vec::new(),
+            copula: Copula::default(),
             varied: BTreeSet::new(),
             whole: BTreeSet::new(),
             digest: String::new(),
@@ -158,6 +172,8 @@ impl Cohort {
             return Err(reader.wrong("sampling", what).into());
         }
         cohort.constraints = reader.constraints(&given.constraints, &cohort)?;
+        cohort.copula = reader.copula(&given.correlations, &cohort)?;
+        cohort.correlations = given.correlations;
         Ok(cohort.with_digest())
     }
 }
@@ -184,6 +200,9 @@ impl Reader<'_> {
         if !(1..=MOST_MEMBERS).contains(&cohort.members) {
             return wrong("members", cohort.members, MOST_MEMBERS);
         }
+        if cohort.split.is_some_and(|split| !split.is_whole()) {
+            return Err(self.wrong("split", "must be fractions from 0 on whose sum is 1"));
+        }
         // So many blocks of points are there.
         let blocks = (1 << 32) / cohort.members.next_power_of_two();
         let most = match cohort.sampling {
@@ -194,6 +213,38 @@ impl Reader<'_> {
             return wrong("attempts", cohort.attempts.into(), most);
         }
         Ok(())
+    }
+
+    /// The copula of the correlated coordinates: that of the case comes before those of the varied fields.
+    fn copula(&self, given: &[Correlation], cohort: &Cohort) -> Result<Copula, TextError> {
+        let mut pairs: Vec<([usize; 2], f64)> = Vec::new();
+        for (k, Correlation { fields, coefficient }) in given.iter().enumerate() {
+            let at = format!("correlations.{}", k + 1);
+            let mut pair = [0; 2];
+            for (place, field) in pair.iter_mut().zip(fields) {
+                let Some(d) = cohort.varied.iter().position(|varied| varied == field) else {
+                    let what = format!("{field} does not vary");
+                    return Err(self.wrong(&format!("{at}.fields"), what));
+                };
+                *place = d + 1;
+            }
+            pair.sort_unstable();
+            if pair[0] == pair[1] || pairs.iter().any(|(other, _)| *other == pair) {
+                let what = "must be two different fields, and each pair given once";
+                return Err(self.wrong(&format!("{at}.fields"), what));
+            }
+            // A NaN is not below 1 either.
+            let is_inside = coefficient.abs() < 1.0;
+            if !is_inside {
+                let what = format!("is {coefficient}; it must be between -1 and 1, both excluded");
+                return Err(self.wrong(&format!("{at}.coefficient"), what));
+            }
+            pairs.push((pair, *coefficient));
+        }
+        Copula::new(&pairs).ok_or_else(|| {
+            let what = "no variables have these coefficients: their matrix must be positive definite";
+            self.wrong("correlations", what)
+        })
     }
 
     fn check_cases(&self, cases: &[Case], are_named: bool) -> Result<(), TextError> {

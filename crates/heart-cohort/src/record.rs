@@ -7,6 +7,7 @@ use crate::draw::Member;
 use crate::error::CohortError;
 use crate::fault::{Fault, FileFault};
 use crate::piece::END;
+use crate::split::Subset;
 use crate::value::FieldValue;
 use heart_phantom::Numbers;
 use heart_phantom::files::{self, PROGRAM};
@@ -28,6 +29,8 @@ pub struct Row {
     pub member: u64,
     /// Name of its case; empty where the cohort has none.
     pub case: String,
+    /// What it is for; `None` where the cohort is not split.
+    pub split: Option<Subset>,
     /// Draws that it took to meet the constraints.
     pub attempts: u32,
     /// Why there is no such heart; `None` if it is in the shard.
@@ -54,6 +57,7 @@ impl Row {
             key: member.key.clone(),
             member: member.index,
             case: member.case.clone(),
+            split: member.split,
             attempts: member.attempts,
             refused: made.err().cloned(),
             offset,
@@ -67,6 +71,7 @@ impl Row {
 
     fn is_of(&self, member: &Member) -> bool {
         self.case == member.case
+            && self.split == member.split
             && self.attempts == member.attempts
             && (self.values.iter()).eq(member.values.iter().map(|(path, value)| (path, value)))
     }

@@ -143,7 +143,7 @@ fn write(
     let spare = Spare::default();
     let work = |index| {
         let member = cohort.member(index)?;
-        let made = compute(&member, options.memory_of_each(), &spare);
+        let made = compute(cohort, &member, options.memory_of_each(), &spare);
         Ok((member, made))
     };
     let written = files::write_atomically(path, |out| {

@@ -6,6 +6,7 @@
 
 import argparse
 import glob
+import gzip
 import io
 import json
 import os
@@ -25,6 +26,8 @@ def with_tarfile(paths):
                     yield sample
                     sample = {}
                 data = archive.extractfile(entry).read()
+                if name.endswith(".gz"):
+                    data, name = gzip.decompress(data), name.removesuffix(".gz")
                 if name.endswith(".npy"):
                     data = np.load(io.BytesIO(data))
                 elif name.endswith(".json"):
@@ -41,7 +44,8 @@ def with_webdataset(paths):
     import webdataset
 
     urls = ["file:" + os.path.abspath(path) for path in paths]
-    return webdataset.WebDataset(urls, shardshuffle=False, empty_check=False).decode()
+    for sample in webdataset.WebDataset(urls, shardshuffle=False, empty_check=False).decode():
+        yield {name.removesuffix(".gz"): data for name, data in sample.items()}
 
 
 def check(sample):
@@ -59,7 +63,10 @@ def check(sample):
         if name in sample:
             array = sample[name]
             assert array.shape == shape, (sample["__key__"], name, array.shape, shape)
-            assert array.dtype == np.float32 and np.isfinite(array).all()
+            assert array.dtype in (np.float32, np.float16) and np.isfinite(array).all()
+    geometry = sample["geometry.json"]
+    if "truth.npy" in sample:
+        assert list(sample["truth.npy"].shape[1:]) == geometry["shape_zyx"]
     assert sample["numbers.json"]["numbers"]["edv"] > sample["numbers.json"]["numbers"]["esv"] > 0
     assert isinstance(sample["cls"], int)
 

@@ -70,6 +70,7 @@ fn a_shard_holds_what_its_members_are() {
         "scene.json",
         "numbers.json",
         "cls",
+        "geometry.json",
         "projections.npy",
         "reconstruction.npy",
         "truth.npy",
@@ -98,11 +99,11 @@ fn a_shard_holds_what_its_members_are() {
                 (samples.iter().zip(&expected)).fold(0f32, |w, (a, b)| w.max((a - b).abs()));
             assert!(worst <= 2e-6 * most, "{shape}: {worst}");
         };
-        close(5, "(2, 8, 8, 8)", &|gate| phantom.truth(gate).unwrap());
-        let volumes = npy(&files[4].1, "(2, 8, 8, 8)");
+        close(6, "(2, 8, 8, 8)", &|gate| phantom.truth(gate).unwrap());
+        let volumes = npy(&files[5].1, "(2, 8, 8, 8)");
         assert!(volumes.iter().any(|sample| *sample > 0.0));
         // With noise, counts in the units of the samples.
-        let views = npy(&files[3].1, "(2, 3, 8, 8)");
+        let views = npy(&files[4].1, "(2, 3, 8, 8)");
         assert!(
             views
                 .iter()
@@ -113,7 +114,7 @@ fn a_shard_holds_what_its_members_are() {
             .iter()
             .flat_map(|at| phantom.labels(at.phase).unwrap())
             .collect();
-        assert!(files[6].1.ends_with(&labels) && labels.len() == 2 * 512);
+        assert!(files[7].1.ends_with(&labels) && labels.len() == 2 * 512);
     }
 }
 

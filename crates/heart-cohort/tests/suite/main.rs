@@ -5,6 +5,7 @@ mod bytes;
 mod draws;
 mod failures;
 mod folder;
+mod learning;
 mod manifest;
 mod verified;
 

@@ -147,6 +147,17 @@ pub(crate) enum Cohort {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Write the gates of one member as NIfTI in the layout that nnU-Net and MONAI read.
+    Export {
+        /// The cohort.
+        cohort: PathBuf,
+        /// Index of the member, from 0.
+        #[arg(long, value_name = "N")]
+        member: u64,
+        /// Folder of the data set; cases of other members in it stay.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
     /// Print a script for sbatch that makes all shards on a cluster with Slurm.
     Slurm {
         /// The cohort.

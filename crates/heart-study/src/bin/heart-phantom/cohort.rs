@@ -4,7 +4,7 @@ use crate::arguments::{Arguments, Cohort as Command, Shards};
 use crate::commands::{Done, bar, init, size};
 use crate::output::{Answer, Failure};
 use heart_cohort::{
-    Cohort, RunOptions, Shard, SlurmOptions, Survey, VerifyReport, merge, run_shard, sbatch,
+    Cohort, RunOptions, Shard, SlurmOptions, Survey, VerifyReport, export, merge, run_shard, sbatch,
     survey, verify,
 };
 use serde_json::json;
@@ -29,6 +29,17 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
             let cohort = Cohort::load(cohort)?;
             let report = verify(&cohort, out, *members, *seed, &options(arguments))?;
             verified(&report)
+        }
+        Command::Export {
+            cohort,
+            member,
+            out,
+        } => {
+            let files = export(&Cohort::load(cohort)?, *member, out, options(arguments).memory)?;
+            let names: Vec<String> = (files.iter())
+                .map(|file| out.join(file).to_string_lossy().into_owned())
+                .collect();
+            Ok(Answer::Report(json!({ "files": names }), names))
         }
         Command::Slurm {
             cohort,

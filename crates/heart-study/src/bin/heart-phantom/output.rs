@@ -243,6 +243,7 @@ fn code_of_cohort(error: &CohortError) -> u8 {
         | CohortError::Read { .. }
         | CohortError::Unmet { .. }
         | CohortError::NoMember { .. }
+        | CohortError::NoScene { .. }
         | CohortError::Slurm { .. }
         | CohortError::NoShard { .. }
         | CohortError::OtherCohort { .. } => 2,

@@ -1,0 +1,99 @@
+//! One member as NIfTI, in the layout that nnU-Net and MONAI read.
+
+use crate::cohort::Cohort;
+use crate::error::CohortError;
+use crate::split::Subset;
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use heart_phantom::files::{Volume, create_writable_folder, nifti_bytes, write_atomically};
+use heart_phantom::{Phantom, PhantomError, Product};
+use serde_json::{Value, json};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Writes the gates of a member to a folder, a case each: the image `imagesTr/heart_KEY_GG_0000.nii.gz`, the reconstruction, or the exact
+/// activity where the scene asks for no reconstruction, and the labels `labelsTr/heart_KEY_GG.nii.gz` in the middle of the gate; members for
+/// the test go to `imagesTs` and `labelsTs`. Then it writes `dataset.json`, which lists the cases that the folder has: `channel_names`, `labels`,
+/// `numTraining` and `file_ending` are those of nnU-Net version 2, `training` and `test` those of the Medical Segmentation Decathlon, which
+/// MONAI reads. Returns the files, relative to the folder.
+///
+/// # Errors
+/// [`CohortError::NoMember`], [`CohortError::NoScene`], [`CohortError::Phantom`] for a member that is refused and for files that cannot be
+/// written.
+pub fn export(
+    cohort: &Cohort,
+    member: u64,
+    folder: &Path,
+    memory: usize,
+) -> Result<Vec<PathBuf>, CohortError> {
+    let member = cohort.member(member)?;
+    let phantom = Phantom::new(member.scene()?)?.with_memory(memory);
+    phantom.prepare()?;
+    let is_test = member.split == Some(Subset::Test);
+    let set = if is_test { "Ts" } else { "Tr" };
+    let [images, labels] = ["images", "labels"].map(|kind| format!("{kind}{set}"));
+    for name in [&images, &labels] {
+        create_writable_folder(&folder.join(name))?;
+    }
+    let reconstructs = (phantom.parts().output.write).contains(&Product::Reconstruction);
+    let phases = phantom.phases();
+    let mut files = Vec::new();
+    for gate in 0..phantom.n_gates() {
+        let image = match reconstructs {
+            true => phantom.volume(gate)?,
+            false => phantom.truth(gate)?,
+        };
+        let phase = phases.get(gate).or(phases.first());
+        let map = phantom.labels(phase.map_or(0.0.into(), |at| at.moment()))?;
+        let case = format!("heart_{}_{gate:02}", member.key);
+        let grid = *phantom.camera().grid();
+        for (name, volume) in [
+            (format!("{images}/{case}_0000.nii.gz"), Volume::new(grid, image.as_slice())?),
+            (format!("{labels}/{case}.nii.gz"), Volume::new(grid, map.as_slice())?),
+        ] {
+            let nifti = nifti_bytes(&volume, 1.0)?;
+            write_atomically(&folder.join(&name), |out| {
+                let mut out = GzEncoder::new(out, Compression::fast());
+                out.write_all(&nifti)?;
+                out.finish().map(drop)
+            })?;
+            files.push(name.into());
+        }
+    }
+    let channel = if reconstructs { "reconstruction" } else { "activity" };
+    let dataset = dataset(folder, &phantom, channel)?;
+    write_atomically(&folder.join("dataset.json"), |out| writeln!(out, "{dataset:#}"))?;
+    files.push("dataset.json".into());
+    Ok(files)
+}
+
+/// What `dataset.json` says of the cases that the folder has.
+fn dataset(folder: &Path, phantom: &Phantom, channel: &str) -> Result<Value, PhantomError> {
+    let cases = |set: &str| -> Result<Vec<Value>, PhantomError> {
+        let path = folder.join(format!("labels{set}"));
+        let entries = match fs::read_dir(&path) {
+            Ok(entries) => entries.flatten().collect(),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
+            Err(source) => return Err(PhantomError::Read { path, source }),
+        };
+        let mut names: Vec<String> = (entries.iter())
+            .filter_map(|entry| Some(entry.file_name().to_str()?.strip_suffix(".nii.gz")?.to_owned()))
+            .collect();
+        names.sort();
+        let case = |name: String| {
+            json!({
+                "image": format!("./images{set}/{name}_0000.nii.gz"), "label": format!("./labels{set}/{name}.nii.gz"),
+            })
+        };
+        Ok(names.into_iter().map(case).collect())
+    };
+    let (training, test) = (cases("Tr")?, cases("Ts")?);
+    let labels: serde_json::Map<String, Value> = (phantom.label_names().into_iter().enumerate())
+        .map(|(label, name)| (name, label.into()))
+        .collect();
+    Ok(json!({
+        "name": "heart-phantom", "channel_names": { "0": channel }, "labels": labels, "file_ending": ".nii.gz",
+        "numTraining": training.len(), "training": training, "test": test,
+    }))
+}

@@ -1,0 +1,66 @@
+//! `geometry.json` of a member: where its arrays are, when, and in which units.
+
+use heart_phantom::{Phantom, PhantomError};
+use serde_json::{Value, json};
+
+/// Centimetres of the lab to millimetres of files for images.
+const MM: f64 = 10.0;
+
+/// Voxel size, affine, label names, gate times, angles and radii of the projections, counts per unit, volumes.
+///
+/// The affine takes indices (x, y, z, 1) of a voxel to its centre in mm, as NIfTI has it: x to the right, y anterior, z superior. It is
+/// also that of labels and attenuation, which stand at `phases`. `counts_per_unit` is `[gate][projection]`: noisy projections times it are
+/// counts. It is `None` where the member has no projections or no counts.
+///
+/// # Errors
+/// What the phantom's angles, radii and numbers can return. With `has_views` the counts are those of the projections computed before.
+pub(crate) fn geometry(phantom: &Phantom, has_views: bool) -> Result<Value, PhantomError> {
+    let camera = phantom.camera();
+    let (grid, period) = (camera.grid(), phantom.cycle().period());
+    let [nx, ny, nz] = grid.shape();
+    let (spacing, origin) = (grid.spacing(), grid.origin());
+    // The lab's x is to the left and its y posterior.
+    let signs = [-MM, -MM, MM];
+    let mut affine = [[0.0; 4]; 4];
+    for a in 0..3 {
+        affine[a][a] = signs[a] * spacing[a];
+        affine[a][3] = signs[a] * origin[a];
+    }
+    affine[3][3] = 1.0;
+    let phases = phantom.phases().into_iter().map(|at| {
+        json!({ "of": at.of.to_string(), "phase": at.phase, "seconds": at.phase * period, "breath": at.breath })
+    });
+    let (mut gates, mut counts) = (Vec::new(), Vec::new());
+    for gate in 0..phantom.n_gates() {
+        let times = phantom.view_times(gate)?;
+        let of = |value: fn(&heart_phantom::ViewTime) -> f64| -> Vec<f64> {
+            times.iter().map(value).collect()
+        };
+        gates.push(json!({
+            "angle_degrees": of(|time| time.angle.to_degrees()), "start_seconds": of(|time| time.start),
+            "window_seconds": of(|time| time.window),
+        }));
+        if has_views && let Some(of_gate) = phantom.counts_per_unit(gate)? {
+            counts.push(of_gate);
+        }
+    }
+    let [bin, row] = camera.detector().pitch();
+    let radii: Vec<f64> = phantom.radii()?.iter().map(|radius| MM * radius).collect();
+    let numbers = phantom.numbers()?;
+    Ok(json!({
+        "shape_zyx": [nz, ny, nx],
+        "voxel_mm": spacing.map(|edge| MM * edge),
+        "affine": affine,
+        "label_names": phantom.label_names(),
+        "phases": phases.collect::<Vec<Value>>(),
+        "cycle_seconds": period,
+        "gates": gates,
+        "radius_mm": radii,
+        "bin_mm": MM * bin,
+        "row_mm": MM * row,
+        "counts_per_unit": (!counts.is_empty()).then_some(counts),
+        "edv_ml": numbers.edv,
+        "esv_ml": numbers.esv,
+        "ejection_fraction": numbers.ejection_fraction,
+    }))
+}
