@@ -164,7 +164,13 @@ fn add(
             for (gate, own) in samples.chunks(length.max(1)).enumerate() {
                 volumes.extend(phantom.reconstruct(gate, own)?);
             }
-            put(piece, form, "reconstruction.npy", &gates_shape, &volumes[..])?;
+            put(
+                piece,
+                form,
+                "reconstruction.npy",
+                &gates_shape,
+                &volumes[..],
+            )?;
         }
         Product::Truth => {
             samples.resize(gates_shape.iter().product(), 0.0);

@@ -32,9 +32,13 @@ impl Copula {
         let n = coordinates.len();
         let entry = |i: usize, j: usize| {
             let of = |&&([a, b], _): &&([usize; 2], f64)| {
-                [a, b] == [coordinates[i], coordinates[j]] || [b, a] == [coordinates[i], coordinates[j]]
+                [a, b] == [coordinates[i], coordinates[j]]
+                    || [b, a] == [coordinates[i], coordinates[j]]
             };
-            pairs.iter().find(of).map_or(0.0, |(_, coefficient)| *coefficient)
+            pairs
+                .iter()
+                .find(of)
+                .map_or(0.0, |(_, coefficient)| *coefficient)
         };
         let mut factor = vec![vec![0.0; n]; n];
         for i in 0..n {
@@ -59,7 +63,9 @@ impl Copula {
     /// Correlates a point of the unit cube: normal scores z of the coordinates become L z.
     pub(crate) fn apply(&self, point: &mut [f64]) {
         let score = |u: f64| normal_quantile(u.clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON));
-        let scores: Vec<f64> = (self.coordinates.iter()).map(|&d| score(point[d])).collect();
+        let scores: Vec<f64> = (self.coordinates.iter())
+            .map(|&d| score(point[d]))
+            .collect();
         for (&d, row) in self.coordinates.iter().zip(&self.factor) {
             point[d] = normal_share(row.iter().zip(&scores).map(|(l, z)| l * z).sum());
         }

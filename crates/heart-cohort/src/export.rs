@@ -49,8 +49,14 @@ pub fn export(
         let case = format!("heart_{}_{gate:02}", member.key);
         let grid = *phantom.camera().grid();
         for (name, volume) in [
-            (format!("{images}/{case}_0000.nii.gz"), Volume::new(grid, image.as_slice())?),
-            (format!("{labels}/{case}.nii.gz"), Volume::new(grid, map.as_slice())?),
+            (
+                format!("{images}/{case}_0000.nii.gz"),
+                Volume::new(grid, image.as_slice())?,
+            ),
+            (
+                format!("{labels}/{case}.nii.gz"),
+                Volume::new(grid, map.as_slice())?,
+            ),
         ] {
             let nifti = nifti_bytes(&volume, 1.0)?;
             write_atomically(&folder.join(&name), |out| {
@@ -61,9 +67,15 @@ pub fn export(
             files.push(name.into());
         }
     }
-    let channel = if reconstructs { "reconstruction" } else { "activity" };
+    let channel = if reconstructs {
+        "reconstruction"
+    } else {
+        "activity"
+    };
     let dataset = dataset(folder, &phantom, channel)?;
-    write_atomically(&folder.join("dataset.json"), |out| writeln!(out, "{dataset:#}"))?;
+    write_atomically(&folder.join("dataset.json"), |out| {
+        writeln!(out, "{dataset:#}")
+    })?;
     files.push("dataset.json".into());
     Ok(files)
 }
@@ -78,7 +90,15 @@ fn dataset(folder: &Path, phantom: &Phantom, channel: &str) -> Result<Value, Pha
             Err(source) => return Err(PhantomError::Read { path, source }),
         };
         let mut names: Vec<String> = (entries.iter())
-            .filter_map(|entry| Some(entry.file_name().to_str()?.strip_suffix(".nii.gz")?.to_owned()))
+            .filter_map(|entry| {
+                Some(
+                    entry
+                        .file_name()
+                        .to_str()?
+                        .strip_suffix(".nii.gz")?
+                        .to_owned(),
+                )
+            })
             .collect();
         names.sort();
         let case = |name: String| {

@@ -48,7 +48,11 @@ mod tests {
             let even = bits + (bits & 1);
             assert_eq!(half(tie), Some(even), "{tie}");
             let [below, above] = [tie.to_bits() - 1, tie.to_bits() + 1].map(f32::from_bits);
-            assert_eq!([half(below), half(above)], [Some(bits), Some(bits + 1)], "{tie}");
+            assert_eq!(
+                [half(below), half(above)],
+                [Some(bits), Some(bits + 1)],
+                "{tie}"
+            );
         }
     }
 

@@ -30,8 +30,8 @@ pub struct ManifestReport {
 
 /// Columns of every manifest; those of the fields and of the numbers follow, each in the order of their names.
 const FIRST: [&str; 12] = [
-    "key", "member", "shard", "offset", "bytes", "blake3", "status", "reason", "case", "split", "attempts",
-    "warnings",
+    "key", "member", "shard", "offset", "bytes", "blake3", "status", "reason", "case", "split",
+    "attempts", "warnings",
 ];
 
 /// Makes one manifest, `manifest.csv`, of the records of a folder that has all shards of a cohort. One row a member, in their order:

@@ -218,7 +218,14 @@ impl Reader<'_> {
     /// The copula of the correlated coordinates: that of the case comes before those of the varied fields.
     fn copula(&self, given: &[Correlation], cohort: &Cohort) -> Result<Copula, TextError> {
         let mut pairs: Vec<([usize; 2], f64)> = Vec::new();
-        for (k, Correlation { fields, coefficient }) in given.iter().enumerate() {
+        for (
+            k,
+            Correlation {
+                fields,
+                coefficient,
+            },
+        ) in given.iter().enumerate()
+        {
             let at = format!("correlations.{}", k + 1);
             let mut pair = [0; 2];
             for (place, field) in pair.iter_mut().zip(fields) {
@@ -242,7 +249,8 @@ impl Reader<'_> {
             pairs.push((pair, *coefficient));
         }
         Copula::new(&pairs).ok_or_else(|| {
-            let what = "no variables have these coefficients: their matrix must be positive definite";
+            let what =
+                "no variables have these coefficients: their matrix must be positive definite";
             self.wrong("correlations", what)
         })
     }

@@ -32,7 +32,11 @@ fn unpacked(bytes: &[u8]) -> Vec<u8> {
 }
 
 fn kept(report: &ShardReport) -> &Row {
-    report.rows.iter().find(|row| row.refused.is_none()).unwrap()
+    report
+        .rows
+        .iter()
+        .find(|row| row.refused.is_none())
+        .unwrap()
 }
 
 /// The file against the phantom, and noisy projections times the counts per unit are counts.
@@ -55,13 +59,19 @@ fn geometry_says_where_arrays_are_and_what_samples_are() {
         let found = entry(0) + 2.0 * entry(1) + 3.0 * entry(2) + entry(3);
         // Rounding of sums of some ten terms below 200 mm.
         assert!((found - expected).abs() < 1e-9, "{found} {expected}");
-        assert_eq!(json["voxel_mm"][a].as_f64().unwrap(), 10.0 * grid.spacing()[a]);
+        assert_eq!(
+            json["voxel_mm"][a].as_f64().unwrap(),
+            10.0 * grid.spacing()[a]
+        );
     }
     assert_eq!(json["shape_zyx"], serde_json::json!([8, 8, 8]));
     assert_eq!(json["label_names"][2], "wall");
     assert_eq!(json["phases"][1]["phase"], 0.75);
     let period = phantom.cycle().period();
-    assert_eq!(json["phases"][1]["seconds"].as_f64().unwrap(), 0.75 * period);
+    assert_eq!(
+        json["phases"][1]["seconds"].as_f64().unwrap(),
+        0.75 * period
+    );
     let angles = phantom.camera().geometry().angles();
     assert_eq!(json["gates"].as_array().map(Vec::len), Some(2));
     let degrees = json["gates"][0]["angle_degrees"].as_array().unwrap();
@@ -70,7 +80,10 @@ fn geometry_says_where_arrays_are_and_what_samples_are() {
         assert!((degrees.as_f64().unwrap() - angle.to_degrees()).abs() < 1e-9);
     }
     assert_eq!(json["radius_mm"].as_array().map(Vec::len), Some(3));
-    assert_eq!(json["ejection_fraction"].as_f64(), row.numbers.get("ejection_fraction").copied());
+    assert_eq!(
+        json["ejection_fraction"].as_f64(),
+        row.numbers.get("ejection_fraction").copied()
+    );
     assert_eq!(json["edv_ml"].as_f64(), row.numbers.get("edv").copied());
     let npy = &files[&format!("{}.projections.npy", row.key)];
     let per_unit = json["counts_per_unit"][1][2].as_f64().unwrap();
@@ -90,7 +103,11 @@ fn geometry_says_where_arrays_are_and_what_samples_are() {
 fn compressed_arrays_are_the_same_arrays() {
     let folder = tempfile::tempdir().unwrap();
     let of = |head: &str, name: &str| {
-        let cohort = Cohort::from_toml(&text(2, head, "cycle.volume.gain = { uniform = [0.2, 0.6] }"));
+        let cohort = Cohort::from_toml(&text(
+            2,
+            head,
+            "cycle.volume.gain = { uniform = [0.2, 0.6] }",
+        ));
         shard(&cohort.unwrap(), &folder.path().join(name), [1, 1], 1)
     };
     let plain = of("", "plain");
@@ -142,28 +159,57 @@ fn draws_may_be_correlated() {
             let members = (0..n).map(|k| cohort.member(k).unwrap());
             let values: Vec<f64> = members.map(|member| member.number(path).unwrap()).collect();
             let below = |x: &f64| values.iter().filter(|y| *y < x).count() as f64;
-            values.iter().map(|x| (below(x) + 0.5) / n as f64).collect::<Vec<f64>>()
+            values
+                .iter()
+                .map(|x| (below(x) + 0.5) / n as f64)
+                .collect::<Vec<f64>>()
         };
         let [x, y, z] = ["pose.shift.1", "pose.shift.2", "pose.shift.3"].map(ranks);
         let correlation = |a: &[f64], b: &[f64]| -> f64 {
-            12.0 / n as f64 * a.iter().zip(b).map(|(a, b)| (a - 0.5) * (b - 0.5)).sum::<f64>()
+            12.0 / n as f64
+                * a.iter()
+                    .zip(b)
+                    .map(|(a, b)| (a - 0.5) * (b - 0.5))
+                    .sum::<f64>()
         };
         // Spearman's coefficient of normal scores with coefficient r is 6 / pi asin(r / 2); its deviation is below 1 / sqrt(n).
         let expected = 6.0 / std::f64::consts::PI * (-0.3f64).asin();
         let found = correlation(&x, &y);
-        assert!((found - expected).abs() < 3.3 / (n as f64).sqrt(), "{sampling}: {found} {expected}");
+        assert!(
+            (found - expected).abs() < 3.3 / (n as f64).sqrt(),
+            "{sampling}: {found} {expected}"
+        );
         assert!(correlation(&x, &z).abs() < 3.3 / (n as f64).sqrt());
         // The uniform field is uniform still: its value is its rank, to 1.95 / sqrt(n) for one sample in a thousand.
         for (k, rank) in x.iter().enumerate() {
-            let value = cohort.member(k as u64).unwrap().number("pose.shift.1").unwrap();
-            assert!((value - rank).abs() < 1.95 / (n as f64).sqrt(), "{sampling}: {value} {rank}");
+            let value = cohort
+                .member(k as u64)
+                .unwrap()
+                .number("pose.shift.1")
+                .unwrap();
+            assert!(
+                (value - rank).abs() < 1.95 / (n as f64).sqrt(),
+                "{sampling}: {value} {rank}"
+            );
         }
     }
     for (correlations, words) in [
-        ("{ fields = [\"pose.shift.1\", \"pose.centre\"], coefficient = 0.1 }", "pose.centre does not vary"),
-        ("{ fields = [\"pose.shift.1\", \"pose.shift.1\"], coefficient = 0.1 }", "two different fields"),
-        ("{ fields = [\"pose.shift.1\", \"pose.shift.2\"], coefficient = 1.0 }", "coefficient: is 1; it must be"),
-        ("{ fields = [\"pose.shift.1\", \"pose.shift.2\"], coefficient = nan }", "coefficient: is NaN; it must be"),
+        (
+            "{ fields = [\"pose.shift.1\", \"pose.centre\"], coefficient = 0.1 }",
+            "pose.centre does not vary",
+        ),
+        (
+            "{ fields = [\"pose.shift.1\", \"pose.shift.1\"], coefficient = 0.1 }",
+            "two different fields",
+        ),
+        (
+            "{ fields = [\"pose.shift.1\", \"pose.shift.2\"], coefficient = 1.0 }",
+            "coefficient: is 1; it must be",
+        ),
+        (
+            "{ fields = [\"pose.shift.1\", \"pose.shift.2\"], coefficient = nan }",
+            "coefficient: is NaN; it must be",
+        ),
         (
             "{ fields = [\"pose.shift.1\", \"pose.shift.2\"], coefficient = 0.9 }, { fields = [\"pose.shift.1\", \"pose.shift.3\"], coefficient = 0.9 }, { fields = [\"pose.shift.3\", \"pose.shift.2\"], coefficient = -0.9 }",
             "positive definite",
@@ -182,11 +228,13 @@ fn subsets_have_their_fractions_and_do_not_depend_on_shards() {
     let cohort = Cohort::from_toml(&text(10_000, head, vary)).unwrap();
     let mut counts = BTreeMap::new();
     for k in 0..10_000 {
-        *counts.entry(cohort.member(k).unwrap().split.unwrap().name()).or_insert(0) += 1;
+        *counts
+            .entry(cohort.member(k).unwrap().split.unwrap().name())
+            .or_insert(0) += 1;
     }
-    for (name, fraction) in [("train", 0.7), ("validation", 0.2), ("test", 0.1)] {
+    for (name, fraction) in [("train", 0.7_f64), ("validation", 0.2), ("test", 0.1)] {
         // 3.3 standard deviations of a binomial distribution.
-        let room = 3.3 * (1e4 * fraction * (1.0 - fraction) as f64).sqrt();
+        let room = 3.3 * (1e4 * fraction * (1.0 - fraction)).sqrt();
         let count = f64::from(counts[name]);
         assert!((count - 1e4 * fraction).abs() < room, "{name}: {count}");
     }
@@ -206,15 +254,34 @@ fn subsets_have_their_fractions_and_do_not_depend_on_shards() {
         all(&small, folder.path(), of, 1);
         merge(folder.path()).unwrap();
         let mut csv = csv::Reader::from_path(folder.path().join("manifest.csv")).unwrap();
-        let at = csv.headers().unwrap().iter().position(|name| name == "split").unwrap();
-        csv.records().map(|row| row.unwrap()[at].to_owned()).collect()
+        let at = csv
+            .headers()
+            .unwrap()
+            .iter()
+            .position(|name| name == "split")
+            .unwrap();
+        csv.records()
+            .map(|row| row.unwrap()[at].to_owned())
+            .collect()
     };
-    let expected: Vec<&str> = split(&cohort)[..6].iter().map(|split| split.unwrap().name()).collect();
+    let expected: Vec<&str> = split(&cohort)[..6]
+        .iter()
+        .map(|split| split.unwrap().name())
+        .collect();
     assert_eq!(column(1), expected);
     assert_eq!(column(3), expected);
-    for split in ["{ train = 0.9 }", "{ train = 1.5, test = -0.5 }", "{ train = nan }"] {
+    for split in [
+        "{ train = 0.9 }",
+        "{ train = 1.5, test = -0.5 }",
+        "{ train = nan }",
+    ] {
         let error = Cohort::from_toml(&format!("members = 3\nsplit = {split}\n")).unwrap_err();
-        assert!(error.to_string().contains("line 2, column 9: split: must be"), "{error}");
+        assert!(
+            error
+                .to_string()
+                .contains("line 2, column 9: split: must be"),
+            "{error}"
+        );
     }
 }
 
@@ -240,18 +307,32 @@ fn a_member_is_exported_in_the_layout_of_nnunet() {
     }
     let dataset = fs::read(folder.path().join("dataset.json")).unwrap();
     let dataset: serde_json::Value = serde_json::from_slice(&dataset).unwrap();
-    assert_eq!((&dataset["numTraining"], &dataset["labels"]["wall"]), (&4.into(), &2.into()));
+    assert_eq!(
+        (&dataset["numTraining"], &dataset["labels"]["wall"]),
+        (&4.into(), &2.into())
+    );
     assert_eq!(dataset["channel_names"]["0"], "reconstruction");
-    assert_eq!(dataset["training"][1]["label"], "./labelsTr/heart_00000000_01.nii.gz");
+    assert_eq!(
+        dataset["training"][1]["label"],
+        "./labelsTr/heart_00000000_01.nii.gz"
+    );
     let phantom = Phantom::new(cohort.member(2).unwrap().scene().unwrap()).unwrap();
-    assert!(phantom.parts().output.write.contains(&Product::Reconstruction));
+    assert!(
+        phantom
+            .parts()
+            .output
+            .write
+            .contains(&Product::Reconstruction)
+    );
     let nifti = |name: &str| unpacked(&fs::read(folder.path().join(name)).unwrap());
     let labels = nifti("labelsTr/heart_00000002_01.nii.gz");
     let expected = phantom.labels(phantom.phases()[1].moment()).unwrap();
     assert!(labels.len() == 352 + 512 && labels.ends_with(&expected));
     let image = nifti("imagesTr/heart_00000002_01_0000.nii.gz");
     let expected = phantom.volume(1).unwrap();
-    let found = image[352..].chunks_exact(4).map(|v| f32::from_le_bytes(v.try_into().unwrap()));
+    let found = image[352..]
+        .chunks_exact(4)
+        .map(|v| f32::from_le_bytes(v.try_into().unwrap()));
     assert!(found.eq(expected));
     // The same grid: sides, voxels and both forms of the place.
     assert!(image[40..56] == labels[40..56] && image[76..108] == labels[76..108]);

@@ -88,11 +88,23 @@ fn a_cohort_goes_from_its_text_to_its_manifest() {
     let fault = serde_json::json!([{ "file": "shard-00002-of-00003.json", "fault": "checksum" }]);
     assert_eq!((&found["faults"], &found["whole"]), (&fault, &2.into()));
     fs::write(&record, kept).unwrap();
-    let exported = answer(folder, &["export", "cohort.toml", "--member", "1", "--out", "nnunet"]);
+    let exported = answer(
+        folder,
+        &["export", "cohort.toml", "--member", "1", "--out", "nnunet"],
+    );
     assert_eq!(exported["files"].as_array().map(Vec::len), Some(3));
-    assert!(folder.join("nnunet/labelsTr/heart_00000001_00.nii.gz").is_file());
+    assert!(
+        folder
+            .join("nnunet/labelsTr/heart_00000001_00.nii.gz")
+            .is_file()
+    );
     assert_eq!(
-        cohort(folder, &["export", "cohort.toml", "--member", "99", "--out", "x"]).status.code(),
+        cohort(
+            folder,
+            &["export", "cohort.toml", "--member", "99", "--out", "x"]
+        )
+        .status
+        .code(),
         Some(2)
     );
     let some = answer(folder, &[&run[..], &["2-3/3"]].concat());

@@ -4,8 +4,8 @@ use crate::arguments::{Arguments, Cohort as Command, Shards};
 use crate::commands::{Done, bar, init, size};
 use crate::output::{Answer, Failure};
 use heart_cohort::{
-    Cohort, RunOptions, Shard, SlurmOptions, Survey, VerifyReport, export, merge, run_shard, sbatch,
-    survey, verify,
+    Cohort, RunOptions, Shard, SlurmOptions, Survey, VerifyReport, export, merge, run_shard,
+    sbatch, survey, verify,
 };
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -35,7 +35,12 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
             member,
             out,
         } => {
-            let files = export(&Cohort::load(cohort)?, *member, out, options(arguments).memory)?;
+            let files = export(
+                &Cohort::load(cohort)?,
+                *member,
+                out,
+                options(arguments).memory,
+            )?;
             let names: Vec<String> = (files.iter())
                 .map(|file| out.join(file).to_string_lossy().into_owned())
                 .collect();
