@@ -27,7 +27,6 @@ mod geometry;
 mod half;
 mod manifest;
 mod piece;
-mod place;
 mod quantile;
 mod read;
 mod record;

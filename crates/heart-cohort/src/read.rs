@@ -7,7 +7,8 @@ use crate::error::{CohortError, TextError};
 use crate::expression::Constraint;
 use crate::split::Split;
 use crate::value::FieldValue;
-use crate::{field, place, sobol};
+use crate::{field, sobol};
+use heart_phantom::scene::{line_and_column, locate};
 use heart_phantom::{PhantomError, Product, Scene, files::Format, shown};
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -110,9 +111,7 @@ impl Cohort {
     fn of_text(text: &str, folder: &Path) -> Result<Self, CohortError> {
         let given: Text = toml::from_str(text).map_err(|error| TextError {
             file: None,
-            place: error
-                .span()
-                .map(|span| place::line_and_column(text, span.start)),
+            place: error.span().map(|span| line_and_column(text, span.start)),
             field: String::new(),
             what: error.message().trim().to_owned(),
         })?;
@@ -187,7 +186,7 @@ impl Reader<'_> {
     fn wrong(&self, field: &str, what: impl Into<String>) -> TextError {
         TextError {
             file: None,
-            place: place::of_field(self.text, field),
+            place: locate(self.text, field).map(|(place, _)| place),
             field: field.to_owned(),
             what: what.into(),
         }
@@ -479,7 +478,8 @@ impl Reader<'_> {
             };
             outcome.map_err(|what| {
                 let own = format!("{section}.vary.{path}");
-                let is_own = !section.is_empty() && place::has(self.text, &own);
+                let is_there = locate(self.text, &own).is_some_and(|(_, is_there)| is_there);
+                let is_own = !section.is_empty() && is_there;
                 let field = if is_own { own } else { format!("vary.{path}") };
                 self.wrong(&field, format!("{what}{}", there_is(&case.scene, path)))
             })?;

@@ -42,6 +42,8 @@ pub use material::MaterialSettings;
 pub use membrane_forces::PressureLaw;
 pub use motion::{PointSettings, TwistSettings};
 pub(crate) use parts::Parts;
+#[cfg(feature = "scene")]
+pub use place::{line_and_column, locate};
 pub use radon::{ArcPolicy, Window};
 #[cfg(feature = "scene")]
 pub use run::{GateResults, Run, run};

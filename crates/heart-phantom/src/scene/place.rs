@@ -102,23 +102,36 @@ fn plain(message: &str) -> String {
     message
 }
 
-/// Line and column of a field such as `camera.pitch` or `defects.1.s`, arrays from 1 on, or of the innermost table that would hold it; `None` if
-/// there is neither.
+/// Line and column of a field, or of the innermost table that would contain it.
 pub(crate) fn of_field(text: &str, field: &str) -> Option<[usize; 2]> {
+    Some(locate(text, field)?.0)
+}
+
+/// Returns line and column, from 1, of a field of a TOML text such as `camera.pitch` or `defects.1.s`, and whether the field itself is there;
+/// otherwise the place is that of the innermost table that would contain it. Arrays count from 1; a key may be a dotted path in quotes. `None` if
+/// there is neither, or the text is no TOML.
+pub fn locate(text: &str, field: &str) -> Option<([usize; 2], bool)> {
     let root = DeTable::parse(text).ok()?;
     let mut entries = of_table(root.get_ref());
-    let mut found = None;
-    for name in field.split('.') {
-        let Some(entry) = entries.into_iter().find(|entry| entry.name == name) else {
-            break;
-        };
-        found = Some(line_and_column(
-            text,
-            clamped(text, entry.value.span()).start,
-        ));
+    let (mut rest, mut found) = (field, None);
+    while let Some((after, entry)) =
+        (entries.into_iter()).find_map(|entry| Some((after(rest, &entry.name)?, entry)))
+    {
+        let start = clamped(text, entry.value.span()).start;
+        found = Some(line_and_column(text, start));
         entries = within(entry.value.get_ref());
+        rest = after;
     }
-    found
+    found.map(|place| (place, rest.is_empty()))
+}
+
+/// The rest of a path after a name that it begins with.
+fn after<'a>(path: &'a str, name: &str) -> Option<&'a str> {
+    let rest = path.strip_prefix(name).filter(|_| !path.is_empty())?;
+    match rest.strip_prefix('.') {
+        Some(rest) => Some(rest),
+        None => rest.is_empty().then_some(rest),
+    }
 }
 
 /// The dotted path of what stands at a byte of the text, and whether that is a value, no name; `None` if the text is no TOML.
@@ -199,15 +212,34 @@ fn clamped(text: &str, span: Range<usize>) -> Range<usize> {
     start..end.max(start)
 }
 
-fn line_and_column(text: &str, at: usize) -> [usize; 2] {
-    let before = &text[..at];
-    let line = before.matches('\n').count() + 1;
-    let column = before
-        .rsplit('\n')
-        .next()
-        .unwrap_or_default()
-        .chars()
-        .count()
-        + 1;
-    [line, column]
+/// Returns line and column, from 1, of a byte of a text.
+pub fn line_and_column(text: &str, at: usize) -> [usize; 2] {
+    let before = text.get(..at).unwrap_or(text);
+    let line = before.rsplit('\n').next().unwrap_or_default();
+    [before.matches('\n').count() + 1, line.chars().count() + 1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_are_found_however_they_are_written() {
+        let text = "members = 3\n[vary]\na.b = 1\n\"c.d\" = 2\n[[cases]]\nname = \"x\"\n[[cases]]\n name = \"y\"\n[vary.e]\nf = 3\n";
+        for (field, line, is_there) in [
+            ("members", 1, true),
+            ("vary.a.b", 3, true),
+            ("vary.c.d", 4, true),
+            ("cases.1.name", 6, true),
+            ("cases.2.name", 8, true),
+            ("vary.e.f", 10, true),
+            ("vary.e.g", 9, false),
+        ] {
+            let found = locate(text, field).map(|([line, _], is_there)| (line, is_there));
+            assert_eq!(found, Some((line, is_there)), "{field}");
+        }
+        assert_eq!(locate(text, "nothing"), None);
+        assert_eq!(locate("= no", "members"), None);
+        assert_eq!(line_and_column("\u{e9}\n\u{e9}x", 5), [2, 2]);
+    }
 }
