@@ -8,7 +8,6 @@ const MOST_TASKS: u64 = 1000;
 
 /// Resources of a job.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct SlurmOptions {
     /// Shards.
     pub shards: u64,
@@ -35,36 +34,6 @@ impl SlurmOptions {
             at_once: None,
             partition: None,
         }
-    }
-
-    /// The same with other processors.
-    pub fn with_threads(mut self, threads: usize) -> Self {
-        self.threads = threads;
-        self
-    }
-
-    /// The same with other memory, in MiB.
-    pub fn with_memory_mib(mut self, memory: u64) -> Self {
-        self.memory_mib = memory;
-        self
-    }
-
-    /// The same with other minutes.
-    pub fn with_minutes(mut self, minutes: u64) -> Self {
-        self.minutes = minutes;
-        self
-    }
-
-    /// The same with another limit of tasks that run at the same time.
-    pub fn with_at_once(mut self, tasks: Option<u64>) -> Self {
-        self.at_once = tasks;
-        self
-    }
-
-    /// The same in a partition.
-    pub fn with_partition(mut self, partition: Option<String>) -> Self {
-        self.partition = partition;
-        self
     }
 
     fn check(&self) -> Result<(), CohortError> {
@@ -164,8 +133,12 @@ mod tests {
 
     #[test]
     fn a_script_is_a_shell_s_and_contains_all_options() {
-        let options = SlurmOptions::new(40).with_partition(Some("short".into()));
-        let text = script(&options.with_at_once(Some(8))).unwrap();
+        let options = SlurmOptions {
+            partition: Some("short".into()),
+            at_once: Some(8),
+            ..SlurmOptions::new(40)
+        };
+        let text = script(&options).unwrap();
         assert!(text.starts_with("#!/bin/bash\n#SBATCH "));
         for line in [
             "#SBATCH --array=1-40%8\n",
@@ -208,21 +181,35 @@ mod tests {
 
     #[test]
     fn options_without_sense_are_errors() {
-        for (options, words) in [
-            (SlurmOptions::new(0), "shards is 0; it must be between 1"),
-            (SlurmOptions::new(1).with_minutes(0), "minutes is 0"),
-            (SlurmOptions::new(1).with_memory_mib(u64::MAX), "memory is"),
-            (SlurmOptions::new(1).with_at_once(Some(0)), "at-once is 0"),
+        let changed = |change: &dyn Fn(&mut SlurmOptions)| {
+            let mut options = SlurmOptions::new(1);
+            change(&mut options);
+            script(&options).unwrap_err().to_string()
+        };
+        let partition = "a\n#SBATCH --uid=0";
+        for (error, words) in [
             (
-                SlurmOptions::new(1).with_partition(Some("a\n#SBATCH --uid=0".into())),
+                changed(&|options| options.shards = 0),
+                "shards is 0; it must be between 1",
+            ),
+            (changed(&|options| options.minutes = 0), "minutes is 0"),
+            (
+                changed(&|options| options.memory_mib = u64::MAX),
+                "memory is",
+            ),
+            (
+                changed(&|options| options.at_once = Some(0)),
+                "at-once is 0",
+            ),
+            (
+                changed(&|options| options.partition = Some(partition.into())),
                 "partition is a\\n#SBATCH --uid=0; it must consist of",
             ),
             (
-                SlurmOptions::new(1).with_partition(Some(String::new())),
+                changed(&|options| options.partition = Some(String::new())),
                 "partition is ",
             ),
         ] {
-            let error = script(&options).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         }
     }
