@@ -268,7 +268,7 @@ mod tests {
             json!({ "uniform": [-1e308, 1e308] }),
             json!({ "normal": { "mean": 0.0, "sd": 1e308 } }),
             json!({ "normal": { "mean": 1.0, "sd": 1.0, "bounds": [2.0, 1.0] } }),
-            json!({ "log-normal": { "median": 1e300, "factor": 10.0 } }),
+            json!({ "log-normal": { "median": 1e300, "factor": 20.0 } }),
             json!({ "normal": { "mean": 0.0, "sd": 0.0 } }),
             json!({ "normal": { "mean": 0.0, "sd": 1.0, "bounds": [60.0, 70.0] } }),
             json!({ "normal": { "mean": 0.0, "sd": 1.0, "bounds": [1.0, 1.0] } }),
