@@ -12,6 +12,9 @@ use serde_json::Value;
 
 /// The stream of the shift of Sobol's points; members have the streams of their indices.
 const STREAM_OF_SHIFT: u64 = u64::MAX;
+/// The stream of the subsets, and the words of it that a member takes.
+const STREAM_OF_SUBSETS: u64 = u64::MAX - 1;
+const WORDS_OF_SUBSET: u128 = 2;
 /// Bits of a seed that programs which know no whole numbers keep, too.
 const BITS_OF_SEED: u32 = 53;
 
@@ -116,10 +119,19 @@ impl Cohort {
         })
     }
 
-    pub(crate) fn stream(&self, stream: u64) -> ChaCha8Rng {
+    fn stream(&self, stream: u64) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(stream);
         random
+    }
+
+    /// The subset of a member, drawn from its place in a stream of its own: it depends on the seed, the fractions and the index, not on
+    /// what else was drawn nor on shards.
+    fn subset(&self, index: u64) -> Option<Subset> {
+        let mut stream = self.stream(STREAM_OF_SUBSETS);
+        stream.set_word_pos(WORDS_OF_SUBSET * u128::from(index));
+        let u = (stream.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        self.split.map(|split| split.subset(u))
     }
 
     /// The case's coordinate and that of each varied field, in (0, 1).

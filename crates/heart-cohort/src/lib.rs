@@ -11,6 +11,7 @@
 //! memory, or on who computes it, on processors of one kind. Between kinds of processors (other instruction sets, another mathematical
 //! library of the system) samples may differ by rounding; what was drawn does not.
 
+mod checks;
 mod cohort;
 mod compute;
 mod correlation;
