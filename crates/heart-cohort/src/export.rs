@@ -36,7 +36,7 @@ pub fn export(
     for name in [&images, &labels] {
         create_writable_folder(&folder.join(name))?;
     }
-    let reconstructs = (phantom.parts().output.write).contains(&Product::Reconstruction);
+    let reconstructs = (phantom.scene().output.write).contains(&Product::Reconstruction);
     let phases = phantom.phases();
     let mut files = Vec::new();
     for gate in 0..phantom.n_gates() {

@@ -216,10 +216,12 @@ impl Reader<'_> {
             Err(error) => {
                 // The first field that alone makes the same trouble is to blame.
                 let blamed = field::leaves(above, "").into_iter().find(|path| {
-                    let mut scene = base.clone();
+                    let (mut scene, mut alone) = (base.clone(), Value::Null);
                     let value = field::get_in(above, path).cloned().unwrap_or_default();
-                    !field::set(&mut scene, path, value)
-                        || serde_json::from_value::<Scene>(scene).is_err()
+                    field::set(&mut alone, path, value);
+                    field::lay_over(&mut scene, &alone);
+                    let alone = serde_json::from_value::<Scene>(scene);
+                    alone.is_err_and(|alone| alone.to_string() == error.to_string())
                 });
                 let field = match blamed {
                     Some(path) => format!("{section}.{path}"),

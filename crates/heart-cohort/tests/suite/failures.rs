@@ -92,6 +92,11 @@ fn a_field_that_does_not_exist_is_told_with_its_line() {
         "members = 3\n[scene]\ncamera.view = 3\n",
         &["line 3, column 15: scene.camera.view: unknown field `view`"],
     );
+    // A field that is sound, in place of a name, before the one that is not.
+    says(
+        "members = 3\n[scene]\nacquisition.mode = { gated = { gates = 2 } }\nattenuation = { heart = 1 }\n",
+        &["line 4", "scene.attenuation.heart: unknown field `heart`"],
+    );
     says(
         "members = 3\n[scene]\ncamera.views = -3\n",
         &["line 3", "scene.camera.views"],

@@ -319,7 +319,7 @@ fn a_member_is_exported_in_the_layout_of_nnunet() {
     let phantom = Phantom::new(cohort.member(2).unwrap().scene().unwrap()).unwrap();
     assert!(
         phantom
-            .parts()
+            .scene()
             .output
             .write
             .contains(&Product::Reconstruction)
