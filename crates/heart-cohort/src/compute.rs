@@ -114,7 +114,8 @@ fn of_phantom(
         phantom.sinograms_of_gates_into(samples)?;
     }
     // The counts of projections that are there are known.
-    (piece.add_json("geometry.json", &geometry(phantom, has_views)?)).map_err(failed)?;
+    let geometry = geometry(phantom, has_views)?;
+    (piece.add("geometry.json", |out| writeln!(out, "{geometry}"))).map_err(failed)?;
     for product in products {
         add(&mut piece, phantom, product, form, samples)?;
     }
