@@ -1,16 +1,18 @@
 //! Equilibrium and control as one system: the shape and its force intensity.
 
-use membrane_forces::{DiscreteMembrane, Material, Measure, Measures, MembraneError};
+use membrane_forces::{DiscreteMembrane, Measure, Measures, MembraneError};
 
 use crate::border::Border;
 use crate::constraint::Constraint;
 use crate::error::{NewtonError, own};
 use crate::factors::Factors;
+use crate::route::Route;
 use crate::turning::{Reach, turned, turning};
 
 /// F(c, f) = 0 and g(c, f) = 0 for the unknowns (c, f), f last.
 pub(crate) struct Block<'a> {
     discrete: &'a dyn DiscreteMembrane,
+    route: Route,
     pub(crate) constraint: Constraint,
     factors: Factors,
     border: Border,
@@ -39,6 +41,7 @@ impl<'a> Block<'a> {
         let stiffness_scale = discrete.stiffness_scale();
         Self {
             discrete,
+            route: Route::of(discrete),
             constraint,
             factors: Factors::new(discrete),
             border: Border::new(n),
@@ -63,10 +66,13 @@ impl<'a> Block<'a> {
     /// The energy is then a minimum, K negative definite where nothing is held, and the border of a volume, -g.K^-1 g, or of an
     /// intensity, 1, positive.
     pub(crate) fn expect_stable(&mut self) {
-        if is_rubber(self.discrete) {
-            let free = self.elastic.len() - self.discrete.held().len();
-            let sign = if free.is_multiple_of(2) { 1.0 } else { -1.0 };
-            self.signs = (sign, sign);
+        match self.route {
+            Route::Raise => (),
+            Route::Inflate => {
+                let free = self.elastic.len() - self.discrete.held().len();
+                let sign = if free.is_multiple_of(2) { 1.0 } else { -1.0 };
+                self.signs = (sign, sign);
+            }
         }
     }
 
@@ -75,9 +81,9 @@ impl<'a> Block<'a> {
         self.discrete.least_tension(nodes).unwrap_or(f64::INFINITY)
     }
 
-    /// Whether this is rubber.
-    pub(crate) fn is_rubber(&self) -> bool {
-        is_rubber(self.discrete)
+    /// The way from its start.
+    pub(crate) fn route(&self) -> Route {
+        self.route
     }
 
     /// Measures of the start.
@@ -187,6 +193,7 @@ impl<'a> Block<'a> {
         );
         let Self {
             discrete,
+            route,
             factors,
             border,
             ..
@@ -204,13 +211,13 @@ impl<'a> Block<'a> {
                 row.iter_mut().for_each(|g| *g *= f);
                 discrete.measure(Measure::Surface, nodes)?
             }
-            // a pressure is what is conjugate to the volume
-            Constraint::Measure(Measure::Volume, _) if is_rubber(*discrete) => {
-                row.copy_from_slice(column);
-                0.0
-            }
             Constraint::Measure(measure, _) => {
-                discrete.measure_gradient_into(measure, nodes, row);
+                match (*route, measure) {
+                    // a pressure is what is conjugate to the volume
+                    (Route::Inflate, Measure::Volume) => row.copy_from_slice(column),
+                    (Route::Inflate, Measure::Length | Measure::Area | Measure::Surface)
+                    | (Route::Raise, _) => discrete.measure_gradient_into(measure, nodes, row),
+                }
                 0.0
             }
         };
@@ -277,13 +284,6 @@ impl<'a> Block<'a> {
 
     pub(crate) fn shape_norm(&self, change: &[f64]) -> f64 {
         max_abs(&change[..self.elastic.len()]) / self.size.0
-    }
-}
-
-pub(crate) fn is_rubber(discrete: &dyn DiscreteMembrane) -> bool {
-    match discrete.setting().membrane().material() {
-        Material::Springs { .. } => false,
-        Material::Rubber(_) => true,
     }
 }
 

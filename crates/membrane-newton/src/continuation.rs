@@ -7,6 +7,7 @@ use crate::newton::{NewtonScratch, ROUNDING, ResidualSystem, newton_with};
 use crate::options::{LineSearch, NewtonOptions};
 use crate::report::NewtonReport;
 use crate::resolution::swept_by_mean_radius;
+use crate::route::Route;
 use crate::turning::Reach;
 
 /// Solves for control value `to`, and leaves the answer in `state`. It tries Newton from `state`, if
@@ -92,8 +93,13 @@ impl Search<'_, '_> {
         }
         // Rubber stiffens again when it is blown up further: beyond a limit of the pressure, or of the volume where it bulges, there may be
         // a state as stable as those before the limit. It is not the one that a rising control leads to.
-        let raised = self.system.is_rubber() && to / from > 1.0;
-        if outcome.is_ok() && raised && !self.near(state, start, to - from) {
+        let beyond = match self.system.route() {
+            Route::Raise => false,
+            Route::Inflate => {
+                outcome.is_ok() && to / from > 1.0 && !self.near(state, start, to - from)
+            }
+        };
+        if beyond {
             let report = Box::default();
             outcome = Err(NewtonError::OtherBranch { report });
         }

@@ -52,6 +52,7 @@ mod pair;
 mod pentadiagonal;
 mod report;
 mod resolution;
+mod route;
 mod sensitivity;
 mod solver;
 mod stability;

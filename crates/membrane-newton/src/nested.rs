@@ -16,6 +16,7 @@ use crate::newton::ResidualSystem;
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
 use crate::resolution::{Resolution, swept_by_mean_radius};
+use crate::route::Route;
 
 /// Finer resolutions, with a state carried over to them, and with their start.
 type Refined = (Nested, Vec<f64>, Vec<f64>);
@@ -106,16 +107,17 @@ impl Nested {
     ) -> Result<NewtonReport, NewtonError> {
         let mut system = self.system(control)?;
         let constraint = self.0[0].constraint(control)?;
-        if !self.0.iter().any(|resolution| resolution.is_rubber()) {
-            let values = (system.control_value(start), constraint.value());
-            return continuation::solve(&mut system, state, start, values, options);
-        }
-        let mut outcome = if from_rest {
-            inflation::solve(&mut system, state, start, constraint, options)
-        } else {
-            system.each().for_each(|m| m.set_least_tension(0.0));
-            let values = (system.control_value(start), constraint.value());
-            continuation::solve(&mut system, state, start, values, options)
+        let values = (system.control_value(start), constraint.value());
+        let mut routes = self.0.iter().map(|resolution| resolution.route());
+        let mut outcome = match (routes.any(|route| route == Route::Inflate), from_rest) {
+            (false, _) => {
+                return continuation::solve(&mut system, state, start, values, options);
+            }
+            (true, true) => inflation::solve(&mut system, state, start, constraint, options),
+            (true, false) => {
+                system.each().for_each(|m| m.set_least_tension(0.0));
+                continuation::solve(&mut system, state, start, values, options)
+            }
         };
         let stopped = match outcome {
             Err(NewtonError::LimitPoint { .. }) => true,
@@ -134,7 +136,7 @@ impl Nested {
             }),
             Constraint::Intensity(wanted),
         ) = (&mut outcome, constraint)
-            && self.0[0].is_rubber()
+            && self.0[0].route() == Route::Inflate
         {
             let pressure = self.0[0].discrete.start().len();
             let limit = |state: &[f64]| {

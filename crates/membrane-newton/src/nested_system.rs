@@ -9,6 +9,7 @@ use crate::border::dot;
 use crate::constraint::Constraint;
 use crate::error::NewtonError;
 use crate::newton::ResidualSystem;
+use crate::route::Route;
 use crate::turning::Reach;
 
 /// Unknowns (c, f) of each membrane from the inside out, with one number that is prescribed, the control of the innermost.
@@ -63,9 +64,9 @@ impl<'a> NestedSystem<'a> {
         self.membranes[0].constrained_value(&x[self.places[0].clone()])
     }
 
-    /// Whether the membrane inside all others is of rubber.
-    pub(crate) fn is_rubber(&self) -> bool {
-        self.membranes[0].is_rubber()
+    /// The way of the membrane inside all others from its start.
+    pub(crate) fn route(&self) -> Route {
+        self.membranes[0].route()
     }
 
     /// Prescribes `value`.

@@ -7,9 +7,10 @@ use membrane_forces::{
     DiscreteMembrane, Measure, Measures, Membrane, MembraneError, SpectralElements,
 };
 
-use crate::block::{Block, is_rubber};
+use crate::block::Block;
 use crate::constraint::{Constraint, Control};
 use crate::error::{NewtonError, own};
+use crate::route::Route;
 
 #[derive(Debug)]
 pub(crate) struct Resolution {
@@ -42,9 +43,6 @@ const STEPS: [(usize, usize); 9] = [
     (24, 32),
 ];
 
-/// Least degree of polynomials that go ahead of finer ones.
-const LEAST_COARSE: usize = 6;
-
 impl Resolution {
     /// The first with which the start itself is resolved.
     pub(crate) fn adaptive(membrane: &Membrane, tolerance: f64) -> Result<Arc<Self>, NewtonError> {
@@ -67,16 +65,15 @@ impl Resolution {
         Self::new(elements, Some(adaptive))
     }
 
-    /// Polynomials of this degree. Of rubber, which takes several steps from rest, those of half the degree go ahead, if that is at least
-    /// [`LEAST_COARSE`]: they cost an eighth.
+    /// Polynomials of this degree.
     pub(crate) fn spectral(
         membrane: &Membrane,
         degree: usize,
         per_piece: usize,
     ) -> Result<Self, MembraneError> {
         let mut this = Self::new(SpectralElements::new(membrane, degree, per_piece)?, None)?;
-        if this.is_rubber() && degree >= 2 * LEAST_COARSE {
-            let coarse = Self::spectral(membrane, degree / 2, per_piece);
+        if let Some(coarse) = this.route().coarse_degree(degree) {
+            let coarse = Self::spectral(membrane, coarse, per_piece);
             this.coarse = coarse.ok().map(Arc::new);
         }
         Ok(this)
@@ -132,8 +129,8 @@ impl Resolution {
         }
     }
 
-    pub(crate) fn is_rubber(&self) -> bool {
-        is_rubber(&*self.discrete)
+    pub(crate) fn route(&self) -> Route {
+        Route::of(&*self.discrete)
     }
 
     pub(crate) fn constraint(&self, control: Control) -> Result<Constraint, NewtonError> {
