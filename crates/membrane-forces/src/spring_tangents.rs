@@ -123,32 +123,6 @@ impl FiniteDifferences {
         Ok(())
     }
 
-    /// `band` += what the pressure part of Eq. 14 of Rohmer et al. 2006 **as printed** has beside the derivative: its entries
-    /// dF^x/dc_y(n-1) and dF^y/dc_x(n-1) have the wrong sign on 1/n. It is here to show what Newton does with it.
-    ///
-    /// # Errors
-    /// As [`FiniteDifferences::add_pressure_tangent_into`].
-    pub fn add_misprint_into(
-        &self,
-        nodes: &[f64],
-        intensity: f64,
-        band: &mut BandMatrix,
-    ) -> Result<(), MembraneError> {
-        self.setting.refuse(nodes)?;
-        self.check_band(band)?;
-        self.springs("misprint")?;
-        for n in self.nodes.moving() {
-            // right: f (1/n - d^2/n^3); printed: f (d^2/n^3 + 1/n), and its negative for the other
-            let (d, per_length) = self.normal(nodes, n)?;
-            let f = intensity * per_length.powi(3);
-            band.add_inside(2 * n, 2 * n - 1, 2.0 * f * d[1] * d[1]);
-            if !self.nodes.is_held(n, 1) {
-                band.add_inside(2 * n + 1, 2 * n - 2, -2.0 * f * d[0] * d[0]);
-            }
-        }
-        Ok(())
-    }
-
     /// The part of the pressure tangent that is not in the band: under the total-force law
     /// dF_p/dc = band + `column` (x) `row`, with `column` = -(load / S^2) n and `row` = grad S.
     /// Returns whether there is one; under the other laws both are set to zero.

@@ -56,7 +56,6 @@ mod route;
 mod sensitivity;
 mod solver;
 mod stability;
-mod study;
 mod turning;
 
 pub use banded::{BandedLu, Factored};
@@ -77,4 +76,3 @@ pub use report::{Ended, NewtonReport};
 pub use sensitivity::Sensitivity;
 pub use solver::{Discretisation, Solver};
 pub use stability::{Modes, Stability};
-pub use study::{PaperJacobian, paper_newton};

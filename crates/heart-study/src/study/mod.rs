@@ -5,6 +5,7 @@ mod evolving;
 mod gallery;
 mod membranes;
 mod options;
+mod paper_newton;
 mod pictures;
 pub mod report;
 mod rubber;

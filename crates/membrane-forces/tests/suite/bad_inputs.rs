@@ -294,7 +294,6 @@ fn results_of_another_length_are_refused() {
         assert_eq!(d.add_elastic_tangent_into(1.0, band), expected);
         let state = d.start();
         assert_eq!(d.add_pressure_tangent_into(state, 1.0, 1.0, band), expected);
-        assert_eq!(d.add_misprint_into(state, 1.0, band), expected);
         assert_eq!(*band, before);
     }
     let spectral = SpectralElements::new(&membrane, 6, 2).unwrap();

@@ -117,33 +117,6 @@ fn tangents_of_differences_are_the_derivatives() {
 }
 
 #[test]
-fn the_printed_jacobian_is_not_the_derivative() {
-    let n = 41;
-    let differences = FiniteDifferences::new(&membrane(LAWS[0]), n).unwrap();
-    let x: Vec<f64> = differences
-        .start()
-        .iter()
-        .zip(bump(n, 1.0))
-        .map(|(x, b)| x + b)
-        .collect();
-    let d = bump(n, 1.0);
-    let mut band = differences.band();
-    differences
-        .add_pressure_tangent_into(&x, 5.0, 1.0, &mut band)
-        .unwrap();
-    differences.add_misprint_into(&x, 5.0, &mut band).unwrap();
-    let mut derivative = vec![0.0; 2 * n];
-    band.mul_into(&d, &mut derivative);
-    let force = |x: &[f64]| {
-        let mut out = vec![0.0; 2 * n];
-        differences.pressure_force_into(x, 5.0, &mut out).unwrap();
-        out
-    };
-    // first order only
-    assert!((taylor_slope(force, &derivative, &x, &d) - 1.0).abs() < 0.05);
-}
-
-#[test]
 fn gradients_of_measures_are_the_derivatives() {
     let n = 40; // no node at the apex: a segment crosses the axis
     let differences = FiniteDifferences::new(&membrane(LAWS[0]), n).unwrap();

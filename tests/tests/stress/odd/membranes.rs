@@ -11,8 +11,7 @@ use membrane_implicit::{
     Tolerance, evolve,
 };
 use membrane_newton::{
-    BandedLu, Border, Control, Discretisation, NewtonError, NewtonOptions, Pair, PaperJacobian,
-    Solver, paper_newton,
+    BandedLu, Border, Control, Discretisation, NewtonError, NewtonOptions, Pair, Solver,
 };
 
 const MEASURES: [Measure; 4] = [
@@ -178,7 +177,6 @@ fn forces_of_differences(d: &FiniteDifferences) {
         d.elastic_force_into(&state, &mut a);
         back(d.pressure_force_into(&state, value, &mut a));
         back(d.add_pressure_tangent_into(&state, value, value, &mut band));
-        back(d.add_misprint_into(&state, value, &mut band));
         back(d.pressure_rank_one_into(&state, value, &mut a, &mut b));
         for measure in MEASURES {
             d.measure_gradient_into(measure, &state, &mut a);
@@ -304,11 +302,6 @@ fn membrane_newton_takes_anything() {
         }
         let odd = NewtonOptions::default().with_tolerances(value, value);
         back(solvers[0].solve(Control::VolumeGain(0.1), &odd.with_max_iterations(4)));
-        let d = FiniteDifferences::new(&balloon(), 5).expect("five nodes");
-        for jacobian in [PaperJacobian::Exact, PaperJacobian::AsPrinted] {
-            back(paper_newton(&d, value, jacobian, 4, 1e-3));
-            back(paper_newton(&d, 1.0, jacobian, 4, value));
-        }
     }
     let never = options
         .clone()

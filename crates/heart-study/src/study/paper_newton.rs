@@ -1,0 +1,134 @@
+//! The direct method of section 3.1 on its own terms: plain Newton with either Jacobian of Eq. 14.
+
+use heart_phantom::membrane_newton::membrane_forces::{
+    DiscreteMembrane, FiniteDifferences, Tangent,
+};
+use heart_phantom::membrane_newton::{
+    BandedLu, LineSearch, MembraneError, NewtonError, NewtonOptions, NewtonScratch, ResidualSystem,
+    newton_with,
+};
+
+/// The Jacobian that Newton uses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PaperJacobian {
+    /// The exact derivative: Eq. 14 with its signs corrected.
+    Exact,
+    /// Eq. 14 with the signs as printed, which is not the derivative.
+    AsPrinted,
+}
+
+/// Residuals of plain Newton from the rest shape, before the first iteration and after each: the largest component of F_p + F_e at any
+/// node of a whole curve under the law per material length (force per unit s).
+///
+/// Stops after `iterations` steps, when the residual is below `tolerance` or not finite, or when the matrix is singular.
+pub(super) fn paper_newton(
+    differences: &FiniteDifferences,
+    load: f64,
+    jacobian: PaperJacobian,
+    iterations: usize,
+    tolerance: f64,
+) -> Vec<f64> {
+    let tangent = differences.tangent();
+    let mut system = Direct {
+        differences,
+        load,
+        jacobian,
+        lu: BandedLu::for_matrix(&tangent.band),
+        elastic: vec![0.0; tangent.band.len()],
+        tangent,
+    };
+    let options = NewtonOptions::default()
+        .with_tolerances(tolerance, 0.0)
+        .with_max_iterations(iterations)
+        .with_line_search(LineSearch::FullStep);
+    let mut scratch = NewtonScratch::default();
+    let mut x = differences.start().to_vec();
+    // however it ends, the history is the result
+    let _ = newton_with(&mut system, &mut x, &options, &mut scratch);
+    scratch.report().history.clone()
+}
+
+struct Direct<'a> {
+    differences: &'a FiniteDifferences,
+    load: f64,
+    jacobian: PaperJacobian,
+    tangent: Tangent,
+    lu: BandedLu,
+    elastic: Vec<f64>,
+}
+
+impl Direct<'_> {
+    /// Adds to the tangent what Eq. 14 as printed has beside the derivative: its entries dF^x/dc_y(n-1) and dF^y/dc_x(n-1) have the wrong
+    /// sign on 1/n. Right is f (1/n - d^2/n^3); printed is f (d^2/n^3 + 1/n), and its negative for the other.
+    fn add_misprint(&mut self, x: &[f64]) -> Result<(), MembraneError> {
+        let points = x.as_chunks::<2>().0;
+        for (n, p) in points.windows(3).enumerate() {
+            let d = [p[2][0] - p[0][0], p[2][1] - p[0][1]];
+            let f = self.load / d[0].hypot(d[1]).powi(3);
+            let row = 2 * (n + 1);
+            let band = &mut self.tangent.band;
+            band.add(row, row - 1, 2.0 * f * d[1] * d[1])?;
+            band.add(row + 1, row - 2, -2.0 * f * d[0] * d[0])?;
+        }
+        Ok(())
+    }
+}
+
+impl ResidualSystem for Direct<'_> {
+    fn len(&self) -> usize {
+        self.elastic.len()
+    }
+
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+        (self.differences).forces_into(x, self.load, &mut self.elastic, out)?;
+        Ok(())
+    }
+
+    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+        (self.differences).tangent_into(x, self.load, &mut self.tangent)?;
+        match self.jacobian {
+            PaperJacobian::Exact => (),
+            PaperJacobian::AsPrinted => self.add_misprint(x)?,
+        }
+        self.lu.factor(&self.tangent.band)?;
+        Ok(())
+    }
+
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+        let lu = self.lu.factored().ok_or(NewtonError::NotFactored)?;
+        lu.solve_into(rhs);
+        Ok(())
+    }
+
+    fn residual_norm(&self, residual: &[f64]) -> f64 {
+        let finite = residual.iter().all(|r| r.is_finite());
+        let largest = residual.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
+        if finite { largest } else { f64::NAN }
+    }
+
+    fn step_norm(&self, step: &[f64]) -> f64 {
+        step.iter().fold(0.0, |m, s| m.max(s.abs()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use heart_phantom::membrane_newton::{Membrane, RestShape};
+
+    #[test]
+    fn the_printed_jacobian_stalls_and_the_right_one_converges_quadratically() {
+        let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+        let differences = FiniteDifferences::new(&membrane, 201).unwrap();
+        let run = |jacobian| paper_newton(&differences, 17.5, jacobian, 60, 1e-4);
+        let exact = run(PaperJacobian::Exact);
+        assert_eq!(exact.len(), 3);
+        assert!(
+            (exact[1] - 0.2725).abs() < 1e-3 && (exact[2] - 6.57e-6).abs() < 1e-7,
+            "{exact:?}"
+        );
+        let printed = run(PaperJacobian::AsPrinted);
+        assert_eq!(printed.len(), 61);
+        assert!(printed.iter().all(|&r| r > 6.0), "{printed:?}");
+    }
+}
