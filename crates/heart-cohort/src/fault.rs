@@ -10,7 +10,7 @@ use std::fmt;
 #[non_exhaustive]
 pub enum Fault {
     /// The file does not exist, nor do those of the shards that follow it.
-    #[error("is missing{}", Following(*following))]
+    #[error("is missing; {following} missing shards follow it")]
     Missing {
         /// Number of shards that follow it and are missing, too.
         following: u64,
@@ -44,7 +44,7 @@ pub enum Fault {
         member: u64,
     },
     /// An archive that differs from the checksums of its record.
-    #[error("differs from its record {}", Piece(*member))]
+    #[error("differs from its record in {}", member.map_or("its length or its end".to_owned(), |member| format!("member {member}")))]
     Archive {
         /// Index of the first member whose piece differs; `None` for the length of the archive or its end.
         member: Option<u64>,
@@ -83,28 +83,5 @@ impl fmt::Display for FileFault {
             shown(&self.file),
             shown(&self.fault.to_string())
         )
-    }
-}
-
-struct Following(u64);
-
-impl fmt::Display for Following {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            0 => Ok(()),
-            1 => f.write_str(", and so is the next shard"),
-            n => write!(f, ", and so are the next {n} shards"),
-        }
-    }
-}
-
-struct Piece(Option<u64>);
-
-impl fmt::Display for Piece {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            Some(member) => write!(f, "in member {member}"),
-            None => f.write_str("in its length or its end"),
-        }
     }
 }

@@ -2,6 +2,8 @@
 
 use crate::{SCENE, names, shard, text, with_refused};
 use heart_cohort::{Cohort, CohortError, Fault, RunOptions, Shard, merge, run_shard, verify};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::fs;
 
 #[track_caller]
@@ -309,4 +311,39 @@ fn a_member_that_the_physics_refuses_has_its_reason() {
             assert!(row.bytes == 0 && row.blake3.is_empty() && row.numbers.is_empty());
         }
     }
+}
+
+/// The template with characters changed, removed, inserted and doubled: an error or a cohort, and its members are drawn or an error.
+#[test]
+fn texts_at_random_are_cohorts_or_errors() {
+    const CHARACTERS: &[u8] = b"0123456789.-+e[]{}=,\"'# \nnaif_\xc3\xa9";
+    let template = Cohort::TEMPLATE.replace("attempts = 1000", "attempts = 10");
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    let mut below = |n: usize| (random.next_u64() % n as u64) as usize;
+    let (mut cohorts, mut errors) = (0, 0);
+    for _ in 0..1000 {
+        let mut text = template.clone().into_bytes();
+        for _ in 0..=below(3) {
+            let (at, other) = (below(text.len()), CHARACTERS[below(CHARACTERS.len())]);
+            match below(4) {
+                0 => text[at] = other,
+                1 => drop(text.remove(at)),
+                2 => text.insert(at, other),
+                _ => text.insert(at, text[at]),
+            }
+        }
+        match Cohort::from_toml(&String::from_utf8_lossy(&text)) {
+            Ok(cohort) => {
+                cohorts += 1;
+                for k in [0, cohort.members() - 1, cohort.members()] {
+                    let _ = cohort.member(k).and_then(|member| member.scene());
+                }
+            }
+            Err(error) => {
+                errors += 1;
+                assert!(!error.to_string().is_empty());
+            }
+        }
+    }
+    assert!(cohorts > 100 && errors > 100, "{cohorts} {errors}");
 }
