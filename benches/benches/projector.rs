@@ -293,18 +293,21 @@ fn iterative(c: &mut Criterion) {
                 &data,
                 &mut x,
                 &SirtOptions::default().with_stopping(ten),
+                radon::go_on,
             ),
             "cgls" => cgls(
                 &projector,
                 &data,
                 &mut x,
                 &CglsOptions::default().with_stopping(ten),
+                radon::go_on,
             ),
             _ => mlem(
                 &projector,
                 &data,
                 &mut x,
                 &EmOptions::default().with_stopping(ten),
+                radon::go_on,
             ),
         };
         report.unwrap().history[9].residual

@@ -83,8 +83,7 @@ pub use fourier::FourierProjector;
 pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry, StackOrder};
 pub use iterative::{
     CglsOptions, EmOptions, Iteration, IterativeReport, LinearOperator, SirtOptions, StoppedBy,
-    Stopping, Subset, cgls, cgls_observed, mlem, mlem_observed, osem, osem_observed, sirt,
-    sirt_observed,
+    Stopping, Subset, cgls, go_on, mlem, osem, sirt,
 };
 pub use measure::{MaskedStats, disc_mask, rms_within, rmse_within, sum_within};
 pub use motion::{Displaced, MovingOperator, State, Warp};

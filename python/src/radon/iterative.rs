@@ -7,8 +7,7 @@ use crate::values::Whole;
 use crate::work::{AtSignal, Watch, work_told};
 use heart_phantom::radon::{
     CglsOptions, EmOptions, Iteration, IterativeReport, Projector, RadonError, SirtOptions,
-    StackOperator, StackOrder, StoppedBy, Stopping, cgls_observed, mlem_observed, osem_observed,
-    sirt_observed,
+    StackOperator, StackOrder, StoppedBy, Stopping, cgls, mlem, osem, sirt,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -108,10 +107,8 @@ impl<T: Precision> Problem<T> {
                 .with_background(self.background.clone())
         };
         let report = match method {
-            Method::Mlem => mlem_observed(&a, data, image, &em(), told),
-            Method::Osem { subsets } => {
-                osem_observed(&a.subsets(subsets)?, data, image, &em(), told)
-            }
+            Method::Mlem => mlem(&a, data, image, &em(), told),
+            Method::Osem { subsets } => osem(&a.subsets(subsets)?, data, image, &em(), told),
             Method::Sirt {
                 relaxation,
                 lower,
@@ -121,12 +118,12 @@ impl<T: Precision> Problem<T> {
                     .with_stopping(stopping)
                     .with_relaxation(relaxation);
                 (options.lower, options.upper) = (lower, upper);
-                sirt_observed(&a, data, image, &options, told)
+                sirt(&a, data, image, &options, told)
             }
             Method::Cgls { gradient } => {
                 let mut options = CglsOptions::default().with_stopping(stopping);
                 options.gradient = gradient;
-                cgls_observed(&a, data, image, &options, told)
+                cgls(&a, data, image, &options, told)
             }
         };
         match report {

@@ -203,6 +203,7 @@ fn ways_of_whole_voxels_leave_the_walls_mean_and_ways_of_halves_let_it_overshoot
             &views.unwrap().samples,
             &mut volume,
             &options,
+            heart_phantom::radon::go_on,
         )
         .unwrap();
         still

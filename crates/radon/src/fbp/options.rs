@@ -71,66 +71,77 @@ impl Default for FbpOptions {
 
 impl FbpOptions {
     /// The same without the ramp filter: rows are back-projected as they are.
+    #[must_use]
     pub fn without_ramp(mut self) -> Self {
         self.ramp = false;
         self
     }
 
     /// The same with another window.
+    #[must_use]
     pub fn with_window(mut self, window: Window) -> Self {
         self.window = window;
         self
     }
 
     /// The same with another cutoff, a fraction of the Nyquist frequency.
+    #[must_use]
     pub fn with_cutoff(mut self, cutoff: f64) -> Self {
         self.cutoff = cutoff;
         self
     }
 
     /// The same with another way to read filtered rows between bin centres.
+    #[must_use]
     pub fn with_interpolation(mut self, interpolation: Interpolation) -> Self {
         self.interpolation = interpolation;
         self
     }
 
     /// The same with another assumption beyond the ends of a row.
+    #[must_use]
     pub fn with_edge(mut self, edge: EdgePolicy) -> Self {
         self.edge = edge;
         self
     }
 
     /// The same with another way to treat directions that no view measured.
+    #[must_use]
     pub fn with_arc(mut self, arc: ArcPolicy) -> Self {
         self.arc = arc;
         self
     }
 
     /// The same for the pixels of these index ranges alone.
+    #[must_use]
     pub fn with_region(mut self, x: Range<usize>, y: Range<usize>) -> Self {
         self.region = Some((x, y));
         self
     }
 
     /// The same by another method.
+    #[must_use]
     pub fn with_method(mut self, method: Method) -> Self {
         self.method = method;
         self
     }
 
     /// The same, with empty rows and slices passed over or not.
+    #[must_use]
     pub fn with_skip(mut self, skip: Skip) -> Self {
         self.skip = skip;
         self
     }
 
     /// The same on an instruction set of the caller's choice.
+    #[must_use]
     pub fn with_instructions(mut self, instructions: InstructionSet) -> Self {
         self.instructions = Some(instructions);
         self
     }
 
     /// The same with another budget for work arrays, in bytes.
+    #[must_use]
     pub fn with_memory(mut self, memory: usize) -> Self {
         self.memory = memory;
         self

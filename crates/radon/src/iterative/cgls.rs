@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::operator::{Checked, LinearOperator};
 use super::report::{Iteration, IterativeReport, StoppedBy};
-use super::stopping::{Monitor, Observer, Stopping, nobody};
+use super::stopping::{Monitor, Observer, Stopping};
 use super::vectors::{check_samples, norm, relative, update};
 use crate::Sample;
 use crate::error::{RadonError, finite, zeros};
@@ -28,12 +28,14 @@ pub struct CglsOptions {
 
 impl CglsOptions {
     /// The same with other stopping rules.
+    #[must_use]
     pub fn with_stopping(mut self, stopping: Stopping) -> Self {
         self.stopping = stopping;
         self
     }
 
     /// The same with a gradient rule.
+    #[must_use]
     pub fn with_gradient(mut self, gradient: f64) -> Self {
         self.gradient = Some(gradient);
         self
@@ -44,7 +46,7 @@ impl CglsOptions {
 ///
 /// Ends at the least-squares solution nearest to the start, after as many steps as A has distinct singular values in exact
 /// arithmetic; few steps regularise (Hestenes & Stiefel 1952, doi:10.6028/jres.049.044; Björck, Numerical Methods for Least
-/// Squares Problems, SIAM 1996, algorithm 7.4.1). Cost of a step: one forward, one adjoint.
+/// Squares Problems, SIAM 1996, algorithm 7.4.1). Cost of a step: one forward, one adjoint. `watch`: see [`go_on`](crate::go_on).
 ///
 /// # Errors
 /// A wrong length, an option out of its range, NaN or infinity in the arguments, an error of the operator; [`RadonError::BadSample`] if
@@ -55,23 +57,9 @@ pub fn cgls<T: Sample, O: LinearOperator<T> + ?Sized>(
     data: &[T],
     image: &mut [T],
     options: &CglsOptions,
+    mut watch: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
 ) -> Result<IterativeReport, RadonError> {
-    run(&operator, data, image, options, &mut nobody)
-}
-
-/// As [`cgls`], with an observer that sees the report so far and the image after each step, and ends the run by
-/// `ControlFlow::Break` ([`StoppedBy::Observer`]); see [`mlem_observed`](crate::mlem_observed).
-///
-/// # Errors
-/// As [`cgls`].
-pub fn cgls_observed<T: Sample, O: LinearOperator<T> + ?Sized>(
-    operator: &O,
-    data: &[T],
-    image: &mut [T],
-    options: &CglsOptions,
-    mut observe: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
-) -> Result<IterativeReport, RadonError> {
-    run(&operator, data, image, options, &mut observe)
+    run(&operator, data, image, options, &mut watch)
 }
 
 fn run<T: Sample>(

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::operator::{Checked, LinearOperator};
 use super::report::{Iteration, IterativeReport, StoppedBy};
-use super::stopping::{Monitor, Observer, Stopping, nobody};
+use super::stopping::{Monitor, Observer, Stopping};
 use super::vectors::{
     check_not_negative, check_samples, norm, relative, relative_change, sum2, update,
 };
@@ -41,12 +41,14 @@ impl<T> Default for EmOptions<T> {
 
 impl<T> EmOptions<T> {
     /// The same with other stopping rules.
+    #[must_use]
     pub fn with_stopping(mut self, stopping: Stopping) -> Self {
         self.stopping = stopping;
         self
     }
 
     /// The same with a background.
+    #[must_use]
     pub fn with_background(mut self, background: Vec<T>) -> Self {
         self.background = background;
         self
@@ -67,7 +69,7 @@ pub struct Subset<O> {
 /// Each step raises the Poisson likelihood, keeps x >= 0, and without background makes the counts of A x those of b (Shepp &
 /// Vardi 1982, doi:10.1109/TMI.1982.4307558). A needs entries >= 0. Pixels that are zero stay zero: start from a positive
 /// image. Pixels that no datum sees keep their value; data with counts where A x + s = 0 cannot be explained and are left
-/// out. Cost of a step: one forward, one adjoint.
+/// out. Cost of a step: one forward, one adjoint. `watch`: see [`go_on`](crate::go_on).
 ///
 /// ```
 /// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, mlem};
@@ -76,7 +78,7 @@ pub struct Subset<O> {
 /// let truth: Vec<f64> = (0..121).map(|i| f64::from(i % 3)).collect();
 /// let counts = projector.forward(&truth)?;
 /// let mut image = vec![1.0; 121];
-/// let report = mlem(&projector, &counts, &mut image, &EmOptions::default())?;
+/// let report = mlem(&projector, &counts, &mut image, &EmOptions::default(), radon::go_on)?;
 /// let seen: f64 = projector.forward(&image)?.iter().sum();
 /// assert!((seen / counts.iter().sum::<f64>() - 1.0).abs() < 1e-12); // the counts are kept
 /// assert!(report.history[49].residual < 0.5 * report.history[0].residual);
@@ -91,42 +93,7 @@ pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
     data: &[T],
     image: &mut [T],
     options: &EmOptions<T>,
-) -> Result<IterativeReport, RadonError> {
-    mlem_observed(operator, data, image, options, nobody)
-}
-
-/// As [`mlem`], with an observer that sees the report so far and the image after each step, and ends the run by
-/// `ControlFlow::Break` ([`StoppedBy::Observer`]).
-///
-/// ```
-/// use std::ops::ControlFlow;
-/// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, StoppedBy, mlem_observed};
-/// let geometry = ParallelGeometry::half_turn(30, 16, 1.0)?;
-/// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
-/// let truth: Vec<f64> = (0..121).map(|i| f64::from(i % 3)).collect();
-/// let counts = projector.forward(&truth)?;
-/// let mut image = vec![1.0; 121];
-/// // Until the largest pixel is above 1.9.
-/// let report = mlem_observed(&projector, &counts, &mut image, &EmOptions::default(), |report, image| {
-///     println!("{} steps, residual {}", report.iterations, report.history[report.iterations - 1].residual);
-///     match image.iter().any(|&x| x > 1.9) {
-///         true => ControlFlow::Break(()),
-///         false => ControlFlow::Continue(()),
-///     }
-/// })?;
-/// assert_eq!(report.stopped_by, Some(StoppedBy::Observer));
-/// assert!(report.iterations < 50 && image.iter().any(|&x| x > 1.9));
-/// # Ok::<(), radon::RadonError>(())
-/// ```
-///
-/// # Errors
-/// As [`mlem`].
-pub fn mlem_observed<T: Sample, O: LinearOperator<T> + ?Sized>(
-    operator: &O,
-    data: &[T],
-    image: &mut [T],
-    options: &EmOptions<T>,
-    mut observe: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
+    mut watch: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
 ) -> Result<IterativeReport, RadonError> {
     let operator = Checked(&operator);
     operator.check_input(data, image)?;
@@ -134,7 +101,7 @@ pub fn mlem_observed<T: Sample, O: LinearOperator<T> + ?Sized>(
         operator,
         indices: None,
     };
-    run(&[all], data, image, options, &mut observe)
+    run(&[all], data, image, options, &mut watch)
 }
 
 /// OSEM: the step of [`mlem`] with one subset of the data after the other (Hudson & Larkin 1994, doi:10.1109/42.363108).
@@ -151,7 +118,7 @@ pub fn mlem_observed<T: Sample, O: LinearOperator<T> + ?Sized>(
 /// let subsets = projector.stack_operator(1, StackOrder::ViewSliceBin)?.subsets(6)?; // of ten views each
 /// let stopping = Stopping::default().with_max_iterations(4); // four passes
 /// let mut image = vec![1.0; 256];
-/// let report = osem(&subsets, &counts, &mut image, &EmOptions::default().with_stopping(stopping))?;
+/// let report = osem(&subsets, &counts, &mut image, &EmOptions::default().with_stopping(stopping), radon::go_on)?;
 /// assert!(report.history[3].residual < 0.5 * report.history[0].residual);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
@@ -163,21 +130,7 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
     data: &[T],
     image: &mut [T],
     options: &EmOptions<T>,
-) -> Result<IterativeReport, RadonError> {
-    osem_observed(subsets, data, image, options, nobody)
-}
-
-/// As [`osem`], with an observer that sees the report so far and the image after each pass, and ends the run by
-/// `ControlFlow::Break` ([`StoppedBy::Observer`]); see [`mlem_observed`].
-///
-/// # Errors
-/// As [`osem`].
-pub fn osem_observed<T: Sample, O: LinearOperator<T>>(
-    subsets: &[Subset<O>],
-    data: &[T],
-    image: &mut [T],
-    options: &EmOptions<T>,
-    mut observe: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
+    mut watch: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
 ) -> Result<IterativeReport, RadonError> {
     crate::error::at_least("subsets", subsets.len(), 1)?;
     check_samples("data", data)?;
@@ -201,7 +154,7 @@ pub fn osem_observed<T: Sample, O: LinearOperator<T>>(
             indices: Some(&subset.data),
         })
         .collect();
-    run(&parts, data, image, options, &mut observe)
+    run(&parts, data, image, options, &mut watch)
 }
 
 /// A subset, or all data in their order.

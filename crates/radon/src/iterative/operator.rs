@@ -28,7 +28,7 @@ use crate::error::{RadonError, length};
 ///     }
 /// }
 /// let mut x = vec![0.0; 3];
-/// cgls(&Differences, &[1.0, 1.0, 2.0], &mut x, &CglsOptions::default().with_gradient(1e-12))?;
+/// cgls(&Differences, &[1.0, 1.0, 2.0], &mut x, &CglsOptions::default().with_gradient(1e-12), radon::go_on)?;
 /// assert!((x[2] - 4.0).abs() < 1e-10);
 /// # Ok::<(), RadonError>(())
 /// ```

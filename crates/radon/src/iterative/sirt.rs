@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::operator::{Checked, LinearOperator};
 use super::report::{Iteration, IterativeReport, StoppedBy};
-use super::stopping::{Monitor, Observer, Stopping, nobody};
+use super::stopping::{Monitor, Observer, Stopping};
 use super::vectors::{check_not_negative, check_samples, norm, relative, relative_change, update};
 use crate::Sample;
 use crate::error::{RadonError, finite, within, zeros};
@@ -47,24 +47,28 @@ impl Default for SirtOptions {
 
 impl SirtOptions {
     /// The same with other stopping rules.
+    #[must_use]
     pub fn with_stopping(mut self, stopping: Stopping) -> Self {
         self.stopping = stopping;
         self
     }
 
     /// The same with another factor of each step.
+    #[must_use]
     pub fn with_relaxation(mut self, relaxation: f64) -> Self {
         self.relaxation = relaxation;
         self
     }
 
     /// The same with a smallest value of the pixels.
+    #[must_use]
     pub fn with_lower(mut self, lower: f64) -> Self {
         self.lower = Some(lower);
         self
     }
 
     /// The same with a largest value of the pixels.
+    #[must_use]
     pub fn with_upper(mut self, upper: f64) -> Self {
         self.upper = Some(upper);
         self
@@ -75,7 +79,7 @@ impl SirtOptions {
 ///
 /// R and C hold one over the row and column sums of A, which must not be negative. Converges for 0 < λ < 2 to a minimum of
 /// Σ R (b - A x)² over the bounds (Gregor & Benson 2008, doi:10.1109/TMI.2008.923696). Rows and columns without weight are
-/// left out. Cost of a step: one forward, one adjoint.
+/// left out. Cost of a step: one forward, one adjoint. `watch`: see [`go_on`](crate::go_on).
 ///
 /// ```
 /// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector, SirtOptions, Stopping, sirt};
@@ -85,7 +89,7 @@ impl SirtOptions {
 /// let stopping = Stopping::default().with_max_iterations(500).with_residual(0.03);
 /// let options = SirtOptions::default().with_lower(0.0).with_stopping(stopping);
 /// let mut image = vec![0.0; 256];
-/// let report = sirt(&projector, &data, &mut image, &options)?; // an error if 500 steps did not do
+/// let report = sirt(&projector, &data, &mut image, &options, radon::go_on)?; // an error if 500 steps did not do
 /// assert!(report.history[report.iterations].residual <= 0.03);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
@@ -97,23 +101,9 @@ pub fn sirt<T: Sample, O: LinearOperator<T> + ?Sized>(
     data: &[T],
     image: &mut [T],
     options: &SirtOptions,
+    mut watch: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
 ) -> Result<IterativeReport, RadonError> {
-    run(&operator, data, image, options, &mut nobody)
-}
-
-/// As [`sirt`], with an observer that sees the report so far and the image after each step, and ends the run by
-/// `ControlFlow::Break` ([`StoppedBy::Observer`]); see [`mlem_observed`](crate::mlem_observed).
-///
-/// # Errors
-/// As [`sirt`].
-pub fn sirt_observed<T: Sample, O: LinearOperator<T> + ?Sized>(
-    operator: &O,
-    data: &[T],
-    image: &mut [T],
-    options: &SirtOptions,
-    mut observe: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
-) -> Result<IterativeReport, RadonError> {
-    run(&operator, data, image, options, &mut observe)
+    run(&operator, data, image, options, &mut watch)
 }
 
 fn run<T: Sample>(

@@ -6,11 +6,35 @@ use super::report::{Iteration, IterativeReport, StoppedBy};
 use crate::Sample;
 use crate::error::{RadonError, within};
 
-/// Sees the report so far and the image after each step, and may end the run.
-pub(crate) type Observer<'a, T> = &'a mut dyn FnMut(&IterativeReport, &[T]) -> ControlFlow<()>;
+/// What is called after each step.
+pub(super) type Observer<'a, T> = &'a mut dyn FnMut(&IterativeReport, &[T]) -> ControlFlow<()>;
 
-/// The observer of whoever does not look.
-pub(super) fn nobody<T>(_: &IterativeReport, _: &[T]) -> ControlFlow<()> {
+/// Continues: the `watch` of a solver that neither reports its progress nor ends early.
+///
+/// Solvers call `watch` after each step (OSEM: after each pass through the subsets) with the report so far and the image. They end with
+/// [`StoppedBy::Observer`] when it returns `ControlFlow::Break`.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, StoppedBy, mlem};
+/// let geometry = ParallelGeometry::half_turn(30, 16, 1.0)?;
+/// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
+/// let truth: Vec<f64> = (0..121).map(|i| f64::from(i % 3)).collect();
+/// let counts = projector.forward(&truth)?;
+/// let mut image = vec![1.0; 121];
+/// // Until the largest pixel is above 1.9.
+/// let report = mlem(&projector, &counts, &mut image, &EmOptions::default(), |report, image| {
+///     println!("{} steps, residual {}", report.iterations, report.history[report.iterations - 1].residual);
+///     match image.iter().any(|&x| x > 1.9) {
+///         true => ControlFlow::Break(()),
+///         false => ControlFlow::Continue(()),
+///     }
+/// })?;
+/// assert_eq!(report.stopped_by, Some(StoppedBy::Observer));
+/// assert!(report.iterations < 50 && image.iter().any(|&x| x > 1.9));
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+pub fn go_on<T>(_: &IterativeReport, _: &[T]) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
@@ -47,18 +71,21 @@ impl Default for Stopping {
 
 impl Stopping {
     /// The same with another number of iterations at most.
+    #[must_use]
     pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
         self.max_iterations = max_iterations;
         self
     }
 
     /// The same with a residual rule.
+    #[must_use]
     pub fn with_residual(mut self, residual: f64) -> Self {
         self.residual = Some(residual);
         self
     }
 
     /// The same with a change rule.
+    #[must_use]
     pub fn with_change(mut self, change: f64) -> Self {
         self.change = Some(change);
         self

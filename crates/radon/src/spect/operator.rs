@@ -45,10 +45,7 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// for each other.
 ///
 /// ```
-/// use radon::{
-///     Collimator, EmOptions, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, SliceAxis, SpectGeometry,
-///     SpectOperator, SpectOptions, Stopping, osem,
-/// };
+/// use radon::{///     Collimator, EmOptions, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, SliceAxis, SpectGeometry, ///     SpectOperator, SpectOptions, Stopping, osem, ///};
 /// let (views, axis) = (ParallelGeometry::full_turn(16, 20, 0.5)?, SliceAxis::new(6, 0.5)?);
 /// let geometry = SpectGeometry::circular(&views, &axis, 8.0)?;
 /// let grid = ImageGrid::square(20, 0.5)?;
@@ -66,7 +63,7 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// camera.forward_into(&truth, &mut counts)?;
 /// let mut image = vec![1.0; truth.len()];
 /// let stopping = Stopping::default().with_max_iterations(20);
-/// osem(&camera.subsets(4)?, &counts, &mut image, &EmOptions::default().with_stopping(stopping))?;
+/// osem(&camera.subsets(4)?, &counts, &mut image, &EmOptions::default().with_stopping(stopping), radon::go_on)?;
 /// let mean = |x: &[f64]| { let hot: Vec<f64> = (0..x.len()).filter(|&i| rod(i)).map(|i| x[i]).collect();
 ///     hot.iter().sum::<f64>() / hot.len() as f64 };
 /// assert!((mean(&image) / mean(&truth) - 1.0).abs() < 0.05);

@@ -37,18 +37,21 @@ impl<T> Default for SpectOptions<T> {
 
 impl<T> SpectOptions<T> {
     /// The same with another collimator.
+    #[must_use]
     pub fn with_collimator(mut self, collimator: Collimator) -> Self {
         self.collimator = collimator;
         self
     }
 
     /// The same with an attenuation map.
+    #[must_use]
     pub fn with_attenuation(mut self, attenuation: Vec<T>) -> Self {
         self.attenuation = attenuation;
         self
     }
 
     /// The same with another tolerance.
+    #[must_use]
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self

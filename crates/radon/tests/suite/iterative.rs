@@ -51,7 +51,14 @@ fn cgls_finds_the_least_squares_solution_in_as_many_steps_as_unknowns() {
     let b = noise(12, 3);
     let expected = least_squares(&a, &[1.0; 12], &b);
     let mut x = noise(7, 8);
-    let report = cgls(&a, &b, &mut x, &CglsOptions::default().with_gradient(1e-13)).unwrap();
+    let report = cgls(
+        &a,
+        &b,
+        &mut x,
+        &CglsOptions::default().with_gradient(1e-13),
+        radon::go_on,
+    )
+    .unwrap();
     // Condition of a random 12 x 7 matrix about 5: the normal equations keep 14 digits.
     assert!(
         distance(&x, &expected) < 1e-12,
@@ -65,7 +72,14 @@ fn cgls_finds_the_least_squares_solution_in_as_many_steps_as_unknowns() {
         assert!(pair[1].residual <= pair[0].residual);
     }
     // Started at the solution, nothing is left to do.
-    let again = cgls(&a, &b, &mut x, &CglsOptions::default().with_gradient(1e-12)).unwrap();
+    let again = cgls(
+        &a,
+        &b,
+        &mut x,
+        &CglsOptions::default().with_gradient(1e-12),
+        radon::go_on,
+    )
+    .unwrap();
     assert_eq!(
         (again.iterations, again.stopped_by),
         (0, Some(StoppedBy::Gradient))
@@ -87,10 +101,24 @@ fn cgls_from_zero_finds_the_shortest_of_many_solutions() {
     );
     let expected = least_squares(&reduced, &[1.0; 9], &b);
     let mut x = vec![0.0; 5];
-    cgls(&a, &b, &mut x, &CglsOptions::default().with_gradient(1e-12)).unwrap();
+    cgls(
+        &a,
+        &b,
+        &mut x,
+        &CglsOptions::default().with_gradient(1e-12),
+        radon::go_on,
+    )
+    .unwrap();
     assert!(distance(&x[..4], &expected) < 1e-11);
     assert!((x[4] - x[0]).abs() < 1e-13);
-    let zero = cgls(&a, &[0.0; 9], &mut [0.0; 5], &CglsOptions::default()).unwrap();
+    let zero = cgls(
+        &a,
+        &[0.0; 9],
+        &mut [0.0; 5],
+        &CglsOptions::default(),
+        radon::go_on,
+    )
+    .unwrap();
     assert_eq!(
         (zero.iterations, zero.stopped_by),
         (0, Some(StoppedBy::Solved))
@@ -114,7 +142,7 @@ fn sirt_converges_to_the_weighted_least_squares_solution_within_its_bounds() {
         let options = SirtOptions::default()
             .with_relaxation(relaxation)
             .with_stopping(stopping);
-        let report = sirt(&a, &b, &mut x, &options).unwrap();
+        let report = sirt(&a, &b, &mut x, &options, radon::go_on).unwrap();
         assert_eq!(report.stopped_by, Some(StoppedBy::Change));
         // The slowest mode shrinks by about 1 - 0.03 a step: 1e-14 of change is some 1e-12 of distance.
         assert!(
@@ -130,7 +158,7 @@ fn sirt_converges_to_the_weighted_least_squares_solution_within_its_bounds() {
         .with_lower(lower)
         .with_upper(upper)
         .with_stopping(many(20_000));
-    let report = sirt(&a, &b, &mut x, &bounded).unwrap();
+    let report = sirt(&a, &b, &mut x, &bounded, radon::go_on).unwrap();
     assert_eq!(
         (report.iterations, report.stopped_by),
         (20_000, Some(StoppedBy::MaxIterations))
@@ -169,6 +197,7 @@ fn one_step_of_mlem_is_its_formula() {
         &EmOptions::default()
             .with_background(s.clone())
             .with_stopping(many(1)),
+        radon::go_on,
     )
     .unwrap();
     for j in 0..3 {
@@ -192,7 +221,14 @@ fn mlem_raises_the_likelihood_keeps_the_counts_and_stays_at_the_truth() {
     let mut ax = vec![0.0; 20];
     let mut last = f64::NEG_INFINITY;
     for _ in 0..60 {
-        let report = mlem(&a, &b, &mut x, &EmOptions::default().with_stopping(many(1))).unwrap();
+        let report = mlem(
+            &a,
+            &b,
+            &mut x,
+            &EmOptions::default().with_stopping(many(1)),
+            radon::go_on,
+        )
+        .unwrap();
         let likelihood = report.history[0].log_likelihood.unwrap();
         // Sums of some 100 to 16 digits.
         assert!(likelihood >= last - 1e-12, "{last} {likelihood}");
@@ -207,6 +243,7 @@ fn mlem_raises_the_likelihood_keeps_the_counts_and_stays_at_the_truth() {
             &b,
             &mut x.clone(),
             &EmOptions::default().with_stopping(many(1)),
+            radon::go_on,
         )
         .unwrap();
         assert!((next.history[0].log_likelihood.unwrap() - direct).abs() < 1e-11);
@@ -220,7 +257,7 @@ fn mlem_raises_the_likelihood_keeps_the_counts_and_stays_at_the_truth() {
     let options = EmOptions::default()
         .with_background(background)
         .with_stopping(rules);
-    let report = mlem(&a, &data, &mut x, &options).unwrap();
+    let report = mlem(&a, &data, &mut x, &options, radon::go_on).unwrap();
     assert_eq!(
         (report.iterations, report.stopped_by),
         (1, Some(StoppedBy::Change))

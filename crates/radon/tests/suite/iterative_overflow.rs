@@ -75,15 +75,15 @@ fn solvers<T: Sample>() -> [(&'static str, Solve<T>); 4] {
     [
         ("CGLS", |a, b, x, n| {
             let options = CglsOptions::default().with_stopping(stopping(n));
-            cgls(a, b, x, &options).map(drop)
+            cgls(a, b, x, &options, radon::go_on).map(drop)
         }),
         ("SIRT", |a, b, x, n| {
             let options = SirtOptions::default().with_stopping(stopping(n));
-            sirt(a, b, x, &options).map(drop)
+            sirt(a, b, x, &options, radon::go_on).map(drop)
         }),
         ("MLEM", |a, b, x, n| {
             let options = EmOptions::default().with_stopping(stopping(n));
-            mlem(a, b, x, &options).map(drop)
+            mlem(a, b, x, &options, radon::go_on).map(drop)
         }),
         ("OSEM", |a, b, x, n| {
             let all = Subset {
@@ -91,7 +91,7 @@ fn solvers<T: Sample>() -> [(&'static str, Solve<T>); 4] {
                 data: (0..5).collect(),
             };
             let options = EmOptions::default().with_stopping(stopping(n));
-            osem(&[all], b, x, &options).map(drop)
+            osem(&[all], b, x, &options, radon::go_on).map(drop)
         }),
     ]
 }
@@ -166,7 +166,14 @@ impl<T: Sample> LinearOperator<T> for Times<T> {
 fn overflow_of_a_step_or_a_norm_is_an_error() {
     // The solution is 1e40, beyond f32.
     let mut x = [1.0_f32];
-    let error = cgls(&Times(1e-10), &[1e30], &mut x, &CglsOptions::default()).unwrap_err();
+    let error = cgls(
+        &Times(1e-10),
+        &[1e30],
+        &mut x,
+        &CglsOptions::default(),
+        radon::go_on,
+    )
+    .unwrap_err();
     assert!(
         matches!(
             error,
@@ -177,13 +184,27 @@ fn overflow_of_a_step_or_a_norm_is_an_error() {
         ) && x == [1.0]
     );
     let mut x = [1.0_f32];
-    let error = sirt(&Times(1e-10), &[1e30], &mut x, &SirtOptions::default()).unwrap_err();
+    let error = sirt(
+        &Times(1e-10),
+        &[1e30],
+        &mut x,
+        &SirtOptions::default(),
+        radon::go_on,
+    )
+    .unwrap_err();
     assert!(
         matches!(error, RadonError::BadSample { .. }) && x == [1.0],
         "{error} {x:?}"
     );
     let mut x = [1.0_f32];
-    let error = mlem(&Times(1e-10), &[1e30], &mut x, &EmOptions::default()).unwrap_err();
+    let error = mlem(
+        &Times(1e-10),
+        &[1e30],
+        &mut x,
+        &EmOptions::default(),
+        radon::go_on,
+    )
+    .unwrap_err();
     assert!(
         matches!(error, RadonError::BadSample { .. }) && x == [1.0],
         "{error} {x:?}"
@@ -191,16 +212,37 @@ fn overflow_of_a_step_or_a_norm_is_an_error() {
     // Squares beyond f64.
     for data in [1e200, 1e308] {
         let mut x = [1.0_f64];
-        let error = cgls(&Times(1e10), &[data], &mut x, &CglsOptions::default()).unwrap_err();
+        let error = cgls(
+            &Times(1e10),
+            &[data],
+            &mut x,
+            &CglsOptions::default(),
+            radon::go_on,
+        )
+        .unwrap_err();
         assert!(x[0].is_finite(), "{error}");
         let mut x = [1.0_f64];
-        let error = sirt(&Times(1.0), &[data], &mut x, &SirtOptions::default()).unwrap_err();
+        let error = sirt(
+            &Times(1.0),
+            &[data],
+            &mut x,
+            &SirtOptions::default(),
+            radon::go_on,
+        )
+        .unwrap_err();
         assert!(
             matches!(error, RadonError::NotFinite { .. }) && x == [1.0],
             "{error}"
         );
         let mut x = [1.0_f64];
-        let error = mlem(&Times(1.0), &[data], &mut x, &EmOptions::default()).unwrap_err();
+        let error = mlem(
+            &Times(1.0),
+            &[data],
+            &mut x,
+            &EmOptions::default(),
+            radon::go_on,
+        )
+        .unwrap_err();
         assert!(
             matches!(error, RadonError::NotFinite { .. }) && x == [1.0],
             "{error}"

@@ -43,6 +43,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
         &data,
         &mut x,
         &CglsOptions::default().with_stopping(many(200)),
+        radon::go_on,
     )
     .unwrap();
     println!("CGLS {} steps: {:.2e}", report.iterations, error(&x));
@@ -54,6 +55,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
         &data,
         &mut x,
         &SirtOptions::default().with_stopping(many(300)),
+        radon::go_on,
     )
     .unwrap();
     println!("SIRT 300 steps: {:.2e}", error(&x));
@@ -64,6 +66,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
         &data,
         &mut by_mlem,
         &EmOptions::default().with_stopping(many(30)),
+        radon::go_on,
     )
     .unwrap();
     println!("MLEM 30 steps: {:.2e}", error(&by_mlem));
@@ -80,6 +83,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
         &data,
         &mut x,
         &EmOptions::default().with_stopping(many(4)),
+        radon::go_on,
     )
     .unwrap();
     println!("OSEM 10 x 4: {:.2e}", error(&x));
@@ -127,6 +131,7 @@ fn subsets_hold_each_datum_once_and_the_rows_of_the_whole() {
             &counts,
             &mut a,
             &EmOptions::default().with_stopping(many(3)),
+            radon::go_on,
         )
         .unwrap();
         mlem(
@@ -134,6 +139,7 @@ fn subsets_hold_each_datum_once_and_the_rows_of_the_whole() {
             &counts,
             &mut b,
             &EmOptions::default().with_stopping(many(3)),
+            radon::go_on,
         )
         .unwrap();
         assert_eq!(a, b);
@@ -157,6 +163,7 @@ fn rules_stop_where_they_say_and_unmet_ones_are_errors_with_the_report() {
         &data,
         &mut x,
         &SirtOptions::default().with_stopping(stopping),
+        radon::go_on,
     )
     .unwrap();
     let n = report.iterations;
@@ -191,24 +198,28 @@ fn rules_stop_where_they_say_and_unmet_ones_are_errors_with_the_report() {
         &data,
         &mut start.clone(),
         &SirtOptions::default().with_stopping(stopping),
+        radon::go_on,
     ));
     unmet(cgls(
         &projector,
         &data,
         &mut start.clone(),
         &CglsOptions::default().with_stopping(stopping),
+        radon::go_on,
     ));
     unmet(mlem(
         &projector,
         &data,
         &mut start.clone(),
         &EmOptions::default().with_stopping(stopping),
+        radon::go_on,
     ));
     let none = mlem(
         &projector,
         &data,
         &mut start.clone(),
         &EmOptions::default().with_stopping(many(0)),
+        radon::go_on,
     )
     .unwrap();
     assert_eq!(
@@ -234,14 +245,16 @@ fn each(
     vec![
         run("SIRT", &|x| {
             let options = SirtOptions::default().with_stopping(stopping);
-            sirt(&projector, &data, x, &options)
+            sirt(&projector, &data, x, &options, radon::go_on)
         }),
         run("CGLS", &|x| {
             let options = CglsOptions::default().with_stopping(stopping);
-            cgls(&projector, &data, x, &options)
+            cgls(&projector, &data, x, &options, radon::go_on)
         }),
-        run("MLEM", &|x| mlem(&projector, &data, x, &em)),
-        run("OSEM", &|x| osem(&stack.subsets(4).unwrap(), &data, x, &em)),
+        run("MLEM", &|x| mlem(&projector, &data, x, &em, radon::go_on)),
+        run("OSEM", &|x| {
+            osem(&stack.subsets(4).unwrap(), &data, x, &em, radon::go_on)
+        }),
     ]
 }
 
@@ -333,6 +346,7 @@ fn any_thread_count_gives_the_same_bits() {
                 &data,
                 &mut x[0],
                 &SirtOptions::default().with_stopping(many(4)),
+                radon::go_on,
             )
             .unwrap();
             cgls(
@@ -340,10 +354,18 @@ fn any_thread_count_gives_the_same_bits() {
                 &data,
                 &mut x[1],
                 &CglsOptions::default().with_stopping(many(4)),
+                radon::go_on,
             )
             .unwrap();
-            let report = mlem(&operator, &data, &mut x[2], &em).unwrap();
-            osem(&operator.subsets(5).unwrap(), &data, &mut x[3], &em).unwrap();
+            let report = mlem(&operator, &data, &mut x[2], &em, radon::go_on).unwrap();
+            osem(
+                &operator.subsets(5).unwrap(),
+                &data,
+                &mut x[3],
+                &em,
+                radon::go_on,
+            )
+            .unwrap();
             (x, report)
         })
     };
@@ -357,9 +379,9 @@ fn bad_input_is_refused_with_its_numbers() {
     let all = |b: &[f64], x: &[f64]| {
         let x = || x.to_vec();
         [
-            sirt(&a, b, &mut x(), &SirtOptions::default()).unwrap_err(),
-            cgls(&a, b, &mut x(), &CglsOptions::default()).unwrap_err(),
-            mlem(&a, b, &mut x(), &EmOptions::default()).unwrap_err(),
+            sirt(&a, b, &mut x(), &SirtOptions::default(), radon::go_on).unwrap_err(),
+            cgls(&a, b, &mut x(), &CglsOptions::default(), radon::go_on).unwrap_err(),
+            mlem(&a, b, &mut x(), &EmOptions::default(), radon::go_on).unwrap_err(),
         ]
     };
     for error in all(&b[1..], &x) {
@@ -408,6 +430,7 @@ fn bad_input_is_refused_with_its_numbers() {
             b,
             &mut x.to_vec(),
             &EmOptions::default().with_background(s),
+            radon::go_on,
         )
         .unwrap_err()
     };
@@ -434,7 +457,7 @@ fn bad_input_is_refused_with_its_numbers() {
     ));
     for relaxation in [0.0, -1.0, 2.1, f64::NAN] {
         let options = SirtOptions::default().with_relaxation(relaxation);
-        let refused = sirt(&a, &b, &mut x.clone(), &options);
+        let refused = sirt(&a, &b, &mut x.clone(), &options, radon::go_on);
         assert!(
             matches!(
                 refused,
@@ -447,7 +470,7 @@ fn bad_input_is_refused_with_its_numbers() {
     }
     let crossed = SirtOptions::default().with_lower(1.0).with_upper(0.0);
     assert!(matches!(
-        sirt(&a, &b, &mut x.clone(), &crossed),
+        sirt(&a, &b, &mut x.clone(), &crossed, radon::go_on),
         Err(RadonError::OutOfRange {
             what: "upper bound",
             ..
@@ -458,7 +481,7 @@ fn bad_input_is_refused_with_its_numbers() {
         CglsOptions::default().with_stopping(rule),
         CglsOptions::default().with_gradient(-1.0),
     ] {
-        let refused = cgls(&a, &b, &mut x.clone(), &options);
+        let refused = cgls(&a, &b, &mut x.clone(), &options, radon::go_on);
         assert!(
             matches!(
                 refused,
@@ -469,14 +492,26 @@ fn bad_input_is_refused_with_its_numbers() {
     }
     let mixed = Dense(vec![vec![1.0, -3.0]]);
     assert!(matches!(
-        sirt(&mixed, &[1.0], &mut [0.0; 2], &SirtOptions::default()),
+        sirt(
+            &mixed,
+            &[1.0],
+            &mut [0.0; 2],
+            &SirtOptions::default(),
+            radon::go_on
+        ),
         Err(RadonError::NegativeSample {
             what: "row sums",
             ..
         })
     ));
     assert!(matches!(
-        mlem(&mixed, &[1.0], &mut [1.0; 2], &EmOptions::default()),
+        mlem(
+            &mixed,
+            &[1.0],
+            &mut [1.0; 2],
+            &EmOptions::default(),
+            radon::go_on
+        ),
         Err(RadonError::NegativeSample {
             what: "column sums",
             ..
@@ -484,7 +519,13 @@ fn bad_input_is_refused_with_its_numbers() {
     ));
     let none: [Subset<Dense>; 0] = [];
     assert!(matches!(
-        osem(&none, &b, &mut x.clone(), &EmOptions::default()),
+        osem(
+            &none,
+            &b,
+            &mut x.clone(),
+            &EmOptions::default(),
+            radon::go_on
+        ),
         Err(RadonError::TooFew { .. })
     ));
     let subset = |data| {
@@ -498,7 +539,8 @@ fn bad_input_is_refused_with_its_numbers() {
             &subset(vec![0, 4]),
             &b,
             &mut x.clone(),
-            &EmOptions::default()
+            &EmOptions::default(),
+            radon::go_on
         ),
         Err(RadonError::BadRange {
             start: 4,
@@ -507,7 +549,13 @@ fn bad_input_is_refused_with_its_numbers() {
         })
     ));
     assert!(matches!(
-        osem(&subset(vec![0]), &b, &mut x.clone(), &EmOptions::default()),
+        osem(
+            &subset(vec![0]),
+            &b,
+            &mut x.clone(),
+            &EmOptions::default(),
+            radon::go_on
+        ),
         Err(RadonError::WrongLength { what: "subset", .. })
     ));
 }

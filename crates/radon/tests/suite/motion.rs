@@ -293,7 +293,7 @@ fn osem_finds_what_moves_in_one_frame() {
         let stopping = Stopping::default().with_max_iterations(60);
         let mut x = vec![1.0; 432];
         let options = EmOptions::default().with_stopping(stopping);
-        osem(&subsets, &views, &mut x, &options).unwrap();
+        osem(&subsets, &views, &mut x, &options, radon::go_on).unwrap();
         let off = x
             .iter()
             .zip(&truth)

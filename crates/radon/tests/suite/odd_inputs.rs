@@ -212,7 +212,13 @@ fn subsets_beyond_the_data() {
         operator: One,
         data: vec![usize::MAX],
     };
-    let refused = osem(&[subset], &[1.0], &mut [1.0], &Default::default());
+    let refused = osem(
+        &[subset],
+        &[1.0],
+        &mut [1.0],
+        &Default::default(),
+        radon::go_on,
+    );
     assert!(matches!(
         refused,
         Err(RadonError::BadRange {

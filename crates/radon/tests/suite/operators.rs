@@ -11,8 +11,8 @@ use common::noise;
 use radon::{
     ArcPolicy, CglsOptions, EdgePolicy, EmOptions, FbpOptions, FbpPlan, ImageGrid, InstructionSet,
     Interpolation, IterativeReport, Kernel, LinearOperator, Method, ParallelGeometry, Projector,
-    RadonError, SirtOptions, Skip, StackOrder, StoppedBy, Stopping, Subset, Window, cgls,
-    cgls_observed, mlem, mlem_observed, osem, osem_observed, sirt, sirt_observed,
+    RadonError, SirtOptions, Skip, StackOrder, StoppedBy, Stopping, Subset, Window, cgls, mlem,
+    osem, sirt,
 };
 
 /// A problem with counts, and its operator in two halves.
@@ -37,9 +37,9 @@ fn a_pointer_to_an_operator_is_one() {
             SirtOptions::default().with_stopping(many(3)),
         );
         let mut x = vec![vec![1.0; 5]; 3];
-        cgls(operator, data, &mut x[0], &cg).unwrap();
-        mlem(operator, data, &mut x[1], &em).unwrap();
-        sirt(operator, data, &mut x[2], &si).unwrap();
+        cgls(operator, data, &mut x[0], &cg, radon::go_on).unwrap();
+        mlem(operator, data, &mut x[1], &em, radon::go_on).unwrap();
+        sirt(operator, data, &mut x[2], &si, radon::go_on).unwrap();
         x
     }
     let (whole, halves, data) = problem();
@@ -51,20 +51,20 @@ fn a_pointer_to_an_operator_is_one() {
 
     let options = EmOptions::default().with_stopping(many(3));
     let mut expected_osem = vec![1.0; 5];
-    osem(&halves, &data, &mut expected_osem, &options).unwrap();
+    osem(&halves, &data, &mut expected_osem, &options, radon::go_on).unwrap();
     let borrowed = [&halves[0], &halves[1]].map(|half| Subset {
         operator: &half.operator as &dyn LinearOperator<f64>,
         data: half.data.clone(),
     });
     let mut x = vec![1.0; 5];
-    osem(&borrowed, &data, &mut x, &options).unwrap();
+    osem(&borrowed, &data, &mut x, &options, radon::go_on).unwrap();
     assert_eq!(x, expected_osem);
     let boxed = halves.map(|half| Subset {
         operator: Box::new(half.operator) as Box<dyn LinearOperator<f64>>,
         data: half.data,
     });
     let mut x = vec![1.0; 5];
-    osem(&boxed, &data, &mut x, &options).unwrap();
+    osem(&boxed, &data, &mut x, &options, radon::go_on).unwrap();
     assert_eq!(x, expected_osem);
 
     let shared: Arc<dyn LinearOperator<f64> + Send + Sync> = Arc::new(whole);
@@ -100,10 +100,10 @@ fn observed(most: usize) -> Vec<(IterativeReport, Vec<f64>, usize)> {
     let cg = CglsOptions::default().with_stopping(stopping.with_max_iterations(4));
     let si = SirtOptions::default().with_stopping(stopping);
     vec![
-        run(&|x, see| mlem_observed(&whole, &data, x, &em, see)),
-        run(&|x, see| osem_observed(&halves, &data, x, &em, see)),
-        run(&|x, see| cgls_observed(&whole, &data, x, &cg, see)),
-        run(&|x, see| sirt_observed(&whole, &data, x, &si, see)),
+        run(&|x, see| mlem(&whole, &data, x, &em, see)),
+        run(&|x, see| osem(&halves, &data, x, &em, see)),
+        run(&|x, see| cgls(&whole, &data, x, &cg, see)),
+        run(&|x, see| sirt(&whole, &data, x, &si, see)),
     ]
 }
 
@@ -121,15 +121,15 @@ fn an_observer_sees_every_step_and_may_end_the_run() {
         let (three, mut expected) = (many(3), vec![1.0; 5]);
         let em = EmOptions::default().with_stopping(three);
         match k {
-            0 => mlem(&whole, &data, &mut expected, &em),
-            1 => osem(&halves, &data, &mut expected, &em),
+            0 => mlem(&whole, &data, &mut expected, &em, radon::go_on),
+            1 => osem(&halves, &data, &mut expected, &em, radon::go_on),
             2 => {
                 let options = CglsOptions::default().with_stopping(three);
-                cgls(&whole, &data, &mut expected, &options)
+                cgls(&whole, &data, &mut expected, &options, radon::go_on)
             }
             _ => {
                 let options = SirtOptions::default().with_stopping(three);
-                sirt(&whole, &data, &mut expected, &options)
+                sirt(&whole, &data, &mut expected, &options, radon::go_on)
             }
         }
         .unwrap();
@@ -144,7 +144,7 @@ fn rules_and_observers() {
     let run = |stopping: Stopping| {
         let options = SirtOptions::default().with_stopping(stopping);
         let stop = |_: &IterativeReport, _: &[f64]| ControlFlow::Break(());
-        sirt_observed(&whole, &data, &mut [1.0; 5], &options, stop).unwrap()
+        sirt(&whole, &data, &mut [1.0; 5], &options, stop).unwrap()
     };
     let report = run(Stopping::default().with_change(1e9));
     assert_eq!(report.stopped_by, Some(StoppedBy::Change));
@@ -174,7 +174,14 @@ impl LinearOperator<f32> for Torn {
 
 #[test]
 fn the_callers_failure_comes_back_whole_and_is_told_once() {
-    let failed = mlem(&Torn, &[1.0; 3], &mut [1.0; 2], &EmOptions::default()).unwrap_err();
+    let failed = mlem(
+        &Torn,
+        &[1.0; 3],
+        &mut [1.0; 2],
+        &EmOptions::default(),
+        radon::go_on,
+    )
+    .unwrap_err();
     let mut chain = vec![failed.to_string()];
     let mut next = failed.source();
     assert!(next.is_some_and(|source| source.is::<std::io::Error>()));

@@ -256,7 +256,7 @@ fn osem_recovers_what_the_operator_sees() {
         let mut image = vec![1.0; truth.len()];
         let em = EmOptions::default().with_stopping(Stopping::default().with_max_iterations(40));
         let subsets = operator.subsets(6).unwrap();
-        let report = osem(&subsets, &counts, &mut image, &em).unwrap();
+        let report = osem(&subsets, &counts, &mut image, &em, radon::go_on).unwrap();
         (hot(&image), report.history[39].residual)
     };
     let ((right, residual), (off, _)) = (run(&camera), run(&wrong));

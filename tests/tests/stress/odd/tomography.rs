@@ -149,6 +149,7 @@ fn projections(geometry: &ParallelGeometry, grid: &ImageGrid, kernel: Kernel) {
             &data,
             &mut start(),
             &CglsOptions::default().with_stopping(stopping),
+            radon::go_on,
         ));
         back(sirt(
             &projector,
@@ -159,13 +160,20 @@ fn projections(geometry: &ParallelGeometry, grid: &ImageGrid, kernel: Kernel) {
                 .with_lower(value)
                 .with_upper(-value)
                 .with_stopping(stopping),
+            radon::go_on,
         ));
         let options = EmOptions::default().with_stopping(stopping);
-        back(mlem(&projector, &data, &mut start(), &options));
+        back(mlem(
+            &projector,
+            &data,
+            &mut start(),
+            &options,
+            radon::go_on,
+        ));
         let wrong = options.with_background(vec![value; 1]);
-        back(mlem(&projector, &data, &mut start(), &wrong));
+        back(mlem(&projector, &data, &mut start(), &wrong, radon::go_on));
         assert!(matches!(
-            mlem(&projector, &[], &mut [], &wrong),
+            mlem(&projector, &[], &mut [], &wrong, radon::go_on),
             Err(radon::RadonError::WrongLength { .. })
         ));
     }
