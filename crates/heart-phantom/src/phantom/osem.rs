@@ -12,7 +12,7 @@ use crate::truth::truth_of_slices;
 use crate::{Activity, Camera};
 use radon::{
     EmOptions, IterativeReport, LinearOperator, SliceAxis, SpectGeometry, SpectOperator,
-    SpectOptions, Stopping, Subset, osem,
+    SpectOptions, Stopping, Subset,
 };
 use revolve_voxel::{Organ, Organs};
 use std::ops::ControlFlow;
@@ -86,7 +86,7 @@ impl Phantom {
                 _ => ControlFlow::Continue(()),
             }
         };
-        let report = osem(subsets, &views, &mut volume, &options, watch)?;
+        let report = radon::osem(subsets, &views, &mut volume, &options, watch)?;
         self.work.osem(report.iterations);
         let last = report.history.last();
         let report = OsemReport {
