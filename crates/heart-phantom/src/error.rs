@@ -200,6 +200,14 @@ pub enum PhantomError {
         /// The reason.
         source: Box<PhantomError>,
     },
+    /// More memory is needed than the operating system can give.
+    #[error("the computation needs {needed} bytes of memory; {available} are available")]
+    Memory {
+        /// Bytes needed at most.
+        needed: u64,
+        /// Bytes available.
+        available: u64,
+    },
     /// Something is asked for that this phantom has not.
     #[error("there is no {what}")]
     Absent {

@@ -63,7 +63,8 @@ pub use model::{
 pub use phantom::{
     Artefacts, BeatReport, BinMeans, Compensation, Edge, GateFiles, Memory, Method, Moment,
     MotionField, MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhaseOf, PhaseReport,
-    PlannedFile, PointMotion, Product, ScenePhase, Seen, Thickness, Warning, WorkReport,
+    PlannedFile, PointMotion, PolarMap, Product, ProjectionValues, ScenePhase, Seen, Thickness,
+    Warning, WorkReport,
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
@@ -76,8 +77,8 @@ pub use scene::Scene;
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use scene::{
-    CompensatedReport, GateReport, GateResults, PictureReport, Progress, Run, RunReport,
-    SliceOrders, run,
+    CompensatedReport, GateReport, GateResults, MeasuredEjection, PictureReport, Progress, Run,
+    RunReport, SliceOrders, run,
 };
 pub use text::shown;
 pub use truth::{Measures, Regions, truth};

@@ -9,6 +9,7 @@
 mod bodies;
 mod camera;
 mod equilibria;
+mod files;
 mod motion;
 mod response;
 mod tomography;
@@ -39,12 +40,13 @@ const WORST: f64 = 1.5;
 const PERCENTILE_99: f64 = 1.0;
 
 /// All rows, area by area.
-const AREAS: [&[Row]; 6] = [
+const AREAS: [&[Row]; 7] = [
     camera::ROWS,
     response::ROWS,
     tomography::ROWS,
     bodies::ROWS,
     equilibria::ROWS,
+    files::ROWS,
     motion::ROWS,
 ];
 

@@ -78,6 +78,8 @@ pub struct FormatInfo {
     pub fields: bool,
     /// Whether it stores angles as a start and one constant step.
     pub even_steps: bool,
+    /// Whether each detector head has a start angle of its own.
+    pub detectors: bool,
     /// Bytes of a sample that is not a label, before compression.
     pub sample_bytes: u64,
     /// Order of the rows of projections.
@@ -100,6 +102,7 @@ const PLAIN: FormatInfo = FormatInfo {
     gates: true,
     fields: true,
     even_steps: false,
+    detectors: false,
     sample_bytes: 4,
     row_order: SliceOrder::FeetToHead,
     slice_order: SliceOrder::FeetToHead,
@@ -209,6 +212,7 @@ const DICOM: FormatInfo = FormatInfo {
     projections: Some(one("dcm")),
     fields: false,
     even_steps: true,
+    detectors: true,
     sample_bytes: 2,
     row_order: SliceOrder::HeadToFeet,
     feature: Some("dicom"),

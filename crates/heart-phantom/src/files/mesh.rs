@@ -6,14 +6,19 @@ use crate::files::write_atomically;
 use revolve_voxel::Mesh;
 use std::path::Path;
 
-/// Writes a surface as binary STL in millimetres; STL itself names no unit.
+/// Writes a surface as binary STL in millimetres, which its header says.
 ///
 /// # Errors
 /// [`PhantomError::Extension`] unless the path ends in `.stl`; [`PhantomError::File`].
 pub fn write_stl(path: &Path, mesh: &Mesh) -> Result<(), PhantomError> {
     check_extension(path, "stl")?;
     let mesh = in_millimetres(mesh);
-    write_atomically(path, |out| mesh.write_stl(out))
+    write_atomically(path, |out| {
+        mesh.write_stl(
+            "heart-phantom; unit: mm; axes: x left, y posterior, z superior",
+            out,
+        )
+    })
 }
 
 /// Writes a surface with its normals as binary PLY in millimetres; PLY itself names no unit.

@@ -92,6 +92,6 @@ pub use picture::{Section, png_bytes, write_gif, write_png};
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use previous::check_unlisted;
-pub use projections::{Projections, Radius};
+pub use projections::{AcquisitionInfo, BeatCounts, Projections, Radius};
 pub use samples::Samples;
 pub use volume::{FieldOf, Volume};

@@ -36,6 +36,45 @@ impl Radius<'_> {
     }
 }
 
+/// How projections were acquired, for headers that record it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AcquisitionInfo {
+    /// Detector heads: the views of head k are block k of as many blocks of equal length.
+    pub heads: usize,
+    /// Whether samples are corrected for decay to the start of the acquisition.
+    pub decay_corrected: bool,
+    /// Whether samples are counts.
+    pub counts: bool,
+    /// The beats of a gated acquisition.
+    pub beats: Option<BeatCounts>,
+}
+
+impl Default for AcquisitionInfo {
+    fn default() -> Self {
+        Self {
+            heads: 1,
+            decay_corrected: false,
+            counts: false,
+            beats: None,
+        }
+    }
+}
+
+/// The R-R intervals of a gated acquisition.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BeatCounts {
+    /// Intervals accepted.
+    pub accepted: usize,
+    /// Intervals rejected.
+    pub rejected: usize,
+    /// Mean accepted interval in seconds.
+    pub mean: f64,
+    /// Shortest and longest interval in seconds that is accepted.
+    pub limits: [f64; 2],
+    /// Whether intervals outside the limits are rejected.
+    pub rejects: bool,
+}
+
 /// The images of a turning camera, index order `[view][row][bin]`, with where they were taken from. Of the gates of a beat
 /// `[gate][view][row][bin]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,6 +86,7 @@ pub struct Projections<'a> {
     counts: Option<&'a [f64]>,
     seconds: f64,
     seconds_per_gate: Option<f64>,
+    info: AcquisitionInfo,
     study: Option<&'a str>,
 }
 
@@ -94,6 +134,7 @@ impl<'a> Projections<'a> {
             counts: None,
             seconds: 0.0,
             seconds_per_gate: None,
+            info: AcquisitionInfo::default(),
             study: None,
         })
     }
@@ -130,6 +171,23 @@ impl<'a> Projections<'a> {
     pub fn with_seconds(mut self, seconds: f64) -> Result<Self, PhantomError> {
         self.seconds = check("seconds of a view", seconds, [0.0, 1e9])?;
         Ok(self)
+    }
+
+    /// The same with how they were acquired.
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] for no head; [`PhantomError::WrongLength`] unless all heads have as many views.
+    pub fn with_acquisition(mut self, info: AcquisitionInfo) -> Result<Self, PhantomError> {
+        check_count("heads", info.heads, [1, self.angles.len()])?;
+        let whole = self.angles.len().next_multiple_of(info.heads);
+        check_length("views of all heads", self.angles.len(), whole)?;
+        self.info = info;
+        Ok(self)
+    }
+
+    /// How they were acquired.
+    pub fn acquisition(&self) -> &AcquisitionInfo {
+        &self.info
     }
 
     /// The same as part of a study, see [`Volume::with_study`](crate::files::Volume::with_study).

@@ -99,11 +99,17 @@ impl<'a> Samples<'a> {
         Ok(())
     }
 
-    /// Those of each block of `len` from the last to the first.
+    /// The views `[gate][head][view]` of `len` samples each as `[head][gate][view]`, the samples of each from the last to the first.
     #[cfg(feature = "dicom")]
-    pub(super) fn backwards(&self, len: usize) -> OwnSamples {
-        let blocks = (0..self.len()).step_by(len);
-        self.picked(blocks.flat_map(|from| (from..from + len).rev()))
+    pub(super) fn backwards_by_head(
+        &self,
+        [gates, heads, views]: [usize; 3],
+        len: usize,
+    ) -> OwnSamples {
+        let of_head = |head| (0..gates).map(move |gate| (gate * heads + head) * views);
+        let first = (0..heads).flat_map(of_head);
+        let view = first.flat_map(|first| first..first + views);
+        self.picked(view.flat_map(|view| (view * len..(view + 1) * len).rev()))
     }
 
     /// Writes the first sample of each block of `len`, then the second of each, and so on.

@@ -25,7 +25,11 @@ impl Turn {
     /// [`PhantomError::OutOfRange`] if the views are not evenly spaced or the detector is not
     /// centred: there are no keys for that.
     pub(super) fn new(projections: &Projections) -> Result<Self, PhantomError> {
-        let angles = projections.angles();
+        Self::of(projections, projections.angles())
+    }
+
+    /// As [`Turn::new`], of some of the views.
+    pub(super) fn of(projections: &Projections, angles: &[f64]) -> Result<Self, PhantomError> {
         let [_, rows, bins] = projections.shape();
         let detector = projections.detector();
         for (a, n) in [bins, rows].into_iter().enumerate() {

@@ -2,8 +2,8 @@
 
 use super::names::millimetres;
 use crate::error::{PhantomError, check};
-use crate::files::Samples;
 use crate::files::samples::gates_of;
+use crate::files::{BeatCounts, Samples};
 use revolve_voxel::VoxelGrid;
 use std::borrow::Cow;
 
@@ -14,6 +14,7 @@ pub struct Volume<'a> {
     grid: VoxelGrid,
     samples: Samples<'a>,
     axis: Axis,
+    beats: Option<BeatCounts>,
     study: Option<&'a str>,
 }
 
@@ -76,6 +77,7 @@ impl<'a> Volume<'a> {
             grid,
             samples,
             axis: Axis::Single,
+            beats: None,
             study: None,
         })
     }
@@ -142,6 +144,17 @@ impl<'a> Volume<'a> {
     pub fn with_study(mut self, name: &'a str) -> Self {
         self.study = Some(name);
         self
+    }
+
+    /// Sets the R-R intervals of the acquisition, for headers of gates that record them (DICOM).
+    pub fn with_beats(mut self, beats: Option<BeatCounts>) -> Self {
+        self.beats = beats;
+        self
+    }
+
+    /// The R-R intervals of the acquisition.
+    pub fn beats(&self) -> Option<BeatCounts> {
+        self.beats
     }
 
     /// Seconds from one gate to the next, of volumes of gates.

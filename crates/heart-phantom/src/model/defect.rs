@@ -11,8 +11,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// How far the sides of a defect in a twisted wall may be from where they are, along the wall and again across it, cm.
-const STEP: f64 = 0.005;
+/// Largest distance of the sides of a defect in a twisted wall from their position, along the wall and again across it, as a fraction
+/// of the radius of the heart: 0.05 mm of a radius of 3.5 cm.
+const STEP: f64 = 1.0 / 700.0;
 /// Angles that differ by less are equal but for the rounding of a turn.
 const NO_ANGLE: f64 = 1e-12;
 
@@ -130,8 +131,8 @@ pub(crate) struct Placed {
 /// A piece of a twisted wall as cells of its layers and its length, each turned as a whole by the twist of its middle.
 ///
 /// What turns keeps its volume, so that the cells have that of the piece whatever they are; they are as many as keep the sides of the
-/// piece within twice [`STEP`] of where they are.
-fn cells(region: &WallRegion, twist: &Twist, radius: f64) -> Vec<WallRegion> {
+/// piece within twice [`STEP`] of their position.
+fn cells(region: &WallRegion, twist: &Twist) -> Vec<WallRegion> {
     // Where a twist is straight between its samples, as between the cells of a fine grid, the largest change is that between corners.
     let change = |n: usize, at: &dyn Fn(f64) -> [f64; 2]| -> f64 {
         let angle = |k: usize| {
@@ -144,7 +145,7 @@ fn cells(region: &WallRegion, twist: &Twist, radius: f64) -> Vec<WallRegion> {
     let along = [inner, outer].map(|u| change(64, &|t| [u, from + t * (to - from)]));
     let across = (0..=16).map(|k| from + f64::from(k) / 16.0 * (to - from));
     let across = across.map(|s| change(1, &|t| [inner + t * (outer - inner), s]));
-    let count = |turned: f64| (radius * turned / (2.0 * STEP)).ceil().max(1.0) as usize;
+    let count = |turned: f64| (turned / (2.0 * STEP)).ceil().max(1.0) as usize;
     let n = count(along[0].max(along[1]));
     let m = count(across.fold(0.0, f64::max));
     let part = |[from, to]: [f64; 2], k: usize, n: usize| {
@@ -194,7 +195,7 @@ impl Placed {
                 for (owner, region) in &pieces {
                     let cells = match &twist {
                         None => vec![*region],
-                        Some(twist) => cells(region, twist, shape.radius()),
+                        Some(twist) => cells(region, twist),
                     };
                     for cell in cells {
                         let sector = wall.sector(&cell, tolerance);
@@ -284,7 +285,7 @@ mod tests {
         };
         let wall = Wall::new(&shapes[0]).unwrap();
         let exact = |region: &WallRegion| wall.sector(region, 1e-7).unwrap().volume();
-        let cells = cells(&whole, &twist, 3.5);
+        let cells = cells(&whole, &twist);
         let sum: f64 = cells.iter().map(exact).sum();
         assert!((sum / exact(&whole) - 1.0).abs() < 1e-10, "{sum}");
         // No side is farther from where it is than the tolerance.
@@ -294,7 +295,7 @@ mod tests {
             assert!((turned - twist.angle(middle[0], middle[1])).abs() < 1e-12);
             for layer in cell.layers {
                 for s in cell.s {
-                    let off = 3.5 * (turned - twist.angle(layer, s)).abs();
+                    let off = (turned - twist.angle(layer, s)).abs();
                     assert!(off <= 2.0 * STEP, "{off}");
                 }
             }

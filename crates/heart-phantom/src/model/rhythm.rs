@@ -207,6 +207,12 @@ impl Rhythm {
         round as usize * n + k.clamp(1, n) - 1
     }
 
+    /// Shortest and longest interval in seconds that is accepted; `None` for all.
+    #[cfg(feature = "scene")]
+    pub(crate) fn accepted(&self) -> Option<[f64; 2]> {
+        self.accepted
+    }
+
     /// Does its time count?
     pub(crate) fn accepts(&self, beat: &Beat) -> bool {
         self.accepted

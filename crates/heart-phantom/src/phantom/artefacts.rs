@@ -24,10 +24,15 @@ pub struct Artefacts {
     /// Standard deviation over mean of the voxels that are in the wall at all phases that the views see, defects among them, those
     /// near its faces left out.
     pub wall_unevenness: Option<f64>,
-    /// Mean of those voxels.
+    /// Mean over the exact wall, weighted with its activity: `sum w f / sum w`, `w` the exact volume of the wall alone, averaged over the
+    /// time of the projections. Partial volume is part of it; it depends on the voxel size by that only.
     pub wall_mean: Option<f64>,
-    /// How many they are; none if the wall moves by more than its thickness, or has too few voxels.
+    /// The same mean of the exact volume; the ratio of both is the recovery of the wall.
+    pub wall_mean_truth: Option<f64>,
+    /// Number of the voxels of `wall_unevenness`; 0 if the wall moves by more than its thickness, or has too few voxels.
     pub wall_voxels: usize,
+    /// How many times the outermost voxels were removed from them: 2, or less where fewer than 100 would be left.
+    pub wall_erosion: usize,
     /// Width of the outer edge at the apex, from 90 to 10 % of its height above the background along the axis, mm; none where
     /// views or volume end before that.
     pub apex_blur_mm: Option<f64>,
@@ -65,8 +70,9 @@ impl Phantom {
         let shapes = self.heart().shapes(gains)?;
         let poses = breaths.iter().map(|breath| self.pose(*breath));
         let poses = poses.collect::<Result<Vec<_>, _>>()?;
-        let (always, _) = swept(&shapes, &poses, self.camera())?;
-        [regions.cavity, regions.wall] = always.map(inside);
+        let ([cavity, wall], _) = swept(&shapes, &poses, self.camera())?;
+        (regions.cavity, _) = inside(cavity);
+        (regions.wall, regions.wall_erosion) = inside(wall);
         Ok(regions)
     }
 
@@ -98,16 +104,17 @@ impl Phantom {
         truth: &[f32],
     ) -> Result<Artefacts, PhantomError> {
         let breath = self.mean_breath(gate)?;
-        self.judged(&self.regions_of(gate)?, breath, volume, truth)
+        let wall = self.wall_of_gate(gate, truth)?;
+        self.judged(&self.regions_of(gate)?, breath, volume, [truth, &wall])
     }
 
-    /// The same over some voxels, of a heart that stands where that breath has it.
+    /// The same over some voxels, of a heart that stands where that breath has it, against the exact volume of all and of the wall alone.
     pub(super) fn judged(
         &self,
         regions: &Regions,
         breath: f64,
         volume: &[f32],
-        truth: &[f32],
+        [truth, wall]: [&[f32]; 2],
     ) -> Result<Artefacts, PhantomError> {
         let measures = Measures::of(volume, Some(truth), regions, self.camera())?;
         let shape = self.shape_at_gain(self.cycle().gains()[0])?;
@@ -152,8 +159,10 @@ impl Phantom {
             streaks_outside: measures.background_rms,
             wall_unevenness: (measures.wall_std.zip(measures.wall_mean))
                 .map(|(std, mean)| std / mean),
-            wall_mean: measures.wall_mean,
+            wall_mean: weighted_mean(volume, wall),
+            wall_mean_truth: weighted_mean(truth, wall),
             wall_voxels: regions.wall.count(),
+            wall_erosion: regions.wall_erosion,
             apex_blur_mm: width(Vector3::x(), [tip[0], 0.0], [outer_tip[0], 0.0])?,
             wall_blur_mm: widths.get(widths.len() / 2).copied(),
             rmse: measures.rmse_truth,
@@ -222,14 +231,24 @@ fn some_of(times: Vec<Lasting>) -> Vec<f64> {
     gains
 }
 
-/// A mask without its outermost voxels: two of them, or as many as leave enough.
-fn inside(mask: Mask) -> Mask {
+/// Mean of the samples with these weights; `None` without weights.
+fn weighted_mean(samples: &[f32], weights: &[f32]) -> Option<f64> {
+    let (mut sum, mut all) = (0.0, 0.0);
+    for (sample, weight) in samples.iter().zip(weights) {
+        sum += f64::from(*sample) * f64::from(*weight);
+        all += f64::from(*weight);
+    }
+    (all > 0.0).then(|| sum / all)
+}
+
+/// A mask without its outermost voxels, and how many times these were removed: twice, or as often as leaves enough.
+fn inside(mask: Mask) -> (Mask, usize) {
     for steps in [2, 1] {
         let mut eroded = mask.clone();
         eroded.erode(steps);
         if eroded.count() >= FEWEST {
-            return eroded;
+            return (eroded, steps);
         }
     }
-    mask
+    (mask, 0)
 }

@@ -1,6 +1,8 @@
 //! Which beats came while the camera looked.
 
 use super::Phantom;
+#[cfg(feature = "scene")]
+use crate::files::BeatCounts;
 
 /// The beats of a scan whose beats differ, or of which some are not accepted.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +23,38 @@ pub struct BeatReport {
 }
 
 impl Phantom {
+    /// The R-R intervals from the start of the first view to the end of the last, for headers.
+    #[cfg(feature = "scene")]
+    pub(crate) fn beat_counts(&self) -> BeatCounts {
+        let camera = self.camera();
+        let end = camera.view_start(camera.n_views() - 1) + camera.interval();
+        let period = self.cycle().period();
+        let Some(report) = self.beats() else {
+            return BeatCounts {
+                accepted: ((end / period).round() as usize).max(1),
+                rejected: 0,
+                mean: period,
+                limits: [period; 2],
+                rejects: false,
+            };
+        };
+        let accepted = report.interval_s.iter().zip(&report.accepted);
+        let accepted: Vec<f64> = accepted.filter(|(_, yes)| **yes).map(|(s, _)| *s).collect();
+        let least = accepted.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = accepted.iter().copied().fold(0.0, f64::max);
+        let limits = self.cycle().rhythm().and_then(|rhythm| rhythm.accepted());
+        BeatCounts {
+            accepted: accepted.len(),
+            rejected: report.rejected,
+            mean: match accepted.is_empty() {
+                true => period,
+                false => accepted.iter().sum::<f64>() / accepted.len() as f64,
+            },
+            limits: limits.unwrap_or([least.min(most), most]),
+            rejects: limits.is_some(),
+        }
+    }
+
     /// The beats from the start of the first view to the end of the last; `None` if they are all alike and count.
     pub fn beats(&self) -> Option<BeatReport> {
         let rhythm = self.cycle().rhythm()?;

@@ -88,7 +88,8 @@ impl Phantom {
                     number,
                     [0, self.scene().acquisition.mode.n_gates() - 1],
                 )?;
-                self.truth_at_end_expiration(number)
+                let slices = 0..self.camera().n_rows();
+                self.at_end_expiration(number, |scan| self.truth_slices(scan, slices))
             }
             Method::Osem(_) => {
                 check_count("volume", number, [0, 0])?;
@@ -107,15 +108,25 @@ impl Phantom {
         volume: &[f32],
         truth: &[f32],
     ) -> Result<Artefacts, PhantomError> {
-        let gains = match self.scene().reconstruction.method {
+        let (gains, wall) = match self.scene().reconstruction.method {
             Method::Fbp => {
                 let scan = self.scan(self.camera(), number, self.acquisition(number)?);
-                scan.times()?.iter().map(|state| state.gain).collect()
+                let gains = scan.times()?.iter().map(|state| state.gain).collect();
+                (
+                    gains,
+                    self.at_end_expiration(number, |scan| self.wall_alone(scan, truth))?,
+                )
             }
-            Method::Osem(_) => vec![self.cycle().gain(self.reference().phase)],
+            Method::Osem(_) => {
+                let at = self.reference();
+                (
+                    vec![self.cycle().gain(at.phase)],
+                    self.at_moment(at, |scan| self.wall_alone(scan, truth))?,
+                )
+            }
         };
         let regions = self.regions_at(&gains, &[0.0])?;
-        self.judged(&regions, 0.0, volume, truth)
+        self.judged(&regions, 0.0, volume, [truth, &wall])
     }
 
     /// All sets of views of a heart that breathes, in the frame of end-expiration: each view is moved on the detector by what the breath

@@ -3,6 +3,7 @@
 use super::method::Method;
 use super::output::Product;
 use super::products::Needs;
+use crate::error::PhantomError;
 use crate::model::without_overlap;
 use crate::scan::MOST_NODES;
 use crate::scan::{Accuracy, STEPS};
@@ -14,6 +15,34 @@ use std::collections::BTreeSet;
 /// About a point of the quadrature (32), its place in a tree of distinct ones (some 36) and in the list of phases (8), with the room by
 /// which lists grow.
 const POINT_BYTES: u64 = 120;
+
+/// Memory in bytes that the operating system can give this process, as far as Linux reports it: the least of physical memory with swap,
+/// the limit of the control group and what is left of the address space.
+pub(crate) fn memory_limit() -> Option<u64> {
+    let read = |path| std::fs::read_to_string(path).unwrap_or_default();
+    let number = |text: &str| text.split_whitespace().find_map(|word| word.parse().ok());
+    let value = |text: &str, name: &str| -> Option<u64> {
+        let line = text.lines().find_map(|line| line.strip_prefix(name));
+        number(line?)
+    };
+    let memory = read("/proc/meminfo");
+    let physical = value(&memory, "MemTotal:")
+        .map(|kib| kib.saturating_add(value(&memory, "SwapTotal:").unwrap_or(0)) << 10);
+    let group = number(&read("/sys/fs/cgroup/memory.max"));
+    let used = value(&read("/proc/self/status"), "VmSize:").unwrap_or(0) << 10;
+    let address = value(&read("/proc/self/limits"), "Max address space")
+        .map(|limit: u64| limit.saturating_sub(used));
+    [physical, group, address].into_iter().flatten().min()
+}
+
+/// # Errors
+/// [`PhantomError::Memory`] if that many bytes are more than the operating system can give.
+pub(crate) fn check_memory(needed: u64) -> Result<(), PhantomError> {
+    match memory_limit() {
+        Some(available) if needed > available => Err(PhantomError::Memory { needed, available }),
+        _ => Ok(()),
+    }
+}
 
 /// Memory that `run` of a scene takes at most, in bytes: an estimate, some tens of per cent above what is taken as a
 /// rule, more where a tolerance leaves open how many shapes it takes.

@@ -14,6 +14,7 @@ mod osem;
 mod osem_of_gates;
 mod output;
 mod phases;
+mod polar;
 mod prepare;
 mod products;
 mod reach;
@@ -33,8 +34,9 @@ pub use method::{Compensation, Method, Osem, OsemReport};
 pub(crate) use model_voxels::farthest;
 pub use motion::{MotionField, MotionReport, PointMotion};
 pub use numbers::{Numbers, Thickness};
-pub use output::{GateFiles, Output, Product};
+pub use output::{GateFiles, Output, Product, ProjectionValues};
 pub use phases::{Moment, PhaseOf, PhaseReport, ScenePhase};
+pub use polar::PolarMap;
 pub(crate) use products::Needs;
 pub use products::PlannedFile;
 #[cfg(feature = "scene")]

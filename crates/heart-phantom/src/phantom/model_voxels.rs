@@ -35,14 +35,16 @@ impl Parts {
                 (*low, *high) = (low.min(c - a), high.max(c + a));
             }
         };
-        let medium = self.attenuation.filter(|_| osem.attenuation);
+        // A medium of coefficient 0 is no reason for more voxels.
+        let models = osem.attenuation && self.attenuation.is_some();
+        let medium = (self.attenuation).filter(|own| models && own.coefficient > 0.0);
         let background = self.background.map(|background| background.torso);
         let torso = medium.and_then(|medium| medium.torso);
         for around in [background, torso].into_iter().flatten() {
             hold(around.centre(), around.semi_axes());
         }
         for organ in self.organs.iter().flat_map(Organs::as_slice) {
-            if organ.activity > 0.0 || (medium.is_some() && organ.attenuation > 0.0) {
+            if organ.activity > 0.0 || (models && organ.attenuation > 0.0) {
                 let ([x, y, _], [a, b, _]) = organ.shape.bounds();
                 hold([x, y], [a, b]);
             }

@@ -13,6 +13,8 @@ pub struct Output {
     pub volumes: Format,
     /// Format of projections.
     pub projections: Format,
+    /// Quantity of the projections that are written.
+    pub values: ProjectionValues,
     /// Whether the gates go into files of their own.
     pub gates: GateFiles,
     /// Largest relative error of the volume that a surface encloses.
@@ -29,10 +31,23 @@ impl Default for Output {
             ],
             volumes: Format::Npy,
             projections: Format::Npy,
+            values: ProjectionValues::Normalised,
             gates: GateFiles::Each,
             mesh_tolerance: 1e-3,
         }
     }
+}
+
+/// Quantity of the projections that are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+pub enum ProjectionValues {
+    /// Line integrals of the activity at the start of the acquisition: counts over the counts per unit of each view.
+    #[default]
+    Normalised,
+    /// Poisson counts as a camera writes them, neither normalised nor corrected for decay; needs noise.
+    Counts,
 }
 
 /// Where the gates of a beat go.

@@ -1,5 +1,6 @@
 //! Everything that a run of a scene could be refused for, found before it takes a view.
 
+use super::memory::check_memory;
 use super::output::Product;
 use super::products::Needs;
 use crate::error::PhantomError;
@@ -44,6 +45,7 @@ impl Phantom {
             self.bin_means()?;
             self.depth()?;
         }
+        check_memory(self.memory().total())?;
         if reconstructs {
             self.try_reconstruction()?;
         }

@@ -1,5 +1,6 @@
 //! Views of a phantom, with its blur and noise.
 
+use super::memory::check_memory;
 use super::{Phantom, once};
 use crate::error::{PhantomError, check_count};
 use crate::scan::{Collimation, Depth, Facing, Scan, Wide};
@@ -206,7 +207,10 @@ impl Phantom {
         // What goes on beyond all rows is blurred into them from both sides.
         let endless = self.parts.background.is_some();
         let end = if endless { f64::INFINITY } else { end };
-        Depth::new(collimation, camera, views, [side, end]).map(Some)
+        let depth = Depth::new(collimation, camera, views, [side, end])?;
+        let threads = rayon::current_num_threads() as u64;
+        check_memory(2 * threads * depth.view_bytes() as u64)?;
+        Ok(Some(depth))
     }
 
     /// The same, once it was made.

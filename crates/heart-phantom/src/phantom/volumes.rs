@@ -4,9 +4,10 @@ use super::{Phantom, once};
 use crate::error::{PhantomError, check_count, check_length};
 use crate::scan::Scan;
 use crate::truth::truth_of_slices;
-use crate::{Method, Moment, OsemReport, Regions, Rotation};
+use crate::{Activity, Method, Moment, OsemReport, Regions, Rotation, Uptake};
 use radon::{FbpPlan, StackOrder};
-use revolve_voxel::{Mesh, Sampling, Sector};
+use revolve_voxel::{Mesh, Organs, Sampling, Sector};
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, PoisonError};
 
@@ -108,14 +109,52 @@ impl Phantom {
         self.truth_slices(&scan, 0..self.parts.camera.n_rows())
     }
 
-    /// The same of a heart that holds its breath.
-    pub(super) fn truth_at_end_expiration(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
+    /// Calls `of` with the scan of a gate of a heart at end-expiration.
+    pub(super) fn at_end_expiration<T>(
+        &self,
+        gate: usize,
+        of: impl FnOnce(&Scan<'_>) -> Result<T, PhantomError>,
+    ) -> Result<T, PhantomError> {
         let cycle = self.parts.cycle.clone().without_breathing();
-        let scan = Scan {
+        of(&Scan {
             cycle: &cycle,
             ..self.scan(&self.parts.camera, gate, self.acquisition(gate)?)
+        })
+    }
+
+    /// The exact volume of the wall of a gate alone, without cavity, background and organs; `truth` where that is all there is.
+    pub(super) fn wall_of_gate<'a>(
+        &self,
+        gate: usize,
+        truth: &'a [f32],
+    ) -> Result<Cow<'a, [f32]>, PhantomError> {
+        let scan = self.scan(&self.parts.camera, gate, self.acquisition(gate)?);
+        self.wall_alone(&scan, truth)
+    }
+
+    /// As [`Phantom::wall_of_gate`], of the time of a scan whose exact volume is `truth`.
+    pub(super) fn wall_alone<'a>(
+        &self,
+        scan: &Scan<'_>,
+        truth: &'a [f32],
+    ) -> Result<Cow<'a, [f32]>, PhantomError> {
+        let organs = scan.organs.is_some_and(Organs::is_active);
+        let cavity = scan.activity.cavity != Uptake::Concentration(0.0);
+        if scan.background.is_none() && !organs && !cavity {
+            return Ok(truth.into());
+        }
+        let wall = Scan {
+            activity: Activity {
+                cavity: Uptake::Concentration(0.0),
+                ..scan.activity
+            },
+            background: None,
+            organs: None,
+            ..scan.clone()
         };
-        self.truth_slices(&scan, 0..self.parts.camera.n_rows())
+        Ok(self
+            .truth_slices(&wall, 0..self.parts.camera.n_rows())?
+            .into())
     }
 
     /// One slice of the exact volume of a gate, `[y][x]`.
@@ -249,7 +288,7 @@ impl Phantom {
         Ok(())
     }
 
-    fn truth_slices(
+    pub(super) fn truth_slices(
         &self,
         scan: &Scan<'_>,
         slices: Range<usize>,

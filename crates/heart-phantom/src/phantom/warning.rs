@@ -54,6 +54,20 @@ pub enum Warning {
         /// How far the body reaches towards it.
         needed: f64,
     },
+    /// Projections from few distinct directions: opposite and repeated ones count once.
+    FewDirections {
+        /// Distinct directions.
+        directions: usize,
+        /// Projections.
+        views: usize,
+    },
+    /// The heart reaches into an organ that attenuates more than the heart, such as the spine, and takes its place there.
+    InBone {
+        /// Index of the organ, from 0.
+        organ: usize,
+        /// Volume in common at most, in mL.
+        volume: f64,
+    },
     /// A turning camera sees gates from uneven angles, and the format of the projections has room for even ones only: their mean
     /// is right.
     UnevenAngles {
@@ -163,6 +177,16 @@ impl fmt::Display for Warning {
                     "the camera's face is within the body: in view {view} it is {radius} cm from the axis of turning, and the body reaches {needed} cm towards it"
                 )
             }
+            Self::FewDirections { directions, views } => write!(
+                f,
+                "the {views} projections have {directions} distinct directions; reconstructions need more"
+            ),
+            Self::InBone { organ, volume } => write!(
+                f,
+                "the heart overlaps organ {} by {} mL, which attenuates more than the heart: the heart takes its place there; change the pose",
+                organ + 1,
+                brief(volume)
+            ),
             Self::UnevenAngles { off } => write!(
                 f,
                 "the gates of a turning camera are seen from uneven angles, up to {:.3} degrees from where the even steps of their format put them; \
@@ -222,6 +246,16 @@ impl Serialize for Warning {
                 map.serialize_entry("view", &view)?;
                 map.serialize_entry("radius_cm", &short(radius))?;
                 map.serialize_entry("needed_cm", &short(needed))?;
+            }
+            Self::FewDirections { directions, views } => {
+                map.serialize_entry("what", "directions")?;
+                map.serialize_entry("directions", &directions)?;
+                map.serialize_entry("views", &views)?;
+            }
+            Self::InBone { organ, volume } => {
+                map.serialize_entry("what", "heart-in-bone")?;
+                map.serialize_entry("organ", &organ)?;
+                map.serialize_entry("volume_ml", &short(volume))?;
             }
             Self::UnevenAngles { off } => {
                 map.serialize_entry("what", "angles")?;

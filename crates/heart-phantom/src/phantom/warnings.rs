@@ -2,14 +2,17 @@
 
 use super::Phantom;
 use super::output::Product;
+use super::products::Needs;
 use super::warning::{Edge, Seen, Warning};
 use crate::error::PhantomError;
 use crate::{HeartShape, Mode, Rotation};
-use revolve_voxel::{Body, EllipticCylinder, Organ, Organs};
+use revolve_voxel::{Body, EllipticCylinder, Organ, Organs, VoxelGrid};
 use std::f64::consts::PI;
 
 /// Directions of half a turn in which it is looked for a gap: the widest one is found to 1 - cos(pi / 128), 3e-4 of itself.
 const DIRECTIONS: usize = 64;
+/// Overlap of heart and bone in mL that is below what the sampling of it resolves.
+const MOST_OVERLAP: f64 = 0.5;
 
 impl Phantom {
     /// What is allowed and yet may surprise; nothing if all is as one expects. It solves the shapes that are looked
@@ -67,9 +70,13 @@ impl Phantom {
                     }),
             );
         }
-        if parts.scene.output.write.contains(&Product::Projections) {
+        if parts.scene.output.has(Product::Projections) {
             found.extend(self.uneven_angles()?);
         }
+        if parts.scene.output.needs(Needs::Reconstruction) {
+            found.extend(self.few_directions());
+        }
+        found.extend(self.bone_in_the_heart(&bodies)?);
         Ok(found)
     }
 
@@ -167,6 +174,44 @@ impl Phantom {
         }))
     }
 
+    /// Projections from fewer directions than their number promises, such as several turns in large steps. A parallel projection from
+    /// the opposite side is the same direction.
+    fn few_directions(&self) -> Option<Warning> {
+        let angles = self.camera().geometry().angles();
+        let mut directions: Vec<f64> = angles.iter().map(|angle| angle.rem_euclid(PI)).collect();
+        directions.sort_by(f64::total_cmp);
+        // Angles in degrees are rounded; the smallest step of a camera is far larger.
+        directions.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
+        let (first, last) = (directions.first()?, directions.last()?);
+        let again = directions.len() > 1 && first + PI - last < 1e-6;
+        let n = directions.len() - usize::from(again);
+        (n < 3 || 2 * n < angles.len()).then_some(Warning::FewDirections {
+            directions: n,
+            views: angles.len(),
+        })
+    }
+
+    /// The organ that attenuates more than the heart, such as the spine, of which the heart takes the place most.
+    fn bone_in_the_heart(&self, bodies: &[Body]) -> Result<Option<Warning>, PhantomError> {
+        let parts = self.parts();
+        let (Some(organs), Some(own)) = (&parts.organs, &parts.attenuation) else {
+            return Ok(None);
+        };
+        let mut worst: Option<(usize, f64)> = None;
+        for (organ, bone) in organs.as_slice().iter().enumerate() {
+            if bone.attenuation <= 1.1 * own.coefficient {
+                continue;
+            }
+            for body in bodies {
+                let volume = overlap(body, bone)?;
+                if volume > worst.map_or(MOST_OVERLAP, |(_, most)| most) {
+                    worst = Some((organ, volume));
+                }
+            }
+        }
+        Ok(worst.map(|(organ, volume)| Warning::InBone { organ, volume }))
+    }
+
     fn uneven_angles(&self) -> Result<Option<Warning>, PhantomError> {
         let mut off = 0.0f64;
         for gate in 0..self.n_gates() {
@@ -230,6 +275,26 @@ impl Phantom {
     fn height(&self) -> f64 {
         self.camera().n_rows() as f64 * self.camera().detector().pitch()[1]
     }
+}
+
+/// Volume that a body and an organ have in common, in mL: samples in the middle of 40 cells along each side of the body's box.
+fn overlap(body: &Body, organ: &Organ) -> Result<f64, PhantomError> {
+    const SIDE: usize = 40;
+    let [low, high] = body.bounding_box(0)?;
+    let sides = [0, 1, 2].map(|a| (high[a] - low[a]) / SIDE as f64);
+    let centre = [0, 1, 2].map(|a| 0.5 * (low[a] + high[a]));
+    let grid = VoxelGrid::centred([SIDE; 3], sides, centre)?;
+    let organ = Organs::new(vec![*organ])?;
+    let fractions: Vec<f64> = organ.voxelize(&grid, 0..SIDE, |_| 1.0)?;
+    let inside = |k: usize| {
+        let place = grid.centre(k % SIDE, k / SIDE % SIDE, k / (SIDE * SIDE));
+        body.layers()[0].contains(&body.pose().to_body(&place))
+    };
+    let covered: f64 = (fractions.iter().enumerate())
+        .filter(|(k, fraction)| **fraction > 0.0 && inside(*k))
+        .map(|(_, fraction)| fraction)
+        .sum();
+    Ok(covered * grid.voxel_volume())
 }
 
 fn truncated(

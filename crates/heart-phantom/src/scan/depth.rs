@@ -10,13 +10,15 @@
 
 use super::camera::Camera;
 use super::wide::widened;
-use crate::error::PhantomError;
+use crate::error::{PhantomError, check};
 use radon::{Collimator, DepthBlur};
 use std::ops::Range;
 
 /// Fewest slabs where depth makes a difference, and most; even, so that they make pairs.
 const FEWEST_SLABS: f64 = 12.0;
 const MOST_SLABS: f64 = 2048.0;
+/// Bins over which a sample is spread: far more than any camera has, and few enough to be computed.
+const MOST_REACH: [f64; 2] = [0.0, 1024.0];
 /// The error is estimated in so many views at most, evenly among all.
 const VIEWS_LOOKED_AT: usize = 8;
 
@@ -87,6 +89,8 @@ impl Depth {
         }
         let ends = depth.gaussians(&[near, far], collimation.tolerance)?;
         (depth.reach, depth.nodes) = (ends.reach(), ends.n_nodes());
+        let reach = depth.reach[0].max(depth.reach[1]) as f64;
+        check("reach of the collimator's blur in bins", reach, MOST_REACH)?;
         (depth.margin, depth.camera) = widened(camera, depth.reach, extent)?;
         Ok(depth)
     }

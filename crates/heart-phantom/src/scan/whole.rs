@@ -10,6 +10,7 @@ use revolve_voxel::{Organs, Pose};
 use std::sync::Arc;
 
 /// An acquisition of which any part can be taken, each with the bits that it has in the whole.
+#[derive(Clone)]
 pub(crate) struct Scan<'a> {
     pub(crate) heart: &'a Heart,
     pub(crate) camera: &'a Camera,

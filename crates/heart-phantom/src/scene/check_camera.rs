@@ -70,7 +70,7 @@ fn orbit(orbit: &Orbit, n_views: usize, c: &mut Check) {
 }
 
 impl Scene {
-    /// Whether the steps from view to view are equal, which Interfile and DICOM need.
+    /// Whether the steps from view to view are equal, which Interfile needs.
     pub(super) fn has_even_steps(&self) -> bool {
         Camera::with_geometry(&geometry_of(self)).is_ok_and(|camera| camera.has_even_steps())
     }

@@ -35,9 +35,16 @@ pub(super) fn output(scene: &Scene, c: &mut Check) {
         let names = formats(|info| info.projections.is_some());
         let wanted = format!("cannot store the angles of projections; choose one of {names}");
         c.fault("projections", spelled(output.projections), wanted);
-    } else if c.is_clean(&["camera"]) && projections.even_steps && !scene.has_even_steps() {
+    } else if c.is_clean(&["camera"])
+        && projections.even_steps
+        && !projections.detectors
+        && !scene.has_even_steps()
+    {
         let wanted = "needs even steps from the first view to the last of both heads: an arc as large as the angle between them";
         c.fault("projections", spelled(output.projections), wanted);
+    }
+    if output.values == ProjectionValues::Counts && scene.noise.is_none() {
+        c.fault("values", "counts", "needs a section [noise]");
     }
     if output.has(Product::Motion) && !volumes.fields {
         let names = formats(|info| info.fields);

@@ -31,7 +31,7 @@ mod template;
 pub use crate::{
     Accuracy, Activity, Balloon, Beats, BinSample, Breathing, BreathingCurve, Chest, Compensation,
     Counting, Counts, Decay, Defect, GateFiles, GatedBy, Method, Mode, Noise, Orbit, Osem, Output,
-    Product, RespiratoryGates, Rotation, RrIntervals,
+    Product, ProjectionValues, RespiratoryGates, Rotation, RrIntervals,
 };
 pub(crate) use build::WORK_BYTES;
 #[cfg(feature = "scene")]
@@ -49,7 +49,8 @@ pub use radon::{ArcPolicy, Window};
 pub use run::{GateResults, Run, run};
 #[cfg(feature = "scene")]
 pub use run_report::{
-    CompensatedReport, GateReport, PictureReport, Progress, RunReport, SliceOrders,
+    CompensatedReport, GateReport, MeasuredEjection, PictureReport, Progress, RunReport,
+    SliceOrders,
 };
 pub use sections::{
     AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,

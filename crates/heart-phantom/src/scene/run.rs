@@ -1,11 +1,13 @@
 //! A scene from start to end: everything that it asks for, written to a folder.
 
-use super::run_report::{GateReport, PictureReport, Progress, RunReport, SliceOrders};
+use super::run_report::{
+    GateReport, MeasuredEjection, PictureReport, Progress, RunReport, SliceOrders,
+};
 use super::study::Scene;
 use crate::error::{PhantomError, check_count};
-use crate::files::{self, Folder, Projections, Radius, Volume};
+use crate::files::{self, AcquisitionInfo, Folder, Projections, Radius, Volume};
 use crate::phantom::{Content, Index, Needs};
-use crate::{Method, Orbit, Phantom, Product, ScenePhase, ViewReport};
+use crate::{Method, Mode, Orbit, Phantom, Product, ProjectionValues, ScenePhase, ViewReport};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -163,6 +165,12 @@ impl<'a> Run<'a> {
                 true => phantom.motion_reports()?,
                 false => Vec::new(),
             },
+            measured: match phantom.scene().acquisition.mode {
+                Mode::Gated { .. } => MeasuredEjection::of(&self.gates),
+                Mode::Static { .. } | Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle => {
+                    None
+                }
+            },
             beats: phantom.beats(),
             gates: std::mem::take(&mut self.gates),
             compensated,
@@ -219,6 +227,13 @@ impl Run<'_> {
                 report.quadrature_steps = Some(phantom.steps()?);
             }
             let counts = phantom.counts_per_unit(gate)?.unwrap_or_default();
+            let sum = |view: &[f32]| view.iter().map(|sample| f64::from(*sample)).sum::<f64>();
+            let sums = views.samples.chunks(phantom.camera().view_len()).map(sum);
+            report.counts = (!counts.is_empty()).then(|| {
+                sums.zip(&counts)
+                    .map(|(sum, per_unit)| sum * per_unit)
+                    .sum()
+            });
             let first = counts.first().copied();
             report.counts_per_unit = first.filter(|&first| counts.iter().all(|&all| all == first));
             if phantom.scene().counting.is_some() {
@@ -244,6 +259,7 @@ impl Run<'_> {
                 let (made, osem) = phantom.reconstruct_observed(gate, &views.samples, &told)?;
                 report.osem = osem;
                 self.reconstructed(Index::Gate(gate), &made)?;
+                report.polar_map = Some(phantom.polar_map(gate, &made)?);
                 results.reconstruction = Some(made);
             }
             results.projections = Some(views.samples);
@@ -253,6 +269,7 @@ impl Run<'_> {
             let truth = phantom.truth(gate)?;
             self.write(Product::Truth, Index::Gate(gate), &truth)?;
             report.truth = Some(phantom.truth_of());
+            report.polar_map_truth = Some(phantom.polar_map(gate, &truth)?);
             if let Some(volume) = &results.reconstruction {
                 progress("measures", 0.95);
                 report.artefacts = Some(phantom.artefacts(gate, volume, &truth)?);
@@ -357,23 +374,49 @@ impl Run<'_> {
                 Radius::PerView(&radii)
             }
         };
-        let (mut projections, gates) = match self.seconds_per_gate(index) {
-            None => (
-                Projections::new(detector, &angles, radius, samples)?,
-                gate..gate + 1,
-            ),
-            Some(seconds) => (
-                Projections::of_gates(detector, &angles, radius, samples, seconds)?,
-                0..self.phantom.n_gates(),
-            ),
+        let seconds = self.seconds_per_gate(index);
+        let gates = match seconds {
+            None => gate..gate + 1,
+            Some(_) => 0..self.phantom.n_gates(),
         };
         let mut counts = Vec::new();
         for gate in gates {
             counts.extend(self.phantom.counts_per_unit(gate)?.into_iter().flatten());
         }
+        let raw = self.phantom.scene().output.values == ProjectionValues::Counts;
+        let counted;
+        let samples = match raw {
+            false => samples,
+            true => {
+                // What the noise divided by: whole numbers up to rounding.
+                let views = samples.chunks(camera.view_len()).zip(&counts);
+                counted = views
+                    .flat_map(|(view, per_unit)| {
+                        let per_unit = *per_unit as f32;
+                        view.iter().map(move |sample| (sample * per_unit).round())
+                    })
+                    .collect::<Vec<f32>>();
+                &counted
+            }
+        };
+        let mut projections = match seconds {
+            None => Projections::new(detector, &angles, radius, samples)?,
+            Some(seconds) => Projections::of_gates(detector, &angles, radius, samples, seconds)?,
+        };
         if !counts.is_empty() {
             projections = projections.with_counts_per_unit(&counts)?;
         }
+        projections = projections.with_acquisition(AcquisitionInfo {
+            heads: camera.heads().count(),
+            decay_corrected: !raw
+                && self
+                    .phantom
+                    .scene()
+                    .counting
+                    .is_some_and(|own| own.decay.half_life().is_some()),
+            counts: raw,
+            beats: index.eq(&Index::All).then(|| self.phantom.beat_counts()),
+        })?;
         let times = self.phantom.view_times(gate)?;
         let seen = times.iter().map(|time| time.window).sum::<f64>() / times.len() as f64;
         projections = projections.with_seconds(seen)?;
@@ -413,7 +456,8 @@ impl Run<'_> {
         let grid = *self.phantom.camera().grid();
         let volume = match self.seconds_per_gate(index) {
             None => Volume::new(grid, samples)?,
-            Some(seconds) => Volume::of_gates(grid, samples, seconds)?,
+            Some(seconds) => Volume::of_gates(grid, samples, seconds)?
+                .with_beats(Some(self.phantom.beat_counts())),
         };
         let names = self.phantom.names_of(product, 0, index);
         self.write_volume(names, volume)

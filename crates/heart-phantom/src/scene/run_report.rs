@@ -4,7 +4,7 @@ use super::study::Scene;
 use crate::files::SliceOrder;
 use crate::{
     Artefacts, BeatReport, BinMeans, Memory, MotionReport, Numbers, OsemReport, PhaseReport,
-    TruthOf, ViewReport, Warning, WorkReport,
+    PolarMap, TruthOf, ViewReport, Warning, WorkReport,
 };
 use serde::Serialize;
 use std::path::PathBuf;
@@ -36,6 +36,9 @@ pub struct RunReport {
     /// Torsion, shortening and the scene's points at the phases that stand for the views, where motion was written, or there are points.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub motion: Vec<MotionReport>,
+    /// Ejection fraction measured on the images of the cardiac gates, beside the true one of `numbers`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured: Option<MeasuredEjection>,
     /// The beats, where they differ or some do not count.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beats: Option<BeatReport>,
@@ -92,6 +95,9 @@ pub struct GateReport {
     /// same; what each has by that sensitivity is [`ViewReport::counts_per_unit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub counts_per_unit: Option<f64>,
+    /// Counts in all projections, expected or drawn, where the counts per unit are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub counts: Option<f64>,
     /// What OSEM did, where it reconstructed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub osem: Option<OsemReport>,
@@ -102,6 +108,45 @@ pub struct GateReport {
     /// The reconstruction against the truth, where both were made.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub artefacts: Option<Artefacts>,
+    /// Polar map of the reconstruction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polar_map: Option<PolarMap>,
+    /// Polar map of the exact volume.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polar_map_truth: Option<PolarMap>,
+}
+
+/// Ejection fraction from the largest and the smallest cavity of the polar maps of all gates.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct MeasuredEjection {
+    /// On the reconstructions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ejection_fraction: Option<f64>,
+    /// On the exact volumes, which are averages over the gates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ejection_fraction_truth: Option<f64>,
+}
+
+impl MeasuredEjection {
+    /// `None` without images of several gates.
+    pub(super) fn of(gates: &[GateReport]) -> Option<Self> {
+        let measured = |map: fn(&GateReport) -> Option<PolarMap>| {
+            let volumes: Option<Vec<f64>> = (gates.iter().map(map))
+                .map(|map| Some(map?.cavity_ml))
+                .collect();
+            let volumes = volumes.filter(|volumes| volumes.len() > 1)?;
+            let most = volumes.iter().copied().fold(0.0, f64::max);
+            let least = volumes.iter().copied().fold(f64::INFINITY, f64::min);
+            (most > 0.0).then(|| (most - least) / most)
+        };
+        let found = Self {
+            ejection_fraction: measured(|gate| gate.polar_map),
+            ejection_fraction_truth: measured(|gate| gate.polar_map_truth),
+        };
+        let some = found.ejection_fraction.or(found.ejection_fraction_truth);
+        some.map(|_| found)
+    }
 }
 
 /// A volume of all gates in one frame.

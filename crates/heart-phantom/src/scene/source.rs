@@ -25,6 +25,10 @@ impl Phantom {
             PhantomError::OutOfRange { what, .. } if *what == VOXELS => {
                 "reconstruction.method".to_owned()
             }
+            PhantomError::OutOfRange { what, .. } if what.contains("collimator's blur") => {
+                "collimator".to_owned()
+            }
+            PhantomError::Memory { .. } => "camera".to_owned(),
             PhantomError::BinMeans { .. } => "camera.samples".to_owned(),
             PhantomError::DetectorInside { .. } => "camera.radius".to_owned(),
             PhantomError::NothingToCount => "noise.counts.total".to_owned(),

@@ -17,8 +17,10 @@ pub(crate) const BREATHS: [f64; 5] = [0.0, 1.0, 0.5, 0.25, 0.75];
 pub struct Regions {
     /// Pixels of a slice within [`Camera::field_radius`] of the axis, `[y][x]`.
     pub disc: Vec<bool>,
-    /// In the wall at all phases, eroded by two voxels.
+    /// In the wall at all phases, eroded.
     pub wall: Mask,
+    /// How many times its outermost voxels were removed.
+    pub wall_erosion: usize,
     /// In the cavity at all phases, eroded by two voxels.
     pub cavity: Mask,
     /// Within the disc and more than three voxels from what the outer membrane holds at any phase.
@@ -53,6 +55,7 @@ impl Regions {
         Ok(Self {
             disc,
             wall,
+            wall_erosion: 2,
             cavity,
             background,
         })

@@ -65,7 +65,7 @@ pub(crate) fn truth_of_slices(
             *voxel += (1.0 - share) * held;
         }
     }
-    scan.no_negatives(&mut volume);
+    clamp(&mut volume);
     Ok((volume, counters))
 }
 
@@ -98,8 +98,13 @@ pub(crate) fn truth_of_gates_into(
         counters = counters + add_shapes(scan, &whole, tolerance, slices.clone(), &mut one)?;
         add_to_gates(&one, uses, &mut gates);
     }
-    scan.no_negatives(volumes);
+    clamp(volumes);
     Ok(counters)
+}
+
+/// Clamps negative rounding residue, of the wall as the difference of two bodies, to zero.
+fn clamp(volume: &mut [f32]) {
+    (volume.iter_mut()).for_each(|voxel| *voxel = voxel.max(0.0));
 }
 
 /// How many shapes one pass adds up. It does not depend on the heart's memory, so that the sums have the same bits whatever that is.

@@ -4,6 +4,7 @@
 
 mod acquisitions;
 mod bins;
+mod bounds;
 mod collimator;
 mod compensated;
 mod counting;

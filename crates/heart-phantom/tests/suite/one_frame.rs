@@ -6,7 +6,7 @@ use heart_phantom::radon::{
     Stopping, Warp, mlem,
 };
 use heart_phantom::scene::*;
-use heart_phantom::{Artefacts, Moment, Phantom, PhantomError, Uptake, run};
+use heart_phantom::{Artefacts, Measures, Moment, Phantom, PhantomError, Uptake, run};
 use std::sync::Arc;
 
 /// A heart in half its voxels' third, seen by views all round.
@@ -206,11 +206,8 @@ fn ways_of_whole_voxels_leave_the_walls_mean_and_ways_of_halves_let_it_overshoot
             heart_phantom::radon::go_on,
         )
         .unwrap();
-        still
-            .compensated_artefacts(0, &volume, &truth)
-            .unwrap()
-            .wall_mean
-            .unwrap()
+        let inner = Measures::of(&volume, Some(&truth), &still.regions_of(0).unwrap(), camera);
+        inner.unwrap().wall_mean.unwrap()
     };
     let [at_rest, by_one, by_half] = [0.0, 1.0, 0.5].map(wall_mean);
     println!("wall: at rest {at_rest}, elsewhere by a voxel {by_one}, by half of one {by_half}");

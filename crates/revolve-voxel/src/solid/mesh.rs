@@ -205,12 +205,15 @@ impl Mesh {
             .unwrap_or(f64::NAN)
     }
 
-    /// Writes a binary STL file (32-bit floats, facet normals).
+    /// Writes a binary STL file (32-bit floats, facet normals). The first 80 bytes of `comment`, the unit of the vertices for example,
+    /// are its header, which readers ignore; it must not begin with `solid`, the header of a text file.
     ///
     /// # Errors
     /// Those of the writer; `InvalidInput` for a triangle that names a point that there is not.
-    pub fn write_stl(&self, mut to: impl Write) -> io::Result<()> {
-        to.write_all(&[0; 80])?;
+    pub fn write_stl(&self, comment: &str, mut to: impl Write) -> io::Result<()> {
+        let mut header = [0; 80];
+        (header.iter_mut().zip(comment.bytes())).for_each(|(to, byte)| *to = byte);
+        to.write_all(&header)?;
         to.write_all(&(self.triangles.len() as u32).to_le_bytes())?;
         for t in &self.triangles {
             let [a, b, c] = self.corners(t).ok_or_else(|| unknown_point(t))?;

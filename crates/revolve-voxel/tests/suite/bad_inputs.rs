@@ -495,11 +495,11 @@ fn meshes_put_together_by_hand() {
     };
     let whole = mesh([0, 1, 2], 3);
     assert_eq!(whole.volume(), 0.0);
-    assert!(whole.write_stl(Vec::new()).is_ok() && whole.write_ply(Vec::new()).is_ok());
+    assert!(whole.write_stl("", Vec::new()).is_ok() && whole.write_ply(Vec::new()).is_ok());
     for broken in [mesh([0, 1, 3], 3), mesh([u32::MAX, 0, 0], 3)] {
         assert!(broken.volume().is_nan());
         for written in [
-            broken.write_stl(Vec::new()),
+            broken.write_stl("", Vec::new()),
             broken.write_ply(Vec::new()),
             mesh([0, 1, 2], 2).write_ply(Vec::new()),
         ] {

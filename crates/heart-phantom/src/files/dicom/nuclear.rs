@@ -6,7 +6,7 @@ use super::pixels::Pixels;
 use crate::error::{PhantomError, check_count};
 use crate::files::names::millimetres;
 use crate::files::turn::{Direction, Turn};
-use crate::files::{PROGRAM, Projections, Volume, write_atomically};
+use crate::files::{BeatCounts, PROGRAM, Projections, Volume, write_atomically};
 use crate::text::short;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
@@ -21,23 +21,41 @@ pub(in crate::files) fn write_projections(
     path: &Path,
     projections: &Projections,
 ) -> Result<(), PhantomError> {
-    let turn = Turn::new(projections)?;
-    let seconds = projections.seconds_per_gate();
-    let frames = Frames::new(projections.n_gates(), projections.shape(), seconds)?;
+    let info = projections.acquisition();
+    let [views, rows, bins] = projections.shape();
+    let each = views / info.heads;
+    let turns = (projections.angles().chunks(each))
+        .map(|angles| Turn::of(projections, angles))
+        .collect::<Result<Vec<_>, _>>()?;
+    let turn = &turns[0];
+    let frames = Frames {
+        heads: info.heads as u16,
+        beats: info.beats,
+        ..Frames::new(
+            projections.n_gates(),
+            info.heads,
+            [each, rows, bins],
+            projections.seconds_per_gate(),
+        )?
+    };
     let Frames { frames: n, .. } = frames;
     let [across, down] = projections.detector().pitch().map(millimetres);
-    // One, or one for each view.
+    // One, or one for each view of a head.
     let radii = projections.radius();
     let radii: Vec<f64> = radii.as_slice().iter().map(|r| millimetres(*r)).collect();
-    let step = turn.extent / projections.angles().len() as f64;
+    let radii_of = |head: usize| match radii.len() {
+        1 => &radii[..],
+        _ => &radii[head * each..(head + 1) * each],
+    };
+    let step = turn.extent / each as f64;
     // 0 at the back, as the lab, and the other way round.
-    let start = decimal((360.0 - turn.start).rem_euclid(360.0));
+    let start = |turn: &Turn| decimal((360.0 - turn.start).rem_euclid(360.0));
     let direction = match turn.direction {
         Direction::Ccw => "CW",
         Direction::Cw => "CC",
     };
     let rotation = Item::new()
-        .text(tags::START_ANGLE, VR::DS, &start)
+        .text(tags::START_ANGLE, VR::DS, &start(turn))
         .decimals(tags::ANGULAR_STEP, &[step])
         .text(tags::ROTATION_DIRECTION, VR::CS, direction)
         .decimals(tags::SCAN_ARC, &[turn.extent])
@@ -46,22 +64,23 @@ pub(in crate::files) fn write_projections(
             VR::IS,
             &(1e3 * projections.seconds()).round().min(2e9).to_string(),
         )
-        .decimals(tags::RADIAL_POSITION, &radii)
+        .decimals(tags::RADIAL_POSITION, radii_of(0))
         .shorts(tags::NUMBER_OF_FRAMES_IN_ROTATION, vec![frames.each]);
     // The corner of the volume that the views are of, front, right and head: where readers put what they reconstruct.
-    let [_, rows, bins] = projections.shape();
     let middle = |n: usize, mm: f64| short(0.5 * (n as f64 - 1.0) * mm);
     let (x, z) = (middle(bins, across), middle(rows, down));
-    let detector = Item::new()
-        .text(tags::COLLIMATOR_TYPE, VR::CS, "PARA")
-        .text(tags::FOCAL_DISTANCE, VR::IS, "0")
-        .text(tags::START_ANGLE, VR::DS, &start)
-        .decimals(tags::RADIAL_POSITION, &radii)
-        .decimals(tags::IMAGE_POSITION_PATIENT, &[-x, -x, z])
-        .decimals(
-            tags::IMAGE_ORIENTATION_PATIENT,
-            &[1.0, 0.0, 0.0, 0.0, 0.0, -1.0],
-        );
+    let detector = |(head, turn): (usize, &Turn)| {
+        Item::new()
+            .text(tags::COLLIMATOR_TYPE, VR::CS, "PARA")
+            .text(tags::FOCAL_DISTANCE, VR::IS, "0")
+            .text(tags::START_ANGLE, VR::DS, &start(turn))
+            .decimals(tags::RADIAL_POSITION, radii_of(head))
+            .decimals(tags::IMAGE_POSITION_PATIENT, &[-x, -x, z])
+            .decimals(
+                tags::IMAGE_ORIENTATION_PATIENT,
+                &[1.0, 0.0, 0.0, 0.0, 0.0, -1.0],
+            )
+    };
     let kind = if frames.is_gated() {
         "ORIGINAL\\PRIMARY\\GATED TOMO\\EMISSION"
     } else {
@@ -74,17 +93,23 @@ pub(in crate::files) fn write_projections(
     ];
     pointers.extend(frames.pointers());
     pointers.push(tags::ANGULAR_VIEW_VECTOR);
+    let heads = (1..=frames.heads).flat_map(|head| vec![head; n / info.heads]);
+    let corrected = if info.decay_corrected { "DECY" } else { "" };
     let item = frames
-        .put(common(kind))
+        .put(common(kind, corrected))
         .pointers(tags::FRAME_INCREMENT_POINTER, pointers)
         .shorts(tags::ENERGY_WINDOW_VECTOR, vec![1; n])
-        .shorts(tags::DETECTOR_VECTOR, vec![1; n])
+        .shorts(tags::DETECTOR_VECTOR, heads.collect())
         .shorts(tags::ROTATION_VECTOR, vec![1; n])
         .shorts(tags::ANGULAR_VIEW_VECTOR, frames.within())
         .sequence(tags::ROTATION_INFORMATION_SEQUENCE, vec![rotation])
-        .sequence(tags::DETECTOR_INFORMATION_SEQUENCE, vec![detector]);
+        .sequence(
+            tags::DETECTOR_INFORMATION_SEQUENCE,
+            turns.iter().enumerate().map(detector).collect(),
+        );
     // As seen from the detector.
-    let seen = projections.samples().backwards(rows * bins);
+    let shape = [projections.n_gates(), info.heads, each];
+    let seen = projections.samples().backwards_by_head(shape, rows * bins);
     let pixels = Pixels::new(seen.as_samples(), counts_of(projections));
     let item = pixels.put(item, frames.sides, [down, across]);
     write(path, item, projections.study())
@@ -94,7 +119,10 @@ pub(in crate::files) fn write_projections(
 pub(in crate::files) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     let [nx, ny, nz] = volume.grid().shape();
     let seconds = volume.seconds_per_gate();
-    let frames = Frames::new(volume.n_gates(), [nz, ny, nx], seconds)?;
+    let frames = Frames {
+        beats: volume.beats(),
+        ..Frames::new(volume.n_gates(), 1, [nz, ny, nx], seconds)?
+    };
     let [dx, dy, dz] = volume.spacing_mm();
     let kind = if frames.is_gated() {
         "DERIVED\\PRIMARY\\RECON GATED TOMO\\EMISSION"
@@ -120,7 +148,7 @@ pub(in crate::files) fn write_volume(path: &Path, volume: &Volume) -> Result<(),
     let mut pointers = frames.pointers();
     pointers.push(tags::SLICE_VECTOR);
     let item = frames
-        .put(common(kind))
+        .put(common(kind, ""))
         .pointers(tags::FRAME_INCREMENT_POINTER, pointers)
         .shorts(tags::SLICE_VECTOR, frames.within())
         .shorts(tags::NUMBER_OF_SLICES, vec![frames.each])
@@ -143,6 +171,9 @@ fn write(path: &Path, item: Item, study: Option<&str>) -> Result<(), PhantomErro
 
 /// Counts of a sample of 1, if they are known and the same in all views of all gates.
 fn counts_of(projections: &Projections) -> Option<f64> {
+    if projections.acquisition().counts {
+        return Some(1.0);
+    }
     let counts = projections.counts_per_unit()?;
     let first = *counts.first()?;
     counts.iter().all(|&count| count == first).then_some(first)
@@ -151,7 +182,9 @@ fn counts_of(projections: &Projections) -> Option<f64> {
 /// How many frames of which size there are, and of which gates.
 struct Frames {
     gates: usize,
-    /// Of a gate.
+    /// Detectors.
+    heads: u16,
+    /// Of a gate of a detector.
     each: u16,
     /// Of all.
     frames: usize,
@@ -159,25 +192,31 @@ struct Frames {
     sides: [u16; 2],
     /// From a gate to the next.
     seconds: Option<f64>,
+    /// R-R intervals.
+    beats: Option<BeatCounts>,
 }
 
 impl Frames {
     fn new(
         gates: usize,
+        heads: usize,
         [each, rows, columns]: [usize; 3],
         seconds: Option<f64>,
     ) -> Result<Self, PhantomError> {
         let number = |what, n| check_count(what, n, MOST).map(|n| n as u16);
         number("gates", gates)?;
-        let bytes = 2.0 * gates as f64 * each as f64 * rows as f64 * columns as f64;
+        let frames = gates.saturating_mul(heads).saturating_mul(each);
+        let bytes = 2.0 * frames as f64 * rows as f64 * columns as f64;
         // The length of a value has 32 bits.
         crate::error::check("bytes of the frames", bytes, [0.0, 4e9])?;
         Ok(Self {
             gates,
+            heads: number("detectors", heads)?,
             each: number("frames", each)?,
-            frames: gates * each,
+            frames,
             sides: [number("rows", rows)?, number("columns", columns)?],
             seconds,
+            beats: None,
         })
     }
 
@@ -196,7 +235,8 @@ impl Frames {
 
     /// The number of each frame within its gate, from 1.
     fn within(&self) -> Vec<u16> {
-        (0..self.gates).flat_map(|_| 1..=self.each).collect()
+        let gates = self.gates * usize::from(self.heads);
+        (0..gates).flat_map(|_| 1..=self.each).collect()
     }
 
     /// What all kinds of frames have.
@@ -204,33 +244,50 @@ impl Frames {
         let item = item
             .text(tags::NUMBER_OF_FRAMES, VR::IS, &self.frames.to_string())
             .shorts(tags::NUMBER_OF_ENERGY_WINDOWS, vec![1])
-            .shorts(tags::NUMBER_OF_DETECTORS, vec![1])
+            .shorts(tags::NUMBER_OF_DETECTORS, vec![self.heads])
             .shorts(tags::NUMBER_OF_ROTATIONS, vec![1]);
         let Some(seconds) = self.seconds else {
             return item;
         };
-        let beat = (1e3 * seconds * self.gates as f64).round().min(2e9);
-        let beat = beat.to_string();
+        let beat = seconds * self.gates as f64;
+        let beats = self.beats.unwrap_or(BeatCounts {
+            accepted: 1,
+            rejected: 0,
+            mean: beat,
+            limits: [beat; 2],
+            rejects: false,
+        });
+        let milliseconds = |seconds: f64| (1e3 * seconds).round().min(2e9).to_string();
         let times = Item::new()
             .decimals(tags::FRAME_TIME, &[1e3 * seconds])
-            .text(tags::NOMINAL_INTERVAL, VR::IS, &beat)
-            .text(tags::LOW_RR_VALUE, VR::IS, &beat)
-            .text(tags::HIGH_RR_VALUE, VR::IS, &beat)
-            .text(tags::INTERVALS_ACQUIRED, VR::IS, "1")
-            .text(tags::INTERVALS_REJECTED, VR::IS, "0");
+            .text(tags::NOMINAL_INTERVAL, VR::IS, &milliseconds(beats.mean))
+            .text(tags::LOW_RR_VALUE, VR::IS, &milliseconds(beats.limits[0]))
+            .text(tags::HIGH_RR_VALUE, VR::IS, &milliseconds(beats.limits[1]))
+            .text(
+                tags::INTERVALS_ACQUIRED,
+                VR::IS,
+                &beats.accepted.to_string(),
+            )
+            .text(
+                tags::INTERVALS_REJECTED,
+                VR::IS,
+                &beats.rejected.to_string(),
+            );
         let gated = Item::new().sequence(tags::DATA_INFORMATION_SEQUENCE, vec![times]);
         let slots = (1..=self.gates as u16).flat_map(|gate| vec![gate; self.each.into()]);
+        let slots = slots.collect::<Vec<_>>().repeat(self.heads.into());
+        let rejects = if beats.rejects { "Y" } else { "N" };
         item.shorts(tags::RR_INTERVAL_VECTOR, vec![1; self.frames])
             .shorts(tags::NUMBER_OF_RR_INTERVALS, vec![1])
-            .shorts(tags::TIME_SLOT_VECTOR, slots.collect())
+            .shorts(tags::TIME_SLOT_VECTOR, slots)
             .shorts(tags::NUMBER_OF_TIME_SLOTS, vec![self.gates as u16])
-            .text(tags::BEAT_REJECTION_FLAG, VR::CS, "N")
+            .text(tags::BEAT_REJECTION_FLAG, VR::CS, rejects)
             .sequence(tags::GATED_INFORMATION_SEQUENCE, vec![gated])
     }
 }
 
 /// What every image of nuclear medicine has.
-fn common(kind: &str) -> Item {
+fn common(kind: &str, corrected: &str) -> Item {
     let supine = Item::new().code(
         tags::PATIENT_ORIENTATION_MODIFIER_CODE_SEQUENCE,
         ["40199007", "supine"],
@@ -244,8 +301,8 @@ fn common(kind: &str) -> Item {
             (tags::ACQUISITION_DATE, VR::DA),
             (tags::ACQUISITION_TIME, VR::TM),
             (tags::COUNTS_ACCUMULATED, VR::IS),
-            (tags::CORRECTED_IMAGE, VR::CS),
         ])
+        .text(tags::CORRECTED_IMAGE, VR::CS, corrected)
         .sequence(tags::ENERGY_WINDOW_INFORMATION_SEQUENCE, vec![window])
         .sequence(tags::RADIOPHARMACEUTICAL_INFORMATION_SEQUENCE, Vec::new())
         .code(

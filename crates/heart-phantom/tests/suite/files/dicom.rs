@@ -3,7 +3,8 @@
 use super::*;
 use dicom_dictionary_std::tags;
 use dicom_object::{DefaultDicomObject, Tag, open_file};
-use heart_phantom::files::write_ct;
+use heart_phantom::files::{AcquisitionInfo, BeatCounts, write_ct};
+use heart_phantom::{Phantom, Scene, run};
 
 const GATES: usize = 2;
 
@@ -17,6 +18,14 @@ fn text(file: &DefaultDicomObject, tag: Tag) -> String {
 
 fn decimals(file: &DefaultDicomObject, tag: Tag) -> Vec<f64> {
     file.element(tag).unwrap().to_multi_float64().unwrap()
+}
+
+/// No error from the validator of dicom3tools (<https://www.dclunie.com/dicom3tools/dciodvfy.html>), where it is installed.
+fn validate(path: &Path) {
+    if let Ok(output) = Command::new("dciodvfy").arg(path).output() {
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!said.contains("Error"), "{said}");
+    }
 }
 
 /// Samples as the factor has them.
@@ -49,6 +58,7 @@ fn views_are_seen_from_where_the_header_says() {
             };
             let path = folder.path().join("a.dcm");
             write(&path, &projections.unwrap(), Format::Dicom).unwrap();
+            validate(&path);
             let file = open_file(&path).unwrap();
             let n = gates * angles.len();
             assert_eq!(text(&file, tags::NUMBER_OF_FRAMES).trim(), n.to_string());
@@ -107,6 +117,7 @@ fn a_volume_is_where_it_was_and_labels_are_exact() {
         Format::Dicom,
     )
     .unwrap();
+    validate(&path);
     let file = open_file(&path).unwrap();
     let detectors = file.element(tags::DETECTOR_INFORMATION_SEQUENCE).unwrap();
     let place = detectors.items().unwrap()[0]
@@ -229,6 +240,7 @@ fn a_ct_has_a_file_a_slice_in_hounsfield_units() {
     assert_eq!(names.len(), SHAPE[2]);
     let mut series = Vec::new();
     for (k, name) in names.iter().enumerate() {
+        validate(&folder.path().join(name));
         let file = open_file(folder.path().join(name)).unwrap();
         let z = decimals(&file, tags::IMAGE_POSITION_PATIENT)[2];
         assert!((z - 10.0 * (grid.origin()[2] + k as f64 * SPACING[2])).abs() < 1e-9);
@@ -249,4 +261,150 @@ fn a_ct_has_a_file_a_slice_in_hounsfield_units() {
     );
     assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
     assert_eq!(entries(folder.path()), SHAPE[2]);
+}
+
+/// Two heads, each over the same half turn, of gates with rejected beats: frames are sorted by detector, gate and view.
+#[test]
+fn two_heads_are_two_detectors_with_counted_beats() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.dcm");
+    const EACH: usize = 4;
+    let angle = |head: usize, k: usize| 0.5 + 1.5 * head as f64 + 0.7 * k as f64;
+    let angles: Vec<f64> = (0..2 * EACH).map(|k| angle(k / EACH, k % EACH)).collect();
+    let (detector, one) = stack(&angles, [0.0; 2]);
+    let samples: Vec<f32> = (0..GATES)
+        .flat_map(|gate| one.iter().map(move |v| v + 10.0 * gate as f32))
+        .collect();
+    let info = AcquisitionInfo {
+        heads: 2,
+        decay_corrected: true,
+        beats: Some(BeatCounts {
+            accepted: 61,
+            rejected: 7,
+            mean: 0.9,
+            limits: [0.8, 1.1],
+            rejects: true,
+        }),
+        ..AcquisitionInfo::default()
+    };
+    let projections =
+        Projections::of_gates(detector, &angles, RADIUS, samples.as_slice(), 0.45).unwrap();
+    // As one head the angles are uneven.
+    assert!(write(&path, &projections, Format::Dicom).is_err());
+    write(
+        &path,
+        &projections.with_acquisition(info).unwrap(),
+        Format::Dicom,
+    )
+    .unwrap();
+    validate(&path);
+    let file = open_file(&path).unwrap();
+    assert_eq!(shorts(&file, tags::NUMBER_OF_DETECTORS), [2]);
+    assert_eq!(text(&file, tags::CORRECTED_IMAGE).trim(), "DECY");
+    assert_eq!(text(&file, tags::BEAT_REJECTION_FLAG).trim(), "Y");
+    let gated = file
+        .element(tags::GATED_INFORMATION_SEQUENCE)
+        .unwrap()
+        .items()
+        .unwrap();
+    let times = gated[0]
+        .element(tags::DATA_INFORMATION_SEQUENCE)
+        .unwrap()
+        .items()
+        .unwrap();
+    for (tag, expected) in [
+        (tags::INTERVALS_ACQUIRED, 61),
+        (tags::INTERVALS_REJECTED, 7),
+        (tags::LOW_RR_VALUE, 800),
+        (tags::HIGH_RR_VALUE, 1100),
+        (tags::NOMINAL_INTERVAL, 900),
+    ] {
+        assert_eq!(
+            times[0].element(tag).unwrap().to_int::<i32>().unwrap(),
+            expected
+        );
+    }
+    let detectors = file
+        .element(tags::DETECTOR_INFORMATION_SEQUENCE)
+        .unwrap()
+        .items()
+        .unwrap();
+    let starts: Vec<f64> = (detectors.iter())
+        .map(|item| {
+            item.element(tags::START_ANGLE)
+                .unwrap()
+                .to_float64()
+                .unwrap()
+        })
+        .collect();
+    let [of, slot, view] = [
+        tags::DETECTOR_VECTOR,
+        tags::TIME_SLOT_VECTOR,
+        tags::ANGULAR_VIEW_VECTOR,
+    ]
+    .map(|tag| shorts(&file, tag));
+    let (found, factor) = samples_of(&file);
+    for (k, value) in found.iter().enumerate() {
+        let frame = k / (ROWS * BINS);
+        let (head, gate, view) = (of[frame] - 1, slot[frame] - 1, view[frame] - 1);
+        let order = (usize::from(head) * GATES + usize::from(gate)) * EACH + usize::from(view);
+        assert_eq!(order, frame);
+        let theta = angle(head.into(), view.into());
+        let start = -starts[usize::from(head)].to_radians();
+        assert!((start - angle(head.into(), 0)).sin().abs() < 1e-9);
+        let s = -((k % BINS) as f64 - 2.0) * PITCH[0];
+        let z = (1.5 - (k / BINS % ROWS) as f64) * PITCH[1];
+        let expected = seen(theta, [s, z]) + 10.0 * f64::from(gate);
+        assert!(
+            (value - expected).abs() < 0.51 * factor,
+            "{value} {expected}"
+        );
+    }
+}
+
+/// Expected noise of a decaying activity on two heads: the file has the counts themselves, their sum is that of the report.
+#[test]
+fn raw_counts_are_whole_numbers_with_a_slope_of_one() {
+    let scene = "[heart]\ndiscretisation = { differences = { nodes = 41 } }\n\
+        [camera]\nviews = 4\nbins = 12\nrows = 10\npitch = [1.4, 1.6]\nseconds_per_view = 30.0\narc = 180.0\n\
+        heads = { two = { angle = 90.0 } }\n\
+        [noise]\ncounts = 'expected'\nseed = 3\n\
+        [counting]\nsensitivity = 80.0\ndecay = { half_life_hours = 0.01 }\n\
+        [acquisition]\nmode = { gated = { gates = 2 } }\naccuracy = { steps = 4 }\n\
+        [output]\nwrite = ['projections']\nprojections = 'dicom'\nvalues = 'counts'\ngates = 'one-file'\n";
+    let phantom = Phantom::new(Scene::from_toml(scene).unwrap()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+    validate(&folder.path().join("projections.dcm"));
+    let file = open_file(folder.path().join("projections.dcm")).unwrap();
+    assert_eq!(decimals(&file, tags::RESCALE_SLOPE), [1.0]);
+    assert_eq!(text(&file, tags::CORRECTED_IMAGE).trim(), "");
+    assert_eq!(shorts(&file, tags::NUMBER_OF_DETECTORS), [2]);
+    let pixels: f64 = shorts(&file, tags::PIXEL_DATA)
+        .iter()
+        .map(|&n| f64::from(n))
+        .sum();
+    let told: f64 = report.gates.iter().filter_map(|gate| gate.counts).sum();
+    // Samples of the report's sum are counts over 32-bit numbers.
+    assert!(
+        pixels > 1e3 && (told / pixels - 1.0).abs() < 1e-6,
+        "{told} {pixels}"
+    );
+    // 65 beats a minute for four views of 30 s.
+    let gated = file
+        .element(tags::GATED_INFORMATION_SEQUENCE)
+        .unwrap()
+        .items()
+        .unwrap();
+    let times = gated[0]
+        .element(tags::DATA_INFORMATION_SEQUENCE)
+        .unwrap()
+        .items()
+        .unwrap();
+    let acquired = times[0]
+        .element(tags::INTERVALS_ACQUIRED)
+        .unwrap()
+        .to_int::<i32>()
+        .unwrap();
+    assert_eq!(acquired, 130);
 }

@@ -4,6 +4,7 @@ mod artefacts;
 mod defects;
 mod guide;
 mod overlaps;
+mod polar;
 mod twin;
 mod upright;
 mod warnings;

@@ -2,9 +2,11 @@
 
 use super::small;
 use heart_phantom::scene::{
-    AttenuationSettings, BackgroundSettings, MediumSettings, Mode, Rotation, Scene,
+    ArcPolicy, AttenuationSettings, BackgroundSettings, Chest, MediumSettings, Mode, Rotation,
+    Scene,
 };
 use heart_phantom::{Edge, Phantom, Seen, Uptake, Warning};
+use revolve_voxel::{Organs, VoxelGrid};
 
 /// Bins and rows of the camera that sees everything, and their pitch in cm.
 const LARGE: (usize, f64) = (300, 0.1);
@@ -263,4 +265,68 @@ fn a_heart_that_reaches_out_of_the_torso_is_told_by_how_much() {
         attenuation.coefficient = 0.0;
     }
     assert_eq!(warnings(&none), vec![]);
+}
+
+#[test]
+fn repeated_directions_are_counted_once() {
+    let mut scene = small(Mode::Static { phase: 0.3 });
+    (scene.camera.views, scene.camera.arc) = (8, 3600.0);
+    scene.reconstruction.arc = ArcPolicy::Extend;
+    let few = |scene: &Scene| {
+        let found = warnings(scene).into_iter();
+        found
+            .filter(|warning| matches!(warning, Warning::FewDirections { .. }))
+            .collect::<Vec<_>>()
+    };
+    // Steps of 450 degrees: 0 and 90, and both from behind.
+    let expected = Warning::FewDirections {
+        directions: 2,
+        views: 8,
+    };
+    assert_eq!(few(&scene), [expected]);
+    // A whole turn has each direction twice.
+    scene.camera.arc = 360.0;
+    assert_eq!(few(&scene), []);
+    (scene.camera.views, scene.camera.arc) = (1, 180.0);
+    assert_eq!(few(&scene).len(), 1);
+}
+
+/// The study's heart stands upright, its wall in the spine of the chest.
+#[test]
+fn a_heart_in_the_spine_is_told_with_the_volume() {
+    let mut scene = small(Mode::Static { phase: 0.5 });
+    scene.chest = Some(Chest::default());
+    scene.attenuation = Some(AttenuationSettings {
+        coefficient: Chest::SOFT_TISSUE,
+        medium: MediumSettings::Heart,
+    });
+    let volume = |scene: &Scene| {
+        warnings(scene).iter().find_map(|warning| match warning {
+            Warning::InBone { organ: 4, volume } => Some(*volume),
+            _ => None,
+        })
+    };
+    let told = volume(&scene).unwrap();
+    // Of voxels of 2 mm within both.
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let body = phantom.shape(0.5).unwrap();
+    let organs = Chest::default().organs().unwrap();
+    let spine = &organs.as_slice()[4..5];
+    let grid = VoxelGrid::cube(120, 0.2).unwrap();
+    let spine = Organs::new(spine.to_vec()).unwrap();
+    let spine: Vec<f32> = spine.voxelize(&grid, 0..120, |_| 1.0).unwrap();
+    let body = body.body();
+    let inside = |k: usize| {
+        let place = grid.centre(k % 120, k / 120 % 120, k / (120 * 120));
+        body.layers()[1].contains(&body.pose().to_body(&place))
+    };
+    let both: f64 = (spine.iter().enumerate())
+        .filter(|(k, fraction)| **fraction > 0.0 && inside(*k))
+        .map(|(_, fraction)| f64::from(*fraction))
+        .sum();
+    let both = both * grid.voxel_volume();
+    assert!((told / both - 1.0).abs() < 0.05, "{told} {both}");
+    // In front of the spine.
+    scene.pose.shift = [0.0, -6.0, 0.0];
+    assert_eq!(volume(&scene), None);
 }

@@ -610,6 +610,7 @@ const BAD: &[(&str, &str, &str)] = &[
         "output.gates",
         "other angles",
     ),
+    ("[output]\nvalues = 'counts'", "output.values", "[noise]"),
     (
         "[output]\nmesh_tolerance = 1e-9",
         "output.mesh_tolerance",

@@ -1,0 +1,105 @@
+//! Inputs at the ends of their ranges: results scale, or there is an error before any work.
+
+use heart_phantom::scene::{Mode, Scene};
+use heart_phantom::{Phantom, PhantomError};
+
+/// A twisted heart with a defect, all lengths times `scale`.
+fn twisted(scale: f64) -> Scene {
+    let text = format!(
+        "[heart]\ndiscretisation = {{ differences = {{ nodes = 61 }} }}\n\
+         inner = {{ length = {}, radius = {} }}\nouter = {{ length = {}, radius = {} }}\n\
+         [camera]\nviews = 3\nbins = 20\nrows = 18\npitch = [{}, {}]\nradius = {}\n\
+         [acquisition]\nmode = {{ static = {{ phase = 0.3 }} }}\n\
+         [reconstruction]\narc = 'extend'\n\
+         [output]\nwrite = ['projections']\n\
+         [[defects]]\nlayers = [0.1, 0.7]\ns = [0.2, 0.4]\nazimuths_degrees = [10.0, 100.0]\nactivity = 0.2\n\
+         [twist]\ninner_degrees = [-3.0, 4.0, 10.0]\nouter_degrees = [-2.0, 8.0]\n",
+        8.5 * scale,
+        1.75 * scale,
+        8.5 * scale,
+        2.75 * scale,
+        0.9 * scale,
+        scale,
+        20.0 * scale,
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+/// Lines through a heart of the same activity are as much longer as the heart is larger.
+#[test]
+fn a_twisted_defect_scales_with_the_heart() {
+    let views = |scale: f64| {
+        let phantom = Phantom::new(twisted(scale)).unwrap();
+        phantom.prepare().unwrap();
+        phantom.sinograms(0, &|_| ()).unwrap().samples
+    };
+    let expected = views(1.0);
+    let most = expected.iter().copied().fold(0.0f32, f32::max);
+    for scale in [0.1, 1000.0] {
+        for (found, expected) in views(scale).iter().zip(&expected) {
+            let found = f64::from(*found) / scale;
+            // The solver's tolerance and the polygons of the defect's layers, 1e-5 of the heart's length.
+            let off = (found - f64::from(*expected)).abs();
+            assert!(off < 1e-4 * f64::from(most), "{scale} {found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_collimator_far_wider_than_the_bins_is_rejected_before_any_view() {
+    let mut scene = Scene::from_toml(
+        "[collimator]\nholes = 'ge-lehr'\nintrinsic_fwhm = 0.38\n[camera]\nviews = 4\nbins = 8\nrows = 8\npitch = [0.001, 0.001]\n",
+    )
+    .unwrap();
+    scene = scene.with_mode(Mode::Static { phase: 0.0 });
+    let phantom = Phantom::new(scene).unwrap();
+    let error = phantom.prepare().unwrap_err();
+    let PhantomError::Refused { field, source, .. } = error else {
+        panic!("{error:?}")
+    };
+    assert_eq!(field, "collimator");
+    assert!(
+        matches!(*source, PhantomError::OutOfRange { .. }),
+        "{source}"
+    );
+    assert_eq!(phantom.work().rays_cast, 0);
+}
+
+/// 2^31 voxels and as many samples, of which a run has many at a time.
+#[cfg(target_os = "linux")]
+#[test]
+fn more_memory_than_there_is_is_an_error_before_any_view() {
+    let mut scene = Scene::default().with_size(1290);
+    scene.camera.views = 1;
+    scene = scene.with_mode(Mode::Gated { gates: 64 });
+    scene.output.gates = heart_phantom::scene::GateFiles::OneFile;
+    let phantom = Phantom::new(scene).unwrap();
+    // 64 gates of two volumes of 8 GB each: more than any computer that runs tests has.
+    assert!(phantom.memory().total() > 1 << 40);
+    let error = phantom.prepare().unwrap_err();
+    let PhantomError::Refused { source, .. } = error else {
+        panic!("{error:?}")
+    };
+    assert!(matches!(*source, PhantomError::Memory { .. }), "{source}");
+}
+
+/// The wall is a difference of two bodies, whose rounding is not activity.
+#[test]
+fn exact_volumes_are_not_negative() {
+    let text = "[heart]\ndiscretisation = { differences = { nodes = 61 } }\n[cycle]\n\
+        [camera]\nviews = 6\nbins = 16\nrows = 14\npitch = [1.0, 1.1]\n\
+        [acquisition]\naccuracy = { steps = 4 }\n[reconstruction]\narc = 'extend'\n\
+        [breathing]\nshift = [-3, -3, -1.0]\nperiod = 2.0\ncurve = { lujan = { n = 5 } }\n";
+    let phantom = Phantom::new(Scene::from_toml(text).unwrap()).unwrap();
+    let truth = phantom.truth(0).unwrap();
+    assert!(truth.iter().all(|voxel| *voxel >= 0.0));
+}
+
+/// Fractions of a voxel whose area underflows would be none.
+#[test]
+fn voxels_whose_volume_is_no_number_are_rejected() {
+    for spacing in [1e-300, 1e-120, 1e150] {
+        let grid = revolve_voxel::VoxelGrid::new([2; 3], [spacing; 3], [0.0; 3]);
+        assert!(grid.is_err(), "{spacing}");
+    }
+}
