@@ -22,6 +22,8 @@ mod run;
 mod run_compensated;
 #[cfg(feature = "scene")]
 mod run_report;
+#[cfg(feature = "scene")]
+mod run_write;
 mod sections;
 mod source;
 mod study;

@@ -5,9 +5,9 @@ use super::run_report::{
 };
 use super::study::Scene;
 use crate::error::{PhantomError, check_count};
-use crate::files::{self, AcquisitionInfo, Folder, Projections, Radius, Volume};
-use crate::phantom::{Content, Index, Needs};
-use crate::{Method, Mode, Orbit, Phantom, Product, ProjectionValues, ScenePhase, ViewReport};
+use crate::files::{self, Folder};
+use crate::phantom::{Index, Needs};
+use crate::{Method, Mode, Phantom, Product, ViewReport};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -45,7 +45,7 @@ pub struct Run<'a> {
     /// The views of all gates, where volumes are made of them together.
     pub(super) seen: Vec<f32>,
     /// The gates so far of products that go into one file.
-    joined: BTreeMap<Product, Vec<f32>>,
+    pub(super) joined: BTreeMap<Product, Vec<f32>>,
     _folder: Folder,
 }
 
@@ -330,160 +330,6 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Writes an array of a product; gates that go into one file once all of them are there.
-    pub(super) fn write(
-        &mut self,
-        product: Product,
-        index: Index,
-        samples: &[f32],
-    ) -> Result<(), PhantomError> {
-        if !self.phantom.joins(product) || matches!(index, Index::Volume(_)) {
-            return self.put(product, index, samples);
-        }
-        let joined = self.joined.entry(product).or_default();
-        joined.extend_from_slice(samples);
-        if joined.len() < self.phantom.n_gates() * samples.len() {
-            return Ok(());
-        }
-        let all = self.joined.remove(&product).unwrap_or_default();
-        self.put(product, Index::All, &all)
-    }
-
-    fn put(&mut self, product: Product, index: Index, samples: &[f32]) -> Result<(), PhantomError> {
-        match (product, index) {
-            (Product::Projections, Index::Gate(gate)) => self.put_projections(gate, index, samples),
-            (Product::Projections, _) => self.put_projections(0, index, samples),
-            _ => self.put_volume(product, index, samples),
-        }
-    }
-
-    /// The projections of a gate, or of all of them.
-    fn put_projections(
-        &mut self,
-        gate: usize,
-        index: Index,
-        samples: &[f32],
-    ) -> Result<(), PhantomError> {
-        let (camera, scene) = (self.phantom.camera(), self.phantom.scene());
-        let detector = *camera.detector();
-        let angles = self.phantom.written_angles(gate)?;
-        let radii = self.phantom.radii()?;
-        let radius = match scene.camera.radius {
-            Orbit::Circle(radius) => Radius::Circular(radius),
-            Orbit::PerView(_) | Orbit::Ellipse { .. } | Orbit::Contour { .. } => {
-                Radius::PerView(&radii)
-            }
-        };
-        let seconds = self.seconds_per_gate(index);
-        let gates = match seconds {
-            None => gate..gate + 1,
-            Some(_) => 0..self.phantom.n_gates(),
-        };
-        let mut counts = Vec::new();
-        for gate in gates {
-            counts.extend(self.phantom.counts_per_unit(gate)?.into_iter().flatten());
-        }
-        let raw = self.phantom.scene().output.values == ProjectionValues::Counts;
-        let counted;
-        let samples = match raw {
-            false => samples,
-            true => {
-                // What the noise divided by: whole numbers up to rounding.
-                let views = samples.chunks(camera.view_len()).zip(&counts);
-                counted = views
-                    .flat_map(|(view, per_unit)| {
-                        let per_unit = *per_unit as f32;
-                        view.iter().map(move |sample| (sample * per_unit).round())
-                    })
-                    .collect::<Vec<f32>>();
-                &counted
-            }
-        };
-        let mut projections = match seconds {
-            None => Projections::new(detector, &angles, radius, samples)?,
-            Some(seconds) => Projections::of_gates(detector, &angles, radius, samples, seconds)?,
-        };
-        if !counts.is_empty() {
-            projections = projections.with_counts_per_unit(&counts)?;
-        }
-        projections = projections.with_acquisition(AcquisitionInfo {
-            heads: camera.heads().count(),
-            decay_corrected: !raw
-                && self
-                    .phantom
-                    .scene()
-                    .counting
-                    .is_some_and(|own| own.decay.half_life().is_some()),
-            counts: raw,
-            beats: index.eq(&Index::All).then(|| self.phantom.beat_counts()),
-        })?;
-        let times = self.phantom.view_times(gate)?;
-        let seen = times.iter().map(|time| time.window).sum::<f64>() / times.len() as f64;
-        projections = projections.with_seconds(seen)?;
-        if let Some(study) = &self.study {
-            projections = projections.with_study(study);
-        }
-        let names = self.phantom.names_of(Product::Projections, 0, index);
-        let format = scene.output.projections;
-        files::write(&self.out.join(&names[0]), &projections, format)?;
-        self.files.extend(names);
-        Ok(())
-    }
-
-    /// Displacements, velocities and strains to a phase.
-    fn write_motion(&mut self, to: &ScenePhase) -> Result<(), PhantomError> {
-        let motion = self.phantom.motion_of(to)?;
-        let grid = *self.phantom.camera().grid();
-        let fields = [&motion.displacement, &motion.velocity, &motion.strain];
-        let arrays = Product::Motion.info().arrays;
-        for (array, ((_, content), samples)) in arrays.iter().zip(fields).enumerate() {
-            if let Content::Field(of) = *content {
-                let field = Volume::of_field(grid, samples, of)?;
-                let names = (self.phantom).names_of(Product::Motion, array, Index::Phase(to.of));
-                self.write_volume(names, field)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// A volume, or those of all gates.
-    fn put_volume<'s>(
-        &mut self,
-        product: Product,
-        index: Index,
-        samples: impl Into<files::Samples<'s>>,
-    ) -> Result<(), PhantomError> {
-        let grid = *self.phantom.camera().grid();
-        let volume = match self.seconds_per_gate(index) {
-            None => Volume::new(grid, samples)?,
-            Some(seconds) => Volume::of_gates(grid, samples, seconds)?
-                .with_beats(Some(self.phantom.beat_counts())),
-        };
-        let names = self.phantom.names_of(product, 0, index);
-        self.write_volume(names, volume)
-    }
-
-    fn write_volume(
-        &mut self,
-        names: Vec<PathBuf>,
-        volume: Volume<'_>,
-    ) -> Result<(), PhantomError> {
-        let volume = match &self.study {
-            Some(study) => volume.with_study(study),
-            None => volume,
-        };
-        let format = self.phantom.scene().output.volumes;
-        files::write(&self.out.join(&names[0]), &volume, format)?;
-        self.files.extend(names);
-        Ok(())
-    }
-
-    /// Time from one gate to the next, of all gates in one file.
-    fn seconds_per_gate(&self, index: Index) -> Option<f64> {
-        let n_gates = self.phantom.n_gates() as f64;
-        (index == Index::All).then(|| self.phantom.cycle().period() / n_gates)
-    }
-
     /// The middle slice of each gate, and of several the beat once round in its own time; greys from nothing to the largest
     /// sample of all of them.
     #[cfg(feature = "files")]
@@ -496,7 +342,7 @@ impl Run<'_> {
         let ([nx, ny, nz], spacing) = (grid.shape(), grid.spacing());
         let slice = revolve_voxel::VoxelGrid::centred([nx, ny, 1], spacing, [0.0; 3])?;
         let volumes = (frames.iter())
-            .map(|frame| Volume::new(slice, frame.as_slice()))
+            .map(|frame| files::Volume::new(slice, frame.as_slice()))
             .collect::<Result<Vec<_>, _>>()?;
         let most = frames.iter().flatten().copied().fold(0.0f32, f32::max);
         let white = if most > 0.0 { f64::from(most) } else { 1.0 };

@@ -1,0 +1,164 @@
+//! Writing the arrays of a run.
+
+use super::run::Run;
+use crate::error::PhantomError;
+use crate::files::{self, AcquisitionInfo, Projections, Radius, Volume};
+use crate::phantom::{Content, Index};
+use crate::{Orbit, Product, ProjectionValues, ScenePhase};
+use std::path::PathBuf;
+
+impl Run<'_> {
+    /// Writes an array of a product; gates that go into one file once all of them are there.
+    pub(super) fn write(
+        &mut self,
+        product: Product,
+        index: Index,
+        samples: &[f32],
+    ) -> Result<(), PhantomError> {
+        if !self.phantom.joins(product) || matches!(index, Index::Volume(_)) {
+            return self.put(product, index, samples);
+        }
+        let joined = self.joined.entry(product).or_default();
+        joined.extend_from_slice(samples);
+        if joined.len() < self.phantom.n_gates() * samples.len() {
+            return Ok(());
+        }
+        let all = self.joined.remove(&product).unwrap_or_default();
+        self.put(product, Index::All, &all)
+    }
+
+    fn put(&mut self, product: Product, index: Index, samples: &[f32]) -> Result<(), PhantomError> {
+        match (product, index) {
+            (Product::Projections, Index::Gate(gate)) => self.put_projections(gate, index, samples),
+            (Product::Projections, _) => self.put_projections(0, index, samples),
+            _ => self.put_volume(product, index, samples),
+        }
+    }
+
+    /// The projections of a gate, or of all of them.
+    fn put_projections(
+        &mut self,
+        gate: usize,
+        index: Index,
+        samples: &[f32],
+    ) -> Result<(), PhantomError> {
+        let (camera, scene) = (self.phantom.camera(), self.phantom.scene());
+        let detector = *camera.detector();
+        let angles = self.phantom.written_angles(gate)?;
+        let radii = self.phantom.radii()?;
+        let radius = match scene.camera.radius {
+            Orbit::Circle(radius) => Radius::Circular(radius),
+            Orbit::PerView(_) | Orbit::Ellipse { .. } | Orbit::Contour { .. } => {
+                Radius::PerView(&radii)
+            }
+        };
+        let seconds = self.seconds_per_gate(index);
+        let gates = match seconds {
+            None => gate..gate + 1,
+            Some(_) => 0..self.phantom.n_gates(),
+        };
+        let mut counts = Vec::new();
+        for gate in gates {
+            counts.extend(self.phantom.counts_per_unit(gate)?.into_iter().flatten());
+        }
+        let raw = self.phantom.scene().output.values == ProjectionValues::Counts;
+        let counted;
+        let samples = match raw {
+            false => samples,
+            true => {
+                // What the noise divided by: whole numbers up to rounding.
+                let views = samples.chunks(camera.view_len()).zip(&counts);
+                counted = views
+                    .flat_map(|(view, per_unit)| {
+                        let per_unit = *per_unit as f32;
+                        view.iter().map(move |sample| (sample * per_unit).round())
+                    })
+                    .collect::<Vec<f32>>();
+                &counted
+            }
+        };
+        let mut projections = match seconds {
+            None => Projections::new(detector, &angles, radius, samples)?,
+            Some(seconds) => Projections::of_gates(detector, &angles, radius, samples, seconds)?,
+        };
+        if !counts.is_empty() {
+            projections = projections.with_counts_per_unit(&counts)?;
+        }
+        projections = projections.with_acquisition(AcquisitionInfo {
+            heads: camera.heads().count(),
+            decay_corrected: !raw
+                && self
+                    .phantom
+                    .scene()
+                    .counting
+                    .is_some_and(|own| own.decay.half_life().is_some()),
+            counts: raw,
+            beats: index.eq(&Index::All).then(|| self.phantom.beat_counts()),
+        })?;
+        let times = self.phantom.view_times(gate)?;
+        let seen = times.iter().map(|time| time.window).sum::<f64>() / times.len() as f64;
+        projections = projections.with_seconds(seen)?;
+        if let Some(study) = &self.study {
+            projections = projections.with_study(study);
+        }
+        let names = self.phantom.names_of(Product::Projections, 0, index);
+        let format = scene.output.projections;
+        files::write(&self.out.join(&names[0]), &projections, format)?;
+        self.files.extend(names);
+        Ok(())
+    }
+
+    /// Displacements, velocities and strains to a phase.
+    pub(super) fn write_motion(&mut self, to: &ScenePhase) -> Result<(), PhantomError> {
+        let motion = self.phantom.motion_of(to)?;
+        let grid = *self.phantom.camera().grid();
+        let fields = [&motion.displacement, &motion.velocity, &motion.strain];
+        let arrays = Product::Motion.info().arrays;
+        for (array, ((_, content), samples)) in arrays.iter().zip(fields).enumerate() {
+            if let Content::Field(of) = *content {
+                let field = Volume::of_field(grid, samples, of)?;
+                let names = (self.phantom).names_of(Product::Motion, array, Index::Phase(to.of));
+                self.write_volume(names, field)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A volume, or those of all gates.
+    pub(super) fn put_volume<'s>(
+        &mut self,
+        product: Product,
+        index: Index,
+        samples: impl Into<files::Samples<'s>>,
+    ) -> Result<(), PhantomError> {
+        let grid = *self.phantom.camera().grid();
+        let volume = match self.seconds_per_gate(index) {
+            None => Volume::new(grid, samples)?,
+            Some(seconds) => Volume::of_gates(grid, samples, seconds)?
+                .with_beats(Some(self.phantom.beat_counts())),
+        };
+        let names = self.phantom.names_of(product, 0, index);
+        self.write_volume(names, volume)
+    }
+
+    fn write_volume(
+        &mut self,
+        names: Vec<PathBuf>,
+        volume: Volume<'_>,
+    ) -> Result<(), PhantomError> {
+        let volume = match &self.study {
+            Some(study) => volume.with_study(study),
+            None => volume,
+        };
+        let format = self.phantom.scene().output.volumes;
+        files::write(&self.out.join(&names[0]), &volume, format)?;
+        self.files.extend(names);
+        Ok(())
+    }
+
+    /// Time from one gate to the next, of all gates in one file.
+    fn seconds_per_gate(&self, index: Index) -> Option<f64> {
+        let n_gates = self.phantom.n_gates() as f64;
+        (index == Index::All).then(|| self.phantom.cycle().period() / n_gates)
+    }
+}
