@@ -37,10 +37,9 @@ pub use numbers::{Numbers, Thickness};
 pub use output::{GateFiles, Output, Product, ProjectionValues};
 pub use phases::{Moment, PhaseOf, PhaseReport, ScenePhase};
 pub use polar::PolarMap;
-pub(crate) use products::Needs;
 pub use products::PlannedFile;
 #[cfg(feature = "scene")]
-pub(crate) use products::{Content, Index};
+pub(crate) use products::{Content, Index, Needs};
 pub use warning::{Edge, Seen, Warning};
 use work::Work;
 pub use work::WorkReport;
