@@ -10,11 +10,12 @@
 //! The error of this is of the order of the strain. That of nodes in double precision is 1e-16 over the strain: 1e-8 at the volume
 //! [`SMALLEST`], where the strain is 1e-7.
 
-use membrane_forces::{Material, Measure, Measures};
+use membrane_forces::{Measure, Measures};
 
 use crate::constraint::Constraint;
 use crate::error::own;
 use crate::resolution::{Resolution, swept_by_mean_radius};
+use crate::route::Route;
 
 /// Volume below which a shape is a scaled one, over what the sheet sweeps when it moves by its mean distance from the axis.
 const SMALLEST: f64 = 2e-4;
@@ -27,9 +28,9 @@ impl Resolution {
         let membrane = self.discrete.setting().membrane();
         let rest = [0.0, 1.0].map(|s| membrane.rest().at(s).position);
         let points = self.discrete.start().as_chunks::<2>().0;
-        match membrane.material() {
-            Material::Springs { .. } => false,
-            Material::Rubber(_) => {
+        match self.route() {
+            Route::Raise => false,
+            Route::Inflate => {
                 membrane.ends() == rest && points.iter().all(|point| point[0] == points[0][0])
             }
         }

@@ -1,4 +1,4 @@
-//! How a membrane comes from its start to what is prescribed: the one place in this crate that decides by the material.
+//! How a membrane comes from its start to what is prescribed: the one place in this crate where the material decides how to solve.
 
 use membrane_forces::{DiscreteMembrane, Material};
 
