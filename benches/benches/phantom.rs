@@ -177,8 +177,10 @@ fn through_a_collimator(size: usize, chest: bool, tolerance: f64) -> Phantom {
     scene.collimator = Some(scene::CollimatorSettings {
         holes: scene::HolesSettings::GeLehr,
         intrinsic_fwhm: 0.38,
-        tolerance,
     });
+    // Depth has a fifth of it.
+    scene.acquisition.accuracy = scene::Accuracy::Tolerance(5.0 * tolerance);
+    scene.camera.samples = Some(BinSample::Centres);
     if chest {
         scene.chest = Some(scene::Chest::default());
     }
@@ -238,7 +240,7 @@ fn operators(effort: Effort) {
     };
     for &size in sizes {
         let mut scene = through_a_collimator(size, false, 1e-4).scene().clone();
-        scene.camera.samples = BinSample::Means { tolerance: 1e-3 };
+        scene.camera.samples = Some(BinSample::Averages);
         let phantom = Phantom::new(scene).expect("a phantom");
         let (exact, volume) = (views(&phantom), phantom.truth(0).expect("a truth"));
         let (camera, radii) = (phantom.camera(), phantom.radii().expect("a circle"));

@@ -24,7 +24,6 @@ fn scene(n: usize, mode: Mode, compensation: Compensation) -> Scene {
     scene.collimator = Some(CollimatorSettings {
         holes: HolesSettings::GeLehr,
         intrinsic_fwhm: 0.38,
-        tolerance: 1e-3,
     });
     scene.acquisition.accuracy = Accuracy::Steps(64);
     scene.reconstruction.method = Method::Osem(Osem {

@@ -150,18 +150,6 @@ pub enum PhantomError {
         /// How far the body reaches, cm.
         needed: f64,
     },
-    /// As many rays of each bin as are tried do not make its mean to the tolerance.
-    #[error(
-        "{rays} rays of each bin make its mean to {reached:e} only; the tolerance is {tolerance:e}"
-    )]
-    BinMeans {
-        /// Estimated relative error of the views that was reached.
-        reached: f64,
-        /// What was asked for.
-        tolerance: f64,
-        /// Rays of a bin.
-        rays: usize,
-    },
     /// A solid, its rays or its voxels could not be made.
     #[error(transparent)]
     Solid(#[from] revolve_voxel::RevolveError),
@@ -225,19 +213,19 @@ pub enum PhantomError {
         /// The feature that has it.
         feature: &'static str,
     },
-    /// More steps did not bring the quadrature over time below its tolerance.
+    /// No resolution that is tried meets the tolerance of the samples.
     #[error(
-        "the quadrature over time is right to {} with {steps} steps a cycle, asked for {}",
+        "{term}: the error is {} at the finest resolution, and may be {}",
         Number(brief(*reached)),
         Number(*tolerance)
     )]
-    Quadrature {
-        /// Estimated relative error.
+    Tolerance {
+        /// The term of [`ViewError`](crate::ViewError).
+        term: &'static str,
+        /// Estimated error, relative to the largest sample.
         reached: f64,
         /// The error allowed.
         tolerance: f64,
-        /// Steps a cycle.
-        steps: usize,
     },
     /// A file could not be read.
     #[error("cannot read {}", shown_path(path))]

@@ -61,17 +61,17 @@ pub use model::{
     VolumeRange, Wall, WallRegion,
 };
 pub use phantom::{
-    Artefacts, BeatReport, BinMeans, Compensation, Edge, GateFiles, Memory, Method, Moment,
-    MotionField, MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhaseOf, PhaseReport,
-    PlannedFile, PointMotion, PolarMap, Product, ProjectionValues, ScenePhase, Seen, Thickness,
+    Artefacts, BeatReport, Compensation, Edge, GateFiles, Memory, Method, Moment, MotionField,
+    MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhaseOf, PhaseReport, PlannedFile,
+    PointMotion, PolarMap, Product, ProjectionValues, Resolution, ScenePhase, Seen, Thickness,
     Warning, WorkReport,
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use scan::ViewReport;
 pub use scan::{
-    Accuracy, Acquisition, BinSample, Camera, CameraGeometry, Collimation, Counting, Counts, Decay,
-    Heads, Mode, Noise, Orbit, Rotation, Sinograms, TruthOf, ViewTime, acquire,
+    Accuracy, Acquisition, BinSample, Camera, CameraGeometry, Counting, Counts, Decay, Heads, Mode,
+    Noise, Orbit, Rotation, Sinograms, TruthOf, ViewError, ViewTime, acquire,
 };
 pub use scene::Scene;
 #[cfg(feature = "scene")]

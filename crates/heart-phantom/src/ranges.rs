@@ -32,10 +32,6 @@ pub(crate) const COUNTS: [f64; 2] = [1e-12, 1e12];
 pub(crate) const STEPS: [usize; 2] = [2, 4096];
 pub(crate) const VIEW_TOLERANCE: [f64; 2] = [1e-6, 1.0];
 pub(crate) const GATES: [usize; 2] = [1, 1000];
-/// Of means over bins: finer ones take more rays than are tried.
-pub(crate) const BIN_TOLERANCE: [f64; 2] = [1e-6, 1.0];
-/// Of the collimator's blur.
-pub(crate) const BLUR_TOLERANCE: [f64; 2] = [1e-9, 0.1];
 pub(crate) const TRUTH_TOLERANCE: [f64; 2] = [1e-7, 0.5];
 /// Finer meshes would have millions of triangles.
 pub(crate) const MESH_TOLERANCE: [f64; 2] = [1e-5, 0.1];

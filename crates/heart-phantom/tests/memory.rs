@@ -57,7 +57,6 @@ fn runs_take_what_was_said() {
     modelled.collimator = Some(CollimatorSettings {
         holes: HolesSettings::GeLehr,
         intrinsic_fwhm: 0.38,
-        tolerance: 1e-4,
     });
     modelled.attenuation = Some(AttenuationSettings {
         coefficient: 0.15,

@@ -22,11 +22,10 @@ fn scene(n: usize) -> Scene {
     scene.camera.radius = Orbit::Ellipse {
         semi_axes: [14.0, 11.0],
     };
-    scene.camera.samples = BinSample::Means { tolerance: 3e-4 };
+    scene.camera.samples = Some(BinSample::Averages);
     scene.collimator = Some(CollimatorSettings {
         holes: HolesSettings::GeLehr,
         intrinsic_fwhm: 0.38,
-        tolerance: 1e-5,
     });
     scene.truth.tolerance = 1e-4;
     scene.output.write = vec![Product::Attenuation];

@@ -152,11 +152,10 @@ pub(crate) fn text(random: &mut Random) -> String {
     let collimated = random.one_in(4);
     if collimated {
         line(format!(
-            "[collimator]\nholes = {{ widths = {{ slope = {}, at_face = {} }} }}\nintrinsic_fwhm = {}\ntolerance = {}",
+            "[collimator]\nholes = {{ widths = {{ slope = {}, at_face = {} }} }}\nintrinsic_fwhm = {}",
             number(random, 0.0, 0.05),
             number(random, 0.0, 0.2 * unit),
-            number(random, 0.0, unit),
-            number(random, 1e-3, 0.1)
+            number(random, 0.0, unit)
         ));
     }
     if random.one_in(3) {

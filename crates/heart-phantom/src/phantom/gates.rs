@@ -2,7 +2,7 @@
 
 use super::Phantom;
 use crate::error::{PhantomError, check_length};
-use crate::scan::{Scan, SharedShapes};
+use crate::scan::SharedShapes;
 use crate::truth::truth_of_gates_into;
 use revolve_voxel::Organs;
 
@@ -41,7 +41,7 @@ impl Phantom {
         let camera = self.camera();
         let each = camera.n_views() * camera.view_len();
         check_length("views of all gates", samples.len(), self.n_gates() * each)?;
-        let shared = match self.depth()?.is_some() || self.wide()?.is_some() {
+        let shared = match self.depth()?.is_some() {
             true => None,
             false => self.shared_shapes()?,
         };
@@ -49,16 +49,12 @@ impl Phantom {
             let one = |gate| Ok(self.sinograms(gate, &|_| ())?.samples);
             return one_by_one(samples, each, one);
         };
-        let scan = Scan {
-            lattice: self.lattice()?,
-            ..self.scan(camera, 0, self.acquisition(0)?)
-        };
+        let scan = self.scan(camera, 0, self.acquisition(0)?);
         self.work.rays(scan.of_gates_into(&shared, samples)?);
-        if self.scene().blur.is_some() || self.scene().noise.is_some() {
+        if self.scene().noise.is_some() {
             let (views, rows) = (0..camera.n_views(), 0..camera.n_rows());
             for (gate, own) in samples.chunks_mut(each).enumerate() {
                 let mut read = own.to_vec();
-                self.readout.blur(&mut read, &rows)?;
                 self.count(gate, &views, &rows, &mut read)?;
                 own.copy_from_slice(&read);
             }

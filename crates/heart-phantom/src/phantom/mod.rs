@@ -2,7 +2,6 @@
 
 mod artefacts;
 mod beats;
-mod bins;
 mod compensated;
 mod gates;
 mod memory;
@@ -18,6 +17,7 @@ mod polar;
 mod prepare;
 mod products;
 mod reach;
+mod resolution;
 mod steps;
 mod views;
 mod volumes;
@@ -28,7 +28,6 @@ mod work;
 
 pub use artefacts::Artefacts;
 pub use beats::BeatReport;
-pub use bins::BinMeans;
 pub use memory::Memory;
 pub use method::{Compensation, Method, Osem, OsemReport};
 pub(crate) use model_voxels::farthest;
@@ -40,15 +39,16 @@ pub use polar::PolarMap;
 pub use products::PlannedFile;
 #[cfg(feature = "scene")]
 pub(crate) use products::{Content, Index, Needs};
+pub use resolution::Resolution;
 pub use warning::{Edge, Seen, Warning};
 use work::Work;
 pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
-use crate::scan::{Depth, Facing, Readout, STEPS, Scan, Wide};
-use crate::scene::{BlurSettings, Parts, Scene, check};
+use crate::scan::{Depth, Facing, Readout, STEPS, Scan};
+use crate::scene::{Parts, Scene, check};
 use crate::{Acquisition, Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
-use radon::{Blur, FbpPlan, Skip};
+use radon::{FbpPlan, Skip};
 use revolve_voxel::Pose;
 #[cfg(feature = "scene")]
 use std::path::{Path, PathBuf};
@@ -79,9 +79,6 @@ pub struct Phantom {
     /// The cycle, each of its respiratory gates by itself.
     cycles: Vec<Cycle>,
     pub(crate) readout: Readout,
-    pub(crate) wide: OnceLock<Option<Wide>>,
-    /// The lattice of the means over bins, and its number.
-    bins: OnceLock<(BinMeans, usize)>,
     facing: OnceLock<Vec<Facing>>,
     depth: OnceLock<Option<Depth>>,
     /// Mean counts of a sample of 1, by gate.
@@ -171,15 +168,11 @@ impl Phantom {
         let parts = check::parts(scene, heart)?;
         let camera = &parts.camera;
         let size = [camera.n_bins(), camera.n_rows()];
-        let blur = |blur: BlurSettings| Blur::new(size, camera.detector().pitch(), blur.fwhm);
         Ok(Self {
             readout: Readout {
-                blur: parts.scene.blur.map(blur).transpose()?,
                 noise: parts.scene.noise,
                 size,
             },
-            wide: OnceLock::new(),
-            bins: OnceLock::new(),
             facing: OnceLock::new(),
             depth: OnceLock::new(),
             counts: vec![OnceLock::new(); parts.n_gates()],
@@ -253,7 +246,7 @@ impl Phantom {
     /// The time that the views of a gate see, with the steps that meet the scene's tolerance.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Quadrature`] if no number of steps suffices.
+    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Tolerance`] if no number of steps suffices.
     pub fn acquisition(&self, gate: usize) -> Result<Acquisition, PhantomError> {
         check_count("gate", gate, [0, self.n_gates() - 1])?;
         Ok(self.acquisition_of(gate, self.steps()?))
@@ -320,7 +313,6 @@ impl Phantom {
             // Far below what any detector resolves.
             tolerance: 1e-5 * self.parts.heart.length(),
             depth: None,
-            lattice: vec![[0.0; 2]],
         }
     }
 

@@ -3,7 +3,7 @@
 use super::method::Osem;
 use crate::Camera;
 use crate::error::PhantomError;
-use crate::scan::{BinSample, Collimation};
+use crate::scan::BinSample;
 use crate::scene::Parts;
 use radon::Collimator;
 use revolve_voxel::Organs;
@@ -55,17 +55,17 @@ impl Parts {
         Ok(ModelVoxels { camera, first })
     }
 
-    /// How the model has points blurred. The model's views are means over bins: where those given are samples, what means are wider by is
+    /// How the model has points blurred. The model's samples are averages over bins: where those given are samples, what means are wider by is
     /// taken off the crystal's variance, as far as it goes.
     pub(super) fn response(&self, osem: &Osem) -> Collimator {
         let collimator = self.collimator.filter(|_| osem.resolution);
-        let Some(Collimation { response, .. }) = collimator else {
+        let Some(response) = collimator else {
             return Collimator::default();
         };
         let [bin, row] = self.camera.detector().pitch();
-        let wider = match self.scene.camera.samples {
+        let wider = match self.samples() {
             BinSample::Centres => bin.min(row).powi(2) / 12.0,
-            BinSample::Means { .. } => 0.0,
+            BinSample::Averages => 0.0,
         };
         let intrinsic = (response.intrinsic().powi(2) - wider).max(0.0).sqrt();
         // Nothing that `new` could refuse.

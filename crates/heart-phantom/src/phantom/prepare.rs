@@ -42,7 +42,6 @@ impl Phantom {
         let reconstructs = output.needs(Needs::Reconstruction);
         let sees = output.needs(Needs::Views);
         if sees {
-            self.bin_means()?;
             self.depth()?;
         }
         check_memory(self.memory().total())?;

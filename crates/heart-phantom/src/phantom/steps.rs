@@ -1,22 +1,25 @@
-//! How many steps of the quadrature over time a tolerance takes.
+//! The number of steps of the quadrature over time that meets the tolerance.
 
 use crate::Phantom;
 use crate::error::PhantomError;
 use crate::scan::STEPS;
-use crate::scan::{Accuracy, Mode};
+use crate::scan::{Accuracy, Mode, Scan};
 use crate::{Acquisition, Rotation};
 use std::collections::BTreeSet;
 
-/// Bins and rows of the coarse views on which that is tried.
-const PROBE: usize = 48;
+/// Bins and rows of the views of line integrals on which steps are tried.
+const PROBE: usize = 64;
+/// Views that are tried at least, those of all gates together; of a gate at least [`LEAST`], and the hardest one.
+const VIEWS_TRIED: usize = 8;
+const LEAST: usize = 2;
 
 impl Phantom {
-    /// Steps a cycle: as given, or doubled until the estimated error of coarse views of the first and the middle angle, and of the
-    /// time that is hardest to sample, is no more than the tolerance.
+    /// Steps a cycle: as given, or doubled until the estimated error of time in the views that are tried meets its part of the tolerance.
+    /// Each gate tries other views.
     pub(crate) fn steps(&self) -> Result<usize, PhantomError> {
         let tolerance = match self.scene().acquisition.accuracy {
             Accuracy::Steps(steps) => return Ok(steps),
-            Accuracy::Tolerance(tolerance) => tolerance,
+            Accuracy::Tolerance(_) => self.parts().tolerances().time,
         };
         let averaged = match self.scene().acquisition.mode {
             Mode::Instants => false,
@@ -32,36 +35,55 @@ impl Phantom {
         if let Some(steps) = self.steps_known() {
             return Ok(steps);
         }
-        let camera = self.camera().coarse(PROBE)?;
-        let rows = camera.n_rows();
+        let depth = self.coarse_depth()?;
+        let camera = match &depth {
+            Some(depth) => depth.camera.clone(),
+            None => self.camera().coarse(PROBE)?,
+        };
+        let rows = match &depth {
+            Some(_) => 0..self.camera().n_rows(),
+            None => 0..camera.n_rows(),
+        };
         let mut steps = STEPS[0];
         loop {
             let mut reached = 0.0f64;
             for gate in 0..self.n_gates() {
-                let scan = self.scan(&camera, gate, self.acquisition_of(gate, steps));
-                // What is hard of a heart that is still is the angle, say that at which its base is seen edge on.
-                let views: BTreeSet<usize> = match scan.acquisition {
-                    Acquisition::Static { .. } => (0..camera.n_views()).collect(),
-                    _ => [0, camera.n_views() / 2, scan.hardest_view()].into(),
+                let scan = Scan {
+                    depth: depth.as_ref(),
+                    ..self.scan(&camera, gate, self.acquisition_of(gate, steps))
                 };
-                for view_idx in views {
-                    let taken = scan.rows(view_idx..view_idx + 1, 0..rows, &|_| ())?;
+                for view_idx in self.views_of_gate(&scan, gate) {
+                    let taken = scan.rows(view_idx..view_idx + 1, rows.clone(), &|_| ())?;
                     self.work.rays(taken.rays);
-                    reached = reached.max(taken.quadrature_error.unwrap_or(0.0));
+                    reached = reached.max(taken.view_error.time);
                 }
             }
             if reached <= tolerance {
                 return Ok(*self.steps.get_or_init(|| steps));
             }
             if steps >= STEPS[1] {
-                return Err(PhantomError::Quadrature {
+                return Err(PhantomError::Tolerance {
+                    term: "average over time",
                     reached,
                     tolerance,
-                    steps,
                 });
             }
             steps *= 2;
         }
+    }
+
+    fn views_of_gate(&self, scan: &Scan<'_>, gate: usize) -> BTreeSet<usize> {
+        let n_views = self.camera().n_views();
+        // What is hard of a heart that is still is the angle, say that at which its base is seen edge on.
+        if let Acquisition::Static { .. } = scan.acquisition {
+            return (0..n_views).collect();
+        }
+        let (gates, n) = (
+            self.n_gates(),
+            LEAST.max(VIEWS_TRIED.div_ceil(self.n_gates())),
+        );
+        let each = |k: usize| (k * gates + gate) * n_views / (n * gates);
+        (0..n).map(each).chain([scan.hardest_view()]).collect()
     }
 
     /// The steps that meet the tolerance, once that was tried.

@@ -1,10 +1,8 @@
 //! Views of a phantom, with its blur and noise.
 
-use super::memory::check_memory;
-use super::{Phantom, once};
+use super::Phantom;
 use crate::error::{PhantomError, check_count};
-use crate::scan::{Collimation, Depth, Facing, Scan, Wide};
-use crate::scene::BlurSettings;
+use crate::scan::Scan;
 use crate::{Sinograms, ViewTime};
 use radon::ParallelGeometry;
 use std::borrow::Cow;
@@ -127,7 +125,7 @@ impl Phantom {
         Ok(known.map(|known| vec![known; self.parts.camera.n_views()]))
     }
 
-    /// Line integrals, blurred but without noise.
+    /// Expected samples, without noise.
     pub(crate) fn means(
         &self,
         gate: usize,
@@ -135,99 +133,14 @@ impl Phantom {
         rows: Range<usize>,
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Sinograms, PhantomError> {
-        let acquisition = self.acquisition(gate)?;
-        let lattice = self.lattice()?;
-        if let Some(depth) = self.depth()? {
-            let [_, above] = depth.margin;
-            let scan = Scan {
-                depth: Some(depth),
-                lattice,
-                ..self.scan(&depth.camera, gate, acquisition)
-            };
-            let rows_there = rows.start + above..rows.end + above;
-            let mut taken = scan.rows(views, rows_there, progress)?;
-            self.work.rays(taken.rays);
-            taken.samples = self.middle(&taken.samples, depth.margin[0]);
-            return Ok(taken);
-        }
-        let Some(wide) = self.wide()? else {
-            let cast = self.readout.rows_seen(&rows);
-            let scan = Scan {
-                lattice,
-                ..self.scan(self.camera(), gate, acquisition)
-            };
-            let mut taken = scan.rows(views, cast, progress)?;
-            self.work.rays(taken.rays);
-            self.readout.blur(&mut taken.samples, &rows)?;
-            return Ok(taken);
-        };
-        let [beside, above] = wide.margin;
-        let rows = rows.start + above..rows.end + above;
-        let cast = wide.blur.rows_seen(&rows);
+        let (acquisition, depth) = (self.acquisition(gate)?, self.depth()?);
+        let camera = depth.map_or(self.camera(), |depth| &depth.camera);
         let scan = Scan {
-            lattice,
-            ..self.scan(&wide.camera, gate, acquisition)
+            depth,
+            ..self.scan(camera, gate, acquisition)
         };
-        let mut taken = scan.rows(views, cast, progress)?;
+        let taken = scan.rows(views, rows, progress)?;
         self.work.rays(taken.rays);
-        let blurred = wide.blur.rows(taken.samples, &rows)?;
-        taken.samples = self.middle(&blurred, beside);
         Ok(taken)
-    }
-
-    /// The camera's own bins from rows that have some more on either side.
-    fn middle(&self, rows: &[f32], beside: usize) -> Vec<f32> {
-        let n_bins = self.camera().n_bins();
-        (rows.chunks(n_bins + 2 * beside))
-            .flat_map(|row| &row[beside..beside + n_bins])
-            .copied()
-            .collect()
-    }
-
-    /// What blurs by depth; `None` without a collimator.
-    pub(super) fn depth(&self) -> Result<Option<&Depth>, PhantomError> {
-        Ok(once(&self.depth, || self.make_depth())?.as_ref())
-    }
-
-    fn make_depth(&self) -> Result<Option<Depth>, PhantomError> {
-        // Else a point is seen as a point.
-        let blurs = |own: &&Collimation| own.response.variance(f64::MAX) > 0.0;
-        let Some(collimation) = self.parts.collimator.as_ref().filter(blurs) else {
-            return Ok(None);
-        };
-        if let Some((view_idx, Facing { radius, body, .. })) = self.inside()? {
-            return Err(PhantomError::DetectorInside {
-                view_idx,
-                radius,
-                needed: body,
-            });
-        }
-        let (camera, views) = (self.camera(), self.facing()?.to_vec());
-        let [side, end] = self.extent()?;
-        // What goes on beyond all rows is blurred into them from both sides.
-        let endless = self.parts.background.is_some();
-        let end = if endless { f64::INFINITY } else { end };
-        let depth = Depth::new(collimation, camera, views, [side, end])?;
-        let threads = rayon::current_num_threads() as u64;
-        check_memory(2 * threads * depth.view_bytes() as u64)?;
-        Ok(Some(depth))
-    }
-
-    /// The same, once it was made.
-    pub(super) fn depth_known(&self) -> Option<&Depth> {
-        self.depth.get().and_then(Option::as_ref)
-    }
-
-    /// The camera that sees all that the blur brings into the views; `None` where the camera does.
-    pub(super) fn wide(&self) -> Result<Option<&Wide>, PhantomError> {
-        Ok(once(&self.wide, || self.make_wide())?.as_ref())
-    }
-
-    fn make_wide(&self) -> Result<Option<Wide>, PhantomError> {
-        let (Some(BlurSettings { fwhm }), Some(blur)) = (self.scene().blur, &self.readout.blur)
-        else {
-            return Ok(None);
-        };
-        Wide::around(self.camera(), blur, fwhm, self.extent()?)
     }
 }

@@ -11,7 +11,7 @@ use std::fmt;
 ///
 /// In `report.json` an object with a `message` and with the fields `what`, `edge`, `needed_cm`, `seen_cm`, `angle_degrees` of what is
 /// truncated; `edge`, `nearest_cm` and `reach_cm` of a heart outside; `times` of one that reaches out of the torso; `view`, `radius_cm` and
-/// `needed_cm` of a detector inside the body; `off_degrees` of uneven angles.
+/// `needed_cm` of a detector inside the body; `pitch_cm`, `fwhm_cm` and `error` of aliased samples; `off_degrees` of uneven angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -67,6 +67,15 @@ pub enum Warning {
         organ: usize,
         /// Volume in common at most, in mL.
         volume: f64,
+    },
+    /// Samples are line integrals through the centres of bins that are wide against the response or the heart, so that they alias.
+    Aliased {
+        /// Pitch of the bins in cm.
+        pitch: f64,
+        /// Full width at half maximum of the response where it is narrowest, in cm; 0 without one.
+        fwhm: f64,
+        /// The largest difference from averages over bins in the first view, relative to the largest sample.
+        error: f64,
     },
     /// A turning camera sees gates from uneven angles, and the format of the projections has room for even ones only: their mean
     /// is right.
@@ -187,6 +196,17 @@ impl fmt::Display for Warning {
                 organ + 1,
                 brief(volume)
             ),
+            Self::Aliased { pitch, fwhm, error } => {
+                let (pitch, error) = (brief(pitch), brief(100.0 * error));
+                write!(f, "samples are line integrals at a pitch of {pitch} cm")?;
+                if fwhm > 0.0 {
+                    write!(f, ", and the response has a FWHM of {} cm", brief(fwhm))?;
+                }
+                write!(
+                    f,
+                    ": they differ from averages over bins by up to {error} % of the largest sample in the first view; camera.samples = \"averages\" computes these"
+                )
+            }
             Self::UnevenAngles { off } => write!(
                 f,
                 "the gates of a turning camera are seen from uneven angles, up to {:.3} degrees from where the even steps of their format put them; \
@@ -256,6 +276,12 @@ impl Serialize for Warning {
                 map.serialize_entry("what", "heart-in-bone")?;
                 map.serialize_entry("organ", &organ)?;
                 map.serialize_entry("volume_ml", &short(volume))?;
+            }
+            Self::Aliased { pitch, fwhm, error } => {
+                map.serialize_entry("what", "aliased")?;
+                map.serialize_entry("pitch_cm", &short(pitch))?;
+                map.serialize_entry("fwhm_cm", &short(fwhm))?;
+                map.serialize_entry("error", &short(error))?;
             }
             Self::UnevenAngles { off } => {
                 map.serialize_entry("what", "angles")?;

@@ -16,7 +16,7 @@ const MOST_OVERLAP: f64 = 0.5;
 
 impl Phantom {
     /// What is allowed and yet may surprise; nothing if all is as one expects. It solves the shapes that are looked
-    /// at most, one or two, and casts no ray.
+    /// at most, one or two. It casts rays of one view only where line integrals are wide apart.
     ///
     /// Views that end before the heart or the background does are truncated: filtered back-projection takes what they do not
     /// see for nothing, which streaks. A torso that attenuates does so however wide it is, but volumes hold no more of it than
@@ -70,6 +70,15 @@ impl Phantom {
                     }),
             );
         }
+        // Behind a face within the body there is no view to look at.
+        if parts.collimator.is_none() || self.inside()?.is_none() {
+            let aliasing = self.aliasing()?.filter(|[_, error]| *error > 0.0);
+            found.extend(aliasing.map(|[fwhm, error]| Warning::Aliased {
+                pitch: self.camera().pitch(),
+                fwhm,
+                error,
+            }));
+        }
         if parts.scene.output.has(Product::Projections) {
             found.extend(self.uneven_angles()?);
         }
@@ -80,21 +89,25 @@ impl Phantom {
         Ok(found)
     }
 
-    /// The solids within the outer membrane between which all others lie: at end-systole and end-diastole, or at the one phase that is
-    /// looked at.
-    pub(crate) fn outermost(&self) -> Result<Vec<Body>, PhantomError> {
-        let phases = match self.scene().acquisition.mode {
+    /// End-systole and end-diastole, or the one phase of a static scan.
+    pub(crate) fn outermost_phases(&self) -> Vec<f64> {
+        match self.scene().acquisition.mode {
             Mode::Static { phase } => vec![phase],
             Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => {
                 self.extreme_phases().to_vec()
             }
-        };
+        }
+    }
+
+    /// The solids within the outer membrane between which all others lie: at end-systole and end-diastole, or at the one phase that is
+    /// looked at.
+    pub(crate) fn outermost(&self) -> Result<Vec<Body>, PhantomError> {
         let breaths: &[f64] = match self.cycle().breathing() {
             None => &[0.0],
             Some(_) => &[0.0, 0.5, 1.0],
         };
         let mut bodies = Vec::new();
-        for phase in phases {
+        for phase in self.outermost_phases() {
             let body = outside_of(&*self.shape(phase)?)?;
             for breath in breaths {
                 bodies.push(body.standing(self.pose(*breath)?));

@@ -1,5 +1,6 @@
 //! When views are taken: at a phase, at instants, over exposures, whole cycles, gates; and what comes of it.
 
+use super::view_error::ViewError;
 use revolve_voxel::RayCounters;
 
 /// When each view is taken; from where a turning camera then sees it, [`ViewTime`](crate::ViewTime) says.
@@ -11,7 +12,7 @@ use revolve_voxel::RayCounters;
 /// it comes back. While the camera turns, that is done in each of 32 or more arcs of a view.
 ///
 /// Rays that touch the surface see a square root of time, and so both are of order 3/2: the error falls by 2.8 when `points`
-/// double. The half of the points gives an error estimate for nothing, [`Sinograms::quadrature_error`].
+/// double. The half of the points gives an error estimate for nothing, [`Sinograms::view_error`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Acquisition {
@@ -90,16 +91,10 @@ pub struct Sinograms {
     pub distinct_phases: usize,
     /// Distinct shapes that those phases need: mirrored phases share one.
     pub distinct_shapes: usize,
-    /// For averages an estimate of the relative error in the Euclidean norm over all samples, that bounds it from above:
-    /// `(1 + 5 / N) |d| / |s_n|`, `d = s_n - s_(n/2)` the difference between the rules with all and with half the points. At order 3/2
-    /// that is 1.8 times the error; where few samples make up the difference it says little of itself, and
-    /// `N = (sum d^2)^2 / sum d^4` counts them. Never less than the relative error of the cavity's mean volume by equal steps (root
-    /// mean square over the views), which the curve alone tells.
-    pub quadrature_error: Option<f64>,
-    /// Of views through a collimator an estimate of the relative error in the Euclidean norm that slabs and the Gaussians which they share
-    /// make ([`Collimation`](crate::Collimation)): a third of the difference from views of four times the tolerance, in up to eight views evenly
-    /// among all; `None` where none of them was taken.
-    pub depth_error: Option<f64>,
+    /// Bounds on the errors of the samples. What takes a blur of its own is estimated in up to 16 views, evenly among those taken. The term of time is
+    /// `(1 + 5 / N) max |d| / max |s_n|`, with `d = s_n - s_(n/2)` the difference between the rules with all and with half the points and
+    /// `N = (sum d^2)^2 / sum d^4` the number of samples that make it up; it is never less than the relative error of the cavity's mean volume.
+    pub view_error: ViewError,
     /// Rays cast and skipped.
     pub rays: RayCounters,
 }

@@ -172,12 +172,23 @@ impl Camera {
         Self::with_geometry(&coarse)
     }
 
-    /// The same views with another number of bins and rows.
-    pub(crate) fn of_size(&self, [bins, rows]: [usize; 2]) -> Result<Self, PhantomError> {
-        Self::with_geometry(&CameraGeometry {
-            bins,
-            rows,
-            ..self.from.clone()
+    /// The same views on another raster of bins and rows about the same centre. The voxels stay as they are.
+    pub(crate) fn with_raster(
+        &self,
+        [bins, rows]: [usize; 2],
+        pitch: [f64; 2],
+    ) -> Result<Self, PhantomError> {
+        let angles = self.geometry.angles().to_vec();
+        Ok(Self {
+            geometry: radon::ParallelGeometry::new(angles, bins, pitch[0])?,
+            detector: ParallelDetector::new(bins, rows, pitch)?,
+            from: CameraGeometry {
+                bins,
+                rows,
+                pitch,
+                ..self.from.clone()
+            },
+            ..self.clone()
         })
     }
 

@@ -1,13 +1,13 @@
 //! The views of all gates together: a shape of the heart that several gates see is projected once.
 
 use super::nodes::Node;
-use super::project::Aim;
+use super::project::{Aim, CENTRE};
 use super::whole::Scan;
 use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::model::Placed;
 use rayon::prelude::*;
-use revolve_voxel::{Organs, RayCounters};
+use revolve_voxel::RayCounters;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -19,16 +19,14 @@ pub(crate) struct SharedShapes {
 
 impl SharedShapes {
     /// Those of some scans, one a gate; `None` if it takes more than how the heart beats to tell their views: they differ in more than
-    /// their angle, depth blurs them, active organs stand around the heart (which are integrated once for all of its shapes,
-    /// gate by gate), the heart is moved by breathing, or their shapes do not fit
+    /// their angle, depth blurs them, the heart is moved by breathing, or their shapes do not fit
     /// into the heart's memory together.
     pub(crate) fn of(scans: &[Scan<'_>]) -> Result<Option<Self>, PhantomError> {
         let mut by_gain: BTreeMap<u64, Vec<(usize, f64)>> = BTreeMap::new();
         for (gate, scan) in scans.iter().enumerate() {
             scan.acquisition.validate(scan.cycle, scan.camera)?;
-            let organs = scan.organs.is_some_and(Organs::is_active);
             let alike = scan.acquisition.same_for_all_views(scan.cycle, scan.camera);
-            if scan.depth.is_some() || organs || scan.cycle.breathing().is_some() || !alike {
+            if scan.depth.is_some() || scan.cycle.breathing().is_some() || !alike {
                 return Ok(None);
             }
             for node in scan.quadrature().view(0).nodes {
@@ -108,14 +106,22 @@ impl Scan<'_> {
             theta: self.camera.angle(view_idx, 0.0),
             planes: &[],
             rows: &(0..self.camera.n_rows()),
+            places: CENTRE,
+            mask: None,
         };
         let mut one = vec![0.0f32; self.camera.view_len()];
         let mut done = RayCounters::default();
         for (shape, uses) in solved.iter().zip(&shared.uses) {
             one.fill(0.0);
             let heart = (&**shape, shape.body(), placed.of(shape));
-            done = done + self.project(heart, &aim, None, 1.0, &mut one)?;
+            done = done + self.project(heart, &aim, 1.0, &mut one)?;
             add_to_gates(&one, uses, gates);
+        }
+        if self.has_surroundings() {
+            one.fill(0.0);
+            self.project_surroundings(&aim, 1.0, &mut one)?;
+            let all: Vec<(usize, f64)> = (0..gates.len()).map(|gate| (gate, 1.0)).collect();
+            add_to_gates(&one, &all, gates);
         }
         for view in gates {
             self.no_negatives(view);

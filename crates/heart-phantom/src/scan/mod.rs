@@ -2,6 +2,7 @@
 
 mod acquire;
 mod acquisition;
+mod averages;
 mod bin_sample;
 mod camera;
 mod counting;
@@ -15,32 +16,31 @@ mod product;
 mod project;
 mod quadrature;
 mod readout;
+mod samples;
 mod settings;
 mod spans;
 mod timing;
-mod total;
+mod view_error;
 mod view_time;
 mod views;
 mod whole;
-mod wide;
 
 pub use acquire::acquire;
 pub use acquisition::{Acquisition, Sinograms, TruthOf};
+pub(crate) use averages::{Averages, LATTICES};
 pub use bin_sample::BinSample;
-pub(crate) use bin_sample::lattice;
 pub use camera::{Camera, CameraGeometry, Heads, Rotation};
 pub(crate) use camera::{MOST_SAMPLES, VOXELS};
 pub use counting::{Counting, Decay};
-pub use depth::Collimation;
-pub(crate) use depth::{Depth, Facing};
+pub(crate) use depth::{Depth, Facing, SubBins};
 pub(crate) use gates::{SharedShapes, add_to_gates};
 pub use orbit::Orbit;
 pub(crate) use readout::Readout;
 pub use settings::{Accuracy, Counts, Mode, Noise};
 pub(crate) use timing::STEPS;
+pub use view_error::ViewError;
 #[cfg(feature = "scene")]
 pub use view_time::ViewReport;
 pub use view_time::ViewTime;
 pub(crate) use views::MOST_NODES;
 pub(crate) use whole::{Lasting, Scan};
-pub(crate) use wide::Wide;

@@ -1,40 +1,20 @@
-//! What the detector makes of the line integrals: blur, then counts.
+//! Counting noise of the detector.
 
 use super::settings::{Counts, Noise};
 use crate::error::PhantomError;
-use radon::{Blur, CountScale, poisson_counts_into};
+use radon::{CountScale, poisson_counts_into};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Blur and noise of a detector.
+/// Counting noise of a detector.
 #[derive(Debug)]
 pub(crate) struct Readout {
-    pub(crate) blur: Option<Blur>,
     pub(crate) noise: Option<Noise>,
     /// Bins and rows.
     pub(crate) size: [usize; 2],
 }
 
 impl Readout {
-    /// The rows of the line integrals that some rows of the views are made of.
-    pub(crate) fn rows_seen(&self, rows: &Range<usize>) -> Range<usize> {
-        (self.blur.as_ref()).map_or(rows.clone(), |blur| blur.rows_seen(rows))
-    }
-
-    /// Blurs views of the rows seen and keeps the rows asked for.
-    pub(crate) fn blur(
-        &self,
-        views: &mut Vec<f32>,
-        rows: &Range<usize>,
-    ) -> Result<(), PhantomError> {
-        match &self.blur {
-            None => {}
-            Some(blur) if rows.len() == self.size[1] => blur.apply(views)?,
-            Some(blur) => *views = blur.rows(std::mem::take(views), rows)?,
-        }
-        Ok(())
-    }
-
     /// Mean counts of a sample of 1 where the noise says it; `all` gives all samples of the gate, if they are needed.
     pub(crate) fn counts_per_unit<'a>(
         &self,

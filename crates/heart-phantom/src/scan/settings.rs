@@ -60,7 +60,7 @@ impl Mode {
     }
 }
 
-/// Quadrature over the time of a view.
+/// Accuracy of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
@@ -69,7 +69,8 @@ pub enum Accuracy {
     /// Steps a cycle, even: of time for a sinusoid before a camera that stands still, else half of them of volume on the way up, and
     /// half on the way down.
     Steps(usize),
-    /// As many steps as keep the relative error of the sinograms (Euclidean norm) below this.
+    /// Whatever keeps the error of every sample, relative to the largest one, below this: steps of time, sub-bins and rays of bins, slabs of
+    /// depth. With `Steps` the last three are as for 1e-3.
     Tolerance(f64),
 }
 

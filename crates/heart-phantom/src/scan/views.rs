@@ -4,17 +4,18 @@
 //! in batches; the sums are formed in the same order, whatever that memory is.
 
 use super::acquisition::Sinograms;
-use super::depth::Squares;
+use super::depth::Depth;
 use super::halves::Halves;
 use super::nodes::{Node, Nodes};
-use super::project::Aim;
-use super::total::Total;
+use super::project::{Aim, CENTRE};
+use super::samples::Taking;
+use super::view_error::{Errors, Total};
 use super::whole::{Lasting, Scan};
 use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::model::Placed;
 use rayon::prelude::*;
-use revolve_voxel::{Body, Capsule, Organs, RayCounters};
+use revolve_voxel::RayCounters;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -22,6 +23,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Samples of slabs that wait for the next batch of points: 128 MB, and as much again for the half of the rule.
 const MOST_SLABS_KEPT: usize = 1 << 25;
+/// The errors that take blurs of their own are estimated in so many views at most, evenly among those taken.
+const VIEWS_LOOKED_AT: usize = 16;
 /// Points of the quadrature in a group of views: some 50 MB.
 pub(crate) const MOST_NODES: usize = 1 << 20;
 
@@ -32,24 +35,11 @@ struct Group {
     plans: Vec<Nodes>,
 }
 
-/// A view under way.
-struct Taking<'a> {
-    view_idx: usize,
-    plan: usize,
-    /// In the end the view.
-    image: &'a mut [f32],
-    /// The even half of the rule: the view itself, unless slabs of it are to be blurred.
-    slabs: Vec<f32>,
-    /// The odd half, while there is one.
-    odd: Vec<f32>,
-    rays: RayCounters,
-    /// Sum of the squared samples.
-    square: f64,
-    /// Sums of the second and of the fourth powers of the differences from the rule with half the points.
-    difference: f64,
-    fourth: f64,
-    /// The estimated error of the blur by depth, where the view was looked at for it.
-    blur: Option<Squares>,
+/// The rays of each sub-bin: first one through its centre, then a lattice in those that an edge crosses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Pass {
+    Centres,
+    Lattice,
 }
 
 /// The shapes of a batch of points.
@@ -68,7 +58,8 @@ impl Scan<'_> {
     ) -> Result<Sinograms, PhantomError> {
         self.acquisition.validate(self.cycle, self.camera)?;
         self.activity.validate()?;
-        let len = rows.len() * self.camera.n_bins();
+        let n_bins = (self.depth).map_or(self.camera.n_bins(), Depth::n_bins);
+        let len = rows.len() * n_bins;
         let mut samples = vec![0.0f32; views.len() * len];
         let mut total = Total::default();
         let done = AtomicUsize::new(0);
@@ -81,7 +72,15 @@ impl Scan<'_> {
             let (own, rest) = std::mem::take(&mut images).split_at_mut(group.views.len() * len);
             images = rest;
             let own = own.chunks_mut(len.max(1));
-            self.take(&group, &rows, own, &mut total, &taken)
+            let every = views.len().div_ceil(VIEWS_LOOKED_AT);
+            let look = |view_idx: usize| (view_idx - views.start).is_multiple_of(every);
+            self.take(
+                &group,
+                &rows,
+                own.zip(group.views.clone().map(look)),
+                &mut total,
+                &taken,
+            )
         })?;
         let angle = |view_idx| self.acquisition.angle(self.cycle, self.camera, view_idx);
         Ok(Sinograms {
@@ -89,8 +88,10 @@ impl Scan<'_> {
             angles: views.clone().map(angle).collect(),
             distinct_phases: total.phases.len(),
             distinct_shapes: total.gains.len(),
-            quadrature_error: total.quadrature_error(),
-            depth_error: total.depth_error(),
+            view_error: match self.depth {
+                Some(depth) => total.view_error(depth.sub_bins.error, depth.tails()),
+                None => total.view_error(0.0, 0.0),
+            },
             rays: total.rays,
         })
     }
@@ -137,38 +138,47 @@ impl Scan<'_> {
         &self,
         group: &Group,
         rows: &Range<usize>,
-        images: impl Iterator<Item = &'b mut [f32]>,
+        images: impl Iterator<Item = (&'b mut [f32], bool)>,
         total: &mut Total,
         done: &(impl Fn() + Sync),
     ) -> Result<(), PhantomError> {
         let mut taking: Vec<Taking> = (images.zip(group.views.clone()).enumerate())
-            .map(|(k, (image, view_idx))| Taking {
+            .map(|(k, ((image, look), view_idx))| Taking {
                 view_idx,
                 plan: k % group.plans.len(),
                 image,
                 slabs: Vec::new(),
                 odd: Vec::new(),
+                flags: None,
                 rays: RayCounters::default(),
-                square: 0.0,
-                difference: 0.0,
-                fourth: 0.0,
-                blur: None,
+                look,
+                errors: Errors::default(),
             })
             .collect();
         let batches = group.batches(self.heart.most_shapes());
+        let passes: &[Pass] = match self
+            .depth
+            .and_then(|depth| depth.sub_bins.averages.as_ref())
+        {
+            Some(_) => &[Pass::Centres, Pass::Lattice],
+            None => &[Pass::Centres],
+        };
         for part in taking.chunks_mut(self.at_once(batches.len())) {
-            for (k, batch) in batches.iter().enumerate() {
-                let last = k + 1 == batches.len();
-                self.take_batch(group, batch, part, rows, last, done)?;
+            // The lattice needs the samples at the centres of all batches.
+            let rounds: Vec<&[Pass]> = match batches.len() {
+                1 => vec![passes],
+                _ => passes.chunks(1).collect(),
+            };
+            for (round, passes) in rounds.iter().enumerate() {
+                for (k, batch) in batches.iter().enumerate() {
+                    let last = k + 1 == batches.len() && round + 1 == rounds.len();
+                    self.take_batch(group, batch, part, rows, (passes, k == 0, last), done)?;
+                }
             }
         }
         // Summed in the order of the views, whatever thread took them.
         for view in &taking {
-            total.rays = total.rays + view.rays;
-            total.square += view.square;
-            total.difference += view.difference;
-            total.fourth += view.fourth;
-            total.blur(view.blur);
+            total.view(view.rays, &view.errors);
         }
         Ok(())
     }
@@ -191,7 +201,7 @@ impl Scan<'_> {
         batch: &Range<usize>,
         taking: &mut [Taking<'_>],
         rows: &Range<usize>,
-        last: bool,
+        (passes, first, last): (&[Pass], bool, bool),
         done: &(impl Fn() + Sync),
     ) -> Result<(), PhantomError> {
         let nodes = |plan: usize| {
@@ -208,14 +218,14 @@ impl Scan<'_> {
             placed: self.placed(&solved)?,
         };
         taking.par_iter_mut().try_for_each(|view| {
-            self.add(view, nodes(view.plan), &shapes, rows)?;
-            if last {
-                view.finish();
-                if let Some(depth) = self.depth {
-                    let slabs = std::mem::take(&mut view.slabs);
-                    view.blur = depth.view(view.view_idx, &slabs, rows, view.image)?;
+            for pass in passes {
+                if let (Pass::Lattice, true) = (pass, first) {
+                    self.flag(view, rows)?;
                 }
-                self.no_negatives(view.image);
+                self.add(view, nodes(view.plan), &shapes, rows, *pass)?;
+            }
+            if last {
+                self.finish(view, rows)?;
                 done();
             }
             Ok(())
@@ -229,7 +239,16 @@ impl Scan<'_> {
         nodes: &[Node],
         shapes: &Shapes<'_>,
         rows: &Range<usize>,
+        pass: Pass,
     ) -> Result<(), PhantomError> {
+        let averages = self
+            .depth
+            .and_then(|depth| depth.sub_bins.averages.as_ref());
+        let places = match (pass, averages) {
+            (Pass::Centres, _) | (Pass::Lattice, None) => CENTRE,
+            (Pass::Lattice, Some(averages)) => &averages.lattice[..],
+        };
+        let mask = view.flags.clone();
         let (planes, seen_rows) = match self.depth {
             None => (Vec::new(), rows.clone()),
             Some(depth) => (depth.planes(view.view_idx), depth.rows_seen(rows)),
@@ -250,24 +269,25 @@ impl Scan<'_> {
                 slabs
             }
         };
-        let capsule = self.capsule(nodes, shapes)?;
         let aim = |share: f64| Aim {
             theta: self.camera.angle(view_idx, share),
             planes: &planes,
             rows: &seen_rows,
+            places,
+            mask: mask.as_ref(),
         };
         let mut halves = Halves::new(even_half, odd_half);
-        // Organs beside the heart are the same in all its shapes: once for all points that look from the same place.
-        if let Some(capsule) = &capsule {
-            let mut places: BTreeMap<u64, [f64; 2]> = BTreeMap::new();
+        // What surrounds the heart is the same for all its shapes: once for all points at the same angle.
+        if self.has_surroundings() && !self.keeps_surroundings() {
+            let mut shares: BTreeMap<u64, [f64; 2]> = BTreeMap::new();
             for node in nodes {
-                let sum = places.entry(node.share.to_bits()).or_default();
+                let sum = shares.entry(node.share.to_bits()).or_default();
                 *sum = [0, 1].map(|half| sum[half] + node.weights[half]);
             }
-            for (share, weights) in places {
+            for (share, weights) in shares {
                 let aim = aim(f64::from_bits(share));
                 halves.add(weights, |weight, target| {
-                    self.project_past(&aim, capsule, weight, target)
+                    self.project_surroundings(&aim, weight, target)
                 })?;
             }
         }
@@ -277,28 +297,11 @@ impl Scan<'_> {
             let body = shape.body().standing(self.pose(node.breath)?);
             let heart = (&**shape, &body, shapes.placed.of(shape));
             let done = halves.add(node.weights, |weight, target| {
-                self.project(heart, &aim, capsule.as_ref(), weight, target)
+                self.project(heart, &aim, weight, target)
             })?;
             view.rays = view.rays + done;
         }
         Ok(())
-    }
-
-    /// What holds the heart in all the shapes and places of some points, where there are active organs around it.
-    fn capsule(
-        &self,
-        nodes: &[Node],
-        shapes: &Shapes<'_>,
-    ) -> Result<Option<Capsule>, PhantomError> {
-        if !self.organs.is_some_and(Organs::is_active) {
-            return Ok(None);
-        }
-        let body = |node: &Node| -> Result<Body, PhantomError> {
-            let shape = shapes.by_gain[&node.gain.to_bits()];
-            Ok(shape.body().standing(self.pose(node.breath)?))
-        };
-        let bodies = nodes.iter().map(body).collect::<Result<Vec<_>, _>>()?;
-        Ok(Capsule::around(&bodies))
     }
 
     /// The view that is hardest to sample.
@@ -398,22 +401,5 @@ impl Group {
         }
         batches.push(start..plan.nodes.len());
         batches
-    }
-}
-
-impl Taking<'_> {
-    /// The rule is the sum of its halves, the one with half the points twice the even half.
-    fn finish(&mut self) {
-        let even = match self.slabs.is_empty() {
-            true => &mut *self.image,
-            false => &mut self.slabs[..],
-        };
-        for (even, odd) in even.iter_mut().zip(std::mem::take(&mut self.odd)) {
-            let square = f64::from(odd - *even).powi(2);
-            self.difference += square;
-            self.fourth += square * square;
-            *even += odd;
-            self.square += f64::from(*even).powi(2);
-        }
     }
 }

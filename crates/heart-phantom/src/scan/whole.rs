@@ -25,10 +25,8 @@ pub(crate) struct Scan<'a> {
     pub(crate) organs: Option<&'a Organs>,
     /// How far the defects' layers may be from where they are, cm.
     pub(crate) tolerance: f64,
-    /// What blurs by depth, if anything does; then `camera` is its own.
+    /// Response and averages over bins, if samples are more than line integrals; then `camera` is the one on whose sub-bins they are computed.
     pub(crate) depth: Option<&'a Depth>,
-    /// Where the rays of each bin are, from its middle in shares of its sides; their mean counts.
-    pub(crate) lattice: Vec<[f64; 2]>,
 }
 
 /// A volume of the cavity at a place of the breath, and how long.
@@ -62,7 +60,6 @@ impl<'a> Scan<'a> {
             organs: None,
             tolerance: 0.0,
             depth: None,
-            lattice: vec![[0.0; 2]],
         }
     }
 }

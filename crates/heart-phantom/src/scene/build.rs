@@ -2,7 +2,7 @@
 
 use crate::error::PhantomError;
 use crate::model::{Attenuation, Background};
-use crate::scan::{CameraGeometry, Collimation};
+use crate::scan::CameraGeometry;
 use crate::scene::Parts;
 use crate::scene::{
     AttenuationSettings, BackgroundSettings, CollimatorSettings, DiscretisationSettings,
@@ -44,7 +44,7 @@ pub(super) fn parts(scene: Scene, heart: Option<Heart>, rest: Rest) -> Result<Pa
         attenuation: (scene.attenuates().as_ref())
             .map(attenuation_of)
             .transpose()?,
-        collimator: scene.collimator.as_ref().map(collimation_of).transpose()?,
+        collimator: scene.collimator.map(|own| own.response()).transpose()?,
         reconstruction: fbp_of(&scene.reconstruction),
         side: match own_heart {
             true => SIDE,
@@ -190,13 +190,6 @@ fn attenuation_of(settings: &AttenuationSettings) -> Result<Attenuation, Phantom
                 Some(EllipticCylinder::new(centre, semi_axes)?)
             }
         },
-    })
-}
-
-pub(crate) fn collimation_of(settings: &CollimatorSettings) -> Result<Collimation, PhantomError> {
-    Ok(Collimation {
-        response: settings.response()?,
-        tolerance: settings.tolerance,
     })
 }
 

@@ -294,7 +294,7 @@ fn defects(defects: &[Defect], c: &mut Check) {
 fn detector(scene: &Scene, c: &mut Check) {
     let camera = &scene.camera;
     if let (Some(blur), true) = (scene.blur, c.is_clean(&["camera"])) {
-        // As `radon::Blur` has it: no wider than the smaller side that has more than one sample.
+        // No wider than the smaller side that has more than one sample.
         let sides = [camera.bins, camera.rows].into_iter().zip(camera.pitch);
         let widths = (sides.filter(|(n, _)| *n > 1)).map(|(n, pitch)| n as f64 * pitch);
         let widest = widths.fold(ranges::SIZE[1], f64::min);
@@ -365,7 +365,6 @@ impl CollimatorSettings {
             HolesSettings::GeLehr | HolesSettings::GeLegp | HolesSettings::SiemensLehr => {}
         }
         c.within("intrinsic_fwhm", self.intrinsic_fwhm, [0.0, 1e3]);
-        c.within("tolerance", self.tolerance, ranges::BLUR_TOLERANCE);
         if let (true, Err(error)) = (c.is_clean(&["collimator"]), self.response()) {
             // What is left: holes that the septa leave no length.
             c.fault("holes", "parallel", error.to_string());

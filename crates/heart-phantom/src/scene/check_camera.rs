@@ -27,9 +27,6 @@ impl CameraSettings {
         c.count("rows", self.rows, [1, 8192]);
         c.all_within("pitch", &self.pitch, ranges::SIZE);
         c.within("seconds_per_view", self.seconds_per_view, ranges::SIZE);
-        if let BinSample::Means { tolerance } = self.samples {
-            c.within("samples.means.tolerance", tolerance, ranges::BIN_TOLERANCE);
-        }
         if let HeadsSettings::Two { angle } = self.heads {
             c.within("heads.two.angle", angle, [-360.0, 360.0]);
         }

@@ -2,10 +2,13 @@
 
 use super::Scene;
 use crate::model::{Attenuation, Background};
-use crate::scan::{Collimation, Mode, STEPS};
-use crate::{Camera, Cycle, Heart, MaterialPoint, Twist, ViewTime};
-use radon::FbpOptions;
+use crate::scan::{Accuracy, BinSample, Mode, STEPS};
+use crate::{Camera, Cycle, Heart, MaterialPoint, Twist, ViewError, ViewTime};
+use radon::{Collimator, FbpOptions};
 use revolve_voxel::Organs;
+
+/// The tolerance of bins and depth where steps of time are given by hand.
+const DEFAULT_TOLERANCE: f64 = 1e-3;
 
 /// A scene with the objects that its sections describe. Every other parameter is read from the scene itself.
 #[derive(Debug, Clone)]
@@ -22,7 +25,7 @@ pub(crate) struct Parts {
     pub(crate) points: Vec<MaterialPoint>,
     /// That of the scene, or of soft tissue in a chest.
     pub(crate) attenuation: Option<Attenuation>,
-    pub(crate) collimator: Option<Collimation>,
+    pub(crate) collimator: Option<Collimator>,
     pub(crate) reconstruction: FbpOptions,
     /// Material coordinate, above 0 (the base) and below 1/2 (the apex), at which thickness and blur of the wall are reported.
     pub(crate) side: f64,
@@ -31,6 +34,35 @@ pub(crate) struct Parts {
 impl Parts {
     pub(crate) fn mode(&self) -> Mode {
         self.scene.acquisition.mode
+    }
+
+    /// The definition of a sample, as given or as response and blur have it.
+    pub(crate) fn samples(&self) -> BinSample {
+        let blurred = self.collimator.is_some() || self.scene.blur.is_some();
+        self.scene.camera.samples.unwrap_or(match blurred {
+            true => BinSample::Averages,
+            false => BinSample::Centres,
+        })
+    }
+
+    /// Whether the accuracy is a tolerance.
+    pub(crate) fn is_tolerance_given(&self) -> bool {
+        matches!(self.scene.acquisition.accuracy, Accuracy::Tolerance(_))
+    }
+
+    /// The parts of the tolerance that the terms of the error have.
+    pub(crate) fn tolerances(&self) -> ViewError {
+        let (tolerance, timed) = match self.scene.acquisition.accuracy {
+            Accuracy::Steps(_) => (DEFAULT_TOLERANCE, false),
+            Accuracy::Tolerance(tolerance) => (tolerance, true),
+        };
+        let [time, bins, depth] = match (timed, self.samples()) {
+            (true, BinSample::Averages) => [0.4, 0.4, 0.2],
+            (true, BinSample::Centres) => [0.8, 0.0, 0.2],
+            (false, _) => [0.0, 0.6, 0.4],
+        };
+        let of = |part: f64| part * tolerance;
+        ViewError::of_terms(of(time), of(bins), of(depth))
     }
 
     /// The number of gated projection sets: cardiac gates times respiratory gates.

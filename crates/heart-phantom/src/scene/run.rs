@@ -220,10 +220,9 @@ impl Run<'_> {
             let n_views = phantom.camera().n_views() as f64;
             let views =
                 phantom.sinograms(gate, &|done| progress("views", 0.5 * done as f64 / n_views))?;
-            report.quadrature_error = views.quadrature_error;
-            report.depth_error = views.depth_error;
-            report.bin_means = phantom.bin_means()?;
-            if views.quadrature_error.is_some() {
+            report.view_error = Some(views.view_error);
+            report.resolution = phantom.resolution()?;
+            if views.view_error.time > 0.0 {
                 report.quadrature_steps = Some(phantom.steps()?);
             }
             let counts = phantom.counts_per_unit(gate)?.unwrap_or_default();

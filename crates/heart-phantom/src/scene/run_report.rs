@@ -3,8 +3,8 @@
 use super::study::Scene;
 use crate::files::SliceOrder;
 use crate::{
-    Artefacts, BeatReport, BinMeans, Memory, MotionReport, Numbers, OsemReport, PhaseReport,
-    PolarMap, TruthOf, ViewReport, Warning, WorkReport,
+    Artefacts, BeatReport, Memory, MotionReport, Numbers, OsemReport, PhaseReport, PolarMap,
+    Resolution, TruthOf, ViewError, ViewReport, Warning, WorkReport,
 };
 use serde::Serialize;
 use std::path::PathBuf;
@@ -79,18 +79,15 @@ pub struct SliceOrders {
 pub struct GateReport {
     /// When and from where its views are taken.
     pub views: ViewReport,
-    /// Estimated relative error of the quadrature over time, where there is one.
+    /// Bounds on the errors of the samples, where views were computed.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub quadrature_error: Option<f64>,
-    /// Steps a cycle of that quadrature, as given or as the tolerance took, where there is one.
+    pub view_error: Option<ViewError>,
+    /// Steps a cycle of the quadrature over time, as given or as the tolerance took, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature_steps: Option<usize>,
-    /// Of views through a collimator the estimated relative error of their blur ([`Sinograms::depth_error`](crate::Sinograms::depth_error)).
+    /// Sub-bins and rays of averages over bins, where samples are such ([`Phantom::resolution`](crate::Phantom::resolution)).
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub depth_error: Option<f64>,
-    /// How means over bins were made, where samples are such ([`Phantom::bin_means`](crate::Phantom::bin_means)).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bin_means: Option<BinMeans>,
+    pub resolution: Option<Resolution>,
     /// Mean counts of a sample of 1, where views with noise were made, or the camera's sensitivity is known, and all views have the
     /// same; what each has by that sensitivity is [`ViewReport::counts_per_unit`].
     #[serde(skip_serializing_if = "Option::is_none")]

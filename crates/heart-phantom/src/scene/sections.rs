@@ -200,13 +200,6 @@ pub struct CollimatorSettings {
     pub holes: HolesSettings,
     /// Full width at half maximum of the crystal alone, cm.
     pub intrinsic_fwhm: f64,
-    /// Error of a view that blurs which slabs share may cause ([`Collimation::tolerance`](crate::Collimation::tolerance)).
-    #[cfg_attr(feature = "scene", serde(default = "collimator_tolerance"))]
-    pub tolerance: f64,
-}
-
-fn collimator_tolerance() -> f64 {
-    1e-4
 }
 
 /// The holes of a collimator.
@@ -312,8 +305,9 @@ pub struct CameraSettings {
     /// Pitch of bins and of rows in cm.
     #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub pitch: [f64; 2],
-    /// What a bin holds.
-    pub samples: BinSample,
+    /// The definition of a sample; `None` for averages over bins with `[blur]` or `[collimator]`, and for line integrals without.
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    pub samples: Option<BinSample>,
     /// How it goes from view to view.
     pub rotation: Rotation,
     /// Seconds from the start of a view to the start of the next; a camera that stops takes no time to move.
@@ -332,7 +326,7 @@ impl Default for CameraSettings {
             bins: 256,
             rows: 256,
             pitch: [0.0625; 2],
-            samples: BinSample::Centres,
+            samples: None,
             rotation: Rotation::StepAndShoot,
             seconds_per_view: 1.0,
             radius: Orbit::Circle(20.0),
@@ -347,7 +341,7 @@ impl Default for CameraSettings {
 pub struct AcquisitionSettings {
     /// Over which time.
     pub mode: Mode,
-    /// How finely that time is sampled.
+    /// The accuracy of the samples.
     pub accuracy: Accuracy,
 }
 

@@ -18,7 +18,7 @@ impl Phantom {
             PhantomError::NoDefect { defect, .. } => format!("defects.{}", defect + 1),
             PhantomError::Crossed { .. } | PhantomError::Balloon(_) => "heart".to_owned(),
             PhantomError::Membrane(_) => "cycle.volume".to_owned(),
-            PhantomError::Quadrature { .. } => "acquisition.accuracy.tolerance".to_owned(),
+            PhantomError::Tolerance { .. } => "acquisition.accuracy.tolerance".to_owned(),
             PhantomError::Radon(radon::RadonError::ShortArc { .. }) => "camera.arc".to_owned(),
             PhantomError::Radon(_) => "reconstruction".to_owned(),
             // The model of a camera that follows the contour of the body.
@@ -29,7 +29,6 @@ impl Phantom {
                 "collimator".to_owned()
             }
             PhantomError::Memory { .. } => "camera".to_owned(),
-            PhantomError::BinMeans { .. } => "camera.samples".to_owned(),
             PhantomError::DetectorInside { .. } => "camera.radius".to_owned(),
             PhantomError::NothingToCount => "noise.counts.total".to_owned(),
             PhantomError::NotMeshed { .. } => "output.mesh_tolerance".to_owned(),

@@ -78,7 +78,7 @@ fn a_heart_that_does_not_beat_looks_the_same_in_all_acquisitions() {
         // Two halves of weight 1/2, each rounded to f32.
         assert!((a - b).abs() <= 2.0 * f32::EPSILON * a.abs());
     }
-    assert!(long.quadrature_error.unwrap() < 1e-6);
+    assert!(long.view_error.time < 1e-6);
     assert_eq!(heart.shapes_solved(), 1);
 }
 
@@ -107,8 +107,8 @@ fn the_quadrature_error_falls_and_bounds_the_next() {
         .into_iter()
         .map(|points| {
             take(&heart, Acquisition::WholeCycle { points }, 0.6)
-                .quadrature_error
-                .unwrap()
+                .view_error
+                .time
         })
         .collect();
     // Chords end like square roots where the silhouette passes in time, so the rule converges
@@ -132,7 +132,7 @@ fn same_bits_for_any_number_of_threads() {
             let long = Acquisition::WholeCycle { points: 8 };
             let sinograms = acquire(&heart, &camera, &cycle, long, WALL, &|_| ()).unwrap();
             let volume = truth(&heart, &camera, &cycle, long, WALL, 1e-3).unwrap();
-            (sinograms.samples, sinograms.quadrature_error, volume)
+            (sinograms.samples, sinograms.view_error.time, volume)
         })
     };
     assert!(run(1) == run(2) && run(1) == run(3));

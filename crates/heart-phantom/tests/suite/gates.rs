@@ -82,7 +82,6 @@ fn what_shares_no_shape_has_its_own_bits() {
     let collimator = CollimatorSettings {
         holes: HolesSettings::GeLehr,
         intrinsic_fwhm: 0.38,
-        tolerance: 1e-2,
     };
     assert_eq!(differences(&turning), [0.0; 2]);
     let mut collimated = scene();

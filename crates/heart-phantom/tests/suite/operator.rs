@@ -20,12 +20,11 @@ fn scene(n: usize) -> Scene {
     scene.camera.radius = Orbit::Ellipse {
         semi_axes: [14.0, 11.0],
     };
-    scene.camera.samples = BinSample::Means { tolerance: 3e-3 };
+    scene.camera.samples = Some(BinSample::Averages);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
     scene.collimator = Some(CollimatorSettings {
         holes: HolesSettings::GeLehr,
         intrinsic_fwhm: 0.38,
-        tolerance: 1e-4,
     });
     scene.output.write = vec![Product::Attenuation];
     scene
@@ -60,9 +59,9 @@ fn error(n: usize) -> f64 {
 fn the_operator_on_coverage_voxels_converges_to_the_exact_views() {
     let errors = [24, 48, 96].map(error);
     println!("24, 48, 96: {errors:?}");
-    // Voxels cost the variance of a box in each direction: order 2, where the blur is wider than they are.
-    for pair in errors.windows(2) {
-        assert!(pair[1] < pair[0] / 3.0, "{errors:?}");
+    // Voxels cost the variance of a box in each direction: order 2, where the blur is wider than they are. The coarsest are wider than the blur.
+    for (pair, order) in errors.windows(2).zip([1.5, 1.7]) {
+        assert!((pair[0] / pair[1]).log2() > order, "{errors:?}");
     }
     assert!(errors[2] < 5e-3, "{errors:?}");
 }

@@ -1,8 +1,8 @@
 //! Orbits and heads: where the faces are, when their views are taken, and what is told of them.
 
 use heart_phantom::scene::{
-    AttenuationSettings, CollimatorSettings, DiscretisationSettings, HeadsSettings, HolesSettings,
-    MediumSettings, Mode, Orbit, Product, Scene,
+    AttenuationSettings, BinSample, CollimatorSettings, DiscretisationSettings, HeadsSettings,
+    HolesSettings, MediumSettings, Mode, Orbit, Product, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Rotation, Warning, run};
 use std::f64::consts::PI;
@@ -19,11 +19,11 @@ fn scene(views: usize, radius: Orbit) -> Scene {
     scene.camera.views = views;
     scene.camera.arc = 360.0;
     scene.camera.radius = radius;
+    scene.camera.samples = Some(BinSample::Centres);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
     scene.collimator = Some(CollimatorSettings {
         holes: HolesSettings::GeLehr,
         intrinsic_fwhm: 0.38,
-        tolerance: 1e-4,
     });
     scene
 }

@@ -26,7 +26,6 @@ fn scene() -> Scene {
     scene.collimator = Some(CollimatorSettings {
         holes: HolesSettings::GeLehr,
         intrinsic_fwhm: 0.38,
-        tolerance: 1e-4,
     });
     scene
 }

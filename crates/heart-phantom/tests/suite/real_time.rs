@@ -152,7 +152,7 @@ fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
     for gate in 0..phantom.n_gates() {
         let times = phantom.view_times(gate).unwrap();
         let taken = phantom.sinograms(gate, &|_| ()).unwrap();
-        let stated = taken.quadrature_error.unwrap();
+        let stated = taken.view_error.time;
         let (mut square, mut norm) = (0.0, 0.0);
         for view_idx in 0..4 {
             let gates = [gate % cardiac, cardiac, gate / cardiac];
@@ -243,7 +243,7 @@ fn brute_of_scenes(scene: &Scene, view_idx: usize, n: usize) -> Vec<f64> {
 fn check_heads(scene: &Scene, n: usize, most: f64) {
     let phantom = Phantom::new(scene.clone()).unwrap();
     let taken = phantom.sinograms(0, &|_| ()).unwrap();
-    let stated = taken.quadrature_error.unwrap();
+    let stated = taken.view_error.time;
     let len = phantom.camera().view_len();
     let mut errors = Vec::new();
     for view_idx in 0..4 {

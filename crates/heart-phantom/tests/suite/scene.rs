@@ -123,6 +123,7 @@ fn nothing_of_a_full_scene_is_commented_out() {
         attenuation: 0.1,
     });
     (other.background, other.blur) = (None, None);
+    other.camera.samples = Some(heart_phantom::BinSample::Averages);
     other.chest = Some(Chest::default());
     if let Some(breathing) = &mut other.breathing {
         breathing.gates = Some(RespiratoryGates::Amplitude(1));
@@ -134,7 +135,6 @@ fn nothing_of_a_full_scene_is_commented_out() {
     other.collimator = Some(CollimatorSettings {
         holes: HolesSettings::GeLehr,
         intrinsic_fwhm: 0.4,
-        tolerance: 1e-4,
     });
     other.counting = Some(Counting {
         sensitivity: 75.0,

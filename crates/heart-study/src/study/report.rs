@@ -188,9 +188,9 @@ pub struct Acquisition {
     /// Phases over which a view is averaged (long).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature_points: Option<usize>,
-    /// Relative difference of the sinogram from the one with half the phases (long).
+    /// Bound on the error of any sample, relative to the largest one (long).
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub quadrature_error: Option<f64>,
+    pub view_error: Option<f64>,
     /// Shapes that had to be solved for it; mirrored phases and earlier acquisitions share theirs.
     pub shapes_solved: usize,
     /// Rays for which the surface was searched.

@@ -115,7 +115,10 @@ fn summarise(
             Acquisition::WholeCycle { points } => Some(points),
             _ => None,
         },
-        quadrature_error: sinograms.quadrature_error,
+        view_error: match acquisition {
+            Acquisition::WholeCycle { .. } => Some(sinograms.view_error.total()),
+            _ => None,
+        },
         shapes_solved: phantom.heart().shapes_solved() - solved_before,
         rays_cast: sinograms.rays.cast,
         rays_skipped: sinograms.rays.skipped,

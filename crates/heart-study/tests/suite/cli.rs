@@ -63,7 +63,7 @@ fn the_study_writes_its_report_figures_and_arrays() {
     assert!((0.01..0.3).contains(&get("rubber.view_difference")));
     assert_eq!(get("short.distinct_shapes"), 12.0);
     assert_eq!(get("long.quadrature_points"), 32.0);
-    assert!(get("long.quadrature_error") < 0.01);
+    assert!(get("long.view_error") < 0.01);
     // Work: each ray of a view once for each of its shapes, 17 for the 32 mirrored phases of a beat, and three in four never cast.
     // The phases of the masks have all that the first two scans see, and 5 of the 17.
     for (name, shapes_a_view, shapes_solved) in [

@@ -156,16 +156,19 @@ fn the_summary_tells_how_well_time_was_sampled() {
     let report = fs::read_to_string(folder.join("out").join("report.json")).unwrap();
     let report: serde_json::Value = serde_json::from_str(&report).unwrap();
     let gates = report["gates"].as_array().unwrap();
-    let error = |gate: &serde_json::Value| gate["quadrature_error"].as_f64().unwrap();
+    let error = |gate: &serde_json::Value| gate["view_error"]["total"].as_f64().unwrap();
     let worst = gates.iter().map(error).fold(0.0, f64::max);
     let steps = gates[0]["quadrature_steps"].as_u64().unwrap();
     assert!(worst > 0.0 && steps >= 8 && gates[1]["quadrature_steps"] == steps);
-    let line = format!("right to {worst:.1e} (estimated, {steps} steps a beat)\n");
+    let line = format!("at most {worst:.1e} of the largest sample ({steps} time steps per beat)\n");
     assert!(said.contains(&line), "{said}");
     // One moment is sampled to all digits.
     let output = heart_phantom(folder, &["run", "small.toml", "--out", "still"]);
     let said = String::from_utf8(output.stdout).unwrap();
-    assert!(said.contains("EDV") && !said.contains("right to"), "{said}");
+    assert!(
+        said.contains("EDV") && !said.contains("time steps"),
+        "{said}"
+    );
 }
 
 /// A warning is part of the one object. Four files may be open: the signals' own two are too many.

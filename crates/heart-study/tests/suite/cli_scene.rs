@@ -110,7 +110,7 @@ fn run_writes_what_the_scene_asks_for() {
     }
     assert!((report["numbers"]["ejection_fraction"].as_f64().unwrap() - 0.375).abs() < 1e-9);
     assert_eq!(report["work"]["shapes_solved"], 13); // 5 for the gates of 8 steps, 13 in all for the 24 phases of the masks
-    assert!(report["gates"][1]["quadrature_error"].as_f64().unwrap() > 0.0);
+    assert!(report["gates"][1]["view_error"]["time"].as_f64().unwrap() > 0.0);
     check_views(&report);
     // The summary for people, and silence.
     let again = folder.path().join("again");

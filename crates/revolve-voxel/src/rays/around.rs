@@ -17,21 +17,19 @@ struct Piece {
 }
 
 impl Organs {
-    /// Adds `weight` times the integral of the organs' activity along all rays that pass the capsule by to an image: what a body within it
-    /// has to do with them is nothing, so that this is done once for all its shapes. They are weakened by what they are `weakened` by, the
-    /// organs' own attenuation, or by nothing (the detector is ahead of the rays).
+    /// Adds `weight` times the integral of the organs' activity along all rays to an image; `attenuated` by the organs, or not (the detector
+    /// is ahead of the rays). A body in their place changes it by [`Organs::project_replaced_add`].
     ///
     /// Cost: a logarithm of the planes and a product for each slab that an organ is in.
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the weight, [`RevolveError::NotPositive`] for rays
     /// along z.
-    pub fn project_past_add<T: Sample>(
+    pub fn project_add<T: Sample>(
         &self,
-        capsule: &Capsule,
         rays: &ParallelRays,
         weight: f64,
-        weakened: bool,
+        attenuated: bool,
         out: &mut [T],
     ) -> Result<(), RevolveError> {
         check(rays, weight, out.len())?;
@@ -39,30 +37,30 @@ impl Organs {
         out.par_chunks_mut(rays.n_slabs() * n_bins)
             .enumerate()
             .for_each_init(Scratch::default, |scratch, (row, image)| {
+                let mask = rays.mask_of_row(row);
                 for bin in 0..n_bins {
-                    let ray = rays.line(bin, row);
-                    if capsule.meets(&ray) {
+                    if mask.is_some_and(|mask| !mask[bin]) {
                         continue;
                     }
-                    let Scratch { finder, pieces } = scratch;
+                    let Scratch { finder, pieces, .. } = scratch;
                     pieces.clear();
-                    let found = finder.pieces(self, &ray).iter();
-                    pieces.extend(found.map(|(span, organ)| piece(*span, organ, weakened)));
+                    let found = finder.pieces(self, &rays.line(bin, row)).iter();
+                    pieces.extend(found.map(|(span, organ)| piece(*span, organ, attenuated)));
                     add(pieces, rays.planes(), weight, &mut image[bin..], n_bins);
                 }
             });
         Ok(())
     }
 
-    /// Adds `weight` times the integral of the organs' activity, wherever the body is not, along the rays through a capsule that holds it
-    /// to an image; weakened, if the body's attenuation `mu` is given, by it and by their own.
+    /// Adds `weight` times the change of [`Organs::project_add`] by a body that replaces the organs to an image: their activity is where the body
+    /// is not; attenuated, if the body's attenuation `mu` is given, by it and by their own. The change is zero along rays that miss the
+    /// body. The body's own activity is not included.
     ///
     /// # Errors
-    /// As [`Organs::project_past_add`]; [`RevolveError::Negative`] for an attenuation below zero.
-    pub fn project_around_add<T: Sample>(
+    /// As [`Organs::project_add`]; [`RevolveError::Negative`] for an attenuation below zero.
+    pub fn project_replaced_add<T: Sample>(
         &self,
         body: &Body,
-        capsule: &Capsule,
         rays: &ParallelRays,
         weight: f64,
         mu: Option<f64>,
@@ -77,23 +75,37 @@ impl Organs {
         }
         let n_bins = rays.n_bins();
         let outermost = &body.layers()[body.layers().len() - 1];
+        let capsule = Capsule::around([body]);
         let counters = out
             .par_chunks_mut(rays.n_slabs() * n_bins)
             .enumerate()
             .map_init(Scratch::default, |scratch, (row, image)| {
                 let mut counters = RayCounters::default();
+                let mask = rays.mask_of_row(row);
                 for bin in 0..n_bins {
+                    if mask.is_some_and(|mask| !mask[bin]) {
+                        continue;
+                    }
                     let ray = rays.line(bin, row);
-                    if !capsule.meets(&ray) {
+                    if !capsule.as_ref().is_some_and(|capsule| capsule.meets(&ray)) {
                         counters.skipped += 1;
                         continue;
                     }
                     let own = body.spans_in(outermost, &ray);
                     counters.cast += 1;
-                    counters.hit += u64::from(!own.is_empty());
-                    let Scratch { finder, pieces } = scratch;
+                    if own.is_empty() {
+                        continue;
+                    }
+                    counters.hit += 1;
+                    let Scratch {
+                        finder,
+                        pieces,
+                        alone,
+                    } = scratch;
                     pieces.clear();
+                    alone.clear();
                     for (span, organ) in finder.pieces(self, &ray) {
+                        alone.push(piece(*span, organ, mu.is_some()));
                         let left = without(*span, &own);
                         pieces.extend(left.map(|span| piece(span, organ, mu.is_some())));
                     }
@@ -103,7 +115,9 @@ impl Organs {
                         mu: mu.unwrap_or(0.0),
                     }));
                     pieces.sort_by(|a, b| a.span.enter.total_cmp(&b.span.enter));
-                    add(pieces, rays.planes(), weight, &mut image[bin..], n_bins);
+                    for (pieces, weight) in [(pieces, weight), (alone, -weight)] {
+                        add(pieces, rays.planes(), weight, &mut image[bin..], n_bins);
+                    }
                 }
                 counters
             })
@@ -117,6 +131,8 @@ impl Organs {
 struct Scratch {
     finder: Finder,
     pieces: Vec<Piece>,
+    /// Those of the organs alone.
+    alone: Vec<Piece>,
 }
 
 fn check(rays: &ParallelRays, weight: f64, len: usize) -> Result<(), RevolveError> {
@@ -125,10 +141,10 @@ fn check(rays: &ParallelRays, weight: f64, len: usize) -> Result<(), RevolveErro
     positive("rays' part across the torso", across(&rays.direction())).map(drop)
 }
 
-fn piece(span: Span, organ: &Organ, weakened: bool) -> Piece {
+fn piece(span: Span, organ: &Organ, attenuated: bool) -> Piece {
     let (activity, mu) = (
         organ.activity,
-        if weakened { organ.attenuation } else { 0.0 },
+        if attenuated { organ.attenuation } else { 0.0 },
     );
     Piece { span, activity, mu }
 }

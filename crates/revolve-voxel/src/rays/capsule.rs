@@ -2,7 +2,8 @@
 
 use nalgebra::Point3;
 
-use crate::{Body, Ray};
+use crate::error::finite;
+use crate::{Body, Ray, RevolveError};
 
 /// A cylinder with a half ball at either end.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +51,21 @@ impl Capsule {
             .fold(radius, |most, end| most.max(end.coords.amax()));
         let radius = radius + 1e-12 * size;
         Some(Self { ends, radius })
+    }
+
+    /// The capsule of a radius larger by `margin` (cm).
+    ///
+    /// # Errors
+    /// [`RevolveError::NotFinite`]; [`RevolveError::Negative`].
+    pub fn with_margin(self, margin: f64) -> Result<Self, RevolveError> {
+        if finite("margin of a capsule", margin)? < 0.0 {
+            return Err(RevolveError::Negative {
+                what: "margin of a capsule",
+                given: margin,
+            });
+        }
+        let radius = self.radius + margin;
+        Ok(Self { radius, ..self })
     }
 
     /// Whether a ray comes through it.

@@ -4,15 +4,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
 
-use crate::error::{at_least, countable, finite, length, positive, zeros};
-use crate::rays::chord::Hint;
-use crate::rays::cone::Batch;
-use crate::rays::direction::Direction;
-use crate::rays::silhouette::Silhouette;
-use crate::rays::slabs::for_slabs;
-use crate::{Body, Ray, RayCounters, RevolveError, Sample};
+use crate::error::{at_least, countable, finite, length, positive};
+use crate::{Ray, RevolveError};
 
 /// A flat detector of a parallel beam that turns about the lab's z axis.
 ///
@@ -101,17 +95,19 @@ impl ParallelDetector {
 /// `[row][slab][bin]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParallelRays {
-    n_bins: usize,
+    pub(super) n_bins: usize,
     n_rows: usize,
     /// Rows of the raster before the first of these.
-    first_row: usize,
+    pub(super) first_row: usize,
     /// Bound of all coordinates, those of rows left out too.
-    farthest: f64,
-    first: Point3<f64>,
-    bin_step: Vector3<f64>,
-    row_step: Vector3<f64>,
-    direction: Vector3<f64>,
+    pub(super) farthest: f64,
+    pub(super) first: Point3<f64>,
+    pub(super) bin_step: Vector3<f64>,
+    pub(super) row_step: Vector3<f64>,
+    pub(super) direction: Vector3<f64>,
     planes: Arc<[f64]>,
+    /// `[row][bin]`: which rays are projected; `None` for all.
+    mask: Option<Arc<[bool]>>,
 }
 
 impl ParallelRays {
@@ -148,6 +144,7 @@ impl ParallelRays {
             row_step,
             direction,
             planes: Arc::default(),
+            mask: None,
         })
     }
 
@@ -180,6 +177,34 @@ impl ParallelRays {
         )?;
         self.planes = planes.into();
         Ok(self)
+    }
+
+    /// Restricts projections to the rays whose entry in `mask`, `[row][bin]`, is true: the samples of the others stay as they are.
+    ///
+    /// ```
+    /// use revolve_voxel::{Body, Meridian, ParallelDetector, Pose};
+    /// let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]])?;
+    /// let body = Body::new(vec![rod], Pose::axis_along_z(0.0)?)?;
+    /// let rays = ParallelDetector::new(3, 1, [0.25, 1.0])?.rays(0.0)?;
+    /// let rays = rays.with_mask(vec![false, true, false])?;
+    /// let (image, counters) = body.project::<f64>(&rays, &[1.0])?;
+    /// assert_eq!((image, counters.cast), (vec![0.0, 1.0, 0.0], 1));
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`RevolveError::WrongLength`] unless the mask has one entry per ray.
+    pub fn with_mask(mut self, mask: impl Into<Arc<[bool]>>) -> Result<Self, RevolveError> {
+        let mask = mask.into();
+        length("mask", self.n_bins * self.n_rows, mask.len())?;
+        self.mask = Some(mask);
+        Ok(self)
+    }
+
+    /// Whether each ray of a row is projected; `None` if all are.
+    pub(crate) fn mask_of_row(&self, row: usize) -> Option<&[bool]> {
+        let mask = self.mask.as_ref()?;
+        Some(&mask[row * self.n_bins..][..self.n_bins])
     }
 
     /// Slabs into which planes cut the rays; 1 without any.
@@ -224,9 +249,12 @@ impl ParallelRays {
                 given: rows.end,
             });
         }
+        let mask = (self.mask.as_ref())
+            .map(|mask| mask[rows.start * self.n_bins..rows.end * self.n_bins].into());
         Ok(Self {
             first_row: self.first_row + rows.start,
             n_rows: rows.len(),
+            mask,
             ..self.clone()
         })
     }
@@ -243,255 +271,4 @@ impl ParallelRays {
         let origin = self.first + self.bin_step * bin as f64 + self.row_step * row;
         Ray::new(origin, self.direction).expect("finite raster")
     }
-}
-
-impl Body {
-    /// Line integrals of the activity along the rays, `[row][bin]`.
-    ///
-    /// Rows are shared among the threads of the current rayon pool; the result does not depend on their number.
-    ///
-    /// # Errors
-    /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooLarge`] for the image.
-    pub fn project<T: Sample>(
-        &self,
-        rays: &ParallelRays,
-        activity: &[f64],
-    ) -> Result<(Vec<T>, RayCounters), RevolveError> {
-        let mut out = zeros("rays of a view", rays.image_len())?;
-        let counters = self.project_add(rays, activity, 1.0, &mut out)?;
-        Ok((out, counters))
-    }
-
-    /// Adds `weight` times the line integrals to an image: the building block of time averages.
-    ///
-    /// # Errors
-    /// [`RevolveError::WrongLength`] for a wrong image or number of activities, [`RevolveError::NotFinite`].
-    pub fn project_add<T: Sample>(
-        &self,
-        rays: &ParallelRays,
-        activity: &[f64],
-        weight: f64,
-        out: &mut [T],
-    ) -> Result<RayCounters, RevolveError> {
-        self.project_measured(rays, activity, weight, out, |_| |low, high, _| high - low)
-    }
-
-    /// Adds `weight` times the activity's integral along the rays, where a stretch of a line counts what `measure` says.
-    ///
-    /// `measure(ray)` gives a function of the ends of a stretch and of the parameter of the ray's origin, all on one scale.
-    pub(crate) fn project_measured<T: Sample, M: Fn(f64, f64, f64) -> f64>(
-        &self,
-        rays: &ParallelRays,
-        activity: &[f64],
-        weight: f64,
-        out: &mut [T],
-        measure: impl Fn([usize; 2]) -> M + Sync,
-    ) -> Result<RayCounters, RevolveError> {
-        let weights = self.weights(activity)?;
-        finite("weight", weight)?;
-        length("image", rays.image_len(), out.len())?;
-        let pose = self.pose();
-        let (first, d) = (
-            pose.to_body(&rays.first),
-            pose.vector_to_body(&rays.direction),
-        );
-        let steps = [
-            pose.vector_to_body(&rays.bin_step),
-            pose.vector_to_body(&rays.row_step),
-        ];
-        let farthest = pose.farthest(rays.farthest);
-        let views: Vec<LayerView> = (0..self.layers().len())
-            .filter(|&k| weights[k] != 0.0)
-            .map(|k| {
-                let direction = Direction::new(&self.layers()[k], farthest, &d);
-                LayerView {
-                    silhouette: Silhouette::new(&self.layers()[k], &direction),
-                    layer: k,
-                    weight: weight * weights[k],
-                    first: direction.coordinates(&first),
-                    bin: direction.slopes(&steps[0]),
-                    row: direction.slopes(&steps[1]),
-                    direction,
-                }
-            })
-            .collect();
-        let arch = pulp::Arch::new();
-        let counters = out
-            .par_chunks_mut(rays.n_slabs() * rays.n_bins)
-            .enumerate()
-            .map_init(Scratch::default, |scratch, (row, image)| {
-                let at = (rays.first_row + row) as f64;
-                arch.dispatch(Row {
-                    body: self,
-                    views: &views,
-                    planes: rays.planes(),
-                    at,
-                    image,
-                    scratch,
-                    measure: |bin| measure([bin, row]),
-                })
-            })
-            .reduce(RayCounters::default, |a, b| a + b);
-        Ok(counters)
-    }
-
-    #[inline(always)]
-    fn project_row<T: Sample, M: Fn(f64, f64, f64) -> f64>(
-        &self,
-        views: &[LayerView],
-        planes: &[f64],
-        row: f64,
-        image: &mut [T],
-        scratch: &mut Scratch,
-        measure: impl Fn(usize) -> M,
-    ) -> RayCounters {
-        let n_bins = image.len() / (planes.len() + 1);
-        let mut counters = RayCounters::default();
-        let start = |view: &LayerView| [0, 1, 2].map(|k| view.first[k] + view.row[k] * row);
-        let Scratch {
-            bins,
-            sums,
-            cast,
-            chords,
-            hints,
-            batch,
-        } = scratch;
-        bins.clear();
-        bins.extend(views.iter().map(|view| {
-            let [w0, q0, _] = start(view);
-            let step = [view.bin[0], view.bin[1]];
-            view.silhouette.bins([w0, q0], step, n_bins)
-        }));
-        // Only the bins that some layer's silhouette reaches.
-        let used = (bins.iter().filter(|bins| !bins.is_empty()).cloned())
-            .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end))
-            .unwrap_or(0..0);
-        sums.clear();
-        sums.resize((planes.len() + 1) * used.len(), 0.0);
-        cast.clear();
-        cast.resize(used.len(), false);
-        for (view, bins) in views.iter().zip(bins) {
-            let meridian = &self.layers()[view.layer];
-            let [w0, q0, t0] = start(view);
-            hints.clear();
-            hints.resize(meridian.chains().len(), Hint::default());
-            chords.clear();
-            chords.resize(sums.len(), 0.0);
-            let mut chords = Chords {
-                of: &mut chords[..],
-                bins: used.clone(),
-                planes,
-                origin: |bin: usize| t0 + bin as f64 * view.bin[2],
-                measure: &measure,
-            };
-            for bin in bins.clone() {
-                let (w, q) = (w0 + bin as f64 * view.bin[0], q0 + bin as f64 * view.bin[1]);
-                if !view.silhouette.holds(w, q) {
-                    continue;
-                }
-                cast[bin - used.start] = true;
-                for (sign, faces) in view.direction.intervals(meridian, [w, q], hints) {
-                    batch.push([w, q], &faces, (bin, sign));
-                    if batch.is_full() {
-                        chords.add(&view.direction, batch);
-                    }
-                }
-            }
-            chords.add(&view.direction, batch);
-            for (sum, chord) in sums.iter_mut().zip(&*chords.of) {
-                if *chord > 0.0 {
-                    *sum += view.weight * chord;
-                    counters.hit += 1;
-                }
-            }
-        }
-        counters.cast = cast.iter().filter(|&&c| c).count() as u64;
-        for (slab, sums) in image.chunks_mut(n_bins).zip(sums.chunks(used.len().max(1))) {
-            for (pixel, sum) in slab[used.clone()].iter_mut().zip(sums) {
-                if *sum != 0.0 {
-                    *pixel += T::from_f64(*sum);
-                }
-            }
-        }
-        counters.skipped = n_bins as u64 - counters.cast;
-        counters
-    }
-}
-
-/// The work of a row, compiled for each kind of processor.
-struct Row<'a, T, F> {
-    body: &'a Body,
-    views: &'a [LayerView],
-    planes: &'a [f64],
-    at: f64,
-    image: &'a mut [T],
-    scratch: &'a mut Scratch,
-    measure: F,
-}
-
-impl<T: Sample, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> pulp::WithSimd for Row<'_, T, F> {
-    type Output = RayCounters;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> RayCounters {
-        let Self { views, planes, .. } = self;
-        (self.body).project_row(
-            views,
-            planes,
-            self.at,
-            self.image,
-            self.scratch,
-            self.measure,
-        )
-    }
-}
-
-/// What a row needs while it is projected.
-#[derive(Default)]
-struct Scratch {
-    /// Of each layer.
-    bins: Vec<Range<usize>>,
-    /// Of each bin: the sum (of each slab), whether a ray was cast, and the chord in one layer (again of each slab).
-    sums: Vec<f64>,
-    cast: Vec<bool>,
-    chords: Vec<f64>,
-    /// Of each chain, where it was met.
-    hints: Vec<Hint>,
-    batch: Batch<(usize, f64)>,
-}
-
-/// The sums of a row's chords, and what a stretch of each line counts.
-struct Chords<'a, O, F> {
-    /// `[slab][bin]`.
-    of: &'a mut [f64],
-    bins: Range<usize>,
-    planes: &'a [f64],
-    /// Parameter of a bin's origin.
-    origin: O,
-    measure: F,
-}
-
-impl<O: Fn(usize) -> f64, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> Chords<'_, O, F> {
-    /// Adds the intervals of some lines, each of a bin and with a sign.
-    #[inline(always)]
-    fn add(&mut self, direction: &Direction, batch: &mut Batch<(usize, f64)>) {
-        for ((bin, sign), [entry, exit]) in batch.drain(direction) {
-            let (measure, origin) = ((self.measure)(bin), (self.origin)(bin));
-            let at = bin - self.bins.start;
-            for_slabs(self.planes, origin, [entry, exit], |slab, [low, high]| {
-                self.of[slab * self.bins.len() + at] += sign * measure(low, high, origin);
-            });
-        }
-    }
-}
-
-/// A layer seen along one direction: (w, q, t) of the first ray and their steps.
-struct LayerView {
-    layer: usize,
-    weight: f64,
-    direction: Direction,
-    silhouette: Silhouette,
-    first: [f64; 3],
-    bin: [f64; 3],
-    row: [f64; 3],
 }

@@ -9,6 +9,7 @@ pub(crate) mod cylinder;
 pub(crate) mod detector;
 pub(crate) mod direction;
 pub(crate) mod organ;
+mod project;
 pub(crate) mod ray;
 pub(crate) mod silhouette;
 pub(crate) mod single;

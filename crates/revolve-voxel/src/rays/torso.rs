@@ -88,7 +88,11 @@ impl EllipticCylinder {
         out.par_chunks_mut(rays.n_slabs() * n_bins)
             .enumerate()
             .for_each(|(row, image)| {
+                let mask = rays.mask_of_row(row);
                 for bin in 0..n_bins {
+                    if mask.is_some_and(|mask| !mask[bin]) {
+                        continue;
+                    }
                     let ray = rays.line(bin, row);
                     let Some(span) = self.span(&ray) else {
                         continue;

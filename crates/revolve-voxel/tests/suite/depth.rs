@@ -129,14 +129,8 @@ fn organs_and_slabs_are_what_integration_along_each_ray_says() {
         let rays = rays(theta).with_planes(&planes).unwrap();
         let mut seen = vec![0.0f64; 20 * 5 * 24];
         (heart.project_attenuated_add(&rays, &ACTIVITY, 1.0, &attenuator, &mut seen)).unwrap();
-        // Of the larger capsule more rays are taken as those that may meet the heart.
-        let capsule = match theta > 3.0 {
-            true => Capsule::around([&heart]).unwrap(),
-            false => Capsule::around([&heart, &larger(1.6)]).unwrap(),
-        };
-        (organs.project_past_add(&capsule, &rays, 1.0, true, &mut seen)).unwrap();
-        (organs.project_around_add(&heart, &capsule, &rays, 1.0, Some(HEART_MU), &mut seen))
-            .unwrap();
+        organs.project_add(&rays, 1.0, true, &mut seen).unwrap();
+        (organs.project_replaced_add(&heart, &rays, 1.0, Some(HEART_MU), &mut seen)).unwrap();
         for (row, bin) in (0..20)
             .step_by(3)
             .flat_map(|row| (0..24).map(move |bin| (row, bin)))
@@ -281,13 +275,12 @@ fn bad_planes_and_organs_are_refused() {
     ));
     let (heart, organs) = (heart(), organs());
     let mut image = vec![0.0f32; 7];
-    let capsule = Capsule::around([&heart]).unwrap();
-    let refused = organs.project_around_add(&heart, &capsule, &rays, 1.0, None, &mut image);
+    let refused = organs.project_replaced_add(&heart, &rays, 1.0, None, &mut image);
     assert!(matches!(refused, Err(RevolveError::WrongLength { .. })));
     let mut whole = vec![0.0f32; 480];
-    let refused = organs.project_around_add(&heart, &capsule, &rays, 1.0, Some(-0.1), &mut whole);
+    let refused = organs.project_replaced_add(&heart, &rays, 1.0, Some(-0.1), &mut whole);
     assert!(matches!(refused, Err(RevolveError::Negative { .. })));
-    let refused = organs.project_past_add(&capsule, &rays, 1.0, false, &mut image);
+    let refused = organs.project_add(&rays, 1.0, false, &mut image);
     assert!(matches!(
         refused,
         Err(RevolveError::WrongLength {

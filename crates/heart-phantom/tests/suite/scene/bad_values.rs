@@ -364,11 +364,6 @@ const BAD: &[(&str, &str, &str)] = &[
         "between",
     ),
     ("[camera]\nsamples = 'corners'", "camera.samples", "centres"),
-    (
-        "[camera]\nsamples = { means = { tolerance = 0.0 } }",
-        "camera.samples.means.tolerance",
-        "between",
-    ),
     ("[chest]\ntrunk = -0.1", "chest.trunk", "between"),
     ("[chest]\nlungs = nan", "chest.lungs", "between"),
     ("[chest]\nliver = 1e13", "chest.liver", "between"),

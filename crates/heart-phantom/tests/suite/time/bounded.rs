@@ -25,7 +25,7 @@ fn shapes_are_kept_no_longer_than_there_is_room() {
     for most in [1, 7, 40] {
         let (few, phantom) = taken(&scene, most);
         assert!(few.samples == all.samples, "{most}");
-        assert_eq!(few.quadrature_error, all.quadrature_error);
+        assert_eq!(few.view_error.time, all.view_error.time);
         assert_eq!(few.distinct_shapes, all.distinct_shapes);
         let work = phantom.work();
         assert!(work.shapes_at_once <= most && phantom.heart().shapes_alive() <= most);
@@ -54,7 +54,7 @@ fn a_view_that_needs_more_is_taken_part_by_part() {
         let solved = phantom.work().shapes_solved;
         for most in [1, 4] {
             let (few, phantom) = taken(&scene, most);
-            assert!(few.samples == all.samples && few.quadrature_error == all.quadrature_error);
+            assert!(few.samples == all.samples && few.view_error.time == all.view_error.time);
             let work = phantom.work();
             // The shape at rest besides, where there are defects: they are told by it.
             let besides = scene.defects.len();

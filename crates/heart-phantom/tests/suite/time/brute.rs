@@ -118,3 +118,11 @@ pub(crate) fn distance(a: &[f32], b: &[f64]) -> f64 {
     let norm: f64 = b.iter().map(|b| b * b).sum();
     (square / norm).sqrt()
 }
+
+/// The largest difference, relative to the largest sample: the norm of `ViewError`.
+pub(crate) fn worst(a: &[f32], b: &[f64]) -> f64 {
+    let (off, most) = (a.iter().zip(b)).fold((0.0f64, 0.0f64), |(off, most), (a, b)| {
+        (off.max((f64::from(*a) - b).abs()), most.max(b.abs()))
+    });
+    off / most
+}

@@ -8,7 +8,7 @@ use heart_phantom::{Acquisition, Camera, Cycle, Heart, Phantom, VolumeCurve, acq
 const WALL: [f64; 2] = [0.0, 1.0];
 
 /// Errors of the whole cycle at 8 to 128 steps, with what is stated.
-fn errors(curve: &VolumeCurve, rotation: Rotation) -> Vec<[f64; 2]> {
+fn errors(curve: &VolumeCurve, rotation: Rotation) -> Vec<[f64; 3]> {
     let mut scene = Scene::default().with_size(48).with_mode(Mode::WholeCycle);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
     scene.cycle.curve = curve.clone();
@@ -23,8 +23,10 @@ fn errors(curve: &VolumeCurve, rotation: Rotation) -> Vec<[f64; 2]> {
     let exact: Vec<f64> = with(2048).samples.into_iter().map(f64::from).collect();
     let error = |steps| {
         let found = with(steps);
-        let stated = found.quadrature_error.unwrap();
-        [brute::distance(&found.samples, &exact), stated]
+        let stated = found.view_error.time;
+        let norms = [brute::distance, brute::worst];
+        let [mean, worst] = norms.map(|norm| norm(&found.samples, &exact));
+        [mean, worst, stated]
     };
     [8, 16, 32, 64, 128].into_iter().map(error).collect()
 }
@@ -41,9 +43,9 @@ fn means_over_a_beat_are_of_order_three_halves() {
         let order = (errors[0][0] / errors[4][0]).log2() / 4.0;
         // As far from 2 as from 1; the errors of a single doubling scatter, four of them less.
         assert!((1.25..1.75).contains(&order), "{order}: {errors:?}");
-        for [error, stated] in errors {
-            // The error of half the steps is 2^1.5 as large, the difference 1.8 times the error, which may scatter by two.
-            assert!(stated > error && stated < 5.0 * error, "{error} {stated}");
+        for [_, error, stated] in errors {
+            // The error of half the steps is 2^1.5 as large, the difference 1.8 times the error, of which the largest scatters by three.
+            assert!(stated > error && stated < 8.0 * error, "{error} {stated}");
         }
     }
 }
@@ -188,10 +190,7 @@ fn what_repeats_within_a_beat_is_seen() {
     let exact: Vec<f64> = (0..3)
         .flat_map(|k| brute::view(&phantom, 0, k, 6000))
         .collect();
-    let (error, stated) = (
-        brute::distance(&taken.samples, &exact),
-        taken.quadrature_error.unwrap(),
-    );
+    let (error, stated) = (brute::worst(&taken.samples, &exact), taken.view_error.time);
     // Steps of time saw the largest heart alone, stated 2e-16 and were off by 0.06 and more.
     println!("{error} {stated}");
     assert!(
@@ -204,7 +203,9 @@ fn what_repeats_within_a_beat_is_seen() {
 #[test]
 fn a_tolerance_is_met_while_the_camera_turns() {
     let text = include_str!("block.toml");
-    let scene = Scene::from_toml(text).unwrap();
+    let mut scene = Scene::from_toml(text).unwrap();
+    // The base comes and goes at once where it is edge on: the largest error falls with the steps, and not with their power 3/2.
+    scene.acquisition.accuracy = Accuracy::Tolerance(4e-3);
     let phantom = Phantom::new(scene.clone()).unwrap();
     let taken = phantom.sinograms(0, &|_| ()).unwrap();
     let mut fine = scene;
@@ -215,10 +216,7 @@ fn a_tolerance_is_met_while_the_camera_turns() {
         .unwrap()
         .samples;
     let exact: Vec<f64> = exact.into_iter().map(f64::from).collect();
-    let (error, stated) = (
-        brute::distance(&taken.samples, &exact),
-        taken.quadrature_error.unwrap(),
-    );
+    let (error, stated) = (brute::worst(&taken.samples, &exact), taken.view_error.time);
     println!("{error} {stated} {:?}", phantom.acquisition(0));
-    assert!(error < stated && error < 1e-3, "{error} {stated}");
+    assert!(error < stated && stated < 4e-3, "{error} {stated}");
 }

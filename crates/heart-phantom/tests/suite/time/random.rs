@@ -138,10 +138,7 @@ fn the_stated_error_bounds_the_true_one() {
             .flat_map(|k| brute::view(&phantom, gate, k, 6_000))
             .collect();
         assert_eq!(exact.len(), 3 * len);
-        let (error, stated) = (
-            brute::distance(&taken.samples, &exact),
-            taken.quadrature_error.unwrap_or(0.0),
-        );
+        let (error, stated) = (brute::worst(&taken.samples, &exact), taken.view_error.time);
         seen += 1;
         let ratio = error / (stated + 1e-5);
         if std::env::var("TIME_SCENES").is_ok() {

@@ -211,7 +211,7 @@ fn every_mode_is_what_brute_force_sees() {
                     .flat_map(|k| brute::view(&phantom, gate, k, 2000))
                     .collect();
                 let error = brute::distance(&taken.samples, &exact);
-                println!("{mode:?} {gate} {error:.2e} {:?}", taken.quadrature_error);
+                println!("{mode:?} {gate} {error:.2e} {:?}", taken.view_error.time);
                 // Volumes are taken to 1/4000 of their range for the brute force, and 128 steps to some 1e-4.
                 assert!(error < 4e-4, "{mode:?}, gate {gate}: {error}");
             }
@@ -247,7 +247,7 @@ fn a_still_heart_is_seen_as_exactly_as_was_asked_for() {
             difference += (f64::from(*value) - exact).powi(2);
             all += exact * exact;
         }
-        ((difference / all).sqrt(), seen.quadrature_error.unwrap())
+        ((difference / all).sqrt(), seen.view_error.time)
     };
     for tolerance in [3e-2, 3e-3] {
         scene.acquisition.accuracy = Accuracy::Tolerance(tolerance);

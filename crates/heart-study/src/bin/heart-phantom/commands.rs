@@ -8,7 +8,7 @@ use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::scene::Scene;
-use heart_phantom::{GateReport, Phantom, PhantomError, PlannedFile, Progress, Run, RunReport};
+use heart_phantom::{Phantom, PhantomError, PlannedFile, Progress, Run, RunReport};
 use heart_study::{Look, StudyError, StudyOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -195,7 +195,7 @@ fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Don
         "EDV {:.2} mL  ESV {:.2} mL  EF {:.4}  wall {:.2} mL",
         numbers.edv, numbers.esv, numbers.ejection_fraction, numbers.wall_volume
     )];
-    lines.extend(quadrature(&report));
+    lines.extend(error_of_samples(&report));
     lines.extend([
         format!(
             "{} shapes solved, {} rays cast, {} skipped",
@@ -221,14 +221,25 @@ fn run_to_look_at(
     run.finish(progress, |report| look.write(report, out))
 }
 
-/// How well the views are means over time, those of the worst gate; nothing where they are of one moment.
-fn quadrature(report: &RunReport) -> Option<String> {
-    let known = |gate: &GateReport| gate.quadrature_error.zip(gate.quadrature_steps);
-    let worst = |a: (f64, usize), b: (f64, usize)| if b.0 > a.0 { b } else { a };
-    let (error, steps) = report.gates.iter().filter_map(known).reduce(worst)?;
-    Some(format!(
-        "views are means over time, right to {error:.1e} (estimated, {steps} steps a beat)"
-    ))
+/// The bound on the error of the samples of the worst gate; nothing where they are line integrals at one moment.
+fn error_of_samples(report: &RunReport) -> Option<String> {
+    let gate = report.gates.first()?;
+    let errors = report.gates.iter().filter_map(|gate| gate.view_error);
+    let worst = errors.map(|error| error.total()).fold(0.0, f64::max);
+    let mut how = Vec::new();
+    if let Some(steps) = gate.quadrature_steps {
+        how.push(format!("{steps} time steps per beat"));
+    }
+    if let Some(resolution) = gate.resolution {
+        let [along, across] = resolution.sub_bins;
+        how.push(format!("{along} x {across} sub-bins per bin"));
+    }
+    (!how.is_empty()).then(|| {
+        format!(
+            "error of a sample: at most {worst:.1e} of the largest sample ({})",
+            how.join(", ")
+        )
+    })
 }
 
 /// What is allowed and may surprise, before the work; where the output is JSON it is in there.

@@ -226,7 +226,7 @@ fn code(error: &PhantomError) -> u8 {
         | PhantomError::NoMaterial { .. }
         | PhantomError::NoDefect { .. }
         | PhantomError::Uncovered { .. }
-        | PhantomError::Quadrature { .. }
+        | PhantomError::Tolerance { .. }
         | PhantomError::OutOfRange { .. }
         | PhantomError::Count { .. }
         | PhantomError::Odd { .. }

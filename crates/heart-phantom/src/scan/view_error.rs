@@ -1,0 +1,154 @@
+//! Bounds on the errors of samples.
+
+use super::nodes::Nodes;
+use revolve_voxel::RayCounters;
+use std::collections::BTreeSet;
+
+/// Where this many samples make up all of the difference between two time rules, it gives the error of the finer one to a factor of two.
+const FEW: f64 = 5.0;
+/// Rounding of sums of `f32`, relative to the largest sample.
+const ROUNDING: f64 = 5e-7;
+
+/// Bounds on the errors of the samples of an acquisition.
+///
+/// Each term bounds `max |sample - exact sample| / max |sample|`, both maxima over all samples of the views that it is given for, before noise. The exact
+/// sample is the average over time and over the bin (with [`BinSample::Centres`](crate::BinSample::Centres), the value at its centre) of the
+/// blurred, attenuated image.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub struct ViewError {
+    /// Quadrature over time: the difference from the rule with half the points, which at order 3/2 is 1.8 times the error.
+    pub time: f64,
+    /// Averages over bins: twice the difference between this resolution and a finer one, over several views at end-systole and
+    /// end-diastole. Zero for line integrals without a blur, which are exact.
+    pub bins: f64,
+    /// Response that depends on depth: the difference from slabs of twice the thickness.
+    pub depth: f64,
+    /// Tails of kernels that are cut off, and rounding of sums in single precision.
+    pub truncation: f64,
+}
+
+impl ViewError {
+    /// The sum of all terms: a bound on the error of any sample, relative to the largest one.
+    pub fn total(&self) -> f64 {
+        self.time + self.bins + self.depth + self.truncation
+    }
+
+    pub(crate) fn of_terms(time: f64, bins: f64, depth: f64) -> Self {
+        Self {
+            time,
+            bins,
+            depth,
+            truncation: 0.0,
+        }
+    }
+}
+
+#[cfg(feature = "scene")]
+impl serde::Serialize for ViewError {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeMap;
+        let mut map = to.serialize_map(Some(5))?;
+        for (term, value) in [
+            ("time", self.time),
+            ("bins", self.bins),
+            ("depth", self.depth),
+            ("truncation", self.truncation),
+            ("total", self.total()),
+        ] {
+            map.serialize_entry(term, &value)?;
+        }
+        map.end()
+    }
+}
+
+/// The errors of one view, absolute.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Errors {
+    /// Largest sample.
+    pub(super) largest: f64,
+    /// Largest difference from the time rule with half the points; sums of the squares and of the fourth powers of the differences.
+    pub(super) time: f64,
+    second: f64,
+    fourth: f64,
+    pub(super) depth: f64,
+    /// Largest sample before the blur.
+    pub(super) unblurred: f64,
+}
+
+impl Errors {
+    pub(super) fn add_sample(&mut self, sample: f32) {
+        self.largest = self.largest.max(f64::from(sample.abs()));
+    }
+
+    pub(super) fn add_difference(&mut self, difference: f64) {
+        let square = difference * difference;
+        self.time = self.time.max(difference.abs());
+        self.second += square;
+        self.fourth += square * square;
+    }
+
+    fn join(self, other: &Self) -> Self {
+        Self {
+            largest: self.largest.max(other.largest),
+            time: self.time.max(other.time),
+            second: self.second + other.second,
+            fourth: self.fourth + other.fourth,
+            depth: self.depth.max(other.depth),
+            unblurred: self.unblurred.max(other.unblurred),
+        }
+    }
+}
+
+/// Sums over views.
+#[derive(Default)]
+pub(super) struct Total {
+    pub(super) rays: RayCounters,
+    errors: Errors,
+    /// Lists of points, and the sum of their squared errors of the mean volume.
+    plans: usize,
+    volume: f64,
+    averaged: bool,
+    pub(super) phases: BTreeSet<u64>,
+    pub(super) gains: BTreeSet<u64>,
+}
+
+impl Total {
+    pub(super) fn plan(&mut self, plan: &Nodes) {
+        self.plans += 1;
+        self.volume += plan.volume_error.powi(2);
+        self.averaged |= plan.nodes.len() > 1 || plan.nodes.iter().any(|n| n.weights[1] != 0.0);
+        self.phases
+            .extend(plan.phases.iter().map(|phase| phase.to_bits()));
+        self.gains.extend(plan.gains().map(f64::to_bits));
+    }
+
+    pub(super) fn view(&mut self, rays: RayCounters, errors: &Errors) {
+        self.rays = self.rays + rays;
+        self.errors = self.errors.join(errors);
+    }
+
+    /// The error relative to the largest sample; `bins` and the kernels' `tails` are known beforehand.
+    pub(super) fn view_error(&self, bins: f64, tails: f64) -> ViewError {
+        let errors = &self.errors;
+        if errors.largest == 0.0 {
+            return ViewError::default();
+        }
+        let of = |error: f64| error / errors.largest;
+        let volume = (self.volume / self.plans as f64).sqrt();
+        // Of one sample that is all of the difference 1, of n equal ones 1 / n.
+        let few = match errors.second > 0.0 {
+            true => errors.fourth / errors.second.powi(2),
+            false => 0.0,
+        };
+        ViewError {
+            time: match self.averaged {
+                true => ((1.0 + FEW * few) * of(errors.time)).max(volume),
+                false => 0.0,
+            },
+            bins,
+            depth: of(errors.depth),
+            truncation: ROUNDING + tails * of(errors.unblurred),
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! Projections of bodies along rasters of parallel rays.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::error::{finite, length, zeros};
+use crate::rays::chord::Hint;
+use crate::rays::cone::Batch;
+use crate::rays::direction::Direction;
+use crate::rays::silhouette::Silhouette;
+use crate::rays::slabs::for_slabs;
+use crate::{Body, ParallelRays, RayCounters, RevolveError, Sample};
+
+impl Body {
+    /// Line integrals of the activity along the rays, `[row][bin]`.
+    ///
+    /// Rows are shared among the threads of the current rayon pool; the result does not depend on their number.
+    ///
+    /// # Errors
+    /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooLarge`] for the image.
+    pub fn project<T: Sample>(
+        &self,
+        rays: &ParallelRays,
+        activity: &[f64],
+    ) -> Result<(Vec<T>, RayCounters), RevolveError> {
+        let mut out = zeros("rays of a view", rays.image_len())?;
+        let counters = self.project_add(rays, activity, 1.0, &mut out)?;
+        Ok((out, counters))
+    }
+
+    /// Adds `weight` times the line integrals to an image: the building block of time averages.
+    ///
+    /// # Errors
+    /// [`RevolveError::WrongLength`] for a wrong image or number of activities, [`RevolveError::NotFinite`].
+    pub fn project_add<T: Sample>(
+        &self,
+        rays: &ParallelRays,
+        activity: &[f64],
+        weight: f64,
+        out: &mut [T],
+    ) -> Result<RayCounters, RevolveError> {
+        self.project_measured(rays, activity, weight, out, |_| |low, high, _| high - low)
+    }
+
+    /// Adds `weight` times the activity's integral along the rays, where a stretch of a line counts what `measure` says.
+    ///
+    /// `measure(ray)` gives a function of the ends of a stretch and of the parameter of the ray's origin, all on one scale.
+    pub(crate) fn project_measured<T: Sample, M: Fn(f64, f64, f64) -> f64>(
+        &self,
+        rays: &ParallelRays,
+        activity: &[f64],
+        weight: f64,
+        out: &mut [T],
+        measure: impl Fn([usize; 2]) -> M + Sync,
+    ) -> Result<RayCounters, RevolveError> {
+        let weights = self.weights(activity)?;
+        finite("weight", weight)?;
+        length("image", rays.image_len(), out.len())?;
+        let pose = self.pose();
+        let (first, d) = (
+            pose.to_body(&rays.first),
+            pose.vector_to_body(&rays.direction),
+        );
+        let steps = [
+            pose.vector_to_body(&rays.bin_step),
+            pose.vector_to_body(&rays.row_step),
+        ];
+        let farthest = pose.farthest(rays.farthest);
+        let views: Vec<LayerView> = (0..self.layers().len())
+            .filter(|&k| weights[k] != 0.0)
+            .map(|k| {
+                let direction = Direction::new(&self.layers()[k], farthest, &d);
+                LayerView {
+                    silhouette: Silhouette::new(&self.layers()[k], &direction),
+                    layer: k,
+                    weight: weight * weights[k],
+                    first: direction.coordinates(&first),
+                    bin: direction.slopes(&steps[0]),
+                    row: direction.slopes(&steps[1]),
+                    direction,
+                }
+            })
+            .collect();
+        let arch = pulp::Arch::new();
+        let counters = out
+            .par_chunks_mut(rays.n_slabs() * rays.n_bins)
+            .enumerate()
+            .map_init(Scratch::default, |scratch, (row, image)| {
+                let at = (rays.first_row + row) as f64;
+                arch.dispatch(Row {
+                    body: self,
+                    views: &views,
+                    planes: rays.planes(),
+                    mask: rays.mask_of_row(row),
+                    at,
+                    image,
+                    scratch,
+                    measure: |bin| measure([bin, row]),
+                })
+            })
+            .reduce(RayCounters::default, |a, b| a + b);
+        Ok(counters)
+    }
+
+    #[inline(always)]
+    fn project_row<T: Sample, M: Fn(f64, f64, f64) -> f64>(
+        &self,
+        views: &[LayerView],
+        (planes, mask): (&[f64], Option<&[bool]>),
+        row: f64,
+        image: &mut [T],
+        scratch: &mut Scratch,
+        measure: impl Fn(usize) -> M,
+    ) -> RayCounters {
+        let n_bins = image.len() / (planes.len() + 1);
+        let mut counters = RayCounters::default();
+        let start = |view: &LayerView| [0, 1, 2].map(|k| view.first[k] + view.row[k] * row);
+        let Scratch {
+            bins,
+            sums,
+            cast,
+            chords,
+            hints,
+            batch,
+        } = scratch;
+        bins.clear();
+        bins.extend(views.iter().map(|view| {
+            let [w0, q0, _] = start(view);
+            let step = [view.bin[0], view.bin[1]];
+            view.silhouette.bins([w0, q0], step, n_bins)
+        }));
+        // Only the bins that some layer's silhouette reaches.
+        let used = (bins.iter().filter(|bins| !bins.is_empty()).cloned())
+            .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end))
+            .unwrap_or(0..0);
+        sums.clear();
+        sums.resize((planes.len() + 1) * used.len(), 0.0);
+        cast.clear();
+        cast.resize(used.len(), false);
+        for (view, bins) in views.iter().zip(bins) {
+            let meridian = &self.layers()[view.layer];
+            let [w0, q0, t0] = start(view);
+            hints.clear();
+            hints.resize(meridian.chains().len(), Hint::default());
+            chords.clear();
+            chords.resize(sums.len(), 0.0);
+            let mut chords = Chords {
+                of: &mut chords[..],
+                bins: used.clone(),
+                planes,
+                origin: |bin: usize| t0 + bin as f64 * view.bin[2],
+                measure: &measure,
+            };
+            for bin in bins.clone() {
+                let (w, q) = (w0 + bin as f64 * view.bin[0], q0 + bin as f64 * view.bin[1]);
+                if mask.is_some_and(|mask| !mask[bin]) || !view.silhouette.holds(w, q) {
+                    continue;
+                }
+                cast[bin - used.start] = true;
+                for (sign, faces) in view.direction.intervals(meridian, [w, q], hints) {
+                    batch.push([w, q], &faces, (bin, sign));
+                    if batch.is_full() {
+                        chords.add(&view.direction, batch);
+                    }
+                }
+            }
+            chords.add(&view.direction, batch);
+            for (sum, chord) in sums.iter_mut().zip(&*chords.of) {
+                if *chord > 0.0 {
+                    *sum += view.weight * chord;
+                    counters.hit += 1;
+                }
+            }
+        }
+        counters.cast = cast.iter().filter(|&&c| c).count() as u64;
+        for (slab, sums) in image.chunks_mut(n_bins).zip(sums.chunks(used.len().max(1))) {
+            for (pixel, sum) in slab[used.clone()].iter_mut().zip(sums) {
+                if *sum != 0.0 {
+                    *pixel += T::from_f64(*sum);
+                }
+            }
+        }
+        let wanted = mask.map_or(n_bins, |mask| mask.iter().filter(|&&ray| ray).count());
+        counters.skipped = wanted as u64 - counters.cast;
+        counters
+    }
+}
+
+/// The work of a row, compiled for each kind of processor.
+struct Row<'a, T, F> {
+    body: &'a Body,
+    views: &'a [LayerView],
+    planes: &'a [f64],
+    mask: Option<&'a [bool]>,
+    at: f64,
+    image: &'a mut [T],
+    scratch: &'a mut Scratch,
+    measure: F,
+}
+
+impl<T: Sample, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> pulp::WithSimd for Row<'_, T, F> {
+    type Output = RayCounters;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> RayCounters {
+        let Self { views, planes, .. } = self;
+        (self.body).project_row(
+            views,
+            (planes, self.mask),
+            self.at,
+            self.image,
+            self.scratch,
+            self.measure,
+        )
+    }
+}
+
+/// What a row needs while it is projected.
+#[derive(Default)]
+struct Scratch {
+    /// Of each layer.
+    bins: Vec<Range<usize>>,
+    /// Of each bin: the sum (of each slab), whether a ray was cast, and the chord in one layer (again of each slab).
+    sums: Vec<f64>,
+    cast: Vec<bool>,
+    chords: Vec<f64>,
+    /// Of each chain, where it was met.
+    hints: Vec<Hint>,
+    batch: Batch<(usize, f64)>,
+}
+
+/// The sums of a row's chords, and what a stretch of each line counts.
+struct Chords<'a, O, F> {
+    /// `[slab][bin]`.
+    of: &'a mut [f64],
+    bins: Range<usize>,
+    planes: &'a [f64],
+    /// Parameter of a bin's origin.
+    origin: O,
+    measure: F,
+}
+
+impl<O: Fn(usize) -> f64, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> Chords<'_, O, F> {
+    /// Adds the intervals of some lines, each of a bin and with a sign.
+    #[inline(always)]
+    fn add(&mut self, direction: &Direction, batch: &mut Batch<(usize, f64)>) {
+        for ((bin, sign), [entry, exit]) in batch.drain(direction) {
+            let (measure, origin) = ((self.measure)(bin), (self.origin)(bin));
+            let at = bin - self.bins.start;
+            for_slabs(self.planes, origin, [entry, exit], |slab, [low, high]| {
+                self.of[slab * self.bins.len() + at] += sign * measure(low, high, origin);
+            });
+        }
+    }
+}
+
+/// A layer seen along one direction: (w, q, t) of the first ray and their steps.
+struct LayerView {
+    layer: usize,
+    weight: f64,
+    direction: Direction,
+    silhouette: Silhouette,
+    first: [f64; 3],
+    bin: [f64; 3],
+    row: [f64; 3],
+}
