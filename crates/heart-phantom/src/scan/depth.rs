@@ -129,7 +129,11 @@ impl Depth {
         });
         let reach = [0, 1].map(|axis| depth.reach[axis].div_ceil(counts[axis]));
         let farthest = reach[0].max(reach[1]) as f64;
-        check("reach of the collimator's blur in bins", farthest, MOST_REACH)?;
+        check(
+            "reach of the collimator's blur in bins",
+            farthest,
+            MOST_REACH,
+        )?;
         let wide = [0, 1].map(|axis| (size[axis] + 2 * depth.margin[axis]) * counts[axis]);
         depth.camera = camera.with_raster(wide, fine)?;
         Ok(depth)
