@@ -1,5 +1,6 @@
-//! What is left when the program is ended while it writes: whole files, and nothing else. Nothing here waits for a time to pass:
-//! whoever is to be interrupted waits itself, for something that never comes.
+//! Files that remain when the program is ended while it writes: complete ones only. A process that is to be interrupted waits for input that never
+//! comes, so that no test depends on timing. Every wait ends after [`program::PATIENCE`]. Signals that are ignored here, as under `nohup` or in
+//! the background of a script, are left out.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 #![cfg(unix)]
@@ -27,10 +28,51 @@ mod program {
     use std::os::unix::process::ExitStatusExt;
     use std::path::{Path, PathBuf};
     use std::process::{Child, Command, ExitStatus, Stdio};
+    use std::sync::mpsc;
+    use std::thread;
+    use std::time::Duration;
 
     const PROGRAM: &str = env!("CARGO_BIN_EXE_heart-phantom");
     /// Names and numbers of the signals that the program gives way to.
     const ENDING: [(&str, i32); 4] = [("INT", 2), ("TERM", 15), ("HUP", 1), ("XCPU", 24)];
+
+    /// Longest wait for another process, far above what any of these takes on a busy machine.
+    const PATIENCE: Duration = Duration::from_secs(300);
+
+    /// The result of work that may wait for another process.
+    fn bounded<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
+        let (done, result) = mpsc::channel();
+        thread::spawn(move || done.send(work()));
+        result
+            .recv_timeout(PATIENCE)
+            .expect("the other process answers")
+    }
+
+    fn ended(mut child: Child) -> ExitStatus {
+        bounded(move || child.wait().unwrap())
+    }
+
+    /// The writing end of a pipe, once its reader has opened it.
+    fn opened(pipe: &Path) -> File {
+        let pipe = pipe.to_owned();
+        bounded(move || File::options().write(true).open(pipe).unwrap())
+    }
+
+    /// The signals that this process, and so its children, do not ignore.
+    fn delivered() -> impl Iterator<Item = (&'static str, i32)> {
+        // Linux only; elsewhere none is taken for ignored.
+        let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let ignored = mask(&status, "SigIgn:").unwrap_or(0);
+        ENDING
+            .into_iter()
+            .filter(move |(_, number)| ignored >> (number - 1) & 1 == 0)
+    }
+
+    /// A set of signals out of `/proc/PID/status`.
+    fn mask(status: &str, name: &str) -> Option<u64> {
+        let mask = status.lines().find_map(|line| line.strip_prefix(name))?;
+        u64::from_str_radix(mask.trim(), 16).ok()
+    }
 
     const SCENE: &str = "[heart]\ndiscretisation = { differences = { nodes = 51 } }\n\
         [camera]\nviews = 32\nbins = 128\nrows = 128\npitch = [0.125, 0.125]\n\
@@ -121,7 +163,7 @@ mod program {
         if let Some(path) = std::env::var_os(WRITE) {
             return write_that_waits(Path::new(&path));
         }
-        for (name, number) in ENDING {
+        for (name, number) in delivered() {
             // Into an empty folder, and over an older file.
             for older in [&[][..], &["a.txt"]] {
                 let folder = tempfile::tempdir().unwrap();
@@ -138,11 +180,13 @@ mod program {
                     .spawn()
                     .unwrap();
                 let mut said = BufReader::new(child.stdout.take().unwrap()).lines();
-                assert!(said.any(|line| line.unwrap().contains("begun")));
+                assert!(bounded(
+                    move || said.any(|line| line.unwrap().contains("begun"))
+                ));
                 assert_eq!(names(folder.path()).len(), older.len() + 1);
                 let input = child.stdin.take(); // `wait` would close it
                 send(name, &child);
-                let status = child.wait().unwrap();
+                let status = ended(child);
                 drop(input);
                 assert!(ended_by(status, number), "{name}: {status}");
                 assert_eq!(names(folder.path()), older);
@@ -154,33 +198,21 @@ mod program {
         }
     }
 
-    /// A set of signals out of `/proc/PID/status`.
-    #[cfg(target_os = "linux")]
-    fn mask(status: &str, name: &str) -> u64 {
-        let mask = status.lines().find_map(|line| line.strip_prefix(name));
-        u64::from_str_radix(mask.unwrap().trim(), 16).unwrap()
-    }
-
     /// The program catches what it gives way to, and ends by it wherever it is, here where it waits for its scene.
     #[cfg(target_os = "linux")]
     #[test]
     fn a_signal_ends_the_program_as_it_would_have() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, out) = (pipe(folder.path()), folder.path().join("out"));
-        // What these tests ignore themselves, run under `nohup` perhaps, the program is told to ignore.
-        let ignored = mask(&fs::read_to_string("/proc/self/status").unwrap(), "SigIgn:");
-        for (name, number) in ENDING {
-            if ignored >> (number - 1) & 1 == 1 {
-                continue;
-            }
-            let mut child = run(&scene, &out).spawn().unwrap();
+        for (name, number) in delivered() {
+            let child = run(&scene, &out).spawn().unwrap();
             // Opened when the other end is, which the program does after it has begun to watch.
-            let waits = File::options().write(true).open(&scene).unwrap();
+            let waits = opened(&scene);
             let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
-            let caught = mask(&status, "SigCgt:");
+            let caught = mask(&status, "SigCgt:").unwrap();
             assert_eq!(caught >> (number - 1) & 1, 1, "{name}: {status}");
             send(name, &child);
-            let status = child.wait().unwrap();
+            let status = ended(child);
             drop(waits);
             assert!(ended_by(status, number), "{name}: {status}");
             assert!(!out.exists());
@@ -220,7 +252,7 @@ mod program {
     fn a_signal_that_is_ignored_stays_so() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, out) = (pipe(folder.path()), folder.path().join("out"));
-        let mut child = Command::new("sh")
+        let child = Command::new("sh")
             .args([
                 "-c",
                 "trap '' INT HUP; exec \"$0\" run --quiet \"$1\" --out \"$2\"",
@@ -229,13 +261,13 @@ mod program {
             .args([&scene, &out])
             .spawn()
             .unwrap();
-        let mut waits = File::options().write(true).open(&scene).unwrap();
+        let mut waits = opened(&scene);
         for signal in ["INT", "HUP"] {
             send(signal, &child);
         }
         waits.write_all(SCENE.as_bytes()).unwrap();
         drop(waits);
-        assert!(child.wait().unwrap().success());
+        assert!(ended(child).success());
         assert!(out.join("report.json").exists());
     }
 
