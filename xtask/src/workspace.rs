@@ -6,6 +6,7 @@ use std::process::Command;
 
 /// Folder of each published crate under `crates/`; a crate stands after all it depends on.
 pub(crate) const PUBLISHED: &[&str] = &[
+    "simd-set",
     "membrane-forces",
     "membrane-newton",
     "membrane-implicit",

@@ -8,8 +8,9 @@ use crate::workspace::TextFile;
 /// Each package by its folder, with the crates it may depend on. `docs/architecture.md` says why.
 const FLOORS: &[(&str, &[&str])] = &[
     ("crates/membrane-forces", &[]),
-    ("crates/revolve-voxel", &[]),
-    ("crates/radon", &[]),
+    ("crates/simd-set", &[]),
+    ("crates/revolve-voxel", &["simd-set"]),
+    ("crates/radon", &["simd-set"]),
     ("crates/membrane-newton", &["membrane-forces"]),
     (
         "crates/membrane-implicit",

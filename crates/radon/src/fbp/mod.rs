@@ -8,7 +8,7 @@ use crate::error::{RadonError, available, length, product, zeros};
 use crate::fourier::{Gridding, GriddingScratch};
 use crate::geometry::{ImageGrid, ParallelGeometry, StackOrder};
 use crate::sample::Sample;
-use crate::simd::InstructionSet;
+use crate::simd::{InstructionSet, first_block, lanes_for};
 use crate::stack::{Stack, aligned};
 
 mod backproject;
@@ -311,10 +311,7 @@ impl<T: Sample> FbpPlan<T> {
         let (most_lanes, views_at_once) = self.block(images.len(), memory)?;
         let mut rest = &mut images[..];
         while !rest.is_empty() {
-            let lanes = self
-                .instructions
-                .first_block::<T>(rest.len())
-                .min(most_lanes);
+            let lanes = first_block::<T>(self.instructions, rest.len()).min(most_lanes);
             let (block, others) = rest.split_at_mut(lanes.min(rest.len()));
             rest = others;
             let row_len = self.steps.row_len() * lanes;
@@ -434,7 +431,7 @@ impl<T: Sample> FbpPlan<T> {
         let enough = self.geometry.n_views().min(32);
         let mut n = n_slices;
         loop {
-            let lanes = self.instructions.first_block::<T>(n);
+            let lanes = first_block::<T>(self.instructions, n);
             let fixed = self.block_bytes(lanes, 0);
             let views =
                 memory.saturating_sub(fixed) / (self.steps.row_len() * lanes * size_of::<T>());
@@ -447,7 +444,7 @@ impl<T: Sample> FbpPlan<T> {
                     given: memory,
                 });
             }
-            n = if self.instructions.lanes_for::<T>(lanes / 2) < lanes {
+            n = if lanes_for::<T>(self.instructions, lanes / 2) < lanes {
                 lanes / 2
             } else {
                 1

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::ProjectorReport;
 use crate::Sample;
-use crate::simd::InstructionSet;
+use crate::simd::{InstructionSet, first_block, lanes_for};
 
 /// Slices whose pixels lie side by side in memory, one to a lane of the kernels.
 #[derive(Debug)]
@@ -107,8 +107,8 @@ impl Slices {
             return (&[], &self.active);
         }
         let mut n = 0;
-        while set.first_block::<T>(self.active.len() - n) > 1 {
-            n += set.first_block::<T>(self.active.len() - n);
+        while first_block::<T>(set, self.active.len() - n) > 1 {
+            n += first_block::<T>(set, self.active.len() - n);
             n = n.min(self.active.len());
         }
         self.active.split_at(n)
@@ -146,8 +146,8 @@ pub(super) fn groups<T: Sample>(
     forward: bool,
 ) -> Vec<Group<'_>> {
     let most = GROUP_BYTES / (sinogram_len * size_of::<T>());
-    let register = set.lanes_for::<T>(2);
-    let mut lanes = set.lanes_for::<T>(4 * register);
+    let register = lanes_for::<T>(set, 2);
+    let mut lanes = lanes_for::<T>(set, 4 * register);
     // Two sums a lane of eight registers leave half of those of AVX-512 to the rest; others have no more than that.
     if forward && set == InstructionSet::Avx512 {
         lanes *= 2;
@@ -163,7 +163,7 @@ pub(super) fn groups<T: Sample>(
         };
         let mut rest: &[usize] = slices;
         while !rest.is_empty() {
-            let narrow = set.lanes_for::<T>(rest.len().min(lanes));
+            let narrow = lanes_for::<T>(set, rest.len().min(lanes));
             // No more than a quarter of a block is left empty.
             let lanes = if 4 * rest.len() > 3 * lanes {
                 lanes

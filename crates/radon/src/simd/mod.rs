@@ -42,7 +42,6 @@ mod fixed;
 mod kernels;
 mod pairs;
 mod pixels;
-mod plain;
 mod registers;
 mod spread;
 mod tile;
@@ -56,7 +55,6 @@ pub(crate) use fixed::FixedPositions;
 pub(crate) use kernels::Kernels;
 pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, prefetch};
 pub(crate) use pixels::SortedBins;
-pub(crate) use plain::Plain;
 pub(crate) use spread::{DIGITS, LANES, RayPath, Taps};
 pub(crate) use tile::{ALONE, Tile, ViewStep};
 pub(crate) use vector::{RUN, WINDOW};
@@ -65,86 +63,44 @@ pub(crate) use vector::{RUN, WINDOW};
 ///
 /// All sets run the same loop; those with a fused multiply-add round once where the others round twice, so results differ
 /// between sets in the last bits, and only there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum InstructionSet {
-    /// What the compiler's target guarantees (SSE2 on x86-64).
-    Baseline,
-    /// x86-64 with AVX2 and FMA.
-    Avx2,
-    /// x86-64 with AVX-512 F, VL, DQ and BW.
-    Avx512,
-    /// AArch64 with NEON.
-    Neon,
+pub use simd_set::Set as InstructionSet;
+
+/// Lanes of a block of `n` slices of `T`: one, or 1, 2 or 4 registers, or 8 of 16 bytes. More would leave the first-level cache
+/// too few pixels.
+pub(crate) fn lanes_for<T>(set: InstructionSet, n: usize) -> usize {
+    let (bytes, most) = match set {
+        InstructionSet::Avx512 => (64, 4),
+        InstructionSet::Avx2 => (32, 4),
+        InstructionSet::Baseline | InstructionSet::Neon => (16, 8),
+    };
+    let width = bytes / size_of::<T>();
+    [1, width, 2 * width, 4 * width]
+        .into_iter()
+        .find(|&lanes| n <= lanes)
+        .unwrap_or(most * width)
 }
 
-impl InstructionSet {
-    /// The widest set that this machine runs.
-    pub fn detect() -> Self {
-        [Self::Avx512, Self::Avx2, Self::Neon]
-            .into_iter()
-            .find(|set| set.is_available())
-            .unwrap_or(Self::Baseline)
-    }
-
-    /// Lanes of a block of `n` slices of `T`: one, or 1, 2 or 4 registers, or 8 of 16 bytes. More would leave the first-level cache
-    /// too few pixels.
-    pub(crate) fn lanes_for<T>(self, n: usize) -> usize {
-        let (bytes, most) = match self {
-            Self::Avx512 => (64, 4),
-            Self::Avx2 => (32, 4),
-            Self::Baseline | Self::Neon => (16, 8),
-        };
-        let width = bytes / size_of::<T>();
-        [1, width, 2 * width, 4 * width]
-            .into_iter()
-            .find(|&lanes| n <= lanes)
-            .unwrap_or(most * width)
-    }
-
-    /// Lanes of the first of the blocks that back-projection should cut `n` slices of `T` into.
-    ///
-    /// A pixel's place in a row serves all lanes of a block, so that a block costs less than its slices one by one; but one that
-    /// is mostly empty costs more than the few slices it holds.
-    pub(crate) fn first_block<T>(self, n: usize) -> usize {
-        // Slices that back-project one by one in the time of a block of one register, or nearly.
-        let alone = match (self, size_of::<T>()) {
-            (Self::Avx512, 4) => 8,
-            (Self::Avx2, 4) => 2,
-            _ => 1,
-        };
-        // The widest block that leaves no lane empty, or `alone` slices behind it.
-        if n <= alone {
-            1
+/// Lanes of the first of the blocks that back-projection should cut `n` slices of `T` into.
+///
+/// A pixel's place in a row serves all lanes of a block, so that a block costs less than its slices one by one; but one that
+/// is mostly empty costs more than the few slices it holds.
+pub(crate) fn first_block<T>(set: InstructionSet, n: usize) -> usize {
+    // Slices that back-project one by one in the time of a block of one register, or nearly.
+    let alone = match (set, size_of::<T>()) {
+        (InstructionSet::Avx512, 4) => 8,
+        (InstructionSet::Avx2, 4) => 2,
+        _ => 1,
+    };
+    // The widest block that leaves no lane empty, or `alone` slices behind it.
+    if n <= alone {
+        1
+    } else {
+        let wide = lanes_for::<T>(set, n);
+        let narrow = lanes_for::<T>(set, wide / 2);
+        if narrow > 1 && narrow < n && n <= narrow + alone {
+            narrow
         } else {
-            let wide = self.lanes_for::<T>(n);
-            let narrow = self.lanes_for::<T>(wide / 2);
-            if narrow > 1 && narrow < n && n <= narrow + alone {
-                narrow
-            } else {
-                wide
-            }
-        }
-    }
-
-    /// Whether this machine runs the set.
-    pub fn is_available(self) -> bool {
-        match self {
-            Self::Baseline => true,
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => {
-                is_x86_feature_detected!("avx512f")
-                    && is_x86_feature_detected!("avx512vl")
-                    && is_x86_feature_detected!("avx512dq")
-                    && is_x86_feature_detected!("avx512bw")
-                    && is_x86_feature_detected!("fma")
-            }
-            #[cfg(target_arch = "aarch64")]
-            Self::Neon => std::arch::is_aarch64_feature_detected!("neon"),
-            #[allow(unreachable_patterns)] // the sets of other machines
-            _ => false,
+            wide
         }
     }
 }

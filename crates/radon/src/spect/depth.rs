@@ -6,7 +6,6 @@
 
 use super::lanes::{LANES, Lanes};
 use crate::response::{Nodes, Through};
-use crate::simd::Plain;
 use crate::{RadonError, Sample};
 
 /// The division of the planes of a view among nodes.
@@ -82,7 +81,9 @@ pub(super) struct Work<T> {
     along: Vec<T>,
 }
 
-impl<T: Sample> Plain for AddBlurred<'_, T> {
+impl<T: Sample> simd_set::Work for AddBlurred<'_, T> {
+    type Out = ();
+
     #[inline(always)]
     fn run(self) {
         let Frame { n_bins, n_blocks } = self.frame;

@@ -4,7 +4,7 @@ use super::attenuation::Escape;
 use super::lanes::Lanes;
 use super::turned::View;
 use crate::Sample;
-use crate::simd::{Plain, prefetch};
+use crate::simd::prefetch;
 
 /// A walk through the cells of a view, the nearest first, for the rows of a block.
 pub(super) struct Walk<'a, T, V> {
@@ -36,7 +36,9 @@ pub(super) struct Place<T> {
     behind: T,
 }
 
-impl<T: Sample, V: Visit<T>> Plain for Walk<'_, T, V> {
+impl<T: Sample, V: Visit<T>> simd_set::Work for Walk<'_, T, V> {
+    type Out = ();
+
     #[inline(always)]
     fn run(mut self) {
         self.passed.fill(Lanes::splat(T::ONE));

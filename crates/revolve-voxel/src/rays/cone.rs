@@ -227,11 +227,11 @@ mod tests {
     /// The work, compiled for each kind of processor.
     struct Drain<'a>(&'a mut Batch<usize>, &'a Direction);
 
-    impl pulp::WithSimd for Drain<'_> {
-        type Output = Vec<(usize, [f64; 2])>;
+    impl simd_set::Work for Drain<'_> {
+        type Out = Vec<(usize, [f64; 2])>;
 
         #[inline(always)]
-        fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+        fn run(self) -> Self::Out {
             self.0.drain(self.1).collect()
         }
     }
@@ -266,7 +266,7 @@ mod tests {
                 assert!(!batch.is_full());
                 batch.push(*line, faces, n);
             }
-            let drained = pulp::Arch::new().dispatch(Drain(&mut batch, &direction));
+            let drained = simd_set::Set::detect().run(Drain(&mut batch, &direction));
             assert_eq!(drained.len(), lines.len());
             for (n, ends) in drained {
                 let (line, faces) = &lines[n];

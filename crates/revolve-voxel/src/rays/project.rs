@@ -82,13 +82,13 @@ impl Body {
                 }
             })
             .collect();
-        let arch = pulp::Arch::new();
+        let set = simd_set::Set::detect();
         let counters = out
             .par_chunks_mut(rays.n_slabs() * rays.n_bins)
             .enumerate()
             .map_init(Scratch::default, |scratch, (row, image)| {
                 let at = (rays.first_row + row) as f64;
-                arch.dispatch(Row {
+                set.run(Row {
                     body: self,
                     views: &views,
                     planes: rays.planes(),
@@ -199,11 +199,11 @@ struct Row<'a, T, F> {
     measure: F,
 }
 
-impl<T: Sample, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> pulp::WithSimd for Row<'_, T, F> {
-    type Output = RayCounters;
+impl<T: Sample, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> simd_set::Work for Row<'_, T, F> {
+    type Out = RayCounters;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> RayCounters {
+    fn run(self) -> RayCounters {
         let Self { views, planes, .. } = self;
         (self.body).project_row(
             views,

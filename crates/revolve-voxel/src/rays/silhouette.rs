@@ -26,11 +26,11 @@ struct Bounds<'a> {
     squares: [f64; N_BANDS + 1],
 }
 
-impl pulp::WithSimd for Bounds<'_> {
-    type Output = Vec<[f64; 2]>;
+impl simd_set::Work for Bounds<'_> {
+    type Out = Vec<[f64; 2]>;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+    fn run(self) -> Self::Out {
         let [s, c] = self.direction;
         let mut least = [f64::INFINITY; N_BANDS + 1];
         let mut most = [f64::NEG_INFINITY; N_BANDS + 1];
@@ -55,7 +55,7 @@ impl Silhouette {
         // Outward by more than the rounding of w.
         let [low, high] = meridian.x_range();
         let edges = std::array::from_fn(|k| (k as f64 - 1e-6) * r_max / N_BANDS as f64);
-        let bands = pulp::Arch::new().dispatch(Bounds {
+        let bands = simd_set::Set::detect().run(Bounds {
             blocks: meridian.blocks(),
             direction: [direction.s, direction.c.abs()],
             margin: 1e-12 * (high - low + r_max) + direction.near,

@@ -104,7 +104,7 @@ pub(crate) struct Painter<'a> {
     halvings: [u32; 3],
     /// What sections look at together.
     runs: Runs,
-    arch: pulp::Arch,
+    set: simd_set::Set,
 }
 
 impl<'a> Painter<'a> {
@@ -130,7 +130,7 @@ impl<'a> Painter<'a> {
             sampling,
             halvings,
             runs,
-            arch: pulp::Arch::new(),
+            set: simd_set::Set::detect(),
         }
     }
 
@@ -256,7 +256,7 @@ impl<'a> Painter<'a> {
     ) -> f64 {
         if let Answer::Run { lines, reflex } = answer {
             counters.evaluations += 1;
-            match patch(self.arch, lines, reflex, cuboid) {
+            match patch(self.set, lines, reflex, cuboid) {
                 Patch::Clear(inside) => return f64::from(u8::from(inside)),
                 Patch::Covered { fraction, error } if error <= tolerance => {
                     counters.cut += 1;

@@ -83,8 +83,13 @@ pub(crate) struct Cuboid<'a> {
 }
 
 /// The patch where the largest (`reflex`: the smallest) of the lines' heights is zero, in a box.
-pub(crate) fn patch(arch: pulp::Arch, lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
-    arch.dispatch(Work {
+pub(crate) fn patch(
+    set: simd_set::Set,
+    lines: &[Line],
+    reflex: bool,
+    cuboid: &Cuboid<'_>,
+) -> Patch {
+    set.run(Work {
         lines,
         reflex,
         cuboid,
@@ -98,11 +103,11 @@ struct Work<'a> {
     cuboid: &'a Cuboid<'a>,
 }
 
-impl pulp::WithSimd for Work<'_> {
-    type Output = Patch;
+impl simd_set::Work for Work<'_> {
+    type Out = Patch;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Patch {
+    fn run(self) -> Patch {
         patch_with(self.lines, self.reflex, self.cuboid)
     }
 }
