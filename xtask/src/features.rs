@@ -1,4 +1,5 @@
-//! `cargo xtask features`: each published crate compiles without a warning with each of its features alone, with none and with all.
+//! `cargo xtask features`: each published crate and its unit tests compile without a warning with each of its features alone,
+//! with none and with all.
 
 use std::process::Command;
 
@@ -28,30 +29,34 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
                     &features
                 }
             );
-            let output = Command::new(env!("CARGO"))
-                .args([
-                    "check",
-                    "--quiet",
-                    "--lib",
-                    "--bins",
-                    "--package",
-                    package_name(krate),
-                ])
-                .args(["--no-default-features", "--features", &features])
-                .current_dir(root())
-                .output()
-                .map_err(|error| format!("cargo check: {error}"))?;
-            // Nothing but errors and warnings is printed there.
-            if !output.status.success() || !output.stderr.is_empty() {
-                return Err(format!(
-                    "{} does not compile cleanly with features `{features}`\n{}",
-                    package_name(krate),
-                    String::from_utf8_lossy(&output.stderr)
-                ));
+            // Unit tests are under the same conditions as what they test.
+            for target in [["--lib", "--bins"], ["--lib", "--profile=test"]] {
+                check(krate, &features, target)?;
             }
         }
     }
     Ok(())
+}
+
+/// Compiles some targets of a crate with some features.
+fn check(krate: &str, features: &str, target: [&str; 2]) -> Result<(), String> {
+    let package = package_name(krate);
+    let output = Command::new(env!("CARGO"))
+        .args(["check", "--quiet", "--package", package])
+        .args(target)
+        .args(["--no-default-features", "--features", features])
+        .current_dir(root())
+        .output()
+        .map_err(|error| format!("cargo check: {error}"))?;
+    // Nothing but errors and warnings is printed there.
+    match output.status.success() && output.stderr.is_empty() {
+        true => Ok(()),
+        false => Err(format!(
+            "{package} does not compile cleanly with features `{features}` ({})\n{}",
+            target.join(" "),
+            String::from_utf8_lossy(&output.stderr)
+        )),
+    }
 }
 
 /// The sets of features to try, as cargo wants them: none, each alone, all (where that is another set).

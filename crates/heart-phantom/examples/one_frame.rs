@@ -2,8 +2,8 @@
 //! and one that nobody gates, all with the same counts. `cargo run --release -p heart-phantom --example one_frame -- [VOXELS]`.
 
 use heart_phantom::scene::{
-    Accuracy, AttenuationSettings, CollimatorSettings, Compensation, Counts, HolesSettings,
-    MediumSettings, Method, Mode, Noise, Osem, Scene,
+    Accuracy, Attenuation, CollimatorSettings, Compensation, Counts, HolesSettings, Medium, Method,
+    Mode, Noise, Osem, Scene,
 };
 use heart_phantom::{Phantom, PhantomError};
 
@@ -14,9 +14,9 @@ const COUNTS: f64 = 4000.0;
 fn scene(n: usize, mode: Mode, compensation: Compensation) -> Scene {
     let mut scene = Scene::default().with_size(n).with_mode(mode);
     (scene.camera.views, scene.camera.arc) = (64, 360.0);
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: 0.15,
-        medium: MediumSettings::Torso {
+        medium: Medium::Torso {
             centre: [1.0, 0.0],
             semi_axes: [14.0, 10.0],
         },

@@ -4,7 +4,7 @@
 
 use heart_phantom::membrane_newton::{Discretisation, Membrane, RestShape};
 use heart_phantom::revolve_voxel::Pose;
-use heart_phantom::scene::{AttenuationSettings, BlurSettings, MediumSettings, Scene};
+use heart_phantom::scene::{Attenuation, BlurSettings, Medium, Scene};
 use heart_phantom::{
     Counts, Defect, Heart, Mode, Noise, Phantom, PhantomError, VolumeCurve, VolumeRange,
 };
@@ -39,9 +39,9 @@ pub(crate) fn main() -> Result<(), PhantomError> {
         azimuths_degrees: [0.0, 90.0],
         activity: 0.2,
     });
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: 0.15,
-        medium: MediumSettings::Heart,
+        medium: Medium::Heart,
     });
     scene.blur = Some(BlurSettings { fwhm: 0.8 });
     let counts = Counts::Total(1e6);

@@ -57,7 +57,7 @@ pub use error::PhantomError;
 pub use model::{
     Activity, Attenuation, Background, Balloon, Beats, Breathing, BreathingCurve, Chest, Cycle,
     Defect, Deformation, GatedBy, GreenStrain, Heart, HeartShape, MMHG_PER_KPA, MaterialPoint,
-    RespiratoryGates, RespiratoryMotion, RrIntervals, Stretch, Twist, Uptake, VolumeCurve,
+    Medium, RespiratoryGates, RespiratoryMotion, RrIntervals, Stretch, Twist, Uptake, VolumeCurve,
     VolumeRange, Wall, WallRegion,
 };
 pub use phantom::{

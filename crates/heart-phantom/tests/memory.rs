@@ -3,8 +3,8 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 use heart_phantom::scene::{
-    Accuracy, AttenuationSettings, CollimatorSettings, Counts, DiscretisationSettings,
-    HolesSettings, MediumSettings, Method, Mode, Noise, Osem, Product, Scene,
+    Accuracy, Attenuation, CollimatorSettings, Counts, DiscretisationSettings, HolesSettings,
+    Medium, Method, Mode, Noise, Osem, Product, Scene,
 };
 use heart_phantom::{Phantom, run};
 use peak_alloc::PeakAlloc;
@@ -58,9 +58,9 @@ fn runs_take_what_was_said() {
         holes: HolesSettings::GeLehr,
         intrinsic_fwhm: 0.38,
     });
-    modelled.attenuation = Some(AttenuationSettings {
+    modelled.attenuation = Some(Attenuation {
         coefficient: 0.15,
-        medium: MediumSettings::Torso {
+        medium: Medium::Torso {
             centre: [0.0; 2],
             semi_axes: [12.0, 9.0],
         },

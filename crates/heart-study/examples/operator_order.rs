@@ -3,8 +3,7 @@
 
 use heart_phantom::radon::{LinearOperator, SliceAxis, SpectGeometry, SpectOperator, SpectOptions};
 use heart_phantom::scene::{
-    AttenuationSettings, BinSample, CollimatorSettings, HolesSettings, MediumSettings, Mode, Orbit,
-    Product, Scene,
+    Attenuation, BinSample, CollimatorSettings, HolesSettings, Medium, Mode, Orbit, Product, Scene,
 };
 use heart_phantom::{Phantom, PhantomError};
 use heart_study::figures::{Curve, curves};
@@ -14,9 +13,9 @@ fn scene(n: usize) -> Scene {
     let mut scene = Scene::default()
         .with_size(n)
         .with_mode(Mode::Static { phase: 0.5 });
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: 0.15,
-        medium: MediumSettings::Heart,
+        medium: Medium::Heart,
     });
     (scene.camera.views, scene.camera.arc) = (3, 360.0);
     scene.camera.radius = Orbit::Ellipse {

@@ -3,8 +3,8 @@
 use crate::Row;
 use heart_phantom::Phantom;
 use heart_phantom::scene::{
-    Accuracy, ArcPolicy, AttenuationSettings, BackgroundSettings, BinSample, BlurSettings, Chest,
-    CollimatorSettings, DiscretisationSettings, HolesSettings, MediumSettings, Mode, Orbit, Scene,
+    Accuracy, ArcPolicy, Attenuation, Background, BinSample, BlurSettings, Chest,
+    CollimatorSettings, DiscretisationSettings, HolesSettings, Medium, Mode, Orbit, Scene,
 };
 use tests::Random;
 
@@ -58,7 +58,7 @@ fn scene(random: &mut Random, tolerance: f64) -> Scene {
     let (mut least, torso) = (8.0, [9.0, 7.0]);
     match random.integer(0, 4) {
         0 => {
-            scene.background = Some(BackgroundSettings {
+            scene.background = Some(Background {
                 concentration: 0.1,
                 centre: [0.0; 2],
                 semi_axes: torso,
@@ -102,10 +102,10 @@ fn scene(random: &mut Random, tolerance: f64) -> Scene {
     scene
 }
 
-fn attenuation(semi_axes: [f64; 2]) -> Option<AttenuationSettings> {
-    Some(AttenuationSettings {
+fn attenuation(semi_axes: [f64; 2]) -> Option<Attenuation> {
+    Some(Attenuation {
         coefficient: 0.15,
-        medium: MediumSettings::Torso {
+        medium: Medium::Torso {
             centre: [0.0; 2],
             semi_axes,
         },

@@ -3,6 +3,8 @@
 use crate::HeartShape;
 use crate::error::{PhantomError, check};
 use crate::ranges;
+#[cfg(feature = "scene")]
+use crate::scene::exactly;
 use revolve_voxel::{EllipticCylinder, Pose};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -35,16 +37,26 @@ impl Uptake {
     }
 }
 
-/// Activity around the heart, per cm^3.
+/// `[background]`: activity around the heart, in an elliptic cylinder along z, without ends, that contains the heart at every phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct Background {
-    /// Where it is: within this cylinder, which has to hold the heart at every phase.
-    pub torso: EllipticCylinder,
     /// Activity per cm^3.
     pub concentration: f64,
+    /// Axis of the cylinder, `[x, y]` in cm.
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    pub centre: [f64; 2],
+    /// Semi-axes along x and y in cm.
+    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    pub semi_axes: [f64; 2],
 }
 
 impl Background {
+    pub(crate) fn torso(&self) -> Result<EllipticCylinder, PhantomError> {
+        Ok(EllipticCylinder::new(self.centre, self.semi_axes)?)
+    }
+
     /// Whether there is background wherever one of the shapes, standing so, takes its place.
     pub(crate) fn check_surrounds(
         &self,
@@ -54,11 +66,12 @@ impl Background {
         if self.concentration == 0.0 {
             return Ok(());
         }
+        let torso = self.torso()?;
         let distinct: BTreeMap<u64, &Arc<HeartShape>> = (shapes.iter())
             .map(|shape| (shape.gain().to_bits(), shape))
             .collect();
         distinct.into_values().try_for_each(|shape| {
-            let times = self.torso.growth_to_hold(&shape.body().standing(pose));
+            let times = torso.growth_to_hold(&shape.body().standing(pose));
             let gain = shape.gain();
             match times < 1.0 {
                 true => Ok(()),

@@ -1,28 +1,62 @@
-//! What weakens the rays between the heart and the detector.
+//! Attenuation of the rays between the heart and the detector.
 
 use crate::error::PhantomError;
-use revolve_voxel::{Attenuator, Body, EllipticCylinder, Medium, Organs, VoxelGrid};
+#[cfg(feature = "scene")]
+use crate::scene::exactly;
+use revolve_voxel::{Attenuator, Body, EllipticCylinder, Organs, VoxelGrid};
 
-/// A uniform medium: a torso that stands still, or the heart itself, around which organs may have attenuations of their own.
+/// `[attenuation]`: a uniform medium.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct Attenuation {
-    /// Attenuation in 1/cm, the same all through the medium.
+    /// Attenuation coefficient of the medium in 1/cm.
     pub coefficient: f64,
-    /// All within this cylinder attenuates; `None` for cavity and wall, and nothing else.
-    pub torso: Option<EllipticCylinder>,
+    /// The medium.
+    pub medium: Medium,
+}
+
+/// The volume that attenuates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "scene",
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[non_exhaustive]
+pub enum Medium {
+    /// Cavity and wall only; organs around the heart have coefficients of their own.
+    Heart,
+    /// An elliptic cylinder along z, without ends, at rest.
+    Torso {
+        /// Its axis, `[x, y]` in cm.
+        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+        centre: [f64; 2],
+        /// Semi-axes along x and y in cm.
+        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+        semi_axes: [f64; 2],
+    },
 }
 
 impl Attenuation {
+    /// The torso of a scene that was validated; `None` if the heart attenuates.
+    pub(crate) fn torso(&self) -> Option<EllipticCylinder> {
+        match self.medium {
+            Medium::Heart => None,
+            Medium::Torso { centre, semi_axes } => EllipticCylinder::new(centre, semi_axes).ok(),
+        }
+    }
+
     /// The medium with the heart in this shape, and with what is around it.
     pub(crate) fn of<'a>(
         &self,
         heart: &'a Body,
         organs: Option<&'a Organs>,
     ) -> Result<Attenuator<'a>, PhantomError> {
-        let medium = match (self.torso, organs) {
-            (Some(torso), _) => Medium::Torso(torso),
-            (None, Some(organs)) => Medium::Around(organs, heart),
-            (None, None) => Medium::Layer(heart, heart.layers().len() - 1),
+        let medium = match (self.torso(), organs) {
+            (Some(torso), _) => revolve_voxel::Medium::Torso(torso),
+            (None, Some(organs)) => revolve_voxel::Medium::Around(organs, heart),
+            (None, None) => revolve_voxel::Medium::Layer(heart, heart.layers().len() - 1),
         };
         Ok(Attenuator::new(self.coefficient, medium)?)
     }
@@ -40,7 +74,7 @@ impl Attenuation {
         let around: Option<Vec<f32>> = organs
             .map(|organs| organs.voxelize(grid, slices.clone(), |organ| organ.attenuation))
             .transpose()?;
-        match self.torso {
+        match self.torso() {
             Some(torso) => torso.voxelize_add(grid, slices, self.coefficient, &mut out)?,
             None => {
                 // Beside organs the share that is the heart's.

@@ -20,7 +20,7 @@ mod volume_curve;
 
 pub use activity::{Activity, Background, Uptake};
 pub(crate) use around::Reach;
-pub use attenuation::Attenuation;
+pub use attenuation::{Attenuation, Medium};
 pub use breathing::{Breathing, BreathingCurve, RespiratoryGates, RespiratoryMotion};
 pub use chest::Chest;
 pub use cycle::Cycle;

@@ -123,7 +123,7 @@ impl Phantom {
         let length = self.heart().length();
         let voxel = self.camera().grid().spacing()[0];
         let around = self
-            .parts()
+            .scene()
             .background
             .map_or(0.0, |around| around.concentration);
         // From the middle of the wall outwards, past the largest heart or to where views or volume end.

@@ -308,7 +308,7 @@ impl Phantom {
             attenuation: self.parts.attenuation,
             defects: &self.scene().defects,
             twist: self.parts.twist.as_ref(),
-            background: self.parts.background,
+            background: self.scene().background,
             organs: self.parts.organs.as_ref(),
             // Far below what any detector resolves.
             tolerance: 1e-5 * self.parts.heart.length(),

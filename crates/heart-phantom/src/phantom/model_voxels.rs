@@ -1,10 +1,10 @@
 //! The voxels and the response of the model that OSEM reconstructs with.
 
 use super::method::Osem;
-use crate::Camera;
 use crate::error::PhantomError;
 use crate::scan::BinSample;
 use crate::scene::Parts;
+use crate::{Camera, Medium};
 use radon::Collimator;
 use revolve_voxel::Organs;
 
@@ -38,10 +38,11 @@ impl Parts {
         // A medium of coefficient 0 is no reason for more voxels.
         let models = osem.attenuation && self.attenuation.is_some();
         let medium = (self.attenuation).filter(|own| models && own.coefficient > 0.0);
-        let background = self.background.map(|background| background.torso);
-        let torso = medium.and_then(|medium| medium.torso);
-        for around in [background, torso].into_iter().flatten() {
-            hold(around.centre(), around.semi_axes());
+        if let Some(around) = self.scene.background {
+            hold(around.centre, around.semi_axes);
+        }
+        if let Some(Medium::Torso { centre, semi_axes }) = medium.map(|own| own.medium) {
+            hold(centre, semi_axes);
         }
         for organ in self.organs.iter().flat_map(Organs::as_slice) {
             if organ.activity > 0.0 || (models && organ.attenuation > 0.0) {

@@ -171,7 +171,7 @@ impl Phantom {
             return Err(PhantomError::Absent { what });
         };
         let acquisition = self.acquisition(gate)?;
-        match attenuation.torso {
+        match attenuation.torso() {
             Some(_) => {
                 let shape = self.shape_at_gain(self.cycle().gains()[0])?;
                 attenuation.map(shape.body(), None, wide.grid(), parts.scene.truth.tolerance)

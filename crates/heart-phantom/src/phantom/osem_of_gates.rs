@@ -26,7 +26,7 @@ impl Phantom {
         // A model for all, where nothing of it moves.
         let torso = parts
             .attenuation
-            .is_some_and(|attenuation| attenuation.torso.is_some());
+            .is_some_and(|attenuation| attenuation.torso().is_some());
         let alike = self.camera().rotation() == Rotation::StepAndShoot;
         let alike = alike && (torso || !osem.attenuation);
         let weights = self.weights_of_views()?;

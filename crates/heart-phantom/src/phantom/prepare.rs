@@ -20,8 +20,8 @@ impl Phantom {
     /// memory that is not enough, and a shape among those that were not tried.
     ///
     /// ```
-    /// use heart_phantom::{Phantom, PhantomError, scene::{BackgroundSettings, Scene}};
-    /// let narrow = BackgroundSettings { concentration: 1.0, centre: [0.0; 2], semi_axes: [4.0, 5.0] };
+    /// use heart_phantom::{Phantom, PhantomError, scene::{Background, Scene}};
+    /// let narrow = Background { concentration: 1.0, centre: [0.0; 2], semi_axes: [4.0, 5.0] };
     /// let scene = Scene { background: Some(narrow), ..Scene::default().with_size(32) };
     /// let error = Phantom::new(scene)?.prepare().unwrap_err();
     /// let PhantomError::Refused { field, source, .. } = error else { panic!() };

@@ -4,7 +4,7 @@ use super::warnings::{half_extents, span, turned};
 use super::{Phantom, once};
 use crate::error::PhantomError;
 use crate::scan::{Facing, Orbit};
-use crate::{Rotation, ranges};
+use crate::{Medium, Rotation, ranges};
 use revolve_voxel::{Body, Organs};
 
 /// An ellipse of the plane in which the camera turns: all that an organ or a torso is, seen along z.
@@ -108,8 +108,8 @@ impl Phantom {
             let [x, y, z] = half_extents(&body);
             (side, end) = (side.max(x.hypot(y)), end.max(z));
         }
-        if let Some(around) = &self.parts.background {
-            let ([x, y], [a, b]) = (around.torso.centre(), around.torso.semi_axes());
+        if let Some(around) = &self.scene().background {
+            let ([x, y], [a, b]) = (around.centre, around.semi_axes);
             // Along z it goes on as its mirror image does.
             side = side.max(x.hypot(y) + a.max(b));
         }
@@ -123,13 +123,16 @@ impl Phantom {
     /// All that is around the heart.
     fn sections(&self) -> Vec<Section> {
         let parts = &self.parts;
-        let torso = (parts.attenuation).and_then(|medium| medium.torso);
-        let around = parts.background.map(|background| background.torso);
-        let cylinders = [(torso, false), (around, true)].into_iter();
-        let cylinders = cylinders.filter_map(|(torso, active)| Some((torso?, active)));
-        let cylinders = cylinders.map(|(torso, active)| Section {
-            centre: torso.centre(),
-            semi_axes: torso.semi_axes(),
+        let torso = match parts.attenuation.map(|attenuation| attenuation.medium) {
+            Some(Medium::Torso { centre, semi_axes }) => Some((centre, semi_axes, false)),
+            Some(Medium::Heart) | None => None,
+        };
+        let background = self.scene().background;
+        let background = background.map(|around| (around.centre, around.semi_axes, true));
+        let cylinders = [torso, background].into_iter().flatten();
+        let cylinders = cylinders.map(|(centre, semi_axes, active)| Section {
+            centre,
+            semi_axes,
             active,
         });
         let organs = parts.organs.iter().flat_map(Organs::as_slice);

@@ -119,7 +119,7 @@ impl Phantom {
         };
         let [side, end] = self.extent()?;
         // What goes on beyond all rows is blurred into them from both sides.
-        let endless = self.parts.background.is_some();
+        let endless = self.scene().background.is_some();
         let end = if endless { f64::INFINITY } else { end };
         let response = (response, self.parts.tolerances().depth);
         let depth = Depth::new(response, self.camera(), sub_bins, views, [side, end])?;

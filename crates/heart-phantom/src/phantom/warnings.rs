@@ -43,14 +43,17 @@ impl Phantom {
             Some(warning) => found.push(warning),
             None => found.extend(self.truncated_heart(&bodies)?),
         }
-        let background = parts.background.filter(|around| around.concentration > 0.0);
+        let background = parts
+            .scene
+            .background
+            .filter(|around| around.concentration > 0.0);
         if let Some(around) = background {
-            let widest = self.widest_ellipse(&around.torso);
+            let widest = self.widest_ellipse(&around.torso()?);
             found.extend(self.beyond_bins(Seen::Background, widest));
         }
         found.extend(self.truncated_organs()?);
         let medium = parts.attenuation.filter(|medium| medium.coefficient > 0.0);
-        if let Some(torso) = medium.and_then(|medium| medium.torso) {
+        if let Some(torso) = medium.and_then(|medium| medium.torso()) {
             let widest = self.widest_ellipse(&torso);
             found.extend(self.beyond_bins(Seen::Torso, widest));
             let times = (bodies.iter()).map(|body| torso.growth_to_hold(body));

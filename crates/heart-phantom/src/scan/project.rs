@@ -84,7 +84,7 @@ impl Scan<'_> {
             .map(|medium| medium.of(body, self.organs))
             .transpose()?;
         if let (Some(background), false) = (&self.background, self.is_background_fixed()) {
-            let (torso, amount) = (background.torso, weight * background.concentration);
+            let (torso, amount) = (background.torso()?, weight * background.concentration);
             torso.project_add(rays, amount, attenuator.as_ref(), target)?;
         }
         let mut done = match &attenuator {
@@ -109,7 +109,7 @@ impl Scan<'_> {
 
     /// Whether no shape of the heart changes the background beside it: the heart does not attenuate other than the torso.
     fn is_background_fixed(&self) -> bool {
-        self.medium().is_none_or(|medium| medium.torso.is_some())
+        self.medium().is_none_or(|medium| medium.torso().is_some())
     }
 
     /// Whether there is anything active that is the same for all shapes of the heart.
@@ -126,7 +126,7 @@ impl Scan<'_> {
     ) -> Result<(), PhantomError> {
         let weight = weight / aim.places.len() as f64;
         let medium = self.medium();
-        let torso = medium.and_then(|medium| Some((medium.coefficient, medium.torso?)));
+        let torso = medium.and_then(|medium| Some((medium.coefficient, medium.torso()?)));
         let attenuator = torso
             .map(|(mu, torso)| Attenuator::new(mu, Medium::Torso(torso)))
             .transpose()?;
@@ -134,7 +134,7 @@ impl Scan<'_> {
         for rays in self.rays(aim) {
             let rays = rays?;
             if let Some(background) = &background {
-                let (torso, amount) = (background.torso, weight * background.concentration);
+                let (torso, amount) = (background.torso()?, weight * background.concentration);
                 torso.project_add(&rays, amount, attenuator.as_ref(), target)?;
             }
             if let Some(organs) = self.active_organs() {

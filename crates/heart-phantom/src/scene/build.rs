@@ -1,13 +1,11 @@
 //! From a scene's settings to the parts of a phantom: degrees become radians, settings the domain's own types.
 
 use crate::error::PhantomError;
-use crate::model::{Attenuation, Background};
 use crate::scan::CameraGeometry;
 use crate::scene::Parts;
 use crate::scene::{
-    AttenuationSettings, BackgroundSettings, CollimatorSettings, DiscretisationSettings,
-    HeadsSettings, HolesSettings, MaterialSettings, MediumSettings, OrganSettings,
-    OrganShapeSettings, ReconstructionSettings, Scene,
+    CollimatorSettings, DiscretisationSettings, HeadsSettings, HolesSettings, MaterialSettings,
+    OrganSettings, OrganShapeSettings, ReconstructionSettings, Scene,
 };
 use crate::{Balloon, Camera, Cycle, Heads, Heart, VolumeRange};
 use membrane_newton::membrane_forces::balloon_at_rest;
@@ -35,15 +33,12 @@ pub(super) fn parts(scene: Scene, heart: Option<Heart>, rest: Rest) -> Result<Pa
             .with_base_descent(scene.cycle.base_descent, cycle.gains())?,
         cycle,
         camera: Camera::with_geometry(&geometry_of(&scene))?,
-        background: scene.background.as_ref().map(background_of).transpose()?,
         organs: organs_of(&scene)?,
         twist: (scene.twist.as_ref())
             .map(|twist| twist.twist())
             .transpose()?,
         points: scene.points.iter().map(|point| point.point()).collect(),
-        attenuation: (scene.attenuates().as_ref())
-            .map(attenuation_of)
-            .transpose()?,
+        attenuation: scene.attenuates(),
         collimator: scene.collimator.map(|own| own.response()).transpose()?,
         reconstruction: fbp_of(&scene.reconstruction),
         side: match own_heart {
@@ -145,13 +140,6 @@ pub(crate) fn regular_cycle_of(scene: &Scene, rest: f64) -> Result<Cycle, Phanto
     Cycle::with_curve(cycle.beats_per_minute, &cycle.curve, gains)
 }
 
-fn background_of(settings: &BackgroundSettings) -> Result<Background, PhantomError> {
-    Ok(Background {
-        torso: EllipticCylinder::new(settings.centre, settings.semi_axes)?,
-        concentration: settings.concentration,
-    })
-}
-
 fn organs_of(scene: &Scene) -> Result<Option<Organs>, PhantomError> {
     let organ = |settings: &OrganSettings| -> Result<Organ, PhantomError> {
         let shape = match settings.shape {
@@ -178,18 +166,6 @@ fn organs_of(scene: &Scene) -> Result<Option<Organs>, PhantomError> {
     Ok(match organs.is_empty() {
         true => None,
         false => Some(Organs::new(organs)?),
-    })
-}
-
-fn attenuation_of(settings: &AttenuationSettings) -> Result<Attenuation, PhantomError> {
-    Ok(Attenuation {
-        coefficient: settings.coefficient,
-        torso: match settings.medium {
-            MediumSettings::Heart => None,
-            MediumSettings::Torso { centre, semi_axes } => {
-                Some(EllipticCylinder::new(centre, semi_axes)?)
-            }
-        },
     })
 }
 

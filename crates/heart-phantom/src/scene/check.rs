@@ -372,10 +372,10 @@ impl CollimatorSettings {
     }
 }
 
-impl AttenuationSettings {
+impl Attenuation {
     fn check(&self, c: &mut Check) {
         c.within("coefficient", self.coefficient, ranges::ATTENUATION);
-        if let MediumSettings::Torso { centre, semi_axes } = self.medium {
+        if let Medium::Torso { centre, semi_axes } = self.medium {
             c.at("medium.torso", |c| torso(c, centre, semi_axes));
         }
     }
@@ -413,8 +413,8 @@ fn organs(scene: &Scene, c: &mut Check) {
         return c.fault("background", "there", wanted);
     }
     match scene.attenuates().map(|own| own.medium) {
-        Some(MediumSettings::Heart) => {}
-        Some(MediumSettings::Torso { .. }) => {
+        Some(Medium::Heart) => {}
+        Some(Medium::Torso { .. }) => {
             let wanted =
                 "must be heart beside [chest] or [[organs]], which have attenuations of their own";
             c.fault("attenuation.medium", "torso", wanted);

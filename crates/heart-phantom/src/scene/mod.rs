@@ -31,9 +31,10 @@ mod study;
 mod template;
 
 pub use crate::{
-    Accuracy, Activity, Balloon, Beats, BinSample, Breathing, BreathingCurve, Chest, Compensation,
-    Counting, Counts, Decay, Defect, GateFiles, GatedBy, Method, Mode, Noise, Orbit, Osem, Output,
-    Product, ProjectionValues, RespiratoryGates, Rotation, RrIntervals,
+    Accuracy, Activity, Attenuation, Background, Balloon, Beats, BinSample, Breathing,
+    BreathingCurve, Chest, Compensation, Counting, Counts, Decay, Defect, GateFiles, GatedBy,
+    Medium, Method, Mode, Noise, Orbit, Osem, Output, Product, ProjectionValues, RespiratoryGates,
+    Rotation, RrIntervals,
 };
 pub(crate) use build::WORK_BYTES;
 #[cfg(feature = "scene")]
@@ -55,9 +56,8 @@ pub use run_report::{
     SliceOrders,
 };
 pub use sections::{
-    AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
-    CollimatorSettings, CycleSettings, DiscretisationSettings, HeadsSettings, HeartSettings,
-    HolesSettings, MediumSettings, OrganSettings, OrganShapeSettings, PixelRange, PoseSettings,
-    ReconstructionSettings, TruthSettings,
+    AcquisitionSettings, BlurSettings, CameraSettings, CollimatorSettings, CycleSettings,
+    DiscretisationSettings, HeadsSettings, HeartSettings, HolesSettings, OrganSettings,
+    OrganShapeSettings, PixelRange, PoseSettings, ReconstructionSettings, TruthSettings,
 };
 pub use study::Scene;

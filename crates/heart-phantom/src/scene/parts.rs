@@ -1,9 +1,8 @@
 //! The objects that a scene describes.
 
 use super::Scene;
-use crate::model::{Attenuation, Background};
 use crate::scan::{Accuracy, BinSample, Mode, STEPS};
-use crate::{Camera, Cycle, Heart, MaterialPoint, Twist, ViewError, ViewTime};
+use crate::{Attenuation, Camera, Cycle, Heart, MaterialPoint, Twist, ViewError, ViewTime};
 use radon::{Collimator, FbpOptions};
 use revolve_voxel::Organs;
 
@@ -19,7 +18,6 @@ pub(crate) struct Parts {
     pub(crate) heart: Heart,
     pub(crate) cycle: Cycle,
     pub(crate) camera: Camera,
-    pub(crate) background: Option<Background>,
     pub(crate) organs: Option<Organs>,
     pub(crate) twist: Option<Twist>,
     pub(crate) points: Vec<MaterialPoint>,

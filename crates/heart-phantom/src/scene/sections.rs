@@ -124,22 +124,6 @@ impl Default for PoseSettings {
     }
 }
 
-/// `[background]`: activity around the heart, in a cylinder of elliptic section along z, without ends, that holds the heart at every
-/// phase.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
-pub struct BackgroundSettings {
-    /// Activity per mL.
-    pub concentration: f64,
-    /// Its axis, `[x, y]` in cm.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
-    pub centre: [f64; 2],
-    /// Half-widths along x and y in cm.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
-    pub semi_axes: [f64; 2],
-}
-
 /// One of `[[organs]]`: it replaces those before it, and the heart replaces them all.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
@@ -232,39 +216,6 @@ pub enum HolesSettings {
         slope: f64,
         /// At the collimator's face, cm.
         at_face: f64,
-    },
-}
-
-/// `[attenuation]`: what weakens the rays on their way to the detector.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
-pub struct AttenuationSettings {
-    /// Attenuation in 1/cm, the same all through the medium.
-    pub coefficient: f64,
-    /// What attenuates.
-    pub medium: MediumSettings,
-}
-
-/// What attenuates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(
-    feature = "scene",
-    serde(rename_all = "kebab-case", deny_unknown_fields)
-)]
-#[non_exhaustive]
-pub enum MediumSettings {
-    /// Cavity and wall, nothing else.
-    Heart,
-    /// All within a cylinder of elliptic section along z, without ends.
-    Torso {
-        /// Its axis, `[x, y]` in cm.
-        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
-        centre: [f64; 2],
-        /// Half-widths along x and y in cm.
-        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
-        semi_axes: [f64; 2],
     },
 }
 

@@ -2,11 +2,13 @@
 
 use super::motion::{PointSettings, TwistSettings};
 use super::sections::{
-    AcquisitionSettings, AttenuationSettings, BackgroundSettings, BlurSettings, CameraSettings,
-    CollimatorSettings, CycleSettings, HeartSettings, MediumSettings, OrganSettings, PoseSettings,
-    ReconstructionSettings, TruthSettings,
+    AcquisitionSettings, BlurSettings, CameraSettings, CollimatorSettings, CycleSettings,
+    HeartSettings, OrganSettings, PoseSettings, ReconstructionSettings, TruthSettings,
 };
-use crate::{Activity, Beats, Breathing, Chest, Counting, Defect, Mode, Noise, Output};
+use crate::{
+    Activity, Attenuation, Background, Beats, Breathing, Chest, Counting, Defect, Medium, Mode,
+    Noise, Output,
+};
 #[cfg(feature = "scene")]
 use serde::{Deserialize, Serialize};
 
@@ -50,7 +52,7 @@ pub struct Scene {
     pub activity: Activity,
     /// What surrounds the heart; `None` for nothing.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
-    pub background: Option<BackgroundSettings>,
+    pub background: Option<Background>,
     /// Trunk, lungs, liver and spine of an adult around the heart, before all other organs.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub chest: Option<Chest>,
@@ -68,7 +70,7 @@ pub struct Scene {
     pub points: Vec<PointSettings>,
     /// What weakens the rays; `None` for nothing.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
-    pub attenuation: Option<AttenuationSettings>,
+    pub attenuation: Option<Attenuation>,
     /// Views and detector.
     pub camera: CameraSettings,
     /// Resolution of the detector; `None` for lines.
@@ -95,10 +97,10 @@ pub struct Scene {
 
 impl Scene {
     /// What the heart attenuates: in a chest as soft tissue does, if nothing else is said.
-    pub(super) fn attenuates(&self) -> Option<AttenuationSettings> {
-        let soft = AttenuationSettings {
+    pub(super) fn attenuates(&self) -> Option<Attenuation> {
+        let soft = Attenuation {
             coefficient: Chest::SOFT_TISSUE,
-            medium: MediumSettings::Heart,
+            medium: Medium::Heart,
         };
         self.attenuation.or(self.chest.map(|_| soft))
     }

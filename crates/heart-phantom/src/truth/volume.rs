@@ -46,7 +46,7 @@ pub(crate) fn truth_of_slices(
     let mut volume = vec![0.0f32; grid.slice_len() * slices.len()];
     if let Some(background) = &scan.background {
         let concentration = background.concentration;
-        (background.torso).voxelize_add(grid, slices.clone(), concentration, &mut volume)?;
+        (background.torso()?).voxelize_add(grid, slices.clone(), concentration, &mut volume)?;
     }
     let mut counters = VoxelCounters::default();
     for part in times.chunks(in_pass(scan)) {
@@ -81,7 +81,7 @@ pub(crate) fn truth_of_gates_into(
     let mut one = vec![0.0f32; grid.len()];
     if let Some(background) = &scan.background {
         let concentration = background.concentration;
-        (background.torso).voxelize_add(grid, slices.clone(), concentration, &mut one)?;
+        (background.torso()?).voxelize_add(grid, slices.clone(), concentration, &mut one)?;
     }
     let mut gates: Vec<&mut [f32]> = volumes.chunks_mut(grid.len()).collect();
     for volume in &mut gates {

@@ -1,8 +1,8 @@
 //! Averages over bins: closed forms, quadrature by the definition, finer bins, and the errors that are stated.
 
 use heart_phantom::scene::{
-    Accuracy, AttenuationSettings, BinSample, BlurSettings, CollimatorSettings,
-    DiscretisationSettings, HolesSettings, MediumSettings, Mode, Orbit, OrganSettings,
+    Accuracy, Attenuation, BinSample, BlurSettings, CollimatorSettings,
+    DiscretisationSettings, HolesSettings, Medium, Mode, Orbit, OrganSettings,
     OrganShapeSettings, Product, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, run};
@@ -31,9 +31,9 @@ fn with_tolerance(mut scene: Scene, tolerance: f64) -> Phantom {
 fn organ_alone(shape: OrganShapeSettings) -> Scene {
     let mut scene = scene();
     scene.activity.wall = Uptake::Concentration(0.0);
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: 0.0,
-        medium: MediumSettings::Heart,
+        medium: Medium::Heart,
     });
     // Out of the way of the organ.
     scene.pose.shift = [0.0, 0.0, 100.0];

@@ -2,8 +2,7 @@
 
 use heart_phantom::scene::{Accuracy, BinSample};
 use heart_phantom::scene::{
-    AttenuationSettings, CollimatorSettings, Counts, HolesSettings, MediumSettings, Mode, Noise,
-    Orbit, Scene,
+    Attenuation, CollimatorSettings, Counts, HolesSettings, Medium, Mode, Noise, Orbit, Scene,
 };
 use heart_phantom::{Phantom, PhantomError};
 use radon::Collimator;
@@ -209,14 +208,14 @@ fn without_width_the_bits_are_those_of_lines() {
 #[test]
 fn without_coefficients_the_bits_are_those_of_lines() {
     for medium in [
-        MediumSettings::Heart,
-        MediumSettings::Torso {
+        Medium::Heart,
+        Medium::Torso {
             centre: [0.0; 2],
             semi_axes: [9.0, 8.0],
         },
     ] {
         let mut none = scene();
-        none.attenuation = Some(AttenuationSettings {
+        none.attenuation = Some(Attenuation {
             coefficient: 0.0,
             medium,
         });
@@ -307,9 +306,9 @@ fn a_collimator_that_cannot_be_is_refused() {
 fn no_sample_is_below_nothing_and_noise_takes_them_all() {
     let mut scene = scene().with_size(64);
     (scene.camera.views, scene.camera.radius) = (16, Orbit::Circle(25.0));
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: 0.15,
-        medium: MediumSettings::Torso {
+        medium: Medium::Torso {
             centre: [1.0, 0.0],
             semi_axes: [14.0, 10.0],
         },

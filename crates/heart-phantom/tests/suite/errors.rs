@@ -1,7 +1,7 @@
 //! What an error and its causes say: each level its own part, once.
 
 use heart_phantom::revolve_voxel::Pose;
-use heart_phantom::scene::{BackgroundSettings, Scene};
+use heart_phantom::scene::{Background, Scene};
 use heart_phantom::{Balloon, Heart, Phantom, PhantomError};
 use std::error::Error;
 use std::io;
@@ -64,7 +64,7 @@ fn a_chain_tells_what_failed_and_why() {
     let said = chain(&Scene::load(Path::new("no such folder/a.toml")).unwrap_err()).join(": ");
     let why = io::Error::from_raw_os_error(2);
     assert_eq!(said, format!("cannot read no such folder/a.toml: {why}"));
-    let narrow = BackgroundSettings {
+    let narrow = Background {
         concentration: 1.0,
         centre: [0.0; 2],
         semi_axes: [4.0, 5.0],

@@ -1,8 +1,7 @@
 //! All gates together, against each by itself.
 
 use heart_phantom::scene::{
-    Accuracy, BackgroundSettings, BlurSettings, CollimatorSettings, Defect, HolesSettings, Mode,
-    Scene,
+    Accuracy, Background, BlurSettings, CollimatorSettings, Defect, HolesSettings, Mode, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Rotation, VolumeCurve};
 
@@ -52,7 +51,7 @@ fn gates_together_are_those_taken_by_themselves() {
         azimuths_degrees: [0.0, 80.0],
         activity: 0.2,
     };
-    let around = BackgroundSettings {
+    let around = Background {
         concentration: 0.3,
         centre: [0.0; 2],
         semi_axes: [14.0, 12.0],
@@ -135,7 +134,7 @@ fn threads_change_no_bit_of_gates_together() {
 #[test]
 fn memory_that_was_used_changes_no_bit_and_has_to_fit() {
     let mut around = scene();
-    around.background = Some(BackgroundSettings {
+    around.background = Some(Background {
         concentration: 0.3,
         centre: [0.0; 2],
         semi_axes: [14.0, 12.0],

@@ -3,8 +3,8 @@
 use heart_phantom::Phantom;
 use heart_phantom::radon::{LinearOperator, SliceAxis, SpectGeometry, SpectOperator, SpectOptions};
 use heart_phantom::scene::{
-    AttenuationSettings, BinSample, CollimatorSettings, DiscretisationSettings, HolesSettings,
-    MediumSettings, Mode, Orbit, Product, Scene,
+    Attenuation, BinSample, CollimatorSettings, DiscretisationSettings, HolesSettings, Medium,
+    Mode, Orbit, Product, Scene,
 };
 
 /// A heart that attenuates, seen through a collimator along an ellipse; means over bins, as the operator has them.
@@ -12,9 +12,9 @@ fn scene(n: usize) -> Scene {
     let mut scene = Scene::default()
         .with_size(n)
         .with_mode(Mode::Static { phase: 0.5 });
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: 0.15,
-        medium: MediumSettings::Heart,
+        medium: Medium::Heart,
     });
     (scene.camera.views, scene.camera.arc) = (3, 360.0);
     scene.camera.radius = Orbit::Ellipse {

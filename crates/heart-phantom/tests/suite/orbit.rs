@@ -1,8 +1,8 @@
 //! Orbits and heads: where the faces are, when their views are taken, and what is told of them.
 
 use heart_phantom::scene::{
-    AttenuationSettings, BinSample, CollimatorSettings, DiscretisationSettings, HeadsSettings,
-    HolesSettings, MediumSettings, Mode, Orbit, Product, Scene,
+    Attenuation, BinSample, CollimatorSettings, DiscretisationSettings, HeadsSettings,
+    HolesSettings, Medium, Mode, Orbit, Product, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Rotation, Warning, run};
 use std::f64::consts::PI;
@@ -30,9 +30,9 @@ fn scene(views: usize, radius: Orbit) -> Scene {
 
 /// One that attenuates and is not active.
 fn in_torso(mut scene: Scene) -> Scene {
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: 0.15,
-        medium: MediumSettings::Torso {
+        medium: Medium::Torso {
             centre: CENTRE,
             semi_axes: TORSO,
         },

@@ -1,8 +1,8 @@
 //! Organs around the heart: as a torso they are what a background and a torso are, and their sums are closed forms.
 
 use heart_phantom::scene::{
-    AttenuationSettings, BackgroundSettings, Chest, DiscretisationSettings, MediumSettings, Mode,
-    OrganSettings, OrganShapeSettings, Product, Scene,
+    Attenuation, Background, Chest, DiscretisationSettings, Medium, Mode, OrganSettings,
+    OrganShapeSettings, Product, Scene,
 };
 use heart_phantom::{Edge, Phantom, Seen, Warning, run};
 use std::f64::consts::PI;
@@ -21,10 +21,10 @@ fn scene() -> Scene {
     scene
 }
 
-fn heart_attenuates(coefficient: f64) -> AttenuationSettings {
-    AttenuationSettings {
+fn heart_attenuates(coefficient: f64) -> Attenuation {
+    Attenuation {
         coefficient,
-        medium: MediumSettings::Heart,
+        medium: Medium::Heart,
     }
 }
 
@@ -32,14 +32,14 @@ fn heart_attenuates(coefficient: f64) -> AttenuationSettings {
 fn one_organ_is_a_background_in_a_torso() {
     let centre = [0.1, -0.2];
     let plain = Scene {
-        background: Some(BackgroundSettings {
+        background: Some(Background {
             concentration: 0.2,
             centre,
             semi_axes: AXES,
         }),
-        attenuation: Some(AttenuationSettings {
+        attenuation: Some(Attenuation {
             coefficient: MU,
-            medium: MediumSettings::Torso {
+            medium: Medium::Torso {
                 centre,
                 semi_axes: AXES,
             },
@@ -158,9 +158,9 @@ fn a_chest_is_one_line() {
     // The heart attenuates as soft tissue, if nothing else is said.
     scene.pose.shift = [3.0, -3.0, 0.0];
     let inside = Phantom::new(scene.clone()).unwrap();
-    let soft = AttenuationSettings {
+    let soft = Attenuation {
         coefficient: Chest::SOFT_TISSUE,
-        medium: MediumSettings::Heart,
+        medium: Medium::Heart,
     };
     let mut told = inside.scene().clone();
     told.attenuation = Some(soft);

@@ -1,9 +1,8 @@
 //! Volumes by OSEM: what they hold, what they take, what is refused.
 
 use heart_phantom::scene::{
-    AttenuationSettings, BackgroundSettings, CollimatorSettings, DiscretisationSettings,
-    HeadsSettings, HolesSettings, MediumSettings, Mode, Orbit, OrganSettings, OrganShapeSettings,
-    PixelRange, Scene,
+    Attenuation, Background, CollimatorSettings, DiscretisationSettings, HeadsSettings,
+    HolesSettings, Medium, Mode, Orbit, OrganSettings, OrganShapeSettings, PixelRange, Scene,
 };
 use heart_phantom::{Accuracy, Method, Osem, Phantom, PhantomError, Uptake, run};
 use std::sync::Mutex;
@@ -16,9 +15,9 @@ fn scene() -> Scene {
     scene.camera.arc = 360.0;
     (scene.camera.bins, scene.camera.rows) = (32, 30);
     scene.camera.pitch = [0.5; 2];
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: 0.15,
-        medium: MediumSettings::Torso {
+        medium: Medium::Torso {
             centre: [1.0, 0.0],
             semi_axes: [14.0, 10.0],
         },
@@ -148,12 +147,12 @@ fn a_uniform_body_is_uniform() {
     let mut scene = by(whole(8, 6));
     scene.activity.cavity = Uptake::Concentration(1.0);
     let medium = scene.attenuation.unwrap().medium;
-    let MediumSettings::Torso { centre, semi_axes } = medium else {
+    let Medium::Torso { centre, semi_axes } = medium else {
         panic!()
     };
     // All of it, or what views miss would be found in what they see; higher than all rows.
     (scene.camera.bins, scene.camera.rows) = (64, 12);
-    scene.background = Some(BackgroundSettings {
+    scene.background = Some(Background {
         concentration: 1.0,
         centre,
         semi_axes,
@@ -206,9 +205,9 @@ fn a_heart_that_attenuates_and_beats_has_its_activity() {
     let mut scene = by(osem).with_mode(Mode::WholeCycle);
     scene.acquisition.accuracy = Accuracy::Steps(8);
     scene.collimator = None;
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: 0.15,
-        medium: MediumSettings::Heart,
+        medium: Medium::Heart,
     });
     let (all, _) = found(scene.clone());
     scene.reconstruction.method = Method::Osem(Osem::new(8, 4));
@@ -238,9 +237,9 @@ fn organs_attenuate_and_emit_in_the_model_too() {
             attenuation,
         });
     }
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: 0.15,
-        medium: MediumSettings::Heart,
+        medium: Medium::Heart,
     });
     let (all, wall) = found(scene.clone());
     println!("{all} of all, wall {wall:?}");
@@ -338,9 +337,9 @@ fn a_run_tells_what_it_did() {
 fn what_no_model_fits_is_refused() {
     // A torso of which no model would fit.
     let mut vast = by(whole(4, 2));
-    vast.attenuation = Some(AttenuationSettings {
+    vast.attenuation = Some(Attenuation {
         coefficient: 1e-9,
-        medium: MediumSettings::Torso {
+        medium: Medium::Torso {
             centre: [0.0; 2],
             semi_axes: [1e5; 2],
         },
@@ -376,9 +375,9 @@ fn a_torso_of_coefficient_zero_changes_nothing() {
             .with_mode(Mode::Static { phase: 0.0 });
         scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 41 };
         scene.camera.views = 8;
-        scene.attenuation = Some(AttenuationSettings {
+        scene.attenuation = Some(Attenuation {
             coefficient: 0.0,
-            medium: MediumSettings::Torso {
+            medium: Medium::Torso {
                 centre: [0.0; 2],
                 semi_axes: [20.0, 14.0],
             },

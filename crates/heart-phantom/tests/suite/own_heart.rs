@@ -3,9 +3,7 @@
 use heart_phantom::membrane_newton::membrane_forces::PressureLaw;
 use heart_phantom::membrane_newton::{Discretisation, Membrane, RestShape};
 use heart_phantom::revolve_voxel::Pose;
-use heart_phantom::scene::{
-    AttenuationSettings, BlurSettings, DiscretisationSettings, MediumSettings, Scene,
-};
+use heart_phantom::scene::{Attenuation, BlurSettings, DiscretisationSettings, Medium, Scene};
 use heart_phantom::{
     Accuracy, Balloon, Counts, Defect, Heart, Mode, Noise, Phantom, VolumeCurve, VolumeRange, run,
 };
@@ -203,10 +201,10 @@ fn an_own_heart_is_attenuated_blurred_and_counted() {
     };
     let plain = still(&|_| ());
     // Of a convex body of one activity and one attenuation a ray's chord L tells all: a (1 - exp(-mu L)) / mu.
-    let (mu, medium) = (0.3, MediumSettings::Heart);
+    let (mu, medium) = (0.3, Medium::Heart);
     let weak = still(&|scene| {
         let coefficient = mu;
-        scene.attenuation = Some(AttenuationSettings {
+        scene.attenuation = Some(Attenuation {
             coefficient,
             medium,
         });

@@ -55,7 +55,7 @@ fn hopeless() -> Vec<(Scene, &'static str)> {
         ),
         (
             with(&|scene| {
-                scene.background = Some(BackgroundSettings {
+                scene.background = Some(Background {
                     concentration: 0.1,
                     centre: [0.0; 2],
                     semi_axes: [7.0, 3.0],
@@ -159,7 +159,7 @@ fn what_is_no_reason_is_no_refusal() {
     let mut scene = small(Mode::Gated { gates: 2 });
     scene.defects = vec![defect(), defect()];
     scene.camera.arc = 360.0;
-    scene.background = Some(BackgroundSettings {
+    scene.background = Some(Background {
         concentration: 0.1,
         centre: [0.0; 2],
         semi_axes: [8.0, 9.0],
@@ -260,9 +260,9 @@ proptest! {
         for (mode, output) in runs {
             let mut scene = small(mode);
             scene.output = output;
-            scene.attenuation = Some(AttenuationSettings {
+            scene.attenuation = Some(Attenuation {
                 coefficient: 0.1,
-                medium: MediumSettings::Heart,
+                medium: Medium::Heart,
             });
             let phantom = Phantom::new(scene).unwrap();
             let planned = phantom.files().unwrap();

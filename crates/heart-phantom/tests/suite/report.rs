@@ -2,8 +2,8 @@
 #![cfg(feature = "files")]
 
 use heart_phantom::scene::{
-    Accuracy, AttenuationSettings, Counts, DiscretisationSettings, MediumSettings, Mode, Noise,
-    PressureLaw, Product, Scene,
+    Accuracy, Attenuation, Counts, DiscretisationSettings, Medium, Mode, Noise, PressureLaw,
+    Product, Scene,
 };
 use heart_phantom::{Phantom, RunReport, VolumeCurve, VolumeRange, run};
 use std::f64::consts::{PI, TAU};
@@ -29,9 +29,9 @@ fn pictures_have_the_window_of_their_slices() {
     let folder = tempfile::tempdir().unwrap();
     let write = [Product::Reconstruction, Product::Pictures];
     let mut scene = small(Mode::Gated { gates: 3 }, &write);
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: 1.0,
-        medium: MediumSettings::Heart,
+        medium: Medium::Heart,
     });
     let report = done(scene, folder.path());
     let shown = report.pictures.unwrap();
@@ -107,9 +107,9 @@ fn labels_maps_and_surfaces_are_those_of_the_mode() {
     for (mode, expected) in modes {
         let folder = tempfile::tempdir().unwrap();
         let mut scene = small(mode, &write);
-        scene.attenuation = Some(AttenuationSettings {
+        scene.attenuation = Some(Attenuation {
             coefficient: 0.5,
-            medium: MediumSettings::Heart,
+            medium: Medium::Heart,
         });
         let report = done(scene, folder.path());
         let mut files: Vec<PathBuf> = Vec::new();

@@ -128,9 +128,9 @@ fn nothing_of_a_full_scene_is_commented_out() {
     if let Some(breathing) = &mut other.breathing {
         breathing.gates = Some(RespiratoryGates::Amplitude(1));
     }
-    other.attenuation = Some(AttenuationSettings {
+    other.attenuation = Some(Attenuation {
         coefficient: 0.1,
-        medium: MediumSettings::Heart,
+        medium: Medium::Heart,
     });
     other.collimator = Some(CollimatorSettings {
         holes: HolesSettings::GeLehr,
@@ -221,7 +221,7 @@ fn each_part_of_a_scene_can_be_built() {
         write = ['labels']
     ";
     let mut scene = Scene {
-        background: Some(BackgroundSettings {
+        background: Some(Background {
             concentration: 0.1,
             centre: [0.0, 1.0],
             semi_axes: [7.0, 6.0],
@@ -232,9 +232,9 @@ fn each_part_of_a_scene_can_be_built() {
             azimuths_degrees: [-30.0, 30.0],
             activity: 0.0,
         }],
-        attenuation: Some(AttenuationSettings {
+        attenuation: Some(Attenuation {
             coefficient: 0.15,
-            medium: MediumSettings::Heart,
+            medium: Medium::Heart,
         }),
         blur: Some(BlurSettings { fwhm: 0.8 }),
         noise: Some(Noise {

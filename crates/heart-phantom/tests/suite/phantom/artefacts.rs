@@ -2,7 +2,7 @@
 
 use super::small;
 use heart_phantom::scene::{
-    BackgroundSettings, BlurSettings, Counts, DiscretisationSettings, Mode, Noise, Scene,
+    Background, BlurSettings, Counts, DiscretisationSettings, Mode, Noise, Scene,
 };
 use heart_phantom::{Artefacts, Phantom};
 
@@ -147,7 +147,7 @@ fn an_edge_is_measured_from_what_surrounds_it_and_where_it_is_seen() {
     let found = |bins: usize, background: f64| {
         let mut scene = resting(bins);
         if background > 0.0 {
-            scene.background = Some(BackgroundSettings {
+            scene.background = Some(Background {
                 concentration: background,
                 centre: [0.0; 2],
                 semi_axes: [7.7; 2],

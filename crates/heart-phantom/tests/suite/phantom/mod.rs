@@ -10,8 +10,8 @@ mod upright;
 mod warnings;
 
 use heart_phantom::scene::{
-    Accuracy, Activity, AttenuationSettings, BackgroundSettings, BlurSettings, Counts,
-    CycleSettings, DiscretisationSettings, MediumSettings, Mode, Noise, PixelRange, Scene,
+    Accuracy, Activity, Attenuation, Background, BlurSettings, Counts, CycleSettings,
+    DiscretisationSettings, Medium, Mode, Noise, PixelRange, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
 use radon::Skip;
@@ -324,12 +324,12 @@ fn labels_surfaces_and_activity_at_a_phase() {
 fn a_torso_weakens_what_is_deep_and_its_map_says_so() {
     let mut scene = small(Mode::Static { phase: 0.0 });
     let clear = Phantom::new(scene.clone()).unwrap();
-    let torso = MediumSettings::Torso {
+    let torso = Medium::Torso {
         centre: [0.0, 0.0],
         semi_axes: [12.0, 10.0],
     };
     let with = |scene: &mut Scene, coefficient, medium| {
-        scene.attenuation = Some(AttenuationSettings {
+        scene.attenuation = Some(Attenuation {
             coefficient,
             medium,
         });
@@ -353,7 +353,7 @@ fn a_torso_weakens_what_is_deep_and_its_map_says_so() {
     assert!(deep.slice(0, 21).unwrap() == volume[21 * 1600..22 * 1600]);
     let map = deep.attenuation(0.0).unwrap();
     assert!((map[20 * 1600 + 20 * 40 + 20] - 0.15).abs() < 1e-6);
-    let heart = with(&mut scene, 0.2, MediumSettings::Heart);
+    let heart = with(&mut scene, 0.2, Medium::Heart);
     let map = heart.attenuation(0.5).unwrap();
     let sum: f64 =
         map.iter().map(|&v| f64::from(v)).sum::<f64>() * heart.camera().grid().voxel_volume();
@@ -427,7 +427,7 @@ fn a_background_fills_the_torso_around_the_heart() {
     let mut scene = small(Mode::WholeCycle);
     // Wide enough to hold the heart at all phases.
     let (a, b) = (7.6, 7.2);
-    scene.background = Some(BackgroundSettings {
+    scene.background = Some(Background {
         concentration: 0.3,
         centre: [0.1, 0.0],
         semi_axes: [a, b],

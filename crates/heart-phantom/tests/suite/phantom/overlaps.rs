@@ -182,16 +182,16 @@ fn any_scene() -> impl Strategy<Value = Scene> {
                 let centre = [0.3, -0.2];
                 if around {
                     // More than the wall holds, so that the wall is what is taken away.
-                    scene.background = Some(BackgroundSettings {
+                    scene.background = Some(Background {
                         concentration: 2.0,
                         centre,
                         semi_axes,
                     });
                 }
                 if weakened {
-                    scene.attenuation = Some(AttenuationSettings {
+                    scene.attenuation = Some(Attenuation {
                         coefficient: 0.15,
-                        medium: MediumSettings::Torso { centre, semi_axes },
+                        medium: Medium::Torso { centre, semi_axes },
                     });
                 }
                 scene
@@ -234,7 +234,7 @@ proptest! {
 fn a_background_that_does_not_surround_the_heart_is_refused() {
     let mut scene = small(Mode::WholeCycle);
     let concentration = 1.0;
-    let background = |a: f64, b: f64| BackgroundSettings {
+    let background = |a: f64, b: f64| Background {
         concentration,
         centre: [0.0; 2],
         semi_axes: [a, b],
@@ -267,7 +267,7 @@ fn a_background_that_does_not_surround_the_heart_is_refused() {
     let (almost, _) = reach(4.0 * times * 0.9999, 3.0 * times * 0.9999).unwrap();
     assert!((almost - 1.0001).abs() < 1e-6);
     // Nothing is taken from a background that holds nothing.
-    let nothing = BackgroundSettings {
+    let nothing = Background {
         concentration: 0.0,
         ..background(1.0, 1.0)
     };

@@ -3,8 +3,8 @@
 use super::defects::infarct;
 use super::small;
 use heart_phantom::scene::{
-    Accuracy, AttenuationSettings, BackgroundSettings, BlurSettings, Counts,
-    DiscretisationSettings, MediumSettings, Mode, Noise, PixelRange, Rotation, Scene,
+    Accuracy, Attenuation, Background, BlurSettings, Counts, DiscretisationSettings, Medium, Mode,
+    Noise, PixelRange, Rotation, Scene,
 };
 use heart_phantom::{Orbit, Phantom, Uptake, VolumeCurve, VolumeRange};
 
@@ -37,7 +37,7 @@ fn twin(scene: &Scene) -> Scene {
     }
     if let Some(attenuation) = &mut twin.attenuation {
         attenuation.coefficient /= 10.0;
-        if let MediumSettings::Torso { centre, semi_axes } = &mut attenuation.medium {
+        if let Medium::Torso { centre, semi_axes } = &mut attenuation.medium {
             times(centre, 10.0);
             times(semi_axes, 10.0);
         }
@@ -159,14 +159,14 @@ fn so_it_is_with_everything_that_a_scene_can_hold() {
     scene.activity.cavity = Uptake::Total(20.0);
     scene.activity.wall = Uptake::Total(150.0);
     let (centre, semi_axes) = ([0.5, 0.0], [7.5, 7.0]);
-    scene.background = Some(BackgroundSettings {
+    scene.background = Some(Background {
         concentration: 0.1,
         centre,
         semi_axes,
     });
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: 0.1,
-        medium: MediumSettings::Torso { centre, semi_axes },
+        medium: Medium::Torso { centre, semi_axes },
     });
     scene.defects = vec![infarct()];
     scene.blur = Some(BlurSettings { fwhm: 0.6 });

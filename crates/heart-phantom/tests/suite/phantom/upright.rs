@@ -24,16 +24,16 @@ fn scene(lower: f64) -> Scene {
 
 #[test]
 fn it_is_seen_as_a_hair_lower() {
-    let medium = MediumSettings::Torso {
+    let medium = Medium::Torso {
         centre: [0.0; 2],
         semi_axes: [10.0, 8.0],
     };
     let mut base_seen = 0;
-    for medium in [None, Some(MediumSettings::Heart), Some(medium)] {
+    for medium in [None, Some(Medium::Heart), Some(medium)] {
         for defects in [vec![], vec![infarct()]] {
             let [here, lower, lowest] = [0.0, 1e-7, 2e-7].map(|by| {
                 let mut scene = scene(by);
-                scene.attenuation = medium.map(|medium| AttenuationSettings {
+                scene.attenuation = medium.map(|medium| Attenuation {
                     coefficient: 0.15,
                     medium,
                 });

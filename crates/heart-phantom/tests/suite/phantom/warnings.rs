@@ -2,7 +2,7 @@
 
 use super::small;
 use heart_phantom::scene::{
-    ArcPolicy, AttenuationSettings, BackgroundSettings, Chest, MediumSettings, Mode, Rotation,
+    ArcPolicy, Attenuation, Background, Chest, Medium, Mode, Rotation,
     Scene,
 };
 use heart_phantom::{Edge, Phantom, Seen, Uptake, Warning};
@@ -103,7 +103,7 @@ fn a_heart_that_is_truncated_is_told_with_the_width_it_needs() {
 
 #[test]
 fn a_background_and_a_torso_wider_than_the_bins_are_told() {
-    let around = BackgroundSettings {
+    let around = Background {
         concentration: 0.1,
         centre: [1.0, -0.5],
         semi_axes: [9.5, 7.5],
@@ -128,9 +128,9 @@ fn a_background_and_a_torso_wider_than_the_bins_are_told() {
     assert!((0.0..=LARGE.1).contains(&spare), "{needed} {far}");
 
     // The same ellipse as a medium; and nothing where there is nothing.
-    let torso = |coefficient| AttenuationSettings {
+    let torso = |coefficient| Attenuation {
         coefficient,
-        medium: MediumSettings::Torso {
+        medium: Medium::Torso {
             centre: around.centre,
             semi_axes: around.semi_axes,
         },
@@ -148,7 +148,7 @@ fn a_background_and_a_torso_wider_than_the_bins_are_told() {
     };
     assert_eq!((what, same), (Seen::Torso, needed));
     other.attenuation = Some(torso(0.0));
-    scene.background = Some(BackgroundSettings {
+    scene.background = Some(Background {
         concentration: 0.0,
         ..around
     });
@@ -235,9 +235,9 @@ fn a_heart_that_reaches_out_of_the_torso_is_told_by_how_much() {
     let torso = |semi_axes: [f64; 2]| {
         let mut scene = small(Mode::Static { phase: 0.5 });
         (scene.pose.turn_x, scene.pose.turn_y) = (0.0, 0.0);
-        scene.attenuation = Some(AttenuationSettings {
+        scene.attenuation = Some(Attenuation {
             coefficient: 0.15,
-            medium: MediumSettings::Torso {
+            medium: Medium::Torso {
                 centre: [0.0; 2],
                 semi_axes,
             },
@@ -296,9 +296,9 @@ fn repeated_directions_are_counted_once() {
 fn a_heart_in_the_spine_is_told_with_the_volume() {
     let mut scene = small(Mode::Static { phase: 0.5 });
     scene.chest = Some(Chest::default());
-    scene.attenuation = Some(AttenuationSettings {
+    scene.attenuation = Some(Attenuation {
         coefficient: Chest::SOFT_TISSUE,
-        medium: MediumSettings::Heart,
+        medium: Medium::Heart,
     });
     let volume = |scene: &Scene| {
         warnings(scene).iter().find_map(|warning| match warning {
