@@ -2,8 +2,7 @@
 
 use super::small;
 use heart_phantom::scene::{
-    ArcPolicy, Attenuation, Background, Chest, Medium, Mode, Rotation,
-    Scene,
+    ArcPolicy, Attenuation, Background, Chest, Medium, Mode, Rotation, Scene,
 };
 use heart_phantom::{Edge, Phantom, Seen, Uptake, Warning};
 use revolve_voxel::{Organs, VoxelGrid};
