@@ -1,9 +1,8 @@
 //! Averages over bins: closed forms, quadrature by the definition, finer bins, and the errors that are stated.
 
 use heart_phantom::scene::{
-    Accuracy, Attenuation, BinSample, BlurSettings, CollimatorSettings,
-    DiscretisationSettings, HolesSettings, Medium, Mode, Orbit, OrganSettings,
-    OrganShapeSettings, Product, Scene,
+    Accuracy, Attenuation, BinSample, BlurSettings, CollimatorSettings, DiscretisationSettings,
+    HolesSettings, Medium, Mode, Orbit, OrganSettings, OrganShapeSettings, Product, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, run};
 use std::f64::consts::{LN_2, PI};
