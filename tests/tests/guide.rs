@@ -45,9 +45,9 @@ fn pressures_are_those_of_the_page() {
     row("mean pressure f / L", 6, &one, &|e| e.pressure());
     let across = one.inner.pressure() + one.outer.pressure();
     let stiffness = 10.0 * mmhg / across;
-    shown(format!("Across both it is {across:.6} lambda"));
+    shown(format!("The sum {across:.6} lambda equals"));
     shown(format!(
-        "10 mmHg = {:.6} kPa: lambda = {stiffness:.6} kPa",
+        "10 mmHg = {:.6} kPa for lambda = {stiffness:.6} kPa",
         10.0 * mmhg
     ));
 
