@@ -53,7 +53,7 @@ pub enum SliceOrder {
 /// File name extensions of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extensions {
-    /// Extension of the path given to [`write`].
+    /// Extension of the path given to [`write()`].
     pub header: &'static str,
     /// Extension of the data file, if the data are in a file beside the header.
     pub data: Option<&'static str>,
@@ -290,7 +290,7 @@ impl FormatInfo {
     }
 }
 
-/// What [`write`] writes.
+/// What [`write()`] writes.
 #[derive(Debug, Clone, Copy)]
 pub enum Image<'a> {
     /// Samples on a voxel grid.
