@@ -45,7 +45,10 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// for each other.
 ///
 /// ```
-/// use radon::{///     Collimator, EmOptions, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, SliceAxis, SpectGeometry, ///     SpectOperator, SpectOptions, Stopping, osem, ///};
+/// use radon::{
+///     Collimator, EmOptions, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, SliceAxis, SpectGeometry,
+///     SpectOperator, SpectOptions, Stopping, osem,
+/// };
 /// let (views, axis) = (ParallelGeometry::full_turn(16, 20, 0.5)?, SliceAxis::new(6, 0.5)?);
 /// let geometry = SpectGeometry::circular(&views, &axis, 8.0)?;
 /// let grid = ImageGrid::square(20, 0.5)?;
