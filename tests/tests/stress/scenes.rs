@@ -179,6 +179,10 @@ pub(crate) fn text(random: &mut Random) -> String {
         degrees(random, -360.0, 405.0),
         degrees(random, -90.0, 135.0)
     ));
+    // Averages over bins, the default behind a blur, cost some hundred times as many rays.
+    if !random.one_in(8) {
+        line("samples = \"centres\"".into());
+    }
     if collimated {
         line(format!("radius = {}", number(random, field, 3.0 * field)));
     }

@@ -31,14 +31,6 @@ impl VoxelGrid {
             positive("voxel spacing", spacing[a])?;
             finite("grid origin", origin[a])?;
         }
-        // Areas and volumes of voxels divide fractions of them.
-        let [dx, dy, dz] = spacing;
-        for (what, product) in [
-            ("area of a voxel", dx * dy),
-            ("volume of a voxel", dx * dy * dz),
-        ] {
-            positive(what, product)?;
-        }
         Ok(Self {
             shape,
             spacing,

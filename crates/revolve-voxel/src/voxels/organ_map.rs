@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::{finite, zeros};
+use crate::error::{finite, positive, zeros};
 use crate::rays::cylinder::disc_in_box;
 use crate::voxels::coverage::check_range;
 use crate::{Organ, OrganShape, Organs, RevolveError, Sample, VoxelGrid};
@@ -84,7 +84,7 @@ impl Organs {
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`] for slices that do not fit; [`RevolveError::NotFinite`] for what `of` says;
-    /// [`RevolveError::TooLarge`].
+    /// [`RevolveError::NotPositive`] for voxels whose area or volume underflows; [`RevolveError::TooLarge`].
     pub fn voxelize<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -92,6 +92,14 @@ impl Organs {
         of: impl Fn(&Organ) -> f64,
     ) -> Result<Vec<T>, RevolveError> {
         check_range(grid, &slices)?;
+        // Areas and volumes of voxels divide fractions of them.
+        let [dx, dy, dz] = grid.spacing();
+        for (what, product) in [
+            ("area of a voxel", dx * dy),
+            ("volume of a voxel", dx * dy * dz),
+        ] {
+            positive(what, product)?;
+        }
         let values = (self.as_slice().iter())
             .map(|organ| Ok((organ.shape, finite("value of an organ", of(organ))?)))
             .collect::<Result<Vec<_>, RevolveError>>()?;
