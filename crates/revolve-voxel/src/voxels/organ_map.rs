@@ -77,6 +77,10 @@ impl Organs {
     /// let organs = Organs::new(vec![Organ { shape: ball, activity: 3.0, attenuation: 0.1 }])?;
     /// let grid = VoxelGrid::centred([20, 20, 20], [0.25; 3], [0.0; 3])?;
     /// let map: Vec<f64> = organs.voxelize(&grid, 0..20, |organ| organ.activity)?;
+    /// for spacing in [1e-300, 1e-120, 1e150] {
+    ///     let grid = VoxelGrid::new([2; 3], [spacing; 3], [0.0; 3])?;
+    ///     assert!(organs.voxelize::<f64>(&grid, 0..2, |organ| organ.activity).is_err());
+    /// }
     /// let volume = map.iter().sum::<f64>() / 3.0 * 0.25_f64.powi(3);
     /// assert!((volume / (4.0 / 3.0 * std::f64::consts::PI * 8.0) - 1.0).abs() < 1e-4);
     /// # Ok::<(), revolve_voxel::RevolveError>(())
