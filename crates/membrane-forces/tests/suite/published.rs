@@ -34,7 +34,7 @@ fn ogden_s_rubber_has_the_stresses_that_treloar_measured() {
         assert!((computed - other).abs() <= 1e-12 * computed); // equal by symmetry, to rounding
         computed / measured - 1.0
     });
-    // At 3 % strain the measured stress is a third above the initial modulus of any fit to the rest; Ogden's own curve passes below it.
+    // At 3 % strain the curve of the three terms is a quarter below the measurement.
     assert!((differences[0] + 0.248).abs() < 1e-3, "{differences:?}");
     // The spread of Ogden's fit: his curve is within 7 % of all other points.
     for difference in &differences[1..] {
