@@ -66,7 +66,7 @@ struct Question {
     answer: &'static str,
     study: &'static str,
     case: &'static str,
-    /// The benchmark, and its criterion groups for the same computation.
+    /// The benchmark, and its criterion groups for the same kind of computation.
     bench: &'static str,
 }
 
@@ -76,35 +76,35 @@ const QUESTIONS: [Question; 8] = [
         answer: "Filtered back-projection of 512 x 512 pixels from 720 views; `ours` selects the method by size.",
         study: "FBP",
         case: "shepp-logan, 1 x 512 x 512 from 720 views",
-        bench: "`radon`, groups `fbp`",
+        bench: "`radon`, groups `radon/fbp/...`",
     },
     Question {
         title: "Reconstruct a stack of slices",
         answer: "Filtered back-projection of 256 slices of 256 x 256 pixels from 90 views.",
         study: "FBP",
         case: "shell, 256 x 256 x 256 from 90 views",
-        bench: "`slices`",
+        bench: "`radon`, group `radon/backprojection/256x256x90x256`",
     },
     Question {
         title: "Reconstruct a large slice",
         answer: "Filtered back-projection of 2048 x 2048 pixels from 2880 views: Fourier gridding with a stated error.",
         study: "FBP",
         case: "shepp-logan 2048, 1 x 2048 x 2048 from 2880 views",
-        bench: "`radon`, groups `fbp`",
+        bench: "`slices`, groups `radon/large/...`",
     },
     Question {
         title: "Project a volume",
         answer: "Forward projection of 256^3 voxels into 90 views, compared with exact bin averages.",
         study: "projectors",
         case: "shell, 256 x 256 x 256 from 90 views, against bin means",
-        bench: "`projector`",
+        bench: "`projector`, groups `projector/forward/...`",
     },
     Question {
         title: "Find an equilibrium",
         answer: "The inner membrane of the study at an intensity of 17.5, from its reference configuration.",
         study: "static solve",
         case: "balloon at f = 17.5, from rest",
-        bench: "`membrane`",
+        bench: "`membrane`, groups `membrane/gain-0.6` and `membrane/rubber-gain-0.6`",
     },
     Question {
         title: "Follow a motion",
@@ -118,14 +118,14 @@ const QUESTIONS: [Question; 8] = [
         answer: "64 exact views of a heart in an attenuating chest with depth-dependent resolution.",
         study: "SPECT",
         case: "64 exact views of a heart in a chest through a collimator",
-        bench: "`phantom`, groups `spect`",
+        bench: "`phantom --rows`",
     },
     Question {
         title: "Simulate a gated study",
         answer: "16 gates of 64 views of n x n bins with their reconstructions, end to end.",
         study: "whole study",
         case: "16 gates of 64 views",
-        bench: "`phantom`",
+        bench: "`phantom --rows`",
     },
 ];
 
