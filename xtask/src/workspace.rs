@@ -10,6 +10,7 @@ pub(crate) const PUBLISHED: &[&str] = &[
     "membrane-forces",
     "membrane-newton",
     "membrane-implicit",
+    "photon-scatter",
     "revolve-voxel",
     "radon",
     "heart-phantom",

@@ -11,13 +11,14 @@ use super::source_rules::is_test_item;
 use super::{Finding, TextFile};
 
 /// Crates that have none, and are to stay so.
-const CRATES: [&str; 10] = [
+const CRATES: [&str; 11] = [
     "heart-cohort",
     "heart-phantom",
     "heart-study",
     "membrane-forces",
     "membrane-implicit",
     "membrane-newton",
+    "photon-scatter",
     "python",
     "radon",
     "revolve-voxel",

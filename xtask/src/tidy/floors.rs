@@ -9,6 +9,7 @@ use crate::workspace::TextFile;
 const FLOORS: &[(&str, &[&str])] = &[
     ("crates/membrane-forces", &[]),
     ("crates/simd-set", &[]),
+    ("crates/photon-scatter", &[]),
     ("crates/revolve-voxel", &["simd-set"]),
     ("crates/radon", &["simd-set"]),
     ("crates/membrane-newton", &["membrane-forces"]),
@@ -29,6 +30,7 @@ const BELOW: &[&str] = &[
     "membrane-forces",
     "membrane-newton",
     "membrane-implicit",
+    "photon-scatter",
     "revolve-voxel",
     "radon",
 ];
@@ -36,6 +38,7 @@ const ALL: &[&str] = &[
     "membrane-forces",
     "membrane-newton",
     "membrane-implicit",
+    "photon-scatter",
     "revolve-voxel",
     "radon",
     "heart-phantom",

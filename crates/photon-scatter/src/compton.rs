@@ -1,0 +1,95 @@
+//! Compton scattering by free electrons (Klein and Nishina).
+//!
+//! With `a = E / 511 keV` and `x = E / E' = 1 + a (1 - cos)`:
+//!
+//! ```text
+//! d sigma / d Omega = r^2 / 2 g(cos),   g = (x + 1/x - sin^2) / x^2,   r the classical electron radius
+//! ```
+
+use crate::Random;
+use crate::error::{ScatterError, within};
+
+/// Rest energy of the electron (keV, CODATA 2018).
+pub const ELECTRON_KEV: f64 = 510.998_95;
+/// Square of the classical electron radius (cm^2, CODATA 2018).
+const RADIUS_SQUARED: f64 = 7.940_787_6e-26;
+
+/// Compton scattering of photons of one energy by free electrons.
+///
+/// ```
+/// use photon_scatter::Compton;
+/// let compton = Compton::new(140.5)?;
+/// assert!((compton.energy_at(0.0) - 110.2).abs() < 0.05); // keV, at 90 degrees
+/// assert!((compton.cross_section() / 4.52e-25 - 1.0).abs() < 0.01); // cm^2 per electron
+/// # Ok::<(), photon_scatter::ScatterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Compton {
+    energy: f64,
+    alpha: f64,
+    /// Integral of g over the cosine.
+    integral: f64,
+}
+
+impl Compton {
+    /// Photons of this energy in keV.
+    ///
+    /// # Errors
+    /// [`ScatterError::OutOfRange`] below 1 eV and above 100 MeV.
+    pub fn new(energy: f64) -> Result<Self, ScatterError> {
+        Ok(Self::of(within("energy in keV", energy, [1e-3, 1e5])?))
+    }
+
+    pub(crate) fn of(energy: f64) -> Self {
+        let alpha = energy / ELECTRON_KEV;
+        Self {
+            energy,
+            alpha,
+            integral: integral(alpha),
+        }
+    }
+
+    /// Total cross-section of a free electron in cm^2.
+    pub fn cross_section(&self) -> f64 {
+        std::f64::consts::PI * RADIUS_SQUARED * self.integral
+    }
+
+    /// Energy in keV after scattering by the angle of this cosine.
+    #[inline]
+    pub fn energy_at(&self, cosine: f64) -> f64 {
+        self.energy / (1.0 + self.alpha * (1.0 - cosine))
+    }
+
+    /// Probability of scattering into a direction, per solid angle, relative to isotropic scattering: `4 pi / sigma d sigma / d Omega`.
+    #[inline]
+    pub fn relative_density(&self, cosine: f64) -> f64 {
+        2.0 * kernel(self.alpha, cosine) / self.integral
+    }
+
+    /// Draws the cosine of a scattering angle, by rejection from a uniform cosine.
+    pub fn sample(&self, random: &mut Random) -> f64 {
+        loop {
+            let cosine = 2.0 * random.uniform() - 1.0;
+            // g is largest, 2, for forward scattering.
+            if 2.0 * random.uniform() < kernel(self.alpha, cosine) {
+                return cosine;
+            }
+        }
+    }
+}
+
+#[inline]
+fn kernel(alpha: f64, cosine: f64) -> f64 {
+    let x = 1.0 + alpha * (1.0 - cosine);
+    (x + 1.0 / x - (1.0 - cosine) * (1.0 + cosine)) / (x * x)
+}
+
+/// Integral of g over all cosines. Below 0.5 keV a series: the closed form cancels.
+fn integral(alpha: f64) -> f64 {
+    if alpha < 1e-3 {
+        return 8.0 / 3.0 * (1.0 - 2.0 * alpha + 5.2 * alpha * alpha);
+    }
+    let (end, log) = (1.0 + 2.0 * alpha, (2.0 * alpha).ln_1p());
+    let forward = (1.0 + alpha) / (alpha * alpha) * (2.0 * (1.0 + alpha) / end - log / alpha);
+    2.0 * (forward + log / (2.0 * alpha) - (1.0 + 3.0 * alpha) / (end * end))
+}

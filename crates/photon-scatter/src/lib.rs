@@ -1,0 +1,22 @@
+//! Compton scatter in emission tomography: photon histories with forced detection.
+//!
+#![doc = include_str!("../README.md")]
+
+mod camera;
+mod compton;
+mod error;
+mod history;
+mod medium;
+mod options;
+mod random;
+mod scatter;
+mod spectrum;
+
+pub use camera::{Camera, Response, View};
+pub use compton::{Compton, ELECTRON_KEV};
+pub use error::ScatterError;
+pub use medium::{Emission, Medium, Piece, Source};
+pub use options::{ScatterOptions, ScatterReport};
+pub use random::Random;
+pub use scatter::Scatter;
+pub use spectrum::{Spectrum, water_attenuation};

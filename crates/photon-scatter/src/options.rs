@@ -1,0 +1,93 @@
+//! What a computation is asked for, and the work that it took.
+
+/// How accurately scatter is computed, for [`Scatter::new`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ScatterOptions {
+    /// Largest standard error of any bin in any view and window, in the unit of the samples (activity times cm).
+    pub tolerance: f64,
+    /// Pitch of the nodes on which scatter is collected in cm. The widths of all points are those of the response if the square of this pitch is at most
+    /// six times the variance at the face; points nearer than that are imaged with a sixth of that square.
+    pub pitch: f64,
+    /// Orders of scattering that are followed.
+    pub orders: usize,
+    /// Histories in a block.
+    pub block: usize,
+    /// Histories at most.
+    pub most_histories: u64,
+    /// Seed of the random numbers; block k has stream k.
+    pub seed: u64,
+}
+
+impl ScatterOptions {
+    /// A tolerance in the unit of the samples; nodes 0.5 cm apart, 32 orders, blocks of 4096 histories, at most 10^9 histories, seed 0.
+    pub fn new(tolerance: f64) -> Self {
+        Self {
+            tolerance,
+            pitch: 0.5,
+            orders: 32,
+            block: 4096,
+            most_histories: 1_000_000_000,
+            seed: 0,
+        }
+    }
+
+    /// The same with another pitch of the nodes.
+    pub fn with_pitch(mut self, pitch: f64) -> Self {
+        self.pitch = pitch;
+        self
+    }
+
+    /// The same with so many orders of scattering.
+    pub fn with_orders(mut self, orders: usize) -> Self {
+        self.orders = orders;
+        self
+    }
+
+    /// The same with blocks of another number of histories.
+    pub fn with_block(mut self, histories: usize) -> Self {
+        self.block = histories;
+        self
+    }
+
+    /// The same with another bound on the number of histories.
+    pub fn with_most_histories(mut self, histories: u64) -> Self {
+        self.most_histories = histories;
+        self
+    }
+
+    /// The same with another seed.
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+}
+
+/// The work done.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub struct ScatterReport {
+    /// Photons emitted.
+    pub histories: u64,
+    /// Interactions of all photons.
+    pub interactions: u64,
+    /// Paths from interactions to detectors.
+    pub paths: u64,
+    /// Sum over all views of the scatter in the first window, per emission, by order: once scattered, twice, and so on; the last also
+    /// contains all higher orders.
+    pub by_order: [f64; Self::ORDERS],
+}
+
+impl ScatterReport {
+    /// Orders that are counted by themselves.
+    pub const ORDERS: usize = 8;
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.histories += other.histories;
+        self.interactions += other.interactions;
+        self.paths += other.paths;
+        for (sum, more) in self.by_order.iter_mut().zip(other.by_order) {
+            *sum += more;
+        }
+    }
+}

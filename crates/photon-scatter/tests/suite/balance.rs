@@ -1,0 +1,72 @@
+//! Photons are conserved: what is emitted escapes or is absorbed.
+
+use crate::support::{Ball, Point, camera};
+use photon_scatter::{Compton, Random, Scatter, ScatterOptions, Spectrum, water_attenuation};
+
+/// Probability of absorption above 20 keV, by photons that are tracked from emission in the middle of a ball to their end, and the fraction that escapes
+/// after each order of scattering.
+fn tracked(radius: f64, photons: u32) -> (f64, [f64; 3]) {
+    let mut random = Random::new(99, 0);
+    let (mut absorbed, mut escaped) = (0.0, [0.0; 3]);
+    for _ in 0..photons {
+        let (mut at, mut direction, mut energy) = ([0.0; 3], [0.0, 0.0, 1.0_f64], 140.5);
+        for order in 0.. {
+            let mu = water_attenuation(energy).unwrap();
+            let free = -(1.0 - random.uniform()).ln() / mu;
+            at = std::array::from_fn(|k| at[k] + free * direction[k]);
+            if at.iter().map(|x: &f64| x * x).sum::<f64>() > radius * radius {
+                escaped[order.min(2)] += 1.0;
+                break;
+            }
+            let compton = Compton::new(energy).unwrap();
+            let scattering = compton.cross_section() * 10.0 * 6.022_140_76e23 / 18.0153;
+            if random.uniform() * mu > scattering {
+                absorbed += 1.0;
+                break;
+            }
+            let cosine = compton.sample(&mut random);
+            energy = compton.energy_at(cosine);
+            if energy < 21.0 {
+                absorbed += 1.0;
+                break;
+            }
+            // The direction at this angle from the old one towards a random one.
+            let other = random.direction();
+            let along: f64 = (0..3).map(|k| other[k] * direction[k]).sum();
+            let across: [f64; 3] = std::array::from_fn(|k| other[k] - along * direction[k]);
+            let norm = across.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let sine = (1.0 - cosine * cosine).sqrt();
+            direction = std::array::from_fn(|k| cosine * direction[k] + sine / norm * across[k]);
+        }
+    }
+    let n = f64::from(photons);
+    (absorbed / n, escaped.map(|count| count / n))
+}
+
+#[test]
+fn what_is_emitted_escapes_or_is_absorbed() {
+    let radius = 8.0;
+    let ball = Ball {
+        centre: [0.0; 3],
+        radius,
+        density: 1.0,
+    };
+    // A window that records every photon above 20 keV: a view is a fraction of what escapes in all directions.
+    let spectrum = Spectrum::new(140.5, 0.1, &[[1.0, 1e4]]).unwrap();
+    let camera = camera(48, 0.5, &[30.0]);
+    let options = ScatterOptions::new(3e-5);
+    let scatter = Scatter::new(&Point([0.0; 3], 1.0), &ball, &camera, &spectrum, &options).unwrap();
+    let scattered = scatter.view(0, 0).iter().sum::<f64>() * 0.25;
+    let primary = (-water_attenuation(140.5).unwrap() * radius).exp();
+    let (absorbed, [_, once, more]) = tracked(radius, 400_000);
+    let total = primary + scattered + absorbed;
+    // Three standard deviations of the tracked photons.
+    assert!(
+        (total - 1.0).abs() < 0.003,
+        "{primary} + {scattered} + {absorbed} = {total}"
+    );
+    let orders = scatter.report().by_order;
+    let first = orders[0] / orders.iter().sum::<f64>();
+    let expected = once / (once + more);
+    assert!((first - expected).abs() < 0.004, "{first} {expected}");
+}
