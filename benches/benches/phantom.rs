@@ -11,7 +11,7 @@ use criterion::Criterion;
 use heart_phantom::{Acquisition, BinSample, Camera, Cycle, Heart, Phantom, acquire, scene, truth};
 use heart_study::StudyOptions;
 use radon::{
-    Blur, Kernel, LinearOperator, Projector, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
+    DepthBlur, Kernel, LinearOperator, Projector, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
     StackOrder,
 };
 use rayon::prelude::*;
@@ -213,16 +213,16 @@ fn every_plane_by_itself(phantom: &Phantom) -> Vec<f32> {
         let (slabs, _) = shape.body().project::<f32>(&rays, &WALL).expect("slabs");
         let mut seen = vec![0.0f32; n_bins * n_rows];
         for k in 0..n {
-            let mut image: Vec<f32> = (0..n_rows)
+            let image: Vec<f32> = (0..n_rows)
                 .flat_map(|row| &slabs[(row * n + k) * n_bins..][..n_bins])
                 .copied()
                 .collect();
             let distance = radii[view_idx] - 0.5 * (plane(k) + plane(k + 1));
-            let fwhm = response.sigma(distance) * (8.0 * std::f64::consts::LN_2).sqrt();
-            let pitch = camera.detector().pitch();
-            let blur = Blur::new([n_bins, n_rows], pitch, fwhm).expect("a width");
-            blur.apply(&mut image).expect("an image");
-            seen.iter_mut().zip(image).for_each(|(sum, v)| *sum += v);
+            let (variance, pitch) = (response.variance(distance), camera.detector().pitch());
+            let blur = DepthBlur::new(&[variance], pitch, 1e-4).expect("a width");
+            let mut blurred = vec![0.0; image.len()];
+            blur.apply(&image, n_bins, 0, &mut blurred).expect("an image");
+            seen.iter_mut().zip(blurred).for_each(|(sum, v)| *sum += v);
         }
         seen
     };

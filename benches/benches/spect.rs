@@ -7,13 +7,13 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 use std::cell::LazyCell;
-use std::f64::consts::{LN_2, PI};
+use std::f64::consts::PI;
 use std::hint::black_box;
 
 use benches::{Effort, Row, on_threads, timed};
 use criterion::Criterion;
 use radon::{
-    Blur, Collimator, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, Phantom3, Shape2,
+    Collimator, DepthBlur, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, Phantom3, Shape2,
     Shape3, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
 };
 use rayon::prelude::*;
@@ -137,9 +137,9 @@ impl Scene {
         let (n, pitch) = (self.n, FIELD / self.n as f64);
         let middle = (n as f64 - 1.0) / 2.0;
         let distance = |plane: usize| RADIUS - (middle - plane as f64) * pitch;
-        let blurs: Vec<Blur> = (0..n)
-            .map(|plane| self.collimator.sigma(distance(plane)) * (8.0 * LN_2).sqrt())
-            .map(|fwhm| Blur::new([n, n], [pitch; 2], fwhm).unwrap())
+        let blurs: Vec<DepthBlur> = (0..n)
+            .map(|plane| self.collimator.variance(distance(plane)))
+            .map(|variance| DepthBlur::new(&[variance], [pitch; 2], 1e-4).unwrap())
             .collect();
         let mut out = vec![0.0f32; VIEWS * n * n];
         let views = out
@@ -147,7 +147,7 @@ impl Scene {
             .zip(self.geometry.views().angles());
         views.for_each(|(view, theta)| {
             let (sin, cos) = theta.sin_cos();
-            let mut path = vec![0.0f32; n * n];
+            let (mut path, mut blurred) = (vec![0.0f32; n * n], vec![0.0f32; n * n]);
             for (plane, blur) in blurs.iter().enumerate() {
                 let (mut emitted, mut weakened) = (vec![0.0f32; n * n], vec![0.0f32; n * n]);
                 for bin in 0..n {
@@ -170,8 +170,8 @@ impl Scene {
                     *e *= (-(*path + 0.5 * w)).exp();
                     *path += w;
                 }
-                blur.apply(&mut emitted).unwrap();
-                view.iter_mut().zip(&emitted).for_each(|(v, e)| *v += e);
+                blur.apply(&emitted, n, 0, &mut blurred).unwrap();
+                view.iter_mut().zip(&blurred).for_each(|(v, e)| *v += e);
             }
         });
         out

@@ -13,13 +13,15 @@ const PAGE: &str = "docs/accuracy.md";
 const BEGIN: &str = "| option or result | quantity | reference | norm | problems | median | 99 % | worst |\n| --- | --- | --- | --- | ---: | ---: | ---: | ---: |\n";
 const END: &str = "\n\n<!-- end of the table -->";
 
-/// Measures all rows with so many problems each and writes them into the page.
-pub(crate) fn write_table(problems: &str, seed: u64) -> Result<(), String> {
-    let rows = root().join("target").join("accuracy-rows.md");
+/// Measures the rows whose names begin with `prefix`, with so many problems each, and writes them into the page.
+pub(crate) fn write_table(problems: &str, seed: u64, prefix: &str) -> Result<(), String> {
+    let rows = std::env::temp_dir().join(format!("accuracy-rows-{}.md", std::process::id()));
+    // Not `--release`: the tests are compiled with optimisation anyway.
     let status = Command::new(env!("CARGO"))
-        .args(["test", "--release", "--package", "tests"])
-        .args(["--test", "accuracy", "--", "--nocapture"])
+        .args(["test", "--package", "tests", "--test", "accuracy"])
+        .args(["--", "--nocapture"])
         .env("STRESS_SCENES", problems)
+        .env("ACCURACY_ROWS", prefix)
         .env("STRESS_SEED", seed.to_string())
         .env("ACCURACY_TABLE", &rows)
         .current_dir(root())
@@ -27,7 +29,7 @@ pub(crate) fn write_table(problems: &str, seed: u64) -> Result<(), String> {
         .map_err(|error| format!("cargo test: {error}"))?;
     let read = |path| std::fs::read_to_string(path).map_err(|error| error.to_string());
     let page = root().join(PAGE);
-    let text = with_rows(&read(&page)?, &read(&rows)?)?;
+    let text = with_rows(&read(&page)?, &read(&rows)?, prefix)?;
     std::fs::write(&page, text).map_err(|error| format!("{PAGE}: {error}"))?;
     if status.success() {
         Ok(())
@@ -38,15 +40,27 @@ pub(crate) fn write_table(problems: &str, seed: u64) -> Result<(), String> {
     }
 }
 
-/// The page with other rows.
-fn with_rows(page: &str, rows: &str) -> Result<String, String> {
+/// The page with these rows in place of all whose names begin with `prefix`. A row stands where its predecessor (name and quantity) stood, a
+/// new one behind the others.
+fn with_rows(page: &str, rows: &str, prefix: &str) -> Result<String, String> {
     let (before, rest) = page
         .split_once(BEGIN)
         .ok_or_else(|| format!("{PAGE} has no head of the table"))?;
-    let (_, after) = rest
+    let (old, after) = rest
         .split_once(END)
         .ok_or_else(|| format!("{PAGE} has no end of the table"))?;
-    Ok([before, BEGIN, rows.trim_end(), END, after].concat())
+    let key = |row: &str| row.splitn(4, '|').take(3).collect::<String>();
+    let mut new: Vec<&str> = rows.lines().collect();
+    let mut all = Vec::new();
+    for row in old.lines() {
+        match new.iter().position(|new| key(new) == key(row)) {
+            Some(place) => all.push(new.remove(place)),
+            None if row.starts_with(&format!("| `{prefix}")) => {}
+            None => all.push(row),
+        }
+    }
+    all.extend(new);
+    Ok([before, BEGIN, &all.join("\n"), END, after].concat())
 }
 
 /// Public fields and accessors whose name contains `error` or `tolerance` and that the page does not name as `Type::name`.
@@ -200,8 +214,12 @@ mod tests {
 
     #[test]
     fn rows_are_replaced_and_nothing_else() {
-        let page = format!("before\n{BEGIN}| old |{END}\nafter\n");
+        let page = format!("before\n{BEGIN}| `old` |{END}\nafter\n");
         let expected = format!("before\n{BEGIN}| new |\n| er |{END}\nafter\n");
-        assert_eq!(with_rows(&page, "| new |\n| er |\n"), Ok(expected));
+        assert_eq!(with_rows(&page, "| new |\n| er |\n", ""), Ok(expected));
+        let page = format!("{BEGIN}| `a::b` | x | 1 |\n| `b::c` | y | 2 |\n| `a::d` | z | 3 |{END}");
+        let expected = format!("{BEGIN}| `a::b` | x | 4 |\n| `b::c` | y | 2 |\n| `a::e` | z | 5 |{END}");
+        let rows = "| `a::b` | x | 4 |\n| `a::e` | z | 5 |\n";
+        assert_eq!(with_rows(&page, rows, "a::"), Ok(expected));
     }
 }

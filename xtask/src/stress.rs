@@ -1,5 +1,6 @@
 //! `cargo xtask stress --minutes N`: as many random scenes as fit, from seeds that nobody has tried; `--scenes N`: so many of each kind.
-//! `cargo xtask stress --kind accuracy [--scenes N]`: N problems (1000) for each row of `docs/accuracy.md`, whose table it writes.
+//! `cargo xtask stress --kind accuracy [--scenes N] [--rows PREFIX]`: N problems (1000) for each row of `docs/accuracy.md` whose name begins with
+//! the prefix (all), which it writes into the table.
 //!
 //! The problems are in `tests/tests/stress/` and `tests/tests/accuracy/`; this builds them with optimisation and passes the amount and the
 //! first seed on.
@@ -10,13 +11,13 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use crate::accuracy;
 use crate::workspace::root;
 
-const USAGE: &str = "usage: cargo xtask stress --minutes N | --scenes N [--seed S] [--kind NAME], or --kind accuracy";
+const USAGE: &str = "usage: cargo xtask stress --minutes N | --scenes N [--seed S] [--kind NAME], or --kind accuracy [--rows PREFIX]";
 /// Problems of each row of the accuracy table.
 const PROBLEMS: &str = "1000";
 
 /// The task.
 pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
-    let (mut amount, mut seed, mut kind) = (None, None, None);
+    let (mut amount, mut seed, mut kind, mut rows) = (None, None, None, "");
     let pairs = arguments.as_chunks::<2>();
     for [flag, value] in pairs.0 {
         match flag.as_str() {
@@ -24,6 +25,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
             "--scenes" if value.parse::<u64>().is_ok() => amount = Some(("STRESS_SCENES", value)),
             "--seed" => seed = Some(value.parse::<u64>().map_err(|_| USAGE)?),
             "--kind" => kind = Some(value),
+            "--rows" => rows = value,
             _ => return Err(USAGE.into()),
         }
     }
@@ -36,7 +38,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
             Some(("STRESS_SCENES", problems)) => problems.as_str(),
             Some(_) => return Err(USAGE.into()),
         };
-        return accuracy::write_table(problems, seed.unwrap_or(1));
+        return accuracy::write_table(problems, seed.unwrap_or(1), rows);
     }
     let Some((variable, amount)) = amount else {
         return Err(USAGE.into());

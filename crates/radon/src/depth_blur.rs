@@ -1,11 +1,10 @@
-//! Blur that grows with depth: slabs of a view, each seen by a width of its own, for the price of a few blurs.
+//! Blur of slabs of a view, each by a Gaussian of its own width.
 //!
-//! A slab of variance V is not blurred by itself, but shared out between two [nodes](crate::nodes), which are.
-//! The kernels are those of [`Blur`](crate::Blur), whose variances are exact.
+//! A slab of variance V is divided between two [nodes](crate::response), which are blurred instead. The kernels are lattice Gaussians, whose
+//! variances are exact.
 
 use rayon::prelude::*;
 
-use crate::blur::weigh;
 use crate::error::{at_least, finite, length, positive, within};
 use crate::response::{Nodes, Through};
 use crate::{RadonError, Sample};
@@ -152,4 +151,21 @@ fn zero_padded<T: Sample>(samples: &[T], beside: usize) -> Vec<T> {
     let mut padded = vec![T::ZERO; samples.len() + 2 * beside];
     padded[beside..beside + samples.len()].copy_from_slice(samples);
     padded
+}
+
+/// Weighs items of `stride` samples with their neighbours.
+fn weigh<T: Sample>(out: &mut [T], padded: &[T], stride: usize, weights: &[f64]) {
+    let weights: Vec<T> = weights.iter().map(|&w| T::of(w)).collect();
+    let reach = weights.len() - 1;
+    // Samples at one place of all items are `stride` apart, so one shift of the whole array pairs them all.
+    let len = out.len();
+    let at = |k: usize| &padded[k * stride..k * stride + len];
+    for (out, v) in out.iter_mut().zip(at(reach)) {
+        *out = weights[0] * *v;
+    }
+    for k in 1..=reach {
+        for ((out, a), b) in out.iter_mut().zip(at(reach - k)).zip(at(reach + k)) {
+            *out += weights[k] * (*a + *b);
+        }
+    }
 }

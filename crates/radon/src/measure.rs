@@ -1,4 +1,4 @@
-//! What an image says within a mask: mean, spread, distance from the truth.
+//! Statistics of an image within a mask, and its distance from the ground truth.
 
 use crate::error::{RadonError, finite, length, zeros};
 use crate::{ImageGrid, Sample};
@@ -142,57 +142,21 @@ pub fn rmse_within<T: Sample>(
     mask: &[bool],
 ) -> Result<Option<f64>, RadonError> {
     length("truth", truth.len(), values.len())?;
-    let (count, sum) = sum_of([values, truth], mask, |[v, t]| (v - t) * (v - t))?;
-    Ok((count > 0).then(|| (sum / count as f64).sqrt()))
-}
-
-/// Root mean square of `values` where `mask` is set, [`MaskedStats::rms`] alone and in one pass; `None` if it is set nowhere.
-///
-/// ```
-/// assert_eq!(radon::rms_within(&[3.0f32, 9.0, -3.0, 9.0], &[true, false])?, Some(3.0));
-/// # Ok::<(), radon::RadonError>(())
-/// ```
-///
-/// # Errors
-/// As [`MaskedStats::of`].
-pub fn rms_within<T: Sample>(values: &[T], mask: &[bool]) -> Result<Option<f64>, RadonError> {
-    let (count, sum) = sum_of([values], mask, |[v]| v * v)?;
-    Ok((count > 0).then(|| (sum / count as f64).sqrt()))
-}
-
-/// Sum of `values` where `mask` is set, [`MaskedStats::sum`] alone and in one pass; `None` if it is set nowhere.
-///
-/// ```
-/// assert_eq!(radon::sum_within(&[1.0f32, 9.0, 3.0, 9.0], &[true, false])?, Some(4.0));
-/// # Ok::<(), radon::RadonError>(())
-/// ```
-///
-/// # Errors
-/// As [`MaskedStats::of`].
-pub fn sum_within<T: Sample>(values: &[T], mask: &[bool]) -> Result<Option<f64>, RadonError> {
-    let (count, sum) = sum_of([values], mask, |[v]| v)?;
-    Ok((count > 0).then_some(sum))
-}
-
-/// Number of samples in the mask, and the sum of their terms.
-fn sum_of<T: Sample, const K: usize>(
-    arrays: [&[T]; K],
-    mask: &[bool],
-    term: impl Fn([f64; K]) -> f64 + Sync,
-) -> Result<(usize, f64), RadonError> {
-    let len = arrays[0].len();
-    check_period(len, mask.len())?;
-    let parts = blocks(len, |block| match count_in(block.clone(), mask) {
-        0 => (0, 0.0),
-        count => {
-            let [sum] = sums_where(arrays, block, mask, |values| [term(values)]);
-            (count, sum)
-        }
+    check_period(values.len(), mask.len())?;
+    let parts = blocks(values.len(), |block| {
+        let count = count_in(block.clone(), mask);
+        let square = |[v, t]: [f64; 2]| [(v - t) * (v - t)];
+        let [sum] = match count {
+            0 => [0.0],
+            _ => sums_where([values, truth], block, mask, square),
+        };
+        (count, sum)
     });
-    Ok((parts.into_iter()).fold((0, 0.0), |(n, a), (m, b)| (n + m, a + b)))
+    let (count, sum) = (parts.into_iter()).fold((0, 0.0), |(n, a), (m, b)| (n + m, a + b));
+    Ok((count > 0).then(|| (sum / count as f64).sqrt()))
 }
 
-/// Does the mask fit into the values, perhaps many times?
+/// Checks that the length of the mask divides that of the values.
 fn check_period(values: usize, mask: usize) -> Result<(), RadonError> {
     if mask > 0 && values.is_multiple_of(mask) {
         Ok(())

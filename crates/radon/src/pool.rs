@@ -1,8 +1,8 @@
-//! Work arrays that threads lend each other.
+//! Work arrays that calls and threads share.
 
 use std::sync::{Mutex, PoisonError};
 
-/// As many work arrays as there are threads at work at the same time.
+/// As many work arrays as there were uses at the same time. They are kept between uses, and no use waits for another.
 #[derive(Debug)]
 pub(crate) struct Pool<S>(Mutex<Vec<S>>);
 
@@ -13,7 +13,7 @@ impl<S> Default for Pool<S> {
 }
 
 impl<S> Pool<S> {
-    /// Calls `f` with work arrays that nobody uses, or new ones.
+    /// Calls `f` with work arrays that are not in use, or with new ones.
     pub(crate) fn with<R>(&self, new: impl FnOnce() -> S, f: impl FnOnce(&mut S) -> R) -> R {
         // Work arrays have no state that a panic could spoil.
         let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);

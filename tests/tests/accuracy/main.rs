@@ -2,7 +2,7 @@
 //!
 //! A row draws random problems, solves each through the public interface, and compares with a reference that shares no discretisation
 //! with the result. `cargo test -p tests --test accuracy` runs a few problems of each row; `cargo xtask stress --kind accuracy` runs at
-//! least 1000 and writes the distributions into `docs/accuracy.md`.
+//! least 1000 and writes the distributions into `docs/accuracy.md`; `--rows PREFIX` measures the rows whose names begin with it.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -102,7 +102,9 @@ fn accuracy_of_every_stated_error() {
     let seed = variable("STRESS_SEED").unwrap_or(1);
     let mut table = String::new();
     let mut failures = String::new();
-    for row in AREAS.into_iter().flatten() {
+    let prefix = std::env::var("ACCURACY_ROWS").unwrap_or_default();
+    let rows = AREAS.into_iter().flatten();
+    for row in rows.filter(|row| row.name.starts_with(&prefix)) {
         let found = Distribution::of(row, problems.unwrap_or(row.quick), seed);
         let [median, high, worst] = [0.5, 0.99, 1.0].map(|fraction| found.percentile(fraction));
         let Row {

@@ -6,7 +6,7 @@ use heart_phantom::{MaterialPoint, PhantomError, Wall};
 use membrane_forces::{Membrane, MembraneError, RestShape, Stiffness};
 use membrane_newton::{Control, Discretisation, NewtonError, NewtonOptions, Pair, Solver};
 use nalgebra::{Point3, Vector3};
-use radon::{Blur, CountScale, ImageGrid, ParallelGeometry, RadonError, poisson_counts};
+use radon::{CountScale, DepthBlur, ImageGrid, ParallelGeometry, RadonError, poisson_counts};
 use revolve_voxel::{
     Attenuator, Body, Curve, EllipticCylinder, Medium, Meridian, ParallelDetector, ParallelRays,
     Piece, Pose, Ray, RevolveError, Sampling, Sector, Shell, VoxelGrid,
@@ -318,17 +318,17 @@ fn what_is_no_number_enters_nowhere() {
             ),
             ("pixel", ImageGrid::square(4, bad).err().is_some_and(slices)),
             (
-                "FWHM",
-                Blur::new([4; 2], [1.0; 2], bad).err().is_some_and(slices),
+                "variance of a slab",
+                DepthBlur::new(&[bad], [1.0; 2], 1e-3).err().is_some_and(slices),
             ),
             (
                 "blur pitch",
-                Blur::new([4; 2], [bad, 1.0], 1.0).err().is_some_and(slices),
+                DepthBlur::new(&[1.0], [bad, 1.0], 1e-3).err().is_some_and(slices),
             ),
             (
                 "blurred sample",
-                Blur::new([2; 2], [1.0; 2], 1.0)
-                    .and_then(|b| b.apply(&mut [1.0, 1.0, bad, 1.0]))
+                DepthBlur::new(&[1.0], [1.0; 2], 1e-3)
+                    .and_then(|b| b.apply(&[1.0, 1.0, bad, 1.0], 2, 0, &mut [0.0; 4]))
                     .err()
                     .is_some_and(slices),
             ),
@@ -405,7 +405,6 @@ fn sizes_beyond_memory_are_refused_and_not_tried() {
     for refused in [
         ParallelGeometry::arc_radians(huge, 1.0, huge, 1.0).err(),
         ImageGrid::square(huge, 1.0).err(),
-        Blur::new([huge; 2], [1.0; 2], 1.0).err(),
     ] {
         assert!(
             matches!(refused, Some(RadonError::TooLarge { .. })),

@@ -6,7 +6,7 @@ use heart_phantom::{MaterialPoint, Wall, WallRegion};
 use membrane_newton::{
     Discretisation, Membrane, NewtonOptions, Pair, RestShape, Solver, Stiffness,
 };
-use radon::{Blur, CountScale, poisson_counts};
+use radon::{CountScale, DepthBlur, poisson_counts};
 use revolve_voxel::nalgebra::{Point3, Vector3};
 use revolve_voxel::{
     Attenuator, EllipticCylinder, Medium, ParallelDetector, Pose, Sampling, Sector, VoxelGrid,
@@ -201,14 +201,23 @@ fn random_mu(unit: f64) -> f64 {
 
 fn check_counts(
     random: &mut Random,
-    mut image: Vec<f64>,
+    image: Vec<f64>,
     size: [usize; 2],
     pitch: [f64; 2],
 ) -> Option<()> {
     let before: f64 = image.iter().sum();
     let width = random.uniform(0.0, 0.4) * pitch[0] * size[0] as f64;
-    let blur = Blur::new(size, pitch, random.spoiled(width)).ok()?;
-    blur.apply(&mut image).ok()?;
+    let variance = random.spoiled(width.powi(2) / (8.0 * std::f64::consts::LN_2));
+    let blur = DepthBlur::new(&[variance], pitch, 1e-3).ok()?;
+    // Margins that contain all of the blurred image.
+    let [beside, above] = blur.reach();
+    let n_bins = size[0] + 2 * beside;
+    let mut wide = vec![0.0; n_bins * (size[1] + 2 * above)];
+    for (row, bins) in image.chunks(size[0]).enumerate() {
+        wide[(above + row) * n_bins + beside..][..size[0]].copy_from_slice(bins);
+    }
+    let mut image = wide.clone();
+    blur.apply(&wide, n_bins, 0, &mut image).ok()?;
     let after: f64 = image.iter().sum();
     assert!(
         (after - before).abs() <= 1e-12 * before,

@@ -2,7 +2,7 @@
 
 use crate::error::{PhantomError, check_length};
 use crate::{Camera, Cycle, Heart, HeartShape};
-use radon::{MaskedStats, disc_mask, rms_within, rmse_within, sum_within};
+use radon::{MaskedStats, disc_mask, rmse_within};
 use revolve_voxel::{Mask, Meridian, Pose, Sweep};
 use std::sync::Arc;
 
@@ -134,8 +134,8 @@ impl Measures {
         let expected = camera.grid().len();
         check_length("volume", volume.len(), expected)?;
         check_length("truth", truth.map_or(expected, <[f32]>::len), expected)?;
-        let within = |mask: &Mask| MaskedStats::of(volume, mask.as_slice());
-        let wall = within(&regions.wall)?;
+        let within = |mask: &[bool]| MaskedStats::of(volume, mask);
+        let wall = within(regions.wall.as_slice())?;
         Ok(Self {
             rmse_truth: match truth {
                 Some(truth) => rmse_within(volume, truth, &regions.disc)?,
@@ -143,10 +143,10 @@ impl Measures {
             },
             wall_mean: wall.map(|stats| stats.mean),
             wall_std: wall.map(|stats| stats.std),
-            background_rms: rms_within(volume, regions.background.as_slice())?,
-            cavity_mean: within(&regions.cavity)?.map(|stats| stats.mean),
-            total_activity: sum_within(volume, &regions.disc)?
-                .map(|sum| sum * camera.grid().voxel_volume()),
+            background_rms: within(regions.background.as_slice())?.map(|stats| stats.rms),
+            cavity_mean: within(regions.cavity.as_slice())?.map(|stats| stats.mean),
+            total_activity: within(&regions.disc)?
+                .map(|stats| stats.sum * camera.grid().voxel_volume()),
         })
     }
 }

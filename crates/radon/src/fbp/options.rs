@@ -70,81 +70,39 @@ impl Default for FbpOptions {
 }
 
 impl FbpOptions {
-    /// The same without the ramp filter: rows are back-projected as they are.
+    /// Disables the ramp filter: rows are back-projected as they are.
     #[must_use]
     pub fn without_ramp(mut self) -> Self {
         self.ramp = false;
         self
     }
 
-    /// The same with another window.
-    #[must_use]
-    pub fn with_window(mut self, window: Window) -> Self {
-        self.window = window;
-        self
-    }
-
-    /// The same with another cutoff, a fraction of the Nyquist frequency.
-    #[must_use]
-    pub fn with_cutoff(mut self, cutoff: f64) -> Self {
-        self.cutoff = cutoff;
-        self
-    }
-
-    /// The same with another way to read filtered rows between bin centres.
-    #[must_use]
-    pub fn with_interpolation(mut self, interpolation: Interpolation) -> Self {
-        self.interpolation = interpolation;
-        self
-    }
-
-    /// The same with another assumption beyond the ends of a row.
-    #[must_use]
-    pub fn with_edge(mut self, edge: EdgePolicy) -> Self {
-        self.edge = edge;
-        self
-    }
-
-    /// The same with another way to treat directions that no view measured.
-    #[must_use]
-    pub fn with_arc(mut self, arc: ArcPolicy) -> Self {
-        self.arc = arc;
-        self
-    }
-
-    /// The same for the pixels of these index ranges alone.
+    /// Restricts the reconstruction to the pixels of these index ranges.
     #[must_use]
     pub fn with_region(mut self, x: Range<usize>, y: Range<usize>) -> Self {
         self.region = Some((x, y));
         self
     }
 
-    /// The same by another method.
-    #[must_use]
-    pub fn with_method(mut self, method: Method) -> Self {
-        self.method = method;
-        self
-    }
-
-    /// The same, with empty rows and slices passed over or not.
-    #[must_use]
-    pub fn with_skip(mut self, skip: Skip) -> Self {
-        self.skip = skip;
-        self
-    }
-
-    /// The same on an instruction set of the caller's choice.
-    #[must_use]
-    pub fn with_instructions(mut self, instructions: InstructionSet) -> Self {
-        self.instructions = Some(instructions);
-        self
-    }
-
-    /// The same with another budget for work arrays, in bytes.
-    #[must_use]
-    pub fn with_memory(mut self, memory: usize) -> Self {
-        self.memory = memory;
-        self
+    setters! {
+        /// Sets the window.
+        with_window(window: Window);
+        /// Sets the cutoff, a fraction of the Nyquist frequency.
+        with_cutoff(cutoff: f64);
+        /// Sets the interpolation of filtered rows between bin centres.
+        with_interpolation(interpolation: Interpolation);
+        /// Sets the extrapolation beyond the ends of a row.
+        with_edge(edge: EdgePolicy);
+        /// Sets the treatment of missing directions.
+        with_arc(arc: ArcPolicy);
+        /// Sets the method of back-projection.
+        with_method(method: Method);
+        /// Sets whether empty rows and slices are skipped.
+        with_skip(skip: Skip);
+        /// Sets the instruction set.
+        with_instructions(instructions: InstructionSet);
+        /// Sets the memory budget of work arrays, in bytes.
+        with_memory(memory: usize);
     }
 }
 
@@ -175,7 +133,11 @@ pub enum Method {
     Direct,
     /// By Fourier transforms, one slice at a time: for large images.
     Fourier {
-        /// Error of gridding relative to the norm of the image, between 1e-6 and 1e-2; single precision alone leaves some 1e-6.
+        /// L2 error of gridding, relative to the norm of the whole image of the grid; between 1e-6 and 1e-2. Rounding in single precision
+        /// adds some 1e-6.
+        ///
+        /// Condition: the object lies within the field of view, that is within the grid and within the rows. The error scales with all data,
+        /// the norm only with what the grid contains: for a disc beside a grid of 16 x 16 pixels the error was 50 times the tolerance.
         tolerance: f64,
     },
     /// `Fourier` to [`AUTO_TOLERANCE`](Self::AUTO_TOLERANCE) where it is expected to be faster than `Direct` and needs at most 256 MiB

@@ -1,10 +1,9 @@
 //! Forward projection by Fourier transforms, with its exact transpose.
 
-use std::sync::{Mutex, PoisonError};
-
 use super::{Gridding, GriddingScratch, Response, check_tolerance};
 use crate::error::{RadonError, available, length, zeros};
 use crate::iterative::{check_samples, norm, relative, sum2};
+use crate::pool::Pool;
 use crate::simd::InstructionSet;
 use crate::{ImageGrid, LinearOperator, ParallelGeometry, Sample};
 
@@ -50,7 +49,7 @@ pub struct FourierProjector<T: Sample> {
     grid: ImageGrid,
     tolerance: f64,
     gridding: Gridding<T>,
-    scratch: Mutex<GriddingScratch<T>>,
+    scratch: Pool<GriddingScratch<T>>,
 }
 
 impl<T: Sample> std::fmt::Debug for FourierProjector<T> {
@@ -108,7 +107,7 @@ impl<T: Sample> FourierProjector<T> {
             grid: *grid,
             tolerance,
             gridding: Gridding::new(geometry, grid, tolerance, instructions, response)?,
-            scratch: Mutex::default(),
+            scratch: Pool::default(),
         })
     }
 
@@ -132,16 +131,16 @@ impl<T: Sample> FourierProjector<T> {
         self.gridding.polar.row_len
     }
 
-    /// Estimates the distance of [`forward`](Self::forward) from the integrals over frequency for one image, gridding included, relative
-    /// to the norm of the projections:
+    /// Estimates the L2 distance of [`forward`](Self::forward) from the integrals over frequency for one image, gridding included, relative
+    /// to the norm of the projections. An estimate, not a bound:
     ///
     /// ```text
     /// 1.5 * ‖A x - B x‖ / ‖A x‖ + tolerance        B: the operator of 8 times the period
     /// ```
     ///
-    /// The distance falls about as one over the period, so that B is some eight times closer to the integral. The factor covers what
-    /// that leaves: for 99 of 100 random images and geometries the distance of A from the integral is at most 1.25 times that from B.
-    /// For an image of zeros the result is the tolerance.
+    /// The distance falls about as one over the period, so that B is some eight times closer to the integral. The factor covers the
+    /// distance of B: of 1971 random images and geometries, 99 % had a distance of at most 0.85 times the estimate, the worst 1.26
+    /// times. For an image of zeros the result is the tolerance.
     ///
     /// Cost: a plan, and a projection with rows eight times as long.
     ///
@@ -184,7 +183,7 @@ impl<T: Sample> FourierProjector<T> {
     }
 }
 
-/// Images `[y][x]`, data `[view][bin]`. Two calls at the same time wait for each other, as they share work arrays.
+/// Images `[y][x]`, data `[view][bin]`. Each call at the same time has its own work arrays, which are kept for later calls.
 impl<T: Sample> LinearOperator<T> for FourierProjector<T> {
     fn image_len(&self) -> usize {
         self.grid.image_len()
@@ -197,17 +196,16 @@ impl<T: Sample> LinearOperator<T> for FourierProjector<T> {
     fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {
         check("volume", image, self.grid.image_len())?;
         length("projections", data.len(), self.geometry.sinogram_len())?;
-        // Work arrays have no state that a panic could spoil.
-        let mut scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        self.gridding.project(image, data, &mut scratch);
+        let run = |scratch: &mut _| self.gridding.project(image, data, scratch);
+        self.scratch.with(Default::default, run);
         Ok(())
     }
 
     fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError> {
         check("projections", data, self.geometry.sinogram_len())?;
         length("volume", image.len(), self.grid.image_len())?;
-        let mut scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        self.gridding.project_back(data, image, &mut scratch);
+        let run = |scratch: &mut _| self.gridding.project_back(data, image, scratch);
+        self.scratch.with(Default::default, run);
         Ok(())
     }
 }

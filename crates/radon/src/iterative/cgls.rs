@@ -27,18 +27,11 @@ pub struct CglsOptions {
 }
 
 impl CglsOptions {
-    /// The same with other stopping rules.
-    #[must_use]
-    pub fn with_stopping(mut self, stopping: Stopping) -> Self {
-        self.stopping = stopping;
-        self
-    }
-
-    /// The same with a gradient rule.
-    #[must_use]
-    pub fn with_gradient(mut self, gradient: f64) -> Self {
-        self.gradient = Some(gradient);
-        self
+    setters! {
+        /// Sets the stopping rules.
+        with_stopping(stopping: Stopping);
+        /// Sets the gradient rule.
+        with_gradient(gradient: f64);
     }
 }
 

@@ -40,18 +40,11 @@ impl<T> Default for EmOptions<T> {
 }
 
 impl<T> EmOptions<T> {
-    /// The same with other stopping rules.
-    #[must_use]
-    pub fn with_stopping(mut self, stopping: Stopping) -> Self {
-        self.stopping = stopping;
-        self
-    }
-
-    /// The same with a background.
-    #[must_use]
-    pub fn with_background(mut self, background: Vec<T>) -> Self {
-        self.background = background;
-        self
+    setters! {
+        /// Sets the stopping rules.
+        with_stopping(stopping: Stopping);
+        /// Sets the expected counts that do not come from the image.
+        with_background(background: Vec<T>);
     }
 }
 

@@ -46,32 +46,15 @@ impl Default for SirtOptions {
 }
 
 impl SirtOptions {
-    /// The same with other stopping rules.
-    #[must_use]
-    pub fn with_stopping(mut self, stopping: Stopping) -> Self {
-        self.stopping = stopping;
-        self
-    }
-
-    /// The same with another factor of each step.
-    #[must_use]
-    pub fn with_relaxation(mut self, relaxation: f64) -> Self {
-        self.relaxation = relaxation;
-        self
-    }
-
-    /// The same with a smallest value of the pixels.
-    #[must_use]
-    pub fn with_lower(mut self, lower: f64) -> Self {
-        self.lower = Some(lower);
-        self
-    }
-
-    /// The same with a largest value of the pixels.
-    #[must_use]
-    pub fn with_upper(mut self, upper: f64) -> Self {
-        self.upper = Some(upper);
-        self
+    setters! {
+        /// Sets the stopping rules.
+        with_stopping(stopping: Stopping);
+        /// Sets the relaxation factor.
+        with_relaxation(relaxation: f64);
+        /// Sets the lower bound of pixel values.
+        with_lower(lower: f64);
+        /// Sets the upper bound of pixel values.
+        with_upper(upper: f64);
     }
 }
 

@@ -70,25 +70,13 @@ impl Default for Stopping {
 }
 
 impl Stopping {
-    /// The same with another number of iterations at most.
-    #[must_use]
-    pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
-        self.max_iterations = max_iterations;
-        self
-    }
-
-    /// The same with a residual rule.
-    #[must_use]
-    pub fn with_residual(mut self, residual: f64) -> Self {
-        self.residual = Some(residual);
-        self
-    }
-
-    /// The same with a change rule.
-    #[must_use]
-    pub fn with_change(mut self, change: f64) -> Self {
-        self.change = Some(change);
-        self
+    setters! {
+        /// Sets the maximum number of iterations.
+        with_max_iterations(max_iterations: usize);
+        /// Sets the residual rule.
+        with_residual(residual: f64);
+        /// Sets the rule for the change of the image.
+        with_change(change: f64);
     }
 }
 

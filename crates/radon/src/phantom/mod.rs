@@ -9,7 +9,7 @@ mod shape2;
 mod shape3;
 mod shepp_logan;
 
-use crate::error::{RadonError, positive, within};
+use crate::error::{RadonError, finite, positive, within};
 
 pub use phantom2::Phantom2;
 pub use phantom3::Phantom3;
@@ -25,6 +25,36 @@ pub enum BinSampling {
     Centre,
     /// The mean of the line integrals over the whole bin, as a detector measures it.
     Mean,
+}
+
+/// A sum of shapes, each times a value: [`Phantom2`] of plane shapes, [`Phantom3`] of solid ones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Phantom<S> {
+    objects: Vec<(f64, S)>,
+}
+
+impl<S> Phantom<S> {
+    /// The sum of `value * shape` over the list; where shapes overlap their values add.
+    ///
+    /// # Errors
+    /// [`RadonError::NotFinite`] for a value.
+    pub fn new(objects: impl IntoIterator<Item = (f64, S)>) -> Result<Self, RadonError> {
+        let objects: Vec<_> = objects.into_iter().collect();
+        for &(value, _) in &objects {
+            finite("object value", value)?;
+        }
+        Ok(Self { objects })
+    }
+
+    /// The shapes with their values.
+    pub fn objects(&self) -> &[(f64, S)] {
+        &self.objects
+    }
+
+    fn sum(&self, of: impl Fn(&S) -> f64) -> f64 {
+        let values = self.objects.iter();
+        values.map(|(value, shape)| value * of(shape)).sum()
+    }
 }
 
 /// Positions and sizes of shapes go up to here, and sizes down to one over it: products of six of them are numbers.

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::{BinSampling, Shape2};
-use crate::error::{RadonError, finite, zeros};
+use super::{BinSampling, Phantom, Shape2};
+use crate::error::{RadonError, zeros};
 use crate::{ImageGrid, ParallelGeometry, Sample};
 
 /// A sum of plane shapes, each times a value: its images, line integrals and sinograms are exact.
@@ -20,29 +20,9 @@ use crate::{ImageGrid, ParallelGeometry, Sample};
 /// assert!((sinogram[..64].iter().sum::<f64>() * 0.1 - phantom.integral()).abs() < 1e-10);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
-#[derive(Debug, Clone, PartialEq)]
-pub struct Phantom2 {
-    objects: Vec<(f64, Shape2)>,
-}
+pub type Phantom2 = Phantom<Shape2>;
 
-impl Phantom2 {
-    /// The sum of `value * shape` over the list; where shapes overlap their values add.
-    ///
-    /// # Errors
-    /// [`RadonError::NotFinite`] for a value.
-    pub fn new(objects: impl IntoIterator<Item = (f64, Shape2)>) -> Result<Self, RadonError> {
-        let objects: Vec<_> = objects.into_iter().collect();
-        for &(value, _) in &objects {
-            finite("object value", value)?;
-        }
-        Ok(Self { objects })
-    }
-
-    /// The shapes with their values.
-    pub fn objects(&self) -> &[(f64, Shape2)] {
-        &self.objects
-    }
-
+impl Phantom<Shape2> {
     /// Value at a point.
     pub fn value(&self, point: [f64; 2]) -> f64 {
         self.sum(|shape| shape.value(point))
@@ -109,12 +89,5 @@ impl Phantom2 {
                 }
             });
         Ok(sinogram)
-    }
-
-    fn sum(&self, of: impl Fn(&Shape2) -> f64) -> f64 {
-        self.objects
-            .iter()
-            .map(|(value, shape)| value * of(shape))
-            .sum()
     }
 }

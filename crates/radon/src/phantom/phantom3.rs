@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::{BinSampling, Shape3};
-use crate::error::{RadonError, finite, zeros};
+use super::{BinSampling, Phantom, Shape3};
+use crate::error::{RadonError, zeros};
 use crate::{ImageGrid, ParallelGeometry, Sample, SliceAxis, StackOrder};
 
 /// A sum of solid shapes, each times a value: its volumes, line integrals and sinograms are exact.
@@ -18,29 +18,9 @@ use crate::{ImageGrid, ParallelGeometry, Sample, SliceAxis, StackOrder};
 /// assert!((mass / head.integral() - 1.0).abs() < 1e-6);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
-#[derive(Debug, Clone, PartialEq)]
-pub struct Phantom3 {
-    objects: Vec<(f64, Shape3)>,
-}
+pub type Phantom3 = Phantom<Shape3>;
 
-impl Phantom3 {
-    /// The sum of `value * shape` over the list; where shapes overlap their values add.
-    ///
-    /// # Errors
-    /// [`RadonError::NotFinite`] for a value.
-    pub fn new(objects: impl IntoIterator<Item = (f64, Shape3)>) -> Result<Self, RadonError> {
-        let objects: Vec<_> = objects.into_iter().collect();
-        for &(value, _) in &objects {
-            finite("object value", value)?;
-        }
-        Ok(Self { objects })
-    }
-
-    /// The shapes with their values.
-    pub fn objects(&self) -> &[(f64, Shape3)] {
-        &self.objects
-    }
-
+impl Phantom<Shape3> {
     /// Value at a point.
     pub fn value(&self, point: [f64; 3]) -> f64 {
         self.sum(|shape| shape.value(point))
@@ -79,7 +59,7 @@ impl Phantom3 {
                 let z = slices.slice_centre(slice_idx);
                 let y = grid.pixel_centre(0, iy)[1];
                 let near: Vec<_> = self
-                    .objects
+                    .objects()
                     .iter()
                     .filter(|(_, shape)| {
                         let (c, reach) = shape.bounding_ball();
@@ -130,7 +110,7 @@ impl Phantom3 {
                 };
                 let theta = geometry.angles()[view_idx];
                 let z = slices.slice_centre(slice_idx);
-                for (value, shape) in &self.objects {
+                for (value, shape) in self.objects() {
                     let (c, reach) = shape.bounding_ball();
                     if (z - c[2]).abs() > reach + 0.5 * size[1] {
                         continue;
@@ -150,10 +130,5 @@ impl Phantom3 {
                 }
             });
         Ok(sinogram)
-    }
-
-    fn sum(&self, of: impl Fn(&Shape3) -> f64) -> f64 {
-        let values = self.objects.iter();
-        values.map(|(value, shape)| value * of(shape)).sum()
     }
 }

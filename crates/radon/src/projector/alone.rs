@@ -9,7 +9,21 @@ use crate::simd::{Bins, FixedPositions, MARGIN, RUN, SortedBins};
 use crate::stack::{Stack, aligned};
 
 impl Projector {
-    /// The projections of one slice, for kernels of two pixels a step: the same sums as in a block, side by side for many bins.
+    /// Whether slices can be projected one by one: those of `f32`, by kernels of two pixels a step, unless bins are twice as wide as pixels.
+    pub(super) fn projects_alone<T: Sample>(&self) -> bool {
+        let n = self.geometry.n_bins().next_multiple_of(RUN);
+        self.views.iter().all(|view| {
+            let n_steps = match view.steps_are_rows() {
+                true => self.grid.ny(),
+                false => self.grid.nx(),
+            };
+            let [first, per_bin] = [view.offset(0), view.per_bin()];
+            view.box_ray::<T>()
+                .is_some_and(|ray| Bins::fit(&ray, first, per_bin, n, [n_steps, STEPS]))
+        })
+    }
+
+    /// The projections of one slice that [`projects_alone`](Self::projects_alone): the same sums as in a block, side by side for many bins.
     pub(super) fn project_alone<T: Sample>(
         &self,
         images: &Stack,

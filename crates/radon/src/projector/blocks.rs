@@ -94,14 +94,13 @@ impl Slices {
         }
     }
 
-    /// The slices with signal that are better projected in blocks, and those that are better projected one by one.
+    /// The slices with signal that are better projected in blocks, and those of `f32` that are better projected one by one.
     pub(super) fn blocks_and_alone<T>(&self, set: InstructionSet) -> (&[usize], &[usize]) {
         // As many as are projected one by one in the time of the first block, most of which goes into the pairs of its rays.
-        let few = match (set, size_of::<T>()) {
-            (InstructionSet::Avx512, 4) => 24,
-            (InstructionSet::Avx2, 4) => 8,
-            (_, 4) => 4,
-            _ => 2,
+        let few = match set {
+            InstructionSet::Avx512 => 24,
+            InstructionSet::Avx2 => 8,
+            _ => 4,
         };
         if self.active.len() <= few {
             return (&[], &self.active);

@@ -1,6 +1,6 @@
 //! Projectors with exact adjoints.
 
-use crate::error::{RadonError, length, product, room, within, zeros};
+use crate::error::{RadonError, available, length, product, room, within, zeros};
 use crate::simd::{InstructionSet, SortedBins};
 use crate::{ImageGrid, ParallelGeometry, Sample, StackOrder};
 
@@ -24,14 +24,13 @@ use rays::{Rays, View};
 /// ```
 ///
 /// The weights are lengths in the unit of the geometry, so that projections have their absolute scale. One traversal
-/// makes the weights; forward gathers with them and adjoint scatters with the same numbers, so that <A x, y> = <x, Aᵀ y>
-/// to rounding. The adjoint is not the back-projection of FBP: it has neither view weights nor the 1/pitch.
-/// Where the samples are `f32`, the rays of Joseph and Siddon meet a row of pixels at places rounded to 2^-27 of a pixel; their
-/// weights are those of rays moved by so little.
+/// computes the weights; forward gathers with them and adjoint scatters with the same numbers, so that <A x, y> = <x, Aᵀ y>
+/// to rounding. The adjoint is not the back-projection of FBP: it has neither view weights nor the factor 1/pitch.
+/// For `f32` samples, the positions at which rays of Joseph and Siddon cross a row of pixels are rounded to 2^-27 of a pixel.
 ///
-/// Any angles, offset, pitch, spacing, centre, odd or even sizes, pixels square or not. The same bits come out for any number of
-/// threads and for a slice alone or among others. A slice alone costs little more than its part of a stack; its adjoint does if
-/// bins are finer than 0.7 pixels or samples are `f64`.
+/// Angles, offset, pitch, spacing, centre and sizes are arbitrary; pixels need not be square. Results are bitwise identical for any number of
+/// threads and for a slice alone or among others. A slice of `f32` alone costs little more than its part of a stack unless bins are wider than
+/// 1.9 pixels (forward) or finer than 0.7 pixels (adjoint); a slice of `f64` alone costs as much as several in a stack.
 ///
 /// ```
 /// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector};
@@ -62,13 +61,13 @@ pub struct ProjectorScratch<T> {
     sorted: Vec<SortedBins<T>>,
 }
 
-/// What a run did and what it could leave out.
+/// Number of slices projected and skipped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct ProjectorReport {
-    /// Slices that held signal.
+    /// Slices with signal.
     pub slices_projected: usize,
-    /// Slices of zeros, whose result is zero without work.
+    /// Slices of zeros, whose result is zero.
     pub slices_skipped: usize,
 }
 
@@ -123,11 +122,7 @@ impl Projector {
     /// # Errors
     /// [`RadonError::InstructionSetMissing`].
     pub fn with_instructions(mut self, instructions: InstructionSet) -> Result<Self, RadonError> {
-        if !instructions.is_available() {
-            return Err(RadonError::InstructionSetMissing {
-                given: instructions,
-            });
-        }
+        available(instructions)?;
         self.instructions = instructions;
         Ok(self)
     }

@@ -1,9 +1,8 @@
 //! Projectors as operators for the iterative solvers.
 
-use std::sync::{Mutex, PoisonError};
-
 use super::{Projector, ProjectorScratch};
-use crate::error::{RadonError, at_least, product, room};
+use crate::error::{RadonError, at_least, product, room, within};
+use crate::pool::Pool;
 use crate::{LinearOperator, ParallelGeometry, Sample, StackOrder, Subset};
 
 /// The projector of one slice: images `[y][x]`, data `[view][bin]`.
@@ -31,13 +30,13 @@ impl<T: Sample> LinearOperator<T> for Projector {
 
 /// The projector of a stack of slices: volumes `[slice][y][x]`, data in a given order.
 ///
-/// It keeps its work arrays between calls; two calls at the same time wait for each other.
+/// Each call at the same time has its own work arrays, which are kept for later calls.
 #[derive(Debug)]
 pub struct StackOperator<T> {
     projector: Projector,
     n_slices: usize,
     order: StackOrder,
-    scratch: Mutex<ProjectorScratch<T>>,
+    scratch: Pool<ProjectorScratch<T>>,
 }
 
 impl Projector {
@@ -56,7 +55,7 @@ impl Projector {
             projector: self.clone(),
             n_slices,
             order,
-            scratch: Mutex::new(self.scratch()),
+            scratch: Pool::default(),
         })
     }
 }
@@ -86,14 +85,7 @@ impl<T: Sample> StackOperator<T> {
         let geometry = &self.projector.geometry;
         let (n_views, n_bins) = (geometry.n_views(), geometry.n_bins());
         at_least("n_subsets", n_subsets, 1)?;
-        if n_subsets > n_views {
-            return Err(RadonError::OutOfRange {
-                what: "n_subsets",
-                given: n_subsets as f64,
-                least: 1.0,
-                most: n_views as f64,
-            });
-        }
+        within("n_subsets", n_subsets as f64, 1.0, n_views as f64)?;
         // All of them, before any is made.
         let samples = self.n_slices * n_views;
         drop(room::<usize>("indices of subsets", samples, n_bins)?);
@@ -138,19 +130,20 @@ impl<T: Sample> LinearOperator<T> for StackOperator<T> {
     }
 
     fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {
-        // Work arrays have no state that a panic could spoil.
-        let mut scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        let (n_slices, order) = (self.n_slices, self.order);
-        self.projector
-            .forward_stack_into(image, n_slices, order, data, &mut scratch)?;
-        Ok(())
+        let (n, order) = (self.n_slices, self.order);
+        let run = |scratch: &mut _| {
+            self.projector
+                .forward_stack_into(image, n, order, data, scratch)
+        };
+        self.scratch.with(Default::default, run).map(drop)
     }
 
     fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError> {
-        let mut scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        let (n_slices, order) = (self.n_slices, self.order);
-        self.projector
-            .adjoint_stack_into(data, n_slices, order, image, &mut scratch)?;
-        Ok(())
+        let (n, order) = (self.n_slices, self.order);
+        let run = |scratch: &mut _| {
+            self.projector
+                .adjoint_stack_into(data, n, order, image, scratch)
+        };
+        self.scratch.with(Default::default, run).map(drop)
     }
 }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::blocks::{Block, Group, Slices, groups};
 use super::rays::{Rays, View, Window, in_turn};
-use super::{Kernel, Projector, ProjectorReport, ProjectorScratch, row_stride};
+use super::{Projector, ProjectorReport, ProjectorScratch, row_stride};
 use crate::error::RadonError;
 use crate::simd::prefetch;
 use crate::stack::{Stack, aligned};
@@ -57,9 +57,9 @@ impl Projector {
         let order = self.views_by_axis();
         let views: Vec<&View> = order.iter().map(|&view| &self.views[view]).collect();
         let n_by_rows = views.iter().filter(|view| view.steps_are_rows()).count();
-        let (in_blocks, alone) = match self.kernel {
-            Kernel::Joseph | Kernel::Siddon => slices.blocks_and_alone::<T>(self.instructions),
-            Kernel::Strip => (slices.active(), &[][..]),
+        let (in_blocks, alone) = match self.projects_alone::<T>() {
+            true => slices.blocks_and_alone::<T>(self.instructions),
+            false => (slices.active(), &[][..]),
         };
         for &slice in alone {
             self.project_alone(&images, volume, slice, &mut rows, &mut scratch.pixels);

@@ -76,7 +76,7 @@ fn guess(variance: f64) -> f64 {
 }
 
 /// The weights 0 to `reach` proportional to q^(k^2), of this variance.
-pub(crate) fn fitted(variance: f64, reach: usize) -> Result<Vec<f64>, RadonError> {
+fn fitted(variance: f64, reach: usize) -> Result<Vec<f64>, RadonError> {
     let mut weights: Vec<f64> = zeros("weights of a blur", reach + 1, 1)?;
     weights[0] = 1.0;
     // q = exp(-rate). The logarithm of the variance falls with the rate: like its own logarithm where the Gaussian is wide, at the

@@ -3,5 +3,4 @@
 mod kernel;
 mod nodes;
 
-pub(crate) use kernel::fitted;
 pub(crate) use nodes::{Nodes, Through};

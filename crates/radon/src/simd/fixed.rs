@@ -4,13 +4,57 @@
 use std::ops::Range;
 
 use super::InstructionSet;
-use super::bins::{self, Bins, MARGIN, add_pixels};
 use super::pairs::{BoxRay, Snap};
 use super::registers::Registers;
 use super::vector::{Plain, RUN, Vector, WINDOW};
 #[cfg(target_arch = "x86_64")]
 use super::x86::{F32x8, F32x16, F64x4, F64x8};
 use crate::scalar::Scalar;
+
+/// Zeros before and behind the pixels of a row: what the rays of a run that touches the image reach beyond it in a band of steps.
+pub(crate) const MARGIN: usize = 64;
+
+/// The rays of a view through one image.
+#[derive(Debug)]
+pub struct Bins<'a, T> {
+    /// A row of pixels for each step, the first pixel behind `MARGIN` zeros; behind the last row `MARGIN + WINDOW` zeros.
+    pub(crate) image: &'a [T],
+    /// Distance between the rows: the pixels and the next row's margin, or more.
+    pub(crate) stride: usize,
+    /// Pixels of a row, margins aside.
+    pub(crate) n: usize,
+    /// Position of the ray of bin 0 at step 0, not snapped; position 1 is the first pixel.
+    pub(crate) first: f64,
+    /// What all rays have in common.
+    pub(crate) ray: BoxRay<T>,
+    /// Distance between the rays of neighbouring bins.
+    pub(crate) per_bin: f64,
+}
+
+impl<T: Scalar> Bins<'_, T> {
+    /// Samples of an image whose rows are `stride` apart.
+    pub(crate) fn image_len(n_steps: usize, stride: usize) -> usize {
+        n_steps * stride + MARGIN + WINDOW
+    }
+
+    /// Whether fixed point represents the positions of `n` rays in `n_steps` steps, `n_band` of them at a time: runs must be narrower than a
+    /// window and than the margins, and near enough.
+    pub(crate) fn fit(
+        ray: &BoxRay<T>,
+        first: f64,
+        per_bin: f64,
+        n: usize,
+        [n_steps, n_band]: [usize; 2],
+    ) -> bool {
+        let wide = per_bin.abs() * (RUN - 1) as f64;
+        let drift = ray.per_step.abs() * n_band as f64;
+        let farthest = first.abs() + per_bin.abs() * n as f64 + n_steps as f64;
+        ray.snap == Snap::FINE
+            && wide < (WINDOW - 3) as f64
+            && wide + drift < (MARGIN - 2) as f64
+            && farthest < f64::from(1 << 23)
+    }
+}
 
 /// One pixel.
 pub(super) const ONE: i64 = 1 << Snap::DIGITS;
@@ -96,40 +140,23 @@ impl<T: Scalar> Band<'_, T> {
 }
 
 impl FixedPositions {
-    /// Takes the positions of `n_runs` runs in `n_steps` steps in place of the last, if fixed point holds them: not if a run is wider than a
-    /// window or, in `n_band` steps, than the margins, nor if it is too far away.
-    pub(crate) fn fill<T: Scalar>(
-        &mut self,
-        bins: &Bins<'_, T>,
-        n_runs: usize,
-        n_steps: usize,
-        n_band: usize,
-    ) -> bool {
-        let wide = bins.per_bin.abs() * (RUN - 1) as f64;
-        let drift = bins.ray.per_step.abs() * n_band as f64;
-        let farthest =
-            bins.first.abs() + bins.per_bin.abs() * (n_runs * RUN) as f64 + n_steps as f64;
-        let fits = bins.ray.snap == Snap::FINE
-            && wide < (WINDOW - 3) as f64
-            && wide + drift < (MARGIN - 2) as f64
-            && farthest < f64::from(1 << 23);
-        self.runs.clear();
-        self.shifts.clear();
-        if !fits {
-            return false;
-        }
+    /// Computes the positions of `n_runs` runs in `n_steps` steps, which [`Bins::fit`] has checked.
+    fn fill<T: Scalar>(&mut self, bins: &Bins<'_, T>, n_runs: usize, n_steps: usize) {
+        let snap = bins.ray.snap;
         let run = |i: usize| {
-            let at: [i64; RUN] = std::array::from_fn(|l| whole(bins.offset(i * RUN + l)));
+            let position = |l: usize| bins.first + (i * RUN + l) as f64 * bins.per_bin;
+            let at: [i64; RUN] = std::array::from_fn(|l| whole(snap.of(position(l))));
             FixedRun {
                 fixed: at.map(|at| at as i32),
                 least: at[0].min(at[RUN - 1]),
                 most: at[0].max(at[RUN - 1]),
             }
         };
+        self.runs.clear();
         self.runs.extend((0..n_runs).map(run));
-        self.shifts
-            .extend((0..n_steps).map(|m| whole(bins.ray.shift(m as f64))));
-        true
+        let shift = |m: usize| whole(bins.ray.shift(m as f64));
+        self.shifts.clear();
+        self.shifts.extend((0..n_steps).map(shift));
     }
 }
 
@@ -147,9 +174,7 @@ pub(super) fn add_bins<T: FixedRegisters>(
     assert!(bins.stride >= bins.n + MARGIN && bins.n < 1 << 31);
     let (sums, rest) = sums.as_chunks_mut::<RUN>();
     assert!(rest.is_empty());
-    let fixed = fixed
-        .fill(bins, sums.len(), n_steps, n_band)
-        .then_some(&*fixed);
+    fixed.fill(bins, sums.len(), n_steps);
     for start in (0..n_steps).step_by(n_band) {
         let steps = start..(start + n_band).min(n_steps);
         // SAFETY: a projector holds a set only after `is_available`; the image is large enough, as just seen.
@@ -157,7 +182,7 @@ pub(super) fn add_bins<T: FixedRegisters>(
     }
 }
 
-per_set!(fn add_band<FixedRegisters>(bins: &Bins<'_, T>, fixed: Option<&FixedPositions>, steps: Range<usize>, sums: &mut [[T; RUN]]) = add_runs);
+per_set!(fn add_band<FixedRegisters>(bins: &Bins<'_, T>, fixed: &FixedPositions, steps: Range<usize>, sums: &mut [[T; RUN]]) = add_runs);
 
 /// A register that adds up rays at positions in fixed point.
 pub(crate) trait AddFixed<T: Scalar>: Vector<T> {
@@ -223,15 +248,10 @@ impl AddFixed<f32> for F32x16 {
 #[inline(always)]
 unsafe fn add_runs<T: Scalar, V: AddFixed<T>>(
     bins: &Bins<'_, T>,
-    fixed: Option<&FixedPositions>,
+    fixed: &FixedPositions,
     steps: Range<usize>,
     sums: &mut [[T; RUN]],
 ) {
-    let Some(fixed) = fixed else {
-        // SAFETY: the caller's promise.
-        unsafe { bins::add_runs::<T, V>(bins, steps, sums) };
-        return;
-    };
     let band = Band {
         bins,
         first: steps.start,
@@ -291,6 +311,35 @@ unsafe fn add_plain<T: Scalar, V: Vector<T>, const N: usize>(
         }
         for l in 0..RUN {
             sums[l] += near[l] + far[l];
+        }
+    }
+}
+
+/// Adds the weighted pixels at `index` and those behind them.
+///
+/// # Safety
+/// The machine has the instruction set of `V`, and all those pixels are valid to read.
+#[inline(always)]
+unsafe fn add_pixels<T: Scalar, V: Vector<T>>(
+    row: *const T,
+    index: &[i32; RUN],
+    weights: &([T; RUN], [T; RUN]),
+    near: &mut [T; RUN],
+    far: &mut [T; RUN],
+) {
+    for start in (0..RUN).step_by(V::WIDTH) {
+        // SAFETY: the caller's promise; all arrays are RUN long.
+        unsafe {
+            let index = &index[start..start + V::WIDTH];
+            for (sums, weights, row) in [
+                (&mut *near, &weights.0, row),
+                (&mut *far, &weights.1, row.add(1)),
+            ] {
+                let at = sums.as_mut_ptr().add(start);
+                V::load(weights.as_ptr().add(start))
+                    .multiply_add(V::gather(row, index), V::load(at))
+                    .store(at);
+            }
         }
     }
 }

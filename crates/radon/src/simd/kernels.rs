@@ -5,8 +5,7 @@ use std::ops::Range;
 
 use rustfft::num_complex::Complex;
 
-use super::bins::Bins;
-use super::fixed::{self, FixedPositions};
+use super::fixed::{self, Bins, FixedPositions};
 use super::pairs::{self, BoxRay, Pairs, Place};
 use super::pixels::{self, SortedBins};
 use super::spread::{self, RayPath, Taps};

@@ -37,7 +37,6 @@ macro_rules! per_set {
     };
 }
 
-mod bins;
 mod fixed;
 mod kernels;
 mod pairs;
@@ -50,8 +49,7 @@ mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub(crate) use bins::{Bins, MARGIN};
-pub(crate) use fixed::FixedPositions;
+pub(crate) use fixed::{Bins, FixedPositions, MARGIN};
 pub(crate) use kernels::Kernels;
 pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, prefetch};
 pub(crate) use pixels::SortedBins;

@@ -1,12 +1,11 @@
 //! The registers of a sample type, one for each instruction set.
 
-use super::vector::{Plain, Vector};
+use super::vector::{Plain, Truncated, Vector};
 #[cfg(target_arch = "x86_64")]
 use super::x86;
-use crate::scalar::Scalar;
 
 /// The registers of a sample type. Those of other machines than the target's are named and not used.
-pub(crate) trait Registers: Scalar {
+pub(crate) trait Registers: Truncated {
     type Baseline: Vector<Self>;
     type Neon: Vector<Self>;
     type Avx2: Vector<Self>;

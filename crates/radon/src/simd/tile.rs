@@ -3,7 +3,7 @@
 use crate::scalar::Scalar;
 use crate::simd::InstructionSet;
 use crate::simd::registers::Registers;
-use crate::simd::vector::{RUN, Vector, WINDOW};
+use crate::simd::vector::{RUN, Truncated, Vector, WINDOW};
 
 /// Views whose part of a tile is added up in registers.
 const GROUP: usize = 8;
@@ -86,7 +86,7 @@ per_set!(fn add_tile<Registers>(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]
 /// # Safety
 /// The machine has the instruction set of `V`.
 #[inline(always)]
-unsafe fn add_lanes<T: Scalar, V: Vector<T>>(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]) {
+unsafe fn add_lanes<T: Truncated, V: Vector<T>>(lanes: usize, tile: &Tile<'_, T>, sums: &mut [T]) {
     // SAFETY: the caller's promise.
     unsafe {
         match lanes / V::WIDTH {
@@ -107,7 +107,7 @@ unsafe fn add_lanes<T: Scalar, V: Vector<T>>(lanes: usize, tile: &Tile<'_, T>, s
 /// # Safety
 /// The machine has the instruction set of `V`.
 #[inline(always)]
-unsafe fn add_block<T: Scalar, V: Vector<T>, const N: usize, const PIXELS: usize>(
+unsafe fn add_block<T: Truncated, V: Vector<T>, const N: usize, const PIXELS: usize>(
     tile: &Tile<'_, T>,
     sums: &mut [T],
 ) {
@@ -168,7 +168,7 @@ unsafe fn add_block<T: Scalar, V: Vector<T>, const N: usize, const PIXELS: usize
 /// # Safety
 /// The machine has the instruction set of `V`.
 #[inline(always)]
-unsafe fn add_one<T: Scalar, V: Vector<T>>(tile: &Tile<'_, T>, sums: &mut [T]) {
+unsafe fn add_one<T: Truncated, V: Vector<T>>(tile: &Tile<'_, T>, sums: &mut [T]) {
     let (sums, _) = sums.as_chunks_mut::<RUN>();
     let (mut ix, mut iy) = ([0.0; ALONE], [0.0; ALONE]);
     for i in 0..sums.len() {

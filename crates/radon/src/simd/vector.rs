@@ -2,6 +2,27 @@
 
 use crate::scalar::Scalar;
 
+/// A sample whose integer part is taken without a test.
+pub(crate) trait Truncated: Scalar {
+    /// The integer part.
+    ///
+    /// # Safety
+    /// It is within the range of `i32`.
+    unsafe fn truncated(self) -> i32;
+}
+macro_rules! truncated {
+    ($($t:ident)*) => {$(
+        impl Truncated for $t {
+            #[inline(always)]
+            unsafe fn truncated(self) -> i32 {
+                // SAFETY: the caller's promise.
+                unsafe { self.to_int_unchecked() }
+            }
+        }
+    )*};
+}
+truncated!(f32 f64);
+
 /// A register of samples.
 ///
 /// # Safety
@@ -31,7 +52,7 @@ pub(crate) trait Vector<T>: Copy {
     #[inline(always)]
     unsafe fn locate(first: T, lane_dx: &[T; RUN], most: T) -> ([i32; RUN], [T; RUN])
     where
-        T: Scalar,
+        T: Truncated,
     {
         let mut index = [0; RUN];
         let mut weight = [T::ZERO; RUN];
@@ -40,7 +61,7 @@ pub(crate) trait Vector<T>: Copy {
             let t = if t > T::ZERO { t } else { T::ZERO };
             let t = if t < most { t } else { most };
             // SAFETY: `most` is at most the length of a row, which the plan keeps within `i32`.
-            index[l] = unsafe { t.f64().to_int_unchecked() };
+            index[l] = unsafe { t.truncated() };
             weight[l] = t - T::whole(index[l]);
         }
         (index, weight)
@@ -72,7 +93,7 @@ pub(crate) trait Vector<T>: Copy {
         most: T,
         _narrow: bool,
     ) where
-        T: Scalar,
+        T: Truncated,
     {
         // SAFETY: the caller's promise: no index passes `most`, which is valid with its right neighbour; all arrays are RUN long.
         unsafe {

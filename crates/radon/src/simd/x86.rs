@@ -75,29 +75,6 @@ vector!(
         }
 
         #[inline(always)]
-        unsafe fn locate(first: f32, lane_dx: &[f32; RUN], most: f32) -> ([i32; RUN], [f32; RUN]) {
-            let (mut index, mut weight) = ([0; RUN], [0.0; RUN]);
-            for half in [0, 8] {
-                // SAFETY: the machine has the set, as the caller promised; all arrays are RUN long.
-                unsafe {
-                    let t = _mm256_add_ps(
-                        _mm256_set1_ps(first),
-                        _mm256_loadu_ps(lane_dx[half..].as_ptr()),
-                    );
-                    let t =
-                        _mm256_min_ps(_mm256_max_ps(t, _mm256_setzero_ps()), _mm256_set1_ps(most));
-                    let j = _mm256_cvttps_epi32(t);
-                    _mm256_storeu_si256(index[half..].as_mut_ptr().cast(), j);
-                    _mm256_storeu_ps(
-                        weight[half..].as_mut_ptr(),
-                        _mm256_sub_ps(t, _mm256_cvtepi32_ps(j)),
-                    );
-                }
-            }
-            (index, weight)
-        }
-
-        #[inline(always)]
         unsafe fn add_run(
             sums: &mut [f32; RUN],
             row: *const f32,
@@ -159,17 +136,6 @@ vector!(
                 )
             }
         }
-
-        #[inline(always)]
-        unsafe fn gather(row: *const f64, index: &[i32]) -> Self {
-            // SAFETY: the machine has the set and every index is valid to read, as the caller promised.
-            unsafe {
-                Self(_mm256_i32gather_pd::<8>(
-                    row,
-                    _mm_loadu_si128(index[..4].as_ptr().cast()),
-                ))
-            }
-        }
     }
 );
 vector!(
@@ -195,18 +161,6 @@ vector!(
                     Self(_mm512_permutex2var_ps(self.0, high, other.0)),
                 )
             }
-        }
-
-        #[inline(always)]
-        unsafe fn locate(first: f32, lane_dx: &[f32; RUN], most: f32) -> ([i32; RUN], [f32; RUN]) {
-            let (mut index, mut weight) = ([0; RUN], [0.0; RUN]);
-            // SAFETY: the machine has the set, as the caller promised; all arrays are RUN long.
-            unsafe {
-                let (j, w) = locate_16(first, lane_dx, most);
-                _mm512_storeu_si512(index.as_mut_ptr().cast(), j);
-                _mm512_storeu_ps(weight.as_mut_ptr(), w);
-            }
-            (index, weight)
         }
 
         #[inline(always)]

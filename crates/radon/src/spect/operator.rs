@@ -1,13 +1,14 @@
 //! SPECT views as an operator for the iterative solvers.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use super::{Plan, Scratch, SpectGeometry, SpectOptions};
 use crate::error::{RadonError, at_least, length, room, within};
 use crate::iterative::check_samples;
+use crate::pool::Pool;
 use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 
-/// The views that a SPECT camera takes of a volume: parallel projections, attenuated on the way, blurred by the distance.
+/// SPECT projections of a volume: parallel, attenuated, with depth-dependent resolution.
 ///
 /// ```text
 /// (A x)[view, row, bin] = mean over row and bin of  ∫ G_sigma(d) * ( x(p) exp(-∫ from p to the camera of mu) ) dd      (value x cm)
@@ -28,21 +29,21 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// Zeng & Gullberg 1992, IEEE Trans. Nucl. Sci. 39, 1444, blur turned planes depth by depth; McCarthy & Miller 1991,
 /// doi:10.1109/42.97593, and King, Pan & Luo 1997, IEEE Trans. Nucl. Sci. 44, plane through plane.
 ///
-/// One walk through the cells makes the numbers of both directions: <A x, y> = <x, Aᵀ y> to rounding. Same bits for any number of
-/// threads.
+/// One traversal of the cells computes the weights of both directions: <A x, y> = <x, Aᵀ y> to rounding. Results are bitwise identical for
+/// any number of threads.
 ///
-/// # What is not seen
+/// # Limitations
 ///
-/// In each view, planes whose middle is behind the collimator's face: the orbit may cut corners off the grid, not the body. What is more
-/// than four standard deviations (of the widest response) beyond the edges of the detector. Scatter, septal penetration: see
-/// [`EmOptions::background`](crate::EmOptions::background).
+/// In each view, planes whose middle lies behind the collimator's face are left out: the orbit may cut corners off the grid, not the body.
+/// Activity more than four standard deviations (of the widest response) beyond the edges of the detector is left out. Scatter and septal
+/// penetration are not modelled: see [`EmOptions::background`](crate::EmOptions::background).
 ///
 /// # Cost
 ///
 /// Either direction, for each view and voxel: about ten multiply-adds, as many again with attenuation, and for each view some tens of
 /// blurs of an image. Memory: 4 to 5 overlaps for each view and pixel, which all [`subsets`](Self::subsets) share, a copy of the volume and of
-/// the attenuation map, and some tens of images for each of two views a thread. Work arrays are kept; two calls at the same time wait
-/// for each other.
+/// the attenuation map, and some tens of images for each of two views a thread. Each call at the same time has its own
+/// work arrays, which are kept for later calls.
 ///
 /// ```
 /// use radon::{
@@ -81,7 +82,7 @@ pub struct SpectOperator<T> {
 #[derive(Debug)]
 struct Shared<T> {
     plan: Plan<T>,
-    scratch: Mutex<Scratch<T>>,
+    scratch: Pool<Scratch<T>>,
 }
 
 impl<T: Sample> SpectOperator<T> {
@@ -99,7 +100,7 @@ impl<T: Sample> SpectOperator<T> {
         options: &SpectOptions<T>,
     ) -> Result<Self, RadonError> {
         let plan = Plan::new(geometry, grid, layers, options)?;
-        let scratch = Mutex::new(Scratch::default());
+        let scratch = Pool::default();
         Ok(Self {
             shared: Arc::new(Shared { plan, scratch }),
             views: (0..geometry.views().n_views()).collect(),
@@ -164,9 +165,9 @@ impl<T: Sample> LinearOperator<T> for SpectOperator<T> {
         self.check(image, data)?;
         check_samples("volume", image)?;
         let Shared { plan, scratch } = &*self.shared;
-        // Work arrays have no state that a panic could spoil.
-        let mut scratch = scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        plan.forward(&self.views, image, data, &mut scratch)
+        scratch.with(Scratch::default, |scratch| {
+            plan.forward(&self.views, image, data, scratch)
+        })
     }
 
     /// As the trait's; refuses a wrong length, NaN and infinity.
@@ -174,7 +175,8 @@ impl<T: Sample> LinearOperator<T> for SpectOperator<T> {
         self.check(image, data)?;
         check_samples("views", data)?;
         let Shared { plan, scratch } = &*self.shared;
-        let mut scratch = scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        plan.adjoint(&self.views, data, image, &mut scratch)
+        scratch.with(Scratch::default, |scratch| {
+            plan.adjoint(&self.views, data, image, scratch)
+        })
     }
 }

@@ -36,24 +36,12 @@ impl<T> Default for SpectOptions<T> {
 }
 
 impl<T> SpectOptions<T> {
-    /// The same with another collimator.
-    #[must_use]
-    pub fn with_collimator(mut self, collimator: Collimator) -> Self {
-        self.collimator = collimator;
-        self
-    }
-
-    /// The same with an attenuation map.
-    #[must_use]
-    pub fn with_attenuation(mut self, attenuation: Vec<T>) -> Self {
-        self.attenuation = attenuation;
-        self
-    }
-
-    /// The same with another tolerance.
-    #[must_use]
-    pub fn with_tolerance(mut self, tolerance: f64) -> Self {
-        self.tolerance = tolerance;
-        self
+    setters! {
+        /// Sets the collimator.
+        with_collimator(collimator: Collimator);
+        /// Sets the attenuation map.
+        with_attenuation(attenuation: Vec<T>);
+        /// Sets the tolerance.
+        with_tolerance(tolerance: f64);
     }
 }

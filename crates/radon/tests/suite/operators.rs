@@ -9,10 +9,11 @@ use std::sync::Arc;
 use common::dense::{Dense, many, not_negative};
 use common::noise;
 use radon::{
-    ArcPolicy, CglsOptions, EdgePolicy, EmOptions, FbpOptions, FbpPlan, ImageGrid, InstructionSet,
-    Interpolation, IterativeReport, Kernel, LinearOperator, Method, ParallelGeometry, Projector,
-    RadonError, SirtOptions, Skip, StackOrder, StoppedBy, Stopping, Subset, Window, cgls, mlem,
-    osem, sirt,
+    ArcPolicy, CglsOptions, Collimator, EdgePolicy, EmOptions, FbpOptions, FbpPlan,
+    FourierProjector, ImageGrid, InstructionSet, Interpolation, IterativeReport, Kernel,
+    LinearOperator, Method, ParallelGeometry, Projector, RadonError, SirtOptions, Skip, SliceAxis,
+    SpectGeometry, SpectOperator, SpectOptions, StackOrder, StoppedBy, Stopping, Subset, Window,
+    cgls, mlem, osem, sirt,
 };
 
 /// A problem with counts, and its operator in two halves.
@@ -25,6 +26,45 @@ fn problem() -> (Dense, [Subset<Dense>; 2], Vec<f64>) {
     let halves = [half(0), half(1)];
     let data = noise(12, 9).iter().map(|x: &f64| 2.0 + x).collect();
     (whole, halves, data)
+}
+
+/// Calls at the same time have their own work arrays: the results are those of calls one after the other.
+#[test]
+fn an_operator_serves_two_threads_at_the_same_time() {
+    fn check(operator: &(impl LinearOperator<f32> + Sync)) {
+        let data = |seed: u64| noise::<f32>(operator.data_len(), seed);
+        let back = |y: &[f32]| {
+            let mut x = vec![0.0; operator.image_len()];
+            operator.adjoint_into(y, &mut x).unwrap();
+            let mut again = vec![0.0; operator.data_len()];
+            operator.forward_into(&x, &mut again).unwrap();
+            (x, again)
+        };
+        let alone = [1, 2].map(|seed| back(&data(seed)));
+        for _ in 0..20 {
+            let found = std::thread::scope(|scope| {
+                let run = |seed| scope.spawn(move || back(&data(seed)));
+                [1, 2].map(run).map(|thread| thread.join().unwrap())
+            });
+            assert!(found == alone);
+        }
+    }
+    let views = ParallelGeometry::full_turn(7, 30, 0.5).unwrap();
+    let (grid, axis) = (
+        ImageGrid::square(24, 0.5).unwrap(),
+        SliceAxis::new(5, 0.5).unwrap(),
+    );
+    let projector = Projector::new(&views, &grid, Kernel::Joseph).unwrap();
+    check(
+        &projector
+            .stack_operator(5, StackOrder::SliceViewBin)
+            .unwrap(),
+    );
+    check(&FourierProjector::new(&views, &grid, 1e-4).unwrap());
+    let geometry = SpectGeometry::circular(&views, &axis, 9.0).unwrap();
+    let options =
+        SpectOptions::default().with_collimator(Collimator::new(0.04, 0.06, 0.1).unwrap());
+    check(&SpectOperator::new(&geometry, &grid, &axis, &options).unwrap());
 }
 
 /// Every solver through `dyn`, `&`, `Box`, `Arc` and pointers to those gives the bits that it gives on the operator itself.

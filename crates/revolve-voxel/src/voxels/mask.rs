@@ -1,6 +1,5 @@
 //! Sets of voxels: intersection, union, erosion, and what lies far from a set.
 
-use crate::Sample;
 use crate::error::{RevolveError, countable, length};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -36,23 +35,6 @@ impl Mask {
         countable("voxels of a mask", &shape.map(|n| n.max(1)))?;
         length("mask", shape.iter().product(), set.len())?;
         Ok(Self { shape, set })
-    }
-
-    /// The voxels whose value satisfies `predicate`; values in index order `[z][y][x]`.
-    ///
-    /// # Errors
-    /// [`RevolveError::WrongLength`] if their number is not `nz ny nx`.
-    pub fn of_values<T: Sample>(
-        shape: [usize; 3],
-        values: &[T],
-        predicate: impl Fn(f64) -> bool + Sync,
-    ) -> Result<Self, RevolveError> {
-        let set = values
-            .par_iter()
-            .with_min_len(1 << 14)
-            .map(|value| predicate(value.to_f64()))
-            .collect();
-        Self::new(shape, set)
     }
 
     /// Numbers of voxels `[nz, ny, nx]`.

@@ -1,10 +1,10 @@
-//! Every region's coverage and a label volume, in one pass, which serves volumes of any quantity.
+//! Coverage of every region, and a volume of labels.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::{finite, length, zeros};
+use crate::error::zeros;
 use crate::voxels::block::{BLOCK, slabs};
 use crate::voxels::coverage::{Painter, check};
 use crate::voxels::field::Field;
@@ -73,28 +73,6 @@ impl Body {
 }
 
 impl<T: Sample> RegionVolumes<T> {
-    /// The mean over each voxel of a quantity with one value a region and none outside: activity, attenuation.
-    ///
-    /// # Errors
-    /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the values; [`RevolveError::WrongLength`] for a region of another
-    /// number of voxels than there are labels.
-    pub fn mean_of(&self, values: &[f64]) -> Result<Vec<T>, RevolveError> {
-        length("values (one per region)", self.coverage.len(), values.len())?;
-        for &value in values {
-            finite("value of a region", value)?;
-        }
-        for covered in &self.coverage {
-            length("voxels of a region", self.labels.len(), covered.len())?;
-        }
-        Ok((0..self.labels.len())
-            .into_par_iter()
-            .map(|i| {
-                let shares = self.coverage.iter().zip(values);
-                T::from_f64(shares.map(|(c, value)| c[i].to_f64() * value).sum())
-            })
-            .collect())
-    }
-
     /// Labels pieces of a region, each of parts that do not overlap: with n regions, n + 1 + k for those of its voxels of which
     /// piece k covers most.
     ///

@@ -66,9 +66,9 @@ fn erosion_ends_when_nothing_is_left() {
 }
 
 #[test]
-fn values_and_slices() {
-    let values = [0.0f64, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-    let mut mask = Mask::of_values([2, 2, 2], &values, |v| v > 2.5).unwrap();
+fn slices() {
+    let set = (0..8).map(|i| i > 2).collect();
+    let mut mask = Mask::new([2, 2, 2], set).unwrap();
     assert_eq!(mask.count(), 5);
     mask.intersect_slices(&[true, false, false, true]).unwrap();
     let kept: Vec<usize> = (0..8).filter(|&i| mask.as_slice()[i]).collect();
@@ -117,14 +117,6 @@ fn wrong_length_is_no_mask() {
     assert!(matches!(
         Mask::new([usize::MAX, 2, 2], vec![]),
         Err(RevolveError::TooLarge { .. })
-    ));
-    assert!(matches!(
-        Mask::of_values([1, 1, 3], &[0.0f32, 1.0], |v| v > 0.5),
-        Err(RevolveError::WrongLength {
-            expected: 3,
-            given: 2,
-            ..
-        })
     ));
     assert_eq!(
         Mask::new([0, 3, 0], vec![])
