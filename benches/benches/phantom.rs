@@ -11,8 +11,8 @@ use criterion::Criterion;
 use heart_phantom::{Acquisition, BinSample, Camera, Cycle, Heart, Phantom, acquire, scene, truth};
 use heart_study::StudyOptions;
 use radon::{
-    DepthBlur, Kernel, LinearOperator, Projector, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
-    StackOrder,
+    DepthBlur, Kernel, LinearOperator, Projector, SliceAxis, SpectGeometry, SpectOperator,
+    SpectOptions, StackOrder,
 };
 use rayon::prelude::*;
 
@@ -221,7 +221,8 @@ fn every_plane_by_itself(phantom: &Phantom) -> Vec<f32> {
             let (variance, pitch) = (response.variance(distance), camera.detector().pitch());
             let blur = DepthBlur::new(&[variance], pitch, 1e-4).expect("a width");
             let mut blurred = vec![0.0; image.len()];
-            blur.apply(&image, n_bins, 0, &mut blurred).expect("an image");
+            blur.apply(&image, n_bins, 0, &mut blurred)
+                .expect("an image");
             seen.iter_mut().zip(blurred).for_each(|(sum, v)| *sum += v);
         }
         seen

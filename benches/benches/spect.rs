@@ -13,8 +13,8 @@ use std::hint::black_box;
 use benches::{Effort, Row, on_threads, timed};
 use criterion::Criterion;
 use radon::{
-    Collimator, DepthBlur, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, Phantom3, Shape2,
-    Shape3, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
+    Collimator, DepthBlur, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, Phantom3,
+    Shape2, Shape3, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
 };
 use rayon::prelude::*;
 

@@ -217,8 +217,10 @@ mod tests {
         let page = format!("before\n{BEGIN}| `old` |{END}\nafter\n");
         let expected = format!("before\n{BEGIN}| new |\n| er |{END}\nafter\n");
         assert_eq!(with_rows(&page, "| new |\n| er |\n", ""), Ok(expected));
-        let page = format!("{BEGIN}| `a::b` | x | 1 |\n| `b::c` | y | 2 |\n| `a::d` | z | 3 |{END}");
-        let expected = format!("{BEGIN}| `a::b` | x | 4 |\n| `b::c` | y | 2 |\n| `a::e` | z | 5 |{END}");
+        let page =
+            format!("{BEGIN}| `a::b` | x | 1 |\n| `b::c` | y | 2 |\n| `a::d` | z | 3 |{END}");
+        let expected =
+            format!("{BEGIN}| `a::b` | x | 4 |\n| `b::c` | y | 2 |\n| `a::e` | z | 5 |{END}");
         let rows = "| `a::b` | x | 4 |\n| `a::e` | z | 5 |\n";
         assert_eq!(with_rows(&page, rows, "a::"), Ok(expected));
     }

@@ -319,11 +319,15 @@ fn what_is_no_number_enters_nowhere() {
             ("pixel", ImageGrid::square(4, bad).err().is_some_and(slices)),
             (
                 "variance of a slab",
-                DepthBlur::new(&[bad], [1.0; 2], 1e-3).err().is_some_and(slices),
+                DepthBlur::new(&[bad], [1.0; 2], 1e-3)
+                    .err()
+                    .is_some_and(slices),
             ),
             (
                 "blur pitch",
-                DepthBlur::new(&[1.0], [bad, 1.0], 1e-3).err().is_some_and(slices),
+                DepthBlur::new(&[1.0], [bad, 1.0], 1e-3)
+                    .err()
+                    .is_some_and(slices),
             ),
             (
                 "blurred sample",
