@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::run::STEPS;
 use super::{Projector, ProjectorScratch};
 use crate::Sample;
-use crate::simd::{Bins, FixedPositions, MARGIN, RUN, SortedBins};
+use crate::simd::{Bins, FixedPositions, Kernels, MARGIN, RUN, SortedBins, add_bins, add_sorted};
 use crate::stack::{Stack, aligned};
 
 impl Projector {
@@ -18,8 +18,8 @@ impl Projector {
                 false => self.grid.nx(),
             };
             let [first, per_bin] = [view.offset(0), view.per_bin()];
-            view.box_ray::<T>()
-                .is_some_and(|ray| Bins::fit(&ray, first, per_bin, n, [n_steps, STEPS]))
+            let fits = |ray| Bins::fit(&ray, first, per_bin, n, [n_steps, STEPS]);
+            size_of::<T>() == size_of::<f32>() && view.box_ray::<f32>().is_some_and(fits)
         })
     }
 
@@ -30,29 +30,32 @@ impl Projector {
         volume: &[T],
         slice: usize,
         rows: &mut [Vec<&mut [T]>],
-        memory: &mut Vec<T>,
+        memory: &mut Vec<f32>,
     ) {
         let set = self.instructions;
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
         let n_bins = self.geometry.n_bins();
         // Odd, so that the columns are not all kept in the same places of a cache.
         let [x_stride, y_stride] = [nx, ny].map(|n| (n + MARGIN) | 1);
-        let by_rows_len = Bins::<T>::image_len(ny, x_stride);
-        let memory = aligned(memory, by_rows_len + Bins::<T>::image_len(nx, y_stride));
-        memory.fill(T::ZERO);
+        let by_rows_len = Bins::image_len(ny, x_stride);
+        let memory = aligned(memory, by_rows_len + Bins::image_len(nx, y_stride));
+        memory.fill(0.0);
         let (by_rows, by_columns) = memory.split_at_mut(by_rows_len);
-        let image: Vec<&[T]> = (0..ny)
-            .flat_map(|y| images.rows(volume, y, &[slice]))
-            .collect();
-        for (row, image) in by_rows.chunks_exact_mut(x_stride).zip(&image) {
-            row[MARGIN..][..nx].copy_from_slice(image);
+        for (y, row) in by_rows.chunks_exact_mut(x_stride).take(ny).enumerate() {
+            let image = images.row(volume, y, slice);
+            for (to, from) in row[MARGIN..].iter_mut().zip(image) {
+                *to = from.f64() as f32;
+            }
         }
-        T::interleave(set, &image, y_stride, &mut by_columns[MARGIN..]);
-        let (by_rows, by_columns) = (&*by_rows, &*by_columns);
+        let by_rows = &*by_rows;
+        let image = by_rows.chunks_exact(x_stride).take(ny);
+        let image: Vec<&[f32]> = image.map(|row| &row[MARGIN..][..nx]).collect();
+        f32::interleave(set, &image, y_stride, &mut by_columns[MARGIN..]);
+        let by_columns = &*by_columns;
 
         let padded = n_bins.next_multiple_of(RUN);
         rows.par_iter_mut().zip(&self.views).for_each_init(
-            || (vec![T::ZERO; padded], FixedPositions::default()),
+            || (vec![0.0; padded], FixedPositions::default()),
             |(sums, fixed), (row, view)| {
                 let Some(ray) = view.box_ray() else { return };
                 let (image, stride, n, n_steps) = match view.steps_are_rows() {
@@ -67,15 +70,17 @@ impl Projector {
                     ray,
                     per_bin: view.per_bin(),
                 };
-                sums.fill(T::ZERO);
-                T::add_bins(set, &bins, n_steps, STEPS, fixed, sums);
-                row[slice].copy_from_slice(&sums[..n_bins]);
+                sums.fill(0.0);
+                add_bins(set, &bins, n_steps, STEPS, fixed, sums);
+                for (to, from) in row[slice].iter_mut().zip(&*sums) {
+                    *to = T::of(f64::from(*from));
+                }
             },
         );
     }
 
-    /// The adjoint of one slice into its rows of the volume, if it can: not for a kernel of more than two pixels a step, nor if bins
-    /// are so fine that a run of pixels meets too many.
+    /// The adjoint of one slice of `f32` into its rows of the volume, if possible: not for a kernel of more than two pixels a step, nor if
+    /// bins are so fine that a run of pixels meets too many.
     pub(super) fn adjoint_alone<T: Sample>(
         &self,
         sinograms: &Stack,
@@ -89,8 +94,9 @@ impl Projector {
         sorted.resize_with(sorted.len().max(order.len()), SortedBins::default);
         let sorted = &mut sorted[..order.len()];
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
-        let fill = |(sorted, &view): (&mut SortedBins<T>, &usize)| {
-            let values = sinograms.row(projections, view, slice);
+        let fill = |(sorted, &view): (&mut SortedBins, &usize)| {
+            let values = sinograms.row(projections, view, slice).iter();
+            let values = values.map(|x| x.f64() as f32);
             let view = &self.views[view];
             let n_steps = if view.steps_are_rows() { ny } else { nx };
             view.box_ray().is_some_and(|ray| {
@@ -108,12 +114,12 @@ impl Projector {
         // `[run][step][lane]` of runs of pixels across the steps.
         let [by_rows_len, by_columns_len] =
             [(nx, ny), (ny, nx)].map(|(n, n_steps)| n.next_multiple_of(RUN) * n_steps);
-        let memory = aligned(&mut scratch.pixels, by_rows_len + by_columns_len);
-        memory.fill(T::ZERO);
+        let memory = aligned(&mut scratch.slice, by_rows_len + by_columns_len);
+        memory.fill(0.0);
         let (sums, turned) = memory.split_at_mut(by_rows_len);
         let (sums, turned) = (sums.as_chunks_mut().0, turned.as_chunks_mut::<RUN>().0);
         let runs = sums.par_chunks_mut(ny).enumerate();
-        runs.for_each(|(run, sums)| T::add_sorted(set, by_rows, run * RUN, sums));
+        runs.for_each(|(run, sums)| add_sorted(set, by_rows, run * RUN, sums));
         let sums = &*sums;
         let runs = turned.par_chunks_mut(nx).enumerate();
         runs.for_each(|(run, turned)| {
@@ -123,11 +129,11 @@ impl Projector {
                     *turned = sums[x / RUN * ny + y][x % RUN];
                 }
             }
-            T::add_sorted(set, by_columns, run * RUN, turned);
+            add_sorted(set, by_columns, run * RUN, turned);
         });
         rows.par_iter_mut().enumerate().for_each(|(y, row)| {
             for (x, pixel) in row[slice].iter_mut().enumerate() {
-                *pixel = turned[y / RUN * nx + x][y % RUN];
+                *pixel = T::of(f64::from(turned[y / RUN * nx + x][y % RUN]));
             }
         });
         true

@@ -118,7 +118,6 @@ impl Slices {
         let few = match (set, size_of::<T>()) {
             (InstructionSet::Avx512, 4) => 14,
             (InstructionSet::Avx2, 4) => 4,
-            (_, 4) => 1,
             _ => 0,
         };
         (self.active.len() <= few).then_some(&self.active)

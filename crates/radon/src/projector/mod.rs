@@ -58,7 +58,9 @@ pub struct ProjectorScratch<T> {
     pixels: Vec<T>,
     rays: Vec<T>,
     found: Vec<Vec<Rays<T>>>,
-    sorted: Vec<SortedBins<T>>,
+    /// Of a slice that is projected alone.
+    slice: Vec<f32>,
+    sorted: Vec<SortedBins>,
 }
 
 /// Number of slices projected and skipped.

@@ -62,7 +62,7 @@ impl Projector {
             false => (slices.active(), &[][..]),
         };
         for &slice in alone {
-            self.project_alone(&images, volume, slice, &mut rows, &mut scratch.pixels);
+            self.project_alone(&images, volume, slice, &mut rows, &mut scratch.slice);
         }
         for group in groups::<T>(
             in_blocks,

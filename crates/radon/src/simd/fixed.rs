@@ -8,17 +8,16 @@ use super::pairs::{BoxRay, Snap};
 use super::registers::Registers;
 use super::vector::{Plain, RUN, Vector, WINDOW};
 #[cfg(target_arch = "x86_64")]
-use super::x86::{F32x8, F32x16, F64x4, F64x8};
-use crate::scalar::Scalar;
+use super::x86::{F32x8, F32x16};
 
 /// Zeros before and behind the pixels of a row: what the rays of a run that touches the image reach beyond it in a band of steps.
 pub(crate) const MARGIN: usize = 64;
 
 /// The rays of a view through one image.
 #[derive(Debug)]
-pub struct Bins<'a, T> {
+pub(crate) struct Bins<'a> {
     /// A row of pixels for each step, the first pixel behind `MARGIN` zeros; behind the last row `MARGIN + WINDOW` zeros.
-    pub(crate) image: &'a [T],
+    pub(crate) image: &'a [f32],
     /// Distance between the rows: the pixels and the next row's margin, or more.
     pub(crate) stride: usize,
     /// Pixels of a row, margins aside.
@@ -26,12 +25,12 @@ pub struct Bins<'a, T> {
     /// Position of the ray of bin 0 at step 0, not snapped; position 1 is the first pixel.
     pub(crate) first: f64,
     /// What all rays have in common.
-    pub(crate) ray: BoxRay<T>,
+    pub(crate) ray: BoxRay<f32>,
     /// Distance between the rays of neighbouring bins.
     pub(crate) per_bin: f64,
 }
 
-impl<T: Scalar> Bins<'_, T> {
+impl Bins<'_> {
     /// Samples of an image whose rows are `stride` apart.
     pub(crate) fn image_len(n_steps: usize, stride: usize) -> usize {
         n_steps * stride + MARGIN + WINDOW
@@ -40,7 +39,7 @@ impl<T: Scalar> Bins<'_, T> {
     /// Whether fixed point represents the positions of `n` rays in `n_steps` steps, `n_band` of them at a time: runs must be narrower than a
     /// window and than the margins, and near enough.
     pub(crate) fn fit(
-        ray: &BoxRay<T>,
+        ray: &BoxRay<f32>,
         first: f64,
         per_bin: f64,
         n: usize,
@@ -69,35 +68,35 @@ pub(super) fn whole(position: f64) -> i64 {
 
 /// The lengths of [`BoxRay::weights`] from positions in fixed point.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct FixedWeights<T> {
-    pub(super) ray: BoxRay<T>,
+pub(super) struct FixedWeights {
+    pub(super) ray: BoxRay<f32>,
     /// Where the next pixel's length begins.
     pub(super) zero: i32,
     /// That length for each unit of the last digit: a power of two moves no rounding.
-    pub(super) slope: T,
+    pub(super) slope: f32,
 }
 
-impl<T: Scalar> FixedWeights<T> {
-    pub(super) fn new(ray: BoxRay<T>) -> Self {
+impl FixedWeights {
+    pub(super) fn new(ray: BoxRay<f32>) -> Self {
         Self {
             ray,
             zero: whole(ray.zero) as i32,
-            slope: ray.slope * T::of(1.0 / ONE as f64),
+            slope: ray.slope / ONE as f32,
         }
     }
 
     /// The lengths within the first pixel and the next, of a step whose position has these digits behind the point, or others before
     /// it too.
     #[inline(always)]
-    pub(super) fn at(&self, position: i32) -> (T, T) {
-        self.ray
-            .hold(self.slope * T::whole((position & REST) - self.zero))
+    pub(super) fn at(&self, position: i32) -> (f32, f32) {
+        let behind = (position & REST) - self.zero;
+        self.ray.hold(self.slope * behind as f32)
     }
 }
 
 /// Positions of a view's rays in units of their last digit.
 #[derive(Debug, Default)]
-pub struct FixedPositions {
+pub(crate) struct FixedPositions {
     runs: Vec<FixedRun>,
     /// Way of all positions from step 0 to each step.
     shifts: Vec<i64>,
@@ -115,20 +114,20 @@ pub(crate) struct FixedRun {
 
 /// Steps that are added up in registers.
 #[derive(Debug)]
-pub(crate) struct Band<'a, T> {
-    bins: &'a Bins<'a, T>,
+pub(crate) struct Band<'a> {
+    bins: &'a Bins<'a>,
     first: usize,
     shifts: &'a [i64],
-    weights: FixedWeights<T>,
+    weights: FixedWeights,
 }
 
-impl<T: Scalar> Band<'_, T> {
+impl Band<'_> {
     /// At the band's step `i` the pixels from a least position on, and what is added to positions to count from there.
     ///
     /// # Safety
     /// The rays stay within the margins of the row.
     #[inline(always)]
-    unsafe fn window(&self, i: usize, least: i64, shift: i64) -> (*const T, i32) {
+    unsafe fn window(&self, i: usize, least: i64, shift: i64) -> (*const f32, i32) {
         let first = (least + shift) >> Snap::DIGITS;
         let zero = (self.first + i) * self.bins.stride + (MARGIN - 1);
         let at = zero as i64 + first;
@@ -141,7 +140,7 @@ impl<T: Scalar> Band<'_, T> {
 
 impl FixedPositions {
     /// Computes the positions of `n_runs` runs in `n_steps` steps, which [`Bins::fit`] has checked.
-    fn fill<T: Scalar>(&mut self, bins: &Bins<'_, T>, n_runs: usize, n_steps: usize) {
+    fn fill(&mut self, bins: &Bins<'_>, n_runs: usize, n_steps: usize) {
         let snap = bins.ray.snap;
         let run = |i: usize| {
             let position = |l: usize| bins.first + (i * RUN + l) as f64 * bins.per_bin;
@@ -162,15 +161,15 @@ impl FixedPositions {
 
 /// Adds what the image contributes to the sums of bins 0, 1, ..., whose number is a multiple of `RUN`, `n_band` steps at a time: each
 /// ray's first pixels and its second ones apart and then together, as [`gather`](super::pairs::gather) does, with the same weights.
-pub(super) fn add_bins<T: FixedRegisters>(
+pub(crate) fn add_bins(
     set: InstructionSet,
-    bins: &Bins<'_, T>,
+    bins: &Bins<'_>,
     n_steps: usize,
     n_band: usize,
     fixed: &mut FixedPositions,
-    sums: &mut [T],
+    sums: &mut [f32],
 ) {
-    assert!(Bins::<T>::image_len(n_steps, bins.stride) <= bins.image.len());
+    assert!(Bins::image_len(n_steps, bins.stride) <= bins.image.len());
     assert!(bins.stride >= bins.n + MARGIN && bins.n < 1 << 31);
     let (sums, rest) = sums.as_chunks_mut::<RUN>();
     assert!(rest.is_empty());
@@ -182,47 +181,30 @@ pub(super) fn add_bins<T: FixedRegisters>(
     }
 }
 
-per_set!(fn add_band<FixedRegisters>(bins: &Bins<'_, T>, fixed: &FixedPositions, steps: Range<usize>, sums: &mut [[T; RUN]]) = add_runs);
+per_set!(fn add_band(bins: &Bins<'_>, fixed: &FixedPositions, steps: Range<usize>, sums: &mut [[f32; RUN]]) = add_runs for f32);
 
 /// A register that adds up rays at positions in fixed point.
-pub(crate) trait AddFixed<T: Scalar>: Vector<T> {
+pub(crate) trait AddFixed: Vector<f32> {
     /// Adds steps to the sums of runs of rays: the same numbers within the margins.
     ///
     /// # Safety
     /// The machine has the instruction set, and the rays stay within the margins of their rows.
     #[inline(always)]
     unsafe fn add_fixed<const N: usize>(
-        band: &Band<'_, T>,
+        band: &Band<'_>,
         runs: &[FixedRun; N],
-        sums: &mut [[T; RUN]; N],
+        sums: &mut [[f32; RUN]; N],
     ) {
         // SAFETY: the caller's promise.
-        unsafe { add_plain::<T, Self, N>(band, runs, sums) }
+        unsafe { add_plain::<Self, N>(band, runs, sums) }
     }
 }
-
-/// Sample types all of whose registers do.
-pub(crate) trait FixedRegisters:
-    Registers<
-        Baseline: AddFixed<Self>,
-        Neon: AddFixed<Self>,
-        Avx2: AddFixed<Self>,
-        Avx512: AddFixed<Self>,
-    >
-{
-}
-impl FixedRegisters for f32 {}
-impl FixedRegisters for f64 {}
-impl<T: Scalar, const W: usize, const FUSED: bool> AddFixed<T> for Plain<T, W, FUSED> {}
+impl<const W: usize, const FUSED: bool> AddFixed for Plain<f32, W, FUSED> {}
 #[cfg(target_arch = "x86_64")]
-impl AddFixed<f64> for F64x4 {}
-#[cfg(target_arch = "x86_64")]
-impl AddFixed<f64> for F64x8 {}
-#[cfg(target_arch = "x86_64")]
-impl AddFixed<f32> for F32x8 {
+impl AddFixed for F32x8 {
     #[inline(always)]
     unsafe fn add_fixed<const N: usize>(
-        band: &Band<'_, f32>,
+        band: &Band<'_>,
         runs: &[FixedRun; N],
         sums: &mut [[f32; RUN]; N],
     ) {
@@ -231,10 +213,10 @@ impl AddFixed<f32> for F32x8 {
     }
 }
 #[cfg(target_arch = "x86_64")]
-impl AddFixed<f32> for F32x16 {
+impl AddFixed for F32x16 {
     #[inline(always)]
     unsafe fn add_fixed<const N: usize>(
-        band: &Band<'_, f32>,
+        band: &Band<'_>,
         runs: &[FixedRun; N],
         sums: &mut [[f32; RUN]; N],
     ) {
@@ -246,11 +228,11 @@ impl AddFixed<f32> for F32x16 {
 /// # Safety
 /// The machine has the instruction set of `V`, and the image is as large as `add_bins` asks.
 #[inline(always)]
-unsafe fn add_runs<T: Scalar, V: AddFixed<T>>(
-    bins: &Bins<'_, T>,
+unsafe fn add_runs<V: AddFixed>(
+    bins: &Bins<'_>,
     fixed: &FixedPositions,
     steps: Range<usize>,
-    sums: &mut [[T; RUN]],
+    sums: &mut [[f32; RUN]],
 ) {
     let band = Band {
         bins,
@@ -288,25 +270,25 @@ unsafe fn add_runs<T: Scalar, V: AddFixed<T>>(
 /// # Safety
 /// As for [`AddFixed::add_fixed`].
 #[inline(always)]
-unsafe fn add_plain<T: Scalar, V: Vector<T>, const N: usize>(
-    band: &Band<'_, T>,
+unsafe fn add_plain<V: Vector<f32>, const N: usize>(
+    band: &Band<'_>,
     runs: &[FixedRun; N],
-    sums: &mut [[T; RUN]; N],
+    sums: &mut [[f32; RUN]; N],
 ) {
     for (run, sums) in runs.iter().zip(sums) {
-        let (mut near, mut far) = ([T::ZERO; RUN], [T::ZERO; RUN]);
+        let (mut near, mut far) = ([0.0; RUN], [0.0; RUN]);
         for (i, &shift) in band.shifts.iter().enumerate() {
             // SAFETY: the rays stay within the margins of their rows.
             unsafe {
                 let (row, shift) = band.window(i, run.least, shift);
                 let mut index = [0; RUN];
-                let mut weights = ([T::ZERO; RUN], [T::ZERO; RUN]);
+                let mut weights = ([0.0; RUN], [0.0; RUN]);
                 for l in 0..RUN {
                     let t = run.fixed[l].wrapping_add(shift);
                     index[l] = (t as u32 >> Snap::DIGITS) as i32;
                     (weights.0[l], weights.1[l]) = band.weights.at(t);
                 }
-                add_pixels::<T, V>(row, &index, &weights, &mut near, &mut far);
+                add_pixels::<V>(row, &index, &weights, &mut near, &mut far);
             }
         }
         for l in 0..RUN {
@@ -320,12 +302,12 @@ unsafe fn add_plain<T: Scalar, V: Vector<T>, const N: usize>(
 /// # Safety
 /// The machine has the instruction set of `V`, and all those pixels are valid to read.
 #[inline(always)]
-unsafe fn add_pixels<T: Scalar, V: Vector<T>>(
-    row: *const T,
+unsafe fn add_pixels<V: Vector<f32>>(
+    row: *const f32,
     index: &[i32; RUN],
-    weights: &([T; RUN], [T; RUN]),
-    near: &mut [T; RUN],
-    far: &mut [T; RUN],
+    weights: &([f32; RUN], [f32; RUN]),
+    near: &mut [f32; RUN],
+    far: &mut [f32; RUN],
 ) {
     for start in (0..RUN).step_by(V::WIDTH) {
         // SAFETY: the caller's promise; all arrays are RUN long.
@@ -355,7 +337,7 @@ mod x86 {
     /// The machine has AVX-512; the rest as for [`AddFixed::add_fixed`].
     #[inline(always)]
     pub(super) unsafe fn add_avx512<const N: usize>(
-        band: &Band<'_, f32>,
+        band: &Band<'_>,
         runs: &[FixedRun; N],
         sums: &mut [[f32; RUN]; N],
     ) {
@@ -398,7 +380,7 @@ mod x86 {
     /// The machine has AVX2 and FMA; the rest as for [`AddFixed::add_fixed`].
     #[inline(always)]
     pub(super) unsafe fn add_avx2<const N: usize>(
-        band: &Band<'_, f32>,
+        band: &Band<'_>,
         runs: &[FixedRun; N],
         sums: &mut [[f32; RUN]; N],
     ) {

@@ -1,16 +1,12 @@
-//! All kernels, compiled here for each of the two sample types: code that is generic over them would be compiled again in every crate
-//! that calls it.
+//! The kernels that are generic in the sample type, compiled here for both: otherwise every crate that calls them would compile them again.
 
 use std::ops::Range;
 
 use rustfft::num_complex::Complex;
 
-use super::fixed::{self, Bins, FixedPositions};
 use super::pairs::{self, BoxRay, Pairs, Place};
-use super::pixels::{self, SortedBins};
 use super::spread::{self, RayPath, Taps};
 use super::tile::{self, Tile};
-use super::vector::RUN;
 use super::{InstructionSet, transpose};
 use crate::scalar::Scalar;
 
@@ -37,10 +33,6 @@ kernels! {
     fn extend(pairs: &mut Pairs<Self>, ray: &BoxRay<Self>, m: usize, n: usize, place: Place) = pairs::extend;
     fn gather(pixels: &[Self], pairs: &Pairs<Self>, range: Range<usize>, across: usize, sums: &mut [Self]) = pairs::gather;
     fn scatter(pixels: &mut [Self], pairs: &Pairs<Self>, range: Range<usize>, across: usize, ray: &[Self]) = pairs::scatter;
-    fn add_bins(
-        bins: &Bins<'_, Self>, n_steps: usize, n_band: usize, positions: &mut FixedPositions, sums: &mut [Self]
-    ) = fixed::add_bins;
-    fn add_sorted(views: &[SortedBins<Self>], first: usize, sums: &mut [[Self; RUN]]) = pixels::add_sorted;
     fn spread(
         taps: &Taps<Self>, path: &RayPath, values: (&[Complex<Self>], &[Self], Complex<Self>), cells: &mut [Complex<Self>]
     ) = spread::spread;

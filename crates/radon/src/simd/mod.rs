@@ -2,24 +2,31 @@
 
 #![allow(unsafe_code)]
 
-/// Defines `name(set, arguments)`: the given loop with the vectors of an instruction set, in a function compiled for that set.
+/// Defines `name(set, arguments)`: the given loop with the vectors of an instruction set, in a function compiled for that set. The loop is
+/// generic in the sample type, whose registers its bound names, or `for f32`.
 ///
 /// # Safety
 /// Of what it defines: the machine has the set (a plan holds none before `is_available`), and what the loop asks of its arguments.
 macro_rules! per_set {
     (fn $name:ident<$bound:ident>($($argument:ident: $type:ty),*) $(-> $out:ty)? = $looped:ident) => {
-        unsafe fn $name<T: $bound>(set: InstructionSet, $($argument: $type),*) $(-> $out)? {
+        per_set!(@ $name [T: $bound] T ($($argument: $type),*) ($(-> $out)?) $looped [T,]);
+    };
+    (fn $name:ident($($argument:ident: $type:ty),*) = $looped:ident for f32) => {
+        per_set!(@ $name [] f32 ($($argument: $type),*) () $looped []);
+    };
+    (@ $name:ident [$($bound:tt)*] $t:ident ($($argument:ident: $type:ty),*) ($($out:tt)*) $looped:ident [$($own:tt)*]) => {
+        unsafe fn $name<$($bound)*>(set: InstructionSet, $($argument: $type),*) $($out)* {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-            unsafe fn avx512<T: $bound>($($argument: $type),*) $(-> $out)? {
+            unsafe fn avx512<$($bound)*>($($argument: $type),*) $($out)* {
                 // SAFETY: this function is compiled for the set; the rest is the caller's promise.
-                unsafe { $looped::<T, T::Avx512>($($argument),*) }
+                unsafe { $looped::<$($own)* <$t as Registers>::Avx512>($($argument),*) }
             }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma")]
-            unsafe fn avx2<T: $bound>($($argument: $type),*) $(-> $out)? {
+            unsafe fn avx2<$($bound)*>($($argument: $type),*) $($out)* {
                 // SAFETY: as above.
-                unsafe { $looped::<T, T::Avx2>($($argument),*) }
+                unsafe { $looped::<$($own)* <$t as Registers>::Avx2>($($argument),*) }
             }
             // SAFETY: the caller's promise; the baseline needs nothing that the target lacks.
             unsafe {
@@ -29,8 +36,8 @@ macro_rules! per_set {
                     #[cfg(target_arch = "x86_64")]
                     InstructionSet::Avx2 => avx2($($argument),*),
                     #[cfg(target_arch = "aarch64")]
-                    InstructionSet::Neon => $looped::<T, T::Neon>($($argument),*),
-                    _ => $looped::<T, T::Baseline>($($argument),*),
+                    InstructionSet::Neon => $looped::<$($own)* <$t as Registers>::Neon>($($argument),*),
+                    _ => $looped::<$($own)* <$t as Registers>::Baseline>($($argument),*),
                 }
             }
         }
@@ -40,6 +47,7 @@ macro_rules! per_set {
 mod fixed;
 mod kernels;
 mod pairs;
+#[cfg_attr(not(target_arch = "x86_64"), allow(dead_code))]
 mod pixels;
 mod registers;
 mod spread;
@@ -49,10 +57,10 @@ mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub(crate) use fixed::{Bins, FixedPositions, MARGIN};
+pub(crate) use fixed::{Bins, FixedPositions, MARGIN, add_bins};
 pub(crate) use kernels::Kernels;
 pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, prefetch};
-pub(crate) use pixels::SortedBins;
+pub(crate) use pixels::{SortedBins, add_sorted};
 pub(crate) use spread::{DIGITS, LANES, RayPath, Taps};
 pub(crate) use tile::{ALONE, Tile, ViewStep};
 pub(crate) use vector::{RUN, WINDOW};

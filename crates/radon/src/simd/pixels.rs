@@ -3,11 +3,7 @@
 use super::InstructionSet;
 use super::fixed::{FixedWeights, REST, whole};
 use super::pairs::{BoxRay, Snap};
-use super::registers::Registers;
-use super::vector::{Plain, RUN, Vector};
-#[cfg(target_arch = "x86_64")]
-use super::x86::{F32x8, F32x16, F64x4, F64x8};
-use crate::scalar::Scalar;
+use super::vector::RUN;
 
 /// Zeros before and behind the rays of a view: more than the pixels of a run are met by.
 const MARGIN: usize = 48;
@@ -16,11 +12,11 @@ const EARLY: f64 = 1e-4;
 
 /// The rays of a view in the order of their positions.
 #[derive(Debug, Default)]
-pub struct SortedBins<T> {
+pub(crate) struct SortedBins {
     /// Values, and positions at step 0 modulo 32 pixels, `MARGIN` zeros on either side.
-    rays: Vec<T>,
+    rays: Vec<f32>,
     fixed: Vec<i32>,
-    weights: FixedWeights<T>,
+    weights: FixedWeights,
     /// The first bin that may meet position 0 in step 0, and how many bins there are for each pixel.
     start: f64,
     per_pixel: f64,
@@ -34,7 +30,7 @@ pub struct SortedBins<T> {
     falling: bool,
 }
 
-impl<T: Scalar> SortedBins<T> {
+impl SortedBins {
     /// The first of the bins that may meet a pixel, in their own order and counted from the first by position, and the way to the
     /// next.
     #[inline(always)]
@@ -50,11 +46,11 @@ impl<T: Scalar> SortedBins<T> {
     /// than a window of bins may meet a run of pixels, nor if they are too far away.
     pub(crate) fn fill(
         &mut self,
-        ray: BoxRay<T>,
+        ray: BoxRay<f32>,
         first: f64,
         per_bin: f64,
         n_steps: usize,
-        values: &[T],
+        values: impl ExactSizeIterator<Item = f32>,
     ) -> bool {
         // 7 / 0.7 + 3 bins meet half a run, 15 / 0.7 + 3 a whole one: less than 16 and 32.
         const FINEST: f64 = 0.7;
@@ -66,11 +62,11 @@ impl<T: Scalar> SortedBins<T> {
         }
         let offset = |bin: usize| ray.snap.of(first + bin as f64 * per_bin);
         self.rays.clear();
-        self.rays.resize(n + 2 * MARGIN, T::ZERO);
+        self.rays.resize(n + 2 * MARGIN, 0.0);
         self.fixed.clear();
         self.fixed.resize(n + 2 * MARGIN, 0);
         self.falling = per_bin < 0.0;
-        for (bin, &value) in values.iter().enumerate() {
+        for (bin, value) in values.enumerate() {
             let at = MARGIN + if self.falling { n - 1 - bin } else { bin };
             self.rays[at] = value;
             self.fixed[at] = whole(offset(bin)) as i32;
@@ -92,43 +88,32 @@ impl<T: Scalar> SortedBins<T> {
 }
 
 /// Adds what the views bring to a run of pixels from `first` on in every step: view by view and bin by bin, with the weights of
-/// [`scatter`](super::scatter) and in its order.
-pub(super) fn add_sorted<T: StepRegisters>(
+/// [`scatter`](super::scatter) and in its order. For AVX2 and AVX-512 alone: with others the method for stacks is as fast.
+pub(crate) fn add_sorted(
     set: InstructionSet,
-    views: &[SortedBins<T>],
+    views: &[SortedBins],
     first: usize,
-    sums: &mut [[T; RUN]],
+    sums: &mut [[f32; RUN]],
 ) {
     for sorted in views {
         // SAFETY: a projector holds a set only after `is_available`.
-        unsafe { add_view(set, sorted, first, sums) }
-    }
-}
-
-per_set!(fn add_view<StepRegisters>(sorted: &SortedBins<T>, first: usize, sums: &mut [[T; RUN]]) = add_runs);
-
-/// # Safety
-/// The machine has the instruction set of `V`.
-#[inline(always)]
-unsafe fn add_runs<T: Scalar, V: AddStep<T>>(
-    sorted: &SortedBins<T>,
-    first: usize,
-    sums: &mut [[T; RUN]],
-) {
-    const HALF: usize = RUN / 2;
-    // SAFETY: the caller's promise.
-    unsafe {
-        match V::PIXELS {
-            HALF => add_lanes::<T, V, HALF>(sorted, first, sums),
-            _ => add_lanes::<T, V, RUN>(sorted, first, sums),
+        unsafe {
+            match set {
+                #[cfg(target_arch = "x86_64")]
+                InstructionSet::Avx512 => x86::add_view_avx512(sorted, first, sums),
+                #[cfg(target_arch = "x86_64")]
+                InstructionSet::Avx2 => x86::add_view_avx2(sorted, first, sums),
+                #[expect(clippy::unreachable, reason = "no slices are few for other sets")]
+                _ => unreachable!("{set:?}"),
+            }
         }
     }
 }
 
 /// The bins that may meet `W` pixels at a step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct StepBins<'a, T> {
-    sorted: &'a SortedBins<T>,
+pub(super) struct StepBins<'a> {
+    sorted: &'a SortedBins,
     /// Place of the first of them among the rays.
     at: usize,
     /// How far behind it the first pixel's bins begin, in fixed point.
@@ -137,13 +122,15 @@ pub(crate) struct StepBins<'a, T> {
     shift: i32,
 }
 
-/// # Safety
-/// The machine has the instruction set of `V`, whose `add_step` works on `W` pixels (`V::PIXELS`).
+/// Calls `add_step` for each step of a view at which bins may meet `W` pixels of the run.
+///
+/// The window of rays of each step is within the rays.
 #[inline(always)]
-unsafe fn add_lanes<T: Scalar, V: AddStep<T>, const W: usize>(
-    sorted: &SortedBins<T>,
+fn add_lanes<const W: usize>(
+    sorted: &SortedBins,
     first: usize,
-    sums: &mut [[T; RUN]],
+    sums: &mut [[f32; RUN]],
+    add_step: impl Fn(StepBins<'_>, &mut [f32; W]),
 ) {
     // A window behind all rays, or before them, holds none.
     let end = sorted.rays.len() - MARGIN;
@@ -166,79 +153,9 @@ unsafe fn add_lanes<T: Scalar, V: AddStep<T>, const W: usize>(
                 shift: shift.wrapping_sub((position as i32) << Snap::DIGITS),
             };
             let (sums, _) = sums[half..].as_chunks_mut::<W>();
-            // SAFETY: the last window ends within the margin behind the rays.
-            unsafe { V::add_step(step, &mut sums[0]) };
+            // The last window ends within the margin behind the rays.
+            add_step(step, &mut sums[0]);
         }
-    }
-}
-
-/// A register that adds up the bins of a step.
-pub(crate) trait AddStep<T: Scalar>: Vector<T> {
-    /// Pixels whose bins at a step are in two registers: a run, or half of one.
-    const PIXELS: usize = RUN;
-
-    /// Adds to the sums of `W` pixels, which are `PIXELS`, what the bins of a step bring.
-    ///
-    /// # Safety
-    /// The machine has the instruction set, and the window of the step is within the rays.
-    #[inline(always)]
-    unsafe fn add_step<const W: usize>(step: StepBins<'_, T>, sums: &mut [T; W]) {
-        add_step::<T, Self, W>(step, sums);
-    }
-}
-
-/// Sample types all of whose registers do.
-pub(crate) trait StepRegisters:
-    Registers<Baseline: AddStep<Self>, Neon: AddStep<Self>, Avx2: AddStep<Self>, Avx512: AddStep<Self>>
-{
-}
-impl StepRegisters for f32 {}
-impl StepRegisters for f64 {}
-impl<T: Scalar, const W: usize, const FUSED: bool> AddStep<T> for Plain<T, W, FUSED> {}
-#[cfg(target_arch = "x86_64")]
-impl AddStep<f64> for F64x4 {}
-#[cfg(target_arch = "x86_64")]
-impl AddStep<f64> for F64x8 {}
-#[cfg(target_arch = "x86_64")]
-impl AddStep<f32> for F32x8 {
-    const PIXELS: usize = RUN / 2;
-
-    #[inline(always)]
-    unsafe fn add_step<const W: usize>(step: StepBins<'_, f32>, sums: &mut [f32; W]) {
-        // SAFETY: the caller's promise.
-        unsafe { x86::add_avx2(step, sums) }
-    }
-}
-#[cfg(target_arch = "x86_64")]
-impl AddStep<f32> for F32x16 {
-    #[inline(always)]
-    unsafe fn add_step<const W: usize>(step: StepBins<'_, f32>, sums: &mut [f32; W]) {
-        // SAFETY: the caller's promise.
-        unsafe { x86::add_avx512(step, sums) }
-    }
-}
-
-/// Without intrinsics of any set.
-#[inline(always)]
-fn add_step<T: Scalar, V: Vector<T>, const W: usize>(step: StepBins<'_, T>, sums: &mut [T; W]) {
-    let sorted = step.sorted;
-    let (mut k, by) = sorted.first_candidate();
-    for _ in 0..sorted.most {
-        for l in 0..W {
-            let bin = (step.rest.wrapping_add(sorted.lanes[l])) as u32 >> Snap::DIGITS;
-            let bin = step.at + (bin as i32 + k) as usize;
-            let place = sorted.fixed[bin]
-                .wrapping_add(step.shift)
-                .wrapping_sub((l as i32) << Snap::DIGITS);
-            let (near, far) = sorted.weights.at(place);
-            let weight = match place >> Snap::DIGITS {
-                0 => near,
-                -1 => far,
-                _ => T::ZERO,
-            };
-            sums[l] = V::multiply_add_one(weight, sorted.rays[bin], sums[l]);
-        }
-        k += by;
     }
 }
 
@@ -251,16 +168,40 @@ mod x86 {
     use crate::simd::x86::pick;
 
     /// # Safety
-    /// The machine has AVX-512; the rest as for [`AddStep::add_step`].
+    /// The machine has AVX-512.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+    pub(super) unsafe fn add_view_avx512(
+        sorted: &SortedBins,
+        first: usize,
+        sums: &mut [[f32; RUN]],
+    ) {
+        // SAFETY: the caller's promise, and that of `add_lanes`.
+        add_lanes(sorted, first, sums, |step, sums| unsafe {
+            add_avx512(step, sums)
+        });
+    }
+
+    /// # Safety
+    /// The machine has AVX2 and FMA.
+    #[target_feature(enable = "avx2,fma")]
+    pub(super) unsafe fn add_view_avx2(sorted: &SortedBins, first: usize, sums: &mut [[f32; RUN]]) {
+        // SAFETY: the caller's promise, and that of `add_lanes`.
+        add_lanes(sorted, first, sums, |step, sums| unsafe {
+            add_avx2(step, sums)
+        });
+    }
+
+    /// # Safety
+    /// The machine has AVX-512, and the window of the step is within the rays.
     #[inline(always)]
-    pub(super) unsafe fn add_avx512(step: StepBins<'_, f32>, sums: &mut [f32]) {
+    unsafe fn add_avx512(step: StepBins<'_>, sums: &mut [f32; RUN]) {
         let StepBins {
             sorted,
             at,
             rest,
             shift,
         } = step;
-        debug_assert!(sums.len() == 16 && at + 32 <= sorted.rays.len());
+        debug_assert!(at + 32 <= sorted.rays.len());
         // SAFETY: the machine has the set, and there is room for a window of rays, as the caller promised.
         unsafe {
             let (rays, fixed) = (
@@ -314,16 +255,16 @@ mod x86 {
     }
 
     /// # Safety
-    /// The machine has AVX2 and FMA; the rest as for [`AddStep::add_step`].
+    /// The machine has AVX2 and FMA, and the window of the step is within the rays.
     #[inline(always)]
-    pub(super) unsafe fn add_avx2(step: StepBins<'_, f32>, sums: &mut [f32]) {
+    unsafe fn add_avx2(step: StepBins<'_>, sums: &mut [f32; RUN / 2]) {
         let StepBins {
             sorted,
             at,
             rest,
             shift,
         } = step;
-        debug_assert!(sums.len() == 8 && at + 16 <= sorted.rays.len());
+        debug_assert!(at + 16 <= sorted.rays.len());
         // SAFETY: the machine has the set, and there is room for a window of rays, as the caller promised.
         unsafe {
             let (rays, fixed) = (
