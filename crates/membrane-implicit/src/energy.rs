@@ -63,10 +63,9 @@ impl Ledger {
 /// kinetic + elastic + damping_loss + numerical_loss = initial + pressure_work
 /// ```
 ///
-/// holds to rounding (1e-9 of the sum of the terms at most), except under [`Load::feedback`](crate::Load::feedback): there the pressure
-/// of an implicit stage meets its law as closely as the stage is solved, and the two sides differ by up to 3e-8 of the sum of the terms
-/// (1.4e-8 was the most in 1000 random runs). Each term has its own formula; none is found as the difference of the others. A Runge-Kutta scheme with stages (c_i, v_i) and slopes k_i = (v_i, a_i) does the work
-/// dt sum b_i v_i.F_p,i, loses dt sum b_i mu |v_i|^2 to damping and
+/// holds to rounding, at most 1e-9 of the sum of the terms. Each term has its own formula; none is computed as the difference of the
+/// others. A Runge-Kutta scheme with stages (c_i, v_i) and slopes k_i = (v_i, a_i) does the work dt sum b_i v_i.F_p,i, loses
+/// dt sum b_i mu |v_i|^2 to damping and
 /// dt^2/2 sum (b_i a_ij + b_j a_ji - b_i b_j) (m a_i.a_j - v_i.K v_j) to its own error: never
 /// negative for an algebraically stable scheme, zero for the midpoint rule (Hairer and Wanner 1996, IV.12).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,8 +86,7 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// kinetic + elastic + losses - initial - work: rounding, and up to 3e-8 of the terms under
-    /// [`Load::feedback`](crate::Load::feedback).
+    /// The rounding error of the balance, kinetic + elastic + losses - initial - work.
     pub fn imbalance(&self) -> f64 {
         self.kinetic + self.elastic + self.damping_loss + self.numerical_loss
             - self.initial

@@ -4,7 +4,7 @@
 //!
 //! # Equations
 //!
-//! Both ends are held; N nodes; forces are per unit s; a dot is d/dt. The energy terms ([`Energy`]) add up to rounding, under feedback to 3e-8.
+//! Both ends are held; N nodes; forces are per unit s; a dot is d/dt. The energy terms ([`Energy`]) balance to rounding.
 //!
 #![doc = include_str!("../img/equations.html")]
 //!

@@ -251,8 +251,13 @@ impl Mover {
         })
     }
 
-    /// Scaled local error of the attempted step (1 is just acceptable); `None` where the estimate needs a previous step and
-    /// there is none.
+    /// Whether a step led to the present.
+    pub(crate) fn has_previous(&self) -> bool {
+        self.now().time > self.old.time
+    }
+
+    /// Scaled local error of the attempted step by the scheme's own estimate (1 is just acceptable); `None` where that needs a previous
+    /// step and there is none.
     pub(crate) fn error(&mut self, tolerance: (f64, f64)) -> Option<f64> {
         let (now, new) = (&self.stages[0], &self.stages[self.stages.len() - 1]);
         let (dt, before) = (new.time - now.time, now.time - self.old.time);
@@ -274,6 +279,9 @@ impl Mover {
                 add_one(new, weight / dt);
                 add_one(now, -weight / dt - weight / before);
                 add_one(&self.old, weight / before);
+                // kicks at the ends of the step leave dt^3 / 6 of the position
+                let factor = self.scheme.position_factor();
+                position.iter_mut().for_each(|p| *p *= factor);
             }
             None => return None,
         }
@@ -319,14 +327,16 @@ impl Mover {
         by_doubling.max(self.error_by_simpson(tolerance))
     }
 
-    /// Scaled error of the attempted step's change of velocity against Simpson's rule for the accelerations at both ends and in the
-    /// middle, (v1 - v0) / dt.
+    /// Scaled error of the attempted step against Simpson's rule for the accelerations a0 and a1 at both ends and a = (v1 - v0) / dt in the
+    /// middle: dt (a0 - 2 a + a1) / 6 of the velocity, dt^2 (a0 - a) / 6 of the position. The estimate is doubled for the velocity.
     fn error_by_simpson(&mut self, tolerance: (f64, f64)) -> f64 {
         let (now, new) = (&self.stages[0], &self.stages[self.stages.len() - 1]);
         let dt = new.time - now.time;
-        for (i, error) in self.error.velocity.iter_mut().enumerate() {
-            let ends = now.acceleration[i] + new.acceleration[i];
-            *error = dt / 3.0 * ends - 2.0 / 3.0 * (new.velocity[i] - now.velocity[i]);
+        let change = new.velocity.iter().zip(&now.velocity).map(|(new, now)| new - now);
+        for (i, change) in change.enumerate() {
+            let [before, after] = [now, new].map(|at| dt * at.acceleration[i]);
+            self.error.velocity[i] = (before - 2.0 * change + after) / 3.0;
+            self.error.position[i] = dt / 6.0 * (before - change);
         }
         self.scaled_error(tolerance, dt)
     }
@@ -350,6 +360,14 @@ impl Mover {
             LoadKind::Intensity | LoadKind::TotalForce | LoadKind::Feedback => {
                 by_position.max(safety * rms(velocity) / tolerance.1)
             }
+        }
+    }
+
+    /// The longest step with which the scheme is stable.
+    pub(crate) fn longest_step(&self) -> f64 {
+        match self.scheme {
+            Scheme::Splitting2 => self.body.largest_explicit_step(),
+            _ => f64::INFINITY,
         }
     }
 

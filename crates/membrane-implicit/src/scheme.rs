@@ -146,6 +146,14 @@ impl Scheme {
         }
     }
 
+    /// Local error of a position over dt^3 / 12 of its third derivative, of schemes without such weights.
+    pub(crate) fn position_factor(self) -> f64 {
+        match self {
+            Self::SemiImplicitEuler | Self::TrBdf2 | Self::Midpoint => 1.0,
+            Self::ImplicitSplitting2 | Self::Splitting2 | Self::Splitting6 => 2.0,
+        }
+    }
+
     /// Kicks and drifts of a splitting; none for the other schemes.
     pub(crate) fn splitting(self) -> (&'static [f64], &'static [f64]) {
         match self {

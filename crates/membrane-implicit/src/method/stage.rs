@@ -295,6 +295,15 @@ impl Stage {
             iterations,
             change,
         };
+        // A feedback answers along a direction of its own, in which a matrix of another state contracts less than in that of the
+        // first change.
+        let least = match eq.constraint {
+            Constraint::Feedback(_) => 3,
+            Constraint::Intensity(_)
+            | Constraint::TotalForce(_)
+            | Constraint::Volume(_)
+            | Constraint::Answer(_) => 2,
+        };
         let mut fresh = self.factored != h;
         let mut last = f64::INFINITY;
         for iteration in 1..=MAX_ITERATIONS {
@@ -318,7 +327,7 @@ impl Stage {
             };
             let ratio = change / last;
             if change <= tolerance
-                || (iteration > 1 && ratio < 1.0 && change * ratio / (1.0 - ratio) <= tolerance)
+                || (iteration >= least && ratio < 1.0 && change * ratio / (1.0 - ratio) <= tolerance)
                 || (iteration > 2 && ratio > 0.3 && self.is_rounding(eq, change))
             {
                 return Ok(());

@@ -51,12 +51,13 @@ impl Motion {
         longest(most)?;
         let bounds = (tolerance.position, tolerance.velocity);
         let exponent = self.inner.error_exponent();
+        let longest_step = tolerance.longest.min(self.inner.longest_step());
         let mut dt = self
             .next_dt
             .unwrap_or_else(|| self.inner.first_step(tolerance.position));
-        let mut grow = 4.0;
+        let mut grow = 3.0;
         loop {
-            let wanted = dt.min(tolerance.longest);
+            let wanted = dt.min(longest_step);
             // two equal steps rather than a whole one and a sliver
             let cut = if wanted >= most {
                 most
@@ -101,18 +102,18 @@ impl Motion {
         }
     }
 
-    /// Scaled local error of the attempted step of length `dt`, the larger of a pair's: the scheme's own estimate, or by step
-    /// doubling in a copy where that needs a previous step and there is none.
+    /// Scaled local error of the attempted step of length `dt`, the larger of a pair's: the scheme's own estimate; for a first step,
+    /// in which a load may begin to rise between the stages, also that of step doubling in a copy.
     fn local_error(&mut self, dt: f64, bounds: (f64, f64)) -> Result<f64, ImplicitError> {
         let estimates = self.movers_mut().filter_map(|s| s.error(bounds));
-        if let Some(error) = estimates.reduce(f64::max) {
+        let mut error = estimates.fold(0.0, f64::max);
+        if self.inner.has_previous() {
             return Ok(error);
         }
         let mut halves = self.clone();
         halves.attempt(0.5 * dt)?;
         halves.accept(None);
         halves.attempt(0.5 * dt)?;
-        let mut error = 0.0f64;
         for (stepper, halves) in self.movers_mut().zip(halves.movers_mut()) {
             error = error.max(stepper.error_by_doubling(halves, bounds));
             stepper.work = Work {
