@@ -57,13 +57,6 @@ impl Reference {
         reference
     }
 
-    /// Values and derivatives at each Gauss point, as rows over the nodes.
-    pub(crate) fn gauss_rows(&self) -> impl Iterator<Item = (&[f64], &[f64])> {
-        let n = self.nodes.len();
-        let values = self.to_gauss.chunks_exact(n);
-        values.zip(self.derivative_to_gauss.chunks_exact(n))
-    }
-
     /// `row` . values = value at `t` of the polynomial through `values` at the nodes (barycentric).
     pub(crate) fn value_row(&self, t: f64, row: &mut [f64]) {
         let degree = self.nodes.len() - 1;

@@ -155,13 +155,6 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     /// As [`DiscreteMembrane::check_stretches`].
     fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError>;
 
-    /// `out` = what `velocities` of rubber of density 1 have as momentum at the nodes: the integral of 2 pi r0 h v over the meridian, times
-    /// the functions that the nodes stand for. With two-node elements each node has half of its elements' volumes.
-    ///
-    /// # Errors
-    /// [`MembraneError::OtherMaterial`] for springs.
-    fn momentum_into(&self, velocities: &[f64], out: &mut [f64]) -> Result<(), MembraneError>;
-
     /// Adds `scale` times the mass matrix of rubber of density 1 to the rows of `out` that move, such as to a tangent.
     ///
     /// The mass matrix of spectral elements is the integral of 2 pi r0 h over the meridian times the products of the functions of two
@@ -244,6 +237,42 @@ pub struct Tangent {
     pub blocks: Vec<Vec<f64>>,
     /// The rest.
     pub band: BandMatrix,
+}
+
+impl Tangent {
+    /// `out` = A `x`, A the matrix. Cost as its number of entries.
+    ///
+    /// # Panics
+    /// A length that is not that of a state.
+    pub fn mul_into(&self, x: &[f64], out: &mut [f64]) {
+        let Some(block) = self.blocks.first() else {
+            return self.band.mul_into(x, out);
+        };
+        let size = block.len().isqrt();
+        let stride = size - 2;
+        let ends: Vec<usize> = (0..self.band.len())
+            .map(|i| i / 2 * stride + i % 2)
+            .collect();
+        let at_ends: Vec<f64> = ends.iter().map(|&end| x[end]).collect();
+        let mut product = vec![0.0; ends.len()];
+        self.band.mul_into(&at_ends, &mut product);
+        out.fill(0.0);
+        ends.iter()
+            .zip(product)
+            .for_each(|(&end, value)| out[end] = value);
+        for (e, block) in self.blocks.iter().enumerate() {
+            let first = e * stride;
+            let inner = first + 2..first + stride;
+            let places: Vec<usize> = inner
+                .chain(first..first + 2)
+                .chain(first + stride..first + size)
+                .collect();
+            for (row, &to) in block.chunks_exact(size).zip(&places) {
+                let products = row.iter().zip(&places).map(|(a, &from)| a * x[from]);
+                out[to] += products.sum::<f64>();
+            }
+        }
+    }
 }
 
 /// What a discretised membrane has however it is discretised; its methods in [`DiscreteMembrane`] say what each is.

@@ -11,7 +11,7 @@ use crate::material::{ElementSprings, Material, compliance};
 use crate::measures::{Measure, Measures};
 use crate::membrane::Membrane;
 use crate::rest::CurvePoint;
-use crate::rubber_elements::RubberElements;
+use crate::rubber_energy::{RubberEnergy, Rule};
 
 /// A membrane as polynomials of one degree p on elements that follow the breakpoints of its rest
 /// shape and stiffness.
@@ -43,7 +43,7 @@ pub struct SpectralElements {
 #[derive(Debug, Clone)]
 enum ElementMaterial {
     Springs(Vec<ElementSprings>),
-    Rubber(RubberElements),
+    Rubber(RubberEnergy),
 }
 
 /// The part of a curve from s = `from` to `to`.
@@ -115,7 +115,7 @@ impl SpectralElements {
         let mut material = match membrane.material() {
             Material::Springs { .. } => ElementMaterial::Springs(Vec::new()),
             Material::Rubber(rubber) => {
-                ElementMaterial::Rubber(RubberElements::new(rubber, reference))
+                ElementMaterial::Rubber(RubberEnergy::new(rubber, Rule::gauss(reference)))
             }
         };
         let rest_breaks = membrane.rest().breakpoints();
@@ -155,7 +155,7 @@ impl SpectralElements {
                         springs.push(ElementSprings::new(reference, rest, &stiffness, length));
                     }
                     ElementMaterial::Rubber(rubber) => {
-                        rubber.push(reference, (from, to), rest_at)?;
+                        rubber.push((from, to), rest_at, |_| false)?;
                         scale = rubber.scale();
                     }
                 }
@@ -188,18 +188,6 @@ impl SpectralElements {
         self.elements.len()
     }
 
-    /// What states `nodes` and `out` have at the nodes of element `e`.
-    fn local<'a>(
-        &self,
-        e: usize,
-        nodes: &'a [f64],
-        out: &'a mut [f64],
-    ) -> (&'a [[f64; 2]], &'a mut [[f64; 2]]) {
-        let window = self.window(e);
-        let (nodes, out) = (&nodes[window.clone()], &mut out[window]);
-        (nodes.as_chunks().0, out.as_chunks_mut().0)
-    }
-
     fn check_tangent(&self, tangent: &Tangent) -> Result<(), MembraneError> {
         let (size, count) = (2 * (self.degree() + 1), self.elements.len());
         length("blocks", tangent.blocks.len(), count)?;
@@ -219,7 +207,7 @@ impl SpectralElements {
         }
     }
 
-    fn rubber(&self, what: &'static str) -> Result<&RubberElements, MembraneError> {
+    fn rubber(&self, what: &'static str) -> Result<&RubberEnergy, MembraneError> {
         match &self.material {
             ElementMaterial::Rubber(rubber) => Ok(rubber),
             ElementMaterial::Springs(_) => Err(MembraneError::OtherMaterial { what }),
@@ -264,15 +252,16 @@ impl DiscreteMembrane for SpectralElements {
     fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
         self.setting.check([nodes.len(), out.len()]);
         out.fill(0.0);
-        for e in 0..self.elements.len() {
-            let (nodes, out) = self.local(e, nodes, out);
-            match &self.material {
-                ElementMaterial::Springs(springs) => springs[e].add_pull_into(nodes, out),
-                ElementMaterial::Rubber(rubber) => {
-                    let pulled = rubber.add_forces_into(e, &self.reference, nodes, 0.0, out);
-                    if pulled.is_err() {
-                        out.fill([f64::NAN; 2]);
-                    }
+        match &self.material {
+            ElementMaterial::Springs(springs) => {
+                for (e, springs) in springs.iter().enumerate() {
+                    let (window, out) = (self.window(e), &mut out[self.window(e)]);
+                    springs.add_pull_into(nodes[window].as_chunks().0, out.as_chunks_mut().0);
+                }
+            }
+            ElementMaterial::Rubber(rubber) => {
+                if rubber.forces_into(nodes, 0.0, out).is_err() {
+                    out.fill(f64::NAN);
                 }
             }
         }
@@ -281,11 +270,10 @@ impl DiscreteMembrane for SpectralElements {
 
     fn check_stretches(&self, nodes: &[f64]) -> Result<(), MembraneError> {
         self.setting.refuse(nodes)?;
-        let ElementMaterial::Rubber(rubber) = &self.material else {
-            return Ok(());
-        };
-        let local = |e| nodes[self.window(e)].as_chunks().0;
-        (0..self.elements.len()).try_for_each(|e| rubber.check(e, &self.reference, local(e)))
+        match &self.material {
+            ElementMaterial::Springs(_) => Ok(()),
+            ElementMaterial::Rubber(rubber) => rubber.energy(nodes).map(drop),
+        }
     }
 
     /// Of springs zero where elements meet, too: what acts there is a jump of the tension.
@@ -300,10 +288,7 @@ impl DiscreteMembrane for SpectralElements {
         out.fill(0.0);
         let p = self.degree();
         if let ElementMaterial::Rubber(rubber) = &self.material {
-            for e in 0..self.elements.len() {
-                let (nodes, out) = self.local(e, nodes, out);
-                rubber.add_pressure_into(e, &self.reference, nodes, intensity, out);
-            }
+            rubber.pressure_into(nodes, intensity, out);
             self.setting.hold(out, 0.0);
             return Ok(());
         }
@@ -329,12 +314,7 @@ impl DiscreteMembrane for SpectralElements {
         let ElementMaterial::Rubber(rubber) = &self.material else {
             return forces_apart_into(self, nodes, intensity, elastic, out);
         };
-        out.fill(0.0);
-        let mut volume = 0.0;
-        for e in 0..self.elements.len() {
-            let (nodes, out) = self.local(e, nodes, out);
-            volume += rubber.add_forces_into(e, &self.reference, nodes, intensity, out)?;
-        }
+        let volume = rubber.forces_into(nodes, intensity, out)?;
         self.setting.hold(out, 0.0);
         Ok(Some(volume))
     }
@@ -358,15 +338,14 @@ impl DiscreteMembrane for SpectralElements {
         self.setting.refuse(nodes)?;
         self.check_tangent(out)?;
         let p = self.degree();
+        let mut columns = vec![0.0; 12 * (p + 1)];
         for (e, block) in out.blocks.iter_mut().enumerate() {
             match &self.material {
                 ElementMaterial::Springs(springs) => {
                     self.element_tangent_into(&springs[e], e, nodes, intensity, block)?;
                 }
                 ElementMaterial::Rubber(rubber) => {
-                    let nodes = nodes[self.window(e)].as_chunks().0;
-                    let load = (intensity, least);
-                    rubber.tangent_into(e, &self.reference, nodes, load, block)?;
+                    rubber.tangent_into(e, nodes, (intensity, least), &mut columns, block)?;
                 }
             }
         }
@@ -381,39 +360,15 @@ impl DiscreteMembrane for SpectralElements {
 
     fn strain_energy(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
         self.setting.refuse(nodes)?;
-        let rubber = self.rubber("strain energy")?;
-        let parts = (0..self.elements.len()).map(|e| {
-            let nodes = nodes[self.window(e)].as_chunks().0;
-            rubber.energy(e, &self.reference, nodes)
-        });
-        parts.sum()
+        self.rubber("strain energy")?.energy(nodes)
     }
 
     fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
         self.setting.refuse(nodes)?;
         match &self.material {
             ElementMaterial::Springs(_) => Ok(f64::INFINITY),
-            ElementMaterial::Rubber(rubber) => {
-                let mut least = f64::INFINITY;
-                for e in 0..self.elements.len() {
-                    let nodes = nodes[self.window(e)].as_chunks().0;
-                    least = least.min(rubber.least_tension(e, &self.reference, nodes)?);
-                }
-                Ok(least)
-            }
+            ElementMaterial::Rubber(rubber) => rubber.least_tension(nodes),
         }
-    }
-
-    fn momentum_into(&self, velocities: &[f64], out: &mut [f64]) -> Result<(), MembraneError> {
-        self.setting.refuse(velocities)?;
-        length("momenta", out.len(), velocities.len())?;
-        let rubber = self.rubber("momentum")?;
-        out.fill(0.0);
-        for e in 0..self.elements.len() {
-            let (from, out) = self.local(e, velocities, out);
-            rubber.add_momentum_into(e, &self.reference, from, out);
-        }
-        Ok(())
     }
 
     fn add_mass_into(&self, scale: f64, out: &mut Tangent) -> Result<(), MembraneError> {

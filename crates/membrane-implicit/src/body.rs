@@ -44,7 +44,7 @@ pub struct Body {
     pub(crate) mass: f64,
     /// Damping per unit s; of rubber per mass.
     damping: f64,
-    /// Volume of rubber of each unknown; 1 for springs.
+    /// Volume of rubber of each unknown, zero of what is fixed; 1 for springs.
     pub(crate) volumes: Vec<f64>,
     /// Factor of a sum over nodes: ds for springs, whose forces are per unit s, 1 for rubber.
     pub(crate) weight: f64,
@@ -81,14 +81,14 @@ impl Body {
     ) -> Result<Self, ImplicitError> {
         positive("density", density)?;
         let discrete = FiniteDifferences::half(membrane, n_nodes).map_err(rejected)?;
-        let start = discrete.start();
-        let mut volumes = vec![0.0; start.len()];
-        discrete
-            .momentum_into(&vec![1.0; start.len()], &mut volumes)
-            .map_err(rejected)?;
         let mut tangent = discrete.tangent();
         discrete
-            .tangent_into(start, 0.0, &mut tangent)
+            .add_mass_into(1.0, &mut tangent)
+            .map_err(rejected)?;
+        let mass = |i| tangent.band.get(i, i).unwrap_or(0.0);
+        let volumes = (0..tangent.band.len()).map(mass).collect();
+        discrete
+            .tangent_into(discrete.start(), 0.0, &mut tangent)
             .map_err(rejected)?;
         Self::of(discrete, density, (volumes, 1.0), tangent.band)
     }

@@ -332,7 +332,11 @@ impl Mover {
     fn error_by_simpson(&mut self, tolerance: (f64, f64)) -> f64 {
         let (now, new) = (&self.stages[0], &self.stages[self.stages.len() - 1]);
         let dt = new.time - now.time;
-        let change = new.velocity.iter().zip(&now.velocity).map(|(new, now)| new - now);
+        let change = new
+            .velocity
+            .iter()
+            .zip(&now.velocity)
+            .map(|(new, now)| new - now);
         for (i, change) in change.enumerate() {
             let [before, after] = [now, new].map(|at| dt * at.acceleration[i]);
             self.error.velocity[i] = (before - 2.0 * change + after) / 3.0;

@@ -89,6 +89,7 @@ struct Pencil<'a> {
     discrete: &'a dyn DiscreteMembrane,
     /// -K.
     tangent: Tangent,
+    mass: Tangent,
     /// -(K - shift M), then what is left of it.
     shifted: Tangent,
     factors: Factors,
@@ -116,7 +117,8 @@ impl<'a> Pencil<'a> {
             }
         };
         let (nodes, pressure) = (equilibrium.nodes(), equilibrium.intensity);
-        let mut tangent = discrete.tangent();
+        let (mut tangent, mut mass) = (discrete.tangent(), discrete.tangent());
+        discrete.add_mass_into(1.0, &mut mass)?;
         discrete.tangent_into(nodes, pressure, &mut tangent)?;
         let mut border = Border::new(nodes.len());
         discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
@@ -128,6 +130,7 @@ impl<'a> Pencil<'a> {
             factors: Factors::new(discrete),
             border,
             tangent,
+            mass,
             scale: modulus / equilibrium.measures.length.powi(2),
         })
     }
@@ -219,7 +222,7 @@ impl<'a> Pencil<'a> {
             for &held in self.discrete.held() {
                 x[held] = 0.0;
             }
-            self.discrete.momentum_into(&x, &mut momentum)?;
+            self.mass.mul_into(&x, &mut momentum);
             for &held in self.discrete.held() {
                 momentum[held] = 0.0;
             }

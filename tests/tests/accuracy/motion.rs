@@ -132,10 +132,9 @@ fn runge_kutta(
     let forces = body.differences();
     let n = forces.start().len();
     let (mut mass, mut damping) = (vec![body.mass(); n], vec![body.damping() / body.mass(); n]);
-    if forces
-        .momentum_into(&vec![body.mass(); n], &mut mass)
-        .is_ok()
-    {
+    let mut matrix = forces.tangent();
+    if forces.add_mass_into(body.mass(), &mut matrix).is_ok() {
+        matrix.mul_into(&vec![1.0; n], &mut mass);
         damping.fill(body.damping());
     }
     let slope = |time: f64, state: &[f64]| {

@@ -327,7 +327,9 @@ impl Stage {
             };
             let ratio = change / last;
             if change <= tolerance
-                || (iteration >= least && ratio < 1.0 && change * ratio / (1.0 - ratio) <= tolerance)
+                || (iteration >= least
+                    && ratio < 1.0
+                    && change * ratio / (1.0 - ratio) <= tolerance)
                 || (iteration > 2 && ratio > 0.3 && self.is_rounding(eq, change))
             {
                 return Ok(());

@@ -5,10 +5,10 @@ use crate::error::{ImplicitError, positive};
 use crate::scheme::Scheme;
 use crate::work::Work;
 
-/// Largest estimated error of one step, as root mean square over the nodes.
+/// The largest local error allowed in one step, as root mean square over the nodes.
 ///
-/// The estimate is that of the scheme. Where it needs the previous step and there is none, it compares one step with two of half
-/// the length. The tolerance does not bound the error of a run: errors of successive steps add up.
+/// The scheme estimates the error. A first step, in which the load may begin to rise, is also compared with two steps of half the length
+/// and with Simpson's rule. The tolerance does not bound the error of a run: errors of successive steps add up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
     /// Of a position, cm.

@@ -30,3 +30,27 @@ pub fn apart(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
         .map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]))
         .fold(0.0, f64::max)
 }
+
+/// The state at `end` of y' = slope(t, y), by the classical Runge-Kutta scheme.
+pub fn runge_kutta(
+    mut state: Vec<f64>,
+    end: f64,
+    steps: usize,
+    mut slope: impl FnMut(f64, &[f64]) -> Vec<f64>,
+) -> Vec<f64> {
+    let dt = end / steps as f64;
+    let moved = |state: &[f64], slope: &[f64], by: f64| -> Vec<f64> {
+        state.iter().zip(slope).map(|(x, k)| x + by * k).collect()
+    };
+    for step in 0..steps {
+        let time = step as f64 * dt;
+        let k1 = slope(time, &state);
+        let k2 = slope(time + 0.5 * dt, &moved(&state, &k1, 0.5 * dt));
+        let k3 = slope(time + 0.5 * dt, &moved(&state, &k2, 0.5 * dt));
+        let k4 = slope(time + dt, &moved(&state, &k3, dt));
+        for (i, x) in state.iter_mut().enumerate() {
+            *x += dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
+        }
+    }
+    state
+}

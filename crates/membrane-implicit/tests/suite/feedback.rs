@@ -4,7 +4,7 @@ use crate::common;
 
 use std::ops::ControlFlow;
 
-use common::{balloon, reference_body};
+use common::{balloon, reference_body, runge_kutta};
 use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_implicit::membrane_newton::{Control, Discretisation, NewtonOptions, Solver};
@@ -38,7 +38,7 @@ fn reference(end: f64, steps: usize) -> Vec<f64> {
     let forces = FiniteDifferences::new(&balloon(), 41).unwrap();
     let n = forces.start().len();
     let mut volume_gradient = vec![0.0; n];
-    let mut slope = |time: f64, state: &[f64]| {
+    let slope = |time: f64, state: &[f64]| {
         let (c, v) = state.split_at(n);
         let (mut elastic, mut pressure) = (vec![0.0; n], vec![0.0; n]);
         forces.elastic_force_into(c, &mut elastic);
@@ -57,20 +57,7 @@ fn reference(end: f64, steps: usize) -> Vec<f64> {
     };
     let mut state = forces.start().to_vec();
     state.resize(2 * n, 0.0);
-    let dt = end / steps as f64;
-    let moved = |state: &[f64], slope: &[f64], by: f64| -> Vec<f64> {
-        state.iter().zip(slope).map(|(x, k)| x + by * k).collect()
-    };
-    for step in 0..steps {
-        let time = step as f64 * dt;
-        let k1 = slope(time, &state);
-        let k2 = slope(time + 0.5 * dt, &moved(&state, &k1, 0.5 * dt));
-        let k3 = slope(time + 0.5 * dt, &moved(&state, &k2, 0.5 * dt));
-        let k4 = slope(time + dt, &moved(&state, &k3, dt));
-        for i in 0..2 * n {
-            state[i] += dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
-        }
-    }
+    let mut state = runge_kutta(state, end, steps, slope);
     state.truncate(n);
     state
 }

@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::apart;
+use common::{apart, runge_kutta};
 use membrane_implicit::{
     Body, ImplicitError, Load, LoadState, Membrane, Motion, RestShape, Scheme, Stop, TimeStep,
     Tolerance,
@@ -65,8 +65,9 @@ fn reference(end: f64, steps: usize, pressure: fn(f64) -> f64) -> Vec<[f64; 2]> 
     use membrane_implicit::membrane_newton::membrane_forces::FiniteDifferences;
     let forces = FiniteDifferences::new(&balloon(), 21).unwrap();
     let n = forces.start().len();
-    let mut mass = vec![0.0; n];
-    forces.momentum_into(&vec![1.0; n], &mut mass).unwrap();
+    let (mut mass, mut matrix) = (vec![0.0; n], forces.tangent());
+    forces.add_mass_into(1.0, &mut matrix).unwrap();
+    matrix.mul_into(&vec![1.0; n], &mut mass);
     let slope = |time: f64, state: &[f64]| {
         let (c, v) = state.split_at(n);
         let (mut elastic, mut push) = (vec![0.0; n], vec![0.0; n]);
@@ -76,24 +77,12 @@ fn reference(end: f64, steps: usize, pressure: fn(f64) -> f64) -> Vec<[f64; 2]> 
             .unwrap();
         let mut out = v.to_vec();
         out.extend((0..n).map(|i| (elastic[i] + push[i]) / mass[i]));
+        forces.held().iter().for_each(|held| out[n + held] = 0.0);
         out
     };
     let mut state = forces.start().to_vec();
     state.resize(2 * n, 0.0);
-    let dt = end / steps as f64;
-    let moved = |state: &[f64], slope: &[f64], by: f64| -> Vec<f64> {
-        state.iter().zip(slope).map(|(x, k)| x + by * k).collect()
-    };
-    for step in 0..steps {
-        let time = step as f64 * dt;
-        let k1 = slope(time, &state);
-        let k2 = slope(time + 0.5 * dt, &moved(&state, &k1, 0.5 * dt));
-        let k3 = slope(time + 0.5 * dt, &moved(&state, &k2, 0.5 * dt));
-        let k4 = slope(time + dt, &moved(&state, &k3, dt));
-        for i in 0..2 * n {
-            state[i] += dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
-        }
-    }
+    let state = runge_kutta(state, end, steps, slope);
     state[..n].as_chunks().0.to_vec()
 }
 
