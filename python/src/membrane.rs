@@ -120,7 +120,7 @@ impl PyMembrane {
         material.of(RestShape::disc(radius)?)
     }
 
-    /// Points [x, y] from one held end over the apex to the other, `[n][2]`.
+    /// Points [x, y] from one fixed end over the apex to the other, `[n][2]`.
     #[staticmethod]
     #[pyo3(signature = (curve, *, stiffness = None, law = None, rubber = None, thickness = None))]
     fn polyline(

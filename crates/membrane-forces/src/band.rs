@@ -1,6 +1,6 @@
 //! A square band matrix stored by rows: what tangents are written into.
 
-use crate::error::{MembraneError, at_most, length};
+use crate::error::{MembraneError, at_most};
 
 /// Square matrix with `lower` diagonals below and `upper` above the main one.
 ///
@@ -35,51 +35,6 @@ impl BandMatrix {
         let given = n.max(1).saturating_mul(width);
         at_most("numbers in a band matrix", given, MOST_NUMBERS)?;
         Ok(Self::of_shape(n, lower, upper))
-    }
-
-    /// A matrix with these rows, as stored: columns i - lower ..= i + upper of row i, entries outside the matrix included.
-    ///
-    /// ```
-    /// use membrane_forces::BandMatrix;
-    /// let a = BandMatrix::from_rows(1, 0, [[0.0, 2.0], [1.0, 2.0], [1.0, 2.0]])?;
-    /// assert_eq!((a.len(), a.get(1, 0), a.get(1, 1)), (3, Some(1.0), Some(2.0)));
-    /// # Ok::<(), membrane_forces::MembraneError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As [`BandMatrix::zeros`]; a row of another length than lower + upper + 1; [`MembraneError::OutsideBand`] for an entry outside
-    /// the matrix that is not zero.
-    pub fn from_rows(
-        lower: usize,
-        upper: usize,
-        rows: impl IntoIterator<Item: AsRef<[f64]>>,
-    ) -> Result<Self, MembraneError> {
-        let width = lower.saturating_add(upper).saturating_add(1);
-        let mut data = Vec::new();
-        for row in rows {
-            length("row of a band", row.as_ref().len(), width)?;
-            data.extend_from_slice(row.as_ref());
-            at_most("numbers in a band matrix", data.len(), MOST_NUMBERS)?;
-        }
-        let n = data.len() / width;
-        for (at, value) in data.iter().enumerate() {
-            let (row, column) = (at / width, at / width + at % width);
-            if *value != 0.0 && !(lower..n + lower).contains(&column) {
-                return Err(MembraneError::OutsideBand {
-                    row,
-                    column: column.saturating_sub(lower),
-                    n,
-                    lower,
-                    upper,
-                });
-            }
-        }
-        Ok(Self {
-            n,
-            lower,
-            upper,
-            data,
-        })
     }
 
     /// As [`BandMatrix::zeros`], for a shape that is known to be small enough.

@@ -22,13 +22,13 @@ use crate::rubber_energy::{RubberEnergy, Rule};
 /// F_p(n) = p (-d_y, d_x) / (2 ds)                            law per current length
 /// ```
 ///
-/// The two end nodes are held: their forces and their rows in every tangent are zero. A node
+/// The two end nodes are fixed: their forces and their rows in every tangent are zero. A node
 /// next to an end has no second neighbour on that side; its spring goes to the mirror image
 /// u(-1) = 2 u(0) - u(1), which keeps the order two and the matrix symmetric.
 ///
 /// [`FiniteDifferences::half`] keeps only the nodes up to the axis if the problem is its own mirror
 /// image: a neighbour beyond it is then the image (x, -y) of the node N - 1 - n. The forces are
-/// those of the whole curve. An odd N has a node on the axis, free along it and held on it; with an
+/// those of the whole curve. An odd N has a node on the axis, free along it and fixed on it; with an
 /// even N the axis lies between the last node and its image.
 ///
 /// A membrane of rubber consists of two-node elements instead, whose energy takes W at both ends; it is half a curve always.
@@ -163,7 +163,7 @@ impl FiniteDifferences {
         Ok(this)
     }
 
-    /// Number of nodes N of the whole curve, held ends included.
+    /// Number of nodes N of the whole curve, fixed ends included.
     #[must_use]
     pub fn n_nodes(&self) -> usize {
         self.nodes.whole
@@ -243,10 +243,10 @@ impl FiniteDifferences {
         }
     }
 
-    /// Adds to the band in rows of what moves.
+    /// Adds to the band in rows of moving nodes.
     #[inline]
     fn add_moving(&self, i: usize, j: usize, value: f64, band: &mut BandMatrix) {
-        if i > 1 && !self.nodes.is_held(i / 2, i % 2) {
+        if i > 1 && !self.nodes.is_fixed(i / 2, i % 2) {
             band.add_inside(i, j, value);
         }
     }
@@ -279,7 +279,7 @@ impl DiscreteMembrane for FiniteDifferences {
     }
 
     fn check_stretches(&self, nodes: &[f64]) -> Result<(), MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         match &self.material {
             NodeMaterial::Springs(_) => Ok(()),
             NodeMaterial::Rubber(rubber) => rubber.energy(nodes).map(drop),
@@ -292,7 +292,7 @@ impl DiscreteMembrane for FiniteDifferences {
         intensity: f64,
         out: &mut [f64],
     ) -> Result<(), MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         length("forces", out.len(), nodes.len())?;
         if let NodeMaterial::Rubber(rubber) = &self.material {
             rubber.pressure_into(nodes, intensity, out);
@@ -336,7 +336,7 @@ impl DiscreteMembrane for FiniteDifferences {
         least: f64,
         out: &mut Tangent,
     ) -> Result<(), MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         self.check_band(&out.band)?;
         out.band.clear();
         match &self.material {
@@ -356,19 +356,19 @@ impl DiscreteMembrane for FiniteDifferences {
                 self.add_moving(end, end, rubber.cap_tangent(nodes)?, &mut out.band);
             }
         }
-        for &held in self.held() {
+        for &held in self.fixed() {
             out.band.add_inside(held, held, 1.0);
         }
         Ok(())
     }
 
     fn strain_energy(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         self.rubber("strain energy")?.energy(nodes)
     }
 
     fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         match &self.material {
             NodeMaterial::Springs(_) => Ok(f64::INFINITY),
             NodeMaterial::Rubber(rubber) => rubber.least_tension(nodes),
@@ -387,7 +387,7 @@ impl DiscreteMembrane for FiniteDifferences {
 
     /// That of the polyline through all nodes. Cost O(N).
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         let points = nodes.as_chunks::<2>().0;
         Ok(if self.is_half() {
             measure.of_half(points)
@@ -413,14 +413,14 @@ impl DiscreteMembrane for FiniteDifferences {
 
     /// None: the curve is its points.
     fn pieces(&self, nodes: &[f64]) -> Result<Vec<CurvePiece>, MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         Ok(Vec::new())
     }
 
     /// The rest shape plus a cubic Hermite interpolant of the displacement, as accurate as the nodes (in the cells next to a jump
     /// of the stiffness, where c' jumps, tangent and curvature are means of both sides). Cost O(1).
     fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         let s = s.clamp(0.0, 1.0);
         let last = self.n_nodes() - 1;
         let n = ((s * last as f64) as usize).min(last - 1);
@@ -454,11 +454,8 @@ fn two_node_elements(
     let last = rest.len() - 1;
     for (n, ends) in rest.windows(2).enumerate() {
         let (from, to) = (n as f64 * ds, (n + 1) as f64 * ds);
-        let place = |s: f64| CurvePoint {
-            position: if s == to { ends[1] } else { ends[0] },
-            first: [0, 1].map(|k| (ends[1][k] - ends[0][k]) / (to - from)),
-            second: [0.0; 2],
-        };
+        let step = [0, 1].map(|k| ends[1][k] - ends[0][k]);
+        let place = |s: f64| [if s == to { ends[1] } else { ends[0] }, step];
         energy.push((from, to), place, |s| apex && n + 1 == last && s == to)?;
     }
     if !apex {

@@ -1,4 +1,4 @@
-//! What a solver asks of a discretised membrane, and the form that its tangent has.
+//! The interface of a discretised membrane to solvers, and the form of its tangent.
 
 use std::fmt::Debug;
 
@@ -36,7 +36,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         self.setting().law
     }
 
-    /// The rest shape moved to where the membrane is held ([`Membrane::with_ends`](crate::Membrane::with_ends)): where solvers start.
+    /// The rest shape moved to the fixed ends ([`Membrane::with_ends`](crate::Membrane::with_ends)): the state from which solvers start.
     fn start(&self) -> &[f64] {
         &self.setting().start
     }
@@ -46,9 +46,9 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         self.setting().half
     }
 
-    /// Which numbers of a state are held, rising: those of the ends, and the y of a node on the axis where the state ends.
-    fn held(&self) -> &[usize] {
-        &self.setting().held
+    /// Indices of the fixed numbers of a state, ascending: those of the ends, and the y of a node on the axis where the state ends.
+    fn fixed(&self) -> &[usize] {
+        &self.setting().fixed
     }
 
     /// Largest stiffness, lambda + 4 lambda_2; of rubber shear modulus times thickness.
@@ -76,18 +76,18 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         }
     }
 
-    /// `out` = elastic force F_e; zero where the membrane is held. Not numbers where rubber is stretched beyond what it can be,
-    /// of which [`DiscreteMembrane::check_stretches`] makes an error.
+    /// Computes the elastic force F_e, zero where the membrane is fixed. It is NaN where rubber is stretched beyond its limit, which
+    /// [`DiscreteMembrane::check_stretches`] reports as an error.
     fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]);
 
-    /// Refuses a state in which rubber is stretched beyond what it can be; none of springs is.
+    /// Checks that no rubber is stretched beyond its limit; springs have none.
     ///
     /// # Errors
     /// [`MembraneError::PastStretch`].
     fn check_stretches(&self, nodes: &[f64]) -> Result<(), MembraneError>;
 
-    /// `out` = pressure force F_p at force intensity `intensity`, zero where the membrane is held; it is linear in the intensity,
-    /// so intensity 1 gives dF_p / d intensity.
+    /// Computes the pressure force F_p at force intensity `intensity`, zero where the membrane is fixed. It is linear in the intensity, so
+    /// intensity 1 gives dF_p / d intensity.
     ///
     /// # Errors
     /// The curve has no direction at a node, so its normal is undefined.
@@ -98,8 +98,8 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         out: &mut [f64],
     ) -> Result<(), MembraneError>;
 
-    /// `out` = F_e + F_p at force intensity `intensity`, with `elastic` to work in. Returns the volume if it comes with them, as that of
-    /// rubber's spectral elements does.
+    /// Computes F_e + F_p at force intensity `intensity`, with `elastic` as scratch. Returns the volume if it is a by-product, as for
+    /// spectral elements of rubber.
     ///
     /// # Errors
     /// As [`DiscreteMembrane::pressure_force_into`] and [`DiscreteMembrane::check_stretches`].
@@ -113,10 +113,10 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         forces_apart_into(self, nodes, intensity, elastic, out)
     }
 
-    /// A zero tangent for [`DiscreteMembrane::tangent_into`].
+    /// Returns a zero tangent for [`DiscreteMembrane::tangent_into`].
     fn tangent(&self) -> Tangent;
 
-    /// `out` = derivative of F_e + F_p by the state at fixed intensity, with a unit in the rows of what is held.
+    /// Computes the derivative of F_e + F_p by the state at constant intensity, with a unit in the rows of fixed numbers.
     ///
     /// # Errors
     /// As [`DiscreteMembrane::pressure_force_into`] and [`DiscreteMembrane::check_stretches`].
@@ -129,8 +129,8 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         self.taut_tangent_into(nodes, intensity, f64::NEG_INFINITY, out)
     }
 
-    /// [`DiscreteMembrane::tangent_into`] as if rubber had nowhere less tension along the meridian than `least` times its shear modulus
-    /// (over l1, per area at rest), which makes it regular where it is slack and shapes start from. That of springs is the exact one.
+    /// Computes [`DiscreteMembrane::tangent_into`] with tensions along the meridian of at least `least` times the shear modulus (over l1, per
+    /// reference area), which makes the tangent of slack rubber regular. The tangent of springs is exact.
     ///
     /// # Errors
     /// As [`DiscreteMembrane::tangent_into`].
@@ -155,7 +155,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     /// As [`DiscreteMembrane::check_stretches`].
     fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError>;
 
-    /// Adds `scale` times the mass matrix of rubber of density 1 to the rows of `out` that move, such as to a tangent.
+    /// Adds `scale` times the mass matrix of rubber of density 1 to the rows of moving nodes.
     ///
     /// The mass matrix of spectral elements is the integral of 2 pi r0 h over the meridian times the products of the functions of two
     /// nodes; that of two-node elements is diagonal. It is symmetric and positive definite.
@@ -164,10 +164,10 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     /// [`MembraneError::OtherMaterial`] for springs.
     fn add_mass_into(&self, scale: f64, out: &mut Tangent) -> Result<(), MembraneError>;
 
-    /// A measure of the whole curve.
+    /// Computes a measure of the whole curve.
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError>;
 
-    /// All four measures of the whole curve.
+    /// Computes all four measures of the whole curve.
     fn measures(&self, nodes: &[f64]) -> Result<Measures, MembraneError> {
         Ok(Measures {
             length: self.measure(Measure::Length, nodes)?,
@@ -177,18 +177,18 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         })
     }
 
-    /// `out` = gradient of [`DiscreteMembrane::measure`] by the state.
+    /// Computes the gradient of [`DiscreteMembrane::measure`] by the state.
     fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]);
 
-    /// Material coordinate of every node of the whole curve, s from 0 to 1.
+    /// Returns the material coordinate of every node of the whole curve, s from 0 to 1.
     fn positions(&self) -> Vec<f64>;
 
-    /// All nodes of the whole curve.
+    /// Returns all nodes of the whole curve.
     fn points(&self, nodes: &[f64]) -> Result<Vec<[f64; 2]>, MembraneError> {
         length("nodes", nodes.len(), self.start().len())?;
         let points = nodes.as_chunks::<2>().0;
         // a node on the axis is its own image
-        let own = self.held().last() == Some(&(nodes.len() - 1));
+        let own = self.fixed().last() == Some(&(nodes.len() - 1));
         let others = &points[..points.len() - usize::from(own)];
         let mirrored = others.iter().rev().map(|&[x, y]| [x, -y]);
         let beyond = if self.is_half() { others.len() } else { 0 };
@@ -199,10 +199,10 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
             .collect())
     }
 
-    /// The whole curve as polynomials; none where the curve is its points.
+    /// Returns the whole curve as polynomials; empty if the curve is its points.
     fn pieces(&self, nodes: &[f64]) -> Result<Vec<CurvePiece>, MembraneError>;
 
-    /// The whole curve at material coordinate `s`, clamped to [0, 1].
+    /// Evaluates the whole curve at material coordinate `s`, clamped to [0, 1].
     fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError>;
 }
 
@@ -240,7 +240,7 @@ pub struct Tangent {
 }
 
 impl Tangent {
-    /// `out` = A `x`, A the matrix. Cost as its number of entries.
+    /// Computes `out` = A `x`, A the matrix. Cost O(number of entries).
     ///
     /// # Panics
     /// A length that is not that of a state.
@@ -275,20 +275,20 @@ impl Tangent {
     }
 }
 
-/// What a discretised membrane has however it is discretised; its methods in [`DiscreteMembrane`] say what each is.
+/// The properties of a discretised membrane that do not depend on the discretisation; the methods of [`DiscreteMembrane`] document each.
 #[derive(Debug, Clone)]
 pub struct Setting {
     pub(crate) membrane: Membrane,
     pub(crate) law: PressureLaw,
     pub(crate) start: Vec<f64>,
     pub(crate) half: bool,
-    pub(crate) held: Vec<usize>,
+    pub(crate) fixed: Vec<usize>,
     pub(crate) stiffness_scale: f64,
     pub(crate) blow_up: f64,
 }
 
 impl Setting {
-    /// The membrane that has been discretised.
+    /// Returns the discretised membrane.
     #[must_use]
     pub fn membrane(&self) -> &Membrane {
         &self.membrane
@@ -304,7 +304,7 @@ impl Setting {
             law: membrane.law(),
             start,
             half: false,
-            held: vec![0, 1, last, last + 1],
+            fixed: vec![0, 1, last, last + 1],
             stiffness_scale: 0.0,
             blow_up: f64::INFINITY,
         }
@@ -315,16 +315,16 @@ impl Setting {
         self.half = true;
         self.start.truncate(len);
         self.start.shrink_to_fit();
-        self.held.truncate(2);
+        self.fixed.truncate(2);
         if apex {
-            self.held.push(len - 1);
+            self.fixed.push(len - 1);
             self.start[len - 1] = 0.0;
         }
     }
 
-    /// Puts `value` where the membrane is held.
+    /// Writes `value` where the membrane is fixed.
     pub(crate) fn hold(&self, values: &mut [f64], value: f64) {
-        for &held in &self.held {
+        for &held in &self.fixed {
             values[held] = value;
         }
     }
@@ -336,7 +336,7 @@ impl Setting {
         assert_eq!(lengths, expected, "numbers in states or forces");
     }
 
-    pub(crate) fn refuse(&self, nodes: &[f64]) -> Result<(), MembraneError> {
+    pub(crate) fn check_state(&self, nodes: &[f64]) -> Result<(), MembraneError> {
         length("nodes", nodes.len(), self.start.len())
     }
 }

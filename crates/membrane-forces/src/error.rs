@@ -1,6 +1,6 @@
 //! The one error type of the crate: what was given, what is allowed.
 
-/// Why a membrane could not be built or its forces not evaluated.
+/// An error of building a membrane or of evaluating its forces.
 ///
 /// Every variant carries the numbers that were given and, where there is one, the limit they broke.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -122,7 +122,7 @@ pub enum MembraneError {
         /// The bound: 2 pi over the integral of 1 / lambda.
         limit: f64,
     },
-    /// Rubber stretched further than it can be, or to nothing.
+    /// Rubber stretched beyond its limit, or to zero.
     #[error(
         "stretches {} and {} are not between zero and what the rubber allows, l1^2 + l2^2 + l3^2 < {limit:?}", given[0], given[1]
     )]
@@ -133,13 +133,13 @@ pub enum MembraneError {
         limit: f64,
     },
     /// Rubber makes a body of revolution: rest shape, thickness and ends have to be mirror images about the axis.
-    #[error("a membrane of rubber has to be its own mirror image about the axis")]
+    #[error("a membrane of rubber must be its own mirror image about the axis")]
     NotMirrored,
-    /// Rubber is under a pressure, which is force per area as it is.
-    #[error("a membrane of rubber is under the law per current length, another was given")]
+    /// Rubber takes only the law of a pressure, force per current area.
+    #[error("the pressure law of a membrane of rubber must be that per current length")]
     LawOfRubber,
-    /// What was asked for is of springs alone, or of rubber alone.
-    #[error("{what}: not of this material")]
+    /// The quantity is defined for the other material only.
+    #[error("{what} is not defined for this material")]
     OtherMaterial {
         /// What was asked for.
         what: &'static str,
@@ -155,7 +155,7 @@ pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64, MembraneErro
     }
 }
 
-/// Refuses a list of `given` numbers where `expected` are.
+/// Rejects a list of `given` numbers where `expected` are needed.
 pub(crate) fn length(
     what: &'static str,
     given: usize,
@@ -172,7 +172,7 @@ pub(crate) fn length(
     }
 }
 
-/// Refuses fewer than `least`.
+/// Rejects fewer than `least`.
 pub(crate) fn at_least(
     what: &'static str,
     given: usize,
@@ -185,7 +185,7 @@ pub(crate) fn at_least(
     }
 }
 
-/// Refuses more than `most`.
+/// Rejects more than `most`.
 pub(crate) fn at_most(what: &'static str, given: usize, most: usize) -> Result<(), MembraneError> {
     if given <= most {
         Ok(())
@@ -203,7 +203,7 @@ pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, MembraneEr
     }
 }
 
-/// Refuses breakpoints that do not rise strictly inside (0, 1).
+/// Rejects breakpoints that do not rise strictly inside (0, 1).
 pub(crate) fn rising(breakpoints: &[f64]) -> Result<(), MembraneError> {
     let mut last = 0.0;
     for (index, &given) in breakpoints.iter().enumerate() {

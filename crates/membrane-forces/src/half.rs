@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// Nodes 0 .. `kept` of a curve of `whole` nodes, both ends held.
+/// Nodes 0 .. `kept` of a curve of `whole` nodes, both ends fixed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Nodes {
     pub(crate) whole: usize,
@@ -20,7 +20,7 @@ impl Nodes {
         self.kept < self.whole
     }
 
-    /// Those that have forces: all but the held ends.
+    /// Those that have forces: all except the fixed ends.
     pub(crate) fn moving(self) -> Range<usize> {
         1..self.kept.min(self.whole - 1)
     }
@@ -35,9 +35,9 @@ impl Nodes {
         }
     }
 
-    /// Whether coordinate `k` of moving node `n` is held: only the y of a node on the axis.
+    /// Whether coordinate `k` of moving node `n` is fixed: only the y of a node on the axis.
     #[inline]
-    pub(crate) fn is_held(self, n: usize, k: usize) -> bool {
+    pub(crate) fn is_fixed(self, n: usize, k: usize) -> bool {
         k == 1 && 2 * n + 1 == self.whole && self.is_half()
     }
 }

@@ -4,7 +4,7 @@
 
 use crate::error::MembraneError;
 
-/// How the load turns into a force per unit s; n is the unit exterior normal of the current curve.
+/// The force per unit s that a load exerts; n is the unit exterior normal of the current curve.
 ///
 /// All three stand in Rohmer et al. 2006; they are different models.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -22,7 +22,7 @@ pub enum PressureLaw {
     PerCurrentLength,
 }
 
-/// What the load of a law is; the other of the two follows from it.
+/// The quantity that is the load of a law; the other of the two follows from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LoadKind {
     /// The force intensity, f or p, itself.
@@ -32,7 +32,7 @@ pub enum LoadKind {
 }
 
 impl PressureLaw {
-    /// What its load is.
+    /// Returns the quantity that is the load.
     #[must_use]
     pub fn load_kind(self) -> LoadKind {
         match self {
@@ -71,7 +71,7 @@ impl PressureLaw {
     /// force: `intensity factor (-d_y, d_x)`.
     ///
     /// # Errors
-    /// The way has no direction, and the law needs one; `index` says where.
+    /// The way has no direction, and the law needs one; `index` is its place.
     #[inline]
     pub(crate) fn factor(self, d: [f64; 2], ds: f64, index: usize) -> Result<f64, MembraneError> {
         match self {

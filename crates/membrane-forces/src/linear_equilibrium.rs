@@ -17,7 +17,7 @@ use crate::rest::CurvePoint;
 /// z'(s) = e^(-i kappa s) z'(0) + integral over t < s of e^(-i kappa (s - t)) z0''(t) dt
 /// ```
 ///
-/// with z'(0) from the held end z(1). Only the cap bends: there z0'' = -i R omega^2 e^(-i omega (t - a)),
+/// with z'(0) from the fixed end z(1). Only the cap bends: there z0'' = -i R omega^2 e^(-i omega (t - a)),
 /// omega the rate at which it turns. The integrals over the cap are taken by a Gauss rule that
 /// is exact to rounding. The curve runs to infinity as kappa -> 2 pi.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,7 +89,7 @@ impl LinearEquilibrium {
         let missed = Complex(0.0, -radius) - this.state(1.0).0;
         this.slope = missed / turn(-kappa, 1.0);
         // A small cap on a large cylinder bends by more than the largest number.
-        let slope = finite("slope at the held end", this.slope.norm())?;
+        let slope = finite("slope at the fixed end", this.slope.norm())?;
         // No position is larger, and no measure than some of its cube.
         let size = 10.0 * (radius + slope + source);
         if !(size * size * size).is_finite() {

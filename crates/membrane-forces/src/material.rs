@@ -16,10 +16,10 @@ use crate::half::Nodes;
 use crate::profile::{Stiffness, Thickness};
 use crate::strain_energy::StrainEnergy;
 
-/// What a membrane is made of.
+/// The material of a membrane.
 #[derive(Debug, Clone)]
 pub enum Material {
-    /// The paper's springs: they pull back along the displacement, with no tension around the axis.
+    /// The paper's springs: a force against the displacement, without hoop tension.
     Springs {
         /// lambda(s) between neighbours.
         stiffness: Stiffness,
@@ -38,7 +38,7 @@ pub struct Rubber {
 }
 
 impl Rubber {
-    /// Of strain energy `energy`, `thickness` cm thick at rest.
+    /// Creates a sheet of strain energy `energy` and reference thickness `thickness` (cm).
     ///
     /// # Errors
     /// Those of [`StrainEnergy::check`].
@@ -47,13 +47,13 @@ impl Rubber {
         Ok(Self { energy, thickness })
     }
 
-    /// Its strain energy.
+    /// Returns the strain energy.
     #[must_use]
     pub fn energy(&self) -> &StrainEnergy {
         &self.energy
     }
 
-    /// Its thickness at rest.
+    /// Returns the reference thickness.
     #[must_use]
     pub fn thickness(&self) -> &Thickness {
         &self.thickness
@@ -154,7 +154,7 @@ impl NodeSprings {
         pressure
     }
 
-    /// `out` = F_e but for what is held.
+    /// `out` = F_e except in fixed rows.
     pub(crate) fn pull_into(&self, nodes: &[f64], out: &mut [[f64; 2]]) {
         let scale = 1.0 / (self.ds * self.ds);
         let Self { first, second, .. } = self;
@@ -216,7 +216,7 @@ impl NodeSprings {
         let scale = scale / (self.ds * self.ds);
         for n in self.nodes.moving() {
             for k in 0..2 {
-                if self.nodes.is_held(n, k) {
+                if self.nodes.is_fixed(n, k) {
                     continue;
                 }
                 let mut spring = |(m, stiffness): (usize, f64)| {

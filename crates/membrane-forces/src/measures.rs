@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::error::{MembraneError, finite, length};
 
-/// A number that a curve has.
+/// A measure of a curve: length, area, surface or volume.
 ///
 /// A curve is given by its nodes [x, y], from (0, +R) over the apex to (0, -R), joined by straight
 /// segments; fewer than two make a curve of length, area, surface and volume zero. Surface and
@@ -48,7 +48,7 @@ impl Measures {
         }
     }
 
-    /// Themselves, unless one is beyond the largest number: that of a curve of some 1e100 cm is.
+    /// Returns the measures if all are finite: those of a curve of some 1e100 cm are not.
     ///
     /// # Errors
     /// [`MembraneError::NotFinite`].

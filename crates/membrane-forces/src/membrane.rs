@@ -1,4 +1,4 @@
-//! The continuous model: rest shape, stiffness, pressure law, held ends.
+//! The continuous model: rest shape, stiffness, pressure law, fixed ends.
 
 use crate::error::{MembraneError, finite};
 use crate::law::PressureLaw;
@@ -26,7 +26,7 @@ pub struct Membrane {
 }
 
 impl Membrane {
-    /// Stiffness 1, no second neighbours, force per material length, ends held where they rest.
+    /// Stiffness 1, no second neighbours, force per material length, ends fixed where they rest.
     #[must_use]
     pub fn new(rest: RestShape) -> Self {
         let ends = [rest.at(0.0).position, rest.at(1.0).position];
@@ -41,7 +41,7 @@ impl Membrane {
         }
     }
 
-    /// The same of springs with stiffness lambda(s) between neighbours.
+    /// Sets the stiffness lambda(s) of springs between neighbours.
     #[must_use]
     pub fn with_stiffness(mut self, stiffness: Stiffness) -> Self {
         let second = self.second_neighbours().cloned();
@@ -49,7 +49,7 @@ impl Membrane {
         self
     }
 
-    /// The same of springs, also with stiffness lambda_2(s) between second neighbours (3.2.3).
+    /// Sets the stiffness lambda_2(s) of springs between second neighbours (3.2.3).
     ///
     /// Both springs pull with (stiffness / ds^2) times the difference of displacements, so in
     /// the limit of fine meshes the membrane has stiffness lambda + 4 lambda_2.
@@ -61,7 +61,7 @@ impl Membrane {
         self
     }
 
-    /// The same made of rubber instead of springs, under a pressure: [`PressureLaw::PerCurrentLength`], which of a body of revolution
+    /// Replaces springs by rubber, under a pressure: [`PressureLaw::PerCurrentLength`], which of a body of revolution
     /// is force per area of the surface as it is.
     ///
     /// ```
@@ -78,14 +78,14 @@ impl Membrane {
         self
     }
 
-    /// The same under another pressure law.
+    /// Sets the pressure law.
     #[must_use]
     pub fn with_law(mut self, law: PressureLaw) -> Self {
         self.law = law;
         self
     }
 
-    /// The same with its ends s = 0 and s = 1 held at `ends` instead of where they rest.
+    /// Sets the positions at which the ends s = 0 and s = 1 are fixed, instead of those of the rest shape.
     ///
     /// Without load it is then no more at rest. Solvers start from c0 plus the displacements of the
     /// two ends, joined by a straight line over s: the equilibrium without load if lambda is constant.
@@ -94,13 +94,13 @@ impl Membrane {
     /// A coordinate that is not finite.
     pub fn with_ends(mut self, ends: [[f64; 2]; 2]) -> Result<Self, MembraneError> {
         for value in ends.as_flattened() {
-            finite("held end", *value)?;
+            finite("fixed end", *value)?;
         }
         self.ends = ends;
         Ok(self)
     }
 
-    /// Moves rest positions at s by what moves the ends to where they are held.
+    /// Moves rest positions at s by the displacement of the ends.
     pub(crate) fn hold_ends<'a>(&self, nodes: impl Iterator<Item = (f64, &'a mut [f64; 2])>) {
         let rest = [self.rest.at(0.0).position, self.rest.at(1.0).position];
         let moved = |end: usize, k: usize| self.ends[end][k] - rest[end][k];
@@ -117,19 +117,19 @@ impl Membrane {
         }
     }
 
-    /// Rest shape c0(s).
+    /// Returns the rest shape c0(s).
     #[must_use]
     pub fn rest(&self) -> &RestShape {
         &self.rest
     }
 
-    /// What it is made of.
+    /// Returns the material.
     #[must_use]
     pub fn material(&self) -> &Material {
         &self.material
     }
 
-    /// Stiffness lambda(s) between neighbours, if it is made of springs.
+    /// Returns the stiffness lambda(s) between neighbours; `None` for rubber.
     #[must_use]
     pub fn stiffness(&self) -> Option<&Stiffness> {
         match &self.material {
@@ -138,7 +138,7 @@ impl Membrane {
         }
     }
 
-    /// Stiffness lambda_2(s) between second neighbours, if there are such springs.
+    /// Returns the stiffness lambda_2(s) between second neighbours, if there are such springs.
     #[must_use]
     pub fn second_neighbours(&self) -> Option<&Stiffness> {
         match &self.material {
@@ -163,8 +163,8 @@ impl Membrane {
         }
     }
 
-    /// The rubber at `s`, where the membrane is at `here`. On the axis, where the stretch around it is that of nothing, it is the one
-    /// along the meridian.
+    /// Computes stretches, tensions and stresses of rubber at `s`, where the membrane is at `here`. On the axis the hoop stretch is the
+    /// meridional one, its limit.
     ///
     /// # Errors
     /// [`MembraneError::OtherMaterial`] for springs; [`MembraneError::PastStretch`].
@@ -189,7 +189,7 @@ impl Membrane {
         })
     }
 
-    /// Refuses rubber under another law than that of a pressure.
+    /// Rejects rubber under another law than that of a pressure.
     pub(crate) fn check_law(&self) -> Result<(), MembraneError> {
         match (&self.material, self.law) {
             (Material::Springs { .. }, _)
@@ -226,13 +226,13 @@ impl Membrane {
         all
     }
 
-    /// Pressure law.
+    /// Returns the pressure law.
     #[must_use]
     pub fn law(&self) -> PressureLaw {
         self.law
     }
 
-    /// Positions [x, y] at which s = 0 and s = 1 are held.
+    /// Returns the positions [x, y] at which s = 0 and s = 1 are fixed.
     #[must_use]
     pub fn ends(&self) -> [[f64; 2]; 2] {
         self.ends

@@ -86,15 +86,6 @@ impl<Q> Profile<Q> {
         }
     }
 
-    /// The value if it is the same everywhere.
-    #[must_use]
-    pub fn as_constant(&self) -> Option<f64> {
-        match self.values {
-            Values::Constant(value) => Some(value),
-            Values::Samples(_) | Values::Function { .. } => None,
-        }
-    }
-
     /// Positions inside (0, 1) between which the profile is smooth.
     #[must_use]
     pub fn breakpoints(&self) -> Vec<f64> {

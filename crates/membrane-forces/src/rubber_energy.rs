@@ -13,7 +13,6 @@ use std::f64::consts::PI;
 use crate::chebyshev::{Reference, local_index};
 use crate::error::{MembraneError, finite};
 use crate::material::Rubber;
-use crate::rest::CurvePoint;
 use crate::strain_energy::Strained;
 
 /// Quadrature points of an element with n nodes.
@@ -96,9 +95,11 @@ struct Point {
     weight: f64,
     /// Weight of the volume over the element's own coordinate.
     rule: f64,
-    /// Over the derivative of S by the element's own coordinate.
+    /// Derivative of S by the element's own coordinate, and r0. Quotients by them are exactly 1 at rest, where products with their
+    /// inverses leave rounding that energies of small strains do not bear.
+    rest: [f64; 2],
+    /// Their inverses.
     per_length: f64,
-    /// 1 / r0.
     per_radius: f64,
 }
 
@@ -199,41 +200,40 @@ impl RubberEnergy {
         }
     }
 
-    /// Adds the element between `from` and `to`, whose place and derivative by s in the reference configuration are `rest`. A position of
-    /// which `on_axis` is true is on the axis.
+    /// Adds the element between `from` and `to`, with the place and the derivative by the element's own coordinate in the reference
+    /// configuration. A position for which `on_axis` is true is on the axis.
     ///
     /// # Errors
     /// A rest curve or thickness that is not finite or not positive; a curve without direction.
     pub(crate) fn push(
         &mut self,
         (from, to): (f64, f64),
-        rest: impl Fn(f64) -> CurvePoint,
+        rest: impl Fn(f64) -> [[f64; 2]; 2],
         on_axis: impl Fn(f64) -> bool,
     ) -> Result<(), MembraneError> {
         let mut points = Vec::with_capacity(self.rule.points.len());
         for &[t, energy, rule] in &self.rule.points {
             let s = if t == 1.0 { to } else { from + (to - from) * t };
-            let CurvePoint {
-                position, first, ..
-            } = rest(s);
-            let speed = finite("rest curve", first[0].hypot(first[1]))? * (to - from);
+            let [position, d] = rest(s);
+            let speed = finite("rest curve", (d[0] * d[0] + d[1] * d[1]).sqrt())?;
             if speed == 0.0 {
                 let index = points.len();
                 return Err(MembraneError::CoincidentPoints { index });
             }
             let thickness = self.rubber.thickness.at(s)?;
             self.thickest = self.thickest.max(thickness);
-            let (weight, per_radius) = if energy == 0.0 || on_axis(s) {
-                (0.0, 0.0)
+            let (weight, radius) = if energy == 0.0 || on_axis(s) {
+                (0.0, f64::INFINITY)
             } else {
                 let radius = self.rubber.radius(position[1], s)?;
-                (2.0 * PI * radius * thickness * speed * energy, 1.0 / radius)
+                (2.0 * PI * radius * thickness * speed * energy, radius)
             };
             points.push(Point {
                 weight,
                 rule,
+                rest: [speed, radius],
                 per_length: 1.0 / speed,
-                per_radius,
+                per_radius: 1.0 / radius,
             });
         }
         self.elements.push(points);
@@ -270,7 +270,7 @@ impl RubberEnergy {
         let speed = (d[0] * d[0] + d[1] * d[1]).sqrt();
         let w = match point.weight {
             0.0 => Strained::NONE,
-            _ => (self.rubber.energy).at(speed * point.per_length, y * point.per_radius)?,
+            _ => (self.rubber.energy).at(speed / point.rest[0], y / point.rest[1])?,
         };
         Ok(Here { d, y, speed, w })
     }

@@ -31,7 +31,7 @@ use crate::rubber_energy::{RubberEnergy, Rule};
 /// (Galerkin's method).
 ///
 /// If rest shape, stiffness and ends are mirror images about the x axis, only s in [0, 1/2] is
-/// discretised; the apex is then free along the axis and held on it.
+/// discretised; the apex is then free along the axis and fixed on it.
 #[derive(Debug, Clone)]
 pub struct SpectralElements {
     setting: Setting,
@@ -155,7 +155,11 @@ impl SpectralElements {
                         springs.push(ElementSprings::new(reference, rest, &stiffness, length));
                     }
                     ElementMaterial::Rubber(rubber) => {
-                        rubber.push((from, to), rest_at, |_| false)?;
+                        let place = |s: f64| {
+                            let here = rest_at(s);
+                            [here.position, here.first.map(|d| d * (to - from))]
+                        };
+                        rubber.push((from, to), place, |_| false)?;
                         scale = rubber.scale();
                     }
                 }
@@ -196,10 +200,10 @@ impl SpectralElements {
             .try_for_each(|block| length("numbers of a block", block.len(), size * size))
     }
 
-    /// Clears the rows of what is held, which is where elements end.
+    /// Clears the rows of fixed numbers, which are at ends of elements.
     fn clear_held_rows(&self, blocks: &mut [Vec<f64>]) {
         let (p, size) = (self.degree(), 2 * (self.degree() + 1));
-        for &held in self.held() {
+        for &held in self.fixed() {
             let node = held / 2;
             let e = (node / p).min(self.elements.len() - 1);
             let row = 2 * local_index(node - e * p, p) + held % 2;
@@ -269,7 +273,7 @@ impl DiscreteMembrane for SpectralElements {
     }
 
     fn check_stretches(&self, nodes: &[f64]) -> Result<(), MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         match &self.material {
             ElementMaterial::Springs(_) => Ok(()),
             ElementMaterial::Rubber(rubber) => rubber.energy(nodes).map(drop),
@@ -283,7 +287,7 @@ impl DiscreteMembrane for SpectralElements {
         intensity: f64,
         out: &mut [f64],
     ) -> Result<(), MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         length("forces", out.len(), nodes.len())?;
         out.fill(0.0);
         let p = self.degree();
@@ -309,7 +313,7 @@ impl DiscreteMembrane for SpectralElements {
         elastic: &mut [f64],
         out: &mut [f64],
     ) -> Result<Option<f64>, MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         length("forces", out.len(), nodes.len())?;
         let ElementMaterial::Rubber(rubber) = &self.material else {
             return forces_apart_into(self, nodes, intensity, elastic, out);
@@ -335,7 +339,7 @@ impl DiscreteMembrane for SpectralElements {
         least: f64,
         out: &mut Tangent,
     ) -> Result<(), MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         self.check_tangent(out)?;
         let p = self.degree();
         let mut columns = vec![0.0; 12 * (p + 1)];
@@ -351,7 +355,7 @@ impl DiscreteMembrane for SpectralElements {
         }
         out.band.clear();
         self.clear_held_rows(&mut out.blocks);
-        for &held in self.held() {
+        for &held in self.fixed() {
             let end = 2 * (held / 2 / p) + held % 2;
             out.band.add_inside(end, end, 1.0);
         }
@@ -359,12 +363,12 @@ impl DiscreteMembrane for SpectralElements {
     }
 
     fn strain_energy(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         self.rubber("strain energy")?.energy(nodes)
     }
 
     fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         match &self.material {
             ElementMaterial::Springs(_) => Ok(f64::INFINITY),
             ElementMaterial::Rubber(rubber) => rubber.least_tension(nodes),
@@ -384,12 +388,12 @@ impl DiscreteMembrane for SpectralElements {
     /// By quadrature: area and volume are exact for the polynomials, length and surface have the error of a Gauss rule with
     /// 3 p / 2 + 2 points an element. Cost O(elements p^2).
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         Ok(self.integrate(measure, nodes, None))
     }
 
     fn measures(&self, nodes: &[f64]) -> Result<Measures, MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         Ok(self.integrate_all(nodes))
     }
 
@@ -412,7 +416,7 @@ impl DiscreteMembrane for SpectralElements {
     }
 
     fn pieces(&self, nodes: &[f64]) -> Result<Vec<CurvePiece>, MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         let mut pieces: Vec<CurvePiece> = (0..self.elements.len())
             .map(|e| self.piece(nodes, e))
             .collect();
@@ -426,7 +430,7 @@ impl DiscreteMembrane for SpectralElements {
     /// Where elements meet the derivatives are those of the one on the left. Cost O(p^2); for many s take
     /// [`DiscreteMembrane::pieces`] once.
     fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         let s = s.clamp(0.0, 1.0);
         let mirrored = self.is_half() && s > 0.5;
         let here = if mirrored { 1.0 - s } else { s };

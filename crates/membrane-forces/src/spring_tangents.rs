@@ -5,10 +5,8 @@ use crate::band::BandMatrix;
 use crate::chebyshev::local_index;
 use crate::differences::{FiniteDifferences, NodeMaterial};
 use crate::discrete::DiscreteMembrane;
-use crate::error::{MembraneError, length};
-use crate::law::LoadKind;
+use crate::error::MembraneError;
 use crate::material::{ElementSprings, NodeSprings};
-use crate::measures::Measure;
 use crate::spectral::SpectralElements;
 
 impl SpectralElements {
@@ -89,8 +87,8 @@ impl FiniteDifferences {
     }
 
     /// `band` += `scale` dF_p/dc at fixed intensity: the exact derivative (Eq. 14 with its signs
-    /// corrected). Under the total-force law the full derivative has a rank-one part as well,
-    /// see [`FiniteDifferences::pressure_rank_one_into`].
+    /// corrected). Under the total-force law, f = F / S, the full derivative also has the rank-one part -(F / S^2) n (x) grad S, with n
+    /// the [pressure force](DiscreteMembrane::pressure_force_into) at intensity 1.
     ///
     /// # Errors
     /// The neighbours of a node coincide; [`MembraneError::WrongLength`] of `nodes`; `band` as in
@@ -102,7 +100,7 @@ impl FiniteDifferences {
         scale: f64,
         band: &mut BandMatrix,
     ) -> Result<(), MembraneError> {
-        self.setting.refuse(nodes)?;
+        self.setting.check_state(nodes)?;
         self.check_band(band)?;
         self.springs("pressure tangent of its own")?;
         let f = intensity * scale;
@@ -111,7 +109,7 @@ impl FiniteDifferences {
             let (next, sign) = self.nodes.place(n + 1);
             let by = self.setting.law.derivative(f, d, per_length);
             for row in 0..2 {
-                if self.nodes.is_held(n, row) {
+                if self.nodes.is_fixed(n, row) {
                     continue;
                 }
                 band.add_inside(2 * n + row, 2 * next, by[row][0]);
@@ -121,37 +119,6 @@ impl FiniteDifferences {
             }
         }
         Ok(())
-    }
-
-    /// The part of the pressure tangent that is not in the band: under the total-force law
-    /// dF_p/dc = band + `column` (x) `row`, with `column` = -(load / S^2) n and `row` = grad S.
-    /// Returns whether there is one; under the other laws both are set to zero.
-    ///
-    /// # Errors
-    /// The neighbours of a node coincide; [`MembraneError::WrongLength`] of one of the three.
-    pub fn pressure_rank_one_into(
-        &self,
-        nodes: &[f64],
-        load: f64,
-        column: &mut [f64],
-        row: &mut [f64],
-    ) -> Result<bool, MembraneError> {
-        self.setting.refuse(nodes)?;
-        length("column", column.len(), nodes.len())?;
-        length("row", row.len(), nodes.len())?;
-        match self.setting.law.load_kind() {
-            LoadKind::Intensity => {
-                column.fill(0.0);
-                row.fill(0.0);
-                Ok(false)
-            }
-            LoadKind::TotalForce => {
-                let surface = self.measure(Measure::Surface, nodes)?;
-                self.pressure_force_into(nodes, -load / (surface * surface), column)?;
-                self.measure_gradient_into(Measure::Surface, nodes, row);
-                Ok(true)
-            }
-        }
     }
 
     fn springs(&self, what: &'static str) -> Result<&NodeSprings, MembraneError> {

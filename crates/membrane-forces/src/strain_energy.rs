@@ -82,7 +82,7 @@ pub struct Stretched {
 }
 
 impl StrainEnergy {
-    /// Refuses constants that no rubber has.
+    /// Rejects constants outside their range.
     ///
     /// # Errors
     /// One that is not finite or not positive (c2 may be zero), an Ogden energy without terms, or with one whose product
@@ -128,12 +128,12 @@ impl StrainEnergy {
     /// [`MembraneError::PastStretch`]: a stretch that is not positive, or beyond what the rubber's chains allow.
     #[inline]
     pub fn at(&self, l1: f64, l2: f64) -> Result<Strained, MembraneError> {
-        let refuse = |limit: f64| MembraneError::PastStretch {
+        let past = |limit: f64| MembraneError::PastStretch {
             given: [l1, l2],
             limit,
         };
         if !(l1 > 0.0 && l2 > 0.0 && l1 * l2 < f64::INFINITY) {
-            return Err(refuse(f64::INFINITY));
+            return Err(past(f64::INFINITY));
         }
         Ok(match self {
             Self::NeoHookean { mu } => first_invariant(l1, l2).times(0.5 * mu),
@@ -151,7 +151,7 @@ impl StrainEnergy {
                 let first = first_invariant(l1, l2);
                 let left = 1.0 - first.energy / jm;
                 if left <= 0.0 {
-                    return Err(refuse(3.0 + jm));
+                    return Err(past(3.0 + jm));
                 }
                 // of f(I) = -mu jm/2 ln(1 - I/jm): f' = mu / (2 left), f'' = mu / (2 jm left^2)
                 let slope = 0.5 * mu / left;

@@ -9,7 +9,7 @@ use crate::error::{ImplicitError, positive, within};
 /// no numbers.
 pub(crate) const FARTHEST: f64 = 1e100;
 
-/// The (inner) membrane as a load sees it.
+/// The state of the (inner) membrane that a load depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadState {
     /// Time, s.
@@ -106,7 +106,7 @@ impl Body {
         // Upper bound of the spectrum by Gershgorin's circles; for springs in a row it is sharp to O(1/N^2), since the highest
         // mode alternates from node to node.
         let rows = stiffness.rows().zip(&volumes).enumerate();
-        let moving = rows.filter(|(i, _)| !discrete.held().contains(i));
+        let moving = rows.filter(|(i, _)| !discrete.fixed().contains(i));
         let largest = moving
             .map(|(_, (row, volume))| row.iter().map(|v| v.abs()).sum::<f64>() / volume)
             .fold(0.0, f64::max);
@@ -122,7 +122,7 @@ impl Body {
         })
     }
 
-    /// The same with mass `mass` per unit s; of rubber with this density.
+    /// Sets the mass per unit s, or the density of rubber.
     ///
     /// # Errors
     /// Not positive, or not finite.
@@ -131,7 +131,7 @@ impl Body {
         Ok(self)
     }
 
-    /// The same with damping `damping`: mu per unit s (Eq. 8); of rubber eta per mass, 1/s.
+    /// Sets the damping: mu per unit s (Eq. 8), or eta of rubber per mass, 1/s.
     ///
     /// # Errors
     /// Negative, or not finite.
@@ -140,37 +140,37 @@ impl Body {
         Ok(self)
     }
 
-    /// Number of nodes of the whole curve, fixed ends included.
+    /// Returns the number of nodes of the whole curve, fixed ends included.
     #[must_use]
     pub fn n_nodes(&self) -> usize {
         self.discrete.n_nodes()
     }
 
-    /// Mass per unit s; of rubber the density.
+    /// Returns the mass per unit s, or the density of rubber.
     #[must_use]
     pub fn mass(&self) -> f64 {
         self.mass
     }
 
-    /// Damping mu per unit s; of rubber eta per mass.
+    /// Returns the damping mu per unit s, or eta of rubber per mass.
     #[must_use]
     pub fn damping(&self) -> f64 {
         self.damping
     }
 
-    /// The discretised forces.
+    /// Returns the discretised forces.
     #[must_use]
     pub fn differences(&self) -> &FiniteDifferences {
         &self.discrete
     }
 
-    /// Volume enclosed at the start, cm^3.
+    /// Returns the volume enclosed at the start, cm^3.
     #[must_use]
     pub fn start_volume(&self) -> f64 {
         self.volume(self.discrete.start())
     }
 
-    /// The largest time step at which an explicit scheme can follow the elastic waves at all,
+    /// Returns the largest stable time step of explicit schemes,
     /// 2 sqrt(m) / omega (leapfrog's bound; omega^2 the largest eigenvalue of -dF_e/dc).
     ///
     /// With constant stiffness and no second neighbours it is ds sqrt(m / lambda) to within
@@ -178,18 +178,6 @@ impl Body {
     #[must_use]
     pub fn largest_explicit_step(&self) -> f64 {
         2.0 * self.mass.sqrt() / self.largest_frequency
-    }
-
-    /// The largest time step at which forward Euler amplifies no mode of the unloaded membrane;
-    /// 0 without damping.
-    ///
-    /// Forward Euler multiplies a mode of m c'' + mu c' + k c = 0 by 1 + dt z each step, with
-    /// m z^2 + mu z + k = 0. An oscillating mode needs dt <= mu / k, so the stiffest one decides;
-    /// an overdamped one decays no faster than mu / m and is safe up to dt = 2 m / mu.
-    #[must_use]
-    pub fn forward_euler_step(&self) -> f64 {
-        let (k, mu) = (self.largest_frequency.powi(2), self.friction());
-        (mu / k).min(2.0 * self.mass / mu)
     }
 
     pub(crate) fn material(&self) -> &Material {
@@ -225,7 +213,7 @@ impl Body {
         if self.discrete.is_half() { 2.0 } else { 1.0 }
     }
 
-    /// The state as a load sees it.
+    /// The state that a load depends on.
     pub(crate) fn load_state(&self, time: f64, nodes: &[f64], velocities: &[f64]) -> LoadState {
         let (points, moving) = (nodes.as_chunks().0, velocities.as_chunks().0);
         let rate = Measure::Volume.rate(points, moving).unwrap_or(f64::NAN);
@@ -236,14 +224,14 @@ impl Body {
         }
     }
 
-    /// Zeroes the numbers of what is fixed.
+    /// Zeroes fixed numbers.
     pub(crate) fn hold(&self, values: &mut [f64]) {
-        for &held in self.discrete.held() {
+        for &held in self.discrete.fixed() {
             values[held] = 0.0;
         }
     }
 
-    /// `out` = pressure force; `time` is when an error says that it happened.
+    /// `out` = pressure force; `time` is reported in errors.
     pub(crate) fn pressure_into(
         &self,
         time: f64,
@@ -278,8 +266,8 @@ impl Body {
                 d.tangent_into(nodes, intensity, out).map_err(at)?;
                 out.band.scale(square);
                 // the unit in the rows of what is fixed
-                for &held in d.held() {
-                    out.band.add(held, held, -square).map_err(at)?;
+                for &held in d.fixed() {
+                    out.band.add(held, held, 1.0 - square).map_err(at)?;
                 }
             }
         }

@@ -4,11 +4,11 @@ use membrane_newton::{MembraneError, NewtonError};
 
 use crate::evolution::Evolution;
 
-/// Why a motion could not be set up or carried on.
+/// An error of setting up or continuing a motion.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImplicitError {
-    /// The membrane could not be discretised, or its nodes ran together.
+    /// The membrane could not be discretised, or neighbouring nodes coincide.
     #[error("no forces at t = {time:?}")]
     Membrane {
         /// Time at which it happened.
@@ -29,7 +29,7 @@ pub enum ImplicitError {
         error: NewtonError,
     },
     /// A number lies outside the range allowed for it.
-    #[error("{what} is {given:?}, must {}", allowed(*least, *most))]
+    #[error("{what} is {given:?}; it must {}", allowed(*least, *most))]
     OutOfRange {
         /// The argument's name.
         what: &'static str,
@@ -40,8 +40,8 @@ pub enum ImplicitError {
         /// Largest value allowed.
         most: f64,
     },
-    /// A count is below the least that makes sense.
-    #[error("{what} is {given}, must be at least {least}")]
+    /// A count is below its minimum.
+    #[error("{what} is {given}; it must be at least {least}")]
     TooFew {
         /// The argument's name.
         what: &'static str,
@@ -52,7 +52,7 @@ pub enum ImplicitError {
     },
     /// The outer membrane of a pair does not enclose more than the inner one.
     #[error(
-        "the outer membrane encloses {outer:?} cm^3, the inner one {inner:?}: the outer one has to enclose the inner one"
+        "the outer membrane encloses {outer:?} cm^3, the inner one {inner:?}: the outer one must enclose the inner one"
     )]
     NotEnclosed {
         /// Volume of the inner membrane, cm^3.
@@ -90,23 +90,23 @@ pub enum ImplicitError {
         /// Volume of the initial shape.
         actual: f64,
     },
-    /// An explicit scheme has no unknown pressure: it cannot hold a volume.
-    #[error("an explicit scheme cannot prescribe the volume")]
+    /// A splitting has no unknown pressure and cannot prescribe a volume.
+    #[error("a splitting scheme cannot prescribe the volume")]
     ExplicitVolume,
     /// Rubber takes a pressure or a volume.
-    #[error("a motion of rubber takes a pressure or a volume, no total force")]
+    #[error("the load of a motion of rubber is a total force; it must be a pressure or a volume")]
     RubberLoad,
     /// Rubber takes the scheme that conserves its energy.
-    #[error("a motion of rubber takes Scheme::Midpoint")]
+    #[error("the scheme of a motion of rubber must be Scheme::Midpoint")]
     RubberScheme,
-    /// A splitting applies the pressure between moves: it cannot answer to the flow.
-    #[error("a splitting cannot answer to the state")]
+    /// A splitting takes no load that depends on the state.
+    #[error("a splitting scheme takes no load that depends on the state")]
     SplitFeedback,
     /// The scheme has no error estimate to choose a step by.
-    #[error("this scheme has no error estimate: it takes fixed steps only")]
+    #[error("the scheme has no error estimate; its time steps must be fixed")]
     NoErrorEstimate,
     /// The state of a pair is that of two membranes; one cannot be set alone.
-    #[error("the state of a pair cannot be set from one membrane's")]
+    #[error("the state of a pair cannot be set from that of one membrane")]
     StateOfPair,
     /// The equations of a step were not solved.
     #[error(
@@ -122,10 +122,10 @@ pub enum ImplicitError {
         /// Last change of position, cm.
         change: f64,
     },
-    /// The motion ran away: the scheme is unstable at this step, or the load has no equilibrium. The state is that
+    /// The motion diverges: the scheme is unstable at this step, or the load has no equilibrium. The state is that
     /// before the step.
     #[error(
-        "step {step}, from t = {time:?} with dt = {dt:?}, ran away: the {what} of node {node} came to {value:e}"
+        "step {step}, from t = {time:?} with dt = {dt:?}, is unstable: the {what} of node {node} is {value:e}"
     )]
     Unstable {
         /// Which step, from 1.
@@ -134,11 +134,11 @@ pub enum ImplicitError {
         time: f64,
         /// Time step.
         dt: f64,
-        /// What ran away, position or velocity.
+        /// The quantity, position or velocity.
         what: &'static str,
-        /// Of which node.
+        /// The node.
         node: usize,
-        /// To where, cm or cm/s: beyond 1e100 or NaN.
+        /// Its value, cm or cm/s: beyond 1e100 or NaN.
         value: f64,
     },
     /// The norm of the forces is still above the tolerance after the largest number of steps.
@@ -147,7 +147,7 @@ pub enum ImplicitError {
         /// The evolution up to the last step.
         evolution: Box<Evolution>,
     },
-    /// The adaptive step fell below what the clock can resolve.
+    /// The adaptive step fell below the resolution of the time.
     #[error("step size fell to {dt:e} at t = {time:?}")]
     StepTooSmall {
         /// Time reached.
@@ -167,7 +167,7 @@ fn allowed(least: f64, most: f64) -> String {
     }
 }
 
-/// Refuses a list of `given` nodes where the membrane has `expected`.
+/// Rejects a list of `given` nodes if the membrane has `expected`.
 pub(crate) fn length(
     what: &'static str,
     given: usize,
@@ -184,7 +184,7 @@ pub(crate) fn length(
     }
 }
 
-/// Refuses a count of `given` where it must be `least`.
+/// Rejects a count below `least`.
 pub(crate) fn at_least(
     what: &'static str,
     given: usize,

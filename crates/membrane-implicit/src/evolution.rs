@@ -2,11 +2,11 @@
 
 use crate::work::Work;
 
-/// The membrane at one step, with the forces on each node (per unit s; zero at the held ends).
+/// The membrane at one step, with the forces on each node (per unit s; zero at the fixed ends).
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Frame {
-    /// Step after which it was taken.
+    /// Number of the step.
     pub step: usize,
     /// Time.
     pub time: f64,

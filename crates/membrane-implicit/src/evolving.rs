@@ -12,7 +12,7 @@ use crate::load::Load;
 use crate::motion::Motion;
 use crate::scheme::{Jacobian, Scheme};
 
-/// Settings of [`evolve`]; the defaults are the paper's where it states them.
+/// Options of [`evolve`]; the defaults are those of the paper where it states them.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct EvolvingOptions {
@@ -49,49 +49,49 @@ impl Default for EvolvingOptions {
 }
 
 impl EvolvingOptions {
-    /// The same with time step `dt`.
+    /// Sets the time step.
     #[must_use]
     pub fn with_dt(mut self, dt: f64) -> Self {
         self.dt = dt;
         self
     }
 
-    /// The same with mass `mass` per unit s.
+    /// Sets the mass per unit s.
     #[must_use]
     pub fn with_mass(mut self, mass: f64) -> Self {
         self.mass = mass;
         self
     }
 
-    /// The same with damping `mu`.
+    /// Sets the damping mu per unit s.
     #[must_use]
     pub fn with_damping(mut self, mu: f64) -> Self {
         self.damping = mu;
         self
     }
 
-    /// The same with this tolerance on the norm of the forces.
+    /// Sets the tolerance on the norm of the forces.
     #[must_use]
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
     }
 
-    /// The same with at most this many steps.
+    /// Sets the largest number of steps.
     #[must_use]
     pub fn with_max_steps(mut self, max_steps: usize) -> Self {
         self.max_steps = max_steps;
         self
     }
 
-    /// The same with this derivative of the pressure force.
+    /// Sets the derivative of the pressure force.
     #[must_use]
     pub fn with_jacobian(mut self, jacobian: Jacobian) -> Self {
         self.jacobian = jacobian;
         self
     }
 
-    /// The same with a frame every this many steps; 0 keeps none.
+    /// Sets the number of steps between frames; 0 keeps none.
     #[must_use]
     pub fn with_frame_every(mut self, steps: usize) -> Self {
         self.frame_every = steps;
@@ -149,7 +149,7 @@ pub fn evolve(
     }
 }
 
-/// [`evolve`], and calls `observe` with the number of steps and the norm of the forces before the first step and after each.
+/// Runs [`evolve`] and calls `observe` with the number of steps and the norm of the forces before the first step and after each.
 /// A value with which `observe` breaks ends the run and is returned.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! A membrane at one instant, and what every step is made from.
+//! The state of a membrane at one instant, and the input of a step.
 
 use membrane_newton::{DiscreteMembrane, Measure, dot_in_eight as dot};
 
@@ -27,6 +27,22 @@ pub(crate) struct Step<'a> {
     pub(crate) work: &'a mut Work,
 }
 
+impl<'a> Step<'a> {
+    /// Body, start and end of the step, its length, counters; of a scheme without stages between.
+    pub(crate) fn ends(
+        self,
+    ) -> (
+        &'a Body,
+        &'a Kinematics,
+        &'a mut Kinematics,
+        f64,
+        &'a mut Work,
+    ) {
+        let (now, new) = self.stages.split_at_mut(1);
+        (self.body, &now[0], &mut new[0], self.dt, self.work)
+    }
+}
+
 impl Kinematics {
     /// At rest at the start.
     pub(crate) fn at_rest(body: &Body) -> Self {
@@ -42,7 +58,7 @@ impl Kinematics {
         }
     }
 
-    /// The state as a load sees it.
+    /// The state that a load depends on.
     pub(crate) fn load_state(&self, body: &Body) -> LoadState {
         body.load_state(self.time, &self.nodes, &self.velocity)
     }

@@ -4,7 +4,7 @@
 //!
 //! # Equations
 //!
-//! Both ends are held; N nodes; forces are per unit s; a dot is d/dt. The energy terms ([`Energy`]) balance to rounding.
+//! Both ends are fixed; N nodes; forces are per unit s; a dot is d/dt. The energy terms ([`Energy`]) balance to rounding.
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
@@ -16,8 +16,8 @@
 //! Centimetres and seconds. Nodes run from s = 0 at (0, +R) over the apex to s = 1 at (0, -R); x
 //! is the axis. Norms over s are (integral of |.|^2 ds)^(1/2), so they do not grow with N.
 //!
-//! # What it is not
-//! No fluid: the water carries pressure at once and has no inertia. The coupling of a pair is
+//! # Limits
+//! No fluid: the water transmits pressure instantly and has no inertia. The coupling of a pair is
 //! one-way: the outer membrane follows the inner one's volume and does not push back.
 //!
 //! # References

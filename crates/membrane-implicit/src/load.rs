@@ -34,7 +34,7 @@ enum Source {
     State(Box<dyn Model>),
 }
 
-/// Which quantity a [`Load`] prescribes.
+/// The quantity that a [`Load`] prescribes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LoadKind {
     /// Force intensity: f per unit of material length, or p per unit of current length.
@@ -43,7 +43,7 @@ pub enum LoadKind {
     TotalForce,
     /// Enclosed volume of revolution, cm^3.
     Volume,
-    /// Force intensity, as an answer to volume and flow ([`Feedback`]).
+    /// Force intensity as a function of volume and flow ([`Feedback`]).
     Feedback,
 }
 
@@ -81,11 +81,11 @@ pub enum LoadKind {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Feedback {
-    /// The force intensity f (or p) at this moment. It is asked for several times a step, also at moments that are not
-    /// accepted; a value that is not finite is an error of the step.
+    /// Returns the force intensity f (or p) in this state. A step evaluates it several times, also in states that are not accepted; a
+    /// value that is not finite is an error of the step.
     fn intensity(&self, now: &LoadState) -> f64;
 
-    /// The state at the beginning, then after every step.
+    /// Receives the initial state, then the state after every step.
     fn accepted(&mut self, now: &LoadState) {
         let _ = now;
     }
@@ -173,13 +173,13 @@ impl Load {
         }
     }
 
-    /// Which quantity is prescribed.
+    /// Returns the prescribed quantity.
     #[must_use]
     pub fn kind(&self) -> LoadKind {
         self.kind
     }
 
-    /// The value prescribed at this moment; functions of time see its time alone.
+    /// Returns the prescribed value in this state; functions of time use its time only.
     ///
     /// # Errors
     /// The value is not finite there, or a volume negative.

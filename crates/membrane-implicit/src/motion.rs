@@ -17,7 +17,7 @@ use crate::work::Work;
 pub use adaptive::Tolerance;
 pub use run::{Stop, TimeStep};
 
-/// A motion in progress: an initial-value problem with the state it has reached.
+/// An initial-value problem and its current state.
 ///
 /// Everything is allocated here; a step costs O(N) and allocates nothing, except a first adaptive step whose error is estimated by
 /// step doubling.
@@ -124,7 +124,7 @@ impl Motion {
         Ok(motion)
     }
 
-    /// The same with another derivative of the pressure force; [`Jacobian::Exact`] otherwise.
+    /// Sets the derivative of the pressure force; the default is [`Jacobian::Exact`].
     #[must_use]
     pub fn with_jacobian(mut self, jacobian: Jacobian) -> Self {
         self.movers_mut().for_each(|m| m.set_jacobian(jacobian));
@@ -164,8 +164,7 @@ impl Motion {
         Ok(())
     }
 
-    /// The same single membrane at another time, in another shape, moving. The end nodes stay
-    /// where they are fixed.
+    /// Sets time, shape and velocity of a single membrane. The end nodes stay fixed.
     ///
     /// # Errors
     /// A pair; lists of another length than the membrane's nodes, numbers that are not finite or beyond 1e100, and
@@ -203,7 +202,7 @@ impl Motion {
 
     /// Intensities and accelerations at the present.
     fn begin(&mut self) -> Result<(), ImplicitError> {
-        self.tell();
+        self.report_state();
         let Self {
             load, inner, outer, ..
         } = self;
@@ -237,42 +236,42 @@ impl Motion {
         Ok(())
     }
 
-    /// The load.
+    /// Returns the load.
     #[must_use]
     pub fn load(&self) -> &Load {
         &self.load
     }
 
-    /// Time reached.
+    /// Returns the current time.
     #[must_use]
     pub fn time(&self) -> f64 {
         self.inner.now().time
     }
 
-    /// The membrane, or the inner one of a pair.
+    /// Returns the state of the membrane, or of the inner one of a pair.
     pub fn state(&self) -> State<'_> {
         view(&self.inner.body, self.inner.now())
     }
 
-    /// The outer membrane of a pair.
+    /// Returns the state of the outer membrane of a pair.
     pub fn outer(&self) -> Option<State<'_>> {
         self.outer
             .as_ref()
             .map(|outer| view(&outer.body, outer.now()))
     }
 
-    /// The (inner) body.
+    /// Returns the (inner) body.
     pub fn body(&self) -> &Body {
         &self.inner.body
     }
 
-    /// Volume between the membranes of a pair, over what it should be, minus one.
+    /// Returns the relative error of the wall volume of a pair: the volume between the membranes over that at the start, minus one.
     pub fn wall_volume_error(&self) -> Option<f64> {
         let wall = self.outer()?.volume() - self.state().volume();
         Some(wall / self.wall_volume - 1.0)
     }
 
-    /// Counters since the motion was made; those of both membranes added for a pair.
+    /// Returns the counters since the start of the motion, the sum of both membranes for a pair.
     pub fn work(&self) -> Work {
         let mut work = self.inner.work;
         if let Some(Mover { work: outer, .. }) = &self.outer {
@@ -283,8 +282,7 @@ impl Motion {
         work
     }
 
-    /// Where the energy is and where it went since the motion began; both membranes added for a
-    /// pair. Cost O(N).
+    /// Returns the energy balance since the start of the motion, the sum of both membranes for a pair. Cost O(N).
     pub fn energy(&self) -> Energy {
         let mut energy = self.inner.energy();
         if let Some(outer) = &self.outer {
@@ -294,7 +292,7 @@ impl Motion {
         energy
     }
 
-    /// Norms over s of F_p + F_e and of the velocity; the larger of the two membranes.
+    /// Returns the norms over s of F_p + F_e and of the velocity, the larger of two membranes.
     ///
     /// # Errors
     /// The neighbours of a node coincide.
@@ -307,7 +305,7 @@ impl Motion {
         Ok((force, speed))
     }
 
-    /// One step of length `dt`.
+    /// Makes one step of length `dt`.
     ///
     /// # Errors
     /// A step that is not positive, the load's value, equations that cannot be solved, numbers
@@ -319,7 +317,7 @@ impl Motion {
         Ok(())
     }
 
-    /// One step as long as `tolerance` allows, at most `most`; returns its length.
+    /// Makes one step as long as `tolerance` allows, at most `most`; returns its length.
     ///
     /// # Errors
     /// As [`Motion::step`]; [`ImplicitError::StepTooSmall`].
@@ -333,8 +331,8 @@ impl Motion {
         Ok(dt)
     }
 
-    /// Shape and velocity of the (inner) membrane at a time within the last step: cubic Hermite
-    /// interpolation, error O(dt^4) beside that of the scheme. Cost O(N).
+    /// Interpolates shape and velocity of the (inner) membrane at a time within the last step: cubic Hermite interpolation, error
+    /// O(dt^4) in addition to that of the scheme. Cost O(N).
     ///
     /// # Errors
     /// A time outside the last step; [`ImplicitError::WrongLength`] for slices that are not N long.
@@ -347,7 +345,7 @@ impl Motion {
         self.inner.at_into(time, points, velocities)
     }
 
-    /// As [`Motion::at_into`], of the outer membrane; does nothing without one.
+    /// As [`Motion::at_into`] for the outer membrane; does nothing without one.
     ///
     /// # Errors
     /// A time outside the last step; [`ImplicitError::WrongLength`] for slices that are not N long.
@@ -392,17 +390,17 @@ impl Motion {
         Ok(())
     }
 
-    /// Makes the attempted step the present, at `time` if the clock has to be put right.
+    /// Accepts the attempted step; its end is set to `time` if that is given.
     fn accept(&mut self, time: Option<f64>) {
         self.movers_mut().for_each(Mover::accept);
         if let Some(time) = time {
             self.inner.set_time(time);
         }
-        self.tell();
+        self.report_state();
     }
 
-    /// Tells the load where the motion is.
-    fn tell(&mut self) {
+    /// Passes the accepted state to the load.
+    fn report_state(&mut self) {
         let Mover { body, .. } = &self.inner;
         let now = self.inner.now();
         self.load.accepted(|| now.load_state(body));

@@ -449,7 +449,7 @@ impl Mover {
             1.0
         };
         let s = 1.0 - t;
-        // 1 - 3 t^2 + 2 t^3 and its fellows
+        // the cubic Hermite basis
         let (h00, h10) = (s * s * (1.0 + 2.0 * t), dt * t * s * s);
         let (h01, h11) = (t * t * (1.0 + 2.0 * s), -dt * t * t * s);
         let mix = |out: &mut [[f64; 2]], a: &[f64], da: &[f64], b: &[f64], db: &[f64]| {

@@ -5,7 +5,7 @@ use membrane_newton::membrane_forces::Material;
 use crate::error::ImplicitError;
 use crate::load::LoadKind;
 
-/// How a step is made.
+/// The time integration scheme.
 ///
 /// | scheme | order | springs | rubber | loads |
 /// | --- | --- | --- | --- | --- |
@@ -51,7 +51,7 @@ pub enum Scheme {
     Splitting6,
 }
 
-/// Where the derivative of the pressure force comes from.
+/// The derivative of the pressure force in a linearised step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum Jacobian {
@@ -63,7 +63,7 @@ pub enum Jacobian {
 }
 
 impl Scheme {
-    /// Order of convergence in dt.
+    /// Returns the order of convergence in dt.
     #[must_use]
     pub fn order(self) -> usize {
         match self {

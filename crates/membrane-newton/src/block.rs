@@ -61,15 +61,15 @@ impl<'a> Block<'a> {
         self.least = least;
     }
 
-    /// Takes the branch of rubber to be the one that it starts on: stable as long as what is prescribed is held.
+    /// Takes the branch of rubber to be the one that it starts on: stable at a constant value of the prescribed quantity.
     ///
-    /// The energy is then a minimum, K negative definite where nothing is held, and the border of a volume, -g.K^-1 g, or of an
+    /// The energy is then a minimum, K negative definite among moving nodes, and the border of a volume, -g.K^-1 g, or of an
     /// intensity, 1, positive.
     pub(crate) fn expect_stable(&mut self) {
         match self.route {
             Route::Raise => (),
             Route::Inflate => {
-                let free = self.elastic.len() - self.discrete.held().len();
+                let free = self.elastic.len() - self.discrete.fixed().len();
                 let sign = if free.is_multiple_of(2) { 1.0 } else { -1.0 };
                 self.signs = (sign, sign);
             }
@@ -335,7 +335,7 @@ mod tests {
                     let mut x = resolution.start_state();
                     let moved = |(i, x): (usize, &mut f64)| *x += 0.1 * (i as f64 * 0.4).sin();
                     x.iter_mut().enumerate().for_each(moved);
-                    let held = resolution.discrete.held();
+                    let held = resolution.discrete.fixed();
                     held.iter()
                         .for_each(|&k| x[k] = resolution.discrete.start()[k]);
                     x[n - 1] = 6.0;

@@ -40,7 +40,6 @@ pub struct Border {
     solved: Vec<f64>,
     /// d - g' A^-1 b once it is known.
     pivot: Option<f64>,
-    dot: fn(&[f64], &[f64]) -> f64,
 }
 
 /// A border whose column has been eliminated, ready to correct what A alone has solved.
@@ -49,7 +48,6 @@ pub struct Eliminated<'a> {
     row: &'a [f64],
     solved: &'a [f64],
     pivot: f64,
-    dot: fn(&[f64], &[f64]) -> f64,
 }
 
 impl Border {
@@ -61,16 +59,7 @@ impl Border {
             row: vec![0.0; n],
             solved: vec![0.0; n],
             pivot: None,
-            dot,
         }
-    }
-
-    /// The same whose products with g are summed by `dot`, [`dot_in_eight`] for instance: the order of a sum decides its last
-    /// digits. They are summed from first to last without this.
-    #[must_use]
-    pub fn with_dot(mut self, dot: fn(&[f64], &[f64]) -> f64) -> Self {
-        self.dot = dot;
-        self
     }
 
     /// The column b, to be set; [`Border::eliminate`] is then due.
@@ -103,7 +92,7 @@ impl Border {
         self.pivot = None;
         self.solved.copy_from_slice(&self.column);
         solve(&mut self.solved)?;
-        let pivot = corner - (self.dot)(&self.row, &self.solved);
+        let pivot = corner - dot_in_eight(&self.row, &self.solved);
         if pivot == 0.0 || !pivot.is_finite() {
             let row = self.row.len();
             return Err(NewtonError::Singular { row, pivot });
@@ -119,7 +108,6 @@ impl Border {
             row: &self.row,
             solved: &self.solved,
             pivot,
-            dot: self.dot,
         })
     }
 }
@@ -143,7 +131,7 @@ impl Eliminated<'_> {
     /// [`NewtonError::WrongLength`] for an `x` of another length than the border.
     pub fn correct(&self, x: &mut [f64], q: f64) -> Result<f64, NewtonError> {
         length("unknowns within a border", x.len(), self.row.len())?;
-        let y = (q - (self.dot)(self.row, x)) / self.pivot;
+        let y = (q - dot_in_eight(self.row, x)) / self.pivot;
         for (x, solved) in x.iter_mut().zip(self.solved) {
             *x -= y * solved;
         }

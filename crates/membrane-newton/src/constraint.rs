@@ -1,10 +1,10 @@
-//! What a static solve prescribes, and the one equation it adds to the equilibrium.
+//! The prescribed quantity of a static solve, and its equation.
 
 use membrane_forces::{DiscreteMembrane, LoadKind, Measure, Measures, MembraneError};
 
 use crate::error::NewtonError;
 
-/// The quantity that is given; the force intensity that belongs to it is found with the shape.
+/// The prescribed quantity; the force intensity that belongs to it is part of the solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Control {
@@ -16,7 +16,7 @@ pub enum Control {
     TotalForce(f64),
     /// Enclosed volume of revolution, cm^3.
     Volume(f64),
-    /// Volume over that of the start (rest shape with its ends held), minus one: 0.6 is 60 % more.
+    /// Volume over that of the start (rest shape with its ends fixed), minus one: 0.6 is 60 % more.
     VolumeGain(f64),
     /// Signed area of the 2-D curve, cm^2.
     Area(f64),

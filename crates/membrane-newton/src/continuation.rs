@@ -29,11 +29,7 @@ pub(crate) fn solve(
     options: &NewtonOptions,
 ) -> Result<NewtonReport, NewtonError> {
     options.check()?;
-    let mut search = Search {
-        system,
-        scratch: NewtonScratch::default(),
-        report: NewtonReport::default(),
-    };
+    let mut search = Search::new(system);
     search.reach(state, start, values, options)?;
     if search.system.misses(state) > MET {
         // Where rounding of the forces hides them, corrections count as none; the control can be met all the same.
@@ -63,14 +59,22 @@ enum Ended {
     At(f64),
 }
 
-struct Search<'a, 's> {
-    system: &'a mut NestedSystem<'s>,
+/// Attempts to solve a system, with a report of all of them.
+pub(crate) struct Search<'a, 's> {
+    pub(crate) system: &'a mut NestedSystem<'s>,
     scratch: NewtonScratch,
-    /// Everything that was tried.
-    report: NewtonReport,
+    pub(crate) report: NewtonReport,
 }
 
-impl Search<'_, '_> {
+impl<'a, 's> Search<'a, 's> {
+    pub(crate) fn new(system: &'a mut NestedSystem<'s>) -> Self {
+        Self {
+            system,
+            scratch: NewtonScratch::default(),
+            report: NewtonReport::default(),
+        }
+    }
+
     /// [`solve`] but for the last digits of the control.
     fn reach(
         &mut self,
@@ -255,7 +259,7 @@ impl Search<'_, '_> {
     }
 
     /// Newton from `state`; what it finds must be within `reach` of `from`.
-    fn attempt(
+    pub(crate) fn attempt(
         &mut self,
         state: &mut [f64],
         reach: Reach,

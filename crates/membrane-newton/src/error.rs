@@ -8,7 +8,7 @@ use membrane_forces::MembraneError;
 
 use crate::report::NewtonReport;
 
-/// Why a solve failed; carries the report of what was tried.
+/// An error of a solve, with the report of the attempts.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NewtonError {
@@ -18,8 +18,8 @@ pub enum NewtonError {
     /// What a caller's own [`ResidualSystem`](crate::ResidualSystem) failed with: [`NewtonError::user`].
     #[error(transparent)]
     User(UserError),
-    /// A system was to solve before a tangent of it could be factored.
-    #[error("nothing to solve with: no tangent has been factored")]
+    /// A system was asked to solve before a factorisation.
+    #[error("no tangent has been factored; solving requires a factorisation")]
     NotFactored,
     /// A pivot vanished: the matrix is singular to working precision.
     #[error("singular matrix: pivot {pivot:?} in row {row}")]
@@ -30,7 +30,7 @@ pub enum NewtonError {
         pivot: f64,
     },
     /// A control or option has a value that nothing can be solved for.
-    #[error("{what} is {given:?}, must be finite{}", beyond(*above))]
+    #[error("{what} is {given:?}; it must be finite{}", beyond(*above))]
     OutOfRange {
         /// What was given.
         what: &'static str,
@@ -41,7 +41,7 @@ pub enum NewtonError {
     },
     /// The outer membrane of a pair does not enclose more than the inner one.
     #[error(
-        "the outer membrane encloses {outer:?} cm^3, the inner one {inner:?}: the outer one has to enclose the inner one"
+        "the outer membrane encloses {outer:?} cm^3, the inner one {inner:?}: the outer one must enclose the inner one"
     )]
     NotEnclosed {
         /// Volume of the inner membrane, cm^3.
@@ -120,7 +120,7 @@ pub enum NewtonError {
     },
 }
 
-/// Somebody else's error inside a [`NewtonError`], which it gives as its [`source`](Error::source).
+/// An error of a caller's own equations inside a [`NewtonError`], which it gives as its [`source`](Error::source).
 #[derive(Debug, Clone)]
 pub struct UserError(Arc<dyn Error + Send + Sync>);
 
@@ -155,7 +155,7 @@ fn beyond(above: f64) -> String {
     }
 }
 
-/// Refuses something of size `given` where it must be `expected`.
+/// Rejects a size `given` other than `expected`.
 pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<(), NewtonError> {
     if given == expected {
         Ok(())
@@ -168,7 +168,7 @@ pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Resul
     }
 }
 
-/// What a discretisation says of one of its own states.
+/// Unwraps a result of a discretisation for one of its own states.
 #[expect(
     clippy::expect_used,
     reason = "nobody outside this crate makes a state, so that its length is right"

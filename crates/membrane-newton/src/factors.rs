@@ -204,7 +204,7 @@ mod tests {
                 matrix[(end(i), end(j))] += tangent.band.get(i, j).unwrap();
             }
         }
-        for &held in elements.held() {
+        for &held in elements.fixed() {
             let unit = DVector::from_fn(n, |i, _| f64::from(u8::from(i == held)));
             assert_eq!(matrix.row(held), unit.transpose());
         }

@@ -1,6 +1,6 @@
 //! Flat sheets of rubber under loads so small that rounding of the nodes hides their strains.
 //!
-//! A flat sheet that is held where it rests has no tension at rest. Deflected by w it has strains of order (w / R)^2, and to that order the
+//! A flat sheet that is fixed where it rests has no tension in its reference configuration. Deflected by w it has strains of order (w / R)^2, and to that order the
 //! equilibria under all loads are one shape (Hencky 1915; Föppl's membrane):
 //!
 //! ```text

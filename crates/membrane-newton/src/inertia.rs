@@ -30,7 +30,7 @@ pub(crate) fn positive(discrete: &dyn DiscreteMembrane, tangent: &mut Tangent) -
         }
     }
     let degree = if size == 0 { 1 } else { size / 2 - 1 };
-    for held in discrete.held() {
+    for held in discrete.fixed() {
         let held = 2 * (held / 2 / degree) + held % 2;
         rows[held].fill(0.0);
         for below in 1..=width.min(n - 1 - held) {

@@ -7,10 +7,10 @@
 use membrane_forces::Measure;
 
 use crate::constraint::Constraint;
-use crate::continuation;
+use crate::continuation::{self, Search};
 use crate::error::NewtonError;
 use crate::nested_system::NestedSystem;
-use crate::newton::{NewtonScratch, ResidualSystem, newton_with};
+use crate::newton::ResidualSystem;
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
 use crate::resolution::{swept_by_mean_radius, swept_by_radius};
@@ -36,11 +36,7 @@ pub(crate) fn solve(
     options: &NewtonOptions,
 ) -> Result<NewtonReport, NewtonError> {
     options.check()?;
-    let mut search = Inflation {
-        system,
-        scratch: NewtonScratch::default(),
-        report: NewtonReport::default(),
-    };
+    let mut search = Search::new(system);
     search.system.innermost().constraint = wanted;
     search.system.each().for_each(|m| m.expect_stable());
     let (rest, most) = (
@@ -49,7 +45,7 @@ pub(crate) fn solve(
     );
     // What a coarser curve led to may be beyond a limit that only this one has.
     if state != start
-        && search.newton(state, start, options).is_ok()
+        && search.attempt_taut(state, start, options).is_ok()
         && search.system.volume(state) - rest <= most
     {
         return Ok(search.report);
@@ -90,18 +86,11 @@ pub(crate) fn solve(
         }
         return Err(error);
     }
-    search.walk(state, wanted, options)
+    search.continue_to(state, wanted, options)
 }
 
-struct Inflation<'a, 's> {
-    system: &'a mut NestedSystem<'s>,
-    scratch: NewtonScratch,
-    /// Everything that was tried.
-    report: NewtonReport,
-}
-
-impl Inflation<'_, '_> {
-    /// Blows the membrane at rest up to `volume` in one go.
+impl Search<'_, '_> {
+    /// Inflates the membrane from its reference configuration to `volume` in one solve.
     fn launch(
         &mut self,
         state: &mut [f64],
@@ -126,36 +115,25 @@ impl Inflation<'_, '_> {
         for (x, step) in state.iter_mut().zip(&step) {
             *x -= step;
         }
-        self.newton(state, start, options)
+        self.attempt_taut(state, start, options)
     }
 
-    /// Newton from `state` to what the membranes' targets say.
-    fn newton(
+    /// Newton from `state`, with tangents of tensions that are not negative.
+    fn attempt_taut(
         &mut self,
         state: &mut [f64],
         start: &[f64],
         options: &NewtonOptions,
     ) -> Result<(), NewtonError> {
-        let system = &mut *self.system;
-        for membrane in system.each() {
+        for membrane in self.system.each() {
             membrane.set_least_tension(0.0);
             membrane.expect_stable();
         }
-        let outcome = newton_with(system, state, options, &mut self.scratch);
-        let mut report = self.scratch.report().clone();
-        report.add_earlier(&self.report);
-        self.report = report;
-        outcome?;
-        if system.keeps_sign() && system.within(Reach::Direct, start, state) {
-            Ok(())
-        } else {
-            let report = Box::default();
-            Err(NewtonError::OtherBranch { report })
-        }
+        self.attempt(state, Reach::Direct, start, options)
     }
 
     /// From the equilibrium `state` to `wanted`.
-    fn walk(
+    fn continue_to(
         &mut self,
         state: &mut [f64],
         wanted: Constraint,

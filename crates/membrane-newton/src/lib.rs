@@ -4,8 +4,8 @@
 //!
 //! # Equations
 //!
-//! The unknowns are the curve c and its force intensity f; one equation g for the quantity that is
-//! given borders the equilibrium, and Newton solves
+//! The unknowns are the curve c and its force intensity f; one equation g for the prescribed
+//! quantity borders the equilibrium, and Newton solves
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
@@ -14,17 +14,16 @@
 //!
 //! Convergence: a full step is tested by the correction that would follow it with the same
 //! factorisation (natural monotonicity, Deuflhard 2004); if Newton fails from the start the control
-//! is raised in steps; where the branch of equilibria turns back the error says how far it went.
+//! is raised in steps; where the branch of equilibria turns back the error contains the last value reached.
 //!
 //! Which equilibrium: where the stiffness varies there may be a largest load, and under some hundred
 //! times lambda R there are equilibria with loops, which cross themselves. The answer is the one that
 //! inflation leads to: the bordered determinant has the sign that it has at the start and the curve
-//! turns through no more than a full circle, or it was reached in steps held to the rates of change
-//! at their ends. (No branch breaks these conditions; they do not prove that there is one.) If
+//! turns through no more than a full circle, or it was reached in steps limited by the rates of change
+//! at their ends. (These conditions are necessary, not sufficient.) If
 //! membrane and ends are mirror images so is the answer.
 //!
-//! What it is not: a general nonlinear solver library, though [`newton`] takes any
-//! [`ResidualSystem`]; there is no time here. There are no features to choose.
+//! Limits: not a general nonlinear solver library, though [`newton`] takes any [`ResidualSystem`]; no time dependence.
 //!
 //! References: Rohmer, Sitek, Gullberg 2006 (hal-03929238); Deuflhard, Newton Methods for Nonlinear
 //! Problems, 2004, doi:10.1007/978-3-642-23899-4; Trefethen, Spectral Methods in MATLAB, 2000,

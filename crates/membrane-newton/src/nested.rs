@@ -200,7 +200,7 @@ impl Nested {
         None
     }
 
-    /// Along the branch from the equilibrium `state` to what `control` says, at these resolutions.
+    /// Along the branch from the equilibrium `state` to the value of `control`, at these resolutions.
     fn step(
         &self,
         state: &mut [f64],

@@ -84,7 +84,7 @@ impl<'a> NestedSystem<'a> {
         }
     }
 
-    /// The largest of what `size` says of each membrane and its part of `x`.
+    /// The largest `size` of a membrane and its part of `x`.
     fn largest(&self, x: &[f64], size: impl Fn(&Block<'a>, &[f64]) -> f64) -> f64 {
         let parts = self.membranes.iter().zip(&self.places);
         parts

@@ -1,9 +1,9 @@
-//! When Newton stops, and how it searches.
+//! Options of Newton's iteration.
 
 use crate::constraint::check;
 use crate::error::{BELOW_ZERO, NewtonError};
 
-/// When to stop and how to search.
+/// Options of Newton's iteration.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct NewtonOptions {
@@ -25,7 +25,7 @@ pub struct NewtonOptions {
     pub max_load_steps: usize,
 }
 
-/// How the length of a Newton step is chosen.
+/// The rule for the length of a Newton step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LineSearch {
@@ -40,7 +40,7 @@ pub enum LineSearch {
     },
 }
 
-/// When Newton factors the tangent.
+/// The rule for factoring the tangent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Refactor {
@@ -66,8 +66,8 @@ impl Default for NewtonOptions {
 }
 
 impl NewtonOptions {
-    /// The same with other tolerances on the scaled residual and the scaled step; a solve refuses those that are negative or
-    /// not finite ([`NewtonError::OutOfRange`]).
+    /// Sets the tolerances on the scaled residual and the scaled step; a solve rejects those that are negative or not finite
+    /// ([`NewtonError::OutOfRange`]).
     #[must_use]
     pub fn with_tolerances(mut self, residual: f64, step: f64) -> Self {
         self.residual_tolerance = residual;
@@ -75,7 +75,7 @@ impl NewtonOptions {
         self
     }
 
-    /// Tolerances that no comparison could fail, or that none could meet, are refused.
+    /// Rejects tolerances that are negative or not finite.
     pub(crate) fn check(&self) -> Result<(), NewtonError> {
         for (what, value) in [
             ("residual tolerance", self.residual_tolerance),
@@ -86,28 +86,28 @@ impl NewtonOptions {
         Ok(())
     }
 
-    /// The same with another limit on the iterations.
+    /// Sets the largest number of iterations.
     #[must_use]
     pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
         self.max_iterations = max_iterations;
         self
     }
 
-    /// The same with another line search.
+    /// Sets the line search.
     #[must_use]
     pub fn with_line_search(mut self, line_search: LineSearch) -> Self {
         self.line_search = line_search;
         self
     }
 
-    /// The same with another rule for factorisations.
+    /// Sets the rule for factorisations.
     #[must_use]
     pub fn with_refactor(mut self, refactor: Refactor) -> Self {
         self.refactor = refactor;
         self
     }
 
-    /// The same with another limit on the steps of the continuation.
+    /// Sets the largest number of continuation steps.
     #[must_use]
     pub fn with_max_load_steps(mut self, max_load_steps: usize) -> Self {
         self.max_load_steps = max_load_steps;

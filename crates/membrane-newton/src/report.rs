@@ -1,6 +1,6 @@
-//! What a solve did.
+//! The report of a solve.
 
-/// What a solve did.
+/// The report of a solve.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct NewtonReport {
@@ -41,7 +41,7 @@ pub enum Ended {
 }
 
 impl NewtonReport {
-    /// Empties the report, keeping its memory.
+    /// Resets the report, keeping its memory.
     pub(crate) fn restart(&mut self, max_iterations: usize) {
         let mut history = std::mem::take(&mut self.history);
         history.clear();
@@ -69,7 +69,7 @@ impl NewtonReport {
         self.history.push(residual);
     }
 
-    /// Adds what an earlier solve did, so that the report covers both.
+    /// Adds the report of an earlier solve.
     pub(crate) fn add_earlier(&mut self, earlier: &Self) {
         self.iterations += earlier.iterations;
         self.factorisations += earlier.factorisations;

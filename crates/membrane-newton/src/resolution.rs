@@ -158,13 +158,13 @@ impl Resolution {
         })
     }
 
-    /// Nodes at `place` of their s, but for what is held, then `intensity`.
+    /// Nodes at `place` of their s, except fixed ones, then `intensity`.
     pub(crate) fn state_on(&self, intensity: f64, place: impl Fn(f64) -> [f64; 2]) -> Vec<f64> {
         let start = self.discrete.start();
         let positions = self.discrete.positions();
         let own = positions.into_iter().take(start.len() / 2);
         let mut state: Vec<f64> = own.flat_map(place).collect();
-        for &held in self.discrete.held() {
+        for &held in self.discrete.fixed() {
             state[held] = start[held];
         }
         state.push(intensity);

@@ -38,7 +38,7 @@ impl Equilibrium {
     /// ```
     ///
     /// # Errors
-    /// A control nothing can be solved for; a singular tangent (the control is at a limit point).
+    /// A control out of range; a singular tangent (the control is at a limit point).
     pub fn sensitivity(&self, control: Control) -> Result<Sensitivity, NewtonError> {
         let nested = Nested(vec![self.resolution.clone()]);
         let rate = nested.rate(&self.state, control)?;
@@ -55,7 +55,7 @@ impl Resolution {
         }
     }
 
-    /// The change of a state, as the caller sees it.
+    /// Converts the change of a state.
     pub(crate) fn sensitivity(&self, change: &[f64]) -> Sensitivity {
         let last = change.len() - 1;
         Sensitivity {

@@ -12,17 +12,17 @@ use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
 
-/// How the curve is discretised.
+/// The discretisation of the curve.
 ///
 /// Spectral elements have errors down to rounding where rest shape and stiffness are smooth between their breakpoints:
 /// degree 14 for a balloon, the adaptive ones for anything else. Finite differences are those of the paper, of second
-/// order; they ask for no breakpoints.
+/// order; they need no breakpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Discretisation {
     /// The paper's second-order finite differences with this many nodes.
     FiniteDifferences {
-        /// Nodes N, held ends included.
+        /// Nodes N, fixed ends included.
         nodes: usize,
     },
     /// Spectral elements: polynomials of this degree, this many elements on each smooth piece.
@@ -78,26 +78,26 @@ impl Solver {
         Ok(Self { resolution })
     }
 
-    /// Measures of the start: the rest shape with its ends held.
+    /// Returns the measures of the start: the rest shape with its ends fixed.
     #[must_use]
     pub fn start_measures(&self) -> Measures {
         self.resolution.start
     }
 
-    /// The start as an equilibrium without load (it is one if the ends are held where they rest).
+    /// Returns the start as an equilibrium without load (it is one if the ends are fixed where they rest).
     #[must_use]
     pub fn start(&self) -> Equilibrium {
         self.resolution
             .equilibrium(self.resolution.start_state(), NewtonReport::default())
     }
 
-    /// Solves from the start.
+    /// Solves from the start for a value of the control.
     ///
     /// Several equilibria may have the same control. The answer is the one that the control leads to when it
     /// is raised from the start, up to the first limit point; there is none beyond that one.
     ///
     /// # Errors
-    /// [`NewtonError::OutOfRange`], a control nothing can be solved for; [`NewtonError::LimitPoint`],
+    /// [`NewtonError::OutOfRange`], a control out of range; [`NewtonError::LimitPoint`],
     /// the branch ends before it; [`PastBlowUp`](membrane_forces::MembraneError::PastBlowUp), a pressure per current length with no
     /// equilibrium; [`NewtonError::Unresolved`], polynomials that do not converge;
     /// [`NewtonError::OtherBranch`], [`NewtonError::NotConverged`].
@@ -111,7 +111,7 @@ impl Solver {
     }
 
     /// Solves from a nearby equilibrium (warm start), of this solver or of any other whose ends
-    /// are held at the same places. The answer is on its branch, past a limit point too.
+    /// are fixed at the same places. The answer is on its branch, past a limit point too.
     ///
     /// # Errors
     /// As [`Solver::solve`].

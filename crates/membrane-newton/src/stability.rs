@@ -35,7 +35,7 @@ pub struct Modes {
     pub lowest: f64,
 }
 
-/// What stays while the membrane moves.
+/// The quantity that is constant while the membrane moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Constant {
     Pressure,
@@ -43,7 +43,7 @@ enum Constant {
 }
 
 impl Equilibrium {
-    /// Its stability. Counts come from the signs of pivots (Sylvester's law of inertia); the lowest eigenvalue is bracketed by counts and found
+    /// Computes the stability. Counts come from the signs of pivots (Sylvester's law of inertia); the lowest eigenvalue is bracketed by counts and found
     /// by inverse iteration from below, so that no lower one is missed. Cost about 40 factorisations.
     ///
     /// ```
@@ -219,11 +219,11 @@ impl<'a> Pencil<'a> {
         let mut momentum = vec![0.0; n];
         let mut eigenvalue = f64::INFINITY;
         for _ in 0..ITERATIONS {
-            for &held in self.discrete.held() {
+            for &held in self.discrete.fixed() {
                 x[held] = 0.0;
             }
             self.mass.mul_into(&x, &mut momentum);
-            for &held in self.discrete.held() {
+            for &held in self.discrete.fixed() {
                 momentum[held] = 0.0;
             }
             let scale = 1.0 / dot(&momentum, &x).sqrt();

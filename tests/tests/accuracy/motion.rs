@@ -146,7 +146,7 @@ fn runge_kutta(
             .expect("forces");
         let mut out = v.to_vec();
         out.extend((0..n).map(|i| (elastic[i] + push[i]) / mass[i] - damping[i] * v[i]));
-        for held in forces.held() {
+        for held in forces.fixed() {
             out[n + held] = 0.0;
         }
         out

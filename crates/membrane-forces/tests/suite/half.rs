@@ -150,7 +150,7 @@ fn what_is_not_its_own_mirror_image_stays_whole() {
     ] {
         let half = FiniteDifferences::half(&membrane, 41).unwrap();
         assert!(!half.is_half() && half.start().len() == 82);
-        assert_eq!(half.held(), [0, 1, 80, 81]);
+        assert_eq!(half.fixed(), [0, 1, 80, 81]);
     }
 }
 

@@ -177,7 +177,7 @@ fn state(d: &dyn DiscreteMembrane) -> (Vec<f64>, Vec<f64>) {
     let mut x: Vec<f64> = d.start().to_vec();
     let mut along = vec![0.0; x.len()];
     for (i, (x, along)) in x.iter_mut().zip(&mut along).enumerate() {
-        if !d.held().contains(&i) {
+        if !d.fixed().contains(&i) {
             *x *= 1.15 + 0.02 * (i as f64).sin();
             *along = 0.3 * (1.7 * i as f64).cos() * x.abs().min(1.0);
         }
@@ -221,7 +221,7 @@ fn dense(d: &dyn DiscreteMembrane, x: &[f64], p: f64) -> Vec<Vec<f64>> {
             }
         }
     }
-    for &held in d.held() {
+    for &held in d.fixed() {
         out[held].fill(0.0);
         out[held][held] = 1.0;
     }
@@ -265,7 +265,7 @@ fn forces_are_minus_the_derivative_of_the_energy_and_tangents_that_of_forces() {
             assert!((order - 2.0).abs() < 0.1, "{} numbers: {order}", x.len());
             // symmetric to rounding where nothing is held
             let size = k.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
-            let free = |i: &usize| !d.held().contains(i);
+            let free = |i: &usize| !d.fixed().contains(i);
             for i in (0..x.len()).filter(free) {
                 for j in (0..i).filter(free) {
                     assert!((k[i][j] - k[j][i]).abs() < 1e-14 * size, "{i} {j}");

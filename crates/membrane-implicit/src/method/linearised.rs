@@ -36,14 +36,7 @@ impl Linearised {
         step: Step<'_>,
         prescribed: Constraint<'_>,
     ) -> Result<Ledger, ImplicitError> {
-        let Step {
-            body,
-            stages,
-            dt,
-            work,
-        } = step;
-        let (now, new) = stages.split_at_mut(1);
-        let (now, new) = (&now[0], &mut new[0]);
+        let (body, now, new, dt, work) = step.ends();
         let stage = &mut self.stage;
         let (time, end) = (now.time, now.time + dt);
         let start = (&*now.nodes, &*now.velocity);
@@ -90,7 +83,8 @@ impl Linearised {
         // that of the shape reached
         let state = (&*new.nodes, &*new.velocity);
         new.intensity = prescribed.intensity(body, end, state, new.intensity)?;
-        let weights = [[0.0; 2], [0.0, 1.0]];
+        let stages = std::slice::from_ref(&*new);
+        let weights = [[1.0]];
         Ok(Ledger::of_stages(
             body,
             stages,
@@ -103,8 +97,8 @@ impl Linearised {
     /// `pressure` += h f (dn/dc) w + `growth` n, both as the matrix and its border at hand have
     /// them: what linearising added to the force of the start.
     ///
-    /// Taken from the matrix, not from the momentum balance, so that the energy report sees an
-    /// error of the linear solver.
+    /// Taken from the matrix, not from the momentum balance, so that an error of the linear solver appears in the
+    /// energy balance.
     fn add_linearised(
         &mut self,
         body: &Body,

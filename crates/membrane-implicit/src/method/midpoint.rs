@@ -34,14 +34,7 @@ impl Midpoint {
         step: Step<'_>,
         constraints: &[Constraint<'_>],
     ) -> Result<Ledger, ImplicitError> {
-        let Step {
-            body,
-            stages,
-            dt,
-            work,
-        } = step;
-        let (now, new) = stages.split_at_mut(1);
-        let (now, new) = (&now[0], &mut new[0]);
+        let (body, now, new, dt, work) = step.ends();
         let (&constraint, &last) = constraints
             .first()
             .zip(constraints.last())

@@ -18,14 +18,7 @@ pub(crate) fn kick_and_drift(
     (kicks, drifts): (&[f64], &[f64]),
     constraints: &[Constraint<'_>],
 ) -> Result<Ledger, ImplicitError> {
-    let Step {
-        body,
-        stages,
-        dt,
-        work,
-    } = step;
-    let (now, new) = stages.split_at_mut(1);
-    let (now, new) = (&now[0], &mut new[0]);
+    let (body, now, new, dt, work) = step.ends();
     let d = &body.discrete;
     let (m, mu, ds) = (body.mass, body.friction(), d.ds());
     let mut account = Ledger::default();
@@ -126,14 +119,7 @@ impl ImplicitSplitting {
         step: Step<'_>,
         constraint: Constraint<'_>,
     ) -> Result<Ledger, ImplicitError> {
-        let Step {
-            body,
-            stages,
-            dt,
-            work,
-        } = step;
-        let (now, new) = stages.split_at_mut(1);
-        let (now, new) = (&now[0], &mut new[0]);
+        let (body, now, new, dt, work) = step.ends();
         let d = &body.discrete;
         let (m, mu, ds, h) = (body.mass, body.friction(), d.ds(), 0.5 * dt);
         let (time, diagonal, kick) = (now.time, body.inertia(h), h / m);

@@ -87,7 +87,7 @@ impl Stage {
         Self {
             jacobian: Jacobian::Exact,
             lu: BandedLu::for_matrix(&matrix.band),
-            border: Border::new(zero.len()).with_dot(dot_in_eight),
+            border: Border::new(zero.len()),
             factored: f64::NAN,
             forces: [zero.clone(), zero.clone()],
             correction: zero.clone(),

@@ -6,17 +6,17 @@ use std::ops::ControlFlow;
 use super::{Motion, Tolerance};
 use crate::error::{ImplicitError, at_least, positive, within};
 
-/// How long the steps are.
+/// The rule for the length of the steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum TimeStep {
-    /// Always this long, but for a last step cut to end at a [`Stop::Time`].
+    /// Constant, except for a last step shortened to end at a [`Stop::Time`].
     Fixed(f64),
     /// As long as the local error allows.
     Adaptive(Tolerance),
 }
 
-/// When a run ends. Each is tested before the first step, too, which none may be needed for; an equilibrium is not.
+/// A condition that ends a run. All except the equilibrium are also tested before the first step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Stop {
@@ -40,7 +40,7 @@ pub enum Stop {
 }
 
 impl Motion {
-    /// Steps until the first of `stops`; returns its index.
+    /// Makes steps until the first of `stops` is met; returns its index.
     ///
     /// ```
     /// # use membrane_implicit::{Load, Membrane, Motion, Body, RestShape, Scheme, Stop, TimeStep};
@@ -60,8 +60,8 @@ impl Motion {
         self.run_with(steps, stops, |_| ())
     }
 
-    /// As [`Motion::run`], and calls `observe` after every step, where [`Motion::at_into`] gives
-    /// the shape at any time within the step.
+    /// Runs as [`Motion::run`] and calls `observe` after every step. There, [`Motion::at_into`] gives the shape at any time within the
+    /// step.
     ///
     /// # Errors
     /// As [`Motion::run`].
@@ -81,7 +81,7 @@ impl Motion {
         }
     }
 
-    /// As [`Motion::run_with`], but what `observe` breaks off with ends the run and comes back.
+    /// Runs as [`Motion::run_with`]; a value with which `observe` breaks ends the run and is returned.
     ///
     /// ```
     /// use std::ops::ControlFlow;

@@ -25,13 +25,6 @@ fn bodies() {
     for bad in BAD {
         assert!(is_range(reference_body().with_damping(bad)), "{bad}");
     }
-    assert_eq!(
-        reference_body()
-            .with_damping(0.0)
-            .unwrap()
-            .forward_euler_step(),
-        0.0
-    );
 }
 
 /// Bounds that every finite number has are not printed, and no number with three hundred digits.
@@ -40,10 +33,10 @@ fn messages_are_short() {
     let said = |step: f64| inflate(Scheme::TrBdf2).step(step).unwrap_err().to_string();
     assert_eq!(
         said(-1e300),
-        "time step is -1e300, must be positive and finite"
+        "time step is -1e300; it must be positive and finite"
     );
     let damped = reference_body().with_damping(-0.5).unwrap_err();
-    let expected = "damping is -0.5, must be at least 0.0 and finite";
+    let expected = "damping is -0.5; it must be at least 0.0 and finite";
     assert_eq!(damped.to_string(), expected);
     let body = Body::springs(
         &membrane_implicit::Membrane::new(
@@ -51,7 +44,7 @@ fn messages_are_short() {
         ),
         5,
     );
-    let expected = "rest position is 2.5e199, must lie in [-1e100, 1e100]";
+    let expected = "rest position is 2.5e199; it must lie in [-1e100, 1e100]";
     assert_eq!(body.unwrap_err().to_string()[..17], expected[..17]);
 }
 
@@ -97,7 +90,10 @@ fn steps_and_runs() {
     assert_eq!(adaptive.err(), Some(ImplicitError::NoErrorEstimate));
     let mut motion = inflate(Scheme::TrBdf2);
     let none = motion.run(TimeStep::Fixed(0.1), &[]).unwrap_err();
-    assert_eq!(none.to_string(), "number of stops is 0, must be at least 1");
+    assert_eq!(
+        none.to_string(),
+        "number of stops is 0; it must be at least 1"
+    );
     let nan = Stop::Equilibrium {
         force: f64::NAN,
         speed: 1.0,

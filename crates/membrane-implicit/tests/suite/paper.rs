@@ -31,7 +31,7 @@ impl Twin {
         let ds = 1.0 / (n - 1) as f64;
         let mut f = DVector::zeros(2 * n);
         for k in 0..2 {
-            // beyond a held end the displacement is mirrored in it
+            // beyond a fixed end the displacement is mirrored in it
             let u = |m: i64| -> f64 {
                 let at = |m: usize| c[2 * m + k] - self.rest[2 * m + k];
                 let last = n as i64 - 1;

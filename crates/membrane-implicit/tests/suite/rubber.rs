@@ -77,7 +77,7 @@ fn reference(end: f64, steps: usize, pressure: fn(f64) -> f64) -> Vec<[f64; 2]> 
             .unwrap();
         let mut out = v.to_vec();
         out.extend((0..n).map(|i| (elastic[i] + push[i]) / mass[i]));
-        forces.held().iter().for_each(|held| out[n + held] = 0.0);
+        forces.fixed().iter().for_each(|held| out[n + held] = 0.0);
         out
     };
     let mut state = forces.start().to_vec();

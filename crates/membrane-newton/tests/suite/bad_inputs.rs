@@ -111,7 +111,7 @@ fn bad_discretisations_and_pairs() {
     assert_eq!(swapped, expected);
     let message = swapped.to_string();
     assert!(
-        message.contains("the outer one has to enclose the inner one"),
+        message.contains("the outer one must enclose the inner one"),
         "{message}"
     );
 }
@@ -192,7 +192,7 @@ fn tolerances_that_say_nothing_are_refused() {
                 let message = error.to_string();
                 assert!(
                     message.ends_with(&format!(
-                        "tolerance is {bad:?}, must be finite and not negative"
+                        "tolerance is {bad:?}; it must be finite and not negative"
                     )),
                     "{message}"
                 );

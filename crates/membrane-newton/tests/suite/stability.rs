@@ -133,7 +133,7 @@ fn dense(
 ) -> [Vec<f64>; 2] {
     let n = discrete.start().len();
     let nodes = solved.points().as_flattened()[..n].to_vec();
-    let free: Vec<usize> = (0..n).filter(|i| !discrete.held().contains(i)).collect();
+    let free: Vec<usize> = (0..n).filter(|i| !discrete.fixed().contains(i)).collect();
     let forces = |x: &[f64]| {
         let (mut work, mut out) = (vec![0.0; n], vec![0.0; n]);
         (discrete.forces_into(x, solved.intensity, &mut work, &mut out)).unwrap();
