@@ -168,7 +168,7 @@ fn forces_of_differences(d: &FiniteDifferences) {
     let n = d.start().len();
     let mut band = d.band();
     d.add_elastic_tangent_into(f64::NAN, &mut band).unwrap();
-    let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
+    let mut a = vec![0.0; n];
     for value in ODD {
         let state = vec![value; n];
         back(d.measures(&state));
