@@ -43,7 +43,7 @@ pub struct SpectralElements {
 #[derive(Debug, Clone)]
 enum ElementMaterial {
     Springs(Vec<ElementSprings>),
-    Rubber(RubberEnergy),
+    Rubber(Box<RubberEnergy>),
 }
 
 /// The part of a curve from s = `from` to `to`.
@@ -115,7 +115,7 @@ impl SpectralElements {
         let mut material = match membrane.material() {
             Material::Springs { .. } => ElementMaterial::Springs(Vec::new()),
             Material::Rubber(rubber) => {
-                ElementMaterial::Rubber(RubberEnergy::new(rubber, Rule::gauss(reference)))
+                ElementMaterial::Rubber(Box::new(RubberEnergy::new(rubber, Rule::gauss(reference))))
             }
         };
         let rest_breaks = membrane.rest().breakpoints();
@@ -213,7 +213,7 @@ impl SpectralElements {
 
     fn rubber(&self, what: &'static str) -> Result<&RubberEnergy, MembraneError> {
         match &self.material {
-            ElementMaterial::Rubber(rubber) => Ok(rubber),
+            ElementMaterial::Rubber(rubber) => Ok(&**rubber),
             ElementMaterial::Springs(_) => Err(MembraneError::OtherMaterial { what }),
         }
     }

@@ -62,7 +62,7 @@ pub(crate) const ROWS: &[Row] = &[
         name: "membrane_implicit::EvolvingOptions::tolerance",
         what: "norm of the forces at the end of the evolution",
         reference: "springs and normals by their formulas",
-        norm: "(integral of |F|^2 ds)^(1/2)",
+        norm: "L2 over s",
         quick: 20,
         problem: evolved,
     },
