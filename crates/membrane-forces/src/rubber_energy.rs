@@ -323,7 +323,8 @@ impl RubberEnergy {
         Ok(sum + cap.map_or(0.0, |(weight, _, w)| weight * w.energy))
     }
 
-    /// `out` = minus the derivative of the energy, plus `pressure` times that of the volume. Returns the volume.
+    /// `out` = minus the derivative of the energy, plus `pressure` times that of the volume. Returns the volume, at pressure zero
+    /// only that of points with energy.
     pub(crate) fn forces_into(
         &self,
         nodes: &[f64],
@@ -336,6 +337,9 @@ impl RubberEnergy {
         for (e, element) in self.elements.iter().enumerate() {
             let (points, forces) = (&points[self.window(e)], &mut forces[self.window(e)]);
             for (q, point) in element.iter().enumerate() {
+                if point.weight == 0.0 && pressure == 0.0 {
+                    continue;
+                }
                 let row = self.rule.row(&self.rule.rows, q);
                 let Here { d, y, speed, w } = self.here(row, point, points)?;
                 let tension = point.weight * w.by[0] * point.per_length / speed;
