@@ -1,4 +1,4 @@
-//! Checks of a cohort as a whole: its numbers, cases, correlations and constraints.
+//! Validation of a cohort: numbers, cases, correlations and constraints.
 
 use crate::cohort::{Case, Cohort, MOST_MEMBERS, Sampling};
 use crate::correlation::{Copula, Correlation};
@@ -13,15 +13,15 @@ const MOST_NAME: usize = 100;
 impl Reader<'_> {
     pub(crate) fn check_numbers(&self, cohort: &Cohort) -> Result<(), TextError> {
         let wrong = |field, given: u64, most| {
-            Err(self.wrong(field, format!("is {given}; must be 1 to {most}")))
+            Err(self.wrong(field, format!("is {given}; must be between 1 and {most}")))
         };
         if !(1..=MOST_MEMBERS).contains(&cohort.members) {
             return wrong("members", cohort.members, MOST_MEMBERS);
         }
         if cohort.split.is_some_and(|split| !split.is_whole()) {
-            return Err(self.wrong("split", "must be fractions from 0 on whose sum is 1"));
+            return Err(self.wrong("split", "must be non-negative fractions with the sum 1"));
         }
-        // So many blocks of points are there.
+        // The number of available blocks of points.
         let blocks = (1 << 32) / cohort.members.next_power_of_two();
         let most = match cohort.sampling {
             Sampling::Plain => 1_000_000,
@@ -33,7 +33,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The copula of the correlated coordinates: that of the case comes before those of the varied fields.
+    /// The copula of the correlated coordinates; the coordinate of the case precedes those of the varied fields.
     pub(crate) fn copula(
         &self,
         given: &[Correlation],
@@ -56,7 +56,7 @@ impl Reader<'_> {
                 let what = "must be two different fields, and each pair given once";
                 return Err(self.wrong(&format!("{at}.fields"), what));
             }
-            // A NaN is not below 1 either.
+            // Also rejects NaN.
             let is_inside = coefficient.abs() < 1.0;
             if !is_inside {
                 let what = format!("is {coefficient}; it must be between -1 and 1, both excluded");
@@ -65,8 +65,7 @@ impl Reader<'_> {
             pairs.push((pair, coefficient));
         }
         Copula::new(&pairs).ok_or_else(|| {
-            let what =
-                "no variables have these coefficients: their matrix must be positive definite";
+            let what = "the correlation matrix of the coefficients must be positive definite";
             self.wrong("correlations", what)
         })
     }
@@ -76,16 +75,17 @@ impl Reader<'_> {
         for (k, Case { name, weight, .. }) in cases.iter().enumerate() {
             all += weight;
             if !(*weight > 0.0 && all.is_finite()) {
-                let what =
-                    format!("is {weight:?}; it must be positive, and all weights together finite");
+                let what = format!(
+                    "is {weight:?}; it must be positive, and the sum of all weights finite"
+                );
                 return Err(self.wrong(&format!("cases.{}.weight", k + 1), what));
             }
             let what = if cases[..k].iter().any(|other| other.name == *name) {
-                format!("`{name}` is the name of another case, too")
+                format!("`{name}` is the name of another case")
             } else if are_named && (name.is_empty() || name.len() > MOST_NAME) {
                 format!("has {} bytes; it must have 1 to {MOST_NAME}", name.len())
             } else if shown(name) != *name {
-                format!("`{name}` contains characters that cannot be shown")
+                format!("`{name}` contains control characters")
             } else {
                 continue;
             };
@@ -117,7 +117,7 @@ impl Reader<'_> {
                 };
                 for (k, case) in cohort.cases.iter().enumerate() {
                     if !is_known((case, k)) && !drawn_within(case) {
-                        let what = format!("`{text}`: the scene has no number {field}");
+                        let what = format!("`{text}`: {field} is not a number of the scene");
                         return Err(self.wrong(&at, what));
                     }
                 }

@@ -1,4 +1,4 @@
-//! A cohort as data: what its text says, checked.
+//! A validated cohort.
 
 use crate::correlation::{Copula, Correlation};
 use crate::distribution::Distribution;
@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Most members: points of Sobol have 32 bits, and some are needed for draws that are rejected.
+/// Largest number of members: Sobol points have 32 bits, and rejected draws need some of them.
 pub(crate) const MOST_MEMBERS: u64 = 1 << 26;
 
-/// Members of a study: a scene, and what varies in it. Member `i` depends on the text and on `i`, on nothing else.
+/// A set of studies: a scene and distributions of its fields. Member `i` is a function of the text and `i`.
 ///
 /// ```
 /// use heart_cohort::Cohort;
@@ -44,27 +44,27 @@ pub struct Cohort {
     pub(crate) correlations: Vec<Correlation>,
     pub(crate) copula: Copula,
     pub(crate) constraints: Vec<Constraint>,
-    /// All fields that any case varies: dimensions of the unit cube.
+    /// All varied fields of all cases: dimensions of the unit cube.
     pub(crate) varied: BTreeSet<String>,
-    /// Those that are whole numbers.
+    /// The integer fields.
     pub(crate) whole: BTreeSet<String>,
     pub(crate) digest: String,
 }
 
-/// How the members fill the space of their fields.
+/// The sampling of the fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Sampling {
-    /// Each member by itself, from its own stream of ChaCha8.
+    /// Independent members, each from its own stream of ChaCha8.
     #[default]
     Plain,
-    /// Points of Sobol (direction numbers of Joe and Kuo, 2008), shifted by the seed: the first 2^k members fill the space of the
-    /// fields evenly for each k. A draw that constraints reject is replaced by a point of a later block.
+    /// Sobol points (direction numbers of Joe and Kuo, 2008), shifted by the seed: for each k the first 2^k members cover the space
+    /// of the fields evenly. A draw that violates a constraint is replaced by a point of a later block.
     Sobol,
 }
 
-/// Compression of the arrays in a shard, each by itself.
+/// Compression of each array in a shard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -72,7 +72,7 @@ pub enum Compression {
     /// `KEY.truth.npy`.
     #[default]
     None,
-    /// `KEY.truth.npy.gz`, by gzip at its fastest level and without a time: the same bytes for the same version of the program.
+    /// `KEY.truth.npy.gz`: gzip at its fastest level without a time stamp, bitwise reproducible for one version of the program.
     Gzip,
 }
 
@@ -81,26 +81,26 @@ pub enum Compression {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Precision {
-    /// Four bytes a sample.
+    /// Four bytes per sample.
     #[default]
     Float32,
-    /// Two bytes: relative error at most 2^-11 from 6.1e-5 on, absolute error at most 2^-25 below. A member with a sample beyond 65 504
-    /// is refused.
+    /// Two bytes per sample: relative error at most 2^-11 above 6.1e-5, absolute error at most 2^-25 below. A member with a sample
+    /// beyond 65 504 is rejected.
     Float16,
 }
 
-/// One of `[[cases]]`: a part of the members that differs from the others by more than a number. A cohort without any has one.
+/// One of `[[cases]]`: a part of the members with its own scene. A cohort without cases has one.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Case {
     pub(crate) name: String,
     pub(crate) weight: f64,
-    /// The whole scene, defaults filled in.
+    /// The complete scene, including defaults.
     pub(crate) scene: Value,
     pub(crate) vary: BTreeMap<String, Distribution>,
 }
 
 impl Cohort {
-    /// A cohort to start from, as text, with a comment on every line.
+    /// A cohort text with a comment on every line.
     pub const TEMPLATE: &str = include_str!("template.toml");
 
     /// Number of members.
@@ -108,22 +108,22 @@ impl Cohort {
         self.members
     }
 
-    /// The fields that vary, by their dotted paths.
+    /// Dotted paths of the varied fields.
     pub fn varied(&self) -> impl Iterator<Item = &str> {
         self.varied.iter().map(String::as_str)
     }
 
-    /// Names of the cases; one without a name if the text has none.
+    /// Names of the cases; one empty name if the text has no cases.
     pub fn cases(&self) -> impl Iterator<Item = &str> {
         self.cases.iter().map(|case| case.name.as_str())
     }
 
-    /// BLAKE3 of what the text means, in hexadecimal: of two that differ in comments or layout only it is the same.
+    /// BLAKE3 hash of the parsed text, in hexadecimal; comments and layout do not change it.
     pub fn digest(&self) -> &str {
         &self.digest
     }
 
-    /// The digest of everything else in it.
+    /// The digest of the remaining text.
     pub(crate) fn with_digest(mut self) -> Self {
         let constraints: Vec<&str> = self.constraints.iter().map(Constraint::text).collect();
         let meaning = serde_json::json!({
@@ -135,7 +135,7 @@ impl Cohort {
         self
     }
 
-    /// The number that a field has in the scene of a case, before anything varies.
+    /// The number of a field in the scene of a case, before variation.
     pub(crate) fn number_of_case(&self, case: usize, path: &str) -> Option<f64> {
         field::get(&self.cases[case].scene, path)?.as_f64()
     }

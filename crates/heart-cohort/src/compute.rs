@@ -1,4 +1,4 @@
-//! A member computed: its piece of a shard.
+//! Computes a member: its part of a shard.
 
 use crate::cohort::{Cohort, Compression, Precision};
 use crate::draw::Member;
@@ -14,31 +14,31 @@ use std::error::Error;
 use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 
-/// More than the header of an array takes, and what fills its file up.
+/// Upper bound on the size of an array header and the padding of its file.
 const NPY_HEADER: usize = 1024;
 
-/// How arrays are written.
+/// The format of arrays.
 type Form = (Compression, Precision);
 
-/// What a member has become: its files as they stand in a shard, or why there are none.
+/// A computed member: its files in the shard.
 #[derive(Debug)]
 pub(crate) struct Computed {
-    /// Bytes of the archive, headers and padding included.
+    /// Bytes of the archive, including headers and padding.
     pub(crate) bytes: Vec<u8>,
-    /// Their checksum, BLAKE3.
+    /// Their BLAKE3 checksum.
     pub(crate) blake3: String,
     pub(crate) numbers: Numbers,
     pub(crate) warnings: Vec<String>,
 }
 
-/// Memory of members that are done, for those that come: new pages of the system would cost a member a sixth of its time.
+/// Buffers of completed members for reuse: new pages of the system would take a sixth of the time of a member.
 #[derive(Debug, Default)]
 pub(crate) struct Spare {
     bytes: Mutex<Vec<Vec<u8>>>,
     samples: Mutex<Vec<Vec<f32>>>,
 }
 
-/// One of the vectors that are there, or a new one.
+/// Returns an existing vector or a new one.
 fn taken<T>(vectors: &Mutex<Vec<Vec<T>>>) -> Vec<T> {
     let mut vectors = vectors.lock().unwrap_or_else(PoisonError::into_inner);
     vectors.pop().unwrap_or_default()
@@ -50,16 +50,16 @@ fn given<T>(vectors: &Mutex<Vec<Vec<T>>>, vector: Vec<T>) {
 }
 
 impl Spare {
-    /// Takes back what a member has been written from.
+    /// Returns the buffers of a written member.
     pub(crate) fn give_back(&self, computed: Computed) {
         given(&self.bytes, computed.bytes);
     }
 }
 
-/// Computes a member on the threads of the pool that this is called in, with so many bytes for shapes of the heart.
+/// Computes a member on the threads of the current pool, with `memory` bytes for shapes of the heart.
 ///
 /// # Errors
-/// Why it is refused.
+/// The reason of the rejection.
 pub(crate) fn compute(
     cohort: &Cohort,
     member: &Member,
@@ -103,7 +103,7 @@ fn of_phantom(
     });
     piece.add_json("numbers.json", &told).map_err(failed)?;
     (piece.add("cls", |out| write!(out, "{}", member.case_index))).map_err(failed)?;
-    // Views come before volumes, which may be made of them.
+    // Views precede volumes, which may be reconstructed from them.
     let has_views = products.iter().any(|product| needs_views(*product));
     if has_views {
         let camera = phantom.camera();
@@ -113,7 +113,7 @@ fn of_phantom(
         );
         phantom.sinograms_of_gates_into(samples)?;
     }
-    // The counts of projections that are there are known.
+    // The counts of existing projections are known.
     let geometry = geometry(phantom, has_views)?;
     (piece.add("geometry.json", |out| writeln!(out, "{geometry}"))).map_err(failed)?;
     for product in products {
@@ -139,8 +139,8 @@ fn needs_views(product: Product) -> bool {
     matches!(product, Product::Projections | Product::Reconstruction)
 }
 
-/// The array of a product: of all gates `[gate][view][row][bin]` or `[gate][z][y][x]`, or of all phases `[phase][z][y][x]`. `samples` are
-/// the views until the exact volumes take their place.
+/// The array of a product: for all gates `[gate][view][row][bin]` or `[gate][z][y][x]`, or for all phases `[phase][z][y][x]`.
+/// `samples` contains the views until the exact volumes replace them.
 fn add(
     piece: &mut Piece,
     phantom: &Phantom,
@@ -192,13 +192,13 @@ fn add(
             }
             put(piece, form, "attenuation.npy", &phases_shape, &maps[..])?;
         }
-        // Refused when the text was read.
+        // Rejected when the text was read.
         _ => {}
     }
     Ok(())
 }
 
-/// Adds an array in the form of the cohort.
+/// Adds an array in the format of the cohort.
 fn put<'a>(
     piece: &mut Piece,
     (compression, precision): Form,
@@ -221,7 +221,7 @@ fn put<'a>(
     };
     let added = match compression {
         Compression::None => piece.add(name, |out| {
-            // No more than that: a vector that grows by itself takes up to twice as much.
+            // Exact capacity: a growing vector allocates up to twice as much.
             out.reserve_exact(samples.len() * samples.bytes_each() + NPY_HEADER);
             write(out)
         }),
@@ -234,7 +234,7 @@ fn put<'a>(
     added.map_err(failed)
 }
 
-/// A NumPy array of half precision: that of its bits, with the other type in its header.
+/// A NumPy array of half precision: the array of its bits with the type `<f2` in the header.
 fn npy_of_halves(shape: &[usize], values: &[f32]) -> Result<Vec<u8>, PhantomError> {
     let mut bits = Vec::with_capacity(values.len());
     for &value in values {
@@ -256,7 +256,7 @@ fn npy_of_halves(shape: &[usize], values: &[f32]) -> Result<Vec<u8>, PhantomErro
     Ok(npy)
 }
 
-/// The error and what led to it.
+/// The error and its causes.
 pub(crate) fn reason(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();

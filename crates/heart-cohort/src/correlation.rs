@@ -1,22 +1,23 @@
-//! Correlated draws by a Gaussian copula: each field keeps its own distribution.
+//! Correlated draws with a Gaussian copula; the marginal distributions do not change.
 
 use crate::quantile::{normal_quantile, normal_share};
 use serde::{Deserialize, Serialize};
 
-/// Smallest square of a diagonal entry of the factor: below it the matrix of the coefficients is singular to rounding.
+/// Smallest squared diagonal entry of the factor; below it the correlation matrix is singular to rounding.
 const LEAST_PIVOT: f64 = 1e-12;
 
-/// A correlation of two fields.
+/// The correlation of two fields.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Correlation {
-    /// Two fields that vary.
+    /// Two varied fields.
     pub(crate) fields: [String; 2],
-    /// Coefficient of the normal scores, between -1 and 1: Pearson's of two normal distributions without bounds.
+    /// Correlation coefficient of the normal scores, between -1 and 1: Pearson's coefficient for two normal distributions without
+    /// bounds.
     pub(crate) coefficient: f64,
 }
 
-/// Lower triangular factor L of the matrix of the coefficients, `L L' = R`, over the coordinates that are correlated.
+/// Lower triangular (Cholesky) factor L of the correlation matrix, `L L' = R`, over the correlated coordinates.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Copula {
     coordinates: Vec<usize>,
@@ -24,7 +25,7 @@ pub(crate) struct Copula {
 }
 
 impl Copula {
-    /// The copula of pairs of coordinates with their coefficients; `None` if no variables have these (the matrix is not positive definite).
+    /// Returns the copula of pairs of coordinates with coefficients; `None` if the matrix is not positive definite.
     pub(crate) fn new(pairs: &[([usize; 2], f64)]) -> Option<Self> {
         let mut coordinates: Vec<usize> = pairs.iter().flat_map(|(pair, _)| *pair).collect();
         coordinates.sort_unstable();
@@ -60,7 +61,7 @@ impl Copula {
         })
     }
 
-    /// Correlates a point of the unit cube: normal scores z of the coordinates become L z.
+    /// Correlates a point of the unit cube: the normal scores z become L z.
     pub(crate) fn apply(&self, point: &mut [f64]) {
         let score = |u: f64| normal_quantile(u.clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON));
         let scores: Vec<f64> = (self.coordinates.iter())

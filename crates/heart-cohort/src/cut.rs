@@ -1,4 +1,4 @@
-//! The cut of a cohort into shards: which members belong to which.
+//! The division of a cohort into shards.
 
 use crate::cohort::{Cohort, MOST_MEMBERS};
 use crate::error::CohortError;
@@ -8,9 +8,9 @@ use std::ops::Range;
 /// Shard `shard` of `of`, counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// Which, from 1.
+    /// The index, from 1.
     pub shard: u64,
-    /// How many there are.
+    /// The number of shards.
     pub of: u64,
 }
 
@@ -24,7 +24,7 @@ impl Shard {
         format!("shard-{:05}-of-{:05}.json", self.shard, self.of)
     }
 
-    /// Returns the shard whose archive or record has exactly this name, if there may be one.
+    /// Returns the shard of an archive or record name; `None` for other names.
     pub(crate) fn of_file_name(name: &str) -> Option<Self> {
         let (stem, _) = name.strip_prefix("shard-")?.rsplit_once('.')?;
         let (shard, of) = stem.split_once("-of-")?;
@@ -37,7 +37,7 @@ impl Shard {
         (is_possible && is_its_name).then_some(shard)
     }
 
-    /// Returns its members: `(shard - 1) n / of` to `shard n / of` of n, the last not included.
+    /// Returns the members: `(shard - 1) n / of` to `shard n / of` (excluded) of n.
     ///
     /// # Errors
     /// [`CohortError::NoShard`].
@@ -49,7 +49,7 @@ impl Shard {
         })
     }
 
-    /// The same for a number of members; `None` if it has no such shard.
+    /// As [`Shard::members`], for a number of members; `None` if the shard does not exist.
     pub(crate) fn range(&self, members: u64) -> Option<Range<u64>> {
         let is_there = (1..=members).contains(&self.of) && (1..=self.of).contains(&self.shard);
         let from = |shard| (u128::from(shard) * u128::from(members) / u128::from(self.of)) as u64;

@@ -1,48 +1,48 @@
-//! From a number between 0 and 1 to the value of a field.
+//! Distributions of field values by their quantile functions.
 
 use crate::quantile::{normal_quantile, normal_share};
 use crate::value::FieldValue;
 use serde::{Deserialize, Serialize};
 
-/// Least share of a normal distribution that its bounds may leave.
+/// Smallest probability of a normal distribution within its bounds.
 const LEAST_SHARE: f64 = 1e-9;
 
-/// Largest magnitude of a whole number that is drawn: all up to here are exact as f64.
+/// Largest magnitude of a drawn integer; all integers up to it are exact as f64.
 const MOST_WHOLE: f64 = (1u64 << 53) as f64;
 
-/// What a field is drawn from: each value is the one below which a share `u` of the distribution is, so that points that fill the unit
-/// cube evenly fill the fields evenly. Fields that are whole numbers get the nearest one, of [`Distribution::Uniform`] each with the same
-/// chance, both ends included.
+/// The distribution of a field. A value is the quantile of a coordinate `u` of the unit cube, so evenly distributed points give
+/// evenly distributed fields. Integer fields are rounded; with [`Distribution::Uniform`] all integers, both ends included, have the
+/// same probability.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum Distribution {
-    /// Between two values.
+    /// Uniform between two values.
     Uniform([f64; 2]),
-    /// Normal, cut off at the bounds: what is within them keeps its proportions.
+    /// Normal, truncated to the bounds.
     #[non_exhaustive]
     Normal {
-        /// Mean without bounds.
+        /// Mean before truncation.
         mean: f64,
-        /// Standard deviation without bounds.
+        /// Standard deviation before truncation.
         sd: f64,
-        /// Least and largest value.
+        /// Smallest and largest value.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         bounds: Option<[f64; 2]>,
     },
-    /// The logarithm is normal, cut off at the bounds.
+    /// Log-normal, truncated to the bounds.
     #[non_exhaustive]
     LogNormal {
-        /// Half of the values are below it, without bounds.
+        /// Median before truncation.
         median: f64,
         /// `exp` of the standard deviation of the logarithm, above 1: two thirds of the values are between `median / factor` and
         /// `median * factor`.
         factor: f64,
-        /// Least and largest value.
+        /// Smallest and largest value.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         bounds: Option<[f64; 2]>,
     },
-    /// One of these, each with the same chance: numbers, names, or whole tables of a scene.
+    /// One of several values with equal probability: numbers, names, or tables of a scene.
     Choice(Vec<FieldValue>),
 }
 
@@ -50,18 +50,16 @@ impl Distribution {
     /// Names in files.
     pub(crate) const NAMES: [&str; 4] = ["uniform", "normal", "log-normal", "choice"];
 
-    /// What is wrong with its numbers.
+    /// Returns the fault of its numbers, if any.
     pub(crate) fn fault(&self) -> Option<String> {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
         match self {
             Self::Uniform([low, high]) => (!(high - low).is_finite() || low > high).then(|| {
-                format!(
-                    "uniform = [{low}, {high}]: the first must not be above the second, and their difference must be finite"
-                )
+                format!("uniform = [{low}, {high}]: must be ascending with a finite difference")
             }),
             Self::Normal { mean, sd, bounds } => {
                 if !finite(&[*mean, *sd]) || *sd <= 0.0 {
-                    return Some(format!("sd is {sd}; must be above 0"));
+                    return Some(format!("sd is {sd}; must be positive"));
                 }
                 match bounds {
                     Some(bounds) => bad_bounds(*bounds, |value| (value - mean) / sd),
@@ -75,7 +73,7 @@ impl Distribution {
             } => {
                 if !finite(&[*median, *factor]) || *median <= 0.0 || *factor <= 1.0 {
                     return Some(format!(
-                        "median is {median} and factor {factor}; must be above 0 and above 1"
+                        "median is {median}, factor is {factor}; must be positive and above 1"
                     ));
                 }
                 let [center, width] = [*median, *factor].map(libm::log);
@@ -83,22 +81,24 @@ impl Distribution {
                     Some(bounds) if bounds[0] > 0.0 => {
                         bad_bounds(*bounds, |value| (libm::log(value) - center) / width)
                     }
-                    Some([least, _]) => Some(format!("bounds begin at {least}; must be above 0")),
+                    Some([least, _]) => {
+                        Some(format!("the lower bound is {least}; must be positive"))
+                    }
                     None => self.fault_of_tails(f64::MAX),
                 }
             }
             Self::Choice(values) => values
                 .is_empty()
-                .then(|| "choice = []: there is nothing to choose".to_owned()),
+                .then(|| "choice = []: must not be empty".to_owned()),
         }
     }
 
-    /// What is wrong with it for a field of whole numbers.
+    /// Returns its fault for an integer field, if any.
     pub(crate) fn fault_of_whole(&self) -> Option<String> {
         match self {
-            Self::Uniform([low, high]) if high.floor() < low.ceil() => Some(format!(
-                "uniform = [{low}, {high}]: no whole number lies between them"
-            )),
+            Self::Uniform([low, high]) if high.floor() < low.ceil() => {
+                Some(format!("uniform = [{low}, {high}]: contains no integer"))
+            }
             Self::Uniform(_) | Self::Normal { .. } | Self::LogNormal { .. } => {
                 self.fault_of_tails(MOST_WHOLE)
             }
@@ -106,18 +106,18 @@ impl Distribution {
         }
     }
 
-    /// Whether a draw may lie beyond `most` in magnitude.
+    /// Returns whether a draw may exceed `most` in magnitude.
     fn fault_of_tails(&self, most: f64) -> Option<String> {
-        // The least coordinate of a draw is 2^-54, the largest one rounds to 1.
+        // The smallest coordinate of a draw is 2^-54, the largest one rounds to 1.
         let ends = [f64::EPSILON / 4.0, 1.0].map(|u| self.number(u));
         let is_within = ends.iter().all(|end| end.abs() <= most);
         (!is_within).then(|| {
             let [low, high] = ends;
-            format!("draws may lie between {low:e} and {high:e}; they must not exceed {most:e} in magnitude")
+            format!("draws between {low:e} and {high:e} exceed the limit of {most:e} in magnitude")
         })
     }
 
-    /// The value below which a share `u` of (0, 1) is, as a whole number if the field is one.
+    /// Returns the quantile of `u` in (0, 1), rounded for integer fields.
     pub(crate) fn value(&self, u: f64, is_whole: bool) -> FieldValue {
         match self {
             Self::Choice(values) => {
@@ -128,13 +128,13 @@ impl Distribution {
                 let count = high.floor() - low.ceil() + 1.0;
                 FieldValue::Whole((low.ceil() + (u * count).floor()).min(high.floor()) as i64)
             }
-            // Within `MOST_WHOLE`, where all whole numbers are exact.
+            // Within `MOST_WHOLE`, where all integers are exact.
             _ if is_whole => FieldValue::Whole(self.number(u).round() as i64),
             _ => FieldValue::Number(self.number(u)),
         }
     }
 
-    /// The number below which a share `u` of (0, 1) is; NaN for a choice, whose values have no order.
+    /// Returns the quantile of `u` in (0, 1) as a number; NaN for a choice, whose values have no order.
     fn number(&self, u: f64) -> f64 {
         match self {
             Self::Uniform([low, high]) => (low + u * (high - low)).clamp(*low, *high),
@@ -162,13 +162,13 @@ fn bad_bounds([low, high]: [f64; 2], standard: impl Fn(f64) -> f64) -> Option<St
         true => normal_share(-ends[0]) - normal_share(-ends[1]),
         false => normal_share(ends[1]) - normal_share(ends[0]),
     };
-    // A NaN is not above it either.
+    // Also rejects NaN.
     let is_good = low.is_finite() && high.is_finite() && share > LEAST_SHARE;
-    (!is_good).then(|| format!("bounds = [{low}, {high}] leave nothing of the distribution"))
+    (!is_good).then(|| format!("bounds = [{low}, {high}] contain none of the distribution"))
 }
 
-/// The value of a standard normal distribution cut off at both ends below which a share is. Above the middle it is computed mirrored,
-/// where shares keep their digits.
+/// Returns a quantile of the truncated standard normal distribution. The upper half is computed by symmetry, which avoids
+/// cancellation.
 fn cut_off(u: f64, ends: Option<[f64; 2]>) -> f64 {
     let share = match ends {
         None => u,
@@ -205,7 +205,8 @@ mod tests {
         [mean, variance.sqrt()]
     }
 
-    /// Means and deviations in closed form; the midpoint rule over 100 000 shares errs most in the tails, by 1e-4 of the deviation.
+    /// Means and deviations in closed form; the midpoint rule over 100 000 quantiles has its largest error in the tails, 1e-4 of
+    /// the deviation.
     #[test]
     fn moments_are_those_of_the_distribution() {
         let known = [
@@ -240,7 +241,7 @@ mod tests {
                 .windows(2)
                 .all(|pair| 5.0 <= pair[0] && pair[0] < pair[1])
         );
-        // Mean of a normal distribution between a and b: (density(a) - density(b)) / (share between).
+        // Mean of a normal distribution between a and b: (density(a) - density(b)) / (probability between).
         let density = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
         let share = normal_share(-5.0) - normal_share(-5.5);
         let mean = (density(5.0) - density(5.5)) / share;
@@ -279,7 +280,7 @@ mod tests {
             let distribution: Distribution = serde_json::from_value(bad.clone()).unwrap();
             assert!(distribution.fault().is_some(), "{bad}");
         }
-        // Sound by themselves, but not for whole numbers.
+        // Valid in general, but not for integers.
         for bad in [
             json!({ "uniform": [0.0, 1e30] }),
             json!({ "uniform": [3.2, 3.8] }),

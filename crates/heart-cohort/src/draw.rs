@@ -1,4 +1,4 @@
-//! The draws of a member: from its index to the values of its fields.
+//! Draws the field values of a member from its index.
 
 use crate::cohort::{Case, Cohort, Sampling};
 use crate::error::CohortError;
@@ -10,38 +10,38 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde_json::Value;
 
-/// The stream of the shift of Sobol's points; members have the streams of their indices.
+/// The stream of the shift of the Sobol points; members have the streams of their indices.
 const STREAM_OF_SHIFT: u64 = u64::MAX;
-/// The stream of the subsets, and the words of it that a member takes.
+/// The stream of the subsets, and the number of its words per member.
 const STREAM_OF_SUBSETS: u64 = u64::MAX - 1;
 const WORDS_OF_SUBSET: u128 = 2;
-/// Bits of a seed that programs which know no whole numbers keep, too.
+/// Bits of a seed that are exact in double precision.
 const BITS_OF_SEED: u32 = 53;
 
-/// One member: which case it is of, and what was drawn for it.
+/// A member: its case and its drawn values.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Member {
-    /// Its place in the cohort, from 0.
+    /// Index in the cohort, from 0.
     pub index: u64,
-    /// Its name in shards and manifests, eight digits.
+    /// Name in shards and manifests, eight digits.
     pub key: String,
-    /// Name of its case; empty where the cohort has no cases.
+    /// Name of its case; empty if the cohort has no cases.
     pub case: String,
-    /// Place of the case in the text, from 0.
+    /// Index of the case in the text, from 0.
     pub case_index: usize,
-    /// What it is for; `None` where the cohort is not split.
+    /// Subset; `None` if the cohort is not split.
     pub split: Option<Subset>,
-    /// Draws that it took to meet the constraints, from 1.
+    /// Number of draws until the constraints were met, from 1.
     pub attempts: u32,
-    /// What was drawn, by the dotted paths of the fields, in their order.
+    /// Drawn values by the dotted paths of the fields, in their order.
     pub values: Vec<(String, FieldValue)>,
-    /// The whole scene, as JSON.
+    /// The complete scene, as JSON.
     scene: Value,
 }
 
 impl Member {
-    /// The number that a field of its scene has; `None` if it has none there.
+    /// Returns the number of a field of its scene; `None` if the field is absent or not a number.
     pub fn number(&self, path: &str) -> Option<f64> {
         field::get(&self.scene, path)?.as_f64()
     }
@@ -49,7 +49,7 @@ impl Member {
     /// Returns its scene.
     ///
     /// # Errors
-    /// [`CohortError::NoScene`] for drawn values that make no scene: a member that is refused.
+    /// [`CohortError::NoScene`] for drawn values that are not a valid scene: a rejected member.
     pub fn scene(&self) -> Result<Scene, CohortError> {
         serde_json::from_value(self.scene.clone()).map_err(|error| CohortError::NoScene {
             member: self.index,
@@ -63,15 +63,15 @@ impl Member {
 }
 
 impl Cohort {
-    /// What was drawn for a member. It depends on the text and the index alone.
+    /// Draws a member. The result is a function of the text and the index.
     ///
-    /// Of its stream of ChaCha8 (seed of the cohort, stream = index) the first 53 bits are the seed of its noise, where its scene
-    /// has noise and the text does not vary that seed; then come the coordinates in the unit cube, draw by draw. With
-    /// [`Sampling::Sobol`] the first draw is point `index` instead. What a constraint throws away is drawn again from the stream: points of
-    /// the sequence that could follow it are taken, or stand in the same cell.
+    /// The first 53 bits of its ChaCha8 stream (seed of the cohort, stream = index) are the seed of its noise, if its scene has
+    /// noise and the text does not vary that seed. The coordinates in the unit cube follow, draw by draw. With [`Sampling::Sobol`]
+    /// the first draw is point `index` of the sequence; draws after a violated constraint come from the stream, because later
+    /// points of the sequence belong to other members or to the same cell.
     ///
     /// # Errors
-    /// [`CohortError::NoMember`] for an index that the cohort does not have; [`CohortError::Unmet`] if no draw meets the constraints.
+    /// [`CohortError::NoMember`] for an index beyond the cohort; [`CohortError::Unmet`] if no draw meets the constraints.
     pub fn member(&self, index: u64) -> Result<Member, CohortError> {
         if index >= self.members {
             return Err(CohortError::NoMember {
@@ -125,8 +125,7 @@ impl Cohort {
         random
     }
 
-    /// The subset of a member, drawn from its place in a stream of its own: it depends on the seed, the fractions and the index, not on
-    /// what else was drawn nor on shards.
+    /// Draws the subset of a member from a separate stream: a function of the seed, the fractions and the index.
     fn subset(&self, index: u64) -> Option<Subset> {
         let mut stream = self.stream(STREAM_OF_SUBSETS);
         stream.set_word_pos(WORDS_OF_SUBSET * u128::from(index));
@@ -134,7 +133,7 @@ impl Cohort {
         self.split.map(|split| split.subset(u))
     }
 
-    /// The case's coordinate and that of each varied field, in (0, 1).
+    /// The coordinates of the case and of each varied field, in (0, 1).
     fn point(&self, index: u64, attempt: u32, stream: &mut ChaCha8Rng) -> Vec<f64> {
         let dimensions = 0..=self.varied.len();
         let mut point: Vec<f64> = match (self.sampling, attempt) {
@@ -168,8 +167,8 @@ impl Cohort {
     }
 }
 
-/// The number that a field has in the scene of a member. A field that was drawn counts before a drawn table that contains it, which has
-/// the shorter path and with it an earlier place in `values`.
+/// Returns the number of a field in the scene of a member. A drawn field has priority over a drawn table that contains it; the
+/// table has the shorter path and precedes the field in `values`.
 fn number_of(case: &Case, values: &[(String, FieldValue)], path: &str) -> Option<f64> {
     for (drawn, value) in values.iter().rev() {
         if let Some(rest) = path.strip_prefix(drawn.as_str()) {
@@ -189,7 +188,7 @@ fn scene_of(case: &Case, values: &[(String, FieldValue)], noise: u64) -> Value {
         field::set(&mut scene, "noise.seed", Value::from(noise));
     }
     for (path, value) in values {
-        // Each was tried when the text was read.
+        // Each was validated when the text was read.
         field::set(&mut scene, path, value.json());
     }
     scene

@@ -1,15 +1,15 @@
-//! What can go wrong with a cohort.
+//! Errors of cohorts.
 
 use crate::fault::FileFault;
 use heart_phantom::{PhantomError, shown};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Why there is no shard, or no cohort.
+/// An error of a cohort or a shard.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CohortError {
-    /// A file could not be written; or the base scene could not be read or makes no sense.
+    /// A file could not be written, or the base scene could not be read or is invalid.
     #[error(transparent)]
     Phantom(#[from] PhantomError),
     /// A file could not be read.
@@ -17,13 +17,13 @@ pub enum CohortError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// The text of a cohort makes no sense.
+    /// The text of the cohort is invalid.
     #[error(transparent)]
     Text(Box<TextError>),
-    /// Constraints that the draws of a member never met together.
+    /// No draw of a member met all constraints.
     #[error(
         "member {member}: none of {attempts} draws meets all constraints; `{}` fails in {failed} of them",
         shown(constraint)
@@ -31,51 +31,51 @@ pub enum CohortError {
     Unmet {
         /// Index of the member.
         member: u64,
-        /// Draws that were made.
+        /// Number of draws.
         attempts: u32,
-        /// The constraint that failed most often; of draws that break several the first one counts.
+        /// The constraint that failed most often; a draw counts for the first constraint that it violates.
         // tidy: allow string: the user's own text
         constraint: String,
-        /// How often.
+        /// Number of its failures.
         failed: u32,
     },
-    /// A member that the cohort does not have.
-    #[error("member {member}: the cohort has {members} members, and the first is 0")]
+    /// An index beyond the members of the cohort.
+    #[error("member is {member}; must be below {members}")]
     NoMember {
-        /// The member given.
+        /// The index given.
         member: u64,
-        /// Members of the cohort.
+        /// Number of members.
         members: u64,
     },
-    /// Values that were drawn for a member and make no scene: a member that is refused.
-    #[error("member {member} has no scene: {}", shown(what))]
+    /// The drawn values of a member are not a valid scene: a rejected member.
+    #[error("the scene of member {member} is invalid: {}", shown(what))]
     NoScene {
         /// Index of the member.
         member: u64,
-        /// The field and its fault.
+        /// The field and the error.
         // tidy: allow string: the parser's words
         what: String,
     },
-    /// A shard that there is not.
-    #[error("shard {shard} of {of}: there are 1 to {most} shards, and the first is 1")]
+    /// A shard that does not exist.
+    #[error("shard is {shard} of {of}; must be between 1 of 1 and {most} of {most}")]
     NoShard {
         /// The shard given.
         shard: u64,
-        /// Shards given.
+        /// The number of shards given.
         of: u64,
-        /// Most shards: the members.
+        /// Largest number of shards: the number of members.
         most: u64,
     },
-    /// A shard of that name is of another cohort, or by another version of the program.
+    /// A shard of that name belongs to another cohort or another version of the program.
     #[error(
-        "{} is of another cohort, or by another version of the program; choose another folder",
+        "{} belongs to another cohort or another version of the program; choose another directory",
         shown_path(path)
     )]
     OtherCohort {
         /// Its record.
         path: PathBuf,
     },
-    /// Shards that are missing, or files that are not those of a shard.
+    /// Missing shards, or files that do not match their shards.
     #[error(
         "{} has {} faults, the first: {}",
         shown_path(folder),
@@ -83,20 +83,20 @@ pub enum CohortError {
         faults.first().map_or(String::new(), ToString::to_string)
     )]
     Faults {
-        /// The folder.
+        /// The directory.
         folder: PathBuf,
-        /// All faults that were found.
+        /// All faults.
         faults: Vec<FileFault>,
     },
-    /// A folder without shards, or with those of several cuts.
+    /// A directory without shards, or with shards of different numbers of shards.
     #[error(
-        "{} has shards of {cuts} cohorts or cuts, where there should be those of one",
+        "{} contains shards of {cuts} different cohorts or shard counts",
         shown_path(folder)
     )]
     Cuts {
-        /// The folder.
+        /// The directory.
         folder: PathBuf,
-        /// How many.
+        /// Their number.
         cuts: usize,
     },
     /// An option of a Slurm script outside its range.
@@ -107,7 +107,7 @@ pub enum CohortError {
         /// Its value.
         // tidy: allow string: the user's own text
         given: String,
-        /// What is allowed.
+        /// The allowed values.
         wanted: &'static str,
     },
     /// Threads could not be started.
@@ -115,7 +115,7 @@ pub enum CohortError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// What is wrong with the text of a cohort, and where.
+/// An error in the text of a cohort, with its position.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct TextError {
@@ -123,10 +123,10 @@ pub struct TextError {
     pub file: Option<PathBuf>,
     /// Line and column, from 1.
     pub place: Option<[usize; 2]>,
-    /// The field of the cohort, such as `vary.heart.inner.radius`; empty where the text is no TOML.
+    /// The field, such as `vary.heart.inner.radius`; empty if the text is not TOML.
     // tidy: allow string: the path of a field in the file
     pub field: String,
-    /// What is wrong.
+    /// The error.
     // tidy: allow string: the parser's words, or those of a scene's error
     pub what: String,
 }

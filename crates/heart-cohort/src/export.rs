@@ -1,4 +1,4 @@
-//! One member as NIfTI, in the layout that nnU-Net and MONAI read.
+//! Exports a member as NIfTI in the layout of nnU-Net and MONAI.
 
 use crate::cohort::Cohort;
 use crate::error::CohortError;
@@ -12,14 +12,14 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Writes the gates of a member to a folder, a case each: the image `imagesTr/heart_KEY_GG_0000.nii.gz`, the reconstruction, or the exact
-/// activity where the scene asks for no reconstruction, and the labels `labelsTr/heart_KEY_GG.nii.gz` in the middle of the gate; members for
-/// the test go to `imagesTs` and `labelsTs`. Then it writes `dataset.json`, which lists the cases that the folder has: `channel_names`, `labels`,
-/// `numTraining` and `file_ending` are those of nnU-Net version 2, `training` and `test` those of the Medical Segmentation Decathlon, which
-/// MONAI reads. Returns the files, relative to the folder.
+/// Writes the gates of a member to a directory, one case per gate. The image `imagesTr/heart_KEY_GG_0000.nii.gz` is the
+/// reconstruction, or the exact activity if the scene has no reconstruction; the labels `labelsTr/heart_KEY_GG.nii.gz` are those in
+/// the middle of the gate. Members of the test subset are written to `imagesTs` and `labelsTs`. `dataset.json` lists all cases of
+/// the directory: `channel_names`, `labels`, `numTraining` and `file_ending` follow nnU-Net version 2, `training` and `test` the
+/// Medical Segmentation Decathlon (MONAI). Returns the files, relative to the directory.
 ///
 /// # Errors
-/// [`CohortError::NoMember`], [`CohortError::NoScene`], [`CohortError::Phantom`] for a member that is refused and for files that cannot be
+/// [`CohortError::NoMember`], [`CohortError::NoScene`]; [`CohortError::Phantom`] for a rejected member and for files that cannot be
 /// written.
 pub fn export(
     cohort: &Cohort,
@@ -80,7 +80,7 @@ pub fn export(
     Ok(files)
 }
 
-/// What `dataset.json` says of the cases that the folder has.
+/// The content of `dataset.json` for the cases of the directory.
 fn dataset(folder: &Path, phantom: &Phantom, channel: &str) -> Result<Value, PhantomError> {
     let cases = |set: &str| -> Result<Vec<Value>, PhantomError> {
         let path = folder.join(format!("labels{set}"));

@@ -32,12 +32,12 @@ enum Sum {
     Of(Box<Sum>, char, Box<Sum>),
 }
 
-/// Deepest nesting of brackets and signs, and longest text: a sum is as deep as it is long.
+/// Deepest nesting of brackets and signs, and longest text: the depth of a sum is its length.
 const MOST_DEEP: usize = 50;
 const MOST_BYTES: usize = 2000;
 
 impl Constraint {
-    /// Reads a constraint; what is wrong with it if it is none.
+    /// Parses a constraint; returns a message if it is invalid.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         if text.len() > MOST_BYTES {
             return Err(format!("is longer than {MOST_BYTES} bytes"));
@@ -63,16 +63,16 @@ impl Constraint {
                 is,
                 right,
             }),
-            Some(_) => Err(reader.expected("an end, or one of + - * /")),
+            Some(_) => Err(reader.expected("the end, or one of + - * /")),
         }
     }
 
-    /// As it was written.
+    /// The text of the constraint.
     pub(crate) fn text(&self) -> &str {
         &self.text
     }
 
-    /// The fields that it is about.
+    /// The fields in the constraint.
     pub(crate) fn fields(&self) -> Vec<&str> {
         let mut fields = Vec::new();
         self.left.add_fields(&mut fields);
@@ -80,7 +80,7 @@ impl Constraint {
         fields
     }
 
-    /// Whether it holds; never where a side is no number. A field without a value is the error.
+    /// Returns whether the constraint is met; NaN never meets it. The error is a field without a value.
     pub(crate) fn holds<'a>(
         &'a self,
         value: &impl Fn(&str) -> Option<f64>,
@@ -148,7 +148,7 @@ impl<'a> Reader<'a> {
         Some(next)
     }
 
-    /// Takes a character that follows at once.
+    /// Consumes the given character if it is next.
     fn takes(&mut self, wanted: char) -> bool {
         let is_there = self.rest().starts_with(wanted);
         self.at += if is_there { wanted.len_utf8() } else { 0 };
@@ -184,7 +184,7 @@ impl<'a> Reader<'a> {
     fn factor(&mut self) -> Result<Sum, String> {
         self.deep += 1;
         if self.deep > MOST_DEEP {
-            return Err(format!("more than {MOST_DEEP} brackets in each other"));
+            return Err(format!("more than {MOST_DEEP} nested brackets"));
         }
         let factor = match self.peek() {
             Some('-') => {
@@ -218,7 +218,7 @@ impl<'a> Reader<'a> {
             is_part
         });
         let number = word.parse().ok().filter(|number: &f64| number.is_finite());
-        (number.map(Sum::Number)).ok_or_else(|| format!("`{word}` is no number"))
+        (number.map(Sum::Number)).ok_or_else(|| format!("`{word}` is not a number"))
     }
 
     fn word(&mut self, mut is_part: impl FnMut(char) -> bool) -> String {
@@ -268,10 +268,10 @@ mod tests {
         for (text, says) in [
             ("", "a number, a field or a bracket near character 0"),
             ("a.b", "one of < <= > >="),
-            ("a.b > 1 2", "an end"),
+            ("a.b > 1 2", "the end"),
             ("(a.b > 1", "a closing bracket"),
-            ("a.b > 1.2.3", "`1.2.3` is no number"),
-            ("a.b > 1e999", "`1e999` is no number"),
+            ("a.b > 1.2.3", "`1.2.3` is not a number"),
+            ("a.b > 1e999", "`1e999` is not a number"),
             ("1 > \u{5fc3}", "a number"),
             ("a = b", "one of <"),
         ] {

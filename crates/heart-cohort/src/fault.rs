@@ -4,15 +4,15 @@ use heart_phantom::shown;
 use serde::Serialize;
 use std::fmt;
 
-/// A fault of a shard: what distinguishes its files from those that [`run_shard`](crate::run_shard) writes.
+/// A fault of a shard: a difference between its files and those that [`run_shard`](crate::run_shard) writes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, thiserror::Error)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Fault {
-    /// The file does not exist, nor do those of the shards that follow it.
+    /// The file does not exist, nor do those of following shards.
     #[error("is missing; {following} missing shards follow it")]
     Missing {
-        /// Number of shards that follow it and are missing, too.
+        /// Number of following shards that are missing too.
         following: u64,
     },
     /// A directory, a pipe or a device.
@@ -21,35 +21,35 @@ pub enum Fault {
     /// The file cannot be read.
     #[error("cannot be read: {reason}")]
     Unreadable {
-        /// The words of the operating system.
+        /// The message of the operating system.
         // tidy: allow string: the words of the operating system
         reason: String,
     },
-    /// A name that begins like that of a shard and is none: `shard-0-of-0.json`.
+    /// A name that resembles that of a shard, such as `shard-0-of-0.json`.
     #[error("is not the name of a shard of this cohort")]
     Name,
-    /// A record that differs from its own checksum.
+    /// A record that does not match its checksum.
     #[error("does not match its own checksum")]
     Checksum,
-    /// A record of another cohort text, or by another version of the program.
-    #[error("is of another cohort, or by another version of the program")]
+    /// A record of another cohort text or another version of the program.
+    #[error("belongs to another cohort or another version of the program")]
     OtherCohort,
-    /// A record whose rows are not the members of its shard, each once and in their order, with adjacent pieces of the archive.
+    /// A record that does not list the members of its shard, each once and in order, with adjacent parts of the archive.
     #[error("does not list the members of its shard")]
     Members,
-    /// A row whose case, attempts or values are not those that the text gives.
+    /// A row with another case, number of draws or values than the text gives.
     #[error("has values of member {member} that differ from those drawn for it")]
     Drawn {
         /// Index of the member.
         member: u64,
     },
-    /// An archive that differs from the checksums of its record.
+    /// An archive that does not match the checksums of its record.
     #[error("differs from its record in {}", member.map_or("its length or its end".to_owned(), |member| format!("member {member}")))]
     Archive {
-        /// Index of the first member whose piece differs; `None` for the length of the archive or its end.
+        /// Index of the first member that differs; `None` for the length or the end of the archive.
         member: Option<u64>,
     },
-    /// A row that differs from that of the member when it is computed again: numbers, warnings, reason or checksum.
+    /// A row that differs from the recomputed one: numbers, warnings, reason or checksum.
     #[error("has a row of member {member} that differs from the recomputed one")]
     Recomputed {
         /// Index of the member.
@@ -61,7 +61,7 @@ pub enum Fault {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct FileFault {
-    /// Name of the file in its folder.
+    /// Name of the file in its directory.
     // tidy: allow string: a name as it was found
     pub file: String,
     /// Its fault.

@@ -1,9 +1,9 @@
-//! Fields of a scene as data, by their dotted path: `heart.inner.radius`, `pose.shift.1`, `defects.2.activity`; arrays count from 1, as
-//! in the errors of a scene.
+//! Fields of a scene by their dotted paths: `heart.inner.radius`, `pose.shift.1`, `defects.2.activity`. Arrays count from 1, as in
+//! errors of a scene.
 
 use serde_json::{Map, Value};
 
-/// What stands at a path.
+/// Returns the value at a path.
 pub(crate) fn get<'a>(scene: &'a Value, path: &str) -> Option<&'a Value> {
     path.split('.').try_fold(scene, |at, name| match at {
         Value::Object(table) => table.get(name),
@@ -12,7 +12,7 @@ pub(crate) fn get<'a>(scene: &'a Value, path: &str) -> Option<&'a Value> {
     })
 }
 
-/// What stands at a path of a table.
+/// Returns the value at a path of a table.
 pub(crate) fn get_in<'a>(table: &'a Map<String, Value>, path: &str) -> Option<&'a Value> {
     match path.split_once('.') {
         None => table.get(path),
@@ -20,7 +20,7 @@ pub(crate) fn get_in<'a>(table: &'a Map<String, Value>, path: &str) -> Option<&'
     }
 }
 
-/// Puts a value at a path, with the tables that lead there; false if something else is in the way.
+/// Sets a value at a path and creates its tables; returns false if the path crosses another value.
 pub(crate) fn set(scene: &mut Value, path: &str, value: Value) -> bool {
     let mut at = scene;
     for name in path.split('.') {
@@ -40,8 +40,8 @@ pub(crate) fn set(scene: &mut Value, path: &str, value: Value) -> bool {
     true
 }
 
-/// Lays a table over another: tables go entry by entry, all else is replaced. A table of one entry whose place another name takes is a
-/// choice made anew, such as `{ gain = 0.6 }` where `{ ejection_fraction = 0.4 }` is laid over it.
+/// Merges a table into another: tables entry by entry, other values are replaced. A table with one entry of another name replaces a
+/// choice, such as `{ gain = 0.6 }` by `{ ejection_fraction = 0.4 }`.
 pub(crate) fn lay_over(below: &mut Value, above: &Value) {
     let (Value::Object(old), Value::Object(new)) = (&mut *below, above) else {
         *below = above.clone();
@@ -57,7 +57,7 @@ pub(crate) fn lay_over(below: &mut Value, above: &Value) {
     }
 }
 
-/// The paths of all values of a table that are no tables themselves.
+/// Returns the paths of all values of a table that are not tables.
 pub(crate) fn leaves(table: &Map<String, Value>, prefix: &str) -> Vec<String> {
     let path = |name: &str| match prefix {
         "" => name.to_owned(),

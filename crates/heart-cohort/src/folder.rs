@@ -1,4 +1,4 @@
-//! The shards of a folder, by the names of its files.
+//! The shards of a directory by file names.
 
 use crate::cut::Shard;
 use crate::error::CohortError;
@@ -7,22 +7,22 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// The files of a folder whose names are those of shards.
+/// The shard files of a directory.
 #[derive(Debug)]
 pub(crate) struct Listing {
-    /// Shards that there should be.
+    /// Expected number of shards.
     pub(crate) of: u64,
     /// Shards with a record or an archive.
     pub(crate) shards: BTreeSet<u64>,
-    /// Names that begin like that of a shard and are none, and shards that are missing.
+    /// Names that resemble those of shards, and missing shards.
     pub(crate) faults: Vec<FileFault>,
 }
 
 impl Listing {
-    /// Lists a folder.
+    /// Lists a directory.
     ///
     /// # Errors
-    /// [`CohortError::Read`]; [`CohortError::Cuts`] if there are no shards, or shards of several cuts.
+    /// [`CohortError::Read`]; [`CohortError::Cuts`] if there are no shards, or different numbers of shards.
     pub(crate) fn of(folder: &Path) -> Result<Self, CohortError> {
         let unread = |source| CohortError::Read {
             path: folder.to_path_buf(),
@@ -57,13 +57,13 @@ impl Listing {
         Ok(listing)
     }
 
-    /// The shards that are there.
+    /// The existing shards.
     pub(crate) fn shards(&self) -> impl Iterator<Item = Shard> {
         let of = self.of;
         self.shards.iter().map(move |&shard| Shard { shard, of })
     }
 
-    /// One fault for each run of missing shards: their number may be that of the members.
+    /// One fault for each run of missing shards, of which there may be as many as members.
     fn add_missing(&mut self) {
         let of = self.of;
         let mut next = 1;

@@ -1,25 +1,26 @@
-//! `geometry.json` of a member: where its arrays are, when, and in which units.
+//! `geometry.json` of a member: positions, times and units of its arrays.
 
 use heart_phantom::{Phantom, PhantomError};
 use serde_json::{Value, json};
 
-/// Centimetres of the lab to millimetres of files for images.
+/// Millimetres of image files per centimetre of the lab.
 const MM: f64 = 10.0;
 
 /// Voxel size, affine, label names, gate times, angles and radii of the projections, counts per unit, volumes.
 ///
-/// The affine takes indices (x, y, z, 1) of a voxel to its centre in mm, as NIfTI has it: x to the right, y anterior, z superior. It is
-/// also that of labels and attenuation, which stand at `phases`. `counts_per_unit` is `[gate][projection]`: noisy projections times it are
-/// counts. It is `None` where the member has no projections or no counts.
+/// The affine maps voxel indices (x, y, z, 1) to the centre in mm in the convention of NIfTI: x right, y anterior, z superior.
+/// Labels and attenuation, which are computed at `phases`, have the same affine. `counts_per_unit` is `[gate][projection]`: noisy
+/// projections times it are counts. It is `None` if the member has no projections or no counts.
 ///
 /// # Errors
-/// What the phantom's angles, radii and numbers can return. With `has_views` the counts are those of the projections computed before.
+/// Errors of the angles, radii and numbers of the phantom. With `has_views` the counts are those of the projections computed
+/// before.
 pub(crate) fn geometry(phantom: &Phantom, has_views: bool) -> Result<Value, PhantomError> {
     let camera = phantom.camera();
     let (grid, period) = (camera.grid(), phantom.cycle().period());
     let [nx, ny, nz] = grid.shape();
     let (spacing, origin) = (grid.spacing(), grid.origin());
-    // The lab's x is to the left and its y posterior.
+    // In the lab x is left and y posterior.
     let signs = [-MM, -MM, MM];
     let mut affine = [[0.0; 4]; 4];
     for a in 0..3 {

@@ -1,18 +1,18 @@
 //! Half precision, IEEE 754 binary16.
 
-/// Returns the bits of the nearest number of half precision, ties to even; `None` for NaN and beyond 65 504, the largest one. The relative
-/// error is at most 2^-11 from 6.1e-5 on, the absolute one at most 2^-25 below.
+/// Returns the bits of the nearest half-precision number, ties to even; `None` for NaN and beyond 65 504, the largest one. The
+/// relative error is at most 2^-11 above 6.1e-5, the absolute error at most 2^-25 below.
 pub(crate) fn half(value: f32) -> Option<u16> {
     let bits = value.to_bits();
     let sign = (bits >> 16) as u16 & 0x8000;
     let exponent = (bits >> 23 & 0xff) as i32 - 127;
-    // Bits of the fraction that half precision does not have, more for subnormal numbers.
+    // Fraction bits that half precision lacks; more for subnormal numbers.
     let dropped = 13 + (-14 - exponent).clamp(0, 12) as u32;
     let fraction = bits & 0x7f_ffff | 0x80_0000;
     let kept = fraction >> dropped;
     let (rest, tie) = (fraction & ((1 << dropped) - 1), 1 << (dropped - 1));
     let rounded = kept + u32::from(rest > tie || (rest == tie && kept & 1 == 1));
-    // The leading bit of a normal number adds one to the exponent, and so does one that rounding carries.
+    // The leading bit of a normal number adds one to the exponent; so does a carry of the rounding.
     let biased = (exponent + 14).max(0) as u32;
     let found = match exponent {
         ..-25 => 0,
@@ -25,7 +25,7 @@ pub(crate) fn half(value: f32) -> Option<u16> {
 mod tests {
     use super::*;
 
-    /// The value of bits, from the definition of the format.
+    /// The value of the bits by the definition of the format.
     fn value(bits: u16) -> f64 {
         let (exponent, fraction) = (bits >> 10 & 31, f64::from(bits & 1023));
         let size = match exponent {
@@ -43,7 +43,7 @@ mod tests {
             if bits & 0x7fff == 0x7bff {
                 continue;
             }
-            // Half way to the next one, and one step of single precision on either side of it.
+            // The midpoint to the next number, and one step of single precision on either side.
             let tie = (0.5 * (here + value(bits + 1))) as f32;
             let even = bits + (bits & 1);
             assert_eq!(half(tie), Some(even), "{tie}");

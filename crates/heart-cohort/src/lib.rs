@@ -2,14 +2,14 @@
 //!
 #![doc = include_str!("../README.md")]
 //!
-//! [`Cohort`] is the text, checked; [`Cohort::member`] what was drawn for a member; [`run_shard`] computes some members in a row and writes
-//! them as one archive; [`merge`] makes one manifest of all shards; [`verify`] computes some members again and compares bytes;
-//! [`survey`] tells ranges, bytes and time before; [`sbatch`] is a script for Slurm.
+//! [`Cohort`] is the validated text. [`Cohort::member`] draws a member. [`run_shard`] computes consecutive members and writes them
+//! as one archive. [`merge`] writes one manifest of all shards. [`verify`] recomputes some members and compares bytes. [`survey`]
+//! estimates ranges, size and time. [`sbatch`] returns a script for Slurm.
 //!
-//! # Which bytes are the same
-//! Those of a member depend on the meaning of the text, its index and the version of the program: not on the cut into shards, on threads, on
-//! memory, or on who computes it, on processors of one kind. Between kinds of processors (other instruction sets, another mathematical
-//! library of the system) samples may differ by rounding; what was drawn does not.
+//! # Reproducibility
+//! The bytes of a member are a function of the parsed text, its index and the version of the program on processors of one kind.
+//! They do not depend on the number of shards, threads, memory or the machine. Between kinds of processors (other instruction sets,
+//! another mathematical library of the system) samples may differ by rounding; drawn values do not.
 
 mod checks;
 mod cohort;

@@ -1,4 +1,4 @@
-//! One manifest of all members, from the records of their shards.
+//! The manifest of all members from the records of their shards.
 
 use crate::error::CohortError;
 use crate::fault::{Fault, FileFault};
@@ -12,42 +12,42 @@ use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What a manifest contains.
+/// The content of a manifest.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ManifestReport {
-    /// Members, those that were refused included.
+    /// Number of members, including rejected ones.
     pub members: u64,
-    /// Members that were refused.
-    pub refused: u64,
-    /// Shards.
+    /// Number of rejected members.
+    pub rejected: u64,
+    /// Number of shards.
     pub shards: u64,
-    /// Length of all archives.
+    /// Length of all archives in bytes.
     pub bytes: u64,
     /// The files written.
     pub files: Vec<PathBuf>,
 }
 
-/// Columns of every manifest; those of the fields and of the numbers follow, each in the order of their names.
+/// Columns of every manifest. Columns of fields and of numbers follow, each in the order of their names.
 const FIRST: [&str; 12] = [
     "key", "member", "shard", "offset", "bytes", "blake3", "status", "reason", "case", "split",
     "attempts", "warnings",
 ];
 
-/// Makes one manifest, `manifest.csv`, of the records of a folder that has all shards of a cohort. One row a member, in their order:
-/// `key`, `shard` with `offset` and `bytes` of the member's piece in it, `status` (`ok` or `refused`) with its `reason`, the fields that
-/// were drawn by their paths, volumes and ejection fraction. A text that begins with one of `= + - @`, which a spreadsheet would compute,
-/// is preceded by an apostrophe. Temporary files of processes that were killed are removed. One record is held in memory at a time.
+/// Writes `manifest.csv` from the records of a directory that contains all shards of a cohort. One row per member, in order: `key`,
+/// `shard` with `offset` and `bytes` of the member in it, `status` (`ok` or `rejected`) with its `reason`, drawn fields by their
+/// paths, volumes and ejection fraction. An apostrophe precedes a text that begins with one of `= + - @`, which a spreadsheet would
+/// evaluate. Temporary files of killed processes are removed. One record at a time is in memory.
 ///
 /// # Errors
-/// [`CohortError::Cuts`]; [`CohortError::Faults`] for missing shards, records that do not match their own checksum, archives of another
-/// length (their bytes are not read) and shards of several cohorts; what writing can return.
+/// [`CohortError::Cuts`]; [`CohortError::Faults`] for missing shards, records that do not match their checksum, archives of another
+/// length (their bytes are not read) and shards of several cohorts; errors of writing.
 pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
     let listing = Listing::of(folder)?;
     let (mut drawn, mut numbers) = (BTreeSet::new(), BTreeSet::new());
     let mut report = ManifestReport {
         members: 0,
-        refused: 0,
+        rejected: 0,
         shards: listing.of,
         bytes: 0,
         files: Vec::new(),
@@ -70,7 +70,7 @@ pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
                 report.bytes += record.bytes;
                 for row in record.rows {
                     report.members += 1;
-                    report.refused += u64::from(row.refused.is_some());
+                    report.rejected += u64::from(row.rejected.is_some());
                     drawn.extend(row.values.into_keys());
                     numbers.extend(row.numbers.into_keys());
                 }
@@ -110,7 +110,7 @@ pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
 
 /// The cells of [`FIRST`].
 fn first_cells(row: &Row, archive: String) -> [String; FIRST.len()] {
-    let is_there = row.refused.is_none();
+    let is_there = row.rejected.is_none();
     let offset = is_there.then(|| row.offset.to_string());
     [
         row.key.clone(),
@@ -119,8 +119,8 @@ fn first_cells(row: &Row, archive: String) -> [String; FIRST.len()] {
         offset.unwrap_or_default(),
         row.bytes.to_string(),
         row.blake3.clone(),
-        (if is_there { "ok" } else { "refused" }).to_owned(),
-        text(row.refused.as_deref().unwrap_or_default()),
+        (if is_there { "ok" } else { "rejected" }).to_owned(),
+        text(row.rejected.as_deref().unwrap_or_default()),
         text(&row.case),
         row.split.map_or("", Subset::name).to_owned(),
         row.attempts.to_string(),
@@ -139,12 +139,12 @@ fn cell(value: &FieldValue) -> String {
     }
 }
 
-/// The shortest number that is read back as the same.
+/// The shortest text that parses to the same number.
 fn number(number: &f64) -> String {
     format!("{number:?}")
 }
 
-/// A text that no spreadsheet takes for a formula.
+/// A text that no spreadsheet evaluates as a formula.
 fn text(text: &str) -> String {
     match text.starts_with(['=', '+', '-', '@', '\t', '\r']) {
         true => format!("'{text}"),

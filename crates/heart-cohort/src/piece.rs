@@ -1,13 +1,13 @@
-//! The piece of an archive that a member is: files `KEY.name`, in the layout that WebDataset reads, with headers that are the same
-//! wherever and whenever they are written.
+//! The part of an archive that contains a member: files `KEY.name` in the layout of WebDataset, with headers that do not depend on
+//! user, machine or time.
 
 use serde_json::Value;
 use std::io::{self, Write};
 use tar::Header;
 
-/// Length of a header, and what files are filled up to a multiple of.
+/// Length of a header; files are padded to a multiple of it.
 const BLOCK: usize = 512;
-/// What an archive ends with.
+/// The end of an archive.
 pub(crate) const END: [u8; 2 * BLOCK] = [0; 2 * BLOCK];
 
 pub(crate) struct Piece {
@@ -16,7 +16,7 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
-    /// An empty piece, in memory that may have held another.
+    /// An empty piece in the memory of an earlier one.
     pub(crate) fn new(key: &str, mut bytes: Vec<u8>) -> Self {
         bytes.clear();
         Self {
@@ -29,7 +29,7 @@ impl Piece {
         self.add(name, |out| writeln!(out, "{value:#}"))
     }
 
-    /// Adds a file, owned by nobody in particular and of no time: mode 644, user and group 0, 1 January 1970.
+    /// Adds a file with mode 644, user and group 0, 1 January 1970.
     pub(crate) fn add(
         &mut self,
         name: &str,

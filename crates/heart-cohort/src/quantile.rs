@@ -1,16 +1,17 @@
-//! The normal distribution: its share below a value, and the value below which a share is.
+//! The standard normal distribution and its quantile function.
 //!
-//! `libm` is compiled with the program, so that the numbers have the same bits on every machine; a system's own may differ in the last.
+//! `libm` is compiled with the program, so results are bitwise identical on all machines; libraries of the system may differ in the
+//! last bit.
 
 use std::f64::consts::SQRT_2;
 
-/// The share of a standard normal distribution below `x`.
+/// Returns the probability of a standard normal variable below `x`.
 pub(crate) fn normal_share(x: f64) -> f64 {
     0.5 * libm::erfc(-x / SQRT_2)
 }
 
-/// The value below which a share in (0, 1) of a standard normal distribution is, right to about 1e-16 of itself:
-/// algorithm AS 241 (PPND16) of M. J. Wichura, Applied Statistics 37, 477-484 (1988), doi 10.2307/2347330.
+/// Returns the quantile of a probability in (0, 1), accurate to a relative error of about 1e-16: algorithm AS 241 (PPND16) of M. J.
+/// Wichura, Applied Statistics 37, 477-484 (1988), doi 10.2307/2347330.
 pub(crate) fn normal_quantile(share: f64) -> f64 {
     let q = share - 0.5;
     if q.abs() <= 0.425 {
@@ -96,8 +97,8 @@ const F: [f64; 8] = [
 mod tests {
     use super::*;
 
-    /// The share below the value below which a share is, is that share: `erfc` and AS 241 have nothing in common. What is lost is
-    /// rounding of the value times the density over the share, some ten units of the last digit in the tails.
+    /// The probability below the quantile of a probability is that probability; `erfc` and AS 241 share no code. Rounding of the
+    /// quantile causes an error of density over probability, some ten units of the last digit in the tails.
     #[test]
     fn value_and_share_undo_each_other() {
         for k in 1..1000 {

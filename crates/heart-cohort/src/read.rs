@@ -1,4 +1,4 @@
-//! A cohort from its text: every field that it names is one of the scene, or the error says where it is not.
+//! Parses a cohort. Every named field must be a field of the scene; errors contain the position.
 
 use crate::cohort::{Case, Cohort, Compression, Precision, Sampling};
 use crate::correlation::{Copula, Correlation};
@@ -16,9 +16,9 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// No text of a cohort is longer; a device may be.
+/// Largest size of a cohort text in bytes.
 const MOST_BYTES: u64 = 1 << 24;
-/// The file as it stands.
+/// The file as parsed.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Text {
@@ -59,7 +59,7 @@ struct TextOfCase {
     vary: Fields,
 }
 
-/// A table of fields, which may still contain NaN and infinity.
+/// A table of fields before the check for NaN and infinity.
 type Fields = BTreeMap<String, FieldValue>;
 
 fn one() -> u64 {
@@ -75,10 +75,10 @@ fn unit() -> f64 {
 }
 
 impl Cohort {
-    /// Reads a cohort from a file; a base scene is looked for beside it.
+    /// Reads a cohort from a file; the path of a base scene is relative to it.
     ///
     /// # Errors
-    /// [`CohortError::Read`] if the file cannot be read; [`CohortError::Text`] with line and field for what makes no sense;
+    /// [`CohortError::Read`] if the file cannot be read; [`CohortError::Text`] with line and field for invalid text;
     /// [`CohortError::Phantom`] for a base scene that cannot be read.
     pub fn load(path: &Path) -> Result<Self, CohortError> {
         let unread = |source| CohortError::Read {
@@ -96,7 +96,7 @@ impl Cohort {
         })
     }
 
-    /// Reads a cohort; a base scene is looked for from the folder that the process is in.
+    /// Parses a cohort; the path of a base scene is relative to the working directory.
     ///
     /// # Errors
     /// As [`Cohort::load`].
@@ -160,7 +160,7 @@ impl Cohort {
         reader.check_cases(&cohort.cases, has_cases)?;
         if cohort.sampling == Sampling::Sobol && cohort.varied.len() >= sobol::MOST_DIMENSIONS {
             let what = format!(
-                "sobol fills {} dimensions at most, the case and the fields that vary, and these are {}; take plain",
+                "sobol has at most {} dimensions (the case and the varied fields), but the cohort has {}; use plain",
                 sobol::MOST_DIMENSIONS,
                 cohort.varied.len() + 1
             );
@@ -173,7 +173,7 @@ impl Cohort {
     }
 }
 
-/// The text, for the places of what is wrong with it.
+/// The text, for positions of errors.
 pub(crate) struct Reader<'a> {
     text: &'a str,
 }
@@ -188,7 +188,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A table of the text as JSON, which has neither NaN nor infinity.
+    /// A table of the text as JSON; rejects NaN and infinity.
     fn json(&self, table: Fields, section: &str) -> Result<Map<String, Value>, TextError> {
         let mut json = Map::new();
         for (name, value) in table {
@@ -202,7 +202,7 @@ impl Reader<'_> {
         Ok(json)
     }
 
-    /// A scene with a section of the text laid over it, checked, defaults filled in.
+    /// Merges a section of the text into a scene; validates it and adds defaults.
     fn laid_over(
         &self,
         base: &Value,
@@ -214,7 +214,7 @@ impl Reader<'_> {
         let scene: Scene = match serde_json::from_value(scene) {
             Ok(scene) => scene,
             Err(error) => {
-                // The first field that alone makes the same trouble is to blame.
+                // The error belongs to the first field that alone causes it.
                 let blamed = field::leaves(above, "").into_iter().find(|path| {
                     let (mut scene, mut alone) = (base.clone(), Value::Null);
                     let value = field::get_in(above, path).cloned().unwrap_or_default();
@@ -245,7 +245,7 @@ impl Reader<'_> {
         Ok(json_of(&scene))
     }
 
-    /// Shards hold arrays, as npy.
+    /// Shards contain arrays as npy.
     fn check_output(&self, scene: &Scene, section: &str) -> Result<(), TextError> {
         let output = &scene.output;
         for product in &output.write {
@@ -257,19 +257,19 @@ impl Reader<'_> {
                 | Product::Attenuation => {}
                 _ => {
                     let field = format!("{section}.output.write");
-                    let what = "shards hold projections, reconstruction, truth, labels and attenuation, nothing else";
+                    let what = "shards can contain projections, reconstruction, truth, labels and attenuation only";
                     return Err(self.wrong(&field, what));
                 }
             }
         }
         if output.volumes != Format::Npy || output.projections != Format::Npy {
-            let what = "shards hold arrays as npy, in no other format";
+            let what = "shards contain arrays as npy only";
             return Err(self.wrong(&format!("{section}.output"), what));
         }
         Ok(())
     }
 
-    /// What varies, by its path.
+    /// The varied fields by their paths.
     fn distributions(
         &self,
         table: &Map<String, Value>,
@@ -293,7 +293,7 @@ impl Reader<'_> {
                     let distribution: Distribution = serde_json::from_value(value.clone())
                         .map_err(|error| {
                             let names = Distribution::NAMES.join(", ");
-                            self.wrong(&at, format!("{error}; wanted one of {names}"))
+                            self.wrong(&at, format!("{error}; must be one of {names}"))
                         })?;
                     if let Some(fault) = distribution.fault() {
                         return Err(self.wrong(&at, fault));
@@ -305,7 +305,7 @@ impl Reader<'_> {
         Ok(found)
     }
 
-    /// A path may be written as tables and as a key in quotes; only one of both is allowed.
+    /// A path may be written as tables or as a quoted key, but not both.
     fn add(
         &self,
         found: &mut BTreeMap<String, Distribution>,
@@ -320,7 +320,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A case: what varies in all of them varies in it, unless it says otherwise.
+    /// A case; its distributions replace those of all cases.
     fn case(
         &self,
         given: TextOfCase,
@@ -343,7 +343,7 @@ impl Reader<'_> {
             path.strip_prefix(other)
                 .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
-        // A case may choose another of several ways to say a thing, and then has no field of that name.
+        // A case may use another variant of a choice, which lacks the field.
         let is_gone =
             |path: &str| field::get(base, path).is_some() && field::get(&scene, path).is_none();
         let is_fixed = |path: &str| {
@@ -364,14 +364,14 @@ impl Reader<'_> {
         })
     }
 
-    /// Tries each varied field by itself: which are whole numbers, and which are no fields of the scene at all.
+    /// Tries each varied field separately: finds integer fields, and names that are not fields of the scene.
     fn whole_fields(&self, case: &Case, section: &str) -> Result<Vec<String>, TextError> {
         let mut whole = Vec::new();
         for (path, distribution) in &case.vary {
             let tried = |value: Value| -> Result<(), String> {
                 let mut scene = case.scene.clone();
                 if !field::set(&mut scene, path, value) {
-                    return Err("there is no such field in the scene".into());
+                    return Err("is not a field of the scene".into());
                 }
                 let scene = serde_json::from_value::<Scene>(scene);
                 scene.map(drop).map_err(|error| error.to_string())
@@ -380,7 +380,7 @@ impl Reader<'_> {
                 Distribution::Choice(values) => {
                     values.iter().try_for_each(|value| tried(value.json()))
                 }
-                // Half way between two whole numbers: a field that takes it takes all numbers.
+                // Midway between two integers: a field that accepts it accepts all numbers.
                 _ => tried(Value::from(0.5)).or_else(|error| match tried(Value::from(1)) {
                     Ok(()) => {
                         whole.push(path.clone());
@@ -401,7 +401,7 @@ impl Reader<'_> {
     }
 }
 
-/// What there is where a field was looked for, to be added to a message.
+/// The existing fields at a path, for a message.
 fn there_is(scene: &Value, path: &str) -> String {
     let mut parent = path;
     while let Some((above, _)) = parent.rsplit_once('.') {
@@ -428,7 +428,7 @@ fn read(path: &Path) -> io::Result<String> {
     Ok(text)
 }
 
-/// A scene as data, defaults filled in. Its numbers were checked or come from a file, and JSON has all names that it has.
+/// A scene as JSON with defaults. Its numbers are finite, and JSON has all its names.
 pub(crate) fn json_of(scene: &Scene) -> Value {
     serde_json::to_value(scene).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! The record beside a shard: a row for each of its members, and the checksums of the archive and of the record itself.
+//! The record of a shard: one row per member, and the checksums of the archive and of the record.
 
 use crate::cohort::Cohort;
 use crate::compute::Computed;
@@ -18,39 +18,39 @@ use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
 
-/// A member in the record of its shard.
+/// The row of a member in the record of its shard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Row {
-    /// Its name in the shard, eight digits.
+    /// Name in the shard, eight digits.
     pub key: String,
-    /// Its place in the cohort, from 0.
+    /// Index in the cohort, from 0.
     pub member: u64,
-    /// Name of its case; empty where the cohort has none.
+    /// Name of its case; empty if the cohort has no cases.
     pub case: String,
-    /// What it is for; `None` where the cohort is not split.
+    /// Subset; `None` if the cohort is not split.
     pub split: Option<Subset>,
-    /// Draws that it took to meet the constraints.
+    /// Number of draws until the constraints were met.
     pub attempts: u32,
-    /// Why there is no such heart; `None` if it is in the shard.
-    pub refused: Option<String>,
-    /// Where its piece of the shard begins, in bytes.
+    /// Reason of the rejection; `None` for a member in the shard.
+    pub rejected: Option<String>,
+    /// Offset of the member in the archive in bytes.
     pub offset: u64,
-    /// Length of the piece in bytes; 0 for a member that was refused.
+    /// Its length in bytes; 0 for a rejected member.
     pub bytes: u64,
-    /// The checksum of that piece, BLAKE3 in hexadecimal, as `b3sum` prints it; empty for a member that was refused.
+    /// Its BLAKE3 checksum in hexadecimal, as `b3sum` prints it; empty for a rejected member.
     pub blake3: String,
-    /// What was drawn, by the dotted paths of the fields.
+    /// Drawn values by the dotted paths of the fields.
     pub values: BTreeMap<String, FieldValue>,
-    /// Volumes in mL, ejection fraction, wall ([`Numbers`]), by name; empty for a member that was refused.
+    /// Volumes in mL, ejection fraction, wall ([`Numbers`]), by name; empty for a rejected member.
     pub numbers: BTreeMap<String, f64>,
     /// Warnings of the phantom.
     pub warnings: Vec<String>,
 }
 
 impl Row {
-    /// The row of a member whose piece begins at `offset`.
+    /// The row of a member that begins at `offset`.
     pub(crate) fn new(member: &Member, made: Result<&Computed, &String>, offset: u64) -> Self {
         let made_of = |of: fn(&Computed) -> String| made.map_or(String::new(), of);
         Self {
@@ -59,7 +59,7 @@ impl Row {
             case: member.case.clone(),
             split: member.split,
             attempts: member.attempts,
-            refused: made.err().cloned(),
+            rejected: made.err().cloned(),
             offset,
             bytes: made.map_or(0, |made| made.bytes.len() as u64),
             blake3: made_of(|made| made.blake3.clone()),
@@ -77,7 +77,7 @@ impl Row {
     }
 }
 
-/// What is written beside a shard, as JSON.
+/// The JSON file of a shard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Record {
@@ -93,11 +93,11 @@ pub(crate) struct Record {
     pub(crate) rows: Vec<Row>,
 }
 
-/// A record ends with its last field, the checksum of all that precedes it: the hexadecimal digits stand between these two.
+/// The last field of a record is the checksum of the preceding text, in hexadecimal digits between these two.
 const SEAL: [&str; 2] = [",\n  \"blake3\": \"", "\"\n}\n"];
-/// Length of the end with its 64 digits.
+/// Length of the end, including 64 digits.
 const SEAL_BYTES: usize = SEAL[0].len() + 64 + SEAL[1].len();
-/// What a seal replaces.
+/// The text that the checksum replaces.
 const UNSEALED: &str = "\n}";
 
 impl Record {
@@ -125,8 +125,8 @@ impl Record {
         Ok(())
     }
 
-    /// Reads the record of a shard: whole by its own checksum, of the members of that shard, each once and in their order. What it
-    /// says of the archive and what was drawn are not compared with anything.
+    /// Reads the record of a shard. Verifies its checksum and that it lists the members of the shard, each once and in order;
+    /// compares neither the archive nor the drawn values.
     pub(crate) fn read(folder: &Path, shard: Shard) -> Result<Self, Fault> {
         let mut file = BufReader::new(regular(&folder.join(shard.record_name()))?);
         let unread = |error: io::Error| unreadable(&error);
@@ -155,7 +155,7 @@ impl Record {
         };
         let mut end = 0;
         let are_adjacent = self.rows.iter().all(|row| {
-            let is_there = row.refused.is_none();
+            let is_there = row.rejected.is_none();
             let is_next = row.offset == end && row.key == Member::key_of(row.member);
             end = end.saturating_add(row.bytes);
             is_next && is_there == (row.bytes > 0) && is_there != row.blake3.is_empty()
@@ -165,12 +165,12 @@ impl Record {
             && end.saturating_add(END.len() as u64) == self.bytes
     }
 
-    /// Whether it is of this cohort and by this program.
+    /// Returns whether it belongs to this cohort and this version of the program.
     pub(crate) fn is_of(&self, cohort: &Cohort) -> bool {
         self.cohort == cohort.digest() && self.program == PROGRAM
     }
 
-    /// Compares case, attempts and values of all rows with what is drawn for the members.
+    /// Compares case, number of draws and values of all rows with the draws of the members.
     pub(crate) fn check_draws(&self, cohort: &Cohort) -> Result<(), Fault> {
         let differs = |row: &&Row| {
             !cohort
@@ -197,7 +197,7 @@ impl Record {
     pub(crate) fn check_archive(&self, folder: &Path) -> Result<(), Fault> {
         let unread = |error: io::Error| unreadable(&error);
         let mut file = BufReader::with_capacity(1 << 20, self.check_length(folder)?);
-        for row in self.rows.iter().filter(|row| row.refused.is_none()) {
+        for row in self.rows.iter().filter(|row| row.rejected.is_none()) {
             let sum = checksum(&mut (&mut file).take(row.bytes)).map_err(unread)?;
             if sum.to_string() != row.blake3 {
                 let member = Some(row.member);
@@ -227,7 +227,7 @@ fn seal(sum: blake3::Hash) -> String {
     format!("{}{sum}{}", SEAL[0], SEAL[1])
 }
 
-/// Opens a regular file; a pipe would wait for a writer.
+/// Opens a regular file; opening a pipe would block.
 fn regular(path: &Path) -> Result<File, Fault> {
     let found = fs::metadata(path).and_then(|found| match found.is_file() {
         true => File::open(path).map(Some),
@@ -254,7 +254,7 @@ fn checksum(from: &mut impl Read) -> io::Result<blake3::Hash> {
     Ok(sum.finalize())
 }
 
-/// The numbers of a heart by name, with those within others as `within.name`.
+/// The numbers of a heart by name; nested ones as `outer.name`.
 fn numbers_of(numbers: &Numbers) -> BTreeMap<String, f64> {
     let mut flat = BTreeMap::new();
     let mut add =

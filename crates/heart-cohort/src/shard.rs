@@ -1,4 +1,4 @@
-//! A shard: some members in a row, computed and written as one archive with its record.
+//! Computes a shard: consecutive members in one archive, with its record.
 
 use crate::cohort::Cohort;
 use crate::compute::{Spare, compute};
@@ -15,39 +15,42 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What became of a shard.
+/// The result of a shard.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct ShardReport {
     /// The archive.
     pub path: PathBuf,
-    /// Whether it was whole already, and nothing was computed.
+    /// Whether it was complete before, so that nothing was computed.
     pub skipped: bool,
-    /// A row for each of its members.
+    /// One row per member.
     pub rows: Vec<Row>,
-    /// Length of the archive.
+    /// Length of the archive in bytes.
     pub bytes: u64,
 }
 
 impl ShardReport {
-    /// How many members were refused.
-    pub fn refused(&self) -> usize {
-        self.rows.iter().filter(|row| row.refused.is_some()).count()
+    /// Returns the number of rejected members.
+    pub fn rejected(&self) -> usize {
+        self.rows
+            .iter()
+            .filter(|row| row.rejected.is_some())
+            .count()
     }
 }
 
-/// How a shard is computed; nothing of it changes a byte.
+/// Options of the computation of a shard. Results do not depend on them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RunOptions {
-    /// Members that are computed side by side, each on one thread.
+    /// Number of members computed concurrently, each on one thread.
     pub threads: usize,
-    /// Bytes for shapes of the heart, of all threads together ([`Heart::with_memory`]).
+    /// Bytes for shapes of the heart on all threads ([`Heart::with_memory`]).
     pub memory: usize,
 }
 
 impl RunOptions {
-    /// So many members side by side.
+    /// Options for a number of concurrent members.
     pub fn new(threads: usize) -> Self {
         Self {
             threads,
@@ -55,7 +58,7 @@ impl RunOptions {
         }
     }
 
-    /// The same with other bytes for shapes.
+    /// Sets the bytes for shapes of the heart.
     pub fn with_memory(mut self, bytes: usize) -> Self {
         self.memory = bytes;
         self
@@ -66,11 +69,11 @@ impl RunOptions {
     }
 }
 
-/// Makes a shard of a cohort in a folder, unless it is whole there. The archive and its record take their names when they are
-/// complete, the record last; what an earlier process that was killed has left half written goes.
+/// Computes a shard of a cohort in a directory unless it is complete. The archive and its record appear under their names when they
+/// are complete, the record last. Partial files of killed processes are removed.
 ///
-/// The bytes depend on the cohort, the version of the program and the shard, not on threads or on who else works in the folder: two
-/// that make the same shard do no harm. `progress` is told the number of members done.
+/// The bytes are a function of the cohort, the version of the program and the shard. Two processes may compute the same shard in
+/// the same directory. `progress` receives the number of completed members.
 ///
 /// ```
 /// use heart_cohort::{Cohort, RunOptions, Shard, run_shard};
@@ -86,15 +89,15 @@ impl RunOptions {
 /// let folder = tempfile::tempdir()?; // or any other
 /// let shard = Shard { shard: 1, of: 2 };
 /// let report = run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &|_| ())?;
-/// assert!(report.rows.len() == 2 && report.refused() == 0 && !report.skipped);
+/// assert!(report.rows.len() == 2 && report.rejected() == 0 && !report.skipped);
 /// assert!(run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &|_| ())?.skipped);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
-/// Before any work [`CohortError::NoShard`], [`CohortError::Unmet`] for constraints that a member of the shard cannot meet,
-/// [`CohortError::OtherCohort`] for a shard of that name of another cohort, [`CohortError::Faults`] for a pipe or a directory of that
-/// name, [`CohortError::Phantom`] for a folder that cannot be written to; later that for a disk that is full.
+/// Before any work: [`CohortError::NoShard`], [`CohortError::Unmet`] for constraints that a member of the shard cannot meet,
+/// [`CohortError::OtherCohort`] for a shard of another cohort, [`CohortError::Faults`] for a pipe or a directory of that name,
+/// [`CohortError::Phantom`] for a directory that is not writable. Later: [`CohortError::Phantom`] for a full disk.
 pub fn run_shard(
     cohort: &Cohort,
     folder: &Path,
@@ -103,7 +106,7 @@ pub fn run_shard(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<ShardReport, CohortError> {
     let range = shard.members(cohort)?;
-    // All draws first: they take microseconds, and one that cannot be made is found before anything is written.
+    // Draws all members first: it takes microseconds and detects unmet constraints before writing.
     range
         .clone()
         .try_for_each(|index| cohort.member(index).map(drop))?;
@@ -121,7 +124,7 @@ pub fn run_shard(
             remove_left(folder, left);
             Ok(report(path, false, record))
         }
-        // Another process may have been faster, and have removed what was begun here.
+        // Another process may have completed the shard and removed the temporary file.
         Err(error) => match whole(cohort, folder, shard)? {
             Some(record) => Ok(report(path, true, record)),
             None => Err(error),
@@ -181,10 +184,10 @@ fn report(path: PathBuf, skipped: bool, record: Record) -> ShardReport {
     }
 }
 
-/// The record of a shard that is whole; `None` if it has to be made.
+/// Returns the record of a complete shard; `None` if it must be computed.
 ///
 /// # Errors
-/// [`CohortError::OtherCohort`]; [`CohortError::Faults`] for names that something else than a file has.
+/// [`CohortError::OtherCohort`]; [`CohortError::Faults`] if a name is not a regular file.
 fn whole(cohort: &Cohort, folder: &Path, shard: Shard) -> Result<Option<Record>, CohortError> {
     let in_the_way = |file, fault| {
         let folder = folder.to_path_buf();
@@ -209,8 +212,8 @@ fn whole(cohort: &Cohort, folder: &Path, shard: Shard) -> Result<Option<Record>,
     }
 }
 
-/// Removes temporary files whose names begin so: what processes that were killed have left of shards that are whole now. Another process
-/// that still makes the same shard loses nothing but its own copy.
+/// Removes temporary files with a prefix, left by killed processes. A process that still computes the same shard loses only its
+/// copy.
 pub(crate) fn remove_left(folder: &Path, beginning: &str) {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     for entry in entries {
@@ -219,7 +222,7 @@ pub(crate) fn remove_left(folder: &Path, beginning: &str) {
             .to_str()
             .is_some_and(|name| name.starts_with(beginning) && name.ends_with(".tmp"));
         if is_left {
-            // A file that cannot be removed now is removed next time.
+            // A file that cannot be removed now is removed by the next run.
             let _ = fs::remove_file(entry.path());
         }
     }

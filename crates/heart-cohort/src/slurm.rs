@@ -1,30 +1,31 @@
-//! A script for the batch system Slurm: an array of tasks, each of which makes some shards.
+//! A script for the batch system Slurm: an array of tasks, each of which computes some shards.
 
 use crate::error::CohortError;
 use std::path::Path;
 
-/// Most tasks of an array. The limit of a Slurm controller (`MaxArraySize`) is 1001 unless a site raises it, and indices are below it.
+/// Largest number of tasks of an array. The limit of a Slurm controller (`MaxArraySize`) is 1001 by default, and indices are below
+/// it.
 const MOST_TASKS: u64 = 1000;
 
 /// Resources of a job.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SlurmOptions {
-    /// Shards.
+    /// Number of shards.
     pub shards: u64,
-    /// Processors of a task.
+    /// Processors per task.
     pub threads: usize,
-    /// Memory of a task in MiB.
+    /// Memory per task in MiB.
     pub memory_mib: u64,
-    /// Minutes that a shard may take.
+    /// Time limit per shard in minutes.
     pub minutes: u64,
-    /// Most tasks that run at the same time; no limit but that of the site if there is none.
+    /// Largest number of concurrent tasks; `None` for the limit of the site.
     pub at_once: Option<u64>,
-    /// Partition; that of the site if there is none.
+    /// Partition; `None` for that of the site.
     pub partition: Option<String>,
 }
 
 impl SlurmOptions {
-    /// So many shards, with two processors, 4 GiB and an hour each.
+    /// Options for a number of shards, with two processors, 4 GiB and one hour each.
     pub fn new(shards: u64) -> Self {
         Self {
             shards,
@@ -51,7 +52,7 @@ impl SlurmOptions {
             ("minutes", self.minutes),
             ("at-once", self.at_once.unwrap_or(1)),
         ] {
-            // So that no product overflows.
+            // Prevents overflow of products.
             if !(1..=1 << 40).contains(&given) {
                 return wrong(option, given.to_string(), "it must be between 1 and 2^40");
             }
@@ -68,12 +69,12 @@ impl SlurmOptions {
     }
 }
 
-/// Returns a script for `sbatch` that makes the shards of a cohort in a folder, with this program. It is an array of at most 1000 tasks; of
-/// more shards each task makes some, one after the other, and has as much more time. A task that is ended half a minute before its time or
-/// moved elsewhere leaves nothing half written; a script that is submitted again makes the shards that are missing.
+/// Returns a script for `sbatch` that computes the shards of a cohort in a directory with this program. It is an array of at most
+/// 1000 tasks; with more shards each task computes several in sequence and its time limit is multiplied. A task that is cancelled
+/// half a minute before its limit or requeued leaves no partial files. A resubmitted script computes the missing shards.
 ///
 /// # Errors
-/// [`CohortError::Slurm`] for numbers that are zero, a partition that is no name, and paths that are not UTF-8.
+/// [`CohortError::Slurm`] for zero, an invalid partition name, and paths that are not UTF-8.
 pub fn sbatch(
     program: &Path,
     cohort: &Path,
@@ -96,7 +97,7 @@ pub fn sbatch(
         ("{THREADS}", options.threads.to_string()),
         ("{EACH}", each.to_string()),
         ("{SHARDS}", shards.to_string()),
-        // Paths come last: a name within braces in them stays as it is.
+        // Paths are inserted last: they may contain names in braces.
         (
             "{PROGRAM} {COHORT} {FOLDER}",
             words(&[program, cohort, folder])?,
@@ -151,7 +152,7 @@ mod tests {
         assert!(!text.contains("{T") && !text.contains("{P"));
     }
 
-    /// The shell itself says what each task makes: all shards, each once.
+    /// The shell evaluates the shards of each task: all shards, each once.
     #[test]
     fn tasks_make_every_shard_once() {
         for (shards, tasks) in [(1, 1), (1000, 1000), (1001, 501), (2500, 834)] {

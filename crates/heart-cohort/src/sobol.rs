@@ -1,15 +1,15 @@
-//! Points of Sobol: members that fill the space of the fields more evenly than independent ones.
+//! Sobol points, which cover the space of the fields more evenly than independent points.
 
 use std::sync::OnceLock;
 
-/// Most dimensions: the case and the varied fields.
+/// Largest number of dimensions: the case and the varied fields.
 pub(crate) const MOST_DIMENSIONS: usize = 64;
 const BITS: u32 = 32;
 /// Degree, polynomial and initial direction numbers of each dimension from the second on, by S. Joe and F. Y. Kuo (2008),
-/// doi 10.1137/070709359; their licence is beside it.
+/// doi 10.1137/070709359; the licence is in the same directory.
 const NUMBERS: &str = include_str!("../data/joe-kuo-64.txt");
 
-/// The coordinates of point `index` along `dimension`, both from 0, as a 32-bit fraction of 1; without shift or scrambling.
+/// Returns the coordinate of point `index` along `dimension`, both from 0, as a 32-bit fraction of 1, without shift or scrambling.
 ///
 /// `x = sum of bits k of index: v_k`, in the order of van der Corput (no Gray code): any aligned block of `2^m` indices is a net.
 pub(crate) fn sobol(index: u32, dimension: usize) -> u32 {
@@ -51,8 +51,8 @@ fn of_line(line: &str) -> [u32; BITS as usize] {
 mod tests {
     use super::*;
 
-    /// Each block of 256 points has one in each of 256 equal intervals, in every dimension: what makes the sequence a net, and what a wrong
-    /// number breaks.
+    /// Each block of 256 points has one point in each of 256 equal intervals of every dimension: the property of a net, which a
+    /// wrong direction number breaks.
     #[test]
     fn every_dimension_fills_every_interval_once() {
         assert_eq!(directions().len(), MOST_DIMENSIONS);
@@ -67,7 +67,7 @@ mod tests {
         }
     }
 
-    /// Published points: the first of the sequence in dimension 2 and 3, which Gray code only puts into another order.
+    /// Published points: the first of the sequence in dimensions 2 and 3; Gray code only changes their order.
     #[test]
     fn the_first_points_are_those_that_are_known() {
         let points: Vec<[f64; 3]> = (0..4)

@@ -1,4 +1,4 @@
-//! Train, validation and test: which members are for what.
+//! The split into training, validation and test subsets.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,20 +13,20 @@ pub(crate) struct Split {
     pub(crate) test: f64,
 }
 
-/// A part of a cohort, for training a network, for its selection, or for the last test.
+/// A subset of a cohort.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Subset {
-    /// For training.
+    /// Training.
     Train,
-    /// For selecting a model.
+    /// Validation (model selection).
     Validation,
-    /// For the last test.
+    /// Test.
     Test,
 }
 
 impl Subset {
-    /// Its name in files.
+    /// Returns its name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Train => "train",
@@ -37,7 +37,7 @@ impl Subset {
 }
 
 impl Split {
-    /// The subset of a coordinate in [0, 1).
+    /// Returns the subset of a coordinate in [0, 1).
     pub(crate) fn subset(&self, u: f64) -> Subset {
         if u < self.train {
             Subset::Train
@@ -48,7 +48,7 @@ impl Split {
         }
     }
 
-    /// Whether the fractions are none below 0 and together 1, to rounding.
+    /// Returns whether all fractions are non-negative and their sum is 1 to rounding.
     pub(crate) fn is_whole(&self) -> bool {
         let all = [self.train, self.validation, self.test];
         all.iter().all(|part| *part >= 0.0) && (all.iter().sum::<f64>() - 1.0).abs() < 1e-9

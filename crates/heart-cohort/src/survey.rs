@@ -1,4 +1,4 @@
-//! What a cohort will be, before it is made: ranges from the draws, bytes and time from some members tried.
+//! Estimates a cohort before its computation: ranges from the draws, size and time from some computed members.
 
 use crate::cohort::Cohort;
 use crate::compute::{Spare, compute};
@@ -10,48 +10,48 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
-/// Most members that are drawn for it.
+/// Largest number of members drawn.
 const MOST_DRAWN: u64 = 20_000;
 
-/// What was found of a cohort.
+/// The estimate of a cohort.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Survey {
-    /// Members of the cohort.
+    /// Number of members.
     pub members: u64,
-    /// Members that were drawn, from the first on.
+    /// Number of members drawn, from the first.
     pub drawn: u64,
-    /// Draws that it took.
+    /// Number of draws.
     pub draws: u64,
-    /// How many of these members are of each case.
+    /// Number of these members in each case.
     pub cases: BTreeMap<String, u64>,
-    /// Each varied field, in the order of their paths.
+    /// The varied fields, in the order of their paths.
     pub fields: Vec<FieldRange>,
-    /// Members that were computed, evenly from the first to the last.
+    /// Number of computed members, evenly spaced from the first to the last.
     pub tried: u64,
-    /// Why some of them were refused, with their keys.
-    pub refused: Vec<(String, String)>,
-    /// Bytes of all shards together, by the mean of those tried.
+    /// Keys of rejected members with the reasons.
+    pub rejected: Vec<(String, String)>,
+    /// Estimated bytes of all shards, from the mean of the computed members.
     pub bytes: u64,
-    /// Members a second, on these threads of this machine.
+    /// Members per second on these threads of this machine.
     pub members_per_second: f64,
-    /// Threads that they were computed on.
+    /// Number of threads.
     pub threads: usize,
 }
 
-/// The values that were drawn for a field.
+/// The drawn values of a field.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FieldRange {
     /// Its dotted path.
     pub path: String,
-    /// Least, mean and largest number; `None` if it has values that are no numbers.
+    /// Smallest, mean and largest number; `None` if not all values are numbers.
     pub range: Option<[f64; 3]>,
-    /// How many different values it has, if these are few.
+    /// Number of distinct values, if small.
     pub values: Option<usize>,
 }
 
-/// Draws the members, at most 20 000, and computes some of them, to tell what a cohort will be; nothing is written.
+/// Draws at most 20 000 members and computes some of them. Writes nothing.
 ///
 /// # Errors
 /// [`CohortError::Unmet`] for constraints that cannot be met; [`CohortError::Threads`].
@@ -70,7 +70,7 @@ pub fn survey(cohort: &Cohort, tried: u64, options: &RunOptions) -> Result<Surve
     }
     let pools = workers::pools(options.threads)?;
     let start = Instant::now();
-    let (mut refused, mut bytes) = (Vec::new(), 0);
+    let (mut rejected, mut bytes) = (Vec::new(), 0);
     let spare = Spare::default();
     let work = |k: u64| -> Result<_, CohortError> {
         let member = cohort.member(k * members / tried)?;
@@ -84,7 +84,7 @@ pub fn survey(cohort: &Cohort, tried: u64, options: &RunOptions) -> Result<Surve
                 bytes += made.bytes.len() as u64;
                 spare.give_back(made);
             }
-            Err(reason) => refused.push((key, reason)),
+            Err(reason) => rejected.push((key, reason)),
         }
         Ok::<(), CohortError>(())
     })?;
@@ -98,14 +98,14 @@ pub fn survey(cohort: &Cohort, tried: u64, options: &RunOptions) -> Result<Surve
             .map(|(path, seen)| seen.range(path))
             .collect(),
         tried,
-        refused,
+        rejected,
         bytes: (bytes as f64 / tried.max(1) as f64 * members as f64) as u64,
         members_per_second: tried as f64 / seconds,
         threads: pools.len(),
     })
 }
 
-/// What was seen of a field.
+/// Statistics of a field.
 #[derive(Default)]
 struct Seen {
     numbers: Vec<f64>,
@@ -114,7 +114,7 @@ struct Seen {
 }
 
 impl Seen {
-    /// So many different values are few.
+    /// Largest number of distinct values that is counted.
     const FEW: usize = 20;
 
     fn add(&mut self, value: &FieldValue) {

@@ -11,9 +11,9 @@ use std::fmt;
 pub enum FieldValue {
     /// True or false.
     Truth(bool),
-    /// A whole number.
+    /// An integer.
     Whole(i64),
-    /// Any other number.
+    /// A floating-point number.
     Number(f64),
     /// A name.
     Text(String),
@@ -24,7 +24,7 @@ pub enum FieldValue {
 }
 
 impl FieldValue {
-    /// Returns the number that this is, whole or not.
+    /// Returns the value as a number.
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Whole(whole) => Some(*whole as f64),
@@ -33,7 +33,7 @@ impl FieldValue {
         }
     }
 
-    /// Returns the path of the first NaN or infinity within this value, empty for the value itself. JSON has neither.
+    /// Returns the path of the first NaN or infinity in this value, empty for the value itself. JSON supports neither.
     pub(crate) fn not_finite(&self) -> Option<String> {
         let below = |name: String, value: &Self| match value.not_finite()?.as_str() {
             "" => Some(name),
@@ -52,7 +52,7 @@ impl FieldValue {
     }
 
     pub(crate) fn json(&self) -> Value {
-        // Keys are texts, so that every value has a form in JSON; NaN and infinity were rejected with the text.
+        // Keys are strings, so every value has a form in JSON; NaN and infinity were rejected with the text.
         serde_json::to_value(self).unwrap_or_default()
     }
 }

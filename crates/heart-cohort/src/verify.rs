@@ -1,4 +1,4 @@
-//! All shards of a folder compared with the cohort, some members recomputed.
+//! Compares all shards of a directory with the cohort and recomputes some members.
 
 use crate::cohort::Cohort;
 use crate::compute::{Spare, compute};
@@ -13,32 +13,32 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// The result of a verification. The folder contains the cohort if there are no faults.
+/// The result of a verification. Without faults the directory contains the cohort.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct VerifyReport {
-    /// Shards whose records and archives match the cohort and their checksums.
-    pub whole: u64,
-    /// Shards of the cut.
+    /// Number of shards that match the cohort and their checksums.
+    pub complete: u64,
+    /// Number of shards.
     pub shards: u64,
-    /// All faults: one of each shard at most, then those of recomputed members.
+    /// All faults: at most one per shard, then those of recomputed members.
     pub faults: Vec<FileFault>,
-    /// Members that were computed again and whose rows, and with them the bytes, are equal.
+    /// Members whose recomputed rows, including checksums, are identical.
     pub recomputed: Vec<u64>,
-    /// How many of them were refused again, for the same reason.
-    pub refused: u64,
+    /// Number of these that were rejected again for the same reason.
+    pub rejected: u64,
 }
 
-/// Verifies a folder.
+/// Verifies a directory.
 ///
-/// Of every shard it compares the record with its own checksum, its rows with the members of the shard, what was drawn for them with
-/// the text, and the archive with the checksums of the record. `count` members of whole shards, chosen by `seed`, are then computed
-/// again and their whole rows compared: numbers, warnings, reason and checksum. Numbers of members that were not recomputed are as
-/// the record has them. It needs no shard in memory, and `count` times the time of a member; a `count` of 0 is allowed.
+/// For every shard it compares the record with its checksum, the rows with the members of the shard, the drawn values with the
+/// text, and the archive with the checksums of the record. It then recomputes `count` members of complete shards, selected by
+/// `seed`, and compares their rows: numbers, warnings, reason and checksum. Numbers of other members are not verified. No shard is
+/// kept in memory; the cost is `count` times that of a member. `count` may be 0.
 ///
 /// # Errors
-/// [`CohortError::Cuts`] if the folder has no shards or those of several cuts, [`CohortError::Read`] if it cannot be listed,
-/// [`CohortError::Threads`]. A fault is no error.
+/// [`CohortError::Cuts`] if the directory has no shards or different numbers of shards, [`CohortError::Read`] if it cannot be
+/// listed, [`CohortError::Threads`]. A fault is not an error.
 pub fn verify(
     cohort: &Cohort,
     folder: &Path,
@@ -48,7 +48,7 @@ pub fn verify(
 ) -> Result<VerifyReport, CohortError> {
     let listing = Listing::of(folder)?;
     let chosen = chosen(cohort.members(), count, seed);
-    let (mut rows, mut whole): (Vec<(Row, String)>, u64) = (Vec::new(), 0);
+    let (mut rows, mut complete): (Vec<(Row, String)>, u64) = (Vec::new(), 0);
     let mut faults = Vec::new();
     for shard in listing.shards() {
         let name = shard.record_name();
@@ -57,7 +57,7 @@ pub fn verify(
             .and_then(|record| record.check(cohort, folder).map(|()| record));
         match checked {
             Ok(record) => {
-                whole += 1;
+                complete += 1;
                 let wanted = (record.rows.into_iter()).filter(|row| chosen.contains(&row.member));
                 rows.extend(wanted.map(|row| (row, name.clone())));
             }
@@ -75,29 +75,29 @@ pub fn verify(
         made.into_iter().for_each(|made| spare.give_back(made));
         Ok((k, is_same))
     };
-    let (mut recomputed, mut refused) = (Vec::new(), 0);
+    let (mut recomputed, mut rejected) = (Vec::new(), 0);
     workers::in_order(0..rows.len() as u64, &pools, work, |done| {
         let (k, is_same) = done?;
         let (row, name) = &rows[k as usize];
         let member = row.member;
         if is_same {
             recomputed.push(member);
-            refused += u64::from(row.refused.is_some());
+            rejected += u64::from(row.rejected.is_some());
         } else {
             faults.push(FileFault::new(name, Fault::Recomputed { member }));
         }
         Ok::<(), CohortError>(())
     })?;
     Ok(VerifyReport {
-        whole,
+        complete,
         shards: listing.of,
         faults,
         recomputed,
-        refused,
+        rejected,
     })
 }
 
-/// So many different members, or all of them.
+/// Selects a number of distinct members, or all.
 fn chosen(members: u64, count: u64, seed: u64) -> BTreeSet<u64> {
     if count >= members {
         return (0..members).collect();

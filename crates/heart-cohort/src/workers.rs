@@ -1,22 +1,22 @@
-//! Members side by side: each on one thread, for as many threads as there are, and handed over in their order.
+//! Computes members concurrently, each on one thread, and passes them on in order.
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use std::ops::Range;
 use std::sync::mpsc::sync_channel;
 
-/// Threads for members, one pool each.
+/// One thread pool per concurrent member.
 pub(crate) fn pools(threads: usize) -> Result<Vec<ThreadPool>, ThreadPoolBuildError> {
     (0..threads.max(1))
         .map(|_| ThreadPoolBuilder::new().num_threads(1).build())
         .collect()
 }
 
-/// Does `work` for each index in one of the pools and hands the results to `take` in the order of the indices. No more than two
-/// results of a pool wait, so that the memory does not depend on the number of indices. What `work` does in parallel by itself
-/// stays on its own thread: many members keep all threads busy, with nothing to wait for each other.
+/// Runs `work` for each index in one of the pools and passes the results to `take` in the order of the indices. At most two results
+/// per pool are pending, so the memory does not depend on the number of indices. Parallel loops inside `work` stay on its thread:
+/// the members keep all threads busy without waiting for each other.
 ///
 /// # Errors
-/// The first one of `take`, after which no further work begins.
+/// The first error of `take`; no further work begins after it.
 pub(crate) fn in_order<T: Send, E>(
     indices: Range<u64>,
     pools: &[ThreadPool],
@@ -31,7 +31,7 @@ pub(crate) fn in_order<T: Send, E>(
                 let own = (first..indices.end).step_by(pools.len());
                 scope.spawn(move || {
                     for index in own {
-                        // Nobody listens any more after a failure.
+                        // The receiver is dropped after a failure.
                         if send.send(pool.install(|| work(index))).is_err() {
                             break;
                         }
@@ -41,7 +41,7 @@ pub(crate) fn in_order<T: Send, E>(
             })
             .collect();
         for (_, result) in indices.zip(results.iter().cycle()) {
-            // A thread that ended early panicked, which the end of the scope passes on.
+            // A thread that ended early panicked; the end of the scope propagates it.
             let Ok(done) = result.recv() else { break };
             take(done)?;
         }
@@ -66,7 +66,7 @@ mod tests {
             };
             let take = |index: u64| {
                 taken.push(index);
-                // One in the making, one that waits, one just handed over, for each thread.
+                // Per thread: one in progress, one pending, one just passed on.
                 assert!(begun.load(Ordering::SeqCst) <= taken.len() as u64 + 3 * threads as u64);
                 Ok(())
             };

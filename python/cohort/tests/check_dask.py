@@ -72,7 +72,7 @@ def main():
         assert killed, "no worker was killed"
         assert not errors, errors
         assert counts["made"] + counts["skipped"] == SHARDS, counts
-        assert counts["skipped"] >= 1 and counts["members"] == MEMBERS and counts["refused"] > 0, counts
+        assert counts["skipped"] >= 1 and counts["members"] == MEMBERS and counts["rejected"] > 0, counts
         subprocess.run([program, "--quiet", "cohort", "merge", out], check=True)
         subprocess.run([program, "--quiet", "cohort", "merge", serial], check=True)
         expected, found = sums(serial), sums(out)

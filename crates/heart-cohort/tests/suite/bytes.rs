@@ -1,6 +1,6 @@
 //! The bytes of members: what they are, and that nothing changes them.
 
-use crate::{all, names, shard, text, with_refused};
+use crate::{all, names, shard, text, with_rejected};
 use heart_cohort::heart_phantom::{Phantom, Scene};
 use heart_cohort::{Cohort, Row};
 use std::fs;
@@ -10,7 +10,7 @@ use std::path::Path;
 /// The pieces of all members, one after the other, and their rows without the place in a shard.
 fn pieces(folder: &Path, of: u64, threads: usize) -> (Vec<u8>, Vec<Row>) {
     let (mut bytes, mut rows) = (Vec::new(), Vec::new());
-    for report in all(&with_refused(14), folder, of, threads) {
+    for report in all(&with_rejected(14), folder, of, threads) {
         let archive = fs::read(&report.path).unwrap();
         assert_eq!(archive.len() as u64, report.bytes);
         // Without the two empty blocks at the end.
@@ -45,12 +45,12 @@ fn bytes_of_members_are_the_same_for_any_shards_and_threads() {
 #[test]
 fn a_shard_holds_what_its_members_are() {
     let folder = tempfile::tempdir().unwrap();
-    let cohort = with_refused(6);
+    let cohort = with_rejected(6);
     let report = shard(&cohort, folder.path(), [1, 1], 2);
     let kept: Vec<&Row> = report
         .rows
         .iter()
-        .filter(|row| row.refused.is_none())
+        .filter(|row| row.rejected.is_none())
         .collect();
     assert!(kept.len() < 6 && !kept.is_empty());
     let mut archive = tar::Archive::new(fs::File::open(&report.path).unwrap());
@@ -135,7 +135,7 @@ fn npy(bytes: &[u8], shape: &str) -> Vec<f32> {
 #[test]
 fn whole_shards_are_skipped_and_broken_ones_made_again() {
     let folder = tempfile::tempdir().unwrap();
-    let cohort = with_refused(4);
+    let cohort = with_rejected(4);
     let first = shard(&cohort, folder.path(), [1, 2], 1);
     let (archive, record) = (first.path.clone(), first.path.with_extension("json"));
     let bytes = fs::read(&archive).unwrap();
@@ -182,7 +182,7 @@ fn members_may_be_of_rubber() {
         let folder = tempfile::tempdir().unwrap();
         let cohort = Cohort::from_toml(&text).unwrap();
         let report = shard(&cohort, folder.path(), [1, 1], 1);
-        assert_eq!(report.refused(), 0);
+        assert_eq!(report.rejected(), 0);
         let pressures = |row: &Row| {
             let phantom = Phantom::new(cohort.member(row.member).unwrap().scene().unwrap());
             phantom.unwrap().shape(0.5).unwrap().pressures_mmhg()

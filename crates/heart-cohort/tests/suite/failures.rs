@@ -1,6 +1,6 @@
-//! What is refused, with which words, and that nothing is left behind.
+//! What is rejected, with which words, and that nothing is left behind.
 
-use crate::{SCENE, names, shard, text, with_refused};
+use crate::{SCENE, names, shard, text, with_rejected};
 use heart_cohort::{Cohort, CohortError, Fault, RunOptions, Shard, merge, run_shard, verify};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -34,7 +34,7 @@ fn a_field_that_does_not_exist_is_told_with_its_line() {
         ),
         (
             "pose.shift.4 = { uniform = [1.0, 2.0] }",
-            ["line 12, ", "no such field"],
+            ["line 12, ", "is not a field"],
         ),
         (
             "defects.1.activity = { uniform = [1.0, 2.0] }",
@@ -54,13 +54,13 @@ fn a_field_that_does_not_exist_is_told_with_its_line() {
         ),
         (
             "camera.views = { uniform = [3.2, 3.8] }",
-            ["line 12, ", "no whole number"],
+            ["line 12, ", "contains no integer"],
         ),
         (
             "camera.pitch.1 = { unifrom = [1.0, 2.0] }",
             [
                 "line 12, ",
-                "wanted one of uniform, normal, log-normal, choice",
+                "must be one of uniform, normal, log-normal, choice",
             ],
         ),
         (
@@ -69,11 +69,11 @@ fn a_field_that_does_not_exist_is_told_with_its_line() {
         ),
         (
             "camera.pitch.1 = { uniform = [2.0, 1.0] }",
-            ["line 12, ", "must not be above"],
+            ["line 12, ", "must be ascending"],
         ),
         (
             "camera.views = { uniform = [0, 1e30] }",
-            ["line 12, ", "they must not exceed 9.007199254740992e15"],
+            ["line 12, ", "exceed the limit of 9.007199254740992e15"],
         ),
         (
             "\"pose.shift.1\" = { uniform = [0, 1] }\npose.shift.1 = { uniform = [0, 2] }",
@@ -86,7 +86,7 @@ fn a_field_that_does_not_exist_is_told_with_its_line() {
                 "vary.heart.material.choice.2.gent.mu: is not a finite number",
             ],
         ),
-        ("camera.pitch.1 = 2.0", ["line 12, ", "wanted one of"]),
+        ("camera.pitch.1 = 2.0", ["line 12, ", "must be one of"]),
     ] {
         says(&text(3, "seed = 1", vary), &words);
     }
@@ -109,7 +109,7 @@ fn a_field_that_does_not_exist_is_told_with_its_line() {
     );
     says(
         "members = 3\n[scene]\noutput.write = [\"meshes\"]\n",
-        &["line 3", "nothing else"],
+        &["line 3", "attenuation only"],
     );
     says(
         "members = 3\n[scene]\noutput.volumes = \"nifti\"\n",
@@ -128,7 +128,7 @@ fn a_field_that_does_not_exist_is_told_with_its_line() {
         &[
             "line 5",
             "cases.2.weight: is 1e308",
-            "all weights together finite",
+            "the sum of all weights finite",
         ],
     );
     for name in ["", "a\\nb", "a\\u202Eb"] {
@@ -165,8 +165,11 @@ fn constraints_without_sense_are_told_with_their_line() {
     for (constraint, words) in [
         ("heart.inner.radius >", "a number, a field"),
         ("heart.inner.radius", "one of < <= > >="),
-        ("heart.inner.x > 1", "the scene has no number heart.inner.x"),
-        ("heart.law > 1", "the scene has no number heart.law"),
+        (
+            "heart.inner.x > 1",
+            "heart.inner.x is not a number of the scene",
+        ),
+        ("heart.law > 1", "heart.law is not a number of the scene"),
     ] {
         let head = format!("constraints = [\n \"1 < 2\",\n \"{constraint}\"]");
         says(&text(3, &head, ""), &["line 4", "constraints.2", words]);
@@ -236,7 +239,7 @@ fn files_that_cannot_be_read_are_named() {
 
 #[test]
 fn shards_that_there_are_not_are_refused() {
-    let cohort = with_refused(3);
+    let cohort = with_rejected(3);
     let folder = tempfile::tempdir().unwrap();
     for shard in [[0, 3], [4, 3], [1, 0], [1, 4]] {
         let [shard, of] = shard;
@@ -255,7 +258,7 @@ fn shards_that_there_are_not_are_refused() {
 #[test]
 fn a_shard_of_another_cohort_is_not_replaced() {
     let folder = tempfile::tempdir().unwrap();
-    shard(&with_refused(3), folder.path(), [1, 1], 1);
+    shard(&with_rejected(3), folder.path(), [1, 1], 1);
     let before = fs::read(folder.path().join("shard-00001-of-00001.tar")).unwrap();
     let other = Cohort::from_toml(&text(3, "seed = 6", "")).unwrap();
     let run = run_shard(
@@ -268,7 +271,7 @@ fn a_shard_of_another_cohort_is_not_replaced() {
     assert!(matches!(run, Err(CohortError::OtherCohort { .. })));
     let found = verify(&other, folder.path(), 1, 1, &RunOptions::new(1)).unwrap();
     assert_eq!(
-        (found.whole, found.recomputed, &found.faults[0].fault),
+        (found.complete, found.recomputed, &found.faults[0].fault),
         (0, Vec::new(), &Fault::OtherCohort)
     );
     assert!(fs::read(folder.path().join("shard-00001-of-00001.tar")).unwrap() == before);
@@ -282,7 +285,7 @@ fn a_folder_that_cannot_be_written_to_is_told_before_any_work() {
     let begun = std::sync::atomic::AtomicBool::new(false);
     let progress = |_| begun.store(true, std::sync::atomic::Ordering::Relaxed);
     let run = run_shard(
-        &with_refused(3),
+        &with_rejected(3),
         &file,
         Shard { shard: 1, of: 1 },
         &RunOptions::new(1),
@@ -302,11 +305,11 @@ fn a_member_that_the_physics_refuses_has_its_reason() {
     );
     let text = text(8, head, vary).replace(SCENE, &torso);
     let report = shard(&Cohort::from_toml(&text).unwrap(), folder.path(), [1, 1], 2);
-    assert_eq!((report.rows.len(), report.refused()), (8, 4));
+    assert_eq!((report.rows.len(), report.rejected()), (8, 4));
     for row in &report.rows {
         let is_narrow = row.values["background.semi_axes.1"].number() == Some(3.0);
-        assert_eq!(row.refused.is_some(), is_narrow);
-        if let Some(reason) = &row.refused {
+        assert_eq!(row.rejected.is_some(), is_narrow);
+        if let Some(reason) = &row.rejected {
             assert!(reason.contains("background"), "{reason}");
             assert!(row.bytes == 0 && row.blake3.is_empty() && row.numbers.is_empty());
         }

@@ -1,11 +1,11 @@
 //! A folder of shards, surveyed before it is there.
 
-use crate::{all, with_refused};
+use crate::{all, with_rejected};
 use heart_cohort::{RunOptions, survey};
 
 #[test]
 fn a_survey_tells_ranges_bytes_and_reasons() {
-    let cohort = with_refused(40);
+    let cohort = with_rejected(40);
     let found = survey(&cohort, 8, &RunOptions::new(2)).unwrap();
     assert_eq!(
         (found.members, found.drawn, found.draws, found.tried),
@@ -27,12 +27,12 @@ fn a_survey_tells_ranges_bytes_and_reasons() {
         ),
         (Some(3), Some([1.7, 2.8]))
     );
-    assert!(!found.refused.is_empty() && found.members_per_second > 0.0);
-    // What is told is what comes out, but for the share of the refused.
+    assert!(!found.rejected.is_empty() && found.members_per_second > 0.0);
+    // What is told is what comes out, but for the share of the rejected.
     let folder = tempfile::tempdir().unwrap();
     let report = &all(&cohort, folder.path(), 1, 2)[0];
-    let kept = |all: u64, refused: usize| (all as usize - refused) as f64 / all as f64;
-    let each = report.bytes as f64 / kept(40, report.refused());
-    let told = found.bytes as f64 / kept(8, found.refused.len());
+    let kept = |all: u64, rejected: usize| (all as usize - rejected) as f64 / all as f64;
+    let each = report.bytes as f64 / kept(40, report.rejected());
+    let told = found.bytes as f64 / kept(8, found.rejected.len());
     assert!((told / each - 1.0).abs() < 0.01, "{told} {each}");
 }

@@ -1,6 +1,6 @@
 //! What a network's data needs: geometry, smaller files, subsets, correlated fields, other layouts.
 
-use crate::{all, shard, text, with_refused};
+use crate::{all, shard, text, with_rejected};
 use heart_cohort::heart_phantom::{Phantom, Product};
 use heart_cohort::{Cohort, CohortError, Row, ShardReport, Subset, export, merge};
 use std::collections::BTreeMap;
@@ -35,7 +35,7 @@ fn kept(report: &ShardReport) -> &Row {
     report
         .rows
         .iter()
-        .find(|row| row.refused.is_none())
+        .find(|row| row.rejected.is_none())
         .unwrap()
 }
 
@@ -43,7 +43,7 @@ fn kept(report: &ShardReport) -> &Row {
 #[test]
 fn geometry_says_where_arrays_are_and_what_samples_are() {
     let folder = tempfile::tempdir().unwrap();
-    let cohort = with_refused(4);
+    let cohort = with_rejected(4);
     let report = shard(&cohort, folder.path(), [1, 1], 1);
     let row = kept(&report);
     let files = files(&report);

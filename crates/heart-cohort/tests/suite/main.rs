@@ -27,8 +27,8 @@ fn text(members: u64, head: &str, vary: &str) -> String {
     format!("members = {members}\n{head}\n{SCENE}\n[vary]\n{vary}\n")
 }
 
-/// Some members are refused: their outer balloon is not outside.
-fn with_refused(members: u64) -> Cohort {
+/// Some members are rejected: their outer balloon is not outside.
+fn with_rejected(members: u64) -> Cohort {
     let vary = "heart.outer.radius = { choice = [2.6, 2.8, 1.7] }\ncycle.volume.gain = { uniform = [0.2, 0.6] }";
     Cohort::from_toml(&text(members, "seed = 5", vary)).unwrap()
 }

@@ -1,13 +1,13 @@
 //! One manifest of all shards.
 
-use crate::{SCENE, all, names, with_refused};
+use crate::{SCENE, all, names, with_rejected};
 use heart_cohort::{Cohort, CohortError, Fault, merge};
 use std::fs;
 
 #[test]
 fn a_manifest_has_a_row_for_every_member() {
     let folder = tempfile::tempdir().unwrap();
-    let cohort = with_refused(9);
+    let cohort = with_rejected(9);
     let reports = all(&cohort, folder.path(), 3, 1);
     fs::write(
         folder.path().join("shard-00002-of-00003.json.7-7.tmp"),
@@ -38,10 +38,10 @@ fn a_manifest_has_a_row_for_every_member() {
             format!("shard-{:05}-of-00003.tar", k / 3 + 1)
         );
         assert_eq!(&row[column("blake3")], expected.blake3);
-        assert_eq!(row[column("status")] == *"ok", expected.refused.is_none());
+        assert_eq!(row[column("status")] == *"ok", expected.rejected.is_none());
         assert_eq!(
             row[column("reason")],
-            *expected.refused.as_deref().unwrap_or_default()
+            *expected.rejected.as_deref().unwrap_or_default()
         );
         let gain: f64 = row[column("cycle.volume.gain")].parse().unwrap();
         assert_eq!(Some(gain), expected.values["cycle.volume.gain"].number());
@@ -67,7 +67,7 @@ fn a_folder_that_lacks_a_shard_has_no_manifest() {
         merge(folder.path()),
         Err(CohortError::Cuts { cuts: 0, .. })
     ));
-    let cohort = with_refused(6);
+    let cohort = with_rejected(6);
     let reports = all(&cohort, folder.path(), 3, 1);
     let archive = fs::read(&reports[1].path).unwrap();
     for bytes in [None, Some(&archive[..100])] {

@@ -1,6 +1,6 @@
 //! What `verify` finds: every change of a byte, of a file and of a name, and nothing else.
 
-use crate::{all, shard, text, with_refused};
+use crate::{all, shard, text, with_rejected};
 use heart_cohort::{
     Cohort, CohortError, Fault, RunOptions, Shard, VerifyReport, merge, run_shard, verify,
 };
@@ -24,7 +24,7 @@ fn finds(cohort: &Cohort, folder: &Path, wanted: &[(&str, Fault)]) {
 
 /// Six members in three shards, whole.
 fn six() -> (Cohort, tempfile::TempDir, Vec<PathBuf>) {
-    let (cohort, folder) = (with_refused(6), tempfile::tempdir().unwrap());
+    let (cohort, folder) = (with_rejected(6), tempfile::tempdir().unwrap());
     let paths = all(&cohort, folder.path(), 3, 1)
         .into_iter()
         .map(|report| report.path)
@@ -35,15 +35,15 @@ fn six() -> (Cohort, tempfile::TempDir, Vec<PathBuf>) {
 #[test]
 fn members_that_were_recomputed_are_reported_and_no_others() {
     let folder = tempfile::tempdir().unwrap();
-    let cohort = with_refused(9);
+    let cohort = with_rejected(9);
     all(&cohort, folder.path(), 3, 2);
     let report = verified(&cohort, folder.path(), 100);
     assert_eq!(
-        (report.whole, report.shards, report.faults.len()),
+        (report.complete, report.shards, report.faults.len()),
         (3, 3, 0)
     );
     assert_eq!(report.recomputed, (0..9).collect::<Vec<u64>>());
-    assert!(report.refused > 0 && report.refused < 9);
+    assert!(report.rejected > 0 && report.rejected < 9);
     let [a, b] = [1, 2].map(|seed| {
         let options = RunOptions::new(2);
         verify(&cohort, folder.path(), 4, seed, &options)
@@ -52,12 +52,15 @@ fn members_that_were_recomputed_are_reported_and_no_others() {
     });
     assert!(a.len() == 4 && b.len() == 4 && a != b);
     let none = verified(&cohort, folder.path(), 0);
-    assert_eq!((none.whole, none.recomputed.len(), none.refused), (3, 0, 0));
+    assert_eq!(
+        (none.complete, none.recomputed.len(), none.rejected),
+        (3, 0, 0)
+    );
     // Those of a shard that is missing are not.
     fs::remove_file(folder.path().join("shard-00002-of-00003.json")).unwrap();
     let report = verified(&cohort, folder.path(), 100);
     assert_eq!(
-        (report.whole, report.recomputed),
+        (report.complete, report.recomputed),
         (2, vec![0, 1, 2, 6, 7, 8])
     );
 }
@@ -73,7 +76,7 @@ fn every_change_of_a_byte_is_found() {
     );
     let cohort = Cohort::from_toml(&text).unwrap();
     let reports = all(&cohort, folder.path(), 2, 1);
-    assert!(reports.iter().any(|report| report.refused() == 1));
+    assert!(reports.iter().any(|report| report.rejected() == 1));
     let files: Vec<(PathBuf, Vec<u8>)> = (reports.iter())
         .flat_map(|report| [report.path.clone(), report.path.with_extension("json")])
         .map(|path| (path.clone(), fs::read(path).unwrap()))
@@ -87,7 +90,7 @@ fn every_change_of_a_byte_is_found() {
         fs::write(path, &changed).unwrap();
         let report = verified(&cohort, folder.path(), 0);
         assert!(
-            (report.faults.len(), report.whole) == (1, 1),
+            (report.faults.len(), report.complete) == (1, 1),
             "byte {at} of {path:?}: {report:?}"
         );
         fs::write(path, bytes).unwrap();
@@ -296,7 +299,7 @@ fn forged_records_are_found() {
     let k = report
         .rows
         .iter()
-        .position(|row| row.refused.is_none())
+        .position(|row| row.rejected.is_none())
         .unwrap();
     let member = report.rows[k].member;
     let recomputed: [&dyn Fn(&mut serde_json::Value); 2] = [

@@ -120,7 +120,7 @@ fn check_tells_volumes_memory_and_files() {
         report.numbers.edv, report.numbers.esv
     );
     for part in [
-        "8 sets of 6 views",
+        "8 gates of 6 views",
         &edv,
         "projections-gate-00.npy 3.4 KiB",
         "report.json",

@@ -65,8 +65,8 @@ fn a_cohort_goes_from_its_text_to_its_manifest() {
     );
     let merged = answer(folder, &["merge", "out"]);
     assert_eq!(
-        (&merged["members"], &merged["refused"]),
-        (&6.into(), &all["refused"])
+        (&merged["members"], &merged["rejected"]),
+        (&6.into(), &all["rejected"])
     );
     assert!(folder.join("out/manifest.csv").is_file());
     let verified = answer(
@@ -74,7 +74,7 @@ fn a_cohort_goes_from_its_text_to_its_manifest() {
         &["verify", "cohort.toml", "--out", "out", "--members", "4"],
     );
     assert_eq!(verified["members"].as_array().map(Vec::len), Some(4));
-    assert_eq!(verified["whole"], 3);
+    assert_eq!(verified["complete"], 3);
     let record = folder.join("out/shard-00002-of-00003.json");
     let kept = fs::read(&record).unwrap();
     fs::write(&record, "").unwrap();
@@ -86,7 +86,7 @@ fn a_cohort_goes_from_its_text_to_its_manifest() {
     let found: serde_json::Value = serde_json::from_slice(&output.stderr).unwrap();
     assert_eq!(found["members"], serde_json::json!([0, 1, 4, 5]));
     let fault = serde_json::json!([{ "file": "shard-00002-of-00003.json", "fault": "checksum" }]);
-    assert_eq!((&found["faults"], &found["whole"]), (&fault, &2.into()));
+    assert_eq!((&found["faults"], &found["complete"]), (&fault, &2.into()));
     fs::write(&record, kept).unwrap();
     let exported = answer(
         folder,

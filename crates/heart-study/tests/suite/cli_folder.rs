@@ -102,7 +102,7 @@ fn files_of_other_programs_stay_as_they_are() {
     for command in [&["run", "scene.toml", "--out", "out"][..], &paper] {
         let said = refused(folder.path(), command);
         assert!(
-            said.contains("report.json") && said.contains("no report of this program"),
+            said.contains("report.json") && said.contains("not written by this program"),
             "{said}"
         );
         assert_eq!(contents(&out), before);
@@ -136,7 +136,7 @@ fn single_results_do_not_change_a_run() {
             false => done(folder.path(), &arguments),
             true => {
                 let said = refused(folder.path(), &arguments);
-                assert!(said.contains("belongs to the run"), "{said}");
+                assert!(said.contains("is a file of the run"), "{said}");
             }
         }
     }
@@ -152,7 +152,7 @@ fn single_results_do_not_change_a_run() {
         &["truth", "scene.toml", "--phase", "0.5", "--out", "labels"],
     );
     assert!(
-        said.contains("labels.npy") && said.contains("belongs to the run"),
+        said.contains("labels.npy") && said.contains("is a file of the run"),
         "{said}"
     );
     assert_eq!(contents(&labels), before);

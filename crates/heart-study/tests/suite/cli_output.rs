@@ -310,7 +310,7 @@ fn long_texts_are_cut() {
     for (text, ends) in [
         (
             format!("[camera]\nviews = \"{long}\"\n"),
-            "a whole number from 0 on",
+            "a non-negative integer",
         ),
         (format!("[camera]\n{long} = 1\n"), "`radius`"),
         (format!("[{long}]\nx = 1\n"), "`output`"),

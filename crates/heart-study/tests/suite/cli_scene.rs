@@ -215,7 +215,7 @@ fn check_tells_how_much_run_will_write() {
         .sum();
     assert_eq!(told, written);
     let (shown, _) = said(&heart_phantom(&["check", scene]));
-    assert!(shown.contains(" to write:"), "{shown}");
+    assert!(shown.contains(" of files:"), "{shown}");
 }
 
 #[test]
@@ -410,7 +410,7 @@ fn commands_that_make_no_sense_are_refused_before_any_work() {
             &["view", scene, "--gate", "1", "--out", "x.npy"],
             "gate is 1",
         ),
-        (&["init", scene], "exists already"),
+        (&["init", scene], "the file exists"),
     ] {
         let output = heart_phantom(command);
         let (_, error) = said(&output);

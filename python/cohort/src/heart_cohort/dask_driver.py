@@ -46,7 +46,7 @@ def run_all(client, program, cohort, out, shards, threads=1, retries=3, told=lam
         )
 
     futures = {submit(shard, 0): (shard, 0) for shard in range(1, shards + 1)}
-    counts, errors = Counter(made=0, skipped=0, repeated=0, members=0, refused=0), {}
+    counts, errors = Counter(made=0, skipped=0, repeated=0, members=0, rejected=0), {}
     queue = as_completed(list(futures), raise_errors=False)
     done = 0
     for future in queue:
@@ -57,7 +57,7 @@ def run_all(client, program, cohort, out, shards, threads=1, retries=3, told=lam
             counts["made"] += found["shards_made"]
             counts["skipped"] += found["shards_skipped"]
             counts["members"] += found["members"]
-            counts["refused"] += found["refused"]
+            counts["rejected"] += found["rejected"]
         elif not isinstance(error, ValueError) and attempt < retries:
             again = submit(shard, attempt + 1)
             futures[again] = (shard, attempt + 1)

@@ -1,4 +1,4 @@
-//! What can be typed.
+//! The command line.
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
@@ -7,29 +7,28 @@ use heart_study::StudyOptions;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-/// Shown after the help.
+/// The text after the help.
 const AFTER: &str = "\
-Exit codes: 0 done, 1 failed at work (a disk that is full, a folder that another run writes to), 2 a command or a scene that makes
-no sense or cannot be run; 128 and the number of a signal that ended it (130 after Ctrl-C), as shells count. Files have their names when they are
-whole, report.json when all the others do; a signal leaves nothing else behind, save one that kills at once. Errors of a scene
-name file, line, column and field, and say what would be right.";
+Exit codes: 0 success; 1 failure during work (disk full, directory locked by another run); 2 invalid command or scene; 128 + n ended by
+signal n (130 after Ctrl-C). Files appear under their names only when they are complete, report.json last. Errors of a scene contain file,
+line, column, field and the allowed values.";
 
-/// A beating heart phantom with exact ground truth.
+/// Beating-heart phantom with exact projections and ground truth.
 #[derive(Debug, Parser)]
 #[command(name = "heart-phantom", version, about, arg_required_else_help = true, after_help = AFTER)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
-    /// Threads to use; all cores if not given. The results do not depend on it.
+    /// Number of threads [default: all cores]. Results do not depend on it.
     #[arg(long, global = true, value_name = "N", value_parser = threads())]
     pub(crate) threads: Option<usize>,
-    /// Memory for shapes of the heart in MiB, 512 if not given. The results do not depend on it.
+    /// Memory for shapes of the heart in MiB [default: 512]. Results do not depend on it.
     #[arg(long, global = true, value_name = "MIB", value_parser = memory())]
     pub(crate) memory: Option<usize>,
-    /// No progress bar, no summary.
+    /// Omit progress bar and summary.
     #[arg(long, global = true)]
     pub(crate) quiet: bool,
-    /// Reports and errors as JSON.
+    /// Print reports and errors as JSON.
     #[arg(long, global = true)]
     pub(crate) json: bool,
 }
@@ -38,152 +37,152 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Run the study of Rohmer, Sitek and Gullberg (2006) and write its figures and numbers.
     Paper(Paper),
-    /// Write a scene with a comment on every field, to a file or to the standard output.
+    /// Write a scene with a comment on every field to a file or standard output.
     Init {
-        /// The file; it must not exist yet.
+        /// New file.
         file: Option<PathBuf>,
     },
-    /// Find whether a run of the scene would be refused, and for what first, or say what it makes.
+    /// Validate a scene and list its files, sizes and memory.
     Check {
-        /// The scene.
+        /// Scene file.
         scene: PathBuf,
     },
-    /// Compute what the scene's [output] asks for and write it to a folder.
+    /// Compute the products of [output] and write them to a directory.
     Run {
-        /// The scene.
+        /// Scene file.
         scene: PathBuf,
-        /// Folder to write to; made if it does not exist.
+        /// Output directory; created if necessary.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
-        /// No index.html, the page to look at the run in.
+        /// Omit index.html.
         #[arg(long)]
         no_html: bool,
     },
-    /// The heart at one phase: volumes and wall thickness; with --out also activity and labels.
+    /// Print volumes and wall thickness at one phase; with --out also write activity, labels and surfaces.
     Truth {
-        /// The scene.
+        /// Scene file.
         scene: PathBuf,
-        /// Phase of the cycle, 0 to 1.
+        /// Cardiac phase, 0 to 1; phase 0 is end-systole with the sinusoid, end-diastole with the physiological curve.
         #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
         phase: f64,
-        /// Folder for the exact activity, the labels and the surfaces at that phase.
+        /// Output directory for activity, labels and surfaces.
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
-    /// One view, computed alone, as .npy or .png.
+    /// Compute one projection and write it as .npy or .png.
     View {
-        /// The scene.
+        /// Scene file.
         scene: PathBuf,
-        /// Which view, from 0.
+        /// Index of the view, from 0.
         #[arg(long, default_value_t = 0)]
         view: usize,
-        /// Which gate, from 0.
+        /// Index of the gate, from 0.
         #[arg(long, default_value_t = 0)]
         gate: usize,
-        /// The file; its ending says the format. Its folder is made if it does not exist.
+        /// Output file, .npy or .png; its directory is created if necessary.
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
     },
-    /// Many hearts, drawn from a scene in which some fields vary, in shards that any machine can make.
+    /// Compute many studies, drawn from distributions of scene fields, in shards.
     Cohort {
         #[command(subcommand)]
         command: Cohort,
     },
-    /// Completions for a shell, to the standard output.
+    /// Print shell completions.
     Completions {
-        /// Which shell.
+        /// Shell.
         shell: Shell,
     },
-    /// The manual page (roff), to the standard output.
+    /// Print the manual page (roff).
     Man {
-        /// The page of one of these commands.
+        /// Command of the page [default: all].
         command: Option<String>,
     },
 }
 
-/// What to do with a cohort.
+/// Commands for cohorts.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Cohort {
-    /// Write a cohort with a comment on every line, to a file or to the standard output.
+    /// Write a cohort with a comment on every line to a file or standard output.
     Init {
-        /// The file; it must not exist yet.
+        /// New file.
         file: Option<PathBuf>,
     },
-    /// Draw the members and compute some: ranges of the fields, bytes and time of the whole.
+    /// Draw all members and compute some; print ranges of the fields and the expected size and time.
     Check {
-        /// The cohort.
+        /// Cohort file.
         cohort: PathBuf,
-        /// Members to compute.
+        /// Number of members to compute.
         #[arg(long, default_value_t = 10, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
         members: u64,
     },
-    /// Make a shard, unless it is whole: an archive in the layout of WebDataset with its record.
+    /// Compute shards that are not complete: an archive (WebDataset) and a record each.
     Run {
-        /// The cohort.
+        /// Cohort file.
         cohort: PathBuf,
-        /// Folder to write to; made if it does not exist. Many processes may write to it.
+        /// Output directory; created if necessary. Several processes may write to it.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
-        /// Which shard of how many, from 1, such as 3/40; or 11-20/40, or all/40, one after the other.
+        /// Shard and number of shards, from 1: 3/40, 11-20/40 or all/40.
         #[arg(long, default_value = "1/1", value_name = "K/N", value_parser = shards)]
         shard: Shards,
     },
-    /// Make one manifest, as CSV, of a folder that has all shards.
+    /// Write one manifest (CSV) for a directory that contains all shards.
     Merge {
-        /// The folder of the shards.
+        /// Directory of the shards.
         dir: PathBuf,
     },
     /// Compare all shards with the cohort and their checksums, and recompute some members.
     Verify {
-        /// The cohort.
+        /// Cohort file.
         cohort: PathBuf,
-        /// The folder of the shards.
+        /// Directory of the shards.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
-        /// Members to compute again.
+        /// Number of members to recompute.
         #[arg(long, default_value_t = 10, value_name = "N")]
         members: u64,
-        /// Which ones: another seed, others.
+        /// Seed that selects these members.
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
-    /// Write the gates of one member as NIfTI in the layout that nnU-Net and MONAI read.
+    /// Write the gates of one member as NIfTI in the layout of nnU-Net and MONAI.
     Export {
-        /// The cohort.
+        /// Cohort file.
         cohort: PathBuf,
         /// Index of the member, from 0.
         #[arg(long, value_name = "N")]
         member: u64,
-        /// Folder of the data set; cases of other members in it stay.
+        /// Directory of the data set; cases of other members are kept.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
     },
-    /// Print a script for sbatch that makes all shards on a cluster with Slurm.
+    /// Print a Slurm job script (sbatch) that computes all shards.
     Slurm {
-        /// The cohort.
+        /// Cohort file.
         cohort: PathBuf,
-        /// Folder to write to, seen by all machines.
+        /// Output directory, shared by all machines.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
-        /// Shards; tasks of the array, which makes several a task above 1000.
+        /// Number of shards; above 1000 each array task computes several.
         #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
         shards: u64,
-        /// Minutes that a shard may take.
+        /// Time limit per shard in minutes.
         #[arg(long, default_value_t = 60, value_name = "N")]
         minutes: u64,
-        /// Memory of a task in MiB.
+        /// Memory per task in MiB.
         #[arg(long, default_value_t = 4096, value_name = "MIB")]
         task_memory: u64,
-        /// Most tasks that run at the same time.
+        /// Largest number of concurrent tasks.
         #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
         at_once: Option<u64>,
-        /// Partition; that of the site if not given.
+        /// Partition [default: that of the site].
         #[arg(long, value_name = "NAME")]
         partition: Option<String>,
     },
 }
 
-/// Some shards in a row, of how many.
+/// A range of shards and the number of all shards.
 #[derive(Debug, Clone)]
 pub(crate) struct Shards {
     pub(crate) which: RangeInclusive<u64>,
@@ -210,7 +209,7 @@ fn shards(text: &str) -> Result<Shards, String> {
         .ok_or_else(|| "must be K/N or K-L/N with 1 <= K <= L <= N, or all/N".to_owned())
 }
 
-/// The limit is that of the study's options.
+/// The limit of the options of the study.
 fn memory() -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=1 << 30)
 }
@@ -221,25 +220,25 @@ fn threads() -> RangedU64ValueParser<usize> {
 
 #[derive(Debug, Args)]
 pub(crate) struct Paper {
-    /// Folder to write to; made if it does not exist.
+    /// Output directory; created if necessary.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// Voxels along an edge of the volume, bins and rows of the camera.
+    /// Voxels along an edge of the volume; bins and rows of the camera.
     #[arg(long, default_value_t = StudyOptions::default().size)]
     pub(crate) size: usize,
-    /// Views over 180 degrees.
+    /// Number of views over 180 degrees.
     #[arg(long, default_value_t = StudyOptions::default().views)]
     pub(crate) views: usize,
-    /// Volume gain of the cavity at the height of the cycle (0.6 is an ejection fraction of 0.375).
+    /// Largest volume gain of the cavity (0.6 is an ejection fraction of 0.375).
     #[arg(long, default_value_t = StudyOptions::default().gain, allow_hyphen_values = true)]
     pub(crate) gain: f64,
     /// Heart rate in beats per minute.
     #[arg(long, default_value_t = StudyOptions::default().beats_per_minute, allow_hyphen_values = true)]
     pub(crate) bpm: f64,
-    /// Nodes of a membrane.
+    /// Nodes per membrane.
     #[arg(long, default_value_t = StudyOptions::default().nodes)]
     pub(crate) nodes: usize,
-    /// Leave the figures out (numbers, sinograms and volumes are written all the same).
+    /// Omit the figures (numbers, sinograms and volumes are written).
     #[arg(long)]
     pub(crate) no_figures: bool,
 }

@@ -1,4 +1,4 @@
-//! Cohorts: what `heart-phantom cohort` does.
+//! The commands of `heart-phantom cohort`.
 
 use crate::arguments::{Arguments, Cohort as Command, Shards};
 use crate::commands::{Done, bar, init, size};
@@ -10,7 +10,7 @@ use heart_cohort::{
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Called in the pool that has the threads asked for.
+/// Runs in the thread pool of the arguments.
 pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
     match command {
         Command::Init { file } => init(file.as_deref(), Cohort::TEMPLATE.to_owned()),
@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
             partition,
         } => {
             let known = Cohort::load(cohort)?;
-            // Checked here rather than in each task.
+            // Checked here instead of in each task.
             Shard {
                 shard: 1,
                 of: *shards,
@@ -81,12 +81,12 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
 /// Reports a verification; faults are a failure.
 fn verified(report: &VerifyReport) -> Done {
     let found = json!({
-        "shards": report.shards, "whole": report.whole, "members": report.recomputed, "refused": report.refused,
+        "shards": report.shards, "complete": report.complete, "members": report.recomputed, "rejected": report.rejected,
         "faults": report.faults,
     });
     let line = format!(
-        "{} of {} shards are whole; {} members were recomputed with the same bytes",
-        report.whole,
+        "{} of {} shards are complete; {} members were recomputed and are bitwise identical",
+        report.complete,
         report.shards,
         report.recomputed.len()
     );
@@ -98,20 +98,20 @@ fn verified(report: &VerifyReport) -> Done {
     }
 }
 
-/// One manifest of all shards of a folder.
+/// Writes one manifest of all shards of a directory.
 fn merged(dir: &Path) -> Done {
     let report = merge(dir)?;
     let files = report.files.iter().map(|file| file.to_string_lossy());
     let found = json!({
-        "members": report.members, "refused": report.refused, "shards": report.shards, "bytes": report.bytes,
+        "members": report.members, "rejected": report.rejected, "shards": report.shards, "bytes": report.bytes,
         "files": files.collect::<Vec<_>>(),
     });
     let line = format!(
-        "{} members in {} shards ({}), {} refused",
+        "{} members in {} shards ({}), {} rejected",
         report.members,
         report.shards,
         size(report.bytes),
-        report.refused
+        report.rejected
     );
     let written = report
         .files
@@ -135,7 +135,7 @@ fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> D
     let cohort = Cohort::load(cohort)?;
     let of = shards.of;
     let which = shards.which;
-    let (mut made, mut skipped, mut members, mut refused, mut bytes) = (0, 0, 0, 0, 0);
+    let (mut made, mut skipped, mut members, mut rejected, mut bytes) = (0, 0, 0, 0, 0);
     let bar = bar(arguments);
     let total: u64 = (which.clone())
         .map(|shard| Shard { shard, of }.members(&cohort))
@@ -154,16 +154,16 @@ fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> D
         )?;
         skipped += u64::from(report.skipped);
         made += u64::from(!report.skipped);
-        refused += report.refused() as u64;
+        rejected += report.rejected() as u64;
         members += report.rows.len() as u64;
         bytes += report.bytes;
     }
     bar.finish_and_clear();
     let found = json!({
-        "shards_made": made, "shards_skipped": skipped, "members": members, "refused": refused, "bytes": bytes,
+        "shards_made": made, "shards_skipped": skipped, "members": members, "rejected": rejected, "bytes": bytes,
     });
     let line = format!(
-        "{made} shards made, {skipped} were whole; {members} members ({}), {refused} refused, in {}",
+        "{made} shards computed, {skipped} already complete; {members} members ({}), {rejected} rejected, in {}",
         size(bytes),
         out.display()
     );
@@ -172,11 +172,11 @@ fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> D
 
 fn lines(found: &Survey) -> Vec<String> {
     let mut lines = vec![format!(
-        "{} members; {} draws for {} of them",
+        "{} members; {} draws for the first {}",
         found.members, found.draws, found.drawn
     )];
     for (case, count) in found.cases.iter().filter(|(case, _)| !case.is_empty()) {
-        lines.push(format!("  {case}: {count} of them"));
+        lines.push(format!("  {case}: {count} members"));
     }
     for field in &found.fields {
         let range = field
@@ -186,15 +186,15 @@ fn lines(found: &Survey) -> Vec<String> {
             });
         let few = field
             .values
-            .map_or(String::new(), |n| format!(", {n} different values"));
+            .map_or(String::new(), |n| format!(", {n} distinct values"));
         lines.push(format!("  {}: {range}{few}", field.path));
     }
-    for (key, reason) in &found.refused {
-        lines.push(format!("  {key} is refused: {reason}"));
+    for (key, reason) in &found.rejected {
+        lines.push(format!("  {key} rejected: {reason}"));
     }
     let seconds = found.members as f64 / found.members_per_second;
     lines.push(format!(
-        "{} to write; {:.2} members a second on {} threads ({} tried): {:.2} hours for all",
+        "{} in total; {:.2} members per second on {} threads ({} computed): {:.2} hours for all",
         size(found.bytes),
         found.members_per_second,
         found.threads,

@@ -1,4 +1,4 @@
-//! What each command does.
+//! The commands.
 
 use crate::arguments::{Arguments, Command, Paper};
 use crate::cohort;
@@ -87,7 +87,7 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
     Ok(Answer::Report(json!(report), lines))
 }
 
-/// Writes a text to start from.
+/// Writes a template to a new file.
 pub(crate) fn init(file: Option<&Path>, text: String) -> Done {
     let Some(path) = file else {
         return Ok(Answer::Text(text));
@@ -95,7 +95,7 @@ pub(crate) fn init(file: Option<&Path>, text: String) -> Done {
     if path.exists() {
         return Err(Failure::Phantom(PhantomError::File {
             path: path.to_path_buf(),
-            source: io::Error::new(io::ErrorKind::AlreadyExists, "it exists already"),
+            source: io::Error::new(io::ErrorKind::AlreadyExists, "the file exists"),
         }));
     }
     files::write_atomically(path, |out| out.write_all(text.as_bytes()))?;
@@ -105,7 +105,7 @@ pub(crate) fn init(file: Option<&Path>, text: String) -> Done {
     ))
 }
 
-/// The phantom of a scene, with the memory that it was given.
+/// Loads the phantom of a scene with the memory of the arguments.
 fn load(arguments: &Arguments, scene: &Path) -> Result<Phantom, PhantomError> {
     let phantom = Phantom::load(scene)?;
     Ok(match arguments.memory {
@@ -130,10 +130,10 @@ fn check(arguments: &Arguments, path: &Path) -> Done {
     let [low, high] = phantom.cycle().gains();
     let sets = match phantom.n_gates() {
         1 => String::new(),
-        n => format!("{n} sets of "),
+        n => format!("{n} gates of "),
     };
     let mut lines = vec![
-        format!("{} is a scene", path.display()),
+        format!("{} is valid", path.display()),
         format!(
             "  {sets}{} views, {} rows x {} bins",
             camera.n_views(),
@@ -146,7 +146,7 @@ fn check(arguments: &Arguments, path: &Path) -> Done {
             numbers.edv, numbers.esv, numbers.ejection_fraction
         ),
         format!(
-            "  {} of memory at most, {} to write:",
+            "  {} of memory at most, {} of files:",
             size(phantom.memory().total()),
             size(bytes)
         ),
@@ -155,7 +155,7 @@ fn check(arguments: &Arguments, path: &Path) -> Done {
     Ok(Answer::Report(found, lines))
 }
 
-/// Bytes in the largest unit of which there is one.
+/// Formats bytes in the largest unit not above them.
 pub(crate) fn size(bytes: u64) -> String {
     let (mut amount, mut unit) = (bytes as f64, "bytes");
     for larger in ["KiB", "MiB", "GiB", "TiB"] {
@@ -167,7 +167,7 @@ pub(crate) fn size(bytes: u64) -> String {
     format!("{amount:.digits$} {unit}")
 }
 
-/// The files by their sizes; of those of many gates the first and the last.
+/// Lists files with sizes; of many files the first and the last.
 fn listed(files: &[PlannedFile]) -> Vec<String> {
     const MOST: usize = 20;
     let line = |file: &PlannedFile| match file.bytes {
@@ -198,7 +198,7 @@ fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Don
     lines.extend(error_of_samples(&report));
     lines.extend([
         format!(
-            "{} shapes solved, {} rays cast, {} skipped",
+            "{} shapes solved, {} rays cast, {} rays skipped",
             report.work.shapes_solved, report.work.rays_cast, report.work.rays_skipped
         ),
         format!("{} files written to {}", report.files.len(), out.display()),
@@ -206,7 +206,7 @@ fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Don
     Ok(Answer::Report(json!(report), lines))
 }
 
-/// A run with its pictures and its page.
+/// Runs a scene and writes its images and page.
 fn run_to_look_at(
     phantom: &Phantom,
     out: &Path,
@@ -221,7 +221,7 @@ fn run_to_look_at(
     run.finish(progress, |report| look.write(report, out))
 }
 
-/// The bound on the error of the samples of the worst gate; nothing where they are line integrals at one moment.
+/// Returns the largest bound on sample errors of all gates; `None` for instantaneous line integrals.
 fn error_of_samples(report: &RunReport) -> Option<String> {
     let gate = report.gates.first()?;
     let errors = report.gates.iter().filter_map(|gate| gate.view_error);
@@ -236,13 +236,13 @@ fn error_of_samples(report: &RunReport) -> Option<String> {
     }
     (!how.is_empty()).then(|| {
         format!(
-            "error of a sample: at most {worst:.1e} of the largest sample ({})",
+            "sample error: at most {worst:.1e} of the largest sample ({})",
             how.join(", ")
         )
     })
 }
 
-/// What is allowed and may surprise, before the work; where the output is JSON it is in there.
+/// Prints warnings before the work; JSON output contains them.
 fn warn(arguments: &Arguments, phantom: &Phantom) -> Result<(), PhantomError> {
     if !arguments.json {
         for warning in phantom.warnings()? {
@@ -312,7 +312,7 @@ fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
 }
 
 fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
-    // The name is looked at before any work,
+    // The extension is validated before any work,
     let ends_in = |wanted: &str| out.extension().is_some_and(|extension| extension == wanted);
     if !ends_in("png") && !ends_in("npy") {
         return Err(Failure::Phantom(PhantomError::Extension {
@@ -321,7 +321,7 @@ fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
         }));
     }
     let phantom = Phantom::load(scene)?;
-    // and so is its folder; `x.npy` has none of its own.
+    // and so is the directory; `x.npy` has none.
     let folder = out.parent().filter(|folder| *folder != Path::new(""));
     let folder = folder.unwrap_or(Path::new("."));
     files::create_writable_folder(folder)?;
@@ -352,18 +352,18 @@ fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
     Ok(Answer::Report(found, Vec::new()))
 }
 
-/// The page of the whole, which names those of its commands, or the page of one of them.
+/// Returns the manual page of the program or of one command.
 fn man(command: Option<&str>) -> Done {
     let mut whole = Arguments::command();
     whole.build();
-    // A command has no version of its own.
+    // Subcommands have no version.
     let source = whole.render_version();
     let page = match command {
         None => whole,
         Some(name) => match whole.find_subcommand(name) {
             Some(command) => command.clone(),
             None => {
-                let what = format!("there is no command `{name}`");
+                let what = format!("command `{name}` does not exist");
                 return Err(whole.error(ErrorKind::InvalidValue, what).into());
             }
         },
@@ -375,7 +375,7 @@ fn man(command: Option<&str>) -> Done {
         .source(source.trim_end())
         .render(&mut roff)
         .map_err(|source| PhantomError::File {
-            path: "the page".into(),
+            path: "the manual page".into(),
             source,
         })?;
     Ok(text(&roff))
@@ -392,7 +392,7 @@ pub(crate) fn bar(arguments: &Arguments) -> ProgressBar {
     let bar = ProgressBar::new(1000);
     // As wide as the terminal, so that the longest message does not wrap.
     let template =
-        "{wide_bar:.cyan/blue} {percent:>3}% {elapsed_precise}, left {eta_precise} {msg:14}";
+        "{wide_bar:.cyan/blue} {percent:>3}% {elapsed_precise}, remaining {eta_precise} {msg:14}";
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }

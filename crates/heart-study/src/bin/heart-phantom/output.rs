@@ -1,4 +1,4 @@
-//! How the program answers: in words, or as JSON and nothing else, on either output.
+//! Output of the program: text, or JSON only.
 
 use clap::error::ErrorKind;
 use heart_cohort::CohortError;
@@ -9,24 +9,24 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-/// What a command has to say.
+/// The result of a command.
 pub(crate) enum Answer {
-    /// What it found, as JSON and in lines for people.
+    /// A report, as JSON and as text lines.
     Report(Value, Vec<String>),
-    /// A text that is asked for itself: a scene, a script, a page.
+    /// A text: a scene, a script, a page.
     Text(String),
 }
 
-/// Why there is no answer.
+/// The failure of a command.
 pub(crate) enum Failure {
     Phantom(PhantomError),
-    /// A cohort, or a shard of it.
+    /// An error of a cohort or a shard.
     Cohort(CohortError),
-    /// A figure that could not be drawn.
+    /// An error of a figure.
     Study(StudyError),
-    /// What a verification found, as JSON and in lines for people.
+    /// Faults of a verification, as JSON and as text lines.
     Faults(Value, Vec<String>),
-    /// A command line that cannot be understood, or that asks for help.
+    /// An invalid command line, or a request for help.
     Usage(clap::Error),
 }
 
@@ -60,11 +60,11 @@ impl From<clap::Error> for Failure {
     }
 }
 
-/// Where it goes.
+/// The output streams.
 pub(crate) struct Output {
     pub(crate) json: bool,
     pub(crate) quiet: bool,
-    /// Told with the JSON.
+    /// Warnings for the JSON output.
     warnings: Vec<String>,
 }
 
@@ -78,7 +78,7 @@ impl Output {
         }
     }
 
-    /// Something is not as it should be, and the work goes on.
+    /// Prints a warning.
     pub(crate) fn warn(&mut self, warning: String) {
         if self.json {
             self.warnings.push(warning);
@@ -87,7 +87,7 @@ impl Output {
         }
     }
 
-    /// The last word: what the command found, or why it did not.
+    /// Prints the result or the failure; returns the exit code.
     pub(crate) fn end(&self, outcome: Result<Answer, Failure>) -> ExitCode {
         let ended = outcome.and_then(|answer| self.tell(answer).map_err(Failure::Phantom));
         match ended {
@@ -131,7 +131,7 @@ impl Output {
         };
         let mut out = io::stdout().lock();
         match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-            // Whoever reads has seen enough.
+            // The reader closed the pipe.
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
             written => written.map_err(|source| PhantomError::File {
                 path: "the standard output".into(),
@@ -165,7 +165,7 @@ impl Output {
         ExitCode::from(2)
     }
 
-    /// JSON of any object, with the warnings; what a terminal would not show is escaped, as JSON has it.
+    /// Returns a JSON object with the warnings; control characters are escaped as in JSON.
     fn json_text(&self, mut value: Value) -> String {
         if !self.warnings.is_empty() {
             let others = self.warnings.iter().map(|told| json!({ "message": told }));
@@ -188,7 +188,7 @@ impl Output {
     }
 }
 
-/// To the standard error, line by line; if that is gone, the exit code has to say it all.
+/// Prints to standard error; if it is closed, only the exit code remains.
 pub(crate) fn complain(what: &str) {
     let mut to = io::stderr().lock();
     for line in what.lines() {
@@ -196,13 +196,13 @@ pub(crate) fn complain(what: &str) {
     }
 }
 
-/// The error and what led to it, each message once.
+/// The error and its causes, each message once.
 fn told(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {
         let said = error.to_string();
-        // Some messages of other crates, such as rayon's, are those of their cause.
+        // Some messages of other crates, such as rayon, repeat that of their cause.
         if !text.ends_with(&said) {
             text = format!("{text}: {said}");
         }
@@ -211,7 +211,7 @@ fn told(error: &dyn std::error::Error) -> String {
     text
 }
 
-/// 2 for what the user can put right in the command or the scene, 1 for what went wrong at work.
+/// Returns 2 for errors in the command or the scene, 1 for failures during work.
 fn code(error: &PhantomError) -> u8 {
     match error {
         PhantomError::Scene(_)
@@ -236,7 +236,7 @@ fn code(error: &PhantomError) -> u8 {
     }
 }
 
-/// The same for cohorts.
+/// As [`code`], for cohorts.
 fn code_of_cohort(error: &CohortError) -> u8 {
     match error {
         CohortError::Text(_)
@@ -269,7 +269,7 @@ fn as_json(error: &PhantomError) -> Value {
     json
 }
 
-/// Where in which file.
+/// The position in a file.
 fn locate(json: &mut Value, file: Option<&Path>, field: &str, place: Option<[usize; 2]>) {
     json["file"] = json!(file.map(|file| file.to_string_lossy()));
     json["field"] = json!(field);

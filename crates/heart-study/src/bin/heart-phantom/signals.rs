@@ -1,4 +1,4 @@
-//! Signals that end the program: they still do, but first what is half written goes.
+//! Signals that end the program: temporary files are removed first.
 
 use heart_phantom::files;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXCPU, SIGXFSZ};
@@ -8,12 +8,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::{fs, io, thread};
 
-/// Closed terminal, Ctrl-C, `kill`, and the limit of processor time that batch systems set.
+/// Closed terminal, Ctrl-C, `kill`, and the processor time limit of batch systems.
 const ENDING: [i32; 4] = [SIGHUP, SIGINT, SIGTERM, SIGXCPU];
 
 /// Starts the thread that waits for signals.
 pub(crate) fn watch() -> io::Result<()> {
-    // A file larger than the system allows is then an error of its write, as a full disk is. Nobody asks for the flag.
+    // A file beyond the size limit of the system is then a write error, like a full disk. The flag is unused.
     flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)))?;
     let mut signals = Signals::new(ENDING.into_iter().filter(|&signal| !is_ignored(signal)))?;
     thread::Builder::new()
@@ -21,7 +21,7 @@ pub(crate) fn watch() -> io::Result<()> {
         .spawn(move || {
             for signal in signals.forever() {
                 let _held = files::remove_unfinished();
-                // The end that the signal has by itself, so that shells and batch systems see what it was.
+                // Ends by the signal itself, so that shells and batch systems see it.
                 if low_level::emulate_default_handler(signal).is_err() {
                     low_level::exit(128 + signal);
                 }
@@ -30,8 +30,8 @@ pub(crate) fn watch() -> io::Result<()> {
         .map(drop)
 }
 
-/// Whether whoever started the program wants it to outlive the signal, as `nohup` does. Where the system does not tell, that is
-/// taken for granted of a closed terminal alone.
+/// Returns whether the signal was ignored by the parent process, as with `nohup`. Where the system does not report it, only a
+/// closed terminal counts as ignored.
 fn is_ignored(signal: i32) -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = (status.lines())
