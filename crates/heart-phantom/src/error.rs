@@ -1,27 +1,26 @@
-//! What can go wrong, with the numbers that show why.
+//! Errors.
 
 use crate::scene::{SceneError, place_in};
-use crate::text::{Number, brief, enough, shown, shown_path};
+use crate::text::{Number, brief, enough, range, shown, shown_path};
 use std::path::PathBuf;
 
-/// Every failure of this crate. A message says what its own level knows; what led to it is the error's [`source`](std::error::Error::source), so that
-/// the messages of the chain, joined by `: `, say each thing once.
+/// Errors of this crate. A message does not repeat its cause, which is the [`source`](std::error::Error::source): print the whole
+/// chain.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PhantomError {
-    /// Finer and finer triangles do not enclose the volume to the tolerance: it has fewer digits, so small is the body for its
-    /// distance from the origin.
-    #[error("triangles enclose the volume to {reached:e} only; the tolerance is {tolerance:e}")]
+    /// A mesh does not reach the volume tolerance, because of rounding at a large distance from the origin.
+    #[error("the relative error of the mesh volume is {reached:e}; the tolerance is {tolerance:e}")]
     NotMeshed {
-        /// Relative error of the volume that was reached.
+        /// Relative error of the volume reached.
         reached: f64,
-        /// What was asked for.
+        /// The request.
         tolerance: f64,
     },
-    /// A number is not finite or outside the range that makes sense.
-    #[error("{what} is {}, must be between {} and {}", Number(*given), Number(*least), Number(*most))]
+    /// A number is not finite or out of range.
+    #[error("{what} is {}, must be {}", Number(*given), range(*least, *most))]
     OutOfRange {
-        /// Which quantity.
+        /// The quantity.
         what: &'static str,
         /// The value given.
         given: f64,
@@ -30,10 +29,10 @@ pub enum PhantomError {
         /// Largest value allowed.
         most: f64,
     },
-    /// A count is outside the range that makes sense.
+    /// A count is out of range.
     #[error("{what} is {given}, must be between {least} and {most}")]
     Count {
-        /// Which quantity.
+        /// The quantity.
         what: &'static str,
         /// The value given.
         given: usize,
@@ -42,17 +41,17 @@ pub enum PhantomError {
         /// Largest value allowed.
         most: usize,
     },
-    /// A count must be even.
+    /// A count is odd.
     #[error("{what} is {given}, must be even")]
     Odd {
-        /// Which quantity.
+        /// The quantity.
         what: &'static str,
         /// The value given.
         given: usize,
     },
-    /// A gate does not come in the time of a view.
+    /// A gate does not occur during a view.
     #[error(
-        "gate {gate} does not come in the time of view {view_idx}; a view that lasts a beat, and a breath where that is gated, sees every gate"
+        "gate {gate} does not occur during view {view_idx}; a view of one cardiac cycle (and one respiratory cycle, if gated) contains every gate"
     )]
     Unseen {
         /// The gate, from 0.
@@ -63,34 +62,34 @@ pub enum PhantomError {
     /// An array has the wrong length.
     #[error("{what}: {given} values given, {expected} expected")]
     WrongLength {
-        /// Which array.
+        /// The array.
         what: &'static str,
         /// Its length.
         given: usize,
-        /// The length that fits.
+        /// The expected length.
         expected: usize,
     },
-    /// The system would not give the threads asked for.
+    /// The threads could not be started.
     #[error("cannot start {}", threads(*given))]
     Threads {
-        /// The number asked for; 0 for one a core.
+        /// The number given; 0 for one per core.
         given: usize,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: rayon::ThreadPoolBuildError,
     },
-    /// A balloon's dimensions or stiffness make no membrane.
+    /// Invalid dimensions or stiffness of a membrane.
     #[error(transparent)]
     Balloon(#[from] membrane_newton::MembraneError),
-    /// A membrane could not be solved for.
+    /// An equilibrium could not be solved.
     #[error(transparent)]
     Membrane(#[from] membrane_newton::NewtonError),
-    /// A membrane could not be moved.
+    /// A motion could not be integrated.
     #[error(transparent)]
     Motion(#[from] membrane_implicit::ImplicitError),
-    /// The inner membrane reaches outside the outer one.
+    /// The membranes intersect.
     #[error(
         "at a volume gain of {} the inner membrane is {} cm outside the outer one (x = {} cm from the base, r = {} cm); \
-         give the balloons more alike lengths, a thicker wall, or the cavity less volume",
+         choose more similar lengths, a thicker wall or a smaller volume",
         Number(brief(*gain)),
         Number(brief(*depth)),
         Number(brief(*x)),
@@ -99,96 +98,96 @@ pub enum PhantomError {
     Crossed {
         /// Volume gain of the cavity.
         gain: f64,
-        /// How far outside it is at most, cm.
+        /// Largest distance outside, cm.
         depth: f64,
         /// Distance from the base there, cm.
         x: f64,
         /// Radius there, cm.
         r: f64,
     },
-    /// The wall has no material coordinates, which defects are given in: lines between points of equal s cross in it.
-    #[error("at a volume gain of {} the wall has no place for defects, and no motion of material", Number(brief(*gain)))]
+    /// The wall has no material coordinates: lines between points of equal s cross in it.
+    #[error("at a volume gain of {} the wall has no material coordinates, which defects and motion need", Number(brief(*gain)))]
     NoMaterial {
         /// Volume gain of the cavity.
         gain: f64,
-        /// Where and why.
+        /// The cause, with the position.
         source: Box<PhantomError>,
     },
-    /// A defect, or what later ones leave of it, is no solid.
+    /// A defect, or the part not replaced by later ones, is not a solid.
     #[error("defect {} at a volume gain of {}", defect + 1, Number(brief(*gain)))]
     NoDefect {
-        /// Its number, from 0.
+        /// Its index, from 0.
         defect: usize,
         /// Volume gain of the cavity.
         gain: f64,
-        /// Why.
+        /// The cause.
         source: Box<PhantomError>,
     },
-    /// The heart reaches beyond the background that is to surround it.
+    /// The background does not contain the heart.
     #[error(
-        "at a volume gain of {} the heart reaches beyond the background around it, {} times as far as its surface",
+        "at a volume gain of {} the heart extends beyond the background, to {} times the distance of its surface",
         Number(brief(*gain)),
         Number(enough(*times))
     )]
     Uncovered {
         /// Volume gain of the cavity.
         gain: f64,
-        /// How much wider the background has to be, about its axis.
+        /// Smallest factor by which the background must be larger, about its axis.
         times: f64,
     },
-    /// The collimator's face is not in front of all that there is.
+    /// The collimator face does not clear heart, torso and organs.
     #[error(
-        "in view {view_idx} the collimator's face is {} cm from the axis of turning, and the body reaches {} cm towards it",
+        "in view {view_idx} the collimator face is {} cm from the axis of rotation, but the body extends {} cm towards it",
         Number(brief(*radius)),
         Number(enough(*needed))
     )]
     DetectorInside {
-        /// The view in which it is farthest inside.
+        /// The view in which it is deepest inside.
         view_idx: usize,
-        /// How far from the axis of turning the face is there, cm.
+        /// Distance of the face from the axis of rotation, cm.
         radius: f64,
-        /// How far the body reaches, cm.
+        /// Extent of the body, cm.
         needed: f64,
     },
-    /// A solid, its rays or its voxels could not be made.
+    /// An error of the solid, its rays or its voxels.
     #[error(transparent)]
     Solid(#[from] revolve_voxel::RevolveError),
-    /// A reconstruction could not be made.
+    /// An error of the reconstruction.
     #[error(transparent)]
     Radon(#[from] radon::RadonError),
-    /// A file format has no place for what it was to hold.
-    #[error("{format} cannot hold {what}")]
+    /// A file format cannot store something.
+    #[error("{format} cannot store {what}")]
     Unsupported {
         /// The format.
         format: &'static str,
-        /// What it cannot hold.
+        /// What it cannot store.
         what: &'static str,
     },
-    /// A path does not end as its format wants, or its name cannot stand in a header.
+    /// A path has the wrong extension, or a name that cannot be written to a header.
     #[error("{}: the name must end in .{expected}", shown_path(path))]
     Extension {
         /// The path given.
         path: PathBuf,
-        /// The extension that fits.
+        /// The expected extension.
         expected: &'static str,
     },
-    /// Values of a scene, or combinations of them, are not allowed.
+    /// Invalid values of a scene, or combinations of values.
     #[error(transparent)]
     Scene(Box<SceneError>),
-    /// A scene makes sense, and yet there is a reason for which it cannot be run.
+    /// A valid scene that cannot be run.
     #[error("{}{field}", place_in(file.as_deref(), *place))]
     Refused {
-        /// The file, if it came from one.
+        /// The file, if the scene was read from one.
         file: Option<PathBuf>,
-        /// Line and column of the field, from 1; `None` for a scene without a text, or a field that its text leaves out.
+        /// Line and column of the field, from 1; `None` for a scene without a text, or an omitted field.
         place: Option<[usize; 2]>,
-        /// The field that is to blame, such as `defects.1`, the first of them.
+        /// The field that causes the error, such as `defects.1`, the first of them.
         // tidy: allow string: the path of a field in the file
         field: String,
-        /// The reason.
+        /// The cause.
         source: Box<PhantomError>,
     },
-    /// More memory is needed than the operating system can give.
+    /// More memory is needed than available.
     #[error("the computation needs {needed} bytes of memory; {available} are available")]
     Memory {
         /// Bytes needed at most.
@@ -196,26 +195,26 @@ pub enum PhantomError {
         /// Bytes available.
         available: u64,
     },
-    /// Something is asked for that this phantom has not.
+    /// The phantom does not have something.
     #[error("there is no {what}")]
     Absent {
-        /// What was asked for.
+        /// The request.
         what: &'static str,
     },
-    /// Counts of a given total have to be of something.
-    #[error("the camera sees no activity, of which there could be counts")]
+    /// A total number of counts without any activity in the projections.
+    #[error("the projections contain no activity to simulate counts of")]
     NothingToCount,
-    /// This build leaves something out.
+    /// The feature is not part of this build.
     #[error("this build has no {what}, without the feature `{feature}`")]
     NotBuilt {
-        /// What was asked for.
+        /// The request.
         what: &'static str,
-        /// The feature that has it.
+        /// The Cargo feature.
         feature: &'static str,
     },
-    /// No resolution that is tried meets the tolerance of the samples.
+    /// No resolution meets the tolerance of the samples.
     #[error(
-        "{term}: the error is {} at the finest resolution, and may be {}",
+        "{term}: the error is {} at the finest resolution; the tolerance is {}",
         Number(brief(*reached)),
         Number(*tolerance)
     )]
@@ -224,7 +223,7 @@ pub enum PhantomError {
         term: &'static str,
         /// Estimated error, relative to the largest sample.
         reached: f64,
-        /// The error allowed.
+        /// The tolerance.
         tolerance: f64,
     },
     /// A file could not be read.
@@ -232,21 +231,21 @@ pub enum PhantomError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// Somebody else writes into the folder.
+    /// Another process writes to the directory.
     #[error("another run writes to {}: {}", shown_path(path), shown(holder))]
     Busy {
-        /// The folder.
+        /// The directory.
         path: PathBuf,
         /// Process and computer.
         // tidy: allow string: what the other process has written
         holder: String,
     },
-    /// A folder has a report that no run of ours has written.
+    /// A directory contains a report of another program.
     #[error(
-        "{} is there, and no report of this program; choose another folder, or move it away",
+        "{} was not written by this program; choose another directory or move the file",
         shown_path(path)
     )]
     Foreign {
@@ -255,7 +254,7 @@ pub enum PhantomError {
     },
     /// A file belongs to a run whose report is beside it.
     #[error(
-        "{} belongs to the run whose report.json is beside it; choose another folder",
+        "{} is a file of the run of the report.json beside it; choose another directory",
         shown_path(path)
     )]
     Listed {
@@ -267,7 +266,7 @@ pub enum PhantomError {
     File {
         /// The file or folder.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
 }

@@ -27,7 +27,7 @@
 //! raw with JSON, DICOM.
 //!
 //! # Features
-//! The first two are on by default; without them (`default-features = false`) the physics is 52 packages instead of 82, itself among them.
+//! The first two are on by default; without them (`default-features = false`) the crate and its dependencies are 46 packages instead of 78.
 //! - `scene`: `Scene`, its TOML, `run` and its report.
 //! - `dicom` (off by default): DICOM.
 //! - `files`: the formats that need a library: npz, compressed NIfTI, raw with JSON, pictures of slices (PNG, GIF). Without it they are

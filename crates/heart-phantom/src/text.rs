@@ -63,6 +63,18 @@ impl fmt::Display for Number {
     }
 }
 
+/// The allowed range of a number, for a message.
+pub(crate) fn range(least: f64, most: f64) -> String {
+    let (low, high) = (Number(least), Number(most));
+    match (least == f64::MIN_POSITIVE, most == f64::MAX) {
+        (true, true) => "positive and finite".to_owned(),
+        (true, false) => format!("positive and at most {high}"),
+        (false, true) if least == f64::MIN => "finite".to_owned(),
+        (false, true) => format!("finite and at least {low}"),
+        (false, false) => format!("between {low} and {high}"),
+    }
+}
+
 /// A number without the digits that only rounding has put there, for headers and reports that people read: 180, not 180.00000000000003.
 pub(crate) fn short(value: f64) -> f64 {
     // Thirteen digits are one more than any grid of our making is known to.

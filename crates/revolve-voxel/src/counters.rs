@@ -1,4 +1,4 @@
-//! Work counters: what a batch call did and what it skipped.
+//! Work counters of batch calls.
 
 use std::ops::Add;
 
@@ -6,9 +6,9 @@ use std::ops::Add;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RayCounters {
-    /// Rays inside the silhouette's bounding interval, for which the surface was searched.
+    /// Rays inside the bounding interval of the silhouette, for which the surface was searched.
     pub cast: u64,
-    /// Rays outside it, never looked at.
+    /// Rays outside it, which were skipped.
     pub skipped: u64,
     /// Rays with a chord of positive length.
     pub hit: u64,
@@ -20,9 +20,9 @@ pub struct RayCounters {
 pub struct VoxelCounters {
     /// Voxels whose coverage had to be computed because a surface may cut them.
     pub cut: u64,
-    /// Voxels filled with one value without looking at each of them.
+    /// Voxels filled in blocks without individual computation.
     pub filled: u64,
-    /// Voxels that have the values of their mirror images, which alone were looked at.
+    /// Voxels copied from their mirror images.
     pub mirrored: u64,
     /// Evaluations of the surface (signed distances or point tests).
     pub evaluations: u64,

@@ -1,6 +1,6 @@
-//! The crate's error type: what was given, what is allowed.
+//! Errors: the given value and the allowed values.
 
-/// Bad input, found before any work starts.
+/// Invalid input, detected before any work.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RevolveError {
@@ -12,14 +12,14 @@ pub enum RevolveError {
         /// Points needed.
         least: usize,
     },
-    /// A count is below the least that makes sense.
+    /// A count is below its minimum.
     #[error("{what}: {given} given, at least {least} needed")]
     TooFew {
-        /// Of what.
+        /// The counted quantity.
         what: &'static str,
-        /// How many were given.
+        /// Number given.
         given: usize,
-        /// How many are needed.
+        /// Smallest number allowed.
         least: usize,
     },
     /// A direction of length zero.
@@ -61,7 +61,7 @@ pub enum RevolveError {
         /// Distance allowed.
         tolerance: f64,
     },
-    /// A tolerance asks for more pieces than can be held.
+    /// A tolerance needs more pieces than can be stored.
     #[error("tolerance {tolerance:?} needs more than {most} pieces")]
     TooFine {
         /// The tolerance given.
@@ -75,31 +75,31 @@ pub enum RevolveError {
         /// The volume found.
         volume: f64,
     },
-    /// A number that must be finite is not.
+    /// A number is not finite.
     #[error("{what} must be finite, got {given:?}")]
     NotFinite {
-        /// Which number.
+        /// The quantity.
         what: &'static str,
         /// The value given.
         given: f64,
     },
-    /// A number that must be positive is not.
+    /// A number is not positive.
     #[error("{what} must be positive, got {given:?}")]
     NotPositive {
-        /// Which number.
+        /// The quantity.
         what: &'static str,
         /// The value given.
         given: f64,
     },
-    /// A number that must not be negative is.
+    /// A number is negative.
     #[error("{what} must not be negative, got {given:?}")]
     Negative {
-        /// Which number.
+        /// The quantity.
         what: &'static str,
         /// The value given.
         given: f64,
     },
-    /// A wedge of more than a turn.
+    /// A wedge of more than a full turn.
     #[error("a wedge opens {given:?} radians, at most {most:?}")]
     TooWide {
         /// The opening given.
@@ -107,20 +107,20 @@ pub enum RevolveError {
         /// A full turn.
         most: f64,
     },
-    /// More samples than can be addressed, or than the system will give memory for.
+    /// More samples than can be addressed or allocated.
     #[error("{samples:e} {what} do not fit into memory")]
     TooLarge {
-        /// Of what.
+        /// The counted quantity.
         what: &'static str,
-        /// How many.
+        /// Their number.
         samples: f64,
     },
-    /// A layer that the body does not have.
+    /// The body does not have the layer.
     #[error("there is no layer {given}: the body has {layers}, counted from 0")]
     NoSuchLayer {
-        /// The layer asked for.
+        /// The layer given.
         given: usize,
-        /// How many there are.
+        /// Number of layers.
         layers: usize,
     },
     /// A list has the wrong length.
@@ -133,24 +133,24 @@ pub enum RevolveError {
         /// The length given.
         given: usize,
     },
-    /// Two curves that bound no wall: lines between their points of equal parameter cross, or a radius is negative.
+    /// Two curves do not bound a wall: lines between points of equal parameter cross, or a radius is negative.
     #[error("no wall at s = {s:?}: radius {r:?}, area for each unit of s and t {jacobian:?}")]
     Folded {
-        /// Where.
+        /// The parameter.
         s: f64,
-        /// Radius of the worse end of the line.
+        /// Radius at the worse end of the line.
         r: f64,
-        /// Signed area for each unit of s and of the way from the inner to the outer curve.
+        /// Signed area per unit of s and per unit of the way from the inner to the outer curve.
         jacobian: f64,
     },
-    /// An inner layer reaches outside the layer around it.
+    /// An inner layer extends outside the layer around it.
     #[error(
         "layer {layer} reaches {depth:?} outside the layer around it at (x, r) = ({x:?}, {r:?})"
     )]
     NotNested {
         /// Index of the inner layer.
         layer: usize,
-        /// How far outside.
+        /// Largest distance outside.
         depth: f64,
         /// Axial coordinate of the worst point.
         x: f64,
@@ -194,7 +194,7 @@ pub(crate) fn length(
     }
 }
 
-/// `Ok` if there are at least so many.
+/// `Ok` if the count is at least the minimum.
 pub(crate) fn at_least(what: &'static str, given: usize, least: usize) -> Result<(), RevolveError> {
     if given >= least {
         Ok(())
@@ -203,14 +203,14 @@ pub(crate) fn at_least(what: &'static str, given: usize, least: usize) -> Result
     }
 }
 
-/// The product of some counts, each positive, if that many samples with scratch can be addressed.
+/// Returns the product of positive counts if that many samples with scratch memory can be addressed.
 pub(crate) fn countable(what: &'static str, counts: &[usize]) -> Result<(), RevolveError> {
     let mut samples = 1.0;
     for &n in counts {
         at_least(what, n, 1)?;
         samples *= n as f64;
     }
-    // Half the address space, as for any Rust allocation, and 32 bytes a sample.
+    // Half the address space (limit of Rust allocations) and 32 bytes per sample.
     if samples <= isize::MAX as f64 / 32.0 {
         Ok(())
     } else {
@@ -218,7 +218,7 @@ pub(crate) fn countable(what: &'static str, counts: &[usize]) -> Result<(), Revo
     }
 }
 
-/// An empty list with room for `len`, or the error that says that there is none.
+/// Returns an empty list with capacity `len`, or the error of the allocation.
 pub(crate) fn room<T>(what: &'static str, len: usize) -> Result<Vec<T>, RevolveError> {
     let mut room: Vec<T> = Vec::new();
     if room.try_reserve_exact(len).is_err() {
@@ -228,12 +228,12 @@ pub(crate) fn room<T>(what: &'static str, len: usize) -> Result<Vec<T>, RevolveE
     Ok(room)
 }
 
-/// `len` zeros, or the error that says that there is no room for them.
+/// Returns `len` zeros, or the error of the allocation.
 pub(crate) fn zeros<T: Copy + Default>(
     what: &'static str,
     len: usize,
 ) -> Result<Vec<T>, RevolveError> {
-    // Asked for first: `vec!` ends the process if it is refused, and alone does not touch the memory.
+    // Reserves first, because `vec!` aborts the process on failure; `vec!` alone does not touch the memory.
     drop(room::<T>(what, len)?);
     Ok(vec![T::default(); len])
 }

@@ -3,39 +3,38 @@
 #![doc = include_str!("../README.md")]
 //!
 //! # Equations
-//! A meridian r(x) >= 0 (cm, x along the axis from base to apex) turned about the axis bounds a solid. Of a line with unit
+//! Rotation of a meridian r(x) >= 0 (cm, x along the axis from base to apex) about the axis makes a solid. For a line with unit
 //! direction d the distance R from the axis and the axial coordinate x are
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
-//! in coordinates (w, q) of its own: on a cone `r = r0 + m (x - x0)` each crossing is the root of a quadratic in t. The chord
-//! (cm) is the signed sum, over stretches of the meridian with concave r, of the line's length in the convex solid under each.
-//! V is the volume (cm^3), S the surface (cm^2). A voxel's coverage is the fraction of
-//! its volume inside the solid.
+//! in the coordinates (w, q) of the line: each crossing of a cone `r = r0 + m (x - x0)` is the root of a quadratic in t. The chord
+//! (cm) is the signed sum of the lengths of the line in the convex solids under the parts of the meridian with concave r. V is the
+//! volume (cm^3), S the surface (cm^2). The coverage of a voxel is the fraction of its volume inside the solid.
 //!
 //! # Conventions
-//! Centimetres and radians. Body frame: x along the axis; lab frame: [`Pose`]. Bin, row and voxel k of n have their centres at
-//! `(k - (n-1)/2) * pitch + offset`. Images are indexed `[row][bin]`, volumes `[z][y][x]`, the last fastest. Results are the
-//! same, bit for bit, for any number of threads. Batch calls return counters of what they did and skipped.
+//! Centimetres and radians. Body frame: x along the axis; lab frame: [`Pose`]. The centre of bin, row or voxel k of n is at
+//! `(k - (n-1)/2) * pitch + offset`. Images are indexed `[row][bin]`, volumes `[z][y][x]`, the last index is the fastest. Results are
+//! bitwise independent of the number of threads. Batch calls return counters of performed and skipped work.
 //!
-//! A ray along the surface counts as one just beside it, for any pose and view: along a plane face (a base, a step) as one
-//! further up the axis, so that a ray in the plane of the base sees the base and one in that of a face at the other end
-//! nothing; along a cone or a cylinder as one farther from the axis; along a side of a [`Sector`] as one at a larger azimuth.
-//! Along the surface is what is so to 1e-14 of the sizes of body, pose and rays.
+//! A ray along the surface is the limit of rays beside it, for any pose and view: along a plane face (a base, a step) the limit
+//! from further up the axis, so that a ray in the plane of the base passes the base and one in the face at the other end passes
+//! outside; along a cone or a cylinder the limit from larger radii; along a side of a [`Sector`] the limit from larger azimuths. A
+//! ray is along the surface if it is to within 1e-14 of the sizes of body, pose and rays.
 //!
 #![doc = include_str!("../img/pose.svg")]
 //!
 //! # Accuracy
-//! Chords, distances and measures of a polyline are right to rounding (1e-12 where the chord is well-conditioned; a grazing
-//! chord is the root of a difference and has half the digits). A smooth meridian is a polyline within the tolerance that was
-//! asked for. A voxel that one gentle patch of surface crosses has its coverage from a plane and what the surface differs
-//! from it, with an estimate of the error; any other, and any at a fine tolerance, from the exact areas of its sections
-//! across the axis, integrated between the places where they are not smooth: some five times the work for three more digits.
-//! Voxels may be of any shape. One more than twice as long as wide is halved where the surface is near, down to a 128th of the
-//! solid: all of a grid costs what cubes of its voxels' shortest side would, and a look more for each time an edge is halved.
+//! Chords, distances and measures of a polyline are accurate to rounding (1e-12 for well-conditioned chords; a grazing chord is the
+//! square root of a difference and has half the digits). A smooth meridian is a polyline within the given tolerance. The coverage
+//! of a voxel crossed by one nearly flat part of the surface is computed from a plane and a correction, with an error estimate.
+//! Other voxels, and all voxels at a fine tolerance, use exact areas of cross-sections, integrated between their singular points:
+//! about five times the cost for three more digits. Voxels may have any shape. A voxel more than twice as long as wide is bisected
+//! near the surface, down to a 128th of the solid: a grid costs as much as cubes with the shortest side of its voxels, plus one
+//! test per bisection.
 //!
-//! # What it is not
-//! No scattering or noise; no attenuation but by uniform media; no solids but those of revolution; no files but meshes.
+//! # Limits
+//! No scattering, no noise, attenuation by uniform media only, solids of revolution only, no files except meshes.
 //!
 //! # References
 //! Plane through a box: Scardovelli and Zaleski, J. Comput. Phys. 164 (2000) 228, <https://doi.org/10.1006/jcph.2000.6567>.

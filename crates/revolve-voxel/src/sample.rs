@@ -8,9 +8,9 @@ mod sealed {
 
 /// A stored sample, `f32` or `f64`; geometry is always computed in `f64` and rounded once.
 pub trait Sample: Copy + Default + Send + Sync + std::ops::AddAssign + sealed::Sealed {
-    /// The nearest stored value.
+    /// Returns the nearest stored value.
     fn from_f64(value: f64) -> Self;
-    /// The stored value as `f64`.
+    /// Returns the stored value as `f64`.
     fn to_f64(self) -> f64;
 }
 

@@ -35,7 +35,7 @@ const MOST_TRIES: usize = 100;
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
-    /// Locked as long as it is open.
+    /// Locked while it is open.
     _lock: File,
 }
 

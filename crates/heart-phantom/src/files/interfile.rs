@@ -1,10 +1,10 @@
 //! Interfile: a text header of `key := value` lines beside the samples, as STIR and as SIMIND write it.
 //!
-//! What is relied upon, each read in the place named:
+//! Sources:
 //!
 //! - STIR images: keys, and `first pixel offset (mm)` as the centre of the first voxel: `src/IO/interfile.cxx`,
 //!   `write_basic_interfile_image_header` and `create_image_and_header_from` (<https://github.com/UCL/STIR>, 9a59610).
-//! - STIR's axes for a patient head in, supine are left, posterior, inferior: z is turned round on the way to LPS,
+//! - The axes of STIR for a patient head in, supine are left, posterior, inferior; z is inverted in the conversion to LPS,
 //!   `DiscretisedDensity::swap_axes_based_on_orientation`. So the slices go from head to feet, and z = -z of the lab.
 //! - STIR projections: keys, `extent of rotation` as views times step, CCW as growing angles: `InterfilePDFSHeaderSPECT.cxx`,
 //!   `write_basic_interfile_PDFS_header`. At angle phi the bins lie along (cos phi, sin phi), the detector's face on
@@ -33,7 +33,7 @@ use crate::files::{Projections, Radius, Samples, Volume, write_atomically};
 use crate::text::short;
 use std::path::Path;
 
-/// What the name of SIMIND's file of radii ends in.
+/// Extension of the file of radii of SIMIND.
 pub(crate) const ORBIT_EXTENSION: &str = "cor";
 
 pub(super) fn write_volume_stir(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
@@ -78,7 +78,7 @@ pub(super) fn write_volume_stir(path: &Path, volume: &Volume) -> Result<(), Phan
     })
 }
 
-/// Interfile 3.3 has no key for a place: readers centre the array, so the grid has to be centred.
+/// Interfile 3.3 has no key for a position: readers centre the array, so the grid must be centred.
 pub(super) fn write_volume_simind(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "a00");
     let shape = volume.grid().shape();
@@ -155,7 +155,7 @@ pub(super) fn write_projections_stir(
          number of detector heads := 1\n\
          {acquired}"
     );
-    // Rows from head to feet, as the slices.
+    // Rows from head to feet, like the slices.
     let [_, rows, bins] = projections.shape();
     write_with_header(path, header.as_bytes(), &data, |out| {
         projections.samples().write_reversed(bins, rows, out)
@@ -209,10 +209,10 @@ pub(super) fn write_projections_simind(
     })
 }
 
-/// The gates of one file, or none.
+/// The gates in one file, if any.
 struct Gates {
     kind: &'static str,
-    /// The line that the study begins with, and what gates have besides.
+    /// The first line of a study, and the keys of gates.
     study: String,
 }
 
@@ -239,7 +239,7 @@ impl Gates {
     }
 }
 
-/// What SIMIND's headers begin with; the version is that whose units they are in.
+/// The first lines of SIMIND headers; the version defines the units.
 fn simind_head(data: &str, images: usize, gates: &Gates) -> String {
     let kind = gates.kind;
     format!(
@@ -261,7 +261,7 @@ fn simind_head(data: &str, images: usize, gates: &Gates) -> String {
     )
 }
 
-/// The keys of projections that both flavours share, from the number of views to the end.
+/// The keys of projections of both kinds, from the number of views to the end.
 fn acquired(projections: &Projections, turn: &Turn, orbit: &str) -> String {
     let [views, rows, bins] = projections.shape();
     let [pitch_bin, pitch_row] = projections.detector().pitch().map(millimetres);
@@ -292,7 +292,7 @@ fn circular(radius: f64) -> String {
     format!("orbit := circular\nRadius := {}\n", millimetres(radius))
 }
 
-/// A comment, for Interfile has no such key: expected counts of a sample of 1, one number if all views have the same.
+/// A comment, because Interfile has no such key: expected counts of a sample of 1, one number if equal in all views.
 fn counts(each: Option<&[f64]>) -> String {
     let Some(counts) = each else {
         return String::new();

@@ -1,4 +1,4 @@
-//! Surfaces: STL and PLY in millimetres, axes as the lab's.
+//! Surfaces: STL and PLY in millimetres along the axes of the lab.
 
 use super::names::check_extension;
 use crate::error::PhantomError;
@@ -6,7 +6,7 @@ use crate::files::write_atomically;
 use revolve_voxel::Mesh;
 use std::path::Path;
 
-/// Writes a surface as binary STL in millimetres, which its header says.
+/// Writes a surface as binary STL in millimetres; the header states the unit.
 ///
 /// # Errors
 /// [`PhantomError::Extension`] unless the path ends in `.stl`; [`PhantomError::File`].
@@ -21,7 +21,7 @@ pub fn write_stl(path: &Path, mesh: &Mesh) -> Result<(), PhantomError> {
     })
 }
 
-/// Writes a surface with its normals as binary PLY in millimetres; PLY itself names no unit.
+/// Writes a surface with normals as binary PLY in millimetres; PLY has no field for the unit.
 ///
 /// # Errors
 /// [`PhantomError::Extension`] unless the path ends in `.ply`; [`PhantomError::File`].
@@ -31,7 +31,7 @@ pub fn write_ply(path: &Path, mesh: &Mesh) -> Result<(), PhantomError> {
     write_atomically(path, |out| mesh.write_ply(out))
 }
 
-/// Bytes of a surface as STL: a header, and 50 of each triangle.
+/// Bytes of a surface as STL: a header, and 50 per triangle.
 pub(crate) fn stl_bytes(mesh: &Mesh) -> u64 {
     84 + 50 * mesh.triangles.len() as u64
 }

@@ -1,7 +1,7 @@
 //! MetaImage: a text header, then the samples, in one file or two.
 //!
-//! Keys as in <https://itk.org/Wiki/ITK/MetaIO/Documentation>. The world of ITK is LPS, as the lab, so that the matrix is the
-//! identity; MetaImage's word for it, `RAI`, names where the axes come from. Gates are the channels of a voxel, one after the other.
+//! Keys as in <https://itk.org/Wiki/ITK/MetaIO/Documentation>. The world frame of ITK is LPS, as the lab, so the matrix is the
+//! identity; MetaImage calls this `RAI`, by the origins of the axes. Gates are channels of a voxel.
 
 use super::names::data_beside;
 use super::volume::Axis;

@@ -70,9 +70,9 @@ mod samples;
 mod turn;
 mod volume;
 
-/// The name of a run's report, which lists its files.
+/// The name of the report of a run, which lists its files.
 pub const REPORT: &str = "report.json";
-/// Who writes it, as it says itself: the program and its version.
+/// The program and its version, as recorded in the report.
 pub const PROGRAM: &str = concat!("heart-phantom ", env!("CARGO_PKG_VERSION"));
 
 pub use atomic::{HeldWrites, create_writable_folder, remove_unfinished, write_atomically};

@@ -1,15 +1,15 @@
-//! Names of files, and lengths as headers have them.
+//! File names, and lengths in headers.
 
 use crate::error::PhantomError;
 use crate::text::short;
 use std::path::Path;
 
-/// Headers are read by people too: no digits that only rounding has put there.
+/// Rounded for readability of headers.
 pub(super) fn millimetres(cm: f64) -> f64 {
     short(10.0 * cm)
 }
 
-/// The path must end in `.extension` after a name that a line of a header can hold.
+/// Checks that the path ends in `.extension` after a name that fits on a header line.
 pub(super) fn check_extension(path: &Path, extension: &'static str) -> Result<(), PhantomError> {
     let fits = path
         .file_name()
@@ -26,10 +26,10 @@ pub(super) fn check_extension(path: &Path, extension: &'static str) -> Result<()
     }
 }
 
-/// The path of the data beside a header and its bare name, for the header to name it.
+/// Returns the path of the data file of a header, and its name for the header.
 pub(super) fn data_beside(header: &Path, extension: &str) -> (std::path::PathBuf, String) {
     let data = header.with_extension(extension);
-    // `check_extension` has seen that the name is Unicode.
+    // `check_extension` verified that the name is Unicode.
     let name = data
         .file_name()
         .map(|name| name.to_string_lossy().into_owned());

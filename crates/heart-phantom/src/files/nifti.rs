@@ -1,11 +1,11 @@
 //! NIfTI-1 in one file.
 //!
-//! The header is 348 bytes of fixed places, <https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h>. Written here rather
-//! than by a crate: the one there is for Rust brings arrays of its own and leaves qform and sform to the caller.
+//! The header has 348 bytes, <https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h>. It is written here because the existing
+//! Rust crate requires its own arrays and leaves qform and sform to the caller.
 //!
-//! NIfTI's world is right, anterior, superior; the lab is left, posterior, superior. So world = (-x, -y, z): half a turn about
-//! z, quaternion (0, 0, 0, 1), no reflection (qfac = 1). Both forms say so, with code 1 (scanner anatomical). Gates are the fourth
-//! axis, in seconds.
+//! The world frame of NIfTI is right, anterior, superior; the lab is left, posterior, superior. So world = (-x, -y, z): half a turn
+//! about z, quaternion (0, 0, 0, 1), no reflection (qfac = 1). Both qform and sform contain it, with code 1 (scanner anatomical).
+//! Gates are the fourth axis, in seconds.
 
 use super::volume::Axis;
 use crate::error::{PhantomError, check, check_count};
@@ -56,7 +56,7 @@ fn put(out: &mut dyn Write, header: &Header, volume: &Volume) -> io::Result<()> 
     }
 }
 
-/// A header and the four bytes that say that no extension follows.
+/// A header and four zero bytes (no extension).
 type Header = [u8; 352];
 
 fn header(volume: &Volume) -> Result<Header, PhantomError> {

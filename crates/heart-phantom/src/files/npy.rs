@@ -5,7 +5,7 @@ use crate::files::{Projections, Samples, Volume, write_atomically};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// The most axes that NumPy's arrays have.
+/// Largest number of axes of NumPy arrays.
 const MOST_AXES: usize = 64;
 
 /// Writes `values` as a NumPy `.npy` file of little-endian `f32` in C order.
@@ -13,8 +13,8 @@ const MOST_AXES: usize = 64;
 /// `shape` lists the axes from slowest to fastest; the product of its entries is `values.len()`.
 ///
 /// # Errors
-/// [`PhantomError::WrongLength`] if `shape` and `values` disagree; [`PhantomError::Count`] if there are more than
-/// 64 axes, the most that NumPy has; [`PhantomError::File`] if the file cannot be written.
+/// [`PhantomError::WrongLength`] if `shape` and `values` disagree; [`PhantomError::Count`] for more than 64 axes, the limit of
+/// NumPy; [`PhantomError::File`] if the file cannot be written.
 pub fn write_npy(path: &Path, shape: &[usize], values: &[f32]) -> Result<(), PhantomError> {
     check_count("axes of an npy array", shape.len(), [0, MOST_AXES])?;
     let expected = shape.iter().fold(1, |n: usize, &k| n.saturating_mul(k));
@@ -22,8 +22,8 @@ pub fn write_npy(path: &Path, shape: &[usize], values: &[f32]) -> Result<(), Pha
     write_samples(path, shape, values.into())
 }
 
-/// Writes an array as a NumPy `.npy` file into anything that takes bytes, an archive for example: little-endian, in C order. `shape` lists
-/// the axes from slowest to fastest.
+/// Writes an array as a NumPy `.npy` file to any writer, for example an archive: little-endian, C order. `shape` lists the axes
+/// from slowest to fastest.
 ///
 /// ```
 /// use heart_phantom::files::{Samples, put_npy};
@@ -34,7 +34,7 @@ pub fn write_npy(path: &Path, shape: &[usize], values: &[f32]) -> Result<(), Pha
 /// ```
 ///
 /// # Errors
-/// That of `out`; [`io::ErrorKind::InvalidInput`] for more than 64 axes, or if `shape` and `samples` disagree.
+/// Errors of `out`; [`io::ErrorKind::InvalidInput`] for more than 64 axes, or if `shape` and `samples` disagree.
 pub fn put_npy(out: &mut dyn Write, shape: &[usize], samples: Samples) -> io::Result<()> {
     let expected = shape.iter().fold(1, |n: usize, &k| n.saturating_mul(k));
     if shape.len() > MOST_AXES || samples.len() != expected {
@@ -72,9 +72,9 @@ pub(super) fn put_samples(
     samples.write(out)
 }
 
-/// What stands before the values of an array in C order, in version 1.0 of NumPy's format
-/// (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>): ten bytes (magic, version, length of what follows),
-/// then the type and the shape as a Python dictionary, filled up with spaces and ended as a line at a multiple of 64 bytes.
+/// Returns the header of an array in C order, version 1.0 of the NumPy format
+/// (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>): ten bytes (magic, version, length of the rest), then
+/// type and shape as a Python dictionary, padded with spaces and a line end to a multiple of 64 bytes.
 pub(super) fn put_header(out: &mut dyn Write, kind: &str, shape: &[usize]) -> io::Result<()> {
     let axes = match shape {
         [only] => format!("{only},"), // else Python reads a number in brackets

@@ -51,8 +51,8 @@ pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomEr
     }
 }
 
-/// Axes bin, row, view. The third counts the views, as they need not be evenly spaced: the angles are a key of their own.
-/// It is of kind `domain`, not `list`: ITK would make the views the components of its pixels.
+/// Axes bin, row, view. Views need not be evenly spaced, so the angles are a separate key. The axis is of kind `domain`, not
+/// `list`: ITK would read views of kind `list` as components of pixels.
 pub(super) fn write_projections(
     path: &Path,
     projections: &Projections,

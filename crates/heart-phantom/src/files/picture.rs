@@ -1,4 +1,4 @@
-//! Sections of a volume as grey pictures: PNG, and a GIF of the beat.
+//! Sections of a volume as grey images: PNG, and a GIF of the cycle.
 
 use super::names::check_extension;
 use crate::error::{PhantomError, check, check_count};
@@ -7,24 +7,23 @@ use png::{BitDepth, ColorType, Compression, Encoder, EncodingError};
 use std::io;
 use std::path::Path;
 
-/// A section through the voxels of one index, laid out as radiologists do: the patient's left on
-/// the right of the picture, the head or the front on top.
+/// A section through the voxels of one index in radiological orientation: the patient's left on the right of the image, head or
+/// front on top.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Section {
-    /// One z: x to the right, y downwards.
+    /// Axial: x to the right, y downwards.
     Axial(usize),
-    /// One y: x to the right, z upwards.
+    /// Coronal: x to the right, z upwards.
     Coronal(usize),
-    /// One x: y to the right, z upwards.
+    /// Sagittal: y to the right, z upwards.
     Sagittal(usize),
 }
 
-/// Writes one section as an 8-bit grey PNG, one pixel a voxel: `grey[0]` black, `grey[1]` white,
-/// linear between, clamped.
+/// Writes one section as an 8-bit grey PNG, one pixel per voxel: `grey[0]` black, `grey[1]` white, linear between, clamped.
 ///
 /// # Errors
-/// [`PhantomError::Extension`] unless the path ends in `.png`; [`PhantomError::Count`] if there is
-/// no such section; [`PhantomError::OutOfRange`] if the grey range is empty; [`PhantomError::File`].
+/// [`PhantomError::Extension`] unless the path ends in `.png`; [`PhantomError::Count`] for an index beyond the volume;
+/// [`PhantomError::OutOfRange`] if the grey range is empty; [`PhantomError::File`].
 pub fn write_png(
     path: &Path,
     volume: &Volume,
@@ -38,8 +37,8 @@ pub fn write_png(
     write_atomically(path, |out| out.write_all(&png))
 }
 
-/// Returns a PNG file of `[width, height]` pixels of 8 bits a channel, rows from the top: grey if there is one sample a pixel, RGB if there
-/// are three.
+/// Returns a PNG file of `[width, height]` pixels of 8 bits per channel, rows from the top: grey with one sample per pixel, RGB
+/// with three.
 ///
 /// # Errors
 /// [`PhantomError::WrongLength`] for another number of samples, [`PhantomError::File`] if the encoder fails, as for a size of 0.
@@ -74,8 +73,8 @@ pub fn png_bytes(size: [u32; 2], samples: &[u8]) -> Result<Vec<u8>, PhantomError
     })
 }
 
-/// Writes the same section of several volumes as an animated GIF that starts over at its end, each
-/// frame shown for `seconds` (GIF counts in hundredths). Greys as in [`write_png`], exactly.
+/// Writes the same section of several volumes as a looping GIF, each frame shown for `seconds` (rounded to hundredths by GIF). Grey
+/// values as in [`write_png`].
 ///
 /// # Errors
 /// As [`write_png`] with `.gif`; [`PhantomError::Count`] if there are no frames, and
@@ -89,7 +88,7 @@ pub fn write_gif(
 ) -> Result<(), PhantomError> {
     check_extension(path, "gif")?;
     check_count("frames", frames.len(), [1, usize::MAX])?;
-    check("seconds a frame", seconds, [0.01, 655.35])?;
+    check("seconds per frame", seconds, [0.01, 655.35])?;
     let pictures: Vec<Picture> = frames
         .iter()
         .map(|frame| Picture::new(frame, section, grey))

@@ -10,7 +10,7 @@ use std::path::{Component, Path, PathBuf};
 
 /// Longest report that is read, in bytes.
 const MOST_BYTES: u64 = 1 << 30;
-/// Extensions of surfaces, pictures, pages and orbits, which are no formats of volumes.
+/// Extensions of surfaces, images, pages and orbits, which are not formats of volumes.
 const OTHER_EXTENSIONS: [&str; 6] = ["stl", "png", "gif", "svg", "html", ORBIT_EXTENSION];
 
 /// The part of a report that is read.

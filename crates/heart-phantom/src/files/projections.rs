@@ -5,12 +5,12 @@ use crate::files::Samples;
 use crate::files::samples::gates_of;
 use revolve_voxel::ParallelDetector;
 
-/// Distance of the detector's face from the axis of turning, in cm.
+/// Distance of the detector face from the axis of rotation, in cm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Radius<'a> {
     /// The same in all views.
     Circular(f64),
-    /// That of each view.
+    /// One per view.
     PerView(&'a [f64]),
 }
 
@@ -27,7 +27,7 @@ impl<'a> From<&'a [f64]> for Radius<'a> {
 }
 
 impl Radius<'_> {
-    /// One number, or one for each view.
+    /// Returns one number, or one per view.
     pub fn as_slice(&self) -> &[f64] {
         match self {
             Self::Circular(radius) => std::slice::from_ref(radius),
@@ -75,7 +75,7 @@ pub struct BeatCounts {
     pub rejects: bool,
 }
 
-/// The images of a turning camera, index order `[view][row][bin]`, with where they were taken from. Of the gates of a beat
+/// Projections of a rotating camera, index order `[view][row][bin]`, with their geometry. Gates of a cycle are
 /// `[gate][view][row][bin]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projections<'a> {
@@ -91,16 +91,16 @@ pub struct Projections<'a> {
 }
 
 impl<'a> Projections<'a> {
-    /// Images from the detector that took them, the angle of each view in radians, and the distance
-    /// in cm of the detector's face from the axis of turning: a number, or a slice with one for each view.
+    /// Projections with their detector, the angle of each view in radians, and the distance in cm of the detector face from the
+    /// axis of rotation: one number, or one per view.
     ///
-    /// A parallel beam has the same line integrals at any distance; Interfile asks for it, as the
-    /// blur of a real collimator grows with it.
+    /// Line integrals of a parallel beam do not depend on the distance; Interfile requires it, because the resolution of a
+    /// collimator does.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there are no views; [`PhantomError::WrongLength`] if there is not one
-    /// sample for each view, row and bin, or one radius for each view; [`PhantomError::OutOfRange`] if an angle or a sample is
-    /// not finite, the radius is not positive, or a length in millimetres does not fit into 32 bits.
+    /// [`PhantomError::Count`] if there are no views; [`PhantomError::WrongLength`] unless there is one sample per view, row and
+    /// bin, and one radius or one per view; [`PhantomError::OutOfRange`] if an angle or a sample is not finite, a radius is not
+    /// positive, or a length in millimetres does not fit into 32 bits.
     pub fn new(
         detector: ParallelDetector,
         angles: &'a [f64],
@@ -112,7 +112,7 @@ impl<'a> Projections<'a> {
         let shape = [angles.len(), detector.n_rows(), detector.n_bins()];
         samples.check("samples of projections", &shape)?;
         for &angle in angles {
-            // Beyond this an f64 angle is no longer known to 1e-9 radians.
+            // Beyond this an f64 angle is not accurate to 1e-9 radians.
             check("view angle", angle, [-1e6, 1e6])?;
         }
         let (least, most) = (f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX) / 10.0);
@@ -139,12 +139,12 @@ impl<'a> Projections<'a> {
         })
     }
 
-    /// The images of the gates of a beat, `[gate][view][row][bin]`, all from the same angles, `seconds` from one gate to the next: one
-    /// file for all of them.
+    /// Projections of all gates of a cycle for one file, `[gate][view][row][bin]`, all at the same angles, `seconds` from one gate
+    /// to the next.
     ///
     /// # Errors
-    /// As [`Projections::new`], with a number of samples that is no multiple of that of a gate; [`PhantomError::OutOfRange`] if `seconds`
-    /// is not positive.
+    /// As [`Projections::new`], if the number of samples is not a multiple of that of a gate; [`PhantomError::OutOfRange`] if
+    /// `seconds` is not positive.
     pub fn of_gates(
         detector: ParallelDetector,
         angles: &'a [f64],
@@ -164,7 +164,7 @@ impl<'a> Projections<'a> {
         })
     }
 
-    /// The same with the seconds that each view, or the gate of one, sees; 0 if that is not told.
+    /// Sets the acquisition time of each view in seconds; 0 if unknown.
     ///
     /// # Errors
     /// [`PhantomError::OutOfRange`] if they are negative or not finite.
@@ -173,10 +173,10 @@ impl<'a> Projections<'a> {
         Ok(self)
     }
 
-    /// The same with how they were acquired.
+    /// Sets the acquisition.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] for no head; [`PhantomError::WrongLength`] unless all heads have as many views.
+    /// [`PhantomError::Count`] without a head; [`PhantomError::WrongLength`] unless all heads have the same number of views.
     pub fn with_acquisition(mut self, info: AcquisitionInfo) -> Result<Self, PhantomError> {
         check_count("heads", info.heads, [1, self.angles.len()])?;
         let whole = self.angles.len().next_multiple_of(info.heads);
@@ -185,21 +185,22 @@ impl<'a> Projections<'a> {
         Ok(self)
     }
 
-    /// How they were acquired.
+    /// Returns the acquisition.
     pub fn acquisition(&self) -> &AcquisitionInfo {
         &self.info
     }
 
-    /// The same as part of a study, see [`Volume::with_study`](crate::files::Volume::with_study).
+    /// Sets the name of the study, see [`Volume::with_study`](crate::files::Volume::with_study).
     pub fn with_study(mut self, name: &'a str) -> Self {
         self.study = Some(name);
         self
     }
 
-    /// The same with the expected counts of a sample of 1 in each view, `[view]` or `[gate][view]`, which headers then tell.
+    /// Sets the expected counts of a sample of 1 in each view, `[view]` or `[gate][view]`, for headers.
     ///
     /// # Errors
-    /// [`PhantomError::WrongLength`] unless there is one for each view of each gate; [`PhantomError::OutOfRange`] if one is not finite and positive.
+    /// [`PhantomError::WrongLength`] unless there is one per view of each gate; [`PhantomError::OutOfRange`] if one is not finite
+    /// and positive.
     pub fn with_counts_per_unit(mut self, counts: &'a [f64]) -> Result<Self, PhantomError> {
         let what = "counts of a sample of 1";
         check_length(what, counts.len(), self.n_gates() * self.angles.len())?;
@@ -210,58 +211,58 @@ impl<'a> Projections<'a> {
         Ok(self)
     }
 
-    /// Expected counts of a sample of 1 in each view, if they are known.
+    /// Returns the expected counts of a sample of 1 in each view, if known.
     pub fn counts_per_unit(&self) -> Option<&'a [f64]> {
         self.counts
     }
 
-    /// The detector.
+    /// Returns the detector.
     pub fn detector(&self) -> &ParallelDetector {
         &self.detector
     }
 
-    /// The angle of each view in radians.
+    /// Returns the angle of each view in radians.
     pub fn angles(&self) -> &'a [f64] {
         self.angles
     }
 
-    /// Distance of the detector's face from the axis of turning in cm.
+    /// Returns the distance of the detector face from the axis of rotation in cm.
     pub fn radius(&self) -> Radius<'a> {
         self.radius
     }
 
-    /// Seconds that each view sees, 0 if that is not told.
+    /// Returns the acquisition time of each view in seconds; 0 if unknown.
     pub fn seconds(&self) -> f64 {
         self.seconds
     }
 
-    /// Seconds from one gate to the next, of images of gates.
+    /// Returns the seconds from one gate to the next, for gated projections.
     pub fn seconds_per_gate(&self) -> Option<f64> {
         self.seconds_per_gate
     }
 
-    /// Number of gates, or 1.
+    /// Returns the number of gates, or 1.
     pub fn n_gates(&self) -> usize {
         self.samples.len() / self.shape().iter().product::<usize>().max(1)
     }
 
-    /// The name of the study.
+    /// Returns the name of the study.
     pub fn study(&self) -> Option<&'a str> {
         self.study
     }
 
-    /// The samples, `[view][row][bin]` or `[gate][view][row][bin]`.
+    /// Returns the samples, `[view][row][bin]` or `[gate][view][row][bin]`.
     pub fn samples(&self) -> Samples<'a> {
         self.samples
     }
 
-    /// Their axes from slowest to fastest.
+    /// Returns the lengths of the axes from slowest to fastest.
     pub(super) fn axes(&self) -> Vec<usize> {
         let gates = self.seconds_per_gate.map(|_| self.n_gates());
         gates.into_iter().chain(self.shape()).collect()
     }
 
-    /// `[views, rows, bins]` of a gate.
+    /// Returns `[views, rows, bins]` of a gate.
     pub(super) fn shape(&self) -> [usize; 3] {
         [
             self.angles.len(),
@@ -270,7 +271,7 @@ impl<'a> Projections<'a> {
         ]
     }
 
-    /// Centre of the first bin and of the first row in cm.
+    /// Returns the centres of the first bin and the first row in cm.
     pub(super) fn first(&self) -> [f64; 2] {
         let [_, rows, bins] = self.shape();
         let first = |n: usize, a: usize| {

@@ -1,4 +1,4 @@
-//! Raw little-endian samples with a JSON header beside them: centimetres and radians, as inside.
+//! Raw little-endian samples with a JSON header file, in centimetres and radians.
 
 use super::names::data_beside;
 use crate::error::PhantomError;
@@ -44,7 +44,7 @@ pub(super) fn write_projections(
     write(path, header, projections.samples())
 }
 
-/// What gates have besides: another axis, and the time along it.
+/// Fields of gates: another axis, and the time along it.
 fn of_gates(header: &mut Value, seconds: Option<f64>) {
     let Some(seconds) = seconds else {
         return;

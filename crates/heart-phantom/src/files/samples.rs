@@ -1,10 +1,10 @@
-//! The numbers of a volume or a stack, and their bytes.
+//! Samples of volumes and projections, and their bytes.
 
 use crate::error::{PhantomError, check, check_length};
 use std::io::{self, Write};
 use std::ops::Range;
 
-/// Bytes that go to a file at once: few calls, and still in the cache when the system copies them.
+/// Bytes per write: few calls, and within the cache.
 pub(super) const PIECE: usize = 1 << 16;
 
 /// Samples to be written, borrowed.
@@ -19,7 +19,7 @@ pub enum Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
-    /// The first `n` samples, or all if there are fewer.
+    /// Returns the first `n` samples, or all if there are fewer.
     pub(super) fn first(self, n: usize) -> Self {
         match self {
             Self::F32(values) => Self::F32(&values[..n.min(values.len())]),
@@ -28,7 +28,7 @@ impl<'a> Samples<'a> {
         }
     }
 
-    /// Number of samples.
+    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         match self {
             Self::F32(values) => values.len(),
@@ -37,12 +37,12 @@ impl<'a> Samples<'a> {
         }
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no samples.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Bytes of each sample.
+    /// Returns the bytes per sample.
     pub fn bytes_each(&self) -> usize {
         match self {
             Self::F32(_) => 4,
@@ -51,9 +51,9 @@ impl<'a> Samples<'a> {
         }
     }
 
-    /// Length against the shape, and no NaN or infinity.
+    /// Checks the length against the shape, and for NaN and infinity.
     pub(super) fn check(&self, what: &'static str, shape: &[usize]) -> Result<(), PhantomError> {
-        // A product that overflows is no slice's length.
+        // A product that overflows cannot be a length.
         let expected = shape.iter().fold(1, |n: usize, &k| n.saturating_mul(k));
         check_length(what, self.len(), expected)?;
         if let Self::F32(values) = self
@@ -99,7 +99,7 @@ impl<'a> Samples<'a> {
         Ok(())
     }
 
-    /// The views `[gate][head][view]` of `len` samples each as `[head][gate][view]`, the samples of each from the last to the first.
+    /// Writes the views `[gate][head][view]` of `len` samples each as `[head][gate][view]`, with the samples of each reversed.
     #[cfg(feature = "dicom")]
     pub(super) fn backwards_by_head(
         &self,
@@ -114,7 +114,7 @@ impl<'a> Samples<'a> {
 
     /// Writes the first sample of each block of `len`, then the second of each, and so on.
     pub(super) fn write_interleaved(&self, len: usize, out: &mut dyn Write) -> io::Result<()> {
-        // As many samples of a block at once as fill a piece.
+        // Processes as many samples of a block at once as fill one write.
         let blocks = self.len() / len.max(1);
         let run = (PIECE / 4 / blocks.max(1)).max(1);
         for from in (0..len).step_by(run) {
@@ -125,7 +125,7 @@ impl<'a> Samples<'a> {
         Ok(())
     }
 
-    /// The samples at these places, in that order.
+    /// Returns the samples at given indices, in that order.
     fn picked(&self, places: impl Iterator<Item = usize>) -> OwnSamples {
         match self {
             Self::F32(values) => OwnSamples::F32(places.map(|k| values[k]).collect()),
@@ -143,20 +143,20 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// The samples of the first of several gates of `len` each, `seconds` from one to the next; there have to be whole ones.
+/// Returns the samples of the first of several gates of `len` each; validates their number and `seconds` from one to the next.
 pub(super) fn gates_of(
     samples: Samples<'_>,
     len: usize,
     seconds: f64,
 ) -> Result<Samples<'_>, PhantomError> {
-    check("seconds a gate", seconds, [1e-9, 1e9])?;
+    check("seconds per gate", seconds, [1e-9, 1e9])?;
     let given = samples.len();
     let whole = given.next_multiple_of(len.max(1)).max(len);
     check_length("samples of gates", given, whole)?;
     Ok(samples.first(len))
 }
 
-/// Samples of one's own.
+/// Owned samples.
 pub(super) enum OwnSamples {
     F32(Vec<f32>),
     U8(Vec<u8>),
@@ -178,7 +178,7 @@ fn write_bytes<T: Copy, const N: usize>(
     bytes: impl Fn(T) -> [u8; N],
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    // In pieces: the whole again as bytes would double the memory.
+    // In pieces, because a copy as bytes would double the memory.
     let mut buffer = [0; PIECE];
     for piece in values.chunks(PIECE / N) {
         let used = &mut buffer[..piece.len() * N];

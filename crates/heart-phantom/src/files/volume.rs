@@ -7,7 +7,7 @@ use crate::files::{BeatCounts, Samples};
 use revolve_voxel::VoxelGrid;
 use std::borrow::Cow;
 
-/// Samples on a voxel grid, index order `[z][y][x]`; lab frame, centimetres, axes along x, y, z. Gates of a beat are
+/// Samples on a voxel grid, index order `[z][y][x]`; lab frame, centimetres, axes along x, y, z. Gates of a cycle are
 /// `[gate][z][y][x]`, components of a field `[z][y][x][component]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Volume<'a> {
@@ -82,7 +82,7 @@ impl<'a> Volume<'a> {
         })
     }
 
-    /// The volumes of all gates of a beat, `[gate][z][y][x]`, `seconds` from one to the next, for one file.
+    /// The volumes of all gates of a cycle, `[gate][z][y][x]`, `seconds` from one to the next, for one file.
     ///
     /// ```
     /// use heart_phantom::files::{self, Format, Volume};
@@ -96,8 +96,8 @@ impl<'a> Volume<'a> {
     /// ```
     ///
     /// # Errors
-    /// As [`Volume::new`], with a number of samples that is no multiple of that of the voxels; [`PhantomError::OutOfRange`] if `seconds` is
-    /// not positive.
+    /// As [`Volume::new`], if the number of samples is not a multiple of that of the voxels; [`PhantomError::OutOfRange`] if
+    /// `seconds` is not positive.
     pub fn of_gates(
         grid: VoxelGrid,
         samples: impl Into<Samples<'a>>,
@@ -152,12 +152,12 @@ impl<'a> Volume<'a> {
         self
     }
 
-    /// The R-R intervals of the acquisition.
+    /// Returns the R-R intervals of the acquisition.
     pub fn beats(&self) -> Option<BeatCounts> {
         self.beats
     }
 
-    /// Seconds from one gate to the next, of volumes of gates.
+    /// Returns the seconds from one gate to the next, for gated volumes.
     pub fn seconds_per_gate(&self) -> Option<f64> {
         match self.axis {
             Axis::Gates(seconds) => Some(seconds),
@@ -165,7 +165,7 @@ impl<'a> Volume<'a> {
         }
     }
 
-    /// Quantity of the components, of a field.
+    /// Returns the quantity of the components of a field.
     pub fn field(&self) -> Option<FieldOf> {
         match self.axis {
             Axis::Field(of) => Some(of),
@@ -173,7 +173,7 @@ impl<'a> Volume<'a> {
         }
     }
 
-    /// Number of gates, or 1.
+    /// Returns the number of gates, or 1.
     pub fn n_gates(&self) -> usize {
         match self.axis {
             Axis::Gates(_) => self.samples.len() / self.grid.len().max(1),
@@ -181,17 +181,17 @@ impl<'a> Volume<'a> {
         }
     }
 
-    /// The name of the study.
+    /// Returns the name of the study.
     pub fn study(&self) -> Option<&'a str> {
         self.study
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &VoxelGrid {
         &self.grid
     }
 
-    /// The samples, `[z][y][x]`, `[gate][z][y][x]` or `[z][y][x][component]`.
+    /// Returns the samples, `[z][y][x]`, `[gate][z][y][x]` or `[z][y][x][component]`.
     pub fn samples(&self) -> Samples<'a> {
         self.samples
     }
@@ -200,7 +200,7 @@ impl<'a> Volume<'a> {
         self.axis
     }
 
-    /// Lengths of the axes from slowest to fastest.
+    /// Returns the lengths of the axes from slowest to fastest.
     pub(super) fn axes(&self) -> Vec<usize> {
         let [nx, ny, nz] = self.grid.shape();
         match self.axis {
@@ -210,7 +210,7 @@ impl<'a> Volume<'a> {
         }
     }
 
-    /// The samples in a world frame in millimetres whose axes are those of the lab with these signs: vectors change, others do not.
+    /// Returns the samples in a world frame in millimetres with the axes of the lab and these signs: vectors change, others do not.
     pub(super) fn in_world(&self, signs: [f32; 3]) -> Cow<'a, [f32]> {
         match (self.samples, self.field()) {
             (Samples::F32(samples), Some(of)) if of.is_vector() => {
@@ -224,12 +224,12 @@ impl<'a> Volume<'a> {
         }
     }
 
-    /// Step between voxels `[x, y, z]` in mm.
+    /// Returns the spacing `[x, y, z]` in mm.
     pub(super) fn spacing_mm(&self) -> [f64; 3] {
         self.grid.spacing().map(millimetres)
     }
 
-    /// Centre of the first voxel `[x, y, z]` in mm.
+    /// Returns the centre of the first voxel `[x, y, z]` in mm.
     pub(super) fn origin_mm(&self) -> [f64; 3] {
         self.grid.origin().map(millimetres)
     }

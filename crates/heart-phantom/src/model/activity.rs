@@ -1,4 +1,4 @@
-//! What the regions hold: a concentration, or an amount that thins out as the region grows.
+//! Activity of cavity, wall and background: a concentration, or a conserved total.
 
 use crate::HeartShape;
 use crate::error::{PhantomError, check};
@@ -15,14 +15,14 @@ use std::sync::Arc;
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Uptake {
-    /// Activity per cm^3, the same at every phase: the region takes up more as it grows.
+    /// Activity per cm^3, the same at every phase; the total is proportional to the volume.
     Concentration(f64),
-    /// Activity of the whole region, conserved: the concentration falls as the volume grows.
+    /// Total activity of the region, conserved; the concentration is inversely proportional to the volume.
     Total(f64),
 }
 
 impl Uptake {
-    /// Activity per cm^3 of a region of this volume; 0 in a region without volume.
+    /// Returns the activity per cm^3 of a region of the given volume; 0 without volume.
     pub fn concentration(&self, volume: f64) -> f64 {
         match *self {
             Self::Concentration(concentration) => concentration,
@@ -57,7 +57,7 @@ impl Background {
         Ok(EllipticCylinder::new(self.centre, self.semi_axes)?)
     }
 
-    /// Whether there is background wherever one of the shapes, standing so, takes its place.
+    /// Returns whether the background contains all shapes in a pose.
     pub(crate) fn check_surrounds(
         &self,
         shapes: &[Arc<HeartShape>],
@@ -81,14 +81,14 @@ impl Background {
     }
 }
 
-/// Activity of the cavity and of the wall; by default the wall alone holds something, 1 per cm^3.
+/// Activity of the cavity and of the wall; by default 1 per cm^3 in the wall only.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct Activity {
-    /// Of the cavity.
+    /// Activity of the cavity.
     pub cavity: Uptake,
-    /// Of the wall.
+    /// Activity of the wall, before defects are applied.
     pub wall: Uptake,
 }
 

@@ -1,4 +1,4 @@
-//! How what is around the wall moves: with the nearest material, and less the farther away.
+//! Motion of the surroundings of the wall: that of the nearest material, decreasing with distance.
 
 use super::material::Wall;
 use crate::error::PhantomError;
@@ -6,17 +6,17 @@ use nalgebra::Point3;
 use revolve_voxel::{NearestMaterial, VoxelGrid};
 use std::f64::consts::PI;
 
-/// How far the wall takes along what is next to it, cm.
+/// Distances from the wall, cm, that define the motion of the surroundings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reach {
-    /// All of its way up to this distance from it.
+    /// Full displacement up to this distance.
     pub(crate) whole: f64,
-    /// Nothing of it from this distance on.
+    /// No displacement from this distance.
     pub(crate) none: f64,
 }
 
 impl Reach {
-    /// The share of the way at a distance.
+    /// Returns the fraction of the displacement at a distance.
     fn share(self, distance: f64) -> f64 {
         if distance <= self.whole {
             return 1.0;
@@ -27,7 +27,7 @@ impl Reach {
 }
 
 impl Wall {
-    /// As [`Wall::displacements`], of what is near the wall too: it goes the way of the nearest material, less from some distance on.
+    /// As [`Wall::displacements`], including the surroundings, which move with the nearest material, decreasing with distance.
     pub(crate) fn displacements_around(
         &self,
         to: &Wall,
@@ -51,7 +51,7 @@ impl Wall {
         Ok(shell.map_voxels_around(pose, grid, slices, reach.none, moved)?)
     }
 
-    /// The longest way that any of some points of the wall goes, cm.
+    /// Returns the largest displacement of sampled points of the wall, cm.
     pub(crate) fn longest_way(&self, to: &Wall) -> f64 {
         let mut longest = 0.0f64;
         for k in 0..8 * 4 * 2 {

@@ -1,4 +1,4 @@
-//! Attenuation of the rays between the heart and the detector.
+//! Attenuation between the heart and the detector.
 
 use crate::error::PhantomError;
 #[cfg(feature = "scene")]
@@ -16,7 +16,7 @@ pub struct Attenuation {
     pub medium: Medium,
 }
 
-/// The volume that attenuates.
+/// The attenuating volume.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -25,11 +25,11 @@ pub struct Attenuation {
 )]
 #[non_exhaustive]
 pub enum Medium {
-    /// Cavity and wall only; organs around the heart have coefficients of their own.
+    /// Cavity and wall; organs have their own coefficients.
     Heart,
-    /// An elliptic cylinder along z, without ends, at rest.
+    /// A stationary, infinite elliptic cylinder along z.
     Torso {
-        /// Its axis, `[x, y]` in cm.
+        /// Position of the axis, `[x, y]` in cm.
         #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
         centre: [f64; 2],
         /// Semi-axes along x and y in cm.
@@ -39,7 +39,7 @@ pub enum Medium {
 }
 
 impl Attenuation {
-    /// The torso of a scene that was validated; `None` if the heart attenuates.
+    /// Returns the torso of a validated scene; `None` if the heart attenuates.
     pub(crate) fn torso(&self) -> Option<EllipticCylinder> {
         match self.medium {
             Medium::Heart => None,
@@ -47,7 +47,7 @@ impl Attenuation {
         }
     }
 
-    /// The medium with the heart in this shape, and with what is around it.
+    /// Returns the medium with a shape of the heart and the organs.
     pub(crate) fn of<'a>(
         &self,
         heart: &'a Body,
@@ -61,7 +61,7 @@ impl Attenuation {
         Ok(Attenuator::new(self.coefficient, medium)?)
     }
 
-    /// Mean of the attenuation over each voxel, `[z][y][x]`.
+    /// Returns the average attenuation of each voxel, `[z][y][x]`.
     pub(crate) fn map(
         &self,
         heart: &Body,
@@ -77,7 +77,7 @@ impl Attenuation {
         match self.torso() {
             Some(torso) => torso.voxelize_add(grid, slices, self.coefficient, &mut out)?,
             None => {
-                // Beside organs the share that is the heart's.
+                // With organs: the volume fraction of the heart.
                 let own = around.as_ref().map_or(self.coefficient, |_| 1.0);
                 let everywhere = vec![own; heart.layers().len()];
                 let sampling = revolve_voxel::Sampling::Coverage { tolerance };

@@ -1,4 +1,4 @@
-//! The base goes down while the heart empties, and the apex rests.
+//! Atrioventricular-plane displacement with a fixed apex.
 
 use super::material::APEX;
 use crate::error::{PhantomError, check};
@@ -10,43 +10,41 @@ use membrane_newton::{
 };
 use std::f64::consts::{PI, TAU};
 
-/// How far from rest the apex may be left, as a share of the heart's length.
+/// Tolerance of the apex position, as a fraction of the length of the heart.
 const AT_REST: f64 = 1e-11;
-/// Shapes of the outer membrane until it is there; four as a rule.
+/// Largest number of solves of the outer membrane; typically four.
 const MOST_TRIES: usize = 30;
 
-/// How far the plane of the base goes down, from end-diastole to end-systole.
+/// Displacement of the base from end-diastole to end-systole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Descent {
-    /// From end-diastole to end-systole, cm.
+    /// Total displacement, cm.
     whole: f64,
     /// Volume gains at end-systole and end-diastole.
     gains: [f64; 2],
 }
 
 impl Descent {
-    /// The ring goes down by `whole` cm from the gain at end-diastole to that at end-systole.
-    ///
-    /// Nothing of no descent, or where the volume stays.
+    /// A displacement of `whole` cm from the gain at end-diastole to that at end-systole; `None` for zero or a constant volume.
     pub(super) fn new(whole: f64, [low, high]: [f64; 2]) -> Result<Option<Self>, PhantomError> {
-        check("descent of the base", whole, DESCENT)?;
+        check("base_descent", whole, DESCENT)?;
         check("largest gain", high, GAIN)?;
         check("smallest gain", low, [0.0, high])?;
         let gains = [low, high];
         Ok((whole > 0.0 && high > low).then_some(Self { whole, gains }))
     }
 
-    /// How far the ring has come at a gain, cm.
+    /// Returns the displacement of the ring at a gain, cm.
     pub(super) fn at(&self, gain: f64) -> f64 {
         let [low, high] = self.gains;
         self.whole * ((high - gain) / (high - low)).clamp(0.0, 1.0)
     }
 
-    /// At a gain the two membranes with the ring where it is and the outer apex where it is at end-diastole.
+    /// Solves the two membranes at a gain with the displaced ring and the outer apex at its position at end-diastole.
     ///
-    /// Their muscle shortens: each rest shape is drawn together along the axis by `a (1 - w(s))`, `w = cos(pi s)^2`, and held where the
-    /// ring is, `c_a = c_0 + (d - a (1 - w)) e_x`; a is that with which the outer apex rests (secants). Cavity and wall have their volumes
-    /// as equations of their own.
+    /// The reference configurations are shortened along the axis by `a (1 - w(s))`, `w = cos(pi s)^2`, and fixed at the ring, `c_a
+    /// = c_0 + (d - a (1 - w)) e_x`. The secant method finds the `a` that keeps the outer apex fixed. The volumes of cavity and
+    /// wall are separate equations.
     pub(super) fn solve(
         &self,
         [inner, outer]: [&Membrane; 2],
@@ -71,7 +69,7 @@ impl Descent {
             let off = apex(&shape) - rests;
             Ok((shape, off))
         };
-        // Without a change of volume all of the descent is shortening.
+        // Initial guess: the whole displacement is shortening.
         let mut last = ring;
         let (mut outside, mut off) = at(last)?;
         let mut next = last + off;
@@ -94,7 +92,7 @@ impl Descent {
     }
 }
 
-/// A membrane whose rest shape is drawn together along the axis, and held with its ring so far from where it was.
+/// A membrane with its reference configuration shortened along the axis and its ring displaced.
 fn shortened(membrane: &Membrane, ring: f64, short: f64) -> Result<Membrane, PhantomError> {
     let rest = membrane.rest().clone();
     let breaks = rest.breakpoints();

@@ -1,4 +1,4 @@
-//! How breathing moves the heart: a rigid motion that depends on one number, which runs through a curve once a breath.
+//! Respiratory motion of the heart: a rigid motion that depends on the respiratory position, a periodic function of time.
 
 use super::volume_curve::{Height, VolumeCurve};
 use crate::PhantomError;
@@ -8,10 +8,10 @@ use crate::scene::{Check, array_of};
 use revolve_voxel::nalgebra::Vector3;
 use revolve_voxel::{Pose, RevolveError};
 
-/// Numbers of respiratory gates.
+/// Allowed numbers of respiratory gates.
 const GATES: [usize; 2] = [1, 100];
 
-/// How far the breath has come, over a breath: 0 at end-expiration, 1 at end-inspiration.
+/// The respiratory position over phase: 0 at end-expiration, 1 at end-inspiration.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
@@ -19,45 +19,44 @@ const GATES: [usize; 2] = [1, 100];
 pub enum BreathingCurve {
     /// `(1 - cos 2 pi p) / 2`.
     Sinusoid,
-    /// `sin(pi p)^(2 n)`: the heart stays near end-expiration the longer, the larger n; 1 is the sinusoid.
+    /// `sin(pi p)^(2 n)`: a larger n extends end-expiration; n = 1 is the sinusoid.
     ///
-    /// It is the curve of Lujan, Larsen, Balter and Ten Haken 1999 (Med Phys 26:715, <https://doi.org/10.1118/1.598577>),
-    /// `z = z0 - b cos(pi t / tau - phi)^(2 n)` with z0 the place at end-expiration, as later work quotes it; the paper itself was not
-    /// read.
+    /// The curve of Lujan, Larsen, Balter and Ten Haken 1999 (Med Phys 26:715, <https://doi.org/10.1118/1.598577>), `z = z0 - b
+    /// cos(pi t / tau - phi)^(2 n)` with z0 the position at end-expiration, as quoted by later work; the paper was not read.
     Lujan {
-        /// n, 1 to 20; 2 or 3 as a rule.
+        /// n, 1 to 20; typically 2 or 3.
         n: usize,
     },
-    /// Samples at equally spaced phases from 0 on, in any unit: the least becomes 0, the largest 1, and between them runs the monotone
+    /// Samples at equally spaced phases from 0, in any unit: the smallest becomes 0, the largest 1. Interpolation by the monotone
     /// cubic of [`VolumeCurve::Sampled`].
     Sampled(Vec<f64>),
 }
 
-/// What sorts the time of a view by breath.
+/// The definition of respiratory gates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum RespiratoryGates {
-    /// So many equal parts of every breath, from end-expiration on.
+    /// Equal intervals of the respiratory phase, from end-expiration.
     Phase(usize),
-    /// So many equal parts of the way between end-expiration and end-inspiration, on the way in and on the way out.
+    /// Equal intervals of the respiratory position, for both inspiration and expiration.
     Amplitude(usize),
 }
 
 impl RespiratoryGates {
-    /// How many.
+    /// Returns their number.
     pub fn count(self) -> usize {
         let (Self::Phase(n) | Self::Amplitude(n)) = self;
         n
     }
 }
 
-/// `[breathing]`: a rigid motion of the heart with the breath. What is around the heart does not move.
+/// `[breathing]`: rigid respiratory motion of the heart. The surroundings do not move.
 ///
-/// At the fraction r of the way from end-expiration to end-inspiration the heart is turned by `r turn` about the lab's axes x, y and
-/// z, in this order and about the lab's origin, and then shifted by `r shift`. r runs through [`BreathingCurve`] once a period, from the
-/// phase at the start of the first view. The diaphragm takes the heart 1 to 2 cm towards the feet as a rule.
+/// At the respiratory position r the heart is rotated by `r turn_degrees` about the axes x, y and z of the lab, in this order and
+/// about its origin, then shifted by `r shift`. r follows [`BreathingCurve`] with the given period, from the phase at the start of
+/// the first view. Typically the diaphragm displaces the heart by 1 to 2 cm towards the feet.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
@@ -65,16 +64,17 @@ pub struct Breathing {
     /// Shift at end-inspiration, `[x, y, z]` in cm.
     #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub shift: [f64; 3],
-    /// Turn at end-inspiration about the lab's x, then y, then z, in degrees.
+    /// Rotation at end-inspiration about the lab's x, then y, then z, in degrees.
     #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub turn_degrees: [f64; 3],
     /// Seconds of a respiratory cycle.
     pub period: f64,
-    /// Fraction of the way over the respiratory cycle.
+    /// Respiratory position over phase.
     pub curve: BreathingCurve,
     /// Respiratory phase at the start of the first view; 0 is end-expiration.
     pub start: f64,
-    /// Respiratory gates; `None` for none. Set `k G + g` of a scan with G cardiac gates is the cardiac gate g in the respiratory gate k.
+    /// Respiratory gates; `None` for none. Gated projection set `k G + g` of a scan with G cardiac gates is cardiac gate g in
+    /// respiratory gate k.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub gates: Option<RespiratoryGates>,
 }
@@ -125,7 +125,7 @@ impl BreathingCurve {
     }
 }
 
-/// Breathing with its curve made ready.
+/// Respiratory motion with its curve prepared for evaluation.
 ///
 /// ```
 /// use heart_phantom::{Breathing, BreathingCurve, Phantom, Scene};
@@ -147,7 +147,7 @@ pub struct RespiratoryMotion {
 }
 
 impl RespiratoryMotion {
-    /// Of breathing that was validated.
+    /// Prepares validated breathing.
     pub(crate) fn new(of: &Breathing) -> Result<Self, PhantomError> {
         Ok(Self {
             of: of.clone(),
@@ -155,20 +155,20 @@ impl RespiratoryMotion {
         })
     }
 
-    /// What it was made of.
+    /// Returns its parameters.
     pub fn breathing(&self) -> &Breathing {
         &self.of
     }
 
-    /// How far the breath has come at a time in seconds: 0 at end-expiration, 1 at end-inspiration.
+    /// Returns the respiratory position at a time in seconds: 0 at end-expiration, 1 at end-inspiration.
     pub fn fraction(&self, seconds: f64) -> f64 {
         self.at_phase(self.breaths(seconds).rem_euclid(1.0))
     }
 
-    /// The motion of a body that stands so at end-expiration.
+    /// Returns the pose at a respiratory position of a body with the given pose at end-expiration.
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`] for a fraction that is no number.
+    /// [`RevolveError::NotFinite`] for a fraction that is not finite.
     pub fn moved(&self, pose: &Pose, fraction: f64) -> Result<Pose, RevolveError> {
         if fraction == 0.0 {
             return Ok(*pose);
@@ -180,32 +180,32 @@ impl RespiratoryMotion {
             .shifted(Vector3::from(self.of.shift) * fraction)
     }
 
-    /// Whether it moves anything.
+    /// Returns whether it has an effect.
     pub(crate) fn moves(&self) -> bool {
         (self.of.shift.iter().chain(&self.of.turn_degrees)).any(|by| *by != 0.0)
     }
 
-    /// Turn at end-inspiration, about x, y and z in radians.
+    /// Rotation at end-inspiration about x, y and z, radians.
     pub(crate) fn turn(&self) -> [f64; 3] {
         self.of.turn_degrees.map(f64::to_radians)
     }
 
-    /// Breaths since the end-expiration before the start of the first view.
+    /// Respiratory cycles since the end-expiration before the start of the first view.
     pub(crate) fn breaths(&self, seconds: f64) -> f64 {
         seconds / self.of.period + self.of.start
     }
 
-    /// When so many breaths have passed.
+    /// Returns the time after a number of respiratory cycles.
     pub(crate) fn time_of(&self, breaths: f64) -> f64 {
         (breaths - self.of.start) * self.of.period
     }
 
-    /// The fraction at a phase in [0, 1].
+    /// Returns the position at a phase in [0, 1].
     pub(crate) fn at_phase(&self, phase: f64) -> f64 {
         self.curve.at(phase)
     }
 
-    /// The curve, a breath from phase 0 to 1.
+    /// The curve over phase 0 to 1.
     pub(crate) fn curve(&self) -> &Height {
         &self.curve
     }

@@ -4,7 +4,7 @@ use crate::error::{PhantomError, check};
 use crate::ranges;
 use revolve_voxel::{Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs};
 
-/// What the trunk, both lungs, the liver and the spine of an adult hold, per mL. The defaults are made up.
+/// Activities of the trunk, both lungs, the liver and the spine of an adult, per mL. The defaults have no published source.
 ///
 /// ```text
 ///         shape, centre and half-widths along x, y and z in cm              density   attenuation, 1/cm
@@ -14,12 +14,12 @@ use revolve_voxel::{Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs};
 /// spine   cylinder   ( 0, 5.5)        2, 2.5                                1.4       0.2137
 /// ```
 ///
-/// +x is the patient's left, +y the back, +z the head; z = 0 is 51 cm above the trunk's lower end, at the height of the heart. Trunk, spine
-/// and the lungs' section and height are those of the adult phantom of Oak Ridge (Cristy & Eckerman 1987, ORNL/TM-8381, as Geant4's
-/// example `human_phantom` has them), whose lungs are the upper halves of ellipsoids of twice that height. The liver, there a cylinder cut
-/// by a plane, is an ellipsoid in its place of the reference man's 1800 g (ICRP Publication 89). Compositions and densities are that
-/// example's, attenuation at 140.5 keV is that of the elements by Elam, Ravel & Sieber (2002, doi:10.1016/S0969-806X(01)00227-4), with
-/// coherent scattering.
+/// +x is the patient's left, +y the back, +z the head; z = 0 is 51 cm above the lower end of the trunk, at the height of the heart.
+/// Trunk, spine and the cross-section and height of the lungs are those of the adult phantom of Oak Ridge (Cristy & Eckerman 1987,
+/// ORNL/TM-8381, as in the example `human_phantom` of Geant4), where the lungs are the upper halves of ellipsoids of twice that
+/// height. The liver, a cylinder cut by a plane there, is an ellipsoid in its place with the mass of the reference man, 1800 g
+/// (ICRP Publication 89). Compositions and densities are those of the example; attenuation at 140.5 keV follows Elam, Ravel &
+/// Sieber (2002, doi:10.1016/S0969-806X(01)00227-4), with coherent scattering.
 ///
 /// ```
 /// use heart_phantom::Chest;
@@ -31,13 +31,13 @@ use revolve_voxel::{Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs};
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct Chest {
-    /// Of the trunk, but for what is in it.
+    /// Activity of the trunk without the organs in it.
     pub trunk: f64,
-    /// Of both lungs.
+    /// Activity of both lungs.
     pub lungs: f64,
-    /// Of the liver.
+    /// Activity of the liver.
     pub liver: f64,
-    /// Of the spine.
+    /// Activity of the spine.
     pub spine: f64,
 }
 
@@ -53,12 +53,12 @@ impl Default for Chest {
 }
 
 impl Chest {
-    /// Attenuation of soft tissue, and so of the heart, at 140.5 keV (1/cm).
+    /// Attenuation of soft tissue and of the heart at 140.5 keV (1/cm).
     pub const SOFT_TISSUE: f64 = 0.1585;
     const LUNG: f64 = 0.0451;
     const SKELETON: f64 = 0.2137;
 
-    /// The organs, in the order in which they replace each other.
+    /// Returns the organs; later ones replace earlier ones.
     ///
     /// # Errors
     /// [`PhantomError::OutOfRange`] for an activity that is not between 0 and 1e12.

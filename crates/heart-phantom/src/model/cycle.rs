@@ -1,4 +1,4 @@
-//! The cardiac cycle: which phase at which time, which volume gain at which phase; and the breath, if there is one.
+//! The cardiac cycle: phase over time, volume gain over phase, and the respiratory motion.
 
 use super::breathing::{Breathing, RespiratoryMotion};
 use super::rhythm::{Beats, Rhythm};
@@ -8,23 +8,22 @@ use crate::ranges::GAIN;
 use revolve_voxel::Pose;
 use std::sync::Arc;
 
-/// Phases are kept on a grid of `2^-40` of a cycle, so that instants which are whole cycles apart
-/// give the same bits although `t * bpm / 60` was rounded differently. At 65 beats per minute the
-/// grid is 0.8 ps wide; no shape changes by a rounding error over that.
+/// Phases are rounded to a grid of `2^-40` of a cycle, so that times that differ by whole cycles have identical phases despite
+/// rounding of `t * bpm / 60`. At 65 beats per minute the grid is 0.8 ps wide.
 const PHASE_GRID: f64 = (1u64 << 40) as f64;
 
 /// A periodic cardiac cycle: a heart rate and a volume curve.
 ///
-/// The cavity's volume gain (Rohmer et al. 2006, Eq. 35: `(V - V_rest) / V_rest`) at phase `p` is
-/// `g_low + (g_high - g_low) h(p)`, `h` the [`VolumeCurve`]. [`Cycle::new`] is the study's: the
-/// sinusoid from rest at phase 0 to `peak_gain` at phase 1/2.
+/// The volume gain of the cavity (Rohmer et al. 2006, Eq. 35: `(V - V_ref) / V_ref`) at phase `p` is `g_low + (g_high - g_low)
+/// h(p)` with the [`VolumeCurve`] `h`. [`Cycle::new`] is that of the study: the sinusoid from the reference volume at phase 0 to
+/// `peak_gain` at phase 1/2.
 ///
 /// ```
 /// use heart_phantom::{Cycle, VolumeCurve};
 /// let cycle = Cycle::new(65.0, 0.6)?;
 /// assert_eq!(cycle.gain(0.0), 0.0);
 /// assert!((cycle.gain(0.5) - 0.6).abs() < 1e-15);
-/// // One view a second sees twelve phases only: 65 beats a minute are 13/12 beats a second.
+/// // Views one second apart have twelve phases only: 65 beats per minute are 13/12 beats per second.
 /// assert_eq!(cycle.phase(0.0), cycle.phase(12.0));
 /// // A ventricle instead: full at phase 0, at its emptiest when the aortic valve closes.
 /// let cycle = Cycle::with_curve(65.0, &VolumeCurve::Physiological, [0.0, 0.6])?;
@@ -37,30 +36,29 @@ pub struct Cycle {
     beats_per_second: f64,
     gains: [f64; 2],
     height: Height,
-    /// Beats that differ, or of which some do not count.
+    /// Variable R-R intervals, or rejected beats.
     rhythm: Option<Arc<Rhythm>>,
     breathing: Option<Arc<RespiratoryMotion>>,
-    /// The respiratory gate that is looked at.
+    /// The selected respiratory gate.
     breath_gate: Option<usize>,
 }
 
 impl Cycle {
-    /// A cycle of `beats_per_minute` whose cavity gains `peak_gain` of its rest volume at phase 1/2.
+    /// A sinusoidal cycle with the volume gain `peak_gain` at phase 1/2.
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`] unless `0 < beats_per_minute <= 1000` and
-    /// `0 <= peak_gain <= 20`, both finite.
+    /// [`PhantomError::OutOfRange`] unless `0 < beats_per_minute <= 1000` and `0 <= peak_gain <= 20`.
     pub fn new(beats_per_minute: f64, peak_gain: f64) -> Result<Self, PhantomError> {
         check("peak_gain", peak_gain, GAIN)?;
         Self::with_curve(beats_per_minute, &VolumeCurve::Sinusoid, [0.0, peak_gain])
     }
 
-    /// A cycle of any form, with the volume gains at end-systole and at end-diastole (see
+    /// A cycle with any volume curve and the volume gains at end-systole and end-diastole (see
     /// [`VolumeRange::gains`](crate::VolumeRange::gains)).
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`] unless `0 < beats_per_minute <= 1000` and
-    /// `0 <= g_low <= g_high <= 20`; and for a curve that has no sense, see [`VolumeCurve`].
+    /// [`PhantomError::OutOfRange`] unless `0 < beats_per_minute <= 1000` and gains are within 0 to 20 and ascending, or for an
+    /// invalid [`VolumeCurve`].
     pub fn with_curve(
         beats_per_minute: f64,
         curve: &VolumeCurve,
@@ -84,11 +82,10 @@ impl Cycle {
         })
     }
 
-    /// The same with beats that differ in length, about this cycle's own rate. Beats that all last the cycle's period and count are
-    /// those of a regular cycle, to the bit.
+    /// Sets variable R-R intervals about the rate of the cycle. Accepted beats that all last the period of the cycle give bitwise
+    /// identical results to a regular cycle.
     ///
-    /// The camera then knows real time: views see what comes in it, whether it stops or not, and nothing of beats that are not
-    /// accepted.
+    /// Projections are then acquired in real time; the time of rejected beats is not used.
     ///
     /// ```
     /// use heart_phantom::{Beats, Cycle, RrIntervals};
@@ -99,16 +96,16 @@ impl Cycle {
     /// ```
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`] for an interval that leaves diastole no time or is longer than 60 s, and for a deviation of more
-    /// than half a period; [`PhantomError::Count`] for an empty list.
+    /// [`PhantomError::OutOfRange`] for an interval that is too short for diastole or longer than 60 s, and for a standard
+    /// deviation above half a period; [`PhantomError::Count`] for an empty list.
     pub fn with_beats(mut self, beats: &Beats) -> Result<Self, PhantomError> {
         let rhythm = Rhythm::new(beats, self.period(), &self.height)?;
         self.rhythm = (!rhythm.is_plain()).then(|| Arc::new(rhythm));
         Ok(self)
     }
 
-    /// The same with a heart that moves with the breath. Before one that moves nothing nothing changes, to the bit, unless it has gates;
-    /// before any other views see what comes in their own time, as of [beats that differ](Cycle::with_beats).
+    /// Sets the respiratory motion. A motion without effect and without gates leaves results bitwise identical; otherwise
+    /// projections are acquired in real time, as with [`Cycle::with_beats`].
     ///
     /// # Errors
     /// [`PhantomError::OutOfRange`] or [`PhantomError::Count`] for samples of the curve that are not allowed.
@@ -119,7 +116,7 @@ impl Cycle {
         Ok(self)
     }
 
-    /// Phase in `[0, 1)` at time `t` in seconds; phase 0 is at `t = 0`.
+    /// Returns the phase in `[0, 1)` at time `t` in seconds; phase 0 is at `t = 0`.
     pub fn phase(&self, t: f64) -> f64 {
         match &self.rhythm {
             None => wrap(t * self.beats_per_second),
@@ -130,47 +127,47 @@ impl Cycle {
         }
     }
 
-    /// How the heart moves with the breath.
+    /// Returns the respiratory motion.
     pub fn breathing(&self) -> Option<&RespiratoryMotion> {
         self.breathing.as_deref()
     }
 
-    /// How far the breath has come at a time; 0 without one.
+    /// Returns the respiratory position at a time; 0 without respiratory motion.
     pub fn breath(&self, t: f64) -> f64 {
         (self.breathing.as_ref()).map_or(0.0, |breathing| breathing.fraction(t))
     }
 
-    /// The beats, if some of them differ or do not count.
+    /// Returns the beats if R-R intervals vary or beats are rejected.
     pub(crate) fn rhythm(&self) -> Option<&Rhythm> {
         self.rhythm.as_deref()
     }
 
-    /// Whether views see what comes in their own time: of beats that differ, or of a breath.
+    /// Returns whether projections are acquired in real time: with variable R-R intervals or respiratory motion.
     pub(crate) fn in_real_time(&self) -> bool {
         self.rhythm.is_some() || self.breathing.is_some()
     }
 
-    /// Number of respiratory gates, or 1.
+    /// Returns the number of respiratory gates, or 1.
     pub(crate) fn breath_gates(&self) -> usize {
         (self.breathing.as_ref())
             .and_then(|motion| motion.breathing().gates)
             .map_or(1, |gates| gates.count())
     }
 
-    /// The same, only one of the respiratory gates looked at.
+    /// Selects one respiratory gate.
     pub(crate) fn in_breath_gate(mut self, gate: usize) -> Self {
         let gated = |motion: &Arc<RespiratoryMotion>| motion.breathing().gates.is_some();
         self.breath_gate = (self.breathing.as_ref().is_some_and(gated)).then_some(gate);
         self
     }
 
-    /// The same, holding its breath.
+    /// Removes the respiratory motion.
     pub(crate) fn without_breathing(mut self) -> Self {
         (self.breathing, self.breath_gate) = (None, None);
         self
     }
 
-    /// A heart's pose when the breath has come so far.
+    /// Returns the pose of the heart at a respiratory position.
     pub(crate) fn moved(&self, pose: &Pose, breath: f64) -> Result<Pose, PhantomError> {
         Ok(match &self.breathing {
             None => *pose,
@@ -178,28 +175,28 @@ impl Cycle {
         })
     }
 
-    /// The respiratory gate that is looked at.
+    /// The selected respiratory gate.
     pub(crate) fn breath_gate(&self) -> Option<usize> {
         self.breath_gate
     }
 
-    /// A phase reduced to `[0, 1)`, on the grid that times give.
+    /// Reduces a phase to `[0, 1)` and rounds it to the grid of times.
     pub(crate) fn wrapped(&self, phase: f64) -> f64 {
         wrap(phase)
     }
 
-    /// Volume gain of the cavity at a phase (any real number; whole cycles are dropped); NaN for one that is no number or infinite.
+    /// Returns the volume gain at a phase (any real number, modulo 1); NaN for NaN or infinity.
     pub fn gain(&self, phase: f64) -> f64 {
         self.gain_at_height(self.height.at(wrap(phase)))
     }
 
-    /// The gain at a height of the curve.
+    /// Returns the gain at a normalised volume.
     pub(crate) fn gain_at_height(&self, height: f64) -> f64 {
         let [low, high] = self.gains;
         low + (high - low) * height
     }
 
-    /// How far the cavity has emptied at a gain: 0 at end-diastole, 1 at end-systole; 0 where the volume stays.
+    /// Returns the emptied fraction of the stroke volume at a gain: 0 at end-diastole, 1 at end-systole; 0 for a constant volume.
     pub(crate) fn emptied(&self, gain: f64) -> f64 {
         let [low, high] = self.gains;
         match high > low {
@@ -208,38 +205,38 @@ impl Cycle {
         }
     }
 
-    /// The form of the curve.
+    /// Returns the normalised volume curve.
     pub(crate) fn height(&self) -> &Height {
         &self.height
     }
 
-    /// Heart rate.
+    /// Returns the heart rate.
     pub fn beats_per_minute(&self) -> f64 {
         self.beats_per_minute
     }
 
-    /// Length of one cycle in seconds.
+    /// Returns the length of one cycle in seconds.
     pub fn period(&self) -> f64 {
         1.0 / self.beats_per_second
     }
 
-    /// The first phase at which the volume is smallest, and at which it is largest.
+    /// Returns the first phases of smallest and of largest volume.
     pub fn extreme_phases(&self) -> [f64; 2] {
         self.height.extreme_phases()
     }
 
-    /// The largest gain of the cycle.
+    /// Returns the largest gain of the cycle.
     pub fn peak_gain(&self) -> f64 {
         self.gains[1]
     }
 
-    /// The gains at end-systole and at end-diastole.
+    /// Returns the gains at end-systole and end-diastole.
     pub fn gains(&self) -> [f64; 2] {
         self.gains
     }
 }
 
-/// `phase` reduced to `[0, 1)` and put on the phase grid.
+/// Reduces `phase` to `[0, 1)` and rounds it to the phase grid.
 fn wrap(phase: f64) -> f64 {
     let p = (phase.rem_euclid(1.0) * PHASE_GRID).round() / PHASE_GRID;
     if p >= 1.0 { 0.0 } else { p }

@@ -1,4 +1,4 @@
-//! Pieces of the wall that take up more or less than the rest of it, and move with it.
+//! Defects: regions of the wall with another activity, which move with the wall.
 
 use crate::error::{PhantomError, check_count};
 use crate::ranges::PIECES;
@@ -11,16 +11,16 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Largest distance of the sides of a defect in a twisted wall from their position, along the wall and again across it, as a fraction
-/// of the radius of the heart: 0.05 mm of a radius of 3.5 cm.
+/// Largest distance of the boundaries of a defect in a twisted wall from their position, along and across the wall, as a fraction
+/// of the radius of the heart: 0.05 mm for a radius of 3.5 cm.
 const STEP: f64 = 1.0 / 700.0;
-/// Angles that differ by less are equal but for the rounding of a turn.
+/// Angles that differ by less are equal up to rounding of a full turn.
 const NO_ANGLE: f64 = 1e-12;
 
 /// `[[defects]]`: a region of the wall with another activity, such as an infarct, or an insert of a physical phantom.
 ///
-/// A defect consists of the same material at every phase: it slides along the membranes with the wall and keeps its volume
-/// ([`Wall::sliding`]). Where defects overlap, the last one replaces those before it.
+/// A defect consists of the same material at every phase: it slides along the membranes with the wall and preserves its volume
+/// ([`Wall::sliding`]). Where defects overlap, the last one replaces earlier ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
@@ -49,7 +49,7 @@ impl Defect {
     }
 }
 
-/// What is left of each defect by those after it, as pieces that do not overlap, each with the number of its defect;
+/// Returns the parts of each defect that later defects do not replace, without overlap, each with the index of its defect;
 /// [`PhantomError::Count`] if they are too many.
 ///
 /// Ranges of layers, s and azimuths are boxes in material coordinates, and so are the parts that remain: nothing is approximated.
@@ -71,12 +71,12 @@ pub(crate) fn without_overlap(
     Ok(pieces)
 }
 
-/// What of a region lies outside another one: itself, as it is, if they do not overlap.
+/// Returns the part of a region outside another one; the region itself if they do not overlap.
 fn rest_of(region: &WallRegion, other: &WallRegion) -> Vec<WallRegion> {
     let common = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a.max(c), b.min(d)];
     let layers = common(region.layers, other.layers);
     let s = common(region.s, other.s);
-    // The other one's azimuths, by as many whole turns as bring them to those of the region.
+    // The azimuths of the other region, shifted by whole turns to those of the region.
     let ([from, to], [start, end]) = (region.azimuths, other.azimuths);
     let turns = ((from - end) / TAU).ceil() as i64..=((to - start) / TAU).floor() as i64;
     let azimuths: Vec<[f64; 2]> = turns
@@ -87,7 +87,7 @@ fn rest_of(region: &WallRegion, other: &WallRegion) -> Vec<WallRegion> {
     if layers[0] >= layers[1] || s[0] >= s[1] || azimuths.is_empty() {
         return vec![*region];
     }
-    // First whole slabs of layers, then of s, then of azimuths: the fewest sides are cut twice.
+    // Slabs of layers first, then of s, then of azimuths: this minimises repeated cuts.
     let mut rest = Vec::new();
     let [below, above] = around(region.layers, layers);
     for layers in [below, above] {
@@ -117,23 +117,23 @@ fn rest_of(region: &WallRegion, other: &WallRegion) -> Vec<WallRegion> {
     rest.into_iter().filter(is_some).collect()
 }
 
-/// What of a range lies before and behind a part of it.
+/// Returns the parts of a range before and behind a part of it.
 fn around([from, to]: [f64; 2], [a, b]: [f64; 2]) -> [[f64; 2]; 2] {
     [[from, a], [b, to]]
 }
 
-/// The defects of each shape as solids that do not overlap, with the activity that they add to the wall's, which is 1.
+/// The defects of each shape as disjoint solids, with activities relative to the wall minus 1.
 #[derive(Debug, Default)]
 pub(crate) struct Placed {
     shapes: BTreeMap<u64, Vec<(usize, Sector, f64)>>,
 }
 
-/// A piece of a twisted wall as cells of its layers and its length, each turned as a whole by the twist of its middle.
+/// Divides a region of a twisted wall into cells along u and s, each rotated by the twist of its centre.
 ///
-/// What turns keeps its volume, so that the cells have that of the piece whatever they are; they are as many as keep the sides of the
-/// piece within twice [`STEP`] of their position.
+/// Rotation preserves volume, so the volume is exact for any number of cells. Their number keeps the boundaries within twice
+/// [`STEP`] of their position.
 fn cells(region: &WallRegion, twist: &Twist) -> Vec<WallRegion> {
-    // Where a twist is straight between its samples, as between the cells of a fine grid, the largest change is that between corners.
+    // Where the twist is linear between its samples, the largest change is between corners of the cell.
     let change = |n: usize, at: &dyn Fn(f64) -> [f64; 2]| -> f64 {
         let angle = |k: usize| {
             let [layer, s] = at(k as f64 / n as f64);
@@ -168,7 +168,7 @@ fn cells(region: &WallRegion, twist: &Twist) -> Vec<WallRegion> {
 }
 
 impl Placed {
-    /// The defects in each of some distinct shapes, drawn to `tolerance` cm. Solves the shape at rest, if there are any defects.
+    /// Returns the defects of several distinct shapes to `tolerance` cm. Solves the reference shape if there are defects.
     pub(crate) fn new(
         heart: &Heart,
         (defects, twist): (&[Defect], impl Fn(f64) -> Option<Twist> + Sync),
@@ -210,19 +210,19 @@ impl Placed {
                 Ok((shape.gain().to_bits(), sectors))
             })
             .collect();
-        // Of several errors the first, whichever thread was faster.
+        // The first of several errors, independent of threads.
         let shapes = placed.into_iter().collect::<Result<_, PhantomError>>()?;
         Ok(Self { shapes })
     }
 
-    /// Each with the number of its defect.
+    /// Each with the index of its defect.
     pub(crate) fn of(&self, shape: &HeartShape) -> &[(usize, Sector, f64)] {
         self.shapes
             .get(&shape.gain().to_bits())
             .map_or(&[], Vec::as_slice)
     }
 
-    /// The solids of each of `n` defects of a heart that stands so.
+    /// Returns the solids of each of `n` defects of a heart in a pose.
     pub(crate) fn by_defect(&self, shape: &HeartShape, n: usize, pose: Pose) -> Vec<Vec<Sector>> {
         let mut parts = vec![Vec::new(); n];
         for (owner, sector, _) in self.of(shape) {
@@ -237,7 +237,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Sides on a coarse net, so that they often coincide; azimuths within three turns.
+    /// Boundaries on a coarse grid, so that they often coincide; azimuths within three turns.
     fn any_region() -> impl Strategy<Value = WallRegion> {
         let range = |n: i32| (0..n, 0..n).prop_map(move |(a, b)| [a.min(b), a.max(b) + 1]);
         (range(4), range(4), -8..8, 1..=8).prop_map(|(layers, s, from, wide)| WallRegion {
@@ -276,7 +276,7 @@ mod tests {
         };
         let [still, twisted] = [placed(None), placed(Some(twist.clone()))];
         assert!(twisted.of(&shapes[0]).len() > 10);
-        // Layers drawn as polygons to 1e-5 cm have volumes of their own: whole ones, of no layer in between, have none.
+        // Layers are polygons accurate to 1e-5 cm with their own volumes; complete layers have no such error.
         let apart = (volume(&twisted) / volume(&still) - 1.0).abs();
         assert!(apart < 1e-4, "{apart}");
         let whole = WallRegion {
@@ -288,7 +288,7 @@ mod tests {
         let cells = cells(&whole, &twist);
         let sum: f64 = cells.iter().map(exact).sum();
         assert!((sum / exact(&whole) - 1.0).abs() < 1e-10, "{sum}");
-        // No side is farther from where it is than the tolerance.
+        // No boundary is farther from its position than the tolerance.
         for cell in &cells {
             let middle = [cell.layers, cell.s].map(|[a, b]| 0.5 * (a + b));
             let turned = cell.azimuths[0] - whole.azimuths[0];
@@ -306,7 +306,7 @@ mod tests {
         #[test]
         fn every_place_is_the_last_ones(regions in prop::collection::vec(any_region(), 1..9)) {
             let pieces = without_overlap(regions.iter().copied()).unwrap();
-            // The middles of all cells of the net.
+            // The centres of all cells of the grid.
             for cell in 0..4 * 4 * 8 {
                 let at = |k: i32, n: f64| (f64::from(k) + 0.5) / n;
                 let place = [at(cell % 4, 4.0), at(cell / 4 % 4, 8.0), TAU * at(cell / 16, 8.0)];

@@ -1,4 +1,4 @@
-//! The heart: two balloons with the wall between them, whose shapes are solved when asked for.
+//! The heart: two membranes with the wall between them; shapes are solved on demand.
 
 use super::base::Descent;
 use super::kept::Kept;
@@ -13,7 +13,7 @@ use revolve_voxel::{Body, Meridian, Piece, Pose};
 use std::f64::consts::FRAC_PI_4;
 use std::sync::{Arc, OnceLock};
 
-/// Dimensions of a balloon at rest: a cylinder closed by a hemisphere (Rohmer et al. 2006, Table 1).
+/// Dimensions of the reference configuration of a membrane: a cylinder closed by a hemisphere (Rohmer et al. 2006, Table 1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct Balloon {
@@ -39,7 +39,7 @@ impl Balloon {
         stiffness: 1.0,
     };
 
-    /// The membrane of this balloon: its rest shape with its stiffness, under the pressure of Eq. 3.
+    /// Returns the membrane with its stiffness under the pressure of Eq. 3.
     ///
     /// # Errors
     /// [`PhantomError::Balloon`] for a dimension or stiffness that is not finite and positive.
@@ -48,10 +48,11 @@ impl Balloon {
         Ok(Membrane::new(rest).with_stiffness(Stiffness::constant(self.stiffness)?))
     }
 
-    /// The same balloon of rubber, `thickness` cm thick at rest, under a pressure. Its stiffness is not used.
+    /// Returns the membrane as rubber of reference `thickness` in cm under a pressure. The stiffness is not used.
     ///
     /// # Errors
-    /// [`PhantomError::Balloon`] for a dimension or thickness that is not finite and positive, or constants that no rubber has.
+    /// [`PhantomError::Balloon`] for a dimension or thickness that is not finite and positive, or invalid constants of the strain
+    /// energy.
     pub fn of_rubber(
         &self,
         energy: StrainEnergy,
@@ -63,8 +64,8 @@ impl Balloon {
     }
 }
 
-/// Two concentric balloons standing in the lab. Shapes are solved when first asked for and kept, for copies of the heart too, as many as fit into
-/// [512 MiB](Heart::DEFAULT_MEMORY) or [what it is given](Heart::with_memory).
+/// Two coaxial membranes in the lab. Shapes are solved on demand and cached, shared by clones, up to [512
+/// MiB](Heart::DEFAULT_MEMORY) or [a given limit](Heart::with_memory).
 ///
 /// ```
 /// use heart_phantom::Heart;
@@ -80,36 +81,35 @@ impl Balloon {
 #[derive(Debug, Clone)]
 pub struct Heart {
     pair: Pair,
-    /// What the pair is of.
+    /// The definition of the pair.
     membranes: [Membrane; 2],
     discretisation: Discretisation,
     descent: Option<Descent>,
-    /// How far the body may be from membranes that are no polygons.
+    /// Tolerance of the body surface for polynomial membranes, cm.
     tolerance: f64,
-    /// From the base to the outer apex at rest, cm.
+    /// Reference length from the base to the outer apex, cm.
     length: f64,
     pose: Pose,
     memory: usize,
     shape_bytes: OnceLock<usize>,
-    /// Copies share it, so that no shape is solved again for them.
+    /// Shared by clones, so that each shape is solved once.
     kept: Arc<Kept>,
 }
 
-/// Memory of a cone of a body's surface with all that finds it: 96 bytes, 48 in its chain, some 20 of boxes; and of a node of a
-/// curve, as a point and as half of a node of the solution. `tests/memory.rs` measures them.
+/// Memory per cone of a body surface including search structures: 96 bytes, 48 in its chain, some 20 of boxes; and per node of a
+/// curve, as a point and as half of a node of the solution. `tests/memory.rs` measures both.
 const CONE_BYTES: f64 = 164.0;
 const NODE_BYTES: f64 = 24.0;
-/// Cones that follow a smooth surface to a tolerance when it is dilated, for one at rest, where the sides are straight.
+/// Ratio of the number of cones of a dilated surface to that of the reference configuration, at equal tolerance.
 const DILATED: f64 = 1.6;
-/// What rounding may put of one membrane outside the other, as a share of the length.
+/// Rounding tolerance for crossing membranes, as a fraction of the length.
 const ROUNDING: f64 = 1e-9;
 
 impl Heart {
-    /// Memory for shapes, in bytes, if nothing else is said.
+    /// Default memory for shapes in bytes.
     pub const DEFAULT_MEMORY: usize = 512 << 20;
 
-    /// Two balloons under the pressure law of Eq. 3, discretised with `nodes` nodes each, standing
-    /// in `pose` (body frame: x from the base to the apex).
+    /// Two membranes under the pressure law of Eq. 3 with `nodes` nodes each, in `pose` (body frame: x from the base to the apex).
     ///
     /// # Errors
     /// [`PhantomError::Balloon`] for a dimension or stiffness that is not finite and positive; else as [`Heart::of_membranes`].
@@ -128,12 +128,12 @@ impl Heart {
         )
     }
 
-    /// Any two membranes, the inner and the outer one. Finite differences give bodies bounded by the polygons through
-    /// their nodes; spectral elements give polynomials, which the bodies follow to `tolerance` cm.
+    /// Any two membranes, inner and outer. Finite differences give bodies bounded by the polygons through their nodes; spectral
+    /// elements give bodies that follow the polynomials to `tolerance` cm.
     ///
     /// # Errors
-    /// [`PhantomError::Membrane`] for a discretisation of nothing, or if the outer membrane does not enclose more volume than the inner one.
-    /// Whether one lies within the other everywhere is seen where shapes are solved: [`PhantomError::Crossed`] of [`Heart::shapes`].
+    /// [`PhantomError::Membrane`] for an invalid discretisation, or if the outer membrane does not enclose more volume than the
+    /// inner one. Crossing membranes are detected when shapes are solved: [`PhantomError::Crossed`] of [`Heart::shapes`].
     pub fn of_membranes(
         [inner, outer]: [&Membrane; 2],
         discretisation: Discretisation,
@@ -155,9 +155,8 @@ impl Heart {
         })
     }
 
-    /// The same with another bound, in bytes, on the memory of its shapes: no more of them are kept, and views that need more are
-    /// taken part by part. It changes no bit of any result. A shape that is needed again after others had to take its place is
-    /// solved again.
+    /// Sets the memory limit for shapes in bytes. Views that need more shapes are computed in parts, and evicted shapes are solved
+    /// again when needed. Results are bitwise identical.
     ///
     /// ```
     /// use heart_phantom::Heart;
@@ -175,9 +174,8 @@ impl Heart {
         self
     }
 
-    /// The study's heart: the balloons of Table 1, the axis turned by 45 degrees about x and then
-    /// about y so that it points along `(1/2, -sqrt(2)/2, 1/2)`, the axis point `(h + R_outer) / 2`
-    /// at the origin.
+    /// The heart of the study: the balloons of Table 1, rotated by 45 degrees about x and then about y so that the axis points
+    /// along `(1/2, -sqrt(2)/2, 1/2)`, with the axis point `(h + R_outer) / 2` at the origin.
     ///
     /// # Errors
     /// [`PhantomError::Membrane`] for too few nodes.
@@ -189,12 +187,12 @@ impl Heart {
         Self::new(Balloon::INNER, Balloon::OUTER, nodes, pose)
     }
 
-    /// The shapes at the given volume gains, in their order. Equal gains are solved once, also
-    /// from one call to the next; each is solved from rest, so that a shape does not depend on
-    /// what was asked for before. In parallel, with the same bits for any number of threads.
+    /// Returns the shapes at the given volume gains, in their order. Equal gains are solved once, also across calls. Each shape is
+    /// solved from the reference configuration and does not depend on earlier calls. Parallel and bitwise independent of the number
+    /// of threads.
     ///
     /// # Errors
-    /// [`PhantomError::Membrane`] if a gain cannot be reached; [`PhantomError::Crossed`] if no wall is left somewhere, as between
+    /// [`PhantomError::Membrane`] if a gain cannot be reached; [`PhantomError::Crossed`] if the membranes intersect, as for
     /// balloons of very different form.
     pub fn shapes(&self, gains: &[f64]) -> Result<Vec<Arc<HeartShape>>, PhantomError> {
         let (mut there, missing) = self.kept.take(gains, self.most_shapes());
@@ -212,7 +210,7 @@ impl Heart {
             .collect())
     }
 
-    /// The shape on whose membranes material coordinates are counted.
+    /// Returns the shape that defines the material coordinates.
     ///
     /// # Errors
     /// As [`Heart::shapes`].
@@ -220,15 +218,14 @@ impl Heart {
         Ok(self.shapes(&[0.0])?.remove(0))
     }
 
-    /// The same heart, the plane of whose base goes down, towards the apex, by so many cm from the larger of two volume gains, at
-    /// end-diastole, to the smaller, at end-systole, in proportion to the volume; the outer apex rests meanwhile. Zero is the heart
-    /// without it, to the bit.
+    /// Sets the atrioventricular-plane displacement in cm from the larger of two volume gains (end-diastole) to the smaller
+    /// (end-systole), proportional to the volume, with a fixed outer apex. Zero leaves results bitwise identical.
     ///
-    /// Of healthy adults it is 16 mm, and the epicardial area that comes down with it is 60 % of the stroke volume (Carlsson et al. 2007,
-    /// Am J Physiol Heart Circ Physiol 293:H1452, doi:10.1152/ajpheart.01148.2006).
+    /// In healthy adults it is 16 mm and causes 60 % of the stroke volume (Carlsson et al. 2007, Am J Physiol Heart Circ Physiol
+    /// 293:H1452, doi:10.1152/ajpheart.01148.2006).
     ///
-    /// The membranes are those of a muscle that shortens: at each volume their rest shapes are drawn together along the axis until the
-    /// outer apex is where it was. Cavity and wall keep their volumes as equations, to rounding.
+    /// The reference configurations are shortened along the axis at each volume until the outer apex is at its position. The
+    /// volumes of cavity and wall are separate equations, exact to rounding.
     ///
     /// ```
     /// use heart_phantom::Heart;
@@ -243,42 +240,42 @@ impl Heart {
     /// ```
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`] for a descent below 0 or above 10 cm, and gains that are none.
+    /// [`PhantomError::OutOfRange`] for a displacement below 0 or above 10 cm, and invalid gains.
     pub fn with_base_descent(mut self, cm: f64, gains: [f64; 2]) -> Result<Self, PhantomError> {
         let descent = Descent::new(cm, gains)?;
         if descent != self.descent {
-            // Shapes so far are of another heart.
+            // Earlier shapes belong to another heart.
             (self.descent, self.kept) = (descent, Arc::default());
         }
         Ok(self)
     }
 
-    /// How far the base has gone down at a volume gain, cm.
+    /// Returns the displacement of the base at a volume gain, cm.
     pub fn base_descent(&self, gain: f64) -> f64 {
         (self.descent.as_ref()).map_or(0.0, |descent| descent.at(gain))
     }
 
-    /// How many shapes have been solved so far.
+    /// Returns the number of shapes solved so far.
     pub fn shapes_solved(&self) -> usize {
         self.kept.solved()
     }
 
-    /// How many shapes there are at the moment, kept by the heart or held by others.
+    /// Returns the number of shapes in memory, cached or referenced.
     pub fn shapes_alive(&self) -> usize {
         self.kept.alive.counts()[0]
     }
 
-    /// The most shapes that there were at a time.
+    /// Returns the largest number of shapes in memory so far.
     pub fn most_shapes_alive(&self) -> usize {
         self.kept.alive.counts()[1]
     }
 
-    /// How many shapes fit into its memory; one at least.
+    /// Returns the number of shapes that fit into its memory, at least one.
     pub fn most_shapes(&self) -> usize {
         (self.memory / self.shape_bytes()).max(1)
     }
 
-    /// About how many bytes a shape takes, from the shape at rest; nothing is solved for it.
+    /// Returns the estimated bytes of a shape, from the reference configuration; solves nothing.
     pub fn shape_bytes(&self) -> usize {
         *self.shape_bytes.get_or_init(|| {
             let of = |solver: &Solver| {
@@ -296,28 +293,28 @@ impl Heart {
         })
     }
 
-    /// Length and radius of the heart at rest, cm.
+    /// Returns the reference length and radius of the heart, cm.
     pub(crate) fn rest_extent(&self) -> [f64; 2] {
         let most = |[x, r]: [f64; 2], [px, py]: [f64; 2]| [f64::max(x, px), f64::max(r, py)];
         (self.pair.outer().start().points().into_iter()).fold([0.0; 2], most)
     }
 
-    /// From the base to the outer apex at rest, cm.
+    /// Reference length from the base to the outer apex, cm.
     pub fn length(&self) -> f64 {
         self.length
     }
 
-    /// The two membranes, ready to be solved.
+    /// Returns the pair of membrane solvers.
     pub fn pair(&self) -> &Pair {
         &self.pair
     }
 
-    /// How far bodies may be from membranes that are no polygons, cm.
+    /// Returns the tolerance of bodies for polynomial membranes, cm.
     pub(crate) fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
-    /// The same heart, its shapes among them, standing elsewhere; bodies of shapes stand where they did.
+    /// Returns the heart with its shapes in another pose; existing bodies of shapes do not move.
     pub(crate) fn standing(&self, pose: Pose) -> Self {
         Self {
             pose,
@@ -325,7 +322,7 @@ impl Heart {
         }
     }
 
-    /// Where the heart stands, of one that breathes at end-expiration.
+    /// Returns the pose; with respiratory motion that at end-expiration.
     pub fn pose(&self) -> &Pose {
         &self.pose
     }
@@ -359,7 +356,7 @@ impl Heart {
         }
     }
 
-    /// The upper half of a membrane, base to apex.
+    /// Returns the upper half of a membrane, base to apex.
     fn meridian(
         &self,
         membrane: &Equilibrium,

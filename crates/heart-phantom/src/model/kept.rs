@@ -1,10 +1,10 @@
-//! The shapes that a heart keeps: those used last, no more than there is room for.
+//! The cache of shapes of a heart: least recently used shapes are evicted.
 
 use super::shape::{Alive, HeartShape};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Shapes by their gains. Any number of threads may ask at once.
+/// Shapes by gain, shared by threads.
 #[derive(Debug, Default)]
 pub(super) struct Kept {
     shapes: Mutex<Shapes>,
@@ -13,15 +13,14 @@ pub(super) struct Kept {
 
 #[derive(Debug, Default)]
 struct Shapes {
-    /// Each with the number of the call that used it last.
+    /// Each with the index of the call that used it last.
     by_gain: BTreeMap<u64, (Arc<HeartShape>, usize)>,
     calls: usize,
     solved: usize,
 }
 
 impl Kept {
-    /// Those of the gains that are there, and the others. For those it makes room: of `most` shapes, by dropping what was not used
-    /// for longest.
+    /// Returns the cached shapes of the gains, and the missing gains. Evicts the least recently used shapes beyond `most`.
     pub(super) fn take(
         &self,
         gains: &[f64],
@@ -46,7 +45,7 @@ impl Kept {
         (there, missing)
     }
 
-    /// Keeps new shapes.
+    /// Adds new shapes.
     pub(super) fn add(&self, new: &[Arc<HeartShape>]) {
         let mut kept = self.lock();
         let now = kept.calls;
@@ -62,19 +61,19 @@ impl Kept {
         }
     }
 
-    /// How many have been solved so far.
+    /// Number of shapes solved so far.
     pub(super) fn solved(&self) -> usize {
         self.lock().solved
     }
 
-    /// A map of whole entries is whole even after a panic elsewhere.
+    /// The map is consistent even after a panic elsewhere.
     fn lock(&self) -> MutexGuard<'_, Shapes> {
         self.shapes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Shapes {
-    /// Drops what was not used for longest, but nothing that is used now.
+    /// Evicts the least recently used shapes, except those in use.
     fn drop_down_to(&mut self, most: usize, now: usize) {
         let surplus = self.by_gain.len().saturating_sub(most);
         if surplus == 0 {

@@ -1,16 +1,16 @@
-//! The wall as material: where each of its points is at each phase of the beat.
+//! Material coordinates of the wall: the position of each material point at each phase.
 //!
-//! The membranes' points are known by their coordinate s; what lies between them is placed so that **each layer keeps its
-//! volume**: the layer u holds the fraction u of the wall between itself and the inner membrane, at every phase (to the
-//! rounding with which the wall's own volume is kept). Along the wall there are two ways:
+//! Points of the membranes have the coordinate s. Between the membranes **each layer preserves its volume**: at every phase the
+//! layer u contains the fraction u of the wall volume between itself and the inner membrane (to rounding). Two conventions exist
+//! along the wall:
 //!
-//! - [`Wall::new`], tied to the membranes: material s always lies between the two membrane points s. The membranes stretch
-//!   unevenly, so a strip between s and s + ds does not keep its volume: the product of the three stretches is the ratio of
-//!   the strip's volumes, the same in all layers.
-//! - [`Wall::sliding`]: the wall slides along both membranes, as water does, so that every element keeps its volume and the
-//!   product of the stretches is 1 everywhere. A material s is then where it was between the membrane points s at rest.
+//! - [`Wall::new`], tied to the membranes: material s lies between the two membrane points s. The membranes
+//!   stretch unevenly, so a strip between s and s + ds does not preserve its volume: the product of the three
+//!   stretches is the ratio of the volumes of the strip, the same in all layers.
+//! - [`Wall::sliding`]: the wall slides along both membranes like water, so every element preserves its volume and
+//!   the product of the stretches is 1. Material s lies between the membrane points s in the reference shape.
 //!
-//! Either may turn about the axis as it goes ([`Twist`]), which changes no volume.
+//! A [`Twist`] rotates either about the axis and preserves volumes.
 
 use super::shape::HeartShape;
 use super::twist::Twist;
@@ -25,14 +25,14 @@ use std::sync::Arc;
 /// The material coordinate of the apex.
 pub(super) const APEX: f64 = 0.5;
 
-/// A point of the wall that is told from all others at every phase.
+/// A material point of the wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MaterialPoint {
-    /// Share of the wall's volume between it and the inner membrane: 0 on the inner, 1 on the outer membrane.
+    /// Fraction of the wall volume between it and the inner membrane: 0 on the inner, 1 on the outer membrane.
     pub layer: f64,
-    /// Coordinate along the membranes, 0 at the base, 1/2 at the apex.
+    /// Material coordinate along the membranes, 0 at the base, 1/2 at the apex.
     pub s: f64,
-    /// Angle about the body's axis in radians, from body y to body z.
+    /// Azimuth about the axis of the body in radians, from body y to body z.
     pub azimuth: f64,
 }
 
@@ -56,43 +56,43 @@ pub struct MaterialPoint {
 pub struct Wall {
     shell: Arc<Shell>,
     pose: Pose,
-    /// The wall at rest, if this one slides.
+    /// The reference wall of a sliding wall.
     rest: Option<Arc<Shell>>,
     twist: Option<Arc<Twist>>,
 }
 
-/// A piece of the wall that moves with it: all material points within three ranges.
+/// A region of the wall that moves with it: all material points within three ranges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WallRegion {
     /// Layers, within 0 (inner membrane) to 1 (outer membrane).
     pub layers: [f64; 2],
     /// Coordinate along the membranes, within 0 (base) to 1/2 (apex).
     pub s: [f64; 2],
-    /// Azimuths in radians, the second larger by at most a turn.
+    /// Azimuths in radians, the second larger by at most a full turn.
     pub azimuths: [f64; 2],
 }
 
-/// How a material element's sides change from one phase to another: lengths there over lengths here.
+/// Stretches of a material element from one phase to another: deformed length over initial length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Stretch {
-    /// Along the wall from base to apex, within the layer.
+    /// Longitudinal, along the layer.
     pub meridional: f64,
-    /// Round the axis.
+    /// Circumferential.
     pub hoop: f64,
-    /// Of the distance between neighbouring layers, across both.
+    /// Radial, across the layers.
     pub radial: f64,
 }
 
 impl Stretch {
-    /// The ratio of the element's volumes: the product of the three.
+    /// Returns the ratio of the volumes of the element: the product of the three.
     pub fn volume(&self) -> f64 {
         self.meridional * self.hoop * self.radial
     }
 }
 
 impl Wall {
-    /// The wall of a shape, tied to its membranes.
+    /// The wall of a shape, tied to the membranes.
     ///
     /// # Errors
     /// [`PhantomError::Solid`] where the lines between membrane points of equal s cross in the wall.
@@ -100,8 +100,8 @@ impl Wall {
         Self::of(shape.solution(), *shape.body().pose())
     }
 
-    /// The wall between two solved membranes that are their own mirror images, standing in `pose`; their polynomials
-    /// themselves, or under finite differences the polylines.
+    /// The wall between two solved membranes with mirror symmetry, in `pose`: exact for polynomials, polylines for finite
+    /// differences.
     ///
     /// # Errors
     /// As [`Wall::new`].
@@ -118,8 +118,7 @@ impl Wall {
         })
     }
 
-    /// The wall of a shape between the polygons that bound its body, which follow the membranes to `tolerance` cm: what fills it
-    /// ends where the body does.
+    /// The wall of a shape between the polygons that bound its body, which follow the membranes to `tolerance` cm.
     pub(crate) fn drawn(shape: &HeartShape, tolerance: f64) -> Result<Self, PhantomError> {
         let pair = shape.solution();
         let [inner, outer] = [&pair.inner, &pair.outer]
@@ -127,7 +126,7 @@ impl Wall {
         Self::between(inner?, outer?, *shape.body().pose())
     }
 
-    /// The wall of a shape, sliding along its membranes so that each element keeps the volume it has in `rest`.
+    /// The wall of a shape that slides along its membranes so that each element has the volume that it has in `rest`.
     ///
     /// # Errors
     /// As [`Wall::new`].
@@ -135,30 +134,30 @@ impl Wall {
         Ok(Self::new(shape)?.sliding_from(rest))
     }
 
-    /// The same wall, its material coordinate counted from another phase's membranes.
+    /// Returns the wall with the material coordinate of the membranes of another phase.
     pub fn sliding_from(mut self, rest: &Wall) -> Self {
         self.rest = Some(rest.shell.clone());
         self
     }
 
-    /// The same wall, turned about its axis layer by layer; angles are counted from the wall without a twist.
+    /// Returns the wall with a twist; azimuths refer to the wall without twist.
     pub fn twisted(mut self, twist: Twist) -> Self {
         self.twist = Some(Arc::new(twist));
         self
     }
 
-    /// The same wall standing elsewhere.
+    /// Returns the wall in another pose.
     pub fn standing(mut self, pose: Pose) -> Self {
         self.pose = pose;
         self
     }
 
-    /// Volume of the wall in cm^3.
+    /// Returns the volume of the wall in cm^3.
     pub fn volume(&self) -> f64 {
         self.shell.volume()
     }
 
-    /// Where a material point is in the lab.
+    /// Returns the position of a material point in the lab, cm.
     ///
     /// # Errors
     /// [`PhantomError::OutOfRange`] for a layer outside 0 to 1, an s outside 0 to 1/2, an angle that is not finite.
@@ -166,17 +165,16 @@ impl Wall {
         Ok(self.place(&point.checked()?))
     }
 
-    /// The material point at a place in the lab, its angle in (-pi, pi], or nothing outside the wall (whose surfaces belong
-    /// to it).
+    /// Returns the material point at a position in the lab, with its azimuth in (-pi, pi]; `None` outside the closed wall.
     pub fn locate(&self, p: &Point3<f64>) -> Option<MaterialPoint> {
         let body = self.pose.to_body(p);
         let found = self.shell.locate([body.x, body.y.hypot(body.z)])?;
         Some(self.material(found, &body))
     }
 
-    /// The material point at the layer and the membranes' own s where a body point was found.
+    /// Returns the material point for a layer and the membrane coordinate s of a body point.
     pub(super) fn material(&self, [layer, at]: [f64; 2], body: &Point3<f64>) -> MaterialPoint {
-        let s = self.shell.carried(at, self.reference());
+        let s = self.shell.corresponding(at, self.reference());
         let place = body.z.atan2(body.y);
         MaterialPoint {
             layer,
@@ -188,16 +186,17 @@ impl Wall {
         }
     }
 
-    /// How far the material at a place moves from this phase to another: a lab vector in cm, or nothing outside the wall.
+    /// Returns the displacement of the material at a position from this phase to another: a lab vector in cm; `None` outside the
+    /// wall.
     pub fn displacement(&self, to: &Wall, p: &Point3<f64>) -> Option<[f64; 3]> {
         let point = self.locate(p)?;
         Some((to.place(&point) - p).into())
     }
 
-    /// The displacements of the material at the centres of the voxels of some slices: those in the wall with their numbers
-    /// among these slices (`[z][y][x]`), rising.
+    /// Returns the displacements of the material at the centres of the voxels of some slices. Only voxels in the wall are returned,
+    /// with their indices among these slices (`[z][y][x]`), ascending.
     ///
-    /// Work grows with the voxels of the wall; the same bits for any number of threads.
+    /// Cost: proportional to the number of voxels in the wall. Bitwise independent of the number of threads.
     ///
     /// ```
     /// use heart_phantom::{Heart, Wall};
@@ -230,8 +229,8 @@ impl Wall {
         Ok(self.shell.map_voxels(&self.pose, grid, slices, moved)?)
     }
 
-    /// How far what is at a body point goes, in the lab: with the material at a layer and the membranes' own s, from which it is off by so
-    /// much along the axis and away from it.
+    /// Returns the displacement of a body point in the lab: that of the material at a layer and membrane coordinate s, plus an
+    /// offset along the axis and away from it.
     pub(super) fn way(
         &self,
         to: &Wall,
@@ -242,14 +241,14 @@ impl Wall {
         let [x, r] = to.shell.point(layer, self.same(at, to));
         let [x, r] = [x + off[0], (r + off[1]).max(0.0)];
         let from = (p.y * p.y + p.z * p.z).sqrt();
-        // On the axis any azimuth will do.
+        // On the axis the azimuth is arbitrary.
         let [mut cos, mut sin] = if from > 0.0 {
             [p.y / from, p.z / from]
         } else {
             [1.0, 0.0]
         };
         if self.twist.is_some() || to.twist.is_some() {
-            let s = self.shell.carried(at, self.reference());
+            let s = self.shell.corresponding(at, self.reference());
             let (b, a) = (to.turn(layer, s) - self.turn(layer, s)).sin_cos();
             [cos, sin] = [a * cos - b * sin, b * cos + a * sin];
         }
@@ -257,7 +256,8 @@ impl Wall {
         there - self.pose.to_lab(p)
     }
 
-    /// The stretches of the material at a point from this phase to another. At the apex they are those 5e-7 before it.
+    /// Returns the stretches of the material at a point from this phase to another. At the apex they are those at a distance of
+    /// 5e-7 in s.
     ///
     /// # Errors
     /// As [`Wall::position`].
@@ -272,12 +272,11 @@ impl Wall {
         })
     }
 
-    /// The solid between two layers and two s, as the profile of its solid of revolution with layers drawn to `tolerance` in
-    /// cm.
+    /// Returns the profile of the solid of revolution between two layers and two s, with layers accurate to `tolerance` in cm.
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`] for what [`Wall::position`] refuses; [`PhantomError::Solid`] for ranges of no width, a
-    /// tolerance that is not positive.
+    /// [`PhantomError::OutOfRange`] as [`Wall::position`]; [`PhantomError::Solid`] for ranges of zero width or a tolerance that is
+    /// not positive.
     pub fn region(
         &self,
         layers: [f64; 2],
@@ -294,14 +293,14 @@ impl Wall {
         Ok(self.shell.region(layers, ends, tolerance)?)
     }
 
-    /// A piece of the wall at this phase as a solid in the lab, its layers drawn to `tolerance` in cm: exact line integrals
-    /// and coverage of, say, a defect.
+    /// Returns a region of the wall at this phase as a solid in the lab, with layers accurate to `tolerance` in cm, for exact line
+    /// integrals and coverage.
     ///
-    /// Of a wall that twists it is the piece without its twist, which has sides that no half plane is; the defects of a
-    /// [`Phantom`](crate::Phantom) twist, as fine cells.
+    /// The twist is not applied, because its sides are not half planes; [`Phantom`](crate::Phantom) represents twisted defects by
+    /// fine cells.
     ///
-    /// Add to what the wall gives the difference of the activities, that of the piece less that of the wall. Where
-    /// pieces overlap, their differences add up.
+    /// Add the difference of the activities of region and wall to the projections of the wall. Differences of overlapping regions
+    /// add.
     ///
     /// ```
     /// use heart_phantom::{Heart, Wall, WallRegion};
@@ -317,24 +316,24 @@ impl Wall {
     /// ```
     ///
     /// # Errors
-    /// As [`Wall::region`]; [`PhantomError::Solid`] for azimuths that open no wedge.
+    /// As [`Wall::region`]; [`PhantomError::Solid`] for an empty range of azimuths.
     pub fn sector(&self, region: &WallRegion, tolerance: f64) -> Result<Sector, PhantomError> {
         let ring = self.region(region.layers, region.s, tolerance)?;
         Ok(Sector::new(ring, region.azimuths, self.pose)?)
     }
 
-    /// Thickness of the wall in cm where the inner membrane is at its own coordinate `s`, clamped to 0 to 1/2: the distance
-    /// to the outer membrane.
+    /// Returns the thickness of the wall in cm at the inner membrane point `s`, clamped to 0 to 1/2: the distance to the outer
+    /// membrane.
     pub fn thickness(&self, s: f64) -> f64 {
         self.shell.thickness(s)
     }
 
-    /// Least and mean thickness, the mean over the inner membrane's surface.
+    /// Returns the smallest and the average thickness over the surface of the inner membrane.
     pub fn thicknesses(&self) -> Thickness {
         self.shell.thicknesses()
     }
 
-    /// Where the wall stands.
+    /// Returns the pose of the wall.
     pub fn pose(&self) -> &Pose {
         &self.pose
     }
@@ -345,37 +344,37 @@ impl Wall {
         self.pose.to_lab(&Point3::new(x, r * cos, r * sin))
     }
 
-    /// How far a material point is turned about the axis.
+    /// Returns the rotation of a material point about the axis.
     fn turn(&self, layer: f64, s: f64) -> f64 {
         (self.twist.as_ref()).map_or(0.0, |twist| twist.angle(layer, s))
     }
 
-    /// The shell and where it stands.
+    /// The shell and its pose.
     pub(super) fn standing_shell(&self) -> (&Shell, &Pose) {
         (&self.shell, &self.pose)
     }
 
-    /// The membranes' own s between which material s lies at this phase.
+    /// Returns the membrane coordinate s of material s at this phase.
     fn coordinate(&self, s: f64) -> f64 {
-        self.reference().carried(s, &self.shell)
+        self.reference().corresponding(s, &self.shell)
     }
 
-    /// The membranes' own s in another wall of the material that is at the membranes' own s in this one.
+    /// Returns the membrane coordinate s in another wall of the material at membrane coordinate s in this one.
     fn same(&self, at: f64, to: &Wall) -> f64 {
         if std::ptr::eq(self.reference(), to.reference()) {
-            // Equal shares of the one wall are equal shares of the other.
-            self.shell.carried(at, &to.shell)
+            // Equal volume fractions correspond to each other.
+            self.shell.corresponding(at, &to.shell)
         } else {
-            to.coordinate(self.shell.carried(at, self.reference()))
+            to.coordinate(self.shell.corresponding(at, self.reference()))
         }
     }
 
-    /// The wall whose membranes the material coordinate is counted on.
+    /// The wall that defines the material coordinate.
     fn reference(&self) -> &Shell {
         self.rest.as_deref().unwrap_or(&self.shell)
     }
 
-    /// Sides of a material element: along the layer for each unit of s, round the axis, across layers for each unit of u.
+    /// Sides of a material element: along the layer per unit of s, circumferential, across layers per unit of u.
     fn element(&self, point: &MaterialPoint) -> [f64; 3] {
         let [across, along, [_, _, r]] = self.tangents(point);
         let length = along[0].hypot(along[1]);
@@ -383,10 +382,10 @@ impl Wall {
         [length, r, area / length]
     }
 
-    /// Derivatives of the place of a material point by layer, s and azimuth, in its cylindrical frame: along the axis, away from it,
-    /// round it.
+    /// Derivatives of the position of a material point with respect to layer, s and azimuth in its cylindrical frame: axial,
+    /// radial, circumferential.
     pub(super) fn tangents(&self, point: &MaterialPoint) -> [[f64; 3]; 3] {
-        // The apex is a limit: sides and volumes vanish there together.
+        // The apex is a limit: sides and volumes vanish together.
         let s = point.s.min(APEX * (1.0 - 1e-6));
         let at = self.coordinate(s);
         let [across, along] = self.shell.tangents(point.layer, at);
@@ -411,7 +410,7 @@ impl Wall {
 }
 
 impl MaterialPoint {
-    /// Itself, if it is in the wall.
+    /// Returns the point if it is in the wall.
     pub(super) fn checked(&self) -> Result<Self, PhantomError> {
         check("layer", self.layer, [0.0, 1.0])?;
         check("material coordinate s", self.s, [0.0, APEX])?;

@@ -1,4 +1,4 @@
-//! What beats: two balloons with a wall between them, its volume over a beat, what it holds and what is around it.
+//! The model of the heart: membranes, wall, volume over the cycle, activity, and surroundings.
 
 mod activity;
 mod around;

@@ -1,4 +1,4 @@
-//! Beats of different length: when each begins, which of them count, and how a beat's phases lie in its time.
+//! Variable R-R intervals: start, acceptance and phases of each beat.
 
 use super::volume_curve::Height;
 use crate::error::{PhantomError, check, check_count};
@@ -7,79 +7,80 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 
-/// Beats that are drawn; then they come again.
+/// Number of beats drawn before the sequence repeats.
 const DRAWN: usize = 16_384;
-/// A premature beat comes after this share of the mean interval, and the pause after it makes up for that.
+/// Interval of a premature beat as a fraction of the mean interval; a compensatory pause follows.
 const COUPLING: f64 = 0.6;
-/// Diastole lasts at least this share of what it does at the mean rate.
+/// Shortest diastole as a fraction of that at the mean rate.
 const SHORTEST_DIASTOLE: f64 = 0.05;
 
-/// R-R intervals, whose mean rate is the cycle's.
+/// R-R intervals; the mean rate is that of the cycle.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum RrIntervals {
-    /// Seconds of each beat; after the last one they come again.
+    /// Intervals in seconds, repeated after the last.
     List(Vec<f64>),
-    /// Drawn around the cycle's own period, the same from the same seed: normal intervals (those too short for their systole, or
-    /// beyond four deviations, drawn again), and premature beats after 0.6 of the period, each followed by a pause that makes up for it
-    /// (a fully compensatory one: both together last two periods).
+    /// Random intervals about the period of the cycle, reproducible from the seed. Normal intervals that are too short for their
+    /// systole or beyond four standard deviations are drawn again. A fully compensatory pause follows each premature beat (0.6 of
+    /// the period): both together last two periods.
     Random {
         /// Standard deviation in seconds.
         deviation: f64,
-        /// Share of beats that are premature.
+        /// Fraction of premature beats.
         ectopic: f64,
         /// Seed.
         seed: u64,
     },
 }
 
-/// What a cardiac gate is a part of.
+/// The definition of cardiac gates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum GatedBy {
-    /// Equal shares of each interval: gate g of n from `g/n` to `(g+1)/n` of it.
+    /// Equal fractions of each interval: gate g of n from `g/n` to `(g+1)/n` of it.
     #[default]
-    ShareOfInterval,
-    /// Time after R: gate g of n from `g/n` to `(g+1)/n` of the cycle's own period. What a longer beat has left after the last gate
-    /// counts to none, and a shorter one has no time for the last.
+    FractionOfInterval,
+    /// Time after R: gate g of n from `g/n` to `(g+1)/n` of the period of the cycle. The remainder of a longer beat belongs to no
+    /// gate; a shorter beat lacks the last gates.
     TimeAfterR,
 }
 
-/// Beats that differ in length.
+/// `[beats]`: variable R-R intervals.
 ///
-/// A beat begins at phase 0. Systole, from the first largest to the next smallest volume, lasts as long in each as at the cycle's
-/// own rate, and diastole takes the change: with S the share of systole, P the cycle's period and R the interval,
+/// A beat begins at phase 0. Systole, from the first largest to the next smallest volume, has the duration that it has at the rate
+/// of the cycle; diastole absorbs the variation. With the systolic fraction S, the period P of the cycle and the interval R,
 ///
 /// ```text
-/// seconds for each unit of phase:  P in systole,   (R - S P) / (1 - S) in diastole
+/// seconds per unit of phase:  P in systole,   (R - S P) / (1 - S) in diastole
 /// ```
 ///
-/// From one rate to another electromechanical systole changes by 2.1 ms for each beat a minute (Weissler 1968, see
-/// [`VolumeCurve::Physiological`](crate::VolumeCurve)), where the interval changes by 14 ms between 60 and 70: diastole takes 85 % of the change, and here all of it.
-/// The volumes at both ends stay what they are.
+/// Electromechanical systole changes by 2.1 ms per beat/min (Weissler 1968, see
+/// [`VolumeCurve::Physiological`](crate::VolumeCurve)), the interval by 14 ms between 60 and 70 beats/min: diastole absorbs 85 % of
+/// the change, here all of it. EDV and ESV do not change.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct Beats {
-    /// How long they are.
+    /// The intervals.
     pub intervals: RrIntervals,
-    /// Shortest and longest interval in seconds that is accepted; the time of other beats is not used, but by instants. `None` for all.
+    /// Shortest and longest accepted interval in seconds; the time of other beats is not used, except by instantaneous views.
+    /// `None` accepts all.
     #[cfg_attr(
         feature = "scene",
         serde(default, skip_serializing_if = "Option::is_none")
     )]
     pub accepted: Option<[f64; 2]>,
-    /// What gates are parts of.
+    /// The definition of cardiac gates.
     #[cfg_attr(feature = "scene", serde(default))]
     pub gated_by: GatedBy,
 }
 
 impl Beats {
-    /// All of them accepted, gates as shares of the interval.
+    /// Accepts all beats; gates are fractions of the interval.
     pub fn new(intervals: RrIntervals) -> Self {
         Self {
             intervals,
@@ -89,31 +90,31 @@ impl Beats {
     }
 }
 
-/// A beat in real time.
+/// A beat.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Beat {
-    /// When it begins, seconds.
+    /// Its start, seconds.
     pub(crate) start: f64,
-    /// How long it is.
+    /// Its length, seconds.
     pub(crate) length: f64,
 }
 
-/// Beats made ready.
+/// Beats prepared for evaluation.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Rhythm {
-    /// When each begins, and the end of the last.
+    /// Start of each beat, and the end of the last.
     starts: Vec<f64>,
     accepted: Option<[f64; 2]>,
     gated_by: GatedBy,
-    /// Length of a beat at the cycle's own rate.
+    /// Length of a beat at the rate of the cycle.
     period: f64,
-    /// Phases at which systole begins or ends, 0 and 1, and whether each part is of systole.
+    /// Phases at which systole begins or ends, with 0 and 1, and whether each part is systole.
     parts: Vec<([f64; 2], bool)>,
     systole: f64,
 }
 
 impl Rhythm {
-    /// Every beat as long as the cycle's own.
+    /// Beats of the period of the cycle.
     pub(crate) fn regular(period: f64) -> Self {
         Self {
             starts: vec![0.0, period],
@@ -152,7 +153,7 @@ impl Rhythm {
                 seed,
             } => {
                 check("deviation of R-R intervals", deviation, [0.0, 0.5 * period])?;
-                check("share of ectopic beats", ectopic, ECTOPIC)?;
+                check("fraction of ectopic beats", ectopic, ECTOPIC)?;
                 if ectopic > 0.0 {
                     let premature = COUPLING * period;
                     check(
@@ -179,7 +180,7 @@ impl Rhythm {
         })
     }
 
-    /// Whether it is nothing but beats of the period, all of them counted.
+    /// Returns whether all beats have the period and are accepted.
     pub(crate) fn is_plain(&self) -> bool {
         let equal = (0..self.starts.len() - 1).all(|k| {
             let length = self.starts[k + 1] - self.starts[k];
@@ -188,7 +189,7 @@ impl Rhythm {
         equal && self.accepts(&self.beat(0))
     }
 
-    /// A beat by its number, from 0.
+    /// Returns a beat by its index, from 0.
     pub(crate) fn beat(&self, k: usize) -> Beat {
         let n = self.starts.len() - 1;
         let (round, k) = (k / n, k % n);
@@ -198,7 +199,7 @@ impl Rhythm {
         }
     }
 
-    /// The number of the beat at a time that is not before the first.
+    /// Returns the index of the beat at a time not before the first.
     pub(crate) fn number_at(&self, seconds: f64) -> usize {
         let n = self.starts.len() - 1;
         let round = (seconds / self.starts[n]).floor().max(0.0);
@@ -207,34 +208,34 @@ impl Rhythm {
         round as usize * n + k.clamp(1, n) - 1
     }
 
-    /// Shortest and longest interval in seconds that is accepted; `None` for all.
+    /// Shortest and longest accepted interval in seconds; `None` accepts all.
     #[cfg(feature = "scene")]
     pub(crate) fn accepted(&self) -> Option<[f64; 2]> {
         self.accepted
     }
 
-    /// Does its time count?
+    /// Returns whether the beat is accepted.
     pub(crate) fn accepts(&self, beat: &Beat) -> bool {
         self.accepted
             .is_none_or(|[low, high]| beat.length >= low && beat.length <= high)
     }
 
-    /// The longest beat.
+    /// Returns the length of the longest beat.
     pub(crate) fn longest(&self) -> f64 {
         let lengths = self.starts.windows(2).map(|pair| pair[1] - pair[0]);
         lengths.fold(0.0, f64::max)
     }
 
-    /// From where to where a gate goes in a beat, in seconds after its start; of no length if it does not come.
+    /// Returns the start and end of a gate in a beat, in seconds after its start; equal if the gate does not occur.
     pub(crate) fn gate(&self, beat: &Beat, gate: usize, gates: usize) -> [f64; 2] {
         let of = match self.gated_by {
-            GatedBy::ShareOfInterval => beat.length,
+            GatedBy::FractionOfInterval => beat.length,
             GatedBy::TimeAfterR => self.period,
         };
         [gate, gate + 1].map(|g| (g as f64 / gates as f64 * of).min(beat.length))
     }
 
-    /// Phase at a time after the start of a beat.
+    /// Returns the phase at a time after the start of a beat.
     pub(crate) fn phase(&self, beat: &Beat, seconds: f64) -> f64 {
         let mut left = seconds;
         for &([a, b], systole) in &self.parts {
@@ -247,7 +248,7 @@ impl Rhythm {
         1.0
     }
 
-    /// Parts of a beat in which phase is linear in time: both ends in seconds after its start, and as phases.
+    /// Returns the parts of a beat with linear phase: both ends in seconds after its start, and as phases.
     pub(crate) fn linear_parts(&self, beat: &Beat) -> Vec<([f64; 2], [f64; 2])> {
         let mut from = 0.0;
         (self.parts.iter())
@@ -260,7 +261,7 @@ impl Rhythm {
             .collect()
     }
 
-    /// Seconds for each unit of phase.
+    /// Seconds per unit of phase.
     fn rate(&self, beat: &Beat, systole: bool) -> f64 {
         match systole {
             true => self.period,
@@ -269,7 +270,7 @@ impl Rhythm {
     }
 }
 
-/// A beat cut where systole begins, at the largest volume, and where it ends, at the smallest.
+/// Divides a beat at the start of systole (largest volume) and at its end (smallest volume).
 fn parts(from: f64, to: f64) -> Vec<([f64; 2], bool)> {
     let (cuts, first) = match from < to {
         true => ([0.0, from, to, 1.0], false),
@@ -282,13 +283,14 @@ fn parts(from: f64, to: f64) -> Vec<([f64; 2], bool)> {
         .collect()
 }
 
-/// Normal intervals with premature beats among them.
+/// Draws normal intervals and premature beats.
 fn drawn(deviation: f64, ectopic: f64, seed: u64, [mean, least]: [f64; 2]) -> Vec<f64> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut lengths = Vec::with_capacity(DRAWN + 1);
     while lengths.len() < DRAWN {
         let share = random.next_u32() as f64 / u32::MAX as f64;
-        // A premature beat and its pause are drawn as one: of q such pairs to 1 - q other beats, q / (1 + q) are premature.
+        // A premature beat and its pause are drawn together: with probability q of such pairs, the fraction q / (1 + q) of beats is
+        // premature.
         if share < ectopic / (1.0 - ectopic) {
             lengths.extend([COUPLING * mean, (2.0 - COUPLING) * mean]);
             continue;

@@ -1,7 +1,7 @@
-//! How the material of the wall is deformed from one phase to another.
+//! Deformation and strain of the wall.
 //!
-//! A material point is (u, s, phi): layer, coordinate along the membranes, azimuth. In the cylindrical frame of where it is, (x, r) in the
-//! meridian's plane and phi across it, its coordinate lines have the tangents
+//! A material point is (u, s, phi): layer, coordinate along the membranes, azimuth. In its cylindrical frame, (x, r) in the
+//! meridian plane and phi perpendicular to it, the tangents of the coordinate lines are
 //!
 //! ```text
 //! G = [ x_u        x_s        0 ]
@@ -9,8 +9,8 @@
 //!     [ r tau_u    r tau_s    r ]
 //! ```
 //!
-//! and the deformation gradient from here to there is `F = G_there G_here^-1`, in closed form. All of it is exact: the curves are
-//! polynomials, layers follow from cubics ([`revolve_voxel::Shell`]), the twist is piecewise linear.
+//! and the deformation gradient from this phase to another is `F = G_other G_this^-1`, in closed form: the curves are polynomials,
+//! layers are roots of cubics ([`revolve_voxel::Shell`]), and the twist is piecewise linear.
 
 use super::material::{MaterialPoint, Wall};
 use crate::error::PhantomError;
@@ -18,28 +18,28 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use revolve_voxel::VoxelGrid;
 use std::ops::Range;
 
-/// The deformation gradient `F = dx'/dx` of the material about a point.
+/// The deformation gradient `F = dx'/dx` at a material point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deformation {
-    /// F from the cylindrical frame here to that there: along the body's axis to the apex, away from it, round it.
+    /// F between the cylindrical frames of both phases: axial (towards the apex), radial, circumferential.
     pub gradient: Matrix3<f64>,
-    /// The wall's own directions in the frame here, as columns: radial (across the layer, outward), circumferential (with rising
-    /// azimuth: counter-clockwise seen from beyond the apex), longitudinal (along the layer, base to apex).
+    /// The directions of the wall in the initial frame, as columns: radial (across the layer, outward), circumferential
+    /// (counter-clockwise seen from beyond the apex), longitudinal (along the layer, base to apex).
     pub wall: Matrix3<f64>,
 }
 
-/// Green's strain `E = (F^T F - 1) / 2` in the wall's own directions at the place that it is counted from.
+/// Green's strain `E = (F^T F - 1) / 2` in the directions of the wall at the initial phase.
 ///
-/// Normal components are `(stretch^2 - 1) / 2`, shears half the scalar product of the two deformed directions; with a twist,
+/// Normal components are `(stretch^2 - 1) / 2`, shears half the scalar product of the two deformed directions. With a twist
 /// `circumferential_longitudinal` is the shear of torsion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct GreenStrain {
-    /// Across the layers: thickening is positive.
+    /// Radial: thickening is positive.
     pub radial: f64,
-    /// Round the axis.
+    /// Circumferential.
     pub circumferential: f64,
-    /// From base to apex.
+    /// Longitudinal.
     pub longitudinal: f64,
     /// Shear between radial and circumferential.
     pub radial_circumferential: f64,
@@ -50,15 +50,14 @@ pub struct GreenStrain {
 }
 
 impl Deformation {
-    /// Volume there over volume here, det F: 1 for a wall that slides ([`Wall::sliding`]), to rounding and the accuracy with which the
-    /// wall's volume is kept.
+    /// Returns the volume ratio det F: 1 for a sliding wall ([`Wall::sliding`]), to the accuracy of the wall volume.
     pub fn volume(&self) -> f64 {
-        // Nothing turns out of the meridian's plane but along the azimuth: expanded by the last column.
+        // Only the azimuthal tangent leaves the meridian plane: expansion along the last column.
         let f = &self.gradient;
         (f[(0, 0)] * f[(1, 1)] - f[(0, 1)] * f[(1, 0)]) * f[(2, 2)]
     }
 
-    /// Green's strain.
+    /// Returns Green's strain.
     pub fn strain(&self) -> GreenStrain {
         let f = self.gradient * self.wall;
         let e = (f.tr_mul(&f) - Matrix3::identity()) * 0.5;
@@ -74,10 +73,10 @@ impl Deformation {
 }
 
 impl GreenStrain {
-    /// The names of the components, in the order of [`GreenStrain::components`].
+    /// Names of the components, in the order of [`GreenStrain::components`].
     pub const NAMES: [&'static str; 6] = ["rr", "cc", "ll", "rc", "rl", "cl"];
 
-    /// Radial, circumferential, longitudinal, then the shears rc, rl, cl.
+    /// Returns the components: radial, circumferential, longitudinal, then the shears rc, rl, cl.
     pub fn components(&self) -> [f64; 6] {
         [
             self.radial,
@@ -91,7 +90,8 @@ impl GreenStrain {
 }
 
 impl Wall {
-    /// How the material about a point is deformed from this phase to another. At the apex it is that 5e-7 before it.
+    /// Returns the deformation of the material at a point from this phase to another. At the apex it is that at a distance of 5e-7
+    /// in s.
     ///
     /// ```
     /// use heart_phantom::{Heart, MaterialPoint, Twist, Wall};
@@ -118,10 +118,10 @@ impl Wall {
         Ok(self.deformed(to, &point))
     }
 
-    /// Green's strain of the material at the centres of the voxels of some slices, from this phase to another: those in the wall with
-    /// their numbers among these slices (`[z][y][x]`), rising, and the [components](GreenStrain::components).
+    /// Returns Green's strain from this phase to another at the centres of the voxels of some slices. Only voxels in the wall are
+    /// returned, with their indices among these slices (`[z][y][x]`), ascending, and the [components](GreenStrain::components).
     ///
-    /// Work grows with the voxels of the wall; the same bits for any number of threads.
+    /// Cost: proportional to the number of voxels in the wall. Bitwise independent of the number of threads.
     ///
     /// # Errors
     /// As [`Wall::displacements`].
@@ -143,7 +143,7 @@ impl Wall {
     fn deformed(&self, to: &Wall, point: &MaterialPoint) -> Deformation {
         let [here, there] = [self, to].map(|wall| wall.tangents(point));
         let [[x_u, r_u, phi_u], [x_s, r_s, phi_s], [_, _, r]] = here;
-        // The inverse of the block in the meridian's plane, whose determinant is the element's area.
+        // The inverse of the block in the meridian plane; its determinant is the area of the element.
         let area = x_u * r_s - x_s * r_u;
         let inverse = [[r_s / area, -x_s / area], [-r_u / area, x_u / area]];
         let [u, s, [_, _, r_there]] = there;

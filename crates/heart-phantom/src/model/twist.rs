@@ -1,21 +1,21 @@
-//! How the wall turns about its axis.
+//! Twist of the wall about its axis.
 
 use crate::error::{PhantomError, check, check_count};
 use std::f64::consts::TAU;
 
 /// The material coordinate of the apex.
 const APEX: f64 = 0.5;
-/// Samples along a membrane: more than any measurement has.
+/// Largest number of samples along a membrane.
 const MOST_SAMPLES: usize = 1000;
 
-/// How far each material point of the wall is turned about the axis: `tau(s, u) = (1 - u) tau_inner(s) + u tau_outer(s)`, radians,
-/// positive from body y to body z, which is counter-clockwise seen from beyond the apex.
+/// Rotation of each material point of the wall about the axis: `tau(s, u) = (1 - u) tau_inner(s) + u tau_outer(s)`, radians,
+/// positive from body y to body z (counter-clockwise seen from beyond the apex).
 ///
-/// Both functions of s are straight between samples that are equally spaced from the base, s = 0, to the apex, s = 1/2. A twist turns
-/// every circle about the axis as a whole: outlines, volumes and stretches along the meridian and round the axis stay, and shear comes
-/// in.
+/// Both functions of s are piecewise linear between equally spaced samples from the base, s = 0, to the apex, s = 1/2. A twist
+/// rotates every circle about the axis: surfaces, volumes, longitudinal and circumferential stretches do not change; shear is
+/// added.
 ///
-/// At end-systole the apex of a healthy ventricle is turned by about 10 degrees counter-clockwise, its base by 3 the other way
+/// At end-systole the apex of a healthy ventricle is rotated by about 10 degrees counter-clockwise, its base by 3 degrees clockwise
 /// (Russel et al. 2012, J Cardiovasc Magn Reson 14:49, doi:10.1186/1532-429X-14-49).
 ///
 /// ```
@@ -27,12 +27,12 @@ const MOST_SAMPLES: usize = 1000;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Twist {
-    /// Radians, from the base to the apex, of the inner and the outer membrane.
+    /// Radians, from base to apex, for the inner and the outer membrane.
     samples: [Vec<f64>; 2],
 }
 
 impl Twist {
-    /// Angles in degrees at the base and at the apex of the inner and of the outer membrane, straight in between.
+    /// A linear twist: angles in degrees at the base and the apex for the inner and the outer membrane.
     ///
     /// # Errors
     /// As [`Twist::sampled`].
@@ -40,11 +40,12 @@ impl Twist {
         Self::sampled(&inner, &outer)
     }
 
-    /// Angles in degrees at equally spaced s, base and apex among them, of the inner and of the outer membrane.
+    /// A sampled twist: angles in degrees at equally spaced s from base to apex, both included, for the inner and the outer
+    /// membrane.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] for fewer than two samples of either or more than 1000; [`PhantomError::OutOfRange`] for an angle
-    /// beyond a turn.
+    /// [`PhantomError::Count`] for fewer than two or more than 1000 samples; [`PhantomError::OutOfRange`] for an angle beyond a
+    /// full turn.
     pub fn sampled(inner: &[f64], outer: &[f64]) -> Result<Self, PhantomError> {
         let radians = |degrees: &[f64]| {
             check_count("samples of the twist", degrees.len(), [2, MOST_SAMPLES])?;
@@ -56,20 +57,20 @@ impl Twist {
         })
     }
 
-    /// The same, all angles times a factor.
+    /// Returns the twist with all angles multiplied by a factor.
     pub fn scaled(&self, factor: f64) -> Self {
         let samples = (self.samples.each_ref()).map(|s| s.iter().map(|a| a * factor).collect());
         Self { samples }
     }
 
-    /// The angle at a layer (0 inner, 1 outer membrane) and a material coordinate s, radians; both are clamped to where the wall is.
+    /// Returns the angle in radians at a layer (0 inner, 1 outer membrane) and a material coordinate s, both clamped to the wall.
     pub fn angle(&self, layer: f64, s: f64) -> f64 {
         let layer = layer.clamp(0.0, 1.0);
         let [inner, outer] = self.samples.each_ref().map(|s_k| along(s_k, s)[0]);
         (1.0 - layer) * inner + layer * outer
     }
 
-    /// Derivatives of the angle by the layer and by s.
+    /// Returns the derivatives of the angle with respect to layer and s.
     pub(super) fn rates(&self, layer: f64, s: f64) -> [f64; 2] {
         let [inner, outer] = self.samples.each_ref().map(|s_k| along(s_k, s));
         [
@@ -78,13 +79,13 @@ impl Twist {
         ]
     }
 
-    /// Degrees between the base and the apex, of the mean of both membranes.
+    /// Returns the rotation of the apex relative to the base in degrees, averaged over both membranes.
     pub fn base_to_apex(&self) -> f64 {
         (self.angle(0.5, APEX) - self.angle(0.5, 0.0)).to_degrees()
     }
 }
 
-/// Value and slope at s of equally spaced samples from the base to the apex.
+/// Returns value and slope at s for equally spaced samples from base to apex.
 fn along(samples: &[f64], s: f64) -> [f64; 2] {
     let n = (samples.len() - 1) as f64;
     let at = (s / APEX).clamp(0.0, 1.0) * n;

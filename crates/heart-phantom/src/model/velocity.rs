@@ -1,4 +1,4 @@
-//! How fast the wall's material moves.
+//! Velocity of the wall.
 
 use super::material::{MaterialPoint, Wall};
 use crate::error::PhantomError;
@@ -7,8 +7,9 @@ use revolve_voxel::VoxelGrid;
 use std::ops::Range;
 
 impl Wall {
-    /// How fast the material is that fills, at this phase, the centres of the voxels of some slices: lab vectors in cm/s, from where it is
-    /// at two other moments, `seconds` apart. Those in the wall with their numbers among these slices (`[z][y][x]`), rising.
+    /// Returns the velocities of the material at the centres of the voxels of some slices: lab vectors in cm/s, from its positions
+    /// at two other times `seconds` apart. Only voxels in the wall are returned, with their indices among these slices
+    /// (`[z][y][x]`), ascending.
     ///
     /// # Errors
     /// As [`Wall::displacements`].
@@ -27,7 +28,7 @@ impl Wall {
         Ok(shell.map_voxels(pose, grid, slices, velocity)?)
     }
 
-    /// How fast a material point is, cm/s, from where it is in two walls, `seconds` apart.
+    /// Returns the velocity of a material point in cm/s, from its positions in two walls `seconds` apart.
     ///
     /// # Errors
     /// As [`Wall::position`].

@@ -1,4 +1,4 @@
-//! How the cavity's volume runs through a beat, and how large it gets.
+//! The cavity volume over the cardiac cycle.
 
 use crate::error::{PhantomError, check, check_count};
 use crate::ranges::{EJECTION_FRACTION, GAIN};
@@ -6,45 +6,45 @@ use crate::ranges::{EJECTION_FRACTION, GAIN};
 use crate::scene::exactly;
 use std::f64::consts::{PI, TAU};
 
-/// Heart rates for which [`VolumeCurve::Physiological`] leaves time to fill.
+/// Heart rates of [`VolumeCurve::Physiological`] that leave time for filling.
 const PHYSIOLOGICAL_BPM: [f64; 2] = [35.0, 140.0];
 /// Aortic closure to the opening of the mitral valve, seconds.
 const ISOVOLUMIC_RELAXATION: f64 = 0.080;
-/// Longest early filling and atrial contraction in seconds, and their largest shares of the filling time.
+/// Longest early filling and atrial contraction in seconds, and their largest fractions of the filling time.
 const EARLY_FILLING: [f64; 2] = [0.200, 0.5];
 const ATRIAL_FILLING: [f64; 2] = [0.110, 0.3];
-/// Shares of the stroke volume that have come in after early filling and after diastasis.
+/// Fractions of the stroke volume filled after early filling and after diastasis.
 const FILLED: [f64; 2] = [0.75, 0.80];
-/// Limits of [`VolumeCurve::Sampled`]: fewer make no beat, more no sense.
+/// Allowed numbers of samples of [`VolumeCurve::Sampled`].
 const SAMPLES: [usize; 2] = [3, 100_000];
 
-/// The form of the volume over a beat; its size is [`VolumeRange`]'s.
+/// The normalised cavity volume over the cardiac cycle; [`VolumeRange`] sets EDV and ESV.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum VolumeCurve {
-    /// `(1 - cos 2 pi p) / 2`: smallest at phase 0, largest at phase 1/2. The study's.
+    /// `(1 - cos 2 pi p) / 2`, that of the study: **phase 0 is end-systole**, phase 1/2 end-diastole.
     Sinusoid,
-    /// The left ventricle at rest; phase 0 is the onset of the QRS complex, end-diastole.
+    /// The left ventricle of a resting adult: **phase 0 is end-diastole**, the onset of the QRS complex.
     ///
-    /// Pre-ejection `131 - 0.4 r` ms and ejection `413 - 1.7 r` ms at `r` beats a minute, isovolumic relaxation 80 ms; then 75 %
-    /// of the stroke volume in early filling (at most 200 ms), 5 % in diastasis, 20 % in the atrial contraction (at most 110 ms),
-    /// the shares of physiology's textbooks. Between these points the volume follows the monotone cubic of
-    /// [`Sampled`](Self::Sampled), so that it stands still while all valves are closed.
+    /// Pre-ejection `131 - 0.4 r` ms and ejection `413 - 1.7 r` ms at `r` beats/min, isovolumic relaxation 80 ms; then 75 % of the
+    /// stroke volume in early filling (at most 200 ms), 5 % in diastasis, 20 % in atrial contraction (at most 110 ms), fractions
+    /// from textbooks of physiology. Between these points the volume follows the monotone cubic of [`Sampled`](Self::Sampled); it
+    /// is constant while all valves are closed.
     ///
-    /// The two regressions are those for men of Weissler, Harris and Schoenfeld 1968 (211 normal subjects,
-    /// <https://doi.org/10.1161/01.CIR.37.2.149>), as later work quotes them: of the paper itself the abstract was read, its
-    /// table was not. Their sum `544 - 2.1 r` is within 13 ms, for 50 to 100 beats a minute, of the electromechanical systole
-    /// `541 - 2.2 r` ms that was measured in other men (Chest 80 (1981) 613, <https://doi.org/10.1378/chest.80.5.613>).
+    /// The regressions are those for men of Weissler, Harris and Schoenfeld 1968 (211 normal subjects,
+    /// <https://doi.org/10.1161/01.CIR.37.2.149>), as quoted by later work; only the abstract was read. For 50 to 100 beats/min
+    /// their sum `544 - 2.1 r` is within 13 ms of the electromechanical systole `541 - 2.2 r` ms measured in other men (Chest 80
+    /// (1981) 613, <https://doi.org/10.1378/chest.80.5.613>).
     Physiological,
-    /// Volumes at equally spaced phases from 0 on, in any unit: the least becomes the end-systolic volume, the largest the
-    /// end-diastolic one. Between them runs the periodic monotone cubic of Fritsch and Butland (1984,
-    /// <https://doi.org/10.1137/0905021>), which never overshoots: no phase is fuller or emptier than the samples.
+    /// Volumes at equally spaced phases; **phase 0 is the first sample**. Any unit: the smallest sample becomes the end-systolic
+    /// volume, the largest the end-diastolic one. Interpolation by the periodic monotone cubic of Fritsch and Butland (1984,
+    /// <https://doi.org/10.1137/0905021>), which never overshoots.
     Sampled(Vec<f64>),
 }
 
-/// How large the volume gets; `V_rest` is the volume within the inner balloon at rest.
+/// The range of the cavity volume; `V_ref` is the reference volume of the inner membrane.
 ///
 /// ```
 /// use heart_phantom::VolumeRange;
@@ -61,13 +61,14 @@ pub enum VolumeCurve {
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum VolumeRange {
-    /// The paper's gain `(EDV - ESV) / ESV` with `ESV = V_rest` (Eq. 35).
+    /// The gain of the paper, `(EDV - ESV) / ESV` with `ESV = V_ref` (Eq. 35).
     Gain(f64),
     /// The gains at end-systole and at end-diastole.
     Gains(#[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))] [f64; 2]),
-    /// `(EDV - ESV) / EDV` with `ESV = V_rest`.
+    /// Ejection fraction `(EDV - ESV) / EDV` with `ESV = V_ref`.
+    #[doc(alias = "LVEF")]
     EjectionFraction(f64),
-    /// End-diastolic and end-systolic volume in mL; both at least `V_rest`, since an empty balloon has no shape to solve for.
+    /// End-diastolic and end-systolic volume in mL, both at least `V_ref`: a deflated membrane has no solution.
     Volumes {
         /// Largest volume.
         edv: f64,
@@ -77,13 +78,13 @@ pub enum VolumeRange {
 }
 
 impl VolumeRange {
-    /// Gains over the rest volume at end-systole and at end-diastole.
+    /// Returns the volume gains at end-systole and end-diastole.
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`] unless `0 <= gain <= 20`, `0 <= fraction <= 20/21`, `V_rest <= ESV <= EDV <= 21 V_rest`, and
-    /// `V_rest` is that of a balloon: 1e-30 to 1e30 mL.
+    /// [`PhantomError::OutOfRange`] unless `0 <= gain <= 20`, `0 <= fraction <= 20/21`, `V_ref <= ESV <= EDV <= 21 V_ref`, and
+    /// `V_ref` is within 1e-30 to 1e30 mL.
     pub fn gains(&self, rest_volume: f64) -> Result<[f64; 2], PhantomError> {
-        check("rest volume", rest_volume, [1e-30, 1e30])?;
+        check("reference volume", rest_volume, [1e-30, 1e30])?;
         match *self {
             Self::Gain(gain) => Ok([0.0, check("gain", gain, GAIN)?]),
             Self::Gains([low, high]) => {
@@ -102,7 +103,7 @@ impl VolumeRange {
         }
     }
 
-    /// `(EDV - ESV) / EDV`.
+    /// Returns the ejection fraction `(EDV - ESV) / EDV`.
     ///
     /// # Errors
     /// As [`VolumeRange::gains`].
@@ -112,11 +113,11 @@ impl VolumeRange {
     }
 }
 
-/// A curve made ready for one heart rate: phase to a height of 0 (ESV) to 1 (EDV).
+/// A volume curve prepared for one heart rate: phase to normalised volume, 0 (ESV) to 1 (EDV).
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Height {
     Sinusoid,
-    /// `sin(pi p)^(2 n)`, of breathing: the larger n, the longer it stays at 0.
+    /// `sin(pi p)^(2 n)`, for breathing.
     Power(i32),
     Monotone(Vec<Knot>),
 }
@@ -165,7 +166,7 @@ impl Height {
         }
     }
 
-    /// The first phase of height 0 and of height 1.
+    /// Returns the first phases of height 0 and of height 1.
     pub(crate) fn extreme_phases(&self) -> [f64; 2] {
         match self {
             Self::Sinusoid | Self::Power(_) => [0.0, 0.5],
@@ -177,11 +178,11 @@ impl Height {
         }
     }
 
-    /// The phases between two others, strictly, at which the curve may turn round or change its formula.
+    /// Returns the phases strictly between two others at which the curve may have an extremum or change its polynomial.
     pub(crate) fn knots_between(&self, from: f64, to: f64) -> Vec<f64> {
         let inside = |phase: &f64| *phase > from && *phase < to;
         match self {
-            // More of them than turns, so that low polynomials follow the cosine in between.
+            // More than the extrema, so that polynomials of low degree follow the cosine between them.
             Self::Sinusoid | Self::Power(_) => (0..=16)
                 .map(|k| f64::from(k) / 16.0)
                 .filter(inside)
@@ -194,11 +195,11 @@ impl Height {
         }
     }
 
-    /// The height at a phase in [0, 1], NaN at a NaN.
+    /// Returns the height at a phase in [0, 1]; NaN for NaN.
     pub(crate) fn at(&self, phase: f64) -> f64 {
         match self {
             Self::Sinusoid => {
-                // Folded, so that mirrored phases have the same height to the last bit and share a shape.
+                // Folded, so that mirrored phases have bitwise identical heights and share a shape.
                 let phase = phase.min(1.0 - phase);
                 (1.0 - (TAU * phase).cos()) / 2.0
             }
@@ -224,7 +225,7 @@ impl Height {
     }
 }
 
-/// Corners of the physiological curve.
+/// Knots of the physiological curve.
 fn physiological(beats_per_minute: f64) -> Vec<[f64; 2]> {
     let beat = 60.0 / beats_per_minute;
     let opening = (131.0 - 0.4 * beats_per_minute) / 1000.0;
@@ -318,7 +319,7 @@ mod tests {
                 "{range:?}"
             );
         }
-        // No balloon: nothing to be a part or a multiple of.
+        // Invalid reference volumes.
         for volume in [0.0, -93.0, f64::MIN_POSITIVE, f64::NAN, f64::INFINITY] {
             let (edv, esv) = (volume, volume);
             let ranges = [VolumeRange::Gain(0.6), VolumeRange::Volumes { edv, esv }];
@@ -328,7 +329,7 @@ mod tests {
                     range.ejection_fraction(volume).map(drop),
                 ];
                 for refused in [a, b] {
-                    let what = "rest volume";
+                    let what = "reference volume";
                     assert!(
                         matches!(refused, Err(PhantomError::OutOfRange { what: of, .. }) if of == what)
                     );
@@ -343,7 +344,7 @@ mod tests {
             let height = Height::new(&VolumeCurve::Physiological, bpm).unwrap();
             let at = |seconds: f64| height.at((seconds * bpm / 60.0).rem_euclid(1.0));
             let (pep, lvet) = (0.131 - 0.0004 * bpm, 0.413 - 0.0017 * bpm);
-            // All valves closed: no change at all.
+            // All valves closed: constant volume.
             assert_eq!([at(0.0), at(0.5 * pep), at(0.999 * pep)], [1.0; 3]);
             let closed = pep + lvet;
             assert_eq!(
@@ -398,7 +399,7 @@ mod tests {
                 .map(|p| (height.at(p) - Height::Sinusoid.at(p)).abs())
                 .fold(0.0, f64::max)
         };
-        // Third order but for the extrema, where a monotone cubic is of second: a factor 4 at least.
+        // Third order except at extrema, where a monotone cubic is of second order: a factor of at least 4.
         assert!(
             error(64) < error(32) / 3.5 && error(64) < 1e-3,
             "{} {}",

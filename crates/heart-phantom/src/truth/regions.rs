@@ -80,23 +80,23 @@ pub(crate) fn swept(
     let layers: Vec<&[Meridian]> = shapes.iter().map(|s| s.body().layers()).collect();
     let mut all: Option<([Mask; 2], Mask)> = None;
     for pose in poses {
-        let Sweep { always, ever, .. } = Sweep::of(&layers, pose, camera.grid())?;
+        let sweep = Sweep::of(&layers, pose, camera.grid())?;
         #[expect(clippy::unreachable, reason = "a heart has two layers")]
-        let Ok(always) = <[Mask; 2]>::try_from(always) else {
+        let Ok(inside) = <[Mask; 2]>::try_from(sweep.intersection) else {
             unreachable!("a heart has two layers")
         };
         match &mut all {
-            None => all = Some((always, ever)),
-            Some((kept, held)) => {
-                for (kept, here) in kept.iter_mut().zip(&always) {
-                    kept.intersect(here)?;
+            None => all = Some((inside, sweep.union)),
+            Some((intersection, union)) => {
+                for (intersection, inside) in intersection.iter_mut().zip(&inside) {
+                    intersection.intersect(inside)?;
                 }
-                held.unite(&ever)?;
+                union.unite(&sweep.union)?;
             }
         }
     }
     all.ok_or(PhantomError::Absent {
-        what: "place of the heart",
+        what: "position of the heart",
     })
 }
 

@@ -1,4 +1,4 @@
-//! Views of the organs around a body, which replaces them.
+//! Projections of the organs around a body that replaces them.
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use crate::rays::cylinder::across;
 use crate::rays::organ::Finder;
 use crate::{Body, Capsule, Organ, Organs, ParallelRays, RayCounters, RevolveError, Sample, Span};
 
-/// A stretch of a ray with what it holds and how it weakens.
+/// A segment of a ray with its activity and attenuation.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
     span: Span,
@@ -17,10 +17,11 @@ struct Piece {
 }
 
 impl Organs {
-    /// Adds `weight` times the integral of the organs' activity along all rays to an image; `attenuated` by the organs, or not (the detector
-    /// is ahead of the rays). A body in their place changes it by [`Organs::project_replaced_add`].
+    /// Adds `weight` times the line integrals of the activity of the organs to an image, with or without attenuation by the organs
+    /// (the detector lies in the direction of the rays). [`Organs::project_replaced_add`] gives the change due to a body in their
+    /// place.
     ///
-    /// Cost: a logarithm of the planes and a product for each slab that an organ is in.
+    /// Cost: the logarithm of the number of planes, and one product per slab that contains an organ.
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the weight, [`RevolveError::NotPositive`] for rays
@@ -52,9 +53,9 @@ impl Organs {
         Ok(())
     }
 
-    /// Adds `weight` times the change of [`Organs::project_add`] by a body that replaces the organs to an image: their activity is where the body
-    /// is not; attenuated, if the body's attenuation `mu` is given, by it and by their own. The change is zero along rays that miss the
-    /// body. The body's own activity is not included.
+    /// Adds `weight` times the change of [`Organs::project_add`] by a body that replaces the organs to an image. The activity of
+    /// the organs inside the body is removed. If the attenuation `mu` of the body is given, the rest is attenuated by body and
+    /// organs. The change is zero for rays that miss the body. The activity of the body is not included.
     ///
     /// # Errors
     /// As [`Organs::project_add`]; [`RevolveError::Negative`] for an attenuation below zero.
@@ -131,7 +132,7 @@ impl Organs {
 struct Scratch {
     finder: Finder,
     pieces: Vec<Piece>,
-    /// Those of the organs alone.
+    /// Segments of the organs without the body.
     alone: Vec<Piece>,
 }
 
@@ -149,11 +150,11 @@ fn piece(span: Span, organ: &Organ, attenuated: bool) -> Piece {
     Piece { span, activity, mu }
 }
 
-/// Adds `weight` times the attenuated integral of pieces, which do not overlap and stand in their order along the ray, to the slabs of a
-/// bin, `n_bins` samples from one to the next. It goes from the detector inwards, so that what gets through is a product.
+/// Adds `weight` times the attenuated integrals of disjoint, ordered pieces of a ray to the slabs of a bin, which are `n_bins`
+/// samples apart. Starts at the detector, so that the transmission is a product.
 fn add<T: Sample>(pieces: &[Piece], planes: &[f64], weight: f64, image: &mut [T], n_bins: usize) {
     let mut through = 1.0;
-    // Slabs are of one thickness, so that their exponential is, too.
+    // Slabs have one thickness, so their exponential is constant.
     let (mut thickness, mut optical, mut within) = (0.0, 0.0, [0.0; 2]);
     for &Piece { span, activity, mu } in pieces.iter().rev() {
         if activity == 0.0 {
@@ -166,7 +167,7 @@ fn add<T: Sample>(pieces: &[Piece], planes: &[f64], weight: f64, image: &mut [T]
             let below = slab.checked_sub(1).map(|below| planes[below]);
             let left = below.map_or(span.enter, |plane| plane.max(span.enter));
             let length = right - left;
-            // As thick as the last one but for rounding.
+            // The thickness equals that of the previous slab up to rounding.
             if optical != mu || (length - thickness).abs() > 1e-13 * length.abs() {
                 (thickness, optical) = (length, mu);
                 let mean = match mu > 0.0 {

@@ -1,7 +1,7 @@
-//! Line integrals that are weakened on the way to the detector, exactly.
+//! Exact attenuated line integrals.
 //!
-//! Along a ray with parameter t the detector is ahead, at `t = +infinity`: a view's rays run towards it. With l(t) the length
-//! of the ray from t to the detector within a medium of constant attenuation mu (1/cm), activity a gives
+//! The detector lies in the direction of the ray, at `t = +infinity`. With l(t) the length of the ray from t to the detector within
+//! a medium of constant attenuation mu (1/cm), an activity a contributes
 //!
 //! ```text
 //! integral of a(t) exp(-mu l(t)) dt        over a stretch [p, q] of constant a within the medium:
@@ -20,29 +20,29 @@ use crate::{
     Body, EllipticCylinder, Organs, ParallelRays, Ray, RayCounters, RevolveError, Sample, Span,
 };
 
-/// What weakens the rays.
+/// The attenuating medium.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Medium<'a> {
-    /// All that is within one layer of a body.
+    /// The inside of one layer of a body.
     Layer(&'a Body, usize),
-    /// Everything within a torso.
+    /// The inside of a torso.
     Torso(EllipticCylinder),
-    /// Organs with attenuations of their own around a body, whose outermost layer replaces them all.
+    /// Organs with their own attenuation around a body; the outermost layer of the body replaces them.
     Around(&'a Organs, &'a Body),
 }
 
-/// What weakens the rays, and how much.
+/// An attenuating medium with its coefficient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Attenuator<'a> {
     mu: f64,
     medium: Medium<'a>,
-    /// Middle and square of the radius of a ball round a body with organs around it: most rays pass it by.
+    /// Centre and squared radius of a ball around a body with organs: most rays miss it.
     ball: (Point3<f64>, f64),
 }
 
 impl<'a> Attenuator<'a> {
-    /// A medium of attenuation `mu` in 1/cm; of a body with organs around it, `mu` is the body's.
+    /// A medium with attenuation `mu` in 1/cm; with organs `mu` is that of the body.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`], [`RevolveError::Negative`] for mu; [`RevolveError::NoSuchLayer`].
@@ -65,7 +65,7 @@ impl<'a> Attenuator<'a> {
         if let Medium::Around(_, body) = medium {
             let [low, high] = body.bounding_box(body.layers().len() - 1)?;
             let (low, high) = (low.coords, high.coords);
-            // Larger by more than any rounding.
+            // Larger than any rounding error.
             ball = (
                 Point3::from((low + high) * 0.5),
                 0.2501 * (high - low).norm_squared(),
@@ -74,17 +74,17 @@ impl<'a> Attenuator<'a> {
         Ok(Self { mu, medium, ball })
     }
 
-    /// Attenuation in 1/cm.
+    /// Returns the attenuation in 1/cm.
     pub fn mu(&self) -> f64 {
         self.mu
     }
 
-    /// What it fills.
+    /// Returns the medium.
     pub fn medium(&self) -> Medium<'a> {
         self.medium
     }
 
-    /// Rays along a torso never leave it.
+    /// Rays along the axis of a torso never leave it.
     pub(crate) fn check_direction(&self, d: &Vector3<f64>) -> Result<(), RevolveError> {
         match self.medium {
             Medium::Layer(..) => Ok(()),
@@ -123,7 +123,7 @@ impl<'a> Attenuator<'a> {
     }
 }
 
-/// What other stretches, in their order, leave of one.
+/// Returns the parts of a segment outside other, ordered segments.
 pub(crate) fn without(span: Span, others: &[Span]) -> impl Iterator<Item = Span> + '_ {
     let ends = others
         .iter()
@@ -138,19 +138,19 @@ pub(crate) fn without(span: Span, others: &[Span]) -> impl Iterator<Item = Span>
     gaps.filter(|gap| gap.exit > gap.enter)
 }
 
-/// The way of one ray through a medium: stretches in their order, each with its attenuation.
+/// The ordered segments of one ray in a medium, each with its attenuation.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Way {
     pieces: Vec<(Span, f64)>,
 }
 
 impl Way {
-    /// The integral of `exp(-a(t))` over [p, q], with a(t) the attenuation of all that is beyond t.
+    /// Returns the integral of `exp(-a(t))` over [p, q], with a(t) the attenuation between t and the detector.
     pub(crate) fn integral(&self, p: f64, q: f64) -> f64 {
         let (mut sum, mut right) = (0.0, q);
-        // What is beyond: attenuations that are done with, and the length of the last one.
+        // Attenuation beyond the segment: the completed part, and the length of the last segment.
         let (mut done, mut last, mut beyond) = (0.0, 0.0, 0.0);
-        // From the detector inwards: the stretch between this piece and the last, then this piece's own part.
+        // From the detector inwards: the gap to the previous piece, then this piece.
         for &(span, mu) in self.pieces.iter().rev() {
             let gap = p.max(span.exit);
             if right > gap {
@@ -179,8 +179,8 @@ impl Way {
 }
 
 impl Body {
-    /// Adds `weight` times the attenuated line integrals of the activity to an image `[row][bin]`; the detector is ahead of
-    /// the rays.
+    /// Adds `weight` times the attenuated line integrals of the activity to an image `[row][bin]`; the detector lies in the
+    /// direction of the rays.
     ///
     /// # Errors
     /// As [`Body::project_add`]; [`RevolveError::NotPositive`] for rays along the axis of a torso.

@@ -1,11 +1,11 @@
-//! A simple solid that holds others, so that rays which pass it by need not look at them.
+//! A simple solid that encloses others: rays that miss it need no further test.
 
 use nalgebra::Point3;
 
 use crate::error::finite;
 use crate::{Body, Ray, RevolveError};
 
-/// A cylinder with a half ball at either end.
+/// A cylinder with a hemisphere at each end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Capsule {
     ends: [Point3<f64>; 2],
@@ -13,7 +13,7 @@ pub struct Capsule {
 }
 
 impl Capsule {
-    /// A capsule that holds all of these bodies, along the axis of the first; `None` if there is none.
+    /// Returns a capsule that encloses all bodies, along the axis of the first; `None` without a body.
     ///
     /// ```
     /// use revolve_voxel::nalgebra::{Point3, Vector3};
@@ -33,7 +33,7 @@ impl Capsule {
         for body in bodies {
             for layer in body.layers() {
                 let widest = layer.r_max();
-                // A disc across an axis that is tilted reaches along the first one's by its radius at most.
+                // A tilted disc extends along the first axis by its radius at most.
                 let tilt = body.pose().axis().cross(&axis).norm();
                 for x in layer.x_range() {
                     let place = body.pose().to_lab(&Point3::new(x, 0.0, 0.0)) - origin;
@@ -45,7 +45,7 @@ impl Capsule {
             }
         }
         let ends = [from, to].map(|along| origin + axis * along);
-        // Larger by more than any rounding.
+        // Larger than any rounding error.
         let size = ends
             .iter()
             .fold(radius, |most, end| most.max(end.coords.amax()));
@@ -53,7 +53,7 @@ impl Capsule {
         Some(Self { ends, radius })
     }
 
-    /// The capsule of a radius larger by `margin` (cm).
+    /// Returns the capsule with a radius larger by `margin` (cm).
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`]; [`RevolveError::Negative`].
@@ -68,14 +68,14 @@ impl Capsule {
         Ok(Self { radius, ..self })
     }
 
-    /// Whether a ray comes through it.
+    /// Returns whether a ray meets it.
     pub fn meets(&self, ray: &Ray) -> bool {
         let d = ray.direction();
         let [from, to] = self.ends.map(|end| {
             let place = end - ray.origin();
             place - d * place.dot(&d)
         });
-        // Seen along the ray: how near the segment between both ends comes to it.
+        // In projection along the ray: distance to the segment between both ends.
         let along = to - from;
         let length = along.norm_squared();
         let share = match length > 0.0 {

@@ -1,12 +1,12 @@
-//! A line through the convex solid under a chain: through which faces it enters and leaves.
+//! Intersects a line with the convex solid under a chain: finds the faces of entry and exit.
 //!
-//! Where a line crosses a plane across the axis is known to rounding over c, the cosine of its angle with the axis: not at all
-//! if it lies in the plane. So one number for each vertex, u, tells on which side of its plane the line passes the axis and
-//! whether it crosses the plane inside the solid, for all pieces of surface that meet there; an error of u is one of the
-//! vertex' place. The ends of an interval are then found on cones alone, which know nothing of planes.
+//! The crossing of a line with a plane perpendicular to the axis has an error of rounding over c, the cosine of the angle to the
+//! axis; it is undefined if the line lies in the plane. Therefore one number per vertex, u, determines on which side of the vertex
+//! plane the line passes the axis and whether it crosses the plane inside the solid, for all faces that meet there. An error of u
+//! is an error of the vertex position. The ends of an interval are then found on cones alone.
 //!
-//! A line that is across the axis but for rounding is taken across it, and lies in no plane of a vertex: of two pieces it is
-//! in the one further up the axis. A line along a cone or a cylinder is outside: circles of the surface count as smaller by
+//! A line that is perpendicular to the axis up to rounding is treated as perpendicular and not as lying in a vertex plane: of two
+//! faces it meets the one further up the axis. A line along a cone or a cylinder is outside: circles of the surface are smaller by
 //! rounding.
 
 use crate::rays::cone::{Cone, Face, ordered};
@@ -14,11 +14,11 @@ use crate::rays::direction::Direction;
 use crate::solid::chains::{Chain, Kind, Vertex};
 use crate::solid::meridian::Meridian;
 
-/// A line of that direction.
+/// A line of the given direction.
 #[derive(Debug, Clone, Copy)]
 struct Line {
     w: f64,
-    /// Of the plane through the body's middle.
+    /// For the plane through the middle of the body.
     u: f64,
     q: f64,
     q2: f64,
@@ -27,16 +27,16 @@ struct Line {
     c2q2: f64,
 }
 
-/// Vertices about a guess that are looked at together.
+/// Vertices around a guess that are tested together.
 const WINDOW: usize = 4;
 
-/// Where the last line of a sweep met a chain: the next one is near.
+/// The faces of the previous line of a sweep; those of the next line are near.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Hint {
     low: Guess,
     high: Guess,
     valley: usize,
-    /// The last line met the solid.
+    /// The previous line met the solid.
     met: bool,
 }
 
@@ -73,29 +73,30 @@ impl Direction {
         }
     }
 
-    /// How far from the axis' height the line passes the plane at x, times c and with a sign.
+    /// Signed distance of the line from the axis at the plane x, times c.
     #[inline(always)]
     fn u(&self, line: &Line, x: f64) -> f64 {
         line.u + self.s * x
     }
 
-    /// Does the line meet the plane at x inside a parallel? One rounding of one number decides, for all who ask.
+    /// Returns whether the line meets the plane at x inside a parallel. All callers use the same rounded number.
     #[inline(always)]
     fn inside(&self, line: &Line, x: f64, r2: f64) -> bool {
         let u = self.u(line, x);
         u * u < line.c2 * r2 - line.c2q2
     }
 
-    /// Does the distance from a vertex's cone, convex along the line, still fall to the right of x?
+    /// Returns whether the distance from the cone of a vertex, convex along the line, decreases to the right of x.
     fn falls(&self, line: &Line, cone: &Vertex, x: f64) -> bool {
         let u = self.u(line, x);
         let rho = (u * u + line.c2q2).sqrt();
-        // On the axis itself the distance from it rises to the right.
+        // On the axis the distance increases to the right.
         let (u, rho) = if rho > 0.0 { (u, rho) } else { (1.0, 1.0) };
         cone.tx * self.s * u < cone.tr * self.c.abs() * rho
     }
 
-    /// The intervals that the line (w, q) has in the chains' solids; `hints`, one per chain, carry what the last line found.
+    /// Returns the intervals of the line (w, q) in the solids of the chains; `hints`, one per chain, contain the faces of the
+    /// previous line.
     #[inline(always)]
     pub(crate) fn intervals<'a>(
         &'a self,
@@ -112,7 +113,7 @@ impl Direction {
         }
     }
 
-    /// Two of a kind by rising x, in the line's order.
+    /// Two faces with ascending x, in the order of the line.
     #[inline(always)]
     fn along<T>(&self, [low, high]: [T; 2]) -> [T; 2] {
         if self.along > 0.0 {
@@ -122,7 +123,7 @@ impl Direction {
         }
     }
 
-    /// The faces between which the line is in the chain's solid, by rising x.
+    /// Returns the faces of entry and exit in the solid of a chain, by ascending x.
     #[inline(always)]
     fn interval<'a>(
         &self,
@@ -151,7 +152,7 @@ impl Direction {
                 return Some(self.found(hint, chain, [low, high], [first, last], false));
             }
         }
-        // A vertex plane that the line meets inside: the search for either end starts there.
+        // A vertex plane that the line meets inside: the search for both ends starts here.
         let seed = if first {
             0
         } else if last {
@@ -161,7 +162,7 @@ impl Direction {
             if met && inside(middle) {
                 middle
             } else {
-                // The segment in which the line comes nearest the surface, or deepest under it.
+                // The segment in which the line is nearest to or deepest under the surface.
                 let right = boundary(
                     |k| !self.falls(line, &chain.vertices[k], xs[k]),
                     -1,
@@ -170,7 +171,7 @@ impl Direction {
                 );
                 hint.valley = right;
                 if right == 0 {
-                    // Rising from the first vertex on, where the line is outside.
+                    // The distance increases from the first vertex, where the line is outside.
                     return None;
                 }
                 if inside(right) {
@@ -178,7 +179,7 @@ impl Direction {
                 } else if inside(right - 1) {
                     right - 1
                 } else {
-                    // All of it is in the segment, or beyond its right end.
+                    // The interval is in the segment, or beyond its right end.
                     let vertex = &chain.vertices[right - 1];
                     let cone = Cone::new(self, line.w, line.q, vertex);
                     if self.falls(line, vertex, xs[right]) || !cone.is_met(vertex.tx * self.near) {
@@ -205,7 +206,7 @@ impl Direction {
         Some(self.found(hint, chain, [low, high], [first, last], !met))
     }
 
-    /// The faces at the boundaries before vertices `at`, or the end planes; the next line will find them near here.
+    /// Returns the faces at the boundaries before vertices `at`, or the end planes, and stores them as hints.
     #[inline(always)]
     fn found<'a>(
         &self,
@@ -226,15 +227,14 @@ impl Direction {
         [face(low, planes[0]), face(high, planes[1])]
     }
 
-    /// The cone between a vertex and the plane of the next, and rounding beyond: its planes may not cut off what the next
-    /// cone does not have.
+    /// The cone between a vertex and the next plane, extended by rounding so that no gap to the next cone remains.
     #[inline(always)]
     fn face<'a>(&self, vertex: &'a Vertex, next: f64) -> Face<'a> {
         Face::cone(vertex, [vertex.x - self.slack, next + self.slack])
     }
 
-    /// The first vertex plane beyond the boundary between planes met outside and inside (`enters`), or inside and outside, if
-    /// that is near a guess. Without a branch for each plane: which of them it is cannot be foreseen.
+    /// Returns the first vertex plane beyond the boundary between planes met outside and inside (`enters`), or inside and outside,
+    /// if it is near a guess. Branch-free, because the position is unpredictable.
     #[inline(always)]
     fn near(&self, line: &Line, chain: &Chain, guess: usize, enters: bool) -> Option<usize> {
         let start = guess
@@ -251,21 +251,21 @@ impl Direction {
     }
 }
 
-/// The intervals of one line: the sign of each and the faces through which the line enters and leaves. Where a whole stretch
-/// of the meridian is met inside, one interval between its end planes stands for all of them.
+/// The intervals of one line: sign and faces of entry and exit. If a whole part of the meridian is met inside, one interval between
+/// its end planes replaces its intervals.
 pub(crate) struct Intervals<'a> {
     direction: &'a Direction,
     line: Line,
     meridian: &'a Meridian,
     hints: &'a mut [Hint],
-    /// The next node of the meridian's tree.
+    /// The next node of the tree of the meridian.
     at: usize,
 }
 
 impl<'a> Iterator for Intervals<'a> {
     type Item = (f64, [Face<'a>; 2]);
 
-    // Expanded where it is used, to be compiled for the same processor.
+    // Inlined, so that it is compiled for the instruction set of the caller.
     #[inline(always)]
     fn next(&mut self) -> Option<Self::Item> {
         let (direction, line) = (self.direction, &self.line);
@@ -273,7 +273,7 @@ impl<'a> Iterator for Intervals<'a> {
             self.at += 1;
             let [u0, u1] = node.x.map(|x| direction.u(line, x));
             let (near, far) = ordered(u0 * u0, u1 * u1);
-            // Nearest the axis: at an end plane, or between them if the line passes the axis there.
+            // Nearest to the axis: at an end plane, or between them if the line crosses the axis plane there.
             let least = if u0 * u1 > 0.0 { near } else { 0.0 };
             if least >= line.c2 * node.r2[1] - line.c2q2 {
                 if u0 * u1 > 0.0 || line.q2 >= node.r2[1] {
@@ -302,9 +302,9 @@ impl<'a> Iterator for Intervals<'a> {
     }
 }
 
-/// The first index in (low, high] at which `test` holds, given that it fails at low, holds at high, and changes once.
+/// Returns the first index in (low, high] at which `test` is true, given that it is false at low, true at high, and changes once.
 ///
-/// Searched outward from a guess, so that the cost is the logarithm of the guess's error.
+/// The search starts at a guess; the cost is the logarithm of the error of the guess.
 #[inline(always)]
 fn boundary(test: impl Fn(usize) -> bool, mut low: isize, mut high: isize, guess: isize) -> usize {
     let mut step = 1;
@@ -348,7 +348,7 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
 
-    /// A row of lines over a waisted body: what the last line found changes no face, only where the search starts.
+    /// A row of lines over a waisted body: hints do not change results.
     #[test]
     fn hints_change_nothing() {
         let points: Vec<[f64; 2]> = (0..=200)
@@ -365,7 +365,7 @@ mod tests {
                 Direction::new(&body, 0.0, &Vector3::new(angle.cos(), angle.sin(), 0.0));
             let mut hints = vec![Hint::default(); body.chains().len()];
             for n in 0..300 {
-                // Now and then a jump.
+                // Occasional jumps.
                 let w = -2.5 + 5.0 / 300.0 * n as f64 + if n % 37 == 0 { 0.4 } else { 0.0 };
                 let line = [w, 0.01 * k as f64 + 0.3 * w];
                 let with: Vec<_> = direction.intervals(&body, line, &mut hints).collect();

@@ -1,23 +1,23 @@
-//! Where a line crosses a face of a solid, a piece of a cone between two planes across the axis: a closed form, for one line or
-//! for many side by side.
+//! Closed-form intersection of lines with a face of a solid: a part of a cone between two planes perpendicular to the axis. For one
+//! line or several at a time.
 
 use crate::rays::direction::Direction;
 use crate::solid::chains::Vertex;
 
-/// Lines side by side.
+/// Number of lines processed together.
 const LANES: usize = 8;
 
-/// Through what a line enters or leaves a solid: a cone between two planes, or one plane.
+/// A face through which a line enters or leaves a solid: a cone between two planes, or one plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Face<'a> {
-    /// Of the cone; of a plane, any.
+    /// For a cone; unused for a plane.
     vertex: &'a Vertex,
     planes: [f64; 2],
     is_plane: bool,
 }
 
 impl<'a> Face<'a> {
-    /// A vertex's cone, between two planes or all of it.
+    /// The cone of a vertex, between two planes or unbounded.
     pub(crate) fn cone(vertex: &'a Vertex, planes: [f64; 2]) -> Self {
         Self {
             vertex,
@@ -26,7 +26,7 @@ impl<'a> Face<'a> {
         }
     }
 
-    /// The plane at x; a cone cut off there on both sides.
+    /// The plane at x: a cone bounded there on both sides.
     pub(crate) fn plane(vertex: &'a Vertex, x: f64) -> Self {
         Self {
             vertex,
@@ -35,14 +35,14 @@ impl<'a> Face<'a> {
         }
     }
 
-    /// The cone's outward normal (x, r), none of a plane.
+    /// Returns the outward normal (x, r) of a cone; `None` for a plane.
     pub(crate) fn normal(&self) -> Option<[f64; 2]> {
         let v = self.vertex;
         (!self.is_plane).then_some([-v.tr, v.tx])
     }
 }
 
-/// Up to [`LANES`] lines of one direction, the faces through which they enter and leave solids, and what else belongs to each.
+/// Up to [`LANES`] lines of one direction with the faces of entry and exit and associated data.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Batch<T> {
     len: usize,
@@ -52,7 +52,7 @@ pub(crate) struct Batch<T> {
     of: [T; LANES],
 }
 
-/// Faces side by side.
+/// Faces in lanes.
 #[derive(Debug, Clone, Default)]
 struct Faces {
     x: [f64; LANES],
@@ -106,12 +106,12 @@ impl<T: Copy> Batch<T> {
         self.len == LANES
     }
 
-    /// Empties the batch: what belongs to each line, and the parameters of its entry and exit.
+    /// Empties the batch; returns the data of each line with the parameters of entry and exit.
     #[inline(always)]
     pub(crate) fn drain(&mut self, direction: &Direction) -> impl Iterator<Item = (T, [f64; 2])> {
         let mut ends = [[0.0; LANES]; 2];
         let [entry, exit] = &self.faces;
-        // Of the lanes not in use too: their ends are not looked at.
+        // Includes unused lanes, which are ignored.
         for lane in 0..LANES {
             let (w, q) = (self.w[lane], self.q[lane]);
             ends[0][lane] = direction.enter(w, q, &entry.vertex(lane), entry.planes(lane));
@@ -124,7 +124,7 @@ impl<T: Copy> Batch<T> {
 }
 
 impl Direction {
-    /// Parameters at which the line (w, q) enters through one face and leaves through another, no sooner.
+    /// Returns the parameters of entry and exit of the line (w, q) through two faces, in this order.
     pub(crate) fn ends(&self, [w, q]: [f64; 2], [entry, exit]: &[Face<'_>; 2]) -> [f64; 2] {
         let enter = self.enter(w, q, entry.vertex, entry.planes);
         let leave = self.leave(w, q, exit.vertex, exit.planes);
@@ -153,8 +153,8 @@ impl Direction {
         self.between(w, planes, over / under)
     }
 
-    /// The parameter, moved between those of two planes. A line along the cone's own generator has no well-defined crossing
-    /// (t is NaN): any point of the segment will do.
+    /// Clamps the parameter between those of two planes. A line along a generator of the cone has no defined crossing (t is NaN):
+    /// any point of the segment is valid.
     #[inline(always)]
     fn between(&self, w: f64, planes: [f64; 2], t: f64) -> f64 {
         let shift = if self.steep {
@@ -169,7 +169,7 @@ impl Direction {
                 x * self.inv_c + shift
             }
         };
-        // Finite: a line that meets a plane inside is not parallel to it.
+        // Finite, because a line that meets a plane inside is not parallel to it.
         let (low, high) = ordered(at(planes[0]), at(planes[1]));
         let t = if t > low { t } else { low };
         if t < high { t } else { high }
@@ -206,13 +206,13 @@ impl Cone {
         }
     }
 
-    /// Does the line enter and leave through the cone, by more than `least` of the root?
+    /// Returns whether the line enters and leaves through the cone, with a root larger than `least`.
     pub(crate) fn is_met(&self, least: f64) -> bool {
         self.a > 0.0 && self.root > least
     }
 }
 
-/// Two numbers that are no NaN, the smaller one first: `f64::min` and `max` would ask for NaN each time.
+/// Sorts two numbers that are not NaN; `f64::min` and `max` would test for NaN.
 #[inline(always)]
 pub(crate) fn ordered(a: f64, b: f64) -> (f64, f64) {
     if a < b { (a, b) } else { (b, a) }
@@ -224,7 +224,7 @@ mod tests {
     use crate::Meridian;
     use nalgebra::Vector3;
 
-    /// The work, compiled for each kind of processor.
+    /// The loop, compiled for each instruction set.
     struct Drain<'a>(&'a mut Batch<usize>, &'a Direction);
 
     impl simd_set::Work for Drain<'_> {
@@ -236,7 +236,7 @@ mod tests {
         }
     }
 
-    /// Steep and flat lines either way, cones that widen and narrow, planes, lines that miss.
+    /// Steep and flat lines in both directions, widening and narrowing cones, planes, lines that miss.
     #[test]
     fn side_by_side_and_alone_give_the_same_bits() {
         let meridian = Meridian::new(&[[-0.7, 1.0], [1.3, 2.0]]).unwrap();

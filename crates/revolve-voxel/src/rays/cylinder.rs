@@ -1,4 +1,4 @@
-//! Cylinders of elliptic section: a torso, and the voxels within it.
+//! Elliptic cylinders (a torso) and their voxels.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::solid::segment::ROUNDING;
 use crate::voxels::coverage::check_range;
 use crate::{Ray, RevolveError, Sample, Span, VoxelGrid};
 
-/// A cylinder of elliptic section along the lab's z axis, without ends: a torso.
+/// An infinite elliptic cylinder along the z axis of the lab, such as a torso.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EllipticCylinder {
     centre: [f64; 2],
@@ -18,7 +18,7 @@ pub struct EllipticCylinder {
 }
 
 impl EllipticCylinder {
-    /// The cylinder about the axis through `centre` (x, y) with half-widths `semi_axes` along x and y, in cm.
+    /// A cylinder with its axis through `centre` (x, y) and semi-axes along x and y, in cm.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`].
@@ -30,20 +30,20 @@ impl EllipticCylinder {
         Ok(Self { centre, semi_axes })
     }
 
-    /// Centre (x, y).
+    /// Returns the centre (x, y).
     pub fn centre(&self) -> [f64; 2] {
         self.centre
     }
 
-    /// Half-widths along x and y.
+    /// Returns the semi-axes along x and y.
     pub fn semi_axes(&self) -> [f64; 2] {
         self.semi_axes
     }
 
-    /// The stretch of a ray within the cylinder; none for a ray along z, whose stretch would have no ends.
+    /// Returns the segment of a ray inside the cylinder; `None` for a ray along z, which has no ends.
     pub fn span(&self, ray: &Ray) -> Option<Span> {
         let [o, d] = [ray.origin().coords, ray.direction()];
-        // In coordinates in which the section is the unit circle.
+        // In coordinates in which the cross-section is the unit circle.
         let p = [0, 1].map(|k| (o[k] - self.centre[k]) / self.semi_axes[k]);
         let v = [0, 1].map(|k| d[k] / self.semi_axes[k]);
         let vv = v[0] * v[0] + v[1] * v[1];
@@ -59,11 +59,11 @@ impl EllipticCylinder {
         })
     }
 
-    /// Adds `value` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, those slices only): an
-    /// attenuation map, exact.
+    /// Adds `value` times the exact covered fraction of every voxel in some slices to `out` (`[z][y][x]`, these slices only), such
+    /// as an attenuation map.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for slices or a buffer that do not fit, [`RevolveError::NotFinite`] for the value.
+    /// [`RevolveError::WrongLength`] for slices or a buffer of the wrong size, [`RevolveError::NotFinite`] for the value.
     pub fn voxelize_add<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -77,7 +77,7 @@ impl EllipticCylinder {
             return Ok(());
         }
         let ([nx, ny, _], h) = (grid.shape(), grid.spacing());
-        // All slices are alike.
+        // All slices are equal.
         let section: Vec<T> = (0..nx * ny)
             .into_par_iter()
             .map(|k| {
@@ -100,7 +100,7 @@ impl EllipticCylinder {
     }
 }
 
-/// How much of a unit direction is across a torso: none if it is along its axis but for rounding.
+/// Returns the component of a unit direction perpendicular to a torso; `None` if it is parallel up to rounding.
 pub(crate) fn across(d: &Vector3<f64>) -> f64 {
     let across = d.x.hypot(d.y);
     if across > ROUNDING { across } else { 0.0 }
@@ -118,7 +118,7 @@ pub(crate) fn check_slices(
 
 /// Area of the unit disc within a rectangle.
 pub(crate) fn disc_in_box(x: [f64; 2], y: [f64; 2]) -> f64 {
-    // Below y, to the left of x, over the disc: the four corners' values give the rectangle's.
+    // The area below y and left of x: differences over the four corners give the rectangle.
     let corner = |x: f64, y: f64| quadrant(x.clamp(-1.0, 1.0), y.clamp(-1.0, 1.0));
     let far = x[0].max(-x[1]).max(0.0).hypot(y[0].max(-y[1]).max(0.0));
     if far >= 1.0 {
@@ -136,7 +136,7 @@ fn quadrant(x: f64, y: f64) -> f64 {
     let area = if a.hypot(b) <= 1.0 {
         a * b
     } else {
-        // Under the arc from where it has height b to a.
+        // The area under the arc between heights b and a.
         let from = ((1.0 - b) * (1.0 + b)).sqrt();
         let under = |t: f64| 0.5 * (t * ((1.0 - t) * (1.0 + t)).sqrt() + t.asin());
         b * from + under(a) - under(from)

@@ -8,10 +8,10 @@ use nalgebra::{Point3, Vector3};
 use crate::error::{at_least, countable, finite, length, positive};
 use crate::{Ray, RevolveError};
 
-/// A flat detector of a parallel beam that turns about the lab's z axis.
+/// A flat parallel-beam detector that rotates about the z axis of the lab.
 ///
 /// At view angle theta (radians) bins run along (cos theta, sin theta, 0), rows along z, rays along
-/// (-sin theta, cos theta, 0). Centre of bin k of n: `(k - (n-1)/2) * pitch + offset`, rows alike.
+/// (-sin theta, cos theta, 0). The centre of bin k of n is at `(k - (n-1)/2) * pitch + offset`; rows follow the same rule.
 /// Images are indexed `[row][bin]`, bin fastest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParallelDetector {
@@ -22,7 +22,7 @@ pub struct ParallelDetector {
 }
 
 impl ParallelDetector {
-    /// A detector centred on the axis of turning; `pitch` is [bin, row].
+    /// A detector centred on the axis of rotation; `pitch` is [bin, row].
     ///
     /// # Errors
     /// [`RevolveError::TooFew`] without a bin or a row; [`RevolveError::NotPositive`], [`RevolveError::NotFinite`],
@@ -39,7 +39,7 @@ impl ParallelDetector {
         })
     }
 
-    /// The same detector with its centre at `offset` = [along the bins, along z].
+    /// Returns the detector with its centre at `offset` = [along the bins, along z].
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
@@ -50,27 +50,27 @@ impl ParallelDetector {
         Ok(self)
     }
 
-    /// Steps [bin, row].
+    /// Returns the pitch [bin, row].
     pub fn pitch(&self) -> [f64; 2] {
         self.pitch
     }
 
-    /// Where the centre sits, [along the bins, along z].
+    /// Returns the offset of the centre, [along the bins, along z].
     pub fn offset(&self) -> [f64; 2] {
         self.offset
     }
 
-    /// Bins in a row.
+    /// Returns the number of bins in a row.
     pub fn n_bins(&self) -> usize {
         self.n_bins
     }
 
-    /// Rows.
+    /// Returns the number of rows.
     pub fn n_rows(&self) -> usize {
         self.n_rows
     }
 
-    /// The rays of one view.
+    /// Returns the rays of one view.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
@@ -91,15 +91,15 @@ impl ParallelDetector {
 
 /// A raster of parallel rays in any position: ray (bin, row) passes through `first + bin * bin_step + row * row_step`.
 ///
-/// What is projected along them is an image `[row][bin]`; of rays that planes cut into slabs ([`ParallelRays::with_planes`]) it is
-/// `[row][slab][bin]`.
+/// Their projection is an image `[row][bin]`, or `[row][slab][bin]` for rays cut into slabs by planes
+/// ([`ParallelRays::with_planes`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParallelRays {
     pub(super) n_bins: usize,
     n_rows: usize,
-    /// Rows of the raster before the first of these.
+    /// Index of the first row in the raster.
     pub(super) first_row: usize,
-    /// Bound of all coordinates, those of rows left out too.
+    /// Bound of all coordinates, including omitted rows.
     pub(super) farthest: f64,
     pub(super) first: Point3<f64>,
     pub(super) bin_step: Vector3<f64>,
@@ -114,8 +114,8 @@ impl ParallelRays {
     /// A raster of `[n_bins, n_rows]` rays; the direction is normalised.
     ///
     /// # Errors
-    /// [`RevolveError::NotPositive`] for a count of zero or a zero direction, [`RevolveError::NotFinite`] for a number or for the last
-    /// ray's place, [`RevolveError::TooLarge`].
+    /// [`RevolveError::NotPositive`] for a count of zero or a zero direction, [`RevolveError::NotFinite`] for a number or the
+    /// position of the last ray, [`RevolveError::TooLarge`].
     pub fn new(
         [n_bins, n_rows]: [usize; 2],
         first: Point3<f64>,
@@ -148,8 +148,8 @@ impl ParallelRays {
         })
     }
 
-    /// The same rays cut into slabs by planes across them, so that what lies at each depth can be told apart: plane `t` is `t` ahead of
-    /// a ray's point of the raster. Slab 0 is all before the first plane, the last one all beyond the last plane.
+    /// Returns the rays cut into slabs by perpendicular planes, which separates contributions by depth. Plane `t` is at the
+    /// distance `t` beyond the raster point of a ray. Slab 0 is before the first plane, the last slab beyond the last plane.
     ///
     /// ```
     /// use revolve_voxel::{Body, Meridian, ParallelDetector, Pose};
@@ -162,8 +162,7 @@ impl ParallelRays {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`] for a plane; [`RevolveError::NotPositive`] unless each is beyond the one before;
-    /// [`RevolveError::TooLarge`].
+    /// [`RevolveError::NotFinite`] for a plane; [`RevolveError::NotPositive`] unless planes ascend; [`RevolveError::TooLarge`].
     pub fn with_planes(mut self, planes: &[f64]) -> Result<Self, RevolveError> {
         for plane in planes {
             finite("plane across the rays", *plane)?;
@@ -179,7 +178,7 @@ impl ParallelRays {
         Ok(self)
     }
 
-    /// Restricts projections to the rays whose entry in `mask`, `[row][bin]`, is true: the samples of the others stay as they are.
+    /// Restricts projections to the rays with a true entry in `mask`, `[row][bin]`; other samples do not change.
     ///
     /// ```
     /// use revolve_voxel::{Body, Meridian, ParallelDetector, Pose};
@@ -201,13 +200,13 @@ impl ParallelRays {
         Ok(self)
     }
 
-    /// Whether each ray of a row is projected; `None` if all are.
+    /// Returns whether each ray of a row is projected; `None` if all are.
     pub(crate) fn mask_of_row(&self, row: usize) -> Option<&[bool]> {
         let mask = self.mask.as_ref()?;
         Some(&mask[row * self.n_bins..][..self.n_bins])
     }
 
-    /// Slabs into which planes cut the rays; 1 without any.
+    /// Returns the number of slabs; 1 without planes.
     pub fn n_slabs(&self) -> usize {
         self.planes.len() + 1
     }
@@ -216,27 +215,27 @@ impl ParallelRays {
         &self.planes
     }
 
-    /// Samples of an image.
+    /// Returns the number of samples of an image.
     pub(crate) fn image_len(&self) -> usize {
         self.n_rows * self.n_slabs() * self.n_bins
     }
 
-    /// Bins in a row.
+    /// Returns the number of bins in a row.
     pub fn n_bins(&self) -> usize {
         self.n_bins
     }
 
-    /// Rows.
+    /// Returns the number of rows.
     pub fn n_rows(&self) -> usize {
         self.n_rows
     }
 
-    /// Unit direction of the rays.
+    /// Returns the unit direction of the rays.
     pub fn direction(&self) -> Vector3<f64> {
         self.direction
     }
 
-    /// Some rows of the raster: what is computed for them is, bit for bit, the cut from the whole.
+    /// Returns some rows of the raster; their projections are bitwise identical to those rows of the whole.
     ///
     /// # Errors
     /// [`RevolveError::TooFew`] without a row; [`RevolveError::WrongLength`] for rows beyond the raster.
@@ -259,12 +258,12 @@ impl ParallelRays {
         })
     }
 
-    /// One ray; none beyond the raster.
+    /// Returns one ray; `None` beyond the raster.
     pub fn ray(&self, bin: usize, row: usize) -> Option<Ray> {
         (bin < self.n_bins && row < self.n_rows).then(|| self.line(bin, row))
     }
 
-    /// The line of a ray of the raster.
+    /// Returns the line of a ray of the raster.
     #[expect(clippy::expect_used, reason = "validated when the raster was made")]
     pub(crate) fn line(&self, bin: usize, row: usize) -> Ray {
         let row = (self.first_row + row) as f64;

@@ -1,4 +1,4 @@
-//! Directions of lines, and coordinates that go with them.
+//! Directions of lines with their coordinates.
 
 use nalgebra::{Point3, Vector3};
 
@@ -19,19 +19,19 @@ pub(crate) struct Direction {
     pub(crate) inv_sc: f64,
     /// Sign of c, never zero.
     pub(crate) along: f64,
-    /// What rounding may have moved a line by.
+    /// Bound on the rounding error of the position of a line.
     pub(crate) near: f64,
-    /// By how much further up the axis a line counts as.
+    /// Shift up the axis for lines in the plane of a face.
     pub(crate) beyond: f64,
-    /// How far beyond its planes a cone is met; no planes bound a line across the axis.
+    /// Extension of a cone beyond its planes; lines perpendicular to the axis are not bounded by planes.
     pub(crate) slack: f64,
-    /// Parameter of a vertex plane from `w + s x` rather than from x: the one that keeps digits.
+    /// Parameter of a vertex plane from `w + s x` instead of x, without cancellation.
     pub(crate) steep: bool,
 }
 
 impl Direction {
-    /// Of lines through a meridian's solid, from a unit direction in the body frame; `farthest` is the largest coordinate, of
-    /// rays and pose, that the lines' places were computed from.
+    /// The direction of lines through the solid of a meridian, from a unit direction in the body frame; `farthest` is the largest
+    /// coordinate of rays and pose from which positions are computed.
     pub(crate) fn new(meridian: &Meridian, farthest: f64, direction: &Vector3<f64>) -> Self {
         let (mut c, mut s) = (direction.x, direction.y.hypot(direction.z));
         if c.abs() <= ROUNDING {

@@ -1,4 +1,4 @@
-//! Lines through solids: chords, detectors full of them, and what attenuates on the way.
+//! Rays through solids: chords, detectors and attenuation.
 
 mod around;
 pub(crate) mod attenuation;

@@ -1,11 +1,11 @@
-//! Organs around a body: ellipsoids and elliptic cylinders, each active and attenuating, of which the last one counts.
+//! Active and attenuating organs around a body: ellipsoids and elliptic cylinders; later ones replace earlier ones.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::error::{finite, positive};
 use crate::{EllipticCylinder, Ray, RevolveError, Span};
 
-/// An ellipsoid with its axes along the lab's.
+/// An ellipsoid with axes along those of the lab.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ellipsoid {
     centre: [f64; 3],
@@ -13,7 +13,7 @@ pub struct Ellipsoid {
 }
 
 impl Ellipsoid {
-    /// The ellipsoid about `centre` with half-widths `semi_axes` along x, y and z, in cm.
+    /// An ellipsoid about `centre` with semi-axes along x, y and z, in cm.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`].
@@ -25,19 +25,19 @@ impl Ellipsoid {
         Ok(Self { centre, semi_axes })
     }
 
-    /// Centre (x, y, z).
+    /// Returns the centre (x, y, z).
     pub fn centre(&self) -> [f64; 3] {
         self.centre
     }
 
-    /// Half-widths along x, y and z.
+    /// Returns the semi-axes along x, y and z.
     pub fn semi_axes(&self) -> [f64; 3] {
         self.semi_axes
     }
 
-    /// The stretch of a ray within the ellipsoid.
+    /// Returns the segment of a ray inside the ellipsoid.
     pub fn span(&self, ray: &Ray) -> Option<Span> {
-        // In coordinates in which it is the unit ball. There the direction may be so short or so long that its square is no number.
+        // In coordinates in which it is the unit ball; there the squared length of the direction may overflow or underflow.
         let scaled = |v: Vector3<f64>| v.component_div(&Vector3::from(self.semi_axes));
         let (p, v) = (
             scaled(ray.origin() - Point3::from(self.centre)),
@@ -56,18 +56,18 @@ impl Ellipsoid {
     }
 }
 
-/// What an organ fills.
+/// The shape of an organ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum OrganShape {
-    /// An elliptic cylinder along z, without ends.
+    /// An infinite elliptic cylinder along z.
     Cylinder(EllipticCylinder),
     /// An ellipsoid.
     Ellipsoid(Ellipsoid),
 }
 
 impl OrganShape {
-    /// Centre and half-widths along x, y and z; a cylinder is about z = 0 and has no ends.
+    /// Returns centre and semi-axes along x, y and z; a cylinder is centred at z = 0 and infinite.
     pub fn bounds(&self) -> ([f64; 3], [f64; 3]) {
         match self {
             Self::Cylinder(cylinder) => {
@@ -78,7 +78,7 @@ impl OrganShape {
         }
     }
 
-    /// The stretch of a ray within it; none for a ray along a cylinder, whose stretch would have no ends.
+    /// Returns the segment of a ray inside it; `None` for a ray along a cylinder, which has no ends.
     pub fn span(&self, ray: &Ray) -> Option<Span> {
         match self {
             Self::Cylinder(cylinder) => cylinder.span(ray),
@@ -90,7 +90,7 @@ impl OrganShape {
 /// An organ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Organ {
-    /// What it fills.
+    /// Shape.
     pub shape: OrganShape,
     /// Activity per cm^3.
     pub activity: f64,
@@ -98,7 +98,7 @@ pub struct Organ {
     pub attenuation: f64,
 }
 
-/// Organs, each of which replaces those before it where they overlap.
+/// Organs; later ones replace earlier ones where they overlap.
 ///
 /// ```
 /// use revolve_voxel::{Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs, Ray};
@@ -119,7 +119,7 @@ pub struct Organ {
 pub struct Organs(Vec<Organ>);
 
 impl Organs {
-    /// Organs in the order in which they replace each other.
+    /// Organs in the order of replacement.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`], [`RevolveError::Negative`] for an activity or an attenuation.
@@ -137,23 +137,23 @@ impl Organs {
         Ok(Self(organs))
     }
 
-    /// Whether any of them holds activity.
+    /// Returns whether any organ contains activity.
     pub fn is_active(&self) -> bool {
         self.0.iter().any(|organ| organ.activity > 0.0)
     }
 
-    /// All of them.
+    /// Returns all organs.
     pub fn as_slice(&self) -> &[Organ] {
         &self.0
     }
 
-    /// What a ray passes of them: stretches in their order along the ray, each with the one organ that counts there.
+    /// Returns the ordered segments of a ray in the organs, each with the organ that applies there.
     pub fn pieces(&self, ray: &Ray) -> Vec<(Span, Organ)> {
         Finder::default().pieces(self, ray).to_vec()
     }
 }
 
-/// Finds what rays pass of organs, with work arrays that stay.
+/// Finds segments of rays in organs, with reusable work arrays.
 #[derive(Debug, Default)]
 pub(crate) struct Finder {
     spans: Vec<(Span, Organ)>,

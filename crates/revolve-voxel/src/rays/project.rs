@@ -13,9 +13,9 @@ use crate::rays::slabs::for_slabs;
 use crate::{Body, ParallelRays, RayCounters, RevolveError, Sample};
 
 impl Body {
-    /// Line integrals of the activity along the rays, `[row][bin]`.
+    /// Returns the line integrals of the activity along the rays, `[row][bin]`.
     ///
-    /// Rows are shared among the threads of the current rayon pool; the result does not depend on their number.
+    /// Rows are distributed over the threads of the current rayon pool; the result does not depend on their number.
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooLarge`] for the image.
@@ -29,7 +29,7 @@ impl Body {
         Ok((out, counters))
     }
 
-    /// Adds `weight` times the line integrals to an image: the building block of time averages.
+    /// Adds `weight` times the line integrals to an image, for time averages.
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`] for a wrong image or number of activities, [`RevolveError::NotFinite`].
@@ -43,9 +43,9 @@ impl Body {
         self.project_measured(rays, activity, weight, out, |_| |low, high, _| high - low)
     }
 
-    /// Adds `weight` times the activity's integral along the rays, where a stretch of a line counts what `measure` says.
+    /// Adds `weight` times the integrals of the activity along the rays, with segments weighted by `measure`.
     ///
-    /// `measure(ray)` gives a function of the ends of a stretch and of the parameter of the ray's origin, all on one scale.
+    /// `measure(ray)` returns a function of the ends of a segment and of the parameter of the ray's origin, on one scale.
     pub(crate) fn project_measured<T: Sample, M: Fn(f64, f64, f64) -> f64>(
         &self,
         rays: &ParallelRays,
@@ -130,7 +130,7 @@ impl Body {
             let step = [view.bin[0], view.bin[1]];
             view.silhouette.bins([w0, q0], step, n_bins)
         }));
-        // Only the bins that some layer's silhouette reaches.
+        // Only bins inside the silhouette of a layer.
         let used = (bins.iter().filter(|bins| !bins.is_empty()).cloned())
             .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end))
             .unwrap_or(0..0);
@@ -187,7 +187,7 @@ impl Body {
     }
 }
 
-/// The work of a row, compiled for each kind of processor.
+/// The loop over a row, compiled for each instruction set.
 struct Row<'a, T, F> {
     body: &'a Body,
     views: &'a [LayerView],
@@ -216,33 +216,33 @@ impl<T: Sample, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> simd_set::Work f
     }
 }
 
-/// What a row needs while it is projected.
+/// Scratch memory of a row.
 #[derive(Default)]
 struct Scratch {
-    /// Of each layer.
+    /// For each layer.
     bins: Vec<Range<usize>>,
-    /// Of each bin: the sum (of each slab), whether a ray was cast, and the chord in one layer (again of each slab).
+    /// For each bin: the sum (per slab), whether a ray was cast, and the chord in one layer (per slab).
     sums: Vec<f64>,
     cast: Vec<bool>,
     chords: Vec<f64>,
-    /// Of each chain, where it was met.
+    /// For each chain, the faces of the previous line.
     hints: Vec<Hint>,
     batch: Batch<(usize, f64)>,
 }
 
-/// The sums of a row's chords, and what a stretch of each line counts.
+/// The sums of the chords of a row, and the weighting of segments.
 struct Chords<'a, O, F> {
     /// `[slab][bin]`.
     of: &'a mut [f64],
     bins: Range<usize>,
     planes: &'a [f64],
-    /// Parameter of a bin's origin.
+    /// Parameter of the origin of a bin.
     origin: O,
     measure: F,
 }
 
 impl<O: Fn(usize) -> f64, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> Chords<'_, O, F> {
-    /// Adds the intervals of some lines, each of a bin and with a sign.
+    /// Adds the signed intervals of some lines to their bins.
     #[inline(always)]
     fn add(&mut self, direction: &Direction, batch: &mut Batch<(usize, f64)>) {
         for ((bin, sign), [entry, exit]) in batch.drain(direction) {
@@ -255,7 +255,7 @@ impl<O: Fn(usize) -> f64, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> Chords
     }
 }
 
-/// A layer seen along one direction: (w, q, t) of the first ray and their steps.
+/// A layer for one direction: (w, q, t) of the first ray and their steps.
 struct LayerView {
     layer: usize,
     weight: f64,

@@ -54,9 +54,9 @@ impl Ray {
 /// An interval of ray parameter inside a solid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
-    /// Where the ray enters.
+    /// Parameter of entry.
     pub enter: f64,
-    /// Where the ray leaves.
+    /// Parameter of exit.
     pub exit: f64,
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::rays::direction::Direction;
 use crate::solid::meridian::Meridian;
 
-/// Bands of |q|; a band's bounds are those at its inner edge, where the silhouette is widest.
+/// Bands of |q|; the bounds of a band are those at its inner edge, where the silhouette is widest.
 const N_BANDS: usize = 64;
 
 /// Bounds of w over bands of |q|.
@@ -16,7 +16,7 @@ pub(crate) struct Silhouette {
     r_max: f64,
 }
 
-/// The bounds of all bands, block by block: the bands that a block is as wide as come first, and lie side by side.
+/// The bounds of all bands by blocks: the widest bands of each block first, contiguous in memory.
 struct Bounds<'a> {
     blocks: &'a [[f64; 3]],
     direction: [f64; 2],
@@ -39,7 +39,7 @@ impl simd_set::Work for Bounds<'_> {
             let bands = least.iter_mut().zip(&mut most).zip(&self.squares);
             for ((least, most), square) in bands.take(n) {
                 let y = c * (r * r - square).max(0.0).sqrt();
-                // Numbers all of them: comparisons are half the work of `min` and `max`.
+                // None is NaN: comparisons take half the time of `min` and `max`.
                 let (low, high) = (-s * x1 - y - self.margin, -s * x0 + y + self.margin);
                 *least = if low < *least { low } else { *least };
                 *most = if high > *most { high } else { *most };

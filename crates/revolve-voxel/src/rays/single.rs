@@ -5,9 +5,9 @@ use crate::rays::direction::Direction;
 use crate::{Body, Meridian, Ray, RevolveError, Span};
 
 impl Body {
-    /// Length of the line inside one layer.
+    /// Returns the length of the line inside one layer.
     ///
-    /// A continuous function of the line but for lines along the surface, which count as if just beside it
+    /// It is a continuous function of the line, except for lines along the surface, which are limits from one side
     /// ([conventions](crate#conventions)).
     ///
     /// Cost: the logarithm of the number of segments.
@@ -26,7 +26,7 @@ impl Body {
         sum.max(0.0)
     }
 
-    /// Line integral of the activity along the whole line.
+    /// Returns the line integral of the activity along the whole line.
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the activities.
@@ -36,7 +36,7 @@ impl Body {
         Ok(weights.iter().zip(chords).map(|(w, chord)| w * chord).sum())
     }
 
-    /// Sorted, disjoint intervals of the line inside one layer.
+    /// Returns the sorted, disjoint intervals of the line inside one layer.
     ///
     /// # Errors
     /// [`RevolveError::NoSuchLayer`].
@@ -54,7 +54,7 @@ impl Body {
             .collect()
     }
 
-    /// Calls `each` with the sign and ends of every chain's interval.
+    /// Calls `each` with the sign and the ends of the interval of every chain.
     fn intervals(
         &self,
         meridian: &Meridian,
@@ -76,7 +76,7 @@ impl Body {
         }
     }
 
-    /// The spans with their ends' normals: a sweep over the chains' ends, in which shared planes cancel.
+    /// Returns the spans with normals at their ends: a sweep over the ends of the chains, in which shared planes cancel.
     pub(crate) fn surface_spans(&self, layer: &Meridian, ray: &Ray) -> Vec<[SurfacePoint; 2]> {
         let mut ends: Vec<(SurfacePoint, f64)> = Vec::new();
         self.intervals(layer, ray, |sign, [low, high]| {
@@ -88,7 +88,7 @@ impl Body {
         let (mut depth, mut enter) = (0.0, None);
         let mut k = 0;
         while k < ends.len() {
-            // Ends at one parameter act together; of two surfaces there, a cone has the better normal.
+            // Ends at one parameter act together; a cone has priority for the normal.
             let (mut point, before) = (ends[k].0, depth);
             while k < ends.len() && ends[k].0.t == point.t {
                 depth += ends[k].1;
@@ -105,7 +105,7 @@ impl Body {
     }
 }
 
-/// A point of a line on the surface, with the normal (x, r) unless on a plane.
+/// A point of a line on the surface, with the normal (x, r) except on a plane.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SurfacePoint {
     pub(crate) t: f64,

@@ -1,6 +1,6 @@
-//! Stretches of a line cut at planes across it.
+//! Segments of a line cut at perpendicular planes.
 
-/// Calls `each` with the part of a stretch in every slab that has any of it. Planes ascend and are ahead of `origin`.
+/// Calls `each` with the part of a segment in every slab that it meets. Planes ascend relative to `origin`.
 #[inline(always)]
 pub(crate) fn for_slabs(
     planes: &[f64],

@@ -1,4 +1,4 @@
-//! A torso that is active, too: whether it surrounds the body, and its views.
+//! Elliptic cylinders with activity: containment of a body, and projections.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,12 +10,12 @@ use crate::rays::cylinder::across;
 use crate::rays::slabs::for_slabs;
 use crate::{Attenuator, Body, EllipticCylinder, Meridian, ParallelRays, RevolveError, Sample};
 
-/// Corners of the polygon that stands for a circle round the axis: it reaches beyond it by 1 / cos(pi / 256) - 1 = 7.5e-5.
+/// Vertices of the polygon around a circle about the axis; it extends beyond it by 1 / cos(pi / 256) - 1 = 7.5e-5.
 const CORNERS: usize = 256;
 
 impl EllipticCylinder {
-    /// How many times as wide the cylinder would have to be, about its axis, to hold the body: it holds it if that is less than 1.
-    /// Never too small, and too large by less than 1e-4 of itself.
+    /// Returns the smallest factor by which the cylinder must be scaled about its axis to contain the body; the body is inside if
+    /// it is below 1. The result is an upper bound, too large by a relative error of at most 1e-4.
     ///
     /// ```
     /// use revolve_voxel::{Body, EllipticCylinder, Meridian, Pose};
@@ -28,8 +28,8 @@ impl EllipticCylinder {
     /// ```
     pub fn growth_to_hold(&self, body: &Body) -> f64 {
         let (centre, semi_axes) = (self.centre(), self.semi_axes());
-        // The section is convex, and the body lies within what the circles through the meridian's points span: they are enough, and
-        // of each a polygon round it.
+        // The cross-section is convex, and the body is in the convex hull of the circles through the points of the meridian;
+        // polygons around these circles are sufficient.
         let out = 1.0 / (PI / CORNERS as f64).cos();
         let corners: Vec<Vector3<f64>> = (0..CORNERS)
             .map(|k| (TAU * k as f64 / CORNERS as f64).sin_cos())
@@ -43,7 +43,7 @@ impl EllipticCylinder {
         };
         points.fold(0.0, |most: f64, [x, r]| {
             let middle = body.pose().to_lab(&Point3::new(x, 0.0, 0.0)).coords;
-            // Most circles are too far within to be looked at.
+            // Most circles are too far inside to matter.
             if share(middle) + r * out / semi_axes[0].min(semi_axes[1]) <= most {
                 return most;
             }
@@ -52,8 +52,8 @@ impl EllipticCylinder {
         })
     }
 
-    /// Adds `activity` times the integral along the rays within the cylinder to an image `[row][bin]`, weakened by an
-    /// attenuator if there is one (the detector is ahead of the rays).
+    /// Adds `activity` times the line integrals inside the cylinder to an image `[row][bin]`, with optional attenuation (the
+    /// detector lies in the direction of the rays).
     ///
     /// ```
     /// use revolve_voxel::{Attenuator, EllipticCylinder, Medium, ParallelDetector};
@@ -63,9 +63,9 @@ impl EllipticCylinder {
     /// torso.project_add(&rays, 0.5, None, &mut seen)?;
     /// assert!((seen[2] - 0.5 * 4.0).abs() < 1e-12);
     /// let medium = Attenuator::new(0.2, Medium::Torso(torso))?;
-    /// let mut weakened = [0.0_f64; 3];
-    /// torso.project_add(&rays, 0.5, Some(&medium), &mut weakened)?;
-    /// for (plain, weak) in seen.iter().zip(&weakened) {
+    /// let mut attenuated = [0.0_f64; 3];
+    /// torso.project_add(&rays, 0.5, Some(&medium), &mut attenuated)?;
+    /// for (plain, weak) in seen.iter().zip(&attenuated) {
     ///     assert!((weak - 0.5 * (1.0 - (-0.2 * plain / 0.5).exp()) / 0.2).abs() < 1e-12);
     /// }
     /// # Ok::<(), revolve_voxel::RevolveError>(())

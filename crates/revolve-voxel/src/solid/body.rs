@@ -8,25 +8,25 @@ use crate::error::{at_least, finite, length};
 use crate::solid::meridian::Meridian;
 use crate::{Measures, Pose, RevolveError};
 
-/// Layers of solids about one axis, innermost first, standing in the lab.
+/// A body in the lab: coaxial solids as layers, innermost first.
 ///
-/// Region 0 is the inside of layer 0; region k is what layer k holds beyond layer k-1 (a wall). The activity at a point is
-/// `sum over k of (a_k - a_(k+1)) * inside_k`, where `inside_k` is 1 inside layer k and the activity after the last is 0: for
-/// nested layers, each region's own activity. It is linear in the layers, so that line integrals and totals are exact
+/// Region 0 is the inside of layer 0; region k is the part of layer k outside layer k-1 (a wall). The activity at a point is `sum
+/// over k of (a_k - a_(k+1)) * inside_k`, where `inside_k` is 1 inside layer k and the activity after the last layer is 0. For
+/// nested layers this is the activity of each region. It is linear in the layers, so line integrals and totals are exact
 /// differences of those of the layers.
 ///
-/// Layers need not be nested. Where layer k reaches outside layer k+1 the formula gives `a_k - a_(k+1)` beyond whatever the
-/// outer layers add, which is negative for a cold cavity that pokes through a warm wall; the coverage of region k+1 is
-/// negative there in the same way, so that sums over regions stay right. [`Body::check_nested`] tells before any work.
+/// Layers need not be nested. Where layer k extends outside layer k+1 the formula adds `a_k - a_(k+1)`, which is negative for a
+/// cold cavity that extends beyond a warm wall. The coverage of region k+1 is negative there too, so sums over regions remain
+/// exact. [`Body::check_nested`] tests for nesting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
-    /// Shared by all that stands elsewhere.
+    /// Shared by copies in other poses.
     layers: Arc<[Meridian]>,
     pose: Pose,
 }
 
 impl Body {
-    /// A body from its layers, innermost first.
+    /// Creates a body from its layers, innermost first.
     ///
     /// # Errors
     /// [`RevolveError::TooFew`] without a layer.
@@ -36,7 +36,7 @@ impl Body {
         Ok(Self { layers, pose })
     }
 
-    /// The same body in another place; its layers are shared, so that it costs next to nothing.
+    /// Returns the body in another pose. The layers are shared, so the cost is negligible.
     ///
     /// ```
     /// use revolve_voxel::nalgebra::Vector3;
@@ -53,12 +53,12 @@ impl Body {
         }
     }
 
-    /// The layers, innermost first.
+    /// Returns the layers, innermost first.
     pub fn layers(&self) -> &[Meridian] {
         &self.layers
     }
 
-    /// One of the layers.
+    /// Returns a layer.
     pub(crate) fn layer(&self, layer: usize) -> Result<&Meridian, RevolveError> {
         self.layers.get(layer).ok_or(RevolveError::NoSuchLayer {
             given: layer,
@@ -66,12 +66,12 @@ impl Body {
         })
     }
 
-    /// Where the body stands.
+    /// Returns the pose.
     pub fn pose(&self) -> &Pose {
         &self.pose
     }
 
-    /// Measures of one region in the body frame: those of its layer less those of the layer within.
+    /// Returns the measures of one region in the body frame: those of its layer minus those of the next inner layer.
     ///
     /// # Errors
     /// [`RevolveError::NoSuchLayer`].
@@ -83,7 +83,7 @@ impl Body {
         })
     }
 
-    /// Smallest box in the lab, along its axes, that holds one layer: its lowest and highest corner.
+    /// Returns the axis-aligned bounding box of one layer in the lab: lowest and highest corner.
     ///
     /// # Errors
     /// [`RevolveError::NoSuchLayer`].
@@ -93,7 +93,7 @@ impl Body {
         let origin = self.pose.to_lab(&Point3::origin());
         let mut corners = [Point3::origin(); 2];
         for e in 0..3 {
-            // A parallel of radius r reaches r sin(angle between axis and e) to either side of its centre.
+            // A parallel of radius r extends r sin(angle between axis and e) to both sides of its centre.
             let across = (0..3)
                 .filter(|&k| k != e)
                 .map(|k| axis[k] * axis[k])
@@ -112,7 +112,7 @@ impl Body {
         Ok(corners)
     }
 
-    /// Signed distance of a lab point from one layer's surface: negative inside.
+    /// Returns the signed distance of a lab point from the surface of a layer: negative inside.
     ///
     /// # Errors
     /// [`RevolveError::NoSuchLayer`].
@@ -120,17 +120,17 @@ impl Body {
         Ok(self.layer(layer)?.signed_distance(&self.pose.to_body(p)))
     }
 
-    /// Is each layer inside the next, to within `tolerance`?
+    /// Checks that each layer is inside the next, to within `tolerance`.
     ///
-    /// Nothing else requires it: where an inner layer reaches outside, the activity there is as the formula above says.
+    /// Other functions do not require it; the formula above gives the activity outside.
     ///
     /// # Errors
-    /// [`RevolveError::NotNested`] with the worst place; [`RevolveError::NotFinite`].
+    /// [`RevolveError::NotNested`] with the worst position; [`RevolveError::NotFinite`].
     pub fn check_nested(&self, tolerance: f64) -> Result<(), RevolveError> {
         finite("tolerance", tolerance)?;
         for (layer, pair) in self.layers.windows(2).enumerate() {
             let (inner, outer) = (&pair[0], &pair[1]);
-            // A vertex of the inner one outside, or a corner of the outer one inside: one or the other if they cross.
+            // If they cross, a vertex of the inner one is outside or a corner of the outer one is inside.
             let outside = inner.segments().iter().map(|s| {
                 let [x, r] = s.start();
                 (outer.distance_at(x, r), x, r)

@@ -1,8 +1,8 @@
-//! A tree of boxes over the pieces of a meridian: the one nearest a point, and those within reach.
+//! A bounding-box tree over the segments of a meridian, for nearest-segment and range queries.
 
 use crate::solid::segment::Segment;
 
-/// Segments to a leaf.
+/// Segments per leaf.
 pub(crate) const LEAF: usize = 4;
 
 /// Boxes [x_min, x_max, r_min, r_max] over runs of segments, a complete binary heap with its root at 1.
@@ -69,7 +69,7 @@ impl BoxTree {
         dx * dx + dr * dr
     }
 
-    /// Calls `visit` with the leaves' segments that may be nearer than the square root of `visit`'s last answer.
+    /// Calls `visit` with the segments of leaves that may be nearer than the square root of the last result of `visit`.
     #[inline(always)]
     pub(crate) fn search(
         &self,
@@ -79,7 +79,7 @@ impl BoxTree {
         n: usize,
         mut visit: impl FnMut(std::ops::Range<usize>, f64) -> f64,
     ) {
-        // Depth of a heap of boxes: at most the bits of its length, one pending sibling each.
+        // Depth of a heap of boxes: at most the number of bits of its length, with one pending sibling each.
         let mut stack = [0usize; usize::BITS as usize];
         let mut depth = 1;
         stack[0] = 1;

@@ -1,28 +1,28 @@
-//! The meridian cut into stretches under which the solid is convex.
+//! The meridian divided into chains with convex solids.
 //!
-//! Where the radius is a concave function of x, the solid under it (down to the axis, between its two end planes) is
-//! convex, so a line meets it in one interval whose ends a bisection finds. The body is the sum of these solids, with a
-//! minus where the meridian runs backward: `chord = sum of sign * length`. No parity of crossings enters, so no line,
-//! however degenerate, can be off by more than rounding.
+//! Where the radius is a concave function of x, the solid under it (down to the axis, between its two end planes) is convex, so a
+//! line meets it in one interval, whose ends a bisection finds. The body is the signed sum of these solids, negative where the
+//! meridian runs backward: `chord = sum of sign * length`. No parity of crossings is used, so even degenerate lines have errors of
+//! rounding only.
 
 use crate::solid::segment::{ROUNDING, Segment};
 
 /// A vertex of a chain and the cone to its right (x grows along a chain, so `tx > 0`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Vertex {
-    /// Axial coordinate from the body's middle.
+    /// Axial coordinate from the middle of the body.
     pub(crate) x: f64,
     pub(crate) r: f64,
     pub(crate) tx: f64,
     pub(crate) tr: f64,
 }
 
-/// A stretch with a concave radius.
+/// A part of the meridian with concave radius.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Chain {
-    /// x ascending; at least two; the last one's tangent is not used.
+    /// Vertices with ascending x, at least two; the tangent of the last one is not used.
     pub(crate) vertices: Vec<Vertex>,
-    /// Of the vertices, x and the square of r less rounding, side by side for the searches: a line along the surface is not
+    /// x and the squared radius, reduced by rounding, of the vertices, contiguous for searches: a line along the surface is not
     /// inside.
     pub(crate) x: Vec<f64>,
     pub(crate) r2: Vec<f64>,
@@ -30,16 +30,16 @@ pub(crate) struct Chain {
     pub(crate) sign: f64,
 }
 
-/// A binary tree over a meridian's chains, in the meridian's order: whole stretches are met inside, or not at all.
+/// A binary tree over the chains of a meridian, in its order: whole parts are met inside or not at all.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Node {
-    /// Range of the axial coordinate and of the radius' square, that of the axis too if the meridian runs along it.
+    /// Range of the axial coordinate and of the squared radius, including the axis if the meridian runs along it.
     pub(crate) x: [f64; 2],
     pub(crate) r2: [f64; 2],
-    /// Axial coordinates at which the meridian enters and leaves the stretch.
+    /// Axial coordinates at which the meridian enters and leaves this part.
     pub(crate) path: [f64; 2],
     pub(crate) kind: Kind,
-    /// Index of the first node that is not under this one.
+    /// Index of the first node outside this subtree.
     pub(crate) after: usize,
 }
 
@@ -51,7 +51,7 @@ pub(crate) enum Kind {
     Fork(usize),
 }
 
-/// The tree's nodes, root first; every meridian has a chain.
+/// Returns the nodes of the tree, root first; every meridian has a chain.
 pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
     fn build(chains: &[Chain], first: usize, nodes: &mut Vec<Node>) -> usize {
         let at = nodes.len();
@@ -63,7 +63,7 @@ pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
             let (a, b) = (c.vertices[0].x, c.vertices[c.vertices.len() - 1].x);
             if c.sign > 0.0 { [a, b] } else { [b, a] }
         };
-        // Between two of them the meridian may have run along the axis.
+        // The meridian may run along the axis between two chains.
         let whole = chains.windows(2).all(|c| ends(&c[0])[1] == ends(&c[1])[0]);
         let least = if whole {
             fold(f64::min, |c| &c.r2)
@@ -78,7 +78,7 @@ pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
             after: at + 1,
         });
         if chains.len() > 1 {
-            // Halves by number of vertices, so that a long chain lies near the root.
+            // Bisection by number of vertices, so that a long chain is near the root.
             let total: usize = chains.iter().map(|c| c.vertices.len()).sum();
             let mut sum = 0;
             let split = chains.iter().take_while(|c| {
@@ -100,13 +100,13 @@ pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
     nodes
 }
 
-/// Slopes may grow by this much (the sine of the angle) and still count as concave: a cylinder's or cone's own nodes
-/// are collinear only to rounding. The surface is then displaced by at most this times its length.
+/// Slopes may increase by this amount (sine of the angle) in a concave chain: nodes of a cylinder or cone are collinear only to
+/// rounding. The surface is displaced by at most this times its length.
 const COLLINEAR: f64 = 1e-13;
 
-/// The chains of a meridian of some size, in its order.
+/// Returns the chains of a meridian, in its order.
 pub(crate) fn chains(segments: &[Segment], mid: f64, size: f64) -> Vec<Chain> {
-    // Lines begin some sizes from the body.
+    // Lines start at a distance of several sizes of the body.
     let near = 4.0 * ROUNDING * size;
     let mut chains: Vec<Chain> = Vec::new();
     let mut run: Vec<&Segment> = Vec::new();
@@ -120,13 +120,13 @@ pub(crate) fn chains(segments: &[Segment], mid: f64, size: f64) -> Vec<Chain> {
         if let Some(last) = run.last() {
             let joined = last.x1 == s.x0 && last.r1 == s.r0;
             let same_way = last.tx * s.tx > 0.0;
-            // Forward: turning right; backward: read from its other end, turning right means turning left here.
+            // Forward: turns right; backward: read from its other end, a right turn becomes a left turn.
             let turn = (last.tx * s.tr - last.tr * s.tx) * s.tx.signum();
             if !(joined && same_way && turn <= COLLINEAR) {
                 flush(&mut run);
             }
         }
-        // A disc has no solid under it: the end planes of its neighbours are its two faces.
+        // A disc has no solid under it: it consists of the end planes of its neighbours.
         if s.tx != 0.0 {
             run.push(s);
         }

@@ -1,4 +1,4 @@
-//! A meridian as a curve with a parameter: what a membrane solver gives, its material points included.
+//! Parametrised meridian curves, such as solutions of a membrane solver with material coordinates.
 
 use crate::error::{finite, length, positive};
 use crate::solid::series::{chebyshev, power};
@@ -14,7 +14,7 @@ pub struct Curve {
 /// A point of a curve in the half-plane with its derivatives by the parameter, each (x, r).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurvePoint {
-    /// Where it is.
+    /// Position.
     pub position: [f64; 2],
     /// First derivative by s.
     pub first: [f64; 2],
@@ -23,11 +23,11 @@ pub struct CurvePoint {
 }
 
 impl Curve {
-    /// A curve from the ends of its pieces' intervals, ascending, and the pieces between them.
+    /// Creates a curve from the ends of the parameter intervals, ascending, and the pieces between them.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] unless there is one more knot than pieces and at least one piece, [`RevolveError::NotFinite`] for a
-    /// knot or a coefficient, [`RevolveError::NotPositive`] for an interval.
+    /// [`RevolveError::WrongLength`] unless there is at least one piece and one more knot than pieces, [`RevolveError::NotFinite`]
+    /// for a knot or a coefficient, [`RevolveError::NotPositive`] for an interval.
     pub fn new(knots: Vec<f64>, mut pieces: Vec<Piece>) -> Result<Self, RevolveError> {
         length(
             "knots (one more than pieces)",
@@ -46,7 +46,7 @@ impl Curve {
                 finite("coefficient", *c)?;
             }
         }
-        // Series of one length, so that x and r are evaluated together.
+        // Series of equal length, so that x and r are evaluated together.
         for piece in &mut pieces {
             let n = piece.coefficients().map(<[f64]>::len).into_iter().max();
             let (Piece::Chebyshev { x, r } | Piece::Power { x, r }) = piece;
@@ -57,7 +57,7 @@ impl Curve {
         Ok(Self { knots, pieces })
     }
 
-    /// The polyline through `points` (x, r), point k at the parameter `knots[k]`.
+    /// Creates the polyline through `points` (x, r), point k at the parameter `knots[k]`.
     ///
     /// # Errors
     /// As [`Curve::new`].
@@ -71,12 +71,11 @@ impl Curve {
         Self::new(knots.to_vec(), pieces.collect())
     }
 
-    /// The polyline that [`Meridian::smooth`](crate::Meridian::smooth) makes of the same pieces, point by point, each with its
-    /// parameter: a wall between such curves ends where the body does. A polyline is its own.
+    /// Returns the polyline of [`Meridian::smooth`](crate::Meridian::smooth) for the same pieces, with the parameter of each point,
+    /// so that a wall between such curves ends at the body. A polyline is returned unchanged.
     ///
     /// # Errors
-    /// [`RevolveError::NotPositive`] for the tolerance, [`RevolveError::TooFine`] if more than ten million points would be needed for a
-    /// piece.
+    /// [`RevolveError::NotPositive`] for the tolerance, [`RevolveError::TooFine`] if a piece needs more than ten million points.
     pub fn drawn(&self, tolerance: f64) -> Result<Self, RevolveError> {
         if self.degree() <= 1 {
             return Ok(self.clone());
@@ -98,18 +97,18 @@ impl Curve {
         Self::polyline(&knots, &points)
     }
 
-    /// Where the pieces begin and end.
+    /// Returns the knots between the pieces.
     pub fn knots(&self) -> &[f64] {
         &self.knots
     }
 
-    /// Largest number of coefficients of a piece, less one.
+    /// Returns the largest degree of a piece.
     pub(crate) fn degree(&self) -> usize {
         let sizes = self.pieces.iter().flat_map(Piece::coefficients);
         sizes.map(|c| c.len()).max().unwrap_or(1).max(1) - 1
     }
 
-    /// The point at `s`; beyond the ends, the end piece continued.
+    /// Returns the point at `s`; beyond the ends the first or last piece is continued.
     #[inline(always)]
     pub fn at(&self, s: f64) -> CurvePoint {
         let last = self.pieces.len() - 1;

@@ -1,14 +1,14 @@
 //! Signed distance to the surface.
 //!
-//! The nearest point of a surface of revolution lies in the point's own half-plane, so this is a distance to a polyline
-//! in the plane, found in a tree of boxes.
+//! The nearest point of a surface of revolution lies in the half-plane of the given point. The distance is that to a polyline in
+//! the plane, found with a tree of boxes.
 
 use nalgebra::Point3;
 
 use crate::solid::meridian::Meridian;
 use crate::solid::segment::Segment;
 
-/// The segment nearest a point, how far along it, and the squared distance.
+/// The segment nearest to a point, the position along it, and the squared distance.
 #[derive(Debug, Clone, Copy)]
 struct Nearest {
     segment: usize,
@@ -23,7 +23,7 @@ impl Nearest {
         d2: f64::INFINITY,
     };
 
-    /// Takes the segment if it is nearer; its squared distance.
+    /// Stores the segment if it is nearer; returns its squared distance.
     #[inline(always)]
     fn try_segment(&mut self, k: usize, s: &Segment, x: f64, r: f64) -> f64 {
         let (px, pr) = (x - s.x0, r - s.r0);
@@ -58,7 +58,7 @@ impl Nearest {
 }
 
 impl Meridian {
-    /// Signed distance of a body point from the surface: negative inside.
+    /// Returns the signed distance of a body point from the surface: negative inside.
     ///
     /// Cost: about the logarithm of the number of segments.
     ///
@@ -73,7 +73,7 @@ impl Meridian {
         self.distance_at(p.x, p.y.hypot(p.z))
     }
 
-    /// Is the body point inside the solid?
+    /// Returns whether the body point is inside the solid.
     pub fn contains(&self, p: &Point3<f64>) -> bool {
         self.signed_distance(p) < 0.0
     }

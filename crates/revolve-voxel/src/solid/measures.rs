@@ -7,13 +7,13 @@ use crate::solid::segment::Segment;
 
 /// Exact integrals over a solid of revolution of density 1, in its body frame.
 ///
-/// Subtract an inner solid's from an outer one's for a shell (`surface` then is not meaningful and is the difference).
+/// The difference of an outer and an inner solid gives a shell (except `surface`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Measures {
     /// Volume, pi times the integral of r^2 dx.
     pub volume: f64,
-    /// Area of the whole surface, closing discs included.
+    /// Area of the surface, including closing discs.
     pub surface: f64,
     /// First moment about x = 0: the integral of x over the solid.
     pub first_moment: f64,
@@ -24,12 +24,12 @@ pub struct Measures {
 }
 
 impl Measures {
-    /// Axial coordinate of the centroid (it lies on the axis).
+    /// Returns the axial coordinate of the centroid (on the axis).
     pub fn centroid(&self) -> f64 {
         self.first_moment / self.volume
     }
 
-    /// Moment of inertia about a line through the centroid across the axis.
+    /// Returns the moment of inertia about a line through the centroid perpendicular to the axis.
     pub fn transverse_inertia(&self) -> f64 {
         0.5 * self.polar_inertia + self.second_moment
             - self.first_moment * self.first_moment / self.volume

@@ -1,4 +1,4 @@
-//! The meridian that is turned about the axis.
+//! Meridians: curves whose rotation about the axis bounds a solid.
 
 use crate::RevolveError;
 use crate::solid::box_tree::BoxTree;
@@ -6,13 +6,13 @@ use crate::solid::chains::{Chain, Node, chains, tree};
 use crate::solid::measures::Measures;
 use crate::solid::segment::{ROUNDING, Segment};
 
-/// Enough boxes for a silhouette within a few per cent of the body's.
+/// Number of boxes for a silhouette accurate to a few per cent of the size of the body.
 const N_BLOCKS: usize = 64;
 
-/// A validated meridian (x along the axis, r >= 0 from it), closed by discs where it ends off the axis.
+/// A validated meridian (x along the axis, distance r >= 0), closed by discs where it ends off the axis.
 ///
-/// Turned about the axis it bounds a solid. Several radii at one x, bulges behind the base, and points on the axis
-/// in between are ordinary; crossing itself is not.
+/// Its rotation about the axis bounds a solid. Several radii at one x, bulges behind the base, and interior points on the axis are
+/// allowed; self-intersections are rejected.
 ///
 /// ```
 /// use revolve_voxel::Meridian;
@@ -21,12 +21,13 @@ const N_BLOCKS: usize = 64;
 /// # Ok::<(), revolve_voxel::RevolveError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[doc(alias = "polycone")]
 pub struct Meridian {
     segments: Vec<Segment>,
     chains: Vec<Chain>,
     tree: Vec<Node>,
     boxes: BoxTree,
-    /// Up to [`N_BLOCKS`] boxes [x_min, x_max, r_max] that hold the meridian, for silhouettes.
+    /// Up to [`N_BLOCKS`] bounding boxes [x_min, x_max, r_max] of the meridian, for silhouettes.
     blocks: Vec<[f64; 3]>,
     x_min: f64,
     x_max: f64,
@@ -34,7 +35,7 @@ pub struct Meridian {
 }
 
 impl Meridian {
-    /// A meridian from points (x, r), base to apex (or apex to base: the order is turned round).
+    /// Creates a meridian from points (x, r), base to apex (the reverse order is inverted).
     ///
     /// Repeated points are merged. An end with r > 0 is closed by a disc.
     ///
@@ -53,9 +54,9 @@ impl Meridian {
         Self::from_path(path, false)
     }
 
-    /// A meridian that closes on itself and need not touch the axis: a torus and its like.
+    /// Creates a closed meridian that need not touch the axis, such as that of a torus.
     ///
-    /// The last point is joined to the first.
+    /// The last point is connected to the first.
     ///
     /// # Errors
     /// As [`Meridian::new`]; at least three distinct points are needed.
@@ -67,8 +68,8 @@ impl Meridian {
         Self::from_path(path, true)
     }
 
-    /// The upper half of a full curve (x, y) that is its own mirror image about the axis: the points from its first
-    /// (y > 0, the base) to the apex, where y changes sign; between two nodes the apex is interpolated.
+    /// Creates a meridian from the upper half of a mirror-symmetric curve (x, y): the points from its first (y > 0, the base) to
+    /// the apex, where y changes sign; between two nodes the apex is interpolated.
     ///
     /// # Errors
     /// As [`Meridian::new`], and [`RevolveError::NegativeRadius`] if the curve starts below the axis.
@@ -104,7 +105,7 @@ impl Meridian {
         let x_min = fold(f64::min, f64::INFINITY, 0);
         let x_max = fold(f64::max, f64::NEG_INFINITY, 0);
         let r_max = fold(f64::max, 0.0, 1);
-        // Next to nothing for a solid of its size, or less than what rounding makes of where it stands.
+        // Negligible for the size of the solid, or below the rounding error of its position.
         let size = (x_max - x_min).max(r_max);
         let rounding = x_min.abs().max(x_max.abs()) * r_max * r_max;
         if volume.is_nan() || volume.abs() <= 1e-14 * size.powi(3).max(rounding) {
@@ -168,32 +169,32 @@ impl Meridian {
         })
     }
 
-    /// Number of cones, cylinders and discs of the surface.
+    /// Returns the number of cones, cylinders and discs of the surface.
     pub fn n_segments(&self) -> usize {
         self.segments.len()
     }
 
-    /// Smallest and largest axial coordinate.
+    /// Returns the smallest and the largest axial coordinate.
     pub fn x_range(&self) -> [f64; 2] {
         [self.x_min, self.x_max]
     }
 
-    /// Largest radius.
+    /// Returns the largest radius.
     pub fn r_max(&self) -> f64 {
         self.r_max
     }
 
-    /// How far from the middle of the axis the solid reaches, at most.
+    /// Returns an upper bound on the distance of the solid from the middle of its axis.
     pub(crate) fn size(&self) -> f64 {
         0.5 * (self.x_max - self.x_min) + self.r_max
     }
 
-    /// Exact volume, surface, centroid and inertia of the solid.
+    /// Returns exact volume, surface, centroid and inertia of the solid.
     pub fn measures(&self) -> Measures {
         Measures::of(&self.segments)
     }
 
-    /// Middle of the x range: the origin of the chains' coordinates.
+    /// Middle of the x range: the origin of the coordinates of the chains.
     pub(crate) fn mid(&self) -> f64 {
         0.5 * (self.x_min + self.x_max)
     }
@@ -219,10 +220,10 @@ impl Meridian {
     }
 }
 
-/// Where segments come to the same point of the axis, all from one side, what is beyond it lies over the one nearest that side:
-/// its normal is that of all.
+/// Where segments meet at one point of the axis, all from one side, the one nearest to that side covers the others: its normal
+/// applies to all.
 fn share_axis_points(segments: &mut [Segment]) {
-    // Place, how far the segment leads along the axis, its normal there, the segment and which end.
+    // Position, axial extent of the segment, its normal there, the segment and its end.
     let mut feet: Vec<(f64, f64, [f64; 2], usize, bool)> = Vec::new();
     for (k, s) in segments.iter().enumerate() {
         if s.r0 == 0.0 {
@@ -264,7 +265,7 @@ fn checked(points: &[[f64; 2]], least: usize) -> Result<Vec<[f64; 2]>, RevolveEr
         if let Some(last) = path.last()
             && (p[0] - last[0]).abs() <= ROUNDING * (p[1] - last[1]).abs()
         {
-            // A face across the axis but for rounding is across it.
+            // A face perpendicular to the axis up to rounding is perpendicular.
             p[0] = last[0];
         }
         if path.last() != Some(&p) {

@@ -9,23 +9,24 @@ use crate::error::{positive, room};
 use crate::solid::meridian::Meridian;
 use crate::{Body, RevolveError};
 
-/// A closed triangle mesh, every edge shared by two triangles, seen counter-clockwise from outside.
+/// A closed triangle mesh: every edge belongs to two triangles, oriented counter-clockwise seen from outside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
-    /// Points.
+    /// Vertices.
     pub vertices: Vec<Point3<f64>>,
-    /// Outward unit normal of the surface at each point (the mean of both sides on a crease).
+    /// Outward unit normal at each vertex (the average of both sides on a crease).
     pub normals: Vec<Vector3<f64>>,
-    /// Indices of three points each.
+    /// Indices of the three vertices of each triangle.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Body {
-    /// The surface of one layer as triangles with their points on it, nowhere farther from it than `tolerance`.
+    /// Returns a mesh of the surface of one layer, with vertices on it and distances of at most `tolerance`. The number of
+    /// triangles scales as 1 / `tolerance`.
     ///
     /// # Errors
-    /// [`RevolveError::NotPositive`] for the tolerance; [`RevolveError::NoSuchLayer`]; [`RevolveError::TooFine`] if it needs more than 2^31
-    /// points, [`RevolveError::TooLarge`] if there is no memory for them.
+    /// [`RevolveError::NotPositive`] for the tolerance; [`RevolveError::NoSuchLayer`]; [`RevolveError::TooFine`] above 2^31
+    /// vertices; [`RevolveError::TooLarge`] if memory cannot be allocated.
     pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, RevolveError> {
         positive("tolerance", tolerance)?;
         let meridian = self.layer(layer)?;
@@ -43,7 +44,7 @@ impl Body {
             });
         }
         let n = n_around as usize;
-        // At most a ring around each point, and two triangles from each place on a ring to the next ring.
+        // At most one ring per point, and two triangles from each vertex of a ring to the next ring.
         let mut mesh = Mesh {
             vertices: room("points of a mesh", n * n_rings)?,
             normals: room("normals of a mesh", n * n_rings)?,
@@ -89,14 +90,14 @@ struct Ring {
     on_axis: bool,
 }
 
-/// A stretch of meridian from axis to axis, or closed.
+/// A part of the meridian from axis to axis, or closed.
 struct Outline {
     points: Vec<[f64; 2]>,
     normals: Vec<[f64; 2]>,
     closed: bool,
 }
 
-/// The meridian, thinned to a tolerance.
+/// Returns the meridian simplified to a tolerance.
 fn outlines(meridian: &Meridian, tolerance: f64) -> Vec<Outline> {
     let mut outlines = Vec::new();
     let segments = meridian.segments();
@@ -113,7 +114,7 @@ fn outlines(meridian: &Meridian, tolerance: f64) -> Vec<Outline> {
         let closed = points[0] == points[points.len() - 1] && points[0][1] > 0.0;
         let mut kept = vec![0];
         if closed {
-            // Thinned in two halves: a closed curve has no chord from end to end.
+            // Simplified in two halves, because a closed curve has no chord from end to end.
             let half = points.len() / 2;
             thin(&points, 0, half, tolerance, &mut kept);
             thin(&points, half, points.len() - 1, tolerance, &mut kept);
@@ -137,7 +138,7 @@ fn outlines(meridian: &Meridian, tolerance: f64) -> Vec<Outline> {
     outlines
 }
 
-/// Keeps what lies farther than the tolerance from the chords (Ramer, Douglas & Peucker), the end included.
+/// Keeps points farther than the tolerance from the chords (Ramer, Douglas & Peucker), including the end.
 fn thin(points: &[[f64; 2]], a: usize, b: usize, tolerance: f64, kept: &mut Vec<usize>) {
     let mut stack = vec![(a, b)];
     while let Some((a, b)) = stack.pop() {
@@ -148,7 +149,7 @@ fn thin(points: &[[f64; 2]], a: usize, b: usize, tolerance: f64, kept: &mut Vec<
             let (px, pr) = (points[k][0] - points[a][0], points[k][1] - points[a][1]);
             let along = ((px * dx + pr * dr) / (length * length)).clamp(0.0, 1.0);
             let off = (px - along * dx).hypot(pr - along * dr);
-            // Of equals the first, whatever rounding says: an arc has two.
+            // The first of equal distances, independent of rounding: an arc has two.
             if off > worst.0 * (1.0 + 1e-9) {
                 worst = (off, k);
             }
@@ -183,15 +184,15 @@ impl Mesh {
         }
     }
 
-    /// The corners of a triangle, if there are such points.
+    /// Returns the vertices of a triangle, if its indices are valid.
     fn corners(&self, triangle: &[u32; 3]) -> Option<[&Point3<f64>; 3]> {
         let [a, b, c] = triangle.map(|k| self.vertices.get(k as usize));
         Some([a?, b?, c?])
     }
 
-    /// Enclosed volume, by the divergence theorem; NaN if a triangle names a point that there is not.
+    /// Returns the enclosed volume by the divergence theorem; NaN for an invalid index.
     pub fn volume(&self) -> f64 {
-        // About one of its own points: far from the origin the terms would be large and their sum all rounding.
+        // Relative to one of its vertices, which avoids cancellation far from the origin.
         let Some(&about) = self.vertices.first() else {
             return 0.0;
         };
@@ -205,11 +206,11 @@ impl Mesh {
             .unwrap_or(f64::NAN)
     }
 
-    /// Writes a binary STL file (32-bit floats, facet normals). The first 80 bytes of `comment`, the unit of the vertices for example,
-    /// are its header, which readers ignore; it must not begin with `solid`, the header of a text file.
+    /// Writes a binary STL file (32-bit floats, facet normals). The first 80 bytes of `comment`, for example the unit of the
+    /// vertices, are its header, which readers ignore. It must not begin with `solid`, the header of a text file.
     ///
     /// # Errors
-    /// Those of the writer; `InvalidInput` for a triangle that names a point that there is not.
+    /// Errors of the writer; `InvalidInput` for an invalid index.
     pub fn write_stl(&self, comment: &str, mut to: impl Write) -> io::Result<()> {
         let mut header = [0; 80];
         (header.iter_mut().zip(comment.bytes())).for_each(|(to, byte)| *to = byte);
@@ -232,8 +233,7 @@ impl Mesh {
     /// Writes a binary PLY file (little-endian, 32-bit floats, with point normals).
     ///
     /// # Errors
-    /// Those of the writer; `InvalidInput` for a triangle that names a point that there is not, or for another number of normals
-    /// than of points.
+    /// Errors of the writer; `InvalidInput` for an invalid index or a different number of normals and vertices.
     pub fn write_ply(&self, mut to: impl Write) -> io::Result<()> {
         if let Some(t) = self.triangles.iter().find(|t| self.corners(t).is_none()) {
             return Err(unknown_point(t));

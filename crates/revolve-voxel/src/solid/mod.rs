@@ -1,4 +1,4 @@
-//! What a solid of revolution is: meridians, their measures and distances, bodies of layers and where they stand.
+//! Solids of revolution: meridians, measures, distances, bodies of layers and their poses.
 
 pub(crate) mod body;
 pub(crate) mod box_tree;

@@ -1,10 +1,10 @@
-//! Smooth meridians: pieces of polynomials, drawn as a polyline to a stated tolerance.
+//! Smooth meridians: piecewise polynomials, approximated by a polyline to a tolerance.
 
 use crate::error::{finite, positive};
 use crate::solid::series::{chebyshev, power};
 use crate::{Meridian, RevolveError};
 
-/// A smooth stretch of meridian, x and r as polynomials of a parameter: what a spectral membrane solver gives.
+/// A smooth part of a meridian: x and r as polynomials of a parameter, such as the solution of a spectral membrane solver.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Piece {
     /// Sums of `c[k] T_k(u)`, Chebyshev polynomials, u from -1 to 1.
@@ -24,7 +24,7 @@ pub enum Piece {
 }
 
 impl Piece {
-    /// The point (x, r) at a fraction of the piece: 0 its start, 1 its end.
+    /// Returns the point (x, r) at a fraction of the piece: 0 its start, 1 its end.
     pub fn at(&self, fraction: f64) -> [f64; 2] {
         match self {
             Piece::Chebyshev { x, r } => {
@@ -37,7 +37,7 @@ impl Piece {
 
     /// Appends the points after the first of a polyline that stays within `tolerance`, each with its fraction.
     pub(crate) fn draw(&self, tolerance: f64, points: &mut Vec<Drawn>) -> Result<(), RevolveError> {
-        // As many stretches as the degree: none can then hide a wiggle between the points looked at.
+        // As many intervals as the degree, so that no oscillation remains undetected between samples.
         let degree = self.coefficients().iter().fold(1, |m, c| c.len().max(m));
         let at = |k: usize| k as f64 / degree as f64;
         for k in 0..degree {
@@ -56,12 +56,11 @@ impl Piece {
 }
 
 impl Meridian {
-    /// A meridian from smooth pieces, base to apex, each starting where the last one ends.
+    /// Creates a meridian from smooth pieces, base to apex, each starting at the end of the previous one.
     ///
-    /// The curve is replaced by a polyline with vertices on it, nowhere farther from it than `tolerance` (the number of
-    /// segments grows as its -1/2 power; chords and distances cost the logarithm of that). Gaps between pieces, and
-    /// radii below zero, are closed if no larger than `tolerance`. Chords, measures, voxels and meshes are then those
-    /// of this one polyline, so they agree with each other to rounding.
+    /// The curve is replaced by a polyline with vertices on it and a distance of at most `tolerance`. The number of segments scales
+    /// as `tolerance`^(-1/2); chords and distances cost its logarithm. Gaps between pieces and negative radii up to `tolerance` are
+    /// closed. Chords, measures, voxels and meshes are those of this polyline and agree with each other to rounding.
     ///
     /// ```
     /// use revolve_voxel::{Meridian, Piece};
@@ -73,8 +72,8 @@ impl Meridian {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`] for a coefficient, [`RevolveError::NotPositive`] for the tolerance, [`RevolveError::Gap`] between
-    /// pieces, [`RevolveError::TooFine`] if more than ten million segments would be needed, and those of [`Meridian::new`].
+    /// [`RevolveError::NotFinite`] for a coefficient, [`RevolveError::NotPositive`] for the tolerance, [`RevolveError::Gap`]
+    /// between pieces, [`RevolveError::TooFine`] above ten million segments, and errors of [`Meridian::new`].
     pub fn smooth(pieces: &[Piece], tolerance: f64) -> Result<Self, RevolveError> {
         positive("tolerance", tolerance)?;
         let mut points: Vec<[f64; 2]> = Vec::new();
@@ -119,10 +118,10 @@ impl Meridian {
     }
 }
 
-/// More would not fit a machine's memory in any useful way.
+/// Limit of memory.
 const MOST_SEGMENTS: usize = 10_000_000;
 
-/// A point of a drawn curve: its parameter and its place.
+/// A point of the polyline: its parameter and position.
 pub(crate) type Drawn = (f64, [f64; 2]);
 
 /// Appends points after the first so that the curve stays within `tolerance` of the chords.

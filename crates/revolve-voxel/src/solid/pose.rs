@@ -1,4 +1,4 @@
-//! Where a body stands in the lab.
+//! The pose of a body in the lab.
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
@@ -22,14 +22,14 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Body frame and lab frame coincide.
+    /// The identity: body frame and lab frame coincide.
     pub fn identity() -> Self {
         Self {
             isometry: Isometry3::identity(),
         }
     }
 
-    /// Any rigid motion, body to lab.
+    /// A pose from any rigid motion, body to lab.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`] if a component is NaN or infinite; the rotation is renormalised.
@@ -53,8 +53,8 @@ impl Pose {
         })
     }
 
-    /// The body's axis along the lab's z, apex towards +z, with the axis point `axial_point`
-    /// (distance from x = 0 along the axis) at the origin. Body y goes to lab x, body z to lab y.
+    /// The axis of the body along z of the lab, apex towards +z, with the axis point `axial_point` (distance from x = 0 along the
+    /// axis) at the origin. Body y maps to lab x, body z to lab y.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
@@ -68,7 +68,7 @@ impl Pose {
         })
     }
 
-    /// Turned about the lab's x axis (right-handed, radians), after the motions so far.
+    /// Rotates about the x axis of the lab (right-handed, radians), after the previous motions.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
@@ -76,7 +76,7 @@ impl Pose {
         self.turned(Vector3::x(), angle)
     }
 
-    /// Turned about the lab's y axis (right-handed, radians), after the motions so far.
+    /// Rotates about the y axis of the lab (right-handed, radians), after the previous motions.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
@@ -84,7 +84,7 @@ impl Pose {
         self.turned(Vector3::y(), angle)
     }
 
-    /// Turned about the lab's z axis (right-handed, radians), after the motions so far.
+    /// Rotates about the z axis of the lab (right-handed, radians), after the previous motions.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
@@ -94,7 +94,7 @@ impl Pose {
 
     fn turned(self, axis: Vector3<f64>, angle: f64) -> Result<Self, RevolveError> {
         finite("angle", angle)?;
-        // The square of a vector's length overflows long before an angle does.
+        // The squared length of a vector overflows long before an angle does.
         let rotation = if angle.abs() < 1e100 {
             UnitQuaternion::from_scaled_axis(axis * angle)
         } else {
@@ -105,7 +105,7 @@ impl Pose {
         })
     }
 
-    /// Shifted by a lab vector, after the motions so far.
+    /// Translates by a lab vector, after the previous motions.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
@@ -118,37 +118,37 @@ impl Pose {
         })
     }
 
-    /// The rigid motion, body to lab.
+    /// Returns the rigid motion, body to lab.
     pub fn isometry(&self) -> &Isometry3<f64> {
         &self.isometry
     }
 
-    /// Direction of the body's axis (base to apex) in the lab; a unit vector.
+    /// Returns the direction of the axis of the body (base to apex) in the lab, a unit vector.
     pub fn axis(&self) -> Vector3<f64> {
         self.isometry.rotation * Vector3::x()
     }
 
-    /// A body point in the lab.
+    /// Maps a body point to the lab.
     pub fn to_lab(&self, body: &Point3<f64>) -> Point3<f64> {
         self.isometry * body
     }
 
-    /// A lab point in the body frame.
+    /// Maps a lab point to the body frame.
     pub fn to_body(&self, lab: &Point3<f64>) -> Point3<f64> {
         self.isometry.inverse_transform_point(lab)
     }
 
-    /// The largest coordinate that places in the body frame are computed from, of lab points with coordinates up to `lab`.
+    /// Returns the largest coordinate in computations of body positions, for lab points with coordinates up to `lab`.
     pub(crate) fn farthest(&self, lab: f64) -> f64 {
         self.isometry.translation.vector.amax().max(lab)
     }
 
-    /// What the place of a lab point in the body frame may be off by.
+    /// Returns a bound on the rounding error of a lab point in the body frame.
     pub(crate) fn rounding(&self, lab: &Point3<f64>) -> f64 {
         ROUNDING * self.farthest(lab.coords.amax())
     }
 
-    /// A lab vector in the body frame.
+    /// Maps a lab vector to the body frame.
     pub fn vector_to_body(&self, lab: &Vector3<f64>) -> Vector3<f64> {
         self.isometry.inverse_transform_vector(lab)
     }

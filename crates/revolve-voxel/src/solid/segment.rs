@@ -1,10 +1,10 @@
-//! Straight pieces of a meridian, and how far rounding goes.
+//! Straight segments of a meridian, and bounds on rounding.
 
-/// What poses, angles and the places of rays are rounded by, as a share of their sizes: directions this near to along or
-/// across the axis are along or across it.
+/// Bound on the rounding of poses, angles and ray positions, relative to their sizes: directions this close to parallel or
+/// perpendicular to the axis are parallel or perpendicular.
 pub(crate) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// A straight piece of the closed meridian: a cone, cylinder or disc of the surface.
+/// A straight segment of the closed meridian: a cone, cylinder or disc of the surface.
 ///
 /// The path runs from the base to the apex with the solid on its right, so `(-tr, tx)` points outward.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +18,7 @@ pub(crate) struct Segment {
     pub(crate) tr: f64,
     /// Slant length.
     pub(crate) length: f64,
-    /// Sum of the unit normals that meet at the start (at the end): tells inside from outside when it is nearest.
+    /// Sum of the unit normals that meet at the start (end): determines the sign of distances to it.
     pub(crate) start_normal: [f64; 2],
     pub(crate) end_normal: [f64; 2],
 }

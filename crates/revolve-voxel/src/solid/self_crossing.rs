@@ -1,14 +1,14 @@
-//! Does a meridian cross itself?
+//! Detection of self-intersections of a meridian.
 
 use crate::RevolveError;
 use crate::solid::box_tree::BoxTree;
 use crate::solid::segment::Segment;
 
-/// Segments that run alongside each other this near, as a share of the largest coordinate, are one: a distance from them cannot
-/// tell which is nearer, nor its sign on which side of both a point lies.
+/// Segments that run along each other at this distance, relative to the largest coordinate, coincide: the sign of the distance to
+/// them is undefined.
 const APART: f64 = 16.0 * f64::EPSILON;
 
-/// Each segment against those whose boxes meet its own; neighbours may share their common point.
+/// Tests each segment against those with intersecting boxes; neighbours may share their common point.
 pub(crate) fn check(segments: &[Segment], boxes: &BoxTree) -> Result<(), RevolveError> {
     let n = segments.len();
     let coordinates = segments.iter().flat_map(|s| [s.start(), s.end()]).flatten();
@@ -39,10 +39,10 @@ pub(crate) fn check(segments: &[Segment], boxes: &BoxTree) -> Result<(), Revolve
     check_axis(segments)
 }
 
-/// Along the axis solid and void take turns, wherever the meridian leaves it (solid begins, seen along x) and comes back (solid
-/// ends): else two parts of the solid overlap, although their outlines may not meet off the axis.
+/// Along the axis solid and void must alternate where the meridian leaves it (solid begins) and returns (solid ends); otherwise two
+/// parts of the solid overlap, although their outlines may not meet off the axis.
 fn check_axis(segments: &[Segment]) -> Result<(), RevolveError> {
-    // Place, angle from the axis, whether solid begins.
+    // Position, angle from the axis, whether solid begins.
     let mut feet = Vec::new();
     for (k, s) in segments.iter().enumerate() {
         for (foot, other, begins) in [(s.start(), s.end(), true), (s.end(), s.start(), false)] {
@@ -67,13 +67,13 @@ fn area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Two segments with a common point m run over each other, or at an angle that rounding takes away.
+/// Two segments with a common point m overlap, or form an angle below rounding.
 fn folds_back(p: [f64; 2], m: [f64; 2], q: [f64; 2]) -> bool {
     let along = (p[0] - m[0]) * (q[0] - m[0]) + (p[1] - m[1]) * (q[1] - m[1]);
     along > 0.0 && area(p, m, q).abs() <= 4.0 * f64::EPSILON * along
 }
 
-/// A segment runs beside another, no farther from it than `near`, over more than a corner.
+/// A segment runs along another at a distance of at most `near`, over more than a corner.
 fn alongside(s: &Segment, o: &Segment, near: f64) -> bool {
     let place = |[x, r]: [f64; 2]| {
         let (dx, dr) = (x - s.x0, r - s.r0);
@@ -85,7 +85,7 @@ fn alongside(s: &Segment, o: &Segment, near: f64) -> bool {
     high - low > 16.0 * near && off(low) <= near && off(high) <= near
 }
 
-/// Two segments have a point in common, other than a common end on the axis, where solids may touch.
+/// Two segments have a common point other than a common end on the axis, where solids may touch.
 fn meet(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
     let apart = |i: usize| a[i].max(b[i]) < c[i].min(d[i]) || c[i].max(d[i]) < a[i].min(b[i]);
     if apart(0) || apart(1) {

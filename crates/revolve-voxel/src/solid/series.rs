@@ -2,7 +2,7 @@
 
 /// Some Chebyshev series of one length with their first two derivatives, by Clenshaw's recurrence and its derivatives.
 ///
-/// Inlined, so that derivatives nobody asks for are not computed.
+/// Inlined, so that unused derivatives are not computed.
 #[inline(always)]
 pub(crate) fn chebyshev<const N: usize>(series: [&[f64]; N], u: f64) -> [[f64; N]; 3] {
     let n = series[0].len();

@@ -1,4 +1,4 @@
-//! The part of space between two half-planes that start at the axis of a body.
+//! Wedges: the space between two half-planes that start at the axis of a body.
 
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::{PI, TAU};
@@ -10,11 +10,11 @@ use crate::solid::segment::ROUNDING;
 /// A wedge of azimuth in the body frame: from y to z, between two angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Wedge {
-    /// All round.
+    /// The full circle.
     Whole,
     /// At most half a turn: convex.
     Within(Sides),
-    /// More than half a turn: what the rest leaves.
+    /// More than half a turn: the complement of a convex wedge.
     Without(Sides),
 }
 
@@ -24,12 +24,12 @@ pub(crate) struct Sides {
     normals: [[f64; 2]; 2],
 }
 
-/// Where a box is.
+/// Position of a box relative to a wedge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Place {
     Inside,
     Outside,
-    /// A side may cut it.
+    /// A side may intersect it.
     Cut,
 }
 
@@ -39,7 +39,7 @@ impl Wedge {
         finite("first azimuth", from)?;
         finite("last azimuth", to)?;
         let opening = positive("opening of the wedge", to - from)?;
-        // A full turn given as a sum of angles may be off by rounding.
+        // A full turn given as a sum of angles may differ by rounding.
         if opening > TAU * (1.0 + 1e-12) {
             return Err(RevolveError::TooWide {
                 given: opening,
@@ -62,7 +62,7 @@ impl Wedge {
         })
     }
 
-    /// Does it hold a body point, known to within `near`? The first plane belongs to a wedge, the last does not.
+    /// Returns whether it contains a body point, known to within `near`. The first plane belongs to the wedge, the last does not.
     pub(crate) fn contains(&self, p: &Point3<f64>, near: f64) -> bool {
         let (sides, inverted) = self.sides();
         sides.is_none_or(|sides| {
@@ -71,8 +71,8 @@ impl Wedge {
         })
     }
 
-    /// Reads the measure of the part of a stretch [low, high] of a line (in the body frame, its origin known to within
-    /// `near`) that the wedge holds.
+    /// Returns the measure of the part of a segment [low, high] of a line inside the wedge (in the body frame, origin known to
+    /// within `near`).
     pub(crate) fn clip(
         &self,
         origin: &Point3<f64>,
@@ -97,12 +97,12 @@ impl Wedge {
         }
     }
 
-    /// The parts of the way from p to q (y, z) that it holds, as shares of the way.
+    /// Returns the parts of the path from p to q (y, z) inside it, as fractions.
     pub(crate) fn parts(&self, p: [f64; 2], q: [f64; 2]) -> [Option<[f64; 2]>; 2] {
         self.of([0.0, 1.0], |sides| sides.held(p, q))
     }
 
-    /// The parameters between which it holds a line (as for [`Wedge::clip`]), in their order.
+    /// Returns the parameter intervals of a line inside it (as [`Wedge::clip`]), in order.
     pub(crate) fn stretches(
         &self,
         origin: &Point3<f64>,
@@ -113,7 +113,7 @@ impl Wedge {
         self.of(line, |sides| sides.interval(origin, direction, near))
     }
 
-    /// What it holds of a whole, from what the wedge of at most half a turn holds of it.
+    /// Returns its part of a whole, from the part of the convex wedge.
     fn of(
         &self,
         [start, end]: [f64; 2],
@@ -130,7 +130,7 @@ impl Wedge {
         }
     }
 
-    /// Outward normal of the side that a point is on; none if there are no sides.
+    /// Returns the outward normal of the side of a point; `None` without sides.
     pub(crate) fn normal_at(&self, p: &Point3<f64>) -> Option<Vector3<f64>> {
         let (sides, inverted) = self.sides();
         let (sides, inward) = (sides?, if inverted { -1.0 } else { 1.0 });
@@ -139,7 +139,7 @@ impl Wedge {
         Some(Vector3::new(0.0, y, z) * -inward)
     }
 
-    /// Where a box with that centre and half-widths along `steps` lies.
+    /// Returns the position of a box with a centre and half-widths along `steps`.
     pub(crate) fn place(
         &self,
         centre: &Point3<f64>,
@@ -169,7 +169,7 @@ impl Wedge {
         self.sides().0.map(Sides::directions).into_iter().flatten()
     }
 
-    /// The wedge of at most half a turn, and whether this one is what that leaves.
+    /// The convex wedge, and whether this one is its complement.
     fn sides(&self) -> (Option<&Sides>, bool) {
         match self {
             Self::Whole => (None, false),
@@ -190,10 +190,10 @@ impl Sides {
         [[b, -a], [-d, c]]
     }
 
-    /// How deep under side `k` a line begins, and how fast it comes deeper.
+    /// Depth of the start of a line below side `k`, and its rate.
     ///
-    /// A line in the plane of a side counts as one turned on about the axis by next to nothing, so that the plane belongs to
-    /// the wedge that it begins, and to that alone; the axis itself counts as at azimuth 0.
+    /// A line in the plane of a side is the limit from larger azimuths, so the plane belongs only to the wedge that it begins; the
+    /// axis has azimuth 0.
     fn course(
         &self,
         k: usize,
@@ -227,7 +227,7 @@ impl Sides {
         }
     }
 
-    /// The parameters between which a line is in the wedge.
+    /// Returns the parameters of a line inside the wedge.
     fn interval(
         &self,
         origin: &Point3<f64>,
@@ -248,7 +248,7 @@ impl Sides {
         (ends[0] < ends[1]).then_some(ends)
     }
 
-    /// The shares of the way from p to q (y, z) between which it is inside.
+    /// Returns the fractions of the path from p to q (y, z) inside it.
     fn held(&self, p: [f64; 2], q: [f64; 2]) -> Option<[f64; 2]> {
         let [mut low, mut high] = [0.0f64, 1.0];
         for [y, z] in self.normals {

@@ -1,4 +1,4 @@
-//! Blocks of voxels: where they are in a body's frame, their eighths, and what layers add to them.
+//! Blocks of voxels: position in the body frame, subdivision into eighths, and contributions of layers.
 
 use std::ops::Range;
 
@@ -7,16 +7,16 @@ use nalgebra::{Point3, Vector3};
 use crate::voxels::mirror::Mirror;
 use crate::{Pose, Sample, VoxelCounters, VoxelGrid};
 
-/// Slices to a block: blocks of 8 x 8 x 8 voxels are filled whole where no surface comes near.
+/// Slices per block: blocks of 8 x 8 x 8 voxels far from surfaces are filled at once.
 pub(crate) const BLOCK: usize = 8;
 
 /// The voxels of a grid in the frame of a body.
 #[derive(Debug)]
 pub(crate) struct Placed<'a> {
     pub(crate) grid: &'a VoxelGrid,
-    /// First voxel's centre.
+    /// Centre of the first voxel.
     origin: Point3<f64>,
-    /// The lab's axes.
+    /// Axes of the lab.
     pub(crate) steps: [Vector3<f64>; 3],
 }
 
@@ -29,7 +29,7 @@ impl<'a> Placed<'a> {
         }
     }
 
-    /// Middle of a block.
+    /// Returns the centre of a block.
     pub(crate) fn centre(&self, block: &[Range<usize>; 3]) -> Point3<f64> {
         let spacing = self.grid.spacing();
         let mut centre = self.origin;
@@ -41,7 +41,7 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// A block in eighths, x fastest; none is empty.
+/// Returns the non-empty eighths of a block, x fastest.
 pub(crate) fn eighths(block: &[Range<usize>; 3]) -> impl Iterator<Item = [Range<usize>; 3]> {
     let [x, y, z] = block.each_ref().map(|range| {
         let middle = range.start + range.len().div_ceil(2);
@@ -52,7 +52,7 @@ pub(crate) fn eighths(block: &[Range<usize>; 3]) -> impl Iterator<Item = [Range<
         .filter(|part| part.iter().all(|range| !range.is_empty()))
 }
 
-/// Volumes cut alike into slabs of `len` voxels, those of one place together.
+/// Divides volumes into slabs of `len` voxels; groups corresponding slabs.
 pub(crate) fn slabs<T>(volumes: &mut [Vec<T>], len: usize) -> Vec<Vec<&mut [T]>> {
     let n_slabs = volumes
         .first()
@@ -67,20 +67,20 @@ pub(crate) fn slabs<T>(volumes: &mut [Vec<T>], len: usize) -> Vec<Vec<&mut [T]>>
     slabs
 }
 
-/// What layers add to the voxels of a block.
+/// Contributions of layers to the voxels of a block.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Block<T> {
-    /// First voxel and numbers of voxels.
+    /// First voxel and number of voxels per axis.
     first: [usize; 3],
     shape: [usize; 3],
-    /// To all of them, or else to each, `[z][y][x]`.
+    /// One value for all voxels, or one per voxel, `[z][y][x]`.
     same: T,
     each: Vec<T>,
     pub(crate) counters: VoxelCounters,
 }
 
 impl<T: Sample> Block<T> {
-    /// Nothing yet, for these voxels.
+    /// Zero contributions to these voxels.
     pub(crate) fn start(&mut self, block: &[Range<usize>; 3]) {
         self.first = block.each_ref().map(|range| range.start);
         self.shape = block.each_ref().map(Range::len);
@@ -114,7 +114,7 @@ impl<T: Sample> Block<T> {
         self.each.is_empty() && self.same.to_f64() == 0.0
     }
 
-    /// Adds to some slices of a volume, from `first_slice` on; mirrored if it is to be.
+    /// Adds to some slices of a volume, from `first_slice`; mirrored on request.
     pub(crate) fn add_to(
         &self,
         mirror: Option<&Mirror>,

@@ -1,6 +1,6 @@
-//! Where an integral along the axis has to be cut.
+//! Singular points of integrals along the axis.
 
-/// Axial positions where a section's area is not smooth, within an interval.
+/// Axial positions in an interval at which the area of a cross-section is not smooth.
 pub(crate) struct Breaks {
     at: [f64; 80],
     len: usize,

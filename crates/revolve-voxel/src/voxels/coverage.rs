@@ -12,15 +12,15 @@ use crate::voxels::runs::Runs;
 use crate::voxels::sections::Sections;
 use crate::{Body, Meridian, Pose, RevolveError, Sample, VoxelCounters, VoxelGrid};
 
-/// How a voxel's value is found.
+/// The sampling of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Sampling {
-    /// The value at the voxel's centre.
+    /// The value at the centre of the voxel.
     Centre,
-    /// The mean over n x n x n points.
+    /// The average over n x n x n points.
     Supersampled(usize),
-    /// The mean over the voxel, each layer's covered fraction to within `tolerance`, whatever the voxel's shape.
+    /// The average over the voxel, with the covered fraction of each layer to within `tolerance`, for any voxel shape.
     Coverage {
         /// Largest error of a covered fraction.
         tolerance: f64,
@@ -28,7 +28,7 @@ pub enum Sampling {
 }
 
 impl Body {
-    /// What voxels of a grid need to know of a layer.
+    /// Returns the distance field of a layer for the voxels of a grid.
     pub(crate) fn field(&self, layer: usize, grid: &VoxelGrid) -> Field<'_> {
         let layer = &self.layers()[layer];
         let mut piece = Vector3::from(grid.spacing());
@@ -39,10 +39,10 @@ impl Body {
     }
 }
 
-/// Pieces of long voxels are no smaller than this share of the layer: sections do better than ever more of them.
+/// Smallest size of parts of long voxels relative to the layer; below it cross-sections are more efficient.
 const LEAST_PIECE: f64 = 1.0 / 128.0;
 
-/// How often a voxel's edges are halved, so that a surface that meets a long voxel is looked for in pieces that are not.
+/// Returns the number of bisections of each voxel edge, so that parts are nearly cubic.
 fn halvings(layer: &Meridian, grid: &VoxelGrid) -> [u32; 3] {
     let spacing = grid.spacing();
     let least = spacing.into_iter().fold(f64::INFINITY, f64::min);
@@ -57,7 +57,7 @@ fn halvings(layer: &Meridian, grid: &VoxelGrid) -> [u32; 3] {
     })
 }
 
-/// Are the slices in the grid, and in order?
+/// Checks that the slices are in the grid and in order.
 pub(crate) fn check_range(grid: &VoxelGrid, slices: &Range<usize>) -> Result<(), RevolveError> {
     if slices.end > grid.shape()[2] {
         return Err(RevolveError::WrongLength {
@@ -76,7 +76,7 @@ pub(crate) fn check_range(grid: &VoxelGrid, slices: &Range<usize>) -> Result<(),
     Ok(())
 }
 
-/// Are the slices in the grid, and the sampling's numbers positive?
+/// Checks that the slices are in the grid and the numbers of the sampling positive.
 pub(crate) fn check(
     grid: &VoxelGrid,
     slices: &Range<usize>,
@@ -96,13 +96,13 @@ pub(crate) fn check(
     Ok(())
 }
 
-/// Paints one layer on blocks of voxels.
+/// Adds one layer to blocks of voxels.
 pub(crate) struct Painter<'a> {
     field: &'a Field<'a>,
     placed: Placed<'a>,
     sampling: Sampling,
     halvings: [u32; 3],
-    /// What sections look at together.
+    /// Data of cross-sections.
     runs: Runs,
     set: simd_set::Set,
 }
@@ -206,7 +206,7 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// Covered fraction of a voxel, or of a part of it with edges that are still to be halved so often.
+    /// Returns the covered fraction of a voxel, or of a part of it with remaining bisections.
     fn divided(
         &self,
         cuboid: &Cuboid<'_>,
@@ -246,7 +246,7 @@ impl<'a> Painter<'a> {
         0.5 * (part(-1.0) + part(1.0))
     }
 
-    /// Covered fraction of a piece: by one patch of surface if that is near enough, else by sections.
+    /// Returns the covered fraction of a part: by a local approximation of the surface if accurate enough, else by cross-sections.
     fn covered(
         &self,
         cuboid: &Cuboid<'_>,
@@ -293,8 +293,8 @@ impl<'a> Painter<'a> {
     }
 }
 
-/// Distance from the axis. Not `hypot`: no voxel is so small or large that its square would under- or overflow, and this is
-/// the innermost loop.
+/// Returns the distance from the axis. Not `hypot`: squares of voxel sizes neither underflow nor overflow, and this is the
+/// innermost loop.
 #[inline(always)]
 fn radius_of(p: &Point3<f64>) -> f64 {
     (p.y * p.y + p.z * p.z).sqrt()

@@ -1,6 +1,6 @@
 //! A disc about the axis, and lines and polygons in its plane.
 
-/// Fractions of the way from p to q between which it is in the disc.
+/// Returns the fractions of the path from p to q inside the disc.
 #[inline(always)]
 pub(crate) fn within(p: [f64; 2], q: [f64; 2], r2: f64) -> Option<[f64; 2]> {
     let c = p[0] * p[0] + p[1] * p[1] - r2;
@@ -27,7 +27,7 @@ pub(crate) fn between(p: [f64; 2], q: [f64; 2], t: f64) -> [f64; 2] {
     [p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])]
 }
 
-/// Twice the signed area of the triangle from the axis to p and q, within the disc.
+/// Returns twice the signed area of the triangle from the axis to p and q inside the disc.
 pub(crate) fn sector_sum(p: [f64; 2], q: [f64; 2], r2: f64) -> f64 {
     let Some([low, high]) = within(p, q, r2) else {
         return r2 * angle(p, q);
@@ -40,11 +40,11 @@ pub(crate) fn cross(p: [f64; 2], q: [f64; 2]) -> f64 {
     p[0] * q[1] - p[1] * q[0]
 }
 
-/// The angle from p to q, between -pi and pi.
+/// Returns the angle from p to q, between -pi and pi.
 pub(crate) fn angle(p: [f64; 2], q: [f64; 2]) -> f64 {
     let (y, x) = (cross(p, q), p[0] * q[0] + p[1] * q[1]);
     if x > 0.0 && y.abs() < 0.05 * x {
-        // The arc tangent's series: the first term left out is below 1e-15 of the sum.
+        // Series of the arc tangent: the first omitted term is below 1e-15 of the sum.
         let t = y / x;
         let s = t * t;
         t * (1.0 - s * (1.0 / 3.0 - s * (0.2 - s * (1.0 / 7.0 - s * (1.0 / 9.0 - s / 11.0)))))

@@ -1,10 +1,10 @@
-//! A map of the half-plane that tells which segments are near a point, and answers far from the surface without looking.
+//! A map of the half-plane: lists nearby segments, and classifies points far from the surface.
 
 use rayon::prelude::*;
 
 use crate::solid::meridian::Meridian;
 
-/// Square cells over the half-plane; a cell near the surface knows the segments that can be nearest to its points.
+/// Square cells over the half-plane; a cell near the surface lists the segments that can be nearest to its points.
 #[derive(Debug)]
 pub(crate) struct Field<'a> {
     meridian: &'a Meridian,
@@ -22,7 +22,7 @@ pub(crate) struct Line {
     pub(crate) a: f64,
     pub(crate) b: f64,
     pub(crate) c: f64,
-    /// Where the segment starts.
+    /// Start of the segment.
     pub(crate) start: [f64; 2],
 }
 
@@ -35,50 +35,50 @@ impl Line {
 
 #[derive(Debug, Clone, Copy)]
 struct Cell {
-    /// Signed distance of the centre.
+    /// Signed distance at the centre.
     distance: f64,
     first: u32,
     len: u32,
     bend: Bend,
 }
 
-/// How the segments near a cell follow each other.
+/// The arrangement of the segments near a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Bend {
-    /// None is near.
+    /// No segment is near.
     None,
-    /// One after the other, turning toward the solid: it is where all their heights are negative.
+    /// Connected, turning toward the solid: inside where all heights are negative.
     Convex,
-    /// One after the other, turning away from the solid: it is where any height is negative.
+    /// Connected, turning away from the solid: inside where any height is negative.
     Reflex,
-    /// Anything else: turning both ways or far, or several stretches.
+    /// Other: turning both ways or strongly, or disconnected.
     Other,
 }
 
-/// What is known of a point.
+/// The classification of a point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Answer<'a> {
-    /// Its distance from the surface is at least the one asked for; inside or not.
+    /// At least the given distance from the surface; inside or outside.
     Far(bool),
-    /// The surface near it is that of these lines.
+    /// The surface near it consists of these lines.
     Run { lines: &'a [Line], reflex: bool },
-    /// Nothing simple.
+    /// Not classified.
     Unknown,
 }
 
-/// A run that turns by more than this (radians) is no gentle patch.
+/// Largest turn (radians) of connected segments in a local approximation.
 const MOST_TURN: f64 = 0.8;
 
 impl<'a> Field<'a> {
-    /// A field that knows the surface up to `near` (half a voxel's diagonal) from a point, with cells of about `size`, or of
-    /// half of `near` if that is more: a cell lists all that is near it, so that small ones would list the same again.
+    /// Creates a field for distances up to `near` (half the diagonal of a voxel), with cells of about `size`, but at least half of
+    /// `near`: smaller cells would list the same segments.
     pub(crate) fn new(meridian: &'a Meridian, near: f64, size: f64) -> Self {
         let size = size.max(0.5 * near);
         let [a, b] = meridian.x_range();
         let margin = near + 2.0 * size;
         let extent = [b - a + 2.0 * margin, meridian.r_max() + margin];
-        // Never more than a quarter of a million cells: a fine grid gains nothing from finer ones.
-        // One long row of them counts as well.
+        // At most a quarter of a million cells, which is sufficient for fine grids.
+        // Including one long row.
         let longest = extent[0].max(extent[1]);
         let size = size
             .max((extent[0] * extent[1] / 250_000.0).sqrt())
@@ -133,7 +133,7 @@ impl<'a> Field<'a> {
         self.meridian
     }
 
-    /// What is known of a point, and of the surface within `far` (no more than the field's `near`) of it.
+    /// Returns the classification of a point for the surface within `far` (at most `near` of the field).
     #[inline(always)]
     pub(crate) fn ask(&self, x: f64, r: f64, far: f64) -> Answer<'_> {
         let (u, v) = ((x - self.x0) * self.inv_size, r * self.inv_size);
@@ -162,7 +162,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Whether all points within `reach` of one are inside, or all outside; always known of the point itself.
+    /// Returns whether all points within `reach` of a point are inside or all outside; with zero `reach` always decided.
     #[inline(always)]
     pub(crate) fn inside(&self, x: f64, r: f64, reach: f64) -> Option<bool> {
         match self.ask(x, r, reach) {
@@ -181,7 +181,7 @@ impl<'a> Field<'a> {
     }
 }
 
-/// How the segments of a rising list follow each other.
+/// Returns the arrangement of segments with ascending indices.
 fn bend(meridian: &Meridian, list: &[u32]) -> Bend {
     let (mut left, mut right) = (0.0f64, 0.0f64);
     for pair in list.windows(2) {
@@ -193,7 +193,7 @@ fn bend(meridian: &Meridian, list: &[u32]) -> Bend {
         left += turn.max(0.0);
         right -= turn.min(0.0);
     }
-    // Collinear but for rounding counts as either.
+    // Collinear up to rounding is either.
     let small = 1e-12 * list.len() as f64;
     if left.max(right) > MOST_TURN {
         Bend::Other
@@ -236,7 +236,7 @@ mod tests {
                 }
             }
         }
-        // However thin they are.
+        // For any thickness.
         assert!(listed([1.0, 1.0, 1e-6]) < 200_000);
     }
 
@@ -247,7 +247,7 @@ mod tests {
             let body = Body::new(vec![needle], Pose::identity()).unwrap();
             let grid = VoxelGrid::centred([1; 3], [1e-4; 3], [0.0; 3]).unwrap();
             let cells = body.field(0, &grid).cells.len();
-            // A quarter of a million and what rounding up adds.
+            // A quarter of a million, plus rounding up.
             assert!(cells <= 750_000, "{length}: {cells}");
         }
     }

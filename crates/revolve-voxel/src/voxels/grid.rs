@@ -7,7 +7,7 @@ use crate::error::{countable, finite, positive};
 
 /// A regular grid of voxels; volumes on it are indexed `[z][y][x]`, x fastest.
 ///
-/// Coordinates of centres: `origin[a] + k * spacing[a]`, a = x, y, z.
+/// The centre of voxel k along axis a is at `origin[a] + k * spacing[a]`, a = x, y, z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VoxelGrid {
     shape: [usize; 3],
@@ -16,7 +16,7 @@ pub struct VoxelGrid {
 }
 
 impl VoxelGrid {
-    /// A grid from its numbers of voxels `[nx, ny, nz]`, per-axis steps and the first voxel's centre.
+    /// Creates a grid from the numbers of voxels `[nx, ny, nz]`, the spacing of each axis and the centre of the first voxel.
     ///
     /// # Errors
     /// [`RevolveError::TooFew`] without a voxel, [`RevolveError::NotPositive`] for a spacing, [`RevolveError::NotFinite`],
@@ -38,7 +38,7 @@ impl VoxelGrid {
         })
     }
 
-    /// A grid centred at `offset`: centre k of n at `(k - (n-1)/2) * spacing + offset`.
+    /// Creates a grid centred at `offset`: centre k of n at `(k - (n-1)/2) * spacing + offset`.
     ///
     /// # Errors
     /// As [`VoxelGrid::new`].
@@ -51,7 +51,7 @@ impl VoxelGrid {
         Self::new(shape, spacing, [first(0), first(1), first(2)])
     }
 
-    /// A cube of n voxels a side, centred at the origin.
+    /// Creates a cubic grid of n voxels along each edge, centred at the origin.
     ///
     /// # Errors
     /// As [`VoxelGrid::new`].
@@ -59,38 +59,38 @@ impl VoxelGrid {
         Self::centred([n; 3], [spacing; 3], [0.0; 3])
     }
 
-    /// Numbers of voxels `[nx, ny, nz]`.
+    /// Returns the numbers of voxels `[nx, ny, nz]`.
     pub fn shape(&self) -> [usize; 3] {
         self.shape
     }
 
-    /// Steps `[dx, dy, dz]`.
+    /// Returns the spacing `[dx, dy, dz]`.
     pub fn spacing(&self) -> [f64; 3] {
         self.spacing
     }
 
-    /// Centre of the first voxel.
+    /// Returns the centre of the first voxel.
     pub fn origin(&self) -> [f64; 3] {
         self.origin
     }
 
-    /// Total number of voxels.
+    /// Returns the number of voxels.
     #[allow(clippy::len_without_is_empty)] // never empty
     pub fn len(&self) -> usize {
         self.shape.iter().product()
     }
 
-    /// Voxels in one z slice.
+    /// Returns the number of voxels in one z slice.
     pub fn slice_len(&self) -> usize {
         self.shape[0] * self.shape[1]
     }
 
-    /// Volume of one voxel.
+    /// Returns the volume of one voxel.
     pub fn voxel_volume(&self) -> f64 {
         self.spacing.iter().product()
     }
 
-    /// Centre of voxel (ix, iy, iz).
+    /// Returns the centre of voxel (ix, iy, iz).
     pub fn centre(&self, ix: usize, iy: usize, iz: usize) -> Point3<f64> {
         let at = |a: usize, k: usize| self.origin[a] + k as f64 * self.spacing[a];
         Point3::new(at(0, ix), at(1, iy), at(2, iz))

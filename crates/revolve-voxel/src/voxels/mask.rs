@@ -1,4 +1,4 @@
-//! Sets of voxels: intersection, union, erosion, and what lies far from a set.
+//! Sets of voxels: intersection, union, erosion, and distance to a set.
 
 use crate::error::{RevolveError, countable, length};
 use rayon::prelude::*;
@@ -6,10 +6,9 @@ use std::ops::Range;
 
 /// A set of voxels of a grid, in index order `[z][y][x]` (x fastest).
 ///
-/// Masks state *where* a measure is taken: "voxels that lie in the wall at every phase, two voxels
-/// away from its edge" is an intersection and an erosion; "background more than three voxels from
-/// the body" is [`Mask::farther_than`]. All operations are exact and independent of the number of
-/// threads.
+/// Masks define the region of a measurement. Voxels in the wall at every phase, two voxels away from its edge: an intersection and
+/// an erosion. Background more than three voxels from the body: [`Mask::farther_than`]. All operations are exact and independent of
+/// the number of threads.
 ///
 /// ```
 /// use revolve_voxel::Mask;
@@ -26,33 +25,33 @@ pub struct Mask {
 }
 
 impl Mask {
-    /// A mask of `shape = [nz, ny, nx]` from its voxels in index order `[z][y][x]`.
+    /// Creates a mask of `shape = [nz, ny, nx]` from its voxels in index order `[z][y][x]`.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] if their number is not `nz ny nx`; [`RevolveError::TooLarge`] for sides whose product, one of zero
-    /// counted as one, is beyond any memory.
+    /// [`RevolveError::WrongLength`] if their number is not `nz ny nx`; [`RevolveError::TooLarge`] if the product of the sides
+    /// (zeros counted as one) exceeds the address space.
     pub fn new(shape: [usize; 3], set: Vec<bool>) -> Result<Self, RevolveError> {
         countable("voxels of a mask", &shape.map(|n| n.max(1)))?;
         length("mask", shape.iter().product(), set.len())?;
         Ok(Self { shape, set })
     }
 
-    /// Numbers of voxels `[nz, ny, nx]`.
+    /// Returns the numbers of voxels `[nz, ny, nx]`.
     pub fn shape(&self) -> [usize; 3] {
         self.shape
     }
 
-    /// The voxels, `[z][y][x]`.
+    /// Returns the voxels, `[z][y][x]`.
     pub fn as_slice(&self) -> &[bool] {
         &self.set
     }
 
-    /// How many voxels are in the set.
+    /// Returns the number of voxels in the set.
     pub fn count(&self) -> usize {
         self.set.iter().filter(|&&set| set).count()
     }
 
-    /// Keeps the voxels that are in `other` too.
+    /// Intersects the set with `other`.
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`] for a side of another length.
@@ -60,7 +59,7 @@ impl Mask {
         self.combine(other, |a, b| a & b)
     }
 
-    /// Adds the voxels of `other`.
+    /// Unites the set with `other`.
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`] for a side of another length.
@@ -85,7 +84,7 @@ impl Mask {
     /// Keeps, in every slice, the pixels that are in `slice` (index order `[y][x]`).
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] if it does not hold `ny nx` pixels.
+    /// [`RevolveError::WrongLength`] if it does not have `ny nx` pixels.
     pub fn intersect_slices(&mut self, slice: &[bool]) -> Result<(), RevolveError> {
         length(
             "slice of a mask",
@@ -102,9 +101,8 @@ impl Mask {
         Ok(())
     }
 
-    /// Takes away, `steps` times, each voxel that has one of its six neighbours outside the set.
-    /// Beyond the border of the grid is outside. Cost: `O(steps * voxels)`, and no more than half of the grid's shortest side
-    /// of steps, since nothing is left then.
+    /// Erodes the set `steps` times: removes each voxel with one of its six neighbours outside the set. The border of the grid is
+    /// outside. Cost: `O(steps * voxels)`, with at most half of the shortest side of the grid as steps.
     pub fn erode(&mut self, steps: usize) {
         let [nz, ny, nx] = self.shape;
         let slice = ny * nx;
@@ -141,15 +139,15 @@ impl Mask {
         }
     }
 
-    /// The voxels whose centre is more than `distance` voxels (Euclidean, between centres) from
-    /// the centre of every voxel of this set; all voxels if the set is empty.
+    /// Returns the voxels with centres more than `distance` voxels (Euclidean) from the centre of every voxel of this set; all
+    /// voxels if the set is empty.
     ///
-    /// Cost: runs of voxels of the set times `distance^2`; rows without one cost nothing.
+    /// Cost: number of runs of voxels in the set times `distance^2`.
     pub fn farther_than(&self, distance: f64) -> Mask {
         let [nz, ny, nx] = self.shape;
         let mut far = vec![true; self.set.len()];
         let rows: Vec<Vec<Range<usize>>> = self.set.par_chunks(nx.max(1)).map(runs).collect();
-        // A negative or NaN distance excludes nothing; the grid bounds the reach of a huge one.
+        // A negative or NaN distance excludes nothing; the grid bounds a large one.
         let reach = distance.min(nz as f64 + ny as f64 + nx as f64);
         if reach >= 0.0 && !rows.is_empty() {
             let offsets = disc_rows(reach, [nz, ny]);
@@ -173,7 +171,7 @@ impl Mask {
     }
 }
 
-/// The rows `(dz, dy)` of a ball of radius `reach`, each with its half width in voxels; none longer than the grid.
+/// Returns the rows `(dz, dy)` of a ball of radius `reach`, each with its half width in voxels, bounded by the grid.
 fn disc_rows(reach: f64, sides: [usize; 2]) -> Vec<(isize, isize, usize)> {
     let [z, y] = sides.map(|n| (reach.floor() as isize).min(n as isize - 1));
     let mut rows = Vec::new();
@@ -188,7 +186,7 @@ fn disc_rows(reach: f64, sides: [usize; 2]) -> Vec<(isize, isize, usize)> {
     rows
 }
 
-/// Where a row's voxels are set, in runs.
+/// Returns the runs of set voxels in a row.
 fn runs(row: &[bool]) -> Vec<Range<usize>> {
     let mut runs = Vec::new();
     let mut at = 0;

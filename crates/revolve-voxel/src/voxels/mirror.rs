@@ -1,20 +1,20 @@
-//! Planes that mirror a grid and the bodies on it: half of the voxels are then the other half's images.
+//! Mirror planes of a grid and its bodies: half of the voxels are then copies.
 
 use nalgebra::Point3;
 
 use crate::{Pose, VoxelGrid};
 
-/// How far directions and places, in shares of the size, may be from symmetry: what rounding leaves of them.
+/// Tolerance of the symmetry of directions and positions, relative to their size.
 const SLACK: f64 = 4.0 * f64::EPSILON;
 
-/// The mirror plane in which two of the grid's axes change places.
+/// The mirror plane that exchanges two axes of the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Mirror {
     axes: [usize; 2],
 }
 
 impl Mirror {
-    /// A plane that maps the grid onto itself and holds the axis of every body, if there is one.
+    /// Returns a plane that maps the grid onto itself and contains the axis of every body, if there is one.
     pub(crate) fn of<'a>(
         poses: impl Iterator<Item = &'a Pose> + Clone,
         grid: &VoxelGrid,
@@ -36,14 +36,14 @@ impl Mirror {
         Some(Self { axes })
     }
 
-    /// What belongs to each axis, mirrored.
+    /// Mirrors per-axis values.
     pub(crate) fn image<T: Clone>(&self, of: &[T; 3]) -> [T; 3] {
         let mut image = of.clone();
         image.swap(self.axes[0], self.axes[1]);
         image
     }
 
-    /// Is a place the image of one that is looked at itself?
+    /// Returns whether a voxel is the image of a computed one.
     pub(crate) fn is_image(&self, place: &[usize; 3]) -> bool {
         place[self.axes[0]] < place[self.axes[1]]
     }
@@ -65,7 +65,7 @@ mod tests {
         let of = |pose: &Pose, grid: &VoxelGrid| Mirror::of([pose].into_iter(), grid);
         assert_eq!(of(&study, &cube), Some(Mirror { axes: [0, 2] }));
         assert_eq!(of(&along_z, &cube), Some(Mirror { axes: [0, 1] }));
-        // Turned a little, moved out of the plane, on another grid, beside another body: none.
+        // Slightly rotated, displaced, on another grid, or with another body: no symmetry.
         let turned = study.turned_z(1e-12).unwrap();
         let moved = study.shifted(Vector3::new(1e-12, 0.0, 0.0)).unwrap();
         let along = study.shifted(Vector3::new(0.3, 5.0, 0.3)).unwrap();

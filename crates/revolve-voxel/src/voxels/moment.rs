@@ -1,5 +1,5 @@
-//! Sums of bodies on a grid: a body that moves, at several moments. Each block of voxels is gone through once, for all of
-//! them, and one of two mirror images is copied from the other.
+//! Weighted sums of bodies on a grid, such as a moving body at several times. Each block of voxels is visited once for all bodies,
+//! and mirror images are copied.
 
 use std::ops::Range;
 
@@ -11,19 +11,19 @@ use crate::voxels::coverage::{Painter, Sampling, check};
 use crate::voxels::mirror::Mirror;
 use crate::{Body, RevolveError, Sample, VoxelCounters, VoxelGrid};
 
-/// A body as it stands for a share of the time.
+/// A body with a weight, such as the fraction of time in one position.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
     /// The body.
     pub body: &'a Body,
-    /// Activity of its regions.
+    /// Activities of its regions.
     pub activity: &'a [f64],
-    /// Its share.
+    /// The weight.
     pub weight: f64,
 }
 
 impl Body {
-    /// Activity of every voxel, `[z][y][x]`, x fastest.
+    /// Returns the activity of every voxel, `[z][y][x]`, x fastest.
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`], [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooFew`] or
@@ -42,7 +42,7 @@ impl Body {
 
     /// Adds `weight` times the activity of the voxels of some slices to `out` (`[z][y][x]`, those slices only).
     ///
-    /// A volume need never be whole in memory: slab by slab gives the same bits.
+    /// Slabs of a volume are bitwise identical to those of the whole.
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`] for a wrong buffer, slices or number of activities; [`RevolveError::NotFinite`];
@@ -69,10 +69,9 @@ impl Moment<'_> {
     /// Adds the weighted activities of all moments to the voxels of some slices of a grid (`out`: `[z][y][x]`, those slices
     /// only).
     ///
-    /// A volume need never be whole in memory: slab by slab gives the same bits. Cost: that of every moment's surface, but the
-    /// volume is gone through once. Where a plane in which two of the grid's axes change places holds all the bodies' axes,
-    /// coverage is computed on one side of it and copied to the other (two of the study's three equal axes; the first two for
-    /// a body that stands along z).
+    /// Slabs of a volume are bitwise identical to those of the whole. Cost: that of every surface, with one pass over the volume.
+    /// If a plane that exchanges two axes of the grid contains the axes of all bodies, coverage is computed on one side and copied
+    /// to the other.
     ///
     /// ```
     /// use revolve_voxel::{Body, Meridian, Moment, Pose, Sampling, VoxelGrid};
@@ -121,7 +120,7 @@ impl Moment<'_> {
             painters: (fields.iter())
                 .map(|(pose, field, weight)| (Painter::new(pose, field, grid, sampling), *weight))
                 .collect(),
-            // A centre on the very surface is in or out by rounding; its image may be the other way.
+            // A centre on the surface is in or out by rounding; its image may differ.
             mirror: match sampling {
                 Sampling::Coverage { .. } => Mirror::of(poses, grid),
                 _ => None,
@@ -137,7 +136,7 @@ impl Moment<'_> {
     }
 }
 
-/// Layers with their weights, and where they are wanted.
+/// Layers with their weights, and the requested slices.
 struct Work<'a> {
     painters: Vec<(Painter<'a>, f64)>,
     mirror: Option<Mirror>,
@@ -163,7 +162,7 @@ impl Work<'_> {
                 let first_slice = self.voxels([0, 0, z])[2].start;
                 for at in (0..nx * ny).map(|k| [k % nx, k / nx, z]) {
                     let mirror = self.mirror.as_ref().filter(|mirror| mirror.is_image(&at));
-                    // The block that is looked at, and its voxels.
+                    // The current block and its voxels.
                     let (seen, voxels) = match mirror {
                         None => (at, self.voxels(at)),
                         Some(mirror) => (mirror.image(&at), mirror.image(&self.voxels(at))),
@@ -191,7 +190,7 @@ impl Work<'_> {
             .reduce(VoxelCounters::default, |a, b| a + b)
     }
 
-    /// The blocks whose image is wanted too, by their numbers.
+    /// Indices of the blocks with requested images.
     fn kept<T: Sample>(&self) -> Vec<Option<Block<T>>> {
         let Some(mirror) = &self.mirror else {
             return Vec::new();

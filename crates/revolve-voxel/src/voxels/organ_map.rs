@@ -1,4 +1,4 @@
-//! Voxels of organs, each of which replaces those before it.
+//! Voxels of organs; later ones replace earlier ones.
 
 use std::ops::Range;
 
@@ -22,11 +22,11 @@ const GAUSS: [[f64; 2]; 8] = [
 ];
 
 impl OrganShape {
-    /// The covered fraction of a voxel with that centre and those sides: of a cylinder exact, of an ellipsoid the mean of exact
-    /// sections across z, eight where its surface passes.
+    /// Returns the covered fraction of a voxel with a centre and sides: exact for a cylinder; for an ellipsoid the average of exact
+    /// cross-sections, eight at its surface.
     fn fraction(&self, centre: [f64; 3], sides: [f64; 3]) -> f64 {
         let (at, axes) = self.bounds();
-        // Edges where the solid is the unit ball, or the unit disc at every height.
+        // Edges in coordinates in which the solid is the unit ball, or the unit disc at every height.
         let [x, y, z] = [0, 1, 2].map(|k| {
             let edge = |side: f64| (centre[k] - at[k] + side * sides[k]) / axes[k];
             [edge(-0.5), edge(0.5)]
@@ -66,10 +66,10 @@ impl OrganShape {
 }
 
 impl Organs {
-    /// What `of` says of the organs, as its mean over every voxel in some slices, `[z][y][x]`; 0 where there is none.
+    /// Returns the average of `of(organ)` over every voxel of some slices, `[z][y][x]`; 0 outside all organs.
     ///
-    /// Covered fractions of a cylinder are exact, those of an ellipsoid the mean of eight exact sections; where the surfaces of several pass one voxel, what a later one leaves of an
-    /// earlier one is taken as if they were independent: `(1 - f) v + f w`.
+    /// Covered fractions of a cylinder are exact, those of an ellipsoid the average of eight exact cross-sections. If several
+    /// surfaces cross one voxel, they are treated as independent: `(1 - f) v + f w`.
     ///
     /// ```
     /// use revolve_voxel::{Ellipsoid, Organ, OrganShape, Organs, VoxelGrid};
@@ -87,7 +87,7 @@ impl Organs {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for slices that do not fit; [`RevolveError::NotFinite`] for what `of` says;
+    /// [`RevolveError::WrongLength`] for slices outside the grid; [`RevolveError::NotFinite`] for a result of `of`;
     /// [`RevolveError::NotPositive`] for voxels whose area or volume underflows; [`RevolveError::TooLarge`].
     pub fn voxelize<T: Sample>(
         &self,

@@ -1,7 +1,7 @@
-//! Covered fraction of a box that one gentle patch of the surface crosses.
+//! Covered fraction of a box crossed by one nearly flat part of the surface.
 //!
-//! A plane near the surface is clipped in closed form; what the surface differs from it is small, and is integrated over
-//! the face most nearly parallel to it.
+//! A plane near the surface is clipped in closed form. The difference from the surface is integrated over the face most nearly
+//! parallel to the plane.
 
 use nalgebra::{Point3, Vector3};
 
@@ -33,7 +33,7 @@ const WEIGHTS: [f64; N] = [
     0.1012285362903762,
 ];
 
-/// Columns through a face, their places across it and their weights, which add up to 4.
+/// Columns through a face: positions and weights, with the sum 4.
 const COLUMNS: usize = N * N;
 const U: [f64; COLUMNS] = columns(NODES, [1.0; N]);
 const V: [f64; COLUMNS] = columns([1.0; N], NODES);
@@ -49,26 +49,26 @@ const fn columns(u: [f64; N], v: [f64; N]) -> [f64; COLUMNS] {
     product
 }
 
-/// Error of the fraction: a share of the range of the surface over the plane, in box heights, as the columns see it, and
-/// of the bound of how far the surface bends, which no column may see. Set so that tests with random bodies and finer
-/// voxels find none larger; the square is that of what one step to the surface leaves.
+/// Coefficients of the error estimate: of the range of the surface over the plane in box heights, and of the bound on its
+/// curvature. Set so that tests with random bodies and finer voxels find no larger error; the square is that of the residual of one
+/// step to the surface.
 const OF_SPREAD: f64 = 0.025;
 const OF_BENDS: f64 = 0.0075;
 const OF_BENDS_SQUARED: f64 = 0.1;
 
-/// The step to the surface goes by the slope where the surface is nearest to the box's centre. In a cube what that misses on
-/// one side of the centre it has too much on the other, and the terms above hold it; not along a long edge, nor at a kink by
-/// which the surface leaves its plane by more than this share of the box's height.
+/// The step to the surface uses the slope at the point nearest to the centre of the box. In a cube the errors on both sides of the
+/// centre cancel and are covered by the terms above; this term covers long edges and kinks that leave the plane by more than this
+/// fraction of the height of the box.
 const KINK: f64 = 0.15;
 const OF_KINK: f64 = 0.1;
 
-/// What a gentle patch of surface does to a box.
+/// The relation of a nearly flat surface to a box.
 pub(crate) enum Patch {
-    /// The box is too near the axis for any patch to be gentle.
+    /// The box is too near to the axis.
     Unknown,
-    /// It passes by; the box is inside or not.
+    /// It misses the box, which is inside or outside.
     Clear(bool),
-    /// It covers a fraction of the box, with an estimate of that fraction's error.
+    /// It covers a fraction of the box, with an error estimate.
     Covered { fraction: f64, error: f64 },
 }
 
@@ -82,7 +82,7 @@ pub(crate) struct Cuboid<'a> {
     pub(crate) radius: f64,
 }
 
-/// The patch where the largest (`reflex`: the smallest) of the lines' heights is zero, in a box.
+/// The surface on which the largest (`reflex`: the smallest) of the heights of the lines is zero, in a box.
 pub(crate) fn patch(
     set: simd_set::Set,
     lines: &[Line],
@@ -96,7 +96,7 @@ pub(crate) fn patch(
     })
 }
 
-/// The work, compiled for each kind of processor.
+/// The loop, compiled for each instruction set.
 struct Work<'a> {
     lines: &'a [Line],
     reflex: bool,
@@ -124,9 +124,9 @@ fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
     let radial = b / r;
     let gradient = Vector3::new(a, radial * centre.y, radial * centre.z);
     let normal = axes.map(|e| e.dot(&gradient));
-    // How far the surface can be from a plane. Along the meridian it turns; round the axis, a distance from the axis differs
-    // from its linear part, within a ball that the axis does not meet, by no more than the ball's radius times the
-    // tangent of half the angle it is seen under.
+    // Bound on the distance of the surface from a plane. Along the meridian it turns; around the axis, a distance from the axis
+    // differs from its linear part, within a ball that does not meet the axis, by at most the radius of the ball times the tangent
+    // of half its angular size.
     let sine = radius / r;
     if sine >= 1.0 {
         return Patch::Unknown;
@@ -134,7 +134,7 @@ fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
     let turned = radius * turn(&lines[0], &lines[lines.len() - 1]);
     let rounding = radius * sine / (1.0 + (1.0 - sine * sine).sqrt());
     let round = b.abs() * rounding;
-    // Columns along the edge that the plane is steepest to, in box units.
+    // Columns along the edge most nearly perpendicular to the plane, in box units.
     let steep = [0, 1, 2].map(|i| normal[i].abs() * half[i]);
     if height.abs() >= steep[0] + steep[1] + steep[2] + turned + round {
         return Patch::Clear(offset < 0.0);
@@ -154,13 +154,13 @@ fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
         -normal[u] * half[u] * inv,
         -normal[v] * half[v] * inv,
     ];
-    // One loop over the columns for each step, so that the compiler takes several at once.
+    // One loop over the columns per step, for vectorisation.
     let mut plane = [0.0; COLUMNS];
     for k in 0..COLUMNS {
         plane[k] = level[0] + level[1] * U[k] + level[2] * V[k];
     }
     let height = heights_over(lines, s, centre, [&du, &dv, &axes[e]], &plane, h);
-    // The plane moves to the mean of the surface where it is seen.
+    // The plane moves to the average of the surface over the columns.
     let (mut surface, mut rise, mut seen) = ([0.0; COLUMNS], [0.0; COLUMNS], [0.0; COLUMNS]);
     for k in 0..COLUMNS {
         let step = -s * inv * height[k];
@@ -193,8 +193,8 @@ fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
     }
 }
 
-/// The largest of the lines' heights over a point (times `s`), the line that has it, and those about it whose segments come into a
-/// box of that radius.
+/// Returns the largest height of the lines over a point (times `s`), its line, and the adjacent lines with segments in a box of
+/// that radius.
 #[inline(always)]
 fn in_box(lines: &[Line], s: f64, [x, r]: [f64; 2], radius: f64) -> (f64, &Line, &[Line]) {
     let (mut height, mut nearest) = (f64::NEG_INFINITY, 0);
@@ -218,7 +218,7 @@ fn in_box(lines: &[Line], s: f64, [x, r]: [f64; 2], radius: f64) -> (f64, &Line,
     (height, &lines[nearest], &lines[first..=last])
 }
 
-/// The largest of the lines' heights (times `s`) over the place on each column where the plane is, within half its height `h`.
+/// Returns the largest height of the lines (times `s`) at the position of the plane in each column, within half its height `h`.
 #[inline(always)]
 fn heights_over(
     lines: &[Line],
@@ -246,7 +246,7 @@ fn heights_over(
     height
 }
 
-/// An estimate of the fraction's error, for columns of half height `h`; lengths across them are `heights` of the box's.
+/// Returns an error estimate of the fraction, for columns of half height `h`; lengths across them are in box `heights`.
 #[inline(always)]
 fn error(
     lines: &[Line],
@@ -254,7 +254,7 @@ fn error(
     heights: f64,
     [h, radius]: [f64; 2],
 ) -> f64 {
-    // How much the slope may change along a column, as a share of it, and how much of the diagonal the column is: 0 in a cube.
+    // Bound on the relative change of the slope along a column, and the fraction of the diagonal: 0 in a cube.
     let kink = (lines.windows(2)).fold(0.0, |most, pair| larger(most, turn(&pair[0], &pair[1])));
     let kink = kink * radius * heights;
     let most_radial = lines.iter().fold(0.0, |most, l| larger(most, l.b.abs()));
@@ -283,7 +283,7 @@ fn fold(values: &[f64; COLUMNS], with: impl Fn(f64, f64) -> f64) -> f64 {
     with(with(lanes[0], lanes[1]), with(lanes[2], lanes[3]))
 }
 
-/// Not `f64::max` and `f64::min`, which must mind NaN: these are one instruction each.
+/// Not `f64::max` and `f64::min`, which handle NaN: these are single instructions.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }

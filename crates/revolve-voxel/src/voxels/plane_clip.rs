@@ -1,6 +1,6 @@
 //! The part of a box on one side of a plane.
 
-/// Fraction of a box inside the half-space `offset + normal . delta < 0`, delta measured from the box's centre.
+/// Returns the fraction of a box in the half-space `offset + normal . delta < 0`, delta relative to the centre of the box.
 ///
 /// The closed form of Scardovelli & Zaleski (J. Comput. Phys. 164 (2000) 228, doi:10.1006/jcph.2000.6567).
 pub(crate) fn fraction_below(normal: [f64; 3], offset: f64, half: [f64; 3]) -> f64 {
@@ -38,8 +38,8 @@ pub(crate) fn fraction_below(normal: [f64; 3], offset: f64, half: [f64; 3]) -> f
 
 /// Volume below height a <= 1/2 in the unit cube, m1 <= m2 <= m3, m1 + m2 + m3 = 1.
 fn filled_below(a: f64, m1: f64, m2: f64, m3: f64) -> f64 {
-    // Below these, dividing by m1 (m2) loses more digits than dropping it costs: the volume is even
-    // in m1 about the box's centre, so the error of dropping it is O(m1^2).
+    // Below these, dividing by m1 (m2) loses more digits than omitting it: the volume is even in m1 about the centre of the box, so
+    // omitting it has an error of O(m1^2).
     const TINY: f64 = 1e-6;
     if m2 < TINY {
         return a.min(m3) / m3;

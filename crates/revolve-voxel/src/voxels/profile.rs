@@ -1,11 +1,11 @@
-//! A volume along a line, and how sharp an edge is there.
+//! Line profiles of a volume, and edge widths.
 
 use nalgebra::Point3;
 
 use crate::error::{at_least, finite, length, zeros};
 use crate::{RevolveError, Sample, VoxelGrid};
 
-/// Values at equal steps along a line.
+/// Values at equally spaced points of a line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     step: f64,
@@ -13,8 +13,8 @@ pub struct Profile {
 }
 
 impl VoxelGrid {
-    /// A volume `[z][y][x]` at `n` equally spaced points from one place to another, both included; linear between the
-    /// voxels' centres, 0 beyond the outermost of them.
+    /// Samples a volume `[z][y][x]` at `n` equally spaced points from one position to another, both included: trilinear between
+    /// voxel centres, 0 beyond the outermost centres.
     ///
     /// ```
     /// use revolve_voxel::{VoxelGrid, nalgebra::Point3};
@@ -26,8 +26,8 @@ impl VoxelGrid {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for a volume that is not the grid's, [`RevolveError::TooFew`] for less than two points;
-    /// [`RevolveError::NotFinite`] for a place, [`RevolveError::TooLarge`].
+    /// [`RevolveError::WrongLength`] for a volume of another size, [`RevolveError::TooFew`] for less than two points;
+    /// [`RevolveError::NotFinite`] for a position, [`RevolveError::TooLarge`].
     pub fn profile<T: Sample>(
         &self,
         volume: &[T],
@@ -72,20 +72,19 @@ impl VoxelGrid {
 }
 
 impl Profile {
-    /// The values.
+    /// Returns the values.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// The same without what surrounds the edge: each value less `level`.
+    /// Subtracts `level`, the value around the edge.
     pub fn above(mut self, level: f64) -> Self {
         self.values.iter_mut().for_each(|value| *value -= level);
         self
     }
 
-    /// How far it is from where the profile last has `high` of its largest value to where it then first has `low` of it: the
-    /// width of an edge that falls towards the end, 0 for a jump between two points but for the linear rise between
-    /// them. `None` if it does not fall that far.
+    /// Returns the distance from the last point with `high` of the largest value to the next point with `low` of it: the width of
+    /// an edge that falls towards the end. Between two samples the profile is linear. `None` if it does not fall that far.
     ///
     /// ```
     /// use revolve_voxel::{VoxelGrid, nalgebra::Point3};
@@ -100,7 +99,7 @@ impl Profile {
     /// ```
     pub fn edge_width(&self, high: f64, low: f64) -> Option<f64> {
         let most = self.values.iter().copied().fold(0.0, f64::max);
-        // Position at which the profile falls through a level between two points.
+        // Position at which the profile crosses a level between two points.
         let crossing = |k: usize, level: f64| {
             let (a, b) = (self.values[k], self.values[k + 1]);
             k as f64 + (a - level) / (a - b)

@@ -10,24 +10,24 @@ use crate::voxels::coverage::{Painter, check};
 use crate::voxels::field::Field;
 use crate::{Body, RevolveError, Sample, Sampling, Sector, VoxelCounters, VoxelGrid};
 
-/// Coverage of each region and labels, `[z][y][x]` over the slices asked for.
+/// Coverage of each region and labels, `[z][y][x]` over the requested slices.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct RegionVolumes<T> {
     /// For each region, the covered fraction of every voxel.
     pub coverage: Vec<Vec<T>>,
-    /// For each voxel, 0 for background or 1 + the region that covers most of it (the outer one of equals); then the pieces
-    /// of [`RegionVolumes::label_pieces`].
+    /// For each voxel, 0 for background or 1 + the region with the largest coverage (the outer one of equals); then the pieces of
+    /// [`RegionVolumes::label_pieces`].
     pub labels: Vec<u8>,
     /// Work done.
     pub counters: VoxelCounters,
 }
 
 impl Body {
-    /// Coverage of every region and labels for some slices of a grid.
+    /// Returns coverage of every region and labels for some slices of a grid.
     ///
     /// # Errors
-    /// As [`Body::voxelize_add`]; [`RevolveError::WrongLength`] for more than 254 layers, which labels cannot number.
+    /// As [`Body::voxelize_add`]; [`RevolveError::WrongLength`] for more than 254 layers (labels are bytes).
     pub fn regions<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -46,7 +46,7 @@ impl Body {
         let painters: Vec<Painter> = (fields.iter())
             .map(|field| Painter::new(self.pose(), field, grid, sampling))
             .collect();
-        // Slab by slab: every layer's voxels, then what each layer holds beyond the one within and who holds most.
+        // Slab by slab: voxels of every layer, then differences of layers and the largest region.
         let slab = grid.slice_len() * BLOCK;
         let counters = (slabs(&mut coverage, slab).into_par_iter())
             .zip(labels.par_chunks_mut(slab))
@@ -73,16 +73,16 @@ impl Body {
 }
 
 impl<T: Sample> RegionVolumes<T> {
-    /// Labels pieces of a region, each of parts that do not overlap: with n regions, n + 1 + k for those of its voxels of which
-    /// piece k covers most.
+    /// Labels pieces of a region, each of disjoint parts: with n regions, a voxel of the region takes the label n + 1 + k of piece
+    /// k if that piece covers most of it.
     ///
-    /// The region's other voxels keep its label: those of which more is left than any piece covers. Of equals a piece comes
-    /// before what is left, the first piece before the second. No other region's voxel changes.
+    /// Other voxels of the region keep its label. A piece has priority over an equal remainder, and the first piece over the
+    /// second. Voxels of other regions do not change.
     ///
-    /// The grid, slices and sampling are those of [`Body::regions`]; coverages stay as they are.
+    /// The grid, slices and sampling are those of [`Body::regions`]; coverages do not change.
     ///
     /// # Errors
-    /// As [`Sector::voxelize_add`]; [`RevolveError::WrongLength`] for a region that is none, or more than 254 regions and pieces.
+    /// As [`Sector::voxelize_add`]; [`RevolveError::WrongLength`] for an invalid region, or more than 254 regions and pieces.
     pub fn label_pieces(
         &mut self,
         region: usize,
@@ -101,7 +101,7 @@ impl<T: Sample> RegionVolumes<T> {
         }
         numbered("regions and pieces (at most)", n + pieces.len())?;
         let len = self.labels.len();
-        // What pieces cover of each voxel: all of them, and the one that covers most.
+        // Coverage of each voxel by all pieces, and the piece with the largest coverage.
         let mut all: Vec<T> = zeros("voxels", len)?;
         let mut most: Vec<(T, u8)> = zeros("voxels", len)?;
         for (k, piece) in pieces.iter().enumerate() {
@@ -144,7 +144,7 @@ fn numbered(what: &'static str, given: usize) -> Result<(), RevolveError> {
     Ok(())
 }
 
-/// Turns the layers' coverage of a voxel into the regions'; the voxel's label.
+/// Converts the coverage of a voxel by layers to that by regions; returns the label.
 fn separate<T: Sample>(layers: &mut [&mut [T]], voxel: usize) -> u8 {
     let (mut within, mut best, mut label) = (0.0, 0.0, 0);
     for (k, layer) in layers.iter_mut().enumerate() {

@@ -1,20 +1,20 @@
-//! Runs of segments that a coarse tolerance need not tell apart.
+//! Runs of segments that are merged at a coarse tolerance.
 //!
-//! A meridian of 800 nodes has dozens of segments in a large voxel. Where a section's area stops being smooth (the circle passes a
-//! corner of the box) hangs on all of them but little: a cone through the ends of a run tells it nearly as well, and the area itself is
-//! taken at the meridian's own radius.
+//! A meridian of 800 nodes has dozens of segments in a large voxel. The singular points of the area of a cross-section (where the
+//! circle passes a corner of the box) depend only weakly on each segment: a cone through the ends of a run gives them almost as
+//! well. The area itself uses the radius of the meridian.
 
 use crate::solid::chains::{Chain, Vertex};
 use crate::solid::meridian::Meridian;
 
-/// Segments of a run, at most: whoever makes runs looks at each of them for each.
+/// Largest number of segments in a run, which limits the cost of making runs.
 const LONGEST: usize = 64;
 
-/// How far a run may rise over its cone, as a share of a side and of the tolerance's power 2/3. Set by measuring: bodies of 12 to 400
-/// nodes in voxels of 0.16 to 0.64 of their smallest radius and longer ones were off by 0.2 of the tolerance at most.
+/// Largest deviation of a run from its cone, relative to a side and the tolerance to the power 2/3. Measured: for bodies of 12 to
+/// 400 nodes in voxels of 0.16 to 0.64 of their smallest radius and longer ones the error was at most 0.2 of the tolerance.
 const OF_SIDE: f64 = 0.5;
 
-/// Tolerances from here on are coarse; at finer ones breaks have to be where each segment has them.
+/// Tolerances above this are coarse; finer ones need the singular points of each segment.
 pub(crate) const COARSE: f64 = 8e-5;
 
 /// The vertices at which the runs of each chain of a meridian begin, and the last one.
@@ -22,12 +22,12 @@ pub(crate) const COARSE: f64 = 8e-5;
 pub(crate) struct Runs(Vec<Vec<u32>>);
 
 impl Runs {
-    /// Runs for boxes with sides of at least `side` and a tolerance (a fraction of the box).
+    /// Returns runs for boxes with sides of at least `side` and a tolerance (a fraction of the box).
     pub(crate) fn new(meridian: &Meridian, side: f64, tolerance: f64) -> Self {
         if tolerance < COARSE {
             return Self::each(meridian);
         }
-        // A break that is missed by d costs some d^(3/2) of the box, where the circle touches a face.
+        // An error d of a singular point costs about d^(3/2) of the box, where the circle touches a face.
         let most = OF_SIDE * side * tolerance.cbrt().powi(2);
         let runs = |chain: &Chain| {
             let (mut starts, mut first, last) = (vec![0], 0, chain.vertices.len() - 1);
@@ -42,7 +42,7 @@ impl Runs {
         Self(meridian.chains().iter().map(runs).collect())
     }
 
-    /// Each segment by itself.
+    /// Runs of single segments.
     pub(crate) fn each(meridian: &Meridian) -> Self {
         let all = |chain: &Chain| (0..chain.vertices.len() as u32).collect();
         Self(meridian.chains().iter().map(all).collect())
@@ -54,7 +54,7 @@ impl Runs {
     }
 }
 
-/// Is the radius between the first and the last vertex that of the cone through them, but for `most`?
+/// Returns whether the radius between the first and the last vertex is within `most` of the cone through them.
 fn straight(vertices: &[Vertex], most: f64) -> bool {
     let (v, w) = (&vertices[0], &vertices[vertices.len() - 1]);
     let slope = (w.r - v.r) / (w.x - v.x);
@@ -84,7 +84,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The meridian's radius.
+    /// Returns the radius of the meridian.
     #[inline(always)]
     pub(crate) fn radius(&self, x: f64) -> f64 {
         if self.vertices.len() == 2 {

@@ -1,10 +1,10 @@
-//! Volume of a box inside a solid, by sections across the axis.
+//! Volume of a box inside a solid, by cross-sections perpendicular to the axis.
 //!
-//! A plane across the axis cuts the solid in discs and the box in a convex polygon. The area of a polygon within a disc is
-//! a sum over its edges of triangles and sectors, in closed form; the sum over axial positions is an integral of one
-//! variable. Whatever the meridian does in the box, creases, thin walls, the axis itself, happens at known axial positions:
-//! the ends of its segments. Between them and the box's corners the area is smooth but where the circle passes a corner of
-//! the polygon or touches an edge, which halving finds.
+//! A plane perpendicular to the axis intersects the solid in discs and the box in a convex polygon. The area of a polygon inside a
+//! disc is a sum over its edges of triangles and sectors, in closed form; the sum over axial positions is a one-dimensional
+//! integral. Singularities of the meridian in the box (creases, thin walls, the axis) are at known axial positions, the ends of its
+//! segments. Between these and the corners of the box the area is smooth except where the circle passes a corner of the polygon or
+//! touches an edge, which bisection finds.
 
 use std::f64::consts::TAU;
 
@@ -21,17 +21,17 @@ use crate::voxels::wedge_cut::Cut;
 /// Half of the distance between the two Gauss points of an interval of half-length one.
 const GAUSS: f64 = 0.577_350_269_189_625_8;
 
-/// No interval is halved more often: 2^-20 of a box is below any tolerance.
+/// Largest number of bisections: 2^-20 of a box is below any tolerance.
 const DEEPEST: u32 = 20;
 
-/// A box in the body frame, its axial coordinates from the meridian's middle.
+/// A box in the body frame, with axial coordinates from the middle of the meridian.
 pub(crate) struct Sections<'a> {
     meridian: &'a Meridian,
     centre: [f64; 3],
-    /// Half edges, by rising axial component, which is not negative.
+    /// Half edges, by ascending axial component, which is not negative.
     edges: [[f64; 3]; 3],
     faces: [Face; 3],
-    /// Axial coordinates of the corners, rising.
+    /// Axial coordinates of the corners, ascending.
     corners: [f64; 8],
     /// Bounds of the distance from the axis.
     rho: [f64; 2],
@@ -39,25 +39,25 @@ pub(crate) struct Sections<'a> {
     radius2: f64,
     volume: f64,
     tolerance: f64,
-    /// Is the tolerance a coarse one?
+    /// Whether the tolerance is coarse.
     coarse: bool,
     wedge: Option<Cut<'a>>,
-    /// Segments that are looked at together.
+    /// Segments processed together.
     runs: &'a Runs,
-    /// Sections looked at.
+    /// Number of cross-sections.
     pub(crate) evaluations: u64,
 }
 
 /// A pair of opposite faces.
 #[derive(Clone, Copy, Default)]
 struct Face {
-    /// Inverse axial components of the edge that rises more along the axis, and of the other.
+    /// Inverse axial components of the steeper edge and of the other.
     inv: [f64; 2],
     /// +1 if the section runs anticlockwise on the first face of the pair; 0 if sections are parallel to it.
     turn: f64,
 }
 
-/// Of faces across edge i: the other edges, the one that rises more first.
+/// For faces perpendicular to edge i: the other edges, the steeper one first.
 const OTHERS: [[usize; 2]; 3] = [[2, 1], [2, 0], [1, 0]];
 
 impl<'a> Sections<'a> {
@@ -125,7 +125,7 @@ impl<'a> Sections<'a> {
         }
     }
 
-    /// The same for the part of the box that a wedge holds; fractions are still of the whole box.
+    /// As `new`, for the part of the box inside a wedge; fractions are still of the whole box.
     pub(crate) fn within(mut self, wedge: &'a Wedge) -> Self {
         let mut stops = self.corners.to_vec();
         let corner = |s: f64, t: f64, [j, k]: [usize; 2]| {
@@ -143,7 +143,7 @@ impl<'a> Sections<'a> {
                     }
                 }
             }
-            // The axis through the faces.
+            // Crossings of the axis with the faces.
             for side in [1.0, -1.0] {
                 let across = e[1] * self.centre[1] + e[2] * self.centre[2];
                 let square: f64 = e.iter().map(|v| v * v).sum();
@@ -175,12 +175,12 @@ impl<'a> Sections<'a> {
         0.5 * h * (at(m - GAUSS * h) + at(m + GAUSS * h))
     }
 
-    /// Fraction of the box inside the solid.
+    /// Returns the fraction of the box inside the solid.
     pub(crate) fn fraction(&mut self) -> f64 {
         (self.stretch(0) / self.volume).clamp(0.0, 1.0)
     }
 
-    /// Signed volume under a stretch of the meridian.
+    /// Signed volume under a part of the meridian.
     fn stretch(&mut self, node_idx: usize) -> f64 {
         let meridian = self.meridian;
         let node = &meridian.tree()[node_idx];
@@ -257,7 +257,7 @@ impl<'a> Sections<'a> {
         sum
     }
 
-    /// Axial positions at which the cone crosses the box's edges.
+    /// Axial positions at which the cone crosses edges of the box.
     fn edge_crossings(&self, cone: [f64; 2], breaks: &mut Breaks) {
         for i in 0..3 {
             let e = &self.edges[i];
@@ -291,12 +291,12 @@ impl<'a> Sections<'a> {
         }
     }
 
-    /// Axial positions at which the cone's circle touches a face from within its plane.
+    /// Axial positions at which the circle of the cone touches a face from within its plane.
     fn face_touches(&self, cone: [f64; 2], breaks: &mut Breaks) {
         for i in 0..3 {
             let e = &self.edges[i];
             let across2 = e[1] * e[1] + e[2] * e[2];
-            // Where a circle about the axis touches is on the face's own normal through the axis.
+            // The contact point of a circle about the axis is on the normal of the face through the axis.
             let aside = self.centre[1] * e[2] - self.centre[2] * e[1];
             if across2 <= 0.0 || aside * aside > self.radius2 * across2 {
                 continue;
@@ -325,7 +325,7 @@ impl<'a> Sections<'a> {
         }
     }
 
-    /// Axial positions at which the cone crosses the lines in which the wedge's sides meet the faces.
+    /// Axial positions at which the cone crosses the lines of intersection of the sides of the wedge with the faces.
     fn side_crossings(&self, cone: [f64; 2], wedge: &Wedge, breaks: &mut Breaks) {
         for [y, z] in wedge.directions() {
             for e in &self.edges {
@@ -340,10 +340,10 @@ impl<'a> Sections<'a> {
         }
     }
 
-    /// Volume between two neighbouring breaks: none, all of the box, or a smooth integrand.
+    /// Volume between two adjacent singular points: none, all of the box, or a smooth integrand.
     fn panel(&mut self, [a, b]: [f64; 2], run: &Run<'_>) -> f64 {
         if self.wedge.is_some() {
-            // Few boxes are cut by a wedge, and one may hold a whole solid: each panel is held to its share of the tolerance.
+            // A wedge cuts few boxes, and one may contain a whole solid: each panel has its fraction of the tolerance.
             let share = (b - a) / (self.corners[7] - self.corners[0]);
             let coarse = self.gauss([a, b], run);
             return self.halved([a, b], run, coarse, share * self.tolerance, DEEPEST);
@@ -359,8 +359,8 @@ impl<'a> Sections<'a> {
             };
         }
         let coarse = self.gauss([a, b], run);
-        // The midpoint rule is right for straight lines, the other one for cubics. Where they agree to a coarse tolerance
-        // the other is right to it; at a fine one they may agree by chance.
+        // The midpoint rule is exact for linear functions, the other rule for cubics. If they agree to a coarse tolerance the other
+        // is accurate to it; at a fine one they may agree by chance.
         let agree = (coarse - area * (b - a)).abs() <= self.tolerance;
         if agree && self.coarse {
             return coarse;
@@ -379,7 +379,7 @@ impl<'a> Sections<'a> {
         let m = 0.5 * (a + b);
         let halves = [[a, m], [m, b]];
         let [p, q] = halves.map(|panel| self.gauss(panel, run));
-        // No less than rounding: else every panel would be halved down to the last, whatever is in it.
+        // At least rounding, otherwise all panels would be bisected completely.
         let least = tolerance.max(f64::EPSILON * self.volume);
         if (p + q - coarse).abs() <= least || depth == 0 {
             return p + q;
@@ -396,7 +396,7 @@ impl<'a> Sections<'a> {
         h * (at(m - GAUSS * h) + at(m + GAUSS * h))
     }
 
-    /// The section's edges at x, anticlockwise about it but in no order.
+    /// The edges of the cross-section at x, anticlockwise, in no particular order.
     #[inline(always)]
     fn outline(&self, x: f64) -> ([[[f64; 2]; 2]; 6], usize) {
         let mut outline = [[[0.0; 2]; 2]; 6];
@@ -410,7 +410,7 @@ impl<'a> Sections<'a> {
             let e = &self.edges[i];
             for side in [1.0, -1.0] {
                 let rest = x - self.centre[0] - side * e[0];
-                // Places along edge k between which edge j reaches the section.
+                // Positions along edge k between which edge j bounds the cross-section.
                 let (low, high) = if k[0] > 0.0 {
                     (
                         ((rest - j[0]) * face.inv[1]).max(-1.0),
@@ -438,7 +438,7 @@ impl<'a> Sections<'a> {
         (outline, n)
     }
 
-    /// Area of the section at x within the disc of radius r; does the circle cut the section?
+    /// Returns the area of the cross-section at x inside the disc of radius r, and whether the circle intersects it.
     fn area(&self, x: f64, r: f64) -> (f64, bool) {
         let (outline, n) = self.outline(x);
         let r2 = r * r;
@@ -468,7 +468,7 @@ impl<'a> Sections<'a> {
             }
         }
         if n_enter == 1 && n_leave == 1 {
-            // One arc, anticlockwise from where the outline leaves the disc.
+            // One arc, anticlockwise from the exit of the outline from the disc.
             let arc = angle(leave, enter);
             let arc = if arc < 0.0 { arc + TAU } else { arc };
             return (0.5 * (sum + r2 * arc), true);

@@ -1,4 +1,4 @@
-//! What a moving body never leaves, and what it ever holds.
+//! Intersection and union (swept volume) of a moving body on a grid.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use crate::voxels::block::{BLOCK, Placed, eighths, slabs};
 use crate::voxels::field::Field;
 use crate::{Mask, Meridian, Pose, RevolveError, VoxelCounters, VoxelGrid};
 
-/// The voxels of a grid, by their centres, seen over several shapes of one body.
+/// The intersection and union over several shapes of one body, by voxel centres.
 ///
 /// ```
 /// use revolve_voxel::{Meridian, Pose, Sweep, VoxelGrid};
@@ -17,41 +17,42 @@ use crate::{Mask, Meridian, Pose, RevolveError, VoxelCounters, VoxelGrid};
 /// let (small, large) = ([ball(1.0)?, ball(2.0)?], [ball(1.5)?, ball(2.5)?]);
 /// let grid = VoxelGrid::cube(30, 0.2)?;
 /// let sweep = Sweep::of(&[&small, &large], &Pose::axis_along_z(0.0)?, &grid)?;
-/// let cavity = &sweep.always[0]; // what the small cavity holds
-/// let wall = &sweep.always[1]; // between the large cavity and the small outside
+/// let cavity = &sweep.intersection[0]; // inside the small cavity
+/// let wall = &sweep.intersection[1]; // between the large cavity and the small outside
 /// assert!(cavity.count() > 0 && wall.count() > 0);
-/// assert!(cavity.count() + wall.count() < sweep.ever.count());
+/// assert!(cavity.count() + wall.count() < sweep.union.count());
 /// # Ok::<(), revolve_voxel::RevolveError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
+#[doc(alias = "swept volume")]
 pub struct Sweep {
-    /// For each region, the voxels that are in it in every shape. A point is in the region of the first layer that holds it.
-    pub always: Vec<Mask>,
-    /// The voxels that some shape holds.
-    pub ever: Mask,
-    /// Work done: voxels asked about one by one and voxels filled in blocks, and questions to surfaces.
+    /// For each region, the voxels inside it in every shape (intersection). A point belongs to the first layer that contains it.
+    pub intersection: Vec<Mask>,
+    /// The voxels inside any shape (union, swept volume).
+    pub union: Mask,
+    /// Work done: single voxels, voxels filled in blocks, and surface evaluations.
     pub counters: VoxelCounters,
 }
 
-/// What is known of all points of a block.
+/// The state of all points of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Fate {
-    /// In this region in every shape.
+    /// In the same region in every shape.
     Stays(usize),
-    /// In some shapes held, but in no region in all of them.
+    /// Inside some shapes, but in no region in all of them.
     Passes,
-    /// Held by no shape.
+    /// Outside all shapes.
     Outside,
-    /// Not the same for all of them, as far as can be told from here.
+    /// Undecided, or different between points.
     Mixed,
 }
 
 impl Sweep {
-    /// Over the shapes of a body, each given by its layers, innermost first, all standing in one pose.
+    /// Computes the sets for shapes with layers, innermost first, all in one pose.
     ///
-    /// Blocks of voxels are settled whole as soon as the shapes that come first settle them: put the extreme ones first. The
-    /// cost grows with the surfaces that bound the sets, not with the number of voxels.
+    /// A block of voxels is complete as soon as the first shapes decide it, so extreme shapes should come first. The cost is
+    /// proportional to the surfaces that bound the sets, not to the number of voxels.
     ///
     /// # Errors
     /// [`RevolveError::TooFew`] without a shape or a layer, [`RevolveError::WrongLength`] for shapes with different numbers of layers;
@@ -64,7 +65,7 @@ impl Sweep {
         }
         let size = grid.spacing().into_iter().fold(f64::INFINITY, f64::min);
         let asked = Asked {
-            // Only points are asked about in the end: nothing beyond a cell has to be known.
+            // Finally only points are evaluated: nothing beyond a cell is needed.
             fields: (shapes.iter())
                 .map(|layers| layers.iter().map(|m| Field::new(m, 0.0, size)).collect())
                 .collect(),
@@ -94,22 +95,22 @@ impl Sweep {
             .collect::<Result<Vec<_>, _>>()?;
         let ever = masks.remove(n_layers);
         Ok(Self {
-            always: masks,
-            ever,
+            intersection: masks,
+            union: ever,
             counters,
         })
     }
 }
 
-/// The surfaces, and where the voxels are in their frame.
+/// The surfaces, and the voxels in their frame.
 struct Asked<'a> {
-    /// Of each shape, each layer's.
+    /// For each layer of each shape.
     fields: Vec<Vec<Field<'a>>>,
     placed: Placed<'a>,
 }
 
 impl Asked<'_> {
-    /// Settles a block whole, or its eighths.
+    /// Decides a block, or its eighths.
     fn block(
         &self,
         block: &[Range<usize>; 3],
@@ -157,7 +158,7 @@ impl Asked<'_> {
         }
     }
 
-    /// The fate of the points no farther than `reach` from one; of the point itself it is always known.
+    /// Returns the state of the points within `reach` of a point; decided for zero `reach`.
     fn fate(&self, x: f64, r: f64, reach: f64, counters: &mut VoxelCounters) -> Fate {
         let (mut first, mut same, mut held, mut known) = (None, true, false, true);
         for layers in &self.fields {
@@ -181,8 +182,8 @@ impl Asked<'_> {
     }
 }
 
-/// The region of one shape that holds all points no farther than `reach` from one, or the number of regions if none holds any
-/// of them; `None` if that cannot be told.
+/// Returns the region of one shape that contains all points within `reach` of a point, or the number of regions if all are outside;
+/// `None` if undecided.
 fn region(
     layers: &[Field<'_>],
     x: f64,

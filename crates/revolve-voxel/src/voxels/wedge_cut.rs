@@ -1,17 +1,17 @@
-//! What a wedge leaves of a box.
+//! The part of a box inside a wedge.
 
 use crate::solid::wedge::Wedge;
 use crate::voxels::disc::between;
 
-/// A wedge that cuts a box.
+/// A wedge that intersects a box.
 pub(crate) struct Cut<'a> {
     pub(crate) wedge: &'a Wedge,
-    /// Axial coordinates of the corners of what it leaves, rising, and the volume below each.
+    /// Axial coordinates of the corners of this part, ascending, and the volume below each.
     pub(crate) stops: Vec<[f64; 2]>,
 }
 
 impl Cut<'_> {
-    /// Sum of a measure seen from the axis over what the wedge leaves of an outline's edges.
+    /// Sum of a measure relative to the axis over the edges of an outline inside the wedge.
     pub(crate) fn sum(
         &self,
         outline: &[[[f64; 2]; 2]],

@@ -1,4 +1,4 @@
-//! A map of cells over the half-plane: which of many lines lie near a cell's points.
+//! A map of cells over the half-plane that lists lines near the points of a cell.
 
 use crate::wall::isoline::{Isolines, cross, less, norm};
 
@@ -14,27 +14,27 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// Positive while it lies before the point.
+    /// Positive if it lies before the point.
     pub(crate) fn before(&self, p: [f64; 2]) -> f64 {
         cross(less(p, self.start), self.along)
     }
 }
 
-/// Square cells over the half-plane; each knows the lines between which its points may lie.
+/// Square cells over the half-plane, each with the lines between which its points may lie.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Cells {
     pub(crate) low: [f64; 2],
     pub(crate) high: [f64; 2],
     inv_size: f64,
     shape: [usize; 2],
-    /// First and last line, or nothing.
+    /// First and last line, or none.
     lines: Vec<Option<[u32; 2]>>,
 }
 
 impl Cells {
     pub(crate) fn new(isolines: &Isolines, lines: &[Line]) -> Self {
-        // What is between two lines lies in the box about their ends, but for how far the curves bend between them. That is
-        // an eighth of the second derivative: four times as much is on the safe side.
+        // The region between two lines lies in the box about their ends, except for the curvature of the curves between them: an
+        // eighth of the second derivative; four times as much is used.
         let boxes: Vec<[[f64; 2]; 2]> = lines
             .windows(2)
             .map(|pair| {
@@ -86,7 +86,7 @@ impl Cells {
         (((x - self.low[axis]) * self.inv_size) as usize).min(self.shape[axis] - 1)
     }
 
-    /// The lines between which a point may lie, first and last; a NaN is nowhere.
+    /// Returns the first and last line between which a point may lie; `None` for NaN.
     #[inline(always)]
     pub(crate) fn at(&self, p: [f64; 2]) -> Option<[usize; 2]> {
         if !(0..2).all(|k| p[k] >= self.low[k] && p[k] <= self.high[k]) {

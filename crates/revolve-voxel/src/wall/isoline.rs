@@ -1,15 +1,15 @@
-//! Isoparametric lines: they join two curves at equal parameter, and fill the wall.
+//! Isoparametric lines, which connect two curves at equal parameter and fill the wall.
 
 use std::f64::consts::PI;
 
 use crate::solid::curve::{Curve, CurvePoint};
 use crate::wall::root::rising_root;
 
-/// What is on an end of the meridian as near the axis as this, as a share of the size, is on it.
+/// An end of the meridian within this distance of the axis, relative to the size, is on it.
 pub(crate) const ON_AXIS: f64 = 1e-12;
 
-/// Nearer an end on the axis than this share of the parameter's range, where radii lose their digits, their ratio is taken
-/// from the derivatives, to the square of this.
+/// Within this fraction of the parameter range from an end on the axis, the ratio of radii is computed from derivatives, with an
+/// error of the square of this.
 const NEAR_AXIS: f64 = 5e-7;
 
 /// Two curves with a common parameter.
@@ -18,13 +18,13 @@ pub(crate) struct Isolines {
     pub(crate) inner: Curve,
     pub(crate) outer: Curve,
     pub(crate) range: [f64; 2],
-    /// Largest side of the box that holds the lines.
+    /// Largest side of the bounding box of the lines.
     pub(crate) size: f64,
-    /// Which ends are on the axis.
+    /// Whether each end is on the axis.
     pub(crate) on_axis: [bool; 2],
 }
 
-/// The line of one s, and the element of wall about it.
+/// The line of one s with its volume element.
 pub(crate) struct Isoline {
     pub(crate) inner: CurvePoint,
     pub(crate) outer: CurvePoint,
@@ -35,7 +35,7 @@ pub(crate) struct Isoline {
 }
 
 impl Isolines {
-    /// The lines of some s, which hold both ends of the range.
+    /// The lines of several s, including both ends of the range.
     pub(crate) fn new(inner: Curve, outer: Curve, range: [f64; 2], places: &[f64]) -> Self {
         let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
         for &s in places {
@@ -82,7 +82,7 @@ impl Isolines {
         }
     }
 
-    /// How far the line of `s` lies before a point (times its length), and the rate at which that falls.
+    /// Signed distance of a point behind the line of `s` (times its length), and its derivative.
     #[inline(always)]
     pub(crate) fn before(&self, p: [f64; 2], s: f64) -> (f64, f64) {
         let (inner, outer) = (self.inner.at(s), self.outer.at(s));
@@ -97,12 +97,12 @@ impl Isolines {
 }
 
 impl Isoline {
-    /// Derivatives of r by s.
+    /// Derivatives of r with respect to s.
     pub(crate) fn r_rate(&self) -> [f64; 2] {
         [self.inner.first[1], self.outer.first[1]]
     }
 
-    /// Volume for each unit of s.
+    /// Volume per unit of s.
     pub(crate) fn volume(&self) -> f64 {
         let r = [self.inner.position[1], self.outer.position[1]];
         2.0 * PI * below(r, self.jacobian, 1.0)
@@ -117,7 +117,7 @@ impl Isoline {
         ]
     }
 
-    /// The share of the element's volume below t.
+    /// Returns the fraction of the volume of the element below t.
     pub(crate) fn share(&self, t: f64) -> f64 {
         let whole = below(self.r, self.jacobian, 1.0);
         if whole > 0.0 {
@@ -127,7 +127,7 @@ impl Isoline {
         }
     }
 
-    /// The t below which the given share of the element's volume lies.
+    /// Returns the t below which the given fraction of the volume of the element lies.
     pub(crate) fn height(&self, share: f64) -> f64 {
         let whole = below(self.r, self.jacobian, 1.0);
         if !(whole > 0.0 && share > 0.0 && share < 1.0) {
@@ -143,7 +143,7 @@ impl Isoline {
     }
 }
 
-/// A quantity that runs linearly from one end to the other.
+/// A quantity that is linear between both ends.
 pub(crate) fn mix(ends: [f64; 2], t: f64) -> f64 {
     (1.0 - t) * ends[0] + t * ends[1]
 }

@@ -1,7 +1,6 @@
-//! Where a point lies in a wall: which line between the curves meets it, and where.
+//! Material coordinates of a point in a wall.
 //!
-//! A map of cells over the half-plane tells which of many lines lie near a cell's points. Between two of them on either side
-//! of a point its own line is found by Newton's method.
+//! A map of cells over the half-plane lists the lines near a point. Newton's method finds its line between two of them.
 
 use std::ops::Range;
 
@@ -15,16 +14,16 @@ use crate::wall::root::rising_root;
 use crate::{Pose, RevolveError, Shell, VoxelGrid};
 
 impl Shell {
-    /// Layer and s of a point (x, r), or nothing if it is not in the wall.
+    /// Returns layer and s of a point (x, r); `None` outside the wall.
     ///
-    /// The surfaces belong to the wall, to 1e-12 of its size. Cost: some evaluations of both curves.
+    /// The wall includes its surfaces, to 1e-12 of its size. Cost: several evaluations of both curves.
     pub fn locate(&self, p: [f64; 2]) -> Option<[f64; 2]> {
         let [first, last] = self.cells().at(p)?;
         let (lines, isolines) = (self.lines(), self.isolines());
         let slack = ON_AXIS * isolines.size;
         let mut line = &lines[first];
         let mut before = line.before(p);
-        // The end lines have no neighbour that could hold a point on them.
+        // The end lines have no neighbour for points on them.
         if first == 0 && before < 0.0 && before >= -slack * norm(line.along) {
             before = 0.0;
         }
@@ -55,14 +54,14 @@ impl Shell {
         None
     }
 
-    /// A function of every voxel's centre in some slices that lies in the wall standing in `pose`: the voxel's number among
-    /// those slices (`[z][y][x]`), rising, and what the function makes of the centre in the body frame, the layer and s there.
+    /// Evaluates a function at the centre of every voxel of some slices that lies in the wall in `pose`. Returns the index of the
+    /// voxel among these slices (`[z][y][x]`), ascending, with the result for the centre in the body frame, the layer and s.
     ///
-    /// Work grows with the voxels in the cylinder about the wall; rows of voxels are shared among the threads of the current
-    /// rayon pool, with the same bits for any number of them.
+    /// Cost: proportional to the number of voxels in the cylinder around the wall. Rows are distributed over the threads of the
+    /// current rayon pool; results are bitwise independent of their number.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for slices that the grid does not have.
+    /// [`RevolveError::WrongLength`] for slices outside the grid.
     pub fn map_voxels<T: Send>(
         &self,
         pose: &Pose,
@@ -81,7 +80,7 @@ impl Shell {
                 let (y, z) = (row % ny, row / ny);
                 within(grid, pose, reach, y, z).filter_map(move |x| {
                     let p = pose.to_body(&grid.centre(x, y, z));
-                    // Not `hypot`: no voxel is so small or large that its square would under- or overflow.
+                    // Not `hypot`: squares of voxel sizes neither underflow nor overflow.
                     let r = (p.y * p.y + p.z * p.z).sqrt();
                     let found = self.locate([p.x, r])?;
                     Some(((row - first) * nx + x, f(&p, found)))
@@ -91,7 +90,7 @@ impl Shell {
     }
 }
 
-/// The voxels of a row whose centres may lie in a cylinder about the body's axis, given by its x and its radius.
+/// Returns the voxels of a row with centres that may lie in a cylinder about the axis of the body, given by its x and radius.
 pub(crate) fn within(
     grid: &VoxelGrid,
     pose: &Pose,
@@ -124,7 +123,7 @@ pub(crate) fn within(
     } else if c > 0.0 {
         return 0..0;
     }
-    // One more on either side: rounding may cut none off.
+    // One more on either side, for rounding.
     let first = (low - 1.0).max(0.0) as usize;
     first..((high + 2.0).max(0.0) as usize).min(nx).max(first)
 }

@@ -1,4 +1,4 @@
-//! The wall between two curves: material coordinates, thickness, and sectors cut from it.
+//! The wall between two curves: material coordinates, thickness, and sectors.
 
 pub(crate) mod cells;
 pub(crate) mod isoline;

@@ -1,4 +1,4 @@
-//! What is around a wall, told by the nearest of its material.
+//! The nearest material of a wall for points around it.
 
 use std::ops::Range;
 
@@ -12,31 +12,31 @@ use crate::wall::isoline::{less, norm};
 use crate::wall::locate::within;
 use crate::{Pose, RevolveError, Shell, VoxelGrid};
 
-/// A place of the wall near a point.
+/// The point of the wall nearest to a given point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearestMaterial {
-    /// Layer and s of the place.
+    /// Layer and s of the nearest point.
     pub material: [f64; 2],
-    /// How far the point is from it; 0 in the wall.
+    /// Distance from it; 0 in the wall.
     pub distance: f64,
 }
 
-/// The chords that stand for a wall's surfaces, and those across its open ends.
+/// Chords that approximate the surfaces of a wall, and those across its open ends.
 struct Outline {
-    /// Parameters of the places between which chords run.
+    /// Parameters of the ends of the chords.
     s: Vec<f64>,
     /// The inner and the outer surface.
     sides: [Side; 2],
     ends: Vec<End>,
 }
 
-/// A surface's places, and how far along it each is.
+/// Points of a surface with their arc length.
 struct Side {
     points: Vec<[f64; 2]>,
     arcs: Vec<f64>,
 }
 
-/// The line across an open end, and its number.
+/// The line across an open end, and its index.
 struct End {
     points: [[f64; 2]; 2],
     line: usize,
@@ -58,7 +58,7 @@ impl Outline {
             points: [lines[line].start, outer(&lines[line])],
             line,
         };
-        // An end on the axis is none: there material is all round it.
+        // An end on the axis is not open: it is surrounded by material.
         let open = |end: &End| end.points.iter().any(|point| point[1] > 0.0);
         Self {
             s: lines.iter().map(|line| line.s).collect(),
@@ -71,7 +71,7 @@ impl Outline {
     }
 }
 
-/// The place on a chord that is nearest a point: the share of the way to it, and the square of the distance.
+/// Returns the point of a chord nearest to a given point: the fraction along it, and the squared distance.
 fn on_chord(p: [f64; 2], ends: [[f64; 2]; 2]) -> [f64; 2] {
     let (way, to) = (less(ends[1], ends[0]), less(p, ends[0]));
     let length = way[0] * way[0] + way[1] * way[1];
@@ -84,10 +84,11 @@ fn on_chord(p: [f64; 2], ends: [[f64; 2]; 2]) -> [f64; 2] {
 }
 
 impl Shell {
-    /// The place of the wall that is nearest a point (x, r): the point's own in the wall, else one on a surface or on an open end.
+    /// Returns the point of the wall nearest to a point (x, r): the point itself in the wall, else a point on a surface or an open
+    /// end.
     ///
-    /// Both curves are taken as the chords between 128 places or more, as far from them as an eighth of the curvature times the
-    /// square of their length. Cost: that of [`Shell::locate`], and a look at each place; of many points see [`Shell::map_voxels_around`].
+    /// Both curves are approximated by at least 128 chords, with an error of an eighth of the curvature times the squared chord
+    /// length. Cost: that of [`Shell::locate`], and one test per chord; for many points see [`Shell::map_voxels_around`].
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`] for the point.
@@ -120,7 +121,7 @@ impl Shell {
                     let [s, t] = [outline.s[k], outline.s[k + 1]];
                     (least, material) = (squared, [layer, s + along * (t - s)]);
                 }
-                // What is nearer is at least so far along the surface.
+                // A nearer point is at least this distance along the surface.
                 let next = side.arcs[k + 1] + norm(less(p, side.points[k + 1])) - least.sqrt();
                 k += 1;
                 k += side.arcs[k..]
@@ -134,12 +135,12 @@ impl Shell {
         }
     }
 
-    /// As [`Shell::map_voxels`], of all voxels from whose centres the wall is no farther than `reach` (cm): the function is given the
-    /// centre in the body frame and the nearest place of the wall.
+    /// As [`Shell::map_voxels`], for all voxels with centres within `reach` (cm) of the wall. The function receives the centre in
+    /// the body frame and the nearest point of the wall.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for slices that the grid does not have; [`RevolveError::Negative`] for a reach below zero,
-    /// [`RevolveError::NotFinite`] for one that is none.
+    /// [`RevolveError::WrongLength`] for slices outside the grid; [`RevolveError::Negative`] or [`RevolveError::NotFinite`] for the
+    /// reach.
     pub fn map_voxels_around<T: Send>(
         &self,
         pose: &Pose,

@@ -1,9 +1,9 @@
-//! The root of a rising function.
+//! Root of an increasing function.
 
-/// A step of Newton's method this small, as a share of the way to the nearer end of the first bracket, leaves its square.
+/// Newton steps below this fraction of the initial bracket converge quadratically.
 const LAST_STEP: f64 = 1e-8;
 
-/// Where a function (with its slope) rises through zero: Newton's method from `start`, kept in its bracket by bisection.
+/// Returns the root of an increasing function (with its slope): Newton's method from `start`, kept in its bracket by bisection.
 pub(crate) fn rising_root(f: impl Fn(f64) -> (f64, f64), bracket: [f64; 2], start: f64) -> f64 {
     let [mut low, mut high] = bracket;
     let least = f64::EPSILON * (high - low);
@@ -30,7 +30,7 @@ pub(crate) fn rising_root(f: impl Fn(f64) -> (f64, f64), bracket: [f64; 2], star
         if inside && step.abs() <= (LAST_STEP * from_ends).max(least) {
             return newton;
         }
-        // Bisected unless Newton's step stays inside and gains at least a factor of two.
+        // Bisects unless Newton's step stays inside and gains at least a factor of two.
         let next = if inside && step.abs() <= 0.5 * last {
             last = step.abs();
             newton

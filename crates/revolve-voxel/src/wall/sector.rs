@@ -1,4 +1,4 @@
-//! A solid of revolution cut by a wedge of azimuth: a piece of a wall, such as a defect.
+//! Sectors: solids of revolution between two azimuths, such as a defect of a wall.
 
 use std::ops::Range;
 
@@ -17,10 +17,10 @@ use crate::{
     Sampling, VoxelCounters, VoxelGrid,
 };
 
-/// The part of a solid of revolution between two half-planes that start at its axis, standing in the lab.
+/// The part of a solid of revolution between two half-planes that start at its axis, in the lab.
 ///
-/// Azimuth is the angle from body y to body z. Of two sectors side by side, the plane between them belongs to the one it
-/// begins, for points and for rays in that plane; the axis itself belongs to the one that holds azimuth 0.
+/// Azimuth is the angle from body y to body z. The plane between two adjacent sectors belongs to the one that it begins, for points
+/// and for rays in that plane; the axis belongs to the sector with azimuth 0.
 ///
 /// ```
 /// use revolve_voxel::{Meridian, Pose, Sector};
@@ -32,18 +32,18 @@ use crate::{
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sector {
-    /// The whole ring, as its only layer.
+    /// The complete ring, as the only layer.
     ring: Body,
     wedge: Wedge,
     opening: f64,
 }
 
 impl Sector {
-    /// The part of `ring` from the first azimuth to the last, in radians.
+    /// Creates the part of `ring` from the first azimuth to the last, in radians.
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`] unless the last azimuth is larger, [`RevolveError::TooWide`] for more
-    /// than a turn.
+    /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`] unless the last azimuth is larger, [`RevolveError::TooWide`] for
+    /// more than a full turn.
     pub fn new(ring: Meridian, azimuths: [f64; 2], pose: Pose) -> Result<Self, RevolveError> {
         Ok(Self {
             wedge: Wedge::new(azimuths)?,
@@ -52,7 +52,7 @@ impl Sector {
         })
     }
 
-    /// The same sector in another place; its ring is shared.
+    /// Returns the sector in another pose; the ring is shared.
     pub fn standing(&self, pose: Pose) -> Self {
         Self {
             ring: self.ring.standing(pose),
@@ -60,24 +60,24 @@ impl Sector {
         }
     }
 
-    /// Where it stands.
+    /// Returns the pose.
     pub fn pose(&self) -> &Pose {
         self.ring.pose()
     }
 
-    /// Volume in cm^3.
+    /// Returns the volume in cm^3.
     pub fn volume(&self) -> f64 {
         self.ring.layers()[0].measures().volume * self.opening / std::f64::consts::TAU
     }
 
-    /// Does the sector hold a lab point?
+    /// Returns whether the sector contains a lab point.
     pub fn contains(&self, p: &Point3<f64>) -> bool {
         let pose = self.ring.pose();
         let place = pose.to_body(p);
         self.ring.layers()[0].contains(&place) && self.wedge.contains(&place, pose.rounding(p))
     }
 
-    /// Length of a line inside the sector.
+    /// Returns the length of a line inside the sector.
     pub fn chord(&self, ray: &Ray) -> f64 {
         let spans = self.ring.spans_in(&self.ring.layers()[0], ray);
         let clip = self.clip(ray);
@@ -87,7 +87,7 @@ impl Sector {
             .sum()
     }
 
-    /// The first point with `t >= 0` where the ray enters the sector, with the outward normal there, if it does.
+    /// Returns the first point with `t >= 0` where the ray enters the sector, with the outward normal; `None` if there is none.
     ///
     /// ```
     /// use revolve_voxel::nalgebra::{Point3, Vector3};
@@ -103,7 +103,7 @@ impl Sector {
         let (origin, along, near) = self.in_body(ray);
         let held = self.wedge.stretches(&origin, &along, near);
         let spans = self.ring.surface_spans(&self.ring.layers()[0], ray);
-        // Where both begin to hold the line, and whether that is on the ring's own surface.
+        // Entry into both ring and wedge, and whether it is on the surface of the ring.
         let entries = spans.iter().flat_map(|[enter, exit]| {
             held.iter().flatten().filter_map(move |&[from, to]| {
                 let t = from.max(enter.t);
@@ -121,7 +121,7 @@ impl Sector {
                 normal: Some([nx, nr]),
                 ..
             }) => {
-                // Scaled, since next to the axis a root of squares has no digits.
+                // Scaled, because near the axis a root of squares loses its digits.
                 let most = body.y.abs().max(body.z.abs());
                 if most > 0.0 {
                     let [y, z] = [body.y / most, body.z / most];
@@ -139,8 +139,8 @@ impl Sector {
         })
     }
 
-    /// Adds `activity` times the integral along the rays to an image `[row][bin]`, weakened by an attenuator if there is one
-    /// (the detector is ahead of the rays).
+    /// Adds `activity` times the line integrals to an image `[row][bin]`, with optional attenuation (the detector lies in the
+    /// direction of the rays).
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the activity; as
@@ -172,8 +172,8 @@ impl Sector {
 
     /// Adds `activity` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, those slices only).
     ///
-    /// A voxel that a side of the wedge cuts is always done by coverage, to the tolerance of the sampling or to 1e-2, however
-    /// large it is. Another has the value that the ring gives it.
+    /// A voxel cut by a side of the wedge is always computed by coverage, to the tolerance of the sampling or 1e-2. Other voxels
+    /// have the value of the ring.
     ///
     /// # Errors
     /// As [`Body::voxelize_add`].
@@ -191,7 +191,7 @@ impl Sector {
             Sampling::Coverage { tolerance } => positive("tolerance", tolerance)?,
             _ => 1e-2,
         };
-        // The ring alone, on the part of the grid that holds it: the same part whatever slices are asked for.
+        // The ring alone, on the part of the grid that contains it, independent of the requested slices.
         let [low, high] = self.ring.bounding_box(0)?;
         let (origin, h) = (grid.origin(), grid.spacing());
         let part: [Range<usize>; 3] = [0, 1, 2].map(|a| {
@@ -228,7 +228,7 @@ impl Sector {
         Ok(counters)
     }
 
-    /// From the ring's coverage, from `first_slice` on, to the sector's.
+    /// Converts the coverage of the ring, from `first_slice`, to that of the sector.
     fn cut(
         &self,
         grid: &VoxelGrid,
@@ -284,7 +284,7 @@ impl Sector {
         self.wedge.clip(&origin, &along, near)
     }
 
-    /// Origin and direction of a ray in the body frame, and what the origin may be off by.
+    /// Returns origin and direction of a ray in the body frame, with the rounding error of the origin.
     fn in_body(&self, ray: &Ray) -> (Point3<f64>, Vector3<f64>, f64) {
         let (pose, origin) = (self.ring.pose(), ray.origin());
         (

@@ -1,8 +1,8 @@
-//! How the volume of a wall is spread along its parameter.
+//! The distribution of the volume of a wall along its parameter.
 //!
-//! The volume before s is a polynomial between knots, kept as Chebyshev series. At an end of the range on the axis the volume
-//! for each unit of s vanishes: at the distance t from it (1 at the next knot) the volume beyond is `V = t^2 q(t)`, and t found from V by a
-//! difference of volumes would have half its digits. With q itself, a polynomial too, t has all of them.
+//! The volume before s is a polynomial between knots, stored as Chebyshev series. At an end on the axis the volume per unit of s
+//! vanishes: at the distance t from it (1 at the next knot) the volume beyond is `V = t^2 q(t)`, and t computed from V by a
+//! difference of volumes would have half its digits. With the polynomial q itself, t has all digits.
 
 use std::f64::consts::PI;
 
@@ -32,8 +32,8 @@ struct Pole {
 }
 
 impl Shares {
-    /// From the volume for each unit of s, a polynomial of fewer than `n` coefficients between knots; `on_axis` tells which
-    /// ends are, where it vanishes.
+    /// Computes it from the volume per unit of s, a polynomial of fewer than `n` coefficients between knots; `on_axis` marks ends
+    /// on the axis, where it vanishes.
     pub(crate) fn new(
         knots: &[f64],
         n: usize,
@@ -42,7 +42,7 @@ impl Shares {
     ) -> Self {
         let mut knots = knots.to_vec();
         if knots.len() == 2 && on_axis == [true; 2] {
-            // Each end has an interval of its own.
+            // Each end has its own interval.
             knots.insert(1, 0.5 * (knots[0] + knots[1]));
         }
         let last = knots.len() - 1;
@@ -67,12 +67,12 @@ impl Shares {
         }
     }
 
-    /// All of it, cm^3.
+    /// Returns the total, cm^3.
     pub(crate) fn volume(&self) -> f64 {
         self.below[self.below.len() - 1]
     }
 
-    /// Shares of the volume before and after s, each with all its digits where it is small at an end on the axis.
+    /// Returns the fractions of the volume before and after s, each with full relative accuracy at an end on the axis.
     pub(crate) fn split(&self, s: f64) -> [f64; 2] {
         let last = self.knots.len() - 1;
         if s <= self.knots[0] {
@@ -101,7 +101,7 @@ impl Shares {
         }
     }
 
-    /// The s before and after which these shares (their sum 1) lie.
+    /// Returns the s with these fractions (with sum 1) before and after it.
     pub(crate) fn place(&self, [before, after]: [f64; 2]) -> f64 {
         let last = self.knots.len() - 1;
         if before <= 0.0 {
@@ -131,7 +131,7 @@ impl Shares {
 impl Pole {
     fn new(n: usize, end: f64, next: f64, rate: impl Fn(f64) -> f64) -> Self {
         let reach = next - end;
-        // w(t) = V'(t) / t, which 2 q + t q' is.
+        // w(t) = V'(t) / t = 2 q + t q'.
         let w = interpolated(n, |u| {
             let t = 0.5 * (1.0 + u);
             rate(end + t * reach) * reach.abs() / t
@@ -143,7 +143,7 @@ impl Pole {
             q[k] = (w[k] - d[k] - d[k + 1]) / (k + 2) as f64;
             d[k - 1] = d[k + 1] + 2.0 * k as f64 * q[k];
         }
-        // Of the constants one half: a Chebyshev series counts its first term twice in these sums.
+        // Half of the constants: a Chebyshev series counts its first term twice in these sums.
         q[0] = 0.5 * (w[0] - 0.5 * (d[0] + d[1]));
         Self {
             end,
@@ -158,7 +158,7 @@ impl Pole {
         t * t * value(&self.factor, t + (t - 1.0))
     }
 
-    /// The s between which and the end a volume lies.
+    /// Returns the s with the given volume between it and the end.
     fn place(&self, volume: f64) -> f64 {
         let root = volume.sqrt();
         let f = |t: f64| {
@@ -175,7 +175,7 @@ fn value(series: &[f64], u: f64) -> f64 {
     chebyshev([series], u)[0][0]
 }
 
-/// The series without its last terms that are less than rounding of its largest.
+/// Removes trailing terms below the rounding of the largest term.
 fn shortened(mut series: Vec<f64>) -> Vec<f64> {
     let largest = series.iter().fold(0.0f64, |m, c| m.max(c.abs()));
     let mut dropped = 0.0;

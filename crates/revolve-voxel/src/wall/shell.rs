@@ -1,14 +1,14 @@
-//! The wall between two meridians with a common parameter, filled with layers that hold equal shares of it.
+//! The wall between two meridians with a common parameter, with layers of equal volume fractions.
 //!
-//! Points of equal parameter s on the inner curve A and the outer curve B are joined by straight lines,
-//! `P(s, t) = (1 - t) A(s) + t B(s)`. The volume element about the axis is
+//! Straight lines `P(s, t) = (1 - t) A(s) + t B(s)` connect points of equal parameter s on the inner curve A and the outer curve B.
+//! The volume element about the axis is
 //!
 //! ```text
 //! dV = 2 pi r J ds dt,    r = (1 - t) r_A + t r_B,    J = P_s x P_t = (1 - t) A' x D + t B' x D,    D = B - A
 //! ```
 //!
-//! with both factors linear in t. So the share of an element ds below t is a cubic in t, and the layer u is where that share
-//! is u: between the layers u0 and u1 lies the fraction u1 - u0 of every element, and so of the wall, whatever the curves.
+//! with both factors linear in t. The fraction of an element ds below t is therefore a cubic in t, and the layer u is where this
+//! fraction is u: the volume between layers u0 and u1 is the fraction u1 - u0 of every element and of the wall, for any curves.
 
 use crate::error::{finite, positive};
 use crate::solid::curve::Curve;
@@ -17,15 +17,14 @@ use crate::wall::isoline::{Isolines, ON_AXIS, below, cross, mix};
 use crate::wall::shares::Shares;
 use crate::{Meridian, RevolveError};
 
-/// Fewest lines between the curves from which the search for a point starts.
+/// Smallest number of lines for the search of a point.
 const LINES: usize = 128;
 
-/// Derivatives at an end on the axis are taken this share of the parameter's range before it, where they differ from their
-/// limit by its square.
+/// Derivatives at an end on the axis are evaluated at this fraction of the parameter range before it, with an error of its square.
 const OFF_AXIS: f64 = 1e-6;
 
-/// The wall between two meridians in the half-plane (x, r), with material coordinates: the layer u, 0 on the inner and 1 on
-/// the outer meridian, and the meridians' parameter s.
+/// The wall between two meridians in the half-plane (x, r), with material coordinates: the layer u, 0 on the inner and 1 on the
+/// outer meridian, and the parameter s of the meridians.
 ///
 /// ```
 /// use revolve_voxel::{Curve, Shell};
@@ -46,7 +45,7 @@ const OFF_AXIS: f64 = 1e-6;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shell {
     isolines: Isolines,
-    /// Where either curve has a knot, and the ends of the range.
+    /// Knots of both curves, and the ends of the range.
     knots: Vec<f64>,
     shares: Shares,
     lines: Vec<Line>,
@@ -54,18 +53,18 @@ pub struct Shell {
 }
 
 impl Shell {
-    /// The wall between `inner` and `outer` for s in `range`, run through in the direction in which the solid is on the right
-    /// (base to apex).
+    /// Creates the wall between `inner` and `outer` for s in `range`, in the direction in which the solid is on the right (base to
+    /// apex).
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`] or [`RevolveError::NotPositive`] for the range, [`RevolveError::Folded`] where lines between the curves
-    /// cross in the wall or a radius is negative, so that s and u are no coordinates.
+    /// [`RevolveError::NotFinite`] or [`RevolveError::NotPositive`] for the range, [`RevolveError::Folded`] if lines between the
+    /// curves cross in the wall or a radius is negative, so that s and u are not coordinates.
     pub fn new(inner: Curve, outer: Curve, range: [f64; 2]) -> Result<Self, RevolveError> {
         let [first, last] = range;
         finite("start of the parameter", first)?;
         positive("length of the parameter's range", last - first)?;
         let mut knots: Vec<f64> = [inner.knots(), outer.knots()].concat();
-        // Knots that mean the same place would make an interval of rounding.
+        // Merges knots that differ by rounding.
         let near = 1e-12 * (last - first);
         knots.retain(|&s| s > first + near && s < last - near);
         knots.extend(range);
@@ -78,10 +77,10 @@ impl Shell {
             places.extend((0..per_interval).map(at));
         }
         places.push(last);
-        // The volume for each unit of s is a polynomial of degree 3 p - 1 in s.
+        // The volume per unit of s is a polynomial of degree 3 p - 1 in s.
         let n = 3 * inner.degree().max(outer.degree()).max(1);
         let isolines = Isolines::new(inner, outer, range, &places);
-        // J has the size of a length squared.
+        // J has the dimension of a squared length.
         let least = -1e-12 * isolines.size;
         let mut lines = Vec::with_capacity(places.len());
         for s in places {
@@ -110,30 +109,30 @@ impl Shell {
         })
     }
 
-    /// First and last parameter.
+    /// Returns the first and the last parameter.
     pub fn range(&self) -> [f64; 2] {
         self.isolines.range
     }
 
-    /// Volume of the wall, cm^3: exact for the curves' polynomials.
+    /// Returns the volume of the wall, cm^3, exact for the polynomials of the curves.
     pub fn volume(&self) -> f64 {
         self.shares.volume()
     }
 
-    /// Volume for each unit of s, `dV/ds`.
+    /// Returns the volume per unit of s, `dV/ds`.
     pub fn volume_rate(&self, s: f64) -> f64 {
         self.isolines.at(self.clamped(s)).volume()
     }
 
-    /// The point (x, r) on the layer at s, both clamped to where they exist.
+    /// Returns the point (x, r) on the layer at s, both clamped to their ranges.
     pub fn point(&self, layer: f64, s: f64) -> [f64; 2] {
         let isoline = self.isolines.at(self.clamped(s));
         isoline.point(isoline.height(layer.clamp(0.0, 1.0)))
     }
 
-    /// Derivatives of the point (x, r), by the layer at fixed s and by s along the layer.
+    /// Returns the derivatives of the point (x, r) with respect to the layer at fixed s, and to s along the layer.
     ///
-    /// At an end on the axis, where the first is a limit, both are those 1e-6 of the parameter's range before it.
+    /// At an end on the axis, where the first is a limit, both are evaluated 1e-6 of the parameter range before it.
     pub fn tangents(&self, layer: f64, s: f64) -> [[f64; 2]; 2] {
         let isoline = self.isolines.at(self.off_axis(s));
         let t = isoline.height(layer.clamp(0.0, 1.0));
@@ -141,7 +140,7 @@ impl Shell {
             isoline.line,
             [0, 1].map(|k| isoline.outer.first[k] - isoline.inner.first[k]),
         );
-        // The share below t is g(t) / g(1): it stays the same along the layer.
+        // The fraction below t is g(t) / g(1), constant along the layer.
         let rate = isoline.r_rate();
         let jacobian_rate =
             [&isoline.inner, &isoline.outer].map(|c| cross(c.second, d) + cross(c.first, e));
@@ -157,33 +156,34 @@ impl Shell {
         ]
     }
 
-    /// Share of the wall's volume before the line of `s`.
+    /// Returns the fraction of the wall volume before the line of `s`.
     pub fn share(&self, s: f64) -> f64 {
         self.shares.split(s)[0]
     }
 
-    /// The s before whose line the given share (clamped to [0, 1]) of the wall's volume lies.
+    /// Returns the s with the given fraction (clamped to [0, 1]) of the wall volume before its line.
     ///
-    /// Where the wall ends on the axis what is left of it falls as the square of the distance from the end, so that there s
-    /// has half the digits of the share; [`Shell::carried`] loses none.
+    /// Near an end on the axis the remaining volume is quadratic in the distance, so s has half the digits of the fraction;
+    /// [`Shell::corresponding`] has all.
     pub fn at_share(&self, share: f64) -> f64 {
         self.shares.place([share, 1.0 - share])
     }
 
-    /// The s of another wall before whose line the same share of its volume lies as before the line of `s` in this one.
+    /// Returns the s of another wall with the same fraction of volume before its line as before the line of `s` in this one.
     ///
-    /// Where both end on the axis, the distance from the end keeps all its digits.
-    pub fn carried(&self, s: f64, to: &Shell) -> f64 {
+    /// If both end on the axis, the distance from the end has full relative accuracy.
+    pub fn corresponding(&self, s: f64, to: &Shell) -> f64 {
         if std::ptr::eq(self, to) {
             return self.clamped(s);
         }
         to.shares.place(self.shares.split(s))
     }
 
-    /// The solid between two layers and the lines of two s, as a meridian whose layers are drawn to `tolerance` (cm).
+    /// Returns the solid between two layers and the lines of two s, as a meridian with layers accurate to `tolerance` (cm).
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`] for the tolerance or a range of no width; those of [`Meridian::ring`].
+    /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`] for the tolerance or an empty range; errors of
+    /// [`Meridian::ring`].
     pub fn region(
         &self,
         layers: [f64; 2],
@@ -207,10 +207,10 @@ impl Shell {
         Meridian::ring(&outer)
     }
 
-    /// A layer from one s to another as a polyline within `tolerance`.
+    /// Returns a layer from one s to another as a polyline within `tolerance`.
     fn arc(&self, layer: f64, s: [f64; 2], tolerance: f64) -> Result<Vec<[f64; 2]>, RevolveError> {
         let mut stops = vec![s[0]];
-        // A knot that means an end but for rounding would make a side of rounding.
+        // A knot that equals an end up to rounding is omitted.
         let near = 1e-12 * (self.range()[1] - self.range()[0]);
         let inside = |k: &&f64| **k > s[0] + near && **k < s[1] - near;
         stops.extend(self.knots.iter().filter(inside));
@@ -218,7 +218,7 @@ impl Shell {
         let mut points = vec![(s[0], self.point(layer, s[0]))];
         let at = |s: f64| self.point(layer, s);
         for pair in stops.windows(2) {
-            // Stretches short enough that none can hide a wiggle between the places looked at.
+            // Intervals short enough that no oscillation remains undetected.
             let (inner, outer) = self.curves();
             let n = inner.degree().max(outer.degree()).max(1);
             for k in 0..n {
@@ -230,7 +230,7 @@ impl Shell {
         Ok(points.into_iter().map(|(_, point)| point).collect())
     }
 
-    /// The inner and the outer curve.
+    /// Returns the inner and the outer curve.
     pub(crate) fn curves(&self) -> (&Curve, &Curve) {
         (&self.isolines.inner, &self.isolines.outer)
     }
@@ -243,7 +243,7 @@ impl Shell {
         &self.cells
     }
 
-    /// Lines close enough that the curves are nearly straight between them; all knots are among them.
+    /// Returns lines at all knots and between them, so close that the curves are nearly straight between two.
     pub(crate) fn lines(&self) -> &[Line] {
         &self.lines
     }
@@ -258,7 +258,7 @@ impl Shell {
         s.clamp(first, last)
     }
 
-    /// `s`, moved off an end that lies on the axis.
+    /// Returns `s`, moved away from an end on the axis.
     fn off_axis(&self, s: f64) -> f64 {
         let [first, last] = self.range();
         let by = OFF_AXIS * (last - first);

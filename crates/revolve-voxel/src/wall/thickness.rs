@@ -1,7 +1,7 @@
-//! Thickness of a wall: how far its inner surface is from the outer one.
+//! Thickness of a wall: distance of its inner surface from the outer one.
 //!
-//! The nearest point of a surface of revolution lies in the point's own half-plane, so it is sought on the outer curve
-//! alone; the open end of a wall, which a closed meridian would have a disc across, counts for nothing.
+//! The nearest point of a surface of revolution lies in the half-plane of the given point, so only the outer curve is searched. The
+//! open end of a wall does not count.
 
 use crate::wall::root::rising_root;
 use crate::{Curve, Shell};
@@ -10,16 +10,16 @@ use crate::{Curve, Shell};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Thickness {
-    /// The smallest.
+    /// Smallest thickness.
     pub minimum: f64,
-    /// Parameter of the inner curve at which it is.
+    /// Its parameter on the inner curve.
     pub thinnest_at: f64,
-    /// Mean over the inner surface.
+    /// Average over the inner surface.
     pub mean: f64,
 }
 
 impl Shell {
-    /// Distance from the inner curve's point at `s` to the outer curve, cm.
+    /// Returns the distance from the point of the inner curve at `s` to the outer curve, cm.
     pub fn thickness(&self, s: f64) -> f64 {
         let [first, last] = self.range();
         let (inner, outer) = self.curves();
@@ -33,7 +33,7 @@ impl Shell {
             .map(|k| (gap(places[k]), k))
             .fold((f64::INFINITY, 0), |a, b| if b.0 < a.0 { b } else { a });
         let k = nearest.1;
-        // The distance falls before its least and rises after it.
+        // The distance decreases before its minimum and increases after it.
         let mut best = nearest.0;
         for pair in [k.saturating_sub(1)..=k, k..=(k + 1).min(places.len() - 1)] {
             let (low, high) = (places[*pair.start()], places[*pair.end()]);
@@ -43,8 +43,8 @@ impl Shell {
         best
     }
 
-    /// Least and mean thickness of the whole wall: the least of some 128 places or more, refined, the mean by Gauss's rule of
-    /// two points between them (for a smooth wall right to 1e-6 of it).
+    /// Returns the smallest and the average thickness of the wall: the minimum over at least 128 points, refined, and the average
+    /// by two-point Gauss quadrature between them (relative error 1e-6 for a smooth wall).
     pub fn thicknesses(&self) -> Thickness {
         let (inner, _) = self.curves();
         let places = self.places();
@@ -61,14 +61,14 @@ impl Shell {
         }
         let all: Vec<f64> = places.iter().map(|&s| self.thickness(s)).collect();
         let k = (0..all.len()).fold(0, |best, k| if all[k] < all[best] { k } else { best });
-        // Golden section between the neighbours of the thinnest place.
+        // Golden-section search between the neighbours of the minimum.
         let (mut low, mut high) = (
             places[k.saturating_sub(1)],
             places[(k + 1).min(places.len() - 1)],
         );
         let (mut minimum, mut thinnest_at) = (all[k], places[k]);
         let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-        // To half the digits of s, where the thickness has all of its own.
+        // To half the digits of s, which gives all digits of the thickness.
         for _ in 0..40 {
             let [a, b] = [high - golden * (high - low), low + golden * (high - low)];
             let [at_a, at_b] = [a, b].map(|s| self.thickness(s));
@@ -91,7 +91,7 @@ impl Shell {
     }
 }
 
-/// Half the derivative of the squared distance from a point, by the curve's parameter, and that function's own derivative.
+/// Half the derivative of the squared distance from a point with respect to the parameter of the curve, and its derivative.
 fn slope(curve: &Curve, from: [f64; 2], s: f64) -> (f64, f64) {
     let at = curve.at(s);
     let d = [0, 1].map(|k| at.position[k] - from[k]);

@@ -197,7 +197,7 @@ fn places_of_equal_share_keep_their_digits_towards_the_axis() {
     for k in 0..=60 {
         let s = 1.0 - 10f64.powf(-0.25 * f64::from(k));
         let z = 1.0 - s;
-        let there = straight.carried(s, &bent);
+        let there = straight.corresponding(s, &bent);
         // 1 - sqrt(1 - z), without its difference.
         let exact = z / (1.0 + (1.0 - z).sqrt());
         // Rounding of s, and of the polynomials' coefficients in front of it.
@@ -205,11 +205,14 @@ fn places_of_equal_share_keep_their_digits_towards_the_axis() {
             ((1.0 - there) - exact).abs() <= 2e-15 * exact + 3e-16,
             "{z:e}: {there}"
         );
-        let back = bent.carried(there, &straight);
+        let back = bent.corresponding(there, &straight);
         assert!((back - s).abs() <= 2e-15 * z + 4e-16, "{z:e}: {back}");
     }
     assert_eq!(
-        (straight.carried(0.0, &bent), straight.carried(1.0, &bent)),
+        (
+            straight.corresponding(0.0, &bent),
+            straight.corresponding(1.0, &bent)
+        ),
         (0.0, 1.0)
     );
 }
@@ -228,13 +231,13 @@ fn a_wall_with_both_ends_on_the_axis_keeps_the_digits_of_both() {
     let (coarse, fine) = (shell(24), shell(48));
     for k in 0..=48 {
         let near = 0.5 * 10f64.powf(-0.25 * f64::from(k));
-        let [low, high] = [near, 1.0 - near].map(|s| coarse.carried(s, &fine));
+        let [low, high] = [near, 1.0 - near].map(|s| coarse.corresponding(s, &fine));
         // The same at both ends; and there and back.
         assert!(
             (low - (1.0 - high)).abs() < 1e-14 * low + 3e-16,
             "{near:e}: {low} {high}"
         );
-        let back = fine.carried(low, &coarse);
+        let back = fine.corresponding(low, &coarse);
         assert!((back / near - 1.0).abs() < 1e-13, "{near:e}: {back}");
     }
 }

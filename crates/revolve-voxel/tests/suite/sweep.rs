@@ -56,8 +56,8 @@ proptest! {
         let grid = VoxelGrid::centred([n, n + 3, n + 5], [size, 0.9 * size, 0.8 * size], [0.01, 0.02, -0.1]).unwrap();
         let sweep = Sweep::of(&shapes, &pose, &grid).unwrap();
         let slow = naive(&shapes, &pose, &grid);
-        prop_assert_eq!(&sweep.always[..], &slow[..2]);
-        prop_assert_eq!(&sweep.ever, &slow[2]);
+        prop_assert_eq!(&sweep.intersection[..], &slow[..2]);
+        prop_assert_eq!(&sweep.union, &slow[2]);
     }
 }
 

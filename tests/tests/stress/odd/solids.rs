@@ -244,7 +244,7 @@ fn shells([a, b]: [f64; 2]) {
         shell.locate([a, b]);
         shell.share(a);
         shell.at_share(b);
-        shell.carried(a, &found[0]);
+        shell.corresponding(a, &found[0]);
         shell.thickness(a);
         shell.volume_rate(b);
         back(shell.region([0.0, a], [0.0, b], 0.1));

@@ -1,4 +1,4 @@
-//! CT Image Storage: a map of attenuation as the slices of a CT.
+//! CT Image Storage: an attenuation map as the slices of a CT.
 
 use super::identity::series;
 use super::item::{Item, decimal};
@@ -10,12 +10,12 @@ use dicom_dictionary_std::{tags, uids};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Writes a map of attenuation in 1/cm as the slices of a CT, one file each, for programs that make their maps from a CT:
-/// `stem-0000.dcm` is the slice nearest to the feet. Gives the files' names.
+/// Writes an attenuation map in 1/cm as the slices of a CT, one file each, for programs that derive their maps from a CT:
+/// `stem-0000.dcm` is the slice nearest to the feet. Returns the names of the files.
 ///
-/// A pixel is a Hounsfield unit, `1000 (mu / water - 1)`, rounded, with `water` the attenuation of water in 1/cm that the reader takes
-/// it for: at 140.5 keV 0.1536 (NIST, <https://physics.nist.gov/PhysRefData/XrayMassCoef/ComTab/water.html>, between 100 and 150 keV).
-/// Half a unit is 0.05 % of water.
+/// A pixel is a Hounsfield unit, `1000 (mu / water - 1)`, rounded. `water` is the attenuation of water in 1/cm that the reader
+/// assumes: at 140.5 keV 0.1536 (NIST, <https://physics.nist.gov/PhysRefData/XrayMassCoef/ComTab/water.html>, between 100 and 150
+/// keV). Half a unit is 0.05 % of water.
 ///
 /// # Errors
 /// [`PhantomError::OutOfRange`] if `water` is not positive, or a sample has no Hounsfield unit of 16 bits; [`PhantomError::Count`] if a

@@ -1,4 +1,4 @@
-//! Who is who: unique identifiers that follow from what they identify.
+//! Unique identifiers as functions of the content.
 
 use super::item::Item;
 use crate::files::PROGRAM;
@@ -8,11 +8,11 @@ use dicom_object::meta::FileMetaTableBuilder;
 use dicom_object::{FileDicomObject, InMemDicomObject};
 use std::io::{self, Write};
 
-/// A file as it is written.
+/// A file to be written.
 pub(super) type File = FileDicomObject<InMemDicomObject>;
 
-/// The files of one series: each data set with its identifiers, and those of series, study and frame of reference. Without the name of
-/// a study the series is one of its own.
+/// The files of one series: each data set with its identifiers, and those of series, study and frame of reference. Without a study
+/// name the series is a study.
 pub(super) fn series(items: Vec<Item>, class: &str, study: Option<&str>) -> io::Result<Vec<File>> {
     let mut files = Vec::with_capacity(items.len());
     let mut hash = Hash::new(b"series");
@@ -32,7 +32,7 @@ pub(super) fn series(items: Vec<Item>, class: &str, study: Option<&str>) -> io::
     let study = study.unwrap_or(&series).as_bytes();
     let of = |what: &[u8], name: &[u8]| {
         let mut hash = Hash::new(what);
-        // A hash takes everything.
+        // Hashing cannot fail.
         let _ = hash.write_all(name);
         hash.uid()
     };
@@ -69,7 +69,7 @@ impl Hash {
         }
     }
 
-    /// An identifier below 2.25, of a UUID of version 8 (<https://www.rfc-editor.org/rfc/rfc9562>).
+    /// An identifier under 2.25 from a UUID of version 8 (<https://www.rfc-editor.org/rfc/rfc9562>).
     fn uid(&self) -> String {
         let kept = self.0 & !(0xf << 76) & !(0b11 << 62);
         format!("2.25.{}", kept | (8 << 76) | (0b10 << 62))
@@ -91,7 +91,7 @@ impl Write for Hash {
 mod tests {
     use super::*;
 
-    /// The vector of the RFC for the empty text and for `a`.
+    /// The test vectors of the RFC for the empty text and for `a`.
     #[test]
     fn the_hash_is_fnv() {
         let mut hash = Hash(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);

@@ -1,4 +1,4 @@
-//! A data set under construction: one line an attribute.
+//! A data set under construction.
 
 use dicom_core::value::DataSetSequence;
 use dicom_core::{DataElement, PrimitiveValue, Tag, VR};
@@ -23,7 +23,7 @@ impl Item {
         self
     }
 
-    /// Attributes that have to be there and may be empty.
+    /// Required attributes that may be empty (type 2).
     pub(super) fn empty(self, tags: &[(Tag, VR)]) -> Self {
         (tags.iter()).fold(self, |mut item, &(tag, vr)| {
             item.0.put(DataElement::new(tag, vr, PrimitiveValue::Empty));
@@ -37,7 +37,7 @@ impl Item {
         self.text(tag, VR::DS, &texts.join("\\"))
     }
 
-    /// Whole numbers of 16 bits.
+    /// Integers of 16 bits.
     pub(super) fn shorts(mut self, tag: Tag, values: Vec<u16>) -> Self {
         let value = PrimitiveValue::U16(values.into());
         self.0.put(DataElement::new(tag, VR::US, value));
@@ -80,7 +80,7 @@ impl Item {
     }
 }
 
-/// As many digits as there is room for.
+/// As many digits as fit.
 pub(super) fn decimal(value: f64) -> String {
     let plain = value.to_string();
     if plain.len() <= DECIMAL {

@@ -1,4 +1,4 @@
-//! Nuclear Medicine Image Storage: views (`TOMO`, `GATED TOMO`) and volumes (`RECON TOMO`, `RECON GATED TOMO`).
+//! Nuclear Medicine Image Storage: projections (`TOMO`, `GATED TOMO`) and volumes (`RECON TOMO`, `RECON GATED TOMO`).
 
 use super::identity::series;
 use super::item::{Item, decimal};
@@ -13,10 +13,10 @@ use dicom_dictionary_std::{tags, uids};
 use std::io;
 use std::path::Path;
 
-/// Numbers in these files are of 16 bits.
+/// Largest 16-bit number.
 const MOST: [usize; 2] = [1, u16::MAX as usize];
 
-/// Views, of gates all of them.
+/// Projections, of one or all gates.
 pub(in crate::files) fn write_projections(
     path: &Path,
     projections: &Projections,
@@ -40,7 +40,7 @@ pub(in crate::files) fn write_projections(
     };
     let Frames { frames: n, .. } = frames;
     let [across, down] = projections.detector().pitch().map(millimetres);
-    // One, or one for each view of a head.
+    // One value, or one per view of a head.
     let radii = projections.radius();
     let radii: Vec<f64> = radii.as_slice().iter().map(|r| millimetres(*r)).collect();
     let radii_of = |head: usize| match radii.len() {
@@ -48,7 +48,7 @@ pub(in crate::files) fn write_projections(
         _ => &radii[head * each..(head + 1) * each],
     };
     let step = turn.extent / each as f64;
-    // 0 at the back, as the lab, and the other way round.
+    // 0 at the back, as in the lab, with the opposite sign.
     let start = |turn: &Turn| decimal((360.0 - turn.start).rem_euclid(360.0));
     let direction = match turn.direction {
         Direction::Ccw => "CW",
@@ -66,7 +66,7 @@ pub(in crate::files) fn write_projections(
         )
         .decimals(tags::RADIAL_POSITION, radii_of(0))
         .shorts(tags::NUMBER_OF_FRAMES_IN_ROTATION, vec![frames.each]);
-    // The corner of the volume that the views are of, front, right and head: where readers put what they reconstruct.
+    // The front, right and head corner of the projected volume, where readers place reconstructions.
     let middle = |n: usize, mm: f64| short(0.5 * (n as f64 - 1.0) * mm);
     let (x, z) = (middle(bins, across), middle(rows, down));
     let detector = |(head, turn): (usize, &Turn)| {
@@ -107,7 +107,7 @@ pub(in crate::files) fn write_projections(
             tags::DETECTOR_INFORMATION_SEQUENCE,
             turns.iter().enumerate().map(detector).collect(),
         );
-    // As seen from the detector.
+    // Seen from the detector.
     let shape = [projections.n_gates(), info.heads, each];
     let seen = projections.samples().backwards_by_head(shape, rows * bins);
     let pixels = Pixels::new(seen.as_samples(), counts_of(projections));
@@ -115,7 +115,7 @@ pub(in crate::files) fn write_projections(
     write(path, item, projections.study())
 }
 
-/// A volume, of gates all of them.
+/// A volume, of one or all gates.
 pub(in crate::files) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     let [nx, ny, nz] = volume.grid().shape();
     let seconds = volume.seconds_per_gate();
@@ -137,7 +137,7 @@ pub(in crate::files) fn write_volume(path: &Path, volume: &Volume) -> Result<(),
             tags::IMAGE_ORIENTATION_PATIENT,
             &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0],
         );
-    // Asked for, and of no meaning here: a volume of this program may be of no rotation at all.
+    // Required, but meaningless here: a volume of this program need not belong to a rotation.
     let rotation = Item::new()
         .text(tags::START_ANGLE, VR::DS, "0")
         .text(tags::ANGULAR_STEP, VR::DS, "0")
@@ -169,7 +169,7 @@ fn write(path: &Path, item: Item, study: Option<&str>) -> Result<(), PhantomErro
     })
 }
 
-/// Counts of a sample of 1, if they are known and the same in all views of all gates.
+/// Counts of a sample of 1, if known and equal in all views of all gates.
 fn counts_of(projections: &Projections) -> Option<f64> {
     if projections.acquisition().counts {
         return Some(1.0);
@@ -179,18 +179,18 @@ fn counts_of(projections: &Projections) -> Option<f64> {
     counts.iter().all(|&count| count == first).then_some(first)
 }
 
-/// How many frames of which size there are, and of which gates.
+/// Number and size of frames, and their gates.
 struct Frames {
     gates: usize,
-    /// Detectors.
+    /// Number of detectors.
     heads: u16,
-    /// Of a gate of a detector.
+    /// Frames per gate and detector.
     each: u16,
-    /// Of all.
+    /// All frames.
     frames: usize,
     /// Rows and columns.
     sides: [u16; 2],
-    /// From a gate to the next.
+    /// Seconds from one gate to the next.
     seconds: Option<f64>,
     /// R-R intervals.
     beats: Option<BeatCounts>,
@@ -224,7 +224,7 @@ impl Frames {
         self.seconds.is_some()
     }
 
-    /// What a frame is of a gated study, besides its number within the gate.
+    /// The role of a frame in a gated study, besides its number within the gate.
     fn pointers(&self) -> Vec<Tag> {
         if self.is_gated() {
             vec![tags::RR_INTERVAL_VECTOR, tags::TIME_SLOT_VECTOR]
@@ -239,7 +239,7 @@ impl Frames {
         (0..gates).flat_map(|_| 1..=self.each).collect()
     }
 
-    /// What all kinds of frames have.
+    /// Attributes of all kinds of frames.
     fn put(&self, item: Item) -> Item {
         let item = item
             .text(tags::NUMBER_OF_FRAMES, VR::IS, &self.frames.to_string())
@@ -286,7 +286,7 @@ impl Frames {
     }
 }
 
-/// What every image of nuclear medicine has.
+/// Attributes of every nuclear medicine image.
 fn common(kind: &str, corrected: &str) -> Item {
     let supine = Item::new().code(
         tags::PATIENT_ORIENTATION_MODIFIER_CODE_SEQUENCE,
@@ -317,7 +317,7 @@ fn common(kind: &str, corrected: &str) -> Item {
         )
 }
 
-/// What every image has: a patient without a name, and no clock.
+/// Attributes of every image: a patient without a name, and no dates.
 pub(super) fn of_a_phantom(modality: &str) -> Item {
     Item::new()
         .text(tags::SPECIFIC_CHARACTER_SET, VR::CS, "ISO_IR 192")

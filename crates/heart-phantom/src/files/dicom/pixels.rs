@@ -1,25 +1,25 @@
-//! Integers of 16 bits for samples, and what one of them stands for.
+//! Conversion of samples to 16-bit integers with a scale factor.
 
 use super::item::{Item, decimal};
 use crate::files::Samples;
 use dicom_core::VR;
 use dicom_dictionary_std::tags;
 
-/// What rounding to 32 bits may do to a count of at most 65535.
+/// Bound on the rounding to 32 bits of a count of at most 65535.
 const ROUNDING: f64 = 0.01;
 
-/// Frames as they are stored.
+/// Frames in their stored form.
 pub(super) struct Pixels {
     bytes: Vec<u8>,
     bits: u16,
     signed: bool,
-    /// A sample is so many times its pixel; the digits that the file has of it.
+    /// The value of one unit, with the digits in the file.
     factor: String,
 }
 
 impl Pixels {
-    /// Labels as they are. Other samples over `factor`: one over the counts of a sample of 1, where all of them are counts and fit;
-    /// else the largest of their sizes over the largest pixel.
+    /// Labels are stored unchanged. Other samples are divided by `factor`: the reciprocal of the counts of a sample of 1 if all
+    /// samples are counts that fit, else the largest magnitude over the largest pixel.
     pub(super) fn new(samples: Samples, counts: Option<f64>) -> Self {
         match samples {
             Samples::U8(values) => {
@@ -60,7 +60,7 @@ impl Pixels {
             }
         };
         let factor = decimal(factor);
-        // Pixels are over what the file says.
+        // Pixels are relative to the value in the file.
         let over = factor.parse::<f64>().unwrap_or(1.0);
         let whole = all().map(|value| (value / over).round());
         let bytes = match signed {
