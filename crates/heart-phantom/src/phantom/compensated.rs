@@ -170,7 +170,7 @@ impl Phantom {
         if breathing.is_some_and(|breathing| breathing.turn() != [0.0; 3]) {
             return Err(PhantomError::Unsupported {
                 format: "a shift of views",
-                what: "a breath that turns the heart",
+                what: "rotation by breathing",
             });
         }
         let shift = breathing.map_or(Vector3::zeros(), |b| Vector3::from(b.breathing().shift));

@@ -1,4 +1,4 @@
-//! What is allowed and yet may surprise, with the numbers that show why.
+//! Warnings: allowed values that are probably not intended.
 
 #[cfg(feature = "scene")]
 use crate::text::short;
@@ -7,95 +7,91 @@ use crate::text::{brief, enough};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::fmt;
 
-/// Something allowed that a user may not expect; its text says what it does, with the numbers.
+/// An allowed value that is probably not intended. The text contains the consequence and the numbers.
 ///
-/// In `report.json` an object with a `message` and with the fields `what`, `edge`, `needed_cm`, `seen_cm`, `angle_degrees` of what is
-/// truncated; `edge`, `nearest_cm` and `reach_cm` of a heart outside; `times` of one that reaches out of the torso; `view`, `radius_cm` and
+/// `report.json` contains an object with `message` and the fields `what`, `edge`, `needed_cm`, `seen_cm`, `angle_degrees` of a
+/// truncation; `edge`, `nearest_cm` and `reach_cm` of a heart outside the views; `times` of a heart outside the torso; `view`, `radius_cm` and
 /// `needed_cm` of a detector inside the body; `pitch_cm`, `fwhm_cm` and `error` of aliased samples; `off_degrees` of uneven angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
-    /// The detector is too small for something.
+    /// Projections are truncated.
     Truncated {
-        /// What it does not see whole.
+        /// The truncated object.
         what: Seen,
-        /// Where it ends.
+        /// The edge of the detector that truncates it.
         edge: Edge,
-        /// How long the rows would have to be, or how high the views, in cm; centred on the axis of turning.
+        /// Length of the rows, or height of the views, that would be sufficient, cm; centred on the axis of rotation.
         needed: f64,
-        /// How long, or high, they are.
+        /// Their length or height, cm.
         seen: f64,
-        /// Of bins: from where most is missing, in radians.
+        /// For `Bins`: the view angle of the largest truncation, radians.
         angle: Option<f64>,
     },
-    /// The heart is above or below all rows, so that no view sees anything of it, or all of it is farther from the axis of turning
-    /// than half a row is long, so that views see it in passing at most.
+    /// The heart is above or below all rows, or farther from the axis of rotation than half the length of a row. No view or only some
+    /// views contain it.
     OutOfView {
-        /// Which of the two: beyond the rows, or beyond the bins.
+        /// Beyond the rows, or beyond the bins.
         edge: Edge,
-        /// How far it is, at the nearest, from the middle row or from the axis of turning, in cm.
+        /// Smallest distance of the heart from the middle row or from the axis of rotation, cm.
         nearest: f64,
-        /// How far from there the views reach, in cm.
+        /// Half the height or length of the views, cm.
         reach: f64,
     },
-    /// The heart is not all within the torso that attenuates: rays are weakened by what they pass of the torso, and by nothing of the
-    /// heart outside.
+    /// The heart is not completely inside the attenuating torso. The part outside does not attenuate.
     OutOfTorso {
-        /// How many times as far from the torso's axis as its surface the heart reaches.
+        /// Largest distance of the heart from the axis of the torso, relative to that of the torso surface.
         times: f64,
     },
-    /// The collimator's face, where the orbit has it, is within the body. Lines are as they are; whoever models the collimator from the
-    /// headers has a detector in the patient.
+    /// The collimator face of the orbit is inside the body. Line integrals are unaffected; the headers place a detector inside the patient.
     DetectorInside {
-        /// The view in which it is farthest inside.
+        /// The view in which it is deepest inside.
         view: usize,
-        /// How far from the axis of turning it is there, in cm.
+        /// Its distance from the axis of rotation in this view, cm.
         radius: f64,
-        /// How far the body reaches towards it.
+        /// Extent of the body towards it, cm.
         needed: f64,
     },
-    /// Projections from few distinct directions: opposite and repeated ones count once.
+    /// Projections from few distinct directions; opposite and repeated directions count once.
     FewDirections {
         /// Distinct directions.
         directions: usize,
         /// Projections.
         views: usize,
     },
-    /// The heart reaches into an organ that attenuates more than the heart, such as the spine, and takes its place there.
+    /// The heart overlaps an organ that attenuates more, such as the spine, and replaces it there.
     InBone {
         /// Index of the organ, from 0.
         organ: usize,
-        /// Volume in common at most, in mL.
+        /// Largest common volume, mL.
         volume: f64,
     },
-    /// Samples are line integrals through the centres of bins that are wide against the response or the heart, so that they alias.
+    /// Samples are line integrals through the centres of bins that are wide compared with the response or the heart, so they alias.
     Aliased {
         /// Pitch of the bins in cm.
         pitch: f64,
-        /// Full width at half maximum of the response where it is narrowest, in cm; 0 without one.
+        /// Smallest full width at half maximum of the response, cm; 0 without one.
         fwhm: f64,
         /// The largest difference from averages over bins in the first view, relative to the largest sample.
         error: f64,
     },
-    /// A turning camera sees gates from uneven angles, and the format of the projections has room for even ones only: their mean
-    /// is right.
+    /// Gates of a continuously rotating camera have uneven angles, but the projection format stores even steps only. The mean angle is
+    /// exact.
     UnevenAngles {
-        /// How far a view is from where its file says it is, at most; in radians.
+        /// Largest difference between the angle of a view and that in its file, radians.
         off: f64,
     },
 }
 
-/// What a camera should see whole.
+/// An object that views may truncate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Seen {
-    /// Cavity and wall, at end-diastole and end-systole, or at the one phase that is looked at.
+    /// Cavity and wall at end-diastole and end-systole, or at the static phase.
     Heart,
-    /// What surrounds the heart and is active (`[background]` of a scene, or
-    /// organs).
+    /// The activity around the heart (`[background]` or organs).
     Background,
-    /// The torso that attenuates (`[attenuation]` of a scene), or organs that
-    /// do and are not active.
+    /// The attenuating torso (`[attenuation]`), or attenuating organs without activity.
     Torso,
 }
 
@@ -109,7 +105,7 @@ pub enum Edge {
 }
 
 impl Edge {
-    /// How that side is called, and what gives it.
+    /// Its adjective, and the product that defines its size.
     fn words(self) -> [&'static str; 2] {
         match self {
             Self::Bins => ["wide", "bins x pitch"],
@@ -136,15 +132,19 @@ impl fmt::Display for Warning {
                 seen,
                 angle,
             } => {
-                let streaks = "views are truncated, and reconstructions streak";
-                let (name, then) = match (what, edge) {
-                    (Seen::Heart, Edge::Bins) => ("the heart", streaks),
-                    (Seen::Heart, Edge::Rows) => ("the heart", "its ends are in no slice"),
-                    (Seen::Background, _) => ("the background", streaks),
-                    (Seen::Torso, _) => (
-                        "the torso that attenuates",
-                        "all of it weakens the rays, but a map of it as wide as the views shows only a part",
-                    ),
+                let name = match what {
+                    Seen::Heart => "the heart",
+                    Seen::Background => "the activity around the heart",
+                    Seen::Torso => "the attenuating torso",
+                };
+                let then = match (what, edge) {
+                    (Seen::Torso, _) => {
+                        "it attenuates completely, but an attenuation map of this size contains a part"
+                    }
+                    (_, Edge::Bins) => {
+                        "projections are truncated, and reconstructions have streaks"
+                    }
+                    (_, Edge::Rows) => "slices contain only a part of it",
                 };
                 let ([side, size], needed, seen) = (edge.words(), enough(needed), brief(seen));
                 write!(f, "{name} needs views {needed} cm {side}")?;
@@ -160,19 +160,19 @@ impl fmt::Display for Warning {
             } => {
                 let ([_, size], nearest, reach) = (edge.words(), brief(nearest), brief(reach));
                 let (from, then) = match edge {
-                    Edge::Rows => ("their middle row", "nothing of it is seen"),
-                    Edge::Bins => ("the axis of turning", "it is seen in passing at most"),
+                    Edge::Rows => ("the middle row", "no view contains it"),
+                    Edge::Bins => ("the axis of rotation", "only some views contain it"),
                 };
                 write!(
                     f,
-                    "the heart is outside the views, {nearest} cm from {from} at the nearest; half of {size} is {reach} cm: {then}"
+                    "the heart is outside the views, at least {nearest} cm from {from}; half of {size} is {reach} cm: {then}"
                 )
             }
             Self::OutOfTorso { times } => {
                 let times = brief(times);
                 write!(
                     f,
-                    "the heart reaches out of the torso that attenuates, {times} times as far as its surface: what is outside weakens no ray"
+                    "the heart extends beyond the attenuating torso, to {times} times the distance of its surface: the part outside does not attenuate"
                 )
             }
             Self::DetectorInside {
@@ -183,16 +183,16 @@ impl fmt::Display for Warning {
                 let (radius, needed) = (brief(radius), enough(needed));
                 write!(
                     f,
-                    "the camera's face is within the body: in view {view} it is {radius} cm from the axis of turning, and the body reaches {needed} cm towards it"
+                    "the collimator face is inside the body: in view {view} it is {radius} cm from the axis of rotation, and the body extends {needed} cm towards it"
                 )
             }
             Self::FewDirections { directions, views } => write!(
                 f,
-                "the {views} projections have {directions} distinct directions; reconstructions need more"
+                "the {views} projections have only {directions} distinct directions; a reconstruction needs more"
             ),
             Self::InBone { organ, volume } => write!(
                 f,
-                "the heart overlaps organ {} by {} mL, which attenuates more than the heart: the heart takes its place there; change the pose",
+                "the heart overlaps organ {}, which attenuates more, by {} mL and replaces it there; change the pose",
                 organ + 1,
                 brief(volume)
             ),
@@ -209,8 +209,8 @@ impl fmt::Display for Warning {
             }
             Self::UnevenAngles { off } => write!(
                 f,
-                "the gates of a turning camera are seen from uneven angles, up to {:.3} degrees from where the even steps of their format put them; \
-                 other formats hold each angle, and report.json does",
+                "the gates have uneven angles, up to {:.3} degrees from the even steps that the projection format stores; \
+                 report.json and other formats contain each angle",
                 off.to_degrees()
             ),
         }

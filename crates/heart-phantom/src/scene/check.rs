@@ -122,7 +122,7 @@ fn expected_counts(parts: &Parts, c: &mut Check) {
         if let Some(time) = times.iter().find(|time| !lasts(time.window)) {
             let [seconds, least, most] = [time.window, SECONDS[0], SECONDS[1]].map(Number);
             let wanted = format!(
-                "leaves {seconds} s for a view, must be between {least} and {most} beside [counting]"
+                "gives views of {seconds} s; with [counting] they must last between {least} and {most} s"
             );
             return c.fault("acquisition.mode", spelled_mode(parts.mode()), wanted);
         }
@@ -130,7 +130,7 @@ fn expected_counts(parts: &Parts, c: &mut Check) {
         if let Some(bad) = { counts }.find(|counts| !(least..=most).contains(counts)) {
             let [bad, least, most] = [bad, least, most].map(Number);
             let wanted = format!(
-                "gives {bad} expected counts of a sample of 1, must be between {least} and {most}"
+                "gives {bad} expected counts per unit sample; must be between {least} and {most}"
             );
             let given = parts
                 .scene
@@ -172,11 +172,11 @@ impl HeartSettings {
             return;
         }
         if outer.radius <= inner.radius {
-            let wanted = format!("must be more than heart.inner.radius = {}", inner.radius);
+            let wanted = format!("must be greater than heart.inner.radius = {}", inner.radius);
             c.fault("outer.radius", Number(outer.radius), wanted);
         } else if outer.length + outer.radius <= inner.length + inner.radius {
             let least = inner.length + inner.radius - outer.radius;
-            let wanted = format!("must be more than {least}, or the inner apex is outside");
+            let wanted = format!("must be greater than {least}, so that the inner apex is inside");
             c.fault("outer.length", Number(outer.length), wanted);
         }
         c.at("discretisation", |c| match self.discretisation {
@@ -237,7 +237,7 @@ impl CycleSettings {
                     "volumes.esv",
                     esv,
                     rest,
-                    "the rest volume of heart.inner in mL",
+                    "the reference volume of heart.inner in mL",
                 ) && above(name, edv, esv, "the end-systolic volume")
                 {
                     c.within(name, edv, [rest, rest * (1.0 + ranges::GAIN[1])]);
@@ -285,7 +285,7 @@ fn defects(defects: &[Defect], c: &mut Check) {
         c.within("activity", defect.activity, ranges::DEFECT_ACTIVITY);
     });
     if c.is_clean(&["defects"]) && without_overlap(defects.iter().map(Defect::region)).is_err() {
-        let wanted = format!("overlap in more than {} pieces", ranges::PIECES[1]);
+        let wanted = format!("their overlaps make more than {} pieces", ranges::PIECES[1]);
         c.fault("defects", defects.len(), wanted);
     }
 }
@@ -303,9 +303,8 @@ fn detector(scene: &Scene, c: &mut Check) {
     if let Some(collimator) = &scene.collimator {
         c.at("collimator", |c| collimator.check(c));
         if scene.blur.is_some() {
-            let wanted =
-                "has no place beside [collimator], whose crystal is collimator.intrinsic_fwhm";
-            c.fault("blur", "there", wanted);
+            let wanted = "cannot be combined with [collimator]; collimator.intrinsic_fwhm is the resolution of the crystal";
+            c.fault("blur", "", wanted);
         }
     }
     if let Some(counting) = &scene.counting {
@@ -316,7 +315,7 @@ fn detector(scene: &Scene, c: &mut Check) {
         }
         match scene.acquisition.mode {
             Mode::Instants => {
-                let wanted = "counts nothing, which [counting] needs: choose exposure, or another mode that lasts";
+                let wanted = "has no acquisition time, which [counting] needs; choose exposure or another mode";
                 c.fault("acquisition.mode", "instants", wanted);
             }
             Mode::Exposure { seconds } => {
@@ -339,7 +338,7 @@ fn detector(scene: &Scene, c: &mut Check) {
     match scene.counting {
         None => c.within(field, mean, ranges::COUNTS),
         Some(_) => {
-            let wanted = "must be expected beside [counting], which says how many counts there are";
+            let wanted = "must be expected with [counting], which defines the number of counts";
             c.fault("noise.counts", Number(mean), wanted);
         }
     }
@@ -409,20 +408,19 @@ fn organs(scene: &Scene, c: &mut Check) {
         return;
     }
     if scene.background.is_some() {
-        let wanted = "has no place beside [chest] or [[organs]]";
-        return c.fault("background", "there", wanted);
+        let wanted = "cannot be combined with [chest] or [[organs]]";
+        return c.fault("background", "", wanted);
     }
     match scene.attenuates().map(|own| own.medium) {
         Some(Medium::Heart) => {}
         Some(Medium::Torso { .. }) => {
             let wanted =
-                "must be heart beside [chest] or [[organs]], which have attenuations of their own";
+                "must be heart with [chest] or [[organs]], which have their own attenuation";
             c.fault("attenuation.medium", "torso", wanted);
         }
         None => {
-            let wanted =
-                "needs [attenuation] with medium = \"heart\" besides: what the heart attenuates";
-            c.fault("organs.1", "there", wanted);
+            let wanted = "the heart needs [attenuation] with medium = \"heart\"";
+            c.fault("organs.1", "", wanted);
         }
     }
 }

@@ -17,9 +17,8 @@ impl CameraSettings {
         c.count("views", self.views, [1, 10_000]);
         if !(ARC[0]..=ARC[1]).contains(&self.arc.abs()) {
             let [least, most] = ARC.map(Number);
-            let wanted = format!(
-                "its size must be between {least} and {most}, and below 0 it turns the other way"
-            );
+            let wanted =
+                format!("its magnitude must be between {least} and {most}; negative is clockwise");
             c.fault("arc", Number(self.arc), wanted);
         }
         c.within("start", self.start, [-360.0, 360.0]);

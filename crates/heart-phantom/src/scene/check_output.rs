@@ -40,7 +40,8 @@ pub(super) fn output(scene: &Scene, c: &mut Check) {
         && !projections.detectors
         && !scene.has_even_steps()
     {
-        let wanted = "needs even steps from the first view to the last of both heads: an arc as large as the angle between them";
+        let wanted =
+            "needs equal angle steps over both heads: an arc equal to the angle between them";
         c.fault("projections", spelled(output.projections), wanted);
     }
     if output.values == ProjectionValues::Counts && scene.noise.is_none() {
@@ -57,7 +58,7 @@ pub(super) fn output(scene: &Scene, c: &mut Check) {
     }
     let turns = scene.camera.rotation == Rotation::Continuous && mode.n_gates() > 1;
     if turns && output.one_file(mode) && output.has(Product::Projections) {
-        let wanted = "must be each: a camera that turns sees each gate from other angles";
+        let wanted = "must be each: with continuous rotation the gates have different angles";
         c.fault("gates", "one-file", wanted);
     }
 }

@@ -55,7 +55,7 @@ fn voxels(scene: &Scene, c: &mut Check) {
             None => "camera.bins",
         };
         let wanted = format!(
-            "voxels: reconstruction.pixels^2 x camera.rows = {voxels:e} must be at most {MOST_SAMPLES:e}"
+            "the number of voxels, pixels^2 x camera.rows = {voxels:e}, must be at most {MOST_SAMPLES:e}"
         );
         return c.fault(field, pixels, wanted);
     }
@@ -77,7 +77,7 @@ fn voxels(scene: &Scene, c: &mut Check) {
         && [x, y].iter().any(|[from, to]| from + to != pixels)
     {
         let wanted = format!(
-            "has no place for a region off the centre; choose another format, or [from, to] with from + to = {pixels}"
+            "cannot store an off-centre region; choose another format, or [from, to] with from + to = {pixels}"
         );
         c.fault("output.volumes", "interfile-simind", wanted);
     }
@@ -96,7 +96,7 @@ fn directions(scene: &Scene, c: &mut Check) {
         };
         let weights = camera.geometry().view_weights(ArcPolicy::Complete);
         if let Err(RadonError::ShortArc { .. }) = weights {
-            let wanted = "must leave no direction out, with camera.heads and either way, or reconstruction.arc be one of extend, truncate, rescale";
+            let wanted = "the views of all heads must cover 180 degrees; otherwise set reconstruction.arc to extend, truncate or rescale";
             c.fault("camera.arc", Number(arc), wanted);
         }
         return;
@@ -106,8 +106,8 @@ fn directions(scene: &Scene, c: &mut Check) {
     if arc.abs() < least {
         // Its default would do, so that it stands in the file; `reconstruction.arc` may not.
         let wanted = format!(
-            "must be 180 or more, either way ({} is enough for {views} views: no gap is wider than two steps), \
-             or reconstruction.arc one of extend, truncate, rescale",
+            "its magnitude must be at least 180 ({} for {views} views: no gap wider than two steps); \
+             otherwise set reconstruction.arc to extend, truncate or rescale",
             Number(enough(least))
         );
         c.fault("camera.arc", Number(arc), wanted);
@@ -120,12 +120,12 @@ fn compensation(scene: &Scene, c: &mut Check) {
     let turns = |breathing: &Breathing| breathing.turn_degrees != [0.0; 3];
     let wanted = match (settings.compensation, settings.method) {
         (Compensation::KnownMotion, Method::Fbp) if scene.breathing.as_ref().is_some_and(turns) => {
-            "moves views by fbp, which undoes no turn: breathing.turn_degrees has to be nothing, or the method osem"
+            "fbp shifts projections and cannot correct a rotation: set breathing.turn_degrees to zero or use osem"
         }
         (Compensation::KnownMotion, Method::Osem(_))
             if matches!(scene.activity.cavity, Uptake::Total(_)) =>
         {
-            "has no frame for a cavity whose concentration changes over the beat: activity.cavity has to be a concentration"
+            "the concentration of the cavity must be constant: activity.cavity must be a concentration"
         }
         (Compensation::None | Compensation::KnownMotion, _) => return,
     };

@@ -69,17 +69,17 @@ pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
             Ok(()) => continue,
             Err(PhantomError::OutOfRange { .. }) => {
                 format!(
-                    "must be at least one beat, {beat} s, when a turning camera sees whole beats"
+                    "must be at least one cardiac cycle, {beat} s, for whole cycles with continuous rotation"
                 )
             }
             Err(PhantomError::Unseen { view_idx, .. }) if cycle.in_real_time() => format!(
-                "gate {gate} of {gates} does not come in the time of view {view_idx}, of beats that count and of breaths"
+                "gate {gate} of {gates} does not occur in the accepted time of view {view_idx}"
             ),
             Err(PhantomError::Unseen { gate, view_idx }) => format!(
-                "gate {gate} of {gates} does not come in the time of view {view_idx}; one beat, {beat} s, is always enough"
+                "gate {gate} of {gates} does not occur during view {view_idx}; one cardiac cycle, {beat} s, is always sufficient"
             ),
             Err(PhantomError::Count { given, most, .. }) => format!(
-                "{given:e} points of its quadrature, seen in real time, must be at most {most:e}"
+                "a view in real time needs {given:e} quadrature points; the limit is {most:e}"
             ),
             Err(other) => other.to_string(),
         };
@@ -101,7 +101,7 @@ fn all_gates(scene: &Scene, c: &mut Check) {
     let samples = gates as f64 * each;
     if gates > 1 && samples > MOST_SAMPLES_OF_ALL {
         let wanted = format!(
-            "{gates} sets of views or volumes of {each:e} samples must be at most {MOST_SAMPLES_OF_ALL:e} samples"
+            "{gates} gated projection sets or volumes of {each:e} samples exceed the limit of {MOST_SAMPLES_OF_ALL:e} samples"
         );
         c.fault(field, gates, wanted);
     }

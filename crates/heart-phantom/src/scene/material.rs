@@ -87,7 +87,7 @@ pub(super) fn check(
     });
     for (name, balloon) in [("inner.stiffness", inner), ("outer.stiffness", outer)] {
         if balloon.stiffness != 1.0 {
-            let wanted = "must be left out: heart.material says how stiff rubber is";
+            let wanted = "must be absent: heart.material defines the stiffness of rubber";
             c.fault(name, Number(balloon.stiffness), wanted);
         }
     }
@@ -95,7 +95,7 @@ pub(super) fn check(
         // Of springs, and what is left out.
         PressureLaw::PerMaterialLength | PressureLaw::PerCurrentLength => {}
         PressureLaw::TotalForce => {
-            let wanted = "must be left out: rubber is under a pressure";
+            let wanted = "must be absent: the load of rubber is a pressure";
             c.fault("law", spelled(law), wanted);
         }
     }

@@ -1,4 +1,4 @@
-//! Where in the text a field stands.
+//! Locates fields in the text of a scene.
 
 use super::finding::Finding;
 use super::{material, template};
@@ -13,7 +13,7 @@ const MOST_QUOTED: usize = 60;
 /// Longest message of the parser, in characters.
 const MOST_MESSAGE: usize = 500;
 
-/// Words of the parser, which speaks of Rust's types, about a value of another kind than the field takes: the template says more.
+/// Messages of the parser about a value of the wrong type; the allowed values of the template replace them.
 const KINDS: [&str; 8] = [
     "unit variant",
     "newtype variant",
@@ -25,7 +25,7 @@ const KINDS: [&str; 8] = [
     material::EXPECTED,
 ];
 
-/// What the parser had to say, with the field in which it said so.
+/// Converts an error of the parser to a finding with its field.
 pub(super) fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     let span = error.span().map(|span| clamped(text, span));
     let place = span.clone().map(|span| line_and_column(text, span.start));
@@ -47,7 +47,7 @@ pub(super) fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     }
 }
 
-/// What is no text at all, from the first byte on that is not.
+/// The finding for a file that is not UTF-8, at its first invalid byte.
 pub(super) fn not_text(bytes: &[u8], error: Utf8Error) -> Finding {
     let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
     Finding {
@@ -58,7 +58,7 @@ pub(super) fn not_text(bytes: &[u8], error: Utf8Error) -> Finding {
     }
 }
 
-/// The parser's message, in which a text of the user may stand before what was expected, with that cut.
+/// The parser's message with the user's text cut to [`MOST`] characters.
 fn short_of(message: &str) -> String {
     for (open, close) in [("`", "`, expected"), ("\"", "\", expected")] {
         if let (Some(from), Some(to)) = (message.find(open), message.rfind(close))
@@ -72,7 +72,7 @@ fn short_of(message: &str) -> String {
     cut(message, MOST_MESSAGE)
 }
 
-/// The parser's message without Rust's names for numbers, and TOML's for all else.
+/// The parser's message with names of TOML types in place of names of Rust types.
 fn plain(message: &str) -> String {
     let mut message = message.replace(" as i128", "");
     for (rust, name) in [
@@ -85,9 +85,9 @@ fn plain(message: &str) -> String {
         }
     }
     for (rust, name) in [
-        ("usize", "a whole number from 0 on"),
-        ("u64", "a whole number from 0 on"),
-        ("u32", "a whole number from 0 on"),
+        ("usize", "a non-negative integer"),
+        ("u64", "a non-negative integer"),
+        ("u32", "a non-negative integer"),
         ("f64", "a number"),
         ("a sequence", "an array"),
         (

@@ -1,4 +1,4 @@
-//! A scene as a file that explains itself: `template.toml`, with the scene's values in the place of its own.
+//! Writes a scene as a commented TOML file: `template.toml` with the values of the scene.
 
 use super::check_output::formats;
 use super::study::Scene;
@@ -6,8 +6,7 @@ use std::fmt::Write;
 use std::sync::LazyLock;
 use toml::{Table, Value};
 
-/// A scene with every section and every field, each on a line of its own with a comment behind it. What a scene leaves out is commented
-/// out.
+/// A scene with every section and field, one field with its comment per line. Absent sections and fields are commented out.
 static TEMPLATE: LazyLock<String> = LazyLock::new(|| {
     include_str!("template.toml")
         .replace("{volumes}", &formats(|_| true))
@@ -15,7 +14,7 @@ static TEMPLATE: LazyLock<String> = LazyLock::new(|| {
         .replace("{gates}", &formats(|info| info.gates))
 });
 
-/// The file's text.
+/// Returns the text of the file.
 pub(super) fn write(scene: &Scene) -> String {
     let values = toml_of(&serde_json::to_value(scene).unwrap_or_default());
     let mut text = String::new();
@@ -36,7 +35,7 @@ pub(super) fn write(scene: &Scene) -> String {
     text
 }
 
-/// A section with its own values; without any it is commented out.
+/// Writes a section with its values, or commented out without any.
 fn write_block(block: &str, values: Option<&Table>, text: &mut String) {
     for line in block.lines() {
         // Writing to a String does not fail.
@@ -51,7 +50,7 @@ fn write_block(block: &str, values: Option<&Table>, text: &mut String) {
     }
 }
 
-/// The path of the section that a block of the template is.
+/// The path of the section of a block of the template.
 fn header(block: &str) -> Option<&str> {
     let line = block.lines().find(|line| line.starts_with('['))?;
     Some(line.trim_matches(['[', ']']))
@@ -68,7 +67,7 @@ fn at<'a>(values: Option<&'a Value>, path: &str) -> Option<&'a Value> {
     (path.split('.')).fold(values, |table, name| table?.get(name))
 }
 
-/// Whole numbers too large for TOML become such with a point, which fields that count refuse; what is no number is not a number.
+/// Converts JSON to TOML. Integers too large for TOML become floats, which integer fields reject; other non-numbers become NaN.
 fn toml_of(value: &serde_json::Value) -> Value {
     match value {
         serde_json::Value::Null => Value::Float(f64::NAN),
@@ -101,7 +100,7 @@ fn comments() -> Vec<(String, &'static str)> {
     known
 }
 
-/// What may stand in a field, or in the field of the file that holds it; of a section, its fields. `given` is what stands there.
+/// Returns the allowed values of a field (or of the field that contains it), or the fields of a section. `given` is the text in the file.
 pub(super) fn advice(path: &str, given: &str) -> Option<String> {
     let is_name = |name: &&str| name.parse::<usize>().is_err();
     let names: Vec<&str> = path.split('.').filter(is_name).collect();
@@ -117,8 +116,8 @@ pub(super) fn advice(path: &str, given: &str) -> Option<String> {
         };
         let name = field.rsplit('.').next().unwrap_or_default();
         return Some(match choice(comment, chosen) {
-            Some(example) => format!("`{chosen}` needs more than that: {name} = {example}"),
-            None => format!("may be {comment}"),
+            Some(example) => format!("`{chosen}` needs a value: {name} = {example}"),
+            None => format!("must be {comment}"),
         });
     }
     let mut fields: Vec<&str> = (known.iter())
@@ -129,7 +128,7 @@ pub(super) fn advice(path: &str, given: &str) -> Option<String> {
         "defects" | "organs" | "points" => format!("[[{path}]]"),
         _ => format!("[{path}]"),
     };
-    (!fields.is_empty()).then(|| format!("must be a section {section} of {}", fields.join(", ")))
+    (!fields.is_empty()).then(|| format!("must be a section {section} with {}", fields.join(", ")))
 }
 
 /// The rest of a path below another one; empty if they are the same.
@@ -141,7 +140,7 @@ fn below<'a>(outer: &str, path: &'a str) -> Option<&'a str> {
     }
 }
 
-/// The example of one of the choices of a comment, if it is a table: `{ gated = { gates = 16 } }`.
+/// Returns the example of one choice in a comment, if it is a table: `{ gated = { gates = 16 } }`.
 fn choice<'a>(comment: &'a str, name: &str) -> Option<&'a str> {
     let from = &comment[comment.find(&format!("{{ {name} = "))?..];
     let mut depth = 0;

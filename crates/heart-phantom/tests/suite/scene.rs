@@ -300,15 +300,15 @@ fn mistakes_are_said_in_plain_words() {
         ),
         (
             "[camera]\nviews = 3.0\n",
-            "line 2, column 9: camera.views is 3.0; invalid type: floating point `3.0`, expected a whole number from 0 on",
+            "line 2, column 9: camera.views is 3.0; invalid type: floating point `3.0`, expected a non-negative integer",
         ),
         (
             "[camera]\nviews = -3\n",
-            "line 2, column 9: camera.views is -3; invalid value: integer `-3`, expected a whole number from 0 on",
+            "line 2, column 9: camera.views is -3; invalid value: integer `-3`, expected a non-negative integer",
         ),
         (
             "[camera]\nviews = 99999999999999999999\n",
-            "line 2, column 9: camera.views is 99999999999999999999; invalid type: integer `99999999999999999999`, expected a whole number from 0 on",
+            "line 2, column 9: camera.views is 99999999999999999999; invalid type: integer `99999999999999999999`, expected a non-negative integer",
         ),
         (
             "[camera]\narc = '180'\n",
@@ -332,47 +332,47 @@ fn mistakes_are_said_in_plain_words() {
         ),
         (
             "acquisition.mode = 'gated'",
-            "acquisition.mode is 'gated'; `gated` needs more than that: mode = { gated = { gates = 16 } }",
+            "acquisition.mode is 'gated'; `gated` needs a value: mode = { gated = { gates = 16 } }",
         ),
         (
             "acquisition.mode = { gated = 16 }",
-            "acquisition.mode.gated is 16; `gated` needs more than that: mode = { gated = { gates = 16 } }",
+            "acquisition.mode.gated is 16; `gated` needs a value: mode = { gated = { gates = 16 } }",
         ),
         (
             "[reconstruction]\nwindow = \"butterworth\"",
-            "reconstruction.window is \"butterworth\"; `butterworth` needs more than that: window = { butterworth = { order = 5 } }",
+            "reconstruction.window is \"butterworth\"; `butterworth` needs a value: window = { butterworth = { order = 5 } }",
         ),
         (
             "cycle.volume = 0.6",
-            "cycle.volume is 0.6; may be { gain = 0.6 }, { ejection_fraction = 0.375 } or { volumes = ",
+            "cycle.volume is 0.6; must be { gain = 0.6 }, { ejection_fraction = 0.375 } or { volumes = ",
         ),
         (
             "noise = { counts = 1e6, seed = 1 }",
-            "noise.counts is 1e6; may be { total = 1e6 } in all views of a gate, { per_unit = 10.0 }, or expected, by [counting]",
+            "noise.counts is 1e6; must be { total = 1e6 } in all projections of a gate, { per_unit = 10.0 } for a sample of 1",
         ),
         (
             "activity.wall = 1.0",
-            "activity.wall is 1.0; may be { concentration = 1.0 } per mL at every phase, or { total = 100.0 }",
+            "activity.wall is 1.0; must be { concentration = 1.0 } per mL at every phase, or { total = 100.0 }",
         ),
         (
             "cycle = 3",
-            "cycle is 3; must be a section [cycle] of beats_per_minute, curve, volume",
+            "cycle is 3; must be a section [cycle] with beats_per_minute, curve, volume",
         ),
         (
             "defects = [3]",
-            "defects is 3; must be a section [[defects]] of layers, s, azimuths_degrees, activity",
+            "defects is 3; must be a section [[defects]] with layers, s, azimuths_degrees, activity",
         ),
         (
             "camera.arc = -4000",
-            "camera.arc is -4000; its size must be between 0.001 and 3600, and below 0 it turns the other way",
+            "camera.arc is -4000; its magnitude must be between 0.001 and 3600; negative is clockwise",
         ),
         (
             "camera.arc = 178",
-            "camera.arc is 178; must be 180 or more, either way (178.03 is enough for 90 views",
+            "camera.arc is 178; its magnitude must be at least 180 (178.03 for 90 views",
         ),
         (
             "cycle.volume = { volumes = { edv = 100.0, esv = 90 } }",
-            "cycle.volume.volumes.esv is 90; must be at least 93.004, the rest volume",
+            "cycle.volume.volumes.esv is 90; must be at least 93.004, the reference volume",
         ),
         // A mark of the byte order and ends of lines of other systems change no place.
         (
@@ -429,7 +429,7 @@ fn an_arc_that_is_said_to_be_enough_is() {
     for views in [1, 2, 3, 7, 90, 1000] {
         let text = |arc: &str| format!("camera.views = {views}\ncamera.arc = {arc}\n");
         let said = error_of(&text("0.5")).first().wanted.clone();
-        let (_, after) = said.split_once("either way (").unwrap();
+        let (_, after) = said.split_once("at least 180 (").unwrap();
         let enough = after.split(' ').next().unwrap();
         Scene::from_toml(&text(enough)).unwrap();
         Scene::from_toml(&text(&format!("-{enough}"))).unwrap();
@@ -493,7 +493,10 @@ fn what_would_fill_a_terabyte_is_refused_with_its_numbers() {
         "[camera]\nbins = 1024\nrows = 1024\n[acquisition]\nmode = { gated = { gates = 1000 } }\n",
     );
     assert_eq!(error.first().field, "acquisition.mode.gated.gates");
-    assert!(error.first().wanted.contains("1000 sets"), "{error}");
+    assert!(
+        error.first().wanted.contains("1000 gated projection sets"),
+        "{error}"
+    );
     // However large a number is that another check would refuse.
     for pixels in ["9223372036854775807", "4294967296"] {
         error_of(&format!(
@@ -529,4 +532,64 @@ fn a_file_is_named() {
             path.display()
         )
     );
+}
+
+/// Ranges in the comments of the template, against the checks: just outside is a finding, both ends are none.
+#[test]
+fn ranges_of_the_template_are_those_of_the_checks() {
+    let page = Scene::default().to_toml().replace("\n# [", "\n[");
+    let mut ranges = 0;
+    for block in page.split("\n\n") {
+        let lines: Vec<&str> = block.lines().collect();
+        let Some(header) = lines.iter().find(|line| line.starts_with('[')) else {
+            continue;
+        };
+        let section = header.trim_matches(['[', ']']);
+        let element = if header.starts_with("[[") { ".1" } else { "" };
+        let fields: Vec<[&str; 3]> = (lines.iter())
+            .filter_map(|line| {
+                let line = line.strip_prefix("# ").unwrap_or(line);
+                let (name, rest) = line.split_once(" = ")?;
+                let (value, comment) = rest.split_once("  # ")?;
+                Some([name, value, comment])
+            })
+            .collect();
+        for [name, value, comment] in &fields {
+            let words: Vec<&str> = comment.split([' ', ',', ';']).collect();
+            let range = (words.windows(3))
+                .filter(|words| words[1] == "to")
+                .find_map(|words| Some([words[0].parse::<f64>().ok()?, words[2].parse().ok()?]));
+            let (Some([least, most]), Ok(_)) = (range, value.parse::<f64>()) else {
+                continue;
+            };
+            let outside = |number: f64| {
+                let given = match value.contains('.') {
+                    true => format!("{number:?}"),
+                    false => format!("{}", number.round()),
+                };
+                let others = fields.iter().filter(|field| field[0] != *name);
+                let others: String = others
+                    .map(|[name, value, _]| format!("{name} = {value}\n"))
+                    .collect();
+                let text = format!("{header}\n{name} = {given}\n{others}");
+                let path = format!("{section}{element}.{name}");
+                match Scene::from_toml(&text) {
+                    Err(PhantomError::Scene(error)) => (error.findings().iter())
+                        .any(|found| found.field == path && found.wanted.contains("between")),
+                    _ => false,
+                }
+            };
+            let step = |number: f64| match value.contains('.') {
+                true => 1e-3 * number.abs().max(1e-6),
+                false => 1.0,
+            };
+            assert!(!outside(least) && !outside(most), "{section}.{name}");
+            assert!(outside(most + step(most)), "{section}.{name}");
+            if value.contains('.') || least >= 1.0 {
+                assert!(outside(least - step(least)), "{section}.{name}");
+            }
+            ranges += 1;
+        }
+    }
+    assert!(ranges > 20, "{ranges}");
 }

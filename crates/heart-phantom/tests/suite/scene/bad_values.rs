@@ -129,7 +129,7 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[cycle]\nvolume = { volumes = { edv = 150.0, esv = 50.0 } }",
         "cycle.volume.volumes.esv",
-        "rest volume",
+        "reference volume",
     ),
     (
         "[cycle]\nvolume = { volumes = { edv = 100.0, esv = 110.0 } }",
@@ -296,10 +296,14 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[noise]\ncounts = { per_unit = 1.0 }\nseed = -1",
         "noise.seed",
-        "a whole number",
+        "a non-negative integer",
     ),
     ("[camera]\nviews = 0", "camera.views", "between 1"),
-    ("[camera]\nviews = -3", "camera.views", "a whole number"),
+    (
+        "[camera]\nviews = -3",
+        "camera.views",
+        "a non-negative integer",
+    ),
     (
         "[camera]\nviews = 10000\nbins = 8192",
         "camera.views",
@@ -324,17 +328,17 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[camera]\nseconds_per_view = 0.5\nrotation = 'continuous'",
         "camera.seconds_per_view",
-        "one beat",
+        "one cardiac cycle",
     ),
     (
         "[camera]\nrotation = 'continuous'\nseconds_per_view = 1e6\n[acquisition]\naccuracy = { steps = 4096 }",
         "camera.seconds_per_view",
-        "at most 1.6777216e7",
+        "the limit is 1.6777216e7",
     ),
     (
         "[camera]\nrotation = 'continuous'\nseconds_per_view = 0.8\n[acquisition]\nmode = { gated = { gates = 8 } }",
         "camera.seconds_per_view",
-        "gate 0 of 8 does not come in the time of view 14; one beat, 0.923",
+        "gate 0 of 8 does not occur during view 14; one cardiac cycle, 0.923",
     ),
     ("[camera]\nradius = -1.0", "camera.radius", "between"),
     (
@@ -416,7 +420,7 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[[organs]]\nshape = { cylinder = { centre = [0.0, 0.0], semi_axes = [9.0, 9.0] } }\nactivity = 0.1\nattenuation = 0.1",
         "organs.1",
-        "what the heart attenuates",
+        "the heart needs [attenuation]",
     ),
     (
         "[[organs]]\nshape = { cylinder = { centre = [0.0, 0.0], semi_axes = [9.0, 9.0] } }\nactivity = 0.1\nattenuation = 0.1\n\
@@ -428,7 +432,7 @@ const BAD: &[(&str, &str, &str)] = &[
         "[[organs]]\nshape = { cylinder = { centre = [0.0, 0.0], semi_axes = [9.0, 9.0] } }\nactivity = 0.1\nattenuation = 0.1\n\
          [background]\nconcentration = 0.1\ncentre = [0.0, 0.0]\nsemi_axes = [9.0, 9.0]",
         "background",
-        "no place",
+        "cannot be combined",
     ),
     (
         "[reconstruction]\nwindow = 'hat'",
@@ -603,7 +607,7 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[camera]\nrotation = 'continuous'\nseconds_per_view = 2.0\n[acquisition]\nmode = { gated = { gates = 2 } }\n[output]\ngates = 'one-file'",
         "output.gates",
-        "other angles",
+        "different angles",
     ),
     ("[output]\nvalues = 'counts'", "output.values", "[noise]"),
     (
